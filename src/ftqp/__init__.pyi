@@ -44,7 +44,7 @@ from ftqp.control.task.bounds import Viability as Viability
 from ftqp.control.task.directional_damping import DirectionalDamping as DirectionalDamping
 from ftqp.control.task.emergency import EmergencyStop as EmergencyStop
 from ftqp.control.task.keep import Keep as Keep
-from ftqp.control.task.own_rows import Rows as Rows
+from ftqp.control.task.linear_rows import Rows as Rows
 from ftqp.control.task.resolvers import Damping as Damping
 from ftqp.control.task.scheme import Scheme as Scheme
 from ftqp.control.task.soft_tasks import AxisTask as AxisTask

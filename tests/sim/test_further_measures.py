@@ -74,6 +74,42 @@ def test_what_is_measured_is_what_a_step_says():
     assert measures.at(q)[0] > 0.3
 
 
+def test_poses_of_frames_are_measured_as_a_step_says_place_and_turn_apart():
+    robot = ftqp.robots.load("dual_panda")
+    goal = robot.pose(robot.neutral + 0.1, "right_hand")
+    further = [
+        ftqp.PoseTask("right_hand", target=goal, name="hand"),
+        ftqp.RelativeTask("right_hand", "left_joint4", target=goal, name="in elbow"),
+        ftqp.PoseTask("right_joint4", rows=("z", "rx"), target=goal, name="some rows"),
+        ftqp.PoseTask("right_joint5", rows="orientation", target=goal, name="turn"),
+        ftqp.AxisTask("left_joint5", towards="right_hand", name="look"),
+    ]
+    one = ftqp.Planner(robot, DT, tasks=further, emergency=None)
+    q, target = robot.neutral.copy(), ftqp.Target(pose=robot.pose(robot.neutral))
+    one.reset(q)
+    measures = FurtherMeasures(one)
+    assert {m.name: m.unit for m in measures.all} == {
+        "hand": "m", "hand rotation": "rad", "in elbow": "m", "in elbow rotation": "rad",
+        "some rows": "m", "some rows rotation": "rad", "turn": "rad", "look": "rad",
+    }  # fmt: skip
+    for _ in range(30):
+        step = one.step(q, None, target)
+        numbers = dict(zip([m.name for m in measures.all], measures.at(q), strict=True))
+        said = {name: task.error for name, task in step.tasks.items()}
+        for name in ("hand", "in elbow"):
+            assert numbers[name] == pytest.approx(np.linalg.norm(said[name][:3]), abs=1e-12)
+            assert numbers[f"{name} rotation"] == pytest.approx(np.linalg.norm(said[name][3:]), abs=1e-9)
+        assert numbers["some rows"] == pytest.approx(abs(said["some rows"][2]), abs=1e-12)
+        assert numbers["some rows rotation"] == pytest.approx(abs(said["some rows"][3]), abs=1e-9)
+        assert numbers["turn"] == pytest.approx(np.linalg.norm(said["turn"][3:]), abs=1e-9)
+        assert np.sin(min(numbers["look"], np.pi / 2)) == pytest.approx(np.linalg.norm(said["look"]))
+        q = step.q.copy()
+    places = measures.places(q)
+    assert places["hand"] == pytest.approx(goal[:3, 3])
+    assert places["in elbow"] == pytest.approx((robot.pose(q, "left_joint4") @ goal)[:3, 3])
+    assert places["look"] == pytest.approx(robot.pose(q, "right_hand")[:3, 3])
+
+
 def test_a_joint_without_end_is_off_by_the_short_way_round():
     robot = ftqp.robots.load("planar", count=3, continuous=True)
     one = ftqp.Planner(robot, DT, tasks=[ftqp.JointTask({0: 3.0}, name="turn")])
@@ -112,7 +148,9 @@ def test_log_has_names_units_and_the_same_numbers_tick_by_tick_and_in_blocks():
 def test_a_task_of_ones_own_has_no_error_and_a_planner_without_tasks_no_columns():
     log = run(planner(tasks=[ftqp.LeastSquares(1, own, name="mine")], constraints=None)).log
     assert not [name for name in log.names if name.startswith((TASKS, PLANES))]
-    assert log.metadata["tasks"] == [{"name": "mine", "kind": "least_squares", "weight": 1.0, "rows": 1}]
+    assert log.metadata["tasks"] == [
+        {"name": "mine", "kind": "least_squares", "level": 2, "weight": 1.0, "rows": 1}
+    ]
     plain = run(ftqp.Planner(PANDA, DT)).log
     assert not {"tasks", "constraints"} & plain.metadata.keys()
     assert not {"tasks", "constraints"} & summary(plain).keys()

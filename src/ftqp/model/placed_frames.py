@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.core.checks import FloatArray
-from ftqp.model.body_frames import frame_number
+from ftqp.model.reduction import named_frame
 from ftqp.model.robot import Robot
 
 
@@ -37,7 +37,7 @@ class PlacedFrames:
 
     def __init__(self, robot: Robot, names: Sequence[str]) -> None:
         self._robot, self._data = robot, robot.model.createData()
-        self._numbers = [frame_number(robot, name) for name in names]
+        self._numbers = [named_frame(robot.model, name) for name in names]
 
     def at(self, q: FloatArray) -> FloatArray:
         """Their poses in the world, (count, 4, 4) [m].

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, final
 
 import numpy as np
-import pinocchio as pin
 
 from ftqp.control.planner.planner import Planner
 from ftqp.control.task.keep import Keep
@@ -21,6 +20,7 @@ from ftqp.control.task.soft_tasks import (
     SoftTask,
 )
 from ftqp.core.checks import FloatArray
+from ftqp.core.pose import rotation_vector
 from ftqp.model.placed_frames import PlacedFrames
 from ftqp.model.robot import Robot
 from ftqp.sim.log.further_signals import PLANES, TASKS, Measured
@@ -193,11 +193,8 @@ def _errors_of(task: SoftTask, robot: Robot) -> list[_Error]:
 
             slides = robot.chain.prismatic[at]
             unit = "m" if slides.all() else "rad or m" if slides.any() else "rad"
-            return [
-                _Error(
-                    unit, "root of the sum of the squared distances of its joints from their places", joints
-                )
-            ]
+            about = "root of the sum of the squared distances of its joints from their places"
+            return [_Error(unit, about, joints)]
 
 
 def _pose_errors(task: PoseTask | RelativeTask) -> list[_Error]:
@@ -214,7 +211,7 @@ def _pose_errors(task: PoseTask | RelativeTask) -> list[_Error]:
         about = "angle that turns the frame onto its target"
 
         def angle(D: FloatArray, q: FloatArray, T: FloatArray) -> float:
-            return _length(np.asarray(pin.log3(D[:3, :3] @ T[:3, :3].T))[turns])
+            return _length(rotation_vector(D[:3, :3] @ T[:3, :3].T)[turns])
 
         found.append(_Error("rad", about, angle, " rotation" if rows else ""))
     return found

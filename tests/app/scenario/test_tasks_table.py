@@ -62,7 +62,7 @@ def test_a_command_that_looks_at_no_plane_refuses_them(tmp_path, command, monkey
     (ELBOW.replace('"z"', '"w"'), r"tasks\[0\]: rows of elbow is 'w'"),
     (ELBOW.replace("joint4", "joint44"), "planner: frame is 'panda_joint44'"),
     (ELBOW.replace("target", "goal"), r"tasks\[0\].goal is not a key"),
-    ('kind = "elbow"', r"tasks\[0\] has kind 'elbow', expected one of position, axis"),
+    ('kind = "elbow"', r"tasks\[0\] has kind 'elbow', expected one of pose, relative, position"),
     ('kind = "axis"\nframe = "panda_joint4"', r"tasks\[0\]: panda_joint4 axis has along None"),
 ])  # fmt: skip
 def test_wrong_tables_are_one_sentence(tmp_path, table, sentence):

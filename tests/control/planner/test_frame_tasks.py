@@ -351,7 +351,8 @@ def writes_another_shape(state, C, l, u):
 
 
 @pytest.mark.parametrize(("fill", "why"), [
-    (raises, "KeyError: 'no cable length'"), (writes_nan, "not finite"), (crosses, "l > u"),
+    (raises, "fill raised KeyError: 'no cable length', so that the arm was stopped"),
+    (writes_nan, "not finite"), (crosses, "l > u"),
     (writes_another_shape, "ValueError"),
 ])  # fmt: skip
 @pytest.mark.parametrize("level", LEVELS)
@@ -360,7 +361,7 @@ def test_rows_that_fail_while_running_stop_the_arm_and_say_why(level, fill, why)
 
     def good_at_first(state, C, l, u):
         told.append(state.q.copy())
-        if len(told) > 100:
+        if len(told) > 101:  # it is tried once when the planner is made
             fill(state, C, l, u)
 
     planner = ftqp.Planner(
@@ -379,11 +380,15 @@ def test_rows_that_fail_while_running_stop_the_arm_and_say_why(level, fill, why)
 
 
 def test_an_interrupt_in_rows_of_ones_own_goes_through():
+    told = []
+
     def interrupted(state, C, l, u):
-        raise KeyboardInterrupt
+        if told:
+            raise KeyboardInterrupt
 
     planner = ftqp.Planner(BOTH, constraints=[ftqp.Rows(1, interrupted)])
     planner.reset(Q)
+    told.append("running")
     with pytest.raises(KeyboardInterrupt):
         planner.step(Q, None, ftqp.Target(pose=BOTH.pose(Q)))
 
@@ -392,6 +397,8 @@ def test_an_interrupt_in_rows_of_ones_own_goes_through():
     ([ftqp.Rows(5, raises, name="a"), ftqp.Rows(4, raises, name="b")], "9 rows of your own, expected at"),
     ([ftqp.Rows(1, raises), ftqp.Rows(1, raises)], "two things are called 'rows'"),
     ([ftqp.Task()], "constraints has Task, expected ftqp.Keep or ftqp.Rows"),
+    ([ftqp.Rows(2, crosses)], r"fill of rows gave l > u, or NaN at the neutral posture .* into C \(2, 14\)"),
+    ([ftqp.Rows(1, writes_another_shape)], "fill of rows raised ValueError"),
 ])  # fmt: skip
 def test_wrong_lists_of_constraints_are_one_sentence(constraints, sentence):
     with pytest.raises(InputError, match=sentence):

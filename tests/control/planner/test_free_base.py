@@ -8,7 +8,6 @@ import pytest
 
 import ftqp
 from ftqp.core.errors import InputError
-from ftqp.model.chain import FREE_BASE
 from ftqp.model.serial import Inertial
 
 BODY = Inertial(mass=150.0, com=np.array([0.0, 0.0, -0.3]), inertia=np.diag([20.0, 15.0, 18.0]))

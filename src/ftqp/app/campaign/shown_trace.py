@@ -50,6 +50,7 @@ def planes(log: Log) -> list[Plane]:
             offset=float(np.dot(one["normal"], one["above"])),
         )
         for one in log.metadata.get("constraints", [])
+        if one.get("kind") != "rows"
     ]
 
 

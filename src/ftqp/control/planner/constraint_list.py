@@ -6,10 +6,11 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
+from ftqp.control.planner.filled_rows import resting, tried
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.control.planner.step_parts import Reference
 from ftqp.control.task.keep import Keep
-from ftqp.control.task.own_rows import Rows
+from ftqp.control.task.linear_rows import Rows
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import KEEP, KEEPS, OWN_ROW, OWN_ROWS, Asked
@@ -97,7 +98,7 @@ class Constraints(Mapping[str, KeptPoint | OwnRows]):
         stop: What stops the arm.
 
     Raises:
-        InputError: An unknown frame, one that does not move, or the name of a joint.
+        InputError: An unknown frame, one that does not move, the name of a joint, or a function that fails.
     """
 
     def __init__(
@@ -123,6 +124,13 @@ class Constraints(Mapping[str, KeptPoint | OwnRows]):
         room.count, room.own = len(keeps), sum(one.rows for one in self._own)
         self._rows = []
         for own in self._own:
+            empty = np.zeros((own.rows, robot.nv)), np.full(own.rows, -np.inf), np.full(own.rows, np.inf)
+            why = tried(own.fill, resting(robot.neutral), *empty)
+            if why:
+                raise InputError(
+                    f"fill of {own.label} {why} at the neutral posture at rest, expected that it writes "
+                    f"numbers into C ({own.rows}, {robot.nv}), l and u ({own.rows},) and returns nothing"
+                )
             part = slice(at, at + own.rows)
             self._rows.append((room.own_C[part, : robot.nv], room.own_l[part], room.own_u[part]))
             at += own.rows
@@ -141,19 +149,18 @@ class Constraints(Mapping[str, KeptPoint | OwnRows]):
     def _fill(self) -> None:
         """Ask the user's functions for their rows; one that fails has none in this tick and stops the arm."""
         for one, (C, l, u) in zip(self._own, self._rows, strict=True):
-            C[:], l[:], u[:], why = 0.0, -np.inf, np.inf, ""
+            C[:], l[:], u[:] = 0.0, -np.inf, np.inf
             try:
-                one.fill(self._seen, C, l, u)
-            except Exception as error:  # the user's function may raise anything
-                why = f"{type(error).__name__}: {error}"[:200]
-            if not (why or (np.isfinite(C).all() and (l <= u).all())):
-                why = "numbers that are not finite, or l > u"
+                why = tried(one.fill, self._seen, C, l, u)
+            except BaseException:
+                C[:], l[:], u[:] = 0.0, -np.inf, np.inf
+                raise
             if why:
                 C[:], l[:], u[:] = 0.0, -np.inf, np.inf
                 if not self._failed[one.label]:
-                    _LOG.warning("constraint %s failed, and the arm is stopped: %s", one.label, why)
+                    _LOG.warning("fill of constraint %s %s, so that the arm is stopped", one.label, why)
                 self._stop()
-            self._failed[one.label] = why
+            self._failed[one.label] = why and f"fill {why}, so that the arm was stopped"
 
     def __getitem__(self, name: str) -> KeptPoint | OwnRows:
         try:

@@ -6,7 +6,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.planner.own_rows import OwnRows
+from ftqp.control.planner.filled_rows import OwnRows
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.control.planner.step_parts import Reference
 from ftqp.control.planner.target import Target, Targets

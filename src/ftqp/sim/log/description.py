@@ -12,6 +12,7 @@ import numpy as np
 
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
+from ftqp.control.task.keep import Keep
 from ftqp.control.task.soft_tasks import KINDS, LeastSquares
 from ftqp.core.checks import FloatArray
 from ftqp.model.body_frames import frame_pose, mount_of
@@ -83,6 +84,9 @@ def _further(planner: Planner) -> dict[str, Any]:
         result["constraints"] = found = []
         for kept in planner.constraints.values():
             keep = kept.given
+            if not isinstance(keep, Keep):
+                found.append({"name": keep.label, "kind": "rows", "rows": keep.rows})
+                continue
             T = frame_pose(robot, keep.frame, np.zeros(robot.nv))
             found.append(
                 {
@@ -102,6 +106,8 @@ def _settings(given: Any) -> dict[str, Any]:
         value = getattr(given, setting.name)
         if isinstance(value, Mapping):
             value = {str(key): float(one) for key, one in value.items()}
+        elif isinstance(value, tuple | list) and all(isinstance(one, str) for one in value):
+            value = list(value)
         elif not isinstance(value, str | int | float | None):
             value = None if callable(value) else np.asarray(value, dtype=np.float64).tolist()
         if value is not None and setting.name != "name":

@@ -4,6 +4,7 @@ from typing import final
 
 import numpy as np
 
+from ftqp.control.task.keep import Keep
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
@@ -221,7 +222,8 @@ class WatchedArm:
         if not len(measures):
             return ()
         places = measures.places(q) if np.isfinite(q).all() else {}
-        planes = {name: one.given for name, one in self._player.planner.constraints.items()}
+        every = self._player.planner.constraints.items()
+        planes = {name: one.given for name, one in every if isinstance(one.given, Keep)}
         found = []
         for one, value in zip(measures.all, measures.at(q).tolist(), strict=True):
             place = places.get(one.name) if one.group == TASKS else planes[one.name].above

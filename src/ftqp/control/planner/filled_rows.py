@@ -1,4 +1,4 @@
-"""Rows of soft tasks that functions of the user fill in before every tick."""
+"""Rows that functions of the user fill in before every tick, and those of soft tasks."""
 
 import logging
 from collections.abc import Callable, Sequence
@@ -48,9 +48,9 @@ class OwnRows:
         n, self._seen = len(neutral), seen
         self.failed: dict[str, str] = {}
         self._warned: set[str] = set()
-        still = Reference(frozen(neutral.copy()), frozen(np.zeros(n)), frozen(np.zeros(n)))
+        still = resting(neutral)
         for _, name, task in tasks:
-            why = _tried(task, still, np.zeros((task.rows, n)), np.zeros(task.rows))
+            why = tried(task.fill, still, np.zeros((task.rows, n)), np.zeros(task.rows))
             if why:
                 raise InputError(
                     f"fill of {name} {why} at the neutral posture at rest, expected that it writes finite "
@@ -66,7 +66,7 @@ class OwnRows:
         for name, task, J, b in self._all:
             J[:] = b[:] = 0.0
             try:
-                why = _tried(task, self._seen, J, b)
+                why = tried(task.fill, self._seen, J, b)
             except BaseException:
                 J[:] = b[:] = 0.0
                 raise
@@ -80,13 +80,26 @@ class OwnRows:
                 self.failed.pop(name, None)
 
 
-def _tried(task: LeastSquares, state: Reference, J: FloatArray, b: FloatArray) -> str:
-    """Call a function; what is wrong with it, or nothing."""
-    fill: Callable[..., object] = task.fill
+def tried(fill: Callable[..., object], state: Reference, *arrays: FloatArray) -> str:
+    """Call a function that fills arrays; what is wrong with it, or nothing. Ctrl-C goes through.
+
+    Args:
+        fill: It is called with the state and the arrays.
+        state: The reference.
+        arrays: J and b, or C, l and u; the first is to be finite, of l and u no number NaN, and l <= u.
+    """
     try:
-        returned = fill(state, J, b)
-    except Exception as error:  # whatever it is, the arm goes on without the task
+        returned = fill(state, *arrays)
+    except Exception as error:  # whatever it is
         return f"raised {type(error).__name__}: {error!s:.{LETTERS}}"
     if returned is not None:
         return f"returned {type(returned).__name__}"
-    return "" if np.isfinite(J).all() and np.isfinite(b).all() else "gave numbers that are not finite"
+    if not np.isfinite(arrays[0]).all() or (len(arrays) == 2 and not np.isfinite(arrays[1]).all()):
+        return "gave numbers that are not finite"
+    return "gave l > u, or NaN" if len(arrays) == 3 and not (arrays[1] <= arrays[2]).all() else ""
+
+
+def resting(neutral: FloatArray) -> Reference:
+    """The state in which functions are tried when a planner is made: a posture at rest."""
+    still = frozen(np.zeros(len(neutral)))
+    return Reference(frozen(neutral.copy()), still, still)
