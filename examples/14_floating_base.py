@@ -21,16 +21,15 @@ SATELLITE = Inertial(mass=150.0, com=np.array([0.0, 0.0, -0.3]), inertia=np.diag
 arm = ftqp.robots.load("panda")
 robot = arm.on_free_base(SATELLITE)
 DT, TICKS = 2e-3, 2000
-start = robot.pose(robot.neutral)
-way = ftqp.paths.Line(start, (-0.1, 0.3, 0.2), duration=0.8 * TICKS * DT).sample(DT * np.arange(TICKS))
+line = ftqp.paths.Line(robot.pose(robot.neutral), (-0.1, 0.3, 0.2), duration=0.8 * TICKS * DT)
+way = line.sample(DT * np.arange(TICKS))
 targets = ftqp.Targets(way.pose, way.twist, way.acceleration)
 
 
 def react(q: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    """The satellite after a small motion of the arm that stands at q: momentum stays 0."""
+    """The satellite after a small motion of the arm at q: momentum stays 0."""
     M = pin.crba(robot.model, robot.model.createData(), robot.configuration(q))
-    M = np.triu(M) + np.triu(M, 1).T
-    return q[:6] - np.linalg.solve(M[:6, :6], M[:6, 6:] @ moved)
+    return q[:6] - np.linalg.solve(np.triu(M[:6, :6]) + np.triu(M[:6, :6], 1).T, M[:6, 6:] @ moved)
 
 
 cases = {

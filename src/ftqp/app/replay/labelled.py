@@ -63,7 +63,7 @@ class _Units:
         """Of what a row of C limits, and what its numbers are divided by: dt at the velocity level."""
         if joint not in self.prismatic or not self.level:
             return "", 1.0
-        unit = kind.sliding_unit if kind.per_joint and self.prismatic[joint] else kind.unit
+        unit = kind.sliding_unit if kind.most is None and self.prismatic[joint] else kind.unit
         return unit, (self.dt if self.level == "velocity" else 1.0)
 
 

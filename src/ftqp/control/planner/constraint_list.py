@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import nan
 from typing import Any, NamedTuple, final
 
 import numpy as np
@@ -63,32 +64,24 @@ def asked_of(constraints: Sequence[Constraint]) -> Asked:
     return {KEEP.name: tuple(one.label for one in planes_of(constraints)), OWN_ROW.name: own}
 
 
-class KeptPoint(NamedTuple):
-    """A point that is kept.
+class Kept(NamedTuple):
+    """A constraint of a planner.
 
     Attributes:
         given: As it was asked for.
-        distance: From its plane, into the free side, before the last step [m].
+        distance: Of a point from its plane, into the free side, before the last step [m]; NaN of rows of
+            one's own.
+        failed: Why nothing is known of rows of one's own any more, so that the arm was stopped; empty while
+            they are good.
     """
 
-    given: Keep
+    given: Constraint
     distance: float
-
-
-class OwnRows(NamedTuple):
-    """Rows of the user's own.
-
-    Attributes:
-        given: As they were asked for.
-        failed: Why nothing is known of them any more, so that the arm was stopped; empty while they are good.
-    """
-
-    given: Rows
     failed: str
 
 
 @final
-class Constraints(Mapping[str, KeptPoint | OwnRows]):
+class Constraints(Mapping[str, Kept]):
     """The constraints of a planner by name.
 
     Args:
@@ -162,7 +155,7 @@ class Constraints(Mapping[str, KeptPoint | OwnRows]):
                 self._stop()
             self._failed[one.label] = why and f"fill {why}, so that the arm was stopped"
 
-    def __getitem__(self, name: str) -> KeptPoint | OwnRows:
+    def __getitem__(self, name: str) -> Kept:
         try:
             one = self._given[name]
         except (KeyError, TypeError):
@@ -170,9 +163,8 @@ class Constraints(Mapping[str, KeptPoint | OwnRows]):
             raise InputError(
                 f"there is no constraint {name!r:.60}{nearest(str(name), self._given)}; there are: {known}"
             ) from None
-        if isinstance(one, Rows):
-            return OwnRows(one, self._failed[name])
-        return KeptPoint(one, float(self._room.distance[self._at[name]]))
+        distance = nan if isinstance(one, Rows) else float(self._room.distance[self._at[name]])
+        return Kept(one, distance, self._failed[name])
 
     def __contains__(self, name: object) -> bool:
         return name in self._given

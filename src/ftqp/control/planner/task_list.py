@@ -169,16 +169,16 @@ class RunningTask:
         """How fast the target moves: of a frame (6,) [m/s and rad/s], of a point (3,) [m/s]; along W."""
         return frozen(self._terms.rate[self._at, : self._moving].copy())
 
-    @property
-    def _moving(self) -> int:
-        return 6 if isinstance(self.given, PoseTask) else 3
-
     @velocity.setter
     def velocity(self, value: Any) -> None:
         if not isinstance(self.given, PoseTask | PositionTask | CentreOfMass):
             raise InputError(f"{self.name} has no velocity: its target is no place of W; set its target")
         n = self._moving
         self._terms.rate[self._at, :n] = array(f"velocity of {self.name}", value, (n,), f"({n},)")
+
+    @property
+    def _moving(self) -> int:
+        return 6 if isinstance(self.given, PoseTask) else 3
 
     def taken(self, value: Any) -> FloatArray:
         """A target as numbers, checked.
@@ -345,7 +345,7 @@ class TaskList(Mapping[str, RunningTask]):
             if isinstance(task, PoseTask | RelativeTask) and task.target is None:
                 T = frame_pose(robot, task.frame, start.q)
                 if isinstance(task, RelativeTask):
-                    T = np.linalg.solve(frame_pose(robot, task.to, start.q), T)
+                    T = np.asarray(np.linalg.solve(frame_pose(robot, task.to, start.q), T), dtype=np.float64)
                 one.write(np.concatenate([T.ravel(), STILL]))
             elif isinstance(task, PositionTask) and task.target is None:
                 T = frame_pose(robot, task.frame, start.q)

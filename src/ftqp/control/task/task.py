@@ -1,7 +1,7 @@
 """Task: which rows of the pose are followed, with which gains, and what gives way when they cannot be."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from math import isfinite
 from typing import Any
 
@@ -30,7 +30,7 @@ DEFAULT_GAINS = {"acceleration": (100.0, 20.0), "velocity": (10.0, 0.0)}
 """kp, kv at each level: a critically damped error of 10 rad/s; at the velocity level a decay of 10 1/s."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Task:
     """What the tip has to do, and what gives way when it cannot.
 
@@ -74,10 +74,9 @@ class Task:
     """
 
     rows: str | tuple[str, ...] | None = setting(
-        None,
-        "'pose', 'position', 'position_axis' or some of x, y, z, rx, ry, rz; by robot if absent",
-        kw_only=False,
+        None, "'pose', 'position', 'position_axis' or some of x, y, z, rx, ry, rz; by robot if absent"
     )
+    _: KW_ONLY
     mode: str = setting("slack", "what gives way when the task cannot be kept", choices=tuple(MODES))
     kp: float | None = setting(None, "position gain, >= 0", unit="1/s2 or 1/s", least=0.0)
     kv: float | None = setting(None, "velocity gain, >= 0", unit="1/s", least=0.0)
