@@ -17,9 +17,8 @@ arguments.add_argument("--headless", action="store_true", help="no windows")
 arguments.add_argument("--figure", metavar="FILE", help="save a picture here")
 given = arguments.parse_args()
 
-SATELLITE = Inertial(mass=150.0, com=np.array([0.0, 0.0, -0.3]), inertia=np.diag([20.0, 15.0, 18.0]))
 arm = ftqp.robots.load("panda")
-robot = arm.on_free_base(SATELLITE)
+robot = arm.on_free_base(Inertial(mass=150.0, com=np.zeros(3), inertia=np.diag([20.0, 15.0, 18.0])))
 DT, TICKS = 2e-3, 2000
 line = ftqp.paths.Line(robot.pose(robot.neutral), (-0.1, 0.3, 0.2), duration=0.8 * TICKS * DT)
 way = line.sample(DT * np.arange(TICKS))
