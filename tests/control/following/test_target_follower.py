@@ -119,6 +119,7 @@ def test_huge_and_jumping_twists_stay_within_the_limits():
     assert jerk.max() <= 1.01 * 1.5 / 0.05
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("level", LEVELS)
 def test_nothing_winds_up_when_the_operator_pushes_out_of_reach(level):
     """Two seconds and a half outwards, then back: the tip turns round at once."""

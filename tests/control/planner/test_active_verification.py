@@ -52,6 +52,7 @@ def test_a_joint_that_follows_two_motions_is_said_to_follow(late: int) -> None:
     assert np.abs(np.array(arm.sent) - arm.home).max() == pytest.approx(FAR, rel=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("share", [0.0, 2.0])
 def test_a_joint_that_does_not_follow_is_asked_ever_more_rarely(share: float) -> None:
     arm = Arm(share)

@@ -49,6 +49,7 @@ def test_one_jump_is_straight_and_as_fast_as_the_limits_allow():
     assert norms(accelerations)[0] == pytest.approx(1.5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_limits_hold_for_the_norms_when_goals_jump_at_rest(seed):
     """A turn about a moving axis adds its own acceleration, so its bound is that of a fixed axis."""

@@ -113,6 +113,7 @@ def test_noise_that_is_stated_far_too_small_is_refused(robot, motion, stated):
         detector.calibrate(motion.log(), RATE)
 
 
+@pytest.mark.long
 def test_friction_and_load_are_told_apart(robot):
     """The motors of the log also carry 0.4 kg and overcome friction, of which the model knows nothing."""
     motion, carrying = Shaken(robot, TICKS), robot.with_payload(ftqp.Payload(0.4)).model

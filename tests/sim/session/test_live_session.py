@@ -252,6 +252,7 @@ def test_hand_leads_the_tip_and_gives_the_path_back():
     assert 1e-4 < np.linalg.norm(on_circle) < 0.2
 
 
+@pytest.mark.long
 def test_hand_that_points_out_of_reach_is_no_end():
     session = made(CIRCLE)
     pose = session.arms.robot.pose(session.facts.q)
@@ -385,6 +386,7 @@ def test_log_of_a_session_has_the_facts_that_were_shown():
         )
 
 
+@pytest.mark.long
 def test_memory_stays_flat_while_joints_are_broken_and_repaired(monkeypatch):
     monkeypatch.setattr("ftqp.sim.leader.SAMPLED", 32)  # targets are sampled ahead, and that block is no leak
     session = made(twin=True)
