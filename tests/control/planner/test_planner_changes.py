@@ -122,7 +122,7 @@ def test_a_change_that_is_interrupted_at_any_line_happened_or_did_not(kind, way)
     ride = Ride(kind)
     planner = ride.planner
     # what looks at the motors takes milliseconds, and a detector begins anew at every reset
-    stride = 13 if way == "carry" else 3 if (kind, way) == ("detector", "reset") else 1
+    stride = 13 if way == "carry" else 3 if kind == "detector" and way in ("reset", "tool") else 1
     for call, lines in ((there, itertools.count(0, stride)), (back, itertools.count(stride // 2, stride))):
         cut = 0
         for line in lines:
