@@ -135,6 +135,7 @@ def test_arm_that_its_motors_cannot_hold_is_stopped_and_that_is_said(caplog):
     )
 
 
+@pytest.mark.long
 def test_joints_that_the_scheme_goes_on_moving_do_not_keep_a_pose_from_being_reached():
     panda = ftqp.robots.load("panda")
     planner, start = ftqp.Planner(panda, DT, scheme="man"), panda.neutral.copy()

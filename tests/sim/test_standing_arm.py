@@ -65,6 +65,7 @@ def test_without_probing_it_is_never_noticed() -> None:
     assert planner.findings == () and planner.faults == {}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("drive", ["position", "torque"])
 def test_known_friction_is_no_lock(drive: str) -> None:
     friction = [0.5] * 4 + [0.17] * 3

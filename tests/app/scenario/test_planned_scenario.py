@@ -38,6 +38,7 @@ def test_a_lock_that_ends_the_motion_of_least_speed_is_survived_on_the_plan(
     assert led["completed"] and led["max_position_error"] < 1e-3
 
 
+@pytest.mark.long
 def test_the_healthy_run_on_a_plan_is_the_plan(plan_file: Path) -> None:
     setup = load(LINE, ["faults="], plan=plan_file)
     task, q = healthy_motion(setup)

@@ -246,6 +246,7 @@ def test_waypoints_are_read_from_a_file_beside_the_scenario(tmp_path: Path) -> N
     assert made.content["path"]["file"] == str(tmp_path / "points.csv")
 
 
+@pytest.mark.long
 def test_singular_scenario_finishes_on_its_line(
     summary_of: Callable[[str], dict[str, Any]], tmp_path: Path
 ) -> None:

@@ -48,6 +48,7 @@ def operated(twist, last, every=10):
     return lambda k: ftqp.Target(twist=twist, stamp=min(k, last) // every)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("level", LEVELS)
 def test_target_that_jumps_half_a_metre_is_followed_within_the_limits(level):
     """Without the limiter the emergency stop takes such a jump for a fault."""

@@ -134,6 +134,7 @@ def test_a_suspicion_slows_down_what_leads_the_arm_to_a_goal(leader: str) -> Non
     assert min(speeds[slowest : slowest + 150]) < 0.9 * speeds[399]
 
 
+@pytest.mark.long
 def test_a_joint_that_is_withdrawn_is_looked_at_again() -> None:
     planner = planner_of(ftqp.Detector())
     drive(planner, 2.0, truth=lock(2, 1.7))

@@ -98,6 +98,7 @@ def test_operator_is_told_of_every_change_once(caplog):
     ]
 
 
+@pytest.mark.long
 def test_repaired_joint_lets_the_task_go_on():
     run = Run(4, 1.0, damping=0.5)
     run.planner.withdraw(4)

@@ -86,6 +86,7 @@ def test_half_a_turn_is_made_to_the_end():
     assert np.abs(poses[-1] - goal).max() < 1e-9
 
 
+@pytest.mark.long
 def test_goal_that_moves_is_caught_up_with():
     def each(reference, k):
         shift = 0.1 * np.sin(0.8 * (k + 1) * DT)

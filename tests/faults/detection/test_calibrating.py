@@ -31,6 +31,7 @@ def test_noise_is_found_in_the_log(calibrated):
     assert calibrated.calibration.quantum == 0.0
 
 
+@pytest.mark.long
 def test_thresholds_lie_above_what_is_in_the_log(calibrated, motion):
     room = calibrated.calibration.room[:3]
     assert np.isfinite(room).all() and (room[0] > 3.0 * SIGMA).all()

@@ -15,6 +15,7 @@ def run(code):
     return done.stdout.strip(), done.stderr
 
 
+@pytest.mark.long
 def test_backend_loads_the_build_that_rounds_steadily():
     loaded, said = run("import ftqp; ftqp.qp.backend('proxqp')")
     assert "'proxsuite.proxsuite_pywrap'" in loaded and "avx" not in loaded

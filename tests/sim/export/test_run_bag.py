@@ -63,6 +63,7 @@ def bag(folder):
     return found, folder[1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("topic", "position", "velocity", "effort"),
     [

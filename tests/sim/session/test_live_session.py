@@ -235,6 +235,7 @@ def test_rehearsed_failure_happens_at_its_time_and_is_the_only_one():
     assert facts.truth.tolist() == [1, 1, 0, 0, 0, 0, 0]
 
 
+@pytest.mark.long
 def test_hand_leads_the_tip_and_gives_the_path_back():
     session = made(CIRCLE)
     after(session, seconds=0.5)
@@ -353,6 +354,7 @@ def test_every_kind_of_arm_and_leader_plays(scenario):
     assert facts.message == "" and np.isfinite(facts.q).all() and facts.twin is not None
 
 
+@pytest.mark.long
 def test_path_with_progress_goes_there_and_back_without_end():
     session = made(Choice(scenario="modular11-locked", overrides=("path.duration=2.0",)))
     start, end = session.arms.path.start[:3, 3], session.arms.path.sample(2.0).pose[0, :3, 3]
