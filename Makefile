@@ -9,10 +9,14 @@ MAKER   = $(BIN)/python -m ftqp.kernel.building
 # The classes of processors that a wheel is built for; elsewhere there is one for each architecture.
 LEVELS ?= $(if $(filter x86_64,$(shell uname -m)),"x86-64-v4,x86-64-v3")
 PYTHONS ?= python3.11 python3.12 python3.13
-# The rest (papers, random episodes, the bench, every compiled part) is for make test.
-QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/robustness tests/qp/test_answer_check.py tests/qp/test_infeasibility.py tests/qp/test_solving.py tests/qp/recording tests/app/scenario \
-          tests/app/replay tests/kernel/rows tests/kernel/arm tests/kernel/judge tests/kernel/maths tests/laws/test_laws.py tests/laws/test_faults.py \
+# Two cases of each test of these that takes less than a third of a second or tells much. The rest (long runs, papers,
+# random episodes, commands, pictures, every compiled part) is for make test.
+QUICK  ?= -m "not slow and not long" --few 2 tests/core tests/faults tests/model tests/control tests/sim tests/robustness tests/qp tests/laws \
+          $(addprefix tests/app/,scenario schema replay) $(addprefix tests/kernel/,layout rows arm judge maths) \
           tests/test_package.py tests/test_texts.py
+
+# Bytecode is kept, whatever the environment says: tests start hundreds of processes, and each would compile ftqp anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help demo kernel pictures test test-all quick test-pythons test-lowest licences docs campaign bench bench-first-use wheel clean

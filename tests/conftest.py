@@ -17,8 +17,26 @@ FROM_END_TO_END = (
 """Tests that run the script of a study from end to end: ``make test-all`` has them, ``make test`` has not."""
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark them as slow."""
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """``--few 2``: of each parametrised test its first and its last case only."""
+    parser.addoption("--few", type=int, metavar="N", help="run N cases of each test, evenly spread")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark whole scripts as slow; leave out what ``--few`` leaves out."""
     for item in items:
         if item.path.parent in SCRIPTS and item.path.name.startswith(FROM_END_TO_END):
             item.add_marker(pytest.mark.slow)
+    if few := config.getoption("few"):
+        cases: dict[str, list[pytest.Item]] = {}
+        for item in items:
+            cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
+        kept = {one for same in cases.values() for one in spread(same, few)}
+        config.hook.pytest_deselected(items=[item for item in items if item not in kept])
+        items[:] = [item for item in items if item in kept]
+
+
+def spread(cases: list[pytest.Item], few: int) -> list[pytest.Item]:
+    """At most so many of them, from the first to the last."""
+    places = {k * (len(cases) - 1) // max(1, few - 1) for k in range(few)}
+    return [case for place, case in enumerate(cases) if place in places]

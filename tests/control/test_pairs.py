@@ -25,6 +25,7 @@ def led(seed=0):
     return robot, planner, arm, ftqp.paths.Circle(robot.pose(START), 0.07, duration=6.0, axes=("x", "y"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("dead", [0, 2])
 def test_neighbour_of_a_motor_that_fails_on_the_same_axis_keeps_its_speed_limit(dead, seed):
@@ -40,6 +41,7 @@ def test_neighbour_of_a_motor_that_fails_on_the_same_axis_keeps_its_speed_limit(
     assert fastest < 1.0
 
 
+@pytest.mark.long
 def test_pair_of_which_one_was_held_for_a_moment_follows_again():
     robot, planner, arm, path = led()
     for k in range(END):

@@ -17,6 +17,7 @@ def led(latency, duration):
     return robot, planner, arm, circle(robot, START, 0.1, duration)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("latency", [0, 4])
 @pytest.mark.parametrize("at", [0.7, 1.4])
 def test_joint_that_falls_unannounced_throws_no_other_about(at, latency):
@@ -39,6 +40,7 @@ def test_joint_that_falls_unannounced_throws_no_other_about(at, latency):
     assert fastest < 0.8
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("latency", [0, 4])
 def test_joint_that_was_held_for_a_moment_goes_on(latency):
     """A joint that is held for 30 ms looks like one that has failed, but it follows again."""

@@ -17,6 +17,7 @@ def test_a_healthy_arm_keeps_to_its_circle_and_is_ok(drive):
     assert ride.error.max() < 1.5e-3 and set(ride.status) == {"OK"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 def test_a_brake_told_at_once_costs_millimetres(drive):
     robot = ftqp.robots.load("panda")
@@ -26,6 +27,7 @@ def test_a_brake_told_at_once_costs_millimetres(drive):
     assert set(ride.status) <= {"OK", "RELAXED"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 @pytest.mark.parametrize("seed", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_noise_delay_load_and_friction_are_lived_with(drive, seed):
@@ -37,6 +39,7 @@ def test_noise_delay_load_and_friction_are_lived_with(drive, seed):
     assert set(ride.status) <= {"OK", "RELAXED"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 @pytest.mark.parametrize("joint", [1, pytest.param(3, marks=pytest.mark.slow)])
 def test_a_brake_that_nobody_told_is_seen_and_ends_at_rest(drive, joint):
@@ -78,6 +81,7 @@ def test_a_push_makes_the_user_s_targets_late_and_the_time_is_made_up(drive):
     assert ride.status[-1] == "OK" and ride.error[-1] < 1e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 def test_a_stop_holds_its_place_and_goes_on_when_asked(drive):
     robot = ftqp.robots.load("panda")
@@ -98,6 +102,7 @@ def test_a_stop_holds_its_place_and_goes_on_when_asked(drive):
     assert step.status.name == "OK" and np.linalg.norm(robot.pose(arm.q)[:3, 3] - target.position) < 2e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("drive", ["position", "torque"])
 def test_a_follower_s_path_waits_for_an_arm_that_is_held(drive):
     robot = ftqp.robots.load("panda")

@@ -19,6 +19,7 @@ GROUP, QUICK = 20, 5
 GROUPS = range((EPISODES + GROUP - 1) // GROUP)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "group", [k if k < QUICK else pytest.param(k, marks=pytest.mark.slow) for k in GROUPS]
 )

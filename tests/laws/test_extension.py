@@ -40,6 +40,7 @@ def said_by(script, *arguments, source=ROOT / "src", **environment):
     return json.loads(done.stdout.splitlines()[-1])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("how", ["registered", "unheard"])
 def test_kind_of_fault_without_a_case_is_refused_by_every_consumer(how, tmp_path):
     for package in ("mujoco", "matplotlib", "rosbags", "viser"):

@@ -57,6 +57,7 @@ def both():
     return digests(1, (0, 3000)), digests(-1, (77,))
 
 
+@pytest.mark.long
 @pytest.mark.solvers
 @pytest.mark.parametrize("run", RUNS, ids=" ".join)
 def test_two_processes_and_two_orders_command_bitwise_the_same(both, run):

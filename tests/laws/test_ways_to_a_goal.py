@@ -13,6 +13,7 @@ LEVELS = ["acceleration", "velocity"]
 DT = 4e-3
 
 
+@pytest.mark.long
 def test_random_ways_end_within_limits_and_say_so():
     """Robots, goals, starts outside the limits or moving, faults and a lost sample, all at random."""
     robots = [ftqp.robots.load(name) for name in ("panda", "iiwa14", "planar(4)")]
@@ -101,6 +102,7 @@ def test_arm_that_swings_out_of_reach_is_said_to_rest_when_it_does():
     assert f"{1e3 * goto.position_error:.3g} mm" in goto.sentence and goto.position_error > 0.5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("level", LEVELS)
 def test_arm_that_is_too_weak_for_its_load_at_a_pose_rests_where_it_is_strong_enough(level):
     panda = ftqp.robots.load("panda")
@@ -115,6 +117,7 @@ def test_arm_that_is_too_weak_for_its_load_at_a_pose_rests_where_it_is_strong_en
     assert (held < panda.limits.tau_max).all()
 
 
+@pytest.mark.long
 def test_arm_that_its_motors_cannot_hold_is_stopped_and_that_is_said(caplog):
     panda = ftqp.robots.load("panda")
     planner = ftqp.Planner(panda, DT)
@@ -132,6 +135,7 @@ def test_arm_that_its_motors_cannot_hold_is_stopped_and_that_is_said(caplog):
     )
 
 
+@pytest.mark.long
 def test_joints_that_the_scheme_goes_on_moving_do_not_keep_a_pose_from_being_reached():
     panda = ftqp.robots.load("panda")
     planner, start = ftqp.Planner(panda, DT, scheme="man"), panda.neutral.copy()

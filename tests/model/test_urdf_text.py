@@ -49,6 +49,7 @@ def test_robot_of_the_catalog_comes_back(name: str) -> None:
     assert (again.name, again.tips) == (robot.name, robot.tips)
 
 
+@pytest.mark.long
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 9))
 def test_random_chain_of_any_joints_comes_back(seed: int, joints: int) -> None:

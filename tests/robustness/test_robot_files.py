@@ -75,6 +75,7 @@ def test_bomb_in_a_text_is_refused() -> None:
         Robot.from_mjcf(BOMB.replace("robot", "mujoco"))
 
 
+@pytest.mark.long
 def test_elements_nested_without_end_are_refused() -> None:
     deep = "<a>" * 50_000 + "</a>" * 50_000
     with pytest.raises(FtqpError):
@@ -83,6 +84,7 @@ def test_elements_nested_without_end_are_refused() -> None:
         Robot.from_urdf(f"<robot name='deep'><link name='b'><inertial>{deep}</inertial></link></robot>")
 
 
+@pytest.mark.long
 def test_deep_chain_of_fixed_joints_does_not_overflow() -> None:
     links = "".join(f'<link name="l{i}"/>' for i in range(1001))
     joints = "".join(

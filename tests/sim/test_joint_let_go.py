@@ -57,6 +57,7 @@ def jam(joint: int) -> Callable[[int, ftqp.MujocoPlant, ftqp.Planner], None]:
     return happens
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("drive", "joint"), [("position", 2), ("velocity", 3), ("torque", 3)])
 def test_a_joint_that_was_jammed_for_half_a_second_goes_on_being_used(drive: str, joint: int) -> None:
     planner, errors = led(drive, jam(joint), ticks=3800)
@@ -81,6 +82,7 @@ def test_a_joint_that_is_locked_is_never_withdrawn(drive: str, joint: int) -> No
     assert planner.faults == {name: ftqp.Locked(name)}
 
 
+@pytest.mark.long
 def test_what_a_user_reported_stays_whatever_the_joint_does() -> None:
     def happens(k: int, plant: ftqp.MujocoPlant, planner: ftqp.Planner) -> None:
         jam(2)(k, plant, planner)
@@ -93,6 +95,7 @@ def test_what_a_user_reported_stays_whatever_the_joint_does() -> None:
     assert planner.findings[0].withdrawn_at is None
 
 
+@pytest.mark.long
 def test_without_probing_no_joint_of_an_arm_with_servos_is_asked_to_move() -> None:
     sent = []
 

@@ -65,6 +65,7 @@ def test_without_probing_it_is_never_noticed() -> None:
     assert planner.findings == () and planner.faults == {}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("drive", ["position", "torque"])
 def test_known_friction_is_no_lock(drive: str) -> None:
     friction = [0.5] * 4 + [0.17] * 3
@@ -72,6 +73,7 @@ def test_known_friction_is_no_lock(drive: str) -> None:
     assert planner.findings == ()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 def test_a_healthy_arm_is_probed_and_nothing_is_found(drive: str) -> None:
     planner, _ = standing(drive, 0.3, seconds=4.0)

@@ -73,9 +73,9 @@ def test_judge_sees_a_process_that_takes_what_it_finds(good, tmp_path: Path, mon
     )
     monkeypatch.setattr(kernels, "RIDE", careless)
     monkeypatch.setattr(kernels, "CONTENTS", (kernels.longer,))
-    wrong = []
     for number in range(8):
         rng = np.random.default_rng([14, number])
         found = kernels.trial(number, good, rng, tmp_path / str(number))
-        wrong += found.wrong if found.what == "library: longer" else []
-    assert "the library is used" in wrong
+        if found.what == "library: longer" and "the library is used" in found.wrong:
+            return
+    pytest.fail("nobody saw it")

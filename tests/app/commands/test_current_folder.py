@@ -31,7 +31,7 @@ OF_FTQP = {"json", "multiprocessing", "numba", "numpy", "pinocchio", "rich", "sc
 STUDY = """
 [robot]
 name = "planar"
-options = { lengths = [1.0, 0.8, 0.6], continuous = true }
+options = { lengths = [1.0, 0.8], continuous = true }
 
 [map]
 goal = [1.2, 0.9]
@@ -56,6 +56,9 @@ CASE = """
 [robot]
 name = "planar"
 options = { lengths = [1.0, 1.0, 1.0], continuous = true }
+
+[planner]
+dt = 0.01
 
 [planner.task]
 rows = ["x", "y"]

@@ -23,7 +23,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     folders = [tmp_path_factory.mktemp("runs") / f"healthy-{seed}" for seed in (2, 3)]
     for seed, folder in zip((2, 3), folders, strict=True):
         settings = ["faults=", "sensors.torque_noise=0.1", "path.duration=25.0", "path.turns=6",
-                    f"simulation.seed={seed}", f"simulation.mujoco.coulomb={FRICTION}"]  # fmt: skip
+                    "planner.dt=0.002", f"simulation.seed={seed}",
+                    f"simulation.mujoco.coulomb={FRICTION}"]  # fmt: skip
         given = [part for one in settings for part in ("--set", one)]
         result = asked("run", "panda-undetected", *given, "--out", folder)
         assert result.exit_code == 0, result.output
@@ -32,7 +33,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 def test_a_run_keeps_torques_and_what_the_drive_asked_for(runs: list[Path]) -> None:
     log = ftqp.load_log(runs[0])
-    assert log["tau_measured"].shape == log["tau_demand"].shape == (25001, 7)
+    assert log["tau_measured"].shape == log["tau_demand"].shape == (12501, 7)
     apart = (log["tau_measured"] - log["tau_demand"])[100:]
     assert apart.std() == pytest.approx(0.1, rel=0.1)
     assert log.units["tau_demand.panda_joint1"] == "N m"

@@ -52,6 +52,7 @@ def test_run_records_every_qp_and_says_where(file: Path) -> None:
     assert recording.variables == ("j1", "j2", "j3", "j4", "j5", "j6", "slack x", "slack y")
 
 
+@pytest.mark.long
 def test_recording_does_not_change_the_run(file: Path, tmp_path: Path) -> None:
     scenario = file.parent / "scenario.toml"
     assert invoke("run", scenario, "--out", tmp_path / "plain").exit_code == 0
@@ -60,6 +61,7 @@ def test_recording_does_not_change_the_run(file: Path, tmp_path: Path) -> None:
     assert (first["status"] == second["status"]).all()
 
 
+@pytest.mark.long
 def test_run_keeps_the_ticks_that_the_scenario_asks_for(short: Path, tmp_path: Path) -> None:
     choices = ("recording.begin=0.1", "recording.end=0.31", "recording.every=4", "recording.limit=3")
     sets = [word for choice in choices for word in ("--set", choice)]
@@ -69,6 +71,7 @@ def test_run_keeps_the_ticks_that_the_scenario_asks_for(short: Path, tmp_path: P
     assert "3 older ones did not fit into memory" in result.stdout
 
 
+@pytest.mark.long
 def test_run_that_records_nothing_says_so_and_writes_no_file(short: Path, tmp_path: Path) -> None:
     result = invoke(
         *("run", short, "--set", "recording.begin=9.0"),

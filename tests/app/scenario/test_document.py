@@ -38,6 +38,7 @@ values = st.recursive(
 tables = st.dictionaries(st.text(max_size=5), values, max_size=3)
 
 
+@pytest.mark.long
 @given(st.dictionaries(st.text(max_size=5), tables, max_size=3), st.lists(tables, min_size=1, max_size=3))
 def test_toml_reads_back_as_what_was_written(content: dict[str, object], faults: list[object]) -> None:
     content["faults"] = faults

@@ -26,6 +26,7 @@ def plan_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
+@pytest.mark.long
 def test_a_lock_that_ends_the_motion_of_least_speed_is_survived_on_the_plan(
     plan_file: Path, tmp_path: Path
 ) -> None:
@@ -37,6 +38,7 @@ def test_a_lock_that_ends_the_motion_of_least_speed_is_survived_on_the_plan(
     assert led["completed"] and led["max_position_error"] < 1e-3
 
 
+@pytest.mark.long
 def test_the_healthy_run_on_a_plan_is_the_plan(plan_file: Path) -> None:
     setup = load(LINE, ["faults="], plan=plan_file)
     task, q = healthy_motion(setup)
@@ -70,6 +72,7 @@ def test_a_plan_of_something_else_is_refused(
     assert any(said in error for error in raised.value.errors)
 
 
+@pytest.mark.long
 def test_run_takes_a_plan_and_says_in_a_sentence_that_there_is_none(plan_file: Path, tmp_path: Path) -> None:
     runner = CliRunner()
     done = runner.invoke(app, ["run", LINE, "--plan", str(plan_file), "--out", str(tmp_path / "a"), "--json"])

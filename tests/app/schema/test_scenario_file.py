@@ -76,6 +76,7 @@ def summary_of(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[s
         yield cache(lambda name: runs.run(load(name), tmp_path_factory.mktemp("runs") / "out").summary)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", sorted(ENDINGS))
 def test_bundled_scenario_ends_as_it_tells(name: str, summary_of: Callable[[str], dict[str, Any]]) -> None:
     completed, error = ENDINGS[name]
@@ -245,6 +246,7 @@ def test_waypoints_are_read_from_a_file_beside_the_scenario(tmp_path: Path) -> N
     assert made.content["path"]["file"] == str(tmp_path / "points.csv")
 
 
+@pytest.mark.long
 def test_singular_scenario_finishes_on_its_line(
     summary_of: Callable[[str], dict[str, Any]], tmp_path: Path
 ) -> None:

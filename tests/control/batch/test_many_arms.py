@@ -189,6 +189,7 @@ except KeyboardInterrupt:
 """
 
 
+@pytest.mark.long
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for another process")
 def test_interrupt_stops_all_threads_within_a_moment():
     """In a process of its own: a Ctrl-C in this one may fall into pytest's code or a garbage collection's."""

@@ -24,6 +24,7 @@ def recorded(takes, hertz, latency=0, sigma=1e-4):
     return np.array(sent), np.array(measured)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("hertz", "latency"), [(15, 0), (5, 5)])
 def test_a_servo_on_positions_only_gets_its_lead(hertz, latency):
     true = 2.0 / (2 * np.pi * hertz)
@@ -32,6 +33,7 @@ def test_a_servo_on_positions_only_gets_its_lead(hertz, latency):
     assert found.drive.lead == found.lag and not found.drive.takes_velocity
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("hertz", [15, 60])
 def test_a_servo_that_takes_velocities_has_no_lag(hertz):
     found = servo_lag(*recorded("position", hertz), DT)

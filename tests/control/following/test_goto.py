@@ -129,6 +129,7 @@ def gravity_share(planner, steps):
 STRETCHED = np.array([0.0, 1.47, 0.0, -0.2, 0.0, 1.6, 0.8])
 
 
+@pytest.mark.long
 def test_load_taken_up_on_the_way_shortens_it_and_laying_it_down_lets_it_go_on():
     planner = planner_at(HOME)
     goto = ftqp.GoTo(planner, q=STRETCHED)
@@ -203,6 +204,7 @@ def test_joint_that_fails_on_the_way_to_a_pose_does_not_keep_a_redundant_arm_fro
     assert goto.status is ftqp.GoToStatus.REACHED and within_limits(steps)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("rows", ["pose", "position"])
 def test_pose_out_of_reach_is_neared_as_far_as_can_be_and_the_arm_rests_and_says_so(level, rows):

@@ -123,6 +123,7 @@ def test_joint_that_locks_on_the_way_does_not_throw_the_tip_off(level):
     assert steps[-1].v[2] == 0.0
 
 
+@pytest.mark.long
 def test_position_limit_in_the_way_is_named():
     """A joint at its limit, and another locked: the verdict names both."""
     arm = ftqp.robots.load("planar(3)").with_limits(

@@ -48,6 +48,7 @@ def operated(twist, last, every=10):
     return lambda k: ftqp.Target(twist=twist, stamp=min(k, last) // every)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("level", LEVELS)
 def test_target_that_jumps_half_a_metre_is_followed_within_the_limits(level):
     """Without the limiter the emergency stop takes such a jump for a fault."""
@@ -119,6 +120,7 @@ def test_huge_and_jumping_twists_stay_within_the_limits():
     assert jerk.max() <= 1.01 * 1.5 / 0.05
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("level", LEVELS)
 def test_nothing_winds_up_when_the_operator_pushes_out_of_reach(level):
     """Two seconds and a half outwards, then back: the tip turns round at once."""

@@ -52,6 +52,7 @@ def test_a_joint_that_follows_two_motions_is_said_to_follow(late: int) -> None:
     assert np.abs(np.array(arm.sent) - arm.home).max() == pytest.approx(FAR, rel=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("share", [0.0, 2.0])
 def test_a_joint_that_does_not_follow_is_asked_ever_more_rarely(share: float) -> None:
     arm = Arm(share)
@@ -63,6 +64,7 @@ def test_a_joint_that_does_not_follow_is_asked_ever_more_rarely(share: float) ->
     assert len(apart) == 4 and (np.diff(apart) > 0.8 * apart[:-1]).all()
 
 
+@pytest.mark.long
 def test_every_new_finding_of_the_same_joint_is_trusted_for_longer() -> None:
     arm, waits = Arm(1.0), []
     for _ in range(3):
@@ -83,6 +85,7 @@ def test_a_joint_that_moves_by_itself_is_not_held_and_one_that_creeps_is() -> No
     assert set(creeping.sent) == {creeping.home}
 
 
+@pytest.mark.long
 def test_nobody_is_asked_during_a_stop_or_once_a_brake_was_asked_for() -> None:
     for room, field in (("watch", "latched"), ("feedback", "asks")):
         arm = Arm(1.0)

@@ -56,6 +56,7 @@ def test_a_sensor_that_stays_impossible_stops_the_arm_after_its_patience(drive, 
     assert not planner.resume()
 
 
+@pytest.mark.long
 def test_a_torque_arm_that_lost_a_sensor_asks_for_that_joints_brake():
     robot = ftqp.robots.load("panda")
     planner, arm = wired(robot, "torque")

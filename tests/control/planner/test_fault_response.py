@@ -70,6 +70,7 @@ def test_a_lock_that_nobody_announces_is_found_and_the_task_goes_on(joint: int) 
     assert max(step.position_error for step in steps[-500:]) < 2e-3
 
 
+@pytest.mark.long
 def test_without_a_detector_the_same_arm_falls_behind() -> None:
     planner = planner_of(None)
     steps = drive(planner, 4.0, truth=lock(2, 1.7))
@@ -77,6 +78,7 @@ def test_without_a_detector_the_same_arm_falls_behind() -> None:
     assert steps[-1].status is not ftqp.StepStatus.OK
 
 
+@pytest.mark.long
 def test_a_healthy_arm_moves_bit_for_bit_as_without_a_detector() -> None:
     watched, alone = planner_of(ftqp.Detector()), planner_of(None)
     for with_one, without in zip(drive(watched, 2.0), drive(alone, 2.0), strict=True):
@@ -132,6 +134,7 @@ def test_a_suspicion_slows_down_what_leads_the_arm_to_a_goal(leader: str) -> Non
     assert min(speeds[slowest : slowest + 150]) < 0.9 * speeds[399]
 
 
+@pytest.mark.long
 def test_a_joint_that_is_withdrawn_is_looked_at_again() -> None:
     planner = planner_of(ftqp.Detector())
     drive(planner, 2.0, truth=lock(2, 1.7))
@@ -140,6 +143,7 @@ def test_a_joint_that_is_withdrawn_is_looked_at_again() -> None:
     assert planner.findings == () and planner.faults == {}
 
 
+@pytest.mark.long
 def test_a_fault_that_is_told_is_not_found_once_more() -> None:
     planner = planner_of(ftqp.Detector())
 

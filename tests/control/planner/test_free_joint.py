@@ -50,6 +50,7 @@ def fallen():
     return Run(1, 2.0, damping=0.5, q=[0.3, 0.6, 0.2, -1.2, 0.3, 1.6, 0.4])
 
 
+@pytest.mark.long
 def test_tip_is_held_at_its_position_and_the_attitude_given_up(held):
     assert held.last.rows == ("x", "y", "z")
     assert held.last.status is S.RELAXED
@@ -97,6 +98,7 @@ def test_operator_is_told_of_every_change_once(caplog):
     ]
 
 
+@pytest.mark.long
 def test_repaired_joint_lets_the_task_go_on():
     run = Run(4, 1.0, damping=0.5)
     run.planner.withdraw(4)

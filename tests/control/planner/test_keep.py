@@ -88,6 +88,7 @@ def test_the_task_gives_way_and_what_holds_it_is_named():
     assert row_labels(planner)[-1] == "keep tool"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("level", LEVELS)
 def test_a_point_that_begins_beyond_its_plane_comes_back_and_stays(level):
     z = frame_pose(PANDA, ELBOW, PANDA.neutral)[2, 3]

@@ -72,6 +72,7 @@ def at(plan, time):
     return np.array([np.interp(time, plan.t, column) for column in plan.q.T])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("level", ["velocity", "acceleration"])
 def test_the_joints_are_where_the_plan_has_them_all_the_way(panda, level):
     path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
@@ -91,6 +92,7 @@ def test_the_joints_are_where_the_plan_has_them_all_the_way(panda, level):
     assert planner.plan_time == pytest.approx(DURATION, abs=0.05)
 
 
+@pytest.mark.long
 def test_after_a_lock_the_verified_continuation_leads_and_after_a_repair_the_plan(panda):
     path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
     plan, other = made(panda, path), made(panda, path, -0.3)
@@ -115,6 +117,7 @@ def test_after_a_lock_the_verified_continuation_leads_and_after_a_repair_the_pla
     assert np.abs(q - plan.q[-1])[:6].max() < 0.02
 
 
+@pytest.mark.long
 def test_a_path_that_is_slowed_down_and_stopped_takes_the_plan_with_it(panda):
     path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
     plan = made(panda, path)
@@ -135,6 +138,7 @@ def test_a_path_that_is_slowed_down_and_stopped_takes_the_plan_with_it(panda):
     assert planner.plan_time == pytest.approx(DURATION, abs=0.05)
 
 
+@pytest.mark.long
 def test_a_start_off_the_plan_is_drawn_onto_it(panda):
     path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
     plan = made(panda, path)
@@ -149,6 +153,7 @@ def test_a_start_off_the_plan_is_drawn_onto_it(panda):
     assert np.abs(q - plan.q[-1]).max() < 5e-3
 
 
+@pytest.mark.long
 def test_what_a_plan_cannot_lead_is_refused(panda):
     path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
     plan = made(panda, path)

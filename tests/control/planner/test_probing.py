@@ -64,6 +64,7 @@ def test_without_probing_commands_are_those_of_a_detector_that_never_heard_of_it
         assert (one.q == other.q).all() and (one.a == other.a).all()
 
 
+@pytest.mark.long
 def test_a_lock_at_rest_is_found_within_a_second_by_probing_alone() -> None:
     probing, alone = planner_of(HALF_SECOND), planner_of(None)
     stood(probing, 1700, locked=2, at=700)

@@ -51,6 +51,7 @@ def test_arm_with_rotors_is_not_warned_of(warned):
     assert not warned(with_rotors(ftqp.robots.load("panda"), 0.05), drive="torque")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("inertia", "known", "kept"), [(0.02, False, True), (0.05, False, False), (0.05, True, True)]
 )

@@ -55,6 +55,7 @@ def test_state_that_is_no_number_stands_still():
     assert not motion.at(1.0).v.any()
 
 
+@pytest.mark.long
 def test_state_far_beyond_the_limits_from_which_no_way_is_found_brakes():
     """The tip of an arm that is stopped while it falls: the library's result has no name in Python."""
     state = State(

@@ -49,6 +49,7 @@ def test_one_jump_is_straight_and_as_fast_as_the_limits_allow():
     assert norms(accelerations)[0] == pytest.approx(1.5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_limits_hold_for_the_norms_when_goals_jump_at_rest(seed):
     """A turn about a moving axis adds its own acceleration, so its bound is that of a fixed axis."""
@@ -85,6 +86,7 @@ def test_half_a_turn_is_made_to_the_end():
     assert np.abs(poses[-1] - goal).max() < 1e-9
 
 
+@pytest.mark.long
 def test_goal_that_moves_is_caught_up_with():
     def each(reference, k):
         shift = 0.1 * np.sin(0.8 * (k + 1) * DT)

@@ -31,6 +31,7 @@ def test_noise_is_found_in_the_log(calibrated):
     assert calibrated.calibration.quantum == 0.0
 
 
+@pytest.mark.long
 def test_thresholds_lie_above_what_is_in_the_log(calibrated, motion):
     room = calibrated.calibration.room[:3]
     assert np.isfinite(room).all() and (room[0] > 3.0 * SIGMA).all()
@@ -113,6 +114,7 @@ def test_noise_that_is_stated_far_too_small_is_refused(robot, motion, stated):
         detector.calibrate(motion.log(), RATE)
 
 
+@pytest.mark.long
 def test_friction_and_load_are_told_apart(robot):
     """The motors of the log also carry 0.4 kg and overcome friction, of which the model knows nothing."""
     motion, carrying = Shaken(robot, TICKS), robot.with_payload(ftqp.Payload(0.4)).model

@@ -11,6 +11,7 @@ from ftqp.kernel.arm.newton_euler import torques_of
 from ftqp.kernel.arm.torque_bound import torque_bound
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("joints", [1, 2, 4, 8])
 def test_no_torque_is_beyond_the_bound(joints):
     rng = np.random.default_rng(joints)

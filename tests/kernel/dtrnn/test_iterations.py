@@ -155,9 +155,8 @@ def test_no_feasible_qp_is_called_infeasible_whatever_the_state(kind):
     for k in range(20):
         case = feasible(rng, kind, dense=bool(k % 2))
         _, net = network_of(parts_of(case))
-        for scale in (0.0, 1.0, 1e3, 1e8):
-            net.u[:] = scale * rng.normal(size=len(net.u))
-            assert not proven_infeasible(net)
+        net.u[:] = (0.0, 1.0, 1e3, 1e8)[k // 2 % 4] * rng.normal(size=len(net.u))
+        assert not proven_infeasible(net)
         assert network.solve(hard(case)).claim.name != "INFEASIBLE"
 
 

@@ -31,6 +31,7 @@ SETTINGS = {
     "mode",
 }
 """Whole numbers that sizes and branches follow from, and the period; Python writes them once."""
+CIRCLE = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), radius=0.05, duration=3.0).sample(np.arange(3000) * DT)
 WRONG = (np.nan, np.inf, -np.inf, 1e300, -1e4, 0.3)
 
 
@@ -43,8 +44,7 @@ class Ride:
         self.K = self.planner._session.K
         self.lead = float(self.K.gate.lead)
         q = PANDA.neutral
-        path = ftqp.paths.Circle(PANDA.pose(q), radius=0.05, duration=3.0).sample(np.arange(3000) * DT)
-        self.targets = ftqp.Targets(path.pose, path.twist, path.acceleration)
+        self.targets = ftqp.Targets(CIRCLE.pose, CIRCLE.twist, CIRCLE.acceleration)
         self.planner.reset(q)
         self.q, self.at, self.failed = q.copy(), 0, np.zeros(7, bool)
         self.last = self.sent()

@@ -53,9 +53,11 @@ def test_search_softens_the_impact_that_braking_would_have():
     search(K, F)
     first = float(F.best)
     assert K.free.impact_speed > 2.0 and K.free.impact_side != 0
-    for _ in range(54):
+    for _ in range(54):  # formulas are plain Python here: no more of them than it takes
         search(K, F)
-    assert F.best < 0.8 * first
+        if F.best < 0.8 * first:
+            return
+    raise AssertionError(f"{F.best} after a whole round, {first} at first")
 
 
 def test_joint_near_its_limit_is_not_driven_further():
@@ -66,7 +68,7 @@ def test_joint_near_its_limit_is_not_driven_further():
     assert 0.0 <= a < K.limits.a_max[0] and 0.5 * a * 0.01**2 <= 1e-3
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, 2, 6, 11])  # no impact; a slow one, two fast ones
 def test_what_comes_later_is_what_a_rollout_of_the_whole_arm_says(seed):
     rng = np.random.default_rng(seed)
     joint = int(rng.integers(1, 6))
@@ -74,7 +76,7 @@ def test_what_comes_later_is_what_a_rollout_of_the_whole_arm_says(seed):
     K.faults.friction[joint] = rng.uniform(0.5, 5.0)
     q = rng.uniform(0.8 * K.limits.q_min[:7], 0.8 * K.limits.q_max[:7])
     F.base_q[:7], F.base_v[:7] = q, 0.0
-    look_ahead(K, F, 0.0, 0.0, 1e300, 2000)  # 20 s; all others stand
+    look_ahead(K, F, 0.0, 0.0, 1e300, 400)  # 4 s; all others stand
     whole = float(F.impact_speed)
     K.supposed.q[:7], K.supposed.v[:7] = q, 0.0
     see_arm(K)

@@ -15,17 +15,20 @@ def run(code):
     return done.stdout.strip(), done.stderr
 
 
+@pytest.mark.long
 def test_backend_loads_the_build_that_rounds_steadily():
     loaded, said = run("import ftqp; ftqp.qp.backend('proxqp')")
     assert "'proxsuite.proxsuite_pywrap'" in loaded and "avx" not in loaded
     assert "loaded before" not in said
 
 
+@pytest.mark.long
 def test_list_of_backends_loads_it_too():
     loaded, _ = run("import ftqp; ftqp.qp.backends()")
     assert "'proxsuite.proxsuite_pywrap'" in loaded and "avx" not in loaded
 
 
+@pytest.mark.long
 def test_build_that_was_loaded_before_stays_and_is_said():
     loaded, said = run("import proxsuite, ftqp; ftqp.qp.backend('proxqp'); ftqp.qp.backend('proxqp')")
     if "avx" not in loaded:

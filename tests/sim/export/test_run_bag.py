@@ -64,6 +64,7 @@ def bag(folder):
     return found, folder[1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("topic", "position", "velocity", "effort"),
     [
@@ -202,6 +203,7 @@ def test_every_stamp_is_the_time_of_its_message(bag):
             assert 10**9 * message.header.stamp.sec + message.header.stamp.nanosec == time
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("level", "share"), [("acceleration", 0.5), ("velocity", 1.0)])
 def test_command_is_integrated_where_the_log_does_not_have_it(write, tmp_path, level, share):
     few = signals(sensed=(), base=())
@@ -276,6 +278,7 @@ def small_heap():
     gc.unfreeze()
 
 
+@pytest.mark.long
 def test_memory_does_not_grow_with_the_log(write, tmp_path, small_heap):
     few = signals(sensed=(), base=())
     peaks = []

@@ -103,6 +103,7 @@ def test_name_of_nineteen_megabytes_is_refused():
         columns(["x" * 19_000_000], np.array([False]), "velocity")
 
 
+@pytest.mark.long
 def test_killed_process_leaves_a_readable_log(tmp_path):
     path = tmp_path / "log.sqlite"
     script = textwrap.dedent(

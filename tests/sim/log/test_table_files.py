@@ -157,6 +157,7 @@ def test_log_too_long_for_mat_is_refused_before_anything_is_written(run, tmp_pat
     assert os.listdir(tmp_path) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["csv", "npz"])
 def test_memory_does_not_grow_with_the_log(tmp_path, kind):
     names = [Column(f"q.{k}", "rad", "position") for k in range(60)]

@@ -64,6 +64,7 @@ def torque_arm(panda, true=None):
     return MujocoPlant(panda, DT, JointServo(panda, "torque"), true)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 def test_healthy_circle_is_followed_within_a_tenth_of_a_millimetre(panda, drive):
     plant = MujocoPlant(panda, DT, JointServo(panda, drive))
@@ -199,6 +200,7 @@ def beside(robot):
     return JointSensors(robot, DT, bias=2e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("fault", "until"), [(FreeSwinging(0), 3.0), (FreeSwinging(2), 1.7), (FreeSwinging(4), 1.85)]
 )
@@ -211,6 +213,7 @@ def test_both_plants_agree_on_a_free_joint(panda, fault, until):
     assert np.abs(error - expected).max() < max(0.01 * expected.max(), 1e-4)
 
 
+@pytest.mark.long
 def test_both_plants_agree_on_a_joint_that_locks_at_once(panda):
     events = [FaultEvent(Locked(2, mode="instant", reset="momentum"), at=1.5)]
     one = circle(panda, KinematicPlant(panda, DT), events, sensors=beside(panda))

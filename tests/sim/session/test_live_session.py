@@ -236,6 +236,7 @@ def test_rehearsed_failure_happens_at_its_time_and_is_the_only_one():
     assert facts.truth.tolist() == [1, 1, 0, 0, 0, 0, 0]
 
 
+@pytest.mark.long
 def test_hand_leads_the_tip_and_gives_the_path_back():
     session = made(CIRCLE)
     after(session, seconds=0.5)
@@ -253,6 +254,7 @@ def test_hand_leads_the_tip_and_gives_the_path_back():
     assert 1e-4 < np.linalg.norm(on_circle) < 0.2
 
 
+@pytest.mark.long
 def test_hand_that_points_out_of_reach_is_no_end():
     session = made(CIRCLE)
     pose = session.arms.robot.pose(session.facts.q)
@@ -353,6 +355,7 @@ def test_every_kind_of_arm_and_leader_plays(scenario):
     assert facts.message == "" and np.isfinite(facts.q).all() and facts.twin is not None
 
 
+@pytest.mark.long
 def test_path_with_progress_goes_there_and_back_without_end():
     session = made(Choice(scenario="modular11-locked", overrides=("path.duration=2.0",)))
     start, end = session.arms.path.start[:3, 3], session.arms.path.sample(2.0).pose[0, :3, 3]
@@ -386,6 +389,7 @@ def test_log_of_a_session_has_the_facts_that_were_shown():
         )
 
 
+@pytest.mark.long
 def test_memory_stays_flat_while_joints_are_broken_and_repaired(monkeypatch):
     monkeypatch.setattr("ftqp.sim.leader.SAMPLED", 32)  # targets are sampled ahead, and that block is no leak
     session = made(twin=True)
