@@ -41,6 +41,43 @@ def answer(K):
     return {name: getattr(K.qp, name)[:size].copy() for name, size in (("x", n), ("y", m), ("z_box", n))}
 
 
+def coupled(K, seed):
+    """The same record with the H of a soft task beside, and something behind its last column."""
+    n, qp = K.chain.n, K.qp
+    J = np.random.default_rng(seed).normal(size=(3, n))
+    qp.H[:n, :n], qp.dense = np.diag(qp.H_diagonal[:n]) + J.T @ J, 1
+    if n < len(qp.g):
+        qp.H[:n, n] = -3.0
+    K.terms.count = 1
+    return K
+
+
+@pytest.mark.parametrize(("n", "m", "capacity"), SIZES)
+@pytest.mark.parametrize("soft", [0.0, 1e-8, 1e-2])
+@pytest.mark.parametrize("failed", [0, 1])
+def test_it_is_the_active_sets_answer_beside_soft_tasks(n, m, capacity, soft, failed):
+    held = (n // 2,) if failed and n > m else ()
+    ours, theirs = (coupled(posed(n, n, m, capacity, held, soft), n) for _ in range(2))
+    assert straight(ours)
+    assert active_set(theirs.qp) == codes.SOLVED and check_solution(
+        theirs.task, theirs.cascade, theirs.qp, theirs.scratch
+    )
+    for name, value in answer(ours).items():
+        expected = answer(theirs)[name]
+        assert value == pytest.approx(expected, rel=1e-9, abs=1e-9 * (1.0 + np.abs(expected).max())), name
+    assert ours.task.slack[:m] == pytest.approx(theirs.task.slack[:m], abs=1e-10)
+    assert ours.cascade.residual_task < 1e-10 and ours.cascade.residual_dual < 1e-10
+
+
+def test_other_criteria_that_couple_joints_and_an_h_that_is_not_positive_are_left_to_the_active_set():
+    K = coupled(posed(), 0)
+    K.terms.count = 0
+    assert not straight(K)
+    K = coupled(posed(), 0)
+    K.qp.H[2, 2] = -1.0
+    assert not straight(K)
+
+
 @pytest.mark.parametrize(("n", "m", "capacity"), SIZES)
 @pytest.mark.parametrize("soft", [0.0, 1e-8, 1e-2])
 @pytest.mark.parametrize("failed", [0, 1])

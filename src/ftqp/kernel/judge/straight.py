@@ -2,8 +2,9 @@
 
     S lam = b - A x_free,  S = A H^-1 A' + diag(soft),  x = x_free + H^-1 A' lam,  x_free = -H^-1 g
 
-with H diagonal and joints that have failed fixed at their prescribed x. It is what the active set comes to
-when no bound enters; where one would, or a row depends on the others, the active set takes over.
+with joints that have failed fixed at their prescribed x, and H diagonal or, beside soft tasks, inverted as a
+whole. It is what the active set comes to when no bound enters; where one would, or a row depends on the
+others, the active set takes over.
 """
 
 from math import inf, sqrt
@@ -34,15 +35,81 @@ def _minimise_free(faults: Any, chain: Any, qp: Any) -> bool:
 
 
 @jit
-def _pose_dual(chain: Any, qp: Any) -> None:
+def _is(joint: int, at: int) -> Any:
+    """Which of the joints at .. at + 7 is the one."""
+    return below(joint + 1, at) & ~below(joint, at)
+
+
+@jit
+def _invert(faults: Any, chain: Any, qp: Any) -> bool:
+    """H^-1 over the joints that work, 1 on the diagonal of the others, into ``L_H``; whether H > 0."""
+    n, S = chain.n, qp.L_H
+    for i in range(n):
+        works = 0.0 if faults.code[i] else 1.0
+        for at in range(0, n, WIDTH):
+            row = select(is_set(faults.code, at) | ~below(n, at), 0.0, works * several(qp.H[i], at))
+            put(S[i], at, select(_is(i, at), row + (1.0 - works), row))
+    for k in range(n):  # Gauss and Jordan, who need no pivots for H > 0, in whole blocks
+        pivot = S[k, k]
+        if not pivot > 0.0:
+            return False
+        inverse = 1.0 / pivot
+        for at in range(0, n, WIDTH):
+            put(S[k], at, inverse * select(_is(k, at), 1.0, several(S[k], at)))
+        for i in range(n):
+            if i != k:
+                f = S[i, k]
+                for at in range(0, n, WIDTH):
+                    row = select(_is(k, at), 0.0, several(S[i], at))
+                    put(S[i], at, row - f * several(S[k], at))
+    return True
+
+
+@jit
+def _times_inverse(chain: Any, qp: Any, x: Any, y: Any) -> None:
+    """y <- H^-1 x."""
+    n = chain.n
+    for at in range(0, n, WIDTH):
+        s = several(x, at) * 0.0
+        for j in range(n):
+            s = s + x[j] * several(qp.L_H[j], at)
+        put(y, at, s)
+
+
+@jit
+def _minimise_free_dense(faults: Any, chain: Any, qp: Any) -> bool:
+    """H^-1 and x_free of criteria that couple joints; whether H > 0."""
+    n = chain.n
+    if not _invert(faults, chain, qp):
+        return False
+    for i in range(n):
+        if faults.code[i]:
+            qp.scratch[i] = qp.lb[i]
+            continue
+        s = several(qp.g, 0) * 0.0
+        for at in range(0, n, WIDTH):
+            held = is_set(faults.code, at) & below(n, at)
+            s = s + select(held, several(qp.H[i], at) * several(qp.lb, at), 0.0)
+        qp.scratch[i] = -qp.g[i] - sum_of(s)
+    _times_inverse(chain, qp, qp.scratch, qp.x_free)
+    return True
+
+
+@jit
+def _pose_dual(faults: Any, chain: Any, qp: Any) -> None:
     """V = A H^-1, S and t = b - A x_free."""
     width = chain.n
     for k in range(qp.meq):
         row, V, G = qp.A[k], qp.V[k], qp.G[k]
         t = several(row, 0) * 0.0
+        if qp.dense:
+            _times_inverse(chain, qp, row, V)
         for at in range(0, width, WIDTH):
             a = several(row, at)
-            put(V, at, a * several(qp.inverse, at))
+            if qp.dense:
+                put(V, at, select(is_set(faults.code, at) | ~below(width, at), 0.0, several(V, at)))
+            else:
+                put(V, at, a * several(qp.inverse, at))
             t = t + a * several(qp.x_free, at)
         qp.t[k] = qp.b[k] - sum_of(t)
         for j in range(k + 1):
@@ -189,6 +256,10 @@ def _is_optimal(faults: Any, cascade: Any, chain: Any, qp: Any) -> bool:
         if any_of(inside & ~fits):
             return False
         s = several(qp.H_diagonal, at) * x
+        if qp.dense:
+            s = x * 0.0
+            for j in range(chain.n):
+                s = s + qp.x[j] * several(qp.H[j], at)
         r, squares = g + s, g * g + s * s
         for k in range(qp.meq):
             s = qp.lam[k] * several(qp.A[k], at)
@@ -208,15 +279,21 @@ def _is_optimal(faults: Any, cascade: Any, chain: Any, qp: Any) -> bool:
 def straight(K: Any) -> bool:
     """Whether the QP is solved without a limit: x, multipliers, residuals and slack are then there.
 
-    It takes a QP whose last answer had no limit either, without rows of C, criteria that couple joints, or
-    variables beside the joints. Else, and where it is False, nothing but scratch memory has changed.
+    It takes a QP whose last answer had no limit either, without rows of C or variables beside the joints; of
+    those whose criteria couple joints only those of soft tasks, for others may be nearly singular. Else, and
+    where it is False, nothing but scratch memory has changed.
     """
     cascade, qp = K.cascade, K.qp
-    if qp.warm > 0 or qp.dense or qp.nc > 0 or qp.nx != K.chain.n or qp.meq == 0 or cascade.external:
+    if qp.warm > 0 or qp.nc > 0 or qp.nx != K.chain.n or qp.meq == 0 or cascade.external:
         return False
-    if K.faults.movable > K.faults.working or not _minimise_free(K.faults, K.chain, qp):
+    if (qp.dense and K.terms.count == 0) or K.faults.movable > K.faults.working:
         return False
-    _pose_dual(K.chain, qp)
+    if qp.dense:
+        if not _minimise_free_dense(K.faults, K.chain, qp):
+            return False
+    elif not _minimise_free(K.faults, K.chain, qp):
+        return False
+    _pose_dual(K.faults, K.chain, qp)
     m = qp.meq
     if not (_factor_six(qp) if m == 6 else _factor(qp)):
         return False
