@@ -9,6 +9,7 @@ import numpy as np
 
 import ftqp
 from ftqp.checker.model_file import ModelFile
+from ftqp.model.serial import Inertial
 from ftqp.model.urdf_text import link_names
 
 ROBOTS = (
@@ -70,9 +71,20 @@ class Case:
 
 @cache
 def robot_of(name: str) -> Any:
-    """A robot of the catalog; ``turning`` is a planar arm whose joints turn without end."""
+    """A robot of the catalog; ``turning`` is a planar arm whose joints turn without end.
+
+    ``driving`` and ``floating`` are a Panda on a base that does.
+    """
     if name == "turning":
         return ftqp.robots.load("planar", lengths=(1.0, 1.0, 0.5), continuous=True)
+    if name in ("driving", "floating"):
+        body = Inertial(mass=80.0, com=np.zeros(3), inertia=np.diag([8.0, 9.0, 10.0]))
+        arm = ftqp.robots.load("panda")
+        return (
+            arm.on_free_base(body)
+            if name == "floating"
+            else arm.on_planar_base(v_max=1.0, a_max=3.0, inertial=body)
+        )
     return ftqp.robots.load(name)
 
 

@@ -1,7 +1,7 @@
 """What an episode from inside is about: a planner of any drive, level, scheme and task, drawn at random."""
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import ftqp
@@ -18,6 +18,9 @@ ROBOTS = (
     "puma560",
     "turning",
     "modular11",
+    "dual_panda",
+    "driving",
+    "floating",
 )
 MODES = ("slack", "slack", "hard", "scaled", "lexicographic")
 BACKENDS = ("active_set",) * 30 + ("dtrnn", "daqp")
@@ -83,7 +86,7 @@ def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
         constraints=kept,
     )
     words = (name, level, mode, f"dt {dt:g}", f"drive {drive}", f"late {latency:g}", scheme, backend, bounds)
-    more = f"gives up {sets}", f"detector {watched}", f"{len(soft)} soft tasks", f"{len(kept)} planes"
+    more = f"gives up {sets}", f"detector {watched}", f"{len(soft)} tasks", f"{len(kept)} constraints"
     return Made(
         robot=robot,
         planner=planner,
@@ -95,10 +98,11 @@ def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
 
 
 def _soft(robot: Any, rng: Any) -> list[Any]:
-    """Soft tasks of one planner in three, any of them, near the arm or far from it."""
+    """Further tasks of one planner in three, near the arm or far from it, before or after that of the tip."""
     if rng.random() > 1.0 / 3.0:
         return []
-    frame, size = robot.joints[int(rng.integers(robot.nv))], 10.0 ** rng.uniform(-2.0, 2.0)
+    size = 10.0 ** rng.uniform(-2.0, 2.0)
+    first, frame, other = (robot.joints[k] for k in (0, *rng.choice(robot.nv, 2, replace=False).tolist()))
     settings = {"weight": 10.0 ** rng.uniform(-3.0, 3.0), "kp": 10.0 ** rng.uniform(-1.0, 1.0)}
 
     def fill(state: Any, J: Any, b: Any) -> None:
@@ -109,10 +113,23 @@ def _soft(robot: Any, rng: Any) -> list[Any]:
         ftqp.AxisTask(frame, towards=size * rng.normal(size=3), name="axis", **settings),
         ftqp.PostureTask(name="posture", **settings),
         ftqp.LeastSquares(1, fill, name="own", **settings),
+        ftqp.RelativeTask(frame, other, name="relative", **settings),
+        ftqp.AxisTask(frame, towards=other, name="look", **settings),
     ]
+    if frame != first:
+        place = robot.pose(robot.neutral, frame)
+        place[:3, 3] += 0.1 * size * rng.normal(size=3)
+        rows = ("pose", "position", "orientation", ("z", "rx"))[int(rng.integers(4))]
+        tasks.append(ftqp.PoseTask(frame, rows=rows, target=place, name="pose", **settings))
     if robot.has_inertia:
         tasks.append(ftqp.CentreOfMass("xy", target=size * rng.normal(size=3), name="mass", **settings))
-    return [task for task in tasks if rng.random() < 0.5]
+    chosen, rows = [], 0
+    for task in tasks:
+        if rng.random() < 0.4:
+            may = task.can_go_first and rows + 6 <= 12 and rng.random() < 0.4
+            rows += 6 * may
+            chosen.append(replace(task, level=0) if may else task)
+    return chosen[:8]
 
 
 def _kept(robot: Any, rng: Any) -> list[Any]:
@@ -120,7 +137,17 @@ def _kept(robot: Any, rng: Any) -> list[Any]:
     if rng.random() > 0.25:
         return []
     tip = robot.pose(robot.neutral)[:3, 3]
-    return [
+    own = rng.normal(size=(2, robot.nv)), 10.0 ** rng.uniform(-3.0, 1.0, 2), int(rng.integers(1500))
+    ticks = []
+
+    def fill(state: Any, C: Any, l: Any, u: Any) -> None:
+        ticks.append(None)
+        if len(ticks) == own[2]:
+            raise ValueError("the cable's length is lost")
+        C[:], l[:], u[:] = own[0], -own[1], own[1]
+
+    rows = [ftqp.Rows(2, fill, name="rows of one's own")] if rng.random() < 0.3 else []
+    return rows + [
         ftqp.Keep(
             robot.tip if rng.random() < 0.5 else robot.joints[int(rng.integers(robot.nv))],
             above=tip + rng.normal(size=3) * 0.2,

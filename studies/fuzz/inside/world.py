@@ -173,7 +173,7 @@ class World:
             reset = ("kinematic", "momentum", "task")[int(rng.integers(3 if robot.has_inertia else 1))]
             self.watch.jump()
             return ftqp.Locked(name, mode="instant", reset=reset)
-        if kind == 2 and robot.has_inertia:
+        if kind == 2 and robot.has_inertia and robot.is_serial:
             return ftqp.FreeSwinging(name, damping=float(rng.uniform(0.0, 5.0)))
         if kind == 3:
             return ftqp.Locked(name, deceleration=float(10.0 ** rng.uniform(-3.0, 6.0)))
