@@ -168,7 +168,8 @@ class Tiny:
         path = os.pathsep.join([str(Path(ftqp.__file__).parents[1]), str(self.source)])
         return subprocess.Popen(
             [sys.executable, "-c", BUILD, json.dumps(given)],
-            env={**os.environ, "PYTHONPATH": path},
+            # bytecode is told from its source by second and size: an edit of a test may change neither
+            env={**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"},
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -195,6 +196,7 @@ def _tiny(folder: Path) -> Tiny:
 def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Tiny]:
     """One of which nothing is built yet."""
     one = _tiny(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # as in the processes that build it
     monkeypatch.syspath_prepend(str(one.source))
     yield one
     sys.modules.pop(one.module, None)
