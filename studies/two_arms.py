@@ -31,7 +31,7 @@ SLIP, ARRIVED = 1e-3, 1e-3
 """The grip holds up to this relative position error, and the load is on its way up to this one [m]."""
 LEVELS = ("velocity", "acceleration")
 SEED = 20261125
-PACKAGES = ("ftqp", "numpy", "pin")
+PACKAGES = ("ftqp", "numpy", "numba", "pin")
 
 
 def held(q: Any) -> Any:

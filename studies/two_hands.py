@@ -39,7 +39,7 @@ PAIRS, QUICK_PAIRS = 10, 1
 THERE = 1e-3
 """A hand has arrived within this distance of its place [m]."""
 SEED = 20261125
-PACKAGES = ("ftqp", "numpy", "pin", "example-robot-data")
+PACKAGES = ("ftqp", "numpy", "numba", "pin", "example-robot-data")
 
 
 def folder() -> Path:

@@ -97,7 +97,7 @@ def arm_of(name: str) -> ModelFile:
 def read_again(robot: Any) -> ModelFile:
     """A robot as pinocchio reads it from its URDF."""
     return ModelFile.read(
-        robot.to_urdf(), link_names(robot.joints, robot.tip)[-1], gravity=robot.chain.gravity
+        robot.to_urdf(), link_names(robot.joints, robot.tips)[robot.nv + 1], gravity=robot.chain.gravity
     )
 
 

@@ -116,11 +116,11 @@ def _soft(robot: Any, rng: Any) -> list[Any]:
         ftqp.RelativeTask(frame, other, name="relative", **settings),
         ftqp.AxisTask(frame, towards=other, name="look", **settings),
     ]
-    if frame != first:
-        place = robot.pose(robot.neutral, frame)
+    if other != first:
+        place = robot.pose(robot.neutral, other)
         place[:3, 3] += 0.1 * size * rng.normal(size=3)
         rows = ("pose", "position", "orientation", ("z", "rx"))[int(rng.integers(4))]
-        tasks.append(ftqp.PoseTask(frame, rows=rows, target=place, name="pose", **settings))
+        tasks.append(ftqp.PoseTask(other, rows=rows, target=place, name="pose", **settings))
     if robot.has_inertia:
         tasks.append(ftqp.CentreOfMass("xy", target=size * rng.normal(size=3), name="mass", **settings))
     chosen, rows = [], 0

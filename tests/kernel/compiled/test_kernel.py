@@ -46,7 +46,7 @@ def test_entry_point_that_the_library_lacks_is_plain_python_and_named(ready: Any
     assert kernel.load(entry, 32)(7) == 7
     assert not isinstance(kernel.load(ready.entry("summed", "iii"), 8), type(len)), "of another signature"
     (said,) = log.messages
-    assert "the built kernel has no fails for 64 joints" in said
+    assert "the built kernel has no fails for 32 joints" in said
 
 
 def test_wrong_arguments_are_errors_of_the_caller(ready: Any) -> None:

@@ -76,7 +76,7 @@ def test_the_least_excess_keeps_the_task_aside_and_opens_only_joints_that_are_fo
 
 def test_rows_get_the_room_that_they_need_and_no_more():
     K, rng = record(), np.random.default_rng(2)
-    K.qp.nc = 5
+    K.qp.nc = K.qp.rigid = 5
     K.qp.C[:5, :N], K.qp.x[:N] = rng.normal(size=(5, N)), [0.5, -2.0, 1.0, 3.0]
     s = K.qp.C[:5, :N] @ K.qp.x[:N]
     l, u = s + np.array([-1.0, 0.1, -0.3, 0.2, -inf]), s + np.array([1.0, 0.5, -0.1, 0.2, inf])

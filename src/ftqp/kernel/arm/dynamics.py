@@ -11,9 +11,9 @@ from ftqp.kernel.maths.vectors import cross
 def dynamics(K: Any, state: Any) -> None:
     """M by the composite-rigid-body algorithm and h by the recursive Newton-Euler algorithm at a = 0.
 
-    Needs ``forward_kinematics`` and ``motion``. M is 0, as it was from the start, between joints of which
-    neither carries the other. h holds Coriolis, centrifugal and gravity torques and viscous
-    friction d_i v_i [N m or N]; Coulomb friction, whose sign a joint near rest does not have, is left out.
+    Needs ``forward_kinematics`` and ``motion``. M is 0 between joints of which neither carries the other. h
+    holds Coriolis, centrifugal and gravity torques and viscous friction d_i v_i [N m or N]; Coulomb friction,
+    whose sign a joint near rest does not have, is left out.
     Source: Featherstone 2008, chapters 5 and 6; here in world coordinates.
     """
     chain, kinematics = K.chain, K.kinematics
@@ -23,14 +23,16 @@ def dynamics(K: Any, state: Any) -> None:
     mass = 0.0  # composite body: mass, first moment c, second moment S (xx xy xz yy yz zz) about the origin
     c0 = c1 = c2 = 0.0
     S0 = S1 = S2 = S3 = S4 = S5 = 0.0
+    if chain.is_tree:
+        for i in range(n):
+            for k in range(16):
+                kinematics.carried[i, k] = 0.0
     for i in range(n - 1, -1, -1):
         if chain.branches[i]:
             C = kinematics.carried[i]
             f0, f1, f2, n0, n1, n2 = f0 + C[0], f1 + C[1], f2 + C[2], n0 + C[3], n1 + C[4], n2 + C[5]
             mass, c0, c1, c2 = mass + C[6], c0 + C[7], c1 + C[8], c2 + C[9]
             S0, S1, S2, S3, S4, S5 = S0 + C[10], S1 + C[11], S2 + C[12], S3 + C[13], S4 + C[14], S5 + C[15]
-            for k in range(16):
-                C[k] = 0.0
         R = kinematics.R[i]
         R0, R1, R2, R3, R4, R5, R6, R7, R8 = R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8]
         d0, d1, d2 = chain.com[i, 0], chain.com[i, 1], chain.com[i, 2]
@@ -102,6 +104,7 @@ def dynamics(K: Any, state: Any) -> None:
             N2 = t2 + S2 * z0 + S4 * z1 + S5 * z2
         for j in range(i + 1):
             if not moves(chain, j, i):
+                kinematics.M[j, i] = kinematics.M[i, j] = 0.0
                 continue
             if chain.prismatic[j]:
                 x = kinematics.axis_w[j, 0] * F0 + kinematics.axis_w[j, 1] * F1 + kinematics.axis_w[j, 2] * F2

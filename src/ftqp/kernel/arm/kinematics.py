@@ -12,8 +12,8 @@ from ftqp.kernel.maths.vectors import cross
 def forward_kinematics(K: Any, state: Any) -> None:
     """T_i = T_parent (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint; the tip; J.
 
-    Column i of J: (z_i x (o_tip - o_i); z_i) for a revolute joint, (z_i; 0) for a prismatic one, and 0, which
-    it was from the start, for one that does not move the tip.
+    Column i of J: (z_i x (o_tip - o_i); z_i) for a revolute joint, (z_i; 0) for a prismatic one, and 0 for
+    one that does not move the tip.
     """
     joint_sines(state, K.kinematics, K.chain)
     frames(state, K.kinematics, K.chain)
@@ -74,6 +74,7 @@ def frames(state: Any, kinematics: Any, chain: Any) -> None:
     J = kinematics.J
     for i in range(n):
         if not moves(chain, i, chain.tip_joint):
+            J[0, i] = J[1, i] = J[2, i] = J[3, i] = J[4, i] = J[5, i] = 0.0
             continue
         a0, a1, a2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
         if chain.prismatic[i]:
