@@ -9,8 +9,11 @@ fresh arrays in every tick, follow the same targets in closed loop, and take tur
 torque level placo has no task for an axis, and keeps an orientation instead. No figure is a pass or a fail.
 """
 
+import platform
 import sys
 import tempfile
+from datetime import date
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -77,10 +80,13 @@ def measured(case: Case, workers: list[Worker], settings: Settings, file: Path) 
 
 def table(rows: list[tuple[str, str, dict[str, Any]]]) -> str:
     """The report."""
+    versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("ftqp", "numpy", "numba", "pin"))
     lines = [
         "# Several tasks at once",
         "",
-        "`python benchmarks/bench_tasks.py`: medians of whole steps in microseconds, all in one run.",
+        f"`python benchmarks/bench_tasks.py`, {date.today()}, Python {platform.python_version()},",
+        f"{versions}:",
+        "medians of whole steps in microseconds, all in one run.",
         "",
         "| robot | level | ftqp | placo | ftqp / placo | ftqp, tip alone | all / tip alone |",
         "|---|---|---|---|---|---|---|",

@@ -56,12 +56,16 @@ def _on_lines(fields: Sequence[Any]) -> np.dtype[Any]:
     return np.dtype(layout, align=True)
 
 
+def zeros_in_line(dtype: np.dtype[Any]) -> Any:
+    """Zeros of a type, (1,), that begin a line of the cache; the system maps only what is then written to."""
+    room = np.zeros(dtype.itemsize + LINE, np.uint8)
+    begin = -room.ctypes.data % LINE
+    return room[begin : begin + dtype.itemsize].view(dtype)
+
+
 def in_line(memory: Any) -> Any:
     """A copy of (1,) that begins a line of the cache."""
-    size = memory.dtype.itemsize
-    room = np.empty(size + LINE, np.uint8)
-    begin = -room.ctypes.data % LINE
-    copy = room[begin : begin + size].view(memory.dtype)
+    copy = zeros_in_line(memory.dtype)
     copy[:] = memory
     return copy
 
@@ -108,10 +112,10 @@ def joints_dtype(capacity: int) -> np.dtype[Any]:
 
 def record(capacity: int) -> Any:
     """One planner's record, (1,), zero but for ``yielding``; no joint swings freely."""
-    W = np.zeros(1, record_dtype(capacity))
+    W = zeros_in_line(record_dtype(capacity))
     W["task"]["yielding"] = 1.0
     W["free"]["joint"] = -1
-    return in_line(W)
+    return W
 
 
 def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, inertia: Any, prismatic: Any,

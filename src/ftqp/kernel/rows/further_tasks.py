@@ -243,7 +243,7 @@ def _two_of_three(K: Any, t: int) -> None:
     asked[0], asked[1] = u0 * x0 + u1 * x1 + u2 * x2, w0 * x0 + w1 * x1 + w2 * x2
 
 
-@jit
+@part_jit
 def term_rows(K: Any, t: int) -> None:
     """Rows of one further task into ``rows_of``, error, and what they are asked for, in metres.
 
