@@ -1,6 +1,7 @@
 """A planner's list of tasks: that of the tip, and further ones before it or with what it leaves."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from math import isfinite
 from types import MappingProxyType
 from typing import Any, final
 
@@ -31,7 +32,7 @@ from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.pose import pose, transform
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import TARGET_ACCELERATION, TARGET_HAS_ROTATION, TARGET_POSE, TARGET_TWIST
+from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION
 from ftqp.kernel.layout.rows import COMPONENTS, HELD_ROWS
 from ftqp.kernel.layout.terms_room import TERMS
 from ftqp.model.body_frames import centre_of_mass, frame_pose, mount_of
@@ -41,6 +42,8 @@ TIP = "tip"
 """What the task of the tip is called beside the name of its frame."""
 STILL = np.zeros(12)
 """Twist and acceleration of a target that does not move."""
+NOTHING = np.empty(0)
+"""A target that is left out."""
 
 
 def split(task: Task | None, tasks: Any) -> tuple[Task | None, tuple[SoftTask, ...]]:
@@ -116,12 +119,20 @@ class RunningTask:
         name: What it is called.
     """
 
-    __slots__ = ("_at", "_mount", "_nv", "_other", "_terms", "given", "name")
+    __slots__ = ("_at", "_goal", "_mount", "_nv", "_other", "_terms", "_turns", "given", "name")
 
     def __init__(self, terms: Any, at: int, task: SoftTask, name: str, robot: Robot) -> None:
         mounts = _mounts(terms, at, task, robot)
         slots = (("_terms", terms), ("_at", at), ("given", task), ("name", name), ("_nv", robot.nv))
-        for slot, value in (*slots, ("_mount", mounts[0]), ("_other", mounts[1])):
+        turns = bool(rows_of(task) >> 3)
+        views = terms.goal[at], terms.turn[at].reshape(3, 3), terms.rate[at], terms.rate_change[at]
+        for slot, value in (
+            *slots,
+            ("_mount", mounts[0]),
+            ("_other", mounts[1]),
+            ("_turns", turns),
+            ("_goal", views),
+        ):
             object.__setattr__(self, slot, value)
 
     given: SoftTask
@@ -131,6 +142,8 @@ class RunningTask:
     _nv: int
     _mount: FloatArray
     _other: FloatArray
+    _turns: bool
+    _goal: tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name not in ("weight", "target", "velocity"):
@@ -193,7 +206,7 @@ class RunningTask:
             case JointTask() | PostureTask():
                 return array(what, value, (self._nv,), "(nv,)")
             case PoseTask() | RelativeTask():
-                return _moving_pose(what, value)
+                return _moving_pose(what, value, self._turns)
             case AxisTask() if isinstance(self.given.towards, str):
                 raise InputError(f"{self.name} has no target but the frame {self.given.towards!r}")
             case AxisTask() if self.given.along is not None:
@@ -209,12 +222,19 @@ class RunningTask:
         if isinstance(self.given, PostureTask | JointTask):
             terms.q_goal[at, : self._nv] = value
         elif isinstance(self.given, PoseTask | RelativeTask):
-            T, B = value[:16].reshape(4, 4), self._other
-            terms.goal[at] = B[:3, :3] @ T[:3, 3] + B[:3, 3]
-            terms.turn[at] = (B[:3, :3] @ T[:3, :3] @ self._mount[:3, :3].T).ravel()
-            terms.rate[at], terms.rate_change[at] = value[16:22], value[22:]
+            self._write_pose(value)
         else:
             terms.goal[at] = value
+
+    def _write_pose(self, value: FloatArray) -> None:
+        if not value.size:
+            return
+        T, (goal, turn, rate, ahead) = value[:16].reshape(4, 4), self._goal
+        if isinstance(self.given, RelativeTask):
+            T = self._other @ T
+        goal[:] = T[:3, 3]
+        np.matmul(T[:3, :3], self._mount[:3, :3].T, out=turn)
+        rate[:], ahead[:] = value[16:22], value[22:28]
 
     def __repr__(self) -> str:
         return f"RunningTask({self.name!r}, weight={self.weight:g})"
@@ -356,15 +376,17 @@ class TaskList(Mapping[str, RunningTask]):
                 terms.q_goal[one._at, : robot.nv] = start.q
 
 
-def _moving_pose(what: str, value: Any) -> FloatArray:
-    """A pose by rows, its twist and its acceleration, (28,), of a target or of a pose that does not move."""
+def _moving_pose(what: str, value: Any, turns: bool) -> FloatArray:
+    """A pose by rows, its twist and its acceleration, of a target or of a pose that does not move.
+
+    Of a target that is not finite, which is the world's doing, nothing: the last one stays.
+    """
     if not isinstance(value, Target | Targets):
         return np.concatenate([pose(value, what).ravel(), STILL])
-    row = np.atleast_2d(value.packed)[value.row]
-    if row[TARGET_HAS_ROTATION] <= 0.0 or not np.isfinite(row[: TARGET_ACCELERATION + 6]).all():
-        raise InputError(f"{what} has no rotation or is not finite, expected ftqp.Target(pose=...)")
-    parts = ((TARGET_POSE, 16), (TARGET_TWIST, 6), (TARGET_ACCELERATION, 6))
-    return np.concatenate([row[at : at + size] for at, size in parts])
+    row: FloatArray = value.packed if value.packed.ndim == 1 else value.packed[value.row]
+    if turns and row[TARGET_HAS_ROTATION] <= 0.0:
+        raise InputError(f"{what} has no rotation, expected ftqp.Target(pose=...)")
+    return row if isfinite(row.sum()) else NOTHING
 
 
 def _refuse_contradictions(tasks: Sequence[SoftTask]) -> None:
