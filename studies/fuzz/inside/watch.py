@@ -172,8 +172,8 @@ class Watch:
         self._say("beyond", tick, f"joint {joint}: {BEYOND[row]} by {by:.3g} ({status})")
 
     def _excuse(self, over: Array, time: float) -> None:
-        """A joint that was mended while it was fast cannot brake in its range at once."""
-        mended = self._was_failed & (self._kinds == 0)
+        """A fast joint that is mended, or whose acceleration limit falls, cannot brake in its range."""
+        mended = (self._was_failed | (self._a_max < self._a_was)) & (self._kinds == 0)
         if mended.any():
             room = self._speed**2 / (2.0 * self._a_max) + self._speed * time
             self._late = np.where(mended, np.maximum(room, self._late), self._late)
