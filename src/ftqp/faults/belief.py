@@ -58,11 +58,16 @@ class Belief:
             fault: The fault, of one of the kinds in ``ftqp.faults.kinds.KINDS``.
 
         Raises:
-            InputError: The joint is unknown, this is no fault, or a joint is to swing freely of a robot
-                without inertia or with branches.
+            InputError: The joint is unknown or has no motor, this is no fault, or a joint is to swing freely
+                of a robot without inertia, with branches, or that floats.
         """
         refuse_unknown(fault)
         i = self._robot.joint(fault.joint)
+        if i < self._robot.chain.floating:
+            raise InputError(
+                f"{self._robot.joints[i]} has no motor that could fail, for {self._robot.name} floats; "
+                f"report faults of {self._robot.joints[self._robot.chain.floating]} and the joints behind it"
+            )
         if isinstance(fault, FreeSwinging) and not self._robot.has_inertia:
             raise InputError(
                 f"{self._robot.name} has no inertia, so the motion of free-swinging {self._robot.joints[i]} "

@@ -197,18 +197,34 @@ class Robot(Readers):
         return np.asarray(h + self.viscous * speed)
 
     def refuse_tree(self, what: str) -> None:
-        """Refuses a robot whose joints are not all on the way to its tip.
+        """Refuses a robot whose joints are not all on the way to its tip, or whose base floats.
 
         Args:
             what: What serves serial arms only, the beginning of the sentence, such as ``coverage needs``.
 
         Raises:
-            InputError: The robot is not serial.
+            InputError: The robot is not serial, or its base floats.
         """
         if not self.is_serial:
             raise InputError(
                 f"{what} one serial arm, but {self.name} has joints beside the way to its tip {self.tip!r}; "
                 "read it with that tip alone"
+            )
+        self.refuse_floating(what)
+
+    def refuse_floating(self, what: str) -> None:
+        """Refuses a robot whose base floats, for whom it would be held.
+
+        Args:
+            what: What serves bases that stand only, the beginning of the sentence.
+
+        Raises:
+            InputError: The base floats.
+        """
+        if self.chain.floating:
+            raise InputError(
+                f"{what} a base that stands, but {self.name} floats (on_free_base), and nothing there keeps "
+                "its momentum; take the robot without that base"
             )
 
     def _frame(self, name: str | None) -> int:

@@ -116,7 +116,7 @@ def _ended(world: World, other: Other, told: Told | None) -> None:
 def threads_at_once(world: World) -> Any:
     """Two threads step and tell as fast as they can; each call is made as a whole or refused."""
     robot, planner, rng = world.made.robot, world.planner, world.rng
-    q, joint = world.arm[0].copy(), robot.joints[int(rng.integers(robot.nv))]
+    q, joint = world.arm[0].copy(), robot.joints[int(rng.integers(robot.chain.floating, robot.nv))]
     target, trouble, last = world.target, [], [world.told.get(joint)]
     wrong = Other(lambda: None)
 

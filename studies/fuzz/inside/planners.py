@@ -59,7 +59,8 @@ def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
 
     name, level, mode = one(arms), one(("acceleration", "velocity")), one(MODES)
     robot = robot_of(name)
-    drive = one((*DRIVES, "torque") if robot.has_inertia else DRIVES[:-1])
+    torques = robot.has_inertia and not robot.chain.floating
+    drive = one((*DRIVES, "torque") if torques else DRIVES[:-1])
     scheme = one(SCHEMES if robot.has_inertia else SCHEMES[:3])
     dt, backend = one(TIMES), one(BACKENDS)
     latency = 0.0 if rng.random() < 0.8 else dt * int(rng.integers(1, 4))

@@ -164,7 +164,7 @@ class World:
             joint: Of which joint; None is any.
         """
         rng, robot = self.rng, self.made.robot
-        i = int(rng.integers(robot.nv)) if joint is None else joint
+        i = int(rng.integers(robot.chain.floating, robot.nv)) if joint is None else joint
         name = i if rng.random() < 0.5 else robot.joints[i]
         kind = int(rng.integers(5))
         if kind == 0:
@@ -173,7 +173,7 @@ class World:
             reset = ("kinematic", "momentum", "task")[int(rng.integers(3 if robot.has_inertia else 1))]
             self.watch.jump()
             return ftqp.Locked(name, mode="instant", reset=reset)
-        if kind == 2 and robot.has_inertia and robot.is_serial:
+        if kind == 2 and robot.has_inertia and robot.is_serial and not robot.chain.floating:
             return ftqp.FreeSwinging(name, damping=float(rng.uniform(0.0, 5.0)))
         if kind == 3:
             return ftqp.Locked(name, deceleration=float(10.0 ** rng.uniform(-3.0, 6.0)))

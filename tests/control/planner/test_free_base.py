@@ -9,6 +9,7 @@ import pytest
 import ftqp
 from ftqp.core.errors import InputError
 from ftqp.model.serial import Inertial
+from ftqp.sim.plants.servo_plant import ServoPlant
 
 BODY = Inertial(mass=150.0, com=np.array([0.0, 0.0, -0.3]), inertia=np.diag([20.0, 15.0, 18.0]))
 ROBOT = ftqp.robots.load("panda").on_free_base(BODY)
@@ -110,3 +111,24 @@ def test_what_cannot_float_is_refused_in_one_sentence():
         ROBOT.on_free_base(BODY)
     with pytest.raises(InputError, match="inertial"):
         ftqp.robots.load("panda").on_free_base(150.0)
+
+
+def of_planner(**settings):
+    return lambda: ftqp.Planner(ROBOT, **settings)
+
+
+def told(fault):
+    return lambda: ftqp.Planner(ROBOT).report(fault)
+
+
+@pytest.mark.parametrize(("use", "sentence"), [
+    (of_planner(level="velocity", scheme="pseudoinverse"), "'pseudoinverse', which solves no QP, needs"),
+    (of_planner(drive="torque"), "drive 'torque' needs a base that stands, but panda floats"),
+    (lambda: ftqp.MujocoPlant(ROBOT, DT), "plant 'mujoco', whose motors would hold it, needs"),
+    (lambda: ServoPlant(ROBOT, DT), "plant 'servo', which would hold it, needs a base that stands"),
+    (told(ftqp.Locked("float_yaw")), "float_yaw has no motor that could fail, .* panda_joint1"),
+    (told(ftqp.FreeSwinging("panda_joint3")), "needs a base that stands, but panda floats"),
+])  # fmt: skip
+def test_what_would_forget_the_momentum_is_refused_in_one_sentence(use, sentence):
+    with pytest.raises(InputError, match=sentence):
+        use()

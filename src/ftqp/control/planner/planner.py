@@ -129,6 +129,8 @@ class Planner(PlannerChanges):
             level=level, dt=given.dt, drive=given.drive, noise=given.noise, asked=asked,
         )  # fmt: skip
         self._solver = Solver(self._session, robot, given.task, given.scheme, given.solver)
+        if not self._solver.has_qp:
+            robot.refuse_floating(f"scheme {given.scheme.name!r}, which solves no QP, needs")
         if (soft or given_constraints) and not self._solver.has_qp:
             raise InputError(
                 f"scheme {given.scheme.name!r} solves no QP, so that further tasks and constraints have no "

@@ -62,6 +62,7 @@ class ServoPlant(Plant):
     ) -> None:
         if drive is not None and drive not in TAKES:
             raise unknown("drive", drive, "plant 'servo', which has no masses", TAKES)
+        robot.refuse_floating("plant 'servo', which would hold it, needs")
         self._robot, self._drive = robot, drive
         self._leads = drive == "position" and takes_velocity
         self._dt = positive("dt", dt, "s")
