@@ -35,6 +35,18 @@ def point_of(kinematics: Any, body: int, x: Any) -> tuple[float, float, float]:
 
 
 @jit
+def point_column(
+    kinematics: Any, chain: Any, joint: int, p0: float, p1: float, p2: float
+) -> tuple[float, float, float]:
+    """Column of a joint in the Jacobian of a point that moves with it: z x (p - o), or z where it slides."""
+    z0, z1, z2 = kinematics.axis_w[joint, 0], kinematics.axis_w[joint, 1], kinematics.axis_w[joint, 2]
+    if chain.prismatic[joint]:
+        return z0, z1, z2
+    o = kinematics.o[joint]
+    return cross(z0, z1, z2, p0 - o[0], p1 - o[1], p2 - o[2])
+
+
+@jit
 def point_drift(
     kinematics: Any, chain: Any, body: int, r0: float, r1: float, r2: float
 ) -> tuple[float, float, float]:

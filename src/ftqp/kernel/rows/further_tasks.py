@@ -10,7 +10,7 @@ Source: docs/theory/further-tasks.md.
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.arm.points import moves, point_drift, point_of, turned
+from ftqp.kernel.arm.points import moves, point_column, point_drift, point_of, turned
 from ftqp.kernel.arm.pose_error import rotation_vector
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION
@@ -32,10 +32,7 @@ def _add_point(kinematics: Any, chain: Any, body: int, p0: float, p1: float, p2:
     for j in range(body + 1):
         if not moves(chain, j, body):
             continue
-        z0, z1, z2 = kinematics.axis_w[j, 0], kinematics.axis_w[j, 1], kinematics.axis_w[j, 2]
-        if not chain.prismatic[j]:
-            o = kinematics.o[j]
-            z0, z1, z2 = cross(z0, z1, z2, p0 - o[0], p1 - o[1], p2 - o[2])
+        z0, z1, z2 = point_column(kinematics, chain, j, p0, p1, p2)
         rows[0, j] += share * z0
         rows[1, j] += share * z1
         rows[2, j] += share * z2
@@ -132,10 +129,7 @@ def _add_turn_of_place(kinematics: Any, chain: Any, other: int, g0: float, g1: f
     for j in range(other + 1):
         if not moves(chain, j, other):
             continue
-        z0, z1, z2 = kinematics.axis_w[j, 0], kinematics.axis_w[j, 1], kinematics.axis_w[j, 2]
-        if not chain.prismatic[j]:
-            o = kinematics.o[j]
-            z0, z1, z2 = cross(z0, z1, z2, g0 - o[0], g1 - o[1], g2 - o[2])
+        z0, z1, z2 = point_column(kinematics, chain, j, g0, g1, g2)
         u0, u1, u2 = cross(d0, d1, d2, z0, z1, z2)
         rows[0, j] -= u0
         rows[1, j] -= u1
@@ -178,16 +172,13 @@ def _follow_axis(K: Any, t: int) -> None:
     for j in range(body + 1):
         if not moves(chain, j, body):
             continue
-        z0, z1, z2 = kinematics.axis_w[j, 0], kinematics.axis_w[j, 1], kinematics.axis_w[j, 2]
         u0 = u1 = u2 = 0.0
-        if chain.prismatic[j]:
-            m0, m1, m2 = z0, z1, z2
-        else:
-            o = kinematics.o[j]
+        if not chain.prismatic[j]:
+            z0, z1, z2 = kinematics.axis_w[j, 0], kinematics.axis_w[j, 1], kinematics.axis_w[j, 2]
             along = a0 * z0 + a1 * z1 + a2 * z2
             u0, u1, u2 = z0 - along * a0, z1 - along * a1, z2 - along * a2
-            m0, m1, m2 = cross(z0, z1, z2, p0 - o[0], p1 - o[1], p2 - o[2])
         if terms.towards[t]:
+            m0, m1, m2 = point_column(kinematics, chain, j, p0, p1, p2)
             m0, m1, m2 = cross(d0, d1, d2, m0, m1, m2)
             u0, u1, u2 = u0 + m0 / length, u1 + m1 / length, u2 + m2 / length
         rows[0, j], rows[1, j], rows[2, j] = u0, u1, u2

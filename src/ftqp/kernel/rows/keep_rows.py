@@ -3,10 +3,9 @@
 from math import inf
 from typing import Any
 
-from ftqp.kernel.arm.points import moves, point_drift, point_of
+from ftqp.kernel.arm.points import moves, point_column, point_drift, point_of
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import ACCELERATION
-from ftqp.kernel.maths.vectors import cross
 from ftqp.kernel.rows.joint_intervals import braking, return_velocity, viability
 
 HARDEST = 4.0
@@ -51,10 +50,7 @@ def fill(K: Any, at: int) -> int:
         for j in range(body + 1):
             if not moves(chain, j, body):
                 continue
-            z0, z1, z2 = kinematics.axis_w[j, 0], kinematics.axis_w[j, 1], kinematics.axis_w[j, 2]
-            if not chain.prismatic[j]:
-                o = kinematics.o[j]
-                z0, z1, z2 = cross(z0, z1, z2, p0 - o[0], p1 - o[1], p2 - o[2])
+            z0, z1, z2 = point_column(kinematics, chain, j, p0, p1, p2)
             row[j] = n0 * z0 + n1 * z1 + n2 * z2
             v += row[j] * state.v[j]
         distance = n0 * p0 + n1 * p1 + n2 * p2 - keeps.offset[t]
