@@ -56,7 +56,11 @@ class Other:
 def _else(world: World, joints: set[int]) -> Told:
     """Something to be told of another joint."""
     robot, planner = world.made.robot, world.planner
-    free = [i for i in range(robot.nv) if i not in joints and robot.joints[i] not in world.told]
+    free = [
+        i
+        for i in range(robot.chain.floating, robot.nv)
+        if i not in joints and robot.joints[i] not in world.told
+    ]
     if not free or len(world.told) >= 3:
         names = [name for name in world.told if robot.joint(name) not in joints]
         name = names[0] if names else robot.joints[free[0] if free else 0]
