@@ -14,6 +14,9 @@ from tests.scripts import told
 
 import ftqp
 
+# Timers raise at any line, also in callbacks of the garbage collection, where Python says so and goes on.
+pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+
 SEED = 14
 CALM = {name: share for name, share in episode.GENERATORS.items() if name != "scribbles into the record"}
 BUSY = {name: 1.0 for name in CALM}
