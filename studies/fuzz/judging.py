@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 
 import ftqp
-from ftqp.checker import run_laws
+from ftqp.checker.joint_health import health
+from ftqp.checker.run_laws import LAWS
 from ftqp.checker.strictness import KINEMATIC
+from ftqp.checker.tip_errors import errors
 from ftqp.checker.trace import Failure, Trace
 from fuzz.account import Account, Epoch
 from fuzz.cases import Case
@@ -93,7 +95,7 @@ def _of_epoch(case: Case, account: Account, epoch: Epoch, end: int, begun_wrong:
         tolerance=(1.0, 1.0),
         failures=failures,
     )
-    _, limits = run_laws.health(arm, run)
+    _, limits = health(arm, run)
     wrong = (np.abs(run.v[:-1]) > arm.v_max * (1.0 + NEARLY)) | _cannot_brake(run, limits)
     begun_wrong[:] = np.where(
         epoch.again | np.isin(np.arange(len(arm.names)), [*epoch.healed]), wrong[0], begun_wrong
@@ -104,7 +106,7 @@ def _of_epoch(case: Case, account: Account, epoch: Epoch, end: int, begun_wrong:
     for name in ("speed", "acceleration", "position", "braking"):
         if not case.viable:
             break
-        law, sentence = run_laws.LAWS[name]
+        law, sentence = LAWS[name]
         over = law(arm, run, KINEMATIC)
         over = np.where(excused & ((name != "acceleration") | _must(arm, run, limits)), 0.0, over)
         if name == "braking":  # which is a question about a joint that is inside
@@ -221,7 +223,7 @@ def _honesty(case: Case, account: Account, K: int, world: Any) -> list[str]:
         rows=case.rows[:3] if by_axis else case.rows,
         tolerance=(case.planner.task.tolerance, case.planner.task.rotation_tolerance),
     )
-    distance, turn = run_laws.errors(case.arm, run)
+    distance, turn = errors(case.arm, run)
     if by_axis:  # the direction of the tool, not the turn about it
         axes = case.arm.tips(q)[:, :3, 2], run.target[:, :3, 2]
         turn = np.arcsin(np.clip(np.linalg.norm(np.cross(*axes), axis=1), 0.0, 1.0))

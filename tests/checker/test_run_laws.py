@@ -8,8 +8,8 @@ import pytest
 
 from ftqp.checker.checked_run import verdict
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.run_laws import rotation_vectors
 from ftqp.checker.strictness import PHYSICS
+from ftqp.checker.tip_errors import rotation_vectors
 from ftqp.checker.trace import Failure, Plane, Trace
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
@@ -157,7 +157,7 @@ def test_joint_that_turns_on_the_way_of_an_arm_does_not_swing_and_one_that_turns
     assert "rest" in turning(0.02)
 
 
-def test_torque_beyond_its_limit_breaks_the_law_under_ok_alone():
+def test_torque_that_nothing_keeps_within_its_limit_breaks_the_law_under_ok_alone():
     weak = ModelFile.read(ROBOT.with_limits(tau_max=5.0).to_urdf(), ROBOT.tip)
     assert verdict(weak, run()).laws == {"torque"}
     assert verdict(weak, run(status=["RELAXED"] * TICKS)).laws == set()

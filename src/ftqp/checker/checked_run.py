@@ -6,8 +6,9 @@ from typing import final
 import numpy as np
 
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.run_laws import LAWS, errors
+from ftqp.checker.run_laws import LAWS
 from ftqp.checker.strictness import KINEMATIC, Strictness
+from ftqp.checker.tip_errors import errors
 from ftqp.checker.trace import Trace
 
 

@@ -147,6 +147,19 @@ class ModelFile:
         ]
         return np.reshape(moved, v.shape) + self.friction * v
 
+    def dynamics(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """M, (nv, nv), and h, (nv,), with tau = M a + h; rotors and viscous friction are part of them.
+
+        Args:
+            q: Configuration, (nv,) [rad or m].
+            v: Velocities, (nv,) [rad/s or m/s].
+        """
+        data, (at,) = self.model.createData(), self._configurations(q[None])
+        M = pin.crba(self.model, data, at)
+        M = np.triu(M) + np.triu(M, 1).T
+        h = pin.nonLinearEffects(self.model, data, at, v) + self.friction * v
+        return M, h
+
     def _configurations(self, q: FloatArray) -> FloatArray:
         """pinocchio's configurations, in which a joint that turns without end has a cosine and a sine."""
         endless: BoolArray = np.array([self.model.nqs[i] == 2 for i in range(1, self.model.njoints)])

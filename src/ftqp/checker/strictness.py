@@ -13,11 +13,12 @@ class Strictness:
         speed: Share of the speed limit.
         acceleration: Share of the acceleration limit.
         torque: Share of the torque limit.
-        position: Beyond the range of a joint [rad or m].
+        position: Beyond the range of a joint, in all [rad or m].
         plane: Beyond the plane of a point [m].
-        creep: How far a locked joint may move in a tick [rad or m].
+        creep: How far a locked joint may move, or be sent, in all [rad or m].
         standing: Speed below which a locked joint stands [rad/s or m/s].
         grace: How long a claim may be wrong [s].
+        blow: How long a joint that strikes its end stop throws the others [s].
         calm: How long an arm whose target rests may take to come to rest [s].
         noise: Standard deviation of the measured positions [rad or m].
     """
@@ -30,6 +31,7 @@ class Strictness:
     creep: float = 0.0
     standing: float = 0.0
     grace: float = 0.0
+    blow: float = 0.0
     calm: float = 1.0
     noise: float = 0.0
 
@@ -42,9 +44,10 @@ PHYSICS = Strictness(
     torque=0.02,
     position=0.02,
     plane=0.01,
-    creep=1e-4,
+    creep=5e-4,
     standing=1e-2,
     grace=0.1,
+    blow=5e-3,
     calm=2.0,
 )
 """Of an arm with drives, sensors and friction: 2 %, and a tenth of a second to notice what happened."""

@@ -26,6 +26,7 @@ class Failure:
         until: When another failure of the same joint takes its place [s].
         deceleration: With which the planner may bring its command for the joint to rest once it knows
             [rad/s2 or m/s2]; infinite: at once.
+        slips: Whether what holds a locked joint may be too weak, so that its motion is nobody's doing.
 
     Raises:
         InputError: The laws know no such kind.
@@ -39,6 +40,7 @@ class Failure:
     jumps: bool = False
     until: float = float("inf")
     deceleration: float = float("inf")
+    slips: bool = False
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -85,6 +87,7 @@ class Trace:
         can_be_followed: Whether the target is known to be within reach, speed and strength of what works.
         until: ... for how long; to the end without that [s].
         planes: On whose sides points were to stay.
+        minds_torques: Whether the planner was to keep torque limits.
     """
 
     dt: float
@@ -102,3 +105,4 @@ class Trace:
     can_be_followed: bool = False
     until: float = float("inf")
     planes: Sequence[Plane] = ()
+    minds_torques: bool = True

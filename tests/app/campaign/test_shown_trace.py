@@ -7,7 +7,7 @@ from ftqp.app.campaign.judged_scenario import broken_laws
 from ftqp.app.campaign.shown_trace import model_file, trace
 from ftqp.app.scenario.setup import load
 from ftqp.checker.checked_run import verdict
-from ftqp.checker.run_laws import errors
+from ftqp.checker.tip_errors import errors
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.loop import MEMORY, Simulation
 
