@@ -30,6 +30,9 @@ def test_mujoco_plant_is_made_as_the_scenario_says() -> None:
         "substeps": 2,
         "payload": {"mass": 0.5, "com": [0.0, 0.0, 0.05]},
         "mass_scale": 1.1,
+        "rotors": {"panda_joint1": 0.1},
+        "brake_delay": 0.02,
+        "jitter": 0.5,
         "coulomb": 0.3,
         "viscous": {"panda_joint1": 2.0},
         "brake": {"panda_joint2": 5.0},
@@ -68,6 +71,12 @@ def test_sensors_are_made_as_the_scenario_says() -> None:
             "payload.com has 1 entries, expected",
         ),
         ({"simulation": {"mujoco": {"viscous": {"panda_joint1": -1.0}}}}, "simulation.mujoco.viscous"),
+        ({"simulation": {"mujoco": {"rotors": -0.1}}}, "simulation.mujoco.rotors"),
+        ({"simulation": {"mujoco": {"jitter": 1.0}}}, "simulation.mujoco.jitter"),
+        (
+            {"simulation": {"plant": "mujoco", "mujoco": {"rotors": {"j9": 1.0}}}},
+            "simulation: 'j9' is not a joint of panda",
+        ),
         ({"simulation": {"mujoco": {"brake": {"panda_joint1": 0.0}}}}, "simulation.mujoco.brake"),
         (
             {"simulation": {"plant": "mujoco", "mujoco": {"brake": {"j9": 1.0}}}},

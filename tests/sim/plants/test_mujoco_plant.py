@@ -127,6 +127,50 @@ def test_brake_stops_a_moving_joint_within_milliseconds_and_holds_it(panda):
     assert np.ptp(places[20:]) < 1e-5
 
 
+def test_brake_that_takes_its_time_lets_a_joint_that_fails_coast_until_it_has_closed(panda):
+    plant = MujocoPlant(panda, DT, true=TrueArm(brake_delay=0.05))
+    v = np.zeros(7)
+    v[0] = 0.5
+    plant.reset(START, v)
+    plant.fail(Locked(0))
+    places = held(plant, START, 0.3)[:, 0]
+    assert places[48] - START[0] > 0.02  # it coasts with almost all of its speed
+    assert np.ptp(places[70:]) < 1e-5
+    plant.repair(0)
+    assert np.ptp(held(plant, START, 0.2)[:, 0]) > 1e-3
+
+
+def test_joint_that_is_to_be_braked_is_driven_until_its_brake_has_closed(panda):
+    plant = MujocoPlant(panda, DT, true=TrueArm(brake_delay=0.05))
+    plant.reset(START, np.zeros(7))
+    told = command(START)
+    told.brakes = np.arange(7) == 1
+    torques = []
+    for _ in range(100):
+        plant.advance(told)
+        torques.append(plant.tau[1])
+    assert np.abs(torques[:48]).min() > 1.0 and np.abs(torques[52:]).max() == 0.0
+    assert abs(plant.q[1] - START[1]) < 1e-4
+
+
+def test_commands_that_come_late_at_random_do_the_same_with_the_same_seed_after_a_reset(panda):
+    def run(plant):
+        plant.reset(START, np.zeros(7))
+        q, places = START.copy(), []
+        for _ in range(40):
+            q[6] += 2e-4
+            plant.advance(command(q, np.full(7, 0.2)))
+            places.append(plant.q[6])
+        return np.array(places)
+
+    on_time = run(MujocoPlant(panda, DT))
+    late = MujocoPlant(panda, DT, true=TrueArm(jitter=0.9), seed=3)
+    first = run(late)
+    np.testing.assert_array_equal(first, run(late))
+    assert (run(MujocoPlant(panda, DT, true=TrueArm(jitter=0.9), seed=4)) != first).any()
+    assert (first <= on_time).all() and 0.0 < (on_time - first).max() < 2e-4
+
+
 def test_slipping_brake_lets_its_joint_creep(panda):
     q = worst_posture(panda, 1)
     load = abs(Arm(panda).dynamics(q, np.zeros(7))[1][1])

@@ -66,6 +66,23 @@ def test_scaled_masses_scale_inertia_and_bias_but_not_the_rotors(panda):
     np.testing.assert_allclose(h_true, 1.2 * h, rtol=0, atol=1e-11)
 
 
+@pytest.mark.parametrize(
+    ("rotors", "added"), [(0.1, [0.1] * 7), ({"panda_joint2": 0.3}, [0.0, 0.3] + [0.0] * 5)]
+)
+def test_rotors_add_to_the_inertia_of_their_own_joint_and_to_nothing_else(panda, rotors, added):
+    M, h = inertia_and_bias(panda.chain, panda)
+    M_true, h_true = inertia_and_bias(TrueArm(rotors=rotors).chain(panda), panda)
+    np.testing.assert_allclose(M_true - M, np.diag(added), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(h_true, h, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(TrueArm(rotors=rotors).geared(panda).chain.armature, added)
+
+
+def test_rotors_are_not_scaled_with_the_masses_and_add_to_those_of_the_model():
+    xarm = catalog.load("xarm7")
+    chain = TrueArm(rotors=0.1, mass_scale=1.5).chain(xarm)
+    np.testing.assert_allclose(chain.armature, xarm.chain.armature + 0.1, atol=1e-15)
+
+
 def test_load_of_an_arm_with_scaled_masses_keeps_its_own_mass(panda):
     load = Payload(2.0, (0.0, 0.0, 0.1), np.diag([0.01, 0.01, 0.02]))
     adds = (

@@ -16,7 +16,7 @@ from ftqp.sim.plants.servo_plant import ServoPlant
 from ftqp.sim.plants.true_arm import TrueArm
 from ftqp.sim.schedule import FaultEvent
 
-Friction = float | dict[str, float]
+PerJoint = float | dict[str, float]
 """One number for all joints, or a table by joint name."""
 
 
@@ -29,17 +29,28 @@ class MujocoTable(Table):
     substeps: int = setting(4, "time steps of the physics in a control period, >= 1", least=1.0)
     payload: Options[Payload] | None = like(TrueArm, "payload")
     mass_scale: float = like(TrueArm, "mass_scale")
-    coulomb: Friction = like(TrueArm, "coulomb")
-    viscous: Friction = like(TrueArm, "viscous")
+    jitter: float = like(TrueArm, "jitter")
+    rotors: PerJoint = like(TrueArm, "rotors")
+    coulomb: PerJoint = like(TrueArm, "coulomb")
+    viscous: PerJoint = like(TrueArm, "viscous")
     brake: dict[str, float] = like(TrueArm, "brake")
+    brake_delay: float = like(TrueArm, "brake_delay")
     end_stops: float | None = like(TrueArm, "end_stops")
 
-    def plant(self, arm: Robot, dt: float, drive: str) -> Plant:
-        """The arm in physics, behind servos that take what a drive sends; MuJoCo is loaded here."""
+    def true_arm(self) -> TrueArm:
+        """What is true of the arm."""
+        return TrueArm(**settings_for(TrueArm, self))
+
+    def plant(self, arm: Robot, dt: float, drive: str, seed: int) -> Plant:
+        """The arm in physics, behind servos that take what a drive sends; MuJoCo is loaded here.
+
+        Who made the servos knows the rotors.
+        """
         from ftqp.sim.plants.mujoco_plant import MujocoPlant
 
-        servo = JointServo(arm, drive, **settings_for(JointServo, self))
-        return MujocoPlant(arm, dt, servo, TrueArm(**settings_for(TrueArm, self)), substeps=self.substeps)
+        true = self.true_arm()
+        servo = JointServo(true.geared(arm), drive, **settings_for(JointServo, self))
+        return MujocoPlant(arm, dt, servo, true, substeps=self.substeps, seed=seed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,7 +91,7 @@ class SimulationTable(Table):
         if self.plant == "servo":
             return self.servo.made(arm, dt, drive=None if moving else drive)
         if self.plant == "mujoco":
-            return self.mujoco.plant(arm, dt, drive)
+            return self.mujoco.plant(arm, dt, drive, self.seed)
         return KinematicPlant(arm, dt, level)
 
 

@@ -24,8 +24,9 @@ class MujocoPlant(Plant):
 
     What a fault does:
 
-    * locked: the motor is off. ``ramp`` closes a brake, which is dry friction of its own torque: the joint
-      stops within some ms, whatever deceleration the fault names, and slips where the brake is too weak.
+    * locked: the motor is off. ``ramp`` closes a brake, which is dry friction of its own torque: once it has
+      closed the joint stops within some ms, whatever deceleration the fault names, and slips where the brake
+      is too weak.
       ``instant`` stops the joint by an impulse, which the other joints feel, and fixes it.
     * free-swinging: the motor is off; the friction of the fault is added to the joint's own, and its end
       stops remain.
@@ -40,6 +41,7 @@ class MujocoPlant(Plant):
         servo: what the arm takes and how it follows; None is a position servo.
         true: how the true arm differs; None: not at all, but for end stops a little beyond the limits.
         substeps: time steps of the physics in ``dt``, >= 1; stiff servos and friction need more.
+        seed: of how late commands come where they do, >= 0.
 
     Raises:
         InputError: a robot without inertia, an unknown joint, a value out of its range.
@@ -49,8 +51,9 @@ class MujocoPlant(Plant):
     """
 
     __slots__ = (
-        "_brakes", "_coulomb", "_delivered", "_high", "_is_odd", "_limit", "_low", "_misread",
-        "_physics", "_pushed", "_read", "_robot", "_servo", "_stuck", "_substeps", "_viscous",
+        "_brakes", "_closes_in", "_closing", "_coulomb", "_delivered", "_high", "_is_odd", "_latest",
+        "_limit", "_low", "_misread", "_physics", "_pushed", "_read", "_rng", "_robot", "_seed", "_servo",
+        "_started", "_stuck", "_substeps", "_viscous",
     )  # fmt: skip
 
     def __init__(
@@ -61,6 +64,7 @@ class MujocoPlant(Plant):
         true: TrueArm | None = None,
         *,
         substeps: int = 4,
+        seed: int = 0,
     ) -> None:
         instance("robot", robot, Robot, "an ftqp.Robot, for example planner.robot")
         robot.refuse_floating("plant 'mujoco', whose motors would hold it, needs")
@@ -74,8 +78,12 @@ class MujocoPlant(Plant):
         self._robot = robot
         self._servo = JointServo(robot) if servo is None else servo
         true = TrueArm() if true is None else true
-        self._substeps = substeps
-        self._physics = Physics(true.chain(robot), positive("dt", dt, "s") / substeps)
+        self._substeps, self._latest, self._seed = substeps, int(true.jitter * substeps), seed
+        self._rng = np.random.default_rng(seed)
+        step = positive("dt", dt, "s") / substeps
+        self._physics = Physics(true.chain(robot), step)
+        self._closes_in = round(true.brake_delay / step)
+        self._closing: dict[int, int] = {}
         self._coulomb, self._viscous = true.friction(robot)
         self._low, self._high = true.stops(robot)
         self._brakes = true.brakes(robot, np.diag(self._physics.mass_matrix()))
@@ -148,6 +156,7 @@ class MujocoPlant(Plant):
         for i in range(self._robot.nv):
             self._work(i)
         self._servo.demand[:] = 0.0
+        self._rng, self._started = np.random.default_rng(self._seed), False
 
     def fail(self, fault: Fault) -> None:
         """From now on the joint of ``fault`` behaves as it says, and no longer as an earlier one said.
@@ -166,7 +175,8 @@ class MujocoPlant(Plant):
                 self._physics.fix(i)
             case Locked():
                 self._work(i)
-                self._brake(i)
+                self._limit[i] = 0.0
+                self._close(i)
             case FreeSwinging():
                 self._work(i)
                 self._limit[i] = 0.0
@@ -222,6 +232,21 @@ class MujocoPlant(Plant):
                 self._misread[i] = fault
                 self._stuck[i] = self.q[i]
 
+    def _close(self, i: int) -> None:
+        """Let the brake of joint i close, which takes its time."""
+        if not self._closes_in:
+            self._brake(i)
+        elif i not in self._closing:
+            self._closing[i] = self._closes_in
+
+    def _close_on(self) -> None:
+        """Let brakes close that are due in this time step."""
+        for i in [*self._closing]:
+            self._closing[i] -= 1
+            if self._closing[i] <= 0:
+                del self._closing[i]
+                self._brake(i)
+
     def _brake(self, i: int) -> None:
         """Close the brake of joint i and switch its motor off."""
         self._limit[i] = self._pushed[i] = 0.0
@@ -233,6 +258,7 @@ class MujocoPlant(Plant):
         self._delivered[i], self._pushed[i] = 1.0, 0.0
         self._servo.strays[i] = 0.0
         self._misread.pop(i, None)
+        self._closing.pop(i, None)
         self._is_odd = bool(self._misread or (self._delivered != 1.0).any() or self._servo.strays.any())
         self._physics.release(i)
         self._physics.resist(i, self._coulomb[i], self._viscous[i])
@@ -245,13 +271,18 @@ class MujocoPlant(Plant):
             command: the planner's step for this tick; the arm takes of it what its drive says.
         """
         servo, physics, limit = self._servo, self._physics, self._limit
-        servo.take(command)
+        late = int(self._rng.integers(self._latest + 1)) if self._latest and self._started else 0
+        self._started = True
         brakes = command.brakes
         if brakes.any():
             for i in np.flatnonzero(brakes & (limit > 0.0)):
-                self._brake(int(i))
+                self._close(int(i))
         tau, q, v = physics.tau, physics.q, physics.v
-        for _ in range(self._substeps):
+        for at in range(self._substeps):
+            if at == late:
+                servo.take(command)
+            if self._closing:
+                self._close_on()
             if self._is_odd:
                 read = self._as_read()
                 servo.torques(read[0], read[1], limit, tau)

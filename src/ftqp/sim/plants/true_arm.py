@@ -1,4 +1,4 @@
-"""How the true arm differs from the one that its planner knows: load, masses, friction, brakes, end stops."""
+"""How the true arm differs from the one that its planner knows: masses, rotors, friction, brakes, stops."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -19,6 +19,8 @@ CLEARANCE_SHARE = 0.05
 """The same as a share of the joint's range."""
 BRAKE = 2.0
 """Torque of a brake as a multiple of the joint's torque limit."""
+MOST_JITTER = 0.99
+"""A command that comes a whole control period late would be the next one's [1]."""
 STOPS_AT = 1000.0
 """Deceleration of a joint without torque limit by its own brake [rad/s2 or m/s2]: 1 rad/s in 1 ms."""
 
@@ -31,10 +33,15 @@ class TrueArm:
     Args:
         payload: a load at the tip beside that of the model; None is nothing.
         mass_scale: all masses and inertias are so many times those of the model, > 0.
+        rotors: inertia of rotors, as the joint feels it, beside that of the model, >= 0 [kg m2 or kg].
         coulomb: dry friction beside that of the model, >= 0 [N m or N]; the joint sticks below it.
         viscous: viscous friction beside that of the model, >= 0 [N m s/rad or N s/m].
+        brake_delay: how long a brake takes to close, >= 0 [s]. Meanwhile a joint that fails coasts, and one
+            that the planner wants braked goes on as it is told.
         brake: torque that a closed brake holds, > 0 [N m or N]; with less than its load the joint slips. A
             joint without entry has twice its torque limit.
+        jitter: how late a command may come, as a share of the control period, 0 to 0.99: each but the first
+            comes late by a share that is drawn anew, up to this one, in whole time steps of the physics.
         end_stops: how far beyond the limits the end stops are, >= 0 [rad or m]; None is 0.05, at most 5 % of
             the range.
 
@@ -44,6 +51,13 @@ class TrueArm:
 
     payload: Payload | None = setting(None, "a load at the tip that the planner does not know of")
     mass_scale: float = setting(1.0, "true masses by those of the model, > 0", above=0.0)
+    rotors: float | Mapping[str, float] = setting(
+        0.0,
+        "inertia of rotors, as the joint feels it, beside that of the model, >= 0: one number, or a table "
+        "by joint name",
+        unit="kg m2 or kg",
+        least=0.0,
+    )
     coulomb: float | Mapping[str, float] = setting(
         0.0,
         "dry friction beside that of the model, >= 0: one number, or a table by joint name",
@@ -56,12 +70,19 @@ class TrueArm:
         unit="N m s/rad or N s/m",
         least=0.0,
     )
+    brake_delay: float = setting(0.0, "how long a brake takes to close, >= 0", unit="s", least=0.0)
     brake: Mapping[str, float] | None = setting(
         {},
         "what the brake of a joint holds, by joint name, > 0; it slips above; "
         "twice the torque limit for a joint that is absent",
         unit="N m or N",
         above=0.0,
+    )
+    jitter: float = setting(
+        0.0,
+        "how late a command may come, as a share of the control period that is drawn anew for each",
+        least=0.0,
+        most=MOST_JITTER,
     )
     end_stops: float | None = setting(
         None,
@@ -72,11 +93,14 @@ class TrueArm:
 
     def __post_init__(self) -> None:
         positive("mass_scale", self.mass_scale)
+        non_negative("brake_delay", self.brake_delay, "s")
+        if non_negative("jitter", self.jitter) > MOST_JITTER:
+            raise InputError(f"jitter is {self.jitter:g}, expected a share of dt from 0 to {MOST_JITTER:g}")
         if self.end_stops is not None:
             non_negative("end_stops", self.end_stops, "rad")
 
     def chain(self, robot: Robot) -> Chain:
-        """The robot's chain with the true masses and the load at its tip.
+        """The robot's chain with the true masses and rotors and the load at its tip.
 
         Args:
             robot: the arm as the planner knows it.
@@ -84,8 +108,18 @@ class TrueArm:
         scale, load = self.mass_scale, self.payload
         if load is not None:
             robot = robot.with_payload(Payload(load.mass / scale, load.com, load.inertia / scale))
-        chain = robot.chain
+        chain = self.geared(robot).chain
         return replace(chain, mass=scale * chain.mass, inertia=scale * chain.inertia)
+
+    def geared(self, robot: Robot) -> Robot:
+        """The robot with the true rotors, which the maker of its servos knows.
+
+        Args:
+            robot: the arm as the planner knows it.
+        """
+        rotors = _per_joint("rotors", self.rotors, robot)
+        chain = robot.chain
+        return replace(robot, chain=replace(chain, armature=chain.armature + rotors))
 
     def friction(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
         """Dry and viscous friction of every joint, each (nv,) [N m, N m s/rad].
