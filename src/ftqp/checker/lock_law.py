@@ -41,7 +41,7 @@ def failed(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
 def _stands(arm: ModelFile, run: Trace, strict: Strictness, failure: Failure) -> BoolArray:
     """From which tick on a locked joint stands, (K,)."""
     t, i = run.dt * np.arange(len(run.status)), failure.joint
-    since = t >= failure.since
+    since = t >= failure.since + failure.closes
     came = np.cumsum(since & (np.abs(run.v[:-1, i]) <= strict.standing)) > 1
     if not since.any():
         return came

@@ -26,6 +26,7 @@ class Failure:
         until: When another failure of the same joint takes its place [s].
         deceleration: With which the planner may bring its command for the joint to rest once it knows
             [rad/s2 or m/s2]; infinite: at once.
+        closes: How long after that what holds a locked joint takes to close [s].
         slips: Whether what holds a locked joint may be too weak, so that its motion is nobody's doing.
 
     Raises:
@@ -40,6 +41,7 @@ class Failure:
     jumps: bool = False
     until: float = float("inf")
     deceleration: float = float("inf")
+    closes: float = 0.0
     slips: bool = False
 
     def __post_init__(self) -> None:

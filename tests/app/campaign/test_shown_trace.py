@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from ftqp.app.campaign.judged_scenario import broken_laws
-from ftqp.app.campaign.shown_trace import model_file, trace
+from ftqp.app.campaign.shown_trace import failures, model_file, trace
 from ftqp.app.scenario.setup import load
 from ftqp.checker.checked_run import verdict
 from ftqp.checker.tip_errors import errors
+from ftqp.model.payload import Payload
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.loop import MEMORY, Simulation
 
@@ -102,3 +103,30 @@ def test_planes_are_judged_by_the_joints_and_a_falsified_log_is_found(tmp_path):
     (found,) = [one for one in judged(lying, setup).breaches if one.law == "plane"]
     assert found.joint == "panda_joint7" and found.size > 0.01
     assert broken_laws(PLANES) == {}
+
+
+def test_judge_knows_what_is_true_of_the_arm_and_not_told_to_the_planner():
+    pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
+    true = [
+        "simulation.plant=mujoco",
+        "simulation.mujoco.rotors=0.2",
+        "simulation.mujoco.mass_scale=1.1",
+        "simulation.mujoco.payload={mass=1.0, com=[0.0, 0.0, 0.1]}",
+        "simulation.mujoco.brake_delay=0.03",
+        "simulation.mujoco.brake={panda_joint2=20.0, panda_joint1=100.0}",
+    ]
+    lock = 'faults=[{kind="locked", joint=%d, at=0.1, mode="%s"}]'
+    setup = load("panda-circle", [*true, lock % (1, "ramp")])
+    robot, arm = setup.robot, model_file(setup)
+    q = robot.neutral
+    known = robot.with_payload(Payload(1.0 / 1.1, (0.0, 0.0, 0.1))).mass_matrix(q)
+    np.testing.assert_allclose(arm.dynamics(q, 0.0 * q)[0], 1.1 * known + 0.2 * np.eye(7), atol=1e-9)
+    np.testing.assert_allclose(arm.tips(q[None])[0], robot.pose(q), atol=1e-12)
+    (slipping,) = failures(setup)
+    assert slipping.closes == 0.03 and slipping.slips
+    (holding,) = failures(load("panda-circle", [*true, lock % (0, "ramp")]))
+    assert holding.closes == 0.03 and not holding.slips
+    (fixed,) = failures(load("panda-circle", [*true, lock % (1, "instant")]))
+    assert fixed.closes == 0.0 and not fixed.slips
+    (exact,) = failures(load("panda-circle", [lock % (1, "ramp")]))
+    assert exact.closes == 0.0 and not exact.slips

@@ -51,6 +51,8 @@ SEEN_LATE = 0.05
 """With sensors a claim may be wrong for so long even where runs are judged exactly [s]."""
 TRIED = 20
 """A campaign is refused when not one of its first episodes is a scenario."""
+MOST_ARMS = 64
+"""So many model files are kept; a campaign that draws loads or rotors has another one in every episode."""
 REFUSED, RAISED = "refused", "raised"
 """Outcomes of an episode that was not run: its scenario cannot be, or something went wrong."""
 
@@ -134,7 +136,7 @@ class EpisodeWork:
 
     Attributes:
         campaign: Theirs.
-        arms: Model files that were read, by the text of the robot's table.
+        arms: Model files that were read, by the texts of the tables that say what the arm is.
     """
 
     campaign: Campaign
@@ -206,8 +208,10 @@ class EpisodeWork:
 
     def _arm(self, setup: Setup) -> ModelFile:
         """The arm of an episode as the checker reads it."""
-        name = repr(setup.tables.robot)
+        name = repr((setup.tables.robot, setup.tables.simulation.mujoco))
         if name not in self.arms:
+            while len(self.arms) >= MOST_ARMS:
+                del self.arms[next(iter(self.arms))]
             self.arms[name] = model_file(setup)
         return self.arms[name]
 

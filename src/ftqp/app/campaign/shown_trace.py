@@ -1,5 +1,7 @@
 """What the checker is shown of a simulated run: the truth from the log, the limits from the arm's file."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ftqp.app.scenario.setup import Setup
@@ -12,6 +14,7 @@ from ftqp.core.errors import InputError
 from ftqp.model.urdf_text import link_names
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.plants.kinematic_plant import BRAKE_SHARE
+from ftqp.sim.plants.true_arm import TrueArm
 
 
 def trace(setup: Setup, log: Log) -> Trace:
@@ -36,6 +39,7 @@ def trace(setup: Setup, log: Log) -> Trace:
         tolerance=(task.tolerance, task.rotation_tolerance),
         failures=failures(setup),
         planes=planes(log),
+        minds_torques=setup.tables.planner.torque_limits,
     )
 
 
@@ -61,7 +65,7 @@ def failures(setup: Setup) -> list[Failure]:
         InputError: The checker does not judge such a fault.
     """
     events = sorted(setup.schedule, key=lambda event: event.at)
-    result = []
+    true, result = _true_arm(setup), []
     for k, event in enumerate(events):
         joint, fault = setup.robot.joint(event.fault.joint), event.fault
         later = [other.at for other in events[k + 1 :] if setup.robot.joint(other.fault.joint) == joint]
@@ -76,9 +80,24 @@ def failures(setup: Setup) -> list[Failure]:
                 jumps=jumps,
                 until=later[0] if later else np.inf,
                 deceleration=np.inf if jumps else _deceleration(setup, joint, fault),
+                closes=0.0 if true is None or jumps else true.brake_delay,
+                slips=true is not None and not jumps and _slips(setup, true, joint),
             )
         )
     return result
+
+
+def _true_arm(setup: Setup) -> TrueArm | None:
+    """What is true of the arm; None of one that is as its planner knows it."""
+    simulation = setup.tables.simulation
+    return simulation.mujoco.true_arm() if simulation.plant == "mujoco" else None
+
+
+def _slips(setup: Setup, true: TrueArm, joint: int) -> bool:
+    """Whether a brake may be too weak: one that holds less than the motor gives."""
+    robot = setup.robot
+    holds = (true.brake or {}).get(robot.joints[joint], np.inf)
+    return bool(holds < robot.limits.tau_max[joint])
 
 
 def _deceleration(setup: Setup, joint: int, fault: object) -> float:
@@ -88,13 +107,15 @@ def _deceleration(setup: Setup, joint: int, fault: object) -> float:
 
 
 def model_file(setup: Setup) -> ModelFile:
-    """The arm as the checker reads it, from its URDF.
+    """The arm as the checker reads it, from its URDF, with the masses and rotors that it truly has.
 
     Raises:
         InputError: A reader of URDF sorts the joints of several arms in another way than the robot.
     """
     robot = setup.robot
     tip = link_names(robot.joints, robot.tips)[robot.nv + 1]
+    if (true := _true_arm(setup)) is not None:
+        robot = replace(robot, chain=true.chain(robot))
     found = ModelFile.read(robot.to_urdf(), tip, gravity=robot.chain.gravity)
     if found.names != robot.joints:
         raise InputError(

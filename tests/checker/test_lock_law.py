@@ -1,0 +1,73 @@
+"""From when a locked joint has to stand: when it has come to rest, or has had the time for it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ftqp.checker.lock_law import failed
+from ftqp.checker.model_file import ModelFile
+from ftqp.checker.strictness import PHYSICS
+from ftqp.checker.trace import Failure, Trace
+from ftqp.model import catalog
+
+ROBOT = catalog.load("panda")
+ARM = ModelFile.read(ROBOT.to_urdf(), ROBOT.tip)
+DT, TICKS, J = 1e-3, 2000, 3
+T = DT * np.arange(TICKS + 1)
+LOCK = Failure(joint=J, kind="locked", since=0.5, told=0.5, deceleration=2.0)
+
+
+def broken(speeds, lock=LOCK, sent=None):
+    """By how much a joint with these speeds breaks the law in physics, from which tick on."""
+    v = np.zeros((TICKS + 1, ROBOT.nv))
+    v[:, J] = speeds
+    q = ROBOT.neutral + np.vstack([np.zeros(ROBOT.nv), np.cumsum(0.5 * DT * (v[1:] + v[:-1]), axis=0)])
+    commands = np.zeros((TICKS, ROBOT.nv))
+    if sent is not None:
+        commands[:, J] = sent
+    run = Trace(
+        dt=DT,
+        level="acceleration",
+        q=q,
+        v=v,
+        sent_q=q[1:],
+        sent_v=commands,
+        status=["RELAXED"] * TICKS,
+        target=np.tile(np.eye(4), (TICKS, 1, 1)),
+        rows=("x", "y", "z"),
+        tolerance=(1.0, 1.0),
+        failures=[lock],
+    )
+    over = failed(ARM, run, PHYSICS)[:, J]
+    return float(over.max()), int(np.argmax(over > 0.0)) * DT
+
+
+def test_joint_that_brakes_as_it_is_said_to_breaks_nothing():
+    assert broken(np.clip(0.4 - 2.0 * np.clip(T - 0.5, 0.0, None), 0.0, None))[0] <= 0.0
+
+
+def test_joint_that_never_comes_to_rest_is_found_once_it_has_had_the_time():
+    size, at = broken(np.where(T < 0.5, 0.4, 0.05))
+    assert size == pytest.approx(0.05 * (2.0 - at) + 0.05 * 0.01 - 5e-4, abs=2e-3)
+    assert 0.5 + 0.05 / 2.0 < at < 0.7
+
+
+def test_drift_counts_from_where_the_joint_came_to_rest():
+    slow = np.where(T > 0.6, 1e-3, 0.0)
+    size, at = broken(slow)
+    assert size == pytest.approx(1.4e-3 - 5e-4, abs=1e-5) and at == pytest.approx(1.1, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("change", "found"), [({}, True), ({"closes": 0.7}, False), ({"slips": True}, False)]
+)
+def test_joint_may_move_until_what_holds_it_has_closed_and_as_it_likes_if_that_slips(change, found):
+    coasts = np.where(T < 1.2, 0.5, 0.0)
+    assert (broken(coasts, replace(LOCK, **change))[0] > 0.0) == found
+
+
+def test_ways_that_a_joint_is_sent_count_together():
+    there_and_back = np.where(T[:-1] > 1.0, 2e-3 * np.where(np.arange(TICKS) // 100 % 2, 1.0, -1.0), 0.0)
+    assert broken(0.0 * T, sent=there_and_back)[0] == pytest.approx(2e-3 - 5e-4, abs=1e-5)
+    assert broken(0.0 * T, sent=0.2 * there_and_back)[0] <= 0.0
