@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.strictness import KINEMATIC
+from ftqp.checker.strictness import KINEMATIC, PHYSICS
 from ftqp.checker.torque_law import accelerations, torque
 from ftqp.checker.trace import Failure, Plane, Trace
 from ftqp.model import catalog
@@ -113,3 +113,31 @@ def test_joint_that_runs_to_its_end_has_to_brake():
     low, high = accelerations(run, 0, limits)
     assert low[3] <= high[3] < -0.5 * ARM.a_max[3]
     assert (high[:3] > 0.9 * ARM.a_max[:3]).all()
+
+
+@pytest.mark.parametrize(
+    ("status", "brakes", "speed", "found"),
+    [
+        ("STOPPED", True, 0.0, False),
+        ("STOPPED", False, 0.0, True),
+        ("RELAXED", True, 0.0, True),
+        ("STOPPING", True, 0.3, False),
+        ("STOPPING", True, -0.3, True),
+    ],
+)
+def test_torque_that_slows_or_holds_a_joint_in_a_stop_may_be_that_of_its_brake(status, brakes, speed, found):
+    load = ARM.torques(ROBOT.neutral[None], np.zeros((1, 7)), np.zeros((1, 7)))[0, 1]
+    v = np.zeros((6, 7))
+    v[:, 1] = -speed * np.sign(load)
+    run = still(status=status, v=v, failures=left(0.7), brakes=brakes)
+    assert bool((torque(ARM, run, PHYSICS) > 0.0).any()) == found
+
+
+def test_end_stop_carries_a_joint_that_is_beyond_its_range():
+    q = ROBOT.neutral.copy()
+    q[3] = ARM.q_min[3] - 0.01
+    load = abs(ARM.torques(q[None], np.zeros((1, 7)), np.zeros((1, 7)))[0, 3])
+    for place, found in ((q[3], False), (ARM.q_min[3] + 0.01, True)):
+        q[3] = place
+        weak = Failure(joint=3, kind="degraded", since=0.0, told=0.0, shares={"tau_max": 0.7 * load / 87.0})
+        assert broken(still(q=q, failures=[weak])) == found

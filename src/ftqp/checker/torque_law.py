@@ -15,6 +15,10 @@ from ftqp.core.checks import BoolArray, FloatArray
 SPARE = 0.02
 """A way to keep all torque limits counts if it leaves this share of them, and of the limits of motion: the
 planner's own room is a little smaller than what a judge can know of it."""
+IN_A_STOP = ("STOPPING", "STOPPED")
+"""Statuses under which a planner may have brakes closed."""
+LOOKED_AT = 300
+"""At most so many ticks of a run are looked at, evenly spread, for each takes a linear program of 2 ms."""
 HALVINGS = 30
 """Ends of the room that a joint's acceleration has are found to 2^-30 of its limit."""
 
@@ -29,6 +33,8 @@ def torque(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
 
     a linear program, with what the failed joints do taken as it is. Kept points come before torque limits
     and are not part of it, so beside them only OK is judged, and nothing where the planner minds no torques.
+    The limit is the motor's: a joint beyond its range may lie on its end stop, and in a stop of an arm with
+    brakes what slows or holds a joint may be its brake.
     """
     result = np.zeros((len(run.status), len(arm.names)))
     if not arm.has_masses:
@@ -42,11 +48,26 @@ def torque(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     result[claimed] = over[claimed]
     if run.planes or not run.minds_torques:
         return result
-    for k in np.flatnonzero((over > 0.0).any(axis=1) & ~claimed):
+    over = np.where(_carried(run, strict, limits, tau), 0.0, over)
+    ticks = np.flatnonzero((over > 0.0).any(axis=1) & ~claimed)
+    if len(ticks) > LOOKED_AT:
+        ticks = ticks[np.linspace(0, len(ticks) - 1, LOOKED_AT).astype(int)]
+    for k in ticks:
         left = {name: value[k : k + 1] for name, value in limits.items()}
         if _can_be_kept(arm, run, int(k), obeys[k], left, a[k], tau[k]):
             result[k] = over[k]
     return result
+
+
+def _carried(run: Trace, strict: Strictness, limits: dict[str, FloatArray], tau: FloatArray) -> BoolArray:
+    """Where something else than the motor may carry a joint, (K, nv)."""
+    q, v = run.q[:-1], run.v[:-1]
+    beyond = (np.maximum(q, run.q[1:]) > limits["q_max"]) | (np.minimum(q, run.q[1:]) < limits["q_min"])
+    if not run.brakes:
+        return beyond
+    stops = np.array([status in IN_A_STOP for status in run.status])
+    slows = (np.abs(v) <= strict.standing) | (tau * v < 0.0) | (v * run.v[1:] <= 0.0)
+    return np.asarray(beyond | (stops[:, None] & slows))
 
 
 def _can_be_kept(

@@ -90,6 +90,7 @@ class Trace:
         until: ... for how long; to the end without that [s].
         planes: On whose sides points were to stay.
         minds_torques: Whether the planner was to keep torque limits.
+        brakes: Whether the arm has brakes that close when the planner asks for them.
     """
 
     dt: float
@@ -108,3 +109,4 @@ class Trace:
     until: float = float("inf")
     planes: Sequence[Plane] = ()
     minds_torques: bool = True
+    brakes: bool = False

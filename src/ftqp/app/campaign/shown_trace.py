@@ -40,6 +40,7 @@ def trace(setup: Setup, log: Log) -> Trace:
         failures=failures(setup),
         planes=planes(log),
         minds_torques=setup.tables.planner.torque_limits,
+        brakes=_true_arm(setup) is not None,
     )
 
 
