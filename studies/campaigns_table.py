@@ -23,12 +23,12 @@ from ftqp.app.campaign.campaign_summary import fallback_share
 from ftqp.app.campaign.found_failures import share_interval
 from ftqp.core.errors import InputError
 
-LIMITS = ("speed", "acceleration", "position", "braking", "plane", "failed", "finite")
-CLAIMS = ("honesty", "inside", "obedience", "torque")
-OTHERS = ("rest", "tracking")
+LIMITS = ("speed", "acceleration", "position", "braking", "plane", "torque", "failed", "finite")
+CLAIMS = ("honesty", "inside", "obedience")
+OTHERS = ("rest", "chatter", "tracking")
 HEADINGS = (
     "campaign", "commit", "episodes", "steps", "limit broken", "OK not true", "swings at rest",
-    "target left", "exceptions", "share at most",
+    "chatter", "target left", "exceptions", "share at most",
 )  # fmt: skip
 NOTE = (
     "Columns count episodes; one that breaks several laws of a column counts as often. The last one is the "
@@ -44,7 +44,7 @@ def row(folder: Path, commit: str) -> dict[str, Any]:
         facts = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
         text = tomllib.loads((folder / "campaign.toml").read_text(encoding="utf-8"))
         run, bad = facts["sound"] + facts["broken"] + facts["raised"], facts["broken"] + facts["raised"]
-        laws = {"plane": 0} | facts["laws"]
+        laws = {"plane": 0, "chatter": 0} | facts["laws"]
         return {
             "campaign": facts["campaign"],
             "command": f"ftqp campaign {facts['campaign']} --episodes {facts['episodes']}",
@@ -79,7 +79,7 @@ def table(rows: list[dict[str, Any]]) -> Table:
     cells = [
         (
             f"`{one['campaign']}`", one["commit"], f"{one['episodes']:,}", f"{one['steps']:,}",
-            *(str(one[key]) for key in ("limits", "claims", "rest", "tracking", "exceptions")),
+            *(str(one[key]) for key in ("limits", "claims", *OTHERS, "exceptions")),
             f"{one['at_most']:.2g}",
         )
         for one in rows

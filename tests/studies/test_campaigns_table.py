@@ -9,7 +9,7 @@ from tests.scripts import ran
 told = partial(ran, "studies/campaigns_table.py")
 LAWS = (
     "finite", "speed", "acceleration", "position", "braking", "torque",
-    "failed", "honesty", "tracking", "inside", "obedience", "rest",
+    "failed", "honesty", "tracking", "inside", "obedience", "chatter", "rest",
 )  # fmt: skip
 
 
@@ -18,7 +18,7 @@ def campaign(tmp_path):
     facts = {
         "campaign": "mine", "episodes": 103, "sound": 97, "broken": 2, "raised": 1, "refused": 3,
         "steps": 5000,
-        "laws": dict.fromkeys(LAWS, 0) | {"braking": 1, "honesty": 2, "rest": 1}, "crashed": {},
+        "laws": dict.fromkeys(LAWS, 0) | {"braking": 1, "honesty": 2, "rest": 1, "chatter": 2}, "crashed": {},
         "said": {"OK": 4000, "STOPPED": 1000},
         "by_key": {
             "planner.backend": {
@@ -40,9 +40,10 @@ def test_counts_bound_and_command_of_a_campaign_are_told(campaign, tmp_path):
     assert done.returncode == 0, done.stderr
     (row,) = json.loads(done.stdout)["rows"]
     counted = [
-        row[key] for key in ("episodes", "steps", "limits", "claims", "rest", "tracking", "exceptions")
+        row[key]
+        for key in ("episodes", "steps", "limits", "claims", "rest", "chatter", "tracking", "exceptions")
     ]
-    assert counted == [100, 5000, 1, 2, 1, 0, 1]
+    assert counted == [100, 5000, 1, 2, 1, 2, 0, 1]
     assert row["at_most"] == pytest.approx(0.0852, abs=1e-4)  # tables of Clopper and Pearson: 3 of 100
     report = (tmp_path / "out" / "campaigns_table.md").read_text()
     assert "`ftqp campaign mine --episodes 103` at 1a2b3c4, seed 12" in report
