@@ -141,3 +141,11 @@ def test_end_stop_carries_a_joint_that_is_beyond_its_range():
         q[3] = place
         weak = Failure(joint=3, kind="degraded", since=0.0, told=0.0, shares={"tau_max": 0.7 * load / 87.0})
         assert broken(still(q=q, failures=[weak])) == found
+
+
+def test_dry_friction_may_carry_what_it_can():
+    run = still(failures=left(0.7))
+    for friction, found in ((0.2, True), (0.4, False)):
+        load = abs(ARM.torques(run.q[:1], run.v[:1], run.v[:1])[0, 1])
+        rubs = replace(ARM, dry_friction=np.where(np.arange(7) == 1, friction * load, 0.0))
+        assert bool((torque(rubs, run, KINEMATIC) > 0.0).any()) == found

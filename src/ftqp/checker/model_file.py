@@ -32,6 +32,7 @@ class ModelFile:
         a_max: Largest accelerations, (nv,) [rad/s2 or m/s2]; infinite where the file has none.
         tau_max: Largest torques, (nv,) [N m or N].
         friction: Viscous friction, (nv,) [N m s/rad or N s/m].
+        dry_friction: Friction of which only the size is known, (nv,) [N m or N].
         has_masses: Whether the file has any.
     """
 
@@ -44,6 +45,7 @@ class ModelFile:
     a_max: FloatArray
     tau_max: FloatArray
     friction: FloatArray
+    dry_friction: FloatArray
     has_masses: bool
 
     @classmethod
@@ -85,6 +87,7 @@ class ModelFile:
             a_max=rows[:, 3],
             tau_max=rows[:, 4],
             friction=rows[:, 5],
+            dry_friction=rows[:, 6],
             has_masses=any(model.inertias[i].mass > 0.0 for i in range(1, model.njoints)),
         )
 
@@ -172,7 +175,7 @@ class ModelFile:
 
 
 def _limits(joint: ElementTree.Element) -> list[float]:
-    """q_min, q_max, v_max, a_max, tau_max and friction of a joint."""
+    """q_min, q_max, v_max, a_max, tau_max, viscous and dry friction of a joint."""
     limit, rub = joint.find("limit"), joint.find("dynamics")
     written = {} if limit is None else dict(limit.attrib)
     endless = joint.get("type") == "continuous"
@@ -184,4 +187,4 @@ def _limits(joint: ElementTree.Element) -> list[float]:
         float(written.get("effort", "inf")),
     ]
     found = [value if abs(value) < LARGEST else float(np.copysign(np.inf, value)) for value in found]
-    return [*found, 0.0 if rub is None else float(rub.get("damping", "0"))]
+    return [*found, *(0.0 if rub is None else float(rub.get(name, "0")) for name in ("damping", "friction"))]

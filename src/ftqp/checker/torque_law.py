@@ -33,8 +33,8 @@ def torque(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
 
     a linear program, with what the failed joints do taken as it is. Kept points come before torque limits
     and are not part of it, so beside them only OK is judged, and nothing where the planner minds no torques.
-    The limit is the motor's: a joint beyond its range may lie on its end stop, and in a stop of an arm with
-    brakes what slows or holds a joint may be its brake.
+    The limit is the motor's: dry friction may carry what it can, a joint beyond its range may lie on its end
+    stop, and in a stop of an arm with brakes what slows or holds a joint may be its brake.
     """
     result = np.zeros((len(run.status), len(arm.names)))
     if not arm.has_masses:
@@ -42,7 +42,7 @@ def torque(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     obeys, limits = health(arm, run)
     a = np.diff(run.v, axis=0) / run.dt
     tau = arm.torques(run.q[:-1], run.v[:-1], a)
-    over = np.abs(tau) / limits["tau_max"] - 1.0 - strict.torque
+    over = (np.abs(tau) - arm.dry_friction) / limits["tau_max"] - 1.0 - strict.torque
     over = np.where(obeys & ~jumps(arm, run, strict)[:, None], over, 0.0)
     claimed = np.array([status == "OK" for status in run.status])
     result[claimed] = over[claimed]

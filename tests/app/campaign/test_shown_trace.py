@@ -112,6 +112,8 @@ def test_judge_knows_what_is_true_of_the_arm_and_not_told_to_the_planner():
         "simulation.mujoco.rotors=0.2",
         "simulation.mujoco.mass_scale=1.1",
         "simulation.mujoco.payload={mass=1.0, com=[0.0, 0.0, 0.1]}",
+        "simulation.mujoco.viscous=0.4",
+        "simulation.mujoco.coulomb={panda_joint2=0.3}",
         "simulation.mujoco.brake_delay=0.03",
         "simulation.mujoco.brake={panda_joint2=20.0, panda_joint1=100.0}",
     ]
@@ -122,6 +124,8 @@ def test_judge_knows_what_is_true_of_the_arm_and_not_told_to_the_planner():
     known = robot.with_payload(Payload(1.0 / 1.1, (0.0, 0.0, 0.1))).mass_matrix(q)
     np.testing.assert_allclose(arm.dynamics(q, 0.0 * q)[0], 1.1 * known + 0.2 * np.eye(7), atol=1e-9)
     np.testing.assert_allclose(arm.tips(q[None])[0], robot.pose(q), atol=1e-12)
+    np.testing.assert_allclose(arm.friction, robot.viscous + 0.4)
+    np.testing.assert_allclose(arm.dry_friction, robot.coulomb + 0.3 * (np.arange(7) == 1))
     (slipping,) = failures(setup)
     assert slipping.closes == 0.03 and slipping.slips
     (holding,) = failures(load("panda-circle", [*true, lock % (0, "ramp")]))

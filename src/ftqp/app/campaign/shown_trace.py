@@ -108,7 +108,7 @@ def _deceleration(setup: Setup, joint: int, fault: object) -> float:
 
 
 def model_file(setup: Setup) -> ModelFile:
-    """The arm as the checker reads it, from its URDF, with the masses and rotors that it truly has.
+    """The arm as the checker reads it, from its URDF, with its true masses, rotors and friction.
 
     Raises:
         InputError: A reader of URDF sorts the joints of several arms in another way than the robot.
@@ -116,7 +116,8 @@ def model_file(setup: Setup) -> ModelFile:
     robot = setup.robot
     tip = link_names(robot.joints, robot.tips)[robot.nv + 1]
     if (true := _true_arm(setup)) is not None:
-        robot = replace(robot, chain=true.chain(robot))
+        dry, viscous = true.friction(robot)
+        robot = replace(robot, chain=replace(true.chain(robot), viscous=viscous, coulomb=dry))
     found = ModelFile.read(robot.to_urdf(), tip, gravity=robot.chain.gravity)
     if found.names != robot.joints:
         raise InputError(
