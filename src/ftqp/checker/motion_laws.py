@@ -29,7 +29,7 @@ def speed(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     obeys, limits = health(arm, run)
     v_max, slower, v = limits["v_max"], limits["a_max"] * run.dt, np.abs(run.v)
     result = np.zeros(obeys.shape)
-    if not (obeys & (v[1:] > v_max)).any():
+    if not (obeys & (v[1:] > (1.0 + strict.speed) * v_max)).any():
         return result
     fresh, blow = told_anew(obeys, limits), thrown(arm, run, strict)
     given = np.zeros(v.shape[1])
