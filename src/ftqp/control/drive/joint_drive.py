@@ -2,8 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import exp, isfinite, sqrt
+from math import ceil, exp, isfinite, sqrt
 from typing import Any
+
+import numpy as np
 
 from ftqp.control.drive.noise import Noise
 from ftqp.core.errors import InputError, nearest
@@ -42,6 +44,25 @@ OBSERVER_FAILED = 300.0
 FEED_FORWARD_SHARE = 0.5
 """Bandwidth of the disturbance that is fed forward, as a share of the stiffness. A guess that the campaigns
 have not contradicted."""
+ROTORS = 0.3
+"""Rotor inertia that a model may lack [kg m2 or kg]: the largest of common arms behind their gears. A
+guess that the campaigns have not contradicted."""
+LEARNING = 200.0
+"""Bandwidth of the filters by which a torque arm is learned [1/s]: a wrist that falls under a load that
+nobody has told of is known before it has fallen far ..."""
+LEARNING_DT = 0.2
+"""... as a share of the sampling rate at most ..."""
+FELT = 0.1
+"""... and so low that noise alone is an acceleration of no more than this [rad/s2 or m/s2]. Guesses that the
+campaigns have not contradicted."""
+FORGOTTEN = 16.0
+"""After so many of their time constants filters have forgotten how they began, because 16^3/6 e^-16 is
+8e-5. A guess that the campaigns have not contradicted."""
+ESTIMATED = 0.005
+"""From one estimate to the next [s]; a tick that makes one takes a microsecond more. A guess that the
+campaigns have not contradicted."""
+REMEMBERED = 0.7
+"""What was heard so long ago [s] counts e times less. A guess that the campaigns have not contradicted."""
 PATIENCE = 0.02
 """How long a sensor may be refused before the arm is stopped [s]. A guess that the campaigns have not
 contradicted."""
@@ -65,6 +86,10 @@ class Drive:
         stiffness: Bandwidth of the loop around the reference of a torque arm, > 0 [1/s]; None is
             min(80, 0.24/(latency + dt)). A larger one holds better against friction and loads, and less well
             against a wrong model.
+        inertia_error: How much rotor inertia the model of a torque arm's joint may lack, >= 0 [kg m2 or kg];
+            None is 0.3. Rotors, a load at the tip and dry friction are then learned while the arm moves. With
+            a larger one disturbances are fed forward more slowly until the rotors are known; 0 takes the
+            model as it is.
 
     Raises:
         InputError: An unknown kind, a number out of its range, or one that this kind has no use for.
@@ -84,13 +109,19 @@ class Drive:
     stiffness: float | None = setting(
         None, "of the loop around a torque arm, > 0; by latency if absent", unit="1/s", above=0.0
     )
+    inertia_error: float | None = setting(
+        None,
+        "rotor inertia that a torque arm's model may lack, >= 0; 0.3 if absent, 0 learns nothing",
+        unit="kg m2 or kg",
+        least=0.0,
+    )
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise InputError(
                 f"drive is {self.kind!r}{nearest(str(self.kind), KINDS)}, expected one of {', '.join(KINDS)}"
             )
-        for name in ("lead", "stiffness"):
+        for name in ("lead", "stiffness", "inertia_error"):
             owner = "position" if name == "lead" else "torque"
             if getattr(self, name) is not None and self.kind != owner:
                 raise InputError(
@@ -152,10 +183,48 @@ class Drive:
             "failed_noise": OBSERVER_FAILED * sqrt(OBSERVER_FAILED * dt),
             "felt_noise": felt,
             "missing_noise": felt / (sqrt(3.0) * observer * LATELY),  # of its mean over that time
-            "slowness": 1.0 - exp(-FEED_FORWARD_SHARE * w * dt),
             "sigma": noise.q,
             "patience": PATIENCE,
         }
+
+    def learning(self, dt: float, noise: Noise) -> dict[str, float]:
+        """How the arm is learned, by the names of the record's room ``learned``.
+
+        Args:
+            dt: The sampling period [s].
+            noise: What is measured, how noisily.
+        """
+        w = self.gains(dt, noise, 1.0)["stiffness"]
+        doubt = ROTORS if self.inertia_error is None else self.inertia_error
+        rate = min(LEARNING, LEARNING_DT / dt)
+        if noise.q > 0.0:
+            rate = min(rate, (FELT / (NOISE_OF_D * noise.q * sqrt(dt))) ** 0.4)
+        every = max(1, round(ESTIMATED / dt))
+        gain = 1.0 - exp(-FEED_FORWARD_SHARE * w * dt)
+        return {
+            "on": int(self.kind == "torque" and doubt > 0.0),
+            "start": ceil(FORGOTTEN / (rate * dt)),
+            "every": every,
+            "pole": 1.0 - exp(-rate * dt),
+            "forget": exp(-every * dt / REMEMBERED),
+            "doubt": doubt,
+            "gain": gain,
+            "felt": noise.q * felt(rate, dt),
+            "slowness": gain,
+        }
+
+
+def felt(rate: float, dt: float) -> float:
+    """Standard deviation of the second difference of filtered white noise, by that of the noise [1/s2]."""
+    pole, x = 1.0 - exp(-rate * dt), np.zeros(4)
+    out = np.zeros(ceil(40.0 / (rate * dt)) + 3)
+    for k in range(len(out) - 2):
+        u = 1.0 if k == 0 else 0.0
+        for i in range(4):
+            x[i] += pole * (u - x[i])
+            u = x[i]
+        out[k + 2] = u
+    return float(np.linalg.norm(np.diff(out, 2))) / dt**2
 
 
 def by_name(drive: Drive | str | Mapping[str, Any]) -> Drive:

@@ -94,6 +94,8 @@ def filled(
     K.gate.lead = gains.pop("lead")
     for name, value in gains.items():
         setattr(feedback, name, value)
+    for name, value in drive.learning(dt, noise).items():
+        setattr(K.learned, name, value)
     K.keeps.asked = sum(len(names) for names in asked.values())
     K.cascade.p = len(constraint_owners(robot.joints, robot.has_inertia, asked))
     return session

@@ -221,6 +221,7 @@ class PlannerChanges(PlannerFacts, ABC):
             self._out.leave_arm()
             self._step_arm = fitting
         load_chain(self._session.K, **fitting.robot.chain.constants())
+        self._session.K.learned.based = 0
         for stage in self._stages:
             if stage.mount is not None:
                 stage.mount(fitting.robot)

@@ -5,6 +5,7 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.feedback.error_band import part_with
+from ftqp.kernel.feedback.inertia_equations import sense
 from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.reference import return_to_work
 from ftqp.kernel.feedback.samples import slot
@@ -85,14 +86,14 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
     feedback.q_now[i], feedback.v_now[i] = q, v
     if healthy and not feedback.unresponsive[i]:
         if not is_soft(feedback, i):
-            feedback.d_slow[i] += feedback.slowness * (feedback.d_hat[i] - feedback.d_slow[i])
+            feedback.d_slow[i] += K.learned.slowness[i] * (feedback.d_hat[i] - feedback.d_slow[i])
     else:
         feedback.d_slow[i] = 0.0
 
 
 @jit
 def _observe_block(
-    state: Any, faults: Any, limits: Any, feedback: Any, past: Any, at: int, before: int
+    state: Any, faults: Any, limits: Any, feedback: Any, past: Any, learned: Any, at: int, before: int
 ) -> bool:
     """The observers of the joints from ``at`` on; False where one of them is in no regular state.
 
@@ -116,7 +117,7 @@ def _observe_block(
     put(feedback.d_hat, at, d)
     put(feedback.q_now, at, q)
     put(feedback.v_now, at, v)
-    put(feedback.d_slow, at, select(failed, 0.0, d_slow + feedback.slowness * (d - d_slow)))
+    put(feedback.d_slow, at, select(failed, 0.0, d_slow + several(learned.slowness, at) * (d - d_slow)))
     return True
 
 
@@ -135,7 +136,9 @@ def observe(K: Any, first: bool) -> None:
     then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
     together = feedback.latency == 0 and not first and not feedback.softened
     for at in range(0, K.chain.n, WIDTH):
-        if not together or not _observe_block(K.state, K.faults, K.limits, feedback, K.past, at, before):
+        if not together or not _observe_block(
+            K.state, K.faults, K.limits, feedback, K.past, K.learned, at, before
+        ):
             for i in range(at, min(at + WIDTH, K.chain.n)):
                 _observe_joint(K, i, then, before, first)
 
@@ -152,5 +155,8 @@ def feel(K: Any) -> None:
     dynamics(K, supposed)
     for i in range(n):
         feedback.h[i] = kinematics.h[i]
+        if K.faults.code[i] == HEALTHY and not feedback.unresponsive[i]:
+            v = K.state.v_command[i]
+            feedback.h[i] += K.chain.viscous[i] * (v - supposed.v[i]) + K.learned.friction[i] * sense(v)
         for j in range(n):
             feedback.M[i, j] = kinematics.M[i, j]

@@ -73,7 +73,7 @@ def begin(K: Any) -> None:
         feedback.unresponsive[i] = feedback.doubted[i] = feedback.heeded[i] = 0
         feedback.wound[i] = feedback.usual[i] = feedback.missing[i] = 0.0
         for s in range(feedback.span):
-            past.q[s, i], past.v[s, i], past.a[s, i] = q, v, 0.0
+            past.q[s, i], past.v[s, i], past.a[s, i], past.tau[s, i] = q, v, 0.0, 0.0
     for s in range(feedback.span):
         past.known[s] = 0
 

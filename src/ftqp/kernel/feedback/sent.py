@@ -202,7 +202,7 @@ def _torques(K: Any) -> None:
     for k in range(faults.working, n):
         feedback.tau_sent[faults.order[k]] = 0.0
     for i in range(n):
-        past.a[now, i] = wanted[i]
+        past.a[now, i], past.tau[now, i] = wanted[i], feedback.tau_sent[i]
     if changed:
         S, moving = K.scratch.square, feedback.others
         for a in range(count):

@@ -4,6 +4,7 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.feedback.error_band import part_with
+from ftqp.kernel.feedback.learned_inertia import is_known
 from ftqp.kernel.feedback.observer import advanced, corrected, plausible, predicted
 from ftqp.kernel.feedback.pairs import AGREE_TIME, ALONE, NOISE_LEVELS, heeds, is_soft, partner, soften
 from ftqp.kernel.feedback.samples import slot
@@ -108,7 +109,7 @@ def _take_back(K: Any, j: int) -> None:
 
 
 @jit
-def _observe_own(state: Any, limits: Any, feedback: Any, past: Any, j: int) -> None:
+def _observe_own(state: Any, limits: Any, feedback: Any, past: Any, learned: Any, j: int) -> None:
     """The observer of joint j as if it obeyed, see ``ftqp.kernel.feedback.observer``."""
     then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
     place = feedback.place[j]
@@ -125,7 +126,7 @@ def _observe_own(state: Any, limits: Any, feedback: Any, past: Any, j: int) -> N
         other, share = feedback.innovation[j], min(1.0, state.dt / COMPARED_TIME)
         feedback.own_missed[j] += share * (e * e - feedback.own_missed[j])
         feedback.dead_missed[j] += share * (other * other - feedback.dead_missed[j])
-    feedback.own_slow[j] += feedback.slowness * (feedback.own_d[j] - feedback.own_slow[j])
+    feedback.own_slow[j] += learned.slowness[j] * (feedback.own_d[j] - feedback.own_slow[j])
     q, v = predicted(
         state, limits, feedback, feedback.own_q[j], feedback.own_v[j], past.own, place, feedback.own_d[j]
     )
@@ -203,7 +204,7 @@ def _watch(K: Any, j: int, replaced: bool) -> None:
     """A joint that was left out: whether it stands, and whether it obeys again."""
     feedback = K.feedback
     if not feedback.asks[j]:
-        _observe_own(K.state, K.limits, feedback, K.past, j)
+        _observe_own(K.state, K.limits, feedback, K.past, K.learned, j)
     stood = stands(feedback, j)
     rest = UNRESPONSIVE_STILL + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
     feedback.still[j] = feedback.still[j] + 1 if abs(feedback.v_hat[j]) < rest else 0
@@ -226,10 +227,12 @@ def find_unresponsive(K: Any) -> None:
     feedback, dt = K.feedback, K.state.dt
     if feedback.exact:
         return
-    suspect = _suspected(
-        K.state, K.faults, feedback, K.chain, _unusual(K.state, K.faults, K.limits, feedback, K.chain)
-    )
-    soften(K)
+    suspect = _unusual(K.state, K.faults, K.limits, feedback, K.chain)
+    if is_known(K.learned):
+        suspect = _suspected(K.state, K.faults, feedback, K.chain, suspect)
+        soften(K)
+    else:  # it may be the model that is wrong
+        suspect = -1
     feedback.unresponsive_count, found = 0, -1
     for j in range(K.chain.n):
         if K.faults.code[j] != HEALTHY:

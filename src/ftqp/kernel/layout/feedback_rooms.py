@@ -11,7 +11,7 @@ def feedback_fields(N: int) -> Fields:
     the arm takes; ``latency``: ticks by which samples are late; ``span``, ``now``: length and place of the
     ring ``past``; ``refused``: bad samples now; ``stride``: ticks between kept targets; ``culprit``: the
     joint that is farthest from its command, -1 none; ``kappa``, ``hold``, ``stiffness``: bandwidth of the
-    tip's, a velocity arm's and a torque arm's loop [1/s]; ``pole``, ``pole_failed``, ``slowness``: of the
+    tip's, a velocity arm's and a torque arm's loop [1/s]; ``pole``, ``pole_failed``: of the
     observer; ``sigma``: noise of the samples; ``c``: displacement of the target; ``off``: measured tip
     less that of the reference; ``left``: their sum; ``push``: what the displacement feeds forward;
     ``seen``: samples as believed; ``good``: last good ones, ``age`` ticks old, ``offset`` from the
@@ -35,7 +35,7 @@ def feedback_fields(N: int) -> Fields:
         *scalars("i8", "active fresh kind latency span now refused exact displaced has_tip quiet"),
         *scalars("i8", "lagging out settled far stored until_stored stride culprit any_counted"),
         *scalars("i8", "unresponsive_count heard place_taken softened agreeing soft_one soft_other"),
-        *scalars("f8", "kappa hold stiffness pole pole_failed slowness sigma patience"),
+        *scalars("f8", "kappa hold stiffness pole pole_failed sigma patience"),
         *scalars("f8", "failed_noise felt_noise missing_noise"),
         *scalars(
             "f8", "tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed"
@@ -51,13 +51,15 @@ def feedback_fields(N: int) -> Fields:
 
 
 def past_fields(N: int) -> Fields:
-    """The last ticks in a ring: reference, acceleration that was sent, tip of the reference and its error.
+    """The last ticks in a ring: reference, acceleration and torque that were sent, tip of the reference
+    and its error.
 
     ``own``: what a suspect, and the one before it, was sent.
     """
     return [
         *integers({"known": (DELAYS,)}),
-        *floats({"q": (DELAYS, N), "v": (DELAYS, N), "a": (DELAYS, N), "own": (DELAYS, 2)}),
+        *floats(dict.fromkeys(("q", "v", "a", "tau"), (DELAYS, N))),
+        *floats({"own": (DELAYS, 2)}),
         *floats({"tip": (DELAYS, 12), "error": (DELAYS, 6)}),
     ]
 

@@ -7,6 +7,7 @@ from ftqp.kernel.layout.feedback_rooms import feedback_fields, history_fields, p
 from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
 from ftqp.kernel.layout.gate_room import gate_fields
 from ftqp.kernel.layout.keeps_room import keeps_fields
+from ftqp.kernel.layout.learned_room import learned_fields
 from ftqp.kernel.layout.rows import constraint_capacity
 from ftqp.kernel.layout.terms_room import terms_fields
 
@@ -410,6 +411,7 @@ ROOMS = {
     "scratch": _scratch,
     "turned": _turned,
     "past": past_fields,
+    "learned": learned_fields,
     "history": history_fields,
     "aside": _aside,
     "calm": calm_fields,

@@ -15,6 +15,7 @@ from ftqp.kernel.calm.waiting import begin_calm_on_path, leave_calm, stand_still
 from ftqp.kernel.feedback.error_band import find_out_of_hand
 from ftqp.kernel.feedback.gap import measure_gap, norms, wait
 from ftqp.kernel.feedback.late_targets import play_back
+from ftqp.kernel.feedback.learned_inertia import learn
 from ftqp.kernel.feedback.observer import feel, observe
 from ftqp.kernel.feedback.reference import leave_margin, refer, take_jump
 from ftqp.kernel.feedback.samples import believe
@@ -30,6 +31,7 @@ from ftqp.kernel.latches.settling import TASK_LEFT, settle
 from ftqp.kernel.latches.stop_latch import latch
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
+    AS_TOLD,
     CALM_STAGE,
     FIRST_STAGE,
     FOLLOW,
@@ -118,11 +120,12 @@ def _see(K: Any) -> bool:
     feedback = K.feedback
     _begin(K.state, K.faults, K.cascade, K.chain, K.qp)
     feedback.active = 1
-    first = feedback.fresh != 0
+    first, told = feedback.fresh != 0, feedback.fresh == AS_TOLD
     valid = target_is_usable(K.task)
     believe(K)
     observe(K, first)
     if feedback.kind == TORQUE_DRIVE:
+        learn(K, told, first)
         feel(K)
         find_unresponsive(K)
     refer(K.state, K.faults, feedback, K.chain, K.past)

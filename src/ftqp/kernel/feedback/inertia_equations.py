@@ -1,0 +1,180 @@
+"""What a torque arm's joints say of its inertia: filtered samples and torques, and one equation a joint.
+
+    tau - ID(q, v, a) = R a + f sgn(v) + Y(q, v, a) (m, m c)
+
+with R the inertia of each rotor, f the dry friction of each joint, and m and m c mass and first moment of
+a load at the tip, all beside the model. Samples and torques go through the same low-pass filter, so that
+the equation holds of what comes out.
+Source: docs/theory/feedback.md, "What the model lacks".
+"""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.arm.newton_euler import torques_of
+from ftqp.kernel.arm.points import moves, point_column
+from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.kernel.layout.learned_room import POLES, UNKNOWNS
+from ftqp.kernel.maths.vectors import cross
+
+SENSE = 0.02
+"""Slower than this [rad/s or m/s] a joint's dry friction is less than its whole. A guess that the
+campaigns have not contradicted."""
+TORQUE_NOISE = 0.01
+"""Share of a joint's torque limit that the equation misses for other reasons. A guess that the campaigns
+have not contradicted."""
+AT_REST = 1e-3
+"""Slower than this [rad/s or m/s] an arm is taken to begin at rest. A guess that the campaigns have not
+contradicted."""
+UNBOUNDED = 1e3
+"""Torque limits beyond this [N m or N] count as this where shares of them are noise, because some arms
+have none. A guess that the campaigns have not contradicted."""
+
+
+@jit
+def bounded_limit(limits: Any, i: int) -> float:
+    """The torque limit of joint i of which shares are taken [N m or N]."""
+    limit: float = min(limits.tau_max[i], UNBOUNDED)
+    return limit
+
+
+@jit
+def sense(v: float) -> float:
+    """The sense of a motion, in [-1, 1]: v/0.02, bounded."""
+    return min(max(v / SENSE, -1.0), 1.0)
+
+
+@jit
+def _filtered(learned: Any, filters: Any, i: int, x: float) -> float:
+    """The low-pass filter of joint i, four poles in a row."""
+    for k in range(POLES):
+        x = filters[k, i] + learned.pole * (x - filters[k, i])
+        filters[k, i] = x
+    return x
+
+
+@jit
+def hear(K: Any) -> None:
+    """This tick's sample, and the torque that led to it, go through the filters.
+
+    Of three filtered samples the middle one is looked at, and of two torques the mean, which is that of its
+    time. Filters begin at rest and without torque: what they make of an equation that holds from then on is
+    the same equation, whose constant parts are ``begun`` of the whole. Only where the arm already moves they
+    have to forget that first.
+    """
+    learned, feedback, past, supposed = K.learned, K.feedback, K.past, K.supposed
+    then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
+    dt, first = K.state.dt, learned.heard == 0
+    if first:
+        learned.wait = 0
+        for k in range(POLES):
+            learned.one[k] = 0.0
+    else:
+        one = 1.0
+        for k in range(POLES):
+            one = learned.one[k] + learned.pole * (one - learned.one[k])
+            learned.one[k] = one
+        learned.begun = one
+    for i in range(K.chain.n):
+        q, tau, sign = feedback.seen[i], past.tau[before, i], sense(feedback.v_hat[i])
+        if first:
+            for k in range(POLES):
+                learned.q[k, i], learned.tau[k, i], learned.sense[k, i] = q, 0.0, 0.0
+            learned.q_was[0, i] = learned.q_was[1, i] = q
+            learned.tau_was[i] = 0.0
+            if abs(past.v[then, i]) > AT_REST:
+                learned.wait = learned.start
+        q = _filtered(learned, learned.q, i, q)
+        tau = _filtered(learned, learned.tau, i, tau)
+        _filtered(learned, learned.sense, i, sign)
+        last, oldest = learned.q_was[0, i], learned.q_was[1, i]
+        supposed.q[i], supposed.v[i] = last, (q - oldest) / (2.0 * dt)
+        learned.a[i] = (q - 2.0 * last + oldest) / (dt * dt)
+        learned.sent[i] = 0.5 * (tau + learned.tau_was[i])
+        learned.q_was[1, i], learned.q_was[0, i] = last, q
+        learned.tau_was[i] = tau
+    learned.heard += 1
+
+
+@jit
+def _load_row(K: Any, i: int, A: Any, alpha: Any, w: Any) -> None:
+    """Y_i: torque of joint i for a unit of mass and of each component of the first moment of a load.
+
+    f = m A + alpha x c + w x (w x c) and n = c x A about the origin of the last frame, c = m c of the load.
+    """
+    learned, kinematics, chain = K.learned, K.kinematics, K.chain
+    body, row = chain.tip_joint, learned.row
+    if not moves(chain, i, body):
+        row[2] = row[3] = row[4] = row[5] = 0.0
+        return
+    o, R = kinematics.o[body], kinematics.R[body]
+    x0, x1, x2 = point_column(kinematics, chain, i, o[0], o[1], o[2])
+    z0, z1, z2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
+    row[2] = x0 * A[0] + x1 * A[1] + x2 * A[2]
+    for k in range(3):
+        e0, e1, e2 = R[k], R[3 + k], R[6 + k]
+        t0, t1, t2 = cross(w[0], w[1], w[2], e0, e1, e2)
+        f0, f1, f2 = cross(w[0], w[1], w[2], t0, t1, t2)
+        t0, t1, t2 = cross(alpha[0], alpha[1], alpha[2], e0, e1, e2)
+        row[3 + k] = x0 * (f0 + t0) + x1 * (f1 + t1) + x2 * (f2 + t2)
+        if not chain.prismatic[i]:
+            t0, t1, t2 = cross(e0, e1, e2, A[0], A[1], A[2])
+            row[3 + k] += z0 * t0 + z1 * t1 + z2 * t2
+
+
+@jit
+def take(K: Any) -> None:
+    """The equations of this tick, one a joint, are added to the least squares.
+
+    A joint that has failed says nothing; one that seems not to obey says something of its own rotor,
+    which may be why, and nothing of the load.
+    """
+    learned, feedback, supposed = K.learned, K.feedback, K.supposed
+    chain, kinematics, a = K.chain, K.kinematics, learned.a
+    share = learned.begun
+    for i in range(chain.n):
+        supposed.v[i] *= sqrt(share)
+    forward_kinematics(K, supposed)
+    motion(K, supposed)
+    for i in range(chain.n):
+        for k in range(3):
+            kinematics.acc[i, k] += (1.0 - share) * chain.gravity[k]
+    torques_of(supposed, kinematics, chain, a)
+    body = chain.tip_joint
+    o = kinematics.o[body]
+    A0, A1, A2 = kinematics.acc[body, 0], kinematics.acc[body, 1], kinematics.acc[body, 2]
+    l0, l1, l2 = kinematics.alpha[body, 0], kinematics.alpha[body, 1], kinematics.alpha[body, 2]
+    for i in range(chain.n):
+        if moves(chain, i, body):
+            x0, x1, x2 = point_column(kinematics, chain, i, o[0], o[1], o[2])
+            A0, A1, A2 = A0 + x0 * a[i], A1 + x1 * a[i], A2 + x2 * a[i]
+            if not chain.prismatic[i]:
+                l0 += kinematics.axis_w[i, 0] * a[i]
+                l1 += kinematics.axis_w[i, 1] * a[i]
+                l2 += kinematics.axis_w[i, 2] * a[i]
+    A, alpha, w = (A0, A1, A2), (l0, l1, l2), kinematics.w[body]
+    row = learned.row
+    for i in range(chain.n):
+        information, moment = learned.information[i], learned.moment[i]
+        says = K.faults.code[i] == HEALTHY and not feedback.asks[i]
+        _load_row(K, i, A, alpha, w)
+        row[0], row[1] = a[i], learned.sense[POLES - 1, i]
+        if feedback.unresponsive[i]:
+            row[2] = row[3] = row[4] = row[5] = 0.0
+        y = learned.sent[i] - kinematics.tau[i] + learned.used[i] * a[i]
+        for k in range(4):
+            y += row[2 + k] * learned.load[k]
+        noise = TORQUE_NOISE * bounded_limit(K.limits, i)
+        sticks = learned.friction[i] * (learned.begun - abs(row[1]))
+        weight = 1.0 / (noise * noise + sticks * sticks) if says else 0.0
+        off = learned.sent[i] - kinematics.tau[i] + (learned.used[i] - learned.rotor[i]) * a[i]
+        off -= learned.friction[i] * row[1]
+        learned.missed[i] += (1.0 - learned.forget) * (weight * off * off - learned.missed[i])
+        for k in range(UNKNOWNS):
+            moment[k] = learned.forget * moment[k] + weight * row[k] * y
+            for l in range(UNKNOWNS):
+                information[k, l] = learned.forget * information[k, l] + weight * row[k] * row[l]
+        information[0, 0] -= weight * learned.felt * learned.felt

@@ -1,0 +1,228 @@
+"""Rotors, a load and dry friction that the model of a torque arm lacks, learned while it moves.
+
+No gain holds an arm whose rotors are fifty times what the model says of a wrist: what the heaviest needs
+is too much for the lightest. So the inertia is learned, by least squares with exponential forgetting over
+all joints, and the arm that formulas see is the model with what was learned.
+Source: docs/theory/feedback.md, "What the model lacks".
+"""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.feedback.inertia_equations import SENSE, bounded_limit, hear, take
+from ftqp.kernel.feedback.inertia_squares import solve
+from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.layout.learned_room import KEPT, UNKNOWNS
+
+STUCK = 0.25
+"""A joint slower than this share of ``SENSE`` sticks, if it should move. A guess that the campaigns have not
+contradicted."""
+PUSHED, PUSHED_TIME = 0.1, 0.5
+"""Its friction is then taken for more and more, up to this share of its torque limit, within this time
+[s]. Guesses that the campaigns have not contradicted."""
+KNOWN_AFTER = 50
+"""So many estimates, a quarter of a second, tell the model's errors from a motor that fails. A guess that the
+campaigns have not contradicted."""
+LEAST_MASS = 1e-3
+"""A load lighter than this [kg] is none, because its place, its first moment by its mass, is noise. A
+guess that the campaigns have not contradicted."""
+FARTHEST = 0.15
+"""A load's centre is at most so far beyond the tip [m], as a wrong one has inertia by the square. A
+guess that the campaigns have not contradicted."""
+KEPT_FOR = 100
+"""Estimates from one that is kept to the next: half a second, longer than a fault goes unnoticed."""
+
+
+@jit
+def forget_learned(K: Any) -> None:
+    """The arm is its model again, and nothing is known of what it lacks."""
+    learned = K.learned
+    for i in range(K.chain.n):
+        learned.rotor[i] = learned.friction[i] = learned.used[i] = learned.slowness[i] = 0.0
+        learned.sigma[i], learned.missed[i] = learned.doubt, 1.0
+    for k in range(4):
+        learned.load[k] = 0.0
+    if learned.based:
+        _apply(K)
+    learned.based = learned.estimates = 0
+
+
+@jit
+def _begin(K: Any) -> None:
+    """What the model says is the base; rotors stay as they were learned, and a load is what is told now."""
+    learned, chain = K.learned, K.chain
+    body = chain.tip_joint
+    learned.based = 1
+    learned.base_mass = chain.mass[body]
+    learned.base_lever, learned.base_stoutness = chain.lever[body], chain.stoutness[body]
+    t = chain.tip_translation
+    learned.reach = FARTHEST + sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])
+    for k in range(3):
+        learned.base_com[k] = chain.com[body, k]
+    for k in range(6):
+        learned.base_inertia[k] = chain.inertia[body, k]
+    for i in range(chain.n):
+        learned.base_armature[i] = chain.armature[i]
+    for k in range(4):
+        learned.load[k] = 0.0
+    learned.working = K.faults.working
+    _forget_news(K)
+    _keep(K)
+    _keep(K)
+    _apply(K)
+
+
+@jit
+def _forget_news(K: Any) -> None:
+    """The filters begin anew, and what was heard so far counts no more."""
+    learned = K.learned
+    learned.heard = 0
+    for i in range(K.chain.n):
+        for k in range(UNKNOWNS):
+            learned.moment[i, k] = 0.0
+            for l in range(UNKNOWNS):
+                learned.information[i, k, l] = 0.0
+
+
+@jit
+def _keep(K: Any) -> None:
+    """The present estimates are kept, and the oldest kept ones are not any more."""
+    learned = K.learned
+    learned.until_kept = KEPT_FOR
+    for i in range(K.chain.n):
+        learned.kept_rotor[1, i], learned.kept_friction[1, i] = (
+            learned.kept_rotor[0, i],
+            learned.kept_friction[0, i],
+        )
+        learned.kept_rotor[0, i], learned.kept_friction[0, i] = learned.rotor[i], learned.friction[i]
+    for k in range(4):
+        learned.kept_load[1, k] = learned.kept_load[0, k]
+        learned.kept_load[0, k] = learned.load[k]
+
+
+@jit
+def _go_back(K: Any) -> None:
+    """A joint has failed, or works again: what was learned while nobody knew of it counts no more."""
+    learned = K.learned
+    for i in range(K.chain.n):
+        learned.rotor[i], learned.friction[i] = (
+            learned.kept_rotor[KEPT - 1, i],
+            learned.kept_friction[KEPT - 1, i],
+        )
+    for k in range(4):
+        learned.load[k] = learned.kept_load[KEPT - 1, k]
+    _forget_news(K)
+    _keep(K)
+    _keep(K)
+    _apply(K)
+
+
+@jit
+def _apply(K: Any) -> None:
+    """The arm that formulas see is the model with what was learned.
+
+    Of a rotor its least likely value counts: a loop that takes a joint for lighter than it is stays stable.
+    """
+    learned, chain = K.learned, K.chain
+    for i in range(chain.n):
+        least = max(abs(learned.rotor[i]) - learned.sigma[i], 0.0)
+        learned.used[i] = least if learned.rotor[i] > 0.0 else -least
+        chain.armature[i] = learned.base_armature[i] + learned.used[i]
+    body, m = chain.tip_joint, learned.load[0]
+    if not m > LEAST_MASS:
+        chain.mass[body] = learned.base_mass
+        chain.lever[body], chain.stoutness[body] = learned.base_lever, learned.base_stoutness
+        for k in range(3):
+            chain.com[body, k] = learned.base_com[k]
+        for k in range(6):
+            chain.inertia[body, k] = learned.base_inertia[k]
+        return
+    x, y, z = learned.load[1] / m, learned.load[2] / m, learned.load[3] / m
+    away = sqrt(x * x + y * y + z * z)
+    if away > learned.reach:
+        x, y, z = x * learned.reach / away, y * learned.reach / away, z * learned.reach / away
+    total = learned.base_mass + m
+    share = m / total
+    x, y, z = x - learned.base_com[0], y - learned.base_com[1], z - learned.base_com[2]
+    reduced = learned.base_mass * share  # of the two bodies about their common centre
+    chain.mass[body] = total
+    chain.com[body, 0] = learned.base_com[0] + share * x
+    chain.com[body, 1] = learned.base_com[1] + share * y
+    chain.com[body, 2] = learned.base_com[2] + share * z
+    I, base = chain.inertia[body], learned.base_inertia
+    I[0], I[3], I[5] = (
+        base[0] + reduced * (y * y + z * z),
+        base[3] + reduced * (x * x + z * z),
+        base[5] + reduced * (x * x + y * y),
+    )
+    I[1], I[2], I[4] = base[1] - reduced * x * y, base[2] - reduced * x * z, base[4] - reduced * y * z
+    c = chain.com[body]
+    chain.lever[body] = sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
+    chain.stoutness[body] = learned.base_stoutness + reduced * (x * x + y * y + z * z)
+
+
+@jit
+def is_known(learned: Any) -> bool:
+    """Whether what the arm does beside its model has been learned, so that the rest of it is a fault."""
+    return learned.on == 0 or learned.estimates >= KNOWN_AFTER
+
+
+@jit
+def _pace(K: Any) -> None:
+    """How fast each joint's disturbance is fed forward: as fast as is stable for what its inertia may be.
+
+    With J the true inertia and M the model's a loop of the bandwidth w that feeds its disturbance forward
+    at the corner c is stable if M/J > c w/((c + 2 w)(w + 2 c)), which is c/(2 w) where c is small; M/J
+    may be M/(M + 2 sigma), and c is w/2 of it. A light joint that sticks would then wait for ever: it is
+    pushed harder.
+    """
+    learned, feedback, M = K.learned, K.feedback, K.feedback.M
+    for i in range(K.chain.n):
+        inertia = M[i, i]
+        share = inertia / (inertia + 2.0 * learned.sigma[i]) if inertia > 0.0 else 1.0
+        learned.slowness[i] = learned.gain * share
+        sticks = abs(feedback.v_hat[i]) < STUCK * SENSE and abs(K.state.v_command[i]) > SENSE
+        most = PUSHED * bounded_limit(K.limits, i)
+        if sticks and learned.friction[i] < most:
+            learned.friction[i] += most * learned.every * K.state.dt / PUSHED_TIME
+
+
+@jit
+def _estimate(K: Any) -> None:
+    """The least squares have the equations of this tick, too; every half a second their solution is kept."""
+    learned = K.learned
+    take(K)
+    solve(K)
+    learned.estimates += 1
+    learned.until_kept -= 1
+    if learned.until_kept <= 0:
+        _keep(K)
+    _apply(K)
+
+
+@rare_jit
+def learn(K: Any, told: bool, first: bool) -> None:
+    """Learn from this tick's samples what the model lacks, and let the arm that formulas see have it.
+
+    Every few ticks; the others only go through the filters. When a joint fails, or works again, what was
+    learned lately is forgotten. A sample that was refused begins the filters anew.
+    """
+    learned, feedback = K.learned, K.feedback
+    if not learned.on:
+        return
+    if told:
+        forget_learned(K)
+    if not learned.based:
+        _begin(K)
+    if K.faults.working != learned.working:
+        learned.working = K.faults.working
+        _go_back(K)
+    if feedback.refused or first:
+        learned.heard = 0
+    if feedback.refused:
+        return
+    hear(K)
+    if learned.heard % learned.every == 0:
+        if learned.heard > learned.wait:
+            _estimate(K)
+        _pace(K)
