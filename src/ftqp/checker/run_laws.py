@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ftqp.checker.cone_law import cone
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.strictness import Strictness
 from ftqp.checker.trace import Failure, Trace
@@ -354,6 +355,7 @@ LAWS: dict[str, tuple[Law, str]] = {
     "position": (position, "beyond the end of its range, by this [rad or m]"),
     "braking": (braking, "cannot brake any more before the end of its range, by this [rad or m]"),
     "plane": (plane, "a point that it moves is beyond its plane, by this [m]"),
+    "cone": (cone, "an axis that it moves is outside its cone, by this [rad]"),
     "torque": (torque, "carries more than its limit under the status OK, by this share"),
     "failed": (failed, "is locked and moves, or is sent to move, by this in a tick [rad or m]"),
     "honesty": (honesty, "OK was claimed although the tip is farther than the tolerance, by this share"),

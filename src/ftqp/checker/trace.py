@@ -64,6 +64,26 @@ class Plane:
 
 
 @final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cone:
+    """A cone in which an axis of the arm was to stay.
+
+    Attributes:
+        joint: 0-based index of the joint that the axis moves with.
+        at_zero: Where the frame of the axis is while all joints are at 0, in the base frame, (3,) [m].
+        axis_at_zero: The axis then, of length 1, (3,).
+        along: The middle of the cone in the base frame, of length 1, (3,).
+        within: How far the axis may lean from it [rad].
+    """
+
+    joint: int
+    at_zero: Sequence[float]
+    axis_at_zero: Sequence[float]
+    along: Sequence[float]
+    within: float
+
+
+@final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trace:
     """A run, tick by tick; the plant is asked, not the planner.
@@ -85,6 +105,7 @@ class Trace:
         can_be_followed: Whether the target is known to be within reach, speed and strength of what works.
         until: ... for how long; to the end without that [s].
         planes: On whose sides points were to stay.
+        cones: In which axes were to stay.
     """
 
     dt: float
@@ -102,3 +123,4 @@ class Trace:
     can_be_followed: bool = False
     until: float = float("inf")
     planes: Sequence[Plane] = ()
+    cones: Sequence[Cone] = ()

@@ -102,3 +102,51 @@ def test_planes_are_judged_by_the_joints_and_a_falsified_log_is_found(tmp_path):
     (found,) = [one for one in judged(lying, setup).breaches if one.law == "plane"]
     assert found.joint == "panda_joint7" and found.size > 0.01
     assert broken_laws(PLANES) == {}
+
+
+SHAPES = (
+    PLANES[: PLANES.index("[[constraints]]")]
+    + """
+[[constraints]]
+frame = "panda_hand_tcp"
+inside = [[-inf, -1.0, 0.42], [inf, 1.0, inf]]
+name = "cell"
+[[constraints]]
+frame = "panda_joint4"
+axis = [-1.0, 0.0, 0.0]
+along = [0.0, 0.0, 1.0]
+within = 1.0
+name = "cup"
+"""
+)
+
+
+def test_boxes_and_cones_are_judged_by_the_joints_and_a_falsified_log_is_found(tmp_path):
+    file = tmp_path / "shapes.toml"
+    file.write_text(SHAPES, encoding="utf-8")
+    setup = load(str(file))
+    log = setup.simulation(log=MEMORY).run().log
+    arm, seen = model_file(setup), trace(setup, log)
+    assert [plane.offset for plane in seen.planes] == [-1.0, 0.42, -1.0]
+    far = [arm.point(log["q"], one.joint, one.at_zero) @ one.normal - one.offset for one in seen.planes]
+    np.testing.assert_allclose(np.min(far, axis=0), log["distance.cell"], atol=1e-12)
+    (one,) = seen.cones
+    foot, head = (
+        arm.point(log["q"], one.joint, one.at_zero + k * np.array(one.axis_at_zero)) for k in (0, 1)
+    )
+    np.testing.assert_allclose(
+        one.within - np.arccos((head - foot) @ one.along), log["distance.cup"], atol=1e-7
+    )
+    assert judged(log, setup).laws == set() and broken_laws(SHAPES) == {}
+    angle, height = 1.0 - log["distance.cup"], 0.42 + log["distance.cell"]
+    assert angle.max() > angle[0] + 0.01 and height[0] > height.min() + 0.01
+    for place, changed, law in (
+        (0, {"inside": [[None, None, 0.5 * (height[0] + height.min())], [None] * 3]}, "plane"),
+        (1, {"within": 0.5 * (angle[0] + angle.max())}, "cone"),
+    ):
+        kept = list(log.metadata["constraints"])
+        kept[place] = kept[place] | changed
+        (table,) = log.rows.blocks()
+        lying = Log.of_table(None, table, log.rows.columns, log.metadata | {"constraints": kept})
+        (found,) = judged(lying, setup).breaches
+        assert found.law == law and found.size > 0.004

@@ -1,10 +1,12 @@
 """What the checker is shown of a simulated run: the truth from the log, the limits from the arm's file."""
 
+from typing import Any
+
 import numpy as np
 
 from ftqp.app.scenario.setup import Setup
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.trace import Failure, Plane, Trace
+from ftqp.checker.trace import Cone, Failure, Plane, Trace
 from ftqp.control.planner.status import STATUSES
 from ftqp.control.task.task import ROW_SETS
 from ftqp.core.checks import FloatArray
@@ -36,21 +38,46 @@ def trace(setup: Setup, log: Log) -> Trace:
         tolerance=(task.tolerance, task.rotation_tolerance),
         failures=failures(setup),
         planes=planes(log),
+        cones=cones(log),
     )
 
 
 def planes(log: Log) -> list[Plane]:
-    """The planes on whose sides points were to stay, as the log has them."""
+    """The planes, and sides of boxes, on whose sides points were to stay, as the log has them."""
+    joints = list(log.metadata["joints"])
+    found = []
+    for one in log.metadata.get("constraints", []):
+        sides: list[tuple[Any, float]] = []
+        if one["kind"] == "plane":
+            sides = [(one["normal"], float(np.dot(one["normal"], one["above"])))]
+        elif one["kind"] == "box":
+            sides = [
+                ((sign * np.eye(3)[k]).tolist(), sign * place)
+                for sign, corner in zip((1.0, -1.0), one["inside"], strict=True)
+                for k, place in enumerate(corner)
+                if place is not None
+            ]
+        joint = joints.index(one["joint"]) if sides else 0
+        found += [
+            Plane(joint=joint, at_zero=one["at_zero"], normal=normal, offset=offset)
+            for normal, offset in sides
+        ]
+    return found
+
+
+def cones(log: Log) -> list[Cone]:
+    """The cones in which axes were to stay, as the log has them."""
     joints = list(log.metadata["joints"])
     return [
-        Plane(
+        Cone(
             joint=joints.index(one["joint"]),
             at_zero=one["at_zero"],
-            normal=one["normal"],
-            offset=float(np.dot(one["normal"], one["above"])),
+            axis_at_zero=one["axis_at_zero"],
+            along=one["along"],
+            within=one["within"],
         )
         for one in log.metadata.get("constraints", [])
-        if one.get("kind") != "rows"
+        if one["kind"] == "cone"
     ]
 
 

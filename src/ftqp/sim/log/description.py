@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from dataclasses import fields
 from functools import cache
 from importlib import metadata
+from math import isfinite
 from typing import Any
 
 import numpy as np
 
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
-from ftqp.control.task.keep import Keep
+from ftqp.control.task.keep import BOX, CONE, Keep
 from ftqp.control.task.soft_tasks import KINDS, LeastSquares
 from ftqp.core.checks import FloatArray
 from ftqp.model.body_frames import frame_pose, mount_of
@@ -64,8 +65,9 @@ def _further(planner: Planner) -> dict[str, Any]:
     """Soft tasks and kept points as they were given, each where the planner has any.
 
     ``unit`` is that of a task's error, ``place`` where the target of one that has a place is now [m].
-    ``joint`` is the one that a kept point moves with, and ``at_zero`` where the point is while all joints are
-    at 0, in the base frame [m]: whoever has the arm finds the point by that, whatever frames it knows.
+    ``kind`` is what it is kept to, ``joint`` the one that a kept point moves with, and ``at_zero`` where the
+    point is while all joints are at 0, in the base frame [m]; of a cone ``axis_at_zero`` is the axis then.
+    Whoever has the arm finds it by that, whatever frames it knows.
     """
     robot = planner.robot
     result: dict[str, Any] = {}
@@ -88,14 +90,23 @@ def _further(planner: Planner) -> dict[str, Any]:
                 found.append({"name": keep.label, "kind": "rows", "rows": keep.rows})
                 continue
             T = frame_pose(robot, keep.frame, np.zeros(robot.nv))
+            point = np.zeros(3) if keep.shape == CONE else keep.point
             found.append(
                 {
                     **_settings(keep),
                     "name": keep.label,
+                    "kind": keep.shape,
                     "joint": robot.joints[mount_of(robot, keep.frame)[0]],
-                    "at_zero": (T[:3, :3] @ keep.point + T[:3, 3]).tolist(),
+                    "at_zero": (T[:3, :3] @ point + T[:3, 3]).tolist(),
                 }
             )
+            if keep.shape == CONE:
+                found[-1]["axis_at_zero"] = (T[:3, :3] @ keep.axis).tolist()
+            elif keep.shape == BOX:  # no number of a file is infinite
+                found[-1]["inside"] = [
+                    [place if isfinite(place) else None for place in corner]
+                    for corner in keep.inside.tolist()
+                ]
     return result
 
 

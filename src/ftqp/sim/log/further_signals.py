@@ -8,7 +8,7 @@ from ftqp.sim.log.signals import Column
 TASKS: Final = "task_error"
 """Group of the errors of soft tasks."""
 PLANES: Final = "distance"
-"""Group of the distances of kept points from their planes."""
+"""Group of the distances of kept points from their planes and boxes, and of axes from their cones."""
 FACTS: Final = {TASKS: "tasks", PLANES: "constraints"}
 """Where the metadata of a log list what a group is of."""
 
