@@ -12,6 +12,7 @@ from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.control.planner.step_parts import Reference
 from ftqp.control.task.keep import CONE, Keep, Side
 from ftqp.control.task.linear_rows import Rows
+from ftqp.control.task.torque_limits import TorqueLimits
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import KEEP, KEEPS, OWN_ROW, OWN_ROWS, Asked
@@ -19,7 +20,7 @@ from ftqp.model.body_frames import mount_of
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger(__name__)
-Constraint = Keep | Rows
+Constraint = Keep | Rows | TorqueLimits
 
 
 def listed(constraints: Any) -> tuple[Constraint, ...]:
@@ -30,12 +31,14 @@ def listed(constraints: Any) -> tuple[Constraint, ...]:
     """
     if constraints is None:
         return ()
-    if isinstance(constraints, Keep | Rows | str | Mapping) or not isinstance(constraints, Sequence):
+    if isinstance(constraints, Constraint | str | Mapping) or not isinstance(constraints, Sequence):
         what = type(constraints).__name__
         raise InputError(f"constraints is {what}, expected a list, [ftqp.Keep(...), ...]")
     for one in constraints:
-        if not isinstance(one, Keep | Rows):
-            raise InputError(f"constraints has {type(one).__name__}, expected ftqp.Keep or ftqp.Rows")
+        if not isinstance(one, Constraint):
+            raise InputError(
+                f"constraints has {type(one).__name__}, expected ftqp.Keep, ftqp.Rows or ftqp.TorqueLimits"
+            )
     names = [one.label for one in constraints]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
@@ -66,6 +69,22 @@ def own_of(constraints: Sequence[Constraint]) -> tuple[Rows, ...]:
     return tuple(one for one in constraints if isinstance(one, Rows))
 
 
+def refuse_without_effect(constraints: Sequence[Constraint], robot: Robot, torque_limits: bool) -> None:
+    """Refuse torque limits that are asked for and could not be kept.
+
+    Raises:
+        InputError: The planner is told to leave them out, or the arm has no masses or no torque limits.
+    """
+    for one in constraints:
+        if isinstance(one, TorqueLimits):
+            one.refuse_without_effect(robot, torque_limits)
+
+
+def need_a_qp(constraints: Sequence[Constraint]) -> bool:
+    """Whether some are kept by rows of a QP only; a closed form keeps torque limits, too."""
+    return any(not isinstance(one, TorqueLimits) for one in constraints)
+
+
 def asked_of(constraints: Sequence[Constraint]) -> Asked:
     """Names of their rows, by kind."""
     own = [f"{one.label} {k}" for one in own_of(constraints) for k in range(one.rows)]
@@ -79,7 +98,8 @@ class Kept(NamedTuple):
     Attributes:
         given: As it was asked for.
         distance: Of a point from its plane or from the nearest side of its box [m], or of an axis from its
-            cone [rad], before the last step, positive where it should be; NaN of rows of one's own.
+            cone [rad], before the last step, positive where it should be; NaN of torque limits and of rows of
+            one's own.
         failed: Why nothing is known of rows of one's own any more, so that the arm was stopped; empty while
             they are good.
     """
@@ -165,7 +185,8 @@ class Constraints(Mapping[str, Kept]):
             raise InputError(
                 f"there is no constraint {name!r:.60}{nearest(str(name), self._given)}; there are: {known}"
             ) from None
-        distance = nan if isinstance(one, Rows) else float(self._room.distance[self._sides[name]].min())
+        sides = self._sides.get(name)
+        distance = nan if sides is None else float(self._room.distance[sides].min())
         return Kept(one, distance, self._failed[name])
 
     def __contains__(self, name: object) -> bool:

@@ -15,6 +15,7 @@ from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.task.keep import BOX, CONE, Keep
 from ftqp.control.task.soft_tasks import KINDS, LeastSquares
+from ftqp.control.task.torque_limits import TorqueLimits
 from ftqp.core.checks import FloatArray
 from ftqp.model.body_frames import frame_pose, mount_of
 from ftqp.model.robot import Robot
@@ -83,9 +84,13 @@ def _further(planner: Planner) -> dict[str, Any]:
             for name, task in planner.tasks.items()
         ]
     if planner.constraints:
-        result["constraints"] = found = []
+        found: list[dict[str, Any]] = []
+        result["constraints"] = found
         for kept in planner.constraints.values():
             keep = kept.given
+            if isinstance(keep, TorqueLimits):
+                found.append({"name": keep.label, "kind": "torque"})
+                continue
             if not isinstance(keep, Keep):
                 found.append({"name": keep.label, "kind": "rows", "rows": keep.rows})
                 continue

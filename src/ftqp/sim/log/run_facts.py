@@ -16,6 +16,8 @@ _TASK: Final = {"name": None, "kind": None, "unit": ""}
 """Texts that a soft task has, and what takes the place of one that may be absent."""
 _KEPT: Final = {"plane": ("above", "normal"), "box": (), "cone": ("along", "axis_at_zero")}
 """Vectors that something kept has, by its kind."""
+_OTHERS: Final = ("rows", "torque")
+"""Kinds of constraints of which a log says nothing more."""
 LIMITS: Final = ("q_min", "q_max", "v_max", "a_max", "tau_max")
 
 
@@ -109,9 +111,9 @@ def _is_task(one: Mapping[str, Any]) -> bool:
 def _is_kept(one: Mapping[str, Any], joints: Sequence[str]) -> bool:
     """Whether something is a point or an axis that was kept somewhere, or rows of the user's own."""
     kind = one.get("kind", "plane")
-    if not isinstance(one.get("name"), str) or kind not in (*_KEPT, "rows"):
+    if not isinstance(one.get("name"), str) or kind not in (*_KEPT, *_OTHERS):
         return False
-    return kind == "rows" or (
+    return kind in _OTHERS or (
         one.get("joint") in joints
         and is_number(one.get("braking"))
         and all(_three(one.get(key), is_number) for key in ("at_zero", *_KEPT[kind]))
