@@ -10,6 +10,7 @@ import pinocchio as pin
 from ftqp.checker.cone_law import cone
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.strictness import Strictness
+from ftqp.checker.task_law import tasks
 from ftqp.checker.trace import Failure, Trace
 from ftqp.core.checks import BoolArray, FloatArray
 
@@ -359,6 +360,10 @@ LAWS: dict[str, tuple[Law, str]] = {
     "torque": (torque, "carries more than its limit under the status OK, by this share"),
     "failed": (failed, "is locked and moves, or is sent to move, by this in a tick [rad or m]"),
     "honesty": (honesty, "OK was claimed although the tip is farther than the tolerance, by this share"),
+    "tasks": (
+        tasks,
+        "OK was claimed although a task on level 0 is farther than the tolerance, by this share",
+    ),
     "tracking": (tracking, "the target can be followed and was not, by this share of the tolerance"),
     "inside": (inside, "OK was claimed although a joint is outside its range, by this [rad or m]"),
     "obedience": (obedience, "OK was claimed although a joint is not where it was sent, by this [rad or m]"),

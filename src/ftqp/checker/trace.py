@@ -85,6 +85,37 @@ class Cone:
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class HeldTask:
+    """A task that goes before that of the tip: a frame, an axis or the centre of mass, and its target.
+
+    Attributes:
+        name: What it is called.
+        kind: ``pose``, ``relative``, ``position``, ``axis`` or ``centre_of_mass``.
+        rows: The rows that count, of x, y, z, rx, ry, rz, along the axes of the base.
+        joint: 0-based index of the joint that the frame moves with; -1 of none.
+        at_zero: The frame while all joints are at 0, in the base frame, (4, 4) [m]. Of a point it is there.
+        target: Its pose, (4, 4) [m], that in the other frame of ``relative``; of ``position`` and
+            ``centre_of_mass`` a place, (3,) [m]; of ``axis`` a direction, or a place to point at.
+        axis: Of ``axis``, the axis in the frame, (3,).
+        towards: Whether the target of ``axis`` is a place.
+        other: 0-based index of the joint that the other frame moves with, of which the target is one; -1.
+        other_at_zero: That frame while all joints are at 0, in the base frame, (4, 4) [m].
+    """
+
+    name: str
+    kind: str
+    rows: Sequence[str]
+    joint: int
+    at_zero: FloatArray
+    target: FloatArray
+    axis: FloatArray | None = None
+    towards: bool = False
+    other: int = -1
+    other_at_zero: FloatArray | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trace:
     """A run, tick by tick; the plant is asked, not the planner.
 
@@ -106,6 +137,7 @@ class Trace:
         until: ... for how long; to the end without that [s].
         planes: On whose sides points were to stay.
         cones: In which axes were to stay.
+        held: Tasks that were to be kept before that of the tip.
     """
 
     dt: float
@@ -124,3 +156,4 @@ class Trace:
     until: float = float("inf")
     planes: Sequence[Plane] = ()
     cones: Sequence[Cone] = ()
+    held: Sequence[HeldTask] = ()

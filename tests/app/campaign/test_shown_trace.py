@@ -8,6 +8,7 @@ from ftqp.app.campaign.shown_trace import model_file, trace
 from ftqp.app.scenario.setup import load
 from ftqp.checker.checked_run import verdict
 from ftqp.checker.run_laws import errors
+from ftqp.checker.task_law import task_errors
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.loop import MEMORY, Simulation
 
@@ -150,3 +151,61 @@ def test_boxes_and_cones_are_judged_by_the_joints_and_a_falsified_log_is_found(t
         lying = Log.of_table(None, table, log.rows.columns, log.metadata | {"constraints": kept})
         (found,) = judged(lying, setup).breaches
         assert found.law == law and found.size > 0.004
+
+
+HELD = """
+[robot]
+name = "dual_panda"
+[planner]
+dt = 0.002
+task = { rows = "position" }
+[path]
+kind = "line"
+displacement = [0.0, 0.05, -0.05]
+duration = 0.5
+[[tasks]]
+kind = "relative"
+frame = "right_hand"
+to = "left_hand"
+level = 0
+name = "grip"
+[[tasks]]
+kind = "position"
+frame = "left_joint4"
+point = [0.0, 0.1, 0.0]
+rows = "z"
+level = 0
+name = "elbow"
+[[tasks]]
+kind = "axis"
+frame = "right_joint4"
+axis = [0.0, 1.0, 0.0]
+towards = [3.0, 0.0, 9.0]
+name = "look"
+"""
+
+
+def test_tasks_before_the_tip_are_judged_by_the_joints_and_a_falsified_log_is_found(tmp_path):
+    file = tmp_path / "held.toml"
+    file.write_text(HELD, encoding="utf-8")
+    setup = load(str(file))
+    log = setup.simulation(log=MEMORY).run().log
+    arm, seen = model_file(setup), trace(setup, log)
+    assert [one.name for one in seen.held] == ["grip", "elbow"]
+    for one in seen.held:
+        position, rotation = task_errors(arm, log["q"], one)
+        np.testing.assert_allclose(position, log[f"task_error.{one.name}"], atol=1e-9)
+        assert rotation.max() < 5e-5
+    assert judged(log, setup).laws == set()
+    q = log["q"].copy()
+    q[100:, 13] += 0.2  # the right hand turns about its own axis in the left one
+    (found,) = [one for one in judged(falsified(log, q=q), setup).breaches if one.law == "tasks"]
+    assert found.size == pytest.approx(0.2 / 0.05 - 1.0, rel=0.01) and found.tick >= 100
+    assert "OK was claimed although a task on level 0 is farther than the tolerance" in str(found)
+    alone = Log.of_table(
+        None, *log.rows.blocks(), log.rows.columns, log.metadata | {"tasks": log.metadata["tasks"][1:]}
+    )
+    assert judged(falsified(alone, q=q), setup).laws & {"tasks"} == set()
+    q = log["q"].copy()
+    q[100:, 1] -= 0.6  # the left elbow goes down
+    assert "tasks" in judged(falsified(alone, q=q), setup).laws

@@ -1,16 +1,19 @@
 """What the checker is shown of a simulated run: the truth from the log, the limits from the arm's file."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from ftqp.app.scenario.setup import Setup
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.trace import Cone, Failure, Plane, Trace
+from ftqp.checker.trace import Cone, Failure, HeldTask, Plane, Trace
 from ftqp.control.planner.status import STATUSES
+from ftqp.control.task.soft_tasks import SETS
 from ftqp.control.task.task import ROW_SETS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
+from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.urdf_text import link_names
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.plants.kinematic_plant import BRAKE_SHARE
@@ -39,6 +42,7 @@ def trace(setup: Setup, log: Log) -> Trace:
         failures=failures(setup),
         planes=planes(log),
         cones=cones(log),
+        held=held(log),
     )
 
 
@@ -79,6 +83,34 @@ def cones(log: Log) -> list[Cone]:
         for one in log.metadata.get("constraints", [])
         if one["kind"] == "cone"
     ]
+
+
+def held(log: Log) -> list[HeldTask]:
+    """The tasks that go before that of the tip, as the log has them; rows of the user's own are not known."""
+    index = {name: k for k, name in enumerate(log.metadata["joints"])} | {None: -1}
+    return [
+        HeldTask(
+            name=one["name"],
+            kind=one["kind"],
+            rows=_rows(one.get("rows", "pose")),
+            joint=index[one.get("joint")],
+            at_zero=np.array(one.get("at_zero", np.eye(4))),
+            target=np.array(one["goal"]),
+            axis=np.array(one["axis"]) if "axis" in one else None,
+            towards="towards" in one,
+            other=index[one.get("other_joint")],
+            other_at_zero=np.array(one["other_at_zero"]) if "other_at_zero" in one else None,
+        )
+        for one in log.metadata.get("tasks", [])
+        if "goal" in one and one["weight"] > 0.0
+    ]
+
+
+def _rows(rows: str | list[str]) -> Sequence[str]:
+    """Names of rows, of a word for some, of letters or of names."""
+    if not isinstance(rows, str) or rows not in SETS:
+        return tuple(rows)
+    return [name for k, name in enumerate(COMPONENTS) if SETS[rows] >> k & 1]
 
 
 def failures(setup: Setup) -> list[Failure]:

@@ -13,8 +13,9 @@ import numpy as np
 
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.task_list import RunningTask
 from ftqp.control.task.keep import BOX, CONE, Keep
-from ftqp.control.task.soft_tasks import KINDS, LeastSquares
+from ftqp.control.task.soft_tasks import FIRST, KINDS, LeastSquares, PositionTask
 from ftqp.control.task.torque_limits import TorqueLimits
 from ftqp.core.checks import FloatArray
 from ftqp.model.body_frames import frame_pose, mount_of
@@ -80,7 +81,13 @@ def _further(planner: Planner) -> dict[str, Any]:
         for name, place in measures.places(planner.view().command.q).items():
             own[name]["place"] = place.tolist()
         result["tasks"] = [
-            {"name": name, "kind": KIND_OF[type(task.given)], **own.get(name, {}), **_settings(task.given)}
+            {
+                "name": name,
+                "kind": KIND_OF[type(task.given)],
+                **own.get(name, {}),
+                **_settings(task.given),
+                **_mounted(robot, task),
+            }
             for name, task in planner.tasks.items()
         ]
     if planner.constraints:
@@ -113,6 +120,26 @@ def _further(planner: Planner) -> dict[str, Any]:
                     for corner in keep.inside.tolist()
                 ]
     return result
+
+
+def _mounted(robot: Robot, task: RunningTask) -> dict[str, Any]:
+    """Of a task before that of the tip, by which joints its frames move, and its target as it is now.
+
+    ``at_zero`` is the pose of the frame, or of its point, while all joints are at 0, in the base frame.
+    """
+    given, found = task.given, dict[str, Any]()
+    if given.level != FIRST or isinstance(given, LeastSquares):
+        return found
+    other = getattr(given, "to", None) or getattr(given, "towards", None)
+    for prefix, frame in (("", getattr(given, "frame", None)), ("other_", other)):
+        if isinstance(frame, str):
+            body, T = mount_of(robot, frame)[0], frame_pose(robot, frame, np.zeros(robot.nv)).copy()
+            if not prefix and isinstance(given, PositionTask):
+                T[:3, 3] += T[:3, :3] @ given.point
+            found[f"{prefix}joint"] = None if body < 0 else robot.joints[body]
+            found[f"{prefix}at_zero"] = T.tolist()
+    found["goal"] = task.target.tolist()
+    return found
 
 
 def _settings(given: Any) -> dict[str, Any]:
