@@ -17,6 +17,7 @@ from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import MEMORY, Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
+from ftqp.sim.session.tick_facts import facts_of
 
 PANDA = ftqp.robots.load("panda")
 TIP, ELBOW, DT = PANDA.tip, "panda_joint4", 1e-3
@@ -146,6 +147,18 @@ def test_log_has_names_units_and_the_same_numbers_tick_by_tick_and_in_blocks():
     one.reset(PANDA.neutral)
     row = np.concatenate([fast["task_error"][200], fast["distance"][200]])
     np.testing.assert_allclose(row, FurtherMeasures(one).at(q), atol=1e-12)
+
+
+def test_the_angle_of_a_pose_is_told_beside_its_distance():
+    goal = PANDA.pose(PANDA.neutral + 0.1, "panda_joint6")
+    log = run(planner(tasks=[ftqp.PoseTask("panda_joint6", target=goal, name="wrist")])).log
+    assert names_in(log, log.metadata, TASKS) == ["wrist", "wrist rotation"]
+    told = summary(log)["tasks"]
+    assert [told[name]["unit"] for name in ("wrist", "wrist rotation")] == ["m", "rad"]
+    for name, facts in told.items():
+        assert facts["max_error"] == log[f"task_error.{name}"].max() > 0.0
+    assert [one.name for one in facts_of(log, 5).further[:2]] == ["wrist", "wrist rotation"]
+    assert facts_of(log, 5).further[1].value == log["task_error.wrist rotation"][5]
 
 
 def test_a_task_of_ones_own_has_no_error_and_a_planner_without_tasks_no_columns():

@@ -23,7 +23,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.pose import rotation_vector
 from ftqp.model.placed_frames import PlacedFrames
 from ftqp.model.robot import Robot
-from ftqp.sim.log.further_signals import PLANES, TASKS, Measured
+from ftqp.sim.log.further_signals import PLANES, ROTATION, TASKS, Measured
 
 _DISTANCES = {
     PLANE: "distance of the point from its plane, positive on its side",
@@ -221,7 +221,7 @@ def _pose_errors(task: PoseTask | RelativeTask) -> list[_Error]:
         def angle(D: FloatArray, q: FloatArray, T: FloatArray) -> float:
             return _length(rotation_vector(D[:3, :3] @ T[:3, :3].T)[turns])
 
-        found.append(_Error("rad", about, angle, " rotation" if rows else ""))
+        found.append(_Error("rad", about, angle, ROTATION if rows else ""))
     return found
 
 

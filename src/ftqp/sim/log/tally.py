@@ -207,7 +207,7 @@ class Tally:
             task: {
                 "final_error": _finite(self._ends[name]),
                 "max_error": self._further[name].largest,
-                "unit": units[task],
+                "unit": units.get(task, "rad"),  # the angle of a pose
             }
             for task, name in errors.items()
         }

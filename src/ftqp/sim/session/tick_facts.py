@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import quaternions
-from ftqp.sim.log.further_signals import FACTS, PLANES, TASKS, names_in
+from ftqp.sim.log.further_signals import FACTS, PLANES, ROTATION, TASKS, names_in
 
 IntArray = NDArray[np.int64]
 
@@ -143,6 +143,7 @@ def _further(log: Columns, tick: int) -> tuple[FurtherFact, ...]:
         one["name"]: FurtherFact(one["name"], 0.0, one.get("unit", ""), _three(one.get("place")))
         for one in log.metadata.get(FACTS[TASKS], [])
     }
+    tasks |= {name + ROTATION: FurtherFact(name + ROTATION, 0.0, "rad") for name in tasks}
     kept = {
         one["name"]: FurtherFact(
             one["name"],
