@@ -23,8 +23,8 @@ from ftqp.app.campaign.campaign_summary import fallback_share
 from ftqp.app.campaign.found_failures import share_interval
 from ftqp.core.errors import InputError
 
-LIMITS = ("speed", "acceleration", "position", "braking", "plane", "torque", "failed", "finite")
-CLAIMS = ("honesty", "inside", "obedience")
+LIMITS = ("speed", "acceleration", "position", "braking", "plane", "cone", "torque", "failed", "finite")
+CLAIMS = ("honesty", "inside", "obedience", "tasks")
 OTHERS = ("rest", "chatter", "tracking")
 HEADINGS = (
     "campaign", "commit", "episodes", "steps", "limit broken", "OK not true", "swings at rest",
@@ -44,7 +44,7 @@ def row(folder: Path, commit: str) -> dict[str, Any]:
         facts = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
         text = tomllib.loads((folder / "campaign.toml").read_text(encoding="utf-8"))
         run, bad = facts["sound"] + facts["broken"] + facts["raised"], facts["broken"] + facts["raised"]
-        laws = {"plane": 0, "chatter": 0} | facts["laws"]
+        laws = {"plane": 0, "cone": 0, "tasks": 0, "chatter": 0} | facts["laws"]
         return {
             "campaign": facts["campaign"],
             "command": f"ftqp campaign {facts['campaign']} --episodes {facts['episodes']}",

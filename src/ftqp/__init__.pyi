@@ -56,6 +56,7 @@ from ftqp.control.task.soft_tasks import PositionTask as PositionTask
 from ftqp.control.task.soft_tasks import PostureTask as PostureTask
 from ftqp.control.task.soft_tasks import RelativeTask as RelativeTask
 from ftqp.control.task.task import Task as Task
+from ftqp.control.task.torque_limits import TorqueLimits as TorqueLimits
 from ftqp.core.errors import FtqpError as FtqpError
 from ftqp.core.errors import InputError as InputError
 from ftqp.core.errors import MissingPackage as MissingPackage

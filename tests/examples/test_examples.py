@@ -9,6 +9,10 @@ import pytest
 
 FOLDER = Path(__file__).resolve().parents[2] / "examples"
 EXAMPLES = sorted(FOLDER.glob("[0-9]*.py"))
+HUMANOID = "15_humanoid_loses_an_elbow.py"
+ROBOT_DATA = next(Path(sys.prefix).glob("**/share/example-robot-data/robots"), None)
+HERE = [e for e in EXAMPLES if e.name != HUMANOID or ROBOT_DATA is not None]
+"""The examples that can be run: the humanoid needs the extra ``robots``."""
 
 
 def lines_of(example, *arguments):
@@ -31,7 +35,7 @@ def pictures(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def printed(pictures):
-    return {e.name: lines_of(e, "--figure", str(pictures / f"{e.stem}.png")) for e in EXAMPLES}
+    return {e.name: lines_of(e, "--figure", str(pictures / f"{e.stem}.png")) for e in HERE}
 
 
 def test_examples_are_numbered_without_a_gap():
@@ -44,12 +48,12 @@ def test_example_is_short_and_says_what_you_will_see(example):
     assert len(text.splitlines()) < 60 and "You will see" in text.split('"""')[1]
 
 
-@pytest.mark.parametrize("name", [e.name for e in EXAMPLES])
+@pytest.mark.parametrize("name", [e.name for e in HERE])
 def test_example_prints_three_numbers(printed, name):
     assert len(printed[name]) == 3 and all(number(line) == number(line) for line in printed[name])
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda e: e.stem)
+@pytest.mark.parametrize("example", HERE, ids=lambda e: e.stem)
 def test_example_saves_one_picture(printed, pictures, example):
     assert len(printed) == len(list(pictures.iterdir()))
     assert (pictures / f"{example.stem}.png").read_bytes().startswith(b"\x89PNG")
@@ -114,3 +118,18 @@ def test_arm_that_loses_a_joint_under_the_joystick_goes_home_with_the_others(pri
     stale, miss, distance = (number(line) for line in printed["09_ways_to_a_goal.py"])
     assert stale == pytest.approx(1.18) and miss <= 1e-6 and 10.0 < distance < 200.0
     assert "panda_joint4 (locked) by" in printed["09_ways_to_a_goal.py"][2]
+
+
+@pytest.mark.skipif(ROBOT_DATA is None, reason="example-robot-data is missing: pip install -e '.[robots]'")
+def test_waist_of_a_humanoid_makes_up_for_its_elbow(printed):
+    healthy, elbow, stiff = (number(line) for line in printed[HUMANOID])
+    assert healthy < 0.1 and elbow < 0.1 and 40.0 < stiff < 100.0
+    assert [line.rsplit(", ", 1)[1] for line in printed[HUMANOID]] == ["OK", "OK", "RELAXED"]
+
+
+def test_humanoid_whose_files_are_missing_says_so_in_one_sentence(tmp_path):
+    bare = f"import runpy, sys; sys.prefix = {str(tmp_path)!r}; sys.argv = ['15', '--headless']; "
+    bare += f"runpy.run_path({str(FOLDER / HUMANOID)!r}, run_name='__main__')"
+    done = subprocess.run([sys.executable, "-c", bare], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1 and done.stdout == ""
+    assert done.stderr == 'the files of Talos are not installed; pip install "ftqp[robots]"\n'

@@ -17,6 +17,7 @@ from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import MEMORY, Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
+from ftqp.sim.session.tick_facts import facts_of
 
 PANDA = ftqp.robots.load("panda")
 TIP, ELBOW, DT = PANDA.tip, "panda_joint4", 1e-3
@@ -40,6 +41,9 @@ def tasks():
 KEEPS = (
     ftqp.Keep(TIP, above=(0.0, 0.0, 0.45), name="tool"),
     ftqp.Keep(ELBOW, above=(0.0, 0.2, 0.0), normal=(0.0, -3.0, 0.0), point=(0.0, 0.0, 0.1), name="wall"),
+    ftqp.Keep(TIP, inside=((0.1, -np.inf, 0.2), (0.9, 0.5, np.inf)), name="cell"),
+    ftqp.Keep(ELBOW, axis=(0.0, 1.0, 0.0), along=(0.3, 0.0, 1.0), within=2.0, name="cup"),
+    ftqp.Rows(1, lambda state, C, l, u: None, name="cable"),
 )
 
 
@@ -65,7 +69,7 @@ def test_what_is_measured_is_what_a_step_says():
         assert numbers["mass"] == pytest.approx(np.linalg.norm(said["mass"][:2]), abs=1e-12)
         for name in ("look", "along"):
             assert np.sin(min(numbers[name], np.pi / 2)) == pytest.approx(np.linalg.norm(said[name]))
-        for name in ("tool", "wall"):
+        for name in ("tool", "wall", "cell", "cup"):
             assert numbers[name] == pytest.approx(one.constraints[name].distance, abs=1e-12)
         assert numbers["posture"] == pytest.approx(np.linalg.norm(q - PANDA.neutral), abs=1e-15)
         assert numbers["some joints"] == pytest.approx(np.hypot(0.8 - q[6], -0.3 - q[1]))
@@ -133,9 +137,9 @@ def test_log_has_names_units_and_the_same_numbers_tick_by_tick_and_in_blocks():
     for log in (fast, slow):
         errors, distances = (names_in(log, log.metadata, group) for group in (TASKS, PLANES))
         assert errors == ["elbow", "look", "along", "mass", "posture", "some joints"]
-        assert distances == ["tool", "wall"]
+        assert distances == ["tool", "wall", "cell", "cup"]
         assert [log.units[f"task_error.{name}"] for name in errors] == ["m", "rad", "rad", "m", "rad", "rad"]
-        assert {log.units[f"distance.{name}"] for name in distances} == {"m"}
+        assert [log.units[f"distance.{name}"] for name in distances] == ["m", "m", "m", "rad"]
     np.testing.assert_allclose(fast["task_error"], slow["task_error"], atol=1e-9)
     np.testing.assert_allclose(fast["distance"], slow["distance"], atol=1e-9)
     q = fast["q"][200]
@@ -143,6 +147,18 @@ def test_log_has_names_units_and_the_same_numbers_tick_by_tick_and_in_blocks():
     one.reset(PANDA.neutral)
     row = np.concatenate([fast["task_error"][200], fast["distance"][200]])
     np.testing.assert_allclose(row, FurtherMeasures(one).at(q), atol=1e-12)
+
+
+def test_the_angle_of_a_pose_is_told_beside_its_distance():
+    goal = PANDA.pose(PANDA.neutral + 0.1, "panda_joint6")
+    log = run(planner(tasks=[ftqp.PoseTask("panda_joint6", target=goal, name="wrist")])).log
+    assert names_in(log, log.metadata, TASKS) == ["wrist", "wrist rotation"]
+    told = summary(log)["tasks"]
+    assert [told[name]["unit"] for name in ("wrist", "wrist rotation")] == ["m", "rad"]
+    for name, facts in told.items():
+        assert facts["max_error"] == log[f"task_error.{name}"].max() > 0.0
+    assert [one.name for one in facts_of(log, 5).further[:2]] == ["wrist", "wrist rotation"]
+    assert facts_of(log, 5).further[1].value == log["task_error.wrist rotation"][5]
 
 
 def test_a_task_of_ones_own_has_no_error_and_a_planner_without_tasks_no_columns():
@@ -165,7 +181,14 @@ def test_log_on_file_round_trips_and_exports_them(tmp_path):
     np.testing.assert_array_equal(log["task_error"], memory["task_error"])
     np.testing.assert_array_equal(log["distance"], memory["distance"])
     assert log.metadata["tasks"] == memory.metadata["tasks"]
-    tool, wall = log.metadata["constraints"]
+    assert log.metadata["constraints"] == memory.metadata["constraints"]
+    tool, wall, cell, cup, cable = log.metadata["constraints"]
+    assert (cell["kind"], cell["inside"]) == ("box", [[0.1, None, 0.2], [0.9, 0.5, None]])
+    assert (cup["kind"], cup["within"]) == ("cone", 2.0) and cable == {
+        "name": "cable",
+        "kind": "rows",
+        "rows": 1,
+    }
     assert tool["frame"] == TIP and wall["joint"] == ELBOW and wall["normal"] == [0.0, -1.0, 0.0]
     np.testing.assert_allclose(tool["at_zero"], PANDA.pose(np.zeros(7))[:3, 3], atol=1e-12)
     facts = summary(log)
@@ -173,7 +196,9 @@ def test_log_on_file_round_trips_and_exports_them(tmp_path):
     json.dumps(facts, allow_nan=False)
     assert facts["tasks"]["elbow"]["max_error"] == log["task_error.elbow"].max()
     assert facts["tasks"]["elbow"]["final_error"] == log["task_error.elbow"][-1]
-    assert facts["constraints"]["tool"] == {"min_distance": log["distance.tool"].min()}
+    assert facts["constraints"]["tool"] == {
+        "min_distance": log["distance.tool"].min(), "shape": "plane"
+    }  # fmt: skip
     log.to_csv(tmp_path / "log.csv")
     log.to_npz(tmp_path / "log.npz")
     with (tmp_path / "log.csv").open(encoding="utf-8", newline="") as file:
@@ -189,6 +214,12 @@ def test_log_on_file_round_trips_and_exports_them(tmp_path):
     ("constraints", [{"name": "tool", "joint": "j9"}], "its constraints are"),
     ("constraints", [{"name": "tool", "joint": "panda_joint7", "braking": 1.0, "at_zero": [0, 0],
                       "above": [0, 0, 0], "normal": [0, 0, 1]}], "its constraints are"),
+    ("constraints", [{"name": "tool", "kind": "box", "joint": "panda_joint7", "braking": 1.0,
+                      "at_zero": [0, 0, 0], "inside": [[0, 0, 0], [1, 1, "1"]]}], "its constraints are"),
+    ("constraints", [{"name": "tool", "kind": "cone", "joint": "panda_joint7", "braking": 1.0, "within": None,
+                      "at_zero": [0, 0, 0], "along": [0, 0, 1], "axis_at_zero": [0, 0, 1]}],
+     "its constraints are"),
+    ("constraints", [{"name": "tool", "kind": "ball"}], "its constraints are"),
 ])  # fmt: skip
 def test_log_that_says_strange_things_of_them_is_refused(tmp_path, key, value, said):
     path = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), 0.05, duration=0.1)

@@ -121,6 +121,34 @@ class ModelFile:
             result[k] = data.oMi[joint + 1].act(own)
         return result
 
+    def poses(self, q: FloatArray, joint: int, at_zero: FloatArray) -> FloatArray:
+        """Poses of a frame that moves with a joint, (K, 4, 4) [m]; of the base where that is -1.
+
+        Args:
+            q: Configurations, (K, nv) [rad or m].
+            joint: The joint's 0-based index.
+            at_zero: The frame while all joints are at 0, (4, 4) [m].
+        """
+        if joint < 0:
+            return np.tile(at_zero, (len(q), 1, 1))
+        data, (zero,) = self.model.createData(), self._configurations(np.zeros((1, q.shape[1])))
+        pin.forwardKinematics(self.model, data, zero)
+        own = data.oMi[joint + 1].actInv(pin.SE3(np.array(at_zero, dtype=np.float64)))
+        result = np.empty((len(q), 4, 4))
+        for k, at in enumerate(self._configurations(q)):
+            pin.forwardKinematics(self.model, data, at)
+            result[k] = (data.oMi[joint + 1] * own).homogeneous
+        return result
+
+    def centres(self, q: FloatArray) -> FloatArray:
+        """Places of the centre of mass, (K, 3) [m].
+
+        Args:
+            q: Configurations, (K, nv) [rad or m].
+        """
+        data = self.model.createData()
+        return np.array([pin.centerOfMass(self.model, data, at).copy() for at in self._configurations(q)])
+
     def moves_with(self, joint: int) -> tuple[int, ...]:
         """The joints that move the link behind a joint, that one included, by 0-based index."""
         return tuple(int(one) - 1 for one in self.model.supports[joint + 1] if int(one) > 0)

@@ -6,11 +6,13 @@ from typing import Any
 import numpy as np
 
 from ftqp.checker.claim_laws import honesty, inside, obedience, tracking
+from ftqp.checker.cone_law import cone
 from ftqp.checker.lock_law import failed
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.motion_laws import acceleration, braking, position, speed
 from ftqp.checker.shaking_laws import chatter, rest
 from ftqp.checker.strictness import Strictness
+from ftqp.checker.task_law import tasks
 from ftqp.checker.torque_law import torque
 from ftqp.checker.trace import Trace
 from ftqp.core.checks import FloatArray
@@ -52,9 +54,14 @@ LAWS: dict[str, tuple[Law, str]] = {
     "position": (position, "beyond the end of its range, by this [rad or m]"),
     "braking": (braking, "cannot brake any more before the end of its range, by this [rad or m]"),
     "plane": (plane, "a point that it moves is beyond its plane, by this [m]"),
+    "cone": (cone, "an axis that it moves is outside its cone, by this [rad]"),
     "torque": (torque, "carries more than its limit without need, by this share"),
     "failed": (failed, "is locked and has moved, or was sent to move, by this in all [rad or m]"),
     "honesty": (honesty, "OK was claimed although the tip is farther than the tolerance, by this share"),
+    "tasks": (
+        tasks,
+        "OK was claimed although a task on level 0 is farther than the tolerance, by this share",
+    ),
     "tracking": (tracking, "the target can be followed and was not, by this share of the tolerance"),
     "inside": (inside, "OK was claimed although a joint is outside its range, by this [rad or m]"),
     "obedience": (obedience, "OK was claimed although a joint is not where it was sent, by this [rad or m]"),

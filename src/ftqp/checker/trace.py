@@ -68,6 +68,57 @@ class Plane:
 
 
 @final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cone:
+    """A cone in which an axis of the arm was to stay.
+
+    Attributes:
+        joint: 0-based index of the joint that the axis moves with.
+        at_zero: Where the frame of the axis is while all joints are at 0, in the base frame, (3,) [m].
+        axis_at_zero: The axis then, of length 1, (3,).
+        along: The middle of the cone in the base frame, of length 1, (3,).
+        within: How far the axis may lean from it [rad].
+    """
+
+    joint: int
+    at_zero: Sequence[float]
+    axis_at_zero: Sequence[float]
+    along: Sequence[float]
+    within: float
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class HeldTask:
+    """A task that goes before that of the tip: a frame, an axis or the centre of mass, and its target.
+
+    Attributes:
+        name: What it is called.
+        kind: ``pose``, ``relative``, ``position``, ``axis`` or ``centre_of_mass``.
+        rows: The rows that count, of x, y, z, rx, ry, rz, along the axes of the base.
+        joint: 0-based index of the joint that the frame moves with; -1 of none.
+        at_zero: The frame while all joints are at 0, in the base frame, (4, 4) [m]. Of a point it is there.
+        target: Its pose, (4, 4) [m], that in the other frame of ``relative``; of ``position`` and
+            ``centre_of_mass`` a place, (3,) [m]; of ``axis`` a direction, or a place to point at.
+        axis: Of ``axis``, the axis in the frame, (3,).
+        towards: Whether the target of ``axis`` is a place.
+        other: 0-based index of the joint that the other frame moves with, of which the target is one; -1.
+        other_at_zero: That frame while all joints are at 0, in the base frame, (4, 4) [m].
+    """
+
+    name: str
+    kind: str
+    rows: Sequence[str]
+    joint: int
+    at_zero: FloatArray
+    target: FloatArray
+    axis: FloatArray | None = None
+    towards: bool = False
+    other: int = -1
+    other_at_zero: FloatArray | None = None
+
+
+@final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trace:
     """A run, tick by tick; the plant is asked, not the planner.
@@ -91,6 +142,8 @@ class Trace:
         planes: On whose sides points were to stay.
         minds_torques: Whether the planner was to keep torque limits.
         brakes: Whether the arm has brakes that close when the planner asks for them.
+        cones: In which axes were to stay.
+        held: Tasks that were to be kept before that of the tip.
     """
 
     dt: float
@@ -110,3 +163,5 @@ class Trace:
     planes: Sequence[Plane] = ()
     minds_torques: bool = True
     brakes: bool = False
+    cones: Sequence[Cone] = ()
+    held: Sequence[HeldTask] = ()

@@ -324,6 +324,22 @@ class Robot(Readers):
         model = with_tip(self.model, self.tip, T, name)
         return replace(self, model=model, chain=chain_of(model, name), tips=(name, *self.tips[1:]))
 
+    def with_first_tip(self, frame: str) -> Self:
+        """This robot with another of its tips, or another frame, as the first: paths and goals are of that.
+
+        Joints, their order, masses, limits and the characteristic length stay, and so do the other tips.
+
+        Args:
+            frame: The name of a tip, or of a frame, link or joint of the model that moves with a joint.
+
+        Raises:
+            InputError: There is no such frame.
+            ModelError: No joint moves it.
+        """
+        named_frame(self.model, frame)
+        others = tuple(tip for tip in self.tips if tip != frame)
+        return replace(self, chain=chain_of(self.model, frame), tips=(frame, *others))
+
     def on_planar_base(
         self,
         *,

@@ -1,4 +1,4 @@
-"""How far an arm truly is from what its further tasks ask, and from the planes that it keeps to."""
+"""How far an arm truly is from what its further tasks ask, and from what it keeps to."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple, final
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from ftqp.control.planner.planner import Planner
-from ftqp.control.task.keep import Keep
+from ftqp.control.task.keep import BOX, CONE, PLANE, Keep
 from ftqp.control.task.soft_tasks import (
     AXES,
     AxisTask,
@@ -23,7 +23,14 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.pose import rotation_vector
 from ftqp.model.placed_frames import PlacedFrames
 from ftqp.model.robot import Robot
-from ftqp.sim.log.further_signals import PLANES, TASKS, Measured
+from ftqp.sim.log.further_signals import PLANES, ROTATION, TASKS, Measured
+
+_DISTANCES = {
+    PLANE: "distance of the point from its plane, positive on its side",
+    BOX: "distance of the point from the nearest side of its box, positive inside",
+    CONE: "angle between the axis and its cone, positive inside",
+}
+"""What the distance of something kept is, by its shape."""
 
 
 @final
@@ -63,8 +70,10 @@ class FurtherMeasures:
             Measured(TASKS, self._tasks[k].name + error.suffix, error.unit, error.about)
             for k, error in self._errors
         ]
-        about = "distance of the point from its plane, positive on its side"
-        return (*tasks, *(Measured(PLANES, keep.label, "m", about) for keep in self._keeps))
+        return (
+            *tasks,
+            *(Measured(PLANES, keep.label, keep.unit, _DISTANCES[keep.shape]) for keep in self._keeps),
+        )
 
     def at(self, q: FloatArray) -> FloatArray:
         """The numbers at a posture, (count,) [m or rad]; NaN where the posture is no numbers.
@@ -89,8 +98,7 @@ class FurtherMeasures:
                 goal = poses[count + k][:3, 3]
             result[at] = error.size(goal, q, where)
         for k, keep in enumerate(self._keeps):
-            T = poses[2 * count + k]
-            result[first + k] = keep.normal @ (T[:3, :3] @ keep.point + T[:3, 3]) - keep.offset
+            result[first + k] = keep.distance(poses[2 * count + k])
         return result
 
     def places(self, q: FloatArray) -> dict[str, FloatArray]:
@@ -213,7 +221,7 @@ def _pose_errors(task: PoseTask | RelativeTask) -> list[_Error]:
         def angle(D: FloatArray, q: FloatArray, T: FloatArray) -> float:
             return _length(rotation_vector(D[:3, :3] @ T[:3, :3].T)[turns])
 
-        found.append(_Error("rad", about, angle, " rotation" if rows else ""))
+        found.append(_Error("rad", about, angle, ROTATION if rows else ""))
     return found
 
 

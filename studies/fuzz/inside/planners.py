@@ -4,6 +4,8 @@ import logging
 from dataclasses import dataclass, replace
 from typing import Any, final
 
+import numpy as np
+
 import ftqp
 from fuzz.cases import DRIVES, SCHEMES, TIMES, drive_of, robot_of
 
@@ -151,10 +153,22 @@ def _kept(robot: Any, rng: Any) -> list[Any]:
     return rows + [
         ftqp.Keep(
             robot.tip if rng.random() < 0.5 else robot.joints[int(rng.integers(robot.nv))],
-            above=tip + rng.normal(size=3) * 0.2,
-            normal=rng.normal(size=3),
+            **_boundary(tip, rng),
             braking=10.0 ** rng.uniform(-1.0, 1.0),
             name=f"point {k}",
         )
         for k in range(1 + int(rng.integers(3)))
     ]
+
+
+def _boundary(tip: Any, rng: Any) -> dict[str, Any]:
+    """A plane, a box with few sides, or a cone."""
+    drawn = rng.random()
+    if drawn < 0.6:
+        return {"above": tip + rng.normal(size=3) * 0.2, "normal": rng.normal(size=3)}
+    if drawn < 0.8:
+        return {"along": rng.normal(size=3), "axis": rng.normal(size=3), "within": rng.uniform(0.01, 3.1)}
+    low, high = np.full(3, -np.inf), np.full(3, np.inf)
+    at = int(rng.integers(3))
+    low[at], high[at] = tip[at] - rng.uniform(-0.1, 0.3), tip[at] + rng.uniform(0.11, 0.3)
+    return {"inside": (low, high)}

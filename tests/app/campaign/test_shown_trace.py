@@ -7,6 +7,7 @@ from ftqp.app.campaign.judged_scenario import broken_laws
 from ftqp.app.campaign.shown_trace import failures, model_file, trace
 from ftqp.app.scenario.setup import load
 from ftqp.checker.checked_run import verdict
+from ftqp.checker.task_law import task_errors
 from ftqp.checker.tip_errors import errors
 from ftqp.model.payload import Payload
 from ftqp.sim.log.log_arrays import Log
@@ -134,3 +135,109 @@ def test_judge_knows_what_is_true_of_the_arm_and_not_told_to_the_planner():
     assert fixed.closes == 0.0 and not fixed.slips
     (exact,) = failures(load("panda-circle", [lock % (1, "ramp")]))
     assert exact.closes == 0.0 and not exact.slips
+
+
+SHAPES = (
+    PLANES[: PLANES.index("[[constraints]]")]
+    + """
+[[constraints]]
+frame = "panda_hand_tcp"
+inside = [[-inf, -1.0, 0.42], [inf, 1.0, inf]]
+name = "cell"
+[[constraints]]
+frame = "panda_joint4"
+axis = [-1.0, 0.0, 0.0]
+along = [0.0, 0.0, 1.0]
+within = 1.0
+name = "cup"
+"""
+)
+
+
+def test_boxes_and_cones_are_judged_by_the_joints_and_a_falsified_log_is_found(tmp_path):
+    file = tmp_path / "shapes.toml"
+    file.write_text(SHAPES, encoding="utf-8")
+    setup = load(str(file))
+    log = setup.simulation(log=MEMORY).run().log
+    arm, seen = model_file(setup), trace(setup, log)
+    assert [plane.offset for plane in seen.planes] == [-1.0, 0.42, -1.0]
+    far = [arm.point(log["q"], one.joint, one.at_zero) @ one.normal - one.offset for one in seen.planes]
+    np.testing.assert_allclose(np.min(far, axis=0), log["distance.cell"], atol=1e-12)
+    (one,) = seen.cones
+    foot, head = (
+        arm.point(log["q"], one.joint, one.at_zero + k * np.array(one.axis_at_zero)) for k in (0, 1)
+    )
+    np.testing.assert_allclose(
+        one.within - np.arccos((head - foot) @ one.along), log["distance.cup"], atol=1e-7
+    )
+    assert judged(log, setup).laws == set() and broken_laws(SHAPES) == {}
+    angle, height = 1.0 - log["distance.cup"], 0.42 + log["distance.cell"]
+    assert angle.max() > angle[0] + 0.01 and height[0] > height.min() + 0.01
+    for place, changed, law in (
+        (0, {"inside": [[None, None, 0.5 * (height[0] + height.min())], [None] * 3]}, "plane"),
+        (1, {"within": 0.5 * (angle[0] + angle.max())}, "cone"),
+    ):
+        kept = list(log.metadata["constraints"])
+        kept[place] = kept[place] | changed
+        (table,) = log.rows.blocks()
+        lying = Log.of_table(None, table, log.rows.columns, log.metadata | {"constraints": kept})
+        (found,) = judged(lying, setup).breaches
+        assert found.law == law and found.size > 0.004
+
+
+HELD = """
+[robot]
+name = "dual_panda"
+[planner]
+dt = 0.002
+task = { rows = "position" }
+[path]
+kind = "line"
+displacement = [0.0, 0.05, -0.05]
+duration = 0.5
+[[tasks]]
+kind = "relative"
+frame = "right_hand"
+to = "left_hand"
+level = 0
+name = "grip"
+[[tasks]]
+kind = "position"
+frame = "left_joint4"
+point = [0.0, 0.1, 0.0]
+rows = "z"
+level = 0
+name = "elbow"
+[[tasks]]
+kind = "axis"
+frame = "right_joint4"
+axis = [0.0, 1.0, 0.0]
+towards = [3.0, 0.0, 9.0]
+name = "look"
+"""
+
+
+def test_tasks_before_the_tip_are_judged_by_the_joints_and_a_falsified_log_is_found(tmp_path):
+    file = tmp_path / "held.toml"
+    file.write_text(HELD, encoding="utf-8")
+    setup = load(str(file))
+    log = setup.simulation(log=MEMORY).run().log
+    arm, seen = model_file(setup), trace(setup, log)
+    assert [one.name for one in seen.held] == ["grip", "elbow"]
+    for one in seen.held:
+        position, rotation = task_errors(arm, log["q"], one)
+        np.testing.assert_allclose(position, log[f"task_error.{one.name}"], atol=1e-9)
+        assert rotation.max() < 5e-5
+    assert judged(log, setup).laws == set()
+    q = log["q"].copy()
+    q[100:, 13] += 0.2  # the right hand turns about its own axis in the left one
+    (found,) = [one for one in judged(falsified(log, q=q), setup).breaches if one.law == "tasks"]
+    assert found.size == pytest.approx(0.2 / 0.05 - 1.0, rel=0.01) and found.tick >= 100
+    assert "OK was claimed although a task on level 0 is farther than the tolerance" in str(found)
+    alone = Log.of_table(
+        None, *log.rows.blocks(), log.rows.columns, log.metadata | {"tasks": log.metadata["tasks"][1:]}
+    )
+    assert judged(falsified(alone, q=q), setup).laws & {"tasks"} == set()
+    q = log["q"].copy()
+    q[100:, 1] -= 0.6  # the left elbow goes down
+    assert "tasks" in judged(falsified(alone, q=q), setup).laws

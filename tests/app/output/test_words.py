@@ -47,12 +47,22 @@ def test_soft_tasks_and_kept_points_are_told_in_their_units() -> None:
         "elbow": {"final_error": 0.014, "max_error": 0.1, "unit": "m"},
         "look": {"final_error": None, "max_error": 0.76, "unit": "rad"},
     }
-    kept = {"table": {"min_distance": 0.002}, "wall": {"min_distance": -3e-6}, "door": {"min_distance": None}}
+    kept = {
+        "table": {"min_distance": 0.002}, "wall": {"min_distance": -3e-6}, "door": {"min_distance": None},
+        "cell": {"min_distance": 0.03, "shape": "box"}, "gate": {"min_distance": -0.03, "shape": "box"},
+        "cup": {"min_distance": 0.1, "shape": "cone"}, "can": {"min_distance": -0.1, "shape": "cone"},
+        "jug": {"min_distance": None, "shape": "cone"},
+    }  # fmt: skip
     assert further_sentences({"tasks": tasks, "constraints": kept}) == [
         "the task elbow was 14 mm off at the end, and 100 mm at most",
         "the task look was an unknown amount off at the end, and 0.76 rad at most",
         "table stayed on its side of its plane, 2 mm away at the nearest",
         "wall was up to 3 um beyond its plane",
         "how near door came to its plane is unknown",
+        "cell stayed inside its box, 30 mm from its boundary at the nearest",
+        "gate was up to 30 mm outside its box",
+        "cup stayed inside its cone, 5.7 deg from its boundary at the nearest",
+        "can was up to 5.7 deg outside its cone",
+        "how near jug came to its cone is unknown",
     ]
     assert further_sentences({}) == []

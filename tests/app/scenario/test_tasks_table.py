@@ -28,8 +28,14 @@ def test_tables_reach_the_planner_and_survive_being_written(tmp_path):
     axis = 'kind = "axis"\nframe = "panda_joint6"\ntowards = [1.0, 0.0, 0.0]'
     joints, mass = 'kind = "joints"\njoints = { panda_joint7 = 0.5 }', 'kind = "centre_of_mass"\nrows = "xy"'
     table = '[[constraints]]\nframe = "panda_joint4"\nabove = [0.0, 0.0, 0.3]\nname = "table"'
+    table += '\n[[constraints]]\nname = "cell"\nframe = "panda_joint4"\n'
+    table += "inside = [[-inf, -0.5, 0.1], [inf, inf, 2.0]]"
+    table += '\n[[constraints]]\nframe = "panda_joint6"\nalong = [0.0, 0.0, 1.0]\nwithin = 2.0\nname = "cup"'
     setup = scenario(tmp_path, ELBOW, axis, joints, mass, 'kind = "posture"\n' + table)
-    assert setup.planner.constraints["table"].given.offset == 0.3
+    assert setup.planner.constraints["table"].given.above[2] == 0.3
+    cell, cup = (setup.planner.constraints[name].given for name in ("cell", "cup"))
+    assert cell.shape == "box" and [side.name for side in cell.sides] == ["y low", "z low", "z high"]
+    assert cup.shape == "cone" and cup.within == 2.0
     tasks = setup.planner.tasks
     assert list(tasks) == ["elbow", "panda_joint6 axis", "JointTask", "CentreOfMass", "PostureTask"]
     assert tasks["elbow"].weight == 5.0 and tasks["elbow"].target.tolist() == [0.0, 0.0, 0.7]
@@ -57,7 +63,12 @@ def test_a_command_that_looks_at_no_plane_refuses_them(tmp_path, command, monkey
      r"constraints\[0\].braking is 0"),
     ('kind = "posture"\n[[constraints]]\nframe = "panda_joint44"\nabove = [0, 0, 0]',
      "planner: frame is 'panda_joint44'"),
-    ('kind = "posture"\n[[constraints]]\nframe = "panda_joint4"', r"constraints\[0\].above is missing"),
+    ('kind = "posture"\n[[constraints]]\nframe = "panda_joint4"',
+     r"constraints\[0\]: panda_joint4 has neither above, inside nor along, expected one of them"),
+    ('kind = "posture"\n[[constraints]]\nframe = "panda_joint4"\nalong = [0, 0, 1]\nwithin = 4.0',
+     r"constraints\[0\].within is 4.0, expected a number less than 3.14159 \[rad\]"),
+    ('kind = "posture"\n[[constraints]]\nframe = "panda_joint4"\ninside = [[0, 0, 0], [1, nan, 1]]',
+     r"constraints\[0\].inside\[1\]\[1\] is nan"),
     (ELBOW.replace("5.0", "-5.0"), r"tasks\[0\].weight is -5"),
     (ELBOW.replace('"z"', '"w"'), r"tasks\[0\]: rows of elbow is 'w'"),
     (ELBOW.replace("joint4", "joint44"), "planner: frame is 'panda_joint44'"),

@@ -396,7 +396,7 @@ def test_an_interrupt_in_rows_of_ones_own_goes_through():
 @pytest.mark.parametrize(("constraints", "sentence"), [
     ([ftqp.Rows(5, raises, name="a"), ftqp.Rows(4, raises, name="b")], "9 rows of your own, expected at"),
     ([ftqp.Rows(1, raises), ftqp.Rows(1, raises)], "two things are called 'rows'"),
-    ([ftqp.Task()], "constraints has Task, expected ftqp.Keep or ftqp.Rows"),
+    ([ftqp.Task()], "constraints has Task, expected ftqp.Keep, ftqp.Rows or ftqp.TorqueLimits"),
     ([ftqp.Rows(2, crosses)], r"fill of rows gave l > u, or NaN at the neutral posture .* into C \(2, 14\)"),
     ([ftqp.Rows(1, writes_another_shape)], "fill of rows raised ValueError"),
 ])  # fmt: skip

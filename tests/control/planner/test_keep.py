@@ -82,9 +82,9 @@ def test_the_task_gives_way_and_what_holds_it_is_named():
             step = planner.step(q, None, target)
             q = step.q.copy()
         assert PANDA.pose(q)[2, 3] == pytest.approx(0.45, abs=2e-5)
-        assert step.status is ftqp.StepStatus.RELAXED and "tool its plane" in step.limits_active
-        assert "in the way: tool at its plane" in str(step.certificate)
-        assert "tool its plane" in step.copy().limits_active
+        assert step.status is ftqp.StepStatus.RELAXED and "tool its boundary" in step.limits_active
+        assert "in the way: tool at its boundary" in str(step.certificate)
+        assert "tool its boundary" in step.copy().limits_active
     assert row_labels(planner)[-1] == "keep tool"
 
 
@@ -122,7 +122,7 @@ def test_an_arm_without_masses_is_kept_too_and_a_batch_keeps_its_arms():
 @pytest.mark.parametrize(("constraints", "sentence"), [
     (ftqp.Keep(TIP, above=[0, 0, 0]), "constraints is Keep, expected a list"),
     (["table"], "constraints has str, expected ftqp.Keep"),
-    ([ftqp.Keep(TIP, above=[0, 0, 0], name=str(k)) for k in range(9)], "has 9 points to keep, expected"),
+    ([ftqp.Keep(TIP, above=[0, 0, 0], name=str(k)) for k in range(9)], "has 9 sides of planes"),
     ([ftqp.Keep(TIP, above=[0, 0, 0])] * 2, "two things are called 'panda_hand_tcp'"),
     ([ftqp.Keep("panda_hand", above=[0, 0, 0])], "frame is 'panda_hand'"),
     ([ftqp.Keep("universe", above=[0, 0, 0])], "does not move with any joint"),

@@ -39,7 +39,7 @@ def test_each_unit_and_the_distances_have_a_panel(log, tmp_path, monkeypatch):
     titles = [axes.get_title() for axes in drawn[0].axes]
     assert titles[0].startswith("Errors of soft tasks [mm]: largest") and titles[0].endswith("(elbow)")
     assert titles[1].startswith("Errors of soft tasks [deg]: largest") and titles[1].endswith("(look)")
-    assert titles[2].startswith("Distances of points from their planes [mm]: smallest")
+    assert titles[2].startswith("Distances of points from their boundaries [mm]: smallest")
     assert [text.get_text() for text in drawn[0].legends[0].get_texts()] == ["elbow", "look", "table"]
     for axes, group, factor in zip(drawn[0].axes, ("elbow", "look"), (1e3, 180.0 / np.pi), strict=False):
         assert axes.lines[0].get_ydata().max() == pytest.approx(factor * log[f"task_error.{group}"].max())

@@ -45,6 +45,15 @@ frame = "panda_joint4"
 above = [0.0, 0.2, 0.0]
 normal = [0.0, -1.0, 0.0]
 name = "wall"
+[[constraints]]
+frame = "panda_joint4"
+inside = [[-0.5, -0.4, -inf], [0.7, inf, 1.2]]
+name = "cell"
+[[constraints]]
+frame = "panda_joint4"
+along = [0.0, 0.0, 1.0]
+within = 3.0
+name = "cup"
 """
 
 
@@ -60,21 +69,27 @@ def test_live_page_shows_marks_planes_and_distances(scenario):
     with Page(source, port=0) as page:
         assert page.refresh()
         scene, frame = page._scene, source.frame()
-        elbow, look, posture, wall = frame.further
+        elbow, look, posture, wall, cell, cup = frame.further
         assert elbow.place[2] == 0.6 and abs(elbow.place[0]) < 1.0
         assert look.place == (0.6, 0.1, 0.0) and posture.place is None
         assert wall.normal == (0.0, -1.0, 0.0) and wall.value > 0.0
+        assert cell.corners == (-0.5, -0.4, -np.inf, 0.7, np.inf, 1.2) and cell.place is cell.normal is None
+        assert (cup.shape, cup.unit, cup.corners) == ("cone", "rad", None)
         page._panel.show(frame)
-        for words in ("elbow", "deg off", "mm from the plane"):
+        for words in ("elbow", "deg off", "mm from the plane", "mm from the sides", "deg from the cone"):
             assert words in page._panel._further.content
         assert scene.overlays == (*OVERLAYS, FURTHER)
         scene.choose(FURTHER, False)
         assert not any(node.visible for node in scene._overlays[FURTHER])
         scene.show(frame)
         texts = [node.text for node in scene._further._labels.values()]
-        assert f"wall: {amount(wall)}" in texts and len(texts) == 3
+        assert f"wall: {amount(wall)}" in texts and len(texts) == 4 and f"cell: {amount(cell)}" in texts
         square = next(node for node in scene._further.nodes if node.name.endswith("plane3"))
         assert square.position[1] == pytest.approx(0.2)
+        room = next(node for node in scene._further.nodes if node.name.endswith("box4"))
+        size = np.ptp(room.vertices, axis=0)
+        assert (size[0], room.position[0]) == pytest.approx((1.2, 0.1), abs=1e-6)
+        assert room.position[2] + 0.5 * size[2] == pytest.approx(1.2, abs=1e-6) and size.min() > 0.3
 
 
 def test_targets_of_tasks_have_handles_that_move_them_until_reset(scenario):
@@ -110,14 +125,14 @@ def test_replay_and_recording_show_what_the_session_showed(scenario):
     frame = ReplaySource(log, "run", clock=lambda: 0.0).frame()
     live = SteppedSource(scenario, seconds=0.0).session.facts.further
     for shown, expected in zip(frame.further, live, strict=True):
-        assert (shown.name, shown.unit, shown.normal) == (expected.name, expected.unit, expected.normal)
+        assert shown._replace(value=0.0, place=None) == expected._replace(value=0.0, place=None)
         assert shown.value == pytest.approx(expected.value, abs=1e-9)
         assert (shown.place is None) == (expected.place is None)
         if shown.place is not None:
             np.testing.assert_allclose(shown.place, expected.place, atol=1e-9)
     page = recording([frame, frame], setup.robot)
     names = {message.get("name", "") for _, message in messages_of(page)[1]}
-    assert {"/arm-1/task0", "/arm-1/plane3", "/arm-1/plane3_normal"} <= names
+    assert {"/arm-1/task0", "/arm-1/plane3", "/arm-1/plane3_normal", "/arm-1/box4"} <= names
     assert "target of a soft task" in page
 
 
@@ -140,10 +155,14 @@ def test_controls_are_made_anew_where_the_tasks_are_others():
     (FurtherFact("elbow", 0.0123, "m", (0, 0, 0)), "12.3 mm off"),
     (FurtherFact("look", np.pi / 6, "rad"), "30.0 deg off"),
     (FurtherFact("both", 0.5, "rad or m"), "0.5 off"),
-    (FurtherFact("table", 0.002, "m", (0, 0, 0), (0, 0, 1)), "2.0 mm from the plane"),
-    (FurtherFact("table", -1e-6, "m", (0, 0, 0), (0, 0, 1)), "0.0 mm from the plane"),
-    (FurtherFact("table", -0.003, "m", (0, 0, 0), (0, 0, 1)), "3 mm beyond the plane"),
-    (FurtherFact("table", np.nan, "m", (0, 0, 0), (0, 0, 1)), "unknown"),
+    (FurtherFact("table", 0.002, "m", (0, 0, 0), (0, 0, 1), "plane"), "2.0 mm from the plane"),
+    (FurtherFact("table", -1e-6, "m", (0, 0, 0), (0, 0, 1), "plane"), "0.0 mm from the plane"),
+    (FurtherFact("table", -0.003, "m", (0, 0, 0), (0, 0, 1), "plane"), "3 mm beyond the plane"),
+    (FurtherFact("cell", 0.02, "m", shape="box"), "20.0 mm from the sides of the box"),
+    (FurtherFact("cell", -0.02, "m", shape="box"), "20 mm outside the box"),
+    (FurtherFact("cup", 0.1, "rad", shape="cone"), "5.7 deg from the cone"),
+    (FurtherFact("cup", -0.1, "rad", shape="cone"), "5.73 deg outside the cone"),
+    (FurtherFact("table", np.nan, "m", (0, 0, 0), (0, 0, 1), "plane"), "unknown"),
 ])  # fmt: skip
 def test_amounts_are_words(fact, words):
     assert amount(fact) == words

@@ -1,16 +1,20 @@
 """What the checker is shown of a simulated run: the truth from the log, the limits from the arm's file."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from ftqp.app.scenario.setup import Setup
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.trace import Failure, Plane, Trace
+from ftqp.checker.trace import Cone, Failure, HeldTask, Plane, Trace
 from ftqp.control.planner.status import STATUSES
+from ftqp.control.task.soft_tasks import SETS
 from ftqp.control.task.task import ROW_SETS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
+from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.urdf_text import link_names
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.plants.kinematic_plant import BRAKE_SHARE
@@ -41,22 +45,76 @@ def trace(setup: Setup, log: Log) -> Trace:
         planes=planes(log),
         minds_torques=setup.tables.planner.torque_limits,
         brakes=_true_arm(setup) is not None,
+        cones=cones(log),
+        held=held(log),
     )
 
 
 def planes(log: Log) -> list[Plane]:
-    """The planes on whose sides points were to stay, as the log has them."""
+    """The planes, and sides of boxes, on whose sides points were to stay, as the log has them."""
+    joints = list(log.metadata["joints"])
+    found = []
+    for one in log.metadata.get("constraints", []):
+        sides: list[tuple[Any, float]] = []
+        if one["kind"] == "plane":
+            sides = [(one["normal"], float(np.dot(one["normal"], one["above"])))]
+        elif one["kind"] == "box":
+            sides = [
+                ((sign * np.eye(3)[k]).tolist(), sign * place)
+                for sign, corner in zip((1.0, -1.0), one["inside"], strict=True)
+                for k, place in enumerate(corner)
+                if place is not None
+            ]
+        joint = joints.index(one["joint"]) if sides else 0
+        found += [
+            Plane(joint=joint, at_zero=one["at_zero"], normal=normal, offset=offset)
+            for normal, offset in sides
+        ]
+    return found
+
+
+def cones(log: Log) -> list[Cone]:
+    """The cones in which axes were to stay, as the log has them."""
     joints = list(log.metadata["joints"])
     return [
-        Plane(
+        Cone(
             joint=joints.index(one["joint"]),
             at_zero=one["at_zero"],
-            normal=one["normal"],
-            offset=float(np.dot(one["normal"], one["above"])),
+            axis_at_zero=one["axis_at_zero"],
+            along=one["along"],
+            within=one["within"],
         )
         for one in log.metadata.get("constraints", [])
-        if one.get("kind") != "rows"
+        if one["kind"] == "cone"
     ]
+
+
+def held(log: Log) -> list[HeldTask]:
+    """The tasks that go before that of the tip, as the log has them; rows of the user's own are not known."""
+    index = {name: k for k, name in enumerate(log.metadata["joints"])} | {None: -1}
+    return [
+        HeldTask(
+            name=one["name"],
+            kind=one["kind"],
+            rows=_rows(one.get("rows", "pose")),
+            joint=index[one.get("joint")],
+            at_zero=np.array(one.get("at_zero", np.eye(4))),
+            target=np.array(one["goal"]),
+            axis=np.array(one["axis"]) if "axis" in one else None,
+            towards="towards" in one,
+            other=index[one.get("other_joint")],
+            other_at_zero=np.array(one["other_at_zero"]) if "other_at_zero" in one else None,
+        )
+        for one in log.metadata.get("tasks", [])
+        if "goal" in one and one["weight"] > 0.0
+    ]
+
+
+def _rows(rows: str | list[str]) -> Sequence[str]:
+    """Names of rows, of a word for some, of letters or of names."""
+    if not isinstance(rows, str) or rows not in SETS:
+        return tuple(rows)
+    return [name for k, name in enumerate(COMPONENTS) if SETS[rows] >> k & 1]
 
 
 def failures(setup: Setup) -> list[Failure]:

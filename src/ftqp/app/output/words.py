@@ -1,6 +1,7 @@
 """What happened in a run, in words; lengths in the unit that reads best."""
 
 from collections.abc import Mapping
+from math import degrees
 from typing import Any
 
 from ftqp.faults.kinds import kind_of
@@ -77,20 +78,26 @@ def limits_sentence(violation: Mapping[str, float]) -> str:
 
 
 def further_sentences(facts: Mapping[str, Any]) -> list[str]:
-    """How well each soft task was done, and how near each kept point came to its plane; none without any."""
+    """How well each soft task was done, and how near what is kept came to its boundary; none without any."""
     said = []
     for name, task in facts.get("tasks", {}).items():
         last, most = (_error(task[key], task["unit"]) for key in ("final_error", "max_error"))
         said.append(f"the task {name} was {last} off at the end, and {most} at most")
-    for name, kept in facts.get("constraints", {}).items():
-        nearest = kept["min_distance"]
-        if nearest is None:
-            said.append(f"how near {name} came to its plane is unknown")
-        elif nearest < 0.0:
-            said.append(f"{name} was up to {length(-nearest)} beyond its plane")
-        else:
-            said.append(f"{name} stayed on its side of its plane, {length(nearest)} away at the nearest")
+    said += [_kept_sentence(name, kept) for name, kept in facts.get("constraints", {}).items()]
     return said
+
+
+def _kept_sentence(name: str, kept: Mapping[str, Any]) -> str:
+    """How near something that is kept came to its plane, box or cone."""
+    nearest, shape = kept["min_distance"], kept.get("shape", "plane")
+    if nearest is None:
+        return f"how near {name} came to its {shape} is unknown"
+    away = f"{degrees(abs(nearest)):.2g} deg" if shape == "cone" else length(abs(nearest))
+    if nearest < 0.0:
+        return f"{name} was up to {away} {'beyond' if shape == 'plane' else 'outside'} its {shape}"
+    if shape == "plane":
+        return f"{name} stayed on its side of its plane, {away} away at the nearest"
+    return f"{name} stayed inside its {shape}, {away} from its boundary at the nearest"
 
 
 def _error(size: float | None, unit: str | None) -> str:

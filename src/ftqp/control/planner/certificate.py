@@ -63,7 +63,7 @@ class Obstacle:
     Attributes:
         joint: The joint's name, or that of what ``ftqp.Keep`` keeps.
         limit: Which bound it is: ``upper position``, ``lower velocity``, ``upper torque``, ``locked``,
-            ``its plane`` and the like.
+            ``its boundary`` and the like.
         weight: How much it stands in the way, 0 to 1 without unit: its multiplier over the largest one.
     """
 
@@ -126,8 +126,8 @@ class Certificate:
         return "; ".join(said)
 
 
-KEPT = "its plane"
-"""What holds a point that is kept on its side of a plane."""
+KEPT = "its boundary"
+"""What holds a point or an axis that is kept to a plane, a box or a cone."""
 HELD = "its task on level 0"
 """What holds a frame whose task goes before that of the tip."""
 OWN = "its row"

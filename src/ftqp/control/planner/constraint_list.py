@@ -1,4 +1,4 @@
-"""A planner's list of constraints: points that are kept on their side of a plane, and rows of one's own."""
+"""A planner's list of constraints: points and axes that are kept somewhere, and rows of one's own."""
 
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -10,8 +10,9 @@ import numpy as np
 from ftqp.control.planner.filled_rows import resting, tried
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.control.planner.step_parts import Reference
-from ftqp.control.task.keep import Keep
+from ftqp.control.task.keep import CONE, Keep, Side
 from ftqp.control.task.linear_rows import Rows
+from ftqp.control.task.torque_limits import TorqueLimits
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import KEEP, KEEPS, OWN_ROW, OWN_ROWS, Asked
@@ -19,7 +20,7 @@ from ftqp.model.body_frames import mount_of
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger(__name__)
-Constraint = Keep | Rows
+Constraint = Keep | Rows | TorqueLimits
 
 
 def listed(constraints: Any) -> tuple[Constraint, ...]:
@@ -30,27 +31,37 @@ def listed(constraints: Any) -> tuple[Constraint, ...]:
     """
     if constraints is None:
         return ()
-    if isinstance(constraints, Keep | Rows | str | Mapping) or not isinstance(constraints, Sequence):
+    if isinstance(constraints, Constraint | str | Mapping) or not isinstance(constraints, Sequence):
         what = type(constraints).__name__
         raise InputError(f"constraints is {what}, expected a list, [ftqp.Keep(...), ...]")
     for one in constraints:
-        if not isinstance(one, Keep | Rows):
-            raise InputError(f"constraints has {type(one).__name__}, expected ftqp.Keep or ftqp.Rows")
+        if not isinstance(one, Constraint):
+            raise InputError(
+                f"constraints has {type(one).__name__}, expected ftqp.Keep, ftqp.Rows or ftqp.TorqueLimits"
+            )
     names = [one.label for one in constraints]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise InputError(f"two things are called {twice!r}; give the constraint another name=")
-    keeps, rows = planes_of(constraints), sum(one.rows for one in own_of(constraints))
-    if len(keeps) > KEEPS:
-        raise InputError(f"constraints has {len(keeps)} points to keep, expected at most {KEEPS}")
+    sides, rows = sides_of(constraints), sum(one.rows for one in own_of(constraints))
+    if len(sides) > KEEPS:
+        raise InputError(
+            f"constraints has {len(sides)} sides of planes, boxes and cones, expected at most {KEEPS}; make "
+            "sides of a box that nothing comes near infinite"
+        )
     if rows > OWN_ROWS:
         raise InputError(f"constraints has {rows} rows of your own, expected at most {OWN_ROWS}")
     return tuple(constraints)
 
 
-def planes_of(constraints: Sequence[Constraint]) -> tuple[Keep, ...]:
-    """Those that keep a point on its side of a plane."""
+def kept_of(constraints: Sequence[Constraint]) -> tuple[Keep, ...]:
+    """Those that keep a point or an axis somewhere."""
     return tuple(one for one in constraints if isinstance(one, Keep))
+
+
+def sides_of(constraints: Sequence[Constraint]) -> tuple[tuple[Keep, Side], ...]:
+    """Their sides, each a row of the QP, in the order of the rows."""
+    return tuple((keep, side) for keep in kept_of(constraints) for side in keep.sides)
 
 
 def own_of(constraints: Sequence[Constraint]) -> tuple[Rows, ...]:
@@ -58,10 +69,27 @@ def own_of(constraints: Sequence[Constraint]) -> tuple[Rows, ...]:
     return tuple(one for one in constraints if isinstance(one, Rows))
 
 
+def refuse_without_effect(constraints: Sequence[Constraint], robot: Robot, torque_limits: bool) -> None:
+    """Refuse torque limits that are asked for and could not be kept.
+
+    Raises:
+        InputError: The planner is told to leave them out, or the arm has no masses or no torque limits.
+    """
+    for one in constraints:
+        if isinstance(one, TorqueLimits):
+            one.refuse_without_effect(robot, torque_limits)
+
+
+def need_a_qp(constraints: Sequence[Constraint]) -> bool:
+    """Whether some are kept by rows of a QP only; a closed form keeps torque limits, too."""
+    return any(not isinstance(one, TorqueLimits) for one in constraints)
+
+
 def asked_of(constraints: Sequence[Constraint]) -> Asked:
     """Names of their rows, by kind."""
     own = [f"{one.label} {k}" for one in own_of(constraints) for k in range(one.rows)]
-    return {KEEP.name: tuple(one.label for one in planes_of(constraints)), OWN_ROW.name: own}
+    sides = tuple(f"{keep.label} {side.name}".rstrip() for keep, side in sides_of(constraints))
+    return {KEEP.name: sides, OWN_ROW.name: own}
 
 
 class Kept(NamedTuple):
@@ -69,7 +97,8 @@ class Kept(NamedTuple):
 
     Attributes:
         given: As it was asked for.
-        distance: Of a point from its plane, into the free side, before the last step [m]; NaN of rows of
+        distance: Of a point from its plane or from the nearest side of its box [m], or of an axis from its
+            cone [rad], before the last step, positive where it should be; NaN of torque limits and of rows of
             one's own.
         failed: Why nothing is known of rows of one's own any more, so that the arm was stopped; empty while
             they are good.
@@ -102,19 +131,12 @@ class Constraints(Mapping[str, Kept]):
         self._own, self._failed = own_of(constraints), dict.fromkeys(self._given, "")
         places = (("state", name) for name in ("q_command", "v_command", "a_command"))
         self._seen = Reference(*(session.view(*place)[: robot.nv] for place in places))
-        keeps = planes_of(constraints)
-        self._at = {keep.label: at for at, keep in enumerate(keeps)}
-        for at, keep in enumerate(keeps):
-            if keep.label in robot.joints and keep.name is not None:
-                raise InputError(f"two things are called {keep.label!r}; give the constraint another name=")
-            body, T = mount_of(robot, keep.frame)
-            if body < 0:
-                raise InputError(f"frame {keep.frame!r} of {keep.label} does not move with any joint")
-            room = self._room
-            room.body[at], room.place[at] = body, T[:3, :3] @ keep.point + T[:3, 3]
-            room.normal[at], room.offset[at], room.brake[at] = keep.normal, keep.offset, keep.braking
+        self._sides: dict[str, list[int]] = {one.label: [] for one in kept_of(constraints)}
+        for at, (keep, side) in enumerate(sides_of(constraints)):
+            self._sides[keep.label].append(at)
+            _write(self._room, at, keep, side, robot)
         room, at = self._room, 0
-        room.count, room.own = len(keeps), sum(one.rows for one in self._own)
+        room.count, room.own = len(sides_of(constraints)), sum(one.rows for one in self._own)
         self._rows = []
         for own in self._own:
             empty = np.zeros((own.rows, robot.nv)), np.full(own.rows, -np.inf), np.full(own.rows, np.inf)
@@ -163,7 +185,8 @@ class Constraints(Mapping[str, Kept]):
             raise InputError(
                 f"there is no constraint {name!r:.60}{nearest(str(name), self._given)}; there are: {known}"
             ) from None
-        distance = nan if isinstance(one, Rows) else float(self._room.distance[self._at[name]])
+        sides = self._sides.get(name)
+        distance = nan if sides is None else float(self._room.distance[sides].min())
         return Kept(one, distance, self._failed[name])
 
     def __contains__(self, name: object) -> bool:
@@ -174,3 +197,19 @@ class Constraints(Mapping[str, Kept]):
 
     def __len__(self) -> int:
         return len(self._given)
+
+
+def _write(room: Any, at: int, keep: Keep, side: Side, robot: Robot) -> None:
+    """A side of something that is kept.
+
+    Raises:
+        InputError: An unknown frame, one that does not move, or the name of a joint.
+    """
+    if keep.label in robot.joints and keep.name is not None:
+        raise InputError(f"two things are called {keep.label!r}; give the constraint another name=")
+    room.body[at], T = mount_of(robot, keep.frame)
+    if room.body[at] < 0:
+        raise InputError(f"frame {keep.frame!r} of {keep.label} does not move with any joint")
+    room.turns[at] = keep.shape == CONE
+    room.place[at] = T[:3, :3] @ keep.axis if room.turns[at] else T[:3, :3] @ keep.point + T[:3, 3]
+    room.normal[at], room.offset[at], room.brake[at] = side.normal, side.offset, keep.braking

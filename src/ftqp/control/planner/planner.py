@@ -11,7 +11,14 @@ from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.braking_reserve import braking_reserve
 from ftqp.control.planner.closed_loop import Blocks
-from ftqp.control.planner.constraint_list import Constraint, Constraints, asked_of, listed
+from ftqp.control.planner.constraint_list import (
+    Constraint,
+    Constraints,
+    asked_of,
+    listed,
+    need_a_qp,
+    refuse_without_effect,
+)
 from ftqp.control.planner.degrading import Degrading
 from ftqp.control.planner.filling import filled
 from ftqp.control.planner.free_joint import FreeJoint
@@ -82,8 +89,9 @@ class Planner(PlannerChanges):
         tasks: That of the tip, if it is not given as ``task``, and up to 8 of further frames and joints,
             ``ftqp.PoseTask``, ``RelativeTask`` and others. Those on level 0 go before it; the others share
             what it leaves of the arm's freedom, as their weights say.
-        constraints: What goes before the task of the tip: up to 8 points of the arm that are kept on their
-            side of a plane, ``ftqp.Keep``, and up to 8 rows of your own, ``ftqp.Rows``.
+        constraints: What goes before the task of the tip: up to 8 sides of planes, boxes and cones that
+            points and axes are kept to, ``ftqp.Keep``, up to 8 rows of your own, ``ftqp.Rows``, and the
+            torque limits that are there anyway, ``ftqp.TorqueLimits``.
 
     Raises:
         InputError: A parameter is wrong, or two of them exclude each other.
@@ -124,6 +132,7 @@ class Planner(PlannerChanges):
             noise=noise, plan=plan,
         )  # fmt: skip
         robot, self._inside = given.robot, OneThread()
+        refuse_without_effect(given_constraints, robot, torque_limits)
         self._session = filled(
             robot, given.task, given.criterion, given.bounds, emergency,
             level=level, dt=given.dt, drive=given.drive, noise=given.noise, asked=asked,
@@ -131,7 +140,7 @@ class Planner(PlannerChanges):
         self._solver = Solver(self._session, robot, given.task, given.scheme, given.solver)
         if not self._solver.has_qp:
             robot.refuse_floating(f"scheme {given.scheme.name!r}, which solves no QP, needs")
-        if (soft or given_constraints) and not self._solver.has_qp:
+        if (soft or need_a_qp(given_constraints)) and not self._solver.has_qp:
             raise InputError(
                 f"scheme {given.scheme.name!r} solves no QP, so that further tasks and constraints have no "
                 "effect on it; take one that does, for example 'mvn'"

@@ -1,45 +1,99 @@
-"""Keep: a point of the arm stays on its side of a plane."""
+"""Keep: a point of the arm stays on its side of a plane or in a box, or an axis of it in a cone."""
 
 from dataclasses import dataclass
-from typing import Any
+from math import inf, pi
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ftqp.control.task.soft_tasks import WHICH, Three, direction
-from ftqp.core.checks import array, frozen
+from ftqp.control.task.soft_tasks import AXES, WHICH, Three, direction
+from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError
 from ftqp.core.setting import REQUIRED, refuse_out_of_range, setting
+
+PLANE, BOX, CONE = "plane", "box", "cone"
+UP = (0.0, 0.0, 1.0)
+"""The vertical of the world, and the z axis of a frame. A convention."""
+SHAPES = {"above": PLANE, "inside": BOX, "along": CONE}
+"""What a point or an axis is kept to, by the argument that says so."""
+OWN = {PLANE: ("normal", "point"), BOX: ("point",), CONE: ("axis", "within")}
+"""The further arguments that each takes."""
+Corners = tuple[tuple[float, float, float], tuple[float, float, float]] | None
+
+
+class Side(NamedTuple):
+    """A row of the QP: normal'p >= offset of a point p, or an angle to ``normal`` of at most ``offset``.
+
+    Attributes:
+        name: Which of several it is, for example ``x low``; empty of one.
+        normal: Into the side that is free, or the middle of a cone, of length 1, (3,).
+        offset: The plane's distance from the origin along its normal [m], or the angle [rad].
+    """
+
+    name: str
+    normal: FloatArray
+    offset: float
 
 
 @dataclass(frozen=True, slots=True)
 class Keep:
-    """A point of the arm stays on its side of a plane, for example the elbow above a table.
+    """A point of the arm stays on its side of a plane or in a box, or an axis of it in a cone.
 
-    It goes before the task of the tip, which gives way as its mode says. The point is that of the arm as the
-    planner commands it; a link has a size, and an arm lags, so that the plane has to keep a distance.
+    One of ``above``, ``inside`` and ``along`` says which: the elbow stays above a table, the tool in its part
+    of the cell, a full cup nearly upright. It goes before the task of the tip, which gives way as its mode
+    says. Point and axis are those of the arm as the planner commands it; a link has a size, and an arm lags,
+    so that a plane has to keep a distance.
 
     Args:
         frame: A frame, link or joint of the robot's model, whose origin is meant.
         above: A place on the plane, (3,) [m].
-        normal: Across the plane, into the side that is free, (3,); its length does not matter. The vertical
-            by default, so that the point stays above the place.
-        point: Another point of that frame, (3,) [m].
-        braking: How hard the arm can surely brake the point, > 0 [m/s2]. A larger number lets it come
-            nearer faster, and is not kept where the joints cannot brake so hard.
+        normal: Across the plane, into the side that is free, (3,); its length does not matter. None is the
+            vertical, so that the point stays above the place.
+        inside: The box, along the axes of the world: its lowest and its highest corner, (2, 3) [m]. -inf and
+            inf leave a side out.
+        along: The middle of the cone, a direction in the world, (3,); its length does not matter.
+        within: How far the axis may lean from ``along``, > 0 and < pi [rad].
+        axis: The axis that stays in the cone, in the frame, (3,); its length does not matter. None is its
+            z axis.
+        point: Another point of that frame, (3,) [m]; None is its origin.
+        braking: How hard the arm can surely brake the point, or the axis, > 0 [m/s2 or rad/s2]. A larger
+            number lets it come nearer faster, and is not kept where the joints cannot brake so hard.
         name: What ``planner.constraints`` and explanations call it; None is the frame.
 
     Raises:
-        InputError: A number is out of its range, or an array has a wrong shape.
+        InputError: A number is out of its range, an array has a wrong shape, or what is given does not belong
+            together.
     """
 
     frame: str = setting(REQUIRED, WHICH)
-    above: Any = setting(
-        REQUIRED, "a place on the plane", of=tuple[float, float, float], unit="m", kw_only=True
+    above: Any = setting(None, "a place on the plane that it stays above", of=Three, unit="m", kw_only=True)
+    normal: Any = setting(
+        None, "across the plane, into the free side; up if absent", of=Three, kw_only=True
+    )  # fmt: skip
+    inside: Any = setting(
+        None,
+        "in place of above: lowest and highest corner of a box; infinite leaves a side out",
+        of=Corners,
+        unit="m",
+        infinite=True,
+        kw_only=True,
     )
-    normal: Any = setting((0.0, 0.0, 1.0), "across the plane, into the free side", of=Three, kw_only=True)
-    point: Any = setting((0.0, 0.0, 0.0), "another point of the frame", of=Three, unit="m", kw_only=True)
+    along: Any = setting(
+        None, "in place of above: direction in the world that an axis stays near", of=Three, kw_only=True
+    )
+    within: float | None = setting(
+        None, "how far the axis may lean from it, > 0", unit="rad", above=0.0, below=pi, kw_only=True
+    )
+    axis: Any = setting(None, "the axis in the frame; its z axis if absent", of=Three, kw_only=True)
+    point: Any = setting(
+        None, "another point of the frame; its origin if absent", of=Three, unit="m", kw_only=True
+    )
     braking: float = setting(
-        1.0, "how hard the arm can surely brake the point, > 0", unit="m/s2", above=0.0, kw_only=True
+        1.0,
+        "how hard the arm can surely brake it, > 0",
+        unit="m/s2 or rad/s2",
+        above=0.0,
+        kw_only=True,
     )
     name: str | None = setting(None, "what it is called; its frame if absent", kw_only=True)
 
@@ -47,9 +101,44 @@ class Keep:
         refuse_out_of_range(self)
         if self.name is not None and not (isinstance(self.name, str) and self.name):
             raise InputError(f"name is {self.name!r:.60}, expected a word such as 'elbow', or None")
-        for name in ("above", "point"):
-            object.__setattr__(self, name, frozen(array(name, getattr(self, name), (3,), "(3,)")))
-        object.__setattr__(self, "normal", direction("normal", self.normal))
+        self._refuse_mixtures()
+        found: dict[str, Any] = {}
+        if self.shape == CONE:
+            found["along"] = direction("along", self.along)
+            found["axis"] = direction("axis", UP if self.axis is None else self.axis)
+        else:
+            point = (0.0, 0.0, 0.0) if self.point is None else self.point
+            found["point"] = frozen(array("point", point, (3,), "(3,)"))
+        if self.shape == PLANE:
+            found["above"] = frozen(array("above", self.above, (3,), "(3,)"))
+            found["normal"] = direction("normal", UP if self.normal is None else self.normal)
+        elif self.shape == BOX:
+            found["inside"] = _corners(self.inside)
+        for name, value in found.items():
+            object.__setattr__(self, name, value)
+
+    def _refuse_mixtures(self) -> None:
+        given = [name for name in SHAPES if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise InputError(
+                f"{self.label} has {' and '.join(given) or 'neither above, inside nor along'}, expected one "
+                "of them: above=(x, y, z) for a plane, inside=(low, high) for a box, along=(x, y, z) for a "
+                "cone of an axis"
+            )
+        for name in sorted({one for every in OWN.values() for one in every} - set(OWN[self.shape])):
+            if getattr(self, name) is not None:
+                belongs = next(by for by, shape in SHAPES.items() if name in OWN[shape])
+                raise InputError(
+                    f"{self.label} has {name} beside {given[0]}, expected it only with {belongs}; leave it "
+                    "out"
+                )
+        if self.shape == CONE and self.within is None:
+            raise InputError(
+                f"{self.label} has along without within, expected how far the axis may lean from it [rad], "
+                "for example within=0.3"
+            )
+        if self.within is not None and self.within >= pi:
+            raise InputError(f"within is {self.within:g} rad, expected less than pi, which is any direction")
 
     @property
     def label(self) -> str:
@@ -57,6 +146,57 @@ class Keep:
         return self.name or str(self.frame)
 
     @property
-    def offset(self) -> float:
-        """The plane's distance from the origin along its normal [m]."""
-        return float(np.dot(self.normal, self.above))
+    def shape(self) -> str:
+        """``plane``, ``box`` or ``cone``."""
+        return next(shape for name, shape in SHAPES.items() if getattr(self, name) is not None)
+
+    @property
+    def unit(self) -> str:
+        """The unit of its distance."""
+        return "rad" if self.shape == CONE else "m"
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """Its rows of the QP: one of a plane or a cone, of a box one for each side that is not left out."""
+        if self.shape == PLANE:
+            return (Side("", self.normal, float(np.dot(self.normal, self.above))),)
+        if self.shape == CONE:
+            assert self.within is not None
+            return (Side("", self.along, float(self.within)),)
+        every = (
+            Side(f"{axis} {end}", frozen(sign * np.eye(3)[k]), float(sign * corner[k]))
+            for k, axis in enumerate(AXES)
+            for end, sign, corner in (("low", 1.0, self.inside[0]), ("high", -1.0, self.inside[1]))
+        )
+        return tuple(side for side in every if side.offset > -inf)
+
+    def distance(self, T: FloatArray) -> float:
+        """How far it is from the nearest of its sides, positive where it should be [m, of a cone rad].
+
+        Args:
+            T: The pose of the frame in the world, (4, 4) [m].
+        """
+        if self.shape == CONE:
+            axis, (side,) = T[:3, :3] @ self.axis, self.sides
+            away = np.linalg.norm(np.cross(axis, side.normal))
+            return side.offset - float(np.arctan2(away, axis @ side.normal))
+        point = T[:3, :3] @ self.point + T[:3, 3]
+        return min(float(side.normal @ point) - side.offset for side in self.sides)
+
+
+def _corners(value: Any) -> FloatArray:
+    """The corners of a box, (2, 3)."""
+    found = array("inside", value, (2, 3), "(2, 3)", finite=False)
+    low, high = found
+    if not (low < high).all():
+        k = int(np.flatnonzero(low >= high)[0])
+        raise InputError(
+            f"inside goes from {low[k]:g} to {high[k]:g} along {AXES[k]}, expected the lowest corner first "
+            "and room between them"
+        )
+    if not np.isfinite(found).any() or (low == inf).any() or (high == -inf).any():
+        raise InputError(
+            f"inside is {found.tolist()}, expected a finite side at least, -inf only in the lowest corner "
+            "and inf only in the highest"
+        )
+    return frozen(found)

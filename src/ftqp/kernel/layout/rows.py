@@ -60,7 +60,7 @@ TORQUE = RowKind(
 )
 
 KEEPS = 8
-"""The most points that a planner may keep on their side of a plane. A convention, which sizes memory."""
+"""The most planes and cones that a planner may keep to. A convention, which sizes memory."""
 KEEP = RowKind(
     name="keep",
     unit="m/s2",

@@ -6,14 +6,17 @@ from collections.abc import Mapping
 from dataclasses import fields
 from functools import cache
 from importlib import metadata
+from math import isfinite
 from typing import Any
 
 import numpy as np
 
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
-from ftqp.control.task.keep import Keep
-from ftqp.control.task.soft_tasks import KINDS, LeastSquares
+from ftqp.control.planner.running_task import RunningTask
+from ftqp.control.task.keep import BOX, CONE, Keep
+from ftqp.control.task.soft_tasks import FIRST, KINDS, LeastSquares, PositionTask
+from ftqp.control.task.torque_limits import TorqueLimits
 from ftqp.core.checks import FloatArray
 from ftqp.model.body_frames import frame_pose, mount_of
 from ftqp.model.robot import Robot
@@ -64,8 +67,9 @@ def _further(planner: Planner) -> dict[str, Any]:
     """Soft tasks and kept points as they were given, each where the planner has any.
 
     ``unit`` is that of a task's error, ``place`` where the target of one that has a place is now [m].
-    ``joint`` is the one that a kept point moves with, and ``at_zero`` where the point is while all joints are
-    at 0, in the base frame [m]: whoever has the arm finds the point by that, whatever frames it knows.
+    ``kind`` is what it is kept to, ``joint`` the one that a kept point moves with, and ``at_zero`` where the
+    point is while all joints are at 0, in the base frame [m]; of a cone ``axis_at_zero`` is the axis then.
+    Whoever has the arm finds it by that, whatever frames it knows.
     """
     robot = planner.robot
     result: dict[str, Any] = {}
@@ -77,26 +81,65 @@ def _further(planner: Planner) -> dict[str, Any]:
         for name, place in measures.places(planner.view().command.q).items():
             own[name]["place"] = place.tolist()
         result["tasks"] = [
-            {"name": name, "kind": KIND_OF[type(task.given)], **own.get(name, {}), **_settings(task.given)}
+            {
+                "name": name,
+                "kind": KIND_OF[type(task.given)],
+                **own.get(name, {}),
+                **_settings(task.given),
+                **_mounted(robot, task),
+            }
             for name, task in planner.tasks.items()
         ]
     if planner.constraints:
-        result["constraints"] = found = []
+        found: list[dict[str, Any]] = []
+        result["constraints"] = found
         for kept in planner.constraints.values():
             keep = kept.given
+            if isinstance(keep, TorqueLimits):
+                found.append({"name": keep.label, "kind": "torque"})
+                continue
             if not isinstance(keep, Keep):
                 found.append({"name": keep.label, "kind": "rows", "rows": keep.rows})
                 continue
             T = frame_pose(robot, keep.frame, np.zeros(robot.nv))
+            point = np.zeros(3) if keep.shape == CONE else keep.point
             found.append(
                 {
                     **_settings(keep),
                     "name": keep.label,
+                    "kind": keep.shape,
                     "joint": robot.joints[mount_of(robot, keep.frame)[0]],
-                    "at_zero": (T[:3, :3] @ keep.point + T[:3, 3]).tolist(),
+                    "at_zero": (T[:3, :3] @ point + T[:3, 3]).tolist(),
                 }
             )
+            if keep.shape == CONE:
+                found[-1]["axis_at_zero"] = (T[:3, :3] @ keep.axis).tolist()
+            elif keep.shape == BOX:  # no number of a file is infinite
+                found[-1]["inside"] = [
+                    [place if isfinite(place) else None for place in corner]
+                    for corner in keep.inside.tolist()
+                ]
     return result
+
+
+def _mounted(robot: Robot, task: RunningTask) -> dict[str, Any]:
+    """Of a task before that of the tip, by which joints its frames move, and its target as it is now.
+
+    ``at_zero`` is the pose of the frame, or of its point, while all joints are at 0, in the base frame.
+    """
+    given, found = task.given, dict[str, Any]()
+    if given.level != FIRST or isinstance(given, LeastSquares):
+        return found
+    other = getattr(given, "to", None) or getattr(given, "towards", None)
+    for prefix, frame in (("", getattr(given, "frame", None)), ("other_", other)):
+        if isinstance(frame, str):
+            body, T = mount_of(robot, frame)[0], frame_pose(robot, frame, np.zeros(robot.nv)).copy()
+            if not prefix and isinstance(given, PositionTask):
+                T[:3, 3] += T[:3, :3] @ given.point
+            found[f"{prefix}joint"] = None if body < 0 else robot.joints[body]
+            found[f"{prefix}at_zero"] = T.tolist()
+    found["goal"] = task.target.tolist()
+    return found
 
 
 def _settings(given: Any) -> dict[str, Any]:

@@ -8,7 +8,9 @@ from ftqp.sim.log.signals import Column
 TASKS: Final = "task_error"
 """Group of the errors of soft tasks."""
 PLANES: Final = "distance"
-"""Group of the distances of kept points from their planes."""
+"""Group of the distances of kept points from their planes and boxes, and of axes from their cones."""
+ROTATION: Final = " rotation"
+"""What stands behind the name of a task of a pose where its angle is meant."""
 FACTS: Final = {TASKS: "tasks", PLANES: "constraints"}
 """Where the metadata of a log list what a group is of."""
 
@@ -35,11 +37,15 @@ def further_columns(measured: Iterable[Measured]) -> tuple[Column, ...]:
 
 
 def names_in(rows: Container[str], about: Mapping[str, Any], group: str) -> list[str]:
-    """Names of the soft tasks, or of the kept points, that a log has a signal of, in their order.
+    """Names of what a log has a signal of, in the order of its soft tasks, or of its kept points.
+
+    A task of a pose has two: its name, and that with ``ROTATION`` behind it.
 
     Args:
         rows: The log, or a block of it.
         about: Its metadata.
         group: ``task_error`` or ``distance``.
     """
-    return [one["name"] for one in about.get(FACTS[group], []) if f"{group}.{one['name']}" in rows]
+    named = [one["name"] for one in about.get(FACTS[group], [])]
+    every = dict.fromkeys(name for one in named for name in (one, one + ROTATION))
+    return [name for name in every if f"{group}.{name}" in rows]

@@ -14,6 +14,10 @@ TEXTS: Final = (
 NUMBERS: Final = ("dt", "ticks", "duration", "path_duration")
 _TASK: Final = {"name": None, "kind": None, "unit": ""}
 """Texts that a soft task has, and what takes the place of one that may be absent."""
+_KEPT: Final = {"plane": ("above", "normal"), "box": (), "cone": ("along", "axis_at_zero")}
+"""Vectors that something kept has, by its kind."""
+_OTHERS: Final = ("rows", "torque")
+"""Kinds of constraints of which a log says nothing more."""
 LIMITS: Final = ("q_min", "q_max", "v_max", "a_max", "tau_max")
 
 
@@ -91,8 +95,8 @@ def _strange_further(facts: Mapping[str, Any], joints: Sequence[str]) -> str | N
         return f"its tasks are {tasks!r:.60}, expected tables with name, kind and unit"
     if not _list(kept, lambda one: isinstance(one, dict) and _is_kept(one, joints)):
         return (
-            f"its constraints are {kept!r:.60}, expected tables with name, joint, at_zero, above, normal and "
-            "braking"
+            f"its constraints are {kept!r:.60}, expected tables with name, kind, joint, at_zero, braking and "
+            "the plane, box or cone"
         )
     return None
 
@@ -105,15 +109,29 @@ def _is_task(one: Mapping[str, Any]) -> bool:
 
 
 def _is_kept(one: Mapping[str, Any], joints: Sequence[str]) -> bool:
-    """Whether something is a point that was kept on its side of a plane."""
-    return (
-        isinstance(one.get("name"), str)
-        and one.get("joint") in joints
+    """Whether something is a point or an axis that was kept somewhere, or rows of the user's own."""
+    kind = one.get("kind", "plane")
+    if not isinstance(one.get("name"), str) or kind not in (*_KEPT, *_OTHERS):
+        return False
+    return kind in _OTHERS or (
+        one.get("joint") in joints
         and is_number(one.get("braking"))
-        and all(
-            _list(one.get(key), is_number) and len(one[key]) == 3 for key in ("at_zero", "above", "normal")
-        )
+        and all(_three(one.get(key), is_number) for key in ("at_zero", *_KEPT[kind]))
+        and (kind != "cone" or is_number(one.get("within")))
+        and (kind != "box" or _is_box(one.get("inside")))
     )
+
+
+def _is_box(inside: Any) -> bool:
+    """Whether something is the corners of a box; None is a side that was left out."""
+    return (
+        _list(inside, lambda corner: _three(corner, lambda place: place is None or is_number(place)))
+        and len(inside) == 2
+    )
+
+
+def _three(value: Any, good: Callable[[Any], bool]) -> bool:
+    return _list(value, good) and len(value) == 3
 
 
 def _strange_rest(facts: Mapping[str, Any]) -> str | None:

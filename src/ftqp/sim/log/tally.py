@@ -196,21 +196,25 @@ class Tally:
         }
 
     def _further_facts(self) -> dict[str, Any]:
-        """How well soft tasks were done, and how near kept points came to their planes."""
+        """How well soft tasks were done, and how near what is kept came to its boundary [m or rad]."""
         errors, distances = (
             {name.partition(".")[2]: name for name in self._further if name.startswith(f"{group}.")}
             for group in (TASKS, PLANES)
         )
         units = {one["name"]: one.get("unit") for one in self._about[FACTS[TASKS]]}
+        shapes = {one["name"]: one.get("kind", "plane") for one in self._about[FACTS[PLANES]]}
         tasks = {
             task: {
                 "final_error": _finite(self._ends[name]),
                 "max_error": self._further[name].largest,
-                "unit": units[task],
+                "unit": units.get(task, "rad"),  # the angle of a pose
             }
             for task, name in errors.items()
         }
-        kept = {one: {"min_distance": self._further[name].smallest} for one, name in distances.items()}
+        kept = {
+            one: {"min_distance": self._further[name].smallest, "shape": shapes[one]}
+            for one, name in distances.items()
+        }
         return ({"tasks": tasks} if tasks else {}) | ({"constraints": kept} if kept else {})
 
     def _sensed(self, metadata: Mapping[str, Any]) -> dict[str, Any]:

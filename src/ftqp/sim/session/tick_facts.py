@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import quaternions
-from ftqp.sim.log.further_signals import FACTS, PLANES, TASKS, names_in
+from ftqp.sim.log.further_signals import FACTS, PLANES, ROTATION, TASKS, names_in
 
 IntArray = NDArray[np.int64]
 
@@ -30,14 +30,16 @@ class TwinFacts:
 
 
 class FurtherFact(NamedTuple):
-    """A soft task, or a point that is kept on its side of a plane.
+    """A soft task, or a point or an axis that is kept somewhere.
 
     Attributes:
         name: What it is called.
-        value: The task's error, or the point's distance from its plane, positive on its side [``unit``].
+        value: The task's error, or the distance from the plane, box or cone, positive inside [``unit``].
         unit: ``m`` or ``rad``.
         place: Where the task's target is, or a place on the plane, (3,) [m]; None of one without a place.
-        normal: Of the plane, into the side that is free, (3,); None of a task.
+        normal: Of a plane, into the side that is free, (3,).
+        shape: ``plane``, ``box`` or ``cone``; empty of a task.
+        corners: Of a box, its lowest and its highest corner, infinite where a side is left out, (6,) [m].
     """
 
     name: str
@@ -45,6 +47,8 @@ class FurtherFact(NamedTuple):
     unit: str
     place: tuple[float, ...] | None = None
     normal: tuple[float, ...] | None = None
+    shape: str = ""
+    corners: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,8 +143,17 @@ def _further(log: Columns, tick: int) -> tuple[FurtherFact, ...]:
         one["name"]: FurtherFact(one["name"], 0.0, one.get("unit", ""), _three(one.get("place")))
         for one in log.metadata.get(FACTS[TASKS], [])
     }
+    tasks |= {name + ROTATION: FurtherFact(name + ROTATION, 0.0, "rad") for name in tasks}
     kept = {
-        one["name"]: FurtherFact(one["name"], 0.0, "m", _three(one["above"]), _three(one["normal"]))
+        one["name"]: FurtherFact(
+            one["name"],
+            0.0,
+            "rad" if one.get("kind") == "cone" else "m",
+            _three(one.get("above")),
+            _three(one.get("normal")),
+            one.get("kind", "plane"),
+            _corners(one.get("inside")),
+        )
         for one in log.metadata.get(FACTS[PLANES], [])
     }
     return tuple(
@@ -148,6 +161,14 @@ def _further(log: Columns, tick: int) -> tuple[FurtherFact, ...]:
         for group, known in ((TASKS, tasks), (PLANES, kept))
         for name in names_in(log, log.metadata, group)
     )
+
+
+def _corners(inside: Any) -> tuple[float, ...] | None:
+    """The corners of a box, of which a log leaves out what is infinite."""
+    if inside is None:
+        return None
+    ends = zip(inside, (-np.inf, np.inf), strict=True)
+    return tuple(end if place is None else float(place) for corner, end in ends for place in corner)
 
 
 def _three(place: Any) -> tuple[float, ...] | None:

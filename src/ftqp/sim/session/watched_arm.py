@@ -223,13 +223,22 @@ class WatchedArm:
             return ()
         places = measures.places(q) if np.isfinite(q).all() else {}
         every = self._player.planner.constraints.items()
-        planes = {name: one.given for name, one in every if isinstance(one.given, Keep)}
+        kept = {name: one.given for name, one in every if isinstance(one.given, Keep)}
         found = []
         for one, value in zip(measures.all, measures.at(q).tolist(), strict=True):
-            place = places.get(one.name) if one.group == TASKS else planes[one.name].above
-            normal = None if one.group == TASKS else tuple(planes[one.name].normal.tolist())
-            where = None if place is None else tuple(place.tolist())
-            found.append(FurtherFact(one.name, value, one.unit, where, normal))
+            fact = FurtherFact(one.name, value, one.unit)
+            if one.group == TASKS:
+                found.append(fact._replace(place=_numbers(places.get(one.name))))
+                continue
+            keep = kept[one.name]
+            found.append(
+                fact._replace(
+                    place=_numbers(keep.above),
+                    normal=_numbers(keep.normal),
+                    shape=keep.shape,
+                    corners=_numbers(keep.inside),
+                )
+            )
         return tuple(found)
 
     def as_twin(self) -> TwinFacts:
@@ -248,3 +257,7 @@ class WatchedArm:
 
     def _name(self, joint: str | int) -> str:
         return self._robot.joints[self._robot.joint(joint)]
+
+
+def _numbers(array: FloatArray | None) -> tuple[float, ...] | None:
+    return None if array is None else tuple(array.ravel().tolist())

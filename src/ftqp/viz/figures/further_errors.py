@@ -18,6 +18,9 @@ WIDTH, PANEL = 11.0, 2.5
 ROOM = 0.08
 """Above and below the curves, as a share of what they span."""
 
+_DISTANCES = {"m": "Distances of points from their boundaries", "rad": "Angles of axes to their cones"}
+"""The titles of what is kept, by its unit."""
+
 
 class Panel(NamedTuple):
     """Signals of one unit.
@@ -47,9 +50,12 @@ def panels(log: Log) -> list[Panel]:
         Panel("Errors of soft tasks", TASKS, tuple(names), *shown.get(unit, (1.0, unit)))
         for unit, names in by_unit.items()
     ]
-    kept = tuple(names_in(log, log.metadata, PLANES))
-    planes = Panel("Distances of points from their planes", PLANES, kept, *shown["m"])
-    return [*found, planes] if kept else found
+    for unit, title in _DISTANCES.items():
+        kept = names_in(log, log.metadata, PLANES)
+        kept = [name for name in kept if log.units[f"{PLANES}.{name}"] == unit]
+        if kept:
+            found.append(Panel(title, PLANES, tuple(kept), *shown[unit]))
+    return found
 
 
 def draw(log: Log, path: str | Path) -> Path:

@@ -1,4 +1,4 @@
-"""Targets of soft tasks, and planes on whose sides points are kept, in a scene and as a table."""
+"""Targets of soft tasks, and planes and boxes that points are kept to, in a scene and as a table."""
 
 from collections.abc import Callable, Sequence
 from html import escape
@@ -18,7 +18,9 @@ MARK, WIDE, THIN, ARROW = 0.018, 0.6, 0.002, 0.12
 SHADE = 0.15
 """Opacity of a plane."""
 BEYOND = -2e-5
-"""A point is beyond its plane from here on [m]; less is rounding."""
+"""A point is beyond its plane from here on [m or rad]; less is rounding."""
+_FROM = {"": "off", "plane": "from the plane", "box": "from the sides of the box", "cone": "from the cone"}
+"""What stands behind an amount."""
 
 Add = Callable[[str, Mesh, colours.Colour, float | None], Any]
 """Makes a node of triangles, of a name below the arm's, its mesh, colour and opacity."""
@@ -26,7 +28,7 @@ Add = Callable[[str, Mesh, colours.Colour, float | None], Any]
 
 @final
 class FurtherNodes:
-    """The nodes of soft tasks and planes.
+    """The nodes of soft tasks, planes and boxes; a cone is only in the table.
 
     Args:
         shown: What there is in the first frame; later ones have the same.
@@ -44,6 +46,9 @@ class FurtherNodes:
         self._labels: dict[int, Any] = {}
         self.nodes: list[Any] = []
         for k, one in enumerate(shown):
+            if one.corners is not None:
+                self._add_box(k, one, middle, mesh, label)
+                continue
             if one.place is None:
                 continue
             if one.normal is None:
@@ -91,24 +96,38 @@ class FurtherNodes:
             node.position, node.wxyz = self._centre(one, middle), turn
         self.nodes += [square, arrow]
 
+    def _add_box(self, k: int, one: FurtherFact, middle: FloatArray, mesh: Add, label: Any) -> None:
+        """A translucent box; a side that is left out is where it leaves the arm room."""
+        room = 0.5 * WIDE * self._size
+        low, high = np.array(one.corners).reshape(2, 3)
+        low = np.where(np.isfinite(low), low, np.minimum(high, middle) - room)
+        high = np.where(np.isfinite(high), high, np.maximum(low, middle) + room)
+        node = mesh(f"box{k}", box(high - low), colours.PLANE, SHADE)
+        node.position = 0.5 * (low + high)
+        self.nodes.append(node)
+        self._labels[k] = label(f"task{k}_said", "")
+        self._labels[k].position = (*(0.5 * (low + high))[:2], high[2])
+
 
 def amount(one: FurtherFact) -> str:
     """How far something is, in words that a person can judge."""
     if not np.isfinite(one.value):
         return "unknown"
-    if one.normal is not None and one.value < BEYOND:
-        return f"{-1e3 * one.value:.3g} mm beyond the plane"
-    if one.unit == "m":
-        away = f"{max(1e3 * one.value, 0.0):.1f} mm"
-        return f"{away} from the plane" if one.normal is not None else f"{away} off"
-    return f"{np.degrees(one.value):.1f} deg off" if one.unit == "rad" else f"{one.value:.3g} off"
+    if one.shape and one.value < BEYOND:
+        away = f"{-1e3 * one.value:.3g} mm" if one.unit == "m" else f"{np.degrees(-one.value):.3g} deg"
+        return f"{away} {'beyond' if one.shape == 'plane' else 'outside'} the {one.shape}"
+    away = f"{one.value:.3g}"
+    if one.unit in ("m", "rad"):
+        value = max(one.value, 0.0)
+        away = f"{1e3 * value:.1f} mm" if one.unit == "m" else f"{np.degrees(value):.1f} deg"
+    return f"{away} {_FROM[one.shape]}"
 
 
 def further_table(shown: Sequence[FurtherFact]) -> str:
-    """How far every soft task is from its target, and every kept point from its plane."""
+    """How far every soft task is from its target, and what is kept from its plane, box or cone."""
     rows = "".join(
         f'<tr><td style="padding:0 8px 0 0">{escape(one.name)}</td>'
-        f'<td style="{"color:#b00020;font-weight:600" if one.normal and one.value < BEYOND else ""}">'
+        f'<td style="{"color:#b00020;font-weight:600" if one.shape and one.value < BEYOND else ""}">'
         f"{escape(amount(one))}</td></tr>"
         for one in shown
     )

@@ -102,7 +102,7 @@ class Panel:
     def keep(self, stage: Stage, frame: Frame) -> bool:
         """Go on with another stage of an arm with the same joints; whether these controls can serve it."""
         same = ("live", "duration", "heat", "robots", "scenarios", "schemes", "backends")
-        further = [[(one.name, one.normal is None) for one in of.further] for of in (frame, self._latest)]
+        further = [[(one.name, one.shape) for one in of.further] for of in (frame, self._latest)]
         if (
             stage.robot.joints != self._stage.robot.joints
             or any(getattr(stage, name) != getattr(self._stage, name) for name in same)
@@ -256,7 +256,7 @@ class Panel:
             self._drag = self._gui.add_checkbox("drag the target", False)
             self._drag.on_update(self._dragging)
         self._drag_marks: Any = None
-        if stage.live and any(one.place and one.normal is None for one in self._latest.further):
+        if stage.live and any(one.place and not one.shape for one in self._latest.further):
             self._drag_marks = self._gui.add_checkbox("drag targets of tasks", False)
             self._drag_marks.on_update(self._dragging_marks)
         for overlay in self._scene.overlays:

@@ -262,7 +262,7 @@ class Scene:
         points = [np.zeros((1, 3)), frame.joints[:, :3, 3]]
         if path is not None and len(path):
             points.append(np.asarray(path))
-        marks = [np.array([one.place]) for one in frame.further if one.place and one.normal is None]
+        marks = [np.array([one.place]) for one in frame.further if one.place and not one.shape]
         points += [mark for mark in marks if np.linalg.norm(mark) < SEEN * self.size]
         cloud = np.vstack(points)
         middle = 0.5 * (cloud.min(axis=0) + cloud.max(axis=0))

@@ -27,7 +27,11 @@ def numbers(facts: Mapping[str, Facts], logs: Mapping[str, Log]) -> str:
 def _further(facts: Mapping[str, Facts]) -> list[tuple[str, ...]]:
     """Rows of the soft tasks and the kept points of all runs."""
     tasks = dict.fromkeys(name for run in facts.values() for name in run.get("tasks", {}))
-    kept = dict.fromkeys(name for run in facts.values() for name in run.get("constraints", {}))
+    kept = {
+        name: one.get("shape", "plane")
+        for run in facts.values()
+        for name, one in run.get("constraints", {}).items()
+    }
     rows = [
         (f"{name}: {what}", *(_error(run.get("tasks", {}).get(name), key) for run in facts.values()))
         for name in tasks
@@ -35,10 +39,10 @@ def _further(facts: Mapping[str, Facts]) -> list[tuple[str, ...]]:
     ]
     return rows + [
         (
-            f"{name}: smallest distance from its plane",
+            f"{name}: smallest {'angle to' if shape == 'cone' else 'distance from'} its {shape}",
             *(_distance(run.get("constraints", {}).get(name)) for run in facts.values()),
         )
-        for name in kept
+        for name, shape in kept.items()
     ]
 
 
@@ -52,7 +56,10 @@ def _distance(kept: Mapping[str, Any] | None) -> str:
     if kept is None or kept["min_distance"] is None:
         return UNKNOWN
     nearest = kept["min_distance"]
-    return length(nearest) if nearest >= 0.0 else f"{length(-nearest)} beyond it"
+    away = (
+        f"{np.degrees(abs(nearest)):.2g} deg" if kept.get("shape") == "cone" else length(abs(nearest))
+    )  # fmt: skip
+    return away if nearest >= 0.0 else f"{away} beyond it"
 
 
 def _length(name: str) -> Callable[[Facts, Log], str]:

@@ -1,0 +1,45 @@
+"""The law of axes that were to stay in a cone."""
+
+import numpy as np
+
+from ftqp.checker.model_file import ModelFile
+from ftqp.checker.strictness import Strictness
+from ftqp.checker.trace import Cone, Trace
+from ftqp.core.checks import BoolArray, FloatArray
+
+
+def cone(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
+    """How far axes are outside their cones after each tick, by the joint that they move with, (K, nv) [rad].
+
+    One that begins outside may not go farther out, and none again once it has come back. No motor keeps an
+    axis that a freely swinging joint turns; where it is in the end counts as its beginning. Of an angle as
+    many rad are let pass as of a plane's distance m.
+    """
+    result = np.zeros((len(run.status), len(arm.names)))
+    for one in run.cones:
+        outside, excused = _angles(arm, run, one) - one.within, _swinging(arm, run, one.joint)
+        allowed = max(float(outside[0]), 0.0)
+        for k, now in enumerate(outside[1:]):
+            allowed = max(float(now), 0.0) if excused[k] else allowed
+            result[k, one.joint] = max(result[k, one.joint], now - allowed - strict.plane)
+            allowed = min(allowed, max(float(now), 0.0))
+    return result
+
+
+def _angles(arm: ModelFile, run: Trace, one: Cone) -> FloatArray:
+    """Between the axis and the middle of its cone, (K + 1,) [rad]."""
+    ends = np.array(one.at_zero), np.array(one.at_zero) + np.array(one.axis_at_zero)
+    foot, head = (arm.point(run.q, one.joint, end.tolist()) for end in ends)
+    away = np.linalg.norm(np.cross(head - foot, one.along), axis=1)
+    result: FloatArray = np.arctan2(away, (head - foot) @ np.array(one.along))
+    return result
+
+
+def _swinging(arm: ModelFile, run: Trace, joint: int) -> BoolArray:
+    """Ticks in which a freely swinging joint turns what moves with a joint, (K,)."""
+    t = run.dt * np.arange(len(run.status))
+    result = np.zeros(len(t), dtype=np.bool_)
+    for failure in run.failures:
+        if failure.kind == "free" and failure.joint in arm.moves_with(joint):
+            result |= (t > failure.since - 1.5 * run.dt) & (t < failure.until + 0.5 * run.dt)
+    return result

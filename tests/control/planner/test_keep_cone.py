@@ -1,0 +1,204 @@
+"""Boxes and cones: their rows, what they hold, and what is said of wrong ones."""
+
+import numpy as np
+import pytest
+from tests.control.planner.test_keep import DT, ELBOW, PANDA, TIP
+from tests.control.planner.test_soft_tasks import LEVELS, Q, V, still
+
+import ftqp
+from ftqp.control.planner.labels import row_labels
+from ftqp.core.errors import InputError
+from ftqp.kernel.rows.joint_intervals import braking, viability
+from ftqp.model.body_frames import frame_pose
+
+INF = np.inf
+BOX = ((0.1, -INF, 0.2), (0.9, 0.3, INF))
+
+
+def first(q, v, **settings):
+    """A planner that has made one step at a state."""
+    planner = ftqp.Planner(PANDA, DT, **settings)
+    planner.reset(q, v)
+    planner.step(q, v, still(PANDA, q))
+    return planner
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_a_box_is_the_planes_of_the_sides_that_it_has(level):
+    at, point = "panda_joint6", (0.0, 0.1, 0.05)
+    box = ftqp.Keep(at, inside=BOX, point=point, braking=2.0, name="box")
+    places = {"x low": (0.1, 1), "x high": (0.9, -1), "y high": (0.3, -1), "z low": (0.2, 1)}
+    planes = [
+        ftqp.Keep(
+            at, above=place * np.eye(3)["xyz".index(name[0])], normal=sign * np.eye(3)["xyz".index(name[0])],
+            point=point, braking=2.0, name=name,
+        )
+        for name, (place, sign) in places.items()
+    ]  # fmt: skip
+    one, other = (first(Q, V, level=level, constraints=every) for every in ([box], planes))
+    for name in ("C", "l", "u"):
+        rows = [getattr(planner._session.K.qp, name)[7:11] for planner in (one, other)]
+        np.testing.assert_array_equal(rows[0], rows[1])
+    assert row_labels(one)[-4:] == tuple(f"keep box {name}" for name in places)
+    least = min(other.constraints[name].distance for name in places)
+    assert one.constraints["box"].distance == pytest.approx(least, abs=1e-12)
+    assert box.distance(frame_pose(PANDA, at, Q)) == pytest.approx(least, abs=1e-12)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.3, -0.5, 0.2)])
+def test_a_row_of_a_cone_is_what_finite_differences_of_the_angle_say(level, axis):
+    keep = ftqp.Keep("panda_joint6", axis=axis, along=(0.2, 0.9, -0.6), within=2.5, braking=3.0)
+    qp = first(Q, V, level=level, constraints=[keep])._session.K
+    q, v, C, l = qp.state.q[:7].copy(), qp.state.v[:7].copy(), qp.qp.C[7, :7], float(qp.qp.l[7])
+    u = float(qp.qp.u[7])
+
+    def angle(at):
+        return 2.5 - keep.distance(frame_pose(PANDA, "panda_joint6", at))
+
+    h, x = 1e-4, np.random.default_rng(3).normal(size=7)
+    here, rate = angle(q), (angle(q + h * v) - angle(q - h * v)) / (2.0 * h)
+    assert abs(rate) > 0.1
+    away = [angle(q + t * v + 0.5 * t * t * x * (level == "acceleration")) for t in (-h, h)]
+    change = (away[0] - 2.0 * here + away[1]) / (h * h)
+    law = viability if level == "acceleration" else braking
+
+    def most(v, d):
+        least = -max(4.0 * 3.0, 0.5 * v * v / (d - v * DT))
+        return max(law(v, d, INF, INF, 3.0, DT)[0], least if level == "acceleration" else v + DT * least)
+
+    out, back = most(rate, 2.5 - here), most(-rate, 2.5 + here)
+    if level == "velocity":  # the curvature of the way counts where it is for the worse
+        out, back = out - DT * max(change, 0.0), back - DT * max(-change, 0.0)
+        change = (angle(q + h * x) - angle(q - h * x)) / (2.0 * h)
+    assert C @ x - l == pytest.approx(out - change, rel=1e-6, abs=1e-5)
+    assert u - C @ x == pytest.approx(back + change, rel=1e-6, abs=1e-5)
+    assert qp.keeps.distance[0] == pytest.approx(2.5 - here, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_no_axis_leaves_its_cone_whatever_fails_and_wherever_the_target_goes(seed):
+    rng = np.random.default_rng(seed)
+    robot = ftqp.robots.load(["panda", "iiwa14", "srs7", "xarm7"][seed % 4])
+    keeps = []
+    for k in range(int(rng.integers(1, 3))):
+        at, axis = str(rng.choice([robot.tip, robot.joints[3], robot.joints[5]])), rng.normal(size=3)
+        lean = 0.1 * rng.normal(size=3)
+        along = frame_pose(robot, at, robot.neutral)[:3, :3] @ (axis / np.linalg.norm(axis)) + lean
+        keeps.append(
+            ftqp.Keep(at, axis=axis, along=along, within=float(rng.uniform(0.25, 0.5)), name=f"k{k}",
+                      braking=float(rng.choice([0.5, 1.0])))
+        )  # fmt: skip
+    task = ftqp.Task(rows="position", mode=["slack", "hard", "scaled", "lexicographic"][(seed // 2) % 4])
+    planner = ftqp.Planner(robot, DT, level=LEVELS[seed % 2], task=task, emergency=None, constraints=keeps)
+    q, T = robot.neutral.copy(), robot.pose(robot.neutral)
+    planner.reset(q)
+    way, rate, least = 0.3 * rng.normal(size=3), rng.uniform(1.0, 3.0), np.inf
+    for k in range(2000):
+        pose = T.copy()
+        pose[:3, 3] += way * np.sin(rate * k * DT)
+        if k == 700 and seed % 3:
+            planner.report(ftqp.Locked(int(rng.integers(robot.nv))))
+        if k == 1500 and seed % 4 == 1:
+            planner.stop()
+        q = planner.step(q, None, ftqp.Target(pose=pose)).q.copy()
+        if k % 5 == 0:
+            least = min(least, *(keep.distance(frame_pose(robot, keep.frame, q)) for keep in keeps))
+    assert least > -2e-5
+
+
+def test_the_task_gives_way_to_a_cone_and_to_a_side_of_a_box_and_they_are_named():
+    T = PANDA.pose(PANDA.neutral)
+    upright = ftqp.Keep(TIP, axis=T[:3, :3].T @ [0, 0, 1], along=(0, 0, 1), within=0.2, name="cup")
+    lean = np.array([[1, 0, 0], [0, np.cos(0.5), -np.sin(0.5)], [0, np.sin(0.5), np.cos(0.5)]])
+    goal = T.copy()
+    goal[:3, :3], goal[0, 3] = lean @ T[:3, :3], T[0, 3] + 0.1
+    box = ftqp.Keep(TIP, inside=((-INF, -INF, -INF), (T[0, 3] + 0.02, INF, INF)), name="cell")
+    planner = ftqp.Planner(PANDA, DT, emergency=None, constraints=[upright, box])
+    q = PANDA.neutral.copy()
+    planner.reset(q)
+    for _ in range(3000):
+        step = planner.step(q, None, ftqp.Target(pose=goal))
+        q = step.q.copy()
+    end = PANDA.pose(q)
+    assert np.arccos((end @ np.linalg.inv(T))[2, 2]) == pytest.approx(0.2, abs=2e-5)
+    assert end[0, 3] == pytest.approx(T[0, 3] + 0.02, abs=2e-5)
+    assert step.status is ftqp.StepStatus.RELAXED
+    assert {"cup its boundary", "cell x high its boundary"} <= set(step.limits_active)
+
+
+def test_an_axis_that_comes_through_the_middle_is_braked_before_the_other_side():
+    """It swings to and fro, in a cone that leaves it a sixth of its way."""
+    T = PANDA.pose(PANDA.neutral)
+    keep = ftqp.Keep(TIP, axis=T[:3, :3].T @ [0, 0, 1], along=(0, 0, 1), within=0.15, braking=2.0)
+    planner = ftqp.Planner(PANDA, DT, emergency=None, constraints=[keep])
+    q, least, sides = PANDA.neutral.copy(), np.inf, set()
+    planner.reset(q)
+    for k in range(3000):
+        lean, goal = 0.9 * np.sin(4.0 * k * DT), T.copy()
+        turn = [[1, 0, 0], [0, np.cos(lean), -np.sin(lean)], [0, np.sin(lean), np.cos(lean)]]
+        goal[:3, :3] = turn @ T[:3, :3]
+        q = planner.step(q, None, ftqp.Target(pose=goal)).q.copy()
+        end = PANDA.pose(q)
+        least = min(least, keep.distance(end))
+        if keep.distance(end) < 1e-3:
+            sides.add(np.sign((end @ np.linalg.inv(T))[2, 1]))
+    assert sides == {-1.0, 1.0} and least > -2e-5
+
+
+def test_an_axis_in_the_middle_of_its_cone_or_opposite_to_it_is_let_pass():
+    T = PANDA.pose(Q)
+    for sign in (1.0, -1.0):
+        keep = ftqp.Keep(TIP, along=sign * T[:3, 2], within=0.2)
+        planner = first(Q, np.zeros(7), constraints=[keep])
+        angle = 0.0 if sign > 0.0 else np.pi
+        assert planner.constraints[TIP].distance == pytest.approx(0.2 - angle, abs=1e-6)
+        assert planner._session.K.qp.l[7] == -INF
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("level", LEVELS)
+def test_an_axis_that_begins_outside_its_cone_comes_back_and_stays(level):
+    T = PANDA.pose(PANDA.neutral)
+    keep = ftqp.Keep(TIP, axis=T[:3, :3].T @ [0, 0.5, 1], along=(0, 0, 1), within=0.3)
+    task = ftqp.Task(rows="position")
+    planner = ftqp.Planner(PANDA, DT, level=level, task=task, constraints=[keep])
+    q = PANDA.neutral.copy()
+    planner.reset(q)
+    inside = []
+    for _ in range(6000):
+        q = planner.step(q, None, still(PANDA, PANDA.neutral)).q.copy()
+        inside.append(keep.distance(PANDA.pose(q)))
+    assert inside[0] < -0.1 and inside[-1] > -1e-6 and (np.diff(inside) > -1e-9).all()
+
+
+WRONG = [
+    ({}, "has neither above, inside nor along, expected one of them"),
+    ({"above": (0, 0, 0), "inside": BOX}, "has above and inside, expected one of them"),
+    ({"inside": BOX, "normal": (0, 0, 1)}, "has normal beside inside, expected it only with above"),
+    ({"above": (0, 0, 0), "within": 0.3}, "has within beside above, expected it only with along"),
+    ({"along": (0, 0, 1), "within": 0.3, "point": (0, 0, 1)}, "has point beside along"),
+    ({"along": (0, 0, 1)}, "has along without within, expected how far"),
+    ({"along": (0, 0, 1), "within": 4.0}, "within is 4 rad, expected less than pi"),
+    ({"along": (0, 0, 1), "within": 0.0}, "within is 0"),
+    ({"along": (0, 0, 0), "within": 0.3}, "along is .*expected a direction"),
+    ({"along": (0, 0, 1), "within": 0.3, "axis": (0, 0, 0)}, "axis is .*expected a direction"),
+    ({"inside": ((0, 0, 0), (1, 1))}, "inside"),
+    ({"inside": (0, 1)}, r"inside has shape \(2,\), expected \(2, 3\)"),
+    ({"inside": ((0, 0, np.nan), (1, 1, 1))}, "inside contains NaN"),
+    ({"inside": ((0, 0.5, 0), (1, 0.5, 1))}, "inside goes from 0.5 to 0.5 along y"),
+    ({"inside": ((-INF,) * 3, (INF,) * 3)}, "expected a finite side at least"),
+    ({"inside": ((-INF, -INF, 0), (-3, INF, INF)), "braking": -1}, "braking is -1"),
+]
+
+
+@pytest.mark.parametrize(("wrong", "sentence"), WRONG)
+def test_what_does_not_belong_together_is_one_sentence(wrong, sentence):
+    with pytest.raises(InputError, match=sentence):
+        ftqp.Keep(TIP, **wrong)
+
+
+def test_more_sides_than_there_are_rows_are_one_sentence():
+    boxes = [ftqp.Keep(at, inside=((0, 0, 0), (1, 1, 1))) for at in (TIP, ELBOW)]
+    with pytest.raises(InputError, match="has 12 sides of planes, boxes and cones, expected at most 8; make"):
+        ftqp.Planner(PANDA, DT, constraints=boxes)
