@@ -27,6 +27,7 @@ from ftqp.control.moving_base.inertial_task import BaseStatus as BaseStatus
 from ftqp.control.moving_base.inertial_task import InertialTask as InertialTask
 from ftqp.control.moving_base.inertial_task import MovingBase as MovingBase
 from ftqp.control.planner.certificate import Certificate as Certificate
+from ftqp.control.planner.learned_arm import Learned as Learned
 from ftqp.control.planner.planner import Planner as Planner
 from ftqp.control.planner.status import StepStatus as StepStatus
 from ftqp.control.planner.step import Step as Step

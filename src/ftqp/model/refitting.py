@@ -51,6 +51,13 @@ def with_friction(model: Any, viscous: FloatArray, coulomb: FloatArray) -> Any:
     return copy
 
 
+def with_rotors(model: Any, inertia: FloatArray) -> Any:
+    """A copy of the model with other rotors."""
+    copy = model.copy()
+    copy.armature = np.array(inertia, dtype=np.float64)
+    return copy
+
+
 def write_friction(model: Any, viscous: Any, coulomb: Any) -> None:
     """Writes viscous and Coulomb friction into a pinocchio model of a chain; one number holds for all."""
     model.damping = np.broadcast_to(np.asarray(viscous, dtype=np.float64), (model.nv,)).copy()

@@ -9,7 +9,7 @@ import pinocchio as pin
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance
 from ftqp.core.errors import InputError
 from ftqp.model import audit
-from ftqp.model.audit import Finding
+from ftqp.model.audit import Finding, rotor_findings
 from ftqp.model.build import write_limits
 from ftqp.model.chain import Chain, chain_of, configuration_of, frame_id, positions_of
 from ftqp.model.grafting import base_limits, free_base, free_base_limits, is_about_base, planar_base
@@ -17,7 +17,7 @@ from ftqp.model.limits import JointLimits, joined, one_each
 from ftqp.model.payload import Payload
 from ftqp.model.readers import Readers
 from ftqp.model.reduction import joint_index, named_frame
-from ftqp.model.refitting import friction_findings, loaded, with_friction, with_tip
+from ftqp.model.refitting import friction_findings, loaded, with_friction, with_rotors, with_tip
 from ftqp.model.serial import Inertial
 from ftqp.model.shape import dynamics_findings, neutral_of
 from ftqp.model.urdf_text import urdf_text
@@ -294,6 +294,26 @@ class Robot(Readers):
         ]
         model = with_friction(self.model, *rub)
         found = [f for f in self.findings if f.about != "friction"] + friction_findings(model, self.limits)
+        audit.refuse_unsafe(self.name, found)
+        return replace(self, model=model, chain=chain_of(model, self.tip), findings=tuple(found))
+
+    def with_rotors(self, inertia: Any) -> Self:
+        """This robot with other rotors, as joints feel them behind gears: inertia times ratio squared.
+
+        URDF has no field for them, and behind a gear a rotor can be most of what a joint accelerates.
+
+        Args:
+            inertia: Rotor inertia, (nv,) or one number for all, >= 0 [kg m2, or kg where a joint slides].
+
+        Raises:
+            InputError: A wrong shape, or a robot without masses.
+            ModelError: An inertia is negative or not finite.
+        """
+        if not self.has_inertia:
+            raise InputError(f"{self.name} has no masses, so no torques; give the model its masses first")
+        model = with_rotors(self.model, one_each("inertia", inertia, self.nv))
+        found = [f for f in self.findings if "rotor inertia" not in f.sentence]
+        found += rotor_findings(self.joints, model.armature)
         audit.refuse_unsafe(self.name, found)
         return replace(self, model=model, chain=chain_of(model, self.tip), findings=tuple(found))
 

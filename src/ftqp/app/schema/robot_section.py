@@ -100,6 +100,9 @@ class RobotTable(Table):
     coulomb: PerJoint = setting(
         None, "Coulomb friction in place of the model's, >= 0", unit="N m or N", **EACH
     )
+    rotors: PerJoint = setting(
+        None, "inertia of the rotors at the joints in place of the model's, >= 0", unit="kg m2 or kg", **EACH
+    )
 
     def __post_init__(self) -> None:
         given = [key for key in ("name", "urdf", "mjcf", "dh") if getattr(self, key) is not None]

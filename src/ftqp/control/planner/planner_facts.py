@@ -5,6 +5,7 @@ from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.constraint_list import Constraints
 from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading, Remaining
+from ftqp.control.planner.learned_arm import Learned, learned
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.settings import Settings
@@ -121,6 +122,15 @@ class PlannerFacts:
         It is known of a torque arm only, 0 for failed joints, and NaN with another drive.
         """
         return self._loop.disturbance
+
+    @property
+    def learned(self) -> Learned | None:
+        """What a torque arm has beside its model, as learned since ``reset``: rotors, friction, a load.
+
+        None with another drive, before the first step, and with ``inertia_error=0``. A load or rotors that
+        are known by now may be told: ``planner.carry(planner.learned.payload)``, ``robot.with_rotors(...)``.
+        """
+        return learned(self._session, self.robot.nv)
 
     @property
     def diagnosis(self) -> Diagnosis | None:

@@ -121,8 +121,8 @@ def warn_of_rotors(robot: Robot) -> None:
     if without:
         _LOG.warning(
             "%s: no rotor inertia%s is in the model, and behind a gear it can be most of what a joint "
-            "accelerates: torques for the rest may lose even a healthy arm; give it by armature in MJCF or a "
-            "pinocchio model, or by drake:rotor_inertia and drake:gear_ratio in URDF",
+            "accelerates; it is learned while the arm moves, and better known from the start: give it by "
+            "robot.with_rotors(...), armature in MJCF, or drake:rotor_inertia and drake:gear_ratio in URDF",
             robot.name,
             f" of {', '.join(without)}" if len(without) < robot.nv else "",
         )

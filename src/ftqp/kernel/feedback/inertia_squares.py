@@ -13,7 +13,7 @@ campaigns have not contradicted."""
 FRICTION_PACE = 0.006
 """Share of the torque limit by which an estimate of the friction may change without news. A guess that the
 campaigns have not contradicted."""
-ROTOR_PACE = 0.01
+ROTOR_PACE = 0.03
 """Inertia [kg m2 or kg] by which an estimate of a rotor may change without news ..."""
 MASS_PACE = 0.3
 """... mass [kg] ..."""

@@ -1,0 +1,51 @@
+"""What a torque arm's planner has learned that its model does not say."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, frozen
+from ftqp.kernel.entry.session import Session
+from ftqp.model.payload import Payload
+
+LEAST_LOAD = 0.05
+"""A load lighter than this [kg] is not named, because friction that is not learned yet looks like so much. A
+guess that the campaigns have not contradicted."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Learned:
+    """What the arm has beside its model, as learned since ``reset``.
+
+    Attributes:
+        rotors: Inertia of each joint's rotor beside that of the model, (nv,) [kg m2 or kg]; negative where
+            the model has too much.
+        rotors_error: Their standard deviations, (nv,); large for joints that were hardly accelerated.
+        friction: Dry friction of each joint beside the model's, (nv,) [N m or N].
+        payload: The load at the tip beside what the planner carries, as a point mass; None is none.
+    """
+
+    rotors: FloatArray
+    rotors_error: FloatArray
+    friction: FloatArray
+    payload: Payload | None
+
+
+def learned(session: Session, joints: int) -> Learned | None:
+    """What the planner of this session has learned; None where it does not learn, or has not begun.
+
+    Args:
+        session: The planner's.
+        joints: How many the arm has.
+    """
+    K = session.K
+    room, chain = K.learned, K.chain
+    if not room.on or not room.based:
+        return None
+    mass, payload = float(room.load[0]), None
+    if mass > LEAST_LOAD:
+        away = np.array(room.load[1:4]) / mass - chain.tip_translation
+        payload = Payload(mass, np.reshape(chain.tip_rotation, (3, 3)).T @ away)
+    return Learned(*(frozen(x[:joints]) for x in (room.rotor, room.sigma, room.friction)), payload)

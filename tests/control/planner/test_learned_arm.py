@@ -1,0 +1,149 @@
+"""A torque arm learns what its model lacks, says so, and is the model again when that is asked."""
+
+import numpy as np
+import pinocchio
+import pytest
+
+import ftqp
+from tests.ride import DT, START, Ride, circle
+from tests.servo_arm import TorqueArm
+
+PANDA = ftqp.robots.load("panda")
+
+
+def geared(robot, q, rotors, **options):
+    """The robot's true arm, with rotors beside the model's."""
+    return TorqueArm(robot.with_rotors(robot.chain.armature + rotors), q, DT, **options)
+
+
+def ridden(seconds=3.0, robot=PANDA, rotors=0.0, noise=0.0, events=None, inertia_error=None, **options):
+    drive = ftqp.Drive(kind="torque", inertia_error=inertia_error)
+    planner = ftqp.Planner(robot, DT, drive=drive, noise=ftqp.Noise(q=noise))
+    arm = geared(robot, START, rotors, sigma=noise, **options)
+    return planner, Ride(robot, planner, arm, circle(robot, START), seconds, events)
+
+
+def test_rotors_and_a_load_that_nobody_told_of_are_learned_on_the_way():
+    planner, ride = ridden(rotors=0.1, mass=2.0, noise=1e-5)
+    found = planner.learned
+    assert set(ride.status) == {"OK"}
+    sure = found.rotors_error < 0.02
+    assert sure.sum() >= 3
+    np.testing.assert_allclose(found.rotors[sure], 0.1, atol=0.05)
+    assert found.payload.mass == pytest.approx(2.0, rel=0.05)
+    np.testing.assert_allclose(found.payload.com, [0.0, 0.0, 0.05], atol=0.06)
+
+
+def test_an_arm_with_rotors_is_lost_without_and_kept_with_learning():
+    _, without = ridden(rotors=0.1, inertia_error=0.0)
+    assert "STOPPED" in without.status
+    _, learning = ridden(rotors=0.1)
+    assert set(learning.status) == {"OK"}
+
+
+def test_the_arm_of_the_model_is_moved_as_if_nothing_were_learned():
+    planner, learning = ridden()
+    _, plain = ridden(inertia_error=0.0)
+    assert set(learning.status) == set(plain.status) == {"OK"}
+    assert planner.learned.payload is None
+    np.testing.assert_allclose(planner.learned.rotors, 0.0, atol=2e-3)
+
+
+def test_dry_friction_is_learned_joint_by_joint():
+    planner, _ = ridden(seconds=4.0, rotors=0.05, friction=0.3)
+    moved = planner.learned.rotors_error < 0.05
+    assert moved.sum() >= 3
+    np.testing.assert_allclose(planner.learned.friction[moved], 0.3, atol=0.15)
+
+
+def test_reset_forgets_and_the_same_run_comes_again():
+    planner, first = ridden(seconds=1.0, rotors=0.1, mass=1.0)
+    told = planner.step(START, None, ftqp.Target(pose=PANDA.pose(START))).tau.copy()
+    planner.reset(START)
+    planner.step(START, None, ftqp.Target(pose=PANDA.pose(START)))
+    np.testing.assert_array_equal(planner.learned.rotors, 0.0)
+    fresh = ftqp.Planner(PANDA, DT, drive="torque")
+    fresh.reset(START)
+    np.testing.assert_array_equal(planner._session.K.chain.armature, fresh._session.K.chain.armature)
+    np.testing.assert_array_equal(planner._session.K.chain.mass, fresh._session.K.chain.mass)
+    assert told.shape == (7,)
+
+
+def test_a_load_that_is_told_takes_the_place_of_what_was_learned_and_rotors_stay():
+    def told(planner, arm):
+        planner.carry(ftqp.Payload(2.0, (0.0, 0.0, 0.05)))
+
+    planner, ride = ridden(seconds=3.0, rotors=0.1, mass=2.0, events={1500: [told]})
+    assert set(ride.status) == {"OK"}
+    found = planner.learned
+    assert found.payload is None or found.payload.mass < 0.2
+    sure = found.rotors_error < 0.02
+    np.testing.assert_allclose(found.rotors[sure], 0.1, atol=0.05)
+
+
+def test_what_was_learned_just_before_a_failure_is_taken_back():
+    seen = {}
+
+    def brake(planner, arm):
+        arm.braked[2] = True
+        seen["before"] = planner.learned.rotors.copy()
+
+    def tell(planner, arm):
+        planner.report(ftqp.Locked(2))
+
+    planner, ride = ridden(seconds=2.5, rotors=0.1, events={1500: [brake], 1560: [tell]})
+    assert ride.status[-1] in ("OK", "RELAXED")
+    others = [i for i in range(7) if i != 2]
+    assert np.abs(planner.learned.rotors[others] - 0.1).max() < 0.12
+
+
+def test_learned_load_is_what_the_formulas_of_the_kernel_have():
+    planner, _ = ridden(rotors=0.1, mass=2.0)
+    chain, found = planner._session.K.chain, planner.learned
+    used = planner._session.K.learned.used[:7]
+    model = PANDA.with_rotors(used).with_payload(found.payload)
+    np.testing.assert_allclose(chain.mass[:7], model.chain.mass, rtol=1e-9)
+    np.testing.assert_allclose(chain.com[:7], model.chain.com, atol=1e-9)
+    upper = np.triu_indices(3)
+    inertia = model.chain.inertia[:, upper[0], upper[1]]
+    np.testing.assert_allclose(chain.inertia[:7], inertia, atol=1e-9)
+    np.testing.assert_allclose(chain.armature[:7], model.chain.armature, atol=1e-12)
+
+
+@pytest.mark.parametrize("drive", ["position", "velocity"])
+def test_other_drives_learn_nothing(drive):
+    planner = ftqp.Planner(PANDA, DT, drive=drive)
+    planner.reset(START)
+    planner.step(START, None, ftqp.Target(pose=PANDA.pose(START)))
+    assert planner.learned is None
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"kind": "torque", "inertia_error": -0.1}, "inertia_error"),
+        ({"kind": "torque", "inertia_error": float("nan")}, "inertia_error"),
+        ({"kind": "position", "inertia_error": 0.1}, "inertia_error is for drive 'torque'"),
+    ],
+)
+def test_wrong_inertia_errors_are_refused_by_name(given, said):
+    with pytest.raises(ftqp.InputError, match=said):
+        ftqp.Drive(**given)
+
+
+def test_with_rotors_puts_them_on_the_diagonal_of_M_and_takes_the_warning_back():
+    q = PANDA.neutral
+    M = PANDA.with_rotors([0.1] * 7).mass_matrix(q)
+    np.testing.assert_allclose(M - PANDA.mass_matrix(q), 0.1 * np.eye(7), atol=1e-12)
+    data = PANDA.with_rotors(0.2).model.createData()
+    full = pinocchio.crba(PANDA.with_rotors(0.2).model, data, PANDA.configuration(q))
+    assert full[6, 6] - PANDA.mass_matrix(q)[6, 6] == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(
+    ("given", "error"), [(-0.1, ftqp.ModelError), (float("nan"), ftqp.FtqpError), ([0.1, 0.2], ftqp.InputError),
+                         (1e300, ftqp.ModelError)]
+)  # fmt: skip
+def test_wrong_rotors_are_refused(given, error):
+    with pytest.raises(error, match=r"rotor|inertia"):
+        PANDA.with_rotors(given)
