@@ -16,8 +16,6 @@ from ftqp.checker.model_file import ModelFile
 
 EPISODES = int(os.environ.get("FTQP_EPISODES", "200"))
 GROUP, QUICK = 20, 5
-CHATTERS = (46, 109)
-"""In these a joint beside one that swings freely jolts at full acceleration, tick by tick, for 0.1 s."""
 GROUPS = range((EPISODES + GROUP - 1) // GROUP)
 
 
@@ -36,4 +34,4 @@ def test_every_law_holds_in_random_episodes(group: int) -> None:
             arms[robot.name] = ModelFile.read(robot.to_urdf(), robot.tip, gravity=robot.chain.gravity)
         seen = verdict(arms[robot.name], episode.trace)
         breaches = [str(x) for x in seen.breaches]
-        assert seen.laws == ({"chatter"} if seed in CHATTERS else set()), f"seed {seed}: {breaches}"
+        assert not breaches, f"seed {seed}: {breaches}"

@@ -74,10 +74,10 @@ def test_braking_velocity_stops_exactly_at_the_limit():
         assert left < 2.0 * 0.01**2  # what a whole step can leave
 
 
-def test_viability_has_the_published_check_values():
+def test_viability_has_its_check_values():
     K = joints(PLANAR6, 0.01)
     lb, ub = interval(K, 0.444, 0.05)
-    assert lb[0] == -2.0 and abs(ub[0] + 0.432236) < 5e-7
+    assert lb[0] == -2.0 and abs(ub[0] + 0.5) < 1e-11, "from 0.045 rad/s three steps stop it, -0.5, -2, -2"
     lb, ub = interval(K, 0.44, 0.1)
     assert lb[0] == -2.0 and ub[0] == 2.0
 
@@ -91,6 +91,32 @@ def test_rounding_at_a_position_limit_asks_for_no_jolt(level, beyond, v):
     assert np.all(lb <= ub)
     assert abs(ub[0]) < 1e-4, "the joint stands; before, it left its limit at a_max"
     assert abs(interval(K, -1.0 - beyond, -v)[0][0]) < 1e-4
+
+
+@LONG
+@pytest.mark.parametrize("level", [codes.ACCELERATION, codes.VELOCITY])
+@pytest.mark.parametrize("dt", DTS)
+@pytest.mark.parametrize("share", [0.2, 1.0])
+def test_a_joint_that_is_pressed_against_its_limit_comes_to_rest_there(level, dt, share):
+    """The limit itself does not throw it back: before, it went to and fro at full acceleration for ever."""
+    rng = np.random.default_rng(3)
+    limits = random_limits(rng, dt)
+    a_max, a_brake = limits["a_max"], share * limits["a_max"]
+    K = joints({**limits, "a_brake": a_brake}, dt, level)
+    q, v = rng.uniform(limits["q_min"], limits["q_max"]), np.zeros(JOINTS)
+    turns, last = np.zeros(JOINTS), np.zeros(JOINTS)
+    for _ in range(4000):
+        _, ub = interval(K, q, v)
+        a = np.array(ub) if level == codes.ACCELERATION else (ub - v) / dt
+        assert np.all(a >= -a_brake * (1.0 + 1e-6)), "no more than braking counts on"
+        full = np.where(np.abs(a) >= 0.5 * a_max, np.sign(a), 0.0)
+        turns += (full * last) < 0.0
+        last = np.where(full != 0.0, full, last)
+        q, v = q + dt * v + 0.5 * dt * dt * a if level == codes.ACCELERATION else q + dt * ub, v + dt * a
+        if np.all(np.abs(limits["q_max"] - q) < 1e-11) and np.all(np.abs(v) < 1e-9):
+            break
+    assert np.all(turns <= 1), "it speeds up and brakes"
+    assert np.allclose(q, limits["q_max"], rtol=0.0, atol=1e-11) and np.all(np.abs(v) < 1e-9)
 
 
 def test_jin_has_the_published_check_value_and_its_formula():
@@ -289,11 +315,11 @@ def by_formula(level, v, d, v_max, a_max, dt):
         steps = np.maximum(1.0, np.ceil(0.5 * (np.sqrt(1.0 + 8.0 * d / (a_max * dt * dt)) - 1.0)))
         braking = d / (steps * dt) + 0.5 * a_max * dt * (steps - 1.0)
         return np.maximum(np.minimum(np.minimum(v_max, braking), v + a_max * dt), v - a_max * dt)
-    keeps = 2.0 * (d - v * dt) / (dt * dt)
-    keeps = np.where((v > 0.0) & (keeps <= -v / dt), -v * v / (2.0 * np.maximum(d, 1e-300)), keeps)
-    half = 0.5 * a_max * dt
-    after = np.maximum(0.0, np.sqrt(np.maximum(0.0, half * half + a_max * (2.0 * d - v * dt))) - half)
-    bound = np.minimum(np.minimum(a_max, (v_max - v) / dt), np.minimum(keeps, (after - v) / dt))
+    room = np.maximum(d - 0.5 * v * dt, 0.0)
+    steps = np.maximum(1.0, np.ceil(0.5 * (np.sqrt(1.0 + 8.0 * room / (a_max * dt * dt)) - 1.0)))
+    after = room / (steps * dt) + 0.5 * a_max * dt * (steps - 1.0)
+    keeps = np.where(0.5 * v * dt > d, -v * v / (2.0 * np.maximum(d, 1e-300)), (after - v) / dt)
+    bound = np.minimum(np.minimum(a_max, (v_max - v) / dt), keeps)
     return np.maximum(bound, -a_max)
 
 

@@ -16,8 +16,8 @@ from ftqp.kernel.layout.enums import Conversion
 class Viability:
     """After every command the joint can still brake before its limits; this is the default.
 
-    The interval is never empty, and every limit holds between the ticks too. At the velocity level the speed
-    towards a limit is that of exact braking in whole ticks.
+    The interval is never empty, and every limit holds between the ticks too. The speed towards a limit is
+    that of exact braking in whole ticks, so that a joint which is pressed against its limit rests there.
 
     Source: Del Prete 2018, derived anew in ``docs/theory/joint-limits.md``.
     """

@@ -69,7 +69,7 @@ def _takes_part(K: Any, kp: float) -> bool:
 def _lean(state: Any, faults: Any, limits: Any, qp: Any, calm: Any, kp: float, kv: float) -> None:
     """A joint that the gradient presses against its range goes to its limit at the pace of the feedback.
 
-    The full demand, which the range forbids, would make it hunt there at its acceleration limit. With
+    The full demand, which the range forbids, would bring it there at its acceleration limit. With
     w = beta kp d - kv v over those joints, d the way to the limit, psi blends in
 
         H_FB <- 0,  g_F <- g_F + H_FB w,  g_B <- - H_BB w,

@@ -49,15 +49,28 @@ def return_deceleration(v: float, a_max: float, a_brake: float) -> float:
 
 
 @jit
-def viability(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: float) -> tuple[float, int]:
-    """Largest acceleration after which the joint still keeps its limits for ever, braking at ``a_brake``.
+def braking_velocity(d: float, a_brake: float, dt: float) -> float:
+    """Largest velocity that can stop within d in whole steps: d/(N dt) + a_brake dt (N-1)/2.
 
-    It is the least of a_max, of (v_max - v)/dt, of what keeps the position over the whole step, and of
-    (v' - v)/dt, whose v' makes the next state viable:
-    v' = max(0, -a_brake dt/2 + sqrt((a_brake dt/2)^2 + a_brake (2 d - v dt))). Outside its limit the joint is
-    led back, with no more than a_brake once it no longer leaves. At its limit, to AT_LIMIT, it need not turn
-    round sooner than AT_LIMIT beyond: else what rounding leaves of its velocity would ask for a_max.
-    Source: Del Prete 2018, solved for v' rather than a (division by dt, not dt^2), then clipped to +-a_max.
+    N = max(1, ceil((-1 + sqrt(1 + 8 d/(a_brake dt^2)))/2)) is the number of steps that stopping takes. The
+    textbook sqrt(2 a_brake d) is not safe in discrete time.
+    """
+    if not d < inf:
+        return inf
+    steps = max(1.0, float(ceil(0.5 * (sqrt(1.0 + 8.0 * d / (a_brake * dt * dt)) - 1.0))))
+    return d / (steps * dt) + 0.5 * a_brake * dt * (steps - 1.0)
+
+
+@jit
+def viability(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: float) -> tuple[float, int]:
+    """Largest acceleration after which the joint can still come to rest, in whole steps, before its limit.
+
+    It is the least of a_max, of (v_max - v)/dt, and of (v' - v)/dt, v' = braking_velocity(d - v dt/2): what
+    is left of d once the joint has moved by dt (v + v')/2 is then enough to brake from v' at ``a_brake`` or
+    less. A joint that is too fast to stop within the step turns round in it, -v^2/(2 d). Outside its limit
+    the joint is led back, with no more than a_brake once it no longer leaves. At its limit, to AT_LIMIT, it
+    need not stop sooner than AT_LIMIT beyond: else what rounding leaves of its velocity would ask for a_max.
+    Source: Del Prete 2018, with stops in whole steps (docs/theory/joint-limits.md), clipped to +-a_max.
     """
     if d < -AT_LIMIT:
         a = (return_velocity(d, v_max) - v) / dt
@@ -68,21 +81,15 @@ def viability(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt
     if a < bound:
         bound, by = a, BY_VELOCITY
     after = v + bound * dt
-    travelled = 0.5 * dt * (v + after)
-    if after >= 0.0 and after * after <= 2.0 * a_brake * (d - travelled):
-        return max(bound, -a_max), by  # far from the limit: that state is viable, so position does not bind
+    if after >= 0.0 and after * after <= 2.0 * a_brake * (d - dt * (0.5 * v + after)):
+        return max(bound, -a_max), by  # far from the limit: braking_velocity >= after
     if after < 0.0:
-        return max(bound, -a_max), by  # v < 0, away from it: position allows every v' <= 0
+        return max(bound, -a_max), by  # v < 0, away from it: braking_velocity >= 0
     if d < inf:
-        a = 2.0 * (d - v * dt) / (dt * dt)
-        if v > 0.0 and a <= -v / dt:  # the turning point lies inside the step
+        if 0.5 * v * dt > max(d, AT_LIMIT):  # too fast: the turning point lies inside the step
             a = -v * v / (2.0 * max(d, AT_LIMIT))
-        if a < bound:
-            bound, by = a, BY_POSITION
-        half = 0.5 * a_brake * dt
-        root = half * half + a_brake * (2.0 * d - v * dt)
-        after = max(0.0, sqrt(max(0.0, root)) - half)
-        a = (after - v) / dt
+        else:
+            a = (braking_velocity(max(d - 0.5 * v * dt, 0.0), a_brake, dt) - v) / dt
         if a < bound:
             bound, by = a, BY_POSITION
     return max(bound, -a_max), by
@@ -121,19 +128,6 @@ def one_step(v: float, d: float, v_max: float, a_max: float, dt: float) -> tuple
     if a < bound:
         bound, by = a, BY_POSITION
     return max(bound, -a_max), by
-
-
-@jit
-def braking_velocity(d: float, a_brake: float, dt: float) -> float:
-    """Largest velocity that can stop within d in whole steps: d/(N dt) + a_brake dt (N-1)/2.
-
-    N = max(1, ceil((-1 + sqrt(1 + 8 d/(a_brake dt^2)))/2)) is the number of steps that stopping takes. The
-    textbook sqrt(2 a_brake d) is not safe in discrete time.
-    """
-    if not d < inf:
-        return inf
-    steps = max(1.0, float(ceil(0.5 * (sqrt(1.0 + 8.0 * d / (a_brake * dt * dt)) - 1.0))))
-    return d / (steps * dt) + 0.5 * a_brake * dt * (steps - 1.0)
 
 
 @jit
@@ -223,7 +217,7 @@ def _far_accelerations(v: Any, d: Any, v_max: Any, a_max: Any, a_brake: Any, dt:
     fast = (v_max - v) / dt
     bound = smaller(a_max, fast)
     after = v + dt * bound
-    far = after * after <= 2.0 * a_brake * (d - 0.5 * dt * (v + after))
+    far = after * after <= 2.0 * a_brake * (d - dt * (0.5 * v + after))
     return larger(bound, -a_max), fast < a_max, (d >= 0.0) & ((after < 0.0) | far)
 
 

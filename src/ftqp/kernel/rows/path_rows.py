@@ -122,10 +122,11 @@ def _limit_in_bend(K: Any, path: Any) -> float:
 
     At a constant rate s the joints accelerate by s^2 c, c = J_f^+ (x'' - Jdot q'), q' = v/sigma', with the
     damped inverse: sqrt(min BEND_SHARE a_max_i/|c_i|). The rest of the limits is left for slowing down. The
-    rate comes down to that no faster than min_i STOP_SHARE a_max_i sigma'/|v_i|. In calm s^2 |c_i| adds to
-    the share where it is along v_i, as what speeds a joint up towards a singularity has to be braked, too;
-    near one the share may be STOP_SHARE_NEAR a_max_i + s^2 c_i sign(v_i). It needs the singular directions
-    of ``fade_feedback``, and diag(sigma) V' in ``scratch.wide``.
+    rate goes half of the way to that, as c is that of the rate before, and comes down no faster than
+    min_i STOP_SHARE a_max_i sigma'/|v_i|. In calm s^2 |c_i| adds to the share where it is along v_i, as what
+    speeds a joint up towards a singularity has to be braked, too; near one the share may be
+    STOP_SHARE_NEAR a_max_i + s^2 c_i sign(v_i). It needs the singular directions of ``fade_feedback``, and
+    diag(sigma) V' in ``scratch.wide``.
     """
     limits, faults, task, turned, scratch, v = K.limits, K.faults, K.task, K.turned, K.scratch, K.state.v
     m = task.m
@@ -155,6 +156,8 @@ def _limit_in_bend(K: Any, path: Any) -> float:
                 if least < NEAR_SINGULAR * task.length:
                     share = max(share, STOP_SHARE_NEAR * limits.a_max[i] + along)
             brake = min(brake, share * own / abs(v[i]))
+    if limit < 1.0:
+        limit = 0.5 * (limit + path.rate)
     return max(limit, path.rate - brake * K.state.dt) if brake < inf else limit
 
 
