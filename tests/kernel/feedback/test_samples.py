@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.kernel.feedback import samples
+from ftqp.kernel.layout.thresholds import FROZEN_SAMPLES
 
 ROBOT = ftqp.robots.load("planar", count=3)
 LIMITS = ROBOT.limits
@@ -165,7 +165,7 @@ def test_a_noisy_sensor_that_repeats_its_number_is_frozen_once_its_joint_should_
         q = arm.q.copy()
         q[joint] = stuck
         arm.tick(q)
-        expected = sigma > 0.0 and k >= samples.FROZEN_SAMPLES and moved > 6.0 * sigma
+        expected = sigma > 0.0 and k >= FROZEN_SAMPLES and moved > 6.0 * sigma
         assert arm.loop.bad[joint] == expected, k
         frozen += expected
         if frozen == 2:

@@ -9,10 +9,11 @@ import numpy as np
 from ftqp.control.drive.joint_drive import Drive, by_name
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.stages import Stage
-from ftqp.control.planner.status import STOP_REASONS
+from ftqp.control.planner.status import REPEATS, STOP_REASONS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session
+from ftqp.kernel.feedback.repeats import FROZEN
 from ftqp.kernel.latches.settling import forget_settling
 from ftqp.kernel.layout.enums import AS_TOLD, DriveKind, StopReason
 from ftqp.model.robot import Robot
@@ -118,6 +119,8 @@ class ArmLoop:
         named = self._joints[max(int(K.feedback.culprit), 0)]
         if reason is StopReason.SENSOR:
             lost = np.flatnonzero(K.feedback.lost[: len(self._joints)])
+            if len(lost) and all(K.feedback.held[i] == FROZEN and K.feedback.sigma == 0.0 for i in lost):
+                sentence = REPEATS
             named = ", ".join(self._joints[i] for i in lost) or "v, tau or the tip"
         return sentence.format(joint=named)
 

@@ -44,3 +44,9 @@ STOP_REASONS: Final[dict[StopReason, str | None]] = {
     StopReason.FREE_JOINT: "a joint swings freely, and nothing of the task can be kept",
 }
 """Why a stop is latched; ``{joint}`` is the joint that is meant."""
+
+REPEATS: Final = (
+    "the encoder of {joint} repeats its number: it is frozen, or the joint stands; call reset() once it is "
+    "mended, or report what befell the joint and call resume()"
+)
+"""Why a stop is latched for the sensor of a joint that may as well stand behind a brake."""

@@ -3,10 +3,20 @@
 from math import inf
 from typing import Any
 
+from ftqp.kernel.feedback.repeats import (
+    FROZEN,
+    IN_DOUBT,
+    LOOKED_THROUGH,
+    explain,
+    forget_repeats,
+    learn_block,
+    look_at_repeats,
+    never_repeats,
+    repeat_oddly,
+)
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.stop_latch import latch
-from ftqp.kernel.layout.enums import AS_SENT, FREE, HEALTHY, STOPPED_BY_SENSOR
-from ftqp.kernel.layout.thresholds import FROZEN_SAMPLES, FROZEN_SIGMAS
+from ftqp.kernel.layout.enums import AS_SENT, FREE, HEALTHY, STOPPED_BY_SENSOR, TORQUE_DRIVE
 from ftqp.kernel.maths.elementary import any_of, larger
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, several
@@ -46,7 +56,9 @@ def begin(K: Any) -> None:
     anew = feedback.fresh != AS_SENT
     feedback.fresh = 0
     feedback.now = 0
-    feedback.refused = feedback.lagging = feedback.out = feedback.settled = feedback.far = 0
+    feedback.refused = feedback.holding = feedback.exact = feedback.lagging = feedback.out = (
+        feedback.settled
+    ) = feedback.far = 0
     feedback.gap = feedback.rate_change = feedback.late = feedback.up = 0.0
     feedback.gap_filtered = feedback.waited = feedback.spent_elsewhere = 0.0
     feedback.rate = 1.0
@@ -60,11 +72,12 @@ def begin(K: Any) -> None:
     for i in range(n):
         q, v = state.q_command[i], state.v_command[i]
         at = q if anew or not is_finite(state.q[i]) else state.q[i]
-        feedback.seen[i] = feedback.good[i] = feedback.raw[i] = feedback.q_hat[i] = feedback.q_now[i] = at
+        feedback.seen[i] = feedback.good[i] = feedback.q_hat[i] = feedback.q_now[i] = at
         feedback.v_hat[i] = feedback.v_now[i] = feedback.v_sent[i] = v
         feedback.d_hat[i] = feedback.d_slow[i] = 0.0
         feedback.offset[i] = at - q
-        feedback.age[i] = feedback.same[i] = feedback.still[i] = feedback.bad[i] = 0
+        feedback.age[i] = feedback.still[i] = feedback.bad[i] = 0
+        forget_repeats(feedback, i, at)
         feedback.outside_band[i] = feedback.hurried[i] = 0
         if anew:
             feedback.spent[i] = 0.0
@@ -97,25 +110,15 @@ def _is_possible(
 
 
 @jit
-def _is_frozen(state: Any, feedback: Any, i: int, sample: float, v: float) -> bool:
-    """Whether a sensor whose noise is known repeats its number although the joint moves."""
-    if sample == feedback.raw[i]:
-        feedback.same[i] += 1
-    else:
-        feedback.same[i] = 0
-        feedback.raw[i] = sample
-    if feedback.sigma == 0.0 or feedback.same[i] < FROZEN_SAMPLES:
-        return False
-    return abs(v) * feedback.same[i] * state.dt > FROZEN_SIGMAS * feedback.sigma
+def _spend(state: Any, watch: Any, feedback: Any, spent: float, cost: float) -> float:
+    """The leaky count of bad samples as time [s]; the arm is stopped when patience is at an end.
 
-
-@jit
-def _spend(state: Any, watch: Any, feedback: Any, spent: float, bad: bool) -> float:
-    """The leaky count of bad samples as time [s]; the arm is stopped when patience is at an end."""
+    ``cost``: of this sample as a share of a tick, 0 of a good one.
+    """
     dt = state.dt
-    if not bad:
+    if cost == 0.0:
         return max(0.0, spent - RECOVERY * dt)
-    spent += dt
+    spent += cost * dt
     if spent > feedback.patience + 0.5 * dt and watch.latched == 0:
         latch(watch, STOPPED_BY_SENSOR)
     return spent
@@ -135,34 +138,58 @@ def _drop_broken_tip(task: Any) -> bool:
 
 
 @jit
+def _cost(K: Any, i: int, possible: bool) -> float:
+    """What the sample of joint i costs of patience, as a share of a tick: 0 where it is good.
+
+    A sensor that was lost because its number repeated is explained once its joint is said to have failed.
+    """
+    feedback = K.feedback
+    if K.faults.code[i] != HEALTHY and feedback.sigma == 0.0 and explain(feedback, i):
+        feedback.lost[i] = 0
+        feedback.spent[i] = 0.0
+    if feedback.lost[i] != 0 or not possible:
+        return 1.0
+    if feedback.held[i] == FROZEN:
+        return 1.0 if feedback.sigma > 0.0 or never_repeats(feedback, i) else IN_DOUBT
+    return 0.0
+
+
+@jit
 def _believe_joint(K: Any, i: int, then: int) -> None:
     """The sample of joint i, looked at closely."""
     feedback, past, state = K.feedback, K.past, K.state
     sample = state.q[i]
+    healthy = K.faults.code[i] == HEALTHY
     v = past.v[then, i] if K.faults.code[i] != FREE else feedback.v_hat[i]
     feedback.age[i] += 1
-    bad = feedback.lost[i] != 0 or not _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
-    if _is_frozen(state, feedback, i, sample, v):
-        bad = True
-    feedback.bad[i] = 1 if bad else 0
-    feedback.spent[i] = _spend(state, K.watch, feedback, feedback.spent[i], bad)
-    if bad:
-        feedback.refused += 1
-        off = feedback.offset[i] if K.faults.code[i] == HEALTHY else 0.0  # a failed joint's is its reference
-        feedback.seen[i] = past.q[then, i] + off
-        if feedback.spent[i] > feedback.patience + 0.5 * state.dt:
-            feedback.lost[i] = 1
-    else:
+    possible = _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
+    if healthy or feedback.sigma > 0.0:
+        look_at_repeats(state, feedback, i, sample, v)
+    cost = _cost(K, i, possible)
+    held = feedback.held[i] == LOOKED_THROUGH
+    feedback.bad[i] = 1 if cost > 0.0 or held else 0
+    feedback.spent[i] = _spend(state, K.watch, feedback, feedback.spent[i], cost)
+    if feedback.bad[i] == 0 or (cost == 0.0 and feedback.kind != TORQUE_DRIVE):
         feedback.seen[i] = feedback.good[i] = sample
         feedback.offset[i] = sample - past.q[then, i]
         feedback.age[i] = 0
+    else:
+        off = feedback.offset[i] if healthy else 0.0  # a failed joint's is its reference
+        feedback.seen[i] = past.q[then, i] + off
+    if held:
+        feedback.holding += 1
+    elif cost > 0.0:
+        feedback.refused += 1
+        if feedback.spent[i] > feedback.patience + 0.5 * state.dt:
+            feedback.lost[i] = 1
 
 
 @jit
 def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, at: int, then: int) -> bool:
     """The samples of the joints from ``at`` on, taken as they are; False where one needs a closer look.
 
-    They are taken where all were good a tick ago and all are possible now, as ``_is_possible`` has it.
+    They are taken where all were good a tick ago, all are possible now, as ``_is_possible`` has it, and none
+    repeats oddly.
     """
     odd = is_set(feedback.age, at) | is_set(feedback.lost, at) | is_set(feedback.bad, at)
     if any_of(odd):
@@ -173,8 +200,10 @@ def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, at: int, t
     fixed = SIGMAS * feedback.sigma + ROOM
     room = SPEED_SHARE * dt * top + dt * dt * several(limits.a_max, at) + fixed
     off = abs(sample - several(feedback.good, at) - dt * v)
-    if not all_of((off <= room) & (abs(sample) < inf)):
+    if not all_of((off <= room) & (abs(sample) < inf) & ~repeat_oddly(state, feedback, at, sample, v)):
         return False
+    if not feedback.exact:
+        learn_block(state, feedback, at, sample, v)
     put(feedback.seen, at, sample)
     put(feedback.good, at, sample)
     put(feedback.offset, at, sample - q)
@@ -200,7 +229,7 @@ def believe(K: Any) -> None:
         feedback.now = feedback.now + 1 if feedback.now + 1 < feedback.span else 0
     now = feedback.now
     then = slot(feedback, feedback.latency)
-    feedback.refused = 0
+    feedback.refused = feedback.holding = 0
     elsewhere = _drop_broken_tip(K.task) or state.unusable != 0
     together = feedback.sigma == 0.0 and faults.movable == faults.working  # noise: frozen sensors are counted
     for at in range(0, K.chain.n, WIDTH):
@@ -211,6 +240,8 @@ def believe(K: Any) -> None:
         if not together or not _believe_block(state, K.limits, feedback, past, at, then):
             for i in range(at, min(at + WIDTH, n)):
                 _believe_joint(K, i, then)
-    feedback.spent_elsewhere = _spend(state, K.watch, feedback, feedback.spent_elsewhere, elsewhere)
+    feedback.spent_elsewhere = _spend(
+        state, K.watch, feedback, feedback.spent_elsewhere, 1.0 if elsewhere else 0.0
+    )
     if elsewhere:
         feedback.refused += 1
