@@ -8,10 +8,11 @@ from typing import Any
 from ftqp.control.drive.noise import Noise
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.setting import refuse_out_of_range, setting
-from ftqp.kernel.layout.enums import DELAYS, DriveKind
+from ftqp.kernel.layout.enums import DELAYS, Brakes, DriveKind
 from ftqp.kernel.layout.thresholds import LATELY, NOISE_OF_D
 
 KINDS = {kind.name.lower(): kind for kind in DriveKind}
+BRAKES = {brakes.name.lower(): brakes for brakes in Brakes}
 KAPPA_UNKNOWN = 10.0
 """Bandwidth of the tip's loop [1/s] where the servo's is not known, ..."""
 KAPPA_MOST = 25.0
@@ -65,6 +66,10 @@ class Drive:
         stiffness: Bandwidth of the loop around the reference of a torque arm, > 0 [1/s]; None is
             min(80, 0.24/(latency + dt)). A larger one holds better against friction and loads, and less well
             against a wrong model.
+        brakes: Which brakes the arm has. ``each``: one a joint, and ``step.brakes`` names those to close.
+            ``all``: they close together, so that once one is asked for all are, the arm is stopped, and it
+            goes on after ``reset`` only. ``none``: ``step.brakes`` names none, and a joint that is out of
+            hand keeps its own loop; the arm is held by the motors that are left.
 
     Raises:
         InputError: An unknown kind, a number out of its range, or one that this kind has no use for.
@@ -85,7 +90,14 @@ class Drive:
         None, "of the loop around a torque arm, > 0; by latency if absent", unit="1/s", above=0.0
     )
 
+    brakes: str = setting("each", "which brakes the arm has", choices=tuple(BRAKES))
+
     def __post_init__(self) -> None:
+        if self.brakes not in BRAKES:
+            raise InputError(
+                f"brakes is {self.brakes!r}{nearest(str(self.brakes), BRAKES)}, expected one of "
+                f"{', '.join(BRAKES)}"
+            )
         if self.kind not in KINDS:
             raise InputError(
                 f"drive is {self.kind!r}{nearest(str(self.kind), KINDS)}, expected one of {', '.join(KINDS)}"

@@ -15,7 +15,7 @@ from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.feedback.repeats import FROZEN
 from ftqp.kernel.latches.settling import forget_settling
-from ftqp.kernel.layout.enums import AS_TOLD, DriveKind, StopReason
+from ftqp.kernel.layout.enums import AS_TOLD, Brakes, DriveKind, StopReason
 from ftqp.model.robot import Robot
 
 STEP: Final = 0.05
@@ -36,6 +36,7 @@ class ArmLoop:
         self._session = session
         self._joints = tuple(joints)
         self._speed = self._caution = 1.0
+        self._named = 0
 
     @property
     def stage(self) -> Stage:
@@ -52,6 +53,8 @@ class ArmLoop:
     def _release(self) -> None:
         watch = self._session.K.watch
         watch.stopped = watch.rising = watch.fallbacks = 0
+        self._session.K.feedback.moving = 0
+        self._session.K.feedback.going[:] = 0.0
         watch.last_position_error = watch.last_rotation_error = np.inf
         watch.latched = watch.reason = 0  # the last thing, so that whoever is interrupted has still stopped
 
@@ -62,9 +65,9 @@ class ArmLoop:
             watch.latched, watch.reason = 1, StopReason.ASKED
 
     def resume(self) -> bool:
-        """Release a stop; False while a lost sensor forbids it."""
+        """Release a stop; False while a lost sensor, or the brake of the whole arm, forbids it."""
         feedback = self._session.K.feedback
-        if feedback.lost.any():
+        if feedback.lost.any() or (feedback.brakes == Brakes.ALL and feedback.asks.any()):
             return False
         feedback.waited = feedback.late = feedback.up = feedback.spent_elsewhere = 0.0
         feedback.far = feedback.stored = feedback.until_stored = 0
@@ -105,8 +108,25 @@ class ArmLoop:
             K.watch.latched, K.watch.reason = 1, StopReason.SENSOR
 
     def ask_for_brake(self, i: int) -> None:
-        """Let the brake of joint i be asked for from now on."""
-        self._session.K.feedback.asks[i] = 1
+        """Let the brake of joint i be asked for from now on, if the arm has any; that of all stops it."""
+        feedback, watch = self._session.K.feedback, self._session.K.watch
+        if feedback.brakes == Brakes.NONE:
+            return
+        feedback.asks[i] = 1
+        if feedback.brakes == Brakes.ALL and not watch.latched:
+            feedback.culprit = i
+            watch.latched, watch.reason = 1, StopReason.LAG
+
+    def find_overload(self, i: int) -> None:
+        """Joint i cannot hold the arm with the torque that it has left: its brake is asked for, and a stop.
+
+        A planner that never stops of its own accord only asks.
+        """
+        watch = self._session.K.watch
+        if not watch.latched and watch.stop_samples > 0:
+            self._named = i
+            watch.latched, watch.reason = 1, StopReason.OVERLOAD
+        self.ask_for_brake(i)
 
     @property
     def stopped_because(self) -> str | None:
@@ -122,7 +142,11 @@ class ArmLoop:
             if len(lost) and all(K.feedback.held[i] == FROZEN and K.feedback.sigma == 0.0 for i in lost):
                 sentence = REPEATS
             named = ", ".join(self._joints[i] for i in lost) or "v, tau or the tip"
-        return sentence.format(joint=named)
+        if reason is StopReason.OVERLOAD:
+            named = self._joints[self._named]
+        said = sentence.format(joint=named)
+        moving = int(K.feedback.moving)
+        return f"{said}; {self._joints[moving - 1]} is not seen to rest" if moving > 0 else said
 
     @property
     def disturbance(self) -> FloatArray:

@@ -42,6 +42,7 @@ STOP_REASONS: Final[dict[StopReason, str | None]] = {
     StopReason.DEVIATION: "the tip is too far from where it was sent; {joint} is farthest from its command",
     StopReason.LAG: "the arm does not follow: {joint} is farthest from its command",
     StopReason.FREE_JOINT: "a joint swings freely, and nothing of the task can be kept",
+    StopReason.OVERLOAD: "{joint} cannot hold the arm here with the torque that it has left",
 }
 """Why a stop is latched; ``{joint}`` is the joint that is meant."""
 

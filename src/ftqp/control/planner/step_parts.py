@@ -21,6 +21,7 @@ PLACES_OF_A_STEP = {
     "tau_sent": ("feedback", "tau_sent"),
     "lost": ("feedback", "lost"),
     "asks": ("feedback", "asks"),
+    "brakes": ("feedback", "brakes"),
     "tau": ("state", "tau"),
     "tau_brake": ("state", "tau_brake"),
     "q_before": ("state", "q"),

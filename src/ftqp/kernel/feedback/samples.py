@@ -17,6 +17,7 @@ from ftqp.kernel.feedback.repeats import (
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.stop_latch import latch
 from ftqp.kernel.layout.enums import AS_SENT, FREE, HEALTHY, STOPPED_BY_SENSOR, TORQUE_DRIVE
+from ftqp.kernel.layout.thresholds import FASTEST
 from ftqp.kernel.maths.elementary import any_of, larger
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, several
@@ -32,6 +33,13 @@ ROOM = 1e-4
 FREE_SPEED = 15.0
 """A free-swinging joint may be this fast [rad/s] although its own limit is lower. A guess that the campaigns
 have not contradicted."""
+IMPACT_TIME = 0.1
+"""After an impact at the end of a range joints may be faster than their limits for so long [s] ..."""
+HITS = 0.3
+"""... if one was seen to come there at this speed [rad/s or m/s] ..."""
+NEAR_END = 5e-3
+"""... and to be so near to it [rad or m], beside what it goes in two ticks. All three are guesses that the
+campaigns have not contradicted."""
 RECOVERY = 0.2
 """A good sample takes back this share of what a bad one costs. A guess that the campaigns have not
 contradicted."""
@@ -60,7 +68,7 @@ def begin(K: Any) -> None:
         feedback.settled
     ) = feedback.far = 0
     feedback.gap = feedback.rate_change = feedback.late = feedback.up = 0.0
-    feedback.gap_filtered = feedback.waited = feedback.spent_elsewhere = 0.0
+    feedback.wide = feedback.gap_filtered = feedback.waited = feedback.spent_elsewhere = 0.0
     feedback.rate = 1.0
     feedback.speed_margin = 0.0
     feedback.quiet = feedback.unresponsive_count = feedback.heard = 0
@@ -95,7 +103,11 @@ def begin(K: Any) -> None:
 def _is_possible(
     state: Any, faults: Any, limits: Any, feedback: Any, i: int, sample: float, v: float
 ) -> bool:
-    """|q_m - q_good - t v_r| <= 1.3 v_max dt + a_max t^2 + 8.5 sigma + 1e-4, t the time since q_good."""
+    """|q_m - q_good - t v_r| <= 1.3 v_max dt + a_max t^2 + 8.5 sigma + 1e-4, t the time since q_good.
+
+    Or with the speed that was observed in the place of v_r: a joint that does not obey is seen, too. After
+    an impact at the end of a range it is 30 rad/s in the place of v_max for 100 ms.
+    """
     dt = state.dt
     if not is_finite(sample):
         return False
@@ -103,10 +115,13 @@ def _is_possible(
     top = max(limits.v_max[i], abs(v), abs(feedback.v_hat[i]))  # a limit that has just been lowered
     if faults.code[i] == FREE:
         top = max(top, FREE_SPEED)
+    if feedback.wide > 0.0:
+        top = max(top, FASTEST)
     if not top < inf:
         return True
     room = SPEED_SHARE * top * dt + limits.a_max[i] * t * t + SIGMAS * feedback.sigma + ROOM
-    return abs(sample - feedback.good[i] - t * v) <= room
+    way = sample - feedback.good[i]
+    return abs(way - t * v) <= room or abs(way - t * feedback.v_hat[i]) <= room  # as sent, or as it was seen
 
 
 @jit
@@ -137,6 +152,21 @@ def _drop_broken_tip(task: Any) -> bool:
     return False
 
 
+@rare_jit
+def _struck(K: Any) -> bool:
+    """Whether a joint has just come to the end of its range, or is beyond it, at a speed: an impact.
+
+    It throws the others about, too, faster than their limits.
+    """
+    limits, feedback, dt = K.limits, K.feedback, K.state.dt
+    for i in range(K.chain.n):
+        v, at = abs(feedback.v_hat[i]), feedback.good[i]
+        way = NEAR_END + 2.0 * dt * v
+        if v > HITS and (at - limits.q_min[i] < way or limits.q_max[i] - at < way):
+            return True
+    return False
+
+
 @jit
 def _cost(K: Any, i: int, possible: bool) -> float:
     """What the sample of joint i costs of patience, as a share of a tick: 0 where it is good.
@@ -163,6 +193,9 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     v = past.v[then, i] if K.faults.code[i] != FREE else feedback.v_hat[i]
     feedback.age[i] += 1
     possible = _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
+    if not possible and feedback.wide == 0.0 and _struck(K):
+        feedback.wide = IMPACT_TIME
+        possible = _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
     if healthy or feedback.sigma > 0.0:
         look_at_repeats(state, feedback, i, sample, v)
     cost = _cost(K, i, possible)
@@ -230,6 +263,8 @@ def believe(K: Any) -> None:
     now = feedback.now
     then = slot(feedback, feedback.latency)
     feedback.refused = feedback.holding = 0
+    if feedback.wide > 0.0:
+        feedback.wide = max(0.0, feedback.wide - K.state.dt)
     elsewhere = _drop_broken_tip(K.task) or state.unusable != 0
     together = feedback.sigma == 0.0 and faults.movable == faults.working  # noise: frozen sensors are counted
     for at in range(0, K.chain.n, WIDTH):
