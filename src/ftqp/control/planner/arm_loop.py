@@ -128,6 +128,13 @@ class ArmLoop:
             watch.latched, watch.reason = 1, StopReason.OVERLOAD
         self.ask_for_brake(i)
 
+    def doubt_free(self, i: int) -> None:
+        """Stop the arm: joint i seems to swing freely beside another that failed, which is not believed."""
+        watch = self._session.K.watch
+        if not watch.latched:
+            self._named = i
+            watch.latched, watch.reason = 1, StopReason.SECOND_FREE
+
     @property
     def stopped_because(self) -> str | None:
         """Why a stop is latched; None while none is."""
@@ -142,7 +149,7 @@ class ArmLoop:
             if len(lost) and all(K.feedback.held[i] == FROZEN and K.feedback.sigma == 0.0 for i in lost):
                 sentence = REPEATS
             named = ", ".join(self._joints[i] for i in lost) or "v, tau or the tip"
-        if reason is StopReason.OVERLOAD:
+        if reason in (StopReason.OVERLOAD, StopReason.SECOND_FREE):
             named = self._joints[self._named]
         said = sentence.format(joint=named)
         moving = int(K.feedback.moving)

@@ -43,6 +43,10 @@ STOP_REASONS: Final[dict[StopReason, str | None]] = {
     StopReason.LAG: "the arm does not follow: {joint} is farthest from its command",
     StopReason.FREE_JOINT: "a joint swings freely, and nothing of the task can be kept",
     StopReason.OVERLOAD: "{joint} cannot hold the arm here with the torque that it has left",
+    StopReason.SECOND_FREE: (
+        "{joint} seems to swing freely beside a joint that had failed before, which is not believed without "
+        "you; report it, or call resume() where it works"
+    ),
 }
 """Why a stop is latched; ``{joint}`` is the joint that is meant."""
 

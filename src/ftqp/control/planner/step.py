@@ -10,6 +10,7 @@ from ftqp.control.planner.certificate import (
     HELD,
     Certificate,
     Obstacle,
+    instead,
     obstacles,
     outside,
     unreached,
@@ -373,14 +374,20 @@ class Step:
         slack, bounds = self.slack, tuple(self._obstacles())
         if not self._parts["missed"][0] and self.status is StepStatus.RELAXED:
             slack = np.zeros_like(slack)
+        beyond = tuple(outside(self._parts, self._joints))
+        beside = instead(self._parts, self.notice, self.torque_excess)
+        jump = self._number("jump")
+        if not (slack.any() or beyond or beside or jump < 1.0):
+            slack = self.slack  # less than counts as missed is what is left
         missing = tuple(unreached(self._parts, slack))
         free = missing and not bounds
         return Certificate(
             unreached=missing,
             obstacles=bounds,
-            outside=tuple(outside(self._parts, self._joints)),
-            jump=self._number("jump"),
+            outside=beyond,
+            jump=jump,
             without_bound=without_bound(self._parts, self.jacobian, self.code) if free else "",
+            instead=beside,
         )
 
     @property

@@ -60,6 +60,7 @@ PLACES_OF_A_STEP = {
     "torque_excess": ("cascade", "torque_excess"),
     "kappa": ("cascade", "kappa"),
     "missed": ("cascade", "missed"),
+    "given_up": ("task", "given_up"),
     "jump": ("cascade", "jump"),
     "holding": ("calm", "holding"),
     "m": ("task", "m"),

@@ -122,6 +122,7 @@ class StopReason(IntEnum):
     LAG = 6
     FREE_JOINT = 7
     OVERLOAD = 8
+    SECOND_FREE = 9
 
 
 (
@@ -134,6 +135,7 @@ class StopReason(IntEnum):
     STOPPED_BY_LAG,
     STOPPED_BY_FREE_JOINT,
     STOPPED_BY_OVERLOAD,
+    STOPPED_BY_SECOND_FREE,
 ) = map(int, StopReason)
 
 
