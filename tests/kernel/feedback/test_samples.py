@@ -69,7 +69,7 @@ def test_a_sample_is_believed_up_to_what_speed_acceleration_and_noise_allow(join
 
 
 def test_a_moving_joint_is_expected_where_its_command_leads():
-    for share, believed in ((0.99, 0), (1.01, 1)):
+    for share, believed in ((0.99, 0), (1.1, 1)):  # the observed speed, which counts too, is almost the same
         arm = Arm(speed=0.3)
         for _ in range(8):
             arm.tick()

@@ -68,12 +68,9 @@ def _normally(increment: Any, way: Any) -> Any:
 def repeat_oddly(state: Any, feedback: Any, at: int, sample: Any, v: Any) -> Any:
     """Which of the samples of the joints from ``at`` on repeat although the reference went on.
 
-    They are compared with the last good ones, which are those of the last tick. Of an arm that has followed
-    exactly nothing is learned, and every number that repeats while the reference goes on is odd.
+    They are compared with the last good ones, which are those of the last tick.
     """
     equal = abs(sample - several(feedback.good, at)) <= 0.0
-    if feedback.exact:
-        return equal & (state.dt * abs(v) > LEAST)
     moved = abs(several(feedback.moved, at) + state.dt * v)
     return equal & (moved > _normally(several(feedback.increment, at), several(feedback.way, at)))
 

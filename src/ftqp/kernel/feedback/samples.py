@@ -233,9 +233,11 @@ def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, at: int, t
     fixed = SIGMAS * feedback.sigma + ROOM
     room = SPEED_SHARE * dt * top + dt * dt * several(limits.a_max, at) + fixed
     off = abs(sample - several(feedback.good, at) - dt * v)
-    if not all_of((off <= room) & (abs(sample) < inf) & ~repeat_oddly(state, feedback, at, sample, v)):
+    if not all_of((off <= room) & (abs(sample) < inf)):
         return False
-    if not feedback.exact:
+    if not feedback.exact:  # of an arm that follows exactly nothing is to be learned
+        if any_of(repeat_oddly(state, feedback, at, sample, v)):
+            return False
         learn_block(state, feedback, at, sample, v)
     put(feedback.seen, at, sample)
     put(feedback.good, at, sample)
