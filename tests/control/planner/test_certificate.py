@@ -113,3 +113,31 @@ def test_joint_that_slides_is_outside_by_metres():
     step = planner.step(q, None, ftqp.Target(pose=robot.pose(q)))
     (found,) = step.certificate.outside
     assert (found.joint, found.unit) == (robot.joints[2], "m") and "by 0.05 m" in str(step.certificate)
+
+
+def test_relaxed_beside_a_free_swinging_joint_says_what_is_done_instead_of_the_task():
+    panda = ftqp.robots.load("panda")
+    planner = ftqp.Planner(panda, 2e-3)
+    planner.reset(panda.neutral)
+    planner.report(ftqp.FreeSwinging(3))
+    step = planner.step(panda.neutral, None, ftqp.Target(pose=panda.pose(panda.neutral)))
+    assert step.status is ftqp.StepStatus.RELAXED
+    assert step.certificate.instead == (step.notice,)
+    assert str(step.certificate).startswith("panda_joint4 swings freely: ")
+
+
+def test_torques_beyond_their_limits_and_rows_that_were_given_up_are_named():
+    weak, gone = (
+        "torques exceed their limits by up to 3.2 N m",
+        "rows of the task were given up, x, y are kept",
+    )
+    assert str(Certificate(unreached=(), obstacles=(ELBOW,), instead=(weak, gone))) == f"{weak}; {gone}"
+    panda = ftqp.robots.load("panda")
+    planner = ftqp.Planner(panda, 2e-3, level="acceleration", emergency=None)
+    planner.reset(panda.neutral)
+    planner.report(ftqp.Degraded(5, torque=1e-3))
+    for _ in range(20):
+        step = planner.step(panda.neutral, None, ftqp.Target(pose=panda.pose(panda.neutral)))
+        if step.status is ftqp.StepStatus.RELAXED:
+            said = str(step.certificate)
+            assert "nothing" not in said or step.certificate.outside

@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.response.fault_response import SLOWEST, UNKNOWN_SHARE, fault_of, is_harmless
+from ftqp.control.planner.response.fault_response import (
+    SLOWEST,
+    UNKNOWN_SHARE,
+    fault_of,
+    is_doubtful,
+    is_harmless,
+)
 from ftqp.core.errors import InputError
 from ftqp.faults.detection.diagnosis import Finding
 
@@ -219,3 +225,20 @@ def test_the_detector_counts_on_a_load_that_the_planner_carries() -> None:
     assert session._arm["chain"]["mass"][0, 6] == pytest.approx(before + 1.5)
     with pytest.raises(InputError, match="expected those of the detector"):
         planner._fault_response.detector.fit(ftqp.robots.load("iiwa14"))
+
+
+@pytest.mark.parametrize(
+    ("kinds", "another", "stands", "doubtful"),
+    [
+        (("free_swinging",), True, False, True),
+        (("free_swinging",), False, False, False),
+        (("free_swinging",), True, True, False),
+        (("locked",), True, False, False),
+        (("locked", "free_swinging"), True, False, False),
+        (("degraded",), True, False, False),
+    ],
+)
+def test_a_joint_that_seems_free_beside_one_that_failed_before_is_not_believed(
+    kinds: tuple[str, ...], another: bool, stands: bool, doubtful: bool
+) -> None:
+    assert is_doubtful(finding(*kinds), another=another, stands=stands) is doubtful

@@ -39,7 +39,7 @@ def reference(tick):
     return q, 0.6 * np.sin(rate * t), 0.6 * rate * np.cos(rate * t)
 
 
-def driven(arm, known, fault="", joint=0, share=1.0, most=160):
+def driven(arm, known, fault="", joint=0, share=1.0, most=160, at=AT):
     """The tick after the failure at which something was found, or ``most``, and the diagnosis.
 
     Physics under computed torques: ``share`` of its torque is left to a joint, it is ``locked`` by its
@@ -50,14 +50,14 @@ def driven(arm, known, fault="", joint=0, share=1.0, most=160):
     model, data, rng = arm.model, arm.model.createData(), np.random.default_rng(0)
     q, v, _ = reference(0)
     others, given = [i for i in range(3) if i != joint], np.zeros(3)
-    for k in range(AT + most):
+    for k in range(at + most):
         q_r, v_r, a_r = reference(k)
         asked = pin.rnea(model, data, q, v, a_r + POSITION * (q_r - q) + SPEED * (v_r - v))
         asked = np.clip(asked, -TAU_MAX, TAU_MAX)
         before, given = given if k else asked, asked.copy()
-        if k >= AT and fault == "share":
+        if k >= at and fault == "share":
             given[joint] *= share
-        elif k >= AT and fault == "runs":
+        elif k >= at and fault == "runs":
             given[joint] = TAU_MAX[joint]
         ahead = reference(k + 1)
         step = ftqp.Commanded(ahead[0], ahead[1], a_r, tau=asked if drive == "torque" else None,
@@ -65,10 +65,10 @@ def driven(arm, known, fault="", joint=0, share=1.0, most=160):
         sample = q + SIGMA * rng.standard_normal(3)
         diagnosis = watch.update(sample, None, before if measured else None, step)
         if diagnosis.isolated:
-            return k - AT, diagnosis
-        if k >= AT and fault == "locked":
+            return k - at, diagnosis
+        if k >= at and fault == "locked":
             a = np.zeros(3)
-            a[joint] = -v[joint] / max((1.0 - DT * (k - AT) / BRAKING) * BRAKING, DT)
+            a[joint] = -v[joint] / max((1.0 - DT * (k - at) / BRAKING) * BRAKING, DT)
             M, h = pin.crba(model, data, q), pin.rnea(model, data, q, v, a)
             M = np.triu(M) + np.triu(M, 1).T
             a[others] = np.linalg.solve(M[np.ix_(others, others)], (given - h)[others])
@@ -106,3 +106,15 @@ def test_joint_kind_and_onset_are_found(arm, known, kind, fault, joint, share, w
     assert found.kinds == {kind} and found.onset == pytest.approx(DT * AT, abs=10 * DT)
     if kind == "degraded":
         assert found.share == pytest.approx(0.5, abs=0.05)
+
+
+@pytest.mark.parametrize("known", ["torques sent", "torques sent and measured", "torques demanded"])
+def test_lost_torque_is_not_found_within_the_first_tenth_of_a_second(arm, known):
+    """What a reset leaves in the observers, and friction that comes loose, look like it."""
+    tick, diagnosis = driven(arm, known, "share", 0, 0.0, most=400, at=10)
+    assert 0.09 <= DT * tick < 0.25 and list(diagnosis.isolated) == ["j1"]
+
+
+def test_joint_that_stands_is_found_at_once(arm):
+    tick, diagnosis = driven(arm, "torques sent", "locked", 0, at=10)
+    assert DT * tick < 0.08 and diagnosis.isolated["j1"].kinds == {"locked"}

@@ -10,10 +10,11 @@ import numpy as np
 from ftqp.control.drive.noise import Noise
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.setting import refuse_out_of_range, setting
-from ftqp.kernel.layout.enums import DELAYS, DriveKind
+from ftqp.kernel.layout.enums import DELAYS, Brakes, DriveKind
 from ftqp.kernel.layout.thresholds import LATELY, NOISE_OF_D
 
 KINDS = {kind.name.lower(): kind for kind in DriveKind}
+BRAKES = {brakes.name.lower(): brakes for brakes in Brakes}
 KAPPA_UNKNOWN = 10.0
 """Bandwidth of the tip's loop [1/s] where the servo's is not known, ..."""
 KAPPA_MOST = 25.0
@@ -90,6 +91,10 @@ class Drive:
             None is 0.3. Rotors, a load at the tip and dry friction are then learned while the arm moves. With
             a larger one disturbances are fed forward more slowly until the rotors are known; 0 takes the
             model as it is.
+        brakes: Which brakes the arm has. ``each``: one a joint, and ``step.brakes`` names those to close.
+            ``all``: they close together, so that once one is asked for all are, the arm is stopped, and it
+            goes on after ``reset`` only. ``none``: ``step.brakes`` names none, and a joint that is out of
+            hand keeps its own loop; the arm is held by the motors that are left.
 
     Raises:
         InputError: An unknown kind, a number out of its range, or one that this kind has no use for.
@@ -116,7 +121,14 @@ class Drive:
         least=0.0,
     )
 
+    brakes: str = setting("each", "which brakes the arm has", choices=tuple(BRAKES))
+
     def __post_init__(self) -> None:
+        if self.brakes not in BRAKES:
+            raise InputError(
+                f"brakes is {self.brakes!r}{nearest(str(self.brakes), BRAKES)}, expected one of "
+                f"{', '.join(BRAKES)}"
+            )
         if self.kind not in KINDS:
             raise InputError(
                 f"drive is {self.kind!r}{nearest(str(self.kind), KINDS)}, expected one of {', '.join(KINDS)}"

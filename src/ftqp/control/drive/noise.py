@@ -12,7 +12,7 @@ class Noise:
     Attributes:
         q: Of joint positions, >= 0 [rad or m]. A larger one lets samples differ more from what is expected
             and corrects the tip more slowly; where it is stated, a sensor that repeats its number while the
-            joint moves counts as frozen.
+            joint moves counts as frozen sooner.
         tau: Of joint torques, >= 0 [N m or N].
 
     Raises:

@@ -9,12 +9,13 @@ import numpy as np
 from ftqp.control.drive.joint_drive import Drive, by_name
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.stages import Stage
-from ftqp.control.planner.status import STOP_REASONS
+from ftqp.control.planner.status import REPEATS, STOP_REASONS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session
+from ftqp.kernel.feedback.repeats import FROZEN
 from ftqp.kernel.latches.settling import forget_settling
-from ftqp.kernel.layout.enums import AS_TOLD, DriveKind, StopReason
+from ftqp.kernel.layout.enums import AS_TOLD, Brakes, DriveKind, StopReason
 from ftqp.model.robot import Robot
 
 STEP: Final = 0.05
@@ -35,6 +36,7 @@ class ArmLoop:
         self._session = session
         self._joints = tuple(joints)
         self._speed = self._caution = 1.0
+        self._named = 0
 
     @property
     def stage(self) -> Stage:
@@ -51,6 +53,8 @@ class ArmLoop:
     def _release(self) -> None:
         watch = self._session.K.watch
         watch.stopped = watch.rising = watch.fallbacks = 0
+        self._session.K.feedback.moving = 0
+        self._session.K.feedback.going[:] = 0.0
         watch.last_position_error = watch.last_rotation_error = np.inf
         watch.latched = watch.reason = 0  # the last thing, so that whoever is interrupted has still stopped
 
@@ -61,9 +65,9 @@ class ArmLoop:
             watch.latched, watch.reason = 1, StopReason.ASKED
 
     def resume(self) -> bool:
-        """Release a stop; False while a lost sensor forbids it."""
+        """Release a stop; False while a lost sensor, or the brake of the whole arm, forbids it."""
         feedback = self._session.K.feedback
-        if feedback.lost.any():
+        if feedback.lost.any() or (feedback.brakes == Brakes.ALL and feedback.asks.any()):
             return False
         feedback.waited = feedback.late = feedback.up = feedback.spent_elsewhere = 0.0
         feedback.far = feedback.stored = feedback.until_stored = 0
@@ -104,8 +108,32 @@ class ArmLoop:
             K.watch.latched, K.watch.reason = 1, StopReason.SENSOR
 
     def ask_for_brake(self, i: int) -> None:
-        """Let the brake of joint i be asked for from now on."""
-        self._session.K.feedback.asks[i] = 1
+        """Let the brake of joint i be asked for from now on, if the arm has any; that of all stops it."""
+        feedback, watch = self._session.K.feedback, self._session.K.watch
+        if feedback.brakes == Brakes.NONE:
+            return
+        feedback.asks[i] = 1
+        if feedback.brakes == Brakes.ALL and not watch.latched:
+            feedback.culprit = i
+            watch.latched, watch.reason = 1, StopReason.LAG
+
+    def find_overload(self, i: int) -> None:
+        """Joint i cannot hold the arm with the torque that it has left: its brake is asked for, and a stop.
+
+        A planner that never stops of its own accord only asks.
+        """
+        watch = self._session.K.watch
+        if not watch.latched and watch.stop_samples > 0:
+            self._named = i
+            watch.latched, watch.reason = 1, StopReason.OVERLOAD
+        self.ask_for_brake(i)
+
+    def doubt_free(self, i: int) -> None:
+        """Stop the arm: joint i seems to swing freely beside another that failed, which is not believed."""
+        watch = self._session.K.watch
+        if not watch.latched:
+            self._named = i
+            watch.latched, watch.reason = 1, StopReason.SECOND_FREE
 
     @property
     def stopped_because(self) -> str | None:
@@ -118,8 +146,14 @@ class ArmLoop:
         named = self._joints[max(int(K.feedback.culprit), 0)]
         if reason is StopReason.SENSOR:
             lost = np.flatnonzero(K.feedback.lost[: len(self._joints)])
+            if len(lost) and all(K.feedback.held[i] == FROZEN and K.feedback.sigma == 0.0 for i in lost):
+                sentence = REPEATS
             named = ", ".join(self._joints[i] for i in lost) or "v, tau or the tip"
-        return sentence.format(joint=named)
+        if reason in (StopReason.OVERLOAD, StopReason.SECOND_FREE):
+            named = self._joints[self._named]
+        said = sentence.format(joint=named)
+        moving = int(K.feedback.moving)
+        return f"{said}; {self._joints[moving - 1]} is not seen to rest" if moving > 0 else said
 
     @property
     def disturbance(self) -> FloatArray:

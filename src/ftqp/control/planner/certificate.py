@@ -107,6 +107,8 @@ class Certificate:
             joints that work can hardly move the tip the way that is missing; ``calm``, the damping with which
             an arm comes to rest; ``no answer`` of a solver; ``objective``, which outweighs a soft task. Empty
             where a bound does, or nothing is missing.
+        instead: What else makes the step RELAXED, in sentences: what is done beside a joint that swings
+            freely, rows of the task that were given up, torques beyond their limits.
     """
 
     unreached: tuple[Unreached, ...]
@@ -114,13 +116,16 @@ class Certificate:
     outside: tuple[Outside, ...] = ()
     jump: float = 1.0
     without_bound: str = ""
+    instead: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         missing = ", ".join(f"{u.direction} by {u.amount:+.3g} {u.unit}" for u in self.unreached) or "nothing"
         bounds = ", ".join(f"{o.joint} at {o.limit}" for o in self.obstacles)
         because = bounds or WITHOUT_BOUND[self.without_bound]
         beyond = ", ".join(f"{o.joint} beyond {o.limit} by {o.amount:.3g} {o.unit}" for o in self.outside)
-        said = [f"the task misses {missing}; in the way: {because}"] if self.unreached or not beyond else []
+        silent = not self.unreached and (beyond or self.instead)
+        said = [] if silent else [f"the task misses {missing}; in the way: {because}"]
+        said += self.instead
         said += [f"outside: {beyond}"] if beyond else []
         said += [f"{self.jump:.0%} of the jump at the lock was made"] if self.jump < 1.0 else []
         return "; ".join(said)
@@ -177,6 +182,24 @@ def without_bound(parts: Any, jacobian: FloatArray, code: int) -> str:
     if int(parts["stage"][0]) in (CALM_STAGE, CALM_ELASTIC_STAGE):
         return "calm"
     return "no answer" if code == FALLBACK else "objective"
+
+
+def instead(parts: Any, beside_free: str | None, excess: float) -> tuple[str, ...]:
+    """What makes a step RELAXED beside directions that are missed and limits that joints do not keep.
+
+    Args:
+        parts: Those of a step.
+        beside_free: What is done beside a joint that swings freely, or None.
+        excess: By how much torques exceed their limits [N m or N].
+    """
+    said = [] if beside_free is None else [beside_free]
+    if parts["given_up"][0]:
+        kept = ", ".join(COMPONENTS[int(c)] for c in parts["components"][: int(parts["m"][0])])
+        said.append(f"rows of the task were given up, {kept} are kept")
+    if excess > 0.0:
+        unit = "N m or N" if parts["prismatic"].any() else "N m"
+        said.append(f"torques exceed their limits by up to {excess:.3g} {unit}")
+    return tuple(said)
 
 
 def outside(parts: Any, joints: Sequence[str]) -> list[Outside]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ftqp.control.drive.joint_drive import KINDS, Drive
+from ftqp.control.drive.joint_drive import BRAKES, KINDS, Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.task.bounds import Bounds, Jin
 from ftqp.control.task.emergency import EmergencyStop
@@ -87,6 +87,7 @@ def filled(
     feedback = K.feedback
     feedback.kind, feedback.latency = KINDS[drive.kind], drive.ticks(dt)
     feedback.span = feedback.latency + 2
+    feedback.brakes = BRAKES[drive.brakes]
     feedback.stride = int(REMEMBERED / ((HISTORY - 2) * dt)) + 1
     feedback.speed = 1.0
     feedback.tolerance, feedback.rotation_tolerance = task.tolerance, task.rotation_tolerance

@@ -19,10 +19,10 @@ from ftqp.control.planner.one_thread import OneThread, guarded
 from ftqp.control.planner.planner_facts import PlannerFacts
 from ftqp.control.planner.stages import Stage, Tick
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.wanted import Fitting, Start, Wanted, warn_of_weight
+from ftqp.control.planner.wanted import Fitting, Start, Wanted, overloaded, warn_of_weight
 from ftqp.core.checks import array, frozen, positive
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import Fault
+from ftqp.faults.kinds import Degraded, Fault
 from ftqp.kernel.layout.record import load_chain
 from ftqp.model.payload import Payload
 
@@ -207,6 +207,8 @@ class PlannerChanges(PlannerFacts, ABC):
                 wanted.reserve, K.limits, wanted.fitting.robot.nv,
                 level=given.level, on_demand=given.on_demand and not needed,
             )  # fmt: skip
+        if before is not None and before.belief is not wanted.belief and K.state.is_reset:
+            self._hold_up(before, wanted)
         if before is not None and before.speed != wanted.speed:
             self._loop.speed = wanted.speed
         if wanted.start is not None and (before is None or before.start is not wanted.start):
@@ -214,6 +216,20 @@ class PlannerChanges(PlannerFacts, ABC):
         if wanted.then is not None:
             wanted.then()
         self._adopted = wanted
+
+    def _hold_up(self, before: Wanted, wanted: Wanted) -> None:
+        """A joint that is said to have too little torque for the weight of the arm asks for its brake."""
+        robot, K = wanted.fitting.robot, self._session.K
+        was = before.belief.faults
+        news = [
+            robot.joint(joint)
+            for joint, fault in wanted.belief.faults.items()
+            if isinstance(fault, Degraded) and fault.torque < 1.0 and was.get(joint) != fault
+        ]
+        if news and robot.has_inertia:
+            joint = overloaded(robot, K.state.q_command[: robot.nv], K.limits.tau_max[: robot.nv], news)
+            if joint is not None:
+                self._loop.find_overload(joint)
 
     def _mount(self, fitting: Fitting) -> None:
         """Let the kernel see the arm as it is fitted; steps that are kept stay with the arm that they had."""

@@ -42,5 +42,16 @@ STOP_REASONS: Final[dict[StopReason, str | None]] = {
     StopReason.DEVIATION: "the tip is too far from where it was sent; {joint} is farthest from its command",
     StopReason.LAG: "the arm does not follow: {joint} is farthest from its command",
     StopReason.FREE_JOINT: "a joint swings freely, and nothing of the task can be kept",
+    StopReason.OVERLOAD: "{joint} cannot hold the arm here with the torque that it has left",
+    StopReason.SECOND_FREE: (
+        "{joint} seems to swing freely beside a joint that had failed before, which is not believed without "
+        "you; report it, or call resume() where it works"
+    ),
 }
 """Why a stop is latched; ``{joint}`` is the joint that is meant."""
+
+REPEATS: Final = (
+    "the encoder of {joint} repeats its number: it is frozen, or the joint stands; call reset() once it is "
+    "mended, or report what befell the joint and call resume()"
+)
+"""Why a stop is latched for the sensor of a joint that may as well stand behind a brake."""

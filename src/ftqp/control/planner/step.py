@@ -10,6 +10,7 @@ from ftqp.control.planner.certificate import (
     HELD,
     Certificate,
     Obstacle,
+    instead,
     obstacles,
     outside,
     unreached,
@@ -34,6 +35,8 @@ from ftqp.control.planner.step_parts import (
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import (
+    ALL_BRAKES,
+    EACH_BRAKE,
     FALLBACK,
     FOLLOW,
     HARD,
@@ -164,10 +167,16 @@ class Step:
 
         A joint that is out of hand asks for its brake, whatever the drive: one that a stop does not hold, or
         that is far faster than its limit and its command. A torque arm cannot hold a joint that it no longer
-        sees, either; an arm that takes positions or velocities holds it by its own servo.
+        sees, either; an arm that takes positions or velocities holds it by its own servo. Where the drive
+        says ``brakes="all"`` all are asked for as soon as one is, and with ``"none"`` none ever is.
         """
         asks: BoolArray = self._parts["asks"] != 0
-        return asks | (self._parts["lost"] != 0) if self._takes_torques() else asks
+        if self._takes_torques():
+            asks = asks | (self._parts["lost"] != 0)
+        brakes = self._parts["brakes"][0]
+        if brakes == EACH_BRAKE:
+            return asks
+        return np.full(len(asks), brakes == ALL_BRAKES and bool(asks.any()))
 
     @property
     def tau_stop(self) -> FloatArray:
@@ -365,14 +374,20 @@ class Step:
         slack, bounds = self.slack, tuple(self._obstacles())
         if not self._parts["missed"][0] and self.status is StepStatus.RELAXED:
             slack = np.zeros_like(slack)
+        beyond = tuple(outside(self._parts, self._joints))
+        beside = instead(self._parts, self.notice, self.torque_excess)
+        jump = self._number("jump")
+        if not (slack.any() or beyond or beside or jump < 1.0):
+            slack = self.slack  # less than counts as missed is what is left
         missing = tuple(unreached(self._parts, slack))
         free = missing and not bounds
         return Certificate(
             unreached=missing,
             obstacles=bounds,
-            outside=tuple(outside(self._parts, self._joints)),
-            jump=self._number("jump"),
+            outside=beyond,
+            jump=jump,
             without_bound=without_bound(self._parts, self.jacobian, self.code) if free else "",
+            instead=beside,
         )
 
     @property

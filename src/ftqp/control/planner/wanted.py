@@ -1,7 +1,7 @@
 """What a planner was told since it was made, its load and tool among that, in one immutable object."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -88,6 +88,23 @@ class Wanted:
     start: Start | None = None
     speed: float = 1.0
     then: Callable[[], None] | None = None
+
+
+def overloaded(robot: Robot, q: FloatArray, tau_max: FloatArray, degraded: Iterable[int]) -> int | None:
+    """Which joint of those with less torque than they had cannot hold the arm at rest at q; None if all can.
+
+    Args:
+        robot: The arm with its load.
+        q: Joint positions, (nv,) [rad or m].
+        tau_max: Torque limits believed now, (nv,) [N m or N].
+        degraded: The joints that are looked at.
+    """
+    joints = [i for i in degraded if np.isfinite(tau_max[i])]
+    if not joints:
+        return None
+    tau = np.abs(gravity_torques(robot.model, robot.model.createData(), robot.configuration(q)))
+    worst = max(joints, key=lambda i: float(tau[i] - tau_max[i]))
+    return worst if tau[worst] > tau_max[worst] else None
 
 
 def weight_sentence(robot: Robot, q: FloatArray, tau_max: FloatArray) -> str:

@@ -16,7 +16,9 @@ from ftqp.kernel.layout.enums import (
     ACCELERATION_FAST,
     ERROR_RESIDUAL,
     IS_BIASED,
+    IS_DEGRADED,
     IS_DROPPED,
+    IS_FREE,
     IS_FROZEN,
     IS_LOCKED,
 )
@@ -32,6 +34,10 @@ TORQUE_COUNTS = 0.5
 guess that `python studies/detection.py` has not contradicted."""
 STANDING_VERDICTS = 9
 """More where a joint stands: what is thrown back by a drive stands for a moment."""
+AFTER_START = 0.1
+"""Lost torque is not found sooner after a reset [s], because friction and servos that come loose look so,
+and so does what a reset leaves in observers. A guess that `python studies/detection.py` has not
+contradicted."""
 CALM_TICKS = 300
 """A suspicion ends when z has stayed low for so many ticks."""
 LONGEST_FIT = 200
@@ -121,6 +127,8 @@ def _judge(D: Any, K: Any, then: int) -> int:
         for r in range(ERROR_RESIDUAL, ACCELERATION_FAST + 1):
             D.deviation[i] = max(D.deviation[i], D.excess[r, i] * D.sharp[r, i])
     joint, kinds = isolate_fault(D, K, then)
+    if D.ticks * D.dt < AFTER_START and kinds & (IS_FREE + IS_DEGRADED) and not kinds & IS_LOCKED:
+        kinds = 0
     if joint >= 0 and kinds != 0:
         for k in range(7):
             hit = 1.0 if kinds & (1 << k) else 0.0

@@ -5,7 +5,7 @@ from typing import Any
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.stop_latch import latch
-from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_LAG, TORQUE_DRIVE
+from ftqp.kernel.layout.enums import ALL_BRAKES, HEALTHY, NO_BRAKES, STOPPED_BY_LAG, TORQUE_DRIVE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 ERROR_BAND = 0.02
@@ -69,12 +69,19 @@ def part_with(K: Any, f: int) -> None:
 
 
 @jit
+def _ask(feedback: Any, i: int) -> None:
+    """Joint i asks for its brake, if the arm has any: else its own loop is all that can bring it back."""
+    if feedback.brakes != NO_BRAKES:
+        feedback.asks[i] = 1
+
+
+@jit
 def find_out_of_hand(K: Any) -> None:
     """Finds the joints that are out of hand: whatever the drive, they ask for their brakes.
 
     They are those outside their error band for 20 ms while the arm is stopped, and those that are 20 % of
     the limit faster than both their command and their limit for 10 ms, 100 ms with servos: that stops the
-    arm, too.
+    arm, too, and always where it has but one brake for all.
     Source: docs/theory/feedback.md, "Stops".
     """
     feedback, past, watch, dt = K.feedback, K.past, K.watch, K.state.dt
@@ -95,9 +102,9 @@ def find_out_of_hand(K: Any) -> None:
         if out or fast:
             feedback.any_counted = 1
         if feedback.hurried[i] * dt > time - 0.5 * dt:
-            feedback.asks[i] = 1
-            if watch.latched == 0 and watch.stop_samples > 0:
+            _ask(feedback, i)
+            if watch.latched == 0 and (watch.stop_samples > 0 or feedback.brakes == ALL_BRAKES):
                 latch(watch, STOPPED_BY_LAG)
                 feedback.culprit = i
         if feedback.outside_band[i] * dt > OUT_TIME - 0.5 * dt:
-            feedback.asks[i] = 1
+            _ask(feedback, i)

@@ -3,10 +3,21 @@
 from math import inf
 from typing import Any
 
+from ftqp.kernel.feedback.repeats import (
+    FROZEN,
+    IN_DOUBT,
+    LOOKED_THROUGH,
+    explain,
+    forget_repeats,
+    learn_block,
+    look_at_repeats,
+    never_repeats,
+    repeat_oddly,
+)
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.stop_latch import latch
-from ftqp.kernel.layout.enums import AS_SENT, FREE, HEALTHY, STOPPED_BY_SENSOR
-from ftqp.kernel.layout.thresholds import FROZEN_SAMPLES, FROZEN_SIGMAS
+from ftqp.kernel.layout.enums import AS_SENT, FREE, HEALTHY, STOPPED_BY_SENSOR, TORQUE_DRIVE
+from ftqp.kernel.layout.thresholds import FASTEST
 from ftqp.kernel.maths.elementary import any_of, larger
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, several
@@ -22,6 +33,13 @@ ROOM = 1e-4
 FREE_SPEED = 15.0
 """A free-swinging joint may be this fast [rad/s] although its own limit is lower. A guess that the campaigns
 have not contradicted."""
+IMPACT_TIME = 0.1
+"""After an impact at the end of a range joints may be faster than their limits for so long [s] ..."""
+HITS = 0.3
+"""... if one was seen to come there at this speed [rad/s or m/s] ..."""
+NEAR_END = 5e-3
+"""... and to be so near to it [rad or m], beside what it goes in two ticks. All three are guesses that the
+campaigns have not contradicted."""
 RECOVERY = 0.2
 """A good sample takes back this share of what a bad one costs. A guess that the campaigns have not
 contradicted."""
@@ -46,9 +64,11 @@ def begin(K: Any) -> None:
     anew = feedback.fresh != AS_SENT
     feedback.fresh = 0
     feedback.now = 0
-    feedback.refused = feedback.lagging = feedback.out = feedback.settled = feedback.far = 0
+    feedback.refused = feedback.holding = feedback.exact = feedback.lagging = feedback.out = (
+        feedback.settled
+    ) = feedback.far = 0
     feedback.gap = feedback.rate_change = feedback.late = feedback.up = 0.0
-    feedback.gap_filtered = feedback.waited = feedback.spent_elsewhere = 0.0
+    feedback.wide = feedback.gap_filtered = feedback.waited = feedback.spent_elsewhere = 0.0
     feedback.rate = 1.0
     feedback.speed_margin = 0.0
     feedback.quiet = feedback.unresponsive_count = feedback.heard = 0
@@ -60,11 +80,12 @@ def begin(K: Any) -> None:
     for i in range(n):
         q, v = state.q_command[i], state.v_command[i]
         at = q if anew or not is_finite(state.q[i]) else state.q[i]
-        feedback.seen[i] = feedback.good[i] = feedback.raw[i] = feedback.q_hat[i] = feedback.q_now[i] = at
+        feedback.seen[i] = feedback.good[i] = feedback.q_hat[i] = feedback.q_now[i] = at
         feedback.v_hat[i] = feedback.v_now[i] = feedback.v_sent[i] = v
         feedback.d_hat[i] = feedback.d_slow[i] = 0.0
         feedback.offset[i] = at - q
-        feedback.age[i] = feedback.same[i] = feedback.still[i] = feedback.bad[i] = 0
+        feedback.age[i] = feedback.still[i] = feedback.bad[i] = 0
+        forget_repeats(feedback, i, at)
         feedback.outside_band[i] = feedback.hurried[i] = 0
         if anew:
             feedback.spent[i] = 0.0
@@ -82,7 +103,11 @@ def begin(K: Any) -> None:
 def _is_possible(
     state: Any, faults: Any, limits: Any, feedback: Any, i: int, sample: float, v: float
 ) -> bool:
-    """|q_m - q_good - t v_r| <= 1.3 v_max dt + a_max t^2 + 8.5 sigma + 1e-4, t the time since q_good."""
+    """|q_m - q_good - t v_r| <= 1.3 v_max dt + a_max t^2 + 8.5 sigma + 1e-4, t the time since q_good.
+
+    Or with the speed that was observed in the place of v_r: a joint that does not obey is seen, too. After
+    an impact at the end of a range it is 30 rad/s in the place of v_max for 100 ms.
+    """
     dt = state.dt
     if not is_finite(sample):
         return False
@@ -90,32 +115,25 @@ def _is_possible(
     top = max(limits.v_max[i], abs(v), abs(feedback.v_hat[i]))  # a limit that has just been lowered
     if faults.code[i] == FREE:
         top = max(top, FREE_SPEED)
+    if feedback.wide > 0.0:
+        top = max(top, FASTEST)
     if not top < inf:
         return True
     room = SPEED_SHARE * top * dt + limits.a_max[i] * t * t + SIGMAS * feedback.sigma + ROOM
-    return abs(sample - feedback.good[i] - t * v) <= room
+    way = sample - feedback.good[i]
+    return abs(way - t * v) <= room or abs(way - t * feedback.v_hat[i]) <= room  # as sent, or as it was seen
 
 
 @jit
-def _is_frozen(state: Any, feedback: Any, i: int, sample: float, v: float) -> bool:
-    """Whether a sensor whose noise is known repeats its number although the joint moves."""
-    if sample == feedback.raw[i]:
-        feedback.same[i] += 1
-    else:
-        feedback.same[i] = 0
-        feedback.raw[i] = sample
-    if feedback.sigma == 0.0 or feedback.same[i] < FROZEN_SAMPLES:
-        return False
-    return abs(v) * feedback.same[i] * state.dt > FROZEN_SIGMAS * feedback.sigma
+def _spend(state: Any, watch: Any, feedback: Any, spent: float, cost: float) -> float:
+    """The leaky count of bad samples as time [s]; the arm is stopped when patience is at an end.
 
-
-@jit
-def _spend(state: Any, watch: Any, feedback: Any, spent: float, bad: bool) -> float:
-    """The leaky count of bad samples as time [s]; the arm is stopped when patience is at an end."""
+    ``cost``: of this sample as a share of a tick, 0 of a good one.
+    """
     dt = state.dt
-    if not bad:
+    if cost == 0.0:
         return max(0.0, spent - RECOVERY * dt)
-    spent += dt
+    spent += cost * dt
     if spent > feedback.patience + 0.5 * dt and watch.latched == 0:
         latch(watch, STOPPED_BY_SENSOR)
     return spent
@@ -134,35 +152,77 @@ def _drop_broken_tip(task: Any) -> bool:
     return False
 
 
+@rare_jit
+def _struck(K: Any) -> bool:
+    """Whether a joint has just come to the end of its range, or is beyond it, at a speed: an impact.
+
+    It throws the others about, too, faster than their limits.
+    """
+    limits, feedback, dt = K.limits, K.feedback, K.state.dt
+    for i in range(K.chain.n):
+        v, at = abs(feedback.v_hat[i]), feedback.good[i]
+        way = NEAR_END + 2.0 * dt * v
+        if v > HITS and (at - limits.q_min[i] < way or limits.q_max[i] - at < way):
+            return True
+    return False
+
+
+@jit
+def _cost(K: Any, i: int, possible: bool) -> float:
+    """What the sample of joint i costs of patience, as a share of a tick: 0 where it is good.
+
+    A sensor that was lost because its number repeated is explained once its joint is said to have failed.
+    """
+    feedback = K.feedback
+    if K.faults.code[i] != HEALTHY and feedback.sigma == 0.0 and explain(feedback, i):
+        feedback.lost[i] = 0
+        feedback.spent[i] = 0.0
+    if feedback.lost[i] != 0 or not possible:
+        return 1.0
+    if feedback.held[i] == FROZEN:
+        return 1.0 if feedback.sigma > 0.0 or never_repeats(feedback, i) else IN_DOUBT
+    return 0.0
+
+
 @jit
 def _believe_joint(K: Any, i: int, then: int) -> None:
     """The sample of joint i, looked at closely."""
     feedback, past, state = K.feedback, K.past, K.state
     sample = state.q[i]
+    healthy = K.faults.code[i] == HEALTHY
     v = past.v[then, i] if K.faults.code[i] != FREE else feedback.v_hat[i]
     feedback.age[i] += 1
-    bad = feedback.lost[i] != 0 or not _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
-    if _is_frozen(state, feedback, i, sample, v):
-        bad = True
-    feedback.bad[i] = 1 if bad else 0
-    feedback.spent[i] = _spend(state, K.watch, feedback, feedback.spent[i], bad)
-    if bad:
-        feedback.refused += 1
-        off = feedback.offset[i] if K.faults.code[i] == HEALTHY else 0.0  # a failed joint's is its reference
-        feedback.seen[i] = past.q[then, i] + off
-        if feedback.spent[i] > feedback.patience + 0.5 * state.dt:
-            feedback.lost[i] = 1
-    else:
+    possible = _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
+    if not possible and feedback.wide == 0.0 and _struck(K):
+        feedback.wide = IMPACT_TIME
+        possible = _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
+    if healthy or feedback.sigma > 0.0:
+        look_at_repeats(state, feedback, i, sample, v)
+    cost = _cost(K, i, possible)
+    held = feedback.held[i] == LOOKED_THROUGH
+    feedback.bad[i] = 1 if cost > 0.0 or held else 0
+    feedback.spent[i] = _spend(state, K.watch, feedback, feedback.spent[i], cost)
+    if feedback.bad[i] == 0 or (cost == 0.0 and feedback.kind != TORQUE_DRIVE):
         feedback.seen[i] = feedback.good[i] = sample
         feedback.offset[i] = sample - past.q[then, i]
         feedback.age[i] = 0
+    else:
+        off = feedback.offset[i] if healthy else 0.0  # a failed joint's is its reference
+        feedback.seen[i] = past.q[then, i] + off
+    if held:
+        feedback.holding += 1
+    elif cost > 0.0:
+        feedback.refused += 1
+        if feedback.spent[i] > feedback.patience + 0.5 * state.dt:
+            feedback.lost[i] = 1
 
 
 @jit
 def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, at: int, then: int) -> bool:
     """The samples of the joints from ``at`` on, taken as they are; False where one needs a closer look.
 
-    They are taken where all were good a tick ago and all are possible now, as ``_is_possible`` has it.
+    They are taken where all were good a tick ago, all are possible now, as ``_is_possible`` has it, and none
+    repeats oddly.
     """
     odd = is_set(feedback.age, at) | is_set(feedback.lost, at) | is_set(feedback.bad, at)
     if any_of(odd):
@@ -175,6 +235,10 @@ def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, at: int, t
     off = abs(sample - several(feedback.good, at) - dt * v)
     if not all_of((off <= room) & (abs(sample) < inf)):
         return False
+    if not feedback.exact:  # of an arm that follows exactly nothing is to be learned
+        if any_of(repeat_oddly(state, feedback, at, sample, v)):
+            return False
+        learn_block(state, feedback, at, sample, v)
     put(feedback.seen, at, sample)
     put(feedback.good, at, sample)
     put(feedback.offset, at, sample - q)
@@ -200,7 +264,9 @@ def believe(K: Any) -> None:
         feedback.now = feedback.now + 1 if feedback.now + 1 < feedback.span else 0
     now = feedback.now
     then = slot(feedback, feedback.latency)
-    feedback.refused = 0
+    feedback.refused = feedback.holding = 0
+    if feedback.wide > 0.0:
+        feedback.wide = max(0.0, feedback.wide - K.state.dt)
     elsewhere = _drop_broken_tip(K.task) or state.unusable != 0
     together = feedback.sigma == 0.0 and faults.movable == faults.working  # noise: frozen sensors are counted
     for at in range(0, K.chain.n, WIDTH):
@@ -211,6 +277,8 @@ def believe(K: Any) -> None:
         if not together or not _believe_block(state, K.limits, feedback, past, at, then):
             for i in range(at, min(at + WIDTH, n)):
                 _believe_joint(K, i, then)
-    feedback.spent_elsewhere = _spend(state, K.watch, feedback, feedback.spent_elsewhere, elsewhere)
+    feedback.spent_elsewhere = _spend(
+        state, K.watch, feedback, feedback.spent_elsewhere, 1.0 if elsewhere else 0.0
+    )
     if elsewhere:
         feedback.refused += 1

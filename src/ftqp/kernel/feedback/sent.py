@@ -249,7 +249,7 @@ def send(K: Any) -> None:
     """
     feedback, past, state, faults, limits = K.feedback, K.past, K.state, K.faults, K.limits
     lead = K.gate.lead
-    if feedback.refused and feedback.kind == VELOCITY_DRIVE:
+    if (feedback.refused or feedback.holding) and feedback.kind == VELOCITY_DRIVE:
         for i in range(K.chain.n):
             feedback.bent[i] = feedback.v_sent[i] - past.v[feedback.now, i]
     for at in range(0, K.chain.n, WIDTH):

@@ -1,12 +1,13 @@
 """The status report: what the operator is told of the arm, beside what the QP says of itself."""
 
+from math import inf
 from typing import Any
 
 from ftqp.kernel.feedback.error_band import OUT_TIME
 from ftqp.kernel.feedback.gap import norms
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.enums import INVALID_INPUT, LAGGING, OK, RELAXED, SCALED
+from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.layout.enums import INVALID_INPUT, LAGGING, NO_BRAKES, OK, RELAXED, SCALED, TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, OUTSIDE_SIGMAS
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.side_by_side import WIDTH, several
@@ -16,6 +17,18 @@ BACK = 0.5
 BACK_TIME = 0.05
 """... for this long [s], so that a report does not flicker. A guess that the campaigns have not
 contradicted."""
+
+
+GOES_ON = 0.05
+"""A joint that is seen to be faster than this share of its limit while its command rests goes on ..."""
+STANDS = 0.02
+"""... until it is slower than this, ..."""
+MEAN_TIME = 0.02
+"""... in the mean over this time [s], so that noise does not count. Guesses that the campaigns have not
+contradicted."""
+NOISE_LEVELS = 6.0
+"""Standard deviations of the noise of an observed speed that do not count either, because noise alone exceeds
+six twice in 1e9 samples."""
 
 
 @jit
@@ -79,3 +92,30 @@ def report_status(state: Any, limits: Any, task: Any, feedback: Any, chain: Any,
     if outcome == OK and _is_measured_outside(limits, feedback, chain):
         return LAGGING
     return outcome
+
+
+@rare_jit
+def goes_on(K: Any, at_rest: bool) -> bool:
+    """Whether a joint that works is seen to move in a stop ``at_rest``: ``moving``, fastest by its own limit.
+
+    The mean of its observed speed exceeds 5 % of its limit, or has not been below 2 % since. A joint whose
+    sample is refused is not seen; on a torque arm without brakes nobody knows whether such a one rests.
+    Source: docs/theory/feedback.md, "Stops".
+    """
+    feedback, limits, faults = K.feedback, K.limits, K.faults
+    if not feedback.active:
+        return False
+    noise = NOISE_LEVELS * feedback.sigma * feedback.failed_noise
+    share, worst = min(1.0, K.state.dt / MEAN_TIME), STANDS if feedback.moving > 0 else GOES_ON
+    feedback.moving = 0
+    for k in range(faults.working):
+        i = faults.order[k]
+        v = 0.0 if feedback.bad[i] else abs(feedback.v_hat[i])
+        feedback.going[i] += share * (v - feedback.going[i])
+        top = limits.v_max[i] if limits.v_max[i] < inf else 1.0
+        fast = (feedback.going[i] - noise) / top
+        if feedback.lost[i] and feedback.kind == TORQUE_DRIVE and feedback.brakes == NO_BRAKES:
+            fast = inf
+        if at_rest and fast > worst:
+            feedback.moving, worst = i + 1, fast
+    return feedback.moving > 0

@@ -124,9 +124,8 @@ def correct(state: Any, task: Any, watch: Any, feedback: Any, calm: Any) -> None
             feedback.displaced = 1
     if not feedback.displaced:
         return
-    frozen = (
-        feedback.refused > 0 or watch.latched != 0 or _rests(feedback, calm) or calm.holding or gives_up(calm)
-    )
+    blind = feedback.refused > 0 or feedback.holding > 0
+    frozen = blind or watch.latched != 0 or _rests(feedback, calm) or calm.holding or gives_up(calm)
     for k in range(6):
         if frozen:
             rate[k] = feedback.push[k] = 0.0

@@ -13,7 +13,7 @@ from typing import Any
 from ftqp.kernel.active_set.active_set import active_set
 from ftqp.kernel.feedback.gate import pass_gate
 from ftqp.kernel.feedback.sent import send
-from ftqp.kernel.feedback.status_report import report_status
+from ftqp.kernel.feedback.status_report import goes_on, report_status
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.judge.cascade_table import (
     AFTER_BAD,
@@ -130,8 +130,10 @@ def _finish(K: Any) -> int:
             qp.z_box[i] = cascade.z_box_first[i]
         for j in range(qp.nc):
             qp.z[j] = cascade.z_first[j]
-    if cascade.outcome == STOPPED and _sets_out(K):
-        cascade.outcome = STOPPING
+    if watch.latched:
+        at_rest = cascade.outcome == STOPPED and not _sets_out(K)
+        if goes_on(K, at_rest) or (cascade.outcome == STOPPED and not at_rest):
+            cascade.outcome = STOPPING
     cascade.status = report_status(K.state, K.limits, task, K.feedback, K.chain, cascade.outcome)
     return cascade.status
 

@@ -121,6 +121,8 @@ class StopReason(IntEnum):
     DEVIATION = 5
     LAG = 6
     FREE_JOINT = 7
+    OVERLOAD = 8
+    SECOND_FREE = 9
 
 
 (
@@ -132,7 +134,20 @@ class StopReason(IntEnum):
     STOPPED_BY_DEVIATION,
     STOPPED_BY_LAG,
     STOPPED_BY_FREE_JOINT,
+    STOPPED_BY_OVERLOAD,
+    STOPPED_BY_SECOND_FREE,
 ) = map(int, StopReason)
+
+
+class Brakes(IntEnum):
+    """Which brakes an arm has, by the names that ``ftqp.Drive`` gives them."""
+
+    EACH = 0
+    ALL = 1
+    NONE = 2
+
+
+EACH_BRAKE, ALL_BRAKES, NO_BRAKES = map(int, Brakes)
 
 
 class Turn(IntEnum):

@@ -14,11 +14,12 @@ def fill(K: Any, at: int) -> int:
     tau_min - h <= M a <= tau_max - h, times dt at the velocity level. A free-swinging joint's row is the
     equality tau = -(friction + viscous) v, with the velocity after the step: taken before it, where h has the
     joint's own viscous friction, strong friction on a light joint would be unstable. The row of a joint that
-    is held is open: its brake carries whatever is needed. Those of a body that floats are M_b a + h_b = 0, at
-    the velocity level M_b v = 0: momentum stays what it is, and 0.
+    is held, or asks for its brake, is open: the brake carries whatever is needed. Those of a body that floats
+    are M_b a + h_b = 0, at the velocity level M_b v = 0: momentum stays what it is, and 0.
     Source: docs/theory/joint-failures.md, "Free-swinging"; Umetani and Yoshida 1989.
     """
     chain, limits, faults, state, kinematics, qp = K.chain, K.limits, K.faults, K.state, K.kinematics, K.qp
+    asks = K.feedback.asks
     n = chain.n
     scale = state.dt if state.level == VELOCITY else 1.0
     for i in range(n):
@@ -39,7 +40,7 @@ def fill(K: Any, at: int) -> int:
             qp.l[at + i] = qp.u[at + i] = shift + (
                 scale * own * state.v[i] if state.level == VELOCITY else -faults.friction[i] * state.v[i]
             )
-        elif fault == HEALTHY:
+        elif fault == HEALTHY and not asks[i]:
             qp.l[at + i], qp.u[at + i] = shift - scale * limits.tau_max[i], shift + scale * limits.tau_max[i]
         else:
             qp.l[at + i], qp.u[at + i] = -inf, inf

@@ -19,7 +19,7 @@ from ftqp.faults.detection.detector import Detector
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import DriveKind
+from ftqp.kernel.layout.enums import HEALTHY, DriveKind
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
@@ -218,6 +218,9 @@ class FaultResponse:
     def _believe(self, finding: Finding) -> None:
         """Act upon a finding.
 
+        What a joint that has failed does to its neighbours looks most like one that swings freely; to believe
+        that wrongly throws the arm about. So of a second joint it is not believed: the arm is stopped.
+
         A joint that may just be weak, or is weak behind a servo that makes up for it, harms nothing yet: it
         is told, and looked at further, but not believed, unless it stands and may be held.
         """
@@ -234,6 +237,12 @@ class FaultResponse:
         if finding.kinds <= SENSORS:
             _LOG.warning("%s The arm is stopped.", finding.sentence)
             self._loop.lose_sensor(i)
+            return
+        another = any(one.joint != finding.joint and one.withdrawn_at is None for one in self.findings)
+        another = another or bool((self._K.faults.code != HEALTHY).any())
+        if is_doubtful(finding, another=another, stands=stands):
+            _LOG.warning("%s Another joint has failed before, so the arm is stopped.", finding.sentence)
+            self._loop.doubt_free(i)
             return
         fault = fault_of(finding, may_swing=self._robot.has_inertia and self._robot.is_serial, stands=stands)
         _LOG.warning("%s The planner counts on it from now on: %s.", finding.sentence, fault.happens)
@@ -279,6 +288,17 @@ def is_harmless(finding: Finding, *, servo: bool, stands: bool) -> bool:
     if "degraded" not in kinds or "locked" in kinds or (stands and len(kinds) > 1):
         return False
     return servo or len(kinds) > 1
+
+
+def is_doubtful(finding: Finding, *, another: bool, stands: bool) -> bool:
+    """Whether a joint seems to swing freely that need not, as what another one does looks like it.
+
+    Args:
+        finding: What was found.
+        another: Whether another joint has failed before.
+        stands: Whether the joint has hardly moved for some 50 ms: it is then held, whatever holds it.
+    """
+    return another and not stands and finding.kinds == {"free_swinging"}
 
 
 def fault_of(finding: Finding, *, may_swing: bool = True, stands: bool = False) -> Fault:

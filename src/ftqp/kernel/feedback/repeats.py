@@ -1,0 +1,168 @@
+"""Samples that repeat themselves although the joint should move: a frozen encoder, or a joint that stands.
+
+What is normal is learned: the smallest step between two samples, how far the reference goes while a working
+encoder repeats its number, and whether the number ever repeats while the joint rests.
+"""
+
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import POSITION_DRIVE, TORQUE_DRIVE
+from ftqp.kernel.layout.thresholds import FROZEN_SAMPLES, FROZEN_SIGMAS
+from ftqp.kernel.maths.elementary import larger, select, smaller
+from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.maths.side_by_side import put, several
+
+LOOKED_THROUGH = 1
+"""``held``: the joint's own feedback is off, its sample counts as a following error ..."""
+FROZEN = 2
+"""... or the sample is refused, too."""
+
+NORMAL = 2.0
+"""A number that repeats while the reference goes so many times as far as it normally does is odd ..."""
+LEAST = 1e-6
+"""... and by this [rad or m] more, finer than encoders, so that rounding of a joint that rests is not."""
+HELD_SAMPLES = 2
+"""An odd number that repeats so often is looked through, lest feedback drive the joint away ..."""
+MOVES = 0.1
+"""... if the reference is this fast [rad/s or m/s]; a slower joint is driven away slowly ..."""
+GOES_ALONG = 0.25
+"""... and the joint was seen to go along, with this share of that speed: one that sticks needs its feedback
+to come loose. All three are guesses that `python studies/frozen_encoders.py` has not contradicted."""
+STICKS = 20.0
+"""A number that repeats until the reference is so far away that the feedback of a torque drive asks for so
+much [rad/s2 or m/s2] is frozen, or the joint stands: dry friction of 1 N m holds a joint of 0.05 kg m2 ..."""
+FAR_INCREMENTS = 4.0
+"""... and so many times the encoder's smallest step ..."""
+FAR_WAYS = 3.0
+"""... and so many times as far as it normally does. Both are guesses that `python studies/frozen_encoders.py`
+has not contradicted."""
+RESTING = 1e-3
+"""A reference slower than this [rad/s or m/s] rests. A convention: a tick of 1 ms then moves it less than
+encoders show."""
+RESTLESS = 20.0
+"""An encoder whose number has gone so often against the reference at rest, and never stayed the same there,
+does not repeat it while it works. A guess that
+`python studies/frozen_encoders.py` has not contradicted."""
+IN_DOUBT = 0.25
+"""Of patience a sample costs this share where the joint may as well stand, so that a detector has 80 ms to
+find a lock. Four times what it takes in the median (docs/evidence/detection.md)."""
+
+
+@jit
+def forget_repeats(feedback: Any, i: int, at: float) -> None:
+    """Nothing is known of the encoder of joint i but that it should say where the joint is."""
+    feedback.raw[i] = at
+    feedback.same[i] = feedback.moved[i] = feedback.increment[i] = feedback.way[i] = 0.0
+    feedback.restless[i] = 0.0
+    feedback.held[i] = 0
+
+
+@jit
+def _normally(increment: Any, way: Any) -> Any:
+    """How far the reference may go while a number repeats, before that is odd."""
+    return NORMAL * larger(increment, way) + LEAST
+
+
+@jit
+def repeat_oddly(state: Any, feedback: Any, at: int, sample: Any, v: Any) -> Any:
+    """Which of the samples of the joints from ``at`` on repeat although the reference went on.
+
+    They are compared with the last good ones, which are those of the last tick.
+    """
+    equal = abs(sample - several(feedback.good, at)) <= 0.0
+    moved = abs(several(feedback.moved, at) + state.dt * v)
+    return equal & (moved > _normally(several(feedback.increment, at), several(feedback.way, at)))
+
+
+@jit
+def learn_block(state: Any, feedback: Any, at: int, sample: Any, v: Any) -> None:
+    """What the samples of the joints from ``at`` on, of which none repeats oddly, tell of their encoders."""
+    change, moved = sample - several(feedback.good, at), several(feedback.moved, at)
+    increment, restless = several(feedback.increment, at), several(feedback.restless, at)
+    rests, step = abs(v) < RESTING, abs(change)
+    equal, against = step <= 0.0, change * v < 0.0
+    least = select(increment > 0.0, smaller(increment, step), step)
+    put(feedback.same, at, select(equal, several(feedback.same, at) + 1.0, 0.0))
+    put(feedback.moved, at, select(equal, moved + state.dt * v, 0.0))
+    put(feedback.increment, at, select(equal, increment, least))
+    put(
+        feedback.way,
+        at,
+        select(equal, several(feedback.way, at), larger(several(feedback.way, at), abs(moved))),
+    )
+    jitter = select(against, smaller(restless + 1.0, RESTLESS), restless)
+    put(feedback.restless, at, select(rests, select(equal, 0.0, jitter), restless))
+
+
+@jit
+def _learn(state: Any, feedback: Any, i: int, sample: float, v: float) -> None:
+    """The same of joint i, whose number may have repeated oddly: how far is not normal then."""
+    rests = abs(v) < RESTING
+    if feedback.age[i] == 1:  # the last sample was good
+        feedback.raw[i] = feedback.good[i]
+    if sample == feedback.raw[i]:
+        feedback.same[i] += 1.0
+        feedback.moved[i] += state.dt * v
+        if rests:
+            feedback.restless[i] = 0.0
+        return
+    change = sample - feedback.raw[i]
+    step = abs(change)
+    if is_finite(step):
+        feedback.increment[i] = min(step, feedback.increment[i]) if feedback.increment[i] > 0.0 else step
+        if rests and change * v < 0.0:
+            feedback.restless[i] = min(feedback.restless[i] + 1.0, RESTLESS)
+    if feedback.held[i] == 0:
+        feedback.way[i] = max(feedback.way[i], abs(feedback.moved[i]))
+    feedback.raw[i] = sample
+    feedback.same[i] = feedback.moved[i] = 0.0
+    feedback.held[i] = 0
+
+
+@jit
+def never_repeats(feedback: Any, i: int) -> bool:
+    """Whether the encoder of joint i jitters at rest: while it works it never repeats its number."""
+    never: bool = feedback.restless[i] >= RESTLESS
+    return never
+
+
+@jit
+def explain(feedback: Any, i: int) -> bool:
+    """Joint i is said to have failed: whether that explains why its number seemed frozen."""
+    explained: bool = feedback.held[i] == FROZEN
+    feedback.held[i] = 0
+    return explained
+
+
+@jit
+def look_at_repeats(state: Any, feedback: Any, i: int, sample: float, v: float) -> None:
+    """Finds out whether the number of joint i repeats oddly: ``held``, until the number changes.
+
+    Noise that is stated tells more: a number that repeats for five samples, while the reference goes on by
+    six standard deviations and by more than normally, is frozen. Else it is looked through, whatever
+    feedback would do with it, at the second repeat, if the joint was seen to go along before; and frozen
+    once the reference is far away. A servo on positions holds its joint by itself, and a velocity drive does
+    without feedback: there a joint that may as well stand behind a brake is no frozen encoder.
+    Source: docs/theory/feedback.md, "Samples".
+    """
+    _learn(state, feedback, i, sample, v)
+    same, held, kind = feedback.same[i], feedback.held[i], feedback.kind
+    if same < HELD_SAMPLES or held == FROZEN:
+        return
+    way, increment, far = feedback.way[i], feedback.increment[i], abs(feedback.moved[i])
+    odd = far > _normally(increment, way)
+    if feedback.sigma > 0.0:
+        went = abs(v) * same * state.dt
+        if odd and same >= FROZEN_SAMPLES and went > FROZEN_SIGMAS * feedback.sigma:
+            feedback.held[i] = FROZEN
+        return
+    along = feedback.v_hat[i] * v > GOES_ALONG * v * v
+    if odd and abs(v) > MOVES and along and kind != POSITION_DRIVE:
+        feedback.held[i] = LOOKED_THROUGH
+    stuck = STICKS / (feedback.stiffness * feedback.stiffness)
+    if same >= FROZEN_SAMPLES and far > max(stuck, FAR_INCREMENTS * increment, FAR_WAYS * way):
+        if kind == TORQUE_DRIVE or never_repeats(feedback, i):
+            feedback.held[i] = FROZEN
+        elif kind != POSITION_DRIVE:
+            feedback.held[i] = LOOKED_THROUGH

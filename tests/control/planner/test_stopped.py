@@ -1,0 +1,154 @@
+"""STOPPED is said of the arm, impacts are no broken sensors, and brakes are asked for as the arm has them."""
+
+import numpy as np
+import pytest
+from tests.ride import DT, START
+
+import ftqp
+
+OVERLOADED = 1
+"""The joint of a Panda that carries most."""
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return ftqp.robots.load("panda")
+
+
+class Arm:
+    """A planner and an arm that does as its reference does, but for what is done to its samples."""
+
+    def __init__(self, robot, drive="position", start=START, **settings):
+        self.planner = ftqp.Planner(robot, DT, drive=drive, task=ftqp.Task(rows="position"), **settings)
+        self.planner.reset(start)
+        self.target = ftqp.Target(pose=robot.pose(start))
+        self.q = np.array(start)
+
+    def tick(self, beside=0.0):
+        self.step = self.planner.step(self.q + beside, None, self.target)
+        self.q = self.step.reference.q.copy()
+        return self.step
+
+
+@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
+def test_arm_whose_joint_is_seen_to_move_has_not_stopped(robot, drive):
+    arm = Arm(robot, drive, emergency=None)
+    arm.tick()
+    arm.planner.stop()
+    for _ in range(30):
+        arm.tick()
+    assert arm.step.status is ftqp.StepStatus.STOPPED
+    said, beside, turning = [], np.zeros(7), 0.1 * robot.limits.v_max[3] * DT
+    for k in range(400):
+        if k < 100:
+            beside[3] += turning * (1.0 if k < 50 else -1.0)
+        elif k == 300:
+            assert arm.planner.stopped_because == "stop() was called"
+        arm.tick(beside)
+        said.append(arm.step.status.name)
+        if said[-1] == "STOPPING":
+            assert arm.planner.stopped_because == "stop() was called; panda_joint4 is not seen to rest"
+    assert "STOPPING" in said[:50] and set(said[200:]) == {"STOPPED"}
+
+
+def test_creeping_and_noise_do_not_take_back_that_the_arm_has_stopped(robot):
+    arm = Arm(robot, noise=ftqp.Noise(q=1e-4))
+    rng = np.random.default_rng(0)
+    arm.tick()
+    arm.planner.stop()
+    said = []
+    for k in range(600):
+        drift = 0.02 * robot.limits.v_max * DT * k
+        said.append(arm.tick(1e-4 * rng.standard_normal(7) + drift).status.name)
+    assert set(said[100:]) == {"STOPPED"}
+
+
+@pytest.mark.parametrize(("at_the_end", "believed"), [(True, True), (False, False)])
+def test_samples_faster_than_limits_are_believed_only_after_an_impact_at_an_end_stop(
+    robot, at_the_end, believed
+):
+    start = START.copy()
+    if at_the_end:
+        start[0] = robot.limits.q_max[0] - 0.02
+    arm = Arm(robot, start=start, emergency=None)
+    beside = np.zeros(7)
+    for _ in range(20):
+        beside[0] += 0.001  # 1 rad/s, towards the end of the range
+        arm.tick(beside)
+    beside[4] += 1.5 * 1.3 * robot.limits.v_max[4] * DT + 1e-3
+    arm.tick(beside)
+    assert (arm.step.status is not ftqp.StepStatus.INVALID_INPUT) is believed
+    for k in range(120):  # it is over after 100 ms
+        beside[0] -= 1e-4 * (k < 100)
+        arm.tick(beside)
+    beside[4] += 1.5 * 1.3 * robot.limits.v_max[4] * DT + 1e-3
+    assert arm.tick(beside).status is ftqp.StepStatus.INVALID_INPUT
+
+
+@pytest.mark.parametrize("drive", ["position", "torque"])
+@pytest.mark.parametrize(("left", "holds"), [(0.9, True), (0.02, False)])
+def test_degraded_joint_that_cannot_hold_the_arm_asks_for_its_brake_at_the_report(robot, drive, left, holds):
+    arm = Arm(robot, drive)
+    for _ in range(5):
+        arm.tick()
+    arm.planner.report(ftqp.Degraded(OVERLOADED, torque=left))
+    step = arm.tick()
+    assert step.brakes.tolist() == [not holds and i == OVERLOADED for i in range(7)]
+    assert (arm.planner.stopped_because is None) is holds
+    if not holds:
+        assert arm.planner.stopped_because.startswith("panda_joint2 cannot hold the arm here")
+
+
+def test_planner_that_never_stops_asks_for_the_brake_and_goes_on(robot):
+    arm = Arm(robot, emergency=None)
+    arm.tick()
+    arm.planner.report(ftqp.Degraded(OVERLOADED, torque=0.02))
+    assert arm.tick().brakes[OVERLOADED] and arm.planner.stopped_because is None
+
+
+@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
+@pytest.mark.parametrize("brakes", ["each", "all", "none"])
+def test_brakes_are_asked_for_as_the_arm_has_them(robot, drive, brakes):
+    arm = Arm(robot, ftqp.Drive(kind=drive, brakes=brakes), emergency=None)
+    beside = np.zeros(7)
+    for _ in range(20):
+        arm.tick()
+    for _ in range(250):
+        beside[6] += 1.28 * robot.limits.v_max[6] * DT
+        step = arm.tick(beside)
+    expected = {"each": [False] * 6 + [True], "all": [True] * 7, "none": [False] * 7}
+    assert step.brakes.tolist() == expected[brakes]
+    assert (arm.planner.stopped_because is None) is (brakes != "all")
+    if brakes == "all":
+        assert arm.planner.resume() is False, "all joints are braked"
+        arm.planner.reset(START)
+        arm.q = START
+        assert not arm.tick().brakes.any()
+
+
+def test_lost_sensor_of_a_torque_arm_asks_for_all_brakes_where_they_close_together(robot):
+    for brakes, count in (("each", 1), ("all", 7), ("none", 0)):
+        arm = Arm(robot, ftqp.Drive(kind="torque", brakes=brakes))
+        for _ in range(40):
+            step = arm.tick(np.where(np.arange(7) == 2, np.nan, 0.0))
+        assert step.brakes.sum() == count and arm.planner.stopped_because is not None
+
+
+def test_unknown_brakes_are_refused_with_the_names_that_there_are():
+    with pytest.raises(ftqp.InputError, match=r"brakes is 'some'.* expected one of each, all, none"):
+        ftqp.Drive(brakes="some")
+
+
+def test_joint_that_runs_against_its_command_is_still_seen(robot):
+    """It moved one way at 80 % of its limit while its command went the other way at 60 %."""
+    arm = Arm(robot, "torque", emergency=None)
+    top, along = robot.limits.v_max[3], 0.0
+    arm.planner.reset(START, np.where(np.arange(7) == 3, 0.6 * top, 0.0))
+    here = START[3]
+    for k in range(60):
+        arm.q[3] = here
+        step = arm.tick()
+        along = max(along, float(step.reference.v[3]))
+        here -= min(0.8 * top, k * 0.03 * top) * DT
+        assert step.status is not ftqp.StepStatus.INVALID_INPUT, k
+    assert along > 0.3 * top
