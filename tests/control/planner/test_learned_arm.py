@@ -3,10 +3,10 @@
 import numpy as np
 import pinocchio
 import pytest
-
-import ftqp
 from tests.ride import DT, START, Ride, circle
 from tests.servo_arm import TorqueArm
+
+import ftqp
 
 PANDA = ftqp.robots.load("panda")
 
@@ -56,9 +56,9 @@ def test_dry_friction_is_learned_joint_by_joint():
     np.testing.assert_allclose(planner.learned.friction[moved], 0.3, atol=0.15)
 
 
-def test_reset_forgets_and_the_same_run_comes_again():
-    planner, first = ridden(seconds=1.0, rotors=0.1, mass=1.0)
-    told = planner.step(START, None, ftqp.Target(pose=PANDA.pose(START))).tau.copy()
+def test_reset_forgets_what_was_learned():
+    planner, _ = ridden(seconds=1.0, rotors=0.1, mass=1.0)
+    assert planner.learned.payload is not None
     planner.reset(START)
     planner.step(START, None, ftqp.Target(pose=PANDA.pose(START)))
     np.testing.assert_array_equal(planner.learned.rotors, 0.0)
@@ -66,7 +66,6 @@ def test_reset_forgets_and_the_same_run_comes_again():
     fresh.reset(START)
     np.testing.assert_array_equal(planner._session.K.chain.armature, fresh._session.K.chain.armature)
     np.testing.assert_array_equal(planner._session.K.chain.mass, fresh._session.K.chain.mass)
-    assert told.shape == (7,)
 
 
 def test_a_load_that_is_told_takes_the_place_of_what_was_learned_and_rotors_stay():
@@ -141,9 +140,14 @@ def test_with_rotors_puts_them_on_the_diagonal_of_M_and_takes_the_warning_back()
 
 
 @pytest.mark.parametrize(
-    ("given", "error"), [(-0.1, ftqp.ModelError), (float("nan"), ftqp.FtqpError), ([0.1, 0.2], ftqp.InputError),
-                         (1e300, ftqp.ModelError)]
-)  # fmt: skip
+    ("given", "error"),
+    [
+        (-0.1, ftqp.ModelError),
+        (float("nan"), ftqp.FtqpError),
+        ([0.1, 0.2], ftqp.InputError),
+        (1e300, ftqp.ModelError),
+    ],
+)
 def test_wrong_rotors_are_refused(given, error):
     with pytest.raises(error, match=r"rotor|inertia"):
         PANDA.with_rotors(given)

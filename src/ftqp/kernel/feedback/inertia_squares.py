@@ -67,7 +67,7 @@ def _inverse(learned: Any, i: int, p00: float, p01: float, p11: float) -> tuple[
 def _solve_load(K: Any) -> None:
     """The load, whatever rotors and friction are then: they are eliminated joint by joint."""
     learned, limits = K.learned, K.limits
-    S, total = learned.S, learned.sum
+    S, total = learned.S, learned.total
     for k in range(4):
         pace = MASS_PACE if k == 0 else MOMENT_PACE
         stay = 1.0 / (pace * pace)

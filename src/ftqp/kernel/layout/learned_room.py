@@ -41,6 +41,6 @@ def learned_fields(N: int) -> Fields:
         ),
         *floats({"one": (POLES,), "q_was": (2, N), "tau_was": (N,), "moment": (N, UNKNOWNS)}),
         *floats({"information": (N, UNKNOWNS, UNKNOWNS), "row": (UNKNOWNS,)}),
-        *floats({"load": (4,), "base_com": (3,), "base_inertia": (6,), "S": (4, 4), "sum": (4,)}),
+        *floats({"load": (4,), "base_com": (3,), "base_inertia": (6,), "S": (4, 4), "total": (4,)}),
         *floats({"kept_rotor": (KEPT, N), "kept_friction": (KEPT, N), "kept_load": (KEPT, 4)}),
     ]
