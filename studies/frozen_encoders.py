@@ -20,6 +20,9 @@ SWITCH = "FTQP_BUILD_KERNEL"
 DT = 1e-3
 STEPS = (0.0, 1e-6, 1e-5, 1e-4, 2e-4, 5e-4, 1e-3, 1e-3)
 """Of the encoders of eight joints [rad]; the first has none."""
+STUCK, DRIEST = 0.015, 25.0
+"""How far friction lets the reference go on before the feedback moves the joint, at most [rad], and what it
+takes from the joint's acceleration, at most [rad/s2]: 0.5 N m on a rotor of 0.02 kg m2."""
 
 
 def main() -> int:
@@ -52,6 +55,7 @@ def _simulate(given: argparse.Namespace) -> int:
         state.dt = DT
         feedback.kind, feedback.stiffness = TORQUE_DRIVE, w
         forget_repeats(feedback, joint, 0.0)
+        feedback.M[joint, joint], K.limits.tau_max[joint] = 0.005, 12.0  # a light wrist
         q = v = q_r = v_r = a_r = 0.0
         wanted, left, stuck = 0.0, 0, 0.0
         feedback.v_hat[joint] = 0.0
@@ -73,7 +77,7 @@ def _simulate(given: argparse.Namespace) -> int:
                 if k == freeze:
                     stuck = shown
                 shown = stuck
-            look_at_repeats(state, feedback, joint, shown, v_r)
+            look_at_repeats(state, K.limits, feedback, joint, shown, v_r)
             if feedback.held[joint] == FROZEN:
                 frozen += 1
                 if first_frozen < 0:
@@ -110,13 +114,17 @@ def _simulate(given: argparse.Namespace) -> int:
     for k in range(runs):
         step = STEPS[k % len(STEPS)]
         jitter = 0.0 if rng.random() < 0.5 else rng.uniform(0.0, 0.5) * step
-        friction, load = rng.uniform(0.0, 10.0) * (rng.random() < 0.7), rng.uniform(-1.0, 1.0)
+        w = rng.uniform(30.0, 80.0)
+        friction, load = (
+            min(rng.uniform(0.0, STUCK) * w * w, DRIEST) * (rng.random() < 0.7),
+            rng.uniform(-1.0, 1.0),
+        )
         found = ride(
             records,
             k % 8,
             step,
             jitter,
-            rng.uniform(30.0, 80.0),
+            w,
             friction,
             load,
             ticks,

@@ -21,16 +21,16 @@ class Encoder:
         names = ("same", "moved", "increment", "way", "restless", "raw", "v_hat")
         self.loop = SimpleNamespace(
             **{name: np.zeros(1) for name in names}, held=np.zeros(1, int), age=np.zeros(1, int),
-            kind=KINDS[drive], sigma=sigma, stiffness=80.0,
+            kind=KINDS[drive], sigma=sigma, stiffness=80.0, M=np.full((1, 1), 0.005),
         )  # fmt: skip
-        self.state = SimpleNamespace(dt=DT)
+        self.state, self.limits = SimpleNamespace(dt=DT), SimpleNamespace(tau_max=np.full(1, 12.0))
 
     def look(self, samples, speeds):
         """What ``held`` becomes, sample by sample; the observer follows the samples a little late."""
         found = []
         for sample, v in zip(samples, np.broadcast_to(speeds, len(samples)), strict=True):
             last = self.loop.raw[0]
-            repeats.look_at_repeats(self.state, self.loop, 0, sample, v)
+            repeats.look_at_repeats(self.state, self.limits, self.loop, 0, sample, v)
             self.loop.v_hat[0] += 0.3 * ((sample - last) / DT - self.loop.v_hat[0])
             found.append(int(self.loop.held[0]))
         return found
@@ -50,7 +50,7 @@ def test_quantised_encoder_of_a_joint_that_starts_runs_creeps_and_reverses_is_be
 @pytest.mark.parametrize(
     ("drive", "restless", "held", "at_last"),
     [("torque", False, 1, 2), ("torque", True, 1, 2), ("velocity", False, 1, 1), ("velocity", True, 1, 2),
-     ("position", False, 0, 0), ("position", True, 0, 2)],
+     ("position", False, 0, 0)],
 )  # fmt: skip
 def test_moving_encoder_that_freezes_is_looked_through_at_its_second_repeat(drive, restless, held, at_last):
     """It counts as frozen in a torque drive, and where it never repeated its number at rest."""
@@ -68,10 +68,10 @@ def test_moving_encoder_that_freezes_is_looked_through_at_its_second_repeat(driv
 
 
 def test_joint_that_sticks_keeps_the_feedback_that_brings_it_loose():
-    """At rest until the reference is 2 mrad ahead, from rest and at speeds at which joints stick."""
+    """At rest until the reference is 15 mrad ahead, from rest and at speeds at which joints stick."""
     encoder = Encoder()
     for speed in (0.02, 0.05, 0.09):
-        ticks = int(0.002 / (speed * DT))
+        ticks = int(0.015 / (speed * DT))
         assert not any(encoder.look(np.full(ticks, encoder.loop.raw[0]), speed))
         assert not any(encoder.look(encoder.loop.raw[0] + 1e-4 * np.arange(1, 21), speed))
 
@@ -163,3 +163,23 @@ def test_torque_joint_whose_encoder_freezes_stays_below_its_speed_limit_without_
     assert peak < 0.8
     assert step.status is ftqp.StepStatus.STOPPED and step.brakes[joint]
     assert robot.joints[joint] in planner.stopped_because
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["panda", "iiwa14"])
+@pytest.mark.parametrize("quantum", [1e-5, 5e-4])
+def test_torque_joints_that_stick_behind_quantised_encoders_are_no_broken_sensors(name, quantum):
+    """0.5 N m of dry friction that nobody told, on wrists without rotors: they stick for 0.1 s."""
+    pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
+    robot = ftqp.robots.load(name)
+    planner = ftqp.Planner(robot, DT, drive="torque", emergency=None)
+    plant = ftqp.MujocoPlant(robot, DT, ftqp.JointServo(robot, "torque"), ftqp.TrueArm(coulomb=0.5))
+    planner.reset(robot.neutral)
+    path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.05, duration=1.5, axes=("y", "z"))
+    led = path.sample(np.minimum(DT * np.arange(1700), path.duration))
+    for pose, twist, acceleration in zip(led.pose, led.twist, led.acceleration, strict=True):
+        target = ftqp.Target(pose=pose, twist=twist, acceleration=acceleration)
+        step = planner.step(quantum * np.round(plant.q / quantum), None, target)
+        assert step.status is not ftqp.StepStatus.INVALID_INPUT
+        plant.advance(step)
+    assert planner.stopped_because is None

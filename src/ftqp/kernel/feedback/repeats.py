@@ -28,10 +28,21 @@ MOVES = 0.1
 """... if the reference is this fast [rad/s or m/s]; a slower joint is driven away slowly ..."""
 GOES_ALONG = 0.25
 """... and the joint was seen to go along, with this share of that speed: one that sticks needs its feedback
-to come loose. All three are guesses that `python studies/frozen_encoders.py` has not contradicted."""
+to come loose; ..."""
+SUDDEN = 0.01
+"""... and within this time [s] of its first repeat, because a joint that sticks while the reference turns
+round has stood for longer when that is fast again. All of these are guesses that
+`python studies/frozen_encoders.py` has not contradicted."""
 STICKS = 20.0
-"""A number that repeats until the reference is so far away that the feedback of a torque drive asks for so
-much [rad/s2 or m/s2] is frozen, or the joint stands: dry friction of 1 N m holds a joint of 0.05 kg m2 ..."""
+"""A number that is looked through counts as frozen when the reference is so far away that the feedback of a
+torque drive would ask for so much [rad/s2 or m/s2]; one whose joint was not seen to go along may be that of a
+joint that dry friction holds, ..."""
+FRICTION = 0.2
+"""... with this share of its largest torque, or until it is far outside its error band. Both are guesses that
+`python studies/frozen_encoders.py` has not contradicted."""
+BAND, BAND_TIME = 0.06, 0.3
+"""Three error bands [rad or m] and [s], of ``ftqp.kernel.feedback.error_band``. A guess: a joint of 0.001 kg
+m2 with friction of 0.5 N m came loose before."""
 FAR_INCREMENTS = 4.0
 """... and so many times the encoder's smallest step ..."""
 FAR_WAYS = 3.0
@@ -83,7 +94,6 @@ def learn_block(state: Any, feedback: Any, at: int, sample: Any, v: Any) -> None
     rests, step = abs(v) < RESTING, abs(change)
     equal, against = step <= 0.0, change * v < 0.0
     least = select(increment > 0.0, smaller(increment, step), step)
-    put(feedback.same, at, select(equal, several(feedback.same, at) + 1.0, 0.0))
     put(feedback.moved, at, select(equal, moved + state.dt * v, 0.0))
     put(feedback.increment, at, select(equal, increment, least))
     put(
@@ -91,8 +101,10 @@ def learn_block(state: Any, feedback: Any, at: int, sample: Any, v: Any) -> None
         at,
         select(equal, several(feedback.way, at), larger(several(feedback.way, at), abs(moved))),
     )
-    jitter = select(against, smaller(restless + 1.0, RESTLESS), restless)
-    put(feedback.restless, at, select(rests, select(equal, 0.0, jitter), restless))
+    known = select(several(feedback.same, at) > 0.0, 0.0, restless)  # a number that changes has repeated
+    known = select(rests & against, smaller(known + 1.0, RESTLESS), known)
+    put(feedback.same, at, select(equal, several(feedback.same, at) + 1.0, 0.0))
+    put(feedback.restless, at, select(equal, select(rests, 0.0, restless), known))
 
 
 @jit
@@ -111,6 +123,8 @@ def _learn(state: Any, feedback: Any, i: int, sample: float, v: float) -> None:
     step = abs(change)
     if is_finite(step):
         feedback.increment[i] = min(step, feedback.increment[i]) if feedback.increment[i] > 0.0 else step
+        if feedback.same[i] > 0.0 and feedback.held[i] == 0:
+            feedback.restless[i] = 0.0
         if rests and change * v < 0.0:
             feedback.restless[i] = min(feedback.restless[i] + 1.0, RESTLESS)
     if feedback.held[i] == 0:
@@ -136,14 +150,25 @@ def explain(feedback: Any, i: int) -> bool:
 
 
 @jit
-def look_at_repeats(state: Any, feedback: Any, i: int, sample: float, v: float) -> None:
+def _may_stick(limits: Any, feedback: Any, i: int, v: float) -> float:
+    """How far ahead the reference of joint i may be while dry friction holds it."""
+    w = feedback.stiffness * feedback.stiffness
+    band = BAND + BAND_TIME * abs(v)
+    if feedback.kind != TORQUE_DRIVE or feedback.M[i, i] <= 0.0:
+        return band
+    return max(STICKS / w, min(band, FRICTION * limits.tau_max[i] / (feedback.M[i, i] * w)))
+
+
+@jit
+def look_at_repeats(state: Any, limits: Any, feedback: Any, i: int, sample: float, v: float) -> None:
     """Finds out whether the number of joint i repeats oddly: ``held``, until the number changes.
 
-    Noise that is stated tells more: a number that repeats for five samples, while the reference goes on by
-    six standard deviations and by more than normally, is frozen. Else it is looked through, whatever
+    Noise that is stated tells more: a number that repeats for five samples, while the reference goes on
+    by six standard deviations and by more than normally, is frozen. Else it is looked through, whatever
     feedback would do with it, at the second repeat, if the joint was seen to go along before; and frozen
-    once the reference is far away. A servo on positions holds its joint by itself, and a velocity drive does
-    without feedback: there a joint that may as well stand behind a brake is no frozen encoder.
+    once the reference is far away, farther where friction may hold the joint. A servo on positions holds
+    its joint by itself, and a velocity drive does without feedback: there a joint that may as well stand
+    behind a brake is no frozen encoder.
     Source: docs/theory/feedback.md, "Samples".
     """
     _learn(state, feedback, i, sample, v)
@@ -158,11 +183,14 @@ def look_at_repeats(state: Any, feedback: Any, i: int, sample: float, v: float) 
             feedback.held[i] = FROZEN
         return
     along = feedback.v_hat[i] * v > GOES_ALONG * v * v
-    if odd and abs(v) > MOVES and along and kind != POSITION_DRIVE:
+    sudden = same * state.dt < SUDDEN + 0.5 * state.dt or same < HELD_SAMPLES + 0.5
+    if odd and sudden and abs(v) > MOVES and along and kind != POSITION_DRIVE:
         feedback.held[i] = LOOKED_THROUGH
-    stuck = STICKS / (feedback.stiffness * feedback.stiffness)
-    if same >= FROZEN_SAMPLES and far > max(stuck, FAR_INCREMENTS * increment, FAR_WAYS * way):
-        if kind == TORQUE_DRIVE or never_repeats(feedback, i):
-            feedback.held[i] = FROZEN
-        elif kind != POSITION_DRIVE:
-            feedback.held[i] = LOOKED_THROUGH
+    far_away = max(FAR_INCREMENTS * increment, FAR_WAYS * way)
+    if feedback.held[i] == LOOKED_THROUGH:
+        far_away = max(far_away, STICKS / (feedback.stiffness * feedback.stiffness))
+    else:
+        far_away = max(far_away, _may_stick(limits, feedback, i, v))
+    certain = kind == TORQUE_DRIVE or never_repeats(feedback, i)
+    if same >= FROZEN_SAMPLES and far > far_away and certain:
+        feedback.held[i] = FROZEN

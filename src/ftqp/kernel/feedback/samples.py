@@ -197,7 +197,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
         feedback.wide = IMPACT_TIME
         possible = _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
     if healthy or feedback.sigma > 0.0:
-        look_at_repeats(state, feedback, i, sample, v)
+        look_at_repeats(state, K.limits, feedback, i, sample, v)
     cost = _cost(K, i, possible)
     held = feedback.held[i] == LOOKED_THROUGH
     feedback.bad[i] = 1 if cost > 0.0 or held else 0
