@@ -2,7 +2,7 @@
 
 You will see how far the tray is from its place and how far the head looks past the left hand: healthy, with
 the left elbow locked, and with the waist locked as well. The waist makes up for the elbow; without it the
-robot comes to rest short of the place, its head included. It needs Talos: pip install "ftqp[robots]".
+robot comes to rest short of the place, its head included. It needs Talos: pip install -e ".[robots]".
 """
 
 import argparse
@@ -20,7 +20,7 @@ given = arguments.parse_args()
 
 files = next(Path(sys.prefix).glob("**/share/example-robot-data/robots"), None)
 if files is None:
-    sys.exit('the files of Talos are not installed; pip install "ftqp[robots]"')
+    sys.exit('the files of Talos are not installed; pip install -e ".[robots]"')
 left, right, head = hands = ("gripper_left_base_link", "gripper_right_base_link", "head_2_link")
 robot = ftqp.Robot.from_urdf(files / "talos_data" / "robots" / "talos_reduced.urdf", tips=hands)
 arm = np.array([0.26, 0.17, 0.0, -1.6, 0.0, 0.0, 0.1])

@@ -29,7 +29,7 @@ DT, SECONDS, RADIUS = 0.001, 5.0, 0.1
 LAWS = ("PD 400/40", "as it is", "learns", "told")
 FAR = 0.05
 """An arm is lost when it stops, or when its tip is farther from its way than this [m]."""
-PACKAGES = ("ftqp", "numpy", "mujoco", "pin")
+PACKAGES = ("ftqp", "numpy", "numba", "mujoco", "pin")
 
 
 def load(mass: float) -> ftqp.Payload:

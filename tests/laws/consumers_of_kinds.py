@@ -133,6 +133,9 @@ def shown(folder: Path, fault: Any) -> dict[str, Any]:
     }
 
 
+EXACT = SimpleNamespace(simulation=SimpleNamespace(plant="kinematic"))
+
+
 def main(folder: Path, kind: Any, registered: bool) -> None:
     """Print what each says.
 
@@ -181,7 +184,7 @@ def main(folder: Path, kind: Any, registered: bool) -> None:
     if registered:
         event = ftqp.FaultEvent(fault, 0.05, "never")
         try:
-            failures(SimpleNamespace(schedule=[event], robot=ROBOT))  # type: ignore[arg-type]
+            failures(SimpleNamespace(schedule=[event], robot=ROBOT, tables=EXACT))  # type: ignore[arg-type]
         except FtqpError as error:
             found["checker"] = str(error)
         found["shown"] = shown(folder, fault)

@@ -14,6 +14,7 @@ from typing import Any
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.arm.newton_euler import torques_of
 from ftqp.kernel.arm.points import moves, point_column
+from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY
@@ -129,8 +130,8 @@ def _load_row(K: Any, i: int, A: Any, alpha: Any, w: Any) -> None:
 def take(K: Any) -> None:
     """The equations of this tick, one a joint, are added to the least squares.
 
-    A joint that has failed says nothing; one that seems not to obey says something of its own rotor,
-    which may be why, and nothing of the load.
+    A joint that has failed says nothing, nor does one of a soft pair; one that seems not to obey says
+    something of its own rotor, which may be why, and nothing of the load.
     """
     learned, feedback, supposed = K.learned, K.feedback, K.supposed
     chain, kinematics, a = K.chain, K.kinematics, learned.a
@@ -159,7 +160,7 @@ def take(K: Any) -> None:
     row = learned.row
     for i in range(chain.n):
         information, moment = learned.information[i], learned.moment[i]
-        says = K.faults.code[i] == HEALTHY and not feedback.asks[i]
+        says = K.faults.code[i] == HEALTHY and not feedback.asks[i] and not is_soft(feedback, i)
         _load_row(K, i, A, alpha, w)
         row[0], row[1] = a[i], learned.sense[POLES - 1, i]
         if feedback.unresponsive[i]:

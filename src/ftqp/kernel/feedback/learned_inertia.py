@@ -48,6 +48,13 @@ def forget_learned(K: Any) -> None:
 
 
 @jit
+def _trusted(K: Any) -> int:
+    """How many joints are taken to obey: those that work, less a soft pair."""
+    trusted: int = K.faults.working - 2 * K.feedback.softened
+    return trusted
+
+
+@jit
 def _begin(K: Any) -> None:
     """What the model says is the base; rotors stay as they were learned, and a load is what is told now."""
     learned, chain = K.learned, K.chain
@@ -65,7 +72,7 @@ def _begin(K: Any) -> None:
         learned.base_armature[i] = chain.armature[i]
     for k in range(4):
         learned.load[k] = 0.0
-    learned.working = K.faults.working
+    learned.working = _trusted(K)
     _forget_news(K)
     _keep(K)
     _keep(K)
@@ -204,8 +211,9 @@ def _estimate(K: Any) -> None:
 def learn(K: Any, told: bool, first: bool) -> None:
     """Learn from this tick's samples what the model lacks, and let the arm that formulas see have it.
 
-    Every few ticks; the others only go through the filters. When a joint fails, or works again, what was
-    learned lately is forgotten. A sample that was refused begins the filters anew.
+    Every few ticks; the others only go through the filters. When a joint fails, is suspected in a pair,
+    or works again, what was learned lately is forgotten. A sample that was refused begins the filters
+    anew.
     """
     learned, feedback = K.learned, K.feedback
     if not learned.on:
@@ -214,8 +222,8 @@ def learn(K: Any, told: bool, first: bool) -> None:
         forget_learned(K)
     if not learned.based:
         _begin(K)
-    if K.faults.working != learned.working:
-        learned.working = K.faults.working
+    if _trusted(K) != learned.working:
+        learned.working = _trusted(K)
         _go_back(K)
     if feedback.refused or first:
         learned.heard = 0

@@ -130,7 +130,7 @@ def _finish(K: Any) -> int:
             qp.z_box[i] = cascade.z_box_first[i]
         for j in range(qp.nc):
             qp.z[j] = cascade.z_first[j]
-    if watch.latched:
+    if watch.latched or cascade.outcome == STOPPED:
         at_rest = cascade.outcome == STOPPED and not _sets_out(K)
         if goes_on(K, at_rest) or (cascade.outcome == STOPPED and not at_rest):
             cascade.outcome = STOPPING

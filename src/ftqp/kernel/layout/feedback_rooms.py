@@ -59,8 +59,9 @@ def feedback_fields(N: int) -> Fields:
 
 
 def past_fields(N: int) -> Fields:
-    """The last ticks in a ring: reference, acceleration and torque that were sent, tip of the reference
-    and its error.
+    """The last ticks in a ring: reference, what was sent, tip of the reference and its error.
+
+    ``a``, ``tau``: acceleration and torque that were sent.
 
     ``own``: what a suspect, and the one before it, was sent.
     """
