@@ -80,6 +80,23 @@ def test_a_load_that_is_told_takes_the_place_of_what_was_learned_and_rotors_stay
     np.testing.assert_allclose(found.rotors[sure], 0.1, atol=0.05)
 
 
+def test_another_tool_keeps_the_load_that_was_learned():
+    def turned(planner, arm):
+        planner.tool(np.eye(4))
+
+    planner, ride = ridden(seconds=3.0, rotors=0.1, mass=2.0, events={1500: [turned]})
+    assert set(ride.status) == {"OK"}
+    assert planner.learned.payload.mass == pytest.approx(2.0, rel=0.05)
+
+
+def test_a_motor_that_has_lost_nearly_all_its_torque_leaves_numbers():
+    def weaken(planner, arm):
+        planner.report(ftqp.Degraded(6, torque=1e-12))
+
+    planner, _ = ridden(seconds=1.5, rotors=0.05, events={700: [weaken]})
+    assert np.isfinite(planner.learned.rotors).all() and np.isfinite(planner.learned.friction).all()
+
+
 def test_what_was_learned_just_before_a_failure_is_taken_back():
     seen = {}
 

@@ -13,9 +13,8 @@ from ftqp.control.planner.status import REPEATS, STOP_REASONS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.feedback.repeats import FROZEN
 from ftqp.kernel.latches.settling import forget_settling
-from ftqp.kernel.layout.enums import AS_TOLD, Brakes, DriveKind, StopReason
+from ftqp.kernel.layout.enums import AS_TOLD, FROZEN, Brakes, DriveKind, StopReason
 from ftqp.model.robot import Robot
 
 STEP: Final = 0.05

@@ -23,7 +23,8 @@ class Learned:
         rotors: Inertia of each joint's rotor beside that of the model, (nv,) [kg m2 or kg]; negative where
             the model has too much.
         rotors_error: Their standard deviations, (nv,); large for joints that were hardly accelerated.
-        friction: Dry friction of each joint beside the model's, (nv,) [N m or N].
+        friction: Dry friction of each joint, (nv,) [N m or N], that of the model included, as it is not fed
+            forward.
         payload: The load at the tip beside what the planner carries, as a point mass; None is none.
     """
 
@@ -48,4 +49,9 @@ def learned(session: Session, joints: int) -> Learned | None:
     if mass > LEAST_LOAD:
         away = np.array(room.load[1:4]) / mass - chain.tip_translation
         payload = Payload(mass, np.reshape(chain.tip_rotation, (3, 3)).T @ away)
-    return Learned(*(frozen(x[:joints]) for x in (room.rotor, room.sigma, room.friction)), payload)
+    return Learned(
+        rotors=frozen(room.rotor[:joints]),
+        rotors_error=frozen(room.sigma[:joints]),
+        friction=frozen(room.friction[:joints]),
+        payload=payload,
+    )

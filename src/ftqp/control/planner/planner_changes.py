@@ -235,6 +235,8 @@ class PlannerChanges(PlannerFacts, ABC):
         """Let the kernel see the arm as it is fitted; steps that are kept stay with the arm that they had."""
         if self._step_arm is not fitting:
             self._out.leave_arm()
+            if self._step_arm is None or self._step_arm.payload is not fitting.payload:
+                self._session.K.learned.load[:] = 0.0  # it is what is told now
             self._step_arm = fitting
         load_chain(self._session.K, **fitting.robot.chain.constants())
         self._session.K.learned.based = 0

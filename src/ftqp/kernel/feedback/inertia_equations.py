@@ -30,15 +30,15 @@ have not contradicted."""
 AT_REST = 1e-3
 """Slower than this [rad/s or m/s] an arm is taken to begin at rest. A guess that the campaigns have not
 contradicted."""
-UNBOUNDED = 1e3
-"""Torque limits beyond this [N m or N] count as this where shares of them are noise, because some arms
-have none. A guess that the campaigns have not contradicted."""
+LEAST_LIMIT, UNBOUNDED = 1e-6, 1e3
+"""Torque limits beyond these [N m or N] count as these where shares of them are noise, because some arms have
+none, and some motors have lost theirs. Guesses that the campaigns have not contradicted."""
 
 
 @jit
 def bounded_limit(limits: Any, i: int) -> float:
     """The torque limit of joint i of which shares are taken [N m or N]."""
-    limit: float = min(limits.tau_max[i], UNBOUNDED)
+    limit: float = min(max(limits.tau_max[i], LEAST_LIMIT), UNBOUNDED)
     return limit
 
 

@@ -23,6 +23,8 @@ PUSHED, PUSHED_TIME = 0.1, 0.5
 KNOWN_AFTER = 50
 """So many estimates, a quarter of a second, tell the model's errors from a motor that fails. A guess that the
 campaigns have not contradicted."""
+AT_LAST = 1.0
+"""After this time [s] they count as told apart. A guess that the campaigns have not contradicted."""
 LEAST_MASS = 1e-3
 """A load lighter than this [kg] is none, because its place, its first moment by its mass, is noise. A
 guess that the campaigns have not contradicted."""
@@ -56,7 +58,7 @@ def _trusted(K: Any) -> int:
 
 @jit
 def _begin(K: Any) -> None:
-    """What the model says is the base; rotors stay as they were learned, and a load is what is told now."""
+    """What the model says now is the base; what was learned beside it stays."""
     learned, chain = K.learned, K.chain
     body = chain.tip_joint
     learned.based = 1
@@ -70,8 +72,6 @@ def _begin(K: Any) -> None:
         learned.base_inertia[k] = chain.inertia[body, k]
     for i in range(chain.n):
         learned.base_armature[i] = chain.armature[i]
-    for k in range(4):
-        learned.load[k] = 0.0
     learned.working = _trusted(K)
     _forget_news(K)
     _keep(K)
@@ -169,9 +169,13 @@ def _apply(K: Any) -> None:
 
 
 @jit
-def is_known(learned: Any) -> bool:
-    """Whether what the arm does beside its model has been learned, so that the rest of it is a fault."""
-    return learned.on == 0 or learned.estimates >= KNOWN_AFTER
+def is_known(state: Any, learned: Any) -> bool:
+    """Whether what the arm does beside its model has been learned, so that the rest of it is a fault.
+
+    Where samples are refused so often that nothing is learned, a second is waited for it.
+    """
+    known: bool = learned.on == 0 or learned.estimates >= KNOWN_AFTER or state.ticks * state.dt > AT_LAST
+    return known
 
 
 @jit

@@ -7,16 +7,11 @@ encoder repeats its number, and whether the number ever repeats while the joint 
 from typing import Any
 
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.enums import POSITION_DRIVE, TORQUE_DRIVE
+from ftqp.kernel.layout.enums import FROZEN, LOOKED_THROUGH, POSITION_DRIVE, TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import FROZEN_SAMPLES, FROZEN_SIGMAS
 from ftqp.kernel.maths.elementary import larger, select, smaller
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.side_by_side import put, several
-
-LOOKED_THROUGH = 1
-"""``held``: the joint's own feedback is off, its sample counts as a following error ..."""
-FROZEN = 2
-"""... or the sample is refused, too."""
 
 NORMAL = 2.0
 """A number that repeats while the reference goes so many times as far as it normally does is odd ..."""

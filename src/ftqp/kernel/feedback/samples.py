@@ -4,9 +4,7 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.feedback.repeats import (
-    FROZEN,
     IN_DOUBT,
-    LOOKED_THROUGH,
     explain,
     forget_repeats,
     learn_block,
@@ -16,7 +14,15 @@ from ftqp.kernel.feedback.repeats import (
 )
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.stop_latch import latch
-from ftqp.kernel.layout.enums import AS_SENT, FREE, HEALTHY, STOPPED_BY_SENSOR, TORQUE_DRIVE
+from ftqp.kernel.layout.enums import (
+    AS_SENT,
+    FREE,
+    FROZEN,
+    HEALTHY,
+    LOOKED_THROUGH,
+    STOPPED_BY_SENSOR,
+    TORQUE_DRIVE,
+)
 from ftqp.kernel.layout.thresholds import FASTEST
 from ftqp.kernel.maths.elementary import any_of, larger
 from ftqp.kernel.maths.finite import is_finite

@@ -228,7 +228,7 @@ def find_unresponsive(K: Any) -> None:
     if feedback.exact:
         return
     suspect = _unusual(K.state, K.faults, K.limits, feedback, K.chain)
-    if is_known(K.learned):
+    if is_known(K.state, K.learned):
         suspect = _suspected(K.state, K.faults, feedback, K.chain, suspect)
         soften(K)
     else:  # it may be the model that is wrong

@@ -422,6 +422,11 @@ TARGET_HAS_ROTATION: Final = 28
 TARGET_SIZE: Final = 29
 """Numbers of a packed target."""
 
+LOOKED_THROUGH: Final = 1
+"""Of a joint whose samples repeat themselves: its own feedback is off, its sample is a following error ..."""
+FROZEN: Final = 2
+"""... or the sample is refused, too."""
+
 DELAYS: Final = 64
 """Capacity: samples by which a measurement may be late, plus one."""
 HISTORY: Final = 64
