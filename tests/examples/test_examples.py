@@ -132,4 +132,4 @@ def test_humanoid_whose_files_are_missing_says_so_in_one_sentence(tmp_path):
     bare += f"runpy.run_path({str(FOLDER / HUMANOID)!r}, run_name='__main__')"
     done = subprocess.run([sys.executable, "-c", bare], capture_output=True, text=True, timeout=60)
     assert done.returncode == 1 and done.stdout == ""
-    assert done.stderr == 'the files of Talos are not installed; pip install "ftqp[robots]"\n'
+    assert done.stderr == 'the files of Talos are not installed; pip install -e ".[robots]"\n'
