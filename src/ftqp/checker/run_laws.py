@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.checker.boundary_laws import cone, plane
 from ftqp.checker.claim_laws import honesty, inside, obedience, tracking
-from ftqp.checker.cone_law import cone
 from ftqp.checker.lock_law import failed
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.motion_laws import acceleration, braking, position, speed
@@ -16,28 +16,6 @@ from ftqp.checker.task_law import tasks
 from ftqp.checker.torque_law import torque
 from ftqp.checker.trace import Trace
 from ftqp.core.checks import FloatArray
-
-
-def plane(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
-    """How far points are beyond their planes after each tick, by the joint that they move with, (K, nv) [m].
-
-    One that begins beyond its plane may not go farther beyond it, and none again once it has come back. No
-    motor keeps a point that a freely swinging joint moves; where it is in the end counts as its beginning.
-    """
-    result = np.zeros((len(run.status), len(arm.names)))
-    t = run.dt * np.arange(len(run.status))
-    for one in run.planes:
-        beyond = one.offset - arm.point(run.q, one.joint, one.at_zero) @ np.array(one.normal)
-        excused = np.zeros(len(t), dtype=np.bool_)
-        for failure in run.failures:
-            if failure.kind == "free" and failure.joint in arm.moves_with(one.joint):
-                excused |= (t > failure.since - 1.5 * run.dt) & (t < failure.until + 0.5 * run.dt)
-        allowed = max(float(beyond[0]), 0.0)
-        for k, now in enumerate(beyond[1:]):
-            allowed = max(float(now), 0.0) if excused[k] else allowed
-            result[k, one.joint] = max(result[k, one.joint], now - allowed - strict.plane)
-            allowed = min(allowed, max(float(now), 0.0))
-    return result
 
 
 def finite(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:

@@ -120,7 +120,6 @@ class Drive:
         unit="kg m2 or kg",
         least=0.0,
     )
-
     brakes: str = setting("each", "which brakes the arm has", choices=tuple(BRAKES))
 
     def __post_init__(self) -> None:
@@ -227,16 +226,17 @@ class Drive:
 
 
 def felt(rate: float, dt: float) -> float:
-    """Standard deviation of the second difference of filtered white noise, by that of the noise [1/s2]."""
-    pole, x = 1.0 - exp(-rate * dt), np.zeros(4)
-    out = np.zeros(ceil(40.0 / (rate * dt)) + 3)
-    for k in range(len(out) - 2):
-        u = 1.0 if k == 0 else 0.0
-        for i in range(4):
-            x[i] += pole * (u - x[i])
-            u = x[i]
-        out[k + 2] = u
-    return float(np.linalg.norm(np.diff(out, 2))) / dt**2
+    """Standard deviation of the second difference of filtered white noise, by that of the noise [1/s2].
+
+    Four poles p in a row answer an impulse by (1 - p)^4 (k + 1)(k + 2)(k + 3)/6 p^k.
+
+    Args:
+        rate: Bandwidth of the filter [1/s].
+        dt: The sampling period [s].
+    """
+    p, k = exp(-rate * dt), np.arange(ceil(40.0 / (rate * dt)))
+    answer = (1.0 - p) ** 4 * (k + 1.0) * (k + 2.0) * (k + 3.0) / 6.0 * p**k
+    return float(np.linalg.norm(np.diff(answer, 2, prepend=[0.0, 0.0]))) / dt**2
 
 
 def by_name(drive: Drive | str | Mapping[str, Any]) -> Drive:

@@ -145,7 +145,11 @@ def observe(K: Any, first: bool) -> None:
 
 @rare_jit
 def feel(K: Any) -> None:
-    """M and h at the observed state, kept aside for the torque law."""
+    """M and h at the observed state, kept aside for the torque law.
+
+    Friction is that of the commanded velocity, and what was learned of dry friction is a part of h: friction
+    that is fed forward by what is measured is negative damping where the arm has less of it.
+    """
     feedback, supposed, kinematics = K.feedback, K.supposed, K.kinematics
     n = K.chain.n
     for i in range(n):

@@ -1,4 +1,6 @@
-"""The law of axes that were to stay in a cone."""
+"""The laws of what was to stay on its side of a boundary: points of their planes, axes in their cones."""
+
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -8,20 +10,37 @@ from ftqp.checker.trace import Cone, Trace
 from ftqp.core.checks import BoolArray, FloatArray
 
 
+def plane(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
+    """How far points are beyond their planes after each tick, by the joint that moves them, (K, nv) [m]."""
+    beyond = (
+        (one.joint, one.offset - arm.point(run.q, one.joint, one.at_zero) @ np.array(one.normal))
+        for one in run.planes
+    )
+    return _farther(arm, run, strict, beyond)
+
+
 def cone(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """How far axes are outside their cones after each tick, by the joint that they move with, (K, nv) [rad].
 
-    One that begins outside may not go farther out, and none again once it has come back. No motor keeps an
-    axis that a freely swinging joint turns; where it is in the end counts as its beginning. Of an angle as
-    many rad are let pass as of a plane's distance m.
+    Of an angle as many rad are let pass as of a plane's distance m.
+    """
+    return _farther(arm, run, strict, ((one.joint, _angles(arm, run, one) - one.within) for one in run.cones))
+
+
+def _farther(
+    arm: ModelFile, run: Trace, strict: Strictness, beyond: Iterator[tuple[int, FloatArray]]
+) -> FloatArray:
+    """What is beyond more than it may be, by joint and tick, of joints and how far beyond each was, (K + 1,).
+
+    What begins beyond may not go farther, and none again once it has come back. No motor keeps what a freely
+    swinging joint moves; where it is in the end counts as its beginning.
     """
     result = np.zeros((len(run.status), len(arm.names)))
-    for one in run.cones:
-        outside, excused = _angles(arm, run, one) - one.within, _swinging(arm, run, one.joint)
-        allowed = max(float(outside[0]), 0.0)
-        for k, now in enumerate(outside[1:]):
+    for joint, far in beyond:
+        excused, allowed = _swinging(arm, run, joint), max(float(far[0]), 0.0)
+        for k, now in enumerate(far[1:]):
             allowed = max(float(now), 0.0) if excused[k] else allowed
-            result[k, one.joint] = max(result[k, one.joint], now - allowed - strict.plane)
+            result[k, joint] = max(result[k, joint], now - allowed - strict.plane)
             allowed = min(allowed, max(float(now), 0.0))
     return result
 
