@@ -7,7 +7,7 @@ that is told the truth.
 
     python studies/wrong_models.py [--quick] [--out DIR] [--json]     needs pip install -e ".[sim]"
 
-Full study: about three minutes on one core. Results go to ``studies/results`` unless --out says otherwise.
+Full study: two minutes on one core. Results go to ``studies/results`` unless --out says otherwise.
 """
 
 import argparse

@@ -130,8 +130,8 @@ def _load_row(K: Any, i: int, A: Any, alpha: Any, w: Any) -> None:
 def take(K: Any) -> None:
     """The equations of this tick, one a joint, are added to the least squares.
 
-    A joint that has failed says nothing, nor does one of a soft pair; one that seems not to obey says
-    something of its own rotor, which may be why, and nothing of the load.
+    A joint that has failed, whose number repeats oddly, or of a soft pair says nothing; one that seems not to
+    obey says something of its own rotor, which may be why, and nothing of the load.
     """
     learned, feedback, supposed = K.learned, K.feedback, K.supposed
     chain, kinematics, a = K.chain, K.kinematics, learned.a
@@ -160,7 +160,8 @@ def take(K: Any) -> None:
     row = learned.row
     for i in range(chain.n):
         information, moment = learned.information[i], learned.moment[i]
-        says = K.faults.code[i] == HEALTHY and not feedback.asks[i] and not is_soft(feedback, i)
+        says = K.faults.code[i] == HEALTHY and not feedback.bad[i] and not feedback.asks[i]
+        says = says and not is_soft(feedback, i)
         _load_row(K, i, A, alpha, w)
         row[0], row[1] = a[i], learned.sense[POLES - 1, i]
         if feedback.unresponsive[i]:
