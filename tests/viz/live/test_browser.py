@@ -14,6 +14,9 @@ from ftqp.viz.live.live_page import Page
 PATIENCE = 120.0
 """How long anything may take on a busy machine [s]."""
 
+PAUSED, RUNNING = "+d.tick > 0 && d.paused === 'true'", "d.paused === 'false'"
+"""What the head of the page says of its clock."""
+
 
 @pytest.fixture(scope="module")
 def source():
@@ -41,12 +44,19 @@ def tab(page, opened):
     return tab
 
 
-def until(holds):
-    """Wait until something is true."""
-    end = monotonic() + PATIENCE
+def comes(holds, seconds):
+    """Whether something becomes true in so many seconds."""
+    end = monotonic() + seconds
     while not holds():
-        assert monotonic() < end, "nothing happened"
+        if monotonic() > end:
+            return False
         sleep(0.05)
+    return True
+
+
+def until(holds, told=lambda: ""):
+    """Wait until something is true."""
+    assert comes(holds, PATIENCE), f"nothing happened {told()}"
 
 
 def settle(tab):
@@ -75,15 +85,17 @@ def click(tab, word, joint):
 
 
 def press(tab, word, joint, condition):
-    """Click until the head of the page says so; again where a page that is drawn anew has lost the click."""
+    """Click a button until the head of the page says so."""
+    insist(lambda: click(tab, word, joint), lambda: tab.evaluate(head(condition)))
+
+
+def insist(act, holds):
+    """Act until it has had its effect; again where a page that is drawn anew has lost the click."""
     for _ in range(3):
-        click(tab, word, joint)
-        end = monotonic() + 0.25 * PATIENCE
-        while monotonic() < end:
-            if tab.evaluate(head(condition)):
-                return
-            sleep(0.05)
-    raise AssertionError(f"{word} was clicked, and the page does not say {condition}")
+        act()
+        if comes(holds, 0.25 * PATIENCE):
+            return
+    raise AssertionError("clicked, and nothing happened")
 
 
 def planner(source):
@@ -99,20 +111,18 @@ def red(tab):
 
 
 def test_a_click_locks_a_joint_and_another_one_repairs_it(source, tab):
-    click(tab, "pause", 0)
-    shows(tab, "+d.tick > 0 && d.paused === 'true'")
+    press(tab, "pause", 0, PAUSED)
     before = red(tab)
-    click(tab, "resume", 0)
+    press(tab, "resume", 0, RUNNING)
     press(
         tab, "lock", 1, "d.faults.includes('panda_joint2:locked') && d.belief.includes('panda_joint2:locked')"
     )
     assert "panda_joint2" in planner(source).faults
     assert "locked" in tab.inner_text("#ftqp-joints")
     until(lambda: source.session.facts.v[1] == 0.0)  # a joint that still brakes is of a darker red
-    click(tab, "pause", 0)
-    shows(tab, "d.paused === 'true'")
+    press(tab, "pause", 0, PAUSED)
     until(lambda: red(tab) > before + 50)
-    click(tab, "resume", 0)
+    press(tab, "resume", 0, RUNNING)
     press(tab, "repair", 1, "d.faults === '' && d.belief === ''")
     assert not planner(source).faults
 
@@ -125,7 +135,7 @@ def test_two_browsers_see_the_same_and_one_that_dies_stops_nothing(source, page,
     shows(tab, "d.faults.includes('panda_joint4')")
     press(tab, "repair", 3, "d.faults === ''")
     shows(other, "d.faults === ''")
-    click(other, "lock", 6)
+    press(other, "lock", 6, "d.faults.includes('panda_joint7')")
     other.context.close()
     shows(tab, "d.faults.includes('panda_joint7')")
     until(lambda: page.browsers == 1)
@@ -135,10 +145,9 @@ def test_two_browsers_see_the_same_and_one_that_dies_stops_nothing(source, page,
 
 
 def test_the_target_can_be_dragged(source, page, tab):
-    click(tab, "pause", 0)
+    press(tab, "pause", 0, PAUSED)
     tab.get_by_role("tab", name="Show").click()
-    tab.get_by_label("drag the target").click()
-    until(lambda: isinstance(source.orders[-1], Aim))
+    insist(tab.get_by_label("drag the target").click, lambda: isinstance(source.orders[-1], Aim))
     start = source.orders[-1].pose
     client = next(iter(page._server.get_clients().values()))
     size = page._scene.size
@@ -162,7 +171,16 @@ def test_the_target_can_be_dragged(source, page, tab):
     axis = start[:3, 2]
     grip = place(start[:3, 3] + 0.16 * size * axis)
     away = place(start[:3, 3] + 0.36 * size * axis)
-    for _ in range(10):
+
+    def aimed():
+        """Where the target was led to last; that order may come late."""
+        return [order.pose for order in source.orders if isinstance(order, Aim)][-1]
+
+    def led():
+        """By how much the target was led, and along which way."""
+        return aimed()[:3, 3] - start[:3, 3]
+
+    for _ in range(5):
         tab.mouse.move(*(grip + 3.0))
         sleep(0.3)
         tab.mouse.move(*grip)
@@ -170,21 +188,14 @@ def test_the_target_can_be_dragged(source, page, tab):
         tab.mouse.down()
         tab.mouse.move(*away, steps=10)
         tab.mouse.up()
-        sleep(0.3)
-        if isinstance(source.orders[-1], Aim) and source.orders[-1].pose is not None:
-            led = source.orders[-1].pose[:3, 3] - start[:3, 3]
-            if np.linalg.norm(led) > 0.05 * size:
-                break
-    assert led @ axis == pytest.approx(np.linalg.norm(led), rel=1e-3)
-    assert led @ axis > 0.05 * size
-    click(tab, "resume", 0)
-
-    def there():
-        """Whether the tip is where it was led to last; that order may come late."""
-        last = [order.pose for order in source.orders if isinstance(order, Aim)][-1]
-        return np.linalg.norm(source.frame().tip[:3, 3] - last[:3, 3]) < 1e-3
-
-    until(there)
-    tab.get_by_label("drag the target").click()
-    until(lambda: isinstance(source.orders[-1], Aim) and source.orders[-1].pose is None)
+        if comes(lambda: np.linalg.norm(led()) > 0.05 * size, 5.0):
+            break
+    assert led() @ axis == pytest.approx(np.linalg.norm(led()), rel=1e-3)
+    assert led() @ axis > 0.05 * size
+    press(tab, "resume", 0, RUNNING)
+    until(
+        lambda: np.linalg.norm(source.frame().tip[:3, 3] - aimed()[:3, 3]) < 1e-3,
+        lambda: f"{led()=} {source.frame()=}",
+    )
+    insist(tab.get_by_label("drag the target").click, lambda: aimed() is None)
     tab.get_by_role("tab", name="Joints").click()
