@@ -37,6 +37,12 @@ from ftqp.control.rates import approximate_pinv as approximate_pinv
 from ftqp.control.rates import damping_factor as damping_factor
 from ftqp.control.rates import resolve_rates as resolve_rates
 from ftqp.control.references.tip_limits import TipLimits as TipLimits
+from ftqp.control.scene.clearance import Clearance as Clearance
+from ftqp.control.scene.scene import Scene as Scene
+from ftqp.control.scene.shapes import Box as Box
+from ftqp.control.scene.shapes import Cylinder as Cylinder
+from ftqp.control.scene.shapes import HalfSpace as HalfSpace
+from ftqp.control.scene.shapes import Sphere as Sphere
 from ftqp.control.task import bounds as bounds
 from ftqp.control.task import schemes as schemes
 from ftqp.control.task.bounds import Jin as Jin
@@ -73,6 +79,7 @@ from ftqp.faults.kinds import FreeSwinging as FreeSwinging
 from ftqp.faults.kinds import Locked as Locked
 from ftqp.kernel.layout.criteria import Criterion as Criterion
 from ftqp.model import catalog as robots  # noqa: F401  its home has another name
+from ftqp.model.capsules import Capsule as Capsule
 from ftqp.model.limits import JointLimits as JointLimits
 from ftqp.model.payload import Payload as Payload
 from ftqp.model.robot import Robot as Robot

@@ -102,7 +102,7 @@ def robot_fields(
     start, said = neutral_posture(arms, wishes.get("neutral"), source.postures)
     return dict(
         name=arm.name, model=arm, tips=tips, chain=chain, limits=bounds, neutral=frozen(start),
-        default_rows=rows, length=length, findings=(*findings, *said),
+        default_rows=rows, length=length, findings=(*findings, *said), shapes=tuple(source.shapes),
     )  # fmt: skip
 
 

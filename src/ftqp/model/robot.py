@@ -12,6 +12,7 @@ from ftqp.model import audit
 from ftqp.model.audit import Finding, rotor_findings
 from ftqp.model.build import write_limits
 from ftqp.model.chain import Chain, chain_of, configuration_of, frame_id, positions_of
+from ftqp.model.embodied import Embodied, Shapes
 from ftqp.model.grafting import base_limits, free_base, free_base_limits, is_about_base, planar_base
 from ftqp.model.limits import JointLimits, joined, one_each
 from ftqp.model.payload import Payload
@@ -25,7 +26,7 @@ from ftqp.model.urdf_text import urdf_text
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False, weakref_slot=True)
-class Robot(Readers):
+class Robot(Embodied, Readers):
     """An arm, or arms on one body, from base to tips; ``from_urdf``, ``from_mjcf`` and the like make it.
 
     Attributes:
@@ -40,6 +41,7 @@ class Robot(Readers):
         length: The characteristic length, > 0 [m], by default a sixth of the reach. A larger one makes
             rotation count more beside position wherever a norm mixes them.
         findings: What the audit had to say; an unsafe robot is refused.
+        shapes: The bodies as they were read or given; ``capsules`` is what is made of them.
     """
 
     name: str
@@ -51,6 +53,7 @@ class Robot(Readers):
     default_rows: tuple[str, ...]
     length: float
     findings: tuple[Finding, ...]
+    shapes: Shapes = ()
 
     def __repr__(self) -> str:
         """Name, joints and tip or tips."""

@@ -23,7 +23,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.pose import rotation_vector
 from ftqp.model.placed_frames import PlacedFrames
 from ftqp.model.robot import Robot
-from ftqp.sim.log.further_signals import PLANES, ROTATION, TASKS, Measured
+from ftqp.sim.log.further_signals import BODIES, ITSELF, PLANES, ROTATION, TASKS, Measured
 
 _DISTANCES = {
     PLANE: "distance of the point from its plane, positive on its side",
@@ -35,7 +35,7 @@ _DISTANCES = {
 
 @final
 class FurtherMeasures:
-    """Errors of the further tasks and distances of the kept points of a planner, at any posture.
+    """Errors of the further tasks, distances of kept points and clearances of a planner, at any posture.
 
     A task, or rows, of the user's own have no error that could be known here, and are left out.
 
@@ -58,10 +58,11 @@ class FurtherMeasures:
         self._names = [str(getattr(task.given, "frame", planner.robot.tip)) for task in self._tasks]
         self._names += [_other(task.given) or planner.robot.tip for task in self._tasks]
         self._names += [keep.frame for keep in self._keeps]
+        self._bodies = _met(planner)
         self._robot: Robot | None = None
 
     def __len__(self) -> int:
-        return len(self._errors) + len(self._keeps)
+        return len(self._errors) + len(self._keeps) + len(self._bodies)
 
     @property
     def all(self) -> tuple[Measured, ...]:
@@ -73,6 +74,7 @@ class FurtherMeasures:
         return (
             *tasks,
             *(Measured(PLANES, keep.label, keep.unit, _DISTANCES[keep.shape]) for keep in self._keeps),
+            *(Measured(BODIES, name, "m", _apart(name)) for name in self._bodies),
         )
 
     def at(self, q: FloatArray) -> FloatArray:
@@ -99,7 +101,18 @@ class FurtherMeasures:
             result[at] = error.size(goal, q, where)
         for k, keep in enumerate(self._keeps):
             result[first + k] = keep.distance(poses[2 * count + k])
+        if self._bodies:
+            result[first + len(self._keeps) :] = self._clearances(q)
         return result
+
+    def _clearances(self, q: FloatArray) -> FloatArray:
+        """How far the arm is from each thing of the scene that it can meet, and from itself [m]."""
+        least, scene = dict.fromkeys(self._bodies, np.inf), self._planner.scene
+        assert scene is not None
+        for (_, other), d in self._planner.distances(q).items():
+            name = other if other in scene else ITSELF
+            least[name] = min(least[name], float(d))
+        return np.array(list(least.values()))
 
     def places(self, q: FloatArray) -> dict[str, FloatArray]:
         """Where the targets of the tasks are that have a place, by name, (3,) [m].
@@ -145,6 +158,20 @@ class FurtherMeasures:
             q: Joint positions, (K, nv) [rad or m].
         """
         return np.array([self.at(one) for one in q]).reshape(len(q), len(self))
+
+
+def _met(planner: Planner) -> list[str]:
+    """What an arm keeps clear of and can meet, in the order of the scene, itself last."""
+    if planner.scene is None:
+        return []
+    others = {other for _, other in planner.distances(planner.robot.neutral)}
+    return [name for name in planner.scene if name in others] + [ITSELF] * bool(others - {*planner.scene})
+
+
+def _apart(name: str) -> str:
+    """What a clearance is, in a sentence."""
+    of = "its own bodies from each other" if name == ITSELF else f"the arm from {name}"
+    return f"distance of {of}, at the nearest; negative where they are in each other"
 
 
 class _Error(NamedTuple):

@@ -84,7 +84,18 @@ def further_sentences(facts: Mapping[str, Any]) -> list[str]:
         last, most = (_error(task[key], task["unit"]) for key in ("final_error", "max_error"))
         said.append(f"the task {name} was {last} off at the end, and {most} at most")
     said += [_kept_sentence(name, kept) for name, kept in facts.get("constraints", {}).items()]
+    said += [_clear_sentence(name, one) for name, one in facts.get("clearance", {}).items()]
     return said
+
+
+def _clear_sentence(name: str, one: Mapping[str, Any]) -> str:
+    """How near the arm came to something, or to itself."""
+    nearest = one["min_distance"]
+    if nearest is None:
+        return f"how near the arm came to {name} is unknown"
+    if nearest < 0.0:
+        return f"the arm was up to {length(-nearest)} inside {name}"
+    return f"the arm stayed {length(nearest)} away from {name} at the nearest"
 
 
 def _kept_sentence(name: str, kept: Mapping[str, Any]) -> str:

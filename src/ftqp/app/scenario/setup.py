@@ -1,6 +1,6 @@
 """A scenario, resolved: from a file to robot, planner, path and faults of a run, or to all errors at once."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path as File
@@ -15,6 +15,8 @@ from ftqp.app.schema.simulation_section import FaultTable
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
+from ftqp.control.scene.scene import Scene
+from ftqp.control.scene.shapes import WORDS, Shape
 from ftqp.control.task import bounds, schemes
 from ftqp.core.checks import FloatArray, instance
 from ftqp.core.errors import InputError, MissingPackage, ModelError, ScenarioError
@@ -83,13 +85,14 @@ class Setup:
         """Refuse what a command would leave out of sight.
 
         Raises:
-            InputError: Points of the arm are kept on their side of a plane.
+            InputError: Points of the arm are kept somewhere, or it keeps clear of a scene.
         """
-        if self.tables.constraints:
-            raise InputError(
-                f"scenario {self.name} has [[constraints]], which {command} does not look at; leave them out "
-                "by --set constraints=[], and run what it finds with them"
-            )
+        for key in ("constraints", "scene"):
+            if getattr(self.tables, key):
+                raise InputError(
+                    f"scenario {self.name} has [[{key}]], which {command} does not look at; leave them out "
+                    f"by --set {key}=[], and run what it finds with them"
+                )
 
     def simulation(self, **settings: Any) -> Simulation:
         """The run, ready to be simulated."""
@@ -154,6 +157,20 @@ def validated(found: document.Document) -> Scenario:
     return read(Scenario, found.content, f"{found.origin} has errors:")
 
 
+def scene_of(shapes: Sequence[Shape]) -> Scene:
+    """A scene of some shapes; those without a name are called by what they are: ``box``, ``box 2``.
+
+    Raises:
+        InputError: Two have one name.
+    """
+    scene, counts = Scene(), dict[str, int]()
+    for shape in shapes:
+        word = next(word for word, kind in WORDS.items() if isinstance(shape, kind)).replace("_", " ")
+        counts[word] = counts.get(word, 0) + (shape.name is None)
+        scene.add(shape.name or (word if counts[word] == 1 else f"{word} {counts[word]}"), shape)
+    return scene
+
+
 class _Errors:
     """Collects what is wrong, so that one answer tells all of it."""
 
@@ -193,6 +210,12 @@ def resolve(
     settings["tasks"] = soft
     kept = [errors.tried(f"constraints[{k}]", one.made) for k, one in enumerate(tables.constraints)]
     settings["constraints"] = kept
+    tried = [errors.tried(f"scene[{k}]", one.made) for k, one in enumerate(tables.scene)]
+    around = [shape for shape in tried if shape is not None]
+    if around:
+        settings["scene"] = errors.tried("scene", partial(scene_of, around))
+    if tables.clearance is not None:
+        settings["clearance"] = errors.tried("clearance", tables.clearance.made)
     recorder: Recorder | None = None
     if record and settings["backend"] is not None:
         backend = settings["backend"]

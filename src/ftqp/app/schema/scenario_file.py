@@ -9,11 +9,14 @@ from ftqp.app.schema.planner_section import PlannerTable
 from ftqp.app.schema.reading import Options, Table
 from ftqp.app.schema.robot_section import RobotTable
 from ftqp.app.schema.simulation_section import FaultTable, SimulationTable
+from ftqp.control.scene.clearance import Clearance
+from ftqp.control.scene.shapes import WORDS, Shape
 from ftqp.control.task.keep import Keep
 from ftqp.control.task.soft_tasks import KINDS, SoftTask
 from ftqp.core.errors import InputError
 from ftqp.core.setting import REQUIRED, setting
 from ftqp.kernel.layout.rows import KEEPS
+from ftqp.kernel.layout.scene_room import OBSTACLES
 from ftqp.kernel.layout.terms_room import TERMS
 from ftqp.kernel.layout.thresholds import TIME_SLACK
 from ftqp.qp import Backend, Recorder
@@ -95,6 +98,12 @@ class Scenario(Table):
     )
     constraints: tuple[Options[Keep], ...] = setting(
         (), "points of the arm that are kept on their side of a plane", count=(0, KEEPS)
+    )
+    scene: tuple[Options[Shape], ...] = setting(
+        (), "what stands around the arm, from which it keeps clear", kinds=WORDS, count=(0, OBSTACLES)
+    )
+    clearance: Options[Clearance] | None = setting(
+        None, "how far the arm keeps from itself and from the scene; as by default beside one if absent"
     )
     base: BaseTable | None = setting(None, "what carries the arm; it stands if absent")
     faults: tuple[FaultTable, ...] = setting((), "what fails, and when the planner is told")

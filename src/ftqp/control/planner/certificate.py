@@ -19,6 +19,7 @@ from ftqp.kernel.layout.enums import (
     Limit,
 )
 from ftqp.kernel.layout.rows import (
+    CLEARANCE,
     COMPONENTS,
     HOLD,
     KEEP,
@@ -28,7 +29,7 @@ from ftqp.kernel.layout.rows import (
     Asked,
     constraint_owners,
 )
-from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, OUTSIDE_SIGMAS
+from ftqp.kernel.layout.thresholds import NEARER, OUTSIDE_FROM, OUTSIDE_SIGMAS
 from ftqp.model.posture import NEAR_SINGULAR
 
 WITHOUT_BOUND = {
@@ -61,7 +62,7 @@ class Obstacle:
     """A bound that stands in the way.
 
     Attributes:
-        joint: The joint's name, or that of what ``ftqp.Keep`` keeps.
+        joint: The joint's name, that of what ``ftqp.Keep`` keeps, or those of two bodies.
         limit: Which bound it is: ``upper position``, ``lower velocity``, ``upper torque``, ``locked``,
             ``its boundary`` and the like.
         weight: How much it stands in the way, 0 to 1 without unit: its multiplier over the largest one.
@@ -137,7 +138,9 @@ HELD = "its task on level 0"
 """What holds a frame whose task goes before that of the tip."""
 OWN = "its row"
 """What holds a row of the user's own."""
-BY = {KEEP: KEPT, HOLD: HELD, OWN_ROW: OWN}
+NEAR = "their clearance"
+"""What holds two bodies that are kept apart."""
+BY = {KEEP: KEPT, HOLD: HELD, OWN_ROW: OWN, CLEARANCE: NEAR}
 ACTIVE = 1e-9
 """A multiplier above this share of the largest counts as active. A guess that the tests have not
 contradicted."""
@@ -182,6 +185,22 @@ def without_bound(parts: Any, jacobian: FloatArray, code: int) -> str:
     if int(parts["stage"][0]) in (CALM_STAGE, CALM_ELASTIC_STAGE):
         return "calm"
     return "no answer" if code == FALLBACK else "objective"
+
+
+def too_near(parts: Any, nearest: tuple[str, str] | None) -> tuple[str, ...]:
+    """Which bodies are nearer to each other than they are to be kept, in a sentence; none without.
+
+    Args:
+        parts: Those of a step.
+        nearest: The names of the pair that is nearest, or None.
+    """
+    distance, keep = float(parts["distance"][0]), float(parts["keep"][0])
+    if nearest is None or not distance < keep - NEARER:
+        return ()
+    apart = (
+        f"{1e3 * distance:.1f} mm apart" if distance > 0.0 else f"{-1e3 * distance:.1f} mm into each other"
+    )
+    return (f"{nearest[0]} and {nearest[1]} are {apart}, and are to be kept {1e3 * keep:.0f} mm apart",)
 
 
 def instead(parts: Any, beside_free: str | None, excess: float) -> tuple[str, ...]:
@@ -230,9 +249,21 @@ def outside(parts: Any, joints: Sequence[str]) -> list[Outside]:
 
 
 def obstacles(
-    parts: Any, joints: Sequence[str], has_inertia: bool, asked: Asked = NOTHING_ASKED
+    parts: Any,
+    joints: Sequence[str],
+    has_inertia: bool,
+    asked: Asked = NOTHING_ASKED,
+    pairs: Sequence[tuple[str, str]] = (),
 ) -> list[Obstacle]:
-    """Which bounds and rows of C hold the command back, the one that matters most first."""
+    """Which bounds and rows of C hold the command back, the one that matters most first.
+
+    Args:
+        parts: Those of a step.
+        joints: Names of the joints.
+        has_inertia: Whether the arm has masses, and so torque rows.
+        asked: Names of the rows that the planner asks for.
+        pairs: Names of the pairs of bodies that are kept apart.
+    """
     found: list[tuple[str, str, float]] = []
     for i, joint in enumerate(joints):
         z = float(parts["z_box"][i])
@@ -247,6 +278,8 @@ def obstacles(
         z = float(parts["z"][row])
         if z != 0.0:
             kind, i, name = owners[row]
+            if kind is CLEARANCE and 0 <= int(parts["slot"][i]) < len(pairs):
+                name = " and ".join(pairs[int(parts["slot"][i])])
             if kind in BY:
                 found.append((name, BY[kind], abs(z)))
                 continue
@@ -257,6 +290,10 @@ def obstacles(
     if largest == 0.0:
         return []
     order = {of: k for k, of in enumerate((*joints, *(name for kind, _, name in owners if kind.most)))}
-    found.sort(key=lambda entry: order[entry[0]])
-    kept = [Obstacle(joint=j, limit=l, weight=w / largest) for j, l, w in found if w > ACTIVE * largest]
-    return sorted(kept, key=lambda obstacle: -obstacle.weight)
+    found.sort(key=lambda entry: order.get(entry[0], len(order)))
+    kept: dict[tuple[str, str], Obstacle] = {}
+    for joint, limit, weight in found:  # several points of two bodies may have a row each
+        if weight > ACTIVE * largest:
+            one = Obstacle(joint=joint, limit=limit, weight=weight / largest)
+            kept[joint, limit] = max(one, kept.get((joint, limit), one), key=lambda each: each.weight)
+    return sorted(kept.values(), key=lambda obstacle: -obstacle.weight)

@@ -11,7 +11,7 @@ from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.criteria import COEFFICIENTS, Criterion
 from ftqp.kernel.layout.enums import HISTORY, Level
 from ftqp.kernel.layout.record import load_chain
-from ftqp.kernel.layout.rows import NOTHING_ASKED, Asked, constraint_owners
+from ftqp.kernel.layout.rows import CLEARANCE, NOTHING_ASKED, Asked, constraint_owners
 from ftqp.model.robot import Robot
 
 LEVELS = {level.name.lower(): level for level in Level}
@@ -97,6 +97,6 @@ def filled(
         setattr(feedback, name, value)
     for name, value in drive.learning(dt, noise).items():
         setattr(K.learned, name, value)
-    K.keeps.asked = sum(len(names) for names in asked.values())
+    K.keeps.asked = sum(len(names) for kind, names in asked.items() if kind != CLEARANCE.name)
     K.cascade.p = len(constraint_owners(robot.joints, robot.has_inertia, asked))
     return session

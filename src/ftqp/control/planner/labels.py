@@ -2,9 +2,10 @@
 
 from ftqp.control.planner.constraint_list import asked_of
 from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.surroundings import clearance_rows
 from ftqp.control.planner.task_list import held_rows
 from ftqp.control.task.task import row_indices
-from ftqp.kernel.layout.rows import COMPONENTS, HOLD, constraint_labels
+from ftqp.kernel.layout.rows import CLEARANCE, COMPONENTS, HOLD, constraint_labels
 
 SCALE = "scale"
 SLACK = "slack "
@@ -22,7 +23,11 @@ def row_labels(planner: Planner) -> tuple[str, ...]:
     """The task rows ``x``, ``rz``, ... of A, then the rows of C, such as ``torque <joint>``."""
     robot = planner.robot
     held = held_rows([task.given for task in planner.tasks.values()])
-    asked = {**asked_of([one.given for one in planner.constraints.values()]), HOLD.name: held}
+    asked = {
+        **asked_of([one.given for one in planner.constraints.values()]),
+        HOLD.name: held,
+        CLEARANCE.name: clearance_rows(planner.clearance is not None),
+    }
     return (
         *_task_rows(planner),
         *constraint_labels(robot.joints, robot.has_inertia, asked),

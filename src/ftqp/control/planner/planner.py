@@ -35,10 +35,13 @@ from ftqp.control.planner.stages import CLOCK, FREE, Tick, staged
 from ftqp.control.planner.start import Rest, StartWatch
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.step_parts import Named, Said
+from ftqp.control.planner.surroundings import Surroundings, clearance_rows
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.task_list import TaskList, held_rows, split
 from ftqp.control.planner.wanted import Fitting, Wanted
 from ftqp.control.planner.what_ifs import WhatIfs
+from ftqp.control.scene.clearance import Clearance
+from ftqp.control.scene.scene import Scene
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.emergency import EmergencyStop
@@ -53,7 +56,7 @@ from ftqp.faults.belief import Belief
 from ftqp.faults.detection.detector import Detector
 from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory
 from ftqp.kernel.layout.enums import RELAXED
-from ftqp.kernel.layout.rows import HOLD
+from ftqp.kernel.layout.rows import CLEARANCE, HOLD
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 
@@ -92,6 +95,9 @@ class Planner(PlannerChanges):
         constraints: What goes before the task of the tip: up to 8 sides of planes, boxes and cones that
             points and axes are kept to, ``ftqp.Keep``, up to 8 rows of your own, ``ftqp.Rows``, and the
             torque limits that are there anyway, ``ftqp.TorqueLimits``.
+        scene: What stands around the arm, an ``ftqp.Scene``; the arm keeps clear of it and of itself. None
+            keeps clear of nothing, unless ``clearance`` is given.
+        clearance: How far it keeps, an ``ftqp.Clearance``; None is ``Clearance()`` beside a scene.
 
     Raises:
         InputError: A parameter is wrong, or two of them exclude each other.
@@ -121,11 +127,20 @@ class Planner(PlannerChanges):
         plan: LeadingPlan | None = None,
         tasks: Sequence[Task | SoftTask] | None = None,
         constraints: Sequence[Constraint] | None = None,
+        scene: Scene | None = None,
+        clearance: Clearance | None = None,
     ) -> None:
         instance("detector", detector, Detector | None, "an ftqp.Detector or None")
         task, soft = split(task, tasks)
         given_constraints = listed(constraints)
-        asked = {**asked_of(given_constraints), HOLD.name: held_rows(soft)}
+        instance("scene", scene, Scene | None, "an ftqp.Scene or None")
+        instance("clearance", clearance, Clearance | None, "an ftqp.Clearance or None")
+        keeps_clear = scene is not None or clearance is not None
+        asked = {
+            **asked_of(given_constraints),
+            HOLD.name: held_rows(soft),
+            CLEARANCE.name: clearance_rows(keeps_clear),
+        }
         given = self._given = settled(
             robot, dt, level=level, scheme=scheme, task=task, bounds=bounds, backend=backend, posture=posture,
             torque_limits=torque_limits, emergency=emergency, branch_limits=branch_limits, drive=drive,
@@ -140,11 +155,14 @@ class Planner(PlannerChanges):
         self._solver = Solver(self._session, robot, given.task, given.scheme, given.solver)
         if not self._solver.has_qp:
             robot.refuse_floating(f"scheme {given.scheme.name!r}, which solves no QP, needs")
-        if (soft or need_a_qp(given_constraints)) and not self._solver.has_qp:
+        if (soft or keeps_clear or need_a_qp(given_constraints)) and not self._solver.has_qp:
             raise InputError(
-                f"scheme {given.scheme.name!r} solves no QP, so that further tasks and constraints have no "
-                "effect on it; take one that does, for example 'mvn'"
+                f"scheme {given.scheme.name!r} solves no QP, so that further tasks, constraints and a scene "
+                "have no effect on it; take one that does, for example 'mvn'"
             )
+        self._surroundings = None
+        if keeps_clear:
+            self._surroundings = Surroundings(self._session, robot, scene, clearance or Clearance())
         length = float(self._session.K.task.length)
         self._tasks = TaskList(self._session, robot, soft, level, given.dt, length)
         self._wanted = Wanted(
@@ -159,7 +177,7 @@ class Planner(PlannerChanges):
                 self._session,
                 robot.joints,
                 self._said,
-                Named(self._tasks.errors, asked, self._tasks.failed),
+                Named(self._tasks.errors, asked, self._tasks.failed, self._surroundings),
             ),
             ArmLoop(self._session, robot.joints),
         )
@@ -179,7 +197,7 @@ class Planner(PlannerChanges):
             )  # fmt: skip
         parts = (
             self._tasks, self._constraints, self._loop, self._solver, self._leading, degrading, self._free,
-            StartWatch(self._session.K), self._fault_response,
+            StartWatch(self._session.K), self._fault_response, self._surroundings,
         )  # fmt: skip
         self._stages = tuple(part.stage for part in parts if part is not None)
         self._ordinary = self._solver.tick(CLOCK)

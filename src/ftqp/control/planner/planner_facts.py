@@ -1,5 +1,9 @@
 """What can be read of a planner between its steps."""
 
+from typing import Any
+
+import numpy as np
+
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
@@ -9,14 +13,17 @@ from ftqp.control.planner.learned_arm import Learned, learned
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.settings import Settings
+from ftqp.control.planner.surroundings import Surroundings
 from ftqp.control.planner.task_list import TaskList
 from ftqp.control.planner.wanted import Wanted
+from ftqp.control.scene.clearance import Clearance
+from ftqp.control.scene.scene import Scene
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.emergency import EmergencyStop
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import Fixed
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
@@ -41,6 +48,7 @@ class PlannerFacts:
         "_leading",
         "_loop",
         "_session",
+        "_surroundings",
         "_tasks",
         "_wanted",
     )
@@ -51,6 +59,7 @@ class PlannerFacts:
     _fault_response: FaultResponse | None
     _tasks: TaskList
     _constraints: Constraints
+    _surroundings: Surroundings | None
     _wanted: Wanted
 
     robot: Fixed[Robot] = Fixed(
@@ -103,6 +112,33 @@ class PlannerFacts:
         "How fast the arm is led now, in (0, 1]: ``speed``, less what a detector's suspicion takes of it.",
         "planner.speed = share asks for another one",
     )
+
+    @property
+    def scene(self) -> Scene | None:
+        """What stands around the arm; None where it keeps clear of nothing."""
+        return None if self._surroundings is None else self._surroundings.scene
+
+    @property
+    def clearance(self) -> Clearance | None:
+        """How far it keeps from itself and from the scene; None where it keeps clear of nothing."""
+        return None if self._surroundings is None else self._surroundings.clearance
+
+    def distances(self, q: Any) -> dict[tuple[str, str], FloatArray]:
+        """The distance of each pair of bodies that are kept apart [m], by their names.
+
+        Args:
+            q: A configuration, (nv,) or (nq,), for a number each, or several of them, (S, nv), for (S,) each
+                [rad or m].
+
+        Raises:
+            InputError: A wrong shape, or a planner without a scene.
+        """
+        if self._surroundings is None:
+            raise InputError("the planner keeps clear of nothing; give it a scene, Planner(robot, scene=...)")
+        if np.ndim(q) == 2:
+            return self._surroundings.distances(array("q", q, (len(q), self.robot.nv), "(S, nv)"))
+        one = self._surroundings.distances(self.robot.angles(q)[None])
+        return {names: d[0] for names, d in one.items()}
 
     @property
     def task_rows(self) -> tuple[str, ...]:

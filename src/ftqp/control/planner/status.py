@@ -47,6 +47,9 @@ STOP_REASONS: Final[dict[StopReason, str | None]] = {
         "{joint} seems to swing freely beside a joint that had failed before, which is not believed without "
         "you; report it, or call resume() where it works"
     ),
+    StopReason.CLEARANCE: (
+        "two bodies were nearer than Clearance(stop=...) and still came nearer; see step.nearest"
+    ),
 }
 """Why a stop is latched; ``{joint}`` is the joint that is meant."""
 

@@ -13,6 +13,7 @@ from ftqp.control.planner.certificate import (
     instead,
     obstacles,
     outside,
+    too_near,
     unreached,
     without_bound,
 )
@@ -362,9 +363,24 @@ class Step:
         )
 
     def _obstacles(self) -> list[Obstacle]:
-        return obstacles(
-            self._parts, self._joints, bool(self._session.K.chain.has_inertia), self._named.asked
-        )
+        named, has_inertia = self._named, bool(self._session.K.chain.has_inertia)
+        pairs = () if named.pairs is None else named.pairs.names
+        return obstacles(self._parts, self._joints, has_inertia, named.asked, pairs)
+
+    @property
+    def clearance(self) -> float:
+        """The least distance of two bodies that are kept apart [m], inf where none are.
+
+        It is that of the posture to which the velocity before the step led.
+        """
+        return self._number("distance") if self._number("pairs") else np.inf
+
+    @property
+    def nearest(self) -> tuple[str, str] | None:
+        """The two bodies that are nearest to each other, of those that are kept apart; None without."""
+        pairs = () if self._named.pairs is None else self._named.pairs.names
+        at = int(self._parts["nearest"][0])
+        return pairs[at] if 0 <= at < len(pairs) else None
 
     @property
     def certificate(self) -> Certificate | None:
@@ -376,6 +392,7 @@ class Step:
             slack = np.zeros_like(slack)
         beyond = tuple(outside(self._parts, self._joints))
         beside = instead(self._parts, self.notice, self.torque_excess)
+        beside += too_near(self._parts, self.nearest)
         jump = self._number("jump")
         if not (slack.any() or beyond or beside or jump < 1.0):
             slack = self.slack  # less than counts as missed is what is left

@@ -1,7 +1,7 @@
 """The parts of a step: where they stand in the planner's record, what keeps them, what is read of them."""
 
-from collections.abc import Mapping
-from typing import NamedTuple, final
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Protocol, final
 
 import numpy as np
 
@@ -66,6 +66,11 @@ PLACES_OF_A_STEP = {
     "m": ("task", "m"),
     "components": ("task", "rows"),
     "soft_error": ("terms", "error"),
+    "pairs": ("scene", "pairs"),
+    "distance": ("scene", "distance"),
+    "nearest": ("scene", "nearest"),
+    "keep": ("scene", "keep"),
+    "slot": ("scene", "slot"),
     **PLACES,
 }
 """Where each part of a step stands in the record."""
@@ -182,6 +187,24 @@ class QPReport(NamedTuple):
     time: float | None
 
 
+class Pairs(Protocol):
+    """Who knows what the bodies of pairs are called."""
+
+    @property
+    def names(self) -> Sequence[tuple[str, str]]:
+        """The names of each pair."""
+
+
+class KeptPairs(NamedTuple):
+    """The names of pairs, as they were.
+
+    Attributes:
+        names: Those of each pair.
+    """
+
+    names: Sequence[tuple[str, str]]
+
+
 class Named(NamedTuple):
     """Names beside those of joints.
 
@@ -189,15 +212,18 @@ class Named(NamedTuple):
         tasks: Of the further tasks, with how many numbers an error of each has.
         asked: Of the rows that a planner asks for, by kind.
         failed: Why tasks were left out of the tick, by name; None where none can be.
+        pairs: The names of pairs of bodies; None where none are kept apart.
     """
 
     tasks: tuple[tuple[str, int], ...] = ()
     asked: Asked = NOTHING_ASKED
     failed: Mapping[str, str] | None = None
+    pairs: Pairs | None = None
 
     def copy(self) -> "Named":
         """The same, which later ticks do not change."""
-        return self if self.failed is None else self._replace(failed=dict(self.failed))
+        kept = self if self.failed is None else self._replace(failed=dict(self.failed))
+        return kept if kept.pairs is None else kept._replace(pairs=KeptPairs(kept.pairs.names))
 
 
 class SoftTaskReport(NamedTuple):

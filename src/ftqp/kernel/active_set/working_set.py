@@ -15,6 +15,9 @@ DEPENDENT = 1e-12
 """A row whose part outside the span of the working set is below this share (squared) counts as dependent. The
 pivot is a difference of which rounding leaves some 1e-16, so that four digits are left at the bound."""
 
+SOFTER = 1e4
+"""Where all rows of C give way, the last of them are so many times softer. A guess that
+tests/control/planner/test_clearance.py has not contradicted."""
 REFINE_FROM = 1e-12
 """Residual of an active row, in its own unit, above which the solution is refined: two digits below 1e-10,
 the tolerance of ``ftqp.control.planner.filling``, so that rows that were solved well cost nothing."""
@@ -180,12 +183,18 @@ def _right_side(Q: Any, code: int, side: int) -> float:
 
 @jit
 def _softness(Q: Any, code: int, side: int) -> float:
-    """Compliance of a row: task rows their own, rows of C that may give way the elastic one, else none."""
+    """Compliance of a row: task rows their own, rows of C that may give way the elastic one, else none.
+
+    The last rows of C give way before the others do.
+    """
     if code < Q.meq:
         soft: float = Q.soft[code]
         return soft
-    if code >= Q.meq + Q.nx and (side != 0 or code >= Q.meq + Q.nx + Q.rigid):
+    row = code - Q.meq - Q.nx
+    if row >= 0 and (side != 0 or row >= Q.rigid):
         elastic: float = Q.soft_rows
+        if Q.soft_last > 0.0 and row >= Q.yields_from:
+            return max(Q.soft_last, SOFTER * elastic)
         return elastic
     return 0.0
 

@@ -12,6 +12,7 @@ from ftqp.kernel.calm.trigger import is_regular
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.latches.settling import NO_METRIC, REGULAR, settle
 from ftqp.kernel.layout.enums import ACCELERATION, SCALE
+from ftqp.kernel.layout.thresholds import LAST
 
 
 @jit
@@ -115,6 +116,7 @@ def pose_calm(K: Any, kp: float) -> None:
     """The same over the joints, from what ``task.asked`` says of the rows."""
     chain, state, task, calm, qp = K.chain, K.state, K.task, K.calm, K.qp
     n, m = chain.n, task.m
+    qp.soft_last = LAST
     kv = task.kv if state.level == ACCELERATION else 0.0
     for k in range(m):
         w = 1.0 / sqrt(task.yielding[task.rows[k]])

@@ -68,6 +68,7 @@ class Session:
 
     def _begin(self) -> None:
         self.K: Any = rooms(self._memory)
+        self._twin: Session | None = None
 
     def bind(self, name: str, *things: Any) -> Call:
         """An entry point on this record, further first arguments given; see ``bound``."""
@@ -93,6 +94,20 @@ class Session:
     def torques(self) -> Call:
         """What fills in the torques of the last command, where the tick did without them."""
         return self.bind("torques")
+
+    def pair_distances(self, postures: FloatArray) -> FloatArray:
+        """The distances of all pairs of bodies at some postures, (S, nv): (S, pairs) [m].
+
+        They are measured on a copy, so that the record is as it was.
+        """
+        if self._twin is None:
+            self._twin = self.copy()
+        for room in ("scene", "chain"):
+            self._twin._memory[room] = self._memory[room]
+        q = np.ascontiguousarray(postures, dtype=np.float64)
+        found = np.zeros((len(q), int(self.K.scene.pairs)))
+        self._twin.bind("pair_distances", q, found, len(q))()
+        return found
 
     def __getstate__(self) -> dict[str, Any]:
         return {"capacity": self.capacity, "memory": self._memory}

@@ -44,6 +44,7 @@ ENTRIES: Final = {
         _entry("inverse_dynamics", _ARM, "ii"),
         _entry("torques", _ARM, "i"),
         _entry("servo_torques", _ARM, "iiooo"),
+        _entry("pair_distances", "ftqp.kernel.entry.scene_entries", "iiii", nogil=True),
         _entry("block", "ftqp.kernel.ticks.block_of_ticks", "iooooiiiiiii"),
         _entry("rollout", "ftqp.kernel.entry.rollout", "i" * 6, nogil=True),
         _entry("write_target", "ftqp.kernel.entry.target_entry", "iooo"),

@@ -24,7 +24,7 @@ from ftqp.kernel.judge.cascade_table import (
     SAYS_AS_MISSED,
     SAYS_AS_SOLVED,
 )
-from ftqp.kernel.judge.kept_limits import joints_outside
+from ftqp.kernel.judge.kept_limits import joints_outside, too_near
 from ftqp.kernel.judge.least_excess import begin_least_excess, begin_plain, box_excludes_rows
 from ftqp.kernel.judge.solution_check import check_solution, command
 from ftqp.kernel.judge.stage_problems import (
@@ -217,7 +217,7 @@ def _weigh(K: Any, stage: int) -> None:
     else:
         task.scale = K.qp.x[K.chain.n] if task.mode == SCALE else 1.0
     cascade.missed = _misses_task(task)
-    cascade.outside = joints_outside(K)
+    cascade.outside = joints_outside(K) + too_near(K)
     if _entry(SAYS_AS_SOLVED, stage):
         cascade.outcome = _outcome_of_solved(task, cascade)
     elif _entry(SAYS_AS_MISSED, stage) and cascade.missed and (task.mode == HARD or not cascade.external):

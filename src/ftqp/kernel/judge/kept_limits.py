@@ -4,7 +4,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY
-from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
+from ftqp.kernel.layout.thresholds import NEARER, OUTSIDE_FROM
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.side_by_side import WIDTH, is_set, several
 
@@ -38,6 +38,12 @@ def joints_outside(K: Any) -> int:
                 if is_beyond_range(K, i) or (faults.code[i] == HEALTHY and is_too_fast(K, i)):
                     count += 1
     return count
+
+
+@jit
+def too_near(K: Any) -> int:
+    """Whether bodies are nearer than they are to be kept."""
+    return 1 if K.scene.pairs > 0 and K.scene.distance < K.scene.keep - NEARER else 0
 
 
 @jit

@@ -48,6 +48,8 @@ def check_solution(task: Any, cascade: Any, qp: Any, scratch: Any) -> bool:
         over = max(qp.l[j] - s, s - qp.u[j])
         if qp.soft_rows > 0.0 and (qp.l[j] < qp.u[j] or j >= qp.rigid):
             over = 0.0
+        if qp.soft_last > 0.0 and j >= qp.yields_from:
+            over = 0.0
         worst = max(worst, over)
     cascade.residual_bounds = worst / (1.0 + size_x)
     r = scratch.joints

@@ -12,7 +12,7 @@ from ftqp.kernel.judge.coming_to_rest import BRAKING_SHARE, draw_to_rest, only_b
 from ftqp.kernel.judge.least_excess import keep_free_rows, make_room
 from ftqp.kernel.judge.qp_aside import put_aside, take_up
 from ftqp.kernel.layout.enums import SLACK, SOLVED, STOPPED, STOPPING
-from ftqp.kernel.layout.thresholds import AT_REST
+from ftqp.kernel.layout.thresholds import AT_REST, LAST
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.rows.joint_intervals import AT_LIMIT
 from ftqp.kernel.rows.objective import objective
@@ -80,7 +80,7 @@ def begin_rest(K: Any, time: float, rise: float) -> None:
     back during a stop: its interval is opened just enough to come to rest.
     """
     limits, faults, state, task, qp = K.limits, K.faults, K.state, K.task, K.qp
-    qp.nx, qp.meq, qp.warm = K.chain.n, 0, 0
+    qp.nx, qp.meq, qp.warm, qp.soft_last = K.chain.n, 0, 0, LAST
     draw_to_rest(K, time, rise, 1.0)
     for k in range(faults.working):
         i = faults.order[k]

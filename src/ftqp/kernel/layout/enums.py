@@ -123,6 +123,7 @@ class StopReason(IntEnum):
     FREE_JOINT = 7
     OVERLOAD = 8
     SECOND_FREE = 9
+    CLEARANCE = 10
 
 
 (
@@ -136,6 +137,7 @@ class StopReason(IntEnum):
     STOPPED_BY_FREE_JOINT,
     STOPPED_BY_OVERLOAD,
     STOPPED_BY_SECOND_FREE,
+    STOPPED_BY_CLEARANCE,
 ) = map(int, StopReason)
 
 

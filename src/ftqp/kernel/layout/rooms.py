@@ -9,6 +9,7 @@ from ftqp.kernel.layout.gate_room import gate_fields
 from ftqp.kernel.layout.keeps_room import keeps_fields
 from ftqp.kernel.layout.learned_room import learned_fields
 from ftqp.kernel.layout.rows import constraint_capacity
+from ftqp.kernel.layout.scene_room import ahead_fields, scene_fields
 from ftqp.kernel.layout.terms_room import terms_fields
 
 
@@ -191,8 +192,9 @@ def _cascade(N: int) -> Fields:
     ``external``: another solver takes the QP. ``accept``: largest scaled residual that counts as solved.
     ``z_first``, ``z_box_first``: multipliers of the first stage of lexicographic mode, which say what keeps
     the task from being followed. ``missed``: the command leaves more of the task than counts as none;
-    ``outside``: how many joints are beyond what is believed of their limits; ``checked``: the answer is known
-    to be good; ``jump``: share of an instant lock's jump that the other joints' velocities have made;
+    ``outside``: how many joints are beyond what is believed of their limits, and whether bodies are too near;
+    ``checked``: the answer is known to be good; ``jump``: share of an instant lock's jump that the other
+    joints' velocities have made;
     ``torque_excess``: of the command over what is believed of a motor [N m].
     """
     return [
@@ -211,7 +213,8 @@ def qp_fields(variables: int, rows: int, constraints: int) -> Fields:
     """Fields of a QP with compliant equality rows and of the active-set solver's memory.
 
     min 1/2 x'Hx + g'x + sum_k s_k^2/(2 soft_k),  Ax + s = b,  lb <= x <= ub,  l <= Cx <= u; a row with
-    soft_k = 0 is hard. Rows of C give way as ``soft_rows`` says, equalities among the first ``rigid`` not.
+    soft_k = 0 is hard. Rows of C give way as ``soft_rows`` says, equalities among the first ``rigid`` not;
+    those from ``yields_from`` on by ``soft_last``, too.
 
     ``x_free`` is the minimiser without rows. ``root`` is 1/sqrt(H_ii), 0 for a fixed variable; ``root_of``
     and ``root_was`` keep an H_ii and its root, ``inverse`` the square of the root. V holds the rows of the
@@ -219,8 +222,8 @@ def qp_fields(variables: int, rows: int, constraints: int) -> Fields:
     """
     working = variables + rows + constraints
     return [
-        *scalars("i8", "nx meq nc rigid dense warm iterations max_iterations"),
-        *scalars("f8", "soft_rows tolerance"),
+        *scalars("i8", "nx meq nc rigid yields_from dense warm iterations max_iterations"),
+        *scalars("f8", "soft_rows soft_last tolerance"),
         *floats(
             {
                 "lb": (variables,),
@@ -418,6 +421,8 @@ ROOMS = {
     "free": _free,
     "terms": terms_fields,
     "keeps": keeps_fields,
+    "scene": scene_fields,
+    "ahead": ahead_fields,
     "supposed": _supposed,
 }
 """Each room with the fields that it has for N joints; those that every tick touches come first."""

@@ -95,10 +95,23 @@ OWN_ROW = RowKind(
     most=OWN_ROWS,
 )
 
-ROW_KINDS: tuple[RowKind, ...] = (TORQUE, KEEP, HOLD, OWN_ROW)
+CLEARANCES = 16
+"""The most pairs of bodies that are kept apart at once. A convention, which sizes memory."""
+CLEARANCE = RowKind(
+    name="clearance",
+    unit="m/s2",
+    sliding_unit="m/s2",
+    symmetric=False,
+    needs_inertia=False,
+    module="clearance_rows",
+    most=CLEARANCES,
+)
+
+ROW_KINDS: tuple[RowKind, ...] = (TORQUE, KEEP, HOLD, OWN_ROW, CLEARANCE)
 """The kinds in the order in which their rows stand in C.
 
-Torque rows are the first: that of joint i, which is an equality when the joint swings freely, is row i.
+Torque rows are the first: that of joint i, which is an equality when the joint swings freely, is row i. Those
+of clearance are the last: they alone give way in every QP.
 """
 
 

@@ -55,3 +55,10 @@ FREE_SHARE: Final = 1e-3
 HANGS: Final = 0.05
 """A free joint slower than this may be hanging where it can rest [rad/s or m/s]. A guess that
 `python studies/study_free_swinging.py` has not contradicted."""
+
+NEARER = 1e-3
+"""Bodies that are nearer than they are to be kept by more than this [m] are said to be. A guess that the
+campaigns have not contradicted."""
+LAST = 1e-8
+"""Compliance of rows that keep bodies apart beside |x - x_rest|^2 and the like, whose weight is 1: where they
+cannot be kept apart, the excess costs more than any way to rest. A guess, as above."""

@@ -108,11 +108,18 @@ def task_rows(K: Any, kp: float) -> None:
     task.beyond = 0.0
 
 
+STIFFER = 1e-4
+"""Compliance of rows that keep bodies apart, as a share of the task's: what the task asks for then moves them
+by no more than this share of what it gives up. A guess that tests/control/planner/test_clearance.py has not
+contradicted."""
+
+
 @jit
 def compliance(task: Any, chain: Any, qp: Any, turned: Any, ratio: float) -> None:
     """soft_k = yielding_k ratio |A|_F^2 / (m tr H): the slack's weight follows the QP's own magnitude.
 
-    Rows turned by directional damping have no priority of their own; their damping adds.
+    Rows turned by directional damping have no priority of their own; their damping adds. Rows of C that give
+    way do so after the task.
     """
     trace = 0.0
     if qp.dense:
@@ -128,6 +135,7 @@ def compliance(task: Any, chain: Any, qp: Any, turned: Any, ratio: float) -> Non
             a = select(inside, several(qp.A[k], at), 0.0)
             squares = squares + a * a
     soft = ratio * sum_of(squares) / (max(qp.meq, 1) * trace) + 1e-300
+    qp.soft_last = STIFFER * soft
     for k in range(qp.meq):
         qp.soft[k] = (
             soft + turned.softness[k] * chain.n / trace if turned.on else soft * task.yielding[task.rows[k]]

@@ -46,6 +46,7 @@ from ftqp.kernel.layout.enums import (
     STOPPED_BY_ERROR,
     TORQUE_DRIVE,
 )
+from ftqp.kernel.layout.thresholds import LAST
 from ftqp.kernel.rows.constraint_rows import add_asked_rows, add_constraints, stood_at_torque_limit
 from ftqp.kernel.rows.drive import add_drive
 from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_instantly, prescribed_motion, sort_joints
@@ -58,6 +59,7 @@ from ftqp.kernel.rows.objective import objective
 from ftqp.kernel.rows.path_rows import STIFFNESS, begin_on_path, path_rows, rate_variable
 from ftqp.kernel.rows.task_rows import compliance, path_scale, task_rows
 from ftqp.kernel.rows.turned_rows import fade_feedback, turn_rows
+from ftqp.kernel.scene.clearance import look_around
 from ftqp.kernel.ticks.accepted_inputs import state_is_finite, target_is_usable
 
 SCALE_STAGE_RATIO = 1e-7
@@ -92,7 +94,7 @@ def _emergency(task: Any, watch: Any, feedback: Any, kinematics: Any, terms: Any
 def _begin(state: Any, faults: Any, cascade: Any, chain: Any, qp: Any) -> None:
     """Forget the last tick's QP and sort the joints."""
     state.ticks += 1
-    qp.soft_rows = 0.0
+    qp.soft_rows, qp.soft_last = 0.0, LAST
     cascade.claim = -1
     cascade.qp_iterations = 0
     cascade.torque_excess = 0.0
@@ -157,9 +159,11 @@ def _limit(K: Any) -> None:
     """The rows of C, where every tick needs them, or where the last command stood at one."""
     K.qp.nc = 0
     K.kinematics.has_dynamics = 0
+    if K.scene.pairs > 0:
+        look_around(K)
     if K.limits.dynamic and (not K.limits.on_demand or stood_at_torque_limit(K.qp)):
         add_constraints(K)
-    elif K.keeps.asked > 0:
+    elif K.keeps.asked > 0 or K.scene.held > 0:
         add_asked_rows(K)
 
 
@@ -237,6 +241,7 @@ def _ask(K: Any) -> int:
         for k in range(task.m):
             if not turned.on or turned.softness[k] == 0.0:
                 qp.soft[k] = 0.0
+        qp.soft_last = 0.0
     elif task.mode == SCALE:
         compliance(task, K.chain, qp, turned, SCALE_STAGE_RATIO)
         path_scale(K.state, K.limits, K.chain, qp)

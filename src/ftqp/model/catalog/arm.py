@@ -7,6 +7,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.model.build import ROWS
+from ftqp.model.capsules import Capsule
 from ftqp.model.limits import JointLimits
 from ftqp.model.robot import Robot
 from ftqp.model.serial import EARTH, Body, Inertial, serial_model
@@ -28,6 +29,7 @@ def arm(
     gravity: Sequence[float] = EARTH,
     rotors: float = 0.0,
     continuous: bool = False,
+    capsules: Sequence[Capsule] = (),
 ) -> Robot:
     """A robot of revolute joints about their z axes.
 
@@ -47,6 +49,7 @@ def arm(
         gravity: Gravity in the base frame, (3,) [m/s2].
         rotors: Rotor inertia seen at every joint [kg m2].
         continuous: Whether every joint turns without end; the limits then have no positions.
+        capsules: The links, each in the frame of its joint; none are estimated from the joints.
     """
     bodies = []
     for i, (joint, place) in enumerate(zip(joints, placements, strict=True)):
@@ -56,6 +59,14 @@ def arm(
     written = JointLimits.of(len(joints), **limits)
     model = serial_model(name, bodies, written, frames=[(tip, tip_pose)], gravity=gravity)
     model.armature = np.full(model.nv, rotors)
-    return Robot.from_pinocchio(
+    made = Robot.from_pinocchio(
         model, tip, limits=limits, neutral=neutral, default_rows=default_rows, length=length
     )
+    return made.with_capsules(capsules) if capsules else made
+
+
+def links(
+    table: Sequence[tuple[str, str, Sequence[float], Sequence[float], float]],
+) -> list[Capsule]:
+    """Capsules from a table of name, frame, both ends [m] and radius [m]."""
+    return [Capsule(a, b, radius, frame=frame, name=name) for name, frame, a, b, radius in table]

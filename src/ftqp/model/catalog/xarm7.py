@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 
-from ftqp.model.catalog.arm import arm
+from ftqp.model.catalog.arm import arm, links
 from ftqp.model.robot import Robot
 from ftqp.model.serial import Inertial, placement, symmetric
 
@@ -51,6 +51,18 @@ INERTIALS = (
 """Mass [kg], centre of mass [m] and inertia about it xx, xy, xz, yy, yz, zz [kg m2] of links 1 to 7."""
 
 
+CAPSULES = (
+    ("link_base", "universe", (-0.0052, 0.0005, 0.0943), (-0.0141, 0.0034, 0.0218), 0.0804),
+    ("link1", "joint1", (-0.0003, 0.0, -0.0537), (0.0, 0.0171, 0.0), 0.0754),
+    ("link2", "joint2", (0.0002, -0.1396, 0.0187), (-0.001, -0.0324, 0.0815), 0.0803),
+    ("link3", "joint3", (0.0524, -0.0038, 0.0), (0.0055, -0.0009, -0.042), 0.0764),
+    ("link4", "joint4", (0.0863, -0.1202, 0.012), (0.0253, -0.0196, 0.0744), 0.0753),
+    ("link5", "joint5", (0.0, 0.046, 0.0), (-0.0012, 0.0089, -0.1511), 0.056),
+    ("link6", "joint6", (0.076, 0.0206, 0.0), (0.0184, 0.0056, 0.0179), 0.0611),
+    ("link7", "joint7", (0.0, 0.0, -0.014), (-0.0013, -0.0127, -0.0144), 0.04),
+)
+"""Links as capsules: name, joint, both ends in the joint's frame [m], radius [m]."""
+
 ROTORS = 0.1
 """Rotor inertia seen at every joint [kg m2], stated, not published by the maker; see ``xarm7``."""
 
@@ -67,6 +79,9 @@ def xarm7(*, rotors: bool = True) -> Robot:
     not an identification; a rotor of 1e-5 kg m2 behind a gear of 100 makes the same. Without it joint 7 has
     1.4e-4 kg m2, and under torque control a friction of 0.5 N m makes such a wrist lag or hunt. That model's
     friction (1 N m, 2 to 10 N m s/rad), as little identified, is left out.
+
+    Capsules: fitted to the hulls of xarm_description's meshes, as ``Robot.from_urdf`` does (1.6 to 2.5 times
+    their volumes).
 
     Args:
         rotors: Whether the motors' rotors count; without them this is the maker's URDF.
@@ -89,4 +104,5 @@ def xarm7(*, rotors: bool = True) -> Robot:
         tip_pose=np.eye(4),
         neutral=[0.0, -pi / 4, 0.0, pi / 3, 0.0, 7 * pi / 12, 0.0],
         rotors=ROTORS if rotors else 0.0,
+        capsules=links(CAPSULES),
     )

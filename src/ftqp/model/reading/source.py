@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.model.audit import Finding, unsafe, warning
+from ftqp.model.capsules import Capsule, Collision
 
 Written = Mapping[str, float]
 """q_min, q_max, v_max, tau_max of a joint as a file has them, NaN where missing; a_max, j_max if there."""
@@ -22,6 +23,7 @@ class Source:
         followers: Joints that cannot move on their own, with the joint that drives them.
         findings: What the reader has to say.
         postures: Postures that the model names, positions by joint [rad or m].
+        shapes: Collision geometry of the links.
     """
 
     model: Any
@@ -29,6 +31,7 @@ class Source:
     followers: Mapping[str, str] = field(default_factory=dict)
     findings: Sequence[Finding] = ()
     postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    shapes: Sequence[Capsule | Collision] = ()
 
 
 def source_of(model: Any) -> Source:

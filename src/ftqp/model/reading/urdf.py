@@ -2,6 +2,7 @@
 
 from collections.abc import Container, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
 
@@ -11,6 +12,7 @@ import pinocchio as pin
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, ModelError
 from ftqp.model.audit import Finding, body_findings, note, unsafe
+from ftqp.model.capsules import Collision
 from ftqp.model.reading import srdf
 from ftqp.model.reading.safe_xml import xml_of
 from ftqp.model.reading.source import Source, unlimited
@@ -25,6 +27,15 @@ DRAKE = "{http://drake.mit.edu}"
 
 RATES = ("acceleration", "deceleration", f"{DRAKE}acceleration")
 """Attributes of a limit that bound the acceleration: those of URDF 1.2, and Drake's."""
+
+GEOMETRY = {
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "box": ("size",),
+    "mesh": ("scale",),
+}
+"""What a link is made of for collisions, and the attributes that are its sizes; capsules are of URDF 1.2."""
 
 SYMMETRIC = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
@@ -86,7 +97,36 @@ def read(source: Any, tips: Sequence[str], locked: Sequence[str | int]) -> Sourc
         },
         findings=tree.findings,
         postures={} if path is None else srdf.postures_beside(path),
+        shapes=_collisions(tree, path),
     )
+
+
+def _collisions(tree: Tree, path: Path | None) -> list[Collision]:
+    """The collision geometry of the links as it is written; what is no geometry is left out."""
+    found = []
+    for name, link in tree.links.items():
+        for element in link.findall("collision"):
+            shape = next(iter(element.find("geometry") or ()), None)
+            if shape is None or shape.tag not in GEOMETRY:
+                continue
+            size = [x for key in GEOMETRY[shape.tag] for x in _plain_numbers(shape.get(key, ""))]
+            if shape.tag == "mesh":
+                size = size if len(size) == 3 else [1.0, 1.0, 1.0]
+            origin = _origin(element)
+            if not (size and np.isfinite(size).all() and min(size) > 0.0 and np.isfinite(origin).all()):
+                continue
+            place = pin.SE3(pin.rpy.rpyToMatrix(*origin[3:]), origin[:3]).homogeneous
+            found.append(
+                Collision(
+                    link=name, kind=shape.tag, size=tuple(size), place=place,
+                    file=shape.get("filename", ""), beside=None if path is None else Path(path),
+                )
+            )  # fmt: skip
+    return found
+
+
+def _plain_numbers(text: str) -> list[float]:
+    return [_number(word) for word in text.split()]
 
 
 def _attribute(element: Element, tag: str, name: str) -> str:

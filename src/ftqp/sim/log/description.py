@@ -14,6 +14,7 @@ import numpy as np
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.running_task import RunningTask
+from ftqp.control.scene.shapes import WORDS
 from ftqp.control.task.keep import BOX, CONE, Keep
 from ftqp.control.task.soft_tasks import FIRST, KINDS, LeastSquares, PositionTask
 from ftqp.control.task.torque_limits import TorqueLimits
@@ -22,7 +23,7 @@ from ftqp.model.body_frames import frame_pose, mount_of
 from ftqp.model.robot import Robot
 from ftqp.model.skeleton import Skeleton
 from ftqp.sim.further_measures import FurtherMeasures
-from ftqp.sim.log.further_signals import TASKS
+from ftqp.sim.log.further_signals import ITSELF, TASKS
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 PACKAGES = ("ftqp", "numpy", "scipy", "pin")
@@ -119,7 +120,42 @@ def _further(planner: Planner) -> dict[str, Any]:
                     [place if isfinite(place) else None for place in corner]
                     for corner in keep.inside.tolist()
                 ]
+    if planner.scene is not None:
+        result |= _surroundings(planner)
     return result
+
+
+def _surroundings(planner: Planner) -> dict[str, Any]:
+    """What stands around the arm, and its bodies, as whoever has the arm can find them.
+
+    ``scene`` has the kind, extent [m] and pose of each thing, ``bodies`` the capsules: the joint that each
+    moves with, None is none, and where its ends are while all joints are at 0, in the base frame [m].
+    """
+    robot, scene, clearance = planner.robot, planner.scene, planner.clearance
+    assert scene is not None and clearance is not None
+    zero, words = np.zeros(robot.nv), {kind: word for word, kind in WORDS.items()}
+    bodies = []
+    for one in robot.capsules:
+        T, joint = robot.pose(zero, one.frame), mount_of(robot, one.frame or "universe")[0]
+        ends = [(T[:3, :3] @ end + T[:3, 3]).tolist() for end in (one.a, one.b)]
+        at = robot.joints[joint] if joint >= 0 else None
+        bodies.append({"name": one.label, "joint": at, "ends_at_zero": ends, "radius": one.radius})
+    things = [
+        {
+            "name": name,
+            "kind": words[type(placed.shape)],
+            "extent": list(placed.shape.extent),
+            "pose": placed.place.tolist(),
+        }
+        for name, placed in scene.items()
+    ]
+    watched = sorted({tuple(names) for names in planner.distances(robot.neutral)})
+    return {
+        "scene": [*things, {"name": ITSELF, "kind": "arm"}],
+        "bodies": bodies,
+        "watched": [list(names) for names in watched],
+        "clearance": {"keep": clearance.keep, "stop": clearance.stop},
+    }
 
 
 def _mounted(robot: Robot, task: RunningTask) -> dict[str, Any]:

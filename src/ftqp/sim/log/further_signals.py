@@ -1,4 +1,4 @@
-"""The signals of soft tasks and of kept points: what a log calls them, and which of them it has."""
+"""The signals of soft tasks, kept points and clearances: what a log calls them, and which of them it has."""
 
 from collections.abc import Container, Iterable, Mapping
 from typing import Any, Final, NamedTuple
@@ -9,9 +9,13 @@ TASKS: Final = "task_error"
 """Group of the errors of soft tasks."""
 PLANES: Final = "distance"
 """Group of the distances of kept points from their planes and boxes, and of axes from their cones."""
+BODIES: Final = "clearance"
+"""Group of the distances of the arm from itself and from what stands around it."""
+ITSELF: Final = "itself"
+"""What stands for the arm's own bodies in that group."""
 ROTATION: Final = " rotation"
 """What stands behind the name of a task of a pose where its angle is meant."""
-FACTS: Final = {TASKS: "tasks", PLANES: "constraints"}
+FACTS: Final = {TASKS: "tasks", PLANES: "constraints", BODIES: "scene"}
 """Where the metadata of a log list what a group is of."""
 
 
@@ -19,8 +23,8 @@ class Measured(NamedTuple):
     """A number that is measured of a soft task or a kept point.
 
     Attributes:
-        group: ``task_error`` or ``distance``.
-        name: Of the task, or of the kept point.
+        group: ``task_error``, ``distance`` or ``clearance``.
+        name: Of the task, of the kept point, or of what stands around the arm.
         unit: Its unit.
         about: Its sentence.
     """
@@ -44,7 +48,7 @@ def names_in(rows: Container[str], about: Mapping[str, Any], group: str) -> list
     Args:
         rows: The log, or a block of it.
         about: Its metadata.
-        group: ``task_error`` or ``distance``.
+        group: ``task_error``, ``distance`` or ``clearance``.
     """
     named = [one["name"] for one in about.get(FACTS[group], [])]
     every = dict.fromkeys(name for one in named for name in (one, one + ROTATION))

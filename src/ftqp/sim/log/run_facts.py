@@ -98,7 +98,34 @@ def _strange_further(facts: Mapping[str, Any], joints: Sequence[str]) -> str | N
             f"its constraints are {kept!r:.60}, expected tables with name, kind, joint, at_zero, braking and "
             "the plane, box or cone"
         )
+    around = facts.get("scene", [])
+    if not _list(around, lambda one: isinstance(one, dict) and _is_placed(one)):
+        return f"its scene is {around!r:.60}, expected tables with name, kind, extent and pose"
+    bodies = facts.get("bodies", [])
+    if not _list(bodies, lambda one: isinstance(one, dict) and _is_body(one, joints)):
+        return f"its bodies are {bodies!r:.60}, expected tables with name, joint, ends_at_zero and radius"
     return None
+
+
+def _is_placed(one: Mapping[str, Any]) -> bool:
+    """Whether something stands around an arm, or is the arm."""
+    if not (isinstance(one.get("name"), str) and isinstance(one.get("kind"), str)):
+        return False
+    pose = one.get("pose")
+    placed = _list(pose, lambda row: _list(row, is_number) and len(row) == 4) and len(pose or ()) == 4
+    return one["kind"] == "arm" or (placed and _three(one.get("extent"), is_number))
+
+
+def _is_body(one: Mapping[str, Any], joints: Sequence[str]) -> bool:
+    """Whether something is a body of the arm."""
+    ends = one.get("ends_at_zero")
+    return (
+        isinstance(one.get("name"), str)
+        and (one.get("joint") is None or one["joint"] in joints)
+        and is_number(one.get("radius"))
+        and _list(ends, lambda end: _three(end, is_number))
+        and len(ends or ()) == 2
+    )
 
 
 def _is_task(one: Mapping[str, Any]) -> bool:

@@ -10,7 +10,7 @@ from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.control.planner.status import StepStatus
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.thresholds import TIME_SLACK
-from ftqp.sim.log.further_signals import FACTS, PLANES, TASKS, names_in
+from ftqp.sim.log.further_signals import BODIES, FACTS, PLANES, TASKS, names_in
 from ftqp.sim.log.limits_kept import Excess, Following, Motion
 from ftqp.sim.log.quantiles import Counts, Quantiles
 from ftqp.sim.log.signal_blocks import Signals
@@ -120,7 +120,7 @@ class Tally:
             self._following.add(rows)
         if self._inertial is not None:
             self._in_space(self._inertial, rows)
-        for group in (TASKS, PLANES):
+        for group in FACTS:
             for name in names_in(rows, self._about, group):
                 values = rows[f"{group}.{name}"]
                 self._further.setdefault(f"{group}.{name}", Extremes()).add(values)
@@ -197,9 +197,9 @@ class Tally:
 
     def _further_facts(self) -> dict[str, Any]:
         """How well soft tasks were done, and how near what is kept came to its boundary [m or rad]."""
-        errors, distances = (
+        errors, distances, apart = (
             {name.partition(".")[2]: name for name in self._further if name.startswith(f"{group}.")}
-            for group in (TASKS, PLANES)
+            for group in (TASKS, PLANES, BODIES)
         )
         units = {one["name"]: one.get("unit") for one in self._about[FACTS[TASKS]]}
         shapes = {one["name"]: one.get("kind", "plane") for one in self._about[FACTS[PLANES]]}
@@ -215,7 +215,9 @@ class Tally:
             one: {"min_distance": self._further[name].smallest, "shape": shapes[one]}
             for one, name in distances.items()
         }
-        return ({"tasks": tasks} if tasks else {}) | ({"constraints": kept} if kept else {})
+        clear = {one: {"min_distance": self._further[name].smallest} for one, name in apart.items()}
+        found = {"tasks": tasks, "constraints": kept, "clearance": clear}
+        return {key: table for key, table in found.items() if table}
 
     def _sensed(self, metadata: Mapping[str, Any]) -> dict[str, Any]:
         """How far working joints were from what had been sent, and what is to be known of the plant."""

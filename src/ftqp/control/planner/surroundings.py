@@ -1,0 +1,259 @@
+"""What a planner keeps its arm away from: itself, and a scene."""
+
+from collections.abc import Sequence
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.control.planner.stages import Stage
+from ftqp.control.scene.clearance import Clearance
+from ftqp.control.scene.scene import Scene
+from ftqp.control.scene.shapes import KINDS, HalfSpace, Sphere
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError, nearest
+from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.rows import CLEARANCES
+from ftqp.kernel.layout.scene_room import CAPSULES, PAIRS
+from ftqp.model.body_frames import mount_of
+from ftqp.model.capsules import Capsule
+from ftqp.model.robot import Robot
+from ftqp.model.shape import random_postures
+
+SAMPLES = 1000
+"""Random postures at which an arm's own pairs are looked at: one in a hundred is met by ten of them."""
+MOSTLY = 0.5
+"""Own bodies that are too near in more than this share of them are built so. A guess: those of the catalog
+are so in 0.75 of them or more, or in less than 0.49."""
+SEED = 20170511
+FIXED = 1e-9
+"""Ends of a capsule that move less than this over all those postures do not move [m]. Rounding."""
+SLIDES = 2.0
+"""How far a joint without limits slides [m]. A convention."""
+
+
+def clearance_rows(asked: bool) -> tuple[str, ...]:
+    """Names of the rows that keep bodies apart, of a planner that asks for them."""
+    return tuple(f"pair {k + 1}" for k in range(CLEARANCES)) if asked else ()
+
+
+@final
+class Surroundings:
+    """The part of a planner that knows where bodies are, and what is called what.
+
+    Args:
+        session: The planner's, whose record is written.
+        robot: The arm.
+        scene: What stands around it; None is nothing, so that the arm keeps from itself only.
+        clearance: How far it keeps.
+
+    Raises:
+        InputError: Too many bodies, an unknown name in ``ignore``, or an arm whose bodies touch each other
+            where it begins.
+    """
+
+    def __init__(self, session: Session, robot: Robot, scene: Scene | None, clearance: Clearance) -> None:
+        self.scene, self.clearance = Scene() if scene is None else scene, clearance
+        self._session, self._robot, self._room = session, robot, session.K.scene
+        self.left_out: tuple[tuple[str, str], ...] = ()
+        self.names: tuple[tuple[str, str], ...] = ()
+        room = self._room
+        room.keep, room.halt = clearance.keep, clearance.stop
+        room.gain, room.share = clearance.gain, clearance.share
+        self._lay()
+        self.scene.watch(self.told)
+
+    @property
+    def stage(self) -> Stage:
+        """What it does in a planner's life."""
+        return Stage(begin=lambda _start, _told: self._forget(), mount=self._mount)
+
+    @property
+    def distance(self) -> float:
+        """The least distance of two bodies in the last step [m]; inf without any."""
+        return float(self._room.distance) if self._room.pairs else np.inf
+
+    def told(self, name: str) -> None:
+        """Take over what has changed in the scene.
+
+        Args:
+            name: What has moved; nothing where others are there now.
+        """
+        if not name:
+            self._lay()
+            return
+        at = list(self.scene).index(name)
+        placed, room = self.scene[name], self._room
+        room.place[at], room.turn[at] = placed.place[:3, 3], placed.place[:3, :3].ravel()
+        room.twist[at] = placed.twist
+        self._look_again()
+
+    def _mount(self, robot: Robot) -> None:
+        self._robot = robot
+
+    def _forget(self) -> None:
+        """After a reset no row is held, and every pair is looked at anew."""
+        room = self._room
+        room.slot[:], room.nearest, room.held = -1, -1, 0
+        self._look_again()
+
+    def _look_again(self) -> None:
+        self._room.look[:], self._room.gap[:] = 0, -np.inf
+
+    def _lay(self) -> None:
+        """Write capsules, obstacles and pairs anew."""
+        capsules = self._bodies()
+        if len(capsules) > CAPSULES:
+            raise InputError(
+                f"{self._robot.name} has {len(capsules)} capsules, ends that meet what is not round counted, "
+                f"expected at most {CAPSULES}; make it of fewer, robot.with_capsules([...])"
+            )
+        room = self._room
+        self._forget()
+        room.capsules, room.obstacles, room.pairs = len(capsules), len(self.scene), 0
+        for at, capsule in enumerate(capsules):
+            room.body[at], T = mount_of(self._robot, capsule.frame or "universe")
+            room.end_a[at], room.end_b[at] = (T[:3, :3] @ end + T[:3, 3] for end in (capsule.a, capsule.b))
+            room.wide[at] = capsule.radius
+        for at, placed in enumerate(self.scene.values()):
+            room.solid[at], room.extent[at] = KINDS[type(placed.shape)], placed.shape.extent
+            room.place[at], room.turn[at] = placed.place[:3, 3], placed.place[:3, :3].ravel()
+            room.twist[at] = placed.twist
+        self._measure_ways(capsules)
+        own = self._own_pairs(capsules)
+        pairs = own + self._other_pairs(capsules)
+        labels = [capsule.label for capsule in capsules]
+        ignored = self._ignored(labels)
+        named = [(labels[c], labels[o] if o >= 0 else list(self.scene)[-1 - o]) for c, o in pairs]
+        kept = [k for k, names in enumerate(named) if frozenset(names) not in ignored]
+        if len(kept) > PAIRS:
+            raise InputError(
+                f"{len(kept)} pairs of bodies would be watched, expected at most {PAIRS}; leave some out, "
+                "ftqp.Clearance(ignore=[...]), or put several shapes into one box"
+            )
+        self._write(pairs, named, kept)
+
+    def _bodies(self) -> list[Capsule]:
+        """The capsules; beside what is not round the two ends of each as well.
+
+        A capsule that lies along a face or a rod is as near to it everywhere, and which of its points is the
+        nearest jumps from end to end: a row for each end keeps the arm from swinging between them.
+        """
+        capsules = list(self._robot.capsules)
+        if any(not isinstance(placed.shape, Sphere) for placed in self.scene.values()):
+            for one in self._robot.capsules:
+                ends = (one.a,) if np.array_equal(one.a, one.b) else (one.a, one.b)
+                capsules += [Capsule(end, end, one.radius, frame=one.frame, name=one.label) for end in ends]
+        return capsules
+
+    def _own_pairs(self, capsules: Sequence[Capsule]) -> list[tuple[int, int]]:
+        """Pairs of the arm's own bodies that can and need be kept apart."""
+        if not self.clearance.self_pairs:
+            return []
+        robot, room, count = self._robot, self._room, len(self._robot.capsules)
+        parent = robot.chain.parent
+        pairs = []
+        for c in range(count):
+            for o in range(count):
+                low, high = int(room.body[o]), int(room.body[c])
+                if low < high and parent[high] != low:
+                    pairs.append((c, o))
+        if not pairs:
+            return []
+        pairs = pairs[:PAIRS]
+        for at, (c, o) in enumerate(pairs):
+            room.first[at], room.second[at] = c, o
+        room.pairs = len(pairs)
+        drawn = random_postures(robot.limits, robot.chain.prismatic, SAMPLES, np.random.default_rng(SEED))
+        postures = np.vstack([robot.neutral, drawn])
+        distances = self._session.pair_distances(postures)
+        near = np.mean(distances[1:] < self.clearance.keep, axis=0) > MOSTLY
+        labels = [capsule.label for capsule in capsules]
+        ignored = self._ignored(labels)
+        self.left_out = tuple((labels[c], labels[o]) for (c, o), out in zip(pairs, near, strict=True) if out)
+        for (c, o), out, d in zip(pairs, near, distances[0], strict=True):
+            if not out and d < 0.0 and frozenset((labels[c], labels[o])) not in ignored:
+                raise InputError(
+                    f"{labels[c]} and {labels[o]} of {robot.name} touch at its neutral posture, by "
+                    f"{-1e3 * d:.0f} mm; make their capsules smaller, robot.with_capsules([...]), or leave "
+                    f"the pair out, ftqp.Clearance(ignore=[({labels[c]!r}, {labels[o]!r})])"
+                )
+        return [pair for pair, out in zip(pairs, near, strict=True) if not out]
+
+    def _other_pairs(self, capsules: Sequence[Capsule]) -> list[tuple[int, int]]:
+        """Pairs of a body that moves and something in the scene; see ``_bodies`` for ends."""
+        moves, whole = self._that_move(capsules), len(self._robot.capsules)
+        pairs = []
+        for at, placed in enumerate(self.scene.values()):
+            first = whole if isinstance(placed.shape, HalfSpace) else 0
+            last = whole if isinstance(placed.shape, Sphere) else len(capsules)
+            pairs += [(c, -1 - at) for c in range(first, last) if moves[c]]
+        return pairs
+
+    def _that_move(self, capsules: Sequence[Capsule]) -> list[bool]:
+        """Whether any posture moves a capsule: one that turns about its own axis stays where it is."""
+        robot = self._robot
+        drawn = random_postures(robot.limits, robot.chain.prismatic, 3, np.random.default_rng(SEED))
+        ends = []
+        for q in drawn:
+            poses = {one.frame: robot.pose(q, one.frame) for one in capsules}
+            ends.append([[poses[one.frame] @ [*end, 1.0] for end in (one.a, one.b)] for one in capsules])
+        spread = np.ptp(np.array(ends), axis=0).max(axis=(1, 2))
+        return [bool(far > FIXED) for far in spread]
+
+    def _measure_ways(self, capsules: Sequence[Capsule]) -> None:
+        """How far any body goes at most by a unit of each joint."""
+        chain, limits, room = self._robot.chain, self._robot.limits, self._room
+        extents = [
+            max(float(np.linalg.norm(end)) for end in (room.end_a[c], room.end_b[c]))
+            for c in range(len(capsules))
+        ]
+        spans = np.linalg.norm(chain.translation, axis=1)
+        farthest = np.maximum(np.abs(limits.q_min), np.abs(limits.q_max))
+        slides = np.where(np.isfinite(farthest), farthest, SLIDES)
+        spans = spans + np.where(chain.prismatic, slides, 0.0)
+        for j in range(self._robot.nv):
+            way = float(spans[j + 1 :].sum()) + max(extents, default=0.0)
+            room.joint_way[j] = 1.0 if chain.prismatic[j] else way
+
+    def _ignored(self, labels: Sequence[str]) -> set[frozenset[str]]:
+        known = [*dict.fromkeys(labels), *self.scene]
+        for pair in self.clearance.ignore:
+            for name in pair:
+                if name not in known and name not in self.scene:
+                    raise InputError(
+                        f"ignore has {name!r}{nearest(name, known)}, expected names of capsules or of what "
+                        f"stands in the scene: {', '.join(known)}"
+                    )
+        return {frozenset(pair) for pair in self.clearance.ignore}
+
+    def _write(
+        self, pairs: Sequence[tuple[int, int]], named: Sequence[tuple[str, str]], kept: Sequence[int]
+    ) -> None:
+        room = self._room
+        for at, k in enumerate(kept):
+            room.first[at], room.second[at] = pairs[k]
+        self.names = tuple(named[k] for k in kept)
+        room.pairs = len(kept)
+
+    def names_of_rows(self) -> tuple[str, ...]:
+        """What each row keeps apart now; the empty ones are called by their number."""
+        return tuple(
+            " and ".join(self.names[int(pair)]) if 0 <= pair < len(self.names) else f"pair {k + 1}"
+            for k, pair in enumerate(self._room.slot)
+        )
+
+    def distances(self, q: FloatArray) -> dict[tuple[str, str], FloatArray]:
+        """The distance of every pair at some postures, (S,) [m] each, by their names.
+
+        Args:
+            q: Joint positions, (S, nv) [rad or m].
+        """
+        least: dict[tuple[str, str], FloatArray] = {}
+        for names, d in zip(self.names, self._session.pair_distances(q).T, strict=True):
+            least[names] = np.minimum(least[names], d) if names in least else d
+        return least
+
+    def nearest(self) -> tuple[str, str] | None:
+        """What is nearest to what; None without pairs, or before the first step."""
+        at: Any = int(self._room.nearest)
+        return self.names[at] if 0 <= at < len(self.names) else None

@@ -1,0 +1,1 @@
+"""What stands around an arm, and how far it keeps from it."""

@@ -1,0 +1,142 @@
+"""A scene: what stands around arms, by name, and may move, come and go while they work."""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple, final
+from weakref import WeakMethod
+
+import numpy as np
+
+from ftqp.control.scene.shapes import EXAMPLE, Shape, pose_of
+from ftqp.core.checks import FloatArray, array
+from ftqp.core.errors import InputError, nearest
+from ftqp.kernel.layout.scene_room import OBSTACLES
+
+STANDS = np.zeros(6)
+STANDS.flags.writeable = False
+
+
+class Placed(NamedTuple):
+    """Something that stands in a scene.
+
+    Attributes:
+        shape: What it is.
+        place: Its pose when it was last said to be somewhere, (4, 4) [m].
+        twist: Its velocity since, (6,) [m/s, rad/s], along W.
+    """
+
+    shape: Shape
+    place: FloatArray
+    twist: FloatArray
+
+
+@final
+class Scene(Mapping[str, Placed]):
+    """What stands around arms, by name.
+
+    Planners that were given it see every change in their next step. Use it in the thread of its planners.
+    """
+
+    def __init__(self) -> None:
+        self._placed: dict[str, Placed] = {}
+        self._watchers: list[WeakMethod[Callable[[str], None]]] = []
+
+    def add(self, name: str, shape: Shape) -> None:
+        """Put something into the scene; the name is free again once it is removed.
+
+        Args:
+            name: What it is called in statuses, reports and certificates.
+            shape: An ``ftqp.Box``, ``Sphere``, ``Capsule``, ``Cylinder`` or ``HalfSpace``.
+
+        Raises:
+            InputError: This is no shape, the name is taken, or there is no more room.
+        """
+        if not (isinstance(name, str) and name):
+            raise InputError(f"name is {name!r:.60}, expected a word such as 'table'")
+        if not isinstance(shape, Shape):
+            raise InputError(f"{name} is {type(shape).__name__}, expected a shape such as {EXAMPLE}")
+        if name in self._placed:
+            raise InputError(
+                f"there is a {name!r} in the scene; remove it, move it, or give this another name"
+            )
+        if len(self._placed) >= OBSTACLES:
+            raise InputError(
+                f"the scene has {OBSTACLES} shapes, and no room for {name!r}; put several into one box"
+            )
+        self._placed[name] = Placed(shape, shape.place, STANDS)
+        try:
+            self._tell("")
+        except InputError:
+            del self._placed[name]
+            self._tell("")
+            raise
+
+    def move(self, name: str, place: Any, twist: Any = None) -> None:
+        """Say where something is now, and how fast it goes on.
+
+        Args:
+            name: Which.
+            place: Its pose, (4, 4) [m], or its place, (3,) [m], which leaves it turned as it was.
+            twist: Its velocity along W, (6,) [m/s, rad/s]; None stands. Planners move it on until it is
+                moved again.
+
+        Raises:
+            InputError: There is nothing of that name, or a number is not finite; then nothing changes.
+        """
+        was = self[name]
+        T = pose_of("place", place)
+        if np.shape(place) == (3,):
+            T = np.array(T)
+            T[:3, :3] = was.place[:3, :3]
+            T.flags.writeable = False
+        speed = STANDS if twist is None else array("twist", twist, (6,), "(6,)")
+        self._placed[name] = Placed(was.shape, T, speed)
+        self._tell(name)
+
+    def remove(self, name: str) -> None:
+        """Take something out of the scene.
+
+        Args:
+            name: Which.
+
+        Raises:
+            InputError: There is nothing of that name.
+        """
+        self[name]
+        del self._placed[name]
+        self._tell("")
+
+    def watch(self, told: Callable[[str], None]) -> None:
+        """Be told of changes: by the name of what has moved, or by nothing where others are there now.
+
+        Args:
+            told: A method, which is forgotten with its object.
+        """
+        self._watchers.append(WeakMethod(told))
+
+    def _tell(self, name: str) -> None:
+        alive = [(one, told) for one in self._watchers if (told := one()) is not None]
+        self._watchers = [one for one, _ in alive]
+        for _, told in alive:
+            told(name)
+
+    def __getitem__(self, name: str) -> Placed:
+        try:
+            return self._placed[name]
+        except (KeyError, TypeError):
+            known = ", ".join(self._placed) or "nothing"
+            raise InputError(
+                f"there is no {name!r:.60} in the scene{nearest(str(name), self._placed)}; there is {known}"
+            ) from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._placed
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._placed)
+
+    def __len__(self) -> int:
+        return len(self._placed)
+
+    def __repr__(self) -> str:
+        """What stands there."""
+        return f"Scene({', '.join(self._placed)})"

@@ -1,0 +1,168 @@
+"""What stands around an arm: spheres, capsules, boxes, cylinders and half-spaces."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, array, frozen
+from ftqp.core.errors import InputError
+from ftqp.core.pose import pose, rotation_exp, rotation_x, rotation_z, transform
+from ftqp.core.setting import REQUIRED, setting
+from ftqp.kernel.layout.scene_room import BOX, CYLINDER, HALF_SPACE, SEGMENT
+from ftqp.model.capsules import CALLED, Capsule, Three, length_of, turned_along
+
+
+def pose_of(name: str, value: Any) -> FloatArray:
+    """A pose, (4, 4) [m], from one or from a place, (3,) [m].
+
+    Raises:
+        InputError: It is neither.
+    """
+    if np.shape(value) == (3,):
+        T = np.eye(4)
+        T[:3, 3] = array(name, value, (3,), "(3,)")
+        return frozen(T)
+    return frozen(pose(value, name))
+
+
+def turned(name: str, place: Any, rpy: Any) -> FloatArray:
+    """A pose, (4, 4) [m], from one, or from a place and the angles by which a body is turned there.
+
+    Raises:
+        InputError: It is neither, or a pose is given beside angles.
+    """
+    T = pose_of(name, place)
+    if rpy is None:
+        return T
+    if np.shape(place) != (3,):
+        raise InputError(f"rpy is given beside a whole pose, expected {name} (3,) beside it")
+    roll, pitch, yaw = array("rpy", rpy, (3,), "(3,)")
+    turn = rotation_z(yaw) @ rotation_exp(np.array([0.0, pitch, 0.0])) @ rotation_x(roll)
+    return frozen(transform(turn, T[:3, 3]))
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """A ball.
+
+    Args:
+        radius: > 0 [m].
+        place: Where its centre is, (3,) [m], or a pose, (4, 4).
+        name: What a scenario calls it; ``scene.add`` has its own name.
+    """
+
+    radius: float = setting(REQUIRED, "its radius, > 0", unit="m", above=0.0)
+    place: Any = setting((0.0, 0.0, 0.0), "where its centre is", of=Three, unit="m")
+    name: str | None = setting(None, CALLED, kw_only=True)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", length_of("radius", self.radius))
+        object.__setattr__(self, "place", pose_of("place", self.place))
+
+    @property
+    def extent(self) -> tuple[float, float, float]:
+        """Half the length and the radius, as the kernel takes them [m]."""
+        return 0.0, self.radius, 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A box.
+
+    Args:
+        size: The lengths of its edges along its own x, y and z, each > 0, (3,) [m].
+        place: Where its middle is, (3,) [m], or its pose, (4, 4).
+        rpy: How it is turned in place of that, (3,) [rad]: roll, pitch and yaw as in a URDF.
+        name: What a scenario calls it; ``scene.add`` has its own name.
+    """
+
+    size: Any = setting(REQUIRED, "the lengths of its edges, each > 0", of=Three, unit="m")
+    place: Any = setting((0.0, 0.0, 0.0), "where its middle is", of=Three, unit="m")
+    rpy: Any = setting(None, "roll, pitch and yaw, as in a URDF; not turned if absent", of=Three, unit="rad")
+    name: str | None = setting(None, CALLED, kw_only=True)
+
+    def __post_init__(self) -> None:
+        edges = array("size", self.size, (3,), "(3,)")
+        for edge in edges:
+            length_of("size", float(edge))
+        object.__setattr__(self, "size", tuple(float(edge) for edge in edges))
+        object.__setattr__(self, "place", turned("place", self.place, self.rpy))
+
+    @property
+    def extent(self) -> tuple[float, float, float]:
+        """Half its edges, as the kernel takes them [m]."""
+        x, y, z = self.size
+        return 0.5 * x, 0.5 * y, 0.5 * z
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """A cylinder along its own z axis.
+
+    Args:
+        radius: > 0 [m].
+        length: > 0 [m].
+        place: Where its middle is, (3,) [m], or its pose, (4, 4).
+        rpy: How it is turned in place of that, (3,) [rad]: roll, pitch and yaw as in a URDF.
+        name: What a scenario calls it; ``scene.add`` has its own name.
+    """
+
+    radius: float = setting(REQUIRED, "its radius, > 0", unit="m", above=0.0)
+    length: float = setting(REQUIRED, "its length along its z axis, > 0", unit="m", above=0.0)
+    place: Any = setting((0.0, 0.0, 0.0), "where its middle is", of=Three, unit="m")
+    rpy: Any = setting(None, "roll, pitch and yaw, as in a URDF; not turned if absent", of=Three, unit="rad")
+    name: str | None = setting(None, CALLED, kw_only=True)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", length_of("radius", self.radius))
+        object.__setattr__(self, "length", length_of("length", self.length))
+        object.__setattr__(self, "place", turned("place", self.place, self.rpy))
+
+    @property
+    def extent(self) -> tuple[float, float, float]:
+        """Half the length and the radius, as the kernel takes them [m]."""
+        return 0.5 * self.length, self.radius, 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class HalfSpace:
+    """All that lies behind a plane: a floor, a wall.
+
+    Args:
+        point: A place on the plane, (3,) [m].
+        normal: Across the plane, into the free side, (3,); its length does not matter.
+        name: What a scenario calls it; ``scene.add`` has its own name.
+    """
+
+    point: Any = setting((0.0, 0.0, 0.0), "a place on its plane", of=Three, unit="m")
+    normal: Any = setting((0.0, 0.0, 1.0), "across its plane, into the free side", of=Three)
+    name: str | None = setting(None, CALLED, kw_only=True)
+
+    def __post_init__(self) -> None:
+        point, normal = array("point", self.point, (3,), "(3,)"), array("normal", self.normal, (3,), "(3,)")
+        size = np.linalg.norm(normal)
+        if not size > 0.0:
+            raise InputError("normal is (0, 0, 0), expected a direction, for example (0, 0, 1)")
+        object.__setattr__(self, "point", frozen(point))
+        object.__setattr__(self, "normal", frozen(normal / size))
+
+    @property
+    def extent(self) -> tuple[float, float, float]:
+        """It has none."""
+        return 0.0, 0.0, 0.0
+
+    @property
+    def place(self) -> FloatArray:
+        """A pose whose z axis is the normal, (4, 4) [m]."""
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = turned_along(self.normal), self.point
+        return T
+
+
+Shape = Sphere | Capsule | Box | Cylinder | HalfSpace
+KINDS = {Sphere: SEGMENT, Capsule: SEGMENT, Box: BOX, Cylinder: CYLINDER, HalfSpace: HALF_SPACE}
+"""What the kernel takes each for."""
+WORDS = {"sphere": Sphere, "capsule": Capsule, "box": Box, "cylinder": Cylinder, "half_space": HalfSpace}
+"""What a file calls them."""
+EXAMPLE = "ftqp.Box(size=(0.4, 0.6, 0.05), place=(0.5, 0, 0.2))"

@@ -1,0 +1,80 @@
+"""The rooms of clearance: the arm as capsules, what stands around it, and the pairs that keep apart."""
+
+from enum import IntEnum
+
+from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
+from ftqp.kernel.layout.rows import CLEARANCES
+
+CAPSULES = 128
+"""The most capsules of an arm, their ends among them. A convention, which sizes memory."""
+OBSTACLES = 64
+"""The most shapes around an arm. A convention, which sizes memory."""
+PAIRS = 1024
+"""The most pairs that are watched. A convention, which sizes memory."""
+
+
+class Shape(IntEnum):
+    """What an obstacle is; spheres and capsules are segments."""
+
+    NOTHING = 0
+    SEGMENT = 1
+    HALF_SPACE = 2
+    BOX = 3
+    CYLINDER = 4
+
+
+NOTHING, SEGMENT, HALF_SPACE, BOX, CYLINDER = map(int, Shape)
+
+
+def scene_fields(N: int) -> Fields:
+    """What ``ftqp.kernel.scene`` knows.
+
+    A capsule moves with the frame of the joint ``body``, from ``end_a`` to ``end_b`` there and ``wide``;
+    ``a`` and ``b`` are its ends in W. ``solid`` of an obstacle is a ``Shape``; it stands at ``place``, turned
+    by ``turn``, with ``extent``: half the length along z and the radius of a segment or cylinder, half the
+    edges of a box; ``twist`` is its velocity, at ``place``, along W.
+
+    Pair p is of capsule ``first`` and capsule ``second``, or obstacle -1 - ``second``. ``gap`` is its
+    distance when it was looked at plus all the ``way`` that anything had gone by then, so that gap - way is
+    no more than its distance now; it is looked at again in tick ``look``, or where it may be the nearest.
+    ``joint_way``: how far anything moves with a joint at most, by its angle [m/rad].
+
+    ``slot`` is the pair of each row, -1 none; ``G`` its gradient, ``least`` the right side; ``spare`` by how
+    much its velocity may grow until the row holds it back; ``met`` whether it was found in this tick.
+    ``distance`` is the least of all pairs, at the predicted posture, and ``nearest`` that pair, whose bodies
+    are ``closing`` in; ``crowded``: a row has found no slot. ``normal``, ``near``, ``far``: of the pair that
+    is looked at, the direction to its first body and the points on both; ``local``,
+    ``along`` and ``row`` are memory.
+    """
+    return [
+        *scalars("i8", "pairs capsules obstacles held nearest closing crowded"),
+        *scalars("f8", "keep halt gain share way distance"),
+        *integers({"body": (CAPSULES,), "solid": (OBSTACLES,)}),
+        *floats(dict.fromkeys(("end_a", "end_b", "a", "b"), (CAPSULES, 3))),
+        *floats({"wide": (CAPSULES,), "place": (OBSTACLES, 3), "turn": (OBSTACLES, 9)}),
+        *floats({"extent": (OBSTACLES, 3), "twist": (OBSTACLES, 6), "joint_way": (N,)}),
+        *integers(dict.fromkeys(("first", "second", "look"), (PAIRS,))),
+        *floats({"gap": (PAIRS,)}),
+        *integers(dict.fromkeys(("slot", "met"), (CLEARANCES,))),
+        *floats({"G": (CLEARANCES, N), "least": (CLEARANCES,), "spare": (CLEARANCES,)}),
+        *floats(dict.fromkeys(("normal", "near", "far", "local", "along"), (3,))),
+        *floats({"row": (N,)}),
+    ]
+
+
+def ahead_fields(N: int) -> Fields:
+    """Kinematics at the predicted posture ``q``, q + v dt, or q at the velocity level; as in
+    ``kinematics``."""
+    return floats(
+        {
+            "q": (N,),
+            "sine": (N,),
+            "cosine": (N,),
+            "R": (N, 9),
+            "o": (N, 3),
+            "axis_w": (N, 3),
+            "R_tip": (9,),
+            "o_tip": (3,),
+            "J": (6, N),
+        }
+    )

@@ -1,0 +1,138 @@
+"""Nearest points of segments, and of a segment and a convex body.
+
+Source: Ericson 2005, "Real-Time Collision Detection", 5.1.9, for two segments; that the signed distance to a
+convex body is a convex function of the point makes the other a search for the sign of one derivative.
+"""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.scene_room import BOX, HALF_SPACE
+
+PARALLEL = 1e-12
+"""Segments whose sine squared is below this are parallel: rounding leaves some 1e-16 of it."""
+POINT = 1e-24
+"""A segment shorter than the root of this is a point [m2]. Rounding."""
+ALONG = 1e-9
+"""Where the distance grows by less than this along a segment it is parallel to the surface. Seven digits
+above rounding."""
+SEARCHES = 60
+"""How often a search halves at most: a double has no more digits."""
+FINE = 1e-11
+"""A search ends where its bracket is narrower than this share of the segment: the distance is then found to
+1e-11 of it at an edge, and to rounding elsewhere."""
+
+
+@jit
+def _clamped(x: float) -> float:
+    return min(max(x, 0.0), 1.0)
+
+
+@jit
+def of_segments(a: Any, b: Any, c: Any, d: Any) -> tuple[float, float]:
+    """The shares s and t at which a + s (b - a) and c + t (d - c) are nearest; parallel ones in the middle.
+
+    Where they are parallel all of their overlap is as near; its middle is taken, so that the points do not
+    jump from end to end.
+    """
+    u0, u1, u2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    w0, w1, w2 = d[0] - c[0], d[1] - c[1], d[2] - c[2]
+    r0, r1, r2 = a[0] - c[0], a[1] - c[1], a[2] - c[2]
+    uu, ww = u0 * u0 + u1 * u1 + u2 * u2, w0 * w0 + w1 * w1 + w2 * w2
+    ur, wr = u0 * r0 + u1 * r1 + u2 * r2, w0 * r0 + w1 * r1 + w2 * r2
+    if uu <= POINT and ww <= POINT:
+        return 0.0, 0.0
+    if uu <= POINT:
+        return 0.0, _clamped(wr / ww)
+    if ww <= POINT:
+        return _clamped(-ur / uu), 0.0
+    uw = u0 * w0 + u1 * w1 + u2 * w2
+    sine = uu * ww - uw * uw
+    if sine > PARALLEL * uu * ww:
+        s = _clamped((uw * wr - ur * ww) / sine)
+    else:
+        low, high = -ur / uu, (uw - ur) / uu
+        low, high = max(min(low, high), 0.0), min(max(low, high), 1.0)
+        s = 0.5 * (low + high) if low <= high else (0.0 if high < 0.0 else 1.0)
+    t = (uw * s + wr) / ww
+    if t < 0.0:
+        return _clamped(-ur / uu), 0.0
+    if t > 1.0:
+        return _clamped((uw - ur) / uu), 1.0
+    return s, t
+
+
+@jit
+def to_body(shape: int, size: Any, x: float, y: float, z: float) -> tuple[float, float, float, float]:
+    """Signed distance of a point to a body in the body's own frame, and the direction in which it grows.
+
+    Args:
+        shape: ``HALF_SPACE`` (z <= 0), ``BOX`` (half edges in ``size``) or ``CYLINDER`` (half length and
+            radius in ``size``).
+    """
+    if shape == HALF_SPACE:
+        return z, 0.0, 0.0, 1.0
+    if shape == BOX:
+        e0, e1, e2 = abs(x) - size[0], abs(y) - size[1], abs(z) - size[2]
+        s0, s1, s2 = (1.0 if x >= 0.0 else -1.0), (1.0 if y >= 0.0 else -1.0), (1.0 if z >= 0.0 else -1.0)
+        if e0 <= 0.0 and e1 <= 0.0 and e2 <= 0.0:
+            if e0 >= e1 and e0 >= e2:
+                return e0, s0, 0.0, 0.0
+            if e1 >= e2:
+                return e1, 0.0, s1, 0.0
+            return e2, 0.0, 0.0, s2
+        e0, e1, e2 = max(e0, 0.0), max(e1, 0.0), max(e2, 0.0)
+        d = sqrt(e0 * e0 + e1 * e1 + e2 * e2)
+        return d, s0 * e0 / d, s1 * e1 / d, s2 * e2 / d
+    r = sqrt(x * x + y * y)
+    c, s = (x / r, y / r) if r > 0.0 else (1.0, 0.0)
+    over, beyond, side = r - size[1], abs(z) - size[0], (1.0 if z >= 0.0 else -1.0)
+    if over <= 0.0 and beyond <= 0.0:
+        return (over, c, s, 0.0) if over >= beyond else (beyond, 0.0, 0.0, side)
+    over, beyond = max(over, 0.0), max(beyond, 0.0)
+    d = sqrt(over * over + beyond * beyond)
+    return d, c * over / d, s * over / d, side * beyond / d
+
+
+@jit
+def _first_from(shape: int, size: Any, p: Any, u: Any, level: float) -> float:
+    """The least share t at which the distance of p + t u grows by ``level`` or more along u; 1 if nowhere.
+
+    By the rule of false position, halved where that stands still (Illinois), and in every third step.
+    """
+    _, n0, n1, n2 = to_body(shape, size, p[0], p[1], p[2])
+    low, f_low = 0.0, n0 * u[0] + n1 * u[1] + n2 * u[2] - level
+    if f_low >= 0.0:
+        return 0.0
+    _, n0, n1, n2 = to_body(shape, size, p[0] + u[0], p[1] + u[1], p[2] + u[2])
+    high, f_high = 1.0, n0 * u[0] + n1 * u[1] + n2 * u[2] - level
+    if f_high < 0.0:
+        return 1.0
+    for k in range(SEARCHES):
+        if high - low <= FINE:
+            break
+        t = 0.5 * (low + high)
+        if k % 3 != 2 and f_high > f_low:
+            t = min(max(low - f_low * (high - low) / (f_high - f_low), low + 0.5 * FINE), high - 0.5 * FINE)
+        _, n0, n1, n2 = to_body(shape, size, p[0] + t * u[0], p[1] + t * u[1], p[2] + t * u[2])
+        f = n0 * u[0] + n1 * u[1] + n2 * u[2] - level
+        if f < 0.0:
+            low, f_low = t, f
+            f_high *= 0.5
+        else:
+            high, f_high = t, f
+            f_low *= 0.5
+    return 0.5 * (low + high)
+
+
+@jit
+def of_segment_and_body(shape: int, size: Any, p: Any, u: Any) -> float:
+    """The share t at which p + t u, in the body's own frame, is nearest to it; the middle of all that are.
+
+    Inside, where it is deepest.
+    """
+    slope = ALONG * sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+    if slope <= ALONG * sqrt(POINT):
+        return 0.0
+    return 0.5 * (_first_from(shape, size, p, u, -slope) + _first_from(shape, size, p, u, slope))

@@ -1,0 +1,275 @@
+"""How near bodies of the arm come to each other and to what stands around it, and the rows that part them.
+
+A row says that the distance d of a pair at the predicted posture, whose gradient is G, falls no faster than
+can be braked:
+
+    G v' >= n'v_o - phi(d - keep),   phi(x) = min(k x, the largest speed that stops within x),
+
+v' the velocity after the tick, v_o that of the obstacle, n the way from it. What brakes is a share of what
+the joints that work can do along G. Where the arm is too fast already, as a joint may just have failed, the
+row asks for what they can do in the tick, and no more.
+Source: docs/theory/clearance.md.
+"""
+
+from math import inf, sqrt
+from typing import Any
+
+from ftqp.kernel.arm.kinematics import frames
+from ftqp.kernel.arm.points import moves, point_column, point_of
+from ftqp.kernel.jit import jit, part_jit
+from ftqp.kernel.latches.stop_latch import latch
+from ftqp.kernel.layout.enums import ACCELERATION, STOPPED_BY_CLEARANCE
+from ftqp.kernel.layout.rows import CLEARANCES
+from ftqp.kernel.layout.scene_room import HALF_SPACE, SEGMENT
+from ftqp.kernel.maths.nearest_points import of_segment_and_body, of_segments, to_body
+from ftqp.kernel.maths.trigonometry import joint_sines
+from ftqp.kernel.maths.turning import turn_by
+from ftqp.kernel.maths.vectors import cross
+from ftqp.kernel.rows.joint_intervals import braking_velocity
+
+TOUCHING = 1e-9
+"""Axes that are nearer than this have no direction between them [m]; upwards is taken then. Rounding."""
+PARTING = 0.1
+"""Bodies that are nearer than they may be are led apart at no more than this [m/s]. A guess that the
+campaigns have not contradicted."""
+LEAST_BRAKE = 0.05
+"""What a pair is braked by at least [m/s2], however few joints move it. A guess, as above."""
+UNSEEN = 20
+"""A pair is looked at again after so many ticks at most, however far it is. A convention."""
+FAR = 10.0
+"""No part of an arm is farther from where a half-space turns about [m]. A convention."""
+STILL = 1e-3
+"""Bodies that approach each other more slowly than this are not said to approach [m/s]. A guess, as above."""
+
+
+@jit
+def place_capsules(K: Any) -> None:
+    """Kinematics at the posture ``ahead.q``, and the ends of the capsules there."""
+    chain, ahead, scene = K.chain, K.ahead, K.scene
+    joint_sines(ahead, ahead, chain)
+    frames(ahead, ahead, chain)
+    for c in range(scene.capsules):
+        a, b = scene.a[c], scene.b[c]
+        a[0], a[1], a[2] = point_of(ahead, scene.body[c], scene.end_a[c])
+        b[0], b[1], b[2] = point_of(ahead, scene.body[c], scene.end_b[c])
+
+
+@jit
+def _see_ahead(K: Any) -> None:
+    """The predicted posture, and by how far anything may have gone since the last tick."""
+    state, chain, ahead, scene = K.state, K.chain, K.ahead, K.scene
+    dt = state.dt if state.level == ACCELERATION else 0.0
+    way = 0.0
+    for j in range(chain.n):
+        q = state.q[j] + dt * state.v[j]
+        way += abs(q - ahead.q[j]) * scene.joint_way[j]
+        ahead.q[j] = q
+    scene.way += way
+    place_capsules(K)
+
+
+@jit
+def _move_obstacles(state: Any, scene: Any) -> None:
+    """Obstacles go on as fast as they were said to; by how far they have gone at most."""
+    fastest = 0.0
+    for o in range(scene.obstacles):
+        w = scene.twist[o]
+        if w[0] == 0.0 and w[1] == 0.0 and w[2] == 0.0 and w[3] == 0.0 and w[4] == 0.0 and w[5] == 0.0:
+            continue
+        place, size = scene.place[o], scene.extent[o]
+        for k in range(3):
+            place[k] += state.dt * w[k]
+        turn_by(scene.turn[o], state.dt * w[3], state.dt * w[4], state.dt * w[5])
+        reach = sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2])
+        reach = FAR if scene.solid[o] == HALF_SPACE else reach
+        speed = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+        fastest = max(fastest, speed + reach * sqrt(w[3] * w[3] + w[4] * w[4] + w[5] * w[5]))
+    scene.way += state.dt * fastest
+
+
+@jit
+def _into(turn: Any, x: float, y: float, z: float, out: Any) -> None:
+    """turn' (x, y, z): a vector of W in an obstacle's own frame."""
+    out[0] = turn[0] * x + turn[3] * y + turn[6] * z
+    out[1] = turn[1] * x + turn[4] * y + turn[7] * z
+    out[2] = turn[2] * x + turn[5] * y + turn[8] * z
+
+
+@jit
+def _apart(n: Any, d: float, x: float, y: float, z: float) -> None:
+    """The direction from one axis to the other, kept where they touch."""
+    if d > TOUCHING:
+        n[0], n[1], n[2] = x / d, y / d, z / d
+    elif n[0] * n[0] + n[1] * n[1] + n[2] * n[2] < 0.5:
+        n[0], n[1], n[2] = 0.0, 0.0, 1.0
+
+
+@jit
+def distance_of_pair(K: Any, p: int, n: Any, near: Any, far: Any) -> float:
+    """The distance of pair p; n points from the second to the first, ``near`` and ``far`` are on their axes.
+
+    ``far`` is on the surface of an obstacle that is no segment.
+    """
+    scene = K.scene
+    c, other = scene.first[p], scene.second[p]
+    a, b = scene.a[c], scene.b[c]
+    if other >= 0:
+        e, f = scene.a[other], scene.b[other]
+        s, t = of_segments(a, b, e, f)
+        for k in range(3):
+            near[k], far[k] = a[k] + s * (b[k] - a[k]), e[k] + t * (f[k] - e[k])
+        x, y, z = near[0] - far[0], near[1] - far[1], near[2] - far[2]
+        d = sqrt(x * x + y * y + z * z)
+        _apart(n, d, x, y, z)
+        return d - scene.wide[c] - scene.wide[other]
+    o = -1 - other
+    place, turn, size = scene.place[o], scene.turn[o], scene.extent[o]
+    if scene.solid[o] == SEGMENT:
+        e, f = scene.local, scene.along
+        for k in range(3):
+            e[k], f[k] = place[k] - size[0] * turn[3 * k + 2], place[k] + size[0] * turn[3 * k + 2]
+        s, t = of_segments(a, b, e, f)
+        for k in range(3):
+            near[k], far[k] = a[k] + s * (b[k] - a[k]), e[k] + t * (f[k] - e[k])
+        x, y, z = near[0] - far[0], near[1] - far[1], near[2] - far[2]
+        d = sqrt(x * x + y * y + z * z)
+        _apart(n, d, x, y, z)
+        return d - scene.wide[c] - size[1]
+    local, along = scene.local, scene.along
+    _into(turn, a[0] - place[0], a[1] - place[1], a[2] - place[2], local)
+    _into(turn, b[0] - a[0], b[1] - a[1], b[2] - a[2], along)
+    t = of_segment_and_body(scene.solid[o], size, local, along)
+    x, y, z = local[0] + t * along[0], local[1] + t * along[1], local[2] + t * along[2]
+    d, g0, g1, g2 = to_body(scene.solid[o], size, x, y, z)
+    for k in range(3):
+        n[k] = turn[3 * k] * g0 + turn[3 * k + 1] * g1 + turn[3 * k + 2] * g2
+        near[k] = a[k] + t * (b[k] - a[k])
+        far[k] = near[k] - d * n[k]
+    return d - scene.wide[c]
+
+
+@jit
+def _add_columns(K: Any, body: int, p: Any, n: Any, sign: float, row: Any) -> None:
+    """row += sign n'J of a point of the arm at the predicted posture."""
+    ahead, chain = K.ahead, K.chain
+    for j in range(body + 1):
+        if moves(chain, j, body):
+            z0, z1, z2 = point_column(ahead, chain, j, p[0], p[1], p[2])
+            row[j] += sign * (n[0] * z0 + n[1] * z1 + n[2] * z2)
+
+
+@jit
+def _place_of(scene: Any, p: int, spare: float) -> int:
+    """The slot of a pair: its own, an empty one, or that of a pair that needs it less; -1 where none does."""
+    empty, least = -1, -1
+    for k in range(CLEARANCES):
+        if scene.slot[k] == p:
+            return k
+        if scene.slot[k] < 0:
+            empty = k if empty < 0 else empty
+        elif scene.spare[k] > spare and (least < 0 or scene.spare[k] > scene.spare[least]):
+            least = k
+    return empty if empty >= 0 else least
+
+
+@jit
+def _pose(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> None:
+    """The row of a pair, if it may hold the arm back in this tick, and when it is to be looked at again."""
+    scene, state, chain, faults, limits = K.scene, K.state, K.chain, K.faults, K.limits
+    row, dt = scene.row, K.state.dt
+    for j in range(chain.n):
+        row[j] = 0.0
+    _add_columns(K, scene.body[scene.first[p]], near, n, 1.0, row)
+    other, towards = scene.second[p], 0.0
+    if other >= 0:
+        _add_columns(K, scene.body[other], far, n, -1.0, row)
+    else:
+        w, place = scene.twist[-1 - other], scene.place[-1 - other]
+        u0, u1, u2 = cross(w[3], w[4], w[5], far[0] - place[0], far[1] - place[1], far[2] - place[2])
+        towards = n[0] * (w[0] + u0) + n[1] * (w[1] + u1) + n[2] * (w[2] + u2)
+    moving = full = brake = 0.0
+    for j in range(chain.n):
+        moving += row[j] * state.v[j]
+    for k in range(faults.working):
+        j = faults.order[k]
+        full += abs(row[j]) * limits.a_max[j]
+        brake += abs(row[j]) * limits.a_brake[j]
+    brake = max(scene.share * brake, LEAST_BRAKE)
+    rate, x = moving - towards, d - scene.keep
+    may = max(scene.gain * x, -PARTING) if x < 0.0 else min(scene.gain * x, braking_velocity(x, brake, dt))
+    spare = rate + may
+    if p == scene.nearest:
+        scene.closing = 1 if rate < -STILL else 0
+    reach = 2.0 * full * dt
+    free = K.faults.movable > K.faults.working
+    grows = 2.0 * (full + scene.gain * abs(may))
+    wait = 1.0
+    if spare > reach and not free and towards == 0.0 and grows > 0.0:
+        wait = max(min((spare - reach) / (grows * dt), float(UNSEEN)), 1.0)
+    scene.look[p] = state.ticks + int(wait)
+    if spare > reach:
+        return
+    k = _place_of(scene, p, spare)
+    if k < 0:
+        scene.crowded = 1
+        return
+    scene.slot[k], scene.spare[k], scene.met[k] = p, spare, 1
+    least = min(towards - may, moving + full * dt)
+    scene.least[k] = (least - moving) / dt if state.level == ACCELERATION else least
+    for j in range(chain.n):
+        scene.G[k, j] = row[j]
+
+
+@jit
+def _look_at(K: Any, p: int) -> None:
+    """Measure a pair, and pose its row."""
+    scene = K.scene
+    n, near, far = scene.normal, scene.near, scene.far
+    for k in range(3):
+        n[k] = 0.0
+    d = distance_of_pair(K, p, n, near, far)
+    scene.gap[p] = d + scene.way
+    if d < scene.distance:
+        scene.distance, scene.nearest = d, p
+    _pose(K, p, d, n, near, far)
+
+
+@jit
+def measure(K: Any, q: Any, out: Any) -> None:
+    """The distances of all pairs at a posture."""
+    scene = K.scene
+    for j in range(K.chain.n):
+        K.ahead.q[j] = q[j]
+    place_capsules(K)
+    for p in range(scene.pairs):
+        out[p] = distance_of_pair(K, p, scene.normal, scene.near, scene.far)
+
+
+@part_jit
+def look_around(K: Any) -> None:
+    """The distances of all pairs that matter now, and the rows of those that may hold the arm back.
+
+    A pair is looked at when its row may be needed, or when it may be the nearest: no pair comes nearer by
+    more than everything together has moved since it was looked at. A pair that falls below ``halt`` while it
+    still comes nearer stops the arm.
+    """
+    scene, state, watch = K.scene, K.state, K.watch
+    _move_obstacles(state, scene)
+    _see_ahead(K)
+    for k in range(CLEARANCES):
+        scene.met[k] = 0
+    last = scene.nearest
+    scene.distance, scene.nearest, scene.closing, scene.crowded = inf, last, 0, 0
+    if last >= 0:
+        _look_at(K, last)
+    for p in range(scene.pairs):
+        if p != last and (state.ticks >= scene.look[p] or scene.gap[p] - scene.way < scene.distance):
+            _look_at(K, p)
+    scene.held = 0
+    for k in range(CLEARANCES):
+        if scene.met[k] == 0:
+            scene.slot[k] = -1
+        elif scene.slot[k] >= 0:
+            scene.held += 1
+    if scene.distance < scene.halt and scene.closing and watch.latched == 0:
+        latch(watch, STOPPED_BY_CLEARANCE)

@@ -1,0 +1,173 @@
+"""Capsules that contain the collision geometry of a link: primitives, and meshes by a fit."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import coal
+import numpy as np
+from scipy.optimize import minimize
+from scipy.spatial import ConvexHull, QhullError
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.model.capsules import Capsule, Collision, named_apart, turned_along
+
+SPLIT = 2.0
+"""A capsule with more than so many times the volume of its hull is replaced by two of its halves ..."""
+SAVES = 0.8
+"""... where both together have at most this share of its volume. Conventions."""
+
+
+def fitted(shapes: Sequence[Capsule | Collision]) -> tuple[Capsule, ...]:
+    """Capsules that contain every shape.
+
+    Raises:
+        InputError: A mesh is missing, or holds nothing.
+    """
+    found: list[Capsule] = []
+    for shape in shapes:
+        found += [shape] if isinstance(shape, Capsule) else _of(shape)
+    return named_apart(found)
+
+
+def _of(shape: Collision) -> list[Capsule]:
+    T = shape.place
+    if shape.kind == "mesh":
+        points = vertices(shape) @ T[:3, :3].T + T[:3, 3]
+        return [Capsule(a, b, r, frame=shape.link) for a, b, r in around(points)]
+    z, middle = T[:3, 2], T[:3, 3]
+    if shape.kind == "box":
+        edges = np.array(shape.size)
+        long = int(np.argmax(edges))
+        others = np.delete(edges, long)
+        radius = 0.5 * float(np.linalg.norm(others))
+        half = 0.5 * max(edges[long], 0.0) * T[:3, long]
+    else:
+        radius = shape.size[0]
+        half = 0.5 * (shape.size[1] if len(shape.size) > 1 else 0.0) * z
+    return [Capsule(middle - half, middle + half, radius, frame=shape.link)]
+
+
+def vertices(shape: Collision) -> FloatArray:
+    """The corners of the hull of a mesh, (V, 3) [m].
+
+    Raises:
+        InputError: The file is missing, cannot be read, or holds nothing that has a volume.
+    """
+    path = _found(shape)
+    try:
+        model = coal.MeshLoader().load(str(path), np.array(shape.size))
+        points = np.array(model.vertices())
+        points = points[ConvexHull(points).vertices]
+    except (RuntimeError, ValueError, QhullError, IndexError) as error:
+        raise InputError(
+            f"mesh {path} of link {shape.link!r} holds no body, or is no mesh ({str(error)!s:.80}); correct "
+            "it, or give the robot capsules of your own, robot.with_capsules([...])"
+        ) from error
+    return np.asarray(points, dtype=np.float64)
+
+
+def _found(shape: Collision) -> Path:
+    """Where a mesh lies: as it is written, or ``package://`` of a folder above the URDF."""
+    written = shape.file.removeprefix("file://")
+    parts = written.removeprefix("package://")
+    if shape.beside is None:
+        tries = [Path(parts)]
+    else:
+        above = [shape.beside.parent, *shape.beside.parent.parents]
+        inner = Path(*Path(parts).parts[1:]) if written.startswith("package://") else Path(parts)
+        tries = [Path(parts), *(folder / way for folder in above for way in (parts, inner))]
+    for path in tries:
+        if path.is_file():
+            return path
+    raise InputError(
+        f"mesh {shape.file!r} of link {shape.link!r} was not found beside {shape.beside or 'the text'}; put "
+        "it there, or give the robot capsules of your own, robot.with_capsules([...])"
+    )
+
+
+def around(points: FloatArray) -> list[tuple[FloatArray, FloatArray, float]]:
+    """Ends and radius of the capsule of least volume around some points that was found, or of two.
+
+    Args:
+        points: The corners of a convex body, (V, 3) [m].
+    """
+    hull = ConvexHull(points)
+    one = _smallest(points)
+    if _volume(one) <= SPLIT * hull.volume:
+        return [one]
+    middle, along = 0.5 * (one[0] + one[1]), np.linalg.svd(points - points.mean(axis=0))[2]
+    best = [one]
+    for axis in along:
+        parts = _halves(hull, axis, float(middle @ axis))
+        if parts is None:
+            continue
+        two = [_smallest(part) for part in parts]
+        if sum(map(_volume, two)) < min(SAVES * _volume(one), sum(map(_volume, best))):
+            best = two
+    return best
+
+
+def _halves(hull: Any, axis: FloatArray, at: float) -> list[FloatArray] | None:
+    """The corners on both sides of a plane, with those of the cut; None where one side is empty."""
+    points, height = hull.points, hull.points @ axis - at
+    cut = [
+        points[i] + (points[j] - points[i]) * height[i] / (height[i] - height[j])
+        for corners in hull.simplices
+        for i, j in pairwise([*corners, corners[0]])
+        if height[i] * height[j] < 0.0
+    ]
+    sides = [points[height <= 0.0], points[height >= 0.0]]
+    if not cut or min(map(len, sides)) < 1:
+        return None
+    return [np.vstack([side, cut]) for side in sides]
+
+
+def _volume(capsule: tuple[FloatArray, FloatArray, float]) -> float:
+    a, b, r = capsule
+    return float(np.pi * r * r * (np.linalg.norm(b - a) + 4.0 / 3.0 * r))
+
+
+def _smallest(points: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """By Nelder and Mead over the line of the axis, from each of the principal axes."""
+    centre = points.mean(axis=0)
+    axes = np.linalg.svd(points - centre, full_matrices=False)[2]
+    best, least = None, np.inf
+    for axis in axes:
+        R = turned_along(axis)
+        seen = (points - centre) @ R
+
+        def size(x: FloatArray, seen: FloatArray = seen) -> float:
+            return _volume(_at(x, seen))
+
+        scale = float(np.ptp(seen, axis=0).max())
+        found = minimize(
+            size, np.zeros(4), method="Nelder-Mead",
+            options={"xatol": 1e-5 * scale, "fatol": 1e-12, "maxiter": 2000, "initial_simplex":
+                np.vstack([np.zeros(4), np.diag([0.2, 0.2, 0.1 * scale, 0.1 * scale])])},
+        )  # fmt: skip
+        if found.fun < least:
+            least = found.fun
+            a, b, r = _at(found.x, seen)
+            best = R @ a + centre, R @ b + centre, r
+    assert best is not None
+    return best
+
+
+def _at(x: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """The capsule about the line through (x2, x3, 0) that leans by x0 and x1, as short as can be."""
+    axis = np.array([x[0], x[1], 1.0])
+    axis /= np.linalg.norm(axis)
+    at = np.array([x[2], x[3], 0.0])
+    seen = points - at
+    height = seen @ axis
+    away = np.einsum("ij,ij->i", seen, seen) - height**2
+    r = float(np.sqrt(max(away.max(), 1e-18)))
+    spare = np.sqrt(np.maximum(r * r - away, 0.0))
+    low, high = float((height + spare).min()), float((height - spare).max())
+    if low > high:
+        low = high = 0.5 * (low + high)
+        r = float(np.sqrt((away + (height - low) ** 2).max()))
+    return at + low * axis, at + high * axis, r

@@ -1,0 +1,179 @@
+"""Capsules: rods with round ends, of which the bodies of an arm are made for distances."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, array, frozen, positive
+from ftqp.core.errors import InputError
+from ftqp.core.setting import REQUIRED, setting
+
+CALLED = "what it is called; what it is, and its number, if absent"
+"""What a file says of a name."""
+Three = tuple[float, float, float]
+"""What a file says of a place."""
+LARGEST = 100.0
+"""A body longer than this [m] was written in millimetres. A convention."""
+THICKNESS = 0.05
+"""Radius of an estimated capsule, as a share of the reach: a Panda's links have 0.06 to 0.1. A convention."""
+
+
+def length_of(name: str, value: Any) -> float:
+    """A length > 0 [m].
+
+    Raises:
+        InputError: It is none, or so long that it was written in millimetres.
+    """
+    found = positive(name, value, "m")
+    if found > LARGEST:
+        raise InputError(f"{name} is {found:g} m, expected at most {LARGEST:g} m; are these millimetres?")
+    return found
+
+
+def turned_along(z: FloatArray) -> FloatArray:
+    """A rotation whose z axis is a direction of length 1, (3, 3)."""
+    x = np.zeros(3)
+    x[int(np.argmin(np.abs(z)))] = 1.0
+    x -= z * (x @ z)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+@dataclass(frozen=True, slots=True)
+class Capsule:
+    """All that is nearer to a line between two points than a radius: a rod with round ends.
+
+    Args:
+        a: One end of the line, (3,) [m].
+        b: The other end, (3,) [m]; the same point makes a ball.
+        radius: > 0 [m].
+        frame: The frame, link or joint of a robot that it moves with; None is the world, for a scene.
+        name: What it is called; None is its frame.
+        estimated: Whether it was guessed from where the joints are, and from nothing that is known of links.
+    """
+
+    a: Any = setting(REQUIRED, "one end of its line", of=Three, unit="m")
+    b: Any = setting(REQUIRED, "the other end", of=Three, unit="m")
+    radius: float = setting(REQUIRED, "its radius, > 0", unit="m", above=0.0)
+    frame: str | None = None
+    name: str | None = setting(None, CALLED)
+    estimated: bool = False
+
+    def __post_init__(self) -> None:
+        for end in ("a", "b"):
+            object.__setattr__(self, end, frozen(array(end, getattr(self, end), (3,), "(3,)")))
+        object.__setattr__(self, "radius", length_of("radius", self.radius))
+        length = float(np.linalg.norm(self.b - self.a))
+        if length > LARGEST:
+            raise InputError(
+                f"a and b are {length:g} m apart, expected at most {LARGEST:g} m; are these millimetres?"
+            )
+        for word in ("frame", "name"):
+            value = getattr(self, word)
+            if value is not None and not (isinstance(value, str) and value):
+                raise InputError(f"{word} is {value!r:.60}, expected a word such as 'panda_link5', or None")
+
+    @property
+    def label(self) -> str:
+        """What it is called."""
+        return self.name or self.frame or "capsule"
+
+    @property
+    def extent(self) -> tuple[float, float, float]:
+        """Half the length and the radius, as the kernel takes them [m]."""
+        return 0.5 * float(np.linalg.norm(self.b - self.a)), self.radius, 0.0
+
+    @property
+    def place(self) -> FloatArray:
+        """A pose in its middle whose z axis points from a to b, (4, 4) [m]."""
+        T, way = np.eye(4), self.b - self.a
+        length = float(np.linalg.norm(way))
+        if length > 0.0:
+            T[:3, :3] = turned_along(way / length)
+        T[:3, 3] = 0.5 * (self.a + self.b)
+        return T
+
+    @property
+    def volume(self) -> float:
+        """[m3]."""
+        half, r, _ = self.extent
+        return float(np.pi * r * r * (2.0 * half + 4.0 / 3.0 * r))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Collision:
+    """Geometry of a link as a URDF has it.
+
+    Attributes:
+        link: The link.
+        kind: ``sphere``, ``cylinder``, ``capsule``, ``box`` or ``mesh``.
+        size: Radius; radius and length; edges; or the scale of a mesh [m].
+        place: Its pose in the link, (4, 4) [m].
+        file: That of a mesh, as it is written; empty of others.
+        beside: The URDF itself, from which meshes are looked for; None where it was read from text.
+    """
+
+    link: str
+    kind: str
+    size: tuple[float, ...]
+    place: FloatArray
+    file: str = ""
+    beside: Path | None = None
+
+
+def checked(capsules: Iterable[Any]) -> tuple[Capsule, ...]:
+    """The capsules that a robot is given.
+
+    Raises:
+        InputError: This is no list of capsules with frames, or two have one name.
+    """
+    if isinstance(capsules, Capsule | str) or not isinstance(capsules, Iterable):
+        raise InputError(
+            f"capsules is {type(capsules).__name__}, expected a list, "
+            "[ftqp.Capsule(a, b, radius, frame='link1'), ...]"
+        )
+    found = tuple(capsules)
+    for one in found:
+        if not isinstance(one, Capsule):
+            raise InputError(f"capsules has {type(one).__name__}, expected ftqp.Capsule(a, b, radius, frame)")
+        if one.frame is None:
+            raise InputError("a capsule has no frame, expected the link or joint that it moves with, frame=")
+    return named_apart(found)
+
+
+def named_apart(capsules: Sequence[Capsule]) -> tuple[Capsule, ...]:
+    """The same, those of one name numbered: ``link5``, ``link5 2``."""
+    seen: dict[str, int] = {}
+    found = []
+    for one in capsules:
+        seen[one.label] = seen.get(one.label, 0) + 1
+        count = seen[one.label]
+        found.append(one if count == 1 else replace(one, name=f"{one.label} {count}"))
+    return tuple(found)
+
+
+def estimated(robot: Any) -> tuple[Capsule, ...]:
+    """A capsule from each joint to those that hang on it, and from the last ones to the tips.
+
+    Args:
+        robot: An ``ftqp.Robot`` of which nothing but its joints is known.
+    """
+    chain, zero = robot.chain, np.zeros(robot.nv)
+    places = [robot.pose(zero, name) for name in robot.joints]
+    ends: list[list[FloatArray]] = [[] for _ in places]
+    for i, T in enumerate(places):
+        if chain.parent[i] >= 0:
+            ends[chain.parent[i]].append(T[:3, 3])
+    tips = [robot.pose(zero, tip)[:3, 3] for tip in robot.tips]
+    ends[int(chain.tip_joint)].append(tips[0])
+    reach = float(sum(np.linalg.norm(chain.translation, axis=1)) + np.linalg.norm(chain.tip_translation))
+    radius = max(THICKNESS * reach, 1e-3)
+    found = []
+    for name, T, ways in zip(robot.joints, places, ends, strict=True):
+        for end in ways or [T[:3, 3]]:
+            b = T[:3, :3].T @ (end - T[:3, 3])
+            found.append(Capsule(np.zeros(3), b, radius, frame=name, estimated=True))
+    return named_apart(found)

@@ -1,0 +1,57 @@
+"""The bodies of a robot, as capsules: given, read from its file, or estimated from its joints."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from importlib import import_module
+from typing import Any, Self
+from weakref import WeakKeyDictionary
+
+from ftqp.model.capsules import Capsule, Collision, checked, estimated
+from ftqp.model.reduction import frame_names
+
+Shapes = tuple[Capsule | Collision, ...]
+"""Bodies as they were given or read."""
+_MADE: WeakKeyDictionary[Any, tuple[Capsule, ...]] = WeakKeyDictionary()
+"""What was made of the bodies of robots: a fit to meshes takes seconds."""
+
+
+class Embodied:
+    """A robot that has bodies."""
+
+    __slots__ = ()
+
+    @property
+    def capsules(self) -> tuple[Capsule, ...]:
+        """The bodies as capsules, base to tips, each in the frame of a link or joint.
+
+        They are those of ``with_capsules``, or contain the collision geometry of the URDF; where there is
+        none they go from joint to joint, with a radius of a twentieth of the reach, and say so. Meshes are
+        read when this is first asked for, which takes seconds.
+
+        Raises:
+            InputError: A mesh is missing, or holds nothing.
+        """
+        if self not in _MADE:
+            _MADE[self] = _made(self)
+        return _MADE[self]
+
+    def with_capsules(self, capsules: Iterable[Capsule]) -> Self:
+        """This robot with other bodies, for distances.
+
+        Args:
+            capsules: Rods with round ends, each with the ``frame`` that it moves with.
+
+        Raises:
+            InputError: This is no list of capsules with frames.
+        """
+        return replace(self, shapes=checked(capsules))  # type: ignore[type-var]
+
+
+def _made(robot: Any) -> tuple[Capsule, ...]:
+    there = (*frame_names(robot.model), "universe")
+    own = [one for one in robot.shapes if (one.frame if isinstance(one, Capsule) else one.link) in there]
+    if not own:
+        return estimated(robot)
+    fitted = import_module("ftqp.model.capsule_fit").fitted  # it loads scipy, which few robots need
+    made: tuple[Capsule, ...] = fitted(own)
+    return made

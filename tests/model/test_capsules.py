@@ -1,0 +1,153 @@
+"""Bodies as capsules: estimated, read from a URDF, fitted to meshes, given."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+import ftqp
+from ftqp.core.errors import InputError
+from ftqp.model.capsule_fit import around, vertices
+from ftqp.model.capsules import Collision
+from ftqp.model.catalog import panda, xarm7
+
+LINK = """
+<link name="{name}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0"
+iyz="0"/></inertial>{collision}</link>"""
+JOINT = """
+<joint name="j{k}" type="revolute"><parent link="l{k}"/><child link="l{next}"/><origin xyz="0 0 0.3"/>
+<axis xyz="{axis}"/><limit lower="-2" upper="2" velocity="2" effort="50"/></joint>"""
+
+
+def urdf(collisions):
+    links = [LINK.format(name=f"l{k}", collision=collisions.get(k, "")) for k in range(4)]
+    axes = ("0 0 1", "0 1 0", "0 1 0")
+    joints = [JOINT.format(k=k, next=k + 1, axis=axis) for k, axis in enumerate(axes)]
+    return f"<robot name='stick'>{''.join(links)}{''.join(joints)}</robot>"
+
+
+def shape(inner, origin="0 0 0.1"):
+    return f"<collision><origin xyz='{origin}' rpy='0 0 0'/><geometry>{inner}</geometry></collision>"
+
+
+def outside(points, capsules):
+    """By how much points stick out of all of some capsules [m]."""
+    far = []
+    for a, b, r in capsules:
+        way = b - a
+        t = np.clip((points - a) @ way / max(float(way @ way), 1e-18), 0.0, 1.0)
+        far.append(np.linalg.norm(points - a - t[:, None] * way, axis=1) - r)
+    return float(np.min(far, axis=0).max())
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_fit_contains_every_corner_and_is_no_balloon(seed):
+    rng = np.random.default_rng(seed)
+    stretch = np.array([1.0, rng.uniform(0.2, 1.0), rng.uniform(0.1, 1.0)])
+    points = rng.normal(size=(80, 3)) * 0.05 * stretch + rng.normal(size=3)
+    made = around(points)
+    assert outside(points, made) < 1e-9
+    volume = sum(np.pi * r * r * (np.linalg.norm(b - a) + 4 / 3 * r) for a, b, r in made)
+    assert volume < 4.0 * ConvexHull(points).volume
+
+
+def test_a_long_box_becomes_a_long_capsule():
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.05, 0.05) for z in (-0.05, 0.05)])
+    ((a, b, r),) = around(corners)
+    assert r == pytest.approx(0.05 * np.sqrt(2.0), rel=0.02)
+    assert abs((b - a)[0]) == pytest.approx(1.0, rel=0.02)
+
+
+def test_primitives_of_a_urdf_are_contained():
+    robot = ftqp.Robot.from_urdf(
+        urdf(
+            {
+                1: shape("<sphere radius='0.07'/>"),
+                2: shape("<cylinder radius='0.05' length='0.2'/>"),
+                3: shape("<box size='0.1 0.1 0.3'/>") + shape("<capsule radius='0.02' length='0.1'/>"),
+            }
+        ),
+        tip="l3",
+    )
+    by = {capsule.label: capsule for capsule in robot.capsules}
+    assert set(by) == {"l1", "l2", "l3", "l3 2"} and not by["l1"].estimated
+    np.testing.assert_allclose(by["l1"].a, [0.0, 0.0, 0.1])
+    assert by["l1"].radius == 0.07 and by["l2"].radius == 0.05
+    np.testing.assert_allclose([by["l2"].a, by["l2"].b], [[0, 0, 0.0], [0, 0, 0.2]], atol=1e-12)
+    assert by["l3"].radius == pytest.approx(0.05 * np.sqrt(2.0))
+    np.testing.assert_allclose([by["l3"].a, by["l3"].b], [[0, 0, -0.05], [0, 0, 0.25]], atol=1e-12)
+
+
+def tetrahedron(file, scale=1.0):
+    corners = scale * np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])
+    faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    text = ["solid t"]
+    for face in faces:
+        text += ["facet normal 0 0 0", "outer loop"]
+        text += [f"vertex {x} {y} {z}" for x, y, z in corners[list(face)]]
+        text += ["endloop", "endfacet"]
+    file.write_text("\n".join([*text, "endsolid t"]))
+    return corners
+
+
+def test_meshes_are_found_beside_the_urdf_and_contained(tmp_path):
+    (tmp_path / "stick" / "meshes").mkdir(parents=True)
+    corners = tetrahedron(tmp_path / "stick" / "meshes" / "link.stl")
+    file = tmp_path / "stick" / "stick.urdf"
+    mesh = "<mesh filename='package://stick/meshes/link.stl' scale='2 2 2'/>"
+    file.write_text(urdf({2: shape(mesh, "0 0 0"), 3: shape("<sphere radius='0.05'/>")}))
+    robot = ftqp.Robot.from_urdf(file, tip="l3")
+    made = [(c.a, c.b, c.radius) for c in robot.capsules if c.frame == "l2"]
+    assert made and outside(2.0 * corners, made) < 1e-9
+    assert robot.capsules is robot.capsules
+
+
+def test_a_mesh_that_is_missing_or_empty_is_named(tmp_path):
+    file = tmp_path / "stick.urdf"
+    file.write_text(urdf({2: shape("<mesh filename='package://stick/none.stl'/>")}))
+    robot = ftqp.Robot.from_urdf(file, tip="l3")  # a robot without its meshes plans as ever
+    with pytest.raises(InputError, match=r"none.stl' of link 'l2' was not found .*with_capsules"):
+        assert robot.capsules
+    (tmp_path / "none.stl").write_text("solid nothing\nendsolid nothing")
+    with pytest.raises(InputError, match="link 'l2' holds no body"):
+        assert ftqp.Robot.from_urdf(file, tip="l3").capsules
+
+
+def test_without_geometry_capsules_are_estimated_and_say_so():
+    robot = ftqp.Robot.from_urdf(urdf({}), tip="l3")
+    assert [capsule.frame for capsule in robot.capsules] == ["j0", "j1", "j2"]
+    assert all(capsule.estimated for capsule in robot.capsules)
+    np.testing.assert_allclose(robot.capsules[0].b, [0.0, 0.0, 0.3], atol=1e-12)
+
+
+def test_own_capsules_take_their_place_and_wrong_ones_are_refused():
+    robot = ftqp.robots.load("planar6")
+    own = robot.with_capsules([ftqp.Capsule((0, 0, 0), (1, 0, 0), 0.05, frame=robot.joints[0])])
+    assert len(own.capsules) == 1 and own.with_limits(v_max=1.0).capsules == own.capsules
+    for wrong, said in (
+        ("capsule", "expected a list"),
+        ([1], "has int"),
+        ([ftqp.Capsule((0, 0, 0), (1, 0, 0), 0.05)], "has no frame"),
+    ):
+        with pytest.raises(InputError, match=said):
+            robot.with_capsules(wrong)
+
+
+ROBOT_DATA = next(Path(sys.prefix).glob("**/share/example-robot-data/robots"), None)
+
+
+@pytest.mark.skipif(ROBOT_DATA is None, reason="example-robot-data is not installed")
+@pytest.mark.parametrize(
+    ("table", "folder"),
+    [
+        (panda.CAPSULES, "panda_description/meshes/collision"),
+        (xarm7.CAPSULES, "xarm_description/meshes/xarm7/visual"),
+    ],
+)
+def test_the_capsules_of_the_catalog_contain_the_maker_s_meshes(table, folder):
+    for name, _, a, b, r in table:
+        file = str(ROBOT_DATA / folder / f"{name.removeprefix('panda_')}.stl")
+        points = vertices(Collision(link=name, kind="mesh", size=(1, 1, 1), place=np.eye(4), file=file))
+        assert outside(points, [(np.array(a), np.array(b), r)]) < 1e-4
