@@ -155,8 +155,8 @@ def report(rows, seed):
         f"`python studies/locks_among_balls.py`, {date.today()}, {platform.machine()} {platform.system()}, "
         f"Python {platform.python_version()}, {versions}, numba {metadata.version('numba')}; "
         f"{sum(row['seconds'] for row in rows)} s on one core, seed {seed}. Lines of 0.15 to 0.35 m among "
-        f"{BALLS} balls of {1e3 * RADIUS:.0f} mm, `Clearance(keep={KEEP:g})`. A lock is harmless where the arm "
-        f"that knows of no ball touches nothing and keeps its task within {1e3 * KEPT:g} mm.",
+        f"{BALLS} balls of {1e3 * RADIUS:.0f} mm, `Clearance(keep={KEEP:g})`. A lock is harmless where the "
+        f"arm that knows of no ball touches nothing and keeps its task within {1e3 * KEPT:g} mm.",
         "",
         "| " + " | ".join(named) + " |",
         "|---" * len(named) + "|",

@@ -16,7 +16,7 @@ def plane(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
         (one.joint, one.offset - arm.point(run.q, one.joint, one.at_zero) @ np.array(one.normal))
         for one in run.planes
     )
-    return _farther(arm, run, strict, beyond)
+    return farther(arm, run, strict.plane, beyond)
 
 
 def cone(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
@@ -24,23 +24,30 @@ def cone(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
 
     Of an angle as many rad are let pass as of a plane's distance m.
     """
-    return _farther(arm, run, strict, ((one.joint, _angles(arm, run, one) - one.within) for one in run.cones))
+    beyond = ((one.joint, _angles(arm, run, one) - one.within) for one in run.cones)
+    return farther(arm, run, strict.plane, beyond)
 
 
-def _farther(
-    arm: ModelFile, run: Trace, strict: Strictness, beyond: Iterator[tuple[int, FloatArray]]
+def farther(
+    arm: ModelFile, run: Trace, passes: float, beyond: Iterator[tuple[int, FloatArray]]
 ) -> FloatArray:
     """What is beyond more than it may be, by joint and tick, of joints and how far beyond each was, (K + 1,).
 
     What begins beyond may not go farther, and none again once it has come back. No motor keeps what a freely
     swinging joint moves; where it is in the end counts as its beginning.
+
+    Args:
+        arm: The model file.
+        run: What was done.
+        passes: How far beyond is let pass.
+        beyond: The joint that moves each thing, and how far beyond it was.
     """
     result = np.zeros((len(run.status), len(arm.names)))
     for joint, far in beyond:
         excused, allowed = _swinging(arm, run, joint), max(float(far[0]), 0.0)
         for k, now in enumerate(far[1:]):
             allowed = max(float(now), 0.0) if excused[k] else allowed
-            result[k, joint] = max(result[k, joint], now - allowed - strict.plane)
+            result[k, joint] = max(result[k, joint], now - allowed - passes)
             allowed = min(allowed, max(float(now), 0.0))
     return result
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.checker.body_law import touched
 from ftqp.checker.boundary_laws import cone, plane
 from ftqp.checker.claim_laws import honesty, inside, obedience, tracking
 from ftqp.checker.lock_law import failed
@@ -33,6 +34,7 @@ LAWS: dict[str, tuple[Law, str]] = {
     "braking": (braking, "cannot brake any more before the end of its range, by this [rad or m]"),
     "plane": (plane, "a point that it moves is beyond its plane, by this [m]"),
     "cone": (cone, "an axis that it moves is outside its cone, by this [rad]"),
+    "touched": (touched, "a body that it moves is nearer to another than it may be, by this [m]"),
     "torque": (torque, "carries more than its limit without need, by this share"),
     "failed": (failed, "is locked and has moved, or was sent to move, by this in all [rad or m]"),
     "honesty": (honesty, "OK was claimed although the tip is farther than the tolerance, by this share"),

@@ -15,6 +15,7 @@ class Strictness:
         torque: Share of the torque limit.
         position: Beyond the range of a joint, in all [rad or m].
         plane: Beyond the plane of a point [m].
+        body: Nearer than bodies are to be kept apart [m].
         creep: How far a locked joint may move, or be sent, in all [rad or m].
         standing: Speed below which a locked joint stands [rad/s or m/s].
         grace: How long a claim may be wrong [s].
@@ -28,6 +29,7 @@ class Strictness:
     torque: float = 1e-6
     position: float = 1e-9
     plane: float = 2e-5
+    body: float = 1e-3
     creep: float = 0.0
     standing: float = 0.0
     grace: float = 0.0
@@ -44,6 +46,7 @@ PHYSICS = Strictness(
     torque=0.02,
     position=0.02,
     plane=0.01,
+    body=0.01,
     creep=5e-4,
     standing=1e-2,
     grace=0.1,

@@ -88,6 +88,42 @@ class Cone:
 
 
 @final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Body:
+    """A link of the arm as a capsule.
+
+    Attributes:
+        name: What it is called.
+        joint: 0-based index of the joint that it moves with; -1 of none.
+        ends_at_zero: Where its ends are while all joints are at 0, in the base frame, (2, 3) [m].
+        radius: [m].
+    """
+
+    name: str
+    joint: int
+    ends_at_zero: Sequence[Sequence[float]]
+    radius: float
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Thing:
+    """Something that stands around the arm.
+
+    Attributes:
+        name: What it is called.
+        kind: ``sphere``, ``capsule``, ``box``, ``cylinder`` or ``half_space``.
+        extent: Half its edges; of what is round half its length along z, and its radius [m].
+        pose: Where it stands, (4, 4) [m].
+    """
+
+    name: str
+    kind: str
+    extent: Sequence[float]
+    pose: FloatArray
+
+
+@final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HeldTask:
     """A task that goes before that of the tip: a frame, an axis or the centre of mass, and its target.
@@ -144,6 +180,10 @@ class Trace:
         brakes: Whether the arm has brakes that close when the planner asks for them.
         cones: In which axes were to stay.
         held: Tasks that were to be kept before that of the tip.
+        bodies: The links.
+        things: What stands around them.
+        watched: The names of the pairs that were to be kept apart, ...
+        keep: ... and how far [m].
     """
 
     dt: float
@@ -165,3 +205,7 @@ class Trace:
     brakes: bool = False
     cones: Sequence[Cone] = ()
     held: Sequence[HeldTask] = ()
+    bodies: Sequence[Body] = ()
+    things: Sequence[Thing] = ()
+    watched: Sequence[tuple[str, str]] = ()
+    keep: float = 0.0

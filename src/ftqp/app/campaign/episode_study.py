@@ -202,7 +202,8 @@ class EpisodeWork:
         healthy = min(failing, default=np.inf)
         ticks = int(min(len(run.target), np.ceil(healthy / run.dt - 1e-9)))
         until = 0.0
-        if run.axis is None and not setup.v.any() and not run.planes and not run.cones:
+        free = not (run.planes or run.cones or run.watched)
+        if run.axis is None and not setup.v.any() and free:
             until = followable(self._arm(setup), run.q[0], run.target[:ticks], run.rows, run.dt)
         return replace(run, can_be_followed=True, until=until)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ftqp.app.scenario.setup import Setup
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.trace import Cone, Failure, HeldTask, Plane, Trace
+from ftqp.checker.trace import Body, Cone, Failure, HeldTask, Plane, Thing, Trace
 from ftqp.control.planner.status import STATUSES
 from ftqp.control.task.soft_tasks import SETS
 from ftqp.control.task.task import ROW_SETS
@@ -47,7 +47,34 @@ def trace(setup: Setup, log: Log) -> Trace:
         brakes=_true_arm(setup) is not None,
         cones=cones(log),
         held=held(log),
+        bodies=bodies(log),
+        things=things(log),
+        watched=[(first, second) for first, second in log.metadata.get("watched", [])],
+        keep=log.metadata.get("clearance", {}).get("keep", 0.0),
     )
+
+
+def bodies(log: Log) -> list[Body]:
+    """The links that were to be kept clear, as the log has them."""
+    index = {name: k for k, name in enumerate(log.metadata["joints"])} | {None: -1}
+    return [
+        Body(
+            name=one["name"],
+            joint=index[one["joint"]],
+            ends_at_zero=one["ends_at_zero"],
+            radius=one["radius"],
+        )
+        for one in log.metadata.get("bodies", [])
+    ]
+
+
+def things(log: Log) -> list[Thing]:
+    """What stands around the arm, as the log has it."""
+    return [
+        Thing(name=one["name"], kind=one["kind"], extent=one["extent"], pose=np.array(one["pose"]))
+        for one in log.metadata.get("scene", [])
+        if one["kind"] != "arm"
+    ]
 
 
 def planes(log: Log) -> list[Plane]:

@@ -104,8 +104,14 @@ class Surroundings:
         capsules = self._bodies()
         if len(capsules) > CAPSULES:
             raise InputError(
-                f"{self._robot.name} has {len(capsules)} capsules, ends that meet what is not round counted, "
+                f"{self._robot.name} has {len(capsules)} capsules, their ends counted, "
                 f"expected at most {CAPSULES}; make it of fewer, robot.with_capsules([...])"
+            )
+        both = {capsule.label for capsule in capsules} & {*self.scene}
+        if both:
+            raise InputError(
+                f"two things are called {min(both)!r}, a body of {self._robot.name} and something in the "
+                "scene; give that another name"
             )
         room = self._room
         self._forget()
@@ -133,16 +139,18 @@ class Surroundings:
         self._write(pairs, named, kept)
 
     def _bodies(self) -> list[Capsule]:
-        """The capsules; beside what is not round the two ends of each as well.
+        """The capsules, and behind them the two ends of each, where there is more than balls.
 
         A capsule that lies along a face or a rod is as near to it everywhere, and which of its points is the
         nearest jumps from end to end: a row for each end keeps the arm from swinging between them.
         """
         capsules = list(self._robot.capsules)
-        if any(not isinstance(placed.shape, Sphere) for placed in self.scene.values()):
-            for one in self._robot.capsules:
-                ends = (one.a,) if np.array_equal(one.a, one.b) else (one.a, one.b)
-                capsules += [Capsule(end, end, one.radius, frame=one.frame, name=one.label) for end in ends]
+        round_only = all(isinstance(placed.shape, Sphere) for placed in self.scene.values())
+        self._ends: list[tuple[int, ...]] = []
+        for one in self._robot.capsules:
+            ends = () if round_only or np.array_equal(one.a, one.b) else (one.a, one.b)
+            self._ends.append(tuple(range(len(capsules), len(capsules) + len(ends))))
+            capsules += [Capsule(end, end, one.radius, frame=one.frame, name=one.label) for end in ends]
         return capsules
 
     def _own_pairs(self, capsules: Sequence[Capsule]) -> list[tuple[int, int]]:
@@ -151,12 +159,12 @@ class Surroundings:
             return []
         robot, room, count = self._robot, self._room, len(self._robot.capsules)
         parent = robot.chain.parent
-        pairs = []
-        for c in range(count):
-            for o in range(count):
-                low, high = int(room.body[o]), int(room.body[c])
-                if low < high and parent[high] != low:
-                    pairs.append((c, o))
+        pairs = [
+            (c, o)
+            for c in range(count)
+            for o in range(count)
+            if int(room.body[o]) < int(room.body[c]) and parent[int(room.body[c])] != int(room.body[o])
+        ]
         if not pairs:
             return []
         pairs = pairs[:PAIRS]
@@ -181,12 +189,12 @@ class Surroundings:
 
     def _other_pairs(self, capsules: Sequence[Capsule]) -> list[tuple[int, int]]:
         """Pairs of a body that moves and something in the scene; see ``_bodies`` for ends."""
-        moves, whole = self._that_move(capsules), len(self._robot.capsules)
-        pairs = []
+        moves, pairs = self._that_move(capsules), []
         for at, placed in enumerate(self.scene.values()):
-            first = whole if isinstance(placed.shape, HalfSpace) else 0
-            last = whole if isinstance(placed.shape, Sphere) else len(capsules)
-            pairs += [(c, -1 - at) for c in range(first, last) if moves[c]]
+            for c, ends in enumerate(self._ends):
+                which = ends if isinstance(placed.shape, HalfSpace) and ends else (c, *ends)
+                which = which if not isinstance(placed.shape, Sphere) else (c,)
+                pairs += [(body, -1 - at) for body in which if moves[body]]
         return pairs
 
     def _that_move(self, capsules: Sequence[Capsule]) -> list[bool]:
