@@ -50,6 +50,24 @@ def _of(shape: Collision) -> list[Capsule]:
     return [Capsule(middle - half, middle + half, radius, frame=shape.link)]
 
 
+def volume_of(shape: Collision) -> float:
+    """The volume of a shape, of a mesh that of its hull [m3].
+
+    Raises:
+        InputError: A mesh is missing, or holds nothing.
+    """
+    match shape.kind:
+        case "mesh":
+            return float(ConvexHull(vertices(shape)).volume)
+        case "box":
+            return float(np.prod(shape.size))
+        case "cylinder":
+            return float(np.pi * shape.size[0] ** 2 * shape.size[1])
+        case _:
+            r, length = shape.size[0], shape.size[1] if len(shape.size) > 1 else 0.0
+            return float(np.pi * r * r * (length + 4.0 / 3.0 * r))
+
+
 def vertices(shape: Collision) -> FloatArray:
     """The corners of the hull of a mesh, (V, 3) [m].
 

@@ -47,6 +47,24 @@ class Embodied:
         return replace(self, shapes=checked(capsules))  # type: ignore[type-var]
 
 
+def volume_ratios(robot: Any) -> dict[str, float]:
+    """How many times larger the capsules of a link are than the collision geometry that they contain.
+
+    Args:
+        robot: The robot; links whose capsules were given or estimated are left out.
+    """
+    shapes = [one for one in robot.shapes if isinstance(one, Collision)]
+    if not shapes:
+        return {}
+    volume_of = import_module("ftqp.model.capsule_fit").volume_of
+    inside, around = dict[str, float](), dict[str, float]()
+    for shape in shapes:
+        inside[shape.link] = inside.get(shape.link, 0.0) + volume_of(shape)
+    for one in robot.capsules:
+        around[one.frame] = around.get(one.frame, 0.0) + one.volume
+    return {link: around[link] / size for link, size in inside.items() if size > 0.0 and link in around}
+
+
 def _made(robot: Any) -> tuple[Capsule, ...]:
     there = (*frame_names(robot.model), "universe")
     own = [one for one in robot.shapes if (one.frame if isinstance(one, Capsule) else one.link) in there]

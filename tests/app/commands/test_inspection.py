@@ -80,6 +80,20 @@ def test_frames_are_listed_by_the_joint_that_they_move_with(tmp_path: Path) -> N
     assert "b b, two, c, hand" in said and "none universe, base" in said
 
 
+def test_bodies_are_listed_with_how_much_larger_they_are(tmp_path: Path) -> None:
+    box = '<collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.06 0.06"/></geometry></collision>'
+    (tmp_path / "crane.urdf").write_text(URDF.replace('<link name="one">', f'<link name="one">{box}'))
+    found = facts(tmp_path, tmp_path / "crane.urdf", "--capsules")
+    (one,) = found["capsules"]
+    assert (one["name"], one["frame"], one["estimated"]) == ("one", "one", False)
+    assert one["radius"] == pytest.approx(0.03 * np.sqrt(2.0)) and found["pairs_left_out"] == []
+    volume = np.pi * one["radius"] ** 2 * (0.4 + 4.0 / 3.0 * one["radius"])
+    assert one["volume_ratio"] == pytest.approx(volume / (0.4 * 0.06**2))
+    said = invoke("iiwa14", "--capsules", "--out", tmp_path / "told").output
+    assert "Bodies as capsules" in said and "estimated" in said
+    assert "Built too near to each other to be kept apart: iiwa_joint_7 and iiwa_joint_5." in said
+
+
 def test_limits_of_acceleration_and_jerk_are_those_of_the_file(tmp_path: Path) -> None:
     file = tmp_path / "crane.urdf"
     first = URDF.replace('velocity="1.5"', 'velocity="1.5" acceleration="3" deceleration="2" jerk="40"')

@@ -136,6 +136,66 @@ def test_replay_and_recording_show_what_the_session_showed(scenario):
     assert "target of a soft task" in page
 
 
+AROUND = """
+[robot]
+name = "panda"
+[path]
+kind = "circle"
+radius = 0.05
+duration = 0.2
+[[scene]]
+kind = "box"
+name = "shelf"
+size = [0.4, 0.6, 0.02]
+place = [0.7, 0.1, 0.2]
+rpy = [0.0, 0.0, 1.5707963267948966]
+[[scene]]
+kind = "capsule"
+a = [0.6, -0.6, 0.3]
+b = [0.6, -0.6, 0.9]
+radius = 0.02
+[[scene]]
+kind = "cylinder"
+radius = 0.05
+length = 0.6
+place = [-0.5, 0.5, 0.3]
+[[scene]]
+kind = "half_space"
+point = [0.0, 0.0, -0.05]
+[[scene]]
+kind = "sphere"
+radius = 0.05
+place = [0.5, 0.6, 0.4]
+"""
+
+
+def test_what_stands_around_is_shown_where_it_stands_live_and_replayed(tmp_path):
+    (file := tmp_path / "around.toml").write_text(AROUND, encoding="utf-8")
+    source = SteppedSource(str(file))
+    with Page(source, port=0) as page:
+        assert page.refresh()
+        facts, nodes = source.frame().further, page._scene._further._solids
+        assert [fact.name for fact in facts] == [
+            "shelf", "capsule", "cylinder", "half space", "sphere", "itself",
+        ]  # fmt: skip
+        sizes = [np.ptp(nodes[k].vertices, axis=0) for k in range(5)]
+        np.testing.assert_allclose(sizes[0], [0.4, 0.6, 0.02], atol=1e-6)
+        np.testing.assert_allclose(sizes[1], [0.04, 0.04, 0.64], atol=2e-3)
+        np.testing.assert_allclose(sizes[2], [0.1, 0.1, 0.6], atol=2e-3)
+        np.testing.assert_allclose(sizes[4], [0.1, 0.1, 0.1], atol=2e-3)
+        np.testing.assert_allclose(nodes[0].position, [0.7, 0.1, 0.2])
+        np.testing.assert_allclose(np.abs(nodes[0].wxyz), [np.sqrt(0.5), 0, 0, np.sqrt(0.5)], atol=1e-9)
+        planner = source.session.arms.arm.planner
+        planner.scene.move("sphere", (0.4, 0.7, 0.3))
+        page._scene.show(source.frame())
+        np.testing.assert_allclose(nodes[4].position, [0.4, 0.7, 0.3])
+        assert "mm clear" in page._panel._further.content
+    setup = load(str(file))
+    log = setup.simulation(log=MEMORY, metadata={"resolved": setup.toml}).run().log
+    shown = ReplaySource(log, "run", clock=lambda: 0.0).frame().further
+    assert [fact.solid for fact in shown[:4]] == [fact.solid for fact in facts[:4]] and shown[5].solid is None
+
+
 def test_arm_without_them_has_neither_nodes_nor_tab():
     with Page(StillSource(ftqp.robots.load("panda")), port=0) as page:
         assert page._scene.overlays == OVERLAYS and page._panel._further is None
@@ -162,6 +222,8 @@ def test_controls_are_made_anew_where_the_tasks_are_others():
     (FurtherFact("cell", -0.02, "m", shape="box"), "20 mm outside the box"),
     (FurtherFact("cup", 0.1, "rad", shape="cone"), "5.7 deg from the cone"),
     (FurtherFact("cup", -0.1, "rad", shape="cone"), "5.73 deg outside the cone"),
+    (FurtherFact("post", 0.0123, "m", shape="body"), "12.3 mm clear"),
+    (FurtherFact("post", -0.0123, "m", shape="body"), "12.3 mm inside"),
     (FurtherFact("table", np.nan, "m", (0, 0, 0), (0, 0, 1), "plane"), "unknown"),
 ])  # fmt: skip
 def test_amounts_are_words(fact, words):

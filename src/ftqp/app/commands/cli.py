@@ -229,6 +229,9 @@ def inspect(
     survival: Annotated[
         bool, typer.Option("--survival", help="Say at which share of its workspace it can lose each joint.")
     ] = False,
+    capsules: Annotated[
+        bool, typer.Option("--capsules", help="List its bodies, as they are kept clear of a scene.")
+    ] = False,
     as_json: Json = False,
 ) -> ExitCode:
     """Say what was read of an arm: limits, findings, margins, which joints it can lose; draws it."""
@@ -239,7 +242,9 @@ def inspect(
         [name.strip() for name in (given or "").split(",") if name.strip()] for given in (tip, locked)
     )
     folder = free_folder(out, f"inspect-{Path(source).stem}")
-    return inspection.inspect(source, tips, held, folder, as_json=as_json, survival=survival)
+    return inspection.inspect(
+        source, tips, held, folder, as_json=as_json, survival=survival, capsules=capsules
+    )
 
 
 @app.command(epilog="Example: ftqp report runs/circle runs/circle-daqp -o circle.html")

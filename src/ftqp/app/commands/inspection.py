@@ -1,15 +1,19 @@
 """``ftqp inspect``: what was read of an arm, what it can do, and which joints it can lose."""
 
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ftqp.app.output.console import ExitCode, answer, say, tell, tell_table
+from ftqp.control.planner.planner import Planner
+from ftqp.control.scene.clearance import Clearance
 from ftqp.core.errors import InputError, MissingPackage, unknown
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model import catalog
 from ftqp.model.chain import frame_id
+from ftqp.model.embodied import volume_ratios
 from ftqp.model.limits import RISE_TIME
 from ftqp.model.placed_frames import joint_of_frames
 from ftqp.model.posture import NEAR_SINGULAR, gravity_torques, least_singular_value, places, scaled_jacobian
@@ -46,9 +50,18 @@ def robot_of(source: str, tips: list[str], locked: list[str]) -> Robot:
 
 
 def inspect(
-    source: str, tips: list[str], locked: list[str], folder: Path, *, as_json: bool, survival: bool = False
+    source: str,
+    tips: list[str],
+    locked: list[str],
+    folder: Path,
+    *,
+    as_json: bool,
+    survival: bool = False,
+    capsules: bool = False,
 ) -> ExitCode:
     """Say what an arm is and draw it into ``folder``; with ``survival`` also where locks are survived.
+
+    With ``capsules`` also of which bodies it is made, and how much larger they are than what they contain.
 
     Raises:
         InputError: An unknown robot, file, tip or joint.
@@ -58,6 +71,8 @@ def inspect(
     found = facts(robot, "file" if Path(source).is_file() else "catalog")
     if survival:
         found["survival"] = _survival(robot, found["possible"])
+    if capsules:
+        found["capsules"], found["pairs_left_out"] = _bodies(robot)
     found["figure"] = _picture(robot, folder)
     answer(found, as_json, lambda: _tell(found))
     return ExitCode.DONE
@@ -120,6 +135,26 @@ def _survival(robot: Robot, possible: dict[str, bool]) -> dict[str, dict[str, An
             shares = survival_map(robot, rows)
             found[task] = {"any_joint": shares.any_joint, "per_joint": shares.per_joint, "way": shares.way}
     return found
+
+
+def _bodies(robot: Robot) -> tuple[list[dict[str, Any]], list[list[str]]]:
+    """The capsules of a robot, and the pairs of them that are built too near to be kept apart."""
+    clearance = Clearance(ignore=[(a.label, b.label) for a, b in combinations(robot.capsules, 2)])
+    ratios = volume_ratios(robot)
+    found = [
+        {
+            "name": one.label,
+            "frame": one.frame,
+            "a": one.a.tolist(),
+            "b": one.b.tolist(),
+            "radius": one.radius,
+            "estimated": one.estimated,
+            "volume_ratio": ratios.get(one.frame or ""),
+        }
+        for one in robot.capsules
+    ]
+    planner = Planner(robot, clearance=clearance)
+    return found, [list(pair) for pair in planner.pairs_left_out]
 
 
 def _tasks(robot: Robot) -> dict[str, tuple[str, ...]]:
@@ -209,12 +244,33 @@ def _tell(found: dict[str, Any]) -> None:
     tell("")
     tell_table("Frames, by the joint that they move with", ("joint", "frames"), _by_joint(found["frames"]))
     tell("")
+    if "capsules" in found:
+        rows = [_capsule_row(one) for one in found["capsules"]]
+        heads = ("body", "frame", "from", "to", "radius", "volume by that of its geometry")
+        tell_table("Bodies as capsules, in their frames, in metres", heads, rows, numbers=heads[4:])
+        tell("")
+        if found["pairs_left_out"]:
+            pairs = ", ".join(f"{a} and {b}" for a, b in found["pairs_left_out"])
+            tell(f"Built too near to each other to be kept apart: {pairs}.")
     for line in _sentences(found):
         tell(line)
     for finding in found["findings"]:
         tell(f"{finding['severity']}: {finding['sentence']}")
     if found["figure"] is not None:
         tell(f"Picture: {found['figure']}")
+
+
+def _capsule_row(one: dict[str, Any]) -> tuple[str, ...]:
+    """A capsule as a row of the table."""
+    ends = (", ".join(f"{round(x, 3) + 0.0:.3f}" for x in one[end]) for end in ("a", "b"))
+    ratio = (
+        "estimated"
+        if one["estimated"]
+        else "-"
+        if one["volume_ratio"] is None
+        else f"{one['volume_ratio']:.1f}"
+    )
+    return one["name"], one["frame"] or "", *ends, f"{one['radius']:.3f}", ratio
 
 
 def _by_joint(frames: dict[str, str | None]) -> list[tuple[str, str]]:

@@ -123,6 +123,11 @@ class PlannerFacts:
         """How far it keeps from itself and from the scene; None where it keeps clear of nothing."""
         return None if self._surroundings is None else self._surroundings.clearance
 
+    @property
+    def pairs_left_out(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of the arm's own bodies that are built too near to each other to be kept apart, by name."""
+        return () if self._surroundings is None else self._surroundings.left_out
+
     def distances(self, q: Any) -> dict[tuple[str, str], FloatArray]:
         """The distance of each pair of bodies that are kept apart [m], by their names.
 

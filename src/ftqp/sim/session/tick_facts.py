@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import quaternions
-from ftqp.sim.log.further_signals import FACTS, PLANES, ROTATION, TASKS, names_in
+from ftqp.sim.log.further_signals import BODIES, FACTS, PLANES, ROTATION, TASKS, names_in
 
 IntArray = NDArray[np.int64]
 
@@ -29,8 +29,22 @@ class TwinFacts:
     position_error: float
 
 
+class Solid(NamedTuple):
+    """Something that stands around an arm.
+
+    Attributes:
+        kind: ``sphere``, ``capsule``, ``box``, ``cylinder`` or ``half_space``.
+        extent: Half its edges; of what is round half its length along z, and its radius, (3,) [m].
+        pose: Where it stands, (16,) [m].
+    """
+
+    kind: str
+    extent: tuple[float, ...]
+    pose: tuple[float, ...]
+
+
 class FurtherFact(NamedTuple):
-    """A soft task, or a point or an axis that is kept somewhere.
+    """A soft task, a point or an axis that is kept somewhere, or something that the arm keeps clear of.
 
     Attributes:
         name: What it is called.
@@ -38,8 +52,9 @@ class FurtherFact(NamedTuple):
         unit: ``m`` or ``rad``.
         place: Where the task's target is, or a place on the plane, (3,) [m]; None of one without a place.
         normal: Of a plane, into the side that is free, (3,).
-        shape: ``plane``, ``box`` or ``cone``; empty of a task.
+        shape: ``plane``, ``box`` or ``cone``; ``body`` of what stands around the arm; empty of a task.
         corners: Of a box, its lowest and its highest corner, infinite where a side is left out, (6,) [m].
+        solid: Of what stands around the arm, what it is; None of the arm itself.
     """
 
     name: str
@@ -49,6 +64,7 @@ class FurtherFact(NamedTuple):
     normal: tuple[float, ...] | None = None
     shape: str = ""
     corners: tuple[float, ...] | None = None
+    solid: Solid | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,11 +172,22 @@ def _further(log: Columns, tick: int) -> tuple[FurtherFact, ...]:
         )
         for one in log.metadata.get(FACTS[PLANES], [])
     }
+    bodies = {
+        one["name"]: FurtherFact(one["name"], 0.0, "m", shape="body", solid=_solid(one))
+        for one in log.metadata.get(FACTS[BODIES], [])
+    }
     return tuple(
         known[name]._replace(value=float(log[f"{group}.{name}"][tick]))
-        for group, known in ((TASKS, tasks), (PLANES, kept))
+        for group, known in ((TASKS, tasks), (PLANES, kept), (BODIES, bodies))
         for name in names_in(log, log.metadata, group)
     )
+
+
+def _solid(one: dict[str, Any]) -> Solid | None:
+    """What something of a scene is; None of the arm itself."""
+    if one["kind"] == "arm":
+        return None
+    return Solid(one["kind"], tuple(one["extent"]), tuple(np.ravel(one["pose"]).tolist()))
 
 
 def _corners(inside: Any) -> tuple[float, ...] | None:

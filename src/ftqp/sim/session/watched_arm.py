@@ -4,6 +4,7 @@ from typing import final
 
 import numpy as np
 
+from ftqp.control.scene.shapes import WORDS
 from ftqp.control.task.keep import Keep
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.faults.kinds import Fault
@@ -11,12 +12,12 @@ from ftqp.kernel.layout.enums import STOPPED, STOPPING
 from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.led_arm import Made
 from ftqp.sim.log.derived_columns import MICROSECONDS
-from ftqp.sim.log.further_signals import TASKS, further_columns
+from ftqp.sim.log.further_signals import BODIES, TASKS, further_columns
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import HEALTHY, PATH_CODES, Column, columns, sensed_columns
 from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.session.session_arms import SessionArm
-from ftqp.sim.session.tick_facts import Facts, FurtherFact, IntArray, TwinFacts, quaternion_of
+from ftqp.sim.session.tick_facts import Facts, FurtherFact, IntArray, Solid, TwinFacts, quaternion_of
 
 APART = 1e-6
 """A joint farther from its command than this was repaired elsewhere than its planner thinks [rad or m]."""
@@ -230,6 +231,9 @@ class WatchedArm:
             if one.group == TASKS:
                 found.append(fact._replace(place=_numbers(places.get(one.name))))
                 continue
+            if one.group == BODIES:
+                found.append(fact._replace(shape="body", solid=self._solid(one.name)))
+                continue
             keep = kept[one.name]
             found.append(
                 fact._replace(
@@ -240,6 +244,15 @@ class WatchedArm:
                 )
             )
         return tuple(found)
+
+    def _solid(self, name: str) -> Solid | None:
+        """What something of the scene is, and where it stands now; None of the arm itself."""
+        scene = self._player.planner.scene
+        if scene is None or name not in scene:
+            return None
+        shape, place, _ = scene[name]
+        word = next(word for word, kind in WORDS.items() if isinstance(shape, kind))
+        return Solid(word, shape.extent, tuple(place.ravel().tolist()))
 
     def as_twin(self) -> TwinFacts:
         """What a picture needs of it as the naive twin."""

@@ -1,4 +1,4 @@
-"""Errors of soft tasks and distances of kept points over time."""
+"""Errors of soft tasks, distances of kept points and clearances over time."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.sim.log.further_signals import PLANES, TASKS, names_in
+from ftqp.sim.log.further_signals import BODIES, PLANES, TASKS, names_in
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import curves, events
 from ftqp.viz.figures.canvas import Axes, Line2D, arrange, curve, head, label_below, paper, save
@@ -55,13 +55,15 @@ def panels(log: Log) -> list[Panel]:
         kept = [name for name in kept if log.units[f"{PLANES}.{name}"] == unit]
         if kept:
             found.append(Panel(title, PLANES, tuple(kept), *shown[unit]))
+    if near := names_in(log, log.metadata, BODIES):
+        found.append(Panel("Clearances", BODIES, tuple(near), *shown["m"]))
     return found
 
 
 def draw(log: Log, path: str | Path) -> Path:
     """Draw a panel for each unit of the errors, and one for the distances, to a PNG file."""
     drawn = panels(log)
-    title = f"Soft tasks and kept points: {events.heading(log)}"
+    title = f"Soft tasks, kept points and clearances: {events.heading(log)}"
     figure = paper(WIDTH, 1.6 + PANEL * len(drawn), title, search=False)
     grid: Any = figure.add_gridspec(len(drawn), 1)
     handles: list[Line2D] = []
@@ -81,9 +83,10 @@ def _draw(axes: Axes, log: Log, panel: Panel, first: int) -> list[Line2D]:
     signals = [panel.factor * log[f"{panel.group}.{name}"] for name in panel.names]
     low, high = _ends(signals)
     axes.set_ylim(low, high)
-    if panel.group == PLANES:
-        axes.axhspan(low, 0.0, color=FORBIDDEN, zorder=0)
-        axes.axhline(0.0, color=LIMIT, linewidth=1.2)
+    if panel.group != TASKS:
+        least = panel.factor * log.metadata.get("clearance", {}).get("keep", 0.0) * (panel.group == BODIES)
+        axes.axhspan(low, least, color=FORBIDDEN, zorder=0)
+        axes.axhline(least, color=LIMIT, linewidth=1.2)
     handles = []
     for k, (name, signal) in enumerate(zip(panel.names, signals, strict=True), first):
         colour, style = curves.look(k)
@@ -103,7 +106,7 @@ def _ends(signals: list[FloatArray]) -> tuple[float, float]:
 
 def _extreme(panel: Panel, signals: list[FloatArray]) -> str:
     """The largest error, or the smallest distance, and whose it is."""
-    planes = panel.group == PLANES
+    planes = panel.group != TASKS
     found = [
         float(np.nanmin(signal) if planes else np.nanmax(signal)) if np.isfinite(signal).any() else np.nan
         for signal in signals

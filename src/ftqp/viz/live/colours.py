@@ -35,6 +35,8 @@ MARK: Colour = (0, 130, 140)
 """The target of a soft task."""
 PLANE: Colour = (200, 90, 60)
 """A plane on whose side a point of the arm is kept."""
+OBSTACLE: Colour = (150, 122, 96)
+"""What stands around the arm."""
 BASELINE: Colour = (120, 60, 130)
 """The uninformed baseline: the same arm, whose planner is never told."""
 
@@ -74,7 +76,7 @@ def legend(columns: int = 1, *, further: bool = False) -> str:
 
     Args:
         columns: How many lines stand side by side.
-        further: Whether there are soft tasks or kept points.
+        further: Whether there are soft tasks, kept points or obstacles.
     """
     joints = [("dot", CONDITION[code], f"{word} joint") for code, word in CONDITIONS.items()]
     joints += [("dot", BRAKING, "braking joint"), ("dot", NEAR_LIMIT, "joint near its limit")]
@@ -89,6 +91,7 @@ def legend(columns: int = 1, *, further: bool = False) -> str:
         others += [
             ("dot", MARK, "target of a soft task"),
             ("dot", PLANE, "plane: a point stays on the side of the arrow"),
+            ("dot", OBSTACLE, "obstacle: the arm keeps clear of it"),
         ]
     rows = "".join(
         f'<div style="{_ROW}"><span style="flex:none;display:inline-block;{_FORMS[form]};'

@@ -1,4 +1,4 @@
-"""Targets of soft tasks, and planes and boxes that points are kept to, in a scene and as a table."""
+"""Targets of soft tasks, planes and boxes that points are kept to, and what stands around, drawn and told."""
 
 from collections.abc import Callable, Sequence
 from html import escape
@@ -9,17 +9,25 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import quaternions
 from ftqp.model.chain import rotation_to
-from ftqp.sim.session.tick_facts import FurtherFact
+from ftqp.sim.session.tick_facts import FurtherFact, Solid
 from ftqp.viz.live import colours
 from ftqp.viz.live.solids import Mesh, ball, box, cylinder, joined
 
 MARK, WIDE, THIN, ARROW = 0.018, 0.6, 0.002, 0.12
 """Radius of a mark, width and thickness of a plane, length of its arrow, as shares of the arm's size."""
 SHADE = 0.15
-"""Opacity of a plane."""
+"""Opacity of a plane, ..."""
+SOLID = 0.75
+"""... and of what stands around the arm."""
 BEYOND = -2e-5
 """A point is beyond its plane from here on [m or rad]; less is rounding."""
-_FROM = {"": "off", "plane": "from the plane", "box": "from the sides of the box", "cone": "from the cone"}
+_FROM = {
+    "": "off",
+    "plane": "from the plane",
+    "box": "from the sides of the box",
+    "cone": "from the cone",
+    "body": "clear",
+}
 """What stands behind an amount."""
 
 Add = Callable[[str, Mesh, colours.Colour, float | None], Any]
@@ -45,7 +53,12 @@ class FurtherNodes:
         self._marks: dict[int, Any] = {}
         self._labels: dict[int, Any] = {}
         self.nodes: list[Any] = []
+        self._solids: dict[int, Any] = {}
         for k, one in enumerate(shown):
+            if one.shape == "body":
+                if one.solid is not None:
+                    self._add_solid(k, one.solid, mesh, label)
+                continue
             if one.corners is not None:
                 self._add_box(k, one, middle, mesh, label)
                 continue
@@ -59,7 +72,7 @@ class FurtherNodes:
             if one.normal is not None:
                 normal = np.array(one.normal)
                 self._labels[k].position = self._centre(one, middle) + 1.25 * ARROW * size * normal
-        self.nodes += [*self._marks.values(), *self._labels.values()]
+        self.nodes += [*self._marks.values(), *self._solids.values(), *self._labels.values()]
         self.show(shown)
 
     def show(self, shown: Sequence[FurtherFact]) -> None:
@@ -69,6 +82,12 @@ class FurtherNodes:
             if place is not None:
                 mark.position = place
                 self._labels[k].position = (place[0], place[1], place[2] + 2.0 * MARK * self._size)
+        for k, node in self._solids.items():
+            solid = shown[k].solid
+            if solid is not None:
+                T = np.reshape(solid.pose, (4, 4))
+                node.position, node.wxyz = T[:3, 3], np.roll(quaternions(T[None, :3, :3])[0], 1)
+                self._labels[k].position = _above(solid)
         for k, label in self._labels.items():
             text = f"{shown[k].name}: {amount(shown[k])}"
             if label.text != text:
@@ -96,6 +115,11 @@ class FurtherNodes:
             node.position, node.wxyz = self._centre(one, middle), turn
         self.nodes += [square, arrow]
 
+    def _add_solid(self, k: int, solid: Solid, mesh: Add, label: Any) -> None:
+        """What stands around the arm; of a half-space a part of its plane."""
+        self._solids[k] = mesh(f"solid{k}", _triangles(solid, self._size), colours.OBSTACLE, SOLID)
+        self._labels[k] = label(f"solid{k}_said", "")
+
     def _add_box(self, k: int, one: FurtherFact, middle: FloatArray, mesh: Add, label: Any) -> None:
         """A translucent box; a side that is left out is where it leaves the arm room."""
         room = 0.5 * WIDE * self._size
@@ -109,10 +133,37 @@ class FurtherNodes:
         self._labels[k].position = (*(0.5 * (low + high))[:2], high[2])
 
 
+def _triangles(solid: Solid, size: float) -> Mesh:
+    """Something of a scene in its own frame."""
+    x, y, z = solid.extent
+    match solid.kind:
+        case "box":
+            return box(2.0 * np.array([x, y, z]))
+        case "cylinder":
+            return cylinder(y, -x, x)
+        case "half_space":
+            return box(size * np.array([3.0, 3.0, THIN]))
+        case _:
+            ends = [ball(y, np.array([0.0, 0.0, end])) for end in ({-x, x} if x > 0.0 else {0.0})]
+            return joined([*ends, *([cylinder(y, -x, x)] if x > 0.0 else [])])
+
+
+def _above(solid: Solid) -> tuple[float, float, float]:
+    """A place above something of a scene, for its name [m]."""
+    T = np.reshape(solid.pose, (4, 4))
+    half = np.array(
+        solid.extent if solid.kind == "box" else (solid.extent[1],) * 2 + (sum(solid.extent[:2]),)
+    )
+    high = float(np.abs(T[2, :3]) @ half) if solid.kind != "half_space" else 0.0
+    return float(T[0, 3]), float(T[1, 3]), float(T[2, 3]) + high
+
+
 def amount(one: FurtherFact) -> str:
     """How far something is, in words that a person can judge."""
     if not np.isfinite(one.value):
         return "unknown"
+    if one.shape == "body" and one.value < 0.0:
+        return f"{-1e3 * one.value:.3g} mm inside"
     if one.shape and one.value < BEYOND:
         away = f"{-1e3 * one.value:.3g} mm" if one.unit == "m" else f"{np.degrees(-one.value):.3g} deg"
         return f"{away} {'beyond' if one.shape == 'plane' else 'outside'} the {one.shape}"
