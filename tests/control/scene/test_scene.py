@@ -84,3 +84,65 @@ def test_a_full_scene_says_so():
         scene.add(f"{k}", ftqp.Sphere(0.01, (3.0, 0.0, 0.1 * k)))
     with pytest.raises(InputError, match="no room for 'one more'"):
         scene.add("one more", ftqp.Sphere(0.01))
+
+
+URDF = """<robot name="cell">
+<link name="world"/>
+<link name="table">
+<collision><origin xyz="0 0 0.4"/><geometry><box size="1.0 0.6 0.8"/></geometry></collision>
+<collision><origin xyz="0.2 0 0.9"/><geometry><cylinder radius="0.05" length="0.2"/></geometry></collision>
+</link>
+<link name="lamp"><collision><geometry><sphere radius="0.1"/></geometry></collision>
+<collision><origin xyz="0 0 0.5" rpy="0 1.5707963267948966 0"/>
+<geometry><capsule radius="0.03" length="0.4"/></geometry></collision></link>
+<joint name="a" type="fixed"><parent link="world"/><child link="table"/><origin xyz="0.8 0 0"/></joint>
+<joint name="b" type="revolute"><parent link="world"/><child link="lamp"/><origin xyz="0 1 1" rpy="0 0 1.57"/>
+<axis xyz="0 0 1"/><limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
+</robot>"""
+
+
+def test_a_cell_is_read_from_a_urdf():
+    scene = ftqp.Scene.from_urdf(URDF)
+    assert list(scene) == ["table", "table 2", "lamp", "lamp 2"]
+    np.testing.assert_allclose(scene["table"].place[:3, 3], [0.8, 0.0, 0.4])
+    assert scene["table"].shape.size == (1.0, 0.6, 0.8)
+    np.testing.assert_allclose(scene["table 2"].place[:3, 3], [1.0, 0.0, 0.9])
+    ends = scene["lamp 2"].shape.a, scene["lamp 2"].shape.b
+    np.testing.assert_allclose(np.mean(ends, axis=0), [0.0, 1.0, 1.5], atol=1e-9)
+    np.testing.assert_allclose(
+        np.abs(np.subtract(*ends)), [0.4 * np.cos(1.57), 0.4 * np.sin(1.57), 0.0], atol=1e-9
+    )
+
+
+def test_a_mesh_stands_for_the_box_around_it(tmp_path):
+    corners = [(0, 0, 0), (0.3, 0, 0), (0, 0.1, 0), (0, 0, 0.2)]
+    faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    text = "".join(
+        "facet normal 0 0 0 outer loop "
+        + "".join("vertex {} {} {} ".format(*corners[k]) for k in face)
+        + "endloop endfacet "
+        for face in faces
+    )
+    (tmp_path / "thing.stl").write_text(f"solid t {text}endsolid t")
+    origin = '<origin xyz="1 0 0"/>'
+    mesh = origin + '<geometry><mesh filename="thing.stl" scale="{0} {0} {0}"/></geometry>'
+    mesh = f"<collision>{mesh}</collision>"
+    for scale, said in ((2.0, None), (1000.0, "are these millimetres")):
+        (tmp_path / "cell.urdf").write_text(
+            f'<robot name="cell"><link name="thing">{mesh.format(scale)}</link></robot>'
+        )
+        if said is not None:
+            with pytest.raises(InputError, match=said):
+                ftqp.Scene.from_urdf(tmp_path / "cell.urdf")
+            continue
+        scene = ftqp.Scene.from_urdf(tmp_path / "cell.urdf")
+        np.testing.assert_allclose(scene["thing"].shape.size, [0.6, 0.2, 0.4], atol=1e-6)
+        np.testing.assert_allclose(scene["thing"].place[:3, 3], [1.3, 0.1, 0.2], atol=1e-6)
+    (tmp_path / "thing.stl").unlink()
+    with pytest.raises(InputError, match=r"thing.stl' of link 'thing' was not found"):
+        ftqp.Scene.from_urdf(tmp_path / "cell.urdf")
+
+
+def test_a_urdf_in_which_nothing_stands_is_refused():
+    with pytest.raises(InputError, match="has no collision geometry"):
+        ftqp.Scene.from_urdf('<robot name="cell"><link name="world"/></robot>')

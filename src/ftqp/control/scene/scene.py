@@ -1,15 +1,16 @@
 """A scene: what stands around arms, by name, and may move, come and go while they work."""
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NamedTuple, final
+from typing import Any, NamedTuple, Self, final
 from weakref import WeakMethod
 
 import numpy as np
 
-from ftqp.control.scene.shapes import EXAMPLE, Shape, pose_of
+from ftqp.control.scene.shapes import EXAMPLE, Shape, pose_of, shape_of
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.layout.scene_room import OBSTACLES
+from ftqp.model.placed_collisions import placed_collisions
 
 STANDS = np.zeros(6)
 STANDS.flags.writeable = False
@@ -35,6 +36,28 @@ class Scene(Mapping[str, Placed]):
 
     Planners that were given it see every change in their next step. Use it in the thread of its planners.
     """
+
+    @classmethod
+    def from_urdf(cls, source: Any) -> Self:
+        """A scene of the collision geometry of a URDF, its joints at zero, each called after its link.
+
+        Balls, boxes, cylinders and capsules are taken as they are, a mesh as the box around it along its own
+        axes.
+
+        Args:
+            source: The path of a file, or the XML itself; meshes are looked for beside the file.
+
+        Raises:
+            InputError: The file cannot be read, a mesh is missing or holds nothing, a size is one of
+                millimetres, nothing stands there, or there is more than a scene has room for.
+        """
+        found = cls()
+        for one in placed_collisions(source):
+            counts = sum(name == one.link or name.startswith(f"{one.link} ") for name in found)
+            found.add(one.link if counts == 0 else f"{one.link} {counts + 1}", shape_of(one))
+        if not found:
+            raise InputError("the URDF has no collision geometry, expected <collision> in its links")
+        return found
 
     def __init__(self) -> None:
         self._placed: dict[str, Placed] = {}

@@ -10,7 +10,8 @@ from ftqp.core.errors import InputError
 from ftqp.core.pose import pose, rotation_exp, rotation_x, rotation_z, transform
 from ftqp.core.setting import REQUIRED, setting
 from ftqp.kernel.layout.scene_room import BOX, CYLINDER, HALF_SPACE, SEGMENT
-from ftqp.model.capsules import CALLED, Capsule, Three, length_of, turned_along
+from ftqp.model.capsules import CALLED, Capsule, Collision, Three, length_of, turned_along
+from ftqp.model.placed_collisions import vertices
 
 
 def pose_of(name: str, value: Any) -> FloatArray:
@@ -161,6 +162,32 @@ class HalfSpace:
 
 
 Shape = Sphere | Capsule | Box | Cylinder | HalfSpace
+
+
+def shape_of(one: Collision) -> Shape:
+    """The shape of a piece of collision geometry, which stands where its link does.
+
+    Raises:
+        InputError: A mesh is missing, or holds nothing, or a size is one of millimetres.
+    """
+    match one.kind:
+        case "sphere":
+            return Sphere(one.size[0], one.place)
+        case "box":
+            return Box(one.size, one.place)
+        case "cylinder":
+            return Cylinder(one.size[0], one.size[1], one.place)
+        case "capsule":
+            half = 0.5 * one.size[1] * one.place[:3, 2]
+            return Capsule(one.place[:3, 3] - half, one.place[:3, 3] + half, one.size[0])
+        case _:
+            corners = vertices(one)
+            low, high = corners.min(axis=0), corners.max(axis=0)
+            place = np.array(one.place)
+            place[:3, 3] += place[:3, :3] @ (0.5 * (low + high))
+            return Box(high - low, place)
+
+
 KINDS = {Sphere: SEGMENT, Capsule: SEGMENT, Box: BOX, Cylinder: CYLINDER, HalfSpace: HALF_SPACE}
 """What the kernel takes each for."""
 WORDS = {"sphere": Sphere, "capsule": Capsule, "box": Box, "cylinder": Cylinder, "half_space": HalfSpace}
