@@ -12,6 +12,7 @@ from ftqp.core.errors import InputError
 from ftqp.model.capsule_fit import around, vertices
 from ftqp.model.capsules import Collision
 from ftqp.model.catalog import panda, xarm7
+from ftqp.model.serial import Inertial
 
 LINK = """
 <link name="{name}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0"
@@ -151,3 +152,17 @@ def test_the_capsules_of_the_catalog_contain_the_maker_s_meshes(table, folder):
         file = str(ROBOT_DATA / folder / f"{name.removeprefix('panda_')}.stl")
         points = vertices(Collision(link=name, kind="mesh", size=(1, 1, 1), place=np.eye(4), file=file))
         assert outside(points, [(np.array(a), np.array(b), r)]) < 1e-4
+
+
+def test_bodies_go_along_with_a_base_and_two_arms_have_two_of_each():
+    inertial = Inertial(mass=60.0, com=np.zeros(3), inertia=np.eye(3))
+    robot = ftqp.robots.load("panda").on_planar_base(v_max=1.0, a_max=1.0, inertial=inertial)
+    assert robot.capsules[0].label == "panda_link0" and robot.capsules[0].frame == "base_yaw"
+    both = ftqp.robots.load("dual_panda")
+    q = both.neutral
+    frames = {one.label: (both.pose(q, one.frame), one.a) for one in both.capsules}
+    ends = {name: T[:3, :3] @ a + T[:3, 3] for name, (T, a) in frames.items()}
+    for name in ("link0", "link3", "hand", "leftfinger"):
+        np.testing.assert_allclose(ends[f"left_{name}"] - ends[f"right_{name}"], [0.0, 0.6, 0.0], atol=1e-9)
+    planner = ftqp.Planner(both, clearance=ftqp.Clearance())
+    assert planner.distances(q)["right_hand", "left_hand"] > 0.3

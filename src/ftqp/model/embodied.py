@@ -47,6 +47,19 @@ class Embodied:
         return replace(self, shapes=checked(capsules))  # type: ignore[type-var]
 
 
+def carried(shapes: Shapes, joint: str) -> Shapes:
+    """The bodies of an arm that is put on a base: what stood still moves with the last joint of the base.
+
+    Args:
+        shapes: The bodies as they were given or read.
+        joint: That joint, at whose frame the arm stands.
+    """
+    return tuple(
+        replace(one, frame=joint) if isinstance(one, Capsule) and one.frame == "universe" else one
+        for one in shapes
+    )
+
+
 def volume_ratios(robot: Any) -> dict[str, float]:
     """How many times larger the capsules of a link are than the collision geometry that they contain.
 

@@ -12,7 +12,7 @@ from ftqp.model import audit
 from ftqp.model.audit import Finding, rotor_findings
 from ftqp.model.build import write_limits
 from ftqp.model.chain import Chain, chain_of, configuration_of, frame_id, positions_of
-from ftqp.model.embodied import Embodied, Shapes
+from ftqp.model.embodied import Embodied, Shapes, carried
 from ftqp.model.grafting import base_limits, free_base, free_base_limits, is_about_base, planar_base
 from ftqp.model.limits import JointLimits, joined, one_each
 from ftqp.model.payload import Payload
@@ -437,7 +437,7 @@ class Robot(Embodied, Readers):
         )
         said = [f for f in self.findings if f.about not in ("limits", "friction", "masses")]
         said += [f for f in whole.findings if f not in said and not is_about_base(f)]
-        return replace(whole, findings=tuple(said))
+        return replace(whole, findings=tuple(said), shapes=carried(self.shapes, whole.joints[len(base) - 1]))
 
     def to_urdf(self) -> str:
         """This robot as the text of a URDF, which ``from_urdf`` reads back to rounding.

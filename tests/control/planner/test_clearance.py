@@ -269,6 +269,12 @@ def test_what_cannot_be_kept_is_refused(more, said):
         ftqp.Planner(PANDA, DT, **more)
 
 
+def test_above_a_base_that_moves_a_scene_is_refused():
+    planner = ftqp.Planner(PANDA, 5e-3, level="velocity", scene=scene(ball=BALL))
+    with pytest.raises(InputError, match="a scene stands where the base does"):
+        ftqp.InertialTask(planner)
+
+
 def test_more_pairs_than_there_is_room_for_are_refused_and_the_scene_stays_as_it_was():
     planner = ftqp.Planner(PANDA, DT, scene=(around := ftqp.Scene()))
     with pytest.raises(InputError, match="pairs of bodies would be watched"):

@@ -296,9 +296,17 @@ class Planner(PlannerChanges):
 
         Args:
             leader: The memory of the path, the base or the motion; it stays the leader's own.
+
+        Raises:
+            InputError: They do not go together.
         """
         kind = {PathMemory: "path", BaseMemory: "base", JointsMemory: "joints"}[type(leader)]
         refuse(leader=kind, level=self.level, mode=self.task.mode)
+        if kind == "base" and self._surroundings is not None:
+            raise InputError(
+                "a scene stands where the base does, and an inertial task has a base that moves; make a "
+                "planner without scene and clearance, or put the arm on its base, robot.on_planar_base(...)"
+            )
         tick = staged(self._solver.tick(kind, *leader.arguments()), kind, self._stages)
         path = leader if isinstance(leader, PathMemory) else None
 

@@ -4,6 +4,7 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.core.checks import positive
+from ftqp.model.capsules import Capsule
 from ftqp.model.catalog.panda import panda
 from ftqp.model.grafting import graft
 from ftqp.model.limits import joined
@@ -32,10 +33,19 @@ def dual_panda(*, apart: float = 0.6) -> Robot:
     for side, share in SIDES:
         names = {name: name.replace("panda", side) for name in one.joints} | {one.tip: f"{side}_hand"}
         graft(model, 0, placement((0.0, share * distance, 0.0)), one.model, names)
-    return Robot.from_pinocchio(
+    found = Robot.from_pinocchio(
         model,
         tips=[f"{side}_hand" for side, _ in SIDES],
         limits=joined(one.limits, one.limits),
         neutral=np.tile(one.neutral, 2),
         length=one.length,
     )
+    bodies = [_beside(body, side, share * distance) for side, share in SIDES for body in one.capsules]
+    return found.with_capsules(bodies)
+
+
+def _beside(body: Capsule, side: str, y: float) -> Capsule:
+    """A link of one of the arms; what does not move stands where the arm does."""
+    name, frame = (word.replace("panda", side) for word in (body.label, body.frame or "universe"))
+    away = np.array([0.0, y if frame == "universe" else 0.0, 0.0])
+    return Capsule(body.a + away, body.b + away, body.radius, frame=frame, name=name)
