@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from planar_arms import links
 
-from ftqp.analysis.goals import goal_study, row_names
+from ftqp.analysis.goals import goal_study
+from ftqp.control.inverse_kinematics.arm_study import row_names
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 

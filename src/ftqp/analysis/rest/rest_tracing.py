@@ -9,8 +9,8 @@ from typing import final
 import numpy as np
 
 from ftqp.analysis.circular_intervals import TURN
-from ftqp.analysis.goals import SPAN_BY_LENGTH
 from ftqp.analysis.rest.rest_equations import RestEquations
+from ftqp.control.inverse_kinematics.arm_study import SPAN_BY_LENGTH
 from ftqp.core.checks import FloatArray
 
 STEP = 0.04

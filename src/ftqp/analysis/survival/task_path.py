@@ -6,7 +6,7 @@ from typing import Any, Self, final
 
 import numpy as np
 
-from ftqp.analysis.goals import row_names
+from ftqp.control.inverse_kinematics.arm_study import task_rows
 from ftqp.control.paths import Path
 from ftqp.core.checks import FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError
@@ -20,8 +20,6 @@ DIGITS = 9
 """Decimals that a digest looks at, so that the last bits of a sine do not change it."""
 START_TOLERANCE = 1e-3
 """How far from the first goal the tip may start [m, or rad]."""
-AXIS_ROWS = ("x", "y", "z", "rx", "ry")
-"""Rows of a position and a tool axis; the last two turn about the x and the y axis of the goal."""
 
 
 @final
@@ -172,23 +170,6 @@ def task_path(
         dt=step,
         digest=_digest(robot, names, axis, step, goals),
     )
-
-
-def task_rows(robot: Robot, rows: Any) -> tuple[tuple[str, ...], bool]:
-    """Names of task rows, and whether they are those of a position and a tool axis."""
-    axis = isinstance(rows, str) and rows == "position_axis"
-    names = AXIS_ROWS if axis else row_names(robot, rows)
-    if axis and not set(COMPONENTS) <= set(robot.default_rows):
-        raise InputError(
-            f"rows is 'position_axis' and {robot.name} has the rows {', '.join(robot.default_rows)}; "
-            "expected an arm that moves in space"
-        )
-    if robot.nv < len(names):
-        raise InputError(
-            f"{robot.name} has {robot.nv} joints and the task {len(names)} rows; expected at least as many "
-            "joints as rows"
-        )
-    return names, axis
 
 
 def robot_digest(robot: Robot) -> str:

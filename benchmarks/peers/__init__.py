@@ -1,0 +1,1 @@
+"""Parts of the comparison with peers; nothing in ftqp imports them."""

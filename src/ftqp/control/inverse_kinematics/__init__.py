@@ -1,0 +1,1 @@
+"""Inverse kinematics of the joints that work: postures that put the tip where it shall be."""

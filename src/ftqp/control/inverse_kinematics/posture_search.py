@@ -1,0 +1,242 @@
+"""The search for postures of a goal with the joints that work, in pieces of whatever size."""
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.control.inverse_kinematics.arm_study import goal_pose, robot_session, start_box, task_rows
+from ftqp.control.inverse_kinematics.passable import HELD, Passable
+from ftqp.control.task.task import axis_frame
+from ftqp.core.checks import BoolArray, FloatArray, frozen
+from ftqp.core.pose import transform
+from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.model.robot import Robot
+
+SOLVED = 1e-9
+"""Error of a posture that counts as none [m]: a thousand times what Newton steps leave, because near a
+singularity they converge slowly, and far below every tolerance of a task."""
+SAME = 0.05
+"""Two solutions nearer to each other than this in every joint are one posture [rad or m], by convention."""
+STRIDE = 0.2
+"""Longest step of a joint along a self-motion to larger margins [rad or m]: plain Newton steps come back from
+it. A guess that tests/control/inverse_kinematics/test_postures.py has not contradicted."""
+ROOMY = 0.2
+"""A posture with this share of half of every joint's range to its nearest limit is not led further from
+limits. A guess that tests/control/inverse_kinematics/test_postures.py has not contradicted."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Posture:
+    """A posture of the goal, with what there is to spare.
+
+    Attributes:
+        q: Joint positions, (nv,) [rad or m]; joints that have failed are where they were.
+        limit: From the joint that is nearest to an end of its range to that end [rad or m]; inf without
+            limits. Joints that have failed do not count.
+        sigma_min: The smallest singular value of the task's Jacobian over the joints that work, its angular
+            rows times the characteristic length [m]; 0 where the tip cannot move in all rows.
+        effort: The largest share of a torque limit that holds the arm there at rest; 0 without masses or
+            torque limits. Above 0.98 it is not to be relied on.
+        clearance: How far the arm is from what it must not meet [m]; inf where nothing is in the way.
+        time: How long the slowest joint takes from ``near`` at full speed [s]; 0 where no ``near`` was given.
+    """
+
+    q: FloatArray
+    limit: float
+    sigma_min: float
+    effort: float
+    clearance: float
+    time: float
+
+    @property
+    def is_held(self) -> bool:
+        """Whether motors hold the arm there, and it is clear of what it must not meet."""
+        return self.effort <= HELD and self.clearance > 0.0
+
+
+@final
+class PostureSearch:
+    """Newton steps from many starts, within the limits that are left, with failed joints where they are.
+
+    dq = V diag(sigma/(sigma² + 0.05 |e|²)) U' e over the joints that work, each stopped at its limits.
+    The kernel makes them; a start takes about 0.15 ms for seven joints.
+
+    Args:
+        robot: The arm with its load and tool.
+        pose: The goal, (4, 4), or a point, (2,) or (3,) [m], for rows without rotation.
+        rows: ``"pose"``, ``"position"``, ``"position_axis"`` or names of rows.
+        axis: The tool axis in the tip frame, (3,), for ``position_axis``.
+
+    Raises:
+        InputError: The rows are unknown, the goal does not fit them, or the robot has branches.
+
+    Source: docs/theory/ways-out.md.
+    """
+
+    def __init__(self, robot: Robot, pose: Any, rows: Any, axis: Any = (0.0, 0.0, 1.0)) -> None:
+        names, tool = task_rows(robot, rows)
+        goal = goal_pose(pose, names)
+        if tool:
+            turn = transform(axis_frame(axis), np.zeros(3))
+            goal, robot = goal @ turn, robot.with_tip(turn)
+        self.robot, self.m = robot, len(names)
+        self._session = robot_session(robot, [COMPONENTS.index(name) for name in names], axis=tool)
+        self._session.aim(goal)
+        self._whole = start_box(robot, limited=True)
+        self._tolerance = SOLVED * max(1.0, robot.length)
+
+    def begin(
+        self,
+        near: FloatArray,
+        *,
+        working: BoolArray,
+        q_min: FloatArray,
+        q_max: FloatArray,
+        seed: int = 0,
+    ) -> None:
+        """Begin anew.
+
+        Args:
+            near: Where the arm is, (nv,) [rad or m]: the first start, and the place of joints that failed.
+            working: Which joints work, (nv,).
+            q_min: The lower limits that are left, (nv,) [rad or m].
+            q_max: The same above.
+            seed: Of the random starts; the same seed gives the same postures.
+        """
+        study, n = self._session.S.study, self.robot.nv
+        self._near, self._working = near.copy(), working.copy()
+        self._low, self._high = q_min.copy(), q_max.copy()
+        self._ranged = working & np.isfinite(q_min) & np.isfinite(q_max)
+        study.q_min[:n], study.q_max[:n] = q_min, q_max
+        self._session.hold(np.flatnonzero(~working).tolist())
+        self._random = np.random.default_rng(seed)
+        self.starts = 0
+        self.q, self._sigma = np.zeros((0, n)), np.zeros(0)
+
+    def look(self, count: int) -> int:
+        """Try so many further starts; returns how many postures they brought that were not known.
+
+        Args:
+            count: From 1.
+        """
+        low, high = self._whole
+        low, high = np.maximum(low, self._low), np.minimum(high, self._high)
+        starts = low + self._random.random((count, self.robot.nv)) * (high - low)
+        if self.starts == 0:
+            starts[0] = np.clip(self._near, self._low, self._high)
+        self.starts += count
+        starts[:, ~self._working] = self._near[~self._working]
+        q, left, sigma = self._session.solutions(starts, bounded=True)
+        known = len(self.q)
+        for k in np.flatnonzero(self._good(q, left)):
+            self._keep(q[k], float(sigma[k]))
+        return len(self.q) - known
+
+    def make_room(self, rounds: int = 1) -> bool:
+        """Lead every posture so many steps along its self-motion, away from limits; whether one has moved.
+
+        The step is the gradient of -sum_i ((q_i - middle_i)/half range_i)² in the null space of the task,
+        and it is taken back where the least share of a range to its limit has not grown.
+
+        Args:
+            rounds: From 1.
+        """
+        at = self._working
+        spare = int(at.sum()) - self.m
+        if spare < 1 or not len(self.q):
+            return False
+        moved = False
+        for _ in range(rounds):
+            room = self._room(self.q)
+            going = np.flatnonzero(room < ROOMY)
+            if not len(going):
+                break
+            q = self.q[going]
+            A = self._session.values(q)[1][:, :, at]
+            V = np.linalg.svd(A)[2][:, A.shape[1] :]
+            pull = np.zeros_like(q)
+            low, high = self._low[self._ranged], self._high[self._ranged]
+            pull[:, self._ranged] = 2.0 * (low + high - 2.0 * q[:, self._ranged]) / (high - low) ** 2
+            d = np.einsum("kri,krj,kj->ki", V, V, pull[:, at])
+            d *= STRIDE / np.maximum(np.abs(d).max(axis=1, keepdims=True), 1e-9)
+            tried = q.copy()
+            tried[:, at] = np.clip(q[:, at] + d, self._low[at], self._high[at])
+            found, left, sigma = self._session.solutions(tried, near=True)
+            better = self._good(found, left) & (self._room(found) > room[going])
+            self.q[going[better]], self._sigma[going[better]] = found[better], sigma[better]
+            moved = moved or bool(better.any())
+            if not better.any():
+                break
+        return moved
+
+    def postures(
+        self, count: int, passable: Passable, v_max: FloatArray, *, ordered: bool = True
+    ) -> tuple[Posture, ...]:
+        """So many of the postures that were found, spread, and in the order of time or of room to limits.
+
+        The first is the nearest one, each next one is the farthest from those that were chosen.
+
+        Args:
+            count: At most.
+            passable: Where the arm may be.
+            v_max: Speed limits as believed, (nv,) [rad/s or m/s].
+            ordered: Whether the times count, from ``near``; else the room to limits does, the most first.
+        """
+        if not len(self.q):
+            return ()
+        top = np.where(self._working, np.minimum(v_max, 1e3), np.inf)
+        time = (np.abs(self.q - self._near) / top).max(axis=1)
+        chosen = _spread(self.q, int(np.argmin(time)), count)
+        q = self.q[chosen]
+        efforts, clear = passable.effort(q), passable.clearance(q)
+        at = self._working
+        ends = np.minimum(q - self._low, self._high - q)[:, at]
+        found = [
+            Posture(
+                q=frozen(q[k].copy()), limit=float(ends[k].min(initial=np.inf)),
+                sigma_min=float(self._sigma[i]), effort=float(efforts[k]), clearance=float(clear[k]),
+                time=float(time[i]) if ordered else 0.0,
+            )
+            for k, i in enumerate(chosen)
+        ]  # fmt: skip
+        room = self._room(q)
+        order = sorted(
+            range(len(found)), key=lambda k: (not found[k].is_held, found[k].time if ordered else -room[k])
+        )
+        return tuple(found[k] for k in order)
+
+    def _room(self, q: FloatArray) -> FloatArray:
+        """The least share of half a range that is left to its nearest end, over joints that work, (k,)."""
+        at = self._ranged
+        half = 0.5 * (self._high - self._low)[at]
+        ends = np.minimum(q - self._low, self._high - q)[:, at] / np.maximum(half, 1e-12)
+        room: FloatArray = ends.min(axis=1, initial=np.inf)
+        return room
+
+    def _good(self, q: FloatArray, left: FloatArray) -> BoolArray:
+        """Whether they are solutions within the limits, (k,)."""
+        at = self._working
+        inside = ((q >= self._low) & (q <= self._high))[:, at].all(axis=1)
+        good: BoolArray = (left <= self._tolerance) & inside
+        return good
+
+    def _keep(self, q: FloatArray, sigma: float) -> None:
+        """Keep a solution that is not known yet; joints that turn without end are as near as they can be."""
+        turns = self.robot.continuous
+        if turns.any():
+            away = q - self._near
+            q = np.where(turns, q - 2.0 * np.pi * np.round(away / (2.0 * np.pi)), q)
+        if len(self.q) and (np.abs(self.q - q).max(axis=1) < SAME).any():
+            return
+        self.q, self._sigma = np.vstack([self.q, q]), np.append(self._sigma, sigma)
+
+
+def _spread(q: FloatArray, first: int, count: int) -> list[int]:
+    """Indices of at most so many rows of q, (k, nv), each as far from those before it as can be."""
+    chosen = [first]
+    away = np.abs(q - q[first]).max(axis=1)
+    while len(chosen) < min(count, len(q)):
+        chosen.append(int(np.argmax(away)))
+        away = np.minimum(away, np.abs(q - q[chosen[-1]]).max(axis=1))
+    return chosen
