@@ -17,8 +17,11 @@ PARTS = {
     "arms": ("Robots, loads, limits", ("ftqp.model",)),
     "drives": ("Drives and noise", ("ftqp.control.drive",)),
     "leaders": (
-        "What leads an arm, and rates",
-        tuple(f"ftqp.control.{room}" for room in ("following", "references", "moving_base", "rates")),
+        "What leads an arm, postures, and rates",
+        tuple(
+            f"ftqp.control.{room}"
+            for room in ("following", "references", "moving_base", "rates", "inverse_kinematics")
+        ),
     ),
     "faults": ("Faults and their detection", ("ftqp.faults",)),
     "simulation": ("Simulation, scenarios, logs", ("ftqp.sim", "ftqp.app")),

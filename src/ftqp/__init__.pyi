@@ -13,7 +13,7 @@ from ftqp.control.drive.identification import servo_lag as servo_lag
 from ftqp.control.drive.joint_drive import Drive as Drive
 from ftqp.control.drive.noise import Noise as Noise
 from ftqp.control.following.goto import GoTo as GoTo
-from ftqp.control.following.goto import GoToStatus as GoToStatus
+from ftqp.control.following.goto_status import GoToStatus as GoToStatus
 from ftqp.control.following.path_follower import PathFollower as PathFollower
 from ftqp.control.following.path_follower import PathStatus as PathStatus
 from ftqp.control.following.stall import StallEscape as StallEscape

@@ -1,13 +1,15 @@
 """Going to a pose or a posture and resting there, whatever fails on the way."""
 
 import logging
-from enum import Enum
 from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.following.led_joints import HELD, LedJoints
+from ftqp.control.following.goto_status import ONLY_THE_TIP, GoToStatus, missed_joints, posture_inside
+from ftqp.control.following.led_joints import LedJoints
 from ftqp.control.following.led_tip import LedTip
+from ftqp.control.following.other_ways import OtherWays
+from ftqp.control.inverse_kinematics.passable import HELD
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
 from ftqp.control.planner.step import Step
@@ -32,24 +34,17 @@ PATIENCE = 1.0
 """An arm that comes no nearer and is slow for so long rests as near as it gets [s]."""
 RESTLESS_PATIENCE = 5.0
 """One that comes no nearer for so long and is not slow is led to where it rests [s]."""
+DOUBT = 0.2
+"""One that comes no nearer for so long begins to think of other ways [s]; so they are known when the straight
+one is given up. A guess that `python benchmarks/bench_goals.py` has not contradicted."""
+TRIES = 4
+"""So many other ways are gone before the arm stays where it is."""
 NEARER = 0.02
 """Share of the distance, and of the tolerance, that counts as coming nearer."""
 SLOW = 0.02
 """An arm whose joints are all slower than this share of their limit is slow. What these do stands in
 docs/theory/ways-to-a-goal.md, "When the arm has arrived". All of these are guesses that the campaigns have
 not contradicted."""
-
-ONLY_THE_TIP = "the tip is at its goal, while the scheme goes on moving the joints"
-"""The sentence of a pose that is reached where the joints do not come to rest."""
-
-
-class GoToStatus(Enum):
-    """Where the arm stands on its way; the value is the sentence for the operator."""
-
-    MOVING = "the arm is on its way"
-    REACHED = "the arm rests at its goal"
-    UNREACHABLE = "the arm rests as near to its goal as it gets"
-    HALTED = "the planner brakes or has stopped the arm; the step's status says why"
 
 
 @final
@@ -59,8 +54,10 @@ class GoTo:
     A posture is neared by a motion of the joints, as fast as the limits that are believed allow, a pose by a
     straight motion of the tip; both with limited jerk, and both within every limit of the planner. When a
     joint fails, the way is planned anew at the same tick from the position and velocity of the command: the
-    others go to their places, or the tip as near as it gets. A goal that is not reached is told as
-    ``UNREACHABLE`` together with the distance, once the arm rests. An arm that swings beside a pose goes back
+    others go to their places, or the tip as near as it gets. Where the straight way to a pose ends before its
+    goal, postures of the goal are looked for, a little in every tick, and the joints go to the one that is
+    reached soonest. A goal that is not reached is told as ``UNREACHABLE`` together with the distance and with
+    what was looked for, once the arm rests. An arm that swings beside a pose goes back
     to where it was nearest and its motors can hold it, and rests there; else the planner stops it.
 
     Args:
@@ -73,18 +70,20 @@ class GoTo:
             [s]. A longer one is softer and later. A joint with a jerk limit ``j_max`` keeps that, too.
         tolerance: How near the tip, or every joint, has to be to its goal, > 0 [m or rad].
         rotation_tolerance: How near the attitude of the tip has to be to its goal, > 0 [rad].
+        straight: Whether the tip may go to a pose on its straight way only, for example because other ways
+            are not free; then no postures are looked for.
 
     Raises:
         InputError: Neither or both of pose and q, a wrong shape, a pose that is none, or a posture outside
             the limits.
 
-    Source: docs/theory/ways-to-a-goal.md.
+    Source: docs/theory/ways-to-a-goal.md, docs/theory/ways-out.md.
     """
 
     __slots__ = (
-        "_aim", "_belief", "_best", "_joints", "_least", "_nearest", "_only_the_tip", "_planner",
-        "_pose", "_rotation_tolerance", "_settling", "_since", "_slow", "_status", "_stopped",
-        "_there", "_ticks", "_tip", "_tolerance", "_turned_back", "_view",
+        "_aim", "_belief", "_best", "_joints", "_least", "_leg", "_nearest", "_only_the_tip", "_others",
+        "_planner", "_pose", "_rotation_tolerance", "_settling", "_since", "_slow", "_status", "_stopped",
+        "_there", "_ticks", "_tip", "_to_posture", "_tolerance", "_turned_back", "_view", "_way",
     )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
@@ -100,6 +99,7 @@ class GoTo:
         rise_time: float = RISE_TIME,
         tolerance: float = 1e-3,
         rotation_tolerance: float = 5e-3,
+        straight: bool = False,
     ) -> None:
         instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot)")
         if (pose is None) == (q is None):
@@ -109,15 +109,19 @@ class GoTo:
         self._rotation_tolerance = positive("rotation_tolerance", rotation_tolerance, "rad")
         rise_time = positive("rise_time", rise_time, "s")
         self._tip: LedTip | None = None
-        self._joints: LedJoints | None = None
+        self._others: OtherWays | None = None
+        self._to_posture = pose is None
         if pose is not None:
             self._pose = frozen(checked_pose(pose, "pose"))
             self._tip = LedTip(planner, TipLimits() if limits is None else limits)
             self._view = self._tip.view
+            self._joints = LedJoints(planner, self._view.command.q, rise_time)
+            if not straight:
+                self._others = OtherWays(planner, self._pose)
         else:
             if limits is not None:
                 raise InputError("limits are those of the tip's way to a pose; for a posture leave them out")
-            goal = _inside(planner, q)
+            goal = posture_inside(planner.robot, q)
             self._joints = LedJoints(planner, goal, rise_time)
             self._view = self._joints.view
             rest = np.zeros(len(goal))
@@ -132,8 +136,11 @@ class GoTo:
         self._since = self._slow = self._there = 0
         self._settling = self._turned_back = self._only_the_tip = False
         self._aim, self._nearest = self._pose, np.zeros(0)
-        if self._joints is not None:
-            self._joints.begin()
+        self._leg: LedTip | LedJoints = self._joints if self._tip is None else self._tip
+        self._way: list[FloatArray] = []
+        self._leg.begin()
+        if self._others is not None:
+            self._others.forget()
 
     def reset(self, q: Any, v: Any = None) -> None:
         """Begin anew at (q, v), see ``Planner.reset``.
@@ -157,13 +164,13 @@ class GoTo:
         view = self._view
         if self._ticks != view.ticks or self._belief != view.belief:
             self._begin()  # a joint has failed or works again, or somebody else has led the planner
-        if self._tip is not None:
-            step = self._tip.step(
+        leg = self._leg
+        if isinstance(leg, LedTip):
+            step = leg.step(
                 q, v, pose=self._aim, twist=np.zeros(6), tau=tau, tip=tip, waits=not self._settling
             )
         else:
-            assert self._joints is not None
-            step = self._joints.step(q, v, tau, tip)
+            step = leg.step(q, v, tau, tip)
         self._ticks = view.ticks
         self._judge(step)
         return step
@@ -183,7 +190,7 @@ class GoTo:
     @property
     def joint_error(self) -> FloatArray | None:
         """From the commanded joints to the goal, (nv,) [rad or m]; None on the way to a pose."""
-        return None if self._joints is None else self._joints.way
+        return self._joints.way if self._to_posture else None
 
     @property
     def position_error(self) -> float:
@@ -203,18 +210,30 @@ class GoTo:
         if self._status is GoToStatus.REACHED:
             return ONLY_THE_TIP if self._only_the_tip else text
         text += f": the tip is {1e3 * self.position_error:.3g} mm and {self.rotation_error:.3g} rad from it"
-        if self._joints is None:
-            return text
+        if not self._to_posture:
+            return f"{text}; {self.note}"
         robot, faults = self._planner.robot, self._planner.faults
-        missing = [
-            f"{joint}{_failed(faults.get(joint))} by {abs(way):.3g} {'m' if slides else 'rad'}"
-            for joint, way, slides in zip(robot.joints, self._joints.way, robot.chain.prismatic, strict=True)
-            if abs(way) > self._tolerance
-        ]
+        missing = missed_joints(robot, self._joints.way, faults, self._tolerance)
         if missing:
             text += f"; off their goal are {', '.join(missing)}"
         heavy = self._joints.too_heavy
         return text if heavy is None else f"{text}; {heavy} is too weak to hold the arm farther on"
+
+    @property
+    def note(self) -> str:
+        """What is being done, and what was looked for, in a sentence."""
+        others = self._others
+        if self._to_posture or self._status is GoToStatus.HALTED:
+            return self._status.value
+        if others is not None and self._is_on_other_way:
+            return f"the joints go to another posture of the goal: way {others.taken} of at most {TRIES}"
+        if others is None or not others.has_begun:
+            return "the tip goes straight"
+        if others.is_over or self._status is not GoToStatus.MOVING:
+            return others.sentence
+        return (
+            f"the straight way comes no nearer, and another one is looked for: {others.starts} starts so far"
+        )
 
     def _judge(self, step: Step) -> None:
         """Reached, no nearer any more, stopped, or still on the way."""
@@ -243,18 +262,63 @@ class GoTo:
             return
         self._since += 1
         waited = self._since * self._planner.dt
-        if self._tip is not None and not self._settling:
+        tip = self._leg if isinstance(self._leg, LedTip) else None
+        if tip is not None and waited > DOUBT and measured > 1.0 and self._thinks(waited > PATIENCE):
+            return
+        if tip is not None and not self._settling:
             if waited > PATIENCE or step.holding:
                 self._settling, self._since = True, 0  # the reference goes on and stands
-        elif self._tip is not None and self._tip.reference.twist.any():
+        elif tip is not None and tip.reference.twist.any():
             self._since = self._slow = 0
         elif min(self._since, self._slow) * self._planner.dt > PATIENCE:
             self._rest(measured)
         elif waited > RESTLESS_PATIENCE:
             self._end_swing(self._there * self._planner.dt > PATIENCE)
 
+    def _thinks(self, gives_up: bool) -> bool:
+        """Think of other ways for a tick; whether one is begun, or the verdict waits until there is one.
+
+        Args:
+            gives_up: Whether the straight way has been given up.
+        """
+        others = self._others
+        if others is None or others.taken >= TRIES or others.is_over:
+            return False
+        if not others.has_begun:
+            _LOG.info("the straight way comes no nearer to its goal; other postures of it are looked for")
+        others.think()
+        if others.is_ready and (gives_up or self._settling):
+            self._way = list(others.take())
+            _LOG.info("the joints go to another posture of the goal")
+            self._begin_leg()
+            return True
+        return self._settling and not others.is_over
+
+    def _begin_leg(self) -> None:
+        """Go to the next place of another way, or, behind the last one, straight on to the goal."""
+        if self._way:
+            self._joints.aim(self._way.pop(0))
+            self._leg = self._joints
+        else:
+            assert self._tip is not None
+            self._leg = self._tip
+            self._tip.begin()
+        self._best = self._least = np.inf
+        self._since = self._slow = self._there = 0
+        self._settling = self._turned_back = False
+        self._aim = self._pose
+
+    @property
+    def _is_on_other_way(self) -> bool:
+        return self._leg is not self._tip and not self._to_posture
+
     def _rest(self, measured: float) -> None:
         """The verdict on an arm at rest, so many tolerances from where it was led."""
+        if self._is_on_other_way:
+            if measured > 1.0:
+                self._way.clear()
+            self._begin_leg()
+            return
         there = measured <= 1.0 and self._aim is self._pose
         self._status = GoToStatus.REACHED if there else GoToStatus.UNREACHABLE
 
@@ -264,7 +328,9 @@ class GoTo:
         Args:
             there: Whether its tip stays at its goal: then it is the scheme that moves the joints.
         """
-        if there and self._tip is not None:
+        if self._is_on_other_way:
+            self._rest(np.inf)
+        elif there and self._tip is not None:
             self._status, self._only_the_tip = GoToStatus.REACHED, True
         elif self._tip is None or self._turned_back or self._least == np.inf:
             _LOG.warning(
@@ -280,10 +346,12 @@ class GoTo:
 
     def _distances(self, step: Step) -> tuple[float, float]:
         """The command's distance from the goal, and the arm's over the tolerances."""
-        if self._joints is not None:
-            commanded = float(np.abs(self._joints.way[self._view.working]).max(initial=0.0))
-            arm = float(np.abs(self._joints.way_from(self._view.measured)).max())
-            return commanded, arm / self._tolerance
+        if self._leg is not self._tip:
+            working = self._view.working
+            commanded = float(np.abs(self._joints.way[working]).max(initial=0.0))
+            arm = np.abs(self._joints.way_from(self._view.measured))
+            counts = working | self._to_posture
+            return commanded, float(arm[counts].max(initial=0.0)) / self._tolerance
         assert self._tip is not None
         reference = self._tip.reference
         left = float(np.linalg.norm(self._aim[:3, 3] - reference.p))
@@ -295,7 +363,7 @@ class GoTo:
     @property
     def _failed_are_off(self) -> bool:
         """Whether it is failed joints alone that keep the posture from being met."""
-        if self._joints is None:
+        if not self._to_posture:
             return False
         off = np.abs(self._joints.way_from(self._view.measured)) > self._tolerance
         return bool(off.any() and not off[self._view.working].any())
@@ -317,22 +385,3 @@ class GoTo:
 
     def __repr__(self) -> str:
         return f"GoTo({self._planner.robot.name}, {self._status.name})"
-
-
-def _inside(planner: Planner, q: Any) -> FloatArray:
-    """The posture, if it is within the limits of every joint."""
-    robot = planner.robot
-    goal = robot.angles(q)
-    limits = robot.limits
-    for i, joint in enumerate(robot.joints):
-        low, high = float(limits.q_min[i]), float(limits.q_max[i])
-        if not low <= goal[i] <= high and not robot.continuous[i]:
-            raise InputError(
-                f"q puts {joint} at {goal[i]:.6g}, outside its limits {low:.6g} to {high:.6g}; "
-                "choose a posture inside them"
-            )
-    return goal
-
-
-def _failed(fault: Any) -> str:
-    return "" if fault is None else f" ({fault.kind.replace('_', '-')})"

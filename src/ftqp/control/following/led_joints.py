@@ -4,6 +4,7 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.inverse_kinematics.passable import HELD
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.step import Step
@@ -32,13 +33,10 @@ LEAST_ACCELERATION = 0.05
 """Share of a_max that the motion uses even where gravity leaves less, so that it ends. A guess that the
 campaigns have not contradicted."""
 
-HELD = 0.98
-"""A motor may need this share of its torque limit to hold the arm at rest on the way ..."""
 PLACES = 17
-"""... at so many places of the motion, ..."""
+"""Whether motors hold the arm is looked at in so many places of a motion, ..."""
 FINER = 10
-"""... and so many between the last at which it can and the next. Two per cent are left to the feedback. A
-guess that the campaigns have not contradicted."""
+"""... and in so many between the last at which they do and the next."""
 NEARER_ENDS = 8
 """So many nearer ends are tried before the arm is left where it stands."""
 OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT)
@@ -82,6 +80,15 @@ class LedJoints:
     def begin(self) -> None:
         """Let the next step begin at the arm."""
         self._begun, self._looked_at = -1, b""
+
+    def aim(self, goal: FloatArray) -> None:
+        """Go to another posture from the next step on.
+
+        Args:
+            goal: (nv,) [rad or m].
+        """
+        self.goal = goal
+        self.begin()
 
     @property
     def way(self) -> FloatArray:

@@ -15,10 +15,10 @@ from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.robot import Robot
 
 STEP = 0.05
-"""Largest step of a traced curve [rad or m]."""
+"""Largest step of a traced curve [rad or m]. A guess that the tests of self-motions have not contradicted."""
 
 SPAN_BY_LENGTH = 6.0
-"""Sliding joints without limits start within so many characteristic lengths of zero: the reach."""
+"""Sliding joints without limits start within so many characteristic lengths of zero: the reach, exactly."""
 
 
 def robot_session(

@@ -11,6 +11,7 @@ from ftqp.control.task.task import axis_frame
 from ftqp.core.checks import BoolArray, FloatArray, frozen
 from ftqp.core.pose import transform
 from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.kernel.layout.thresholds import FASTEST
 from ftqp.model.robot import Robot
 
 SOLVED = 1e-9
@@ -133,6 +134,23 @@ class PostureSearch:
             self._keep(q[k], float(sigma[k]))
         return len(self.q) - known
 
+    def thin(self, count: int, v_max: FloatArray) -> None:
+        """Keep so many of the postures that were found, spread, the soonest among them.
+
+        Args:
+            count: At most.
+            v_max: Speed limits as believed, (nv,) [rad/s or m/s].
+        """
+        if len(self.q) > count:
+            chosen = _spread(self.q, int(np.argmin(self._times(v_max))), count)
+            self.q, self._sigma = self.q[chosen], self._sigma[chosen]
+
+    def _times(self, v_max: FloatArray) -> FloatArray:
+        """How long the slowest joint takes to each posture at full speed, (k,) [s]."""
+        top = np.where(self._working, np.minimum(v_max, FASTEST), np.inf)
+        times: FloatArray = (np.abs(self.q - self._near) / top).max(axis=1)
+        return times
+
     def make_room(self, rounds: int = 1) -> bool:
         """Lead every posture so many steps along its self-motion, away from limits; whether one has moved.
 
@@ -185,8 +203,7 @@ class PostureSearch:
         """
         if not len(self.q):
             return ()
-        top = np.where(self._working, np.minimum(v_max, 1e3), np.inf)
-        time = (np.abs(self.q - self._near) / top).max(axis=1)
+        time = self._times(v_max)
         chosen = _spread(self.q, int(np.argmin(time)), count)
         q = self.q[chosen]
         efforts, clear = passable.effort(q), passable.clearance(q)

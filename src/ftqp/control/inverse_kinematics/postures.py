@@ -20,7 +20,7 @@ PORTION = 32
 """Starts between two looks at whether there are enough postures."""
 QUIET = 64
 """So many further starts that bring no new posture end the search, once there is one."""
-STARTS = 640
+STARTS = 480
 """Starts where nothing is found ..."""
 FEW = 96
 """... and where fewer joints work than there are rows: then almost no goal has a posture, and a start takes

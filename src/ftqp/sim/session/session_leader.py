@@ -4,7 +4,8 @@ from typing import final
 
 import numpy as np
 
-from ftqp.control.following.goto import GoTo, GoToStatus
+from ftqp.control.following.goto import GoTo
+from ftqp.control.following.goto_status import GoToStatus
 from ftqp.control.following.path_follower import PathFollower, PathStatus
 from ftqp.control.following.target_follower import TargetFollower
 from ftqp.control.paths.path import Path

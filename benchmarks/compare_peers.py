@@ -1,0 +1,320 @@
+"""Motions after a lock: ftqp beside damped least squares, placo and pink, and what an oracle calls feasible.
+
+    python benchmarks/compare_peers.py           50 paths and 50 goals for each of four arms
+    python benchmarks/compare_peers.py --quick   6 and 6, in two minutes
+    python benchmarks/compare_peers.py --environments DIR   where placo and pink are, or are installed
+
+An arm (Panda, iiwa14, xarm7, or a chain of 7 joints drawn at random) stands at a random posture that is
+neither near a singularity nor at limits; a random joint is locked there. The tip is to go along a line, 0.1
+to 0.4 m and up to 0.6 rad with a quintic law, as a path, or to a random pose, as a goal. The oracle is
+damped least squares in numpy with 1,000 restarts, and follows the line in 400 steps: it says whether the
+line can be followed by the joints left within limits (straight), whether only its end has a posture (other
+posture), or that nothing is known. Every program gets the same URDF, limits, dt and targets, wired as its
+own documentation shows, and does what it is told. All rows are published, also where another program is as
+good or better.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
+import numpy as np  # noqa: E402
+from bench import command_line, docs  # noqa: E402
+from bench.results import circumstances  # noqa: E402
+from bench.tables import Table, quantity  # noqa: E402
+from peers.independent_arm import IndependentArm  # noqa: E402
+from peers.motion_case import MotionCase, turn, vector_of, write  # noqa: E402
+from steps.environments import DEFAULT, PEERS, NotInstalled, python_of  # noqa: E402
+
+import ftqp  # noqa: E402
+
+HERE = Path(__file__).resolve().parent
+ARMS = ("panda", "iiwa14", "xarm7", "random chain")
+KINDS = ("path", "goal")
+CLASSES = ("straight", "other posture", "not known")
+SEED, DT, GOAL_TIME, REST = 20261128, 4e-3, 12.0, 2.0
+FASTEST, FASTEST_TURN = 0.25, 0.75
+PROGRAMS = {
+    "ftqp step": ("path", "run_ftqp", "step", None),
+    "ftqp PathFollower": ("path", "run_ftqp", "follower", None),
+    "ftqp GoTo": ("goal", "run_ftqp", "ways", None),
+    "ftqp GoTo, straight": ("goal", "run_ftqp", "straight", None),
+    "damped least squares": ("path goal", "run_dls", "", None),
+    "placo": ("path goal", "run_placo", "", "placo"),
+    "pink": ("path goal", "run_pink", "plain", "pink"),
+    "pink, AccelerationLimit": ("path goal", "run_pink", "accelerations", "pink"),
+}
+"""For which kinds, which script and way, and whose environment; None is this one."""
+ON_LINE, ARRIVED, TURNED, STILL = 2e-3, 1e-3, 1e-2, 1e-3
+"""A path is finished if the tip was never farther off than the first [m] and 0.02 rad and ends within the
+others [m, rad]; at rest is slower than the last share of the speed limits."""
+TURNED_ON_LINE, LET_PASS = 2e-2, 1.0 + 1e-3
+LIMITATIONS = (
+    "The joint is locked from the beginning, so that every program continues from the same posture.",
+    "The oracle's 'other posture' says that the end has one, not that there is a way; 'not known' is no proof.",
+    "Peers are wired by us; none of them claims to look for another posture.",
+    "No obstacles; arms do what they are told; accelerations are differences of the commanded joints.",
+)
+
+
+def random_chain(seed: int):
+    """A robot of 7 joints with axes and lengths drawn at random; 150 degrees, 2 rad/s, 10 rad/s2."""
+    generator = np.random.default_rng([SEED, seed])
+    twist = np.deg2rad(90.0) * generator.choice([-1.0, 1.0], 7)
+    table = [(0.0, d, a, alpha) for d, a, alpha in zip(
+        generator.uniform(0.05, 0.3, 7), generator.uniform(0.0, 0.1, 7), twist, strict=True
+    )]  # fmt: skip
+    bend = np.deg2rad(150.0)
+    limits = {"q_min": -bend, "q_max": bend, "v_max": 2.0, "a_max": 10.0}
+    return ftqp.Robot.from_dh(table, name=f"chain{seed}", limits=limits)
+
+
+def drawn(name: str, kind: str, k: int):
+    """A case without the oracle's word; its robot and its independent arm."""
+    robot = random_chain(k) if name == "random chain" else ftqp.robots.load(name)
+    arm = IndependentArm(robot)
+    generator = np.random.default_rng([SEED, ARMS.index(name), KINDS.index(kind), k])
+    low, high = robot.limits.q_min, robot.limits.q_max
+    while True:
+        q = generator.uniform(low + 0.1 * (high - low), high - 0.1 * (high - low))
+        J = arm.poses(q[None])[2][0] * np.array([1.0, 1.0, 1.0, *3 * [robot.length]])[:, None]
+        if np.linalg.svd(J, compute_uv=False)[-1] > 0.3 * robot.length:
+            break
+    locked = int(generator.integers(robot.nv))
+    start = goal = robot.pose(q)
+    goal = goal.copy()
+    if kind == "path":
+        way, spin = (generator.standard_normal(3) for _ in range(2))
+        goal[:3, 3] += generator.uniform(0.1, 0.4) * way / np.linalg.norm(way)
+        goal[:3, :3] = turn(generator.uniform(0.0, 0.6) * spin / np.linalg.norm(spin)) @ goal[:3, :3]
+    else:
+        goal = robot.pose(generator.uniform(low, high))
+    size = np.linalg.norm(goal[:3, 3] - start[:3, 3])
+    angle = np.linalg.norm(vector_of(goal[:3, :3] @ start[:3, :3].T))
+    duration = max(1.0, 1.875 * size / FASTEST, 1.875 * angle / FASTEST_TURN)
+    limits = [robot.limits.q_min, robot.limits.q_max, robot.limits.v_max, robot.limits.a_max]
+    case = MotionCase(
+        kind=kind, arm=name, urdf=robot.to_urdf(), tip=robot.tip, joints=list(robot.joints), locked=locked,
+        dt=DT, q=q.tolist(), start=start.tolist(), goal=goal.tolist(), duration=float(duration),
+        rest=REST if kind == "path" else max(REST, GOAL_TIME - duration),
+        limits=[row.tolist() for row in limits],
+    )  # fmt: skip
+    return case, arm
+
+
+def feasible(case, arm, restarts: int) -> str:
+    """The oracle's word on a case."""
+    q, goal = np.array(case.q), np.array(case.goal)
+    if follows(case, arm):
+        return "straight"
+    found = arm.restarts(goal, q, [case.locked], count=restarts, seed=0)
+    return "not known" if found is None else "other posture"
+
+
+def follows(case, arm) -> bool:
+    """Whether Newton steps along the line stay within limits and on it, from sample to sample."""
+    poses, _ = case.targets()
+    q = np.array(case.q)
+    free = np.setdiff1d(np.arange(len(q)), [case.locked])
+    low, high, v_max, _ = (np.array(row) for row in case.limits)
+    stride = max(1, len(poses) // 400)
+    for target in [*poses[::stride], poses[-1]]:
+        before = q.copy()
+        for _ in range(20):
+            e, J = arm.errors(q[None], target)
+            if np.abs(e).max() < 1e-8:
+                break
+            A = J[0][:, free]
+            q[free] += A.T @ np.linalg.solve(A @ A.T + 1e-12 * np.eye(6), e[0])
+        if np.abs(arm.errors(q[None], target)[0]).max() > 1e-6:
+            return False
+        if (q < low)[free].any() or (q > high)[free].any():
+            return False
+        if (np.abs(q - before) > stride * case.dt * v_max)[free].any():
+            return False
+    return True
+
+
+def judged(case, arm, q) -> dict[str, object]:
+    """What a program's joints, (K + 1, n), come to."""
+    goal = np.array(case.goal)
+    low, high, v_max, a_max = (np.array(row) for row in case.limits)
+    v = np.diff(q, axis=0, prepend=q[:1]) / case.dt
+    a = np.diff(v, axis=0) / case.dt
+    end = np.abs(arm.errors(q[-1:], goal)[0][0])
+    position, rotation = float(np.linalg.norm(end[:3])), float(np.linalg.norm(end[3:]))
+    whole = len(q) == case.steps + 1
+    done = whole and position <= ARRIVED and rotation <= TURNED
+    if case.kind == "path":
+        R, p, _ = arm.poses(q[1:])
+        poses = case.targets()[0][: len(p)]
+        done = done and bool(distances(poses, R, p) <= 1.0)
+    free = np.arange(len(v_max)) != case.locked
+    return {
+        "finished": bool(done), "error": 1e3 * position, "rotation": rotation,
+        "beyond_q": bool(((q < low - 1e-6) | (q > high + 1e-6))[:, free].any()),
+        "beyond_v": bool((np.abs(v) > LET_PASS * v_max).any()),
+        "beyond_a": bool((np.abs(a) > LET_PASS * a_max).any()),
+        "moved_locked": bool(np.abs(q[:, case.locked] - q[0, case.locked]).max() > 1e-6),
+        "rests": bool(whole and (np.abs(v[-25:]) <= STILL * v_max).all()),
+    }  # fmt: skip
+
+
+def distances(poses, R, p) -> float:
+    """The tip's largest distance from the line, by whichever time, over what is let pass."""
+    worst = 0.0
+    for k in range(0, len(p), 5):
+        off = np.linalg.norm(poses[:, :3, 3] - p[k], axis=1)
+        turned = np.arccos(np.clip(0.5 * (np.einsum("kij,ij->k", poses[:, :3, :3], R[k]) - 1.0), -1.0, 1.0))
+        worst = max(worst, float(np.maximum(off / ON_LINE, turned / TURNED_ON_LINE).min()))
+    return worst
+
+
+def run_program(name: str, cases, folder: Path, environments: Path):
+    """Joints, times and errors of a program along cases.
+
+    Raises:
+        NotInstalled: Its environment cannot be made.
+    """
+    _, script, way, peer = PROGRAMS[name]
+    python = Path(sys.executable)
+    if peer is not None:
+        python = python_of(next(one for one in PEERS if one.name == peer), environments)
+    given, out = folder / "cases.json", folder / "done.npz"
+    write(cases, given)
+    path = os.pathsep.join([str(HERE), str(HERE.parent / "src")])
+    done = subprocess.run(
+        [str(python), "-m", f"peers.{script}", str(given), str(out), way],
+        env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    if done.returncode:
+        raise SystemExit(f"{name} failed:\n{done.stderr[-2000:]}")
+    with np.load(out) as data:
+        return (
+            [data[f"q_{i}"] for i in range(len(cases))],
+            data["us"],
+            data["failed"],
+            json.loads(str(data["versions"])),
+        )
+
+
+def main() -> int:
+    """Draw, run, judge, print, write; 0 when done, 2 for bad input."""
+    options = _options()
+    count, restarts = (6, 500) if options.quick else (options.cases, 1000)
+    drawn_cases, versions, left_out, rows = {}, {}, {}, []
+    for kind in KINDS:
+        pairs = [drawn(name, kind, k) for name in ARMS for k in range(count)]
+        for k, (case, arm) in enumerate(pairs):
+            _say(f"{kind} {k + 1} of {len(pairs)}: what the oracle says")
+            object.__setattr__(case, "feasible", feasible(case, arm, restarts))
+        drawn_cases[kind] = pairs
+    _say("")
+    with tempfile.TemporaryDirectory() as folder:
+        for kind in KINDS:
+            cases = [case for case, _ in drawn_cases[kind]]
+            for name, (kinds, *_) in PROGRAMS.items():
+                if kind not in kinds.split():
+                    continue
+                _say(f"{kind}s: {name}")
+                try:
+                    q, us, failed, found = run_program(name, cases, Path(folder), options.environments)
+                except NotInstalled as error:
+                    left_out[name] = str(error)
+                    continue
+                versions |= found
+                verdicts = [
+                    judged(case, arm, one) for (case, arm), one in zip(drawn_cases[kind], q, strict=True)
+                ]
+                rows.append(_row(kind, name, cases, verdicts, us, failed))
+    _say("")
+    result = {
+        **circumstances("compare_peers", [], {"cases": count, "restarts": restarts, "seed": SEED, "dt": DT}),
+        "rows": rows,
+        "limitations": list(LIMITATIONS),
+    }
+    result["versions"] |= versions
+    result["left_out"] |= left_out
+    docs.told(result, "After a lock, beside other programs", [_table(kind, rows) for kind in KINDS], options)
+    return 0
+
+
+def _row(kind, name, cases, verdicts, us, failed) -> dict[str, object]:
+    """A program's line."""
+    by_class = {
+        one: [v["finished"] for case, v in zip(cases, verdicts, strict=True) if case.feasible == one]
+        for one in CLASSES
+    }
+    count = {
+        key: sum(v[key] for v in verdicts)
+        for key in ("beyond_q", "beyond_v", "beyond_a", "moved_locked", "rests")
+    }
+    missed = [v["error"] for v in verdicts if not v["finished"]]
+    return {
+        "kind": kind, "program": name, "cases": len(cases),
+        "finished": {one: [sum(done), len(done)] for one, done in by_class.items()},
+        **count, "raised": sum(map(bool, failed)), "why": sorted({str(why) for why in failed if why})[:3],
+        "error_of_missed": float(np.median(missed)) if missed else 0.0, "us": float(np.median(us)),
+    }  # fmt: skip
+
+
+def _table(kind, rows) -> Table:
+    """All lines of a kind."""
+    counted = ("beyond_a", "beyond_v", "beyond_q", "moved_locked", "rests", "raised")
+    lines = [
+        (r["program"], *(f"{a} of {b}" for a, b in r["finished"].values()), *(str(r[key]) for key in counted),
+         quantity(r["error_of_missed"]), quantity(r["us"]))
+        for r in rows if r["kind"] == kind
+    ]  # fmt: skip
+    headings = (
+        f"{kind}s finished", *CLASSES, "beyond a_max", "beyond v_max", "beyond range", "moved the lock",
+        "at rest", "raised", "off where missed [mm]", "tick [us]",
+    )  # fmt: skip
+    total = next(r["cases"] for r in rows if r["kind"] == kind)
+    notes = (
+        f"{total} {kind}s; columns 2 to 4 by what the oracle says, the others count motions, 'off' is the "
+        "median at the end, the tick is the median of motions, one program after another.",
+    )
+    return Table(
+        title=f"{kind.capitalize()}s with a joint locked", headings=headings, rows=lines, notes=notes
+    )
+
+
+def _say(text: str) -> None:
+    if sys.stderr.isatty():
+        sys.stderr.write(f"\r\033[K{text}")
+        sys.stderr.flush()
+
+
+def _options() -> argparse.Namespace:
+    parser = command_line.parser(__doc__)
+    add = parser.add_argument
+    add(
+        "--cases",
+        type=command_line.at_least_one,
+        default=50,
+        metavar="N",
+        help="of each kind and arm (default 50)",
+    )
+    add("--quick", action="store_true", help="6 of each kind and arm")
+    add(
+        "--environments",
+        type=Path,
+        default=DEFAULT,
+        metavar="DIR",
+        help=f"of placo and pink (default {DEFAULT})",
+    )
+    docs.options(parser)
+    options: argparse.Namespace = parser.parse_args()
+    return options
+
+
+if __name__ == "__main__":
+    sys.exit(main())

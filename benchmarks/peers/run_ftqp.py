@@ -1,0 +1,50 @@
+"""ftqp along the cases of a file: ``planner.step``, a ``PathFollower``, or ``GoTo``, straight or not."""
+
+import sys
+
+import numpy as np
+
+import ftqp
+from peers.motion_case import read, run_all
+
+
+def maker(way):
+    """What makes the step of a case; an arm that has arrived or given up is stepped on."""
+    robots = {}
+
+    def make(case):
+        if case.urdf not in robots:
+            low, high, speed, acceleration = case.limits
+            robot = ftqp.Robot.from_urdf(case.urdf, tip=case.tip)
+            robots[case.urdf] = robot.with_limits(q_min=low, q_max=high, v_max=speed, a_max=acceleration)
+        robot = robots[case.urdf]
+        scaled = {"task": ftqp.Task(mode="scaled")} if way == "follower" else {}
+        planner = ftqp.Planner(robot, case.dt, **scaled)
+        q, v = np.array(case.q), np.zeros(robot.nv)
+        planner.reset(q)
+        planner.report(ftqp.Locked(case.locked, mode="instant"))
+        if way == "step":
+            poses, twists = case.targets()
+            accelerations = np.gradient(twists, case.dt, axis=0)
+            targets = ftqp.Targets(poses, twists, accelerations)
+            ask = lambda k: planner.step(q, v, targets.at(k))  # noqa: E731
+        elif way == "follower":
+            line = ftqp.paths.PointToPoint(case.start, case.goal, duration=case.duration)
+            follower = ftqp.PathFollower(planner, line)
+            ask = lambda k: follower.step(q, v)  # noqa: E731
+        else:
+            goto = ftqp.GoTo(planner, pose=case.goal, straight=way == "straight")
+            ask = lambda k: goto.step(q, v)  # noqa: E731
+
+        def step(k):
+            done = ask(k)
+            q[:], v[:] = done.q, done.v
+            return q
+
+        return step
+
+    return make
+
+
+if __name__ == "__main__":
+    run_all(maker(sys.argv[3]), read(sys.argv[1]), sys.argv[2], {"ftqp": ftqp.__version__})

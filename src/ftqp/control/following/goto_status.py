@@ -1,0 +1,56 @@
+"""Where an arm stands on its way to a goal, in words."""
+
+from collections.abc import Mapping
+from enum import Enum
+from typing import Any
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.faults.kinds import Fault
+from ftqp.model.robot import Robot
+
+ONLY_THE_TIP = "the tip is at its goal, while the scheme goes on moving the joints"
+"""The sentence of a pose that is reached where the joints do not come to rest."""
+
+
+class GoToStatus(Enum):
+    """Where the arm stands on its way; the value is the sentence for the operator."""
+
+    MOVING = "the arm is on its way"
+    REACHED = "the arm rests at its goal"
+    UNREACHABLE = "the arm rests as near to its goal as it gets"
+    HALTED = "the planner brakes or has stopped the arm; the step's status says why"
+
+
+def missed_joints(robot: Robot, way: FloatArray, faults: Mapping[str, Fault], tolerance: float) -> list[str]:
+    """Which joints miss their goal, and by how much.
+
+    Args:
+        robot: The arm.
+        way: What is left of the way of every joint, (nv,) [rad or m].
+        faults: Those that are believed, by joint.
+        tolerance: What counts as missing [rad or m].
+    """
+    return [
+        f"{joint}{_in_brackets(faults.get(joint))} by {abs(left):.3g} {'m' if slides else 'rad'}"
+        for joint, left, slides in zip(robot.joints, way, robot.chain.prismatic, strict=True)
+        if abs(left) > tolerance
+    ]
+
+
+def posture_inside(robot: Robot, q: Any) -> FloatArray:
+    """The posture, if it is within the limits of every joint."""
+    goal = robot.angles(q)
+    limits = robot.limits
+    for i, joint in enumerate(robot.joints):
+        low, high = float(limits.q_min[i]), float(limits.q_max[i])
+        if not low <= goal[i] <= high and not robot.continuous[i]:
+            raise InputError(
+                f"q puts {joint} at {goal[i]:.6g}, outside its limits {low:.6g} to {high:.6g}; "
+                "choose a posture inside them"
+            )
+    return goal
+
+
+def _in_brackets(fault: Any) -> str:
+    return "" if fault is None else f" ({fault.kind.replace('_', '-')})"

@@ -1,0 +1,169 @@
+"""Other ways to a pose where the straight one ends: they arrive, and whatever comes between is borne."""
+
+import numpy as np
+import pytest
+from tests.going import go, planner_at, within_limits
+
+import ftqp
+
+PANDA = ftqp.robots.load("panda")
+STATUS = ftqp.GoToStatus
+
+
+def case(k):
+    """Where a Panda is, a pose with a posture, and the joint that is locked there (see benchmarks/peers)."""
+    generator = np.random.default_rng([7, k])
+    here, there = (generator.uniform(PANDA.limits.q_min, PANDA.limits.q_max) for _ in range(2))
+    return here, PANDA.pose(there), int(generator.integers(7))
+
+
+HERE, GOAL, JOINT = case(3)
+
+
+def begun(level="acceleration", **given):
+    planner = planner_at(HERE, level)
+    planner.report(ftqp.Locked(JOINT, mode="instant"))
+    return ftqp.GoTo(planner, pose=GOAL, **given)
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_goal_that_the_straight_way_misses_is_reached_by_another_posture(level):
+    goto = begun(level)
+    steps = go(goto, HERE, longest=20.0)
+    assert goto.status is STATUS.REACHED and goto.sentence == goto.status.value
+    healthy = np.delete(np.arange(7), JOINT)
+    q = np.array([step.q for step in steps])[:, healthy]
+    limits = PANDA.limits
+    assert (q >= limits.q_min[healthy] - 1e-9).all() and (q <= limits.q_max[healthy] + 1e-9).all()
+    assert all(step.q[JOINT] == HERE[JOINT] for step in steps)
+    assert np.abs(PANDA.pose(steps[-1].q) - GOAL).max() < 1e-3
+    assert not {step.status for step in steps} & {ftqp.StepStatus.STOPPING, ftqp.StepStatus.FALLBACK}
+
+
+def test_straight_only_stays_as_near_as_it_gets():
+    goto = begun(straight=True)
+    go(goto, HERE, longest=20.0)
+    assert goto.status is STATUS.UNREACHABLE and goto.position_error > 0.01
+    assert goto.sentence.endswith("the tip goes straight")
+
+
+def test_what_is_being_done_is_said():
+    goto, notes = begun(), []
+    go(goto, HERE, longest=20.0, each=lambda k: notes.append(goto.note))
+    said = "\n".join(dict.fromkeys(note.split(": ")[0] for note in notes))
+    assert said.split("\n")[:3] == [
+        "the tip goes straight",
+        "the straight way comes no nearer, and another one is looked for",
+        "the joints go to another posture of the goal",
+    ]
+
+
+def test_same_ticks_give_the_same_way():
+    ways = [np.array([step.q for step in go(begun(), HERE, longest=20.0)]) for _ in range(2)]
+    assert np.array_equal(*ways)
+
+
+def test_goal_outside_the_workspace_says_how_much_was_looked_at():
+    goal = PANDA.pose(PANDA.neutral)
+    goal[:3, 3] += [2.0, 0.0, 0.0]
+    goto = ftqp.GoTo(planner_at(PANDA.neutral), pose=goal)
+    go(goto, PANDA.neutral, longest=30.0)
+    assert goto.status is STATUS.UNREACHABLE
+    assert "no other posture found in 6" in goto.sentence and goto.sentence.endswith("starts")
+
+
+def test_all_joints_locked_is_unreachable_and_stands():
+    planner = planner_at(PANDA.neutral)
+    for joint in PANDA.joints:
+        planner.report(ftqp.Locked(joint, mode="instant"))
+    goal = PANDA.pose(PANDA.neutral)
+    goal[2, 3] += 0.1
+    goto = ftqp.GoTo(planner, pose=goal)
+    steps = go(goto, PANDA.neutral)
+    assert goto.status is STATUS.UNREACHABLE and np.array_equal(steps[-1].q, PANDA.neutral)
+
+
+@pytest.mark.parametrize("when", ["another one is looked for", "the joints go to another posture"])
+def test_second_failure_while_thinking_or_on_the_way_begins_anew(when):
+    goto, told = begun(), []
+
+    def each(k):
+        if not told and when in goto.note:
+            other = (JOINT + 2) % 7
+            goto.planner.report(ftqp.Locked(other))
+            told.append(k)
+
+    steps = go(goto, HERE, longest=30.0, each=each)
+    assert told and goto.done
+    assert goto.status in (STATUS.REACHED, STATUS.UNREACHABLE)
+    assert (np.abs(steps[-1].v) < 1e-3 * PANDA.limits.v_max).all()
+    if goto.status is STATUS.REACHED:
+        assert np.abs(PANDA.pose(steps[-1].q) - GOAL).max() < 5e-3
+
+
+def test_repair_on_the_way_begins_anew_with_all_joints():
+    goto, told = begun(), []
+
+    def each(k):
+        if not told and "the joints go" in goto.note:
+            goto.planner.withdraw(JOINT)
+            told.append(k)
+
+    go(goto, HERE, longest=30.0, each=each)
+    assert told and goto.status is STATUS.REACHED
+
+
+def test_another_goal_meanwhile_is_gone_to_and_the_first_may_be_taken_up_again():
+    goto = begun()
+    steps = go(goto, HERE, longest=20.0)[:0]
+    planner = planner_at(HERE)
+    planner.report(ftqp.Locked(JOINT, mode="instant"))
+    first, q, v = ftqp.GoTo(planner, pose=GOAL), HERE, np.zeros(7)
+    while "looked for" not in first.note:
+        step = first.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+    near = PANDA.pose(q)
+    second = ftqp.GoTo(planner, pose=near)
+    steps = go(second, q, v)
+    assert second.status is STATUS.REACHED
+    go(first, steps[-1].q, steps[-1].v, longest=20.0)
+    assert first.status is STATUS.REACHED
+
+
+def test_stop_on_the_way_halts_and_resume_goes_on():
+    goto, told = begun(), []
+
+    def each(k):
+        if not told and "the joints go" in goto.note:
+            goto.planner.stop()
+            told.append(k)
+
+    steps = go(goto, HERE, longest=30.0, each=each)
+    assert goto.status is STATUS.HALTED and goto.done
+    goto.planner.resume()
+    go(goto, steps[-1].q, steps[-1].v, longest=30.0)
+    assert goto.status is STATUS.REACHED
+
+
+def test_joint_that_swings_freely_leaves_the_straight_way_only():
+    planner = planner_at(PANDA.neutral)
+    planner.report(ftqp.FreeSwinging(5))
+    goal = PANDA.pose(PANDA.neutral)
+    goal[:3, 3] += [2.0, 0.0, 0.0]
+    goto, q, v, notes = ftqp.GoTo(planner, pose=goal), PANDA.neutral, np.zeros(7), set()
+    for _ in range(1000):
+        step = goto.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+        notes.add(goto.note)
+    assert not any("starts so far" in note and " 0 starts" not in note for note in notes)
+
+
+def test_two_arms_go_as_straight_as_ever():
+    dual = ftqp.robots.load("dual_panda")
+    planner = ftqp.Planner(dual, 4e-3)
+    planner.reset(dual.neutral)
+    goal = dual.pose(dual.neutral)
+    goal[:3, 3] += [0.05, 0.05, -0.05]
+    goto = ftqp.GoTo(planner, pose=goal)
+    steps = go(goto, dual.neutral)
+    assert goto.status is STATUS.REACHED and within_limits(steps, dual)

@@ -1,0 +1,37 @@
+"""An arm on its way to a goal, step by step, for the tests of ``ftqp.GoTo``."""
+
+import numpy as np
+
+import ftqp
+
+PANDA = ftqp.robots.load("panda")
+DT = 4e-3
+
+
+def planner_at(q, level="acceleration", robot=PANDA, v=None, **settings):
+    planner = ftqp.Planner(robot, DT, level=level, **settings)
+    planner.reset(q, v)
+    return planner
+
+
+def go(goto, q, v=None, longest=12.0, each=lambda k: None, given=lambda k, q, v: (q, v)):
+    """Steps copied until the arm is done; every one keeps the limits of speed and acceleration."""
+    robot = goto.planner.robot
+    v = np.zeros(robot.nv) if v is None else v.copy()
+    steps = []
+    for k in range(round(longest / DT)):
+        each(k)
+        step = goto.step(*given(k, q, v)).copy()
+        healthy = [joint not in goto.planner.faults for joint in robot.joints]
+        assert (np.abs(step.v) <= robot.limits.v_max * (1.0 + 1e-9)).all()
+        assert (np.abs(step.v - v)[healthy] <= DT * robot.limits.a_max[healthy] * (1.0 + 1e-6)).all()
+        q, v = step.q.copy(), step.v.copy()
+        steps.append(step)
+        if goto.done:
+            break
+    return steps
+
+
+def within_limits(steps, robot=PANDA):
+    q = np.array([step.q for step in steps])
+    return (q >= robot.limits.q_min - 1e-9).all() and (q <= robot.limits.q_max + 1e-9).all()
