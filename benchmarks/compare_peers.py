@@ -58,7 +58,7 @@ others [m, rad]; at rest is slower than the last share of the speed limits."""
 TURNED_ON_LINE, LET_PASS = 2e-2, 1.0 + 1e-3
 LIMITATIONS = (
     "The joint is locked from the beginning, so that every program continues from the same posture.",
-    "The oracle's 'other posture' says that the end has one, not that there is a way; 'not known' is no proof.",
+    "The oracle's 'other posture' says that the end has one, not that there is a way; the rest is unknown.",
     "Peers are wired by us; none of them claims to look for another posture.",
     "No obstacles; arms do what they are told; accelerations are differences of the commanded joints.",
 )

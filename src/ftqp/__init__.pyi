@@ -36,6 +36,7 @@ from ftqp.control.planner.status import StepStatus as StepStatus
 from ftqp.control.planner.step import Step as Step
 from ftqp.control.planner.target import Target as Target
 from ftqp.control.planner.target import Targets as Targets
+from ftqp.control.planner.ways.way_out import WayOut as WayOut
 from ftqp.control.rates import approximate_pinv as approximate_pinv
 from ftqp.control.rates import damping_factor as damping_factor
 from ftqp.control.rates import resolve_rates as resolve_rates

@@ -1,9 +1,5 @@
 """Arms of a batch that a planner steps itself: where Python has a part in what it does between ticks."""
 
-import logging
-from collections.abc import Iterator
-from contextlib import contextmanager
-from threading import get_ident
 from typing import Any, final
 
 import numpy as np
@@ -13,6 +9,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.target import Targets
 from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.core.quiet import quiet
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.enums import OK
 from ftqp.model.posture import gravity_torques
@@ -64,7 +61,7 @@ class ByPlanner:
             arm: The index of the arm.
             told: Its faults and their ticks, by tick.
         """
-        with _quiet():
+        with quiet():
             planner = self._planner()
             q, v = result.q[arm].copy(), result.v[arm].copy()
             planner.reset(q, v)
@@ -93,18 +90,3 @@ class ByPlanner:
         for fault in self._what_ifs.told:
             planner.report(fault)
         return planner
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Nothing that this thread does is logged: it is about one arm of many."""
-    here, logger = get_ident(), logging.getLogger("ftqp")
-
-    def others(record: logging.LogRecord) -> bool:
-        return record.thread != here
-
-    logger.addFilter(others)
-    try:
-        yield
-    finally:
-        logger.removeFilter(others)

@@ -10,9 +10,11 @@ from ftqp.control.following.led_joints import LedJoints
 from ftqp.control.following.led_tip import LedTip
 from ftqp.control.following.other_ways import OtherWays
 from ftqp.control.inverse_kinematics.passable import HELD
+from ftqp.control.planner.joint_motion import EXACT
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
 from ftqp.control.planner.step import Step
+from ftqp.control.planner.ways.way_out import WayOut
 from ftqp.control.references.jerk_limit import RISE_TIME
 from ftqp.control.references.tip_limits import TipLimits
 from ftqp.core.checks import FloatArray, frozen, instance, positive
@@ -24,8 +26,6 @@ from ftqp.kernel.layout.enums import STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST
 
 _LOG = logging.getLogger("ftqp")
-EXACT = 1e-6
-"""A command so near to the goal has arrived [m, rad]. A convention."""
 SETTLED = 0.1
 """Share of the tolerances within which an arm at its pose is not waited for any longer. A guess that the
 campaigns have not contradicted."""
@@ -64,6 +64,7 @@ class GoTo:
         planner: The planner that is led; with any scheme, task and backend.
         pose: Where the tip shall rest, (4, 4), for tasks with or without rotation rows.
         q: Where the joints shall rest, (nv,) or (nq,) [rad or m], inside their limits.
+        way: One of ``planner.ways_out()``, to whose places the joints go one after the other.
         limits: How fast the tip moves to a pose; None is ``TipLimits()``. The joints' own limits set the
             pace to a posture.
         rise_time: How long the joints' accelerations take to reach their limits on the way to a posture, > 0
@@ -95,6 +96,7 @@ class GoTo:
         *,
         pose: Any = None,
         q: Any = None,
+        way: WayOut | None = None,
         limits: TipLimits | None = None,
         rise_time: float = RISE_TIME,
         tolerance: float = 1e-3,
@@ -102,8 +104,11 @@ class GoTo:
         straight: bool = False,
     ) -> None:
         instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot)")
-        if (pose is None) == (q is None):
-            raise InputError("a GoTo needs exactly one of pose and q; pose is of the tip, q of all joints")
+        if sum(goal is not None for goal in (pose, q, way)) != 1:
+            raise InputError(
+                "a GoTo needs exactly one of pose, q and way; pose is of the tip, q of all joints, way one "
+                "of planner.ways_out()"
+            )
         self._planner = planner
         self._tolerance = positive("tolerance", tolerance, "m or rad")
         self._rotation_tolerance = positive("rotation_tolerance", rotation_tolerance, "rad")
@@ -121,11 +126,15 @@ class GoTo:
         else:
             if limits is not None:
                 raise InputError("limits are those of the tip's way to a pose; for a posture leave them out")
-            goal = posture_inside(planner.robot, q)
+            instance("way", way, WayOut | None, "one of planner.ways_out()")
+            goal = posture_inside(planner.robot, q) if way is None else way.places[-1]
             self._joints = LedJoints(planner, goal, rise_time)
             self._view = self._joints.view
             rest = np.zeros(len(goal))
             self._pose = frozen(self._view.tip_at(JointState(goal, rest, rest)).pose)
+        self._way: list[FloatArray] = [] if way is None else list(way.places)
+        if self._way:
+            self._joints.aim(self._way.pop(0))
         self._begin()
 
     def _begin(self) -> None:
@@ -137,7 +146,8 @@ class GoTo:
         self._settling = self._turned_back = self._only_the_tip = False
         self._aim, self._nearest = self._pose, np.zeros(0)
         self._leg: LedTip | LedJoints = self._joints if self._tip is None else self._tip
-        self._way: list[FloatArray] = []
+        if not self._to_posture:
+            self._way.clear()
         self._leg.begin()
         if self._others is not None:
             self._others.forget()
@@ -314,11 +324,12 @@ class GoTo:
 
     def _rest(self, measured: float) -> None:
         """The verdict on an arm at rest, so many tolerances from where it was led."""
-        if self._is_on_other_way:
-            if measured > 1.0:
+        if self._way or self._is_on_other_way:
+            if measured > 1.0 and not self._failed_are_off:
                 self._way.clear()
-            self._begin_leg()
-            return
+            if self._way or not self._to_posture:
+                self._begin_leg()
+                return
         there = measured <= 1.0 and self._aim is self._pose
         self._status = GoToStatus.REACHED if there else GoToStatus.UNREACHABLE
 

@@ -22,10 +22,11 @@ class Remaining:
 
     Attributes:
         kind: ``task`` (the rest of the path with all rows), ``rows`` (with fewer), ``until`` (a part of it),
-            ``retreat`` (the way that has been done, back) or ``stop``.
+            ``retreat`` (the way that has been done, back, or home), ``halt`` (to a posture near by where the
+            arm can stand for long) or ``stop``.
         rows: The rows of the pose that are kept, by name.
         until: The time of the plan up to which it can be done [s]; of a retreat the one that it leads back
-            to.
+            to; 0 without a plan.
         q: The joints on the way, (k, nv) [rad or m]; the first row is where the arm is.
         sentence: The same in words.
     """

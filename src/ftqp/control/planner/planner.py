@@ -24,7 +24,7 @@ from ftqp.control.planner.filling import filled
 from ftqp.control.planner.free_joint import FreeJoint
 from ftqp.control.planner.given_arrays import converted_tick, is_row, measured_tick, mistake, not_a_target
 from ftqp.control.planner.lead import Lead
-from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading
+from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading, Remaining
 from ftqp.control.planner.one_thread import OneThread, guarded
 from ftqp.control.planner.planner_changes import PlannerChanges
 from ftqp.control.planner.response.fault_response import FaultResponse
@@ -39,6 +39,8 @@ from ftqp.control.planner.surroundings import Surroundings, clearance_rows
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.task_list import TaskList, held_rows, split
 from ftqp.control.planner.wanted import Fitting, Wanted
+from ftqp.control.planner.ways.remembered import Remembered
+from ftqp.control.planner.ways.way_out import WayOut, ways_out
 from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.control.scene.clearance import Clearance
 from ftqp.control.scene.scene import Scene
@@ -49,7 +51,7 @@ from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.control.task.task import Task
-from ftqp.core.checks import instance
+from ftqp.core.checks import instance, positive
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
@@ -92,6 +94,9 @@ class Planner(PlannerChanges):
         tasks: That of the tip, if it is not given as ``task``, and up to 8 of further frames and joints,
             ``ftqp.PoseTask``, ``RelativeTask`` and others. Those on level 0 go before it; the others share
             what it leaves of the arm's freedom, as their weights say.
+        remember: For how long the way that the joints have come is kept for ``ways_out``, > 0 [s]; an arm
+            that stands adds nothing. A longer one keeps places farther apart, a thousand at most. None keeps
+            none, and costs nothing.
         constraints: What goes before the task of the tip: up to 8 sides of planes, boxes and cones that
             points and axes are kept to, ``ftqp.Keep``, up to 8 rows of your own, ``ftqp.Rows``, and the
             torque limits that are there anyway, ``ftqp.TorqueLimits``.
@@ -104,7 +109,7 @@ class Planner(PlannerChanges):
         ModelError: The robot cannot be driven safely.
     """
 
-    __slots__ = ("_at_rest", "_free", "_ordinary", "_rest", "_said", "_solver", "_timing")
+    __slots__ = ("_at_rest", "_free", "_ordinary", "_remembered", "_rest", "_said", "_solver", "_timing")
 
     def __init__(
         self,
@@ -129,6 +134,7 @@ class Planner(PlannerChanges):
         constraints: Sequence[Constraint] | None = None,
         scene: Scene | None = None,
         clearance: Clearance | None = None,
+        remember: float | None = None,
     ) -> None:
         instance("detector", detector, Detector | None, "an ftqp.Detector or None")
         task, soft = split(task, tasks)
@@ -195,9 +201,13 @@ class Planner(PlannerChanges):
                 detector, self._session, robot, given.drive, given.noise, self._loop, self._believe,
                 self._disbelieve, probing_of(self._session, given, detector),
             )  # fmt: skip
+        self._remembered = None
+        if remember is not None:
+            seconds = positive("remember", remember, "s")
+            self._remembered = Remembered(self._session, robot.nv, seconds, given.dt)
         parts = (
             self._tasks, self._constraints, self._loop, self._solver, self._leading, degrading, self._free,
-            StartWatch(self._session.K), self._fault_response, self._surroundings,
+            StartWatch(self._session.K), self._fault_response, self._surroundings, self._remembered,
         )  # fmt: skip
         self._stages = tuple(part.stage for part in parts if part is not None)
         self._ordinary = self._solver.tick(CLOCK)
@@ -290,6 +300,41 @@ class Planner(PlannerChanges):
         return WhatIfs(
             self._session, self.robot, self._given, self._solver, self._wanted.reserve, self.faults
         )
+
+    def ways_out(self, home: Any = None) -> tuple[WayOut, ...]:
+        """Where the arm can go from here with the joints that work, tried in thought, what is clear first.
+
+        In this order: back the way that the joints have come, back along the tip's way with as many rows of
+        the task as the joints left can keep (both if the planner was made with ``remember``), home, to a
+        posture near by where the arm can stand for long, and to stop. Each is tried on a planner like this
+        one, with its faults, limits, torques and kept points, from where the arm is and as fast as it is.
+        ``ftqp.GoTo(planner, way=...)`` takes one. It takes some 0.1 s of this thread: call it between two
+        ticks of an arm that may wait for so long, or that stands.
+
+        Args:
+            home: Where the arm belongs, (nv,) or (nq,) [rad or m]; None is the planner's ``posture``, or the
+                robot's neutral one.
+
+        Raises:
+            InputError: There was no ``reset``, home has a wrong shape, or the robot floats.
+
+        Source: docs/theory/ways-out.md.
+        """
+        came = None if self._remembered is None else self._remembered.q
+        return ways_out(self, Planner, came, home)
+
+    def options(self) -> tuple[Remaining, ...]:
+        """What can still be done with the faults that are believed, least lost first.
+
+        With a plan, of the plan's path, from where the arm is commanded to be: the whole task, fewer of its
+        rows, a part of the path, the way back, and to stop. Without one, the ``ways_out()`` that are clear,
+        and to stop. This takes as long as many steps: call it while the arm is stopped, or from another
+        thread on a planner of its own.
+        """
+        if self._leading is None:
+            return tuple(way.remaining for way in self.ways_out() if way.clear or way.kind == "stop")
+        q = self._session.K.state.q_command[: self.robot.nv].copy()
+        return self._leading.options(q, self.faults)
 
     def lead(self, leader: PathMemory | BaseMemory | JointsMemory) -> Lead:
         """The planner's ticks led by a path's progress, an inertial target or a motion of the joints.

@@ -8,7 +8,7 @@ from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.constraint_list import Constraints
-from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading, Remaining
+from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading
 from ftqp.control.planner.learned_arm import Learned, learned
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.response.fault_response import FaultResponse
@@ -195,20 +195,3 @@ class PlannerFacts:
     def plan_time(self) -> float | None:
         """The time of the plan at which the tip is [s]; None without a plan."""
         return None if self._leading is None else self._leading.at
-
-    def options(self) -> tuple[Remaining, ...]:
-        """What can still be done of the plan's path with the faults that are believed, least lost first.
-
-        From where the arm is commanded to be: the whole task, fewer of its rows, a part of the path, the way
-        back, and to stop. This takes as long as many steps: call it while the arm is stopped, or from another
-        thread on a planner of its own.
-
-        Raises:
-            InputError: The planner was made without a plan.
-        """
-        if self._leading is None:
-            raise InputError(
-                "this planner follows no plan, so it knows no path to look ahead on; give it plan="
-            )
-        state, n = self._session.K.state, self.robot.nv
-        return self._leading.options(state.q_command[:n].copy(), self.faults)

@@ -1,0 +1,181 @@
+"""A jerk-limited motion of the joints that work to a posture, as far as motors can hold the arm on it."""
+
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.control.inverse_kinematics.passable import HELD
+from ftqp.control.planner.planner_view import JointState, PlannerView
+from ftqp.control.references.jerk_limit import ENDLESS, RISE_TIME, Motion, State
+from ftqp.core.checks import FloatArray
+from ftqp.kernel.entry.session import JointsMemory
+from ftqp.kernel.layout.record import capacity_for
+from ftqp.model.robot import Robot
+
+EXACT = 1e-6
+"""A command so near to its goal has arrived [m, rad]. A convention."""
+BANDWIDTH = 20.0
+"""How fast an error to the motion decays, at most [1/s] ..."""
+BANDWIDTH_STEPS = 0.2
+"""... and times dt, at most: a fifth of it is taken off in a tick, so that the sampled loop does not
+overshoot. A guess that the campaigns have not contradicted."""
+
+DEVIATION = 0.01
+"""A command so far from the motion begins it anew, because limits have held the arm back: by its place [rad
+or m] ..."""
+SPEED_DEVIATION = 0.05
+"""... or by its speed, as a share of v_max. A guess that the campaigns have not contradicted."""
+
+SPEED_SHARE, ACCELERATION_SHARE = 0.999, 0.99
+"""Shares of the limits that the motion uses: what is left corrects errors at full speed. A guess that the
+campaigns have not contradicted."""
+LEAST_ACCELERATION = 0.05
+"""Share of a_max that the motion uses even where gravity leaves less, so that it ends. A guess that the
+campaigns have not contradicted."""
+
+PLACES = 17
+"""Whether motors hold the arm is looked at in so many places of a motion, ..."""
+FINER = 10
+"""... and in so many between the last at which they do and the next."""
+NEARER_ENDS = 8
+"""So many nearer ends are tried before the arm is left where it stands."""
+
+
+@final
+class JointMotion:
+    """The motion of the joints of a planner to a posture; whoever leads the planner's joints makes it.
+
+    It is planned from the last command, so that position and velocity go on without a jump, within the
+    limits that are believed.
+
+    Args:
+        view: The planner's.
+        robot: The arm.
+        dt: The planner's sampling period [s].
+        level: The planner's level.
+        rise_time: How long an acceleration takes to reach its limit, > 0 [s].
+
+    Attributes:
+        memory: What the kernel reads of the motion.
+        goal: The posture to go to, (nv,) [rad or m].
+        too_heavy: The joint whose motor cannot hold the arm farther on the way; None where all can.
+    """
+
+    def __init__(
+        self, view: PlannerView, robot: Robot, dt: float, level: str, rise_time: float = RISE_TIME
+    ) -> None:
+        self.memory = JointsMemory(capacity_for(robot.nv))
+        self._joints: Any = self.memory.joints
+        bandwidth = min(BANDWIDTH, BANDWIDTH_STEPS / dt)
+        self._accelerates = level == "acceleration"
+        self._joints.kp = bandwidth**2 if self._accelerates else bandwidth
+        self._joints.kv = 2.0 * bandwidth if self._accelerates else 0.0
+        self._view, self._robot, self._dt = view, robot, dt
+        self._rise_time = rise_time
+        self._motion: Motion | None = None
+        self._working = np.zeros(0, dtype=np.int64)
+        self._looked_at = b""
+        self.goal: FloatArray = np.zeros(robot.nv)
+        self.too_heavy: str | None = None
+
+    def forget(self) -> None:
+        """Let the next plan look at motors again."""
+        self._looked_at = b""
+
+    @property
+    def duration(self) -> float:
+        """How long the motion takes from where it was planned [s]."""
+        return 0.0 if self._motion is None else self._motion.duration
+
+    def way_from(self, q: FloatArray) -> FloatArray:
+        """From joint positions to the goal, (nv,) [rad or m]; for a continuous joint the short way round.
+
+        Args:
+            q: Joint positions, (nv,) [rad or m].
+        """
+        way = self.goal - q
+        turns = self._robot.continuous
+        return np.where(turns, np.remainder(way + np.pi, 2.0 * np.pi) - np.pi, way)
+
+    def plan(self, speed: float = 1.0) -> None:
+        """Plan the motion from the last command to the goal.
+
+        Args:
+            speed: Share of the speed limits, in (0, 1].
+        """
+        command, limits, robot = self._view.command, self._view.limits, self._robot
+        working = np.flatnonzero(self._view.working)
+        if self._motion is None or len(working) != len(self._working):
+            self._motion = Motion(len(working)) if len(working) else None
+        self._working = working
+        if self._motion is None:
+            return
+        goal = command.q + self.way_from(command.q)
+        goal = np.clip(goal, limits.q_min, limits.q_max)[working]
+        a_max = ACCELERATION_SHARE * np.maximum(limits.a, LEAST_ACCELERATION * robot.limits.a_max)[working]
+        start = State(*(part[working] for part in command))
+        v_max = speed * SPEED_SHARE * limits.v[working]
+        jerk = np.minimum(robot.limits.a_max / self._rise_time, robot.limits.j_max)[working]
+        jerk *= ACCELERATION_SHARE
+        self._motion.plan(start, goal, v_max, a_max, jerk)
+        if not self._may_be_too_heavy(limits.tau[working]):
+            return
+        for _ in range(NEARER_ENDS):
+            end = self._last_held(limits.tau[working])
+            if end is None:
+                return
+            self._motion.plan(start, end, v_max, a_max, jerk)
+        self._motion.brake(start, a_max, jerk)
+
+    def _may_be_too_heavy(self, tau_max: FloatArray) -> bool:
+        """Whether motors may be too weak on the way; no, where they were not and nothing new is believed."""
+        looked_at, self._looked_at = self._looked_at, self._view.belief
+        if looked_at == self._looked_at and self.too_heavy is None:
+            return False
+        self.too_heavy = None
+        return bool(np.isfinite(tau_max).any())
+
+    def _last_held(self, tau_max: FloatArray) -> FloatArray | None:
+        """The last place of the motion up to which motors can hold the arm; None where they can all the way.
+
+        Motors that cannot hold it where the motion begins count as strong enough for what they need there.
+
+        Args:
+            tau_max: Torque limits of the joints that work [N m or N].
+        """
+        assert self._motion is not None
+        at = self._working
+        places = np.tile(self._view.command.q, (PLACES, 1))
+        for place, t in zip(places, np.linspace(0.0, self._motion.duration, PLACES), strict=True):
+            place[at] = self._motion.at(float(t)).q
+        share = np.abs(self._view.holding_torques(places)[:, at]) / tau_max
+        least = max(HELD, float(share[0].max()))
+        beyond = np.flatnonzero(share.max(axis=1) > least)
+        if not len(beyond):
+            return None
+        first = int(beyond[0])
+        self.too_heavy = self._robot.joints[int(at[np.argmax(share[first])])]
+        between = np.linspace(places[first - 1], places[first], FINER, endpoint=False)
+        share = np.abs(self._view.holding_torques(between)[:, at]) / tau_max
+        held = np.logical_and.accumulate(share.max(axis=1) <= least)
+        last: FloatArray = between[max(0, int(held.sum()) - 1), at]
+        return last
+
+    def write(self, t: float) -> None:
+        """Let the kernel read the motion at a time [s] since it was planned, and what it asks until then."""
+        if self._motion is None:
+            return
+        joints, at, dt = self._joints, self._working, self._dt
+        now, then = self._motion.at(t), self._motion.at(t + dt)
+        joints.q[at], joints.v[at] = now.q, now.v
+        joints.x[at] = (then.v - now.v) / dt if self._accelerates else (then.q - now.q) / dt
+
+    def is_left_at(self, t: float) -> bool:
+        """Whether the command is not where the motion is at a time [s] since it was planned."""
+        if self._motion is None:
+            return False
+        command: JointState = self._view.command
+        now, at = self._motion.at(t), self._working
+        slow = SPEED_DEVIATION * np.minimum(self._view.limits.v[at], ENDLESS)
+        far = np.abs(command.q[at] - now.q) > DEVIATION
+        return bool((far | (np.abs(command.v[at] - now.v) > slow)).any())

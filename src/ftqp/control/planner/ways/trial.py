@@ -1,0 +1,208 @@
+"""A motion tried on a planner of its own: the same ticks as the arm would make, in thought."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol, final
+
+import numpy as np
+
+from ftqp.control.inverse_kinematics.passable import HELD, Passable
+from ftqp.control.planner.joint_motion import EXACT, JointMotion
+from ftqp.control.planner.lead import Lead
+from ftqp.control.planner.planner_view import JointState, PlannerView
+from ftqp.control.planner.step import Step
+from ftqp.control.planner.target import Target
+from ftqp.core.checks import FloatArray
+from ftqp.faults.kinds import Fault
+from ftqp.kernel.layout.enums import FALLBACK, INVALID_INPUT, STOPPED, STOPPING
+from ftqp.kernel.layout.thresholds import AT_REST
+from ftqp.model.robot import Robot
+
+OFF = (FALLBACK, STOPPING, STOPPED, INVALID_INPUT)
+"""Statuses of a tick with which a motion has failed."""
+ARRIVED = 1e-3
+"""A joint so near to its place has arrived [rad or m]: the tolerance of ``GoTo``, by convention."""
+TAIL = 1.0
+"""So much longer than planned a leg may take [s]. A guess that the tests have not contradicted."""
+LOOKED_AT = 0.05
+"""Places of a motion where it is asked whether the arm may be there are so far apart [rad or m]. A guess
+that the tests have not contradicted."""
+
+
+class Twin(Protocol):
+    """What a trial needs of a planner."""
+
+    @property
+    def robot(self) -> Robot:
+        """The arm."""
+
+    @property
+    def dt(self) -> float:
+        """The sampling period [s]."""
+
+    @property
+    def level(self) -> str:
+        """What the QP decides."""
+
+    def reset(self, q: Any, v: Any = None) -> None:
+        """Begin at (q, v)."""
+
+    def step(self, q: Any, v: Any = None, target: Any = None) -> Step:
+        """The command for the next ``dt``."""
+
+    def report(self, fault: Fault) -> None:
+        """Believe a fault."""
+
+    def lead(self, leader: Any) -> Lead:
+        """Ticks that a motion of the joints leads."""
+
+    def view(self) -> PlannerView:
+        """Its state and belief."""
+
+
+class Tried(NamedTuple):
+    """What a motion came to.
+
+    Attributes:
+        q: The joints on the way, (k, nv) [rad or m], from the begin to the end.
+        time: How long it took [s].
+        arrives: Whether it came to rest at its end, without a stop.
+        clearance: The least distance from what it must not meet [m].
+        effort: The largest share of a torque limit that holds the arm at rest on it.
+        passes: Whether the arm may be everywhere on it.
+    """
+
+    q: FloatArray
+    time: float
+    arrives: bool
+    clearance: float
+    effort: float
+    passes: bool
+
+
+@final
+class Trial:
+    """Tries motions from one state of an arm.
+
+    Args:
+        twin: A planner like the arm's own, which nobody else steps.
+        start: Where the arm is, and how fast.
+        passable: Where it may be.
+    """
+
+    def __init__(self, twin: Twin, start: JointState, passable: Passable) -> None:
+        self._twin, self._start, self._passable = twin, start, passable
+
+    def joints(self, places: Sequence[FloatArray]) -> Tried:
+        """Go to places one after the other, resting at each, as ``GoTo`` does.
+
+        Args:
+            places: (nv,) each [rad or m].
+        """
+        twin = self._twin
+        twin.reset(self._start.q, self._start.v)
+        view = twin.view()
+        motion = JointMotion(view, twin.robot, twin.dt, twin.level)
+        lead = twin.lead(motion.memory)
+        q, v = self._start.q.copy(), self._start.v.copy()
+        trace, arrives = [q.copy()], True
+        for place in places:
+            motion.goal = place
+            motion.plan()
+            t, since = 0.0, 0.0
+            longest = motion.duration + TAIL
+            while since < longest and arrives:
+                motion.write(t)
+                step = lead.step(q, v, (), None, None)
+                t, since = t + twin.dt, since + twin.dt
+                q, v, _ = (part.copy() for part in step.reference)
+                trace.append(q.copy())
+                arrives = step.code not in OFF
+                if motion.is_left_at(t):
+                    motion.plan()
+                    t = 0.0
+                elif t >= motion.duration and self._off(view, motion) <= EXACT and self._rests(view, v):
+                    break
+            arrives = arrives and self._off(view, motion) <= ARRIVED and self._rests(view, v)
+            if not arrives:
+                break
+        return self._judged(trace, arrives)
+
+    def tip(self, poses: Sequence[FloatArray], standing: int) -> Tried:
+        """Let the tip go along poses, one a tick, with the twin's own task, after standing at the first one.
+
+        Args:
+            poses: (4, 4) each.
+            standing: Ticks before the first, in which a moving arm comes to rest.
+        """
+        twin = self._twin
+        twin.reset(self._start.q, self._start.v)
+        q, v, target = self._start.q.copy(), self._start.v.copy(), Target(pose=poses[0])
+        trace, arrives = [q.copy()], True
+        for k in range(standing + len(poses)):
+            target.pose[:] = poses[max(0, k - standing)]
+            step = twin.step(q, v, target)
+            q, v, _ = (part.copy() for part in step.reference)
+            trace.append(q.copy())
+            if step.code in OFF:
+                arrives = False
+                break
+        return self._judged(trace, arrives)
+
+    @staticmethod
+    def _off(view: PlannerView, motion: JointMotion) -> float:
+        return float(np.abs(motion.way_from(view.command.q))[view.working].max(initial=0.0))
+
+    @staticmethod
+    def _rests(view: PlannerView, v: FloatArray) -> bool:
+        top = np.minimum(view.limits.v, 1.0 / AT_REST)
+        return bool((np.abs(v) <= AT_REST * top)[view.working].all())
+
+    def _judged(self, trace: list[FloatArray], arrives: bool) -> Tried:
+        q = np.array(trace)
+        places = thinned(q, LOOKED_AT)
+        efforts, clear = self._passable.effort(places), self._passable.clearance(places)
+        most = max(HELD, float(efforts[0]))
+        return Tried(
+            q, (len(q) - 1) * self._twin.dt, arrives, float(clear.min()), float(efforts.max()),
+            bool((efforts <= most).all() and (clear > min(0.0, float(clear[0]) - 1e-9)).all()),
+        )  # fmt: skip
+
+
+def thinned(q: FloatArray, apart: float) -> FloatArray:
+    """Rows that are so far apart in some joint, the first and the last one among them.
+
+    Args:
+        q: Places one after the other, (k, nv) [rad or m].
+        apart: How far [rad or m].
+    """
+    kept = [0]
+    for k in range(1, len(q)):
+        if np.abs(q[k] - q[kept[-1]]).max() >= apart:
+            kept.append(k)
+    if kept[-1] != len(q) - 1:
+        kept.append(len(q) - 1)
+    return q[kept]
+
+
+def corners(q: FloatArray, off: float) -> FloatArray:
+    """Rows between which straight ways are nowhere farther from q than so much in any joint.
+
+    Args:
+        q: Places one after the other, (k, nv) [rad or m].
+        off: How far [rad or m].
+
+    Source: Ramer 1972.
+    """
+    kept, parts = {0, len(q) - 1}, [(0, len(q) - 1)]
+    while parts:
+        a, b = parts.pop()
+        if b - a < 2:
+            continue
+        way = q[b] - q[a]
+        share = np.clip((q[a : b + 1] - q[a]) @ way / max(float(way @ way), 1e-300), 0.0, 1.0)
+        away = np.abs(q[a] + share[:, None] * way - q[a : b + 1]).max(axis=1)
+        k = a + int(np.argmax(away))
+        if away[k - a] > off:
+            kept.add(k)
+            parts += [(a, k), (k, b)]
+    return q[sorted(kept)]

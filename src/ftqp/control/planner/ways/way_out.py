@@ -1,0 +1,275 @@
+"""Ways out of where an arm is stuck, each tried in thought: back, home, or to where it can stand."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+
+from ftqp.control.inverse_kinematics.passable import HELD, Passable
+from ftqp.control.planner.leading_plan import Remaining
+from ftqp.control.planner.planner_facts import PlannerFacts
+from ftqp.control.planner.planner_view import JointState, PlannerView
+from ftqp.control.planner.ways.halt_posture import halt_posture
+from ftqp.control.planner.ways.trial import Trial, Tried, Twin, corners, thinned
+from ftqp.control.task.keep import Keep
+from ftqp.control.task.task import Task
+from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.errors import InputError
+from ftqp.core.quiet import quiet
+from ftqp.faults.kinds import FreeSwinging
+from ftqp.kernel.layout.thresholds import SINGULAR_FROM
+from ftqp.model.robot import Robot
+
+OFF_RECORD: Final = 0.03
+"""The way back leaves the one that the arm has come by at most this in any joint [rad or m]: a centimetre or
+two at the tip. A guess that tests/control/planner/ways/test_ways_out.py has not contradicted."""
+APART: Final = 0.01
+"""Places of the way that has been come are so far apart [rad or m], by convention ..."""
+MANY: Final = 200
+"""... or farther, so that there are not many more than these."""
+LONGEST: Final = 60
+"""Places of a way at most."""
+BACK_SPEED: Final = 0.3
+"""The tip goes back so fast [m/s] where it is led, and turns at three times as many rad/s. A guess that the
+tests have not contradicted."""
+STAND: Final = 0.4
+"""A moving arm comes to rest for so long before the tip is led back [s]. A guess that the tests have not
+contradicted."""
+TIP_BACK: Final = 0.01
+"""The tip is back within this of where its way began [m] ..."""
+TURNED_BACK: Final = 0.05
+"""... and this [rad]: the defaults of a task's tolerances, so that it counts as being there, exactly then."""
+WORDS: Final = {
+    "pose": "position and orientation",
+    "position_axis": "position and the direction of the tool",
+    "position": "position",
+    "": "nothing",
+}
+"""Rows of a task in words."""
+TRIAL_DT: Final = 8e-3
+"""Sampling period of planners for trials [s], if that is longer than the planner's own: motions of joints
+with limited jerk are the same at both, and a trial takes an eighth of the time. A guess that
+tests/control/planner/ways/test_ways_out.py has not contradicted."""
+Maker = Callable[..., Twin]
+Twins = Callable[[str | None], Twin]
+"""Makes a planner for trials, with the task's own rows or fewer."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WayOut:
+    """One way out, as it was tried.
+
+    Attributes:
+        kind: ``back`` (along the way that the joints have come), ``back by the tip``, ``home``, ``halt`` (to
+            a posture near by where the arm can stand for long) or ``stop``.
+        rows: For ``back by the tip`` the rows of the pose that are kept on the way; else empty.
+        places: The postures to go to one after the other, (k, nv) [rad or m]; ``ftqp.GoTo(planner,
+            way=...)`` goes there.
+        time: About how long it takes [s].
+        arrives: Whether the arm comes to rest at the end, without a stop.
+        clear: Whether it arrives, motors can hold it everywhere on the way, and it meets nothing.
+        clearance: The least distance on the way from what it must not meet [m]; inf where nothing is known.
+        effort: The largest share of a torque limit that holds the arm at rest, at the end.
+        limit: From the joint that is nearest to an end of its range, at the end of the way [rad or m].
+        still: What the tip can do from there in all directions with the joints that work: ``pose``,
+            ``position_axis``, ``position``, or nothing.
+        sentence: The same in words.
+    """
+
+    kind: str
+    rows: str
+    places: FloatArray
+    time: float
+    arrives: bool
+    clear: bool
+    clearance: float
+    effort: float
+    limit: float
+    still: str
+    sentence: str
+
+    @property
+    def remaining(self) -> Remaining:
+        """The same as an option of ``planner.options()``."""
+        kind = {"stop": "stop", "halt": "halt"}.get(self.kind, "retreat")
+        return Remaining(kind=kind, rows=self.rows, until=0.0, q=self.places, sentence=self.sentence)
+
+
+def ways_out(planner: PlannerFacts, make: Maker, came: FloatArray | None, home: Any) -> tuple[WayOut, ...]:
+    """Ways out, those that are clear first, in the order: back, back by the tip, home, halt, stop.
+
+    Args:
+        planner: Whose arm is where it is.
+        make: Makes planners.
+        came: The way that the joints have come, (k, nv) [rad or m]; None where none was kept.
+        home: Where the arm belongs, (nv,) or (nq,) [rad or m]; None is the planner's posture or the robot's.
+
+    Raises:
+        InputError: There was no ``reset``, home has a wrong shape, or the robot floats.
+    """
+    robot, view = planner.robot, planner.view()
+    robot.refuse_floating("ways out need")
+    if not view.is_reset:
+        raise InputError("it is not known where the arm is; call planner.reset(q) before ways_out()")
+    belongs = robot.neutral if planner.posture is None else planner.posture
+    belongs = belongs if home is None else robot.angles(home)
+    keeps = [one.given for one in planner.constraints.values() if isinstance(one.given, Keep)]
+    passable = Passable(robot, view.limits.tau, view.working, keeps)
+    with quiet():
+        found = _found(planner, partial(_twin, planner, make), view, passable, came, belongs)
+    return tuple(sorted(found, key=lambda way: not way.clear))
+
+
+def _twin(planner: PlannerFacts, make: Maker, rows: str | None) -> Twin:
+    """A planner for trials: this one with a slower clock, and the task's own rows or fewer."""
+    own = planner.task
+    twin = make(
+        planner.robot, max(planner.dt, TRIAL_DT), level=planner.level, bounds=planner.bounds, emergency=None,
+        task=Task(rows=own.rows if rows is None else rows, length=own.length, axis=own.axis),
+        torque_limits=bool(np.isfinite(planner.view().limits.tau).any()),
+        constraints=[one.given for one in planner.constraints.values()],
+    )  # fmt: skip
+    for fault in planner.faults.values():
+        twin.report(fault)
+    return twin
+
+
+def _found(
+    planner: PlannerFacts,
+    twins: Twins,
+    view: PlannerView,
+    passable: Passable,
+    came: FloatArray | None,
+    home: FloatArray,
+) -> list[WayOut]:
+    """All ways, in their order."""
+    start, limits, working = view.command, view.limits, view.working
+    twin = twins(None)
+    trial = Trial(twin, start, passable)
+    found: list[WayOut] = []
+
+    def add(kind: str, places: FloatArray, tried: Tried, rows: str = "") -> None:
+        found.append(_way(kind, rows, places, tried, view, twin.robot, passable))
+
+    swings = any(isinstance(fault, FreeSwinging) for fault in planner.faults.values())
+    if came is not None and len(came) > 1 and not swings:
+        length = float(np.abs(np.diff(came, axis=0)).max(axis=1).sum())
+        came = thinned(came, max(APART, length / MANY))
+        back = corners(np.vstack([came, start.q])[::-1], OFF_RECORD)[1 : LONGEST + 1]
+        back = np.where(working, np.clip(back, limits.q_min, limits.q_max), start.q)
+        add("back", back, trial.joints(list(back)))
+        if not working.all():
+            for rows in planner.task.kept_sets:
+                done = _back_by_tip(twins(rows), start, passable, came, rows)
+                if done is not None:
+                    add("back by the tip", *done, rows=rows)
+                    if found[-1].clear:
+                        break
+    stand = np.where(working, np.clip(_resting(start, limits.a), limits.q_min, limits.q_max), start.q)
+    if not swings:  # else nothing but a stop is known to be possible
+        place = np.where(working, np.clip(home, limits.q_min, limits.q_max), start.q)
+        add("home", place[None], trial.joints([place]))
+        rest = halt_posture(stand, passable, working, limits.q_min, limits.q_max)
+        add("halt", rest[None], trial.joints([rest]))
+    add("stop", stand[None], trial.joints([stand]))
+    return found
+
+
+def _resting(start: JointState, a: FloatArray) -> FloatArray:
+    """Where braking ends, (nv,) [rad or m]: q + v |v|/(2 a)."""
+    return start.q + start.v * np.abs(start.v) / (2.0 * np.maximum(a, 1e-9))
+
+
+def _back_by_tip(
+    twin: Twin, start: JointState, passable: Passable, came: FloatArray, rows: str
+) -> tuple[FloatArray, Tried] | None:
+    """The places of the way along the tip's, as the joints that are left follow it, and what they come to.
+
+    None where the tip ends farther from the begin of its way than the task's tolerance, in the rows kept.
+    """
+    view = twin.view()
+    poses = [view.tip_at(JointState(q, 0.0 * q, 0.0 * q)).pose for q in np.vstack([came, start.q])[::-1]]
+    way = [0.0]
+    for one, two in pairwise(poses):
+        cosine = 0.5 * (np.trace(one[:3, :3].T @ two[:3, :3]) - 1.0)
+        turned = float(np.arccos(np.clip(cosine, -1.0, 1.0))) / 3.0 if rows != "position" else 0.0
+        way.append(way[-1] + max(float(np.linalg.norm(two[:3, 3] - one[:3, 3])), turned))
+    if way[-1] <= 0.0:
+        return None
+    count = max(2, int(np.ceil(1.9 * way[-1] / (BACK_SPEED * twin.dt))))
+    s = np.linspace(0.0, 1.0, count)
+    s = way[-1] * (10.0 * s**3 - 15.0 * s**4 + 6.0 * s**5)  # from rest to rest
+    joints = np.vstack([came, start.q])[::-1]
+    between = np.array([np.interp(s, way, column) for column in joints.T]).T
+    goals = [view.tip_at(JointState(q, 0.0 * q, 0.0 * q)).pose for q in between]
+    goals += [goals[-1]] * int(STAND / twin.dt)
+    led = Trial(twin, start, passable).tip(goals, int(STAND / twin.dt))
+    if not led.arrives:
+        return None
+    places = corners(led.q, OFF_RECORD / 3.0)[1 : LONGEST + 1]
+    tried = Trial(twin, start, passable).joints(list(places))
+    end = view.tip_at(JointState(tried.q[-1], 0.0 * start.q, 0.0 * start.q)).pose
+    task_error = float(np.linalg.norm(end[:3, 3] - goals[-1][:3, 3]))
+    lean = float(np.arccos(np.clip(end[:3, 2] @ goals[-1][:3, 2], -1.0, 1.0)))
+    cosine = 0.5 * (np.trace(end[:3, :3].T @ goals[-1][:3, :3]) - 1.0)
+    turned = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    off = {"position": 0.0, "position_axis": lean, "pose": turned}[rows]
+    if task_error > TIP_BACK or off > TURNED_BACK:
+        return None
+    return places, tried
+
+
+def _way(
+    kind: str,
+    rows: str,
+    places: FloatArray,
+    tried: Tried,
+    view: PlannerView,
+    robot: Robot,
+    passable: Passable,
+) -> WayOut:
+    """A way with what there is to say of it."""
+    end, limits, working = tried.q[-1], view.limits, view.working
+    ends = np.minimum(end - limits.q_min, limits.q_max - end)[working]
+    way = WayOut(
+        kind=kind, rows=rows, places=frozen(places.copy()), time=tried.time, arrives=tried.arrives,
+        clear=tried.arrives and tried.passes, clearance=tried.clearance,
+        effort=float(passable.effort(end[None])[0]), limit=float(ends.min(initial=np.inf)),
+        still=_still(robot, end, np.asarray(working)), sentence="",
+    )  # fmt: skip
+    return replace(way, sentence=_sentence(way))
+
+
+def _still(robot: Robot, q: FloatArray, working: FloatArray) -> str:
+    """The rows in which the tip can move in all directions."""
+    J = robot.jacobian(q)[:, working].copy()
+    R = robot.pose(q)[:3, :3]
+    J[3:] = robot.length * (R.T @ J[3:])
+    for name, count in (("pose", 6), ("position_axis", 5), ("position", 3)):
+        if J.shape[1] >= count:
+            sigma = np.linalg.svd(J[:count], compute_uv=False)
+            if sigma[-1] > SINGULAR_FROM * robot.length:
+                return name
+    return ""
+
+
+def _sentence(way: WayOut) -> str:
+    """A way in words."""
+    what = {
+        "back": "go back the way that the joints have come",
+        "back by the tip": f"go back along the tip's way with {WORDS[way.rows]}",
+        "home": "go home with the joints that work",
+        "halt": "go to a posture near by where the arm can stand for long",
+        "stop": "stop and stand here",
+    }[way.kind]
+    if not way.arrives:
+        return f"{what}: it does not arrive"
+    text = f"{what}, {way.time:.2g} s; motors then need {100.0 * way.effort:.0f} % of their limits, and "
+    text += f"the tip can still move in {WORDS[way.still]}"
+    if way.clear:
+        return text
+    why = "it meets something" if way.clearance <= 0.0 else f"a motor needs more than {100.0 * HELD:.0f} %"
+    return f"{text}; it is not clear, as {why} on the way"

@@ -1,0 +1,180 @@
+"""Ways out: what is announced is what happens, and clear ways come first."""
+
+import numpy as np
+import pytest
+from tests.going import go
+
+import ftqp
+from ftqp.control.planner.ways.trial import corners, thinned
+
+PANDA = ftqp.robots.load("panda")
+HOME = PANDA.neutral
+AWAY = np.array([0.6, -0.3, 0.4, 0.3, -0.4, 0.3, 0.2])
+DT = 4e-3
+
+
+def on_the_way(ticks, fault=None, at=None, joints=AWAY, **given):
+    """A planner whose arm has come from home, healthy until ``at``, and where it is."""
+    planner = ftqp.Planner(PANDA, DT, remember=20.0, **given)
+    planner.reset(HOME)
+    goto, q, v = ftqp.GoTo(planner, q=HOME + joints), HOME, np.zeros(7)
+    for k in range(ticks):
+        if k == at:
+            planner.report(fault)
+        step = goto.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+    return planner, q, v
+
+
+def by_kind(ways):
+    return {way.kind: way for way in ways}
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("ticks", [60, 400])
+def test_every_way_is_gone_as_it_was_announced_also_from_a_moving_arm(level, ticks):
+    fault = ftqp.Locked("panda_joint4", mode="instant")
+    for kind in ("back", "back by the tip", "home", "halt", "stop"):
+        planner, q, v = on_the_way(ticks, fault, at=50, level=level)
+        ways = by_kind(planner.ways_out())
+        assert set(ways) >= {"back", "home", "halt", "stop"}
+        if kind not in ways:
+            continue
+        way, goto = ways[kind], ftqp.GoTo(planner, way=ways[kind])
+        assert way.clear and way.arrives and way.clearance == np.inf
+        steps = go(goto, q, v, longest=30.0)
+        assert goto.status is ftqp.GoToStatus.REACHED
+        assert np.abs(steps[-1].q - way.places[-1]).max() < 1e-3
+        assert len(steps) * DT == pytest.approx(way.time, rel=0.25, abs=0.4)
+        assert not {s.status for s in steps} & {ftqp.StepStatus.STOPPING, ftqp.StepStatus.FALLBACK}
+
+
+def test_way_back_passes_where_the_arm_has_come_by():
+    planner, q, v = on_the_way(400)
+    back = planner.ways_out()[0]
+    assert back.kind == "back" and np.abs(back.places[-1] - HOME).max() < 1e-6
+    steps = go(ftqp.GoTo(planner, way=back), q, v, longest=30.0)
+    fresh, came = on_the_way(0)[0], []
+    goto, q = ftqp.GoTo(fresh, q=HOME + AWAY), HOME
+    for _ in range(400):
+        q = goto.step(q, None).q.copy()
+        came.append(q)
+    off = max(np.abs(np.array(came) - step.q).max(axis=1).min() for step in steps[::10])
+    assert off < 0.035
+
+
+def test_locked_joint_stays_where_it_is_on_every_way():
+    planner, _, _ = on_the_way(200, ftqp.Locked(1, mode="instant"), at=60)
+    for way in planner.ways_out():
+        assert np.abs(way.places[:, 1] - planner.view().command.q[1]).max() < 1e-9
+    assert planner.faults
+
+
+def test_halt_posture_needs_less_of_the_motors_and_is_near():
+    planner, q, _ = on_the_way(200, joints=np.array([0.0, 0.9, 0.0, 1.2, 0.0, 0.0, 0.0]))
+    ways = by_kind(planner.ways_out())
+    assert ways["halt"].effort < ways["stop"].effort
+    assert np.abs(ways["halt"].places[-1] - q).max() < 0.65
+
+
+def test_arm_that_stands_at_its_start_has_no_way_back_and_says_what_it_has():
+    planner = ftqp.Planner(PANDA, DT, remember=5.0)
+    planner.reset(HOME)
+    kinds = [way.kind for way in planner.ways_out()]
+    assert kinds == ["home", "halt", "stop"]
+    planner = ftqp.Planner(PANDA, DT)
+    planner.reset(HOME)
+    assert [way.kind for way in planner.ways_out()] == kinds
+
+
+def test_asking_changes_nothing():
+    one, q, v = on_the_way(100)
+    other, _, _ = on_the_way(100)
+    one.ways_out()
+    target = ftqp.Target(pose=PANDA.pose(q))
+    a, b = one.step(q, v, target), other.step(q, v, target)
+    assert np.array_equal(a.q, b.q) and np.array_equal(a.v, b.v)
+    first, second = one.ways_out(), one.ways_out()
+    assert all(np.array_equal(x.places, y.places) for x, y in zip(first, second, strict=True))
+
+
+def test_kept_points_and_weak_motors_make_a_way_unclear_and_it_comes_last():
+    table = ftqp.Keep("panda_hand_tcp", above=(0.0, 0.0, 0.3))
+    planner = ftqp.Planner(PANDA, DT, constraints=[table])
+    planner.reset(HOME)
+    down = HOME + np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    ways = planner.ways_out(home=down)
+    assert ways[-1].kind == "home" and not ways[-1].clear
+    weak = ftqp.Planner(PANDA, DT)
+    weak.reset(HOME)
+    weak.report(ftqp.Degraded("panda_joint2", torque=0.3))
+    stretched = np.array([0.0, 1.47, 0.0, -0.2, 0.0, 1.6, 0.8])
+    ways = weak.ways_out(home=stretched)
+    assert ways[-1].kind == "home" and not ways[-1].clear
+    assert "does not arrive" in ways[-1].sentence or "not clear" in ways[-1].sentence
+
+
+def test_all_joints_locked_leave_standing_and_say_so():
+    planner, _, _ = on_the_way(200)
+    for joint in PANDA.joints:
+        planner.report(ftqp.Locked(joint, mode="instant"))
+    for way in planner.ways_out():
+        assert np.abs(way.places[-1] - planner.view().command.q).max() < 1e-9
+        assert way.still == "" and "nothing" in way.sentence
+
+
+def test_joint_that_swings_freely_leaves_a_stop():
+    planner, _, _ = on_the_way(200)
+    planner.report(ftqp.FreeSwinging(5))
+    assert [way.kind for way in planner.ways_out()] == ["stop"]
+
+
+def test_options_without_a_plan_are_the_clear_ways_and_a_stop():
+    planner, _, _ = on_the_way(200, ftqp.Locked(3, mode="instant"), at=60)
+    options = planner.options()
+    assert options[0].kind == "retreat" and options[-1].kind == "stop"
+    assert {one.kind for one in options} <= {"retreat", "halt", "stop"}
+    assert all(one.q.shape[1] == 7 and one.sentence for one in options)
+
+
+def test_second_failure_on_the_way_back_is_borne():
+    planner, q, v = on_the_way(400, ftqp.Locked(3, mode="instant"), at=60)
+    goto = ftqp.GoTo(planner, way=planner.ways_out()[0])
+
+    def each(k):
+        if k == 40:
+            planner.report(ftqp.Locked(0))
+
+    steps = go(goto, q, v, longest=30.0, each=each)
+    assert goto.done and goto.status in (ftqp.GoToStatus.REACHED, ftqp.GoToStatus.UNREACHABLE)
+    assert (np.abs(steps[-1].v) < 1e-3 * PANDA.limits.v_max).all()
+
+
+def test_bad_input_gets_a_sentence():
+    planner = ftqp.Planner(PANDA, DT)
+    with pytest.raises(ftqp.InputError, match=r"call planner\.reset"):
+        planner.ways_out()
+    planner.reset(HOME)
+    with pytest.raises(ftqp.InputError, match="shape"):
+        planner.ways_out(home=np.zeros(3))
+    with pytest.raises(ftqp.InputError, match="remember"):
+        ftqp.Planner(PANDA, DT, remember=0.0)
+    with pytest.raises(ftqp.InputError, match="exactly one of pose, q and way"):
+        ftqp.GoTo(planner, q=HOME, way=planner.ways_out()[0])
+    with pytest.raises(ftqp.InputError, match="ways_out"):
+        ftqp.GoTo(planner, way="back")
+
+
+def test_long_ways_are_remembered_in_their_order_and_corners_keep_to_them():
+    planner = ftqp.Planner(PANDA, DT, remember=1.0)
+    planner.reset(HOME)
+    q, v, target = HOME, np.zeros(7), ftqp.Target(pose=PANDA.pose(HOME))
+    for k in range(2000):
+        target.pose[1, 3] = 0.2 * np.sin(2e-3 * k)
+        step = planner.step(q, v, target)
+        q, v = step.q.copy(), step.v.copy()
+    assert planner.ways_out()[0].kind == "back"
+    rows = np.cumsum(np.random.default_rng(0).normal(size=(400, 7)) * 0.02, axis=0)
+    assert np.array_equal(thinned(rows, 0.0), rows)
+    few = corners(rows, 0.05)
+    assert len(few) < 150 and np.array_equal(few[[0, -1]], rows[[0, -1]])
