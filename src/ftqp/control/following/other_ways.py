@@ -1,6 +1,6 @@
 """Other ways to a pose than the straight one of the tip: postures of the goal, and ways of the joints."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Generator, Iterator
 from typing import final
 
 import numpy as np
@@ -27,6 +27,12 @@ ROUNDS = 8
 """Steps of postures along their self-motions, away from limits."""
 CHOICE = 6
 """Postures that are looked at more closely."""
+THOROUGH = 4
+"""So many times as many starts and postures where only some of the postures will do. These are guesses that
+`python benchmarks/bench_bridges.py` has not contradicted."""
+WORTHLESS = 0.02
+"""A posture that is worth less is not gone to, by convention."""
+Reach = Callable[[FloatArray], Generator[None, None, float]]
 TREES = 3
 """Postures to which a way round is looked for, where no straight one is passable."""
 
@@ -42,20 +48,25 @@ class OtherWays:
     Args:
         planner: The planner that is led.
         pose: The goal, (4, 4).
+        reach: Asks of a posture, piece by piece, what it is worth, from 0 to 1; those that are worth most are
+            gone to first, and those below 0.02 not at all. None takes all of them for alike.
+
+    Attributes:
+        search: The search for postures; None for arms that have none: with branches, or floating.
 
     Source: docs/theory/ways-out.md.
     """
 
-    def __init__(self, planner: Planner, pose: FloatArray) -> None:
-        self._planner, self._pose = planner, pose
+    def __init__(self, planner: Planner, pose: FloatArray, reach: Reach | None = None) -> None:
+        self._planner, self._pose, self._reach = planner, pose, reach
         self._view: PlannerView = planner.view()
         self._keeps = [one.given for one in planner.constraints.values() if isinstance(one.given, Keep)]
-        self._search = self._searcher()
+        self.search = self._searcher()
         self._per_tick = max(1, int(planner.dt / STARTS_EVERY))
         self.forget()
 
     def _searcher(self) -> PostureSearch | None:
-        """The search for this goal; None for arms that have none: with branches, or floating."""
+        """The search for this goal."""
         planner = self._planner
         self._fitted = planner.robot
         if planner.robot.chain.floating or not planner.robot.is_serial:
@@ -119,8 +130,8 @@ class OtherWays:
         planner, view = self._planner, self._view
         swings = any(isinstance(fault, FreeSwinging) for fault in planner.faults.values())
         if self._fitted is not planner.robot:
-            self._search = self._searcher()  # another load or tool
-        search = self._search
+            self.search = self._searcher()  # another load or tool
+        search = self.search
         if search is None or swings or int(view.working.sum()) < search.m:
             return
         limits, working = view.limits, view.working
@@ -129,17 +140,18 @@ class OtherWays:
         passable = Passable(planner.robot, limits.tau, working, self._keeps)
         yield
         found: tuple[Posture, ...] = ()
+        more = 1 if self._reach is None else THOROUGH
         while search.starts < MOST and not found:
-            for _ in range(ENOUGH // self._per_tick + 1):
+            for _ in range(more * ENOUGH // self._per_tick + 1):
                 search.look(self._per_tick)
                 self.starts = search.starts
                 yield
-            search.thin(CHOICE, limits.v)
+            search.thin(more * CHOICE, limits.v)
             for _ in range(ROUNDS):
                 if not search.make_room():
                     break
                 yield
-            found = search.postures(CHOICE, passable, limits.v)
+            found = search.postures(more * CHOICE, passable, limits.v)
             self.found = len(found)
             found = tuple(one for one in found if one.is_held)
             yield
@@ -148,6 +160,12 @@ class OtherWays:
     def _ways(self, found: tuple[Posture, ...], passable: Passable) -> Iterator[None]:
         """Straight ways of the joints to postures, then ways round."""
         view, far = self._view, []
+        if self._reach is not None:
+            worth = []
+            for posture in found:
+                worth.append((yield from self._reach(posture.q)))
+            order = sorted(range(len(found)), key=lambda k: -worth[k])
+            found = tuple(found[k] for k in order if worth[k] >= WORTHLESS)
         for posture in found:
             here = view.command.q
             if (yield from passing(passable, here, posture.q, self._effort(passable, here))):

@@ -7,6 +7,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.following.blockage import Blockage
+from ftqp.control.following.bridge import Bridge
 from ftqp.control.following.path_intervals import path_table
 from ftqp.control.following.stall import StallEscape
 from ftqp.control.paths.path import Path
@@ -32,6 +33,10 @@ ON_TASK = (OK, RELAXED, SCALED)
 """Codes of steps that attempt the task: a stop is no stall."""
 
 
+MOST_BRIDGES = 5
+"""So many bridges are gone on one path before the tip waits."""
+
+
 class PathStatus(Enum):
     """Where a path stands; its value is the sentence for the operator."""
 
@@ -40,6 +45,7 @@ class PathStatus(Enum):
     ESCAPING = "the path has stalled; the joints are moving on the spot to find a way on"
     BLOCKED = "the path is blocked; the tip waits on it until resume() or reset()"
     DONE = "the path is finished"
+    BRIDGING = "the path is blocked; another posture from which it goes on is looked for, or gone to"
 
 
 @final
@@ -56,6 +62,9 @@ class PathFollower:
         path: What the tip is to follow, in its own time; a rate of 1 is the path's own speed.
         stall: When to break the symmetry of a posture that has stalled the path, and when to call the path
             blocked. None does neither: a path that cannot go on then waits without a verdict.
+        bridges: Whether a blocked path may be bridged: the tip then leaves it, the joints go to another
+            posture of the place where it was left, from which it goes on, and it does. Without, the tip
+            waits on the path. For processes that must not be left, such as welding, leave it off.
 
     Raises:
         InputError: The planner has another task mode, or the path is too rough.
@@ -64,9 +73,9 @@ class PathFollower:
     """
 
     __slots__ = (
-        "_below", "_blockage", "_duration", "_lead", "_mean", "_path", "_pattern", "_planner",
-        "_rate", "_share", "_stall", "_stalled", "_standing", "_state", "_stood", "_stood_at",
-        "_target",
+        "_below", "_blockage", "_bridge", "_bridges", "_duration", "_lead", "_may_bridge", "_mean",
+        "_path", "_pattern", "_planner", "_rate", "_share", "_stall", "_stalled", "_standing",
+        "_state", "_stood", "_stood_at", "_target",
     )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
@@ -81,12 +90,15 @@ class PathFollower:
         path: Path,
         *,
         stall: StallEscape | None = StallEscape(),  # noqa: B008  frozen
+        bridges: bool = False,
     ) -> None:
+        instance("bridges", bridges, bool, "True or False")
         instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot, task=...)")
         instance("path", path, Path, "a path of ftqp.paths, for example ftqp.paths.Circle(pose, 0.1)")
         if stall is not None and not isinstance(stall, StallEscape):
             raise InputError(f"stall is {stall!r:.60}, expected an ftqp.StallEscape or None")
         self._planner, self._path, self._stall = planner, path, stall
+        self._may_bridge = bridges
         memory = PathMemory(capacity_for(planner.robot.nv), path_table(path))
         self._lead = planner.lead(memory)
         self._state = memory.path
@@ -101,8 +113,10 @@ class PathFollower:
 
     def _begin(self) -> None:
         self._state.progress, self._state.rate = 0.0, -1.0
+        self._bridges = MOST_BRIDGES if self._may_bridge else 0
         self._pattern: int | None = None
         self._blockage: Blockage | None = None
+        self._bridge: Bridge | None = None
         self.resume()
 
     def resume(self) -> None:
@@ -135,6 +149,8 @@ class PathFollower:
             tau: The measured torque, (nv,) [N m or N], or None.
             tip: The measured pose of the tip, (4, 4), or None to take that of the model.
         """
+        if self._bridge is not None:
+            return self._bridged(self._bridge, q, v, tau, tip)
         step = self._lead.step(q, v, (), tau, tip)
         if self._stall is not None:
             self._mean += self._share * (self._rate[0] - self._mean)
@@ -162,6 +178,8 @@ class PathFollower:
         """Where the path stands."""
         if self._state.progress >= self._duration:
             return PathStatus.DONE
+        if self._bridge is not None and not self._bridge.failed:
+            return PathStatus.BRIDGING
         if self._blockage is not None:
             return PathStatus.BLOCKED
         if self._pattern is not None:
@@ -171,7 +189,23 @@ class PathFollower:
     @property
     def blocked(self) -> str | None:
         """Which way the tip cannot go on and what holds it, or None while the path is not blocked."""
-        return None if self._blockage is None else self._blockage.sentence
+        if self._blockage is None:
+            return None
+        text = self._blockage.sentence
+        return text if self._bridge is None else f"{text}; {self._bridge.sentence}"
+
+    def _bridged(self, bridge: Bridge, q: Any, v: Any, tau: Any, tip: Any) -> Step:
+        """A step while the path is blocked: the tip waits on it, or the joints go over a bridge."""
+        if bridge.leads:
+            step = bridge.step(q, v, tau, tip)
+            if bridge.done:
+                self._bridges -= 1
+                self.resume()
+            return step
+        step = self._lead.step(q, v, (), tau, tip)
+        if step.code in ON_TASK:
+            bridge.think()
+        return step
 
     def _watch(self, stall: StallEscape, step: Step) -> None:
         """The mean rate is low, or was: begin, change or end an escape."""
@@ -205,6 +239,8 @@ class PathFollower:
         self._blockage = Blockage(
             self._planner, self._lead, self._target, self.progress, self._duration, step
         )
+        if self._bridges > 0:
+            self._bridge = Bridge(self._planner, self._path, self.progress)
 
     def _try(self, stall: StallEscape, pattern: int) -> None:
         """Draw the null space along a pattern."""
@@ -220,6 +256,6 @@ class PathFollower:
     def _rest(self) -> None:
         """End the escape, and the verdict with it."""
         self._pattern = None
-        self._blockage = None
+        self._blockage = self._bridge = None
         self._state.driven = self._state.found = 0
         self._state.speed = 0.0

@@ -78,9 +78,9 @@ class PostureSearch:
     def __init__(self, robot: Robot, pose: Any, rows: Any, axis: Any = (0.0, 0.0, 1.0)) -> None:
         names, tool = task_rows(robot, rows)
         goal = goal_pose(pose, names)
+        self._tool = transform(axis_frame(axis), np.zeros(3)) if tool else np.eye(4)
         if tool:
-            turn = transform(axis_frame(axis), np.zeros(3))
-            goal, robot = goal @ turn, robot.with_tip(turn)
+            goal, robot = goal @ self._tool, robot.with_tip(self._tool)
         self.robot, self.m = robot, len(names)
         self._session = robot_session(robot, [COMPONENTS.index(name) for name in names], axis=tool)
         self._session.aim(goal)
@@ -150,6 +150,16 @@ class PostureSearch:
         top = np.where(self._working, np.minimum(v_max, FASTEST), np.inf)
         times: FloatArray = (np.abs(self.q - self._near) / top).max(axis=1)
         return times
+
+    def along(self, q: FloatArray, pose: FloatArray) -> FloatArray | None:
+        """The posture that Newton steps reach from q at a pose near by, if it is within the limits.
+
+        Args:
+            q: Where the joints are, (nv,) [rad or m].
+            pose: Where the tip shall be, (4, 4).
+        """
+        found, left, _ = self._session.solutions(q[None], (pose @ self._tool)[None], near=True)
+        return found[0] if self._good(found, left)[0] else None
 
     def make_room(self, rounds: int = 1) -> bool:
         """Lead every posture so many steps along its self-motion, away from limits; whether one has moved.

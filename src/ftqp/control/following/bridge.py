@@ -1,0 +1,119 @@
+"""A bridge: from where a path is blocked to another posture of that place, from which it goes on."""
+
+from collections.abc import Generator
+from typing import Any, Final, final
+
+import numpy as np
+
+from ftqp.control.following.led_joints import LedJoints
+from ftqp.control.following.other_ways import OtherWays
+from ftqp.control.paths.path import Path
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.step import Step
+from ftqp.control.references.jerk_limit import RISE_TIME
+from ftqp.core.checks import FloatArray
+from ftqp.kernel.layout.enums import STOPPED, STOPPING
+from ftqp.kernel.layout.thresholds import AT_REST
+
+SAMPLES: Final = 200
+"""Places of a path at which it is asked whether a posture goes on along it."""
+AT_ONCE: Final = 4
+"""Places of them that are looked at in one tick: some 0.1 ms."""
+ARRIVED: Final = 1e-4
+"""A command so near to its place has arrived [rad or m], by convention: the path's feedback does the rest."""
+SLACK: Final = 20.0
+"""The path may take so many times its time, because a follower waits where joints are at their speed limits.
+A guess that `python benchmarks/bench_bridges.py` has not contradicted."""
+
+
+@final
+class Bridge:
+    """Thinks of a bridge, a piece in every tick, while the tip waits, and leads the joints over it.
+
+    Args:
+        planner: The planner that is led.
+        path: Its path.
+        progress: The path time at which it is blocked [s].
+
+    Attributes:
+        leads: Whether the joints are led, and not the tip along its path.
+        done: Whether the arm is where the path goes on.
+        failed: Whether there is no bridge.
+
+    Source: docs/theory/ways-out.md.
+    """
+
+    def __init__(self, planner: Planner, path: Path, progress: float) -> None:
+        self._planner, self._view = planner, planner.view()
+        self._belief = self._view.belief
+        times = np.linspace(progress, path.duration, SAMPLES + 1)
+        samples = path.sample(times)
+        self._poses = samples.pose
+        self._gap = float(times[1] - times[0])
+        self._ways = OtherWays(planner, samples.pose[0], reach=self._reached)
+        self._joints = LedJoints(planner, self._view.command.q, RISE_TIME)
+        self._way: list[FloatArray] = []
+        self.leads = self.done = self.failed = self._waits = False
+
+    @property
+    def sentence(self) -> str:
+        """What is being done, or was looked for."""
+        if self.leads and not self._waits:
+            return "the joints go to another posture, from which the path goes on"
+        if self.failed:
+            return f"no bridge was found: {self._ways.sentence}"
+        return f"a posture from which the path goes on is looked for: {self._ways.starts} starts so far"
+
+    def think(self) -> None:
+        """Think for one tick, until the joints are to be led or there is no bridge."""
+        if self._belief != self._view.belief:
+            self._belief, self.failed = self._view.belief, False
+            self._ways.forget()
+        if self.failed:
+            return
+        self._ways.think()
+        if self._ways.is_ready:
+            self._way = list(self._ways.take())
+            self._joints.aim(self._way.pop(0))
+            self.leads, self._waits = True, False
+        elif self._ways.is_over:
+            self.failed = True
+
+    def step(self, q: Any, v: Any, tau: Any, tip: Any) -> Step:
+        """A step of the joints over the bridge; see ``Planner.step``."""
+        if self._belief != self._view.belief and self._view.is_reset:
+            self._joints.aim(self._view.command.q)  # another joint has failed: think anew, from here
+            self._waits = True
+        step = self._joints.step(q, v, tau, tip)
+        if step.code in (STOPPING, STOPPED):
+            return step
+        if self._waits:
+            self.think()
+            return step
+        working = self._view.working
+        off = float(np.abs(self._joints.way[working]).max(initial=0.0))
+        top = np.minimum(self._view.limits.v, 1.0 / AT_REST)
+        slow = bool((np.abs(self._view.command.v) <= AT_REST * top)[working].all())
+        if slow and off <= ARRIVED:
+            if self._way:
+                self._joints.aim(self._way.pop(0))
+            else:
+                self.done = True
+        return step
+
+    def _reached(self, q: FloatArray) -> Generator[None, None, float]:
+        """The share of the rest of the path along which the joints can follow it from a posture.
+
+        Newton steps go from place to place, within the limits.
+        """
+        search, limits, working = self._ways.search, self._view.limits, self._view.working
+        assert search is not None
+        most = SLACK * self._gap * limits.v
+        for k in range(1, len(self._poses)):
+            nearest = search.along(q, self._poses[k])
+            if nearest is None or (np.abs(nearest - q) > most)[working].any():
+                return (k - 1) / SAMPLES
+            q = nearest
+            if k % AT_ONCE == 0:
+                yield
+        return 1.0

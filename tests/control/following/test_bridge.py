@@ -1,0 +1,128 @@
+"""Bridges: a blocked path goes on from another posture of the place where it was left."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.core.pose import rotation_exp
+
+PANDA = ftqp.robots.load("panda")
+STATUS = ftqp.PathStatus
+DT = 4e-3
+START = np.array([1.445, -1.071, 0.615, -2.617, -2.145, 1.41, -1.885])
+"""With joint 5 locked here, joint 1 comes to its upper limit on the line; another posture goes on."""
+
+
+def goal():
+    T = PANDA.pose(START).copy()
+    T[:3, 3] += [0.169, 0.147, -0.278]
+    T[:3, :3] = rotation_exp(np.array([0.356, 0.093, -0.232])) @ T[:3, :3]
+    return T
+
+
+def follower(level="acceleration", **given):
+    planner = ftqp.Planner(PANDA, DT, level=level, task=ftqp.Task(mode="scaled"))
+    planner.reset(START)
+    planner.report(ftqp.Locked(4, mode="instant"))
+    line = ftqp.paths.PointToPoint(PANDA.pose(START), goal(), duration=2.7)
+    return ftqp.PathFollower(planner, line, **given)
+
+
+def follow(leader, longest=20.0, each=lambda k: None):
+    """Joints at every tick and the statuses in their order, until done or blocked for a second."""
+    q, v, rows, seen, blocked = START.copy(), np.zeros(7), [], [], 0
+    robot = leader.planner.robot
+    for k in range(round(longest / DT)):
+        each(k)
+        step = leader.step(q, v)
+        healthy = [joint not in leader.planner.faults for joint in robot.joints]
+        assert (np.abs(step.v) <= robot.limits.v_max * (1.0 + 1e-9)).all()
+        assert (np.abs(step.v - v)[healthy] <= DT * robot.limits.a_max[healthy] * (1.0 + 1e-6)).all()
+        q, v = step.q.copy(), step.v.copy()
+        rows.append(q)
+        if not seen or seen[-1] is not leader.status:
+            seen.append(leader.status)
+        blocked = blocked + 1 if leader.status is STATUS.BLOCKED else 0
+        if leader.status is STATUS.DONE or blocked > 1.0 / DT:
+            break
+    return np.array(rows), seen
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_blocked_path_is_finished_over_a_bridge_within_limits(level):
+    leader = follower(level, bridges=True)
+    rows, seen = follow(leader)
+    assert seen[-1] is STATUS.DONE and STATUS.BRIDGING in seen
+    assert np.abs(PANDA.pose(rows[-1]) - goal()).max() < 1e-3
+    assert (rows[:, 4] == START[4]).all() and leader.blocked is None
+    inside = (rows >= PANDA.limits.q_min - 1e-9) & (rows <= PANDA.limits.q_max + 1e-9)
+    assert inside.all()
+
+
+def test_without_bridges_the_tip_waits_on_the_path():
+    leader = follower()
+    rows, seen = follow(leader)
+    assert seen[-1] is STATUS.BLOCKED and STATUS.BRIDGING not in seen
+    at = leader.path.sample(np.array([leader.progress])).pose[0]
+    assert np.linalg.norm(PANDA.pose(rows[-1])[:3, 3] - at[:3, 3]) < 2e-3
+    assert "panda_joint1 (upper position limit)" in leader.blocked
+
+
+def test_same_ticks_give_the_same_bridge():
+    first, second = (follow(follower(bridges=True))[0] for _ in range(2))
+    assert np.array_equal(first, second)
+
+
+def test_what_is_done_is_said_and_a_path_without_a_bridge_says_what_was_looked_for():
+    leader, said = follower(bridges=True), set()
+    follow(leader, each=lambda k: said.add(leader.blocked))
+    text = "\n".join(str(one) for one in said)
+    assert "is looked for" in text and "the joints go to another posture, from which the path goes on" in text
+    T = PANDA.pose(START).copy()
+    T[:3, 3] += [1.5, 0.0, 0.0]
+    planner = ftqp.Planner(PANDA, DT, task=ftqp.Task(mode="scaled"))
+    planner.reset(START)
+    away = ftqp.PathFollower(
+        planner, ftqp.paths.PointToPoint(PANDA.pose(START), T, duration=6.0), bridges=True
+    )
+    _, seen = follow(away, longest=40.0)
+    assert seen[-1] is STATUS.BLOCKED and "no bridge was found" in away.blocked
+
+
+@pytest.mark.parametrize("when", ["is looked for", "the joints go"])
+def test_second_failure_on_the_bridge_is_borne_and_a_repair_lets_the_path_go_on(when):
+    leader, told = follower(bridges=True), []
+
+    def each(k):
+        if not told and leader.blocked is not None and when in leader.blocked:
+            leader.planner.report(ftqp.Locked(2))
+            told.append(k)
+
+    rows, seen = follow(leader, longest=15.0, each=each)
+    assert told and seen[-1] in (STATUS.BLOCKED, STATUS.DONE, STATUS.BRIDGING)
+    assert np.abs(rows[-1] - rows[-2]).max() < 1e-4
+
+
+def test_stop_on_the_bridge_is_a_stop_and_resume_goes_on():
+    leader, told = follower(bridges=True), []
+
+    def each(k):
+        if not told and leader.blocked is not None and "the joints go" in leader.blocked:
+            leader.planner.stop()
+            told.append(k)
+        if told and k == told[0] + 200:
+            assert leader.planner.stopped_because is not None
+            leader.planner.resume()
+
+    rows, seen = follow(leader, each=each)
+    assert told and seen[-1] is STATUS.DONE and np.abs(PANDA.pose(rows[-1]) - goal()).max() < 1e-3
+
+
+def test_reset_on_a_bridge_begins_anew_and_bad_input_is_refused():
+    leader = follower(bridges=True)
+    follow(leader, longest=DT * 710)
+    assert leader.status is STATUS.BRIDGING
+    leader.reset(START)
+    assert leader.progress == 0.0 and leader.blocked is None
+    with pytest.raises(ftqp.InputError, match="bridges"):
+        follower(bridges="yes")
