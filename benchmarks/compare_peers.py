@@ -221,7 +221,7 @@ def main() -> int:
         for kind in KINDS:
             cases = [case for case, _ in drawn_cases[kind]]
             for name, (kinds, *_) in PROGRAMS.items():
-                if kind not in kinds.split():
+                if kind not in kinds.split() or (options.only and name not in options.only):
                     continue
                 _say(f"{kind}s: {name}")
                 try:
@@ -311,6 +311,7 @@ def _options() -> argparse.Namespace:
         metavar="DIR",
         help=f"of placo and pink (default {DEFAULT})",
     )
+    add("--only", nargs="+", choices=tuple(PROGRAMS), metavar="PROGRAM", help=f"of {', '.join(PROGRAMS)}")
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()
     return options
