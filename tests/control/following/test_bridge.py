@@ -59,6 +59,21 @@ def test_blocked_path_is_finished_over_a_bridge_within_limits(level):
     assert inside.all()
 
 
+def test_steps_on_a_bridge_say_how_far_the_tip_is_from_its_path_and_are_not_ok():
+    leader, q, v, off = follower(bridges=True), START.copy(), np.zeros(7), 0.0
+    for _ in range(1600):
+        before, step = q.copy(), leader.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+        if leader.status is STATUS.BRIDGING and "the joints go" in leader.blocked:
+            away = leader.target.position - PANDA.pose(before)[:3, 3]
+            assert step.position_error == pytest.approx(np.linalg.norm(away), abs=1e-9)
+            assert np.abs(step.task_error[:3] - away).max() < 1e-9
+            off = max(off, step.position_error)
+            far = step.position_error > 0.01 or step.rotation_error > 0.05
+            assert (step.status is ftqp.StepStatus.LAGGING) == far
+    assert off > 0.05
+
+
 def test_without_bridges_the_tip_waits_on_the_path():
     leader = follower()
     rows, seen = follow(leader)

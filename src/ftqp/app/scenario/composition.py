@@ -163,7 +163,16 @@ def follower(tables: Scenario, planner: Planner, way: Path) -> PathFollower | No
     """What leads the planner along the path by its progress; None where the clock does.
 
     Raises:
-        InputError: The path is to run by its progress, but the task mode is not ``scaled``.
+        InputError: The path is to run by its progress, but the task mode is not ``scaled``; or by the clock,
+            with bridges.
     """
     reference = tables.path.reference or ("progress" if planner.task.mode == "scaled" else "time")
-    return None if reference == "time" else PathFollower(planner, way, stall=made(tables.planner.stall))
+    own = tables.planner
+    if reference == "time":
+        if own.bridges:
+            raise InputError(
+                "planner.bridges is true and the path runs by the clock; expected reference = 'progress' "
+                "with planner.task.mode = 'scaled': only such a path waits while a bridge is gone"
+            )
+        return None
+    return PathFollower(planner, way, stall=made(own.stall), bridges=own.bridges)

@@ -69,6 +69,11 @@ class PlannerTable(Table):
         "the escape of a stalled path, for reference = 'progress'; 'off' to have none",
         off=True,
     )
+    bridges: bool = setting(
+        False,
+        "whether a blocked path goes on from another posture, to which the tip leaves it, for reference = "
+        "'progress'",
+    )
 
     def __post_init__(self) -> None:
         if self.backend is not None and self.profile is not None:

@@ -51,7 +51,7 @@ class Bridge:
         self._poses = samples.pose
         self._gap = float(times[1] - times[0])
         self._ways = OtherWays(planner, samples.pose[0], reach=self._reached)
-        self._joints = LedJoints(planner, self._view.command.q, RISE_TIME)
+        self._joints = LedJoints(planner, self._view.command.q, RISE_TIME, samples.pose[0])
         self._way: list[FloatArray] = []
         self.leads = self.done = self.failed = self._waits = False
 

@@ -24,14 +24,17 @@ class LedJoints:
         planner: The planner that is led.
         goal: The posture to go to, (nv,) [rad or m].
         rise_time: How long an acceleration takes to reach its limit, > 0 [s].
+        meant: Where the tip is meant to be meanwhile, (4, 4), see ``Planner.lead``.
     """
 
-    def __init__(self, planner: Planner, goal: FloatArray, rise_time: float) -> None:
+    def __init__(
+        self, planner: Planner, goal: FloatArray, rise_time: float, meant: FloatArray | None = None
+    ) -> None:
         self.planner = planner
         self.view: PlannerView = planner.view()
         self._motion = JointMotion(self.view, planner.robot, planner.dt, planner.level, rise_time)
         self._motion.goal = goal
-        self._lead = planner.lead(self._motion.memory)
+        self._lead = planner.lead(self._motion.memory, meant)
         self._t = 0.0
         self._begun, self._belief, self._speed = -1, b"", 1.0
 

@@ -3,10 +3,32 @@
 from collections.abc import Callable
 from typing import Any, final
 
+import numpy as np
+
 from ftqp.control.planner.step import Step
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
+from ftqp.core.pose import rotation_exp, rotation_vector
 from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory, Session
-from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.kernel.layout.enums import HEALTHY, LAGGING, OK, RELAXED, TARGET_POSE
+
+
+def judged_by(K: Any, code: int, meant: FloatArray) -> int:
+    """Let the errors of a tick be those to another pose; the status, which is no ``OK`` where that is far.
+
+    Args:
+        K: The planner's record after the tick.
+        code: The status of the tick.
+        meant: Where the tip is meant to be, (4, 4).
+    """
+    task, rows = K.task, K.task.rows[: K.task.m]
+    led = np.array(task.target[TARGET_POSE : TARGET_POSE + 16]).reshape(4, 4)
+    seen = np.array(task.seen)  # from the measured tip to where the motion has it
+    task.seen[:3] = meant[:3, 3] - led[:3, 3] + seen[:3]
+    task.seen[3:] = rotation_vector(meant[:3, :3] @ led[:3, :3].T @ rotation_exp(seen[3:]))
+    task.position_error = float(np.linalg.norm(task.seen[rows[rows < 3]]))
+    task.rotation_error = float(np.linalg.norm(task.seen[rows[rows > 2]]))
+    far = task.position_error > K.feedback.tolerance or task.rotation_error > K.feedback.rotation_tolerance
+    return LAGGING if far and code in (OK, RELAXED) else code
 
 
 @final

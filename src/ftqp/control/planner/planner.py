@@ -23,7 +23,7 @@ from ftqp.control.planner.degrading import Degrading
 from ftqp.control.planner.filling import filled
 from ftqp.control.planner.free_joint import FreeJoint
 from ftqp.control.planner.given_arrays import converted_tick, is_row, measured_tick, mistake, not_a_target
-from ftqp.control.planner.lead import Lead
+from ftqp.control.planner.lead import Lead, judged_by
 from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading, Remaining
 from ftqp.control.planner.one_thread import OneThread, guarded
 from ftqp.control.planner.planner_changes import PlannerChanges
@@ -51,7 +51,7 @@ from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.control.task.task import Task
-from ftqp.core.checks import instance, positive
+from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
@@ -336,11 +336,13 @@ class Planner(PlannerChanges):
         q = self._session.K.state.q_command[: self.robot.nv].copy()
         return self._leading.options(q, self.faults)
 
-    def lead(self, leader: PathMemory | BaseMemory | JointsMemory) -> Lead:
+    def lead(self, leader: PathMemory | BaseMemory | JointsMemory, meant: FloatArray | None = None) -> Lead:
         """The planner's ticks led by a path's progress, an inertial target or a motion of the joints.
 
         Args:
             leader: The memory of the path, the base or the motion; it stays the leader's own.
+            meant: Where the tip is meant to be while the joints are led elsewhere, (4, 4); errors and
+                statuses of steps are about it. None lets them be about the motion.
 
         Raises:
             InputError: They do not go together.
@@ -356,7 +358,10 @@ class Planner(PlannerChanges):
         path = leader if isinstance(leader, PathMemory) else None
 
         def step(q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
-            return self._led(tick, q, v, target, tau, tip, path)
+            out = self._led(tick, q, v, target, tau, tip, path)
+            if meant is not None:
+                self._said.code = judged_by(self._session.K, out.code, meant)
+            return out
 
         return Lead(step, self._session, leader)
 

@@ -26,7 +26,7 @@ _BROKEN = np.array([0, *(kind.number for kind in KINDS.values() if not kind.work
 _SENTENCES = {
     code: status.value
     for status, code in PATH_CODES.items()
-    if status in (PathStatus.ESCAPING, PathStatus.BLOCKED, PathStatus.DONE)
+    if status in (PathStatus.ESCAPING, PathStatus.BLOCKED, PathStatus.BRIDGING, PathStatus.DONE)
 }
 """What a path adds to the status of a step."""
 SHARED = (
