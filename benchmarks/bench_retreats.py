@@ -6,8 +6,8 @@
 A tip goes along a line of 0.1 to 0.4 m and up to 0.6 rad from a random posture that is neither near a
 singularity nor at limits; between a fifth and nine tenths of its time a random joint locks, is told at
 once, and planner.ways_out() is asked in that tick, while the arm moves. It then follows what comes first.
-Beside it, a good engineer's way: the tip straight back to where it began. The arm does what it is told, and once more it
-is one in MuJoCo; this needs pip install "ftqp[sim]".
+Beside it, a good engineer's way: the tip straight back to where it began. The arm does what it is told, and
+once more it is one in MuJoCo; this needs pip install "ftqp[sim]".
 """
 
 import argparse
@@ -32,7 +32,7 @@ ARRIVED, IN_PHYSICS, SIGMA = 2e-3, 5e-3, 1e-4
 """A joint so near to its place has arrived [rad], in MuJoCo, and the noise of encoders there [rad]."""
 LIMITATIONS = (
     "No obstacles, and no contact of the arm with itself.",
-    "In MuJoCo joints are behind servos, encoders have a noise of 1e-4 rad, and the lock is a brake that closes.",
+    "In MuJoCo joints are behind servos, encoders have a noise of 1e-4 rad, the lock is a brake that closes.",
 )
 
 

@@ -2,7 +2,7 @@
 
     python benchmarks/compare_peers.py           50 paths and 50 goals for each of four arms
     python benchmarks/compare_peers.py --quick   6 and 6, in two minutes
-    python benchmarks/compare_peers.py --environments DIR   where placo and pink are, or are installed
+    python benchmarks/compare_peers.py --env-dir DIR   where placo and pink are, or are installed
 
 An arm (Panda, iiwa14, xarm7, or a chain of 7 joints drawn at random) stands at a random posture that is
 neither near a singularity nor at limits; a random joint is locked there. The tip is to go along a line, 0.1
@@ -60,6 +60,7 @@ LIMITATIONS = (
     "The joint is locked from the beginning, so that every program continues from the same posture.",
     "The oracle's 'other posture' says that the end has one, not that there is a way; the rest is unknown.",
     "Peers are wired by us; none of them claims to look for another posture.",
+    "pink's limits are hard: where it finds no velocity within all of them it raises NoSolutionFound.",
     "No obstacles; arms do what they are told; accelerations are differences of the commanded joints.",
 )
 
@@ -225,7 +226,7 @@ def main() -> int:
                     continue
                 _say(f"{kind}s: {name}")
                 try:
-                    q, us, failed, found = run_program(name, cases, Path(folder), options.environments)
+                    q, us, failed, found = run_program(name, cases, Path(folder), options.env_dir)
                 except NotInstalled as error:
                     left_out[name] = str(error)
                     continue
@@ -270,7 +271,7 @@ def _table(kind, rows) -> Table:
     counted = ("beyond_a", "beyond_v", "beyond_q", "moved_locked", "rests", "raised")
     lines = [
         (r["program"], *(f"{a} of {b}" for a, b in r["finished"].values()), *(str(r[key]) for key in counted),
-         quantity(r["error_of_missed"]), quantity(r["us"]))
+         quantity(r["error_of_missed"]), "-" if r["raised"] else quantity(r["us"]))
         for r in rows if r["kind"] == kind
     ]  # fmt: skip
     headings = (
@@ -280,7 +281,8 @@ def _table(kind, rows) -> Table:
     total = next(r["cases"] for r in rows if r["kind"] == kind)
     notes = (
         f"{total} {kind}s; columns 2 to 4 by what the oracle says, the others count motions, 'off' is the "
-        "median at the end, the tick is the median of motions, one program after another.",
+        "median at the end; what raises ends its motion there and is not timed; the tick is the median of "
+        "motions, one program after another, on a machine that did other work, too.",
     )
     return Table(
         title=f"{kind.capitalize()}s with a joint locked", headings=headings, rows=lines, notes=notes
@@ -305,7 +307,7 @@ def _options() -> argparse.Namespace:
     )
     add("--quick", action="store_true", help="6 of each kind and arm")
     add(
-        "--environments",
+        "--env-dir",
         type=Path,
         default=DEFAULT,
         metavar="DIR",
