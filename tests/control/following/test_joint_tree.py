@@ -12,13 +12,25 @@ LOW, HIGH = np.full(7, -2.0), np.full(7, 2.0)
 BEGIN, GOAL = np.full(7, -0.5), np.full(7, 0.5)
 
 
+class Around:
+    """Stands for a planner with a scene: distances by a function of the joints."""
+
+    clearance = ftqp.Clearance(keep=1.1e-3, stop=0.0)
+
+    def __init__(self, apart):
+        self.apart = apart
+
+    def distances(self, q):
+        return {("arm", "thing"): self.apart(q)}
+
+
+def around(apart):
+    return Passable(PANDA, np.full(7, np.inf), np.ones(7, bool), surrounded=Around(apart))
+
+
 def passable_round(middle, radius):
     """No arm may be within so much of a place of the joints."""
-
-    def clearance(places):
-        return np.linalg.norm(places - middle, axis=1) - radius
-
-    return Passable(PANDA, np.full(7, np.inf), np.ones(7, bool), clearance=clearance)
+    return around(lambda places: np.linalg.norm(places - middle, axis=1) - radius)
 
 
 def answer(pieces):
@@ -68,8 +80,7 @@ def test_goal_that_is_walled_in_is_given_up():
         away = np.abs(places - GOAL).max(axis=1)
         return np.where((away > 0.2) & (away < 1.0), -1.0, 1.0)
 
-    passable = Passable(PANDA, np.full(7, np.inf), np.ones(7, bool), clearance=clearance)
-    assert found(passable) is None
+    assert found(around(clearance)) is None
 
 
 def test_same_seed_gives_the_same_way():

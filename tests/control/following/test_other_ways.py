@@ -167,3 +167,40 @@ def test_two_arms_go_as_straight_as_ever():
     goto = ftqp.GoTo(planner, pose=goal)
     steps = go(goto, dual.neutral)
     assert goto.status is STATUS.REACHED and within_limits(steps, dual)
+
+
+def test_way_leads_round_a_wall_that_the_straight_way_cannot_pass():
+    """No body is nearer to another one than is kept, and ``straight`` stays before the wall."""
+    scene = ftqp.Scene()
+    scene.add("wall", ftqp.Box(size=(0.5, 0.04, 0.6), place=(0.55, 0.0, 0.3)))
+    here, there = (PANDA.pose(PANDA.neutral).copy() for _ in range(2))
+    here[:3, 3], there[:3, 3] = (0.45, -0.3, 0.4), (0.45, 0.3, 0.4)
+    start = ftqp.postures(PANDA, here, near=PANDA.neutral)[0].q
+    for straight in (True, False):
+        planner = ftqp.Planner(PANDA, 4e-3, scene=scene)
+        planner.reset(start)
+        goto = ftqp.GoTo(planner, pose=there, straight=straight)
+        steps = go(goto, start, longest=20.0)
+        assert goto.status is (STATUS.UNREACHABLE if straight else STATUS.REACHED)
+        rows = np.array([step.q for step in steps])
+        apart = np.min(list(planner.distances(rows).values()), axis=0)
+        first = min(d.min() for d in planner.distances(start[None]).values())
+        assert apart.min() > min(first, 0.02) - 2e-3
+    assert np.abs(PANDA.pose(steps[-1].q) - there).max() < 1e-3
+
+
+def test_postures_that_come_too_near_to_a_scene_are_last_and_not_held():
+    goal = PANDA.pose(PANDA.neutral)
+    goal[:3, 3] += [0.05, 0.1, 0.1]
+    free = ftqp.postures(PANDA, goal, near=PANDA.neutral)
+    elbow = PANDA.pose(free[0].q, "panda_joint4")[:3, 3]
+    scene = ftqp.Scene()
+    scene.add("ball", ftqp.Sphere(radius=0.08, place=elbow))
+    planner = ftqp.Planner(PANDA, 4e-3, scene=scene, clearance=ftqp.Clearance(self_pairs=False))
+    found = ftqp.postures(PANDA, goal, near=PANDA.neutral, clear_of=planner)
+    held = [one.is_held for one in found]
+    assert held == sorted(held, reverse=True) and True in held and False in held
+    for one in found:
+        apart = min(float(d.min()) for d in planner.distances(one.q[None]).values())
+        assert one.clearance == pytest.approx(apart, abs=1e-12)
+        assert one.is_held == (apart > 0.019 and one.effort <= 0.98)

@@ -233,7 +233,7 @@ class GoTo:
     def note(self) -> str:
         """What is being done, and what was looked for, in a sentence."""
         others = self._others
-        if self._to_posture or self._status is GoToStatus.HALTED:
+        if self._to_posture or self._status in (GoToStatus.HALTED, GoToStatus.REACHED):
             return self._status.value
         if others is not None and self._is_on_other_way:
             return f"the joints go to another posture of the goal: way {others.taken} of at most {TRIES}"

@@ -11,7 +11,6 @@ from ftqp.control.inverse_kinematics.passable import HELD, Passable
 from ftqp.control.inverse_kinematics.posture_search import Posture, PostureSearch
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
-from ftqp.control.task.keep import Keep
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import FreeSwinging
@@ -60,7 +59,6 @@ class OtherWays:
     def __init__(self, planner: Planner, pose: FloatArray, reach: Reach | None = None) -> None:
         self._planner, self._pose, self._reach = planner, pose, reach
         self._view: PlannerView = planner.view()
-        self._keeps = [one.given for one in planner.constraints.values() if isinstance(one.given, Keep)]
         self.search = self._searcher()
         self._per_tick = max(1, int(planner.dt / STARTS_EVERY))
         self.forget()
@@ -137,7 +135,7 @@ class OtherWays:
         limits, working = view.limits, view.working
         search.begin(view.command.q, working=working, q_min=limits.q_min, q_max=limits.q_max)
         yield
-        passable = Passable(planner.robot, limits.tau, working, self._keeps)
+        passable = planner.passable()
         yield
         found: tuple[Posture, ...] = ()
         more = 1 if self._reach is None else THOROUGH

@@ -1,10 +1,11 @@
 """Where an arm may stand and pass: its motors hold it, kept points are on their sides, the scene is clear."""
 
-from collections.abc import Callable, Sequence
-from typing import final
+from collections.abc import Sequence
+from typing import Any, Final, Protocol, final
 
 import numpy as np
 
+from ftqp.control.scene.clearance import Clearance
 from ftqp.control.task.keep import Keep
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import ArmSession
@@ -13,8 +14,20 @@ from ftqp.model.robot import Robot
 HELD = 0.98
 """A motor may need this share of its torque limit to hold the arm at rest. Two per cent are left to the
 feedback. A guess that the campaigns have not contradicted."""
-Clearance = Callable[[FloatArray], FloatArray]
-"""From places, (k, nv), to the arm's distance from its scene at each, (k,) [m]; negative inside of it."""
+NEARER: Final = 1e-3
+"""Bodies may be nearer than a planner keeps them by so much [m], so that an arm that rests as near as it gets
+may go away from there. A convention, far below what anybody keeps."""
+
+
+class Surrounded(Protocol):
+    """What knows how near an arm is to itself and to its scene; an ``ftqp.Planner`` does."""
+
+    @property
+    def clearance(self) -> Clearance | None:
+        """How far the arm keeps; None where it keeps clear of nothing."""
+
+    def distances(self, q: Any) -> dict[tuple[str, str], FloatArray]:
+        """The distance of each pair of bodies at postures (S, nv), (S,) each [m]."""
 
 
 @final
@@ -26,7 +39,7 @@ class Passable:
         tau_max: Torque limits as believed, (nv,) [N m or N]; inf is none.
         counts: Which motors have to hold the arm, (nv,): a joint that has failed holds itself.
         keeps: Points and axes that are kept on their sides.
-        clearance: The arm's distance from its scene; None where there is no scene.
+        surrounded: Who knows how near the arm is to itself and to its scene; None where nobody does.
     """
 
     def __init__(
@@ -35,9 +48,12 @@ class Passable:
         tau_max: FloatArray,
         counts: BoolArray,
         keeps: Sequence[Keep] = (),
-        clearance: Clearance | None = None,
+        surrounded: Surrounded | None = None,
     ) -> None:
-        self._robot, self._keeps, self._clearance = robot, tuple(keeps), clearance
+        self._robot, self._keeps = robot, tuple(keeps)
+        kept = None if surrounded is None else surrounded.clearance
+        self._surrounded = None if kept is None else surrounded
+        self._least = 0.0 if kept is None else kept.keep - NEARER
         self._limit = np.where(counts, tau_max, np.inf)
         self._weighs = robot.has_inertia and bool(np.isfinite(self._limit).any())
         self._arm = ArmSession(robot.chain.constants())
@@ -58,16 +74,38 @@ class Passable:
         return share
 
     def clearance(self, places: FloatArray) -> FloatArray:
-        """The least distance from the scene and from what points are kept from, (k,) [m, of a cone rad].
+        """The least distance of two bodies, and from what points are kept from, (k,) [m, of a cone rad].
 
         Args:
             places: Joint positions, (k, nv) [rad or m].
         """
+        kept, apart = self._kept(places), self._apart(places)
+        return np.minimum(kept, apart)
+
+    def room(self, places: FloatArray) -> FloatArray:
+        """The same, less what bodies have to be apart: positive where the arm may be, (k,).
+
+        Args:
+            places: Joint positions, (k, nv) [rad or m].
+        """
+        kept, apart = self._kept(places), self._apart(places)
+        return np.minimum(kept, apart - self._least)
+
+    def _kept(self, places: FloatArray) -> FloatArray:
+        """How far what is kept on its side is from the other, (k,)."""
         free = np.full(len(places), np.inf)
         for keep in self._keeps:
             for k, q in enumerate(places):
                 free[k] = min(free[k], keep.distance(self._robot.pose(q, keep.frame)))
-        return free if self._clearance is None else np.minimum(free, self._clearance(places))
+        return free
+
+    def _apart(self, places: FloatArray) -> FloatArray:
+        """How far the nearest two bodies are apart, (k,) [m]."""
+        free = np.full(len(places), np.inf)
+        if self._surrounded is not None:
+            for apart in self._surrounded.distances(places).values():
+                free = np.minimum(free, apart)
+        return free
 
     def at(self, places: FloatArray, effort: float = HELD) -> BoolArray:
         """Whether the arm may be at each place, (k,).
@@ -76,5 +114,5 @@ class Passable:
             places: Joint positions, (k, nv) [rad or m].
             effort: The largest share of a torque limit that may hold it.
         """
-        good: BoolArray = (self.effort(places) <= effort) & (self.clearance(places) > 0.0)
+        good: BoolArray = (self.effort(places) <= effort) & (self.room(places) > 0.0)
         return good

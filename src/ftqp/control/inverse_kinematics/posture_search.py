@@ -6,7 +6,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.inverse_kinematics.arm_study import goal_pose, robot_session, start_box, task_rows
-from ftqp.control.inverse_kinematics.passable import HELD, Passable
+from ftqp.control.inverse_kinematics.passable import Passable
 from ftqp.control.task.task import axis_frame
 from ftqp.core.checks import BoolArray, FloatArray, frozen
 from ftqp.core.pose import transform
@@ -41,6 +41,7 @@ class Posture:
             torque limits. Above 0.98 it is not to be relied on.
         clearance: How far the arm is from what it must not meet [m]; inf where nothing is in the way.
         time: How long the slowest joint takes from ``near`` at full speed [s]; 0 where no ``near`` was given.
+        is_held: Whether motors hold the arm there, and it is clear of what it must not meet.
     """
 
     q: FloatArray
@@ -49,11 +50,7 @@ class Posture:
     effort: float
     clearance: float
     time: float
-
-    @property
-    def is_held(self) -> bool:
-        """Whether motors hold the arm there, and it is clear of what it must not meet."""
-        return self.effort <= HELD and self.clearance > 0.0
+    is_held: bool
 
 
 @final
@@ -216,14 +213,14 @@ class PostureSearch:
         time = self._times(v_max)
         chosen = _spread(self.q, int(np.argmin(time)), count)
         q = self.q[chosen]
-        efforts, clear = passable.effort(q), passable.clearance(q)
+        efforts, clear, held = passable.effort(q), passable.clearance(q), passable.at(q)
         at = self._working
         ends = np.minimum(q - self._low, self._high - q)[:, at]
         found = [
             Posture(
                 q=frozen(q[k].copy()), limit=float(ends[k].min(initial=np.inf)),
                 sigma_min=float(self._sigma[i]), effort=float(efforts[k]), clearance=float(clear[k]),
-                time=float(time[i]) if ordered else 0.0,
+                time=float(time[i]) if ordered else 0.0, is_held=bool(held[k]),
             )
             for k, i in enumerate(chosen)
         ]  # fmt: skip

@@ -6,7 +6,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.passable import Passable
+from ftqp.control.inverse_kinematics.passable import Passable, Surrounded
 from ftqp.control.inverse_kinematics.posture_search import Posture, PostureSearch
 from ftqp.core.checks import instance
 from ftqp.core.errors import InputError
@@ -81,6 +81,7 @@ def postures(
     count: int = 8,
     starts: int = STARTS,
     seed: int = 0,
+    clear_of: Surrounded | None = None,
 ) -> Postures:
     """Postures within the limits that put the tip at a pose, failed joints where they are.
 
@@ -101,6 +102,8 @@ def postures(
         starts: How many starts at most, from 1, where none or few are found. More find rarer postures. Where
             fewer joints work than there are rows, it is 96 at most.
         seed: Of the random starts; the same seed gives the same postures.
+        clear_of: A planner of this arm with a scene: postures in which a body is nearer to another one than
+            it keeps come last, and say so (``clearance``, ``is_held``).
 
     Raises:
         InputError: A goal that does not fit the rows, an unknown joint or row, a joint that swings freely, a
@@ -143,7 +146,7 @@ def postures(
         if len(search.q) >= FOUND_OF_EACH * count or (len(search.q) and quiet >= QUIET):
             break
     search.make_room(ROUNDS)
-    passable = Passable(robot, np.array(limits.tau_max[:n]), working)
+    passable = Passable(robot, np.array(limits.tau_max[:n]), working, surrounded=clear_of)
     found = search.postures(int(count), passable, np.array(limits.v_max[:n]), ordered=near is not None)
     return Postures(found=found, starts=search.starts, joints=robot.joints)
 

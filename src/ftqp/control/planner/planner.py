@@ -51,7 +51,7 @@ from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.control.task.task import Task
-from ftqp.core.checks import FloatArray, instance, positive
+from ftqp.core.checks import FloatArray, instance
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
@@ -94,9 +94,8 @@ class Planner(PlannerChanges):
         tasks: That of the tip, if it is not given as ``task``, and up to 8 of further frames and joints,
             ``ftqp.PoseTask``, ``RelativeTask`` and others. Those on level 0 go before it; the others share
             what it leaves of the arm's freedom, as their weights say.
-        remember: For how long the way that the joints have come is kept for ``ways_out``, > 0 [s]; an arm
-            that stands adds nothing. A longer one keeps places farther apart, a thousand at most. None keeps
-            none, and costs nothing.
+        remember: For how long the way that the joints have come is kept for ``ways_out``, > 0 [s], the time
+            not counted in which they stand; longer is coarser. None keeps none, and costs nothing.
         constraints: What goes before the task of the tip: up to 8 sides of planes, boxes and cones that
             points and axes are kept to, ``ftqp.Keep``, up to 8 rows of your own, ``ftqp.Rows``, and the
             torque limits that are there anyway, ``ftqp.TorqueLimits``.
@@ -203,8 +202,7 @@ class Planner(PlannerChanges):
             )  # fmt: skip
         self._remembered = None
         if remember is not None:
-            seconds = positive("remember", remember, "s")
-            self._remembered = Remembered(self._session, robot.nv, seconds, given.dt)
+            self._remembered = Remembered(self._session, robot.nv, remember, given.dt)
         parts = (
             self._tasks, self._constraints, self._loop, self._solver, self._leading, degrading, self._free,
             StartWatch(self._session.K), self._fault_response, self._surroundings, self._remembered,
@@ -304,32 +302,20 @@ class Planner(PlannerChanges):
     def ways_out(self, home: Any = None) -> tuple[WayOut, ...]:
         """Where the arm can go from here with the joints that work, tried in thought, what is clear first.
 
-        In this order: back the way that the joints have come, back along the tip's way with as many rows of
-        the task as the joints left can keep (both if the planner was made with ``remember``), home, to a
-        posture near by where the arm can stand for long, and to stop. Each is tried on a planner like this
-        one, with its faults, limits, torques and kept points, from where the arm is and as fast as it is.
-        ``ftqp.GoTo(planner, way=...)`` takes one. It takes some 0.1 s of this thread: call it between two
-        ticks of an arm that may wait for so long, or that stands.
+        It takes some 0.1 s; ``ftqp.GoTo(planner, way=...)`` goes one. Source: docs/theory/ways-out.md.
 
         Args:
-            home: Where the arm belongs, (nv,) or (nq,) [rad or m]; None is the planner's ``posture``, or the
-                robot's neutral one.
+            home: Where the arm belongs, (nv,) [rad or m]; None is ``posture``, or the robot's neutral one.
 
         Raises:
             InputError: There was no ``reset``, home has a wrong shape, or the robot floats.
-
-        Source: docs/theory/ways-out.md.
         """
-        came = None if self._remembered is None else self._remembered.q
-        return ways_out(self, Planner, came, home)
+        return ways_out(self, Planner, None if self._remembered is None else self._remembered.q, home)
 
     def options(self) -> tuple[Remaining, ...]:
-        """What can still be done with the faults that are believed, least lost first.
+        """What can still be done after faults, least lost first; without a plan the clear ``ways_out()``.
 
-        With a plan, of the plan's path, from where the arm is commanded to be: the whole task, fewer of its
-        rows, a part of the path, the way back, and to stop. Without one, the ``ways_out()`` that are clear,
-        and to stop. This takes as long as many steps: call it while the arm is stopped, or from another
-        thread on a planner of its own.
+        With one, of its path: all of it, with fewer rows, a part of it, the way back, and to stop.
         """
         if self._leading is None:
             return tuple(way.remaining for way in self.ways_out() if way.clear or way.kind == "stop")

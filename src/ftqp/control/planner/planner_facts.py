@@ -6,6 +6,7 @@ import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
+from ftqp.control.inverse_kinematics.passable import Passable
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.constraint_list import Constraints
 from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading
@@ -20,6 +21,7 @@ from ftqp.control.scene.clearance import Clearance
 from ftqp.control.scene.scene import Scene
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.emergency import EmergencyStop
+from ftqp.control.task.keep import Keep
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
@@ -186,6 +188,12 @@ class PlannerFacts:
     def view(self) -> PlannerView:
         """The planner's own state and belief, to be read: for what is built around it."""
         return PlannerView(self._session, self.robot)
+
+    def passable(self) -> Passable:
+        """What says where the arm may be, as believed now: its motors, kept points, itself and its scene."""
+        view = self.view()
+        keeps = [one.given for one in self._constraints.values() if isinstance(one.given, Keep)]
+        return Passable(self.robot, view.limits.tau, view.working, keeps, self)
 
     def session(self) -> Session:
         """A copy of all that the planner knows, for studies of what is in it."""

@@ -178,3 +178,16 @@ def test_long_ways_are_remembered_in_their_order_and_corners_keep_to_them():
     assert np.array_equal(thinned(rows, 0.0), rows)
     few = corners(rows, 0.05)
     assert len(few) < 150 and np.array_equal(few[[0, -1]], rows[[0, -1]])
+
+
+def test_way_that_comes_too_near_to_the_scene_is_not_clear_and_the_others_are_tried_in_it():
+    scene = ftqp.Scene()
+    scene.add("post", ftqp.Cylinder(radius=0.05, length=1.2, place=(0.26, 0.2, 0.6)))
+    planner = ftqp.Planner(PANDA, DT, scene=scene, remember=5.0)
+    planner.reset(HOME)
+    beyond = HOME + np.array([1.4, 0.3, 0.0, 0.6, 0.0, 0.0, 0.0])
+    ways = planner.ways_out(home=beyond)
+    home = by_kind(ways)["home"]
+    assert ways[-1] is home and not home.clear and ways[0].clear
+    assert 0.015 < home.clearance < 1.0 or home.near
+    assert all(0.0 < way.clearance < 1.0 for way in ways if way.clear)

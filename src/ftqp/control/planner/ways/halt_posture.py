@@ -41,7 +41,7 @@ def halt_posture(
         room = np.minimum(places - low, high - places)[:, ranged] / (high - low)[ranged]
         near = np.maximum(0.0, 1.0 - room.min(axis=1, initial=1.0) / ROOM_SHARE)
         found: FloatArray = passable.effort(places) + 0.5 * near
-        found[passable.clearance(places) <= 0.0] = np.inf
+        found[passable.room(places) <= 0.0] = np.inf
         return found
 
     best, cost, width = q.copy(), float(costs(q[None])[0]), 1.0

@@ -5,7 +5,7 @@ from typing import Any, Final, final
 import numpy as np
 
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, positive
 from ftqp.kernel.entry.session import Session
 
 ROWS: Final = 1024
@@ -24,12 +24,15 @@ class Remembered:
         joints: Number of joints.
         seconds: For how long a place is kept [s]; an arm that stands adds none.
         dt: The sampling period [s].
+
+    Raises:
+        InputError: The time is not positive.
     """
 
     def __init__(self, session: Session, joints: int, seconds: float, dt: float) -> None:
         self._q = session.field("state", "q_command")[:joints]
         self._rows = np.zeros((ROWS, joints))
-        self._stride = max(1, round(seconds / (ROWS * dt)))
+        self._stride = max(1, round(positive("remember", seconds, "s") / (ROWS * dt)))
         self._count = self._ticks = 0
 
     @property

@@ -69,6 +69,7 @@ class Tried(NamedTuple):
         clearance: The least distance from what it must not meet [m].
         effort: The largest share of a torque limit that holds the arm at rest on it.
         passes: Whether the arm may be everywhere on it.
+        near: Whether it comes too near to something.
     """
 
     q: FloatArray
@@ -77,6 +78,7 @@ class Tried(NamedTuple):
     clearance: float
     effort: float
     passes: bool
+    near: bool
 
 
 @final
@@ -160,11 +162,12 @@ class Trial:
     def _judged(self, trace: list[FloatArray], arrives: bool) -> Tried:
         q = np.array(trace)
         places = thinned(q, LOOKED_AT)
-        efforts, clear = self._passable.effort(places), self._passable.clearance(places)
+        efforts, room = self._passable.effort(places), self._passable.room(places)
         most = max(HELD, float(efforts[0]))
+        near = bool((room <= min(0.0, float(room[0]) - 1e-9)).any())
         return Tried(
-            q, (len(q) - 1) * self._twin.dt, arrives, float(clear.min()), float(efforts.max()),
-            bool((efforts <= most).all() and (clear > min(0.0, float(clear[0]) - 1e-9)).all()),
+            q, (len(q) - 1) * self._twin.dt, arrives, float(self._passable.clearance(places).min()),
+            float(efforts.max()), bool((efforts <= most).all()) and not near, near,
         )  # fmt: skip
 
 

@@ -14,7 +14,6 @@ from ftqp.control.planner.planner_facts import PlannerFacts
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.ways.halt_posture import halt_posture
 from ftqp.control.planner.ways.trial import Trial, Tried, Twin, corners, thinned
-from ftqp.control.task.keep import Keep
 from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.core.errors import InputError
@@ -76,6 +75,7 @@ class WayOut:
         limit: From the joint that is nearest to an end of its range, at the end of the way [rad or m].
         still: What the tip can do from there in all directions with the joints that work: ``pose``,
             ``position_axis``, ``position``, or nothing.
+        near: Whether it comes too near to something.
         sentence: The same in words.
     """
 
@@ -89,6 +89,7 @@ class WayOut:
     effort: float
     limit: float
     still: str
+    near: bool
     sentence: str
 
     @property
@@ -116,8 +117,7 @@ def ways_out(planner: PlannerFacts, make: Maker, came: FloatArray | None, home: 
         raise InputError("it is not known where the arm is; call planner.reset(q) before ways_out()")
     belongs = robot.neutral if planner.posture is None else planner.posture
     belongs = belongs if home is None else robot.angles(home)
-    keeps = [one.given for one in planner.constraints.values() if isinstance(one.given, Keep)]
-    passable = Passable(robot, view.limits.tau, view.working, keeps)
+    passable = planner.passable()
     with quiet():
         found = _found(planner, partial(_twin, planner, make), view, passable, came, belongs)
     return tuple(sorted(found, key=lambda way: not way.clear))
@@ -131,6 +131,7 @@ def _twin(planner: PlannerFacts, make: Maker, rows: str | None) -> Twin:
         task=Task(rows=own.rows if rows is None else rows, length=own.length, axis=own.axis),
         torque_limits=bool(np.isfinite(planner.view().limits.tau).any()),
         constraints=[one.given for one in planner.constraints.values()],
+        scene=planner.scene, clearance=planner.clearance,
     )  # fmt: skip
     for fault in planner.faults.values():
         twin.report(fault)
@@ -238,7 +239,7 @@ def _way(
         kind=kind, rows=rows, places=frozen(places.copy()), time=tried.time, arrives=tried.arrives,
         clear=tried.arrives and tried.passes, clearance=tried.clearance,
         effort=float(passable.effort(end[None])[0]), limit=float(ends.min(initial=np.inf)),
-        still=_still(robot, end, np.asarray(working)), sentence="",
+        still=_still(robot, end, np.asarray(working)), near=tried.near, sentence="",
     )  # fmt: skip
     return replace(way, sentence=_sentence(way))
 
@@ -271,5 +272,5 @@ def _sentence(way: WayOut) -> str:
     text += f"the tip can still move in {WORDS[way.still]}"
     if way.clear:
         return text
-    why = "it meets something" if way.clearance <= 0.0 else f"a motor needs more than {100.0 * HELD:.0f} %"
+    why = "it comes too near to something" if way.near else f"a motor needs more than {100.0 * HELD:.0f} %"
     return f"{text}; it is not clear, as {why} on the way"
