@@ -6,18 +6,20 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.planner.step import Step
+from ftqp.control.planner.step_parts import Said
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.pose import rotation_exp, rotation_vector
 from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory, Session
 from ftqp.kernel.layout.enums import HEALTHY, LAGGING, OK, RELAXED, TARGET_POSE
 
 
-def judged_by(K: Any, code: int, meant: FloatArray) -> int:
-    """Let the errors of a tick be those to another pose; the status, which is no ``OK`` where that is far.
+def judged_by(K: Any, said: Said, step: Step, meant: FloatArray) -> Step:
+    """The step, with errors to another pose, and a status that is no ``OK`` where that is far.
 
     Args:
         K: The planner's record after the tick.
-        code: The status of the tick.
+        said: What the step says of its status.
+        step: The step of the tick.
         meant: Where the tip is meant to be, (4, 4).
     """
     task, rows = K.task, K.task.rows[: K.task.m]
@@ -28,7 +30,9 @@ def judged_by(K: Any, code: int, meant: FloatArray) -> int:
     task.position_error = float(np.linalg.norm(task.seen[rows[rows < 3]]))
     task.rotation_error = float(np.linalg.norm(task.seen[rows[rows > 2]]))
     far = task.position_error > K.feedback.tolerance or task.rotation_error > K.feedback.rotation_tolerance
-    return LAGGING if far and code in (OK, RELAXED) else code
+    if far and step.code in (OK, RELAXED):
+        said.code = LAGGING
+    return step
 
 
 @final

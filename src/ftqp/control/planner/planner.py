@@ -35,11 +35,11 @@ from ftqp.control.planner.stages import CLOCK, FREE, Tick, staged
 from ftqp.control.planner.start import Rest, StartWatch
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.step_parts import Named, Said
-from ftqp.control.planner.surroundings import Surroundings, clearance_rows
+from ftqp.control.planner.surroundings import Surroundings, clearance_rows, refuse_moving_base
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.task_list import TaskList, held_rows, split
 from ftqp.control.planner.wanted import Fitting, Wanted
-from ftqp.control.planner.ways.remembered import Remembered
+from ftqp.control.planner.ways.remembered import remembered
 from ftqp.control.planner.ways.way_out import WayOut, ways_out
 from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.control.scene.clearance import Clearance
@@ -200,9 +200,7 @@ class Planner(PlannerChanges):
                 detector, self._session, robot, given.drive, given.noise, self._loop, self._believe,
                 self._disbelieve, probing_of(self._session, given, detector),
             )  # fmt: skip
-        self._remembered = None
-        if remember is not None:
-            self._remembered = Remembered(self._session, robot.nv, remember, given.dt)
+        self._remembered = remembered(self._session, robot.nv, remember, given.dt)
         parts = (
             self._tasks, self._constraints, self._loop, self._solver, self._leading, degrading, self._free,
             StartWatch(self._session.K), self._fault_response, self._surroundings, self._remembered,
@@ -327,27 +325,20 @@ class Planner(PlannerChanges):
 
         Args:
             leader: The memory of the path, the base or the motion; it stays the leader's own.
-            meant: Where the tip is meant to be while the joints are led elsewhere, (4, 4); errors and
-                statuses of steps are about it. None lets them be about the motion.
+            meant: Where the tip is meant to be meanwhile, (4, 4), for errors and statuses; None: as led.
 
         Raises:
             InputError: They do not go together.
         """
         kind = {PathMemory: "path", BaseMemory: "base", JointsMemory: "joints"}[type(leader)]
         refuse(leader=kind, level=self.level, mode=self.task.mode)
-        if kind == "base" and self._surroundings is not None:
-            raise InputError(
-                "a scene stands where the base does, and an inertial task has a base that moves; make a "
-                "planner without scene and clearance, or put the arm on its base, robot.on_planar_base(...)"
-            )
+        refuse_moving_base(kind, self._surroundings)
         tick = staged(self._solver.tick(kind, *leader.arguments()), kind, self._stages)
         path = leader if isinstance(leader, PathMemory) else None
 
         def step(q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
             out = self._led(tick, q, v, target, tau, tip, path)
-            if meant is not None:
-                self._said.code = judged_by(self._session.K, out.code, meant)
-            return out
+            return out if meant is None else judged_by(self._session.K, self._said, out, meant)
 
         return Lead(step, self._session, leader)
 

@@ -36,6 +36,23 @@ def clearance_rows(asked: bool) -> tuple[str, ...]:
     return tuple(f"pair {k + 1}" for k in range(CLEARANCES)) if asked else ()
 
 
+def refuse_moving_base(leader: str, surroundings: "Surroundings | None") -> None:
+    """Refuse an inertial task beside a scene.
+
+    Args:
+        leader: Who leads the planner.
+        surroundings: What it keeps clear of; None is nothing.
+
+    Raises:
+        InputError: They do not go together.
+    """
+    if leader == "base" and surroundings is not None:
+        raise InputError(
+            "a scene stands where the base does, and an inertial task has a base that moves; make a "
+            "planner without scene and clearance, or put the arm on its base, robot.on_planar_base(...)"
+        )
+
+
 @final
 class Surroundings:
     """The part of a planner that knows where bodies are, and what is called what.
