@@ -15,6 +15,7 @@ PARTS = {
     "planner": ("The planner and its steps", ("ftqp.control.planner",)),
     "tasks": ("Task, scheme, bounds, damping", ("ftqp.control.task", "ftqp.kernel")),
     "arms": ("Robots, loads, limits", ("ftqp.model",)),
+    "scenes": ("What stands around an arm", ("ftqp.control.scene",)),
     "drives": ("Drives and noise", ("ftqp.control.drive",)),
     "leaders": (
         "What leads an arm, postures, and rates",

@@ -1,5 +1,4 @@
-"""The law of bodies that keep apart: what it lets pass and what it finds, and that campaigns are judged by
-it."""
+"""The law of bodies that keep apart: what it lets pass and what it finds."""
 
 from dataclasses import replace
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ftqp.app.output.console import ExitCode, answer, say, tell, tell_table
 from ftqp.control.planner.planner import Planner
-from ftqp.control.scene.clearance import Clearance
+from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.core.errors import InputError, MissingPackage, unknown
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model import catalog

@@ -15,8 +15,8 @@ from ftqp.app.schema.simulation_section import FaultTable
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
-from ftqp.control.scene.scene import Scene
-from ftqp.control.scene.shapes import WORDS, Shape
+from ftqp.control.scene.placed_shapes import Scene
+from ftqp.control.scene.solid_shapes import WORDS, Shape
 from ftqp.control.task import bounds, schemes
 from ftqp.core.checks import FloatArray, instance
 from ftqp.core.errors import InputError, MissingPackage, ModelError, ScenarioError

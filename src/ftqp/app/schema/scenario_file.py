@@ -9,8 +9,8 @@ from ftqp.app.schema.planner_section import PlannerTable
 from ftqp.app.schema.reading import Options, Table
 from ftqp.app.schema.robot_section import RobotTable
 from ftqp.app.schema.simulation_section import FaultTable, SimulationTable
-from ftqp.control.scene.clearance import Clearance
-from ftqp.control.scene.shapes import WORDS, Shape
+from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.solid_shapes import WORDS, Shape
 from ftqp.control.task.keep import Keep
 from ftqp.control.task.soft_tasks import KINDS, SoftTask
 from ftqp.core.errors import InputError

@@ -42,8 +42,8 @@ from ftqp.control.planner.wanted import Fitting, Wanted
 from ftqp.control.planner.ways.remembered import remembered
 from ftqp.control.planner.ways.way_out import WayOut, ways_out
 from ftqp.control.planner.what_ifs import WhatIfs
-from ftqp.control.scene.clearance import Clearance
-from ftqp.control.scene.scene import Scene
+from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.placed_shapes import Scene
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.emergency import EmergencyStop

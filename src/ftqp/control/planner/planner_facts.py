@@ -17,8 +17,8 @@ from ftqp.control.planner.settings import Settings
 from ftqp.control.planner.surroundings import Surroundings
 from ftqp.control.planner.task_list import TaskList
 from ftqp.control.planner.wanted import Wanted
-from ftqp.control.scene.clearance import Clearance
-from ftqp.control.scene.scene import Scene
+from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.placed_shapes import Scene
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.emergency import EmergencyStop
 from ftqp.control.task.keep import Keep

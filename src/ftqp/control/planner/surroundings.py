@@ -6,9 +6,9 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.planner.stages import Stage
-from ftqp.control.scene.clearance import Clearance
-from ftqp.control.scene.scene import Scene
-from ftqp.control.scene.shapes import KINDS, HalfSpace, Sphere
+from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.placed_shapes import Scene
+from ftqp.control.scene.solid_shapes import KINDS, HalfSpace, Sphere
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session

@@ -63,8 +63,10 @@ def scene_fields(N: int) -> Fields:
 
 
 def ahead_fields(N: int) -> Fields:
-    """Kinematics at the predicted posture ``q``, q + v dt, or q at the velocity level; as in
-    ``kinematics``."""
+    """Kinematics at the predicted posture ``q``, as in ``kinematics``.
+
+    That is q + v dt, or q itself at the velocity level.
+    """
     return floats(
         {
             "q": (N,),

@@ -70,6 +70,10 @@ def to_body(shape: int, size: Any, x: float, y: float, z: float) -> tuple[float,
     Args:
         shape: ``HALF_SPACE`` (z <= 0), ``BOX`` (half edges in ``size``) or ``CYLINDER`` (half length and
             radius in ``size``).
+        size: Half its edges, or half its length and its radius [m].
+        x: Of the point [m].
+        y: Of the point [m].
+        z: Of the point [m].
     """
     if shape == HALF_SPACE:
         return z, 0.0, 0.0, 1.0

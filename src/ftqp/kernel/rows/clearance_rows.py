@@ -9,10 +9,10 @@ from ftqp.kernel.layout.rows import CLEARANCES
 
 @jit
 def fill(K: Any, at: int) -> int:
-    """G x >= least from row ``at`` of C on, one row a slot, without ends where it is empty; the next free
-    row.
+    """G x >= least from row ``at`` of C on, one row a slot; the next free row.
 
-    These rows give way where nothing else can: the first of them is ``qp.yields_from``.
+    Empty slots have no ends. These rows give way where nothing else can: the first of them is
+    ``qp.yields_from``.
     """
     n, qp, scene = K.chain.n, K.qp, K.scene
     qp.yields_from = at

@@ -14,7 +14,7 @@ import numpy as np
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.running_task import RunningTask
-from ftqp.control.scene.shapes import WORDS
+from ftqp.control.scene.solid_shapes import WORDS
 from ftqp.control.task.keep import BOX, CONE, Keep
 from ftqp.control.task.soft_tasks import FIRST, KINDS, LeastSquares, PositionTask
 from ftqp.control.task.torque_limits import TorqueLimits

@@ -4,7 +4,7 @@ from typing import final
 
 import numpy as np
 
-from ftqp.control.scene.shapes import WORDS
+from ftqp.control.scene.solid_shapes import WORDS
 from ftqp.control.task.keep import Keep
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.faults.kinds import Fault

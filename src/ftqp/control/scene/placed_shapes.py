@@ -6,7 +6,7 @@ from weakref import WeakMethod
 
 import numpy as np
 
-from ftqp.control.scene.shapes import EXAMPLE, Shape, pose_of, shape_of
+from ftqp.control.scene.solid_shapes import EXAMPLE, Shape, pose_of, shape_of
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.layout.scene_room import OBSTACLES
