@@ -23,9 +23,11 @@ from ftqp.control.planner.degrading import Degrading
 from ftqp.control.planner.filling import filled
 from ftqp.control.planner.free_joint import FreeJoint
 from ftqp.control.planner.given_arrays import converted_tick, is_row, measured_tick, mistake, not_a_target
+from ftqp.control.planner.late_ticks import made_up_for, whole_ticks
 from ftqp.control.planner.lead import Lead, judged_by
 from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading, Remaining
 from ftqp.control.planner.one_thread import OneThread, guarded
+from ftqp.control.planner.order_book import orders_of
 from ftqp.control.planner.planner_changes import PlannerChanges
 from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.response.probing import probing_of
@@ -165,13 +167,14 @@ class Planner(PlannerChanges):
                 f"scheme {given.scheme.name!r} solves no QP, so that further tasks, constraints and a scene "
                 "have no effect on it; take one that does, for example 'mvn'"
             )
+        self._orders = orders_of(self._session, given, self._solver)
         self._surroundings = None
         if keeps_clear:
             self._surroundings = Surroundings(self._session, robot, scene, clearance or Clearance())
         length = float(self._session.K.task.length)
         self._tasks = TaskList(self._session, robot, soft, level, given.dt, length)
         self._wanted = Wanted(
-            Belief(robot, torque_limits=given.limits_torque),
+            Belief(robot),
             Fitting(robot),
             braking_reserve(robot) if given.limits_torque else None,
         )
@@ -184,15 +187,14 @@ class Planner(PlannerChanges):
                 self._said,
                 Named(self._tasks.errors, asked, self._tasks.failed, self._surroundings),
             ),
-            ArmLoop(self._session, robot.joints),
+            ArmLoop(self._session, self._orders, robot.joints),
         )
         self._constraints = Constraints(self._session, robot, given_constraints, self._loop.stop)
         self._rest, self._timing = Rest(self._session), timing
         self._at_rest = np.zeros(robot.nv)
         kept = given.task.kept_sets
-        self._free = FreeJoint(self._session, robot, kept) if self._solver.has_qp else None
-        degrades = given.task.degrade is not None and self._solver.sizes_may_change
-        degrading = Degrading(self._session, kept) if degrades else None
+        self._free = FreeJoint(self._session, self._orders, robot, kept) if self._solver.has_qp else None
+        degrading = Degrading(self._orders, kept) if self._orders.given.gives_up else None
         self._leading = None if given.plan is None else PlanLeading(given.plan, self._session, robot)
         self._fault_response = None
         if detector is not None:
@@ -202,7 +204,7 @@ class Planner(PlannerChanges):
             )  # fmt: skip
         self._remembered = remembered(self._session, robot.nv, remember, given.dt)
         parts = (
-            self._tasks, self._constraints, self._loop, self._solver, self._leading, degrading, self._free,
+            self._tasks, self._constraints, self._solver, self._leading, degrading, self._free,
             StartWatch(self._session.K), self._fault_response, self._surroundings, self._remembered,
         )  # fmt: skip
         self._stages = tuple(part.stage for part in parts if part is not None)
@@ -236,7 +238,9 @@ class Planner(PlannerChanges):
             self._fault_response.go_on()
         return goes_on
 
-    def step(self, q: Any, v: Any = None, target: Any = None, *, tau: Any = None, tip: Any = None) -> Step:
+    def step(
+        self, q: Any, v: Any = None, target: Any = None, *, tau: Any = None, tip: Any = None, ticks: int = 1
+    ) -> Step:
         """The command for the next ``dt``.
 
         Args:
@@ -249,6 +253,9 @@ class Planner(PlannerChanges):
                 keeps its last one.
             tau: Measured torque, (nv,) [N m or N]; it is checked to be finite.
             tip: Measured pose of the tip, (4, 4), in place of the one of forward kinematics.
+            ticks: How many ``dt`` have passed since the last step, >= 1: 1 in a loop that is on time. The
+                ticks that a late loop has missed are made up for first, up to four, so that the command is
+                where it would be and keeps every limit over the gap; more count as four.
 
         Returns:
             The planner's own step, valid until the next one.
@@ -259,7 +266,7 @@ class Planner(PlannerChanges):
                 raises: see ``step.status``.
         """
         begin = self._begin
-        if tau is None and tip is None and begin is not None:
+        if tau is None and tip is None and begin is not None and ticks == 1:
             try:
                 code = begin(q, self._at_rest if v is None else v, target.packed, target.row)
             except (AttributeError, TypeError, ValueError, OverflowError) as error:
@@ -275,7 +282,7 @@ class Planner(PlannerChanges):
             target = self._tasks.distributed(target)
         if not isinstance(target, Target | Targets) or not is_row(target.row):
             raise not_a_target(target)
-        return self._led(None, q, v, (target.packed, target.row), tau, tip)
+        return self._led(None, q, v, (target.packed, target.row), tau, tip, ticks=ticks)
 
     def what_ifs(self) -> WhatIfs:
         """What other arms like this one would begin with, for ``ftqp.batch``; nothing here changes.
@@ -294,7 +301,13 @@ class Planner(PlannerChanges):
                 "planner.reset(q) first"
             )
         return WhatIfs(
-            self._session, self.robot, self._given, self._solver, self._wanted.reserve, self.faults
+            self._session,
+            self._orders,
+            self.robot,
+            self._given,
+            self._solver,
+            self._wanted.reserve,
+            self.faults,
         )
 
     def ways_out(self, home: Any = None) -> tuple[WayOut, ...]:
@@ -361,6 +374,7 @@ class Planner(PlannerChanges):
         tau: Any,
         tip: Any,
         path: PathMemory | None = None,
+        ticks: int = 1,
     ) -> Step:
         """A step of any leader, None the clock, with measured torques or tip, converted arrays and times.
 
@@ -375,6 +389,8 @@ class Planner(PlannerChanges):
         tick = self._tick if tick is None else tick
         began = now() if self._timing else 0
         v = self._at_rest if v is None else v
+        if ticks != 1:
+            made_up_for(self._orders, tick, target, whole_ticks(ticks), self._at_rest)
         if self._fault_response is not None:
             self._fault_response.feel(tau)
         if tau is None and tip is None:

@@ -167,6 +167,20 @@ class ArmSession:
         self._kinematics: Call | None = None
         self._dynamics: Call | None = None
 
+    @property
+    def memory(self) -> Any:
+        """The record, (1,)."""
+        return self._memory
+
+    @property
+    def joints(self) -> range:
+        """Its joints by number."""
+        return range(self._joints)
+
+    def bind(self, name: str, *things: Any) -> Call:
+        """An entry point on this record, further first arguments given; see ``bound``."""
+        return bound(name, self.capacity, self._memory, *things)
+
     def adopt(self, session: Session) -> None:
         """Be the arm of a planner as it is fitted now, with its tool and its load; of the same size."""
         self._memory["chain"] = session._memory["chain"]

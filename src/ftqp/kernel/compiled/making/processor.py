@@ -8,6 +8,9 @@ import llvmlite.binding as llvm
 
 from ftqp.kernel.compiled.levels import LEVELS, level_here
 
+WASM_FEATURES = "+simd128,+bulk-memory"
+"""What every browser has since 2021: lanes of two doubles, and copies of memory as instructions."""
+
 
 @dataclass(frozen=True, slots=True)
 class Target:
@@ -21,13 +24,24 @@ class Target:
     triple: str
     cpu: str
 
+    @property
+    def is_foreign(self) -> bool:
+        """Whether it is another architecture than that of this machine."""
+        return self.triple.partition("-")[0] != str(llvm.get_process_triple()).partition("-")[0]
+
     def machine(self) -> Any:
-        """LLVM's generator of position-independent code for it."""
-        llvm.initialize_native_target()
-        llvm.initialize_native_asmprinter()
+        """LLVM's generator of code for it, position-independent where libraries are shared."""
+        if self.is_foreign:
+            llvm.initialize_all_targets()
+            llvm.initialize_all_asmprinters()
+        else:
+            llvm.initialize_native_target()
+            llvm.initialize_native_asmprinter()
+        wasm = self.triple.startswith("wasm")
         return llvm.Target.from_triple(self.triple).create_target_machine(
-            cpu=self.cpu, opt=3, reloc="pic", codemodel="default"
-        )
+            cpu=self.cpu, features=WASM_FEATURES if wasm else "", opt=3,
+            reloc="static" if wasm else "pic", codemodel="default",
+        )  # fmt: skip
 
 
 def target(cpu: str | None = None) -> Target:
