@@ -20,6 +20,7 @@ from ftqp.control.planner.constraint_list import (
     refuse_without_effect,
 )
 from ftqp.control.planner.degrading import Degrading
+from ftqp.control.planner.deployable import Deployable, deployable
 from ftqp.control.planner.filling import filled
 from ftqp.control.planner.free_joint import FreeJoint
 from ftqp.control.planner.given_arrays import converted_tick, is_row, measured_tick, mistake, not_a_target
@@ -309,6 +310,19 @@ class Planner(PlannerChanges):
             self._wanted.reserve,
             self.faults,
         )
+
+    def deployable(self) -> Deployable:
+        """What this planner is without Python, for ``ftqp build``; nothing here changes.
+
+        Raises:
+            InputError: A foreign solver, a network, a closed form, a plan, further tasks, functions in
+                Python, or faults that it already believes in.
+        """
+        self._heal()
+        return deployable(
+            self._session, self._orders, self._given, self._solver, self._wanted, self._tasks,
+            calls_python=self._calls_python, detects=self._fault_response is not None,
+        )  # fmt: skip
 
     def ways_out(self, home: Any = None) -> tuple[WayOut, ...]:
         """Where the arm can go from here with the joints that work, tried in thought, what is clear first.

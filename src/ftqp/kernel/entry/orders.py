@@ -115,6 +115,11 @@ class Orders:
         other.memory[:] = self.memory
         return other
 
+    @property
+    def arm(self) -> Any:
+        """The record of the arm by itself, (1,)."""
+        return self._arm.memory
+
     def _call(self, name: str, *first: Any) -> Call:
         """An entry point on the record, looked up once."""
         found = self._calls.get(name)

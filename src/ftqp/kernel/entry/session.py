@@ -70,6 +70,11 @@ class Session:
         self.K: Any = rooms(self._memory)
         self._twin: Session | None = None
 
+    @property
+    def memory(self) -> Any:
+        """The record itself, (1,)."""
+        return self._memory
+
     def bind(self, name: str, *things: Any) -> Call:
         """An entry point on this record, further first arguments given; see ``bound``."""
         return bound(name, self.capacity, self._memory, *things)
