@@ -264,7 +264,7 @@ def replayed(command, episode, folder):
 
 
 def difference(episode, answers):
-    """The largest difference of a position to be sent, and whether all is equal bit by bit; NaN equals NaN."""
+    """The largest difference of a position to be sent, and whether all is equal; NaN equals NaN."""
     wanted = np.array(episode.answers)
     if wanted.shape != answers.shape:
         return np.inf, False

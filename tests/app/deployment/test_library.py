@@ -118,6 +118,33 @@ def test_the_folder_builds_and_runs_as_it_lies(built):
         assert "worst error" in done.stdout
 
 
+ASKED_OF_THE_SYSTEM = {
+    "atan2",
+    "cos",
+    "sin",
+    "sincos",
+    "memcmp",
+    "memcpy",
+    "memmove",
+    "memset",
+    "fmax",
+    "fmin",
+}
+"""Functions of the C library that compute or copy: none of them allocates, locks or calls the system."""
+
+
+def test_the_library_needs_nothing_that_allocates_locks_or_calls_the_system(built):
+    listed = subprocess.run(
+        ["nm", "-D", "--undefined-only", built / "lib" / "libftqp.so"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    names = {line.split()[-1].partition("@")[0] for line in listed.stdout.splitlines()}
+    weak = {"__cxa_finalize", "_ITM_deregisterTMCloneTable", "_ITM_registerTMCloneTable", "__gmon_start__"}
+    assert names - weak <= ASKED_OF_THE_SYSTEM
+
+
 def test_the_bill_says_what_was_built_from_what(built):
     bill = json.loads((built / "bill.json").read_text())
     assert bill["robot"] == "planar(3)" and bill["target"] == "host" and len(bill["kernel"]) == 24

@@ -2,6 +2,7 @@
 
 import struct
 from collections.abc import Iterator
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
@@ -25,6 +26,7 @@ PRIME: Final = 0x100000001B3
 """Of the checksum FNV-1a, 64 bits: it changes with every byte, and any processor computes it."""
 
 
+@cache
 def kernel_hash() -> str:
     """The hash of the kernel's source, which file and library must have in common, 24 hexadecimal digits."""
     return code_key(KERNEL)

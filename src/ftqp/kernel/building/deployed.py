@@ -23,8 +23,8 @@ from ftqp.kernel.compiled import mode
 from ftqp.kernel.compiled.mode import KERNEL
 
 ROOT = KERNEL.parents[2]
-WASM_MEMORY = 1 << 24
-"""Memory of a page that runs a planner [bytes]: a planner of 64 joints, its file and the stack fit."""
+WASM_STACK = 1 << 18
+"""Stack of a planner in a browser [bytes]: thirty times what `benchmarks/bench_deployed.py` measures."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ def platforms() -> dict[str, Platform]:
         "host": Platform(None, None, host),
         "x86-64-v3": Platform("x86_64-unknown-linux-gnu", "x86-64-v3", "x86_64-linux-gnu"),
         "aarch64": Platform("aarch64-unknown-linux-gnu", "cortex-a72", "aarch64-linux-gnu"),
-        "wasm32": Platform("wasm32-unknown-unknown", "generic", "wasm32-wasi"),
+        "wasm32": Platform("wasm32-unknown-wasi", "generic", "wasm32-wasi"),
     }
 
 
@@ -157,8 +157,8 @@ def _linked(given: argparse.Namespace, wanted: Platform, objects: list[str]) -> 
     if given.target == "wasm32":
         exports = [f"-Wl,--export={name}" for name in exported(given.source / "ftqp.h")]
         _zig(
-            "cc", "-target", wanted.zig, "-O2", "-nostartfiles", "-Wl,--no-entry", *exports,
-            "-Wl,--export=__heap_base", f"-Wl,--initial-memory={WASM_MEMORY}", "-Wl,--strip-all",
+            "cc", "-target", wanted.zig, "-O2", "-mexec-model=reactor", "-Wl,--no-entry", *exports,
+            "-Wl,--export=__heap_base", "-Wl,-z", f"-Wl,stack-size={WASM_STACK}", "-Wl,--strip-all",
             "-o", given.out / "ftqp.wasm", *objects, "-lm",
         )  # fmt: skip
         return ["ftqp.wasm"]

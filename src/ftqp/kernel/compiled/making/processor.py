@@ -25,19 +25,28 @@ class Target:
     cpu: str
 
     @property
+    def architecture(self) -> str:
+        """The first part of the triple."""
+        return self.triple.partition("-")[0]
+
+    @property
     def is_foreign(self) -> bool:
-        """Whether it is another architecture than that of this machine."""
-        return self.triple.partition("-")[0] != str(llvm.get_process_triple()).partition("-")[0]
+        """Whether memory is laid out as on another processor with addresses of 64 bits.
+
+        numba's code takes addresses for 64 bits long, so that its layout is kept where they are shorter.
+        """
+        own = str(llvm.get_process_triple()).partition("-")[0]
+        return self.architecture not in (own, "wasm32")
 
     def machine(self) -> Any:
         """LLVM's generator of code for it, position-independent where libraries are shared."""
-        if self.is_foreign:
+        wasm = self.architecture == "wasm32"
+        if wasm or self.is_foreign:
             llvm.initialize_all_targets()
             llvm.initialize_all_asmprinters()
         else:
             llvm.initialize_native_target()
             llvm.initialize_native_asmprinter()
-        wasm = self.triple.startswith("wasm")
         return llvm.Target.from_triple(self.triple).create_target_machine(
             cpu=self.cpu, features=WASM_FEATURES if wasm else "", opt=3,
             reloc="static" if wasm else "pic", codemodel="default",
