@@ -114,6 +114,8 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
         own = target()
         if processor.cpu == own.cpu and not processor.is_foreign:
             processor = own  # of the same object files
+    if given.cpu is not None:
+        _refuse_unknown(given.cpu, given.target, wanted)
     be_quicker()
     store = Store(store_folder())
     with store.alone():
@@ -144,6 +146,26 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
         "triple": processor.triple, "cpu": processor.cpu,
         "zig": _zig("version").strip(), "store": str(store_folder()),
     }  # fmt: skip
+
+
+def _refuse_unknown(cpu: str, name: str, wanted: Platform) -> None:
+    """Refuse a processor that the target's architecture does not have; zig writes names with underscores.
+
+    Raises:
+        CannotBuild: There is no such processor.
+    """
+    from ftqp.kernel.building.store import CannotBuild
+
+    with tempfile.TemporaryDirectory() as folder:
+        empty = Path(folder) / "empty.c"
+        empty.write_text("int ftqp_nothing;\n", encoding="utf-8")
+        try:
+            mcpu = "-mcpu=" + cpu.replace("-", "_")
+            _zig("cc", "-target", wanted.zig, mcpu, "-c", empty, "-o", Path(folder) / "empty.o")
+        except CannotBuild:
+            raise CannotBuild(
+                f"{cpu!r} is no processor of {name} that LLVM knows; its names are like cortex-a76 or znver4"
+            ) from None
 
 
 def _classes() -> tuple[str, ...]:
