@@ -123,7 +123,12 @@ def drawn_planner(rng):
         if rng.random() < 0.2 and robot.nv > 5 and "planar" not in name
         else None,
     )
-    planner = ftqp.Planner(robot, DT, level=level, scheme=scheme, task=task, drive=drive)
+    scene = None
+    if name in ("panda", "iiwa14") and rng.random() < 0.3:
+        scene = ftqp.Scene()
+        tip = robot.pose(robot.neutral)[:3, 3]
+        scene.add("ball", ftqp.Sphere(radius=0.05, place=tip + np.array([0.0, 0.16, 0.0])))
+    planner = ftqp.Planner(robot, DT, level=level, scheme=scheme, task=task, drive=drive, scene=scene)
     return planner, f"{robot.name} {level} {scheme} {mode} {drive}"
 
 

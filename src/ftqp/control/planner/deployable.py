@@ -36,7 +36,7 @@ class Deployable:
 
 def deployable(
     session: Session, orders: Orders, given: Settings, solver: Solver, wanted: Wanted, tasks: TaskList, *,
-    calls_python: bool, detects: bool,
+    calls_python: bool, detects: bool, has_scene: bool,
 ) -> Deployable:  # fmt: skip
     """The memory of a planner for programs in C.
 
@@ -68,6 +68,8 @@ def deployable(
         left_out.append("the detector (ftqp_detect): report faults that the drives tell of")
     else:
         left_out.append("a detector (ftqp_detect)")
+    if has_scene:
+        left_out.append("changes of the scene, which stays as it was when the library was built")
     copy = session.copy()
     copy.K.state.is_reset = 0
     memory = orders.on(copy).memory

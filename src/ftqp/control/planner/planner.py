@@ -322,6 +322,7 @@ class Planner(PlannerChanges):
         return deployable(
             self._session, self._orders, self._given, self._solver, self._wanted, self._tasks,
             calls_python=self._calls_python, detects=self._fault_response is not None,
+            has_scene=self._surroundings is not None,
         )  # fmt: skip
 
     def ways_out(self, home: Any = None) -> tuple[WayOut, ...]:

@@ -1,5 +1,6 @@
 """A planner begins anew: everything but what is believed is forgotten."""
 
+from math import inf
 from typing import Any
 
 from ftqp.kernel.jit import jit
@@ -7,6 +8,19 @@ from ftqp.kernel.latches.settling import forget_settling
 from ftqp.kernel.layout.enums import AS_TOLD
 from ftqp.kernel.told.giving_up import restore
 from ftqp.kernel.told.stops import release
+
+
+@jit
+def forget_distances(scene: Any) -> None:
+    """No row keeps bodies apart, and every pair is looked at anew."""
+    scene.nearest = -1
+    scene.held = 0
+    for k in range(len(scene.slot)):
+        scene.slot[k] = -1
+    for k in range(len(scene.look)):
+        scene.look[k] = 0
+    for k in range(len(scene.gap)):
+        scene.gap[k] = -inf
 
 
 @jit
@@ -31,4 +45,6 @@ def start(K: Any, given: Any, q: Any, v: Any) -> None:
     release(K.watch, K.feedback, K.chain)
     K.feedback.fresh = AS_TOLD
     forget_settling(K.calm)
+    if K.scene.pairs > 0:
+        forget_distances(K.scene)
     restore(K.task, given)
