@@ -20,7 +20,6 @@ from ftqp.control.planner.constraint_list import (
     refuse_without_effect,
 )
 from ftqp.control.planner.degrading import Degrading
-from ftqp.control.planner.deployable import Deployable, deployable
 from ftqp.control.planner.filling import filled
 from ftqp.control.planner.free_joint import FreeJoint
 from ftqp.control.planner.given_arrays import converted_tick, is_row, measured_tick, mistake, not_a_target
@@ -29,7 +28,7 @@ from ftqp.control.planner.lead import Lead, judged_by
 from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading, Remaining
 from ftqp.control.planner.one_thread import OneThread, guarded
 from ftqp.control.planner.order_book import orders_of
-from ftqp.control.planner.planner_changes import PlannerChanges
+from ftqp.control.planner.planner_copies import PlannerCopies
 from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.response.probing import probing_of
 from ftqp.control.planner.settings import settled
@@ -44,7 +43,6 @@ from ftqp.control.planner.task_list import TaskList, held_rows, split
 from ftqp.control.planner.wanted import Fitting, Wanted
 from ftqp.control.planner.ways.remembered import remembered
 from ftqp.control.planner.ways.way_out import WayOut, ways_out
-from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.control.scene.clearance import Clearance
 from ftqp.control.scene.scene import Scene
 from ftqp.control.task.bounds import Bounds
@@ -66,7 +64,7 @@ from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 
 
-class Planner(PlannerChanges):
+class Planner(PlannerCopies):
     """Redundancy resolution, one QP a tick, with failed joints as bounds.
 
     Args:
@@ -111,7 +109,7 @@ class Planner(PlannerChanges):
         ModelError: The robot cannot be driven safely.
     """
 
-    __slots__ = ("_at_rest", "_free", "_ordinary", "_remembered", "_rest", "_said", "_solver", "_timing")
+    __slots__ = ("_at_rest", "_free", "_ordinary", "_remembered", "_rest", "_said", "_timing")
 
     def __init__(
         self,
@@ -220,10 +218,6 @@ class Planner(PlannerChanges):
         alone = tick is self._ordinary and self._solver.is_compiled and not self._timing
         return tick, tick if alone else None
 
-    @property
-    def _calls_python(self) -> bool:
-        return self._tasks.calls_python or self._constraints.calls_python
-
     def stop(self) -> None:
         """Brake every healthy joint from the next step on and hold it, until ``resume`` or ``reset``."""
         self._loop.stop()
@@ -284,46 +278,6 @@ class Planner(PlannerChanges):
         if not isinstance(target, Target | Targets) or not is_row(target.row):
             raise not_a_target(target)
         return self._led(None, q, v, (target.packed, target.row), tau, tip, ticks=ticks)
-
-    def what_ifs(self) -> WhatIfs:
-        """What other arms like this one would begin with, for ``ftqp.batch``; nothing here changes.
-
-        Raises:
-            InputError: A foreign solver, a plan, or a task that gives rows up.
-        """
-        if self._calls_python:
-            raise InputError(
-                "ftqp.LeastSquares and ftqp.Rows ask a Python function in every step, which a batch does "
-                "not; make a planner without them"
-            )
-        if not self._session.K.state.is_reset and self._tasks.begin_where_they_are:
-            raise InputError(
-                f"the task {self._tasks.begin_where_they_are[0]!r} has no target yet; give it one, or call "
-                "planner.reset(q) first"
-            )
-        return WhatIfs(
-            self._session,
-            self._orders,
-            self.robot,
-            self._given,
-            self._solver,
-            self._wanted.reserve,
-            self.faults,
-        )
-
-    def deployable(self) -> Deployable:
-        """What this planner is without Python, for ``ftqp build``; nothing here changes.
-
-        Raises:
-            InputError: A foreign solver, a network, a closed form, a plan, further tasks, functions in
-                Python, or faults that it already believes in.
-        """
-        self._heal()
-        return deployable(
-            self._session, self._orders, self._given, self._solver, self._wanted, self._tasks,
-            calls_python=self._calls_python, detects=self._fault_response is not None,
-            has_scene=self._surroundings is not None,
-        )  # fmt: skip
 
     def ways_out(self, home: Any = None) -> tuple[WayOut, ...]:
         """Where the arm can go from here with the joints that work, tried in thought, what is clear first.
