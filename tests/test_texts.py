@@ -35,7 +35,7 @@ INSTANCE = re.compile(rf"`({'|'.join(INSTANCES)})((?:\.[A-Za-z_]\w*)+)")
 FILE = re.compile(rf"(?<![\w/.<])((?:docs|{'|'.join(FOLDERS)})/[\w./-]*\w)(?![\w*<{{])")
 COMMENT = re.compile(r"#.*(?:ftqp\.|`|\bspec\b)")
 """What may be a comment that a test here looks at: others are not searched for, as that takes longest."""
-FILE_ENDINGS = ("toml", "npz", "sqlite", "md", "json", "git")
+FILE_ENDINGS = ("toml", "npz", "sqlite", "md", "json", "git", ".h", ".hpp", ".c", ".mjs", ".wasm", ".o")
 
 
 def relative(file):

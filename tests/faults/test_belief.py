@@ -2,12 +2,15 @@
 
 import numpy as np
 import pytest
+from tests.orders_on import orders_on
 
 from ftqp.core.errors import InputError
-from ftqp.faults.belief import LOCK_SHARE, Belief
+from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
+from ftqp.kernel.layout.record import load_chain
+from ftqp.kernel.told.belief import LOCK_SHARE
 from ftqp.model import catalog
 
 PANDA = catalog.load("panda")
@@ -15,19 +18,26 @@ LIMITS = ("q_min", "q_max", "v_max", "a_max", "tau_max")
 
 
 @pytest.fixture
-def K():
-    return Session(7).K
+def session():
+    session = Session(7)
+    load_chain(session.K, **PANDA.chain.constants())
+    return session
+
+
+@pytest.fixture
+def K(session):
+    return session.K
 
 
 class Held:
     """A belief and the record that it is written into."""
 
-    def __init__(self, robot, K):
-        self.K, self.belief = K, Belief(robot)
-        self.belief.write(K.limits, K.faults)
+    def __init__(self, robot, session):
+        self.orders, self.belief = orders_on(session, robot), Belief(robot)
+        self.belief.write(self.orders)
 
     def _hold(self, belief):
-        belief.write(self.K.limits, self.K.faults, self.belief)
+        belief.write(self.orders, self.belief)
         self.belief = belief
 
     def report(self, fault):
@@ -46,8 +56,8 @@ class Held:
 
 
 @pytest.fixture
-def belief(K):
-    return Held(PANDA, K)
+def belief(session):
+    return Held(PANDA, session)
 
 
 def limits_of(K):
@@ -126,7 +136,7 @@ def test_locking_a_degraded_joint_gives_its_limits_back(belief, K):
 def test_a_healthy_belief_forgets_every_fault(belief, K):
     belief.report(Locked(3))
     belief.report(Degraded(1, velocity=0.5))
-    Belief(PANDA).write(K.limits, K.faults)
+    Belief(PANDA).write(belief.orders)
     assert not K.faults.code[:7].any()
     np.testing.assert_array_equal(K.limits.v_max[:7], PANDA.limits.v_max)
 
@@ -181,8 +191,7 @@ def test_unknown_joint_names_the_valid_ones(belief, joint, valid):
 
 def test_free_swinging_joint_needs_the_inertia_of_the_robot():
     srs7 = catalog.load("srs7")
-    K = Session(srs7.nv).K
-    belief = Held(srs7, K)
+    belief = Held(srs7, Session(srs7.nv))
     with pytest.raises(
         InputError, match=r"srs7 has no inertia, so the motion of free-swinging .* is unknown"
     ):

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from tests.orders_on import orders_on
 
 from ftqp.control.planner.braking_reserve import braking_reserve
 from ftqp.control.planner.filling import filled
@@ -52,10 +53,10 @@ class Ticks:
             robot, self.task, criterion, bounds.by_name("viability"), None, level=level, dt=dt
         )
         self.K = K = self.session.K
-        self.belief = Belief(robot, torque_limits=torque_limits)
+        self.belief = Belief(robot)
         for fault in faults:
             self.belief = self.belief.reported(fault)
-        self.belief.write(K.limits, K.faults)
+        self.belief.write(orders_on(self.session, robot, torque_limits=torque_limits))
         n, limits = robot.nv, K.limits
         limits.dynamic = torque_limits or criterion.needs_inertia or self.belief.needs_dynamics
         reserve = braking_reserve(robot) if torque_limits else None

@@ -12,6 +12,8 @@ from ftqp.kernel.layout.rooms import ROOMS
 KERNEL = Path(__file__).resolve().parents[2] / "src/ftqp/kernel"
 OTHER_RECORDS = ("study", "continuation", "detection", "building", "compiled", "layout")
 """Folders whose functions are handed a record of another kind, or none."""
+BETWEEN_TICKS = ("told",)
+"""Folders with what writes into a record between its ticks, when a planner is told something."""
 FIELDS = {room: {field[0] for field in fields(8)} for room, fields in ROOMS.items()}
 PUTS = {"put": {0}, "put_either": {0}}
 """Which arguments functions write that are no source of their own."""
@@ -24,7 +26,7 @@ def sources() -> dict[str, ast.Module]:
     return {
         path.relative_to(KERNEL).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
         for path in sorted(KERNEL.rglob("*.py"))
-        if path.relative_to(KERNEL).parts[0] not in OTHER_RECORDS
+        if path.relative_to(KERNEL).parts[0] not in OTHER_RECORDS + BETWEEN_TICKS
     }
 
 

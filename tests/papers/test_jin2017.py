@@ -8,6 +8,7 @@ import pinocchio as pin
 import pytest
 from numpy.testing import assert_allclose
 from tests.arm_at import arm_at
+from tests.orders_on import orders_on
 from tests.papers.jin2017 import START, Run, run
 
 import ftqp
@@ -192,7 +193,7 @@ def interval_session(planner: ftqp.Planner) -> Session:
     criterion = ftqp.schemes.mvn().at(level)
     session = filled(robot, planner.task, criterion, planner.bounds, None, level=level, dt=planner.dt)
     limits = session.K.limits
-    Belief(robot).write(limits, session.K.faults)
+    Belief(robot).write(orders_on(session, robot))
     a_max, tau_max = robot.limits.a_max, robot.limits.tau_max
     limits.a_brake[: robot.nv] = braking_reserve(robot).share(a_max, tau_max) * a_max
     return session

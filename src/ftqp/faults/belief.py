@@ -1,12 +1,11 @@
-"""Belief: which joints are held to have failed, and what follows for two rooms of the planner's record."""
+"""Belief: which joints are held to have failed, and how the planner's record is told."""
 
 from collections.abc import Mapping
-from typing import Any, Self, final
-
-import numpy as np
+from typing import Self, final
 
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import (
+    MODES,
     RESETS,
     SWINGS,
     Degraded,
@@ -16,30 +15,26 @@ from ftqp.faults.kinds import (
     not_served,
     refuse_unknown,
 )
-from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
+from ftqp.kernel.entry.orders import Orders
+from ftqp.kernel.layout.told_memory import IS_LOCKED_NOW, SWINGS_NOW
 from ftqp.model.robot import Robot
 
-LOCK_SHARE = 0.25
-"""Default deceleration of a joint that is being locked, as a share of its acceleration limit.
-
-With the full limit healthy joints saturate when they compensate (``docs/theory/joint-failures.md``).
-"""
+SHARES = {"v_max": "velocity", "a_max": "acceleration", "tau_max": "torque"}
+"""Limits, and what the share that is left of each is called where it is told to the kernel."""
 
 
 @final
 class Belief:
     """What a planner holds to be true of its joints; it never changes, another belief takes its place."""
 
-    __slots__ = ("_faults", "_robot", "_torque_limits")
+    __slots__ = ("_faults", "_robot")
 
-    def __init__(
-        self, robot: Robot, *, torque_limits: bool = True, faults: Mapping[int, Fault] | None = None
-    ) -> None:
-        self._robot, self._torque_limits = robot, torque_limits
+    def __init__(self, robot: Robot, *, faults: Mapping[int, Fault] | None = None) -> None:
+        self._robot = robot
         self._faults = dict(sorted((faults or {}).items()))
 
     def _but(self, faults: Mapping[int, Fault]) -> Self:
-        return type(self)(self._robot, torque_limits=self._torque_limits, faults=faults)
+        return type(self)(self._robot, faults=faults)
 
     @property
     def faults(self) -> dict[str, Fault]:
@@ -91,12 +86,11 @@ class Belief:
             return self
         return self._but({j: fault for j, fault in self._faults.items() if j != i})
 
-    def write(self, limits: Any, codes: Any, before: "Belief | None" = None) -> None:
-        """Write what follows from the belief into a record; as often as one likes, before the next tick.
+    def write(self, orders: Orders, before: "Belief | None" = None) -> None:
+        """Tell a record what follows from the belief; as often as one likes, before the next tick.
 
         Args:
-            limits: The record's room of limits.
-            codes: The record's room of fault codes.
+            orders: What tells the record.
             before: What was believed at the last tick, so that a joint of which nothing else is believed goes
                 on as it is, and one that is being locked does so under another fault of the kind; None is
                 nothing, and every joint begins anew.
@@ -105,41 +99,7 @@ class Belief:
             was, fault = (None if before is None else before._faults.get(i)), self._faults.get(i)
             if before is not None and was == fault:
                 continue
-            self._limit(i, fault, limits)
-            codes.friction[i] = codes.coulomb[i] = 0.0
-            match fault:
-                case None:
-                    codes.code[i] = HEALTHY
-                case Locked():
-                    self._lock(i, fault, codes, int(codes.code[i]) if isinstance(was, Locked) else HEALTHY)
-                case FreeSwinging():
-                    codes.code[i] = FREE
-                    codes.friction[i] = fault.damping
-                    codes.coulomb[i] = fault.friction + self._robot.coulomb[i]
-                case Degraded():
-                    codes.code[i] = HEALTHY
-                case _:
-                    not_served(fault, "the planner")
-
-    def _limit(self, i: int, fault: Fault | None, limits: Any) -> None:
-        """Write the limits that are left of joint i, each at once: another call may come in between."""
-        healthy, left = self._robot.limits, {} if fault is None else fault.shares
-        for name in ("v_max", "a_max", "tau_max"):
-            most = np.inf if name == "tau_max" and not self._torque_limits else getattr(healthy, name)[i]
-            getattr(limits, name)[i] = most * getattr(fault, left[name]) if name in left else most
-        reach = self._range(i, fault) if isinstance(fault, Degraded) else (healthy.q_min[i], healthy.q_max[i])
-        limits.q_min[i], limits.q_max[i] = reach
-
-    def _lock(self, i: int, fault: Locked, codes: Any, code: int) -> None:
-        """Lock joint i of this ``code``: locked it stays so, braking it goes on from where it is."""
-        rate = fault.deceleration
-        codes.lock_rate[i] = LOCK_SHARE * self._robot.limits.a_max[i] if rate is None else rate
-        codes.reset_mode = RESETS.index(fault.reset)
-        if code == LOCKED:
-            return
-        codes.code[i] = INSTANT if fault.mode == "instant" else BRAKING
-        if code != BRAKING:
-            codes.lock_velocity[i] = np.inf
+            orders.believe(i, {} if fault is None else _said(fault), isinstance(was, Locked))
 
     def _range(self, i: int, fault: Degraded) -> tuple[float, float]:
         """What is left of the range of joint i."""
@@ -152,3 +112,25 @@ class Belief:
                 f"its healthy range is [{limits.q_min[i]:g}, {limits.q_max[i]:g}]"
             )
         return float(low), float(high)
+
+
+def _said(fault: Fault) -> dict[str, float]:
+    """A fault as it is told to the kernel, by the names of ``FAULT``."""
+    said = {SHARES[limit]: getattr(fault, share) for limit, share in fault.shares.items()}
+    match fault:
+        case Locked():
+            said |= {
+                "kind": IS_LOCKED_NOW,
+                "mode": MODES.index(fault.mode),
+                "reset": RESETS.index(fault.reset),
+            }
+            if fault.deceleration is not None:
+                said["deceleration"] = fault.deceleration
+        case FreeSwinging():
+            said |= {"kind": SWINGS_NOW, "damping": fault.damping, "friction": fault.friction}
+        case Degraded():
+            ends = {"q_min": fault.q_min, "q_max": fault.q_max}
+            said |= {name: end for name, end in ends.items() if end is not None}
+        case _:
+            not_served(fault, "the planner")
+    return said

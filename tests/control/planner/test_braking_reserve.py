@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.braking_reserve import LEAST_SHARE, SPEED_SHARE, BrakingReserve
+from ftqp.control.planner.braking_reserve import SPEED_SHARE, BrakingReserve
+from ftqp.kernel.told.reserve import LEAST_SHARE
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,6 @@ import itertools
 import signal
 import threading
 import time
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ import ftqp
 from ftqp.control.planner.planner_view import JointState
 from ftqp.faults.belief import Belief
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
-from ftqp.kernel.layout.record import BELIEF_ROOMS
 
 PANDA = ftqp.robots.load("panda")
 DT = 1e-3
@@ -49,9 +47,9 @@ def agreement(planner):
     healthy = Belief(PANDA)
     for fault in faults.values():
         healthy = healthy.reported(fault)
-    rooms = {room: K[room].copy() for room in BELIEF_ROOMS}
-    expected = SimpleNamespace(**rooms)
-    healthy.write(expected.limits, expected.faults)
+    copy = planner.session().copy()
+    healthy.write(planner._orders.on(copy))
+    expected = copy.K
     found = []
     for i, name in enumerate(PANDA.joints):
         code, fault = int(K.faults.code[i]), faults.get(name)

@@ -8,6 +8,7 @@ import typer
 
 from ftqp import __version__
 from ftqp.app.commands.analyses import ANALYSES, tell_bundled
+from ftqp.app.commands.building import build
 from ftqp.app.commands.campaigning import campaign
 from ftqp.app.commands.exporting import export
 from ftqp.app.commands.options import Backend, Json, Out, Overrides, PlanFile, Scheme, Source
@@ -323,6 +324,7 @@ def view(
 
 
 app.command(epilog="Example: ftqp campaign safety --episodes 1000 --table --out runs/safe")(command(campaign))
+app.command(epilog="Example: ftqp build panda-circle --target aarch64 -o panda-arm64")(command(build))
 app.command(epilog="Example: ftqp export runs/panda-circle --format mcap -o panda-bag")(command(export))
 
 

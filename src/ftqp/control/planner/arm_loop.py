@@ -8,13 +8,12 @@ import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, by_name
 from ftqp.control.drive.noise import Noise
-from ftqp.control.planner.stages import Stage
 from ftqp.control.planner.status import REPEATS, STOP_REASONS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
+from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.latches.settling import forget_settling
-from ftqp.kernel.layout.enums import AS_TOLD, FROZEN, Brakes, DriveKind, StopReason
+from ftqp.kernel.layout.enums import FROZEN, DriveKind, StopReason
 from ftqp.model.robot import Robot
 
 STEP: Final = 0.05
@@ -28,51 +27,23 @@ class ArmLoop:
 
     Args:
         session: The planner's.
+        orders: The planner's.
         joints: Names of the joints, (nv,).
     """
 
-    def __init__(self, session: Session, joints: Sequence[str]) -> None:
-        self._session = session
+    def __init__(self, session: Session, orders: Orders, joints: Sequence[str]) -> None:
+        self._session, self._orders = session, orders
         self._joints = tuple(joints)
         self._speed = self._caution = 1.0
         self._named = 0
 
-    @property
-    def stage(self) -> Stage:
-        """Its part in a planner's life."""
-        return Stage(begin=lambda *_: self.forget())
-
-    def forget(self) -> None:
-        """After a reset no stop is latched and nothing is known of the arm but the given state."""
-        self._release()
-        K = self._session.K
-        K.feedback.fresh = AS_TOLD
-        forget_settling(K.calm)
-
-    def _release(self) -> None:
-        watch = self._session.K.watch
-        watch.stopped = watch.rising = watch.fallbacks = 0
-        self._session.K.feedback.moving = 0
-        self._session.K.feedback.going[:] = 0.0
-        watch.last_position_error = watch.last_rotation_error = np.inf
-        watch.latched = watch.reason = 0  # the last thing, so that whoever is interrupted has still stopped
-
     def stop(self) -> None:
         """Latch a stop."""
-        watch = self._session.K.watch
-        if not watch.latched:
-            watch.latched, watch.reason = 1, StopReason.ASKED
+        self._orders.stop(StopReason.ASKED)
 
     def resume(self) -> bool:
         """Release a stop; False while a lost sensor, or the brake of the whole arm, forbids it."""
-        feedback = self._session.K.feedback
-        if feedback.lost.any() or (feedback.brakes == Brakes.ALL and feedback.asks.any()):
-            return False
-        feedback.waited = feedback.late = feedback.up = feedback.spent_elsewhere = 0.0
-        feedback.far = feedback.stored = feedback.until_stored = 0
-        feedback.spent[:] = 0.0
-        self._release()
-        return True
+        return self._orders.resume()
 
     @property
     def speed(self) -> float:
@@ -101,38 +72,26 @@ class ArmLoop:
 
     def lose_sensor(self, i: int) -> None:
         """Stop the arm, as the sensor of joint i tells nothing any more, until a reset."""
-        K = self._session.K
-        K.feedback.lost[i] = 1
-        if not K.watch.latched:
-            K.watch.latched, K.watch.reason = 1, StopReason.SENSOR
+        self._session.K.feedback.lost[i] = 1
+        self._orders.stop(StopReason.SENSOR)
 
     def ask_for_brake(self, i: int) -> None:
         """Let the brake of joint i be asked for from now on, if the arm has any; that of all stops it."""
-        feedback, watch = self._session.K.feedback, self._session.K.watch
-        if feedback.brakes == Brakes.NONE:
-            return
-        feedback.asks[i] = 1
-        if feedback.brakes == Brakes.ALL and not watch.latched:
-            feedback.culprit = i
-            watch.latched, watch.reason = 1, StopReason.LAG
+        self._orders.ask_for_brake(i)
 
     def find_overload(self, i: int) -> None:
         """Joint i cannot hold the arm with the torque that it has left: its brake is asked for, and a stop.
 
-        A planner that never stops of its own accord only asks.
+        A planner that never stops of its own accord only asks. One that can hold the arm goes on.
         """
-        watch = self._session.K.watch
-        if not watch.latched and watch.stop_samples > 0:
+        if self._orders.hold_up(i) and self._session.K.watch.reason == StopReason.OVERLOAD:
             self._named = i
-            watch.latched, watch.reason = 1, StopReason.OVERLOAD
-        self.ask_for_brake(i)
 
     def doubt_free(self, i: int) -> None:
         """Stop the arm: joint i seems to swing freely beside another that failed, which is not believed."""
-        watch = self._session.K.watch
-        if not watch.latched:
+        if not self._session.K.watch.latched:
             self._named = i
-            watch.latched, watch.reason = 1, StopReason.SECOND_FREE
+            self._orders.stop(StopReason.SECOND_FREE)
 
     @property
     def stopped_because(self) -> str | None:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, final
 from ftqp.control.planner.degrading import Degrading
 from ftqp.control.planner.stages import FREE, Stage, Tick
 from ftqp.faults.belief import Belief
+from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.entry.session import FreeMemory, PathMemory, Session
 from ftqp.kernel.layout.enums import ARREST, DECIDE, FOLLOW, HOLD, STOPPED, TARGET_HAS_ROTATION, Kept
 from ftqp.model.robot import Robot
@@ -67,16 +68,15 @@ class FreeJoint:
 
     Args:
         session: The planner's, solved by a QP.
+        orders: The planner's.
         robot: The arm.
         allowed: Which sets of rows may be kept.
     """
 
-    def __init__(self, session: Session, robot: Robot, allowed: tuple[str, ...]) -> None:
+    def __init__(self, session: Session, orders: Orders, robot: Robot, allowed: tuple[str, ...]) -> None:
         self._session, self._joints = session, robot.joints
         self._parts = {name: session.field(*place) for name, place in PLACES.items()}
-        self._bits = sum(1 << KEPT_OF[name] for name in allowed)
-        self._external = int(session.K.cascade.external)
-        self._degrading = Degrading(session, allowed)
+        self._degrading = Degrading(orders, allowed)
         self._tick: Tick | None = None
         self._said: Any = None
         self._on = False
@@ -84,8 +84,7 @@ class FreeJoint:
     @property
     def stage(self) -> Stage:
         """Its part in a planner's life."""
-        restore = self._degrading.restore
-        return Stage(ticks=(FREE,), after=self.tell, believe=self.believe, begin=lambda *_: restore())
+        return Stage(ticks=(FREE,), after=self.tell, believe=self.believe)
 
     @property
     def tick(self) -> Tick | None:
@@ -110,28 +109,11 @@ class FreeJoint:
 
     def believe(self, belief: Belief) -> None:
         """From the next tick on the arm has a free-swinging joint, another one than before, or none."""
-        if belief.needs_dynamics:
-            self._begin()
-        elif self._on:
-            self._end()
-
-    def _begin(self) -> None:
-        if self._tick is None:
+        if belief.needs_dynamics and self._tick is None:
             self._memory = FreeMemory(self._session.capacity)
             self._tick = self._session.bind("step_free", self._memory.memory)
-        K = self._session.K
-        K.free.joint, K.free.allowed = -1, self._bits
-        K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
-        K.cascade.external = 0
-        self._on, self._said = True, None
-
-    def _end(self) -> None:
-        K = self._session.K
-        K.free.joint, K.free.impact_side = -1, 0
-        K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
-        K.cascade.external = self._external
-        self._degrading.restore()
-        self._on = False
+        self._on = belief.needs_dynamics
+        self._said = None
 
     def tell(self, code: int, _inputs: tuple[Any, ...]) -> None:
         """Log a change of what the operator should know after a tick.

@@ -23,10 +23,12 @@ from ftqp.control.planner.degrading import Degrading
 from ftqp.control.planner.filling import filled
 from ftqp.control.planner.free_joint import FreeJoint
 from ftqp.control.planner.given_arrays import converted_tick, is_row, measured_tick, mistake, not_a_target
+from ftqp.control.planner.late_ticks import made_up_for, whole_ticks
 from ftqp.control.planner.lead import Lead, judged_by
 from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading, Remaining
 from ftqp.control.planner.one_thread import OneThread, guarded
-from ftqp.control.planner.planner_changes import PlannerChanges
+from ftqp.control.planner.order_book import orders_of
+from ftqp.control.planner.planner_copies import PlannerCopies
 from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.response.probing import probing_of
 from ftqp.control.planner.settings import settled
@@ -41,7 +43,6 @@ from ftqp.control.planner.task_list import TaskList, held_rows, split
 from ftqp.control.planner.wanted import Fitting, Wanted
 from ftqp.control.planner.ways.remembered import remembered
 from ftqp.control.planner.ways.way_out import WayOut, ways_out
-from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
 from ftqp.control.task.bounds import Bounds
@@ -63,7 +64,7 @@ from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 
 
-class Planner(PlannerChanges):
+class Planner(PlannerCopies):
     """Redundancy resolution, one QP a tick, with failed joints as bounds.
 
     Args:
@@ -108,7 +109,7 @@ class Planner(PlannerChanges):
         ModelError: The robot cannot be driven safely.
     """
 
-    __slots__ = ("_at_rest", "_free", "_ordinary", "_remembered", "_rest", "_said", "_solver", "_timing")
+    __slots__ = ("_at_rest", "_free", "_ordinary", "_remembered", "_rest", "_said", "_timing")
 
     def __init__(
         self,
@@ -165,13 +166,14 @@ class Planner(PlannerChanges):
                 f"scheme {given.scheme.name!r} solves no QP, so that further tasks, constraints and a scene "
                 "have no effect on it; take one that does, for example 'mvn'"
             )
+        self._orders = orders_of(self._session, given, self._solver)
         self._surroundings = None
         if keeps_clear:
             self._surroundings = Surroundings(self._session, robot, scene, clearance or Clearance())
         length = float(self._session.K.task.length)
         self._tasks = TaskList(self._session, robot, soft, level, given.dt, length)
         self._wanted = Wanted(
-            Belief(robot, torque_limits=given.limits_torque),
+            Belief(robot),
             Fitting(robot),
             braking_reserve(robot) if given.limits_torque else None,
         )
@@ -184,15 +186,14 @@ class Planner(PlannerChanges):
                 self._said,
                 Named(self._tasks.errors, asked, self._tasks.failed, self._surroundings),
             ),
-            ArmLoop(self._session, robot.joints),
+            ArmLoop(self._session, self._orders, robot.joints),
         )
         self._constraints = Constraints(self._session, robot, given_constraints, self._loop.stop)
         self._rest, self._timing = Rest(self._session), timing
         self._at_rest = np.zeros(robot.nv)
         kept = given.task.kept_sets
-        self._free = FreeJoint(self._session, robot, kept) if self._solver.has_qp else None
-        degrades = given.task.degrade is not None and self._solver.sizes_may_change
-        degrading = Degrading(self._session, kept) if degrades else None
+        self._free = FreeJoint(self._session, self._orders, robot, kept) if self._solver.has_qp else None
+        degrading = Degrading(self._orders, kept) if self._orders.given.gives_up else None
         self._leading = None if given.plan is None else PlanLeading(given.plan, self._session, robot)
         self._fault_response = None
         if detector is not None:
@@ -202,7 +203,7 @@ class Planner(PlannerChanges):
             )  # fmt: skip
         self._remembered = remembered(self._session, robot.nv, remember, given.dt)
         parts = (
-            self._tasks, self._constraints, self._loop, self._solver, self._leading, degrading, self._free,
+            self._tasks, self._constraints, self._solver, self._leading, degrading, self._free,
             StartWatch(self._session.K), self._fault_response, self._surroundings, self._remembered,
         )  # fmt: skip
         self._stages = tuple(part.stage for part in parts if part is not None)
@@ -216,10 +217,6 @@ class Planner(PlannerChanges):
         tick = staged(self._ordinary, CLOCK, self._stages)
         alone = tick is self._ordinary and self._solver.is_compiled and not self._timing
         return tick, tick if alone else None
-
-    @property
-    def _calls_python(self) -> bool:
-        return self._tasks.calls_python or self._constraints.calls_python
 
     def stop(self) -> None:
         """Brake every healthy joint from the next step on and hold it, until ``resume`` or ``reset``."""
@@ -236,7 +233,9 @@ class Planner(PlannerChanges):
             self._fault_response.go_on()
         return goes_on
 
-    def step(self, q: Any, v: Any = None, target: Any = None, *, tau: Any = None, tip: Any = None) -> Step:
+    def step(
+        self, q: Any, v: Any = None, target: Any = None, *, tau: Any = None, tip: Any = None, ticks: int = 1
+    ) -> Step:
         """The command for the next ``dt``.
 
         Args:
@@ -249,6 +248,9 @@ class Planner(PlannerChanges):
                 keeps its last one.
             tau: Measured torque, (nv,) [N m or N]; it is checked to be finite.
             tip: Measured pose of the tip, (4, 4), in place of the one of forward kinematics.
+            ticks: How many ``dt`` have passed since the last step, >= 1: 1 in a loop that is on time. The
+                ticks that a late loop has missed are made up for first, up to four, so that the command is
+                where it would be and keeps every limit over the gap; more count as four.
 
         Returns:
             The planner's own step, valid until the next one.
@@ -259,7 +261,7 @@ class Planner(PlannerChanges):
                 raises: see ``step.status``.
         """
         begin = self._begin
-        if tau is None and tip is None and begin is not None:
+        if tau is None and tip is None and begin is not None and ticks == 1:
             try:
                 code = begin(q, self._at_rest if v is None else v, target.packed, target.row)
             except (AttributeError, TypeError, ValueError, OverflowError) as error:
@@ -275,27 +277,7 @@ class Planner(PlannerChanges):
             target = self._tasks.distributed(target)
         if not isinstance(target, Target | Targets) or not is_row(target.row):
             raise not_a_target(target)
-        return self._led(None, q, v, (target.packed, target.row), tau, tip)
-
-    def what_ifs(self) -> WhatIfs:
-        """What other arms like this one would begin with, for ``ftqp.batch``; nothing here changes.
-
-        Raises:
-            InputError: A foreign solver, a plan, or a task that gives rows up.
-        """
-        if self._calls_python:
-            raise InputError(
-                "ftqp.LeastSquares and ftqp.Rows ask a Python function in every step, which a batch does "
-                "not; make a planner without them"
-            )
-        if not self._session.K.state.is_reset and self._tasks.begin_where_they_are:
-            raise InputError(
-                f"the task {self._tasks.begin_where_they_are[0]!r} has no target yet; give it one, or call "
-                "planner.reset(q) first"
-            )
-        return WhatIfs(
-            self._session, self.robot, self._given, self._solver, self._wanted.reserve, self.faults
-        )
+        return self._led(None, q, v, (target.packed, target.row), tau, tip, ticks=ticks)
 
     def ways_out(self, home: Any = None) -> tuple[WayOut, ...]:
         """Where the arm can go from here with the joints that work, tried in thought, what is clear first.
@@ -361,6 +343,7 @@ class Planner(PlannerChanges):
         tau: Any,
         tip: Any,
         path: PathMemory | None = None,
+        ticks: int = 1,
     ) -> Step:
         """A step of any leader, None the clock, with measured torques or tip, converted arrays and times.
 
@@ -375,6 +358,8 @@ class Planner(PlannerChanges):
         tick = self._tick if tick is None else tick
         began = now() if self._timing else 0
         v = self._at_rest if v is None else v
+        if ticks != 1:
+            made_up_for(self._orders, tick, target, whole_ticks(ticks), self._at_rest)
         if self._fault_response is not None:
             self._fault_response.feel(tau)
         if tau is None and tip is None:

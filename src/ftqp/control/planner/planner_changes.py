@@ -14,15 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.control.planner.braking_reserve import braking_reserve, count_on
+from ftqp.control.planner.braking_reserve import braking_reserve
 from ftqp.control.planner.one_thread import OneThread, guarded
 from ftqp.control.planner.planner_facts import PlannerFacts
 from ftqp.control.planner.stages import Stage, Tick
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.wanted import Fitting, Start, Wanted, overloaded, warn_of_weight
+from ftqp.control.planner.wanted import Fitting, Start, Wanted, warn_of_weight
 from ftqp.core.checks import array, frozen, positive
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, Fault
+from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.layout.record import load_chain
 from ftqp.model.payload import Payload
 
@@ -30,11 +31,12 @@ from ftqp.model.payload import Payload
 class PlannerChanges(PlannerFacts, ABC):
     """Starts, faults, loads and tools, each of which a planner is told as a whole."""
 
-    __slots__ = ("_adopted", "_begin", "_fast", "_inside", "_out", "_stages", "_step_arm", "_tick")
+    __slots__ = ("_adopted", "_begin", "_fast", "_inside", "_orders", "_out", "_stages", "_step_arm", "_tick")
     _adopted: Wanted | None
     _begin: Tick | None
     _fast: Tick | None
     _inside: OneThread
+    _orders: Orders
     _out: Step
     _stages: tuple[Stage, ...]
     _step_arm: Fitting
@@ -110,7 +112,8 @@ class PlannerChanges(PlannerFacts, ABC):
 
         def loaded(wanted: Wanted) -> Wanted:
             fitting = wanted.fitting.carrying(payload)
-            reserve = braking_reserve(fitting.robot) if limited else None
+            load = None if payload is None else fitting.load
+            reserve = braking_reserve(fitting.unloaded, load) if limited else None
             return replace(wanted, fitting=fitting, reserve=reserve)
 
         self._change(loaded)
@@ -194,19 +197,14 @@ class PlannerChanges(PlannerFacts, ABC):
         if before is not None and before.fitting is not wanted.fitting:
             self._mount(wanted.fitting)
         if before is None or before.belief is not wanted.belief:
-            wanted.belief.write(K.limits, K.faults, None if before is None else before.belief)
-            K.limits.dynamic = self._given.dynamic or wanted.belief.needs_dynamics
-            K.qp.warm = K.watch.stopped = 0
+            wanted.belief.write(self._orders, None if before is None else before.belief)
+            self._orders.believed()
             for stage in self._stages:
                 if stage.believe is not None:
                     stage.believe(wanted.belief)
             self._tick, self._fast = self._ticks()
         if before is None or before.belief is not wanted.belief or before.reserve is not wanted.reserve:
-            given, needed = self._given, wanted.belief.needs_dynamics
-            count_on(
-                wanted.reserve, K.limits, wanted.fitting.robot.nv,
-                level=given.level, on_demand=given.on_demand and not needed,
-            )  # fmt: skip
+            self._orders.count_on(None if wanted.reserve is None else wanted.reserve.samples)
         if before is not None and before.belief is not wanted.belief and K.state.is_reset:
             self._hold_up(before, wanted)
         if before is not None and before.speed != wanted.speed:
@@ -219,17 +217,15 @@ class PlannerChanges(PlannerFacts, ABC):
 
     def _hold_up(self, before: Wanted, wanted: Wanted) -> None:
         """A joint that is said to have too little torque for the weight of the arm asks for its brake."""
-        robot, K = wanted.fitting.robot, self._session.K
-        was = before.belief.faults
-        news = [
-            robot.joint(joint)
-            for joint, fault in wanted.belief.faults.items()
-            if isinstance(fault, Degraded) and fault.torque < 1.0 and was.get(joint) != fault
-        ]
-        if news and robot.has_inertia:
-            joint = overloaded(robot, K.state.q_command[: robot.nv], K.limits.tau_max[: robot.nv], news)
-            if joint is not None:
-                self._loop.find_overload(joint)
+        robot, was = wanted.fitting.robot, before.belief.faults
+        for joint, fault in wanted.belief.faults.items():
+            if (
+                isinstance(fault, Degraded)
+                and fault.torque < 1.0
+                and was.get(joint) != fault
+                and robot.has_inertia
+            ):
+                self._loop.find_overload(robot.joint(joint))
 
     def _mount(self, fitting: Fitting) -> None:
         """Let the kernel see the arm as it is fitted; steps that are kept stay with the arm that they had."""
@@ -238,22 +234,15 @@ class PlannerChanges(PlannerFacts, ABC):
             if self._step_arm is None or self._step_arm.payload is not fitting.payload:
                 self._session.K.learned.load[:] = 0.0  # it is what is told now
             self._step_arm = fitting
-        load_chain(self._session.K, **fitting.robot.chain.constants())
-        self._session.K.learned.based = 0
+        load_chain(self._session.K, **fitting.unloaded.chain.constants())
+        self._orders.carry(fitting.load)
         for stage in self._stages:
             if stage.mount is not None:
                 stage.mount(fitting.robot)
 
     def _begin_at(self, start: Start, wanted: Wanted) -> None:
         """Forget everything but what is believed."""
-        K, n = self._session.K, len(start.q)
-        state = K.state
-        K.gate.q[:n] = state.q_command[:n] = state.q[:n] = start.q
-        K.gate.sent[:n] = start.q + K.gate.lead * start.v
-        K.gate.v[:n] = state.v_command[:n] = state.v[:n] = start.v
-        state.a_command[:n] = 0.0
-        K.criteria.posture[:n] = start.q if self._given.posture is None else self._given.posture
-        K.qp.warm, state.ticks, state.is_reset = 0, 0, 1
+        self._orders.start(start.q, start.v)
         for stage in self._stages:
             if stage.begin is not None:
                 stage.begin(start, wanted)

@@ -82,7 +82,7 @@ class Surroundings:
     @property
     def stage(self) -> Stage:
         """What it does in a planner's life."""
-        return Stage(begin=lambda _start, _told: self._forget(), mount=self._mount)
+        return Stage(mount=self._mount)
 
     @property
     def distance(self) -> float:

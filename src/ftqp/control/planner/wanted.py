@@ -1,7 +1,7 @@
 """What a planner was told since it was made, its load and tool among that, in one immutable object."""
 
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -11,6 +11,7 @@ from ftqp.control.planner.braking_reserve import BrakingReserve
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import pose
 from ftqp.faults.belief import Belief
+from ftqp.kernel.entry.orders import NO_LOAD, Load
 from ftqp.model.payload import Payload
 from ftqp.model.posture import gravity_torques
 from ftqp.model.robot import Robot
@@ -29,15 +30,19 @@ class Fitting:
 
     Attributes:
         robot: The robot as it is fitted.
+        unloaded: The same without the load.
         payload: The load; None is none.
+        load: The same as the kernel is told of it.
     """
 
-    __slots__ = ("_bare", "_place", "payload", "robot")
+    __slots__ = ("_bare", "_place", "load", "payload", "robot", "unloaded")
 
     def __init__(self, bare: Robot, payload: Payload | None = None, place: FloatArray | None = None) -> None:
         self._bare, self._place, self.payload = bare, place, payload
+        self.unloaded = bare if place is None else bare.with_tip(place, f"{bare.tip} tool")
         robot = bare if payload is None else bare.with_payload(payload)
         self.robot = robot if place is None else robot.with_tip(place, f"{robot.tip} tool")
+        self.load = NO_LOAD if payload is None else Load(payload.mass, payload.com, payload.inertia)
 
     def carrying(self, payload: Payload | None) -> "Fitting":
         """The robot with another load.
@@ -88,23 +93,6 @@ class Wanted:
     start: Start | None = None
     speed: float = 1.0
     then: Callable[[], None] | None = None
-
-
-def overloaded(robot: Robot, q: FloatArray, tau_max: FloatArray, degraded: Iterable[int]) -> int | None:
-    """Which joint of those with less torque than they had cannot hold the arm at rest at q; None if all can.
-
-    Args:
-        robot: The arm with its load.
-        q: Joint positions, (nv,) [rad or m].
-        tau_max: Torque limits believed now, (nv,) [N m or N].
-        degraded: The joints that are looked at.
-    """
-    joints = [i for i in degraded if np.isfinite(tau_max[i])]
-    if not joints:
-        return None
-    tau = np.abs(gravity_torques(robot.model, robot.model.createData(), robot.configuration(q)))
-    worst = max(joints, key=lambda i: float(tau[i] - tau_max[i]))
-    return worst if tau[worst] > tau_max[worst] else None
 
 
 def weight_sentence(robot: Robot, q: FloatArray, tau_max: FloatArray) -> str:

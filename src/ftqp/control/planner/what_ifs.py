@@ -2,14 +2,15 @@
 
 from typing import Any, final
 
-from ftqp.control.planner.arm_loop import ArmLoop
-from ftqp.control.planner.braking_reserve import BrakingReserve, count_on
-from ftqp.control.planner.free_joint import KEPT_OF
+import numpy as np
+
+from ftqp.control.planner.braking_reserve import BrakingReserve
 from ftqp.control.planner.settings import Settings
 from ftqp.control.planner.solver.qp_solver import Solver
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
+from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.record import BELIEF_ROOMS
 from ftqp.model.robot import Robot
@@ -21,6 +22,7 @@ class WhatIfs:
 
     Args:
         session: The planner's, which is copied.
+        orders: The planner's.
         robot: The arm.
         given: What the planner was made with.
         solver: Who solves its QPs.
@@ -41,6 +43,7 @@ class WhatIfs:
     def __init__(
         self,
         session: Session,
+        orders: Orders,
         robot: Robot,
         given: Settings,
         solver: Solver,
@@ -51,15 +54,12 @@ class WhatIfs:
         session = session.copy()
         self.session, self.robot, self.given = session, robot, given
         self.told, self._reserve = tuple(faults.values()), reserve
-        K = session.K
-        ArmLoop(session, robot.joints).forget()
+        K, begun = session.K, orders.on(session)
+        self._orders = orders
+        begun.start(np.zeros(robot.nv), np.zeros(robot.nv))
         self.return_to_start = given.posture is None and float(K.criteria.norm_q) != 0.0
-        if given.posture is not None:
-            K.criteria.posture[: robot.nv] = given.posture
-        K.qp.warm = K.state.ticks = 0
-        K.state.is_reset = 1
         K.cascade.external = K.criteria.sways = 0
-        K.free.joint, K.free.allowed = -1, sum(1 << KEPT_OF[name] for name in given.task.kept_sets)
+        K.free.joint, K.free.allowed = -1, orders.given.allowed
         K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
 
     def believing(self, faults: tuple[Fault, ...]) -> dict[str, Any]:
@@ -71,14 +71,14 @@ class WhatIfs:
         Raises:
             InputError: An unknown joint, no fault, or one that the robot's model has too little for.
         """
-        K = self.session.copy().K
-        belief = Belief(self.robot, torque_limits=self.given.limits_torque)
+        session = self.session.copy()
+        orders, K = self._orders.on(session), session.K
+        belief = Belief(self.robot)
         for fault in (*self.told, *faults):
             belief = belief.reported(fault)
-        belief.write(K.limits, K.faults)
-        K.limits.dynamic = self.given.dynamic or belief.needs_dynamics
-        on_demand = self.given.on_demand and not belief.needs_dynamics
-        count_on(self._reserve, K.limits, self.robot.nv, level=self.given.level, on_demand=on_demand)
+        belief.write(orders)
+        orders.believed()
+        orders.count_on(None if self._reserve is None else self._reserve.samples)
         return {room: K[room].copy() for room in BELIEF_ROOMS}
 
 

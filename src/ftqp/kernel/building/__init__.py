@@ -1,1 +1,1 @@
-"""Builds the library of the kernel where ftqp is installed or edited; no part of what is installed."""
+"""Builds the library of the kernel where ftqp is installed or edited, and those of `ftqp build`."""

@@ -1,4 +1,4 @@
-"""An entry point of the kernel: where its Python function is made, and what Python calls it with."""
+"""An entry point of the kernel: where its Python function is made, who calls it, and with what."""
 
 import importlib
 from collections.abc import Callable
@@ -17,6 +17,7 @@ class EntryPoint:
         signature: a letter an argument: ``i`` an integer (an address, a count), ``o`` a Python object,
             which compiled code gets as its address and plain Python as itself.
         nogil: whether other Python threads run while it does; it must not touch a Python object then.
+        caller: ``python``, or ``c``: then it is a function of int64_t that returns one.
     """
 
     name: str
@@ -24,12 +25,15 @@ class EntryPoint:
     factory: str
     signature: str
     nogil: bool = False
+    caller: str = "python"
 
     def __post_init__(self) -> None:
         if not self.name.isidentifier() or not self.name.isascii():
             raise ValueError(f"name is {self.name!r}, expected a Python identifier")
         if set(self.signature) - set("io"):
             raise ValueError(f"signature of {self.name} is {self.signature!r}, expected letters i and o only")
+        if self.caller != "python" and "o" in self.signature:
+            raise ValueError(f"{self.name} is called by {self.caller}, so it takes no Python object")
         if self.nogil and "o" in self.signature:
             raise ValueError(f"{self.name} releases the interpreter, so it takes no Python object")
 
@@ -42,4 +46,4 @@ class EntryPoint:
 
     def symbol(self, capacity: int) -> str:
         """Its name in object files, for records of that capacity."""
-        return f"ftqp_{self.name}_{capacity}"
+        return f"ftqp_{'' if self.caller == 'python' else 'c_'}{self.name}_{capacity}"

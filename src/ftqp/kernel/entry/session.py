@@ -70,6 +70,11 @@ class Session:
         self.K: Any = rooms(self._memory)
         self._twin: Session | None = None
 
+    @property
+    def memory(self) -> Any:
+        """The record itself, (1,)."""
+        return self._memory
+
     def bind(self, name: str, *things: Any) -> Call:
         """An entry point on this record, further first arguments given; see ``bound``."""
         return bound(name, self.capacity, self._memory, *things)
@@ -166,6 +171,20 @@ class ArmSession:
         self._joints = joints
         self._kinematics: Call | None = None
         self._dynamics: Call | None = None
+
+    @property
+    def memory(self) -> Any:
+        """The record, (1,)."""
+        return self._memory
+
+    @property
+    def joints(self) -> range:
+        """Its joints by number."""
+        return range(self._joints)
+
+    def bind(self, name: str, *things: Any) -> Call:
+        """An entry point on this record, further first arguments given; see ``bound``."""
+        return bound(name, self.capacity, self._memory, *things)
 
     def adopt(self, session: Session) -> None:
         """Be the arm of a planner as it is fitted now, with its tool and its load; of the same size."""

@@ -1,5 +1,6 @@
-"""The ways in from Python: every entry point, who makes it, and what it takes."""
+"""The ways in from Python and from C: every entry point, who makes it, and what it takes."""
 
+from dataclasses import replace
 from typing import Final
 
 from ftqp.kernel.compiled.entry_point import EntryPoint
@@ -15,6 +16,7 @@ _STEPS, _EXTERNAL = "ftqp.kernel.ticks.steps", "ftqp.kernel.ticks.external_steps
 _NETWORK, _CLOSED = "ftqp.kernel.ticks.network_steps", "ftqp.kernel.ticks.closed_form_steps"
 _DETECTION = "ftqp.kernel.entry.detect_entries"
 _ARM, _STANDALONE = "ftqp.kernel.entry.arm_entries", "ftqp.kernel.entry.standalone_entries"
+_TOLD = "ftqp.kernel.entry.told_entries"
 _STUDY = "ftqp.kernel.entry.study_entries"
 _CONTINUATION = "ftqp.kernel.entry.continuation_entries"
 
@@ -49,6 +51,19 @@ ENTRIES: Final = {
         _entry("rollout", "ftqp.kernel.entry.rollout", "i" * 6, nogil=True),
         _entry("write_target", "ftqp.kernel.entry.target_entry", "iooo"),
         _entry("follow_plan", "ftqp.kernel.entry.plan_entry", "ii"),
+        _entry("believe", _TOLD, "iiii"),
+        _entry("believed", _TOLD, "ii"),
+        _entry("sample_reserve", _TOLD, "iii"),
+        _entry("reserve_shares", _TOLD, "i" * 6),
+        _entry("count_on", _TOLD, "iiiii"),
+        _entry("hold_up", _TOLD, "iii"),
+        _entry("ask_for_brake", _TOLD, "ii"),
+        _entry("start", _TOLD, "iiii"),
+        _entry("stop", _TOLD, "ii"),
+        _entry("resume", _TOLD, "i"),
+        _entry("carry", _TOLD, "iiii"),
+        _entry("give_up", _TOLD, "iii"),
+        _entry("miss_tick", _TOLD, "ioiiiii"),
         _entry("detect", _DETECTION, "iioooooo"),
         _entry("detect_log", _DETECTION, "i" * 10, nogil=True),
         _entry("solve_qp", _STANDALONE, "i"),
@@ -78,7 +93,23 @@ FIRST: Final = (
     (ENTRIES["write_target"], ANY_SIZE),
     *(
         (ENTRIES[name], CAPACITIES[0])
-        for name in ("step", "block", "kinematics", "inverse_dynamics", "torques")
+        for name in (
+            "step",
+            "block",
+            "kinematics",
+            "inverse_dynamics",
+            "torques",
+            "believe",
+            "believed",
+            "sample_reserve",
+            "reserve_shares",
+            "count_on",
+            "hold_up",
+            "start",
+            "stop",
+            "resume",
+            "carry",
+        )
     ),
 )
 """What the demo and a planner of a small arm need that is given targets."""
@@ -94,3 +125,26 @@ BUILT: Final = (
     *((ENTRIES[name], ANY_SIZE) for name in ALONE[1:]),
 )
 """What is built: entry points with the capacities of their records."""
+
+DEPLOYED: Final = tuple(
+    replace(entry, caller="c")
+    for entry in (
+        _entry("deployed_step", "ftqp.kernel.ticks.deployed_step", "i" * 8),
+        *(
+            ENTRIES[name]
+            for name in (
+                "believe",
+                "believed",
+                "sample_reserve",
+                "count_on",
+                "hold_up",
+                "start",
+                "stop",
+                "resume",
+                "carry",
+                "torques",
+            )
+        ),
+    )
+)
+"""The ways in from C: what ``ftqp build`` puts into a library."""

@@ -9,6 +9,7 @@ Source: docs/theory/feedback.md, "What the model lacks".
 from math import sqrt
 from typing import Any
 
+from ftqp.kernel.arm.joined_bodies import join
 from ftqp.kernel.feedback.inertia_equations import SENSE, bounded_limit, hear, take
 from ftqp.kernel.feedback.inertia_squares import solve
 from ftqp.kernel.jit import jit, rare_jit
@@ -148,24 +149,18 @@ def _apply(K: Any) -> None:
     away = sqrt(x * x + y * y + z * z)
     if away > learned.reach:
         x, y, z = x * learned.reach / away, y * learned.reach / away, z * learned.reach / away
-    total = learned.base_mass + m
-    share = m / total
-    x, y, z = x - learned.base_com[0], y - learned.base_com[1], z - learned.base_com[2]
-    reduced = learned.base_mass * share  # of the two bodies about their common centre
-    chain.mass[body] = total
-    chain.com[body, 0] = learned.base_com[0] + share * x
-    chain.com[body, 1] = learned.base_com[1] + share * y
-    chain.com[body, 2] = learned.base_com[2] + share * z
-    I, base = chain.inertia[body], learned.base_inertia
-    I[0], I[3], I[5] = (
-        base[0] + reduced * (y * y + z * z),
-        base[3] + reduced * (x * x + z * z),
-        base[5] + reduced * (x * x + y * y),
+    join(
+        chain,
+        body,
+        learned.base_mass,
+        learned.base_com,
+        learned.base_inertia,
+        learned.base_stoutness,
+        m,
+        x,
+        y,
+        z,
     )
-    I[1], I[2], I[4] = base[1] - reduced * x * y, base[2] - reduced * x * z, base[4] - reduced * y * z
-    c = chain.com[body]
-    chain.lever[body] = sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
-    chain.stoutness[body] = learned.base_stoutness + reduced * (x * x + y * y + z * z)
 
 
 @jit

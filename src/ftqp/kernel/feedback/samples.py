@@ -20,6 +20,8 @@ from ftqp.kernel.layout.enums import (
     FROZEN,
     HEALTHY,
     LOOKED_THROUGH,
+    NOT_FINITE,
+    NOTHING_HEARD,
     STOPPED_BY_SENSOR,
     TORQUE_DRIVE,
 )
@@ -198,6 +200,11 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     healthy = K.faults.code[i] == HEALTHY
     v = past.v[then, i] if K.faults.code[i] != FREE else feedback.v_hat[i]
     feedback.age[i] += 1
+    if state.unusable == NOTHING_HEARD:
+        feedback.bad[i] = 1
+        feedback.seen[i] = past.q[then, i] + (feedback.offset[i] if healthy else 0.0)
+        feedback.refused += 1
+        return
     possible = _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
     if not possible and feedback.wide == 0.0 and _struck(K):
         feedback.wide = IMPACT_TIME
@@ -273,8 +280,9 @@ def believe(K: Any) -> None:
     feedback.refused = feedback.holding = 0
     if feedback.wide > 0.0:
         feedback.wide = max(0.0, feedback.wide - K.state.dt)
-    elsewhere = _drop_broken_tip(K.task) or state.unusable != 0
+    elsewhere = _drop_broken_tip(K.task) or state.unusable == NOT_FINITE
     together = feedback.sigma == 0.0 and faults.movable == faults.working  # noise: frozen sensors are counted
+    together = together and state.unusable != NOTHING_HEARD
     for at in range(0, K.chain.n, WIDTH):
         put(past.q[now], at, several(state.q_command, at))
         put(past.v[now], at, several(state.v_command, at))

@@ -99,6 +99,19 @@ class Status(IntEnum):
 OK, RELAXED, SCALED, LAGGING, FALLBACK, STOPPING, STOPPED, INVALID_INPUT = map(int, Status)
 
 
+class Unusable(IntEnum):
+    """Why samples of a tick cannot be used."""
+
+    NONE = 0
+    NOT_FINITE = 1
+    """What else was measured is not finite."""
+    NOTHING_HEARD = 2
+    """The loop was late: nothing was measured at that tick, and no sensor is to blame."""
+
+
+ALL_USABLE, NOT_FINITE, NOTHING_HEARD = map(int, Unusable)
+
+
 class DriveKind(IntEnum):
     """What the arm takes."""
 

@@ -16,8 +16,8 @@ from ftqp.kernel.layout.terms_room import terms_fields
 def _state(N: int) -> Fields:
     """Measured state, as given and as the kernel uses it, and the command.
 
-    ``unusable``: what else was measured is not finite; ``py_buffer``: memory for looking into a caller's
-    object.
+    ``unusable``: why samples cannot be used, an ``Unusable``; ``py_buffer``: memory for looking into a
+    caller's object.
     """
     names = ("q", "v", "q_command", "v_command", "a_command", "tau", "tau_brake", "given_v")
     return [

@@ -62,3 +62,6 @@ campaigns have not contradicted."""
 LAST = 1e-8
 """Compliance of rows that keep bodies apart beside |x - x_rest|^2 and the like, whose weight is 1: where they
 cannot be kept apart, the excess costs more than any way to rest. A guess, as above."""
+MOST_TICKS = 5
+"""A gap of more periods counts as one of so many. A convention: until then an arm that holds its last command
+is at most five periods of motion behind it, which samples may be (``python studies/late_loops.py``)."""

@@ -57,6 +57,29 @@ def accept_target(task: Any, target: Any, row: int) -> int:
         return NOT_READ
     if take(target, row * TARGET_SIZE, task.target.ctypes.data, TARGET_SIZE, 0) < TARGET_SIZE:
         return NOT_READ
+    return target_mistake(task)
+
+
+@jit
+def accept_numbers(K: Any, q: Any, v: Any, target: Any) -> int:
+    """Copy the inputs of a tick that are plain memory, q and v (n,) and a packed target: 0, or a mistake."""
+    state, n = K.state, K.chain.n
+    if not state.is_reset:
+        return NOT_RESET
+    for i in range(n):
+        state.given_q[i], state.given_v[i] = q[i], v[i]
+    open_gate(state, K.gate, K.chain)
+    for k in range(TARGET_SIZE):
+        K.task.target[k] = target[k]
+    code = target_mistake(K.task)
+    if code == 0:
+        accept_state(state, K.chain, n)
+    return code
+
+
+@jit
+def target_mistake(task: Any) -> int:
+    """0, or why the target is none for this task (negative)."""
     if task.target[TARGET_HAS_ROTATION] <= 0.0:
         if task.target[TARGET_HAS_ROTATION] < 0.0:
             return TWIST_ALONE

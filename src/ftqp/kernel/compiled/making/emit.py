@@ -2,7 +2,7 @@
 
 A unit is an entry point or a helper that lies apart. Its object code is complete but for other units, the
 table of facts, and functions of the C library and of Python's C interface. An entry point has one symbol that
-Python can call (``METH_FASTCALL``), a part one that other units call.
+Python can call (``METH_FASTCALL``), or C, a part one that other units call.
 """
 
 import gc
@@ -22,6 +22,10 @@ from ftqp.kernel.compiled.making.processor import Target
 
 _ADDRESS = "numba.dynamic.globals"  # how numba begins the names of addresses in constants
 
+C_SYMBOL = "ftqp_c_"
+"""How the symbols of entry points that C calls begin; a library shows its users others."""
+FAILED_IN_C = -999
+"""What C gets where compiled code has failed, which formulas of the kernel never do."""
 LONG_AGO = 1 << 17
 """Time after which code is taken to be no longer in the caches [cycles of the processor's counter]."""
 MOST_CODE = 1 << 16
@@ -46,7 +50,10 @@ def entry_code(entry: EntryPoint, capacity: int, target: Target) -> tuple[bytes,
     """
     with global_compiler_lock, _no_garbage_collection():
         result = typed(entry.function(capacity), len(entry.signature))
-        wrapper = _python_function(result.fndesc, entry, capacity, target.triple)
+        if entry.caller == "c":
+            wrapper = _c_function(result.fndesc, entry, capacity)
+        else:
+            wrapper = _python_function(result.fndesc, entry, capacity, target.triple)
         module, parts = linked(result.library, runtime=False)
     module.link_in(llvm.parse_assembly(cgutils.normalize_ir_text(str(wrapper))))
     return _finished(module, entry.symbol(capacity), target, long_loops=not capacity), parts
@@ -92,13 +99,13 @@ def _finished(module: Any, symbol: str, target: Target, *, long_loops: bool) -> 
     """
     module.link_in(llvm.parse_assembly(str(_no_memory_runtime(module))))
     for value in (*module.functions, *module.global_variables):
-        if value.name.startswith((APART, FIRST, LAST)):
+        if value.name.startswith((APART, FIRST, LAST, C_SYMBOL)):
             value.visibility = "hidden"
         if not value.is_declaration and value.name != symbol:
             # an address of this process, if it is used, stays visible for the check below
             value.linkage = "linkonce_any" if value.name.startswith(_ADDRESS) else "internal"
     machine = target.machine()
-    module.triple = target.triple
+    _meant_for(module, target, machine)
     module.verify()
     _optimise(module, machine, long_loops=long_loops)
     _check(module, symbol)
@@ -106,8 +113,16 @@ def _finished(module: Any, symbol: str, target: Target, *, long_loops: bool) -> 
 
 
 def _emitted(module: Any, target: Target) -> bytes:
+    machine = target.machine()
+    _meant_for(module, target, machine)
+    return bytes(machine.emit_object(module))
+
+
+def _meant_for(module: Any, target: Target, machine: Any) -> None:
+    """Tell a module its processor, and how that lays out memory where it is no processor of this kind."""
     module.triple = target.triple
-    return bytes(target.machine().emit_object(module))
+    if target.is_foreign:
+        module.data_layout = str(machine.target_data)
 
 
 def _optimise(module: Any, machine: Any, *, long_loops: bool) -> None:
@@ -204,6 +219,24 @@ def _python_function(fndesc: Any, entry: EntryPoint, capacity: int, triple: str)
     with builder.if_then(status.is_error, likely=False):
         python.fail(RUNTIME_ERROR, f"{symbol} failed in compiled code")
     builder.ret(python.call("PyLong_FromLongLong", OBJECT, answer))
+    return module
+
+
+def _c_function(fndesc: Any, entry: EntryPoint, capacity: int) -> Any:
+    """The module with ``int64_t symbol(int64_t, ...)``."""
+    symbol, convention = entry.symbol(capacity), context().call_conv
+    module = context().create_module(f"c {symbol}")
+    callee = ir.Function(
+        module, convention.get_function_type(fndesc.restype, fndesc.argtypes), fndesc.llvm_func_name
+    )
+    function = ir.Function(module, ir.FunctionType(LONG, [LONG] * len(entry.signature)), symbol)
+    builder = ir.IRBuilder(function.append_basic_block("entry"))
+    status, answer = convention.call_function(
+        builder, callee, fndesc.restype, fndesc.argtypes, list(function.args)
+    )
+    with builder.if_then(status.is_error, likely=False):
+        builder.ret(LONG(FAILED_IN_C))
+    builder.ret(answer)
     return module
 
 

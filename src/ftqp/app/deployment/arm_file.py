@@ -1,0 +1,74 @@
+"""The file of an arm: a planner's memory with a head that a library in C checks before it takes it."""
+
+import struct
+from collections.abc import Iterator
+from functools import cache
+from typing import Any, Final
+
+import numpy as np
+
+from ftqp.control.planner.deployable import Deployable
+from ftqp.kernel.compiled.mode import KERNEL
+from ftqp.kernel.compiled.source_text import code_key
+
+MAGIC: Final = b"FTQPARM\0"
+FORMAT: Final = 1
+"""Of the file; a library takes files of its own format only."""
+HEAD: Final = struct.Struct("<8sII24sIIQQQQQQ")
+"""Magic, format, its own size, hash of the kernel's source, joints, samples, sizes of record, given and arm,
+how many runs follow, size of the file, checksum."""
+RUN: Final = struct.Struct("<QQ")
+"""The part in the highest byte and the offset in the others, and how many bytes follow."""
+LINE: Final = 64
+"""Bytes that are kept or left out together."""
+SEED: Final = 0xCBF29CE484222325
+PRIME: Final = 0x100000001B3
+"""Of the checksum FNV-1a, 64 bits: it changes with every byte, and any processor computes it."""
+
+
+@cache
+def kernel_hash() -> str:
+    """The hash of the kernel's source, which file and library must have in common, 24 hexadecimal digits."""
+    return code_key(KERNEL)
+
+
+def checksum(content: bytes, start: int = SEED) -> int:
+    """FNV-1a of bytes, 64 bits."""
+    found = start
+    for byte in content:
+        found = ((found ^ byte) * PRIME) & 0xFFFFFFFFFFFFFFFF
+    return found
+
+
+def arm_file(memory: Deployable, joints: int) -> bytes:
+    """The bytes of ``arm.ftqp``.
+
+    Args:
+        memory: The planner's.
+        joints: How many the arm has.
+    """
+    parts = memory.record, memory.given, memory.arm
+    runs = list(_runs(parts))
+    states = np.ascontiguousarray(memory.states, dtype="<f8").tobytes()
+    body = b"".join(runs) + states
+    count = len(runs)
+    sizes = [int(part.dtype.itemsize) for part in parts]
+    fields = (
+        MAGIC, FORMAT, HEAD.size, kernel_hash().encode(), joints, len(memory.states), *sizes, count,
+        HEAD.size + len(body),
+    )  # fmt: skip
+    head = HEAD.pack(*fields, 0)
+    found = checksum(body, checksum(head[: HEAD.size - 8]))
+    return HEAD.pack(*fields, found) + body
+
+
+def _runs(parts: tuple[Any, ...]) -> Iterator[bytes]:
+    """Each stretch of lines that are not zero, with its place."""
+    for number, part in enumerate(parts):
+        content = part.tobytes()
+        content += bytes(-len(content) % LINE)
+        used = np.frombuffer(content, np.uint64).reshape(-1, LINE // 8).any(axis=1)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], used.astype(np.int8), [0]])))
+        for first, last in edges.reshape(-1, 2):
+            begin, end = int(first) * LINE, min(int(last) * LINE, int(part.dtype.itemsize))
+            yield RUN.pack(number << 56 | begin, end - begin) + content[begin:end]

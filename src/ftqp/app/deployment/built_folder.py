@@ -1,0 +1,126 @@
+"""The folder that ``ftqp build`` writes: headers, library, the arm's file, examples, and a bill of all."""
+
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from ftqp import __version__
+from ftqp.app.deployment.arm_file import arm_file, kernel_hash
+from ftqp.app.deployment.headers import arm_header, layout_header
+from ftqp.control.planner.planner import Planner
+from ftqp.core.errors import FtqpError, InputError
+from ftqp.kernel.compiled.mode import KERNEL
+
+TEXTS: Final = Path(__file__).with_name("c")
+TARGETS: Final = ("host", "x86-64-v3", "aarch64", "wasm32")
+MAKER: Final = "ftqp.kernel.building.deployed"
+
+
+class CannotBuild(FtqpError):
+    """The library cannot be built here; the message says why."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wanted:
+    """What is to be built.
+
+    Attributes:
+        planner: Of the arm, not yet told anything.
+        name: Of the arm or the scenario.
+        target: One of TARGETS.
+        cpu: A processor by LLVM's name; None is the target's class.
+        embed: Whether the arm's file is a part of ``arm.h``, too.
+        folder: Which is made.
+    """
+
+    planner: Planner
+    name: str
+    target: str
+    cpu: str | None
+    embed: bool
+    folder: Path
+
+
+def build_folder(wanted: Wanted) -> dict[str, Any]:
+    """Write the folder: the facts of its bill.
+
+    Raises:
+        InputError: The planner cannot be without Python, or the folder is there already.
+        CannotBuild: Something that building needs is not here.
+    """
+    folder = wanted.folder
+    if folder.exists():
+        raise InputError(f"folder {folder} is there already; give a new one with -o")
+    memory = wanted.planner.deployable()
+    file = arm_file(memory, wanted.planner.robot.nv)
+    parent = folder.absolute().parent
+    if not parent.is_dir():
+        raise InputError(f"folder {parent} is missing, in which {folder.name} would be made")
+    with tempfile.TemporaryDirectory(prefix=f".{folder.name}.", dir=parent) as part:
+        made = Path(part) / "made"
+        (made / "include").mkdir(parents=True)
+        for name in ("ftqp.h", "ftqp.hpp"):
+            shutil.copy(TEXTS / name, made / "include" / name)
+        library = _library(wanted, made)
+        header = arm_header(wanted.planner, wanted.name, file, embedded=wanted.embed)
+        (made / "arm.h").write_text(header, encoding="utf-8")
+        (made / "arm.ftqp").write_bytes(file)
+        if wanted.target == "wasm32":
+            shutil.copy(TEXTS / "ftqp.mjs", made / "lib" / "ftqp.mjs")
+        else:
+            shutil.copytree(TEXTS / "example", made / "example")
+            (made / "cmake").mkdir()
+            shutil.copy(TEXTS / "ftqp-config.cmake", made / "cmake" / "ftqp-config.cmake")
+        bill = _bill(wanted, library, memory.left_out, made)
+        (made / "bill.json").write_text(json.dumps(bill, indent=1) + "\n", encoding="utf-8")
+        os.rename(made, folder)
+    return bill
+
+
+def _library(wanted: Wanted, made: Path) -> dict[str, Any]:
+    """Compile and link it in a process of its own: what that says of it."""
+    if not (KERNEL / "building" / "deployed.py").is_file():
+        raise CannotBuild(
+            "this installation of ftqp was made without what builds its kernel; install it anew"
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "layout.h").write_text(layout_header(), encoding="utf-8")
+        command = [
+            sys.executable, "-m", MAKER, "--target", wanted.target, "--source", str(TEXTS),
+            "--layout", folder, "--out", str(made / "lib"), *(["--cpu", wanted.cpu] if wanted.cpu else []),
+        ]  # fmt: skip
+        path = os.pathsep.join(filter(None, [str(KERNEL.parents[1]), os.environ.get("PYTHONPATH", "")]))
+        env = {**os.environ, "PYTHONPATH": path}
+        done = subprocess.run(command, capture_output=True, text=True, check=False, env=env)
+    if done.returncode:
+        said = done.stderr.strip() or "it ended without a word"
+        said = said.splitlines()[-1] if said.startswith("Traceback") else said
+        raise CannotBuild(f"the library for {wanted.target} is not built: {said}")
+    facts: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return facts
+
+
+def _bill(wanted: Wanted, library: dict[str, Any], left_out: tuple[str, ...], made: Path) -> dict[str, Any]:
+    files = sorted(path for path in made.rglob("*") if path.is_file())
+    planner = wanted.planner
+    return {
+        "of": wanted.name, "robot": planner.robot.name, "joints": planner.robot.nv, "dt": planner.dt,
+        "drive": planner.drive.kind, "target": wanted.target, "triple": library["triple"],
+        "cpu": library["cpu"], "ftqp": __version__, "kernel": kernel_hash(), "zig": library["zig"],
+        "left_out": list(left_out),
+        "compiled": library["compiled"], "units": library["units"],
+        "files": {
+            path.relative_to(made).as_posix(): {
+                "bytes": path.stat().st_size,
+                "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+            }
+            for path in files
+        },
+    }  # fmt: skip

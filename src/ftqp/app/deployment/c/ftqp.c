@@ -1,0 +1,386 @@
+/* ftqp.c - the C interface over the compiled kernel: checks, memory and the order of calls; no formula. */
+#pragma GCC visibility push(default) /* what a shared library shows; all else is hidden */
+#include "ftqp.h"
+#pragma GCC visibility pop
+
+#include <math.h>
+#include <string.h>
+
+#include "layout.h" /* made by ftqp build from the kernel's own layout */
+
+#define MAGIC "FTQPARM"
+#define OPEN UINT64_C(0x7166747071667470)
+#define LINE(bytes) (((bytes) + 63u) & ~(uint64_t)63u)
+#define AT(pointer) ((int64_t)(uintptr_t)(pointer))
+
+enum { KERNEL_LOCKED = 1, KERNEL_SWINGS = 2, KERNEL_WORKS = 0, PARTS = 3, WORDS_OF_RUN = 2, NUMBERS = 29 };
+
+_Static_assert(sizeof(ftqp_fault) == SIZE_OF_FAULT, "ftqp_fault is laid out as the kernel's");
+_Static_assert(sizeof(ftqp_load) == SIZE_OF_LOAD, "ftqp_load is laid out as the kernel's");
+_Static_assert(sizeof(ftqp_target) == NUMBERS * sizeof(double), "ftqp_target is a packed target");
+
+int64_t KERNEL(deployed_step)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(believe)(int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(believed)(int64_t, int64_t);
+int64_t KERNEL(sample_reserve)(int64_t, int64_t, int64_t);
+int64_t KERNEL(count_on)(int64_t, int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(hold_up)(int64_t, int64_t, int64_t);
+int64_t KERNEL(start)(int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(stop)(int64_t, int64_t);
+int64_t KERNEL(resume)(int64_t);
+int64_t KERNEL(carry)(int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(torques)(int64_t);
+
+/* What a file begins with; numbers are little-endian, as on every processor that is built for. */
+typedef struct Head {
+    char magic[8];
+    uint32_t format, size;
+    char kernel[24];
+    uint32_t joints, samples;
+    uint64_t record, given, arm, runs, bytes, checksum;
+} Head;
+
+/* What a planner begins with; behind it lie, each from a line of the cache on, the parts below. */
+struct ftqp {
+    uint64_t open;
+    int32_t joints, samples, status, unused;
+    uint64_t record, given, arm, free, rows, faults, work, bytes;
+    double shares[2];
+};
+
+_Static_assert(sizeof(Head) == 96, "the head of a file has no gaps");
+
+static void *part(const ftqp *p, uint64_t offset) { return (char *)(uintptr_t)p + offset; }
+
+static double *field(const ftqp *p, uint64_t offset) { return (double *)part(p, p->record + offset); }
+
+static int64_t whole(const ftqp *p, uint64_t part_of, uint64_t offset) {
+    int64_t number;
+    memcpy(&number, part(p, part_of + offset), sizeof number);
+    return number;
+}
+
+static int is_open(const ftqp *p) {
+    if (p == NULL) return FTQP_NULL;
+    if ((uintptr_t)p % FTQP_ALIGNMENT) return FTQP_MISALIGNED;
+    return p->open == OPEN ? 0 : FTQP_NOT_OPEN;
+}
+
+static uint64_t checksum_of(const unsigned char *bytes, size_t count, uint64_t sum) {
+    for (size_t k = 0; k < count; k++) sum = (sum ^ bytes[k]) * UINT64_C(0x100000001b3);
+    return sum;
+}
+
+/* The head of a file that is whole, or why it is not. */
+static int read_head(const void *file, size_t bytes, Head *head) {
+    if (file == NULL) return FTQP_NULL;
+    if (bytes < sizeof *head) return bytes >= 8 && !memcmp(file, MAGIC, 8) ? FTQP_CUT_SHORT : FTQP_NO_FILE;
+    memcpy(head, file, sizeof *head);
+    if (memcmp(head->magic, MAGIC, 8)) return FTQP_NO_FILE;
+    if (head->format != FORMAT || head->size != sizeof *head) return FTQP_OTHER_FORMAT;
+    if (memcmp(head->kernel, KERNEL_HASH, sizeof head->kernel)) return FTQP_OTHER_KERNEL;
+    if (head->bytes != bytes) return FTQP_CUT_SHORT;
+    uint64_t sum = checksum_of(file, offsetof(Head, checksum), UINT64_C(0xcbf29ce484222325));
+    sum = checksum_of((const unsigned char *)file + sizeof *head, bytes - sizeof *head, sum);
+    if (sum != head->checksum) return FTQP_CHECKSUM;
+    if (head->record != SIZE_OF_RECORD || head->given != SIZE_OF_GIVEN || head->arm != SIZE_OF_ARM)
+        return FTQP_DAMAGED;
+    return head->joints < 1 || head->joints > CAPACITY || head->samples > MOST_SAMPLES ? FTQP_DAMAGED : 0;
+}
+
+/* Where the parts of a planner lie. */
+static void arrange(ftqp *p, const Head *head) {
+    const uint64_t n = head->joints, number = sizeof(double);
+    p->joints = (int32_t)head->joints;
+    p->samples = (int32_t)head->samples;
+    p->record = LINE(sizeof *p);
+    p->given = p->record + LINE(SIZE_OF_RECORD);
+    p->arm = p->given + LINE(SIZE_OF_GIVEN);
+    p->free = p->arm + LINE(SIZE_OF_ARM);
+    p->rows = p->free + LINE(SIZE_OF_FREE);
+    p->faults = p->rows + LINE(head->samples * n * (n + 3) * number);
+    p->work = p->faults + LINE(n * sizeof(ftqp_fault));
+    p->bytes = p->work + LINE((NUMBERS + 2 * n) * number);
+}
+
+int ftqp_size(const void *file, size_t bytes, size_t *need) {
+    Head head;
+    ftqp plan;
+    if (need == NULL) return FTQP_NULL;
+    *need = 0;
+    const int code = read_head(file, bytes, &head);
+    if (code) return code;
+    arrange(&plan, &head);
+    *need = (size_t)plan.bytes;
+    return 0;
+}
+
+/* Fill record, given and arm from the runs of a file that are not zero, then the states of the samples. */
+static int fill(ftqp *p, const unsigned char *file, const Head *head) {
+    const uint64_t begins[PARTS] = {p->record, p->given, p->arm};
+    const uint64_t sizes[PARTS] = {SIZE_OF_RECORD, SIZE_OF_GIVEN, SIZE_OF_ARM};
+    const unsigned char *at = file + sizeof *head, *end = file + head->bytes;
+    for (uint64_t run = 0; run < head->runs; run++) {
+        uint64_t words[WORDS_OF_RUN];
+        if ((uint64_t)(end - at) < sizeof words) return FTQP_DAMAGED;
+        memcpy(words, at, sizeof words);
+        at += sizeof words;
+        const uint64_t which = words[0] >> 56, offset = words[0] & ((UINT64_C(1) << 56) - 1), count = words[1];
+        if (which >= PARTS || offset > sizes[which] || count > sizes[which] - offset) return FTQP_DAMAGED;
+        if (count > (uint64_t)(end - at)) return FTQP_DAMAGED;
+        memcpy(part(p, begins[which] + offset), at, (size_t)count);
+        at += count;
+    }
+    const uint64_t n = head->joints, states = 2 * n * sizeof(double);
+    if ((uint64_t)(end - at) != head->samples * states) return FTQP_DAMAGED;
+    for (uint64_t s = 0; s < head->samples; s++, at += states)
+        memcpy(part(p, p->rows + s * n * (n + 3) * sizeof(double)), at, (size_t)states);
+    return 0;
+}
+
+int ftqp_open(ftqp *p, const void *file, size_t bytes) {
+    Head head;
+    if (p == NULL) return FTQP_NULL;
+    if ((uintptr_t)p % FTQP_ALIGNMENT) return FTQP_MISALIGNED;
+    int code = read_head(file, bytes, &head);
+    if (code) return code;
+    memset(p, 0, sizeof *p);
+    arrange(p, &head);
+    memset(part(p, p->record), 0, (size_t)(p->bytes - p->record));
+    code = fill(p, file, &head);
+    if (code) return code;
+    if (whole(p, p->record, CHAIN_N) != p->joints || whole(p, p->given, GIVEN_SAMPLES) != p->samples)
+        return FTQP_DAMAGED;
+    ftqp_fault *faults = part(p, p->faults);
+    for (int i = 0; i < p->joints; i++) {
+        faults[i] = ftqp_fault_of(i, KERNEL_WORKS);
+    }
+    if (p->samples && KERNEL(sample_reserve)(AT(part(p, p->arm)), AT(part(p, p->rows)), p->samples))
+        return FTQP_INTERNAL;
+    p->status = FTQP_NOT_RESET;
+    p->open = OPEN;
+    return 0;
+}
+
+static int all_finite(const double *numbers, int count) {
+    for (int k = 0; k < count; k++)
+        if (!isfinite(numbers[k])) return 0;
+    return 1;
+}
+
+int ftqp_reset(ftqp *p, const double *q, const double *v) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (q == NULL) return FTQP_NULL;
+    if (!all_finite(q, p->joints) || (v != NULL && !all_finite(v, p->joints))) return FTQP_NOT_FINITE;
+    const double *rest = (const double *)part(p, p->work) + NUMBERS + p->joints;
+    p->status = FTQP_NOT_RESET;
+    return (int)KERNEL(start)(AT(part(p, p->record)), AT(part(p, p->given)), AT(q), AT(v == NULL ? rest : v));
+}
+
+int ftqp_step(ftqp *p, const double *q, const double *v, const ftqp_target *target, int ticks) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (q == NULL || target == NULL) return FTQP_NULL;
+    if (ticks < 1) return FTQP_BAD_TICKS;
+    const double *rest = (const double *)part(p, p->work) + NUMBERS + p->joints;
+    const int64_t status = KERNEL(deployed_step)(
+        AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->free)), AT(q), AT(v == NULL ? rest : v),
+        AT(target), ticks, AT(part(p, p->work)));
+    if (status >= 0) p->status = (int32_t)status;
+    return (int)status;
+}
+
+static int same_number(double a, double b) { return a == b || (isnan(a) && isnan(b)); }
+
+static int same(const ftqp_fault *a, const ftqp_fault *b) {
+    return a->kind == b->kind && a->mode == b->mode && a->reset == b->reset &&
+           same_number(a->deceleration, b->deceleration) && a->damping == b->damping &&
+           a->friction == b->friction && a->velocity == b->velocity && a->acceleration == b->acceleration &&
+           a->torque == b->torque && same_number(a->q_min, b->q_min) && same_number(a->q_max, b->q_max);
+}
+
+static int is_share(double share) { return share > 0.0 && share <= 1.0; }
+
+/* What is said of a fault of its kind, all else as of a healthy joint: 0, or why it is none. */
+static int accepted(const ftqp *p, const ftqp_fault *given, ftqp_fault *fault) {
+    if (given->joint < (int)whole(p, p->record, CHAIN_FLOATING) || given->joint >= p->joints)
+        return FTQP_NO_JOINT;
+    *fault = ftqp_fault_of(given->joint, given->kind);
+    if (given->kind == FTQP_LOCKED) {
+        if (given->mode < FTQP_RAMP || given->mode > FTQP_INSTANT) return FTQP_BAD_FAULT;
+        if (given->reset < FTQP_KINEMATIC || given->reset > FTQP_TASK) return FTQP_BAD_FAULT;
+        if (!isnan(given->deceleration) && !(given->deceleration > 0.0 && isfinite(given->deceleration)))
+            return FTQP_BAD_FAULT;
+        fault->mode = given->mode;
+        fault->reset = given->reset;
+        fault->deceleration = given->deceleration;
+        return 0;
+    }
+    if (given->kind == FTQP_FREE_SWINGING) {
+        if (!(given->damping >= 0.0 && isfinite(given->damping))) return FTQP_BAD_FAULT;
+        if (!(given->friction >= 0.0 && isfinite(given->friction))) return FTQP_BAD_FAULT;
+        if (!whole(p, p->given, GIVEN_MAY_SWING)) return FTQP_UNSUPPORTED;
+        fault->damping = given->damping;
+        fault->friction = given->friction;
+        return 0;
+    }
+    if (given->kind != FTQP_DEGRADED) return FTQP_BAD_FAULT;
+    if (!is_share(given->velocity) || !is_share(given->acceleration) || !is_share(given->torque))
+        return FTQP_BAD_FAULT;
+    const double low = ((const double *)part(p, p->given + GIVEN_Q_MIN))[given->joint];
+    const double high = ((const double *)part(p, p->given + GIVEN_Q_MAX))[given->joint];
+    const double least = isnan(given->q_min) ? low : fmax(given->q_min, low);
+    const double most = isnan(given->q_max) ? high : fmin(given->q_max, high);
+    if (!(least < most)) return FTQP_BAD_FAULT;
+    fault->velocity = given->velocity;
+    fault->acceleration = given->acceleration;
+    fault->torque = given->torque;
+    fault->q_min = given->q_min;
+    fault->q_max = given->q_max;
+    return 0;
+}
+
+static void count_on(ftqp *p) {
+    KERNEL(count_on)(AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->rows)), p->samples, AT(p->shares));
+}
+
+/* Believe what has been accepted. */
+static void believe(ftqp *p, const ftqp_fault *fault) {
+    ftqp_fault *now = (ftqp_fault *)part(p, p->faults) + fault->joint;
+    const int64_t goes_on = now->kind == FTQP_LOCKED;
+    ftqp_fault told = *fault;
+    told.kind = fault->kind == FTQP_LOCKED          ? KERNEL_LOCKED
+                : fault->kind == FTQP_FREE_SWINGING ? KERNEL_SWINGS
+                                                    : KERNEL_WORKS;
+    *now = *fault;
+    KERNEL(believe)(AT(part(p, p->record)), AT(part(p, p->given)), AT(&told), goes_on);
+    KERNEL(believed)(AT(part(p, p->record)), AT(part(p, p->given)));
+    count_on(p);
+}
+
+int ftqp_report(ftqp *p, const ftqp_fault *fault) {
+    ftqp_fault told;
+    int code = is_open(p);
+    if (code) return code;
+    if (fault == NULL) return FTQP_NULL;
+    code = accepted(p, fault, &told);
+    if (code) return code;
+    if (same(&told, (const ftqp_fault *)part(p, p->faults) + told.joint)) return 0;
+    believe(p, &told);
+    if (told.torque < 1.0 && whole(p, p->record, CHAIN_HAS_INERTIA))
+        KERNEL(hold_up)(AT(part(p, p->record)), AT(part(p, p->arm)), told.joint);
+    return 0;
+}
+
+int ftqp_withdraw(ftqp *p, int joint) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (joint < 0 || joint >= p->joints) return FTQP_NO_JOINT;
+    if (((const ftqp_fault *)part(p, p->faults))[joint].kind == KERNEL_WORKS) return 0;
+    const ftqp_fault healthy = ftqp_fault_of(joint, KERNEL_WORKS);
+    believe(p, &healthy);
+    return 0;
+}
+
+int ftqp_stop(ftqp *p) {
+    const int code = is_open(p);
+    return code ? code : (int)KERNEL(stop)(AT(part(p, p->record)), STOPPED_AS_ASKED);
+}
+
+int ftqp_resume(ftqp *p) {
+    const int code = is_open(p);
+    return code ? code : (int)KERNEL(resume)(AT(part(p, p->record)));
+}
+
+int ftqp_speed(ftqp *p, double share) {
+    const int code = is_open(p);
+    (void)share;
+    return code ? code : FTQP_UNSUPPORTED;
+}
+
+/* Whether a rigid body can have the inertia: symmetric, no principal moment below 0 or above the sum of the others.
+   That is: the matrix of second moments, half its trace times 1 less itself, is positive semidefinite. */
+static int is_body(const ftqp_load *load) {
+    const double *I = load->inertia;
+    double most = 0.0;
+    if (!(load->mass > 0.0) || !isfinite(load->mass) || !all_finite(load->com, 3) || !all_finite(I, 9)) return 0;
+    for (int k = 0; k < 9; k++) most = fmax(most, fabs(I[k]));
+    const double slack = 1e-9 * most;
+    if (fabs(I[1] - I[3]) > slack || fabs(I[2] - I[6]) > slack || fabs(I[5] - I[7]) > slack) return 0;
+    const double half = 0.5 * (I[0] + I[4] + I[8]) + slack;
+    const double a = half - I[0], b = half - I[4], c = half - I[8], d = -I[1], e = -I[2], f = -I[5];
+    const double minors = fmin(a * b - d * d, fmin(a * c - e * e, b * c - f * f));
+    const double all = a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e);
+    return fmin(a, fmin(b, c)) >= 0.0 && minors >= -slack * most && all >= -slack * most * most;
+}
+
+int ftqp_carry(ftqp *p, const ftqp_load *load) {
+    const ftqp_load nothing = {0.0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}};
+    const int code = is_open(p);
+    if (code) return code;
+    if (load != NULL && !whole(p, p->record, CHAIN_HAS_INERTIA)) return FTQP_UNSUPPORTED;
+    if (load != NULL && !is_body(load)) return FTQP_BAD_LOAD;
+    const ftqp_load *told = load == NULL ? &nothing : load;
+    KERNEL(carry)(AT(part(p, p->record)), AT(part(p, p->arm)), AT(part(p, p->given)), AT(told));
+    if (p->samples) KERNEL(sample_reserve)(AT(part(p, p->arm)), AT(part(p, p->rows)), p->samples);
+    count_on(p);
+    return 0;
+}
+
+const double *ftqp_q(const ftqp *p) { return is_open(p) ? NULL : field(p, FEEDBACK_Q_SENT); }
+
+const double *ftqp_v(const ftqp *p) { return is_open(p) ? NULL : field(p, FEEDBACK_V_SENT); }
+
+const double *ftqp_a(const ftqp *p) { return is_open(p) ? NULL : field(p, STATE_A_COMMAND); }
+
+const double *ftqp_tau(const ftqp *p) {
+    if (is_open(p)) return NULL;
+    if (whole(p, p->record, FEEDBACK_KIND) == TORQUE_DRIVE) return field(p, FEEDBACK_TAU_SENT);
+    if (!whole(p, p->record, CHAIN_HAS_INERTIA))
+        for (int i = 0; i < p->joints; i++) field(p, STATE_TAU)[i] = NAN;
+    else if (!whole(p, p->record, KINEMATICS_HAS_DYNAMICS))
+        KERNEL(torques)(AT(part(p, p->record)));
+    return field(p, STATE_TAU);
+}
+
+int ftqp_status(const ftqp *p) {
+    const int code = is_open(p);
+    return code ? code : p->status;
+}
+
+double ftqp_error(const ftqp *p) { return is_open(p) ? (double)NAN : *field(p, TASK_POSITION_ERROR); }
+
+int ftqp_detect(ftqp *p, ftqp_finding *out, int most) {
+    const int code = is_open(p);
+    (void)out;
+    (void)most;
+    return code ? code : FTQP_UNSUPPORTED;
+}
+
+const char *ftqp_status_name(int status) {
+    switch (status) {
+#define SENTENCE(code, text) case code: return text;
+        SENTENCES
+        case FTQP_NO_ROTATION: return "the task has rotation rows but the target has a position only";
+        case FTQP_NOT_RESET: return "the planner has no start; call ftqp_reset before the first step";
+        case FTQP_TWIST_ALONE: return "the target has a twist alone and no place to be at";
+        case FTQP_NULL: return "a pointer is NULL that must not be";
+        case FTQP_MISALIGNED: return "the planner's memory is not aligned to FTQP_ALIGNMENT bytes";
+        case FTQP_NOT_OPEN: return "this memory holds no planner; call ftqp_open first";
+        case FTQP_NO_FILE: return "these bytes are no arm.ftqp; take the file that ftqp build has written";
+        case FTQP_OTHER_FORMAT: return "the arm's file was written by another version of ftqp; build it anew";
+        case FTQP_OTHER_KERNEL: return "the arm's file belongs to a library with other formulas; build both anew";
+        case FTQP_CUT_SHORT: return "the arm's file has another length than it says; copy it anew";
+        case FTQP_CHECKSUM: return "bytes of the arm's file were changed; copy it anew";
+        case FTQP_DAMAGED: return "the arm's file makes no sense; build it anew";
+        case FTQP_NO_JOINT: return "the arm has no such joint, or that joint has no motor; see arm.h";
+        case FTQP_BAD_FAULT: return "a number of the fault is out of its range; see ftqp_fault in ftqp.h";
+        case FTQP_BAD_LOAD: return "no rigid body has that mass and inertia";
+        case FTQP_BAD_TICKS: return "ticks is below 1, expected how many periods the last step is ago";
+        case FTQP_NOT_FINITE: return "the start is not finite";
+        case FTQP_UNSUPPORTED: return "this build, or this arm, does not have that; see bill.json";
+        case FTQP_INTERNAL: return "compiled code has failed, which is a defect of ftqp; please report it";
+        default: return "no status of ftqp";
+    }
+}

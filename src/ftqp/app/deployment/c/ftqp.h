@@ -1,0 +1,179 @@
+/* ftqp.h - the planner of ftqp for programs in C and C++. The same text for every arm.
+
+   A loop, once a period (see example/main.c):
+
+       ftqp_step(p, q, v, &target, 1);      q, v: what the encoders say now
+       send(ftqp_q(p));                     or ftqp_v, ftqp_tau: what your drive takes
+
+   No call but ftqp_size and ftqp_open takes longer than some steps; none allocates, locks, calls the system,
+   keeps a pointer of yours, or has a loop without a bound. One planner belongs to one thread at a time; as
+   many planners as you like may run side by side. A planner is plain memory without addresses: memcpy makes
+   a copy that goes on from the same state.
+
+   Units are SI: m, rad, s, N, N m, kg. Joints are counted from 0, in the order of arm.h. */
+#ifndef FTQP_H
+#define FTQP_H
+
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define FTQP_ALIGNMENT 64 /* of the memory that a planner lies in [bytes] */
+#define FTQP_MOST_TICKS 5 /* a gap of more periods counts as one of so many */
+
+/* What a step says, from 0 on; ftqp_status_name gives each a sentence. */
+enum {
+    FTQP_OK = 0,        /* the task is followed and every limit is kept */
+    FTQP_RELAXED = 1,   /* the task cannot be followed exactly; the nearest feasible motion is done */
+    FTQP_SCALED = 2,    /* the task is followed more slowly */
+    FTQP_LAGGING = 3,   /* the command follows the task, the arm does not follow the command */
+    FTQP_FALLBACK = 4,  /* no usable answer was found; the last command is braked */
+    FTQP_STOPPING = 5,  /* a stop is latched and the arm brakes */
+    FTQP_STOPPED = 6,   /* a stop is latched and the arm rests */
+    FTQP_INVALID_INPUT = 7 /* what was measured or asked cannot be used; the command is safe */
+};
+
+/* Mistakes of the program, below 0: nothing was done. */
+enum {
+    FTQP_NO_ROTATION = -2, /* the task has rotation rows, the target a position only */
+    FTQP_NOT_RESET = -3,   /* no start is known: call ftqp_reset first */
+    FTQP_TWIST_ALONE = -5, /* the target's has_rotation is negative */
+    FTQP_NULL = -20,       /* a pointer that must not be NULL is */
+    FTQP_MISALIGNED = -21, /* the planner's memory does not begin at a multiple of FTQP_ALIGNMENT */
+    FTQP_NOT_OPEN = -22,   /* this memory holds no planner: call ftqp_open first */
+    FTQP_NO_FILE = -23,    /* these bytes are no arm.ftqp */
+    FTQP_OTHER_FORMAT = -24, /* written by another version of ftqp build */
+    FTQP_OTHER_KERNEL = -25, /* made for a library with other formulas: build both anew */
+    FTQP_CUT_SHORT = -26,  /* bytes are missing, or too many */
+    FTQP_CHECKSUM = -27,   /* bytes were changed */
+    FTQP_DAMAGED = -28,    /* the contents make no sense */
+    FTQP_NO_JOINT = -29,   /* the arm has no such joint, or it has no motor */
+    FTQP_BAD_FAULT = -30,  /* a number of the fault is out of its range */
+    FTQP_BAD_LOAD = -31,   /* no rigid body has that mass and inertia */
+    FTQP_BAD_TICKS = -32,  /* ticks is below 1 */
+    FTQP_NOT_FINITE = -33, /* a start that is not finite */
+    FTQP_UNSUPPORTED = -34, /* this build or this arm does not have it */
+    FTQP_INTERNAL = -999   /* a defect of ftqp */
+};
+
+/* A planner: memory of ftqp_size bytes that you own, aligned to FTQP_ALIGNMENT. */
+typedef struct ftqp ftqp;
+
+/* Where the tip should be now. */
+typedef struct ftqp_target {
+    double pose[16];        /* homogeneous transform by rows, tip in the base frame W */
+    double twist[6];        /* linear, then angular, along W */
+    double acceleration[6]; /* the same */
+    double has_rotation;    /* 1: the rotation of pose counts; 0: its position alone, for position tasks */
+} ftqp_target;
+
+enum { FTQP_LOCKED = 1, FTQP_FREE_SWINGING = 2, FTQP_DEGRADED = 3 };
+enum { FTQP_RAMP = 0, FTQP_INSTANT = 1 };
+enum { FTQP_KINEMATIC = 0, FTQP_MOMENTUM = 1, FTQP_TASK = 2 };
+
+/* A fault of a joint: begin with ftqp_locked(i), ftqp_free_swinging(i) or ftqp_degraded(i), then change. */
+typedef struct ftqp_fault {
+    int32_t joint;
+    int32_t kind;        /* FTQP_LOCKED, FTQP_FREE_SWINGING or FTQP_DEGRADED */
+    int32_t mode;        /* locked: FTQP_RAMP brakes first, FTQP_INSTANT is at rest at once */
+    int32_t reset;       /* instant: what the velocities of the other joints do */
+    double deceleration; /* ramp: > 0; NaN is a quarter of the joint's acceleration limit */
+    double damping;      /* free-swinging: viscous friction beside the arm's own, >= 0 */
+    double friction;     /* free-swinging: Coulomb friction beside the arm's own, >= 0 */
+    double velocity;     /* degraded: share of the speed limit that is left, in (0, 1] */
+    double acceleration; /* degraded: share of the acceleration limit */
+    double torque;       /* degraded: share of the torque limit */
+    double q_min, q_max; /* degraded: the range that is left; NaN leaves an end as it is */
+} ftqp_fault;
+
+/* A load in the frame of the arm's own tip. */
+typedef struct ftqp_load {
+    double mass;       /* > 0 */
+    double com[3];     /* its centre of mass */
+    double inertia[9]; /* about that, along the axes of the tip's frame, by rows; zeros are a point mass */
+} ftqp_load;
+
+/* What a detector has found; for builds with one. */
+typedef struct ftqp_finding {
+    int32_t joint;
+    int32_t kinds;
+    double probability;
+    double onset;
+} ftqp_finding;
+
+/* How many bytes a planner from this file needs, into *need: 0, or a mistake. */
+int ftqp_size(const void *file, size_t bytes, size_t *need);
+
+/* Make a planner from the bytes of arm.ftqp: 0, or a mistake. It needs ftqp_reset before its first step. */
+int ftqp_open(ftqp *p, const void *file, size_t bytes);
+
+/* Begin at joint positions and velocities; v may be NULL: at rest. Stops are released, faults stay. */
+int ftqp_reset(ftqp *p, const double *q, const double *v);
+
+/* The command for the next period: a status, or a mistake. q: measured positions; v: measured velocities, only
+   looked at to see whether they are finite, or NULL. ticks: periods since the last step, 1 in a loop that is
+   on time; ticks that were missed are made up for, so that the command keeps every limit over the gap. */
+int ftqp_step(ftqp *p, const double *q, const double *v, const ftqp_target *target, int ticks);
+
+/* Believe a fault from the next step on; it takes the place of another one of the same joint. */
+int ftqp_report(ftqp *p, const ftqp_fault *fault);
+
+/* Believe the joint to be healthy again. */
+int ftqp_withdraw(ftqp *p, int joint);
+
+/* Brake every healthy joint from the next step on and hold it, until ftqp_resume or ftqp_reset. */
+int ftqp_stop(ftqp *p);
+
+/* Go on from where the arm is: 1, or 0 while a lost sensor or the arm's brake forbids it, which needs ftqp_reset. */
+int ftqp_resume(ftqp *p);
+
+/* How fast a path is led, in (0, 1]: FTQP_UNSUPPORTED in builds whose targets are given by your own clock. */
+int ftqp_speed(ftqp *p, double share);
+
+/* Count on a load at the tip from the next step on, or on none, NULL. It takes a millisecond: call it at rest. */
+int ftqp_carry(ftqp *p, const ftqp_load *load);
+
+/* The command of the last step, n numbers each, valid until the next one; NULL of memory that holds no planner.
+   q: positions to send; v: velocities to send; a: accelerations; tau: torques to send, NaN without masses. */
+const double *ftqp_q(const ftqp *p);
+const double *ftqp_v(const ftqp *p);
+const double *ftqp_a(const ftqp *p);
+const double *ftqp_tau(const ftqp *p);
+
+/* The status of the last step, FTQP_NOT_RESET before the first. */
+int ftqp_status(const ftqp *p);
+
+/* How far the measured tip was from its target before the last step [m]. */
+double ftqp_error(const ftqp *p);
+
+/* A sentence for a status or a mistake; never NULL. */
+const char *ftqp_status_name(int status);
+
+/* What a detector has found, at most so many: how many; FTQP_UNSUPPORTED in builds without one. */
+int ftqp_detect(ftqp *p, ftqp_finding *out, int most);
+
+static inline ftqp_fault ftqp_fault_of(int joint, int kind) {
+    ftqp_fault fault = {0, 0, 0, 0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0};
+    fault.joint = joint;
+    fault.kind = kind;
+    fault.deceleration = fault.q_min = fault.q_max = (double)NAN;
+    return fault;
+}
+
+/* The joint holds still: its brake has closed. */
+static inline ftqp_fault ftqp_locked(int joint) { return ftqp_fault_of(joint, FTQP_LOCKED); }
+
+/* The joint has lost its motor and its brake. */
+static inline ftqp_fault ftqp_free_swinging(int joint) { return ftqp_fault_of(joint, FTQP_FREE_SWINGING); }
+
+/* The joint works, with less speed, acceleration, torque or range: write what is left. */
+static inline ftqp_fault ftqp_degraded(int joint) { return ftqp_fault_of(joint, FTQP_DEGRADED); }
+
+#ifdef __cplusplus
+}
+#endif
+#endif

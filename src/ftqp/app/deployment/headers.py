@@ -1,0 +1,146 @@
+"""Headers that are made for a build: where fields lie, and what is known of an arm."""
+
+import re
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from ftqp.app.deployment.arm_file import FORMAT, kernel_hash
+from ftqp.control.planner.braking_reserve import SAMPLES
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.status import StepStatus
+from ftqp.control.task.task import row_indices
+from ftqp.kernel.entry.orders import LIMITS
+from ftqp.kernel.layout.enums import DriveKind, StopReason
+from ftqp.kernel.layout.free_memory import free_dtype
+from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, record_dtype
+from ftqp.kernel.layout.told_memory import FAULT, LOAD, given_dtype
+
+FIELDS = (
+    "chain.n", "chain.floating", "chain.has_inertia", "feedback.q_sent", "feedback.v_sent",
+    "feedback.tau_sent", "feedback.kind", "state.a_command", "state.tau", "kinematics.has_dynamics",
+    "task.position_error",
+)  # fmt: skip
+"""Fields of the record that the C interface reads."""
+GIVEN = ("samples", "may_swing", "q_min", "q_max")
+SHOWN = {
+    "Q_REFERENCE": ("state.q_command", "double[n]: the planner's own positions"),
+    "V_REFERENCE": ("state.v_command", "double[n]: the planner's own velocities"),
+    "ROTATION_ERROR": ("task.rotation_error", "double: of the measured tip [rad]"),
+    "ASKS_FOR_BRAKE": ("feedback.asks", "int64_t[n]: 1 where a joint asks for its brake"),
+    "HOLDING": ("calm.holding", "int64_t: 1 while the arm rests short of a target out of reach"),
+    "STOP_REASON": ("watch.reason", "int64_t: why a stop is latched, a StopReason of ftqp"),
+}
+"""Fields of the record that users may want beside the C interface, and what they are."""
+
+
+PLAIN = re.compile(r"[^ -!#-\[\]-~]")
+"""What may not stand in a text of C."""
+
+
+def offset(dtype: np.dtype[Any], place: str) -> int:
+    """Where a field ``room.name`` lies in a type [bytes]."""
+    found = 0
+    for name in place.split("."):
+        fields = dtype.fields
+        assert fields is not None
+        dtype, at = fields[name][:2]
+        found += at
+    return found
+
+
+def layout_header() -> str:
+    """``layout.h``: what ``ftqp.c`` must know of the kernel's memory."""
+    capacity = CAPACITIES[0]
+    record, given = record_dtype(capacity), given_dtype(capacity)
+    numbers = {
+        "FORMAT": FORMAT,
+        "CAPACITY": capacity,
+        "MOST_SAMPLES": SAMPLES,
+        "STOPPED_AS_ASKED": int(StopReason.ASKED),
+        "TORQUE_DRIVE": int(DriveKind.TORQUE),
+        "SIZE_OF_RECORD": record.itemsize,
+        "SIZE_OF_GIVEN": given.itemsize,
+        "SIZE_OF_ARM": arm_dtype(capacity).itemsize,
+        "SIZE_OF_FREE": free_dtype(capacity).itemsize,
+        "SIZE_OF_FAULT": FAULT.itemsize,
+        "SIZE_OF_LOAD": LOAD.itemsize,
+        **{place.replace(".", "_").upper(): offset(record, place) for place in FIELDS},
+        **{f"GIVEN_{name.upper()}": offset(given, name) for name in GIVEN},
+    }
+    sentences = " \\\n".join(f'    SENTENCE(FTQP_{status.name}, "{status.value}")' for status in StepStatus)
+    lines = [f"#define {name} {number}" for name, number in numbers.items()]
+    return "\n".join(
+        [
+            "/* Made by ftqp build from the kernel's own layout. */",
+            f'#define KERNEL_HASH "{kernel_hash()}"',
+            f"#define KERNEL(name) ftqp_c_##name##_{capacity}",
+            *lines,
+            f"#define SENTENCES \\\n{sentences}",
+            "",
+        ]
+    )
+
+
+def _array(name: str, values: Iterable[float]) -> str:
+    numbers = ", ".join(_number(float(value)) for value in values)
+    return f"static const double {name}[] = {{{numbers}}};"
+
+
+def _number(value: float) -> str:
+    if np.isfinite(value):
+        return repr(value)
+    return "HUGE_VAL" if value > 0.0 else "-HUGE_VAL"
+
+
+def arm_header(planner: Planner, name: str, file: bytes, *, embedded: bool) -> str:
+    """``arm.h``: names, limits and places of an arm's planner, and its file where that is embedded.
+
+    Args:
+        planner: The planner.
+        name: Of the arm or the scenario.
+        file: The bytes of ``arm.ftqp``.
+        embedded: Whether they are part of the header.
+    """
+    robot, limits = planner.robot, planner.robot.limits
+    joints = ", ".join(f'"{PLAIN.sub("_", joint)}"' for joint in robot.joints)
+    head = 64 * -(-HEAD_OF_PLANNER // 64)
+    record = record_dtype(CAPACITIES[0])
+    rows = row_indices(planner.task.rows or robot.default_rows)
+    lines = [
+        f"/* arm.h - {name}: {robot.name}, tip {robot.tip}. Made by ftqp build for the library beside it. */",
+        "#ifndef FTQP_ARM_H", "#define FTQP_ARM_H", "", "#include <math.h>", "",
+        f"#define FTQP_ARM_JOINTS {robot.nv}",
+        f"#define FTQP_ARM_DT {planner.dt!r} /* s */",
+        f'#define FTQP_ARM_DRIVE "{planner.drive.kind}" /* what is to be sent to the arm */',
+        f'#define FTQP_KERNEL_HASH "{kernel_hash()}"', "",
+        f"static const char *const ftqp_arm_joints[] = {{{joints}}};",
+        _array("ftqp_arm_neutral", robot.neutral),
+        _array("ftqp_arm_tip", robot.pose(robot.neutral).ravel()),
+        f"#define FTQP_ARM_ROTATES {int(max(rows) >= 3)} /* has_rotation of a target */",
+        *(_array(f"ftqp_arm_{limit}", getattr(limits, limit)) for limit in LIMITS),
+        "", "/* Where else in a planner's memory something lies [bytes from its begin]. */",
+        *(
+            f"#define FTQP_AT_{key} {head + offset(record, place)} /* {meaning} */"
+            for key, (place, meaning) in SHOWN.items()
+        ),
+        "",
+    ]  # fmt: skip
+    if embedded:
+        lines += [
+            "/* The bytes of arm.ftqp, for boards without files. */",
+            "#define FTQP_ARM_EMBEDDED 1",
+            _bytes(file),
+        ]
+    return "\n".join([*lines, "#endif", ""])
+
+
+def _bytes(file: bytes) -> str:
+    rows = (", ".join(str(byte) for byte in file[at : at + 24]) for at in range(0, len(file), 24))
+    body = ",\n    ".join(rows)
+    return f"static const unsigned char ftqp_arm_file[] = {{\n    {body}\n}};\n"
+
+
+HEAD_OF_PLANNER = 8 + 4 * 4 + 8 * 8 + 2 * 8
+"""Bytes of ``struct ftqp`` in ``ftqp.c``, behind which the record lies."""

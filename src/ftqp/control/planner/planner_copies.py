@@ -1,0 +1,55 @@
+"""What is made from a planner's memory without changing it: other arms like its own, and a library in C."""
+
+from abc import ABC
+
+from ftqp.control.planner.deployable import Deployable, deployable
+from ftqp.control.planner.planner_changes import PlannerChanges
+from ftqp.control.planner.solver.qp_solver import Solver
+from ftqp.control.planner.what_ifs import WhatIfs
+from ftqp.core.errors import InputError
+
+
+class PlannerCopies(PlannerChanges, ABC):
+    """Copies of what a planner knows, for batches and for programs in C."""
+
+    __slots__ = ("_solver",)
+    _solver: Solver
+
+    @property
+    def _calls_python(self) -> bool:
+        return self._tasks.calls_python or self._constraints.calls_python
+
+    def what_ifs(self) -> WhatIfs:
+        """What other arms like this one would begin with, for ``ftqp.batch``; nothing here changes.
+
+        Raises:
+            InputError: A foreign solver, a plan, or a task that gives rows up.
+        """
+        if self._calls_python:
+            raise InputError(
+                "ftqp.LeastSquares and ftqp.Rows ask a Python function in every step, which a batch does "
+                "not; make a planner without them"
+            )
+        if not self._session.K.state.is_reset and self._tasks.begin_where_they_are:
+            raise InputError(
+                f"the task {self._tasks.begin_where_they_are[0]!r} has no target yet; give it one, or call "
+                "planner.reset(q) first"
+            )
+        return WhatIfs(
+            self._session, self._orders, self.robot, self._given, self._solver, self._wanted.reserve,
+            self.faults,
+        )  # fmt: skip
+
+    def deployable(self) -> Deployable:
+        """What this planner is without Python, for ``ftqp build``; nothing here changes.
+
+        Raises:
+            InputError: A foreign solver, a network, a closed form, a plan, further tasks, functions in
+                Python, or faults that it already believes in.
+        """
+        self._heal()
+        return deployable(
+            self._session, self._orders, self._given, self._solver, self._wanted, self._tasks,
+            calls_python=self._calls_python, detects=self._fault_response is not None,
+            has_scene=self._surroundings is not None,
+        )  # fmt: skip

@@ -1,0 +1,222 @@
+"""``python -m ftqp.kernel.building.deployed`` compiles the planner's kernel for programs in C and links it.
+
+The units are those of the library that Python loads, by the same emitter, and for the processor of this
+machine the same object files; beside them lie a few entry points that C calls, and the C interface itself. It
+prints what it made as one JSON object. ``ftqp build`` runs it in a process of its own, because formulas are
+written for numba there.
+"""
+
+import argparse
+import importlib.util
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from ftqp.kernel.compiled import mode
+from ftqp.kernel.compiled.mode import KERNEL
+
+ROOT = KERNEL.parents[2]
+WASM_STACK = 1 << 18
+"""Stack of a planner in a browser [bytes]: thirty times what `benchmarks/bench_deployed.py` measures."""
+
+
+@dataclass(frozen=True, slots=True)
+class Platform:
+    """What a library is built for.
+
+    Attributes:
+        triple: Of LLVM; None is this machine's.
+        cpu: LLVM's name of the class of processors; None is this machine's.
+        zig: Architecture, system and C library as zig names them.
+    """
+
+    triple: str | None
+    cpu: str | None
+    zig: str
+
+
+def platforms() -> dict[str, Platform]:
+    """What can be built for, by the name that the user gives."""
+    here = {"x86_64": "x86_64-linux-gnu", "AMD64": "x86_64-linux-gnu", "aarch64": "aarch64-linux-gnu"}
+    own = here.get(platform.machine(), "x86_64-linux-gnu")
+    host = "aarch64-macos" if sys.platform == "darwin" else own
+    return {
+        "host": Platform(None, None, host),
+        "x86-64-v3": Platform("x86_64-unknown-linux-gnu", "x86-64-v3", "x86_64-linux-gnu"),
+        "aarch64": Platform("aarch64-unknown-linux-gnu", "cortex-a72", "aarch64-linux-gnu"),
+        "wasm32": Platform("wasm32-unknown-wasi", "generic", "wasm32-wasi"),
+    }
+
+
+def store_folder() -> Path:
+    """Where object files are kept: beside the source, or in the user's cache where ftqp is installed."""
+    if (ROOT / "pyproject.toml").is_file():
+        return ROOT / "build" / "kernel"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ftqp" / "kernel"
+
+
+WARNINGS: Final = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Build it: 0 and what was made on stdout, or 1 and a sentence on stderr."""
+    parser = argparse.ArgumentParser(prog="python -m ftqp.kernel.building.deployed", description=__doc__)
+    add = parser.add_argument
+    add("--target", required=True, choices=platforms())
+    add("--cpu", default=None, help="a processor by LLVM's name, in place of the target's class")
+    add("--source", type=Path, required=True, help="the folder of ftqp.c and ftqp.h")
+    add("--layout", type=Path, required=True, help="the folder of layout.h")
+    add("--out", type=Path, required=True, help="the folder of the library")
+    add("--jobs", type=int, default=os.cpu_count())
+    given = parser.parse_args(arguments)
+    mode.BUILDING = True  # before the formulas are imported
+    try:
+        from ftqp.kernel.building.store import CannotBuild
+    except ImportError as error:
+        return _told(f"building needs numba and ziglang ({error}); pip install 'ftqp[build]'")
+    try:
+        made = _built(given)
+    except (CannotBuild, LookupError, OSError) as error:
+        return _told(str(error))
+    sys.stdout.write(json.dumps(made) + "\n")
+    return 0
+
+
+def _told(reason: str) -> int:
+    sys.stderr.write(f"{reason}\n")
+    return 1
+
+
+def _built(given: argparse.Namespace) -> dict[str, Any]:
+    from ftqp.kernel.building.quicker import be_quicker
+    from ftqp.kernel.building.store import CannotBuild, Store, compiled
+    from ftqp.kernel.compiled.making import emit
+    from ftqp.kernel.compiled.making.processor import Target, target
+    from ftqp.kernel.entry.table import DEPLOYED
+    from ftqp.kernel.layout.record import CAPACITIES
+
+    if importlib.util.find_spec("ziglang") is None:
+        raise CannotBuild("linking needs ziglang; pip install 'ftqp[build]'")
+    wanted = platforms()[given.target]
+    if wanted.triple is None:
+        processor = (
+            target(given.cpu) if given.cpu in (None, *_classes()) else Target(target().triple, given.cpu)
+        )
+    else:
+        processor = Target(wanted.triple, given.cpu or wanted.cpu or "")
+        own = target()
+        if processor.cpu == own.cpu and not processor.is_foreign:
+            processor = own  # of the same object files
+    if given.cpu is not None:
+        _refuse_unknown(given.cpu, given.target, wanted)
+    be_quicker()
+    store = Store(store_folder())
+    with store.alone():
+        keys, count = compiled([(entry, CAPACITIES[0]) for entry in DEPLOYED], processor, store, given.jobs)
+    given.out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        frame = Path(folder) / "frame.o"
+        frame.write_bytes(emit.frame_code(processor))
+        objects = [str(store.object_file(key)) for key in keys.values()]
+        glue = str(Path(folder) / "ftqp.o")
+        shared = [] if given.target == "wasm32" else ["-fPIC", "-fvisibility=hidden"]
+        include = [f"-I{given.source}", f"-I{given.layout}"]
+        _zig(
+            "cc",
+            "-target",
+            wanted.zig,
+            *WARNINGS,
+            *shared,
+            *include,
+            "-c",
+            given.source / "ftqp.c",
+            "-o",
+            glue,
+        )
+        files = _linked(given, wanted, [glue, *objects])
+    return {
+        "files": files, "units": len(keys), "compiled": count,
+        "triple": processor.triple, "cpu": processor.cpu,
+        "zig": _zig("version").strip(), "store": str(store_folder()),
+    }  # fmt: skip
+
+
+def _refuse_unknown(cpu: str, name: str, wanted: Platform) -> None:
+    """Refuse a processor that the target's architecture does not have; zig writes names with underscores.
+
+    Raises:
+        CannotBuild: There is no such processor.
+    """
+    from ftqp.kernel.building.store import CannotBuild
+
+    with tempfile.TemporaryDirectory() as folder:
+        empty = Path(folder) / "empty.c"
+        empty.write_text("int ftqp_nothing;\n", encoding="utf-8")
+        try:
+            mcpu = "-mcpu=" + cpu.replace("-", "_")
+            _zig("cc", "-target", wanted.zig, mcpu, "-c", empty, "-o", Path(folder) / "empty.o")
+        except CannotBuild:
+            raise CannotBuild(
+                f"{cpu!r} is no processor of {name} that LLVM knows; its names are like cortex-a76 or znver4"
+            ) from None
+
+
+def _classes() -> tuple[str, ...]:
+    from ftqp.kernel.compiled.levels import LEVELS
+
+    return tuple(LEVELS.get(platform.machine(), ()))
+
+
+def _linked(given: argparse.Namespace, wanted: Platform, objects: list[str]) -> list[str]:
+    """Write the libraries: their names."""
+    if given.target == "wasm32":
+        exports = [f"-Wl,--export={name}" for name in exported(given.source / "ftqp.h")]
+        _zig(
+            "cc", "-target", wanted.zig, "-O2", "-mexec-model=reactor", "-Wl,--no-entry", *exports,
+            "-Wl,--export=__heap_base", "-Wl,-z", f"-Wl,stack-size={WASM_STACK}", "-Wl,--strip-all",
+            "-o", given.out / "ftqp.wasm", *objects, "-lm",
+        )  # fmt: skip
+        return ["ftqp.wasm"]
+    archive = given.out / "libftqp.a"
+    archive.unlink(missing_ok=True)
+    _zig("ar", "rcs", archive, *objects)
+    name = "libftqp.dylib" if "macos" in wanted.zig else "libftqp.so"
+    _zig("cc", "-target", wanted.zig, "-shared", "-o", given.out / name, *objects, "-lm", "-s")
+    return ["libftqp.a", name]
+
+
+def exported(header: Path) -> list[str]:
+    """Names of the functions that a header declares."""
+    import re
+
+    text = re.sub(r"/\*.*?\*/", "", header.read_text(encoding="utf-8"), flags=re.S)
+    text = text.partition("static inline")[0]
+    return sorted(
+        set(re.findall(r"^(?:int|double|const double \*|const char \*)\s*(ftqp_\w+)\(", text, re.M))
+    )
+
+
+def _zig(*arguments: Any) -> str:
+    """Run zig: what it printed.
+
+    Raises:
+        CannotBuild: It failed.
+    """
+    from ftqp.kernel.building.store import CannotBuild
+
+    command = [sys.executable, "-m", "ziglang", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise CannotBuild(f"zig {arguments[0]} failed: {done.stderr.strip()[-2000:]}")
+    return done.stdout
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,213 @@
+"""Orders: what a planner is told between its steps, as compiled calls on its record."""
+
+from collections.abc import Mapping
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.kernel.entry.session import ArmSession, Call, Session, bound, rooms
+from ftqp.kernel.layout.enums import ALL_USABLE, TARGET_SIZE
+from ftqp.kernel.layout.record import CAPACITIES
+from ftqp.kernel.layout.told_memory import FAULT, LOAD, RESERVE, SETS, given_dtype
+
+LIMITS = ("q_min", "q_max", "v_max", "a_max", "tau_max")
+
+
+@final
+class ReserveSamples:
+    """Samples of what braking takes.
+
+    Args:
+        constants: Those of the arm's chain, by the argument names of ``load_chain``.
+        q: Joint positions, (samples, n) [rad or m].
+        v: Joint velocities, (samples, n) [rad/s or m/s].
+        load: What it carries; None is nothing.
+
+    Attributes:
+        rows: q, v, |h| and |M| of each sample, (samples, 3 n + n^2).
+    """
+
+    def __init__(
+        self, constants: dict[str, Any], q: FloatArray, v: FloatArray, load: "Load | None" = None
+    ) -> None:
+        n = q.shape[1]
+        arm = ArmSession(constants)
+        if load is not None:
+            session = Session(n)
+            Orders(session, arm, {}).carry(load)
+        self.rows = np.zeros((len(q), n * (n + 3)))
+        self.rows[:, :n], self.rows[:, n : 2 * n] = q, v
+        arm.bind("sample_reserve", self.rows, len(q))()
+        self._n = n
+
+    def shares(self, a_max: FloatArray, tau_max: FloatArray) -> tuple[float, float]:
+        """Shares of the acceleration limits: that braking may count on, and up to which torque limits hold.
+
+        Args:
+            a_max: Acceleration limits believed now, (n,) [rad/s2].
+            tau_max: Torque limits believed now, (n,) [N m]; inf is no limit.
+        """
+        out = np.zeros(1, RESERVE)
+        given = np.ascontiguousarray(a_max), np.ascontiguousarray(tau_max)
+        bound("reserve_shares", CAPACITIES[0], self.rows, len(self.rows), self._n, *given, out)()
+        return float(out["share"][0]), float(out["guard"][0])
+
+
+@final
+class Load:
+    """A load in the frame of the robot's own tip.
+
+    Args:
+        mass: [kg]; 0 is no load.
+        com: Its centre of mass, (3,) [m].
+        inertia: About that, (3, 3) [kg m2].
+    """
+
+    def __init__(self, mass: float, com: Any = (0.0, 0.0, 0.0), inertia: Any = 0.0) -> None:
+        self.memory = np.zeros(1, LOAD)
+        self.memory["mass"], self.memory["com"] = mass, com
+        self.memory["inertia"] = np.broadcast_to(inertia, (3, 3)).ravel()
+
+
+NO_LOAD = Load(0.0)
+
+
+@final
+class Orders:
+    """What a planner is told between its steps.
+
+    Args:
+        session: The planner's.
+        arm: The arm by itself, which is loaded as the record is.
+        given: Fields of what the planner was made with, by name; see ``given_dtype``.
+    """
+
+    def __init__(self, session: Session, arm: ArmSession, given: Mapping[str, Any]) -> None:
+        self._session, self._arm = session, arm
+        self.memory = np.zeros(1, given_dtype(session.capacity))
+        self.given: Any = rooms(self.memory)
+        for name, value in given.items():
+            field = getattr(self.given, name)
+            if isinstance(field, np.ndarray) and field.ndim:
+                field[: len(value)] = value
+            else:
+                setattr(self.given, name, value)
+        self._know_body()
+        self._shares = np.zeros(1, RESERVE)
+        n = len(arm.joints)
+        self.expected = np.zeros(n)
+        self.target, self._later = np.zeros(TARGET_SIZE), np.zeros(TARGET_SIZE)
+        self._calls: dict[str, Call] = {}
+
+    def _know_body(self) -> None:
+        """The body that moves with the robot's own tip, as it is before anything is told."""
+        given, chain = self.given, self._arm.K.chain
+        body = given.body = int(chain.tip_joint)
+        given.tip_rotation[:], given.tip_translation[:] = chain.tip_rotation, chain.tip_translation
+        given.body_mass, given.body_lever = chain.mass[body], chain.lever[body]
+        given.body_stoutness = chain.stoutness[body]
+        given.body_com[:], given.body_inertia[:] = chain.com[body], chain.inertia[body]
+
+    def on(self, session: Session) -> "Orders":
+        """The same for a copy of the planner's session."""
+        other = Orders(session, self._arm, {})
+        other.memory[:] = self.memory
+        return other
+
+    @property
+    def arm(self) -> Any:
+        """The record of the arm by itself, (1,)."""
+        return self._arm.memory
+
+    def _call(self, name: str, *first: Any) -> Call:
+        """An entry point on the record, looked up once."""
+        found = self._calls.get(name)
+        if found is None:
+            found = self._calls[name] = self._session.bind(name, *first)
+        return found
+
+    def believe(self, joint: int, said: Mapping[str, float], goes_on: bool) -> None:
+        """Believe a fault of a joint, or that it works.
+
+        Args:
+            joint: Which.
+            said: Fields of ``FAULT``, by name; what is left out is healthy.
+            goes_on: Whether it was being locked before, and goes on from where it is.
+        """
+        fault = np.zeros(1, FAULT)  # its own: a signal handler may tell something meanwhile
+        fault["joint"] = joint
+        fault["velocity"], fault["acceleration"], fault["torque"] = 1.0, 1.0, 1.0
+        fault["deceleration"], fault["q_min"], fault["q_max"] = np.nan, np.nan, np.nan
+        for name, value in said.items():
+            fault[name] = value
+        self._session.bind("believe", self.memory, fault)(int(goes_on))
+
+    def believed(self) -> None:
+        """What begins anew after faults were told."""
+        self._call("believed", self.memory)()
+
+    def count_on(self, samples: ReserveSamples | None) -> None:
+        """Let braking count on what motors certainly have; None where torque is not limited."""
+        rows = self._shares if samples is None else samples.rows
+        count = 0 if samples is None else len(samples.rows)
+        self._session.bind("count_on", self.memory, rows, count, self._shares)()
+
+    def hold_up(self, joint: int) -> bool:
+        """Whether a joint that has lost torque cannot hold the arm, which is then stopped."""
+        return bool(self._call("hold_up", self._arm.memory)(joint))
+
+    def ask_for_brake(self, joint: int) -> None:
+        """Let the brake of a joint be asked for."""
+        self._call("ask_for_brake")(joint)
+
+    def start(self, q: FloatArray, v: FloatArray) -> None:
+        """Begin at joint positions and velocities, (n,) each."""
+        self._session.bind("start", self.memory, np.ascontiguousarray(q), np.ascontiguousarray(v))()
+
+    def stop(self, reason: int) -> None:
+        """Latch a stop, if none is."""
+        self._call("stop")(int(reason))
+
+    def resume(self) -> bool:
+        """Release a stop; False where something forbids it."""
+        return bool(self._call("resume")())
+
+    def carry(self, load: Load) -> None:
+        """Count on a load at the tip."""
+        self._session.bind("carry", self._arm.memory, self.memory, load.memory)()
+
+    def give_up(self, code: int) -> bool:
+        """Whether rows of the task were given up after a tick of this status."""
+        return bool(self._call("give_up", self.memory)(code))
+
+    @property
+    def given_up(self) -> int:
+        """Sets of rows that the task has been reduced by."""
+        return int(self._session.K.task.given_up)
+
+    def miss(self, target: Any, row: int, left: int) -> int:
+        """Let the next tick be one that a late loop has missed: 0, or a mistake.
+
+        ``expected`` and ``target`` are then what it is given.
+
+        Args:
+            target: Packed, of the tick that comes late; a row of it counts.
+            row: Which.
+            left: How many periods before that tick.
+        """
+        found = self._call("miss_tick")
+        addresses = (self.expected.ctypes.data, self._later.ctypes.data, self.target.ctypes.data)
+        return found(target, row, left, *addresses)
+
+    def hear(self) -> None:
+        """The next tick is measured again."""
+        self._session.K.state.unusable = ALL_USABLE
+
+
+def sets_of(whole: tuple[int, int], reduced: list[tuple[int, int]]) -> dict[str, Any]:
+    """Fields of what a task may be reduced to: rows and whether they are the tool's, the whole task first."""
+    every = [whole, *reduced][: SETS + 1]
+    return {
+        "sets": len(every) - 1, "m": [m for m, _ in every], "tool_rows": [tool for _, tool in every],
+    }  # fmt: skip

@@ -1,0 +1,43 @@
+"""``ftqp build`` refuses what it cannot build in a sentence, and leaves nothing behind."""
+
+import re
+
+import pytest
+from typer.testing import CliRunner
+
+from ftqp.app.commands.cli import app
+from ftqp.app.deployment.built_folder import TEXTS
+from ftqp.kernel.building.deployed import exported
+
+PROMISED = {
+    "size", "open", "reset", "step", "report", "withdraw", "stop", "resume", "speed", "carry", "q", "v", "a",
+    "tau", "status", "error", "status_name", "detect",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        (["pandda", "-o", "new"], "pandda is neither a file nor a bundled scenario"),
+        (["panda", "--target", "mips", "-o", "new"], "'mips' is not a target of ftqp build; it has host"),
+        (["panda", "-o", "here"], "folder here is there already"),
+        (["panda", "-o", "no/such"], "folder .*no is missing"),
+        (["panda", "--set", "planner.dt=0.01", "-o", "new"], "panda is a robot, no scenario"),
+        (["iiwa-moving-base-locked", "-o", "new"], "has a base that moves"),
+        (
+            ["modular11-locked", "--set", "planner.backend=daqp", "-o", "new"],
+            "expected the backend 'active_set'",
+        ),
+    ],
+)
+def test_what_cannot_be_built_is_a_sentence_and_leaves_nothing(given, sentence, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "here").mkdir()
+    done = CliRunner().invoke(app, ["build", *given])
+    assert done.exit_code == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["here"]
+    assert re.search(sentence, done.output.replace("\n", " ")), done.output
+
+
+def test_the_header_declares_what_is_promised_and_nothing_else():
+    assert exported(TEXTS / "ftqp.h") == sorted(f"ftqp_{name}" for name in PROMISED)
