@@ -10,7 +10,7 @@ from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
 from ftqp.kernel.layout.record import load_chain
-from ftqp.kernel.told.belief import LOCK_SHARE
+from ftqp.kernel.told.believed import LOCK_SHARE
 from ftqp.model import catalog
 
 PANDA = catalog.load("panda")

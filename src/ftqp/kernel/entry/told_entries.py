@@ -15,8 +15,8 @@ from ftqp.kernel.layout.enums import NOT_READ, TARGET_SIZE
 from ftqp.kernel.layout.record import arm_dtype, record_dtype
 from ftqp.kernel.layout.thresholds import MOST_ROWS
 from ftqp.kernel.layout.told_memory import FAULT, LOAD, RESERVE, given_dtype
-from ftqp.kernel.told.belief import begin_to_believe
-from ftqp.kernel.told.belief import believe as believe_fault
+from ftqp.kernel.told.believed import begin_to_believe
+from ftqp.kernel.told.believed import believe as believe_fault
 from ftqp.kernel.told.giving_up import give_up as give_rows_up
 from ftqp.kernel.told.load import carry as carry_load
 from ftqp.kernel.told.load import load as load_arm

@@ -7,7 +7,7 @@ from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import VELOCITY
-from ftqp.kernel.told.belief import swings
+from ftqp.kernel.told.believed import swings
 
 MARGIN = 1.3
 """Bias and inertia beyond what was sampled that ``guard`` allows for. A guess that the tests have not
