@@ -18,6 +18,7 @@ from ftqp.model import catalog
 from ftqp.model.payload import Payload
 
 ENDINGS = {
+    "canadarm2-wrist": (True, 2e-6),
     "iiwa-line": (True, 5e-6),
     "iiwa-moving-base-locked": (True, 1e-5),
     "iiwa-out-of-reach": (True, 0.03),
