@@ -75,7 +75,7 @@ def rollout(fault: Any) -> Any:
 
 def broken(order: Any) -> str:
     session = Session(
-        lambda wish: arms_of(wish, twin=False), Choice(scenario="planar3-line", overrides=("faults=",))
+        lambda wish: arms_of(wish, rival=False), Choice(scenario="planar3-line", overrides=("faults=",))
     )
     session.put(order)
     session.advance(0.05)

@@ -72,7 +72,7 @@ def ride(
         duration: Simulated time; None is that of the path [s].
     """
     count = round((path.duration if duration is None else duration) / dt) + 1
-    t = dt * np.arange(count)
+    t: FloatArray = np.asarray(dt * np.arange(count), dtype=np.float64)
     sample = path.sample(t)
     failing = {} if schedule is None else schedule.failing(dt)
     plant.reset(q, np.zeros(robot.nv))

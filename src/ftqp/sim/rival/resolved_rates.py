@@ -1,5 +1,6 @@
 """What a good engineer writes in an afternoon: damped resolved rates with feedback and limits."""
 
+from collections.abc import Sequence
 from typing import final
 
 import numpy as np
@@ -37,6 +38,7 @@ class ResolvedRates:
     Args:
         robot: The arm.
         dt: The sampling period, > 0 [s].
+        rows: What of the pose it follows, some of x, y, z, rx, ry, rz.
         gain: K, > 0 [1/s]. A larger one follows closer, and shakes on noise and late samples.
         near_singular: Singular values below this one are damped, > 0 [m]. A larger one damps farther away.
 
@@ -46,16 +48,26 @@ class ResolvedRates:
     Source: Whitney 1969; Nakamura and Hanafusa 1986.
     """
 
-    __slots__ = ("_data", "_dt", "_failed", "_gain", "_near", "_q", "_robot", "_tip", "_v", "brakes", "tau")
+    __slots__ = (
+        "_at", "_data", "_dt", "_failed", "_gain", "_near", "_q", "_robot", "_rows", "_tip", "_v", "brakes",
+        "tau",
+    )  # fmt: skip
 
     brakes: BoolArray
     tau: FloatArray
 
     def __init__(
-        self, robot: Robot, dt: float, *, gain: float = GAIN, near_singular: float = NEAR_SINGULAR
+        self,
+        robot: Robot,
+        dt: float,
+        *,
+        rows: Sequence[str] = COMPONENTS,
+        gain: float = GAIN,
+        near_singular: float = NEAR_SINGULAR,
     ) -> None:
         robot.refuse_tree("resolved rates need")
-        self._robot, self._dt = robot, positive("dt", dt, "s")
+        self._robot, self._dt, self._rows = robot, positive("dt", dt, "s"), tuple(rows)
+        self._at = [COMPONENTS.index(row) for row in self._rows]
         self._data, self._tip = robot.model.createData(), frame_id(robot.model, robot.tip)
         self._gain, self._near = positive("gain", gain, "1/s"), positive("near_singular", near_singular, "m")
         self._failed = np.zeros(robot.nv, dtype=np.bool_)
@@ -72,10 +84,10 @@ class ResolvedRates:
         """Commanded velocities, (nv,) [rad/s or m/s]; they belong to the controller."""
         return seen(self._v)
 
-    def reset(self, q: FloatArray) -> None:
-        """Begin at rest at q, (nv,) [rad or m], with every joint believed healthy."""
+    def reset(self, q: FloatArray, v: FloatArray | None = None) -> None:
+        """Begin at (q, v), each (nv,) [rad or m, and per s], all joints believed healthy; None is at rest."""
         self._q[:] = self._robot.angles(q)
-        self._v[:] = 0.0
+        self._v[:] = 0.0 if v is None else v
         self._failed[:] = False
 
     def tell(self, joint: str | int) -> None:
@@ -85,6 +97,16 @@ class ResolvedRates:
             joint: Its name or 0-based index.
         """
         self._failed[self._robot.joint(joint)] = True
+
+    def repair(self, joint: str | int, position: float) -> None:
+        """From now on that joint works again.
+
+        Args:
+            joint: Its name or 0-based index.
+            position: Where it is, and where its drive is switched on [rad or m].
+        """
+        i = self._robot.joint(joint)
+        self._failed[i], self._q[i], self._v[i] = False, position, 0.0
 
     def step(self, q: FloatArray, pose: FloatArray, twist: FloatArray) -> "ResolvedRates":
         """One tick; the command is what the controller then holds.
@@ -97,12 +119,13 @@ class ResolvedRates:
         robot, limits, dt = self._robot, self._robot.limits, self._dt
         q = array("q", q, (robot.nv,), "(nv,)")
         J = scaled_jacobian(
-            robot.model, self._data, self._tip, robot.configuration(q), COMPONENTS, robot.length
+            robot.model, self._data, self._tip, robot.configuration(q), self._rows, robot.length
         )
         T = self._data.oMf[self._tip].homogeneous
         e = np.concatenate([pose[:3, 3] - T[:3, 3], rotation_vector(pose[:3, :3] @ T[:3, :3].T)])
         rate = twist + self._gain * e
         rate[3:] *= robot.length
+        rate = rate[self._at]
         J[:, self._failed] = 0.0
         v = self._inverse(J, rate)
         v /= max(1.0, float(np.max(np.abs(v) / limits.v_max)))
