@@ -1,8 +1,8 @@
 """The picture and the animation of README, made by the live page itself in a browser without a window.
 
 A Panda in physics goes round a circle of 0.3 m in 4 s; after 2.2 s the brake of its third joint closes, and
-nobody says so. The rival is the same arm with the same brake, led by damped resolved rates with feedback. Needs
-MuJoCo and Chromium (apt install chromium, or FTQP_CHROMIUM=/path/to/it).
+nobody says so. The rival is the same arm with the same brake, led by damped resolved rates with feedback.
+Needs MuJoCo and Chromium (apt install chromium, or FTQP_CHROMIUM=/path/to/it).
 
     python docs/making/live_pictures.py            docs/pictures/arm-loses-a-joint.png and .gif
     python docs/making/live_pictures.py --still    the picture only
@@ -167,7 +167,8 @@ def save(pictures: list[Image.Image], file: Path) -> None:
         together.paste(picture, (0, k * picture.height))
     palette = together.quantize(COLOURS)
     few = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
-    few[0].save(file, save_all=True, append_images=few[1:], duration=round(1e3 * SLOWER * STEP), loop=0, optimize=True)
+    shown = round(1e3 * SLOWER * STEP)
+    few[0].save(file, save_all=True, append_images=few[1:], duration=shown, loop=0, optimize=True)
     size = file.stat().st_size
     print(f"{file.name}: {len(few)} pictures, {size / 1e6:.2f} MB")
     if size > LARGEST:
