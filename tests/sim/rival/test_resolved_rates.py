@@ -9,7 +9,7 @@ from ftqp.sim.rival.resolved_rates import ResolvedRates
 
 PANDA = ftqp.robots.load("panda")
 DT, JOINT = 2e-3, "panda_joint3"
-LOCK = ftqp.Schedule([ftqp.FaultEvent(ftqp.Locked(JOINT, mode="instant"), at=1.0)])
+LOCK = ftqp.Schedule([ftqp.FaultEvent(1.0, ftqp.Locked(JOINT, mode="instant"))])
 
 
 def ridden(told: bool = False, schedule: ftqp.Schedule | None = LOCK, radius: float = 0.05):

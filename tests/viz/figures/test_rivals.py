@@ -12,7 +12,7 @@ PANDA = ftqp.robots.load("panda")
 def test_the_legend_tells_the_errors_that_are_drawn(tmp_path, monkeypatch):
     path = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), 0.05, duration=0.5)
     planner = ftqp.Planner(PANDA, dt=5e-3)
-    schedule = ftqp.Schedule([ftqp.FaultEvent(ftqp.Locked("panda_joint3"), at=0.25)])
+    schedule = ftqp.Schedule([ftqp.FaultEvent(0.25, ftqp.Locked("panda_joint3"))])
     log = ftqp.Simulation(planner, path, q=PANDA.neutral, schedule=schedule, log="memory").run().log
     error = np.zeros(len(log))
     error[10], error[70], error[-1] = 0.5, 0.0123, 0.0045  # the first is before the lock

@@ -266,7 +266,7 @@ class Session:
         if self._tell.how in ("at once", "after"):
             told = command.time + self._tell.delay if self._tell.how == "after" else None
         faults = [self._fault(Break(joint, command.kind, command.settings)) for joint in joints]
-        self._begin(Schedule([FaultEvent(fault, at=command.time, announced=told) for fault in faults]))
+        self._begin(Schedule([FaultEvent(command.time, fault, announced=told) for fault in faults]))
 
     def _fault(self, command: Break) -> Fault:
         """The fault of an command, for a joint by name."""
