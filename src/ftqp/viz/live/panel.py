@@ -58,9 +58,9 @@ class Panel:
         if stage.live:
             self._kept(self._gui.add_html(INVITATION))
         self._head = self._kept(self._gui.add_html(""))
-        if stage.duration is None:
+        if stage.live:
             self._clock((PAUSE, RESUME, RESET, PATH))
-        else:
+        elif stage.duration is not None:
             self._clock((PAUSE, RESUME))
             self._time_slider(stage.duration)
         self._tabs = self._kept(self._gui.add_tab_group())
