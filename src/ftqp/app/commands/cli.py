@@ -329,6 +329,15 @@ app.command(epilog="Example: ftqp build panda-circle --target aarch64 -o panda-a
 app.command(epilog="Example: ftqp export runs/panda-circle --format mcap -o panda-bag")(command(export))
 
 
+@app.command(epilog="Example: ftqp doctor --json")
+@command
+def doctor(as_json: Json = False) -> ExitCode:
+    """Say whether this installation is sound: kernel, processor, versions, and what is missing."""
+    from ftqp.app.commands import doctor
+
+    return doctor.examine(as_json=as_json)
+
+
 @app.command(epilog="Example: ftqp robots --json")
 @command
 def robots(as_json: Json = False) -> ExitCode:
