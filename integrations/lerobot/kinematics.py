@@ -62,7 +62,7 @@ class RobotKinematics:
         self.step: Any = None
 
     def forward_kinematics(self, joint_pos_deg: np.ndarray) -> np.ndarray:
-        """Pose of the link, (4, 4) [m], at joint angles [deg]; further entries, a gripper's, count nothing."""
+        """Pose of the link, (4, 4) [m], at joint angles [deg]; a gripper's entry counts nothing."""
         return self.robot.pose(self._angles(joint_pos_deg))
 
     def inverse_kinematics(

@@ -45,7 +45,8 @@ def urdf(tmp_path):
     links = "".join(f'<link name="l{i}">{mass}</link>' for i in range(6))
     joints = "".join(
         f'<joint name="{name}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/>'
-        f'<origin xyz="{PLACES[i]}"/><axis xyz="{AXES[i]}"/><limit lower="-1.9" upper="1.9" velocity="3" effort="3"/></joint>'
+        f'<origin xyz="{PLACES[i]}"/>'
+        f'<axis xyz="{AXES[i]}"/><limit lower="-1.9" upper="1.9" velocity="3" effort="3"/></joint>'
         for i, name in enumerate(NAMES)
     )
     fixed = (
