@@ -19,7 +19,7 @@ QUICK  ?= -m "not slow and not long" --few 2 tests/core tests/faults tests/model
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo kernel pictures test test-all quick test-pythons test-lowest licences docs campaign bench bench-first-use wheel clean
+.PHONY: help demo kernel pictures test test-all quick test-pythons test-lowest licences docs campaign bench bench-first-use wheel wheels clean
 
 help:
 	@echo "make demo       an arm in physics loses a joint, finds out and finishes, beside a rival; writes pictures"
@@ -36,6 +36,7 @@ help:
 	@echo "make kernel     builds the kernel anew where it is older than its source"
 	@echo "make bench-first-use   what building and a first planner cost"
 	@echo "make wheel      a wheel with the kernel built for two classes of processors, into dist/"
+	@echo "make wheels     that wheel and all that it needs, into dist/wheels: for machines without a network"
 	@echo "make clean      removes the environment, caches and runs"
 
 # What the demo does not need of the kernel is built when it has been shown; other targets wait for it.
@@ -111,6 +112,10 @@ bench-first-use: $(VENV)/.has-viz
 
 wheel: $(VENV)/.has-viz
 	FTQP_LEVELS=$(LEVELS) $(BIN)/python -m pip wheel --disable-pip-version-check --quiet --no-deps --wheel-dir dist .
+
+# What is in the folder installs without a network: pip install --no-index --find-links dist/wheels "ftqp[viz,sim]"
+wheels: $(VENV)/.has-viz
+	FTQP_LEVELS=$(LEVELS) $(BIN)/python -m pip wheel --disable-pip-version-check --quiet --wheel-dir dist/wheels ".[viz,sim]"
 
 clean:
 	rm -rf $(VENV) build dist src/ftqp/_kernel runs site .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
