@@ -10,8 +10,8 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.pose import quaternions, transform
 from ftqp.viz.live.frame import rotation_of
 
-LET_GO = 0.7
-"""A handle that nobody has moved for so long goes where its target goes [s]."""
+LET_GO = 60.0
+"""A handle of whose hold nothing has been heard for so long was let go: its browser is gone [s]."""
 STILL = 1e-6
 """A handle nearer to its target than this is there [m, and without unit]."""
 
@@ -31,11 +31,13 @@ class DragHandles:
         self._handle: Any = None
         self._marks: list[Any] = []
         self._moved = -np.inf
+        self._target: FloatArray | None = None
+        self._left: FloatArray | None = None
 
     def drag(self, moved: Callable[[FloatArray], None], pose: FloatArray, turns: bool) -> None:
         """Put a handle at a pose, (4, 4); ``moved`` is told its pose whenever somebody drags it."""
         self.release()
-        self._moved = -np.inf
+        self._moved, self._left = -np.inf, None
         handle = self._server.scene.add_transform_controls(
             f"{self._name}/handle",
             scale=0.22 * self._size,
@@ -46,7 +48,8 @@ class DragHandles:
         )
 
         async def dragged(event: Any) -> None:
-            self._moved = monotonic()
+            self._moved = -np.inf if event.phase == "end" else monotonic()
+            self._left = self._target  # until the target has gone where the handle is, that stays
             if event.phase != "start":
                 moved(_pose(event.target.wxyz, event.target.position))
 
@@ -55,9 +58,12 @@ class DragHandles:
 
     def follow(self, target: FloatArray | None) -> None:
         """Let the handle go with the target, (4, 4), while nobody holds it."""
-        handle = self._handle
+        handle, self._target = self._handle, target
         if handle is None or target is None or monotonic() - self._moved < LET_GO:
             return
+        if self._left is not None and np.array_equal(target, self._left):
+            return
+        self._left = None
         turn, place = wxyz(target[:3, :3]), target[:3, 3]
         if np.abs(place - handle.position).max() > STILL or 1.0 - abs(float(turn @ handle.wxyz)) > STILL:
             handle.wxyz, handle.position = turn, place
