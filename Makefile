@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
-PIP     = $(BIN)/python -m pip install --disable-pip-version-check --quiet
+PIP     = $(BIN)/python -m pip install --disable-pip-version-check --quiet --no-compile
 PYTEST ?= $(BIN)/python -m pytest
 JOBS   ?= 2
 MAKER   = $(BIN)/python -m ftqp.kernel.building
@@ -15,14 +15,14 @@ QUICK  ?= -m "not slow and not long" --few 2 tests/core tests/faults tests/model
           $(addprefix tests/app/,scenario schema replay) $(addprefix tests/kernel/,layout rows arm judge maths) \
           tests/test_package.py tests/test_texts.py
 
-# Bytecode is kept, whatever the environment says: tests start hundreds of processes, and each would compile ftqp anew.
+# Bytecode is made when it is first needed and then kept, whatever the environment says: tests start hundreds of processes, and each would compile ftqp anew.
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo kernel pictures test test-all quick test-pythons test-lowest licences docs campaign bench bench-first-use wheel clean
+.PHONY: help demo kernel pictures test test-all quick test-pythons test-lowest licences docs campaign bench bench-first-use wheel wheels clean
 
 help:
-	@echo "make demo       an arm loses a joint on its way and finishes; writes pictures"
+	@echo "make demo       an arm in physics loses a joint, finds out and finishes, beside a rival; writes pictures"
 	@echo "make test       ruff, mypy, import layers, and every test but those of test-all"
 	@echo "make test-all   make test, and what takes long: scripts of studies from end to end, long runs"
 	@echo "make quick      what to run before a commit: lint, layers, and the tests that are quick"
@@ -36,10 +36,11 @@ help:
 	@echo "make kernel     builds the kernel anew where it is older than its source"
 	@echo "make bench-first-use   what building and a first planner cost"
 	@echo "make wheel      a wheel with the kernel built for two classes of processors, into dist/"
+	@echo "make wheels     that wheel and all that it needs, into dist/wheels: for machines without a network"
 	@echo "make clean      removes the environment, caches and runs"
 
 # What the demo does not need of the kernel is built when it has been shown; other targets wait for it.
-demo: $(VENV)/.has-viz
+demo: $(VENV)/.has-viz,sim
 	$(BIN)/ftqp demo
 	@echo "the rest of the kernel is built in the background, a minute or two; make kernel waits for it"
 	@nohup $(MAKER) > $(VENV)/kernel.txt 2>&1 &
@@ -111,6 +112,10 @@ bench-first-use: $(VENV)/.has-viz
 
 wheel: $(VENV)/.has-viz
 	FTQP_LEVELS=$(LEVELS) $(BIN)/python -m pip wheel --disable-pip-version-check --quiet --no-deps --wheel-dir dist .
+
+# What is in the folder installs without a network: pip install --no-index --find-links dist/wheels "ftqp[viz,sim]"
+wheels: $(VENV)/.has-viz
+	FTQP_LEVELS=$(LEVELS) $(BIN)/python -m pip wheel --disable-pip-version-check --quiet --wheel-dir dist/wheels ".[viz,sim]"
 
 clean:
 	rm -rf $(VENV) build dist src/ftqp/_kernel runs site .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis

@@ -1,4 +1,4 @@
-"""Tables of results in README.md and docs/evidence/speed.md, and the reports of the small benchmarks."""
+"""Tables of results in docs/evidence/speed.md, and the reports of the small benchmarks."""
 
 import argparse
 import json
@@ -14,7 +14,7 @@ from bench.results import appendix, folder, preamble, put_into_readme, written
 from bench.tables import Table
 
 ROOT = Path(__file__).resolve().parents[1]
-README, SPEED = ROOT / "README.md", ROOT / "docs" / "evidence" / "speed.md"
+SPEED = ROOT / "docs" / "evidence" / "speed.md"
 
 
 def options(parser: argparse.ArgumentParser) -> None:

@@ -53,7 +53,7 @@ def main() -> int:
         return 130
     except environments.NotInstalled as error:
         messages.print(
-            f"{error}; the tables of README.md and docs/evidence/speed.md need it: nothing was measured",
+            f"{error}; the tables of docs/evidence/speed.md need it: nothing was measured",
             soft_wrap=True,
         )
         return 2
@@ -65,7 +65,7 @@ def main() -> int:
     files = results.written(result, report.markdown(result), options.out, name)
     if options.update_docs and report.complete(result):
         tables = [report.reached(result), report.missed(result), *report.contenders(result)]
-        files += docs.shown(result, files[0], {docs.README: [report.short(result)], docs.SPEED: tables})
+        files += docs.shown(result, files[0], {docs.SPEED: tables})
     elif options.update_docs:
         messages.print(
             "a ratio is missing, so the result on record, the texts were left as they are",
@@ -105,7 +105,7 @@ def _options() -> argparse.Namespace:
         metavar="N",
         help="at most so many timed steps a variant and way",
     )
-    add("--update-docs", action="store_true", help="put the tables into README.md and the page about speed")
+    add("--update-docs", action="store_true", help="put the tables into the page about speed")
     add("--out", type=Path, default=RESULTS, metavar="DIR", help="where results go")
     add("--env-dir", type=Path, default=environments.DEFAULT, metavar="DIR", help="the peers' environments")
     add("--core", type=int, metavar="N", help="the core to run on (default the last one)")

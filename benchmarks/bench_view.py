@@ -1,6 +1,6 @@
 """What the live page costs the planner that it shows: times of its steps with and without a page.
 
-One process runs a session in its thread, as ``ftqp view`` does, with its naive twin. Phases with and without
+One process runs a session in its thread, as ``ftqp view`` does, with its rival. Phases with and without
 the page take turns, so that both see the same machine; joints are broken and repaired all the time. Pictures
 and memory are measured, too. Chromium, where it is installed, looks at the page (without ``--no-browser``).
 
@@ -193,7 +193,7 @@ def _report(
     packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "viser"))
     return f"""# What the live page costs
 
-Made by `python benchmarks/bench_view.py`: scenario panda-circle with its naive twin for {minutes:g} minutes.
+Made by `python benchmarks/bench_view.py`: scenario panda-circle with its rival for {minutes:g} minutes.
 Phases of {PHASE:g} s with and without the page take turns in one process; a joint is broken or repaired every
 second; browsers that look at the page: {browsers}. ftqp {__version__}, Python {platform.python_version()},
 {packages}, {platform.machine()}, {os.cpu_count()} cores, load of the
@@ -209,7 +209,7 @@ have taken time between two bursts of ticks.
 
 | picture [ms] | median wall | mean CPU |
 |---|---:|---:|
-| frame of the session's facts, with the twin | {frame[0]:.2f} | {frame[1]:.2f} |
+| frame of the session's facts, with the rival | {frame[0]:.2f} | {frame[1]:.2f} |
 | frame, scene and, ten times a second, plots | {refresh[0]:.2f} | {refresh[1]:.2f} |
 
 A frame takes {1e3 * frame[1] / quantiles[False][0]:.0f} times the CPU of the median planner step.

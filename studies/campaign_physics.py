@@ -248,7 +248,7 @@ def _events(episode: Episode) -> list[ftqp.FaultEvent]:
     }
     if episode.fault == "none":
         return []
-    return [ftqp.FaultEvent(kinds[episode.fault], episode.at, told)]
+    return [ftqp.FaultEvent(episode.at, kinds[episode.fault], told)]
 
 
 def judged(episode: Episode) -> dict[str, Any]:

@@ -122,7 +122,7 @@ class Subject:
         if physics:
             plant = ftqp.MujocoPlant(robot, dt, ftqp.JointServo(robot, "position", bandwidth=BANDWIDTH))
         result = ftqp.Simulation(
-            planner, setup.path, q=setup.q, plant=plant, schedule=ftqp.Schedule([ftqp.FaultEvent(fault, at)]),
+            planner, setup.path, q=setup.q, plant=plant, schedule=ftqp.Schedule([ftqp.FaultEvent(at, fault)]),
             log="memory",
         ).run()  # fmt: skip
         log = result.log

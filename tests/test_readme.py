@@ -105,6 +105,13 @@ def test_the_lines_of_several_tasks_run(capsys):
     assert said["planner"].tasks["elbow"].weight == 0.0 and len(capsys.readouterr().out) > 10
 
 
+def test_the_lines_of_a_notebook_run_and_print_a_result(shown, monkeypatch):
+    matplotlib = pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
+    matplotlib.use("Agg")
+    lines = shown("docs/how-to/notebook.md")
+    assert lines[0] == "Result" and "completed in 2001 steps" in lines[1]
+
+
 def test_readme_is_one_page():
     assert len(README.splitlines()) <= 120
     (code,) = re.findall(r"```python\n(.*?)```", README, re.S)

@@ -113,7 +113,7 @@ def title(case: dict[str, Any]) -> str:
 
 
 def short(result: dict[str, Any]) -> Table:
-    """The ratios, and the times in brackets, one line a task: for the README."""
+    """The ratios, and the times in brackets, one line a task."""
     rows = []
     for task, name in TASKS.items():
         cells = []

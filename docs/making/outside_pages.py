@@ -37,6 +37,7 @@ SHOWN = (
     *(f"{folder}/{what}" for folder in SCRIPTS for what in ("README.md", "results/*.[mp][dn]*")),
     "solvers/problems/README.md",
     "examples/*.py",
+    "notebooks/*.ipynb",
 )
 LINK = re.compile(r"(\]\()([^)\s#:]+)(#[^)\s]*)?\)")
 

@@ -25,7 +25,7 @@ PARTS = {
         ),
     ),
     "faults": ("Faults and their detection", ("ftqp.faults",)),
-    "simulation": ("Simulation, scenarios, logs", ("ftqp.sim", "ftqp.app")),
+    "simulation": ("Simulation, scenarios, logs, the page", ("ftqp.sim", "ftqp.app", "ftqp.viz")),
     "solvers": ("QPs and backends", ("ftqp.qp",)),
     "errors": ("Errors", ("ftqp.core",)),
 }

@@ -57,7 +57,7 @@ def narrow_iiwa() -> Robot:
 
 def locked(joint: int, at: float, mode: str = "ramp") -> FaultEvent:
     """A lock that the planner is told of at once."""
-    return FaultEvent(ftqp.Locked(joint, mode=mode), at=at)
+    return FaultEvent(at, ftqp.Locked(joint, mode=mode))
 
 
 RECIPES = (
@@ -140,7 +140,7 @@ RECIPES = (
         q=PANDA,
         path=partial(Line, displacement=(0.05, 0.10, -0.05), duration=4.0),
         planner={"task": POSITION},
-        faults=(FaultEvent(ftqp.FreeSwinging(0, damping=0.5), at=2.0),),
+        faults=(FaultEvent(2.0, ftqp.FreeSwinging(0, damping=0.5)),),
         begin=1.99,
     ),
     Recipe(
@@ -151,7 +151,7 @@ RECIPES = (
         path=partial(Square, side=0.25, axes=("y", "z"), duration=6.0),
         planner={"task": POSITION},
         faults=(
-            FaultEvent(ftqp.Degraded(3, velocity=0.12, acceleration=0.5, torque=0.5), at=2.0, announced=2.05),
+            FaultEvent(2.0, ftqp.Degraded(3, velocity=0.12, acceleration=0.5, torque=0.5), announced=2.05),
         ),
         begin=2.04,
     ),

@@ -99,6 +99,7 @@ from ftqp.sim.plants.true_arm import TrueArm as TrueArm
 from ftqp.sim.schedule import FaultEvent as FaultEvent
 from ftqp.sim.schedule import Schedule as Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors as JointSensors
+from ftqp.viz.live.watched import view as view
 
 __version__: str
 

@@ -30,7 +30,6 @@ def test_the_readme_shows_the_tables_of_the_report_on_record(benchmark: str) -> 
 @pytest.mark.parametrize(
     ("text", "benchmark"),
     [
-        ("README.md", "bench_step"),
         ("docs/evidence/speed.md", "bench_step"),
         ("docs/evidence/speed.md", "bench_memory"),
         ("docs/evidence/speed.md", "bench_first_use"),

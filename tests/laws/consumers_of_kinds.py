@@ -63,7 +63,7 @@ def planner() -> ftqp.Planner:
 def simulated(fault: Any) -> Any:
     return ftqp.Simulation(
         planner(), PATH, q=ROBOT.neutral, log="memory",
-        schedule=ftqp.Schedule([ftqp.FaultEvent(fault, 0.05, "never")]),
+        schedule=ftqp.Schedule([ftqp.FaultEvent(0.05, fault, "never")]),
     ).run()  # fmt: skip
 
 
@@ -75,7 +75,7 @@ def rollout(fault: Any) -> Any:
 
 def broken(order: Any) -> str:
     session = Session(
-        lambda wish: arms_of(wish, twin=False), Choice(scenario="planar3-line", overrides=("faults=",))
+        lambda wish: arms_of(wish, rival=False), Choice(scenario="planar3-line", overrides=("faults=",))
     )
     session.put(order)
     session.advance(0.05)
@@ -101,7 +101,7 @@ def campaign_of(folder: Path) -> Path:
 
 def log_with(number: int, **said: Any) -> Log:
     """A run with a lock, as if the joint had that number and its fault was another."""
-    event = ftqp.FaultEvent(ftqp.Locked(JOINT), 0.05, "never")
+    event = ftqp.FaultEvent(0.05, ftqp.Locked(JOINT), "never")
     log = ftqp.Simulation(
         planner(), PATH, q=ROBOT.neutral, log="memory", schedule=ftqp.Schedule([event])
     ).run().log  # fmt: skip
@@ -120,7 +120,7 @@ def shown(folder: Path, fault: Any) -> dict[str, Any]:
     replay.put(Seek(0.08))
     frame = replay.frame()
     return {
-        "described": described(ftqp.FaultEvent(fault, 0.05, "never"), ROBOT),
+        "described": described(ftqp.FaultEvent(0.05, fault, "never"), ROBOT),
         "words": fault_sentence(log.metadata["faults"][0]),
         "moved": JOINT in summary(log)["max_failed_joint_motion"],
         "figures": all(file.stat().st_size for file in save_figures(log, folder)),
@@ -182,7 +182,7 @@ def main(folder: Path, kind: Any, registered: bool) -> None:
     found["ftqp compare"] = said_by("compare", str(file), "--schemes", "mvn,man", "--out", str(folder / "c"))
     found["ftqp campaign"] = said_by("campaign", campaign, "--out", str(folder / "campaign"))
     if registered:
-        event = ftqp.FaultEvent(fault, 0.05, "never")
+        event = ftqp.FaultEvent(0.05, fault, "never")
         try:
             failures(SimpleNamespace(schedule=[event], robot=ROBOT, tables=EXACT))  # type: ignore[arg-type]
         except FtqpError as error:

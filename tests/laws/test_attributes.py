@@ -27,7 +27,7 @@ MADE = {
     "inertialtask": lambda: ftqp.InertialTask(planner(level="velocity")),
     "detector": lambda: ftqp.Detector(robot=PANDA, dt=DT, noise=ftqp.Noise(q=1e-4)),
     "plant": lambda: ftqp.KinematicPlant(PANDA, DT),
-    "schedule": lambda: ftqp.Schedule([ftqp.FaultEvent(ftqp.Locked(2), at=0.1)]),
+    "schedule": lambda: ftqp.Schedule([ftqp.FaultEvent(0.1, ftqp.Locked(2))]),
     "simulation": lambda: ftqp.Simulation(planner(), MADE["circle"](), q=PANDA.neutral),
     "circle": lambda: ftqp.paths.Circle(TIP, 0.05, duration=1.0),
     "line": lambda: ftqp.paths.Line(TIP, displacement=[0.1, 0.0, 0.0], duration=1.0),

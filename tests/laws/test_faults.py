@@ -27,7 +27,7 @@ def test_a_run_with_a_fault_is_told_in_full_and_the_other_joints_obey(kind, leve
     plant = Witness(robot, DT, level)
     run = ftqp.Simulation(
         ftqp.Planner(robot, DT, level=level, emergency=None), path, q=robot.neutral, plant=plant,
-        schedule=ftqp.Schedule([ftqp.FaultEvent(fault, AT, announced)]), log="memory",
+        schedule=ftqp.Schedule([ftqp.FaultEvent(AT, fault, announced)]), log="memory",
     ).run()  # fmt: skip
     assert np.isfinite(plant.differs).all() and not np.delete(plant.differs, JOINT).any()
     facts = summary(run.log)

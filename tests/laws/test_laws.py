@@ -89,7 +89,7 @@ def commands(level, schedule=(), honest=True, scheme="mvn", backend="active_set"
 @pytest.mark.parametrize("fault", FAULTS, ids=str)
 def test_scheduled_fault_changes_nothing_before_it_happens(level, fault):
     k = round(AT / DT)
-    healthy, failing = commands(level), commands(level, [FaultEvent(fault, AT)])
+    healthy, failing = commands(level), commands(level, [FaultEvent(AT, fault)])
     assert failing[:k] == healthy[:k]
     assert failing[k:] != healthy[k:]
 
@@ -100,8 +100,8 @@ def test_fault_that_is_not_announced_yet_is_known_by_its_motion_only(level, faul
     """The arm hides the fault until the announcement: up to then every command is that of a healthy arm."""
     k = round(0.6 / DT)
     healthy = commands(level)
-    told_late = commands(level, [FaultEvent(fault, AT, announced=0.6)], honest=False)
-    never_told = commands(level, [FaultEvent(fault, AT, announced="never")], honest=False)
+    told_late = commands(level, [FaultEvent(AT, fault, announced=0.6)], honest=False)
+    never_told = commands(level, [FaultEvent(AT, fault, announced="never")], honest=False)
     assert told_late[:k] == healthy[:k] and told_late[k:] != healthy[k:]
     assert never_told == healthy
 
@@ -139,7 +139,7 @@ def test_planner_reads_no_clock_into_its_command_and_draws_no_unseeded_number():
 @pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("scheme", ["mvn", "dlsm"])
 def test_same_input_gives_the_same_output(level, scheme):
-    schedule = [FaultEvent(FAULTS[0], AT)]
+    schedule = [FaultEvent(AT, FAULTS[0])]
     assert commands(level, schedule, scheme=scheme) == commands(level, schedule, scheme=scheme)
 
 

@@ -88,7 +88,7 @@ def outcome(drive, events=(), *, real=False, faults=(), noise=0.0, latency=0, se
 
 def brake(told=None):
     """Joint 3 brakes."""
-    return [FaultEvent(Locked(2), AT, told)]
+    return [FaultEvent(AT, Locked(2), told)]
 
 
 def rms(values):

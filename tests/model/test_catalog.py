@@ -135,6 +135,22 @@ def test_srs7_starts_where_the_studies_of_a_moving_base_do() -> None:
     assert least == pytest.approx([0.3395, 0.2092, 0.4599, 0.0, 0.3766, 0.1403, 0.1983], abs=5e-5)
 
 
+def test_canadarm2_is_as_long_as_its_maker_says_and_keeps_its_task_without_any_one_joint() -> None:
+    robot = catalog.load("canadarm2")
+    stretched = robot.pose(np.zeros(7))
+    assert stretched[:3, :3] == pytest.approx(np.eye(3), abs=1e-12)
+    assert stretched[:3, 3] == pytest.approx([2 * 1.3589 + 2 * 7.11, -0.475 - 2 * 0.5692, 0.0], abs=1e-12)
+    assert np.linalg.norm(stretched[:3, 3]) == pytest.approx(17.0, abs=0.05)
+    J = jacobian(robot, np.zeros(7))
+    axes = [(1, 0, 0), (0, 0, 1), (0, 1, 0), (0, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 0)]
+    assert pytest.approx(np.array(axes, float), abs=1e-12) == J[3:].T
+    J = jacobian(robot, robot.neutral)
+    J[:3] /= robot.length
+    assert min(np.linalg.svd(np.delete(J, i, 1), compute_uv=False)[-1] for i in range(7)) > 0.1
+    said = [finding.sentence for finding in robot.findings]
+    assert any("a_max" in one for one in said) and any("without centres of mass" in one for one in said)
+
+
 def test_zhang7_has_the_published_check_values() -> None:
     robot = catalog.load("zhang7")
     J = jacobian(robot, robot.neutral)

@@ -42,7 +42,7 @@ FAULTS = [
 def test_arm_of_a_planner_told_at_once_moves_bitwise_as_commanded(panda, path, fault, level):
     plant = Witness(panda, DT, level)
     planner = Planner(panda, dt=DT, level=level)
-    schedule = Schedule([FaultEvent(fault, AT)])
+    schedule = Schedule([FaultEvent(AT, fault)])
     result = Simulation(planner, path, q=panda.neutral, schedule=schedule, plant=plant).run()
     assert plant.differs.max() == 0.0
     assert result.completed
@@ -52,13 +52,13 @@ def test_arm_of_a_planner_told_at_once_moves_bitwise_as_commanded(panda, path, f
 def test_free_swinging_joint_of_a_planner_told_at_once_moves_as_commanded(panda, path, level):
     plant = Witness(panda, DT, level)
     planner = Planner(panda, dt=DT, level=level, emergency=None)
-    schedule = Schedule([FaultEvent(FreeSwinging("panda_joint3", damping=2.0), AT)])
+    schedule = Schedule([FaultEvent(AT, FreeSwinging("panda_joint3", damping=2.0))])
     Simulation(planner, path, q=panda.neutral, schedule=schedule, plant=plant).run()
     assert plant.differs.max() == 0.0
 
 
 def test_tip_follows_the_path_through_a_locked_joint(panda, path, tmp_path):
-    schedule = Schedule([FaultEvent(Locked("panda_joint3"), AT)])
+    schedule = Schedule([FaultEvent(AT, Locked("panda_joint3"))])
     planner = Planner(panda, dt=DT)
     Simulation(planner, path, q=panda.neutral, schedule=schedule, log=tmp_path / "log.sqlite").run()
     result = summary(load_log(tmp_path))
@@ -71,7 +71,7 @@ def test_tip_follows_the_path_through_a_locked_joint(panda, path, tmp_path):
 
 
 def test_log_shows_the_interval_of_the_locked_joint_closed(panda, path, tmp_path):
-    schedule = Schedule([FaultEvent(Locked("panda_joint3"), AT)])
+    schedule = Schedule([FaultEvent(AT, Locked("panda_joint3"))])
     Simulation(
         Planner(panda, dt=DT), path, q=panda.neutral, schedule=schedule, log=tmp_path / "log.sqlite"
     ).run()
@@ -89,7 +89,7 @@ def test_fault_that_is_never_told_shows_in_the_error(panda, path):
     for announced in (None, "never"):
         plant = KinematicPlant(panda, DT)
         planner = Planner(panda, dt=DT, emergency=None)
-        schedule = Schedule([FaultEvent(Locked("panda_joint3"), AT, announced)])
+        schedule = Schedule([FaultEvent(AT, Locked("panda_joint3"), announced)])
         Simulation(planner, path, q=panda.neutral, schedule=schedule, plant=plant).run()
         results[announced] = np.linalg.norm((panda.pose(plant.q) - path.sample(path.duration).pose[0])[:3, 3])
     assert results[None] < 1e-4
@@ -98,7 +98,7 @@ def test_fault_that_is_never_told_shows_in_the_error(panda, path):
 
 def test_planner_forgets_between_runs_what_this_simulation_told_it(panda, path):
     planner = Planner(panda, dt=DT)
-    simulation = Simulation(planner, path, q=panda.neutral, schedule=Schedule([FaultEvent(Locked(2), AT)]))
+    simulation = Simulation(planner, path, q=panda.neutral, schedule=Schedule([FaultEvent(AT, Locked(2))]))
     first = simulation.run().q
     assert set(planner.faults) == {"panda_joint3"}
     np.testing.assert_array_equal(simulation.run().q, first)

@@ -175,7 +175,7 @@ def test_a_task_of_ones_own_has_no_error_and_a_planner_without_tasks_no_columns(
 
 
 def test_log_on_file_round_trips_and_exports_them(tmp_path):
-    lock = Schedule([FaultEvent(ftqp.Locked(2), 0.1)])
+    lock = Schedule([FaultEvent(0.1, ftqp.Locked(2))])
     done = run(planner(), log=tmp_path / "log.sqlite", schedule=lock)
     log, memory = load_log(tmp_path), run(planner(), schedule=lock).log
     np.testing.assert_array_equal(log["task_error"], memory["task_error"])

@@ -49,7 +49,7 @@ def test_planner_gets_back_what_it_commanded(fake, panda, path):
 
 def test_fault_is_reported_before_the_step_of_its_tick(fake, panda, path):
     planner = fake(panda)
-    Simulation(planner, path, q=panda.neutral, schedule=Schedule([FaultEvent(Locked(2), 0.3)])).run()
+    Simulation(planner, path, q=panda.neutral, schedule=Schedule([FaultEvent(0.3, Locked(2))])).run()
     kinds = [call[0] for call in planner.calls]
     assert kinds.index("report") == 1 + 30
 
@@ -57,9 +57,9 @@ def test_fault_is_reported_before_the_step_of_its_tick(fake, panda, path):
 def test_late_announcement_comes_late_and_never_means_never(fake, panda, path):
     planner = fake(panda)
     events = [
-        FaultEvent(Locked(2), 0.1, 0.2),
-        FaultEvent(Locked(3), 0.1, "never"),
-        FaultEvent(Locked(4), 9.0),
+        FaultEvent(0.1, Locked(2), 0.2),
+        FaultEvent(0.1, Locked(3), "never"),
+        FaultEvent(9.0, Locked(4)),
     ]
     Simulation(planner, path, q=panda.neutral, schedule=Schedule(events)).run()
     reports = [(k, call[1].joint) for k, call in enumerate(planner.calls) if call[0] == "report"]
@@ -68,7 +68,7 @@ def test_late_announcement_comes_late_and_never_means_never(fake, panda, path):
 
 def test_planner_cannot_tell_a_coming_fault_from_none(fake, panda, path):
     seen = []
-    for events in ([], [FaultEvent(Locked(2), 0.3)]):
+    for events in ([], [FaultEvent(0.3, Locked(2))]):
         planner = fake(panda, a=MOVING)
         Simulation(planner, path, q=panda.neutral, schedule=Schedule(events)).run()
         seen.append(planner.calls[: 1 + 30])
@@ -79,7 +79,7 @@ def test_planner_cannot_tell_a_coming_fault_from_none(fake, panda, path):
 
 def test_informed_planner_and_arm_move_bitwise_alike(fake, panda, path):
     planner = fake(panda, a=MOVING)
-    Simulation(planner, path, q=panda.neutral, schedule=Schedule([FaultEvent(Locked(6), 0.3)])).run()
+    Simulation(planner, path, q=panda.neutral, schedule=Schedule([FaultEvent(0.3, Locked(6))])).run()
     speed = np.array([call[2][6] for call in steps(planner)])
     place = np.array([call[1][6] for call in steps(planner)])
     assert speed[30] > 0.0
@@ -89,7 +89,7 @@ def test_informed_planner_and_arm_move_bitwise_alike(fake, panda, path):
 
 def test_unannounced_lock_holds_the_joint_against_the_command(fake, panda, path):
     planner = fake(panda, a=MOVING)
-    event = FaultEvent(Locked(6, mode="instant"), 0.3, "never")
+    event = FaultEvent(0.3, Locked(6, mode="instant"), "never")
     result = Simulation(planner, path, q=panda.neutral, schedule=Schedule([event])).run()
     assert {call[1][6] for call in steps(planner)[30:]} == {result.q[6]}
 
@@ -131,9 +131,9 @@ def test_interrupt_leaves_a_complete_log(fake, panda, path, tmp_path):
 
 def test_log_tells_the_whole_run(fake, panda, path, tmp_path):
     events = [
-        FaultEvent(Locked(2), 0.1, 0.2),
-        FaultEvent(FreeSwinging(5, damping=1.0), 0.3, "never"),
-        FaultEvent(Degraded(0, velocity=0.5), 0.4),
+        FaultEvent(0.1, Locked(2), 0.2),
+        FaultEvent(0.3, FreeSwinging(5, damping=1.0), "never"),
+        FaultEvent(0.4, Degraded(0, velocity=0.5)),
     ]
     planner = fake(panda, a=MOVING)
     Simulation(
@@ -180,7 +180,7 @@ def test_same_run_twice_is_the_same(fake, panda, path):
     for _ in range(2):
         planner = fake(panda, a=MOVING)
         simulation = Simulation(
-            planner, path, q=panda.neutral, schedule=Schedule([FaultEvent(Locked(1), 0.2)])
+            planner, path, q=panda.neutral, schedule=Schedule([FaultEvent(0.2, Locked(1))])
         )
         runs.append(simulation.run().q)
     np.testing.assert_array_equal(runs[0], runs[1])
@@ -188,7 +188,7 @@ def test_same_run_twice_is_the_same(fake, panda, path):
 
 def test_simulation_can_run_again_from_its_start(fake, panda, path):
     simulation = Simulation(
-        fake(panda, a=MOVING), path, q=panda.neutral, schedule=Schedule([FaultEvent(Locked(1), 0.2)])
+        fake(panda, a=MOVING), path, q=panda.neutral, schedule=Schedule([FaultEvent(0.2, Locked(1))])
     )
     np.testing.assert_array_equal(simulation.run().q, simulation.run().q)
 
@@ -197,7 +197,7 @@ def test_wrong_arguments_are_clear_sentences(fake, panda, path, tmp_path):
     planner = fake(panda)
     with pytest.raises(InputError, match="'panda_joint9' is not a joint of panda"):
         Simulation(
-            planner, path, q=panda.neutral, schedule=Schedule([FaultEvent(Locked("panda_joint9"), 1.0)])
+            planner, path, q=panda.neutral, schedule=Schedule([FaultEvent(1.0, Locked("panda_joint9"))])
         )
     with pytest.raises(InputError, match="'average' is not a feed-forward of a simulation"):
         Simulation(planner, path, q=panda.neutral, feed_forward="average")
@@ -217,7 +217,7 @@ def test_log_in_memory_has_the_same_arrays_as_the_file(fake, panda, path, tmp_pa
     def run(log):
         return Simulation(
             fake(panda, a=MOVING), path, q=panda.neutral, log=log, metadata={"scenario": "s"},
-            schedule=Schedule([FaultEvent(Locked(1), 0.2)]),
+            schedule=Schedule([FaultEvent(0.2, Locked(1))]),
         ).run()  # fmt: skip
 
     kept = run("memory").log

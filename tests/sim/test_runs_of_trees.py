@@ -22,8 +22,8 @@ def run(plant=None, schedule=(), robot=DUAL, **settings):
 
 
 LOCKS = [
-    ftqp.FaultEvent(ftqp.Locked("left_joint3"), 0.3),
-    ftqp.FaultEvent(ftqp.Locked("right_joint2"), 0.6),
+    ftqp.FaultEvent(0.3, ftqp.Locked("left_joint3")),
+    ftqp.FaultEvent(0.6, ftqp.Locked("right_joint2")),
 ]
 
 
@@ -33,7 +33,7 @@ def test_one_arm_follows_as_it_does_alone_and_the_other_stands(backend, level):
     alone = ftqp.robots.load("panda")
     planner = ftqp.Planner(alone, dt=DT, level=level, backend=backend)
     path = ftqp.paths.Circle(alone.pose(alone.neutral), 0.08, duration=2.0)
-    lock = ftqp.Schedule([ftqp.FaultEvent(ftqp.Locked("panda_joint3"), 0.3)])
+    lock = ftqp.Schedule([ftqp.FaultEvent(0.3, ftqp.Locked("panda_joint3"))])
     single = ftqp.Simulation(planner, path, q=alone.neutral, schedule=lock, log="memory").run()
     both = run(schedule=LOCKS, level=level, backend=backend)
     assert both.completed
@@ -70,7 +70,7 @@ def test_physics_has_the_equations_of_motion_of_a_tree(count):
 
 def test_a_joint_that_nobody_knows_of_swings_by_its_own_equation_of_motion():
     i = DUAL.joint("right_joint4")
-    found = run(schedule=[ftqp.FaultEvent(ftqp.FreeSwinging("right_joint4"), 0.1, "never")])
+    found = run(schedule=[ftqp.FaultEvent(0.1, ftqp.FreeSwinging("right_joint4"), "never")])
     q, v = found.log["q"], found.log["v"]
     first = round(0.1 / DT) + 1
     assert np.abs(v[first + 20, i]) > 0.05
@@ -90,7 +90,7 @@ def test_a_planner_told_of_a_free_joint_and_a_run_that_would_tell_it_are_refused
         planner.report(ftqp.FreeSwinging("right_joint2"))
     assert not planner.faults
     with pytest.raises(ftqp.InputError, match=said):
-        run(schedule=[ftqp.FaultEvent(ftqp.FreeSwinging("right_joint2"), 0.1)])
+        run(schedule=[ftqp.FaultEvent(0.1, ftqp.FreeSwinging("right_joint2"))])
     one = ftqp.Robot.from_pinocchio(DUAL.model, "left_hand", limits={"a_max": 10.0})
     ftqp.Planner(one, dt=DT).report(ftqp.FreeSwinging("left_joint2"))
 
@@ -125,7 +125,7 @@ def test_arm_and_base_make_up_for_each_other(arm):
     path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.3, duration=12.0)
     for joint, still in (("base_x", True), (robot.joints[6], False)):
         planner = ftqp.Planner(robot, dt=4e-3)
-        lock = ftqp.Schedule([ftqp.FaultEvent(ftqp.Locked(joint), 3.0)])
+        lock = ftqp.Schedule([ftqp.FaultEvent(3.0, ftqp.Locked(joint))])
         found = ftqp.Simulation(planner, path, q=robot.neutral, schedule=lock, log="memory").run()
         assert found.completed
         assert found.log["position_error"].max() < 5e-3

@@ -1,3 +1,5 @@
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +11,7 @@ from ftqp.sim.schedule import FaultEvent, Schedule, first_tick
 
 
 def test_events_are_sorted_by_time():
-    schedule = Schedule([FaultEvent(Locked("b"), 2.0), FaultEvent(Locked("a"), 1.0)])
+    schedule = Schedule([FaultEvent(2.0, Locked("b")), FaultEvent(1.0, Locked("a"))])
     assert [event.at for event in schedule] == [1.0, 2.0]
     assert len(schedule) == 2
 
@@ -28,7 +30,7 @@ def test_a_time_between_two_ticks_belongs_to_the_later():
 def test_announcement_is_at_once_later_or_never():
     fault = Locked(0)
     schedule = Schedule(
-        [FaultEvent(fault, 1.0), FaultEvent(FreeSwinging(1), 1.0, 1.5), FaultEvent(Degraded(2), 1.0, "never")]
+        [FaultEvent(1.0, fault), FaultEvent(1.0, FreeSwinging(1), 1.5), FaultEvent(1.0, Degraded(2), "never")]
     )
     assert [event.told for event in schedule] == [1.0, 1.5, None]
     assert {k: len(events) for k, events in schedule.failing(0.1).items()} == {10: 3}
@@ -52,4 +54,22 @@ def test_announcement_is_at_once_later_or_never():
 )
 def test_wrong_times_are_one_clear_sentence(at, announced, message):
     with pytest.raises(InputError, match=message):
-        FaultEvent(Locked("j"), at, announced)
+        FaultEvent(at, Locked("j"), announced)
+
+
+def test_the_order_of_earlier_versions_is_understood_with_a_warning():
+    new = FaultEvent(1.0, Locked("j"), 1.5)
+    for old in (
+        lambda: FaultEvent(Locked("j"), 1.0, 1.5),
+        lambda: FaultEvent(Locked("j"), at=1.0, announced=1.5),
+    ):
+        with pytest.warns(DeprecationWarning, match="write FaultEvent"):
+            assert old() == new
+    assert FaultEvent(fault=Locked("j"), at=1.0, announced=1.5) == new
+
+
+@pytest.mark.parametrize("given", [(), (1.0,), (1.0, Locked("j"), None, 3), (Locked("j"),)])
+def test_an_event_without_time_or_fault_is_a_mistake(given):
+    with pytest.raises(TypeError, match=r"at, fault and announced"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        FaultEvent(*given)

@@ -18,6 +18,20 @@ def test_goel2005_meets_the_expected_ends_and_draws_every_picture(tmp_path: Path
     assert len(list(tmp_path.glob("goel2005-quick-*.png"))) == 8
 
 
+def test_figures_of_papers_are_made_again_by_a_command_each(tmp_path: Path) -> None:
+    """Values that tests/papers computes in its own way, and the pictures."""
+    expected = {
+        "jin2017": ("3.69e-06 m", "3.48e-06 m", "stop at 16.83 s", "at most 0"),
+        "holt1994": ("10.8 cm", "1.0 cm", "0.1 cm"),
+        "bedrossian1993": ("move by 0 rad", "5.02 deg/s", "50 deg/s at 2.21 s", "92.4 % of the way"),
+    }
+    for name, values in expected.items():
+        rows = json.loads(told(f"studies/{name}.py", "--quick", "--json"))["rows"]
+        assert all(value in row["ours"] for value, row in zip(values, rows, strict=False)), rows
+    assert ran("studies/holt1994.py", "--quick", "--out", tmp_path).returncode == 0
+    assert len(list(tmp_path.glob("holt1994-quick-*.png"))) == 2
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 def test_killed_runs_and_campaigns_leave_files_that_are_whole(tmp_path: Path) -> None:
     given = ("--runs", 60, "--campaigns", 4, "--out", tmp_path, "--json")

@@ -225,10 +225,11 @@ def slanted_axis(joint: Any) -> FloatArray:
 def frame_id(model: Any, tip: str) -> int:
     """The index of the frame ``tip``; of several with that name bodies come first, then operational ones."""
     kinds = [pin.FrameType.BODY, pin.FrameType.OP_FRAME, pin.FrameType.FIXED_JOINT, pin.FrameType.JOINT]
-    found = [i for k in kinds for i, f in enumerate(model.frames) if f.name == tip and f.type == k]
-    if not found:
-        raise ModelError(f"{tip!r} is not a frame of {model.name}")
-    return found[0]
+    for one in kinds:
+        index = int(model.getFrameId(tip, one))
+        if index < model.nframes:
+            return index
+    raise ModelError(f"{tip!r} is not a frame of {model.name}")
 
 
 def positions_of(model: Any, continuous: BoolArray, q: Any) -> FloatArray:

@@ -1,13 +1,15 @@
 """A robot: joints, limits and tips of an arm or of a tree of arms, immutable and audited."""
 
 from dataclasses import dataclass, replace
-from typing import Any, Self, final
+from importlib import import_module
+from typing import Any, Self, cast, final
 
 import numpy as np
 import pinocchio as pin
 
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance
 from ftqp.core.errors import InputError
+from ftqp.core.picture import Picture
 from ftqp.model import audit
 from ftqp.model.audit import Finding, rotor_findings
 from ftqp.model.build import write_limits
@@ -19,6 +21,7 @@ from ftqp.model.payload import Payload
 from ftqp.model.readers import Readers
 from ftqp.model.reduction import joint_index, named_frame
 from ftqp.model.refitting import friction_findings, loaded, with_friction, with_rotors, with_tip
+from ftqp.model.robot_table import robot_html
 from ftqp.model.serial import Inertial
 from ftqp.model.shape import dynamics_findings, neutral_of
 from ftqp.model.urdf_text import urdf_text
@@ -59,6 +62,27 @@ class Robot(Embodied, Readers):
         """Name, joints and tip or tips."""
         ends = f"tip={self.tip!r}" if len(self.tips) == 1 else f"tips={self.tips!r}"
         return f"Robot({self.name!r}, joints={list(self.joints)}, {ends})"
+
+    def _repr_html_(self) -> str:
+        """Its joints with their limits, for notebooks."""
+        return robot_html(self)
+
+    def show(self, q: Any = None) -> Picture:
+        """A picture of the arm from the side and from above, with each joint in its range.
+
+        A notebook shows it, ``.save(file)`` keeps it; ``ftqp.view`` opens a page in which the arm can be
+        turned.
+
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m]; None is ``neutral``.
+
+        Raises:
+            InputError: The shape is another one, or a number is NaN or infinite.
+            MissingPackage: matplotlib is not installed.
+        """
+        # pictures are above the model: a robot looks its own up by name, and knows nothing of it
+        draw = import_module("ftqp.viz.figures.shown").robot_picture
+        return cast("Picture", draw(self, q))
 
     @property
     def tip(self) -> str:

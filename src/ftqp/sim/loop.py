@@ -16,6 +16,8 @@ from ftqp.control.planner.status import StepStatus
 from ftqp.core import clock
 from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import FtqpError, InputError, unknown
+from ftqp.core.html_table import html_table
+from ftqp.core.picture import Picture
 from ftqp.faults.kinds import SWINGS, FreeSwinging
 from ftqp.sim.base.moving_world import MovingWorld
 from ftqp.sim.block_runner import BlockRunner
@@ -50,7 +52,7 @@ LONGEST = 3.0
 
 
 @final
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Result:
     """How a simulation ended.
 
@@ -83,6 +85,62 @@ class Result:
     broken: str | None = None
     log: Log | None = None
     summary: Mapping[str, Any] | None = None
+
+    def __repr__(self) -> str:
+        """What happened, in a few lines."""
+        return "\n".join(["Result", *(f"  {name:9} {value}" for name, value in self._facts())])
+
+    def _repr_html_(self) -> str:
+        """The same as a table, for notebooks."""
+        return html_table("Result", (), self._facts())
+
+    def _facts(self) -> list[tuple[str, str]]:
+        """What happened, by a word each."""
+        gave_up = "" if self.stopped_at is None else f", the task was given up at {self.stopped_at:g} s"
+        done = "completed" if self.completed else "interrupted" if self.interrupted else "not completed"
+        counts = ", ".join(f"{count} {status.name}" for status, count in self.status_counts.items())
+        status = (
+            "none" if self.final_status is None else f"{self.final_status.name}: {self.final_status.value}"
+        )
+        facts = [
+            ("run", f"{done} in {self.steps} steps{gave_up}"),
+            ("status", status),
+            ("steps", counts),
+            ("path", f"{self.progress:g} s of it reached" + (f"; {self.blocked}" if self.blocked else "")),
+        ]
+        if self.log is not None and len(self.log):
+            error = self.log["position_error"]
+            facts.append(
+                ("error", f"at most {1e3 * error.max():.3g} mm, {1e3 * error[-1]:.3g} mm at the end")
+            )
+        if self.broken is not None:
+            facts.append(("arm", self.broken))
+        facts.append(("q", np.array2string(self.q, precision=4, suppress_small=True, separator=", ")))
+        kept = (
+            "result.log, result.plot()"
+            if self.log is not None
+            else "on file"
+            if self.summary
+            else "none kept"
+        )
+        return [*facts, ("log", kept)]
+
+    def plot(self, figure: str = "path") -> Picture:
+        """One of the figures of the run as a picture, which a notebook shows and ``.save(file)`` keeps.
+
+        Args:
+            figure: Its name, as ``Log.plot`` has it.
+
+        Raises:
+            InputError: No log was kept in memory, or there is no such figure.
+            MissingPackage: matplotlib is not installed.
+        """
+        if self.log is None:
+            raise InputError(
+                'there is no log to draw; run ftqp.Simulation(..., log="memory"), or load that of a file by '
+                "ftqp.load_log"
+            )
+        return self.log.plot(figure)
 
 
 @final

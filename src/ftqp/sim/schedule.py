@@ -3,53 +3,70 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import ceil
-from typing import Any, Literal, final
+from typing import Any, Literal, cast, final, overload
+from warnings import warn
 
 from ftqp.core.checks import instance, non_negative, positive
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
-from ftqp.faults.kinds import Fault, refuse_unknown
+from ftqp.faults.kinds import KINDS, Fault, refuse_unknown
 from ftqp.kernel.layout.thresholds import TIME_SLACK
 
 NEVER = 2.0**62
 """No run has so many ticks."""
 
 
+Announced = float | Literal["never"] | None
+"""When the planner is told [s]; ``None`` at once, ``"never"`` not at all."""
+FIELDS, ONCE = ("at", "fault", "announced"), ("fault", "at", "announced")
+"""The order of what an event is made with, and that of earlier versions."""
+
+
 @final
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, init=False)
 class FaultEvent:
-    """One joint fails.
+    """One joint fails: ``FaultEvent(2.0, Locked("j3"))``.
 
     Attributes:
-        fault: what happens, and to which joint.
-        at: when it happens [s].
-        announced: when the planner is told [s]; ``None`` at once, ``"never"`` not at all.
+        at: When it happens [s].
+        fault: What happens, and to which joint.
+        announced: When the planner is told [s]; ``None`` at once, ``"never"`` not at all.
 
     Raises:
-        InputError: no fault, a time that is negative or not finite, or an announcement before the fault.
+        InputError: No fault, a time that is negative or not finite, or an announcement before the fault.
     """
 
-    fault: Fault
     at: float
-    announced: float | Literal["never"] | None = None
+    fault: Fault
+    announced: Announced
 
-    def __post_init__(self) -> None:
-        refuse_unknown(self.fault)
-        object.__setattr__(self, "at", non_negative("time of the fault", self.at, "s"))
-        if self.announced is None or self.announced == "never":
-            return
-        if not isinstance(self.announced, int | float):
+    @overload
+    def __init__(self, at: float, fault: Fault, announced: Announced = None) -> None: ...
+    @overload
+    def __init__(self, fault: Fault, at: float, announced: Announced = None) -> None: ...
+    def __init__(self, *given: Any, **named: Any) -> None:
+        parts = _named(given, named)
+        refuse_unknown(parts["fault"])
+        object.__setattr__(self, "fault", parts["fault"])
+        object.__setattr__(self, "at", non_negative("time of the fault", parts["at"], "s"))
+        object.__setattr__(self, "announced", self._told_at(parts.get("announced")))
+
+    def _told_at(self, announced: Any) -> Announced:
+        """When the planner is told, checked."""
+        if announced is None or announced == "never":
+            return cast("Announced", announced)
+        if not isinstance(announced, int | float):
             raise InputError(
-                f"announcement of the fault is {self.announced!r}, expected a time in s, "
+                f"announcement of the fault is {announced!r}, expected a time in s, "
                 "'never', or None for at once"
             )
-        told = non_negative("announcement of the fault", self.announced, "s")
+        told = non_negative("announcement of the fault", announced, "s")
         if told < self.at - TIME_SLACK:
             raise InputError(
                 f"fault of joint {self.fault.joint} at {self.at:g} s is announced at {told:g} s, "
                 "expected no earlier than it happens"
             )
-        object.__setattr__(self, "announced", told)
+        return told
 
     @property
     def told(self) -> float | None:
@@ -57,6 +74,31 @@ class FaultEvent:
         if self.announced == "never":
             return None
         return self.at if self.announced is None else float(self.announced)
+
+
+def _named(given: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
+    """What an event is made with, by name; of the order of earlier versions a warning says so.
+
+    Raises:
+        TypeError: Something is missing, given twice, or unknown.
+    """
+    order = FIELDS
+    if given and isinstance(given[0], tuple(KINDS.values())):
+        order = ONCE
+        warn(
+            "FaultEvent(fault, at) is the order of earlier versions; write FaultEvent(at, fault)",
+            DeprecationWarning,
+            stacklevel=3,
+        )
+    parts = dict(zip(order, given, strict=False)) | named
+    twice = len(given) + len(named) - len(parts)
+    missing = [name for name in FIELDS[:2] if name not in parts]
+    if twice or missing or not set(parts) <= set(FIELDS):
+        raise TypeError(
+            f"FaultEvent takes at, fault and announced, each once; got {len(given)} without a name and "
+            f"{', '.join(named) or 'none'} by name"
+        )
+    return parts
 
 
 def first_tick(time: float, dt: float) -> int:
@@ -79,7 +121,7 @@ class Schedule:
         instance("events", events, Iterable, "a list of ftqp.FaultEvent")
         events = list(events)
         for event in events:
-            instance("an event", event, FaultEvent, "an ftqp.FaultEvent, ftqp.FaultEvent(fault, at=1.0)")
+            instance("an event", event, FaultEvent, "an ftqp.FaultEvent, ftqp.FaultEvent(1.0, fault)")
         self._events: tuple[FaultEvent, ...] = tuple(sorted(events, key=lambda event: event.at))
 
     def __iter__(self) -> Iterator[FaultEvent]:

@@ -35,6 +35,8 @@ def test_coverage_is_the_mean_of_what_each_joint_survives() -> None:
 def test_path_of_ftqp_and_its_samples_give_the_same_report() -> None:
     other = coverage(PANDA, PATH, MOTION)
     assert other.task.digest == TASK.digest and (other.status == REPORT.status).all()
+    poses = coverage(PANDA, TASK.goals, MOTION, dt=TASK.dt)  # as plan takes them
+    assert poses.task.digest == TASK.digest and (poses.status == REPORT.status).all()
 
 
 def test_first_safe_instant_is_where_the_last_lost_failure_ends() -> None:
@@ -157,7 +159,8 @@ def test_picture_of_a_report_is_written(tmp_path) -> None:
         ({"q": MOTION[:-1], "path": TASK}, r"expected \(N \+ 1, nv\)"),
         ({"q": np.full_like(MOTION, np.nan)}, "NaN"),
         ({"q": MOTION[0]}, "at least 2 samples"),
-        ({"path": TASK.goals}, "expected a TaskPath"),
+        ({"path": TASK.goals}, "dt is None"),
+        ({"path": None}, "give the path of this motion"),
         ({"robot": catalog.load("xarm7"), "path": TASK}, "made for another robot"),
         ({"stride": 0}, "stride is 0"),
         ({"lock": "brake"}, "lock is 'brake'"),

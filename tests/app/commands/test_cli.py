@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from typer.testing import CliRunner
 
 import ftqp
 from ftqp.app.commands.cli import app
+from ftqp.app.commands.demo import FINDS, OWN_TOLD, RIVAL_NEVER, RIVAL_TOLD
 from ftqp.core.extras import remedy_for_extra
 
 COMMANDS = (
@@ -290,17 +292,21 @@ def test_demo_tells_the_story(tmp_path: Path) -> None:
     for words in (
         "panda_joint3",
         "every limit was kept",
-        "strayed at most",
+        "its detector found it out after",
         "completed",
-        "never told of the lock: stopped at",
-        "contrast.png",
+        "damped resolved rates, not told",
+        "less than ftqp",
+        "rivals.png",
         "ftqp report",
         str(tmp_path / "out"),
     ):
         assert words in result.stdout
     assert result.stdout.rstrip().endswith("ftqp view")
-    assert (tmp_path / "out" / "figures" / "contrast.png").stat().st_size > 20_000
-    assert ftqp.load_log(tmp_path / "out" / "never-told").metadata["faults"][0]["announced"] is None
+    assert (tmp_path / "out" / "figures" / "rivals.png").stat().st_size > 20_000
+    assert ftqp.load_log(tmp_path / "out").metadata["faults"][0]["announced"] is None
+    assert ftqp.load_log(tmp_path / "out" / "told").metadata["faults"][0]["announced"] == 2.2
+    rows = re.findall(r"^(\w[\w, ]+?) +([\d.]+ [mu]m) +([\d.]+ [mu]m) +([\d.]+ [mu]m)$", result.stdout, re.M)
+    assert [name for name, *_ in rows] == [FINDS, OWN_TOLD, RIVAL_NEVER, RIVAL_TOLD]
 
 
 @pytest.mark.parametrize("name", ["panda-circle", "puma-step-10"])

@@ -96,6 +96,7 @@ COMMANDS = {
     "converge": ("case.toml", "--out", "converge"),
     "coverage": ("short.toml", "--stride", "50", "--out", "coverage", "--jobs", "1"),
     "demo": ("--out", "demo"),
+    "doctor": (),
     "export": ("made/run", "--format", "npz", "-o", "export.npz"),
     "inspect": ("planar6", "--out", "inspect"),
     "plan": ("panda-y-line", *COARSE, "-o", "plan.npz", "--jobs", "1"),

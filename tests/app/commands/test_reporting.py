@@ -134,7 +134,7 @@ def test_what_files_say_stays_text(tmp_path: Path, still: None) -> None:
     evil = "<script>alert(1)</script>"
     robot = catalog.load("planar6")
     path = ftqp.paths.Line(robot.pose(robot.neutral), (0.01, 0.0, 0.0), duration=0.2)
-    schedule = Schedule([FaultEvent(ftqp.Locked("j2"), 0.1)])
+    schedule = Schedule([FaultEvent(0.1, ftqp.Locked("j2"))])
     file = tmp_path / "log.sqlite"
     about = {"scenario": evil, "scheme": "<i>s</i>", "resolved": f"description = '''{evil}'''"}
     Simulation(

@@ -18,6 +18,7 @@ from ftqp.model import catalog
 from ftqp.model.payload import Payload
 
 ENDINGS = {
+    "canadarm2-wrist": (True, 2e-6),
     "iiwa-line": (True, 5e-6),
     "iiwa-moving-base-locked": (True, 1e-5),
     "iiwa-out-of-reach": (True, 0.03),
@@ -32,6 +33,7 @@ ENDINGS = {
     "panda-mujoco-brake": (True, 2e-3),
     "panda-mujoco-free": (True, 0.25),
     "panda-mujoco-payload": (True, 3e-3),
+    "panda-unannounced": (True, 6e-3),
     "panda-undetected": (False, 0.2),
     "panda-y-line": (True, 5e-3),
     "planar3-identified": (True, 0.57),

@@ -26,7 +26,7 @@ def until(condition):
 @pytest.fixture
 def source():
     session = Session(
-        lambda wish: arms_of(wish, twin=False), Choice(scenario="panda-y-line", overrides=("faults=",))
+        lambda wish: arms_of(wish, rival=False), Choice(scenario="panda-y-line", overrides=("faults=",))
     )
     with LiveSource(session) as source:
         yield source
@@ -94,7 +94,7 @@ def test_refusal_is_a_message_of_a_frame_and_reset_takes_it_away(source):
 
 def test_machine_that_is_too_slow_slows_the_clock_and_skips_no_tick():
     session = Session(
-        lambda wish: arms_of(wish, twin=False), Choice(scenario="panda-y-line", overrides=("faults=",))
+        lambda wish: arms_of(wish, rival=False), Choice(scenario="panda-y-line", overrides=("faults=",))
     )
     ticks, think = [], session._arm.think
 

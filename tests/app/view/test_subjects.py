@@ -26,10 +26,10 @@ def until(condition):
 def test_scenario_is_live_with_its_twin_unless_told_otherwise():
     with shown(Choice(scenario="planar3-line"), speed=2.0) as (kind, source):
         until(lambda: source.frame().tick > 10)
-        assert kind == "live" and source.frame().baseline is not None
+        assert kind == "live" and source.frame().rival is not None
         until(lambda: source.frame().speed == 2.0)
-    with shown(Choice(scenario="planar3-line"), twin=False) as (_, source):
-        assert source.frame().baseline is None
+    with shown(Choice(scenario="planar3-line"), rival=False) as (_, source):
+        assert source.frame().rival is None
 
 
 def test_folder_of_a_run_is_a_replay(tmp_path):

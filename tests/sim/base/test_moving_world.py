@@ -50,7 +50,7 @@ def test_tip_stays_in_space_however_the_base_is_measured(panda, tmp_path, name, 
 
 
 def test_log_tells_true_pose_disturbance_error_and_status(panda, tmp_path):
-    schedule = Schedule([FaultEvent(Locked("panda_joint3"), 1.0)])
+    schedule = Schedule([FaultEvent(1.0, Locked("panda_joint3"))])
     simulate(panda, SENSING["observed"], tmp_path / "log.sqlite", schedule)
     log = load_log(tmp_path / "log.sqlite")
     t = log["t"]

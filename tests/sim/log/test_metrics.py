@@ -34,7 +34,7 @@ def summarised(fake, panda, start, tmp_path):
 
 
 def test_summary_has_the_promised_keys_and_is_json(summarised):
-    result = summarised(FaultEvent(Locked(2), 0.1))
+    result = summarised(FaultEvent(0.1, Locked(2)))
     assert set(result) == KEYS
     assert json.loads(json.dumps(result, allow_nan=False)) == result
     assert set(result["max_limit_violation"]) == {"q", "v", "a", "tau"}
@@ -106,18 +106,18 @@ def test_excess_of_a_working_joint_is_measured(summarised, panda):
 def test_limits_of_a_failed_joint_do_not_count(summarised, panda):
     q = panda.neutral.copy()
     q[1] = panda.limits.q_max[1] + 0.3
-    assert summarised(FaultEvent(Locked(1), 0.0), q=q)["max_limit_violation"]["q"] == 0.0
+    assert summarised(FaultEvent(0.0, Locked(1)), q=q)["max_limit_violation"]["q"] == 0.0
 
 
 def test_locked_joint_that_is_told_late_still_does_not_move(summarised):
-    result = summarised(FaultEvent(Locked(2), 0.1, 0.4), a=np.full(7, 0.2))
+    result = summarised(FaultEvent(0.1, Locked(2), 0.4), a=np.full(7, 0.2))
     assert result["max_failed_joint_motion"] == {"panda_joint3": 0.0}
     assert result["faults"][0]["announced"] == 0.4
 
 
 def test_swing_of_a_free_joint_is_measured(summarised):
     assert (
-        summarised(FaultEvent(FreeSwinging(3, damping=0.1), 0.1))["max_failed_joint_motion"]["panda_joint4"]
+        summarised(FaultEvent(0.1, FreeSwinging(3, damping=0.1)))["max_failed_joint_motion"]["panda_joint4"]
         > 0.05
     )
 
@@ -125,14 +125,14 @@ def test_swing_of_a_free_joint_is_measured(summarised):
 def test_degraded_joint_counts_against_what_is_left_once_it_has_been_inside(summarised, panda):
     v = np.zeros(7)
     v[4] = 0.9 * panda.limits.v_max[4]
-    still_fast = summarised(FaultEvent(Degraded(4, velocity=0.5), 0.1), v=v)
+    still_fast = summarised(FaultEvent(0.1, Degraded(4, velocity=0.5)), v=v)
     assert still_fast["max_limit_violation"]["v"] == 0.0
 
 
 def test_acceleration_of_a_degraded_joint_counts_from_its_announcement(summarised, panda):
     a = np.zeros(7)
     a[4] = 0.2 * panda.limits.a_max[4]
-    result = summarised(FaultEvent(Degraded(4, acceleration=0.1), 0.3, 0.4), a=a)
+    result = summarised(FaultEvent(0.3, Degraded(4, acceleration=0.1), 0.4), a=a)
     assert result["max_limit_violation"]["a"] == pytest.approx(0.1 * panda.limits.a_max[4])
 
 

@@ -16,7 +16,7 @@ def recording():
     planner = ftqp.Planner(robot, 0.01, backend=recorder)
     recorder.follow(planner)
     path = ftqp.paths.Line(robot.pose(robot.neutral), (0.01, 0.0, 0.0), duration=0.5)
-    schedule = Schedule([FaultEvent(ftqp.Locked(2, mode="instant"), at=0.2)])
+    schedule = Schedule([FaultEvent(0.2, ftqp.Locked(2, mode="instant"))])
     ftqp.Simulation(planner, path, q=robot.neutral, schedule=schedule).run()
     return recorded(recorder, planner, path, schedule, {"scenario": "a line"})
 

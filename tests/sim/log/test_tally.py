@@ -27,7 +27,7 @@ def run(fake, panda, start, tmp_path):
         fake(panda, a=a, code=lambda k: 1 if k == 7 else 5 if k > 40 else 0),
         Circle(start, 0.05, duration=0.5),
         q=panda.neutral,
-        schedule=Schedule([FaultEvent(Locked(2), 0.1, 0.2), FaultEvent(Degraded(4, velocity=0.01), 0.1)]),
+        schedule=Schedule([FaultEvent(0.1, Locked(2), 0.2), FaultEvent(0.1, Degraded(4, velocity=0.01))]),
         log=tmp_path / "log.sqlite",
     )
     return simulation.run(), load_log(tmp_path)

@@ -74,7 +74,7 @@ def test_log_without_measures_of_singularity_is_the_same_otherwise(panda, start)
     logs = []
     for singularities in (True, False):
         planner, path = Planner(panda, DT), Circle(start, 0.05, duration=0.5)
-        schedule = Schedule([FaultEvent(Degraded(1, velocity=0.5), at=0.2, announced=0.2)])
+        schedule = Schedule([FaultEvent(0.2, Degraded(1, velocity=0.5), announced=0.2)])
         made = Simulation(
             planner, path, q=panda.neutral, schedule=schedule, log=MEMORY, singularities=singularities
         )

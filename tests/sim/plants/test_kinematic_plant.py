@@ -243,7 +243,7 @@ def test_joint_that_locks_before_its_limit_brakes_as_an_informed_planner_believe
 def test_locked_joint_stays_where_it_is_while_its_command_is_elsewhere(panda):
     # blocks of ticks take the arm to be where it was sent, and a planner told late sends it elsewhere
     planner = Planner(panda, 0.01, level="velocity")
-    schedule = Schedule([FaultEvent(Locked(3, mode="instant"), at=0.3, announced=0.45)])
+    schedule = Schedule([FaultEvent(0.3, Locked(3, mode="instant"), announced=0.45)])
     path = Circle(panda.pose(panda.neutral), 0.1, duration=1.0)
     made = Simulation(planner, path, q=panda.neutral, schedule=schedule, duration=1.5, log=MEMORY)
     log = made.run().log

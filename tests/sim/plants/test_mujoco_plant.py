@@ -249,7 +249,7 @@ def beside(robot):
     ("fault", "until"), [(FreeSwinging(0), 3.0), (FreeSwinging(2), 1.7), (FreeSwinging(4), 1.85)]
 )
 def test_both_plants_agree_on_a_free_joint(panda, fault, until):
-    events = [FaultEvent(fault, at=1.5)]
+    events = [FaultEvent(1.5, fault)]
     one = circle(panda, KinematicPlant(panda, DT), events, duration=until, sensors=beside(panda))
     other = circle(panda, torque_arm(panda, UNLIMITED), events, duration=until)
     assert (one.log["status"] != other.log["status"]).sum() <= 2
@@ -259,7 +259,7 @@ def test_both_plants_agree_on_a_free_joint(panda, fault, until):
 
 @pytest.mark.long
 def test_both_plants_agree_on_a_joint_that_locks_at_once(panda):
-    events = [FaultEvent(Locked(2, mode="instant", reset="momentum"), at=1.5)]
+    events = [FaultEvent(1.5, Locked(2, mode="instant", reset="momentum"))]
     one = circle(panda, KinematicPlant(panda, DT), events, sensors=beside(panda))
     other = circle(panda, torque_arm(panda), events)
     assert one.completed and other.completed

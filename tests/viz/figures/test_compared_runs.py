@@ -29,7 +29,7 @@ def planar_log(file: Path, scheme: str, *, failing: int = 1) -> Log:
     robot = catalog.load("planar6")
     q = np.full(6, np.pi / 12)
     path = Square(Arm(robot).tip(q).copy(), 0.05 if failing == 1 else 0.3, duration=4.0)
-    schedule = Schedule([FaultEvent(Locked(i), 1.0) for i in range(failing)])
+    schedule = Schedule([FaultEvent(1.0, Locked(i)) for i in range(failing)])
     Simulation(Planner(robot, dt=0.01, scheme=scheme), path, q=q, schedule=schedule, log=file).run()
     return load_log(file)
 

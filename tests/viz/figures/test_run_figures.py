@@ -37,10 +37,10 @@ def panda_log(folder):
     path = Circle(Arm(panda).tip(panda.neutral).copy(), 0.05, duration=2.0, axes=("y", "z"))
     schedule = Schedule(
         [
-            FaultEvent(Locked("panda_joint3"), 1.0, 1.2),
-            FaultEvent(Degraded("panda_joint4", velocity=0.5, torque=0.4, q_max=-0.5), 0.5),
-            FaultEvent(FreeSwinging("panda_joint7", damping=1.0), 1.8, "never"),
-            FaultEvent(Locked("panda_joint1"), 9.0),
+            FaultEvent(1.0, Locked("panda_joint3"), 1.2),
+            FaultEvent(0.5, Degraded("panda_joint4", velocity=0.5, torque=0.4, q_max=-0.5)),
+            FaultEvent(1.8, FreeSwinging("panda_joint7", damping=1.0), "never"),
+            FaultEvent(9.0, Locked("panda_joint1")),
         ]
     )
     file = folder / "panda.sqlite"
@@ -53,7 +53,7 @@ def stopped_log(folder):
     planar = catalog.load("planar6")
     q = np.full(6, np.pi / 12)
     path = Square(Arm(planar).tip(q).copy(), 0.3, duration=4.0)
-    schedule = Schedule([FaultEvent(Locked(i), 1.0) for i in range(5)])
+    schedule = Schedule([FaultEvent(1.0, Locked(i)) for i in range(5)])
     file = folder / "planar.sqlite"
     Simulation(Planner(planar, dt=0.01), path, q=q, schedule=schedule, log=file).run()
     return load_log(file)

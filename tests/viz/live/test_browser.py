@@ -105,9 +105,32 @@ def planner(source):
 def red(tab):
     """Red pixels of the scene, which stands between both panels."""
     iio = pytest.importorskip("imageio.v3")
-    box = {"x": 340, "y": 0, "width": 260, "height": 480}
+    box = {"x": 240, "y": 0, "width": 430, "height": 480}
     pixels = iio.imread(io.BytesIO(tab.screenshot(clip=box, timeout=120_000.0)))[..., :3].astype(int)
     return int(((pixels[..., 0] > 140) & (pixels[..., 1] < 70) & (pixels[..., 2] < 80)).sum())
+
+
+def looks_pressed(tab, word, joint):
+    """Whether a button has a colour of its own."""
+    button = tab.get_by_role("button", name=word, exact=True).nth(joint)
+    return button.evaluate("e => getComputedStyle(e).backgroundColor") not in (
+        "rgba(0, 0, 0, 0)",
+        "transparent",
+    )
+
+
+def test_the_arm_has_half_of_a_window_of_1100_pixels_and_a_visitor_is_told_what_to_do(page, opened):
+    wide = opened(page.url, size=(1100, 480))
+    wide.wait_for_selector("#ftqp-status")
+    assert "Drag the arrows at the tip" in wide.inner_text("body")
+    edges = [
+        wide.get_by_text("What you see").first.bounding_box(),
+        wide.locator("#ftqp-status").bounding_box(),
+    ]
+    left = max(box["x"] + box["width"] for box in edges[:1])
+    assert left < 240 and edges[1]["x"] > 1100 - 330
+    wide.context.close()
+    until(lambda: page.browsers <= 1)
 
 
 def test_a_click_locks_a_joint_and_another_one_repairs_it(source, tab):
@@ -122,6 +145,7 @@ def test_a_click_locks_a_joint_and_another_one_repairs_it(source, tab):
     until(lambda: source.session.facts.v[1] == 0.0)  # a joint that still brakes is of a darker red
     press(tab, "pause", 0, PAUSED)
     until(lambda: red(tab) > before + 50)
+    until(lambda: looks_pressed(tab, "lock", 1) and not looks_pressed(tab, "lock", 0))
     press(tab, "resume", 0, RUNNING)
     press(tab, "repair", 1, "d.faults === '' && d.belief === ''")
     assert not planner(source).faults
@@ -146,9 +170,8 @@ def test_two_browsers_see_the_same_and_one_that_dies_stops_nothing(source, page,
 
 def test_the_target_can_be_dragged(source, page, tab):
     press(tab, "pause", 0, PAUSED)
-    tab.get_by_role("tab", name="Show").click()
-    insist(tab.get_by_label("drag the target").click, lambda: isinstance(source.orders[-1], Aim))
-    start = source.orders[-1].pose
+    start = source.frame().target
+    until(lambda: np.allclose(page._scene.handles._handle.position, start[:3, 3]))
     client = next(iter(page._server.get_clients().values()))
     size = page._scene.size
 
@@ -174,7 +197,7 @@ def test_the_target_can_be_dragged(source, page, tab):
 
     def aimed():
         """Where the target was led to last; that order may come late."""
-        return [order.pose for order in source.orders if isinstance(order, Aim)][-1]
+        return [start, *(order.pose for order in source.orders if isinstance(order, Aim))][-1]
 
     def led():
         """By how much the target was led, and along which way."""
@@ -197,5 +220,4 @@ def test_the_target_can_be_dragged(source, page, tab):
         lambda: np.linalg.norm(source.frame().tip[:3, 3] - aimed()[:3, 3]) < 1e-3,
         lambda: f"{led()=} {source.frame()=}",
     )
-    insist(tab.get_by_label("drag the target").click, lambda: aimed() is None)
-    tab.get_by_role("tab", name="Joints").click()
+    insist(tab.get_by_role("button", name="to path", exact=True).click, lambda: aimed() is None)

@@ -18,7 +18,7 @@ CLOCK = {"step_time_us"}
 
 
 def session(scenario, **kwargs):
-    return Session(lambda choice: arms_of(choice, twin=False), Choice(scenario=scenario, **kwargs))
+    return Session(lambda choice: arms_of(choice, rival=False), Choice(scenario=scenario, **kwargs))
 
 
 def facts(robot, q=None, **others):

@@ -97,7 +97,7 @@ def test_targets_of_tasks_have_handles_that_move_them_until_reset(scenario):
     with Page(source, port=0) as page:
         box = controls(page)["drag targets of tasks"]
         use(box, True)
-        handles = page._scene._mark_handles
+        handles = page._scene.handles._marks
         assert len(handles) == 2
         moved = SimpleNamespace(position=np.array([0.5, -0.2, 0.1]))
         asyncio.run(handles[1]._impl_aux.update_cb[0](SimpleNamespace(target=moved, phase="update")))
@@ -105,7 +105,7 @@ def test_targets_of_tasks_have_handles_that_move_them_until_reset(scenario):
         assert order.task == "look" and order.position.tolist() == [0.5, -0.2, 0.1]
         assert source.frame().further[1].place == (0.5, -0.2, 0.1)
         use(box, False)
-        assert page._scene._mark_handles == []
+        assert page._scene.handles._marks == []
         assert source.frame().further[1].place == (0.5, -0.2, 0.1)
         source.put(Reset())
         assert source.frame().further[1].place == (0.6, 0.1, 0.0)

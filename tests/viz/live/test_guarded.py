@@ -89,7 +89,7 @@ def test_the_page_and_its_buttons_work_for_whoever_knows_the_address(served):
         sent(client, CAMERA)
         until(lambda: page.browsers == 1)
         sent(client, update(controls(page)["time"][0], value="pause"))
-        sent(client, update(controls(page)["panda_joint3"][0], value="lock"))
+        sent(client, update(controls(page)["joint3"][0], value="lock"))
         until(lambda: len(source.orders) == 2)
     assert source.orders == [Pause(True), Break("panda_joint3")]
     source.orders.clear()
@@ -131,7 +131,7 @@ def test_no_name_that_others_let_point_here_is_served_or_connected(served):
 def test_nothing_but_a_value_that_a_control_can_have_changes_it(served):
     source, page = served
     uuid, state = controls(page)["speed"]
-    row = controls(page)["panda_joint3"][0]
+    row = controls(page)["joint3"][0]
     before = (state.value, state.props, state.removed, list(state.update_cb))
     with joined(page) as client:
         sent(client, CAMERA)
@@ -158,7 +158,7 @@ def test_junk_is_dropped_without_a_word_and_the_page_lives_on(served, capfd, cap
         sent(client, CAMERA)
         for message in JUNK:
             sent(client, message)
-        sent(client, update(controls(page)["panda_joint2"][0], value="lock"))
+        sent(client, update(controls(page)["joint2"][0], value="lock"))
         until(lambda: source.orders)
     assert source.orders.pop() == Break("panda_joint2")
     assert capfd.readouterr() == ("", "")

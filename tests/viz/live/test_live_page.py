@@ -2,6 +2,7 @@
 
 import asyncio
 import re
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,6 +19,8 @@ from ftqp.viz.live.frame_source import HeatMap
 from ftqp.viz.live.heat_map import failure_map
 from ftqp.viz.live.history import History
 from ftqp.viz.live.live_page import Page
+from ftqp.viz.live.panel import short_names
+from ftqp.viz.live.pressed import uuid
 from ftqp.viz.live.scene import OVERLAYS, frame_names
 from ftqp.viz.live.status_head import joint_table, status_head
 
@@ -66,14 +69,14 @@ def panda():
 def test_every_button_of_every_joint_is_the_order_that_it_says(panda):
     source, page = panda
     rows = controls(page)
-    for name in source.robot.joints:
+    for label, name in zip(short_names(source.robot.joints), source.robot.joints, strict=True):
         for word, order in (
             ("lock", Break(name, "locked")),
             ("free", Break(name, "free_swinging")),
             ("weak", Break(name, "degraded")),
             ("repair", Repair(name)),
         ):
-            use(rows[name], word)
+            use(rows[label], word)
             assert source.orders[-1] == order
 
 
@@ -100,17 +103,60 @@ def test_a_change_of_a_control_is_an_order(panda, label, value, order):
 def test_the_handle_of_the_target_leads_the_tip_and_its_end_gives_the_path_back(panda):
     source, page = panda
     box, target = controls(page)["drag the target"], source.frame().target
-    use(box, True)
-    assert np.allclose(source.orders[-1].pose, target)
-    handle = page._scene._handle
+    handle = page._scene.handles._handle  # it is there from the start, and leads nothing yet
+    assert box.value and not any(isinstance(order, Aim) for order in source.orders)
+    assert np.allclose(handle.position, target[:3, 3])
+    grab = partial(SimpleNamespace, target=handle)
+    asyncio.run(handle._impl_aux.update_cb[0](grab(phase="start")))
+    assert not any(isinstance(order, Aim) for order in source.orders)
     handle._impl.position[:] = [0.4, 0.1, 0.5]
-    asyncio.run(handle._impl_aux.update_cb[0](SimpleNamespace(target=handle, phase="update")))
+    asyncio.run(handle._impl_aux.update_cb[0](grab(phase="update")))
     assert isinstance(source.orders[-1], Aim)
     assert np.allclose(source.orders[-1].pose[:3, 3], [0.4, 0.1, 0.5])
     assert np.allclose(source.orders[-1].pose[:3, :3], target[:3, :3], atol=1e-9)
     use(box, False)
     assert source.orders[-1] == Aim(None)
-    assert page._scene._handle is None
+    assert page._scene.handles._handle is None
+    use(box, True)
+    assert source.orders[-1] == Aim(None) and page._scene.handles._handle is not None
+    use(controls(page)["time"], "to path")
+    assert source.orders[-1] == Aim(None)
+
+
+def test_the_handle_goes_with_its_target_while_nobody_holds_it(panda):
+    source, page = panda
+    handles = page._scene.handles
+    moved = source.frame().target.copy()
+    moved[:3, 3] += [0.1, 0.0, 0.05]
+    handles.follow(moved)
+    assert np.allclose(handles._handle.position, moved[:3, 3])
+    asyncio.run(
+        handles._handle._impl_aux.update_cb[0](SimpleNamespace(target=handles._handle, phase="start"))
+    )
+    handles.follow(source.frame().target)  # somebody holds it
+    assert np.allclose(handles._handle.position, moved[:3, 3])
+
+
+def test_a_button_of_what_has_happened_looks_pressed(panda):
+    source, page = panda
+    sheet = page._panel._pressed.sheet
+    assert "!important;color" not in sheet.content
+    source.facts |= {"truth": np.array([0, 0, 1, 0, 0, 0, 0]), "paused": True}
+    page._panel.show(source.frame())
+    found = controls(page)
+    for name, place in (("joint3", 1), ("time", 1)):
+        assert f'label[for="{uuid(found[name])}"]) button:nth-of-type({place})' in sheet.content
+    assert uuid(found["joint2"]) not in sheet.content
+    source.facts |= {"truth": np.zeros(7, dtype=int), "paused": False}
+    page._panel.show(source.frame())
+    assert "!important;color" not in sheet.content
+
+
+def test_names_of_joints_lose_what_all_begin_with():
+    assert short_names(["panda_joint1", "panda_joint2"]) == ["joint1", "joint2"]
+    assert short_names(["j1", "j12"]) == ["j1", "j12"]
+    assert short_names(["left_joint1", "right_joint1"]) == ["left_joint1", "right_joint1"]
+    assert short_names(["elbow"]) == ["elbow"]
 
 
 def test_every_overlay_has_a_check_box_that_hides_it(panda):
@@ -121,7 +167,7 @@ def test_every_overlay_has_a_check_box_that_hides_it(panda):
         use(boxes[overlay], False)
         assert not any(node.visible for node in nodes)
         use(boxes[overlay], True)
-        if overlay != "uninformed baseline":
+        if overlay != "rival":
             assert all(node.visible for node in nodes)
 
 
@@ -164,7 +210,7 @@ def test_a_replay_has_a_slider_over_its_time_and_no_buttons_that_break():
     source = StillSource(ftqp.robots.load("panda"), live=False, duration=20.0)
     with Page(source, port=0) as page:
         found = controls(page)
-        assert not {"panda_joint1", "robot", "tell planner", "drag the target"} & set(found)
+        assert not {"joint1", "robot", "tell planner", "drag the target"} & set(found)
         use(found["t [s]"], 7.5)
         assert source.orders == [Seek(7.5)]
         source.facts |= {"t": 12.0, "tick": 12000}

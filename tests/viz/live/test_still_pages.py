@@ -55,6 +55,7 @@ def test_a_click_on_the_map_of_failures_plays_one_and_no_name_is_more_than_text(
         tab = opened(page.url, size=(900, 420))
         tab.wait_for_selector("#ftqp-status")
         tab.get_by_role("tab", name="Failures").click()
+        tab.locator("#ftqp-failures").scroll_into_view_if_needed()
         box = tab.locator("#ftqp-failures").bounding_box()
         tab.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.25 * box["height"])
         until(lambda: still.orders)

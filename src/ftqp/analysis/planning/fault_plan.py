@@ -18,6 +18,7 @@ from ftqp.analysis.survival.task_path import TaskPath, robot_digest, task_path
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.core.checks import FloatArray, frozen, positive, read_only
 from ftqp.core.errors import InputError
+from ftqp.core.html_table import html_table
 from ftqp.faults.kinds import Fault
 from ftqp.model.robot import Robot
 
@@ -71,6 +72,16 @@ class Plan:
             f"Plan({self.robot_name!r}, method={self.method!r}, samples={len(self.q)}, "
             f"coverage={self.coverage:.4f})"
         )
+
+    def _repr_html_(self) -> str:
+        """Arm, method, samples and coverage, for notebooks."""
+        rows = [
+            ("method", self.method),
+            ("samples", len(self.q)),
+            ("duration", f"{float(self.t[-1]):g} s"),
+            ("failures survived", f"{100.0 * self.coverage:.1f} %"),
+        ]
+        return html_table(f"Plan of {self.robot_name}", (), rows)
 
     @property
     def t(self) -> FloatArray:

@@ -14,6 +14,7 @@ def coverage(
     path: Any,
     q: Any,
     *,
+    dt: float | None = None,
     stride: int = 4,
     lock: Literal["instant", "ramp"] = "instant",
     post: Literal["exact", "qp", "planner"] | None = None,
@@ -32,8 +33,11 @@ def coverage(
 
     Args:
         robot: The arm.
-        path: The path, a ``TaskPath`` or a path of ``ftqp.paths``; None is that of a plan.
+        path: A path of ``ftqp.paths``, poses (N + 1, 4, 4), points (N + 1, 2) or (N + 1, 3), or a task of
+            ``task_path``, as ``plan`` takes it; None is that of a plan.
         q: The motion, (N + 1, nv), a configuration for each sample of the path, or a plan [rad or m].
+        dt: The time between samples of poses or points, > 0 [s], which must be given for them; a path of
+            ``ftqp.paths`` has as many samples as the motion.
         stride: Every so many samples are verified, >= 1. A larger one is faster and coarser.
         lock: ``instant``, or ``ramp``: the joint brakes with its deceleration while the others go on.
         post: How the others go on: ``exact`` follows the path with as many joints as rows, ``qp`` takes one
@@ -63,7 +67,7 @@ def coverage(
         own = q.of(robot, path)
         path, q = own.task, own.q
     case = coverage_case(
-        robot, path, q, stride=stride, lock=lock, post=post, rows=rows, joints=joints, fault=fault,
+        robot, path, q, dt=dt, stride=stride, lock=lock, post=post, rows=rows, joints=joints, fault=fault,
         velocity=velocity, deceleration=deceleration, tolerance=tolerance, upper_bound=upper_bound,
     )  # fmt: skip
     return case.verify(threads)

@@ -39,6 +39,7 @@ def coverage_case(
     path: Any,
     q: Any,
     *,
+    dt: float | None = None,
     stride: int = 4,
     lock: Literal["instant", "ramp"] = "instant",
     post: Literal["exact", "qp", "planner"] | None = None,
@@ -54,8 +55,9 @@ def coverage_case(
 
     Args:
         robot: As in ``coverage``, and so are the others.
-        path: The path, a ``TaskPath`` or a path of ``ftqp.paths``.
+        path: The path, as ``plan`` takes it.
         q: The motion, (N + 1, nv) [rad or m].
+        dt: The time between poses or points.
         stride: Every so many samples are verified.
         lock: How a joint comes to rest.
         post: How the others go on.
@@ -69,7 +71,7 @@ def coverage_case(
     """
     instance("robot", robot, Robot, "a Robot")
     whole_number("stride", stride, 1)
-    task = _task(robot, path, q)
+    task = _task(robot, path, q, dt)
     motion = frozen(array("q", q, (task.N + 1, robot.nv), "(N + 1, nv)"))
     if lock not in ("instant", "ramp"):
         raise InputError(f"lock is {lock!r}, expected 'instant' or 'ramp'")
@@ -185,7 +187,7 @@ class CoverageCase:
         )
 
 
-def _task(robot: Robot, path: Any, q: Any) -> TaskPath:
+def _task(robot: Robot, path: Any, q: Any, dt: float | None) -> TaskPath:
     """The path on the grid of the motion."""
     if isinstance(path, TaskPath):
         if path.robot is not robot and path.digest != path.with_robot(robot).digest:
@@ -199,7 +201,9 @@ def _task(robot: Robot, path: Any, q: Any) -> TaskPath:
         raise InputError(f"q has shape {np.shape(q)}, expected (N + 1, nv) with at least 2 samples")
     if isinstance(path, Path):
         return task_path(robot, path, dt=path.duration / (count - 1))
-    raise InputError(f"path is of type {type(path).__name__}, expected a TaskPath or a path of ftqp.paths")
+    if path is None:
+        raise InputError("path is None, which stands for that of a plan; give the path of this motion")
+    return task_path(robot, path, rows="pose" if np.ndim(path) == 3 else "position", dt=dt)
 
 
 def _refuse_off_path(task: TaskPath, q: FloatArray) -> FloatArray:

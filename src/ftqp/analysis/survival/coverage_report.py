@@ -13,6 +13,7 @@ from ftqp.analysis.survival.not_survived import NotSurvived
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.errors import InputError
+from ftqp.core.html_table import html_table
 from ftqp.kernel.entry.continuation_study import Continuations, ContinuationStudy
 from ftqp.kernel.layout.survival import Survival
 
@@ -93,6 +94,13 @@ class CoverageReport:
             f"CoverageReport({self.task.robot.name!r}, coverage={self.coverage:.4f}, "
             f"pairs={self.status.size}, structural={list(self.structural)})"
         )
+
+    def _repr_html_(self) -> str:
+        """The share of instants at which each failure is survived, for notebooks."""
+        rows = [(name, f"{100.0 * share:.1f} %") for name, share in self.per_joint.items()]
+        share = f"{100.0 * self.coverage:.1f} % of {self.status.size}"
+        title = f"{self.task.robot.name}: {share} failures are survived"
+        return html_table(title, ("failure", "survived"), rows)
 
     @property
     def survived(self) -> BoolArray:

@@ -276,12 +276,12 @@ for body, example in ANALYSES.items():
 @command
 def view(
     source: Annotated[
-        str,
+        str | None,
         typer.Argument(
             metavar="[SCENARIO|RUN|COVERAGE]",
-            help="A scenario, or the folder of a run or of a coverage report.",
+            help="A scenario, or the folder of a run or coverage report; a Panda in physics if left out.",
         ),
-    ] = "panda-circle",
+    ] = None,
     backend: Backend = None,
     scheme: Scheme = None,
     overrides: Overrides = None,
@@ -298,8 +298,8 @@ def view(
         Path | None,
         typer.Option(metavar="FILE", help="A new .html file for a recording, written at the end."),
     ] = None,
-    no_twin: Annotated[
-        bool, typer.Option("--no-twin", help="Leave out the arm whose planner is never told.")
+    no_rival: Annotated[
+        bool, typer.Option("--no-rival", help="Leave out the arm that damped resolved rates lead.")
     ] = False,
     meshes: Annotated[
         str, typer.Option(metavar="KIND", help="Meshes of a URDF that are drawn: collision, visual or none.")
@@ -310,15 +310,16 @@ def view(
     from ftqp.app.commands import viewing
     from ftqp.sim.session.session_arms import Choice
 
+    scenario, usual = viewing.usual() if source is None else (source, ())
     choice = Choice(
-        scenario=source,
-        overrides=tuple(overrides or ()),
+        scenario=scenario,
+        overrides=(*usual, *(overrides or ())),
         plan=None if plan is None else str(plan),
         scheme=scheme,
         backend=backend,
     )
     return viewing.view(
-        choice, host=host, port=port, speed=speed, browser=not no_browser, record=record, twin=not no_twin,
+        choice, host=host, port=port, speed=speed, browser=not no_browser, record=record, rival=not no_rival,
         meshes=meshes, as_json=as_json,
     )  # fmt: skip
 
@@ -326,6 +327,15 @@ def view(
 app.command(epilog="Example: ftqp campaign safety --episodes 1000 --table --out runs/safe")(command(campaign))
 app.command(epilog="Example: ftqp build panda-circle --target aarch64 -o panda-arm64")(command(build))
 app.command(epilog="Example: ftqp export runs/panda-circle --format mcap -o panda-bag")(command(export))
+
+
+@app.command(epilog="Example: ftqp doctor --json")
+@command
+def doctor(as_json: Json = False) -> ExitCode:
+    """Say whether this installation is sound: kernel, processor, versions, and what is missing."""
+    from ftqp.app.commands import doctor
+
+    return doctor.examine(as_json=as_json)
 
 
 @app.command(epilog="Example: ftqp robots --json")

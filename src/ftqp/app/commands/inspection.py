@@ -16,7 +16,7 @@ from ftqp.model.chain import frame_id
 from ftqp.model.embodied import volume_ratios
 from ftqp.model.limits import RISE_TIME
 from ftqp.model.placed_frames import joint_of_frames
-from ftqp.model.posture import NEAR_SINGULAR, gravity_torques, least_singular_value, places, scaled_jacobian
+from ftqp.model.posture import NEAR_SINGULAR, gravity_torques, least_singular_value, scaled_jacobian
 from ftqp.model.robot import Robot
 from ftqp.model.structure import Locks, locks
 from ftqp.model.torque_reserve import acceleration_by_torque
@@ -197,22 +197,17 @@ def _origin(robot: Robot, source: str) -> dict[str, str]:
 def _picture(robot: Robot, folder: Path) -> str | None:
     """The picture's file; None, said in words, where nothing can draw."""
     try:
-        from ftqp.viz.figures.arm_picture import draw_arm
+        from ftqp.viz.figures.shown import robot_figure
     except MissingPackage as error:
         say(f"no picture: {error}")
         return None
-    points, axes = places(robot.model, frame_id(robot.model, robot.tip), robot.configuration(robot.neutral))
-    pull = np.array(robot.chain.gravity)
-    up = -pull / np.linalg.norm(pull) if pull.any() else np.array([0.0, 0.0, 1.0])
-    ranges = np.column_stack([robot.limits.q_min, robot.limits.q_max])
     file = folder / PICTURE
     try:
         file.parent.mkdir(parents=True)
     except OSError as error:
         raise InputError(f"folder {file.parent} cannot be made: {error.strerror}") from error
     title = f"{robot.name} at its neutral posture, tip {robot.tip}"
-    limbs = robot.chain.limbs
-    return str(draw_arm(file, title, robot.joints, points, axes, up, ranges, robot.neutral, limbs))
+    return str(robot_figure(file, title, robot, robot.neutral))
 
 
 def _tell(found: dict[str, Any]) -> None:

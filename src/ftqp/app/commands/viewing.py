@@ -7,6 +7,7 @@ import sys
 import webbrowser
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from threading import Event, current_thread, main_thread
 from types import FrameType
@@ -19,6 +20,7 @@ from ftqp.app.run.runs import write
 from ftqp.app.view.frame_keeper import FrameKeeper
 from ftqp.app.view.subjects import shown
 from ftqp.core.errors import FtqpError, InputError, unknown
+from ftqp.core.extras import remedy_for_extra
 from ftqp.model.robot import Robot
 from ftqp.sim.session.session_arms import Choice
 from ftqp.viz.live.meshes import mesh_parts
@@ -28,8 +30,20 @@ if TYPE_CHECKING:
     from ftqp.viz.live.shapes import Part
 
 MESHES: Final = ("collision", "visual", "none")
+IN_PHYSICS, WITHOUT = "panda-unannounced", "panda-circle"
+"""What is shown where nothing is named, with MuJoCo and without it."""
+SLOWER = ("path.duration=8",)
+"""A lap in which a person can click at an instant."""
 PATIENCE: Final = 10.0
 """How long the page is given to answer for the first time [s]."""
+
+
+def usual() -> tuple[str, tuple[str, ...]]:
+    """What is shown where nothing is named: a scenario, and what is changed of it."""
+    if find_spec("mujoco") is not None:
+        return IN_PHYSICS, SLOWER
+    say(f"note: without MuJoCo the arm does exactly what it is told; {remedy_for_extra('sim')} for physics")
+    return WITHOUT, ()
 
 
 def view(
@@ -40,7 +54,7 @@ def view(
     speed: float,
     browser: bool,
     record: Path | None,
-    twin: bool,
+    rival: bool,
     meshes: str,
     as_json: bool,
 ) -> ExitCode:
@@ -61,7 +75,7 @@ def view(
             "address, which is not encrypted, can break joints of this simulation; leave --host out to "
             "keep it to this machine"
         )
-    with _until_interrupted() as ended, shown(choice, speed=speed, twin=twin) as (kind, source):
+    with _until_interrupted() as ended, shown(choice, speed=speed, rival=rival) as (kind, source):
         kept = FrameKeeper(source)
         with Page(kept, host=host, port=port, parts=lambda robot: _parts(kept, robot, meshes)) as page:
             try:

@@ -116,4 +116,4 @@ class FaultTable(Table):
         Raises:
             InputError: A parameter is out of its range.
         """
-        return FaultEvent(self.kind.made(joint=self.joint), at=self.at, announced=self.announced)
+        return FaultEvent(self.at, self.kind.made(joint=self.joint), announced=self.announced)

@@ -1,4 +1,4 @@
-"""From a scenario to the arms of a session: the arm, its uninformed baseline, and what fails by itself."""
+"""From a scenario to the arms of a session: the arm, its rival, and what fails by itself."""
 
 from dataclasses import replace
 from pathlib import Path as File
@@ -9,12 +9,14 @@ import numpy as np
 from ftqp.app.scenario import document
 from ftqp.app.scenario.setup import Setup, resolve, validated
 from ftqp.app.schema.reading import options
+from ftqp.control.task.task import ROW_SETS
 from ftqp.core.errors import InputError
 from ftqp.faults.detection.detector import Detector
 from ftqp.model import catalog
 from ftqp.model.robot import Robot
 from ftqp.model.shape import reach_of
-from ftqp.sim.session.session_arms import Choice, SessionArm, SessionArms
+from ftqp.sim.schedule import Schedule
+from ftqp.sim.session.session_arms import Choice, SessionArm, SessionArms, SessionRival
 from ftqp.sim.session.session_leader import SessionLeader
 
 ROUND = 0.06
@@ -25,8 +27,13 @@ RANK = 0.02
 """Singular values of the Jacobian below this share of the largest are none."""
 
 
-def arms_of(choice: Choice, *, twin: bool = True) -> SessionArms:
+def arms_of(choice: Choice, *, rival: bool = True, faults: bool = True) -> SessionArms:
     """The arms of a choice.
+
+    Args:
+        choice: What is to be seen.
+        rival: Whether damped resolved rates lead the same arm beside it, where they can.
+        faults: Whether what the scenario says fails by itself; else nothing does.
 
     Raises:
         FtqpError: The scenario is wrong, or cannot be shown live.
@@ -37,16 +44,15 @@ def arms_of(choice: Choice, *, twin: bool = True) -> SessionArms:
             f"scenario {setup.name} has a moving base, which the live page does not move; run it by ftqp run "
             "and view the run's folder"
         )
-    other = setup_of(choice, detector=False) if twin else None
     return SessionArms(
         title=setup.name,
         robot=setup.robot,
         path=setup.path,
         q=setup.q,
         v=setup.v,
-        schedule=setup.schedule,
+        schedule=setup.schedule if faults else Schedule(),
         arm=_player(setup),
-        twin=None if other is None else _player(other),
+        rival=_rival(setup, choice) if rival else None,
         detects=setup.tables.planner.detector is not None,
         urdf=setup.content["robot"].get("urdf"),
     )
@@ -107,6 +113,18 @@ def _rows(robot: Robot) -> Any:
         if moving > count and values[-1] > RANK * values[0]:
             return rows
     return ["x", "y"]
+
+
+def _rival(setup: Setup, choice: Choice) -> SessionRival | None:
+    """The same arm once more; None where resolved rates cannot lead it, as by torques or by a tool axis."""
+    robot = setup.robot
+    rows = setup.planner.task.rows or robot.default_rows
+    named = ROW_SETS.get(rows) if isinstance(rows, str) else rows
+    floats = robot.chain.floating or not robot.is_serial
+    if floats or named is None or rows == "position_axis" or setup.plant.drive == "torque":
+        return None
+    other = setup_of(choice, detector=False)
+    return SessionRival(plant=other.plant, sensors=other.sensors, rows=tuple(named))
 
 
 def _player(setup: Setup) -> SessionArm:

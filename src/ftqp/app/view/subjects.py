@@ -14,20 +14,20 @@ from ftqp.core.errors import InputError
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.log_parts import FILE_NAME, log_files
 from ftqp.sim.session.live_session import FASTEST, Session
-from ftqp.sim.session.session_arms import Choice, SessionArms
+from ftqp.sim.session.session_arms import Choice
 from ftqp.sim.session.session_commands import Speed
 from ftqp.viz.live.frame_source import Source
 
 
 @contextmanager
-def shown(choice: Choice, *, speed: float = 1.0, twin: bool = True) -> Iterator[tuple[str, Source]]:
+def shown(choice: Choice, *, speed: float = 1.0, rival: bool = True) -> Iterator[tuple[str, Source]]:
     """The kind of what is shown, ``live``, ``replay`` or ``coverage``, and its source.
 
     Args:
         choice: Its scenario may also be the folder of a run or of a coverage report, or a log; the rest of
             the choice goes with scenarios.
         speed: Simulated seconds in a second, > 0 and at most 100.
-        twin: Whether the uninformed baseline moves beside it.
+        rival: Whether a rival, damped resolved rates, leads the same arm beside it.
 
     Raises:
         FtqpError: There is nothing that can be shown.
@@ -39,7 +39,7 @@ def shown(choice: Choice, *, speed: float = 1.0, twin: bool = True) -> Iterator[
     if folder and (given / VERDICTS).is_file():
         _alone(choice, "a coverage report")
         report = read_verdicts(given)
-        session = Session(lambda wish: _arms(wish, twin), Choice(scenario=str(report.scenario)))
+        session = Session(lambda wish: arms_of(wish, rival=rival), Choice(scenario=str(report.scenario)))
         session.put(Speed(speed))
         with LiveSource(session, report=report) as source:
             yield "coverage", source
@@ -60,14 +60,10 @@ def shown(choice: Choice, *, speed: float = 1.0, twin: bool = True) -> Iterator[
         replay.put(Speed(speed))
         yield "replay", replay
     else:
-        session = Session(lambda wish: _arms(wish, twin), choice)
+        session = Session(lambda wish: arms_of(wish, rival=rival, faults=False), choice)
         session.put(Speed(speed))
         with LiveSource(session) as source:
             yield "live", source
-
-
-def _arms(choice: Choice, twin: bool) -> SessionArms:
-    return arms_of(choice, twin=twin)
 
 
 def _alone(choice: Choice, what: str) -> None:

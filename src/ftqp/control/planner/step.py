@@ -34,6 +34,7 @@ from ftqp.control.planner.step_parts import (
     measures_of,
 )
 from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.core.html_table import html_table
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import (
     ALL_BRAKES,
@@ -472,6 +473,17 @@ class Step:
     def __repr__(self) -> str:
         errors = f"position_error={self.position_error:.2e}, rotation_error={self.rotation_error:.2e}"
         return f"Step({self.status.name}, {errors})"
+
+    def _repr_html_(self) -> str:
+        """Status, errors and commands, for notebooks."""
+        names = self._joints
+        rows = [
+            (name, *(f"{float(part[i]):.5g}" for part in (self.q, self.v))) for i, name in enumerate(names)
+        ]
+        note = (
+            f"{self.status.value}; {1e3 * self.position_error:.3g} mm and {self.rotation_error:.3g} rad off"
+        )
+        return html_table(f"Step: {self.status.name}", ("joint", "q", "v"), rows, note)
 
 
 def _kept(

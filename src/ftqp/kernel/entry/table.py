@@ -109,6 +109,8 @@ FIRST: Final = (
             "stop",
             "resume",
             "carry",
+            "servo_torques",
+            "detect",
         )
     ),
 )

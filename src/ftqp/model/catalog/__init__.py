@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from ftqp.model.robot import Robot
 
 CATALOG = {
+    "canadarm2": "Canadarm2 of the space station, 7 joints, 17 m (Nguyen and Hughes 1994), kinematics only",
     "dual_panda": "two Pandas beside each other on one base, 14 joints, two tips, with masses",
     "iiwa14": "KUKA LBR iiwa 14 R820, 7 joints, with masses",
     "modular11": "hyper-redundant arm of 11 alternating rolls and pitches (Bedrossian 1993), kinematics only",

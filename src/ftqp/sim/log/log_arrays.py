@@ -1,14 +1,16 @@
 """A log in memory: arrays by name, with units and metadata."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
-from typing import Any, Self, final
+from typing import Any, Self, cast, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ftqp.core.checks import FloatArray, frozen, seen
 from ftqp.core.errors import unknown
+from ftqp.core.picture import Picture
 from ftqp.sim.log.log_rows import LogRows, whole_numbers
 from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.run_facts import RunFacts
@@ -80,6 +82,28 @@ class Log:
     def title(self) -> str:
         """How a message names it."""
         return "log in memory" if self.path is None else f"log {self.path}"
+
+    def __repr__(self) -> str:
+        """What was run, how long, and how far it can be looked at."""
+        about = [str(self.metadata.get(name) or "") for name in ("scenario", "robot")]
+        last = f", {float(self['t'][-1]):g} s" if len(self) else ""
+        name = " ".join(part for part in about if part)
+        return f"Log({name!r}, {len(self)} rows{last}, {len(self.units)} signals)"
+
+    def plot(self, figure: str = "path") -> Picture:
+        """One of the figures of the run as a picture, which a notebook shows and ``.save(file)`` keeps.
+
+        Args:
+            figure: ``path``, ``joints``, ``velocities`` or ``status``, and where the run has them ``tasks``,
+                ``following``, ``torques`` and ``base``.
+
+        Raises:
+            InputError: The log has no rows, or no such figure.
+            MissingPackage: matplotlib is not installed.
+        """
+        # pictures are above the simulation: a log looks its own up by name, and knows nothing of it
+        draw = import_module("ftqp.viz.figures.shown").run_picture
+        return cast("Picture", draw(self, figure))
 
     def __len__(self) -> int:
         return len(next(iter(self._signals.values())))

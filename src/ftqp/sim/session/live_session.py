@@ -12,6 +12,7 @@ from ftqp.faults.kinds import Fault
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import Column
 from ftqp.sim.schedule import FaultEvent, Schedule
+from ftqp.sim.session.rival_arm import RivalArm
 from ftqp.sim.session.session_arms import ArmsOf, Choice, SessionArms
 from ftqp.sim.session.session_commands import (
     TELLS,
@@ -61,11 +62,6 @@ class Session:
     def put(self, command: Command) -> None:
         """Ask for something; it is done between two ticks. Any thread may call this."""
         self._orders.put(command)
-
-    @property
-    def _arm(self) -> WatchedArm:
-        """The arm itself; its naive twin follows it where there is one."""
-        return self._watched[0]
 
     @property
     def facts(self) -> Facts:
@@ -151,11 +147,9 @@ class Session:
             case Tell():
                 return self._tell_so(command)
             case Aim():
-                for arm in self._watched:
-                    arm.follow(command.pose)
+                self._arm.follow(command.pose)
             case Place():
-                for arm in self._watched:
-                    arm.place(command.task, command.position)
+                self._arm.place(command.task, command.position)
             case Use():
                 return self._use(command)
             case Play():
@@ -166,20 +160,22 @@ class Session:
 
     def _resume(self) -> str:
         """Let a planner that has stopped its arm go on; why it does not, or nothing."""
-        why, *_ = [arm.resume() for arm in self._watched]
+        why = self._arm.resume()
         return f"The arm does not go on: {why}. Reset begins anew." if why else ""
 
     def _show(self, arms: SessionArms) -> None:
         """Let other arms run."""
         self.arms = arms
-        self._watched = [WatchedArm(player) for player in (arms.arm, arms.twin) if player is not None]
+        self._arm = WatchedArm(arms.arm)
         self._tell = Tell("detector" if arms.detects else "at once")
 
     def _begin(self, schedule: Schedule | None = None) -> None:
         """Tick 0, nothing broken; what fails by itself comes from the schedule, or from the arms."""
         arms, dt = self.arms, self.arms.arm.planner.dt
-        for arm in self._watched:
-            arm.begin(arms.q, arms.v)
+        self._rival = None if arms.rival is None else RivalArm(arms.rival, arms.arm)
+        self._arm.begin(arms.q, arms.v)
+        if self._rival is not None:
+            self._rival.begin(arms.q, arms.v)
         events = arms.schedule if schedule is None else schedule
         self._failing, self._announced = events.failing(dt), events.announced(dt)
         self._telling: dict[str, int] = {}
@@ -191,21 +187,24 @@ class Session:
         k = self._k
         try:
             self._happen(k)
-            for arm in self._watched:
-                arm.think(k)
+            self._arm.think(k)
+            rival = self._rival
+            if rival is not None:
+                rival.think()
             if last:
-                self._facts = self._arm.facts(k, *self._watched[1:])
-            for arm in self._watched:
-                arm.move()
+                self._facts = self._arm.facts(k, None if rival is None else rival.facts())
+            self._arm.move()
+            if rival is not None:
+                rival.move()
         except (FtqpError, ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
             return self._break_off(str(error))
         self._k = k + 1
-        for arm, failure in [(arm, arm.failure) for arm in self._watched]:
-            if failure is not None and arm is self._arm:
-                return self._break_off(failure)
-            if failure is not None:
-                self._watched.remove(arm)
-                self._message = f"The naive twin cannot go on: {failure}."
+        failure = self._arm.failure
+        if failure is not None:
+            return self._break_off(failure)
+        if self._rival is not None and self._rival.failure is not None:
+            self._message = f"The rival cannot go on: {self._rival.failure}."
+            self._rival = None
         return True
 
     def _break_off(self, why: str) -> bool:
@@ -216,14 +215,25 @@ class Session:
     def _happen(self, k: int) -> None:
         """What fails by itself at tick k, and what is told then."""
         for event in self._failing.get(k, ()):
-            for arm in self._watched:
-                arm.fail(event.fault)
+            self._arm.fail(event.fault)
+            if self._rival is not None:
+                self._rival.fail(event.fault)
         for event in self._announced.get(k, ()):
-            self._arm.tell(event.fault)
+            self._announce(event.fault)
         if self._telling:
             for joint in [joint for joint, due in self._telling.items() if due <= k]:
                 del self._telling[joint]
-                self._arm.tell(self._arm.failed[joint])
+                self._announce(self._arm.failed[joint])
+
+    def _announce(self, fault: Fault) -> None:
+        """Tell the planner, and the rival.
+
+        Raises:
+            FtqpError: The planner cannot have such a fault.
+        """
+        self._arm.tell(fault)
+        if self._rival is not None:
+            self._rival.tell(fault)
 
     def _joint(self, joint: str | int) -> str:
         robot = self.arms.robot
@@ -239,8 +249,10 @@ class Session:
             except FtqpError:
                 self._arm.repair(joint)
                 raise
-        for twin in self._watched[1:]:
-            twin.fail(fault)
+        if self._rival is not None:
+            self._rival.fail(fault)
+            if at_once:
+                self._rival.tell(fault)
         self._telling.pop(joint, None)
         if self._tell.how == "after":
             self._telling[joint] = self._due()
@@ -254,7 +266,7 @@ class Session:
         if self._tell.how in ("at once", "after"):
             told = command.time + self._tell.delay if self._tell.how == "after" else None
         faults = [self._fault(Break(joint, command.kind, command.settings)) for joint in joints]
-        self._begin(Schedule([FaultEvent(fault, at=command.time, announced=told) for fault in faults]))
+        self._begin(Schedule([FaultEvent(command.time, fault, announced=told) for fault in faults]))
 
     def _fault(self, command: Break) -> Fault:
         """The fault of an command, for a joint by name."""
@@ -270,8 +282,9 @@ class Session:
     def _repair(self, which: str | int) -> None:
         joint = self._joint(which)
         self._telling.pop(joint, None)
-        for arm in self._watched:
-            arm.repair(joint)
+        self._arm.repair(joint)
+        if self._rival is not None:
+            self._rival.repair(joint)
 
     def _hurry(self, factor: float) -> None:
         if not (isinstance(factor, int | float) and isfinite(factor) and 0.0 < factor <= FASTEST):
@@ -295,7 +308,7 @@ class Session:
         self._telling.clear()
         for joint in self._arm.untold:
             if command.how == "at once":
-                self._arm.tell(self._arm.failed[joint])
+                self._announce(self._arm.failed[joint])
             elif command.how == "after":
                 self._telling[joint] = self._due()
         return ""

@@ -1,4 +1,4 @@
-"""The arms of a session: the arm, its uninformed baseline, what fails by itself, and what they are called."""
+"""The arms of a session: the arm, its rival, what fails by itself, and what they are called."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,11 +7,28 @@ from ftqp.control.paths.path import Path
 from ftqp.core.checks import FloatArray
 from ftqp.model.robot import Robot
 from ftqp.sim.led_arm import LedArm
+from ftqp.sim.plants.plant import Plant
 from ftqp.sim.schedule import Schedule
+from ftqp.sim.sensors.joint_sensors import JointSensors
 from ftqp.sim.session.session_leader import SessionLeader
 
 SessionArm = LedArm[SessionLeader]
 """An arm of a session, with its planner."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SessionRival:
+    """What a rival has of its own.
+
+    Attributes:
+        plant: Its arm, the same once more.
+        sensors: What is measured of it; None measures the truth.
+        rows: What of the pose it follows.
+    """
+
+    plant: Plant
+    sensors: JointSensors | None
+    rows: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +66,7 @@ class SessionArms:
         v: How fast, (nv,) [rad/s or m/s].
         schedule: What fails by itself.
         arm: The arm and its planner.
-        twin: The same once more, which is never told of failures; None without one.
+        rival: The arm of damped resolved rates beside it; None without one.
         detects: Whether the planner has a detector, so that a click need not tell it.
         urdf: The file that the arm was read from, for pictures; None of an arm without one.
     """
@@ -61,7 +78,7 @@ class SessionArms:
     v: FloatArray
     schedule: Schedule
     arm: SessionArm
-    twin: SessionArm | None = None
+    rival: SessionRival | None = None
     detects: bool = False
     urdf: str | None = None
 

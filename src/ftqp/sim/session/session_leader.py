@@ -136,6 +136,11 @@ class SessionLeader(Leader):
         return self._path.target if self._back is None else Target(pose=self._back.pose)
 
     @property
+    def on_path(self) -> bool:
+        """Whether the path leads, and neither a hand nor the way back to it."""
+        return self._hand is None and self._back is None
+
+    @property
     def by_hand(self) -> bool:
         """Whether a hand leads."""
         return self._hand is not None

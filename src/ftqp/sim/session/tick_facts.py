@@ -16,17 +16,17 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TwinFacts:
-    """The naive twin at the same tick: the same arm and planner with the same failures, never told of them.
+    """The rival at the same tick: the same arm with the same failures, led by damped resolved rates.
 
     Attributes:
         q: True joint positions, (nv,) [rad or m].
-        status: Code of its step's status.
         position_error: How far its tip is from the target [m].
+        told: Whether it has been told of all that has failed.
     """
 
     q: FloatArray
-    status: int
     position_error: float
+    told: bool
 
 
 class Solid(NamedTuple):
@@ -87,7 +87,7 @@ class Facts:
         position_error: Distance of the tip from its target, over the task's rows [m].
         rotation_error: Angle of the tip from its target, over the task's rows [rad].
         step_time: Wall time of the step [us].
-        twin: The naive twin; None without one.
+        twin: The rival; None without one, or while a hand leads.
         further: Soft tasks and kept points, in their order.
         stage: How many times the arm has been replaced by another one.
         paused: Whether time stands.

@@ -194,8 +194,8 @@ class WatchedArm:
         assert self._made is not None
         self._player.plant.advance(self._made.step)
 
-    def facts(self, k: int, twin: "WatchedArm | None" = None) -> Facts:
-        """The facts of tick k, between ``think`` and ``move``."""
+    def facts(self, k: int, twin: TwinFacts | None = None) -> Facts:
+        """The facts of tick k, beside those of a rival, between ``think`` and ``move``."""
         assert self._made is not None
         player, step = self._player, self._made.step
         plant, planner, target = player.plant, player.planner, player.leader.target.pose
@@ -213,7 +213,7 @@ class WatchedArm:
             position_error=step.position_error,
             rotation_error=step.rotation_error,
             step_time=MICROSECONDS * self._made.elapsed,
-            twin=None if twin is None else twin.as_twin(),
+            twin=twin,
             further=self._further(plant.q),
         )
 
@@ -253,14 +253,6 @@ class WatchedArm:
         shape, place, _ = scene[name]
         word = next(word for word, kind in WORDS.items() if isinstance(shape, kind))
         return Solid(word, shape.extent, tuple(place.ravel().tolist()))
-
-    def as_twin(self) -> TwinFacts:
-        """What a picture needs of it as the naive twin."""
-        assert self._made is not None
-        step = self._made.step
-        return TwinFacts(
-            q=frozen(self._player.plant.q.copy()), status=step.code, position_error=step.position_error
-        )
 
     def _codes(self, faults: dict[str, Fault]) -> IntArray:
         codes = np.full(self._robot.nv, HEALTHY, dtype=np.int64)

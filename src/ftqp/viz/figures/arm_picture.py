@@ -124,5 +124,5 @@ def _draw_ranges(panel: Axes, joints: Sequence[str], ranges: FloatArray, q: Floa
     panel.use_sticky_edges = False
     panel.margins(x=0.06)
     panel.set_xlabel("[rad or m]")
-    panel.set_title("range of each joint, and neutral", fontsize=10)
+    panel.set_title("range of each joint, and where it is", fontsize=10)
     panel.grid(alpha=0.25, axis="x")

@@ -1,7 +1,7 @@
 """An arm at a few instants of a run, seen from the side and from above, with the way of its tip."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -72,16 +72,23 @@ def postures(log: Log, rows: Sequence[int] | NDArray[np.intp]) -> Postures | Non
     if "skeleton" not in log.metadata:
         return None
     at = list(rows)
-    skeleton = Skeleton.from_facts(log.metadata["skeleton"])
-    frames = skeleton.frames(log["q"][at])
-    points = np.concatenate([np.zeros((len(at), 1, 3)), frames[:, :, :3, 3]], axis=1)
+    found = postures_of(
+        Skeleton.from_facts(log.metadata["skeleton"]), log["t"][at], log["q"][at],
+        failed=log["truth"][at] != HEALTHY, way=log["tip"][:, :3],
+    )  # fmt: skip
     if "base.x" in log:  # the tip of an arm on a moving base is logged where it is in space
         base = log["base"][at]
-        points = rotated(base[:, 3:], points) + base[:, None, :3]
-    return Postures(
-        t=log["t"][at], points=points, failed=log["truth"][at] != HEALTHY, way=log["tip"][:, :3],
-        limbs=skeleton.limbs,
-    )  # fmt: skip
+        return replace(found, points=rotated(base[:, 3:], found.points) + base[:, None, :3])
+    return found
+
+
+def postures_of(
+    skeleton: Skeleton, t: FloatArray, q: FloatArray, *, failed: BoolArray, way: FloatArray
+) -> Postures:
+    """An arm on a base that stands, at the instants t, (k,), in the configurations q, (k, nv)."""
+    frames = skeleton.frames(q)
+    points = np.concatenate([np.zeros((len(q), 1, 3)), frames[:, :, :3, 3]], axis=1)
+    return Postures(t=t, points=points, failed=failed, way=way, limbs=skeleton.limbs)
 
 
 def planes(*motions: Postures) -> list[Plane]:

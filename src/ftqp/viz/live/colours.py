@@ -37,8 +37,8 @@ PLANE: Colour = (200, 90, 60)
 """A plane on whose side a point of the arm is kept."""
 OBSTACLE: Colour = (150, 122, 96)
 """What stands around the arm."""
-BASELINE: Colour = (120, 60, 130)
-"""The uninformed baseline: the same arm, whose planner is never told."""
+RIVAL: Colour = (120, 60, 130)
+"""The same arm, led by damped resolved rates."""
 
 STATUS: Mapping[str, Colour] = MappingProxyType(
     {
@@ -84,7 +84,7 @@ def legend(columns: int = 1, *, further: bool = False) -> str:
         ("line", TRAIL, "way of the tip"),
         ("line", PATH, "path to follow"),
         ("dot", TARGET, "target of the tip"),
-        ("dot", BASELINE, "baseline: same arm, never told of its faults"),
+        ("dot", RIVAL, "rival: same arm, same failure, led by damped resolved rates with feedback"),
         ("dot", ELLIPSOID, "ellipsoid: tip speeds that working joints can make"),
     ]
     if further:

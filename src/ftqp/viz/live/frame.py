@@ -51,9 +51,9 @@ class Frame:
             (nv + 1, 4, 4).
         tip: Pose of the tip, (4, 4).
         target: Where the tip should be, (4, 4); None where that is not known.
-        baseline: ``joints`` of the uninformed baseline, (nv + 1, 4, 4); None without a baseline.
-        baseline_status: Name of its step's status; empty without a baseline.
-        baseline_error: How far its tip is from the target [m]; 0 without a baseline.
+        rival: ``joints`` of the rival, (nv + 1, 4, 4); None without one, or while a hand leads.
+        rival_told: Whether it has been told of all that has failed.
+        rival_error: How far its tip is from the target [m]; 0 without a rival.
         truth: What each joint is, (nv,), codes of `ftqp.sim.log.signals.CONDITIONS`.
         belief: What the planner believes of it, (nv,), the same codes.
         braking: Which joints have a closed brake and still move, (nv,).
@@ -83,9 +83,9 @@ class Frame:
     joints: FloatArray
     tip: FloatArray
     target: FloatArray | None
-    baseline: FloatArray | None
-    baseline_status: str
-    baseline_error: float
+    rival: FloatArray | None
+    rival_told: bool
+    rival_error: float
     truth: IntArray
     belief: IntArray
     braking: BoolArray
@@ -159,7 +159,7 @@ class DrawnArm:
 
 def frame_of(facts: Facts, arm: DrawnArm) -> Frame:
     """The picture of one tick."""
-    baseline = None if facts.twin is None else arm.joints(facts.twin.q)
+    rival = None if facts.twin is None else arm.joints(facts.twin.q)
     joints = arm.joints(facts.q)
     fails = np.isin(facts.truth, _BROKEN) | np.isin(facts.belief, _BROKEN)
     axes, rotation = arm.ellipsoid(~fails)
@@ -173,9 +173,9 @@ def frame_of(facts: Facts, arm: DrawnArm) -> Frame:
         joints=frozen(joints),
         tip=frozen(joints[-1]),
         target=_target(facts),
-        baseline=None if baseline is None else frozen(baseline),
-        baseline_status="" if twin is None else STATUSES[twin.status].name,
-        baseline_error=0.0 if twin is None else twin.position_error,
+        rival=None if rival is None else frozen(rival),
+        rival_told=twin is not None and twin.told,
+        rival_error=0.0 if twin is None else twin.position_error,
         braking=locked & (np.abs(facts.v) > AT_REST),
         near_limit=arm.near(share),
         status=status.name,

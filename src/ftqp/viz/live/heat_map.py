@@ -98,7 +98,7 @@ def failure_map(heat: HeatMap) -> str:
     return (
         '<div style="font:12px system-ui,sans-serif;color:#222;padding:0 10px">'
         f"<div><b>{100.0 * heat.coverage:.1f} %</b> of these locks are survived; a click plays one</div>"
-        f'<div style="display:flex;gap:6px;margin:6px 0"><div>{names}</div>'
+        f'<div style="display:flex;gap:6px;margin:6px 0"><div style="max-width:45%">{names}</div>'
         f'<svg id="ftqp-failures" viewBox="0 0 {WIDTH} {height}" preserveAspectRatio="none" '
         f'style="flex:1;height:{height}px;min-width:0;cursor:pointer" data-joints="{joints}" '
         f'data-times="{times}" data-end="{end:g}" data-between="{BETWEEN}" '

@@ -31,7 +31,7 @@ class History:
         self.t: FloatArray = np.zeros(SAMPLES)
         self.share: FloatArray = np.zeros((SAMPLES, len(frame.share)))
         self.error: FloatArray = np.zeros(SAMPLES)
-        self.baseline: FloatArray = np.zeros(SAMPLES)
+        self.rival: FloatArray = np.zeros(SAMPLES)
         self.step_time: FloatArray = np.zeros(SAMPLES)
         self.status: list[str] = []
         self._tick = frame.tick
@@ -42,7 +42,7 @@ class History:
         if frame.tick < self._tick or frame.t < self.t[-1] or frame.t > self.t[-1] + GAP:
             self._begin(frame)
         elif _place(frame.t) > _place(float(self.t[-1])):
-            for column in (self.t, self.share, self.error, self.baseline, self.step_time):
+            for column in (self.t, self.share, self.error, self.rival, self.step_time):
                 column[:-1] = column[1:]
             self.status = [*self.status[1:], frame.status]
             self._write(frame)
@@ -78,7 +78,7 @@ class History:
     def _begin(self, frame: Frame) -> None:
         """Forget every sample but one."""
         self.t[:] = frame.t + np.linspace(-SPAN * (1.0 - 1.0 / SAMPLES), 0.0, SAMPLES)
-        for column in (self.share, self.error, self.baseline, self.step_time):
+        for column in (self.share, self.error, self.rival, self.step_time):
             column[:] = np.nan
         self.status = [""] * (SAMPLES - 1) + [frame.status]
         self._tick = frame.tick
@@ -89,8 +89,8 @@ class History:
         self.t[-1] = frame.t
         self.share[-1] = frame.share
         self.error[-1] = _millimetres(frame.position_error)
-        failed = frame.baseline is not None and frame.truth.any()
-        self.baseline[-1] = _millimetres(frame.baseline_error) if failed else np.nan
+        failed = frame.rival is not None and frame.truth.any()
+        self.rival[-1] = _millimetres(frame.rival_error) if failed else np.nan
         self.step_time[-1] = max(frame.step_time_us, LEAST_TIME)
 
 

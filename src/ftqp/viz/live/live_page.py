@@ -18,6 +18,8 @@ PICTURES = 30.0
 """Pictures of the scene in a second."""
 PLOTS = 10.0
 """Plots and status heads in a second."""
+CONTROLS = 320
+"""Width of the panel with controls [px]."""
 
 
 @final
@@ -56,6 +58,7 @@ class Page:
             control_width="large", show_logo=False, show_share_button=False, brand_color=(46, 112, 184)
         )
         self._server.gui.main_panel.dock_right()
+        self._server.gui.main_panel.set_width(CONTROLS)
         self._stage: Stage | None = None
         self._scene: Scene | None = None
         self._panel: Panel | None = None

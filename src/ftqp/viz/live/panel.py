@@ -15,6 +15,7 @@ from ftqp.viz.live.further_nodes import further_table
 from ftqp.viz.live.heat_map import FailureMap
 from ftqp.viz.live.history import History
 from ftqp.viz.live.plots import Plots
+from ftqp.viz.live.pressed import PressedButtons
 from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.status_head import joint_table, status_head
 
@@ -23,7 +24,15 @@ ACTIONS = {kind.button: name for name, kind in KINDS.items()}
 REPAIR = "repair"
 ROWS = 12
 """Joints up to which each has a row of buttons of its own."""
-PAUSE, RESUME, RESET = "pause", "resume", "reset"
+PAUSE, RESUME, RESET, PATH = "pause", "resume", "reset", "to path"
+SIDE = 230
+"""Width of the panel with plots [px]: with that of the controls, half of a window of 1100 px is the arm's."""
+INVITATION = (
+    '<div style="font:13px/1.45 system-ui,sans-serif;color:#1b4f72;background:#eaf3fb;padding:4px 10px">'
+    "<b>Drag the arrows at the tip</b>, and the arm follows; <b>to path</b> gives it its path back. "
+    "Click <b>lock</b> beside a joint: nothing fails but what you break.</div>"
+)
+"""What a visitor is told first."""
 FASTEST = 5.0
 """Highest speed that the slider offers, simulated seconds a second."""
 
@@ -44,10 +53,14 @@ class Panel:
         self._dropdowns: dict[str, Any] = {}
         self._slider: Any = None
         names = stage.robot.joints
+        self._pressed = PressedButtons(self._gui)
+        self._kept(self._pressed.sheet)
+        if stage.live:
+            self._kept(self._gui.add_html(INVITATION))
         self._head = self._kept(self._gui.add_html(""))
-        if stage.duration is None:
-            self._clock((PAUSE, RESUME, RESET))
-        else:
+        if stage.live:
+            self._clock((PAUSE, RESUME, RESET, PATH))
+        elif stage.duration is not None:
             self._clock((PAUSE, RESUME))
             self._time_slider(stage.duration)
         self._tabs = self._kept(self._gui.add_tab_group())
@@ -55,10 +68,10 @@ class Panel:
             with self._tabs.add_tab("Failures"):
                 FailureMap(self._gui, stage.heat, put)
         with self._tabs.add_tab("Joints"):
-            self._table = self._gui.add_html("")
             if stage.live:
                 self._tell(stage)
                 self._breakers(names)
+            self._table = self._gui.add_html("")
         self._further: Any = None
         if frame.further:
             with self._tabs.add_tab("Tasks"):
@@ -70,10 +83,10 @@ class Panel:
             self._overlays(stage)
         self._side = self._gui.add_panel()
         with self._side.add_tab("What you see"):
-            self._gui.add_html(legend(columns=2, further=bool(frame.further)))
             self._plots = Plots(self._gui, names, self._history)
+            self._gui.add_html(legend(further=bool(frame.further)))
         self._side.dock_left()
-        self._side.set_width(330)
+        self._side.set_width(SIDE)
         self.show(frame)
 
     def follow(self, frame: Frame) -> None:
@@ -87,6 +100,7 @@ class Panel:
         names = self._stage.robot.joints
         self._head.content = status_head(frame, self._stage.title, names, self._history.ribbon())
         self._table.content = joint_table(frame, names)
+        self._pressed.show(frame)
         if self._further is not None:
             self._further.content = further_table(frame.further)
         if frame.message != self._answer:  # a refusal, perhaps: what is chosen is what there is
@@ -120,7 +134,7 @@ class Panel:
         for overlay, box in self._boxes.items():
             scene.choose(overlay, bool(box.value))
         if self._drag is not None and self._drag.value:
-            self._drag.value = False
+            self._give_handle()
         if self._drag_marks is not None and self._drag_marks.value:
             self._drag_marks.value = False
 
@@ -138,7 +152,7 @@ class Panel:
     def _clock(self, words: Sequence[str]) -> None:
         """Buttons and a slider for time."""
         asked: dict[str, Command] = {PAUSE: commands.Pause(True), RESUME: commands.Pause(False)}
-        asked[RESET] = commands.Reset()
+        asked[RESET], asked[PATH] = commands.Reset(), commands.Aim(None)
         buttons = self._kept(self._gui.add_button_group("time", words))
         speed = self._kept(
             self._gui.add_slider(
@@ -150,6 +164,7 @@ class Panel:
             self._put(asked[str(event.target.value)])
 
         buttons.on_click(clicked)
+        self._pressed.watch_clock(buttons)
         self._on_update(speed, lambda value: commands.Speed(float(value)))
 
     def _time_slider(self, duration: float) -> None:
@@ -188,8 +203,11 @@ class Panel:
         """Buttons that break and repair joints: a row for each, or one row below a dropdown."""
         words = (*ACTIONS, REPAIR)
         if len(names) <= ROWS:
-            for name in names:
-                self._on_row(self._gui.add_button_group(name, words), partial(str, name))
+            labels = short_names(names)
+            rows = [self._gui.add_button_group(label, words) for label in labels]
+            for name, row in zip(names, rows, strict=True):
+                self._on_row(row, partial(str, name))
+            self._pressed.watch_joints(rows)
         else:
             chosen = self._gui.add_dropdown("joint", tuple(names), initial_value=names[0])
             self._on_row(self._gui.add_button_group("break it", words), lambda: str(chosen.value))
@@ -253,8 +271,9 @@ class Panel:
         self._boxes: dict[str, Any] = {}
         self._drag: Any = None
         if stage.live:
-            self._drag = self._gui.add_checkbox("drag the target", False)
+            self._drag = self._gui.add_checkbox("drag the target", True)
             self._drag.on_update(self._dragging)
+            self._give_handle()
         self._drag_marks: Any = None
         if stage.live and any(one.place and not one.shape for one in self._latest.further):
             self._drag_marks = self._gui.add_checkbox("drag targets of tasks", False)
@@ -273,22 +292,25 @@ class Panel:
         box.on_update(changed)
 
     async def _dragging(self, event: Any) -> None:
-        """Give the target a handle where it is, or give the path back."""
+        """Give the target a handle, or take it away and give the path back."""
         if event.target.value:
-            pose = self._latest.target if self._latest.target is not None else self._latest.tip
-            self._put(commands.Aim(pose.copy()))
-            turns = any(row.startswith("r") for row in self._stage.robot.default_rows)
-            self._scene.drag(self._aim, pose, turns)
+            self._give_handle()
         else:
-            self._scene.release()
+            self._scene.handles.release()
             self._put(commands.Aim(None))
+
+    def _give_handle(self) -> None:
+        """A handle where the target is, which goes with it until somebody drags it."""
+        pose = self._latest.target if self._latest.target is not None else self._latest.tip
+        turns = any(row.startswith("r") for row in self._stage.robot.default_rows)
+        self._scene.handles.drag(self._aim, pose, turns)
 
     async def _dragging_marks(self, event: Any) -> None:
         """Give the targets of soft tasks a handle each, or take them away; they stay where they are."""
         if event.target.value:
-            self._scene.drag_marks(self._place)
+            self._scene.handles.drag_marks(self._scene.marks, self._place)
         else:
-            self._scene.release_marks()
+            self._scene.handles.release_marks()
 
     def _place(self, k: int, position: FloatArray) -> None:
         """Put the target of a soft task to where its handle is."""
@@ -297,3 +319,11 @@ class Panel:
     def _aim(self, pose: FloatArray) -> None:
         """Lead the tip to where the handle is."""
         self._put(commands.Aim(pose))
+
+
+def short_names(names: Sequence[str]) -> list[str]:
+    """Names without what all of them begin with, up to the last underscore or slash of it."""
+    alike = [len(set(letters)) == 1 for letters in zip(*names, strict=False)] if len(names) > 1 else []
+    shared = names[0][: [*alike, False].index(False)]
+    length = max(shared.rfind("_"), shared.rfind("/")) + 1
+    return [name[length:] for name in names]

@@ -38,16 +38,15 @@ class Plots:
                 data=data, series=all_series, title=title, scales=scales, axes=(_TIME, axis), **look
             )
 
+        both = [_line("ftqp", healthy), _line("resolved rates", colours.hexadecimal(colours.RIVAL))]
+        range_of_errors = {"distr": 3, "log": 10, "range": (LEAST_ERROR, 3e3)}
+        self._error = add(_errors(history), both, "error of the tip [mm]", range_of_errors, _decades(-3, 3))
+        gui.add_html(_NOTE)
         few = {"show": True, "live": False} if len(joints) <= len(LINES) else {"show": False}
         self._joints = add(
             _shares(history), [*lines, *ends], f"joints 1 to {len(joints)} in their ranges, limits at ±1",
             {"range": (-1.15, 1.15)}, _SMALL, legend=few, height=HEIGHT + 20,
         )  # fmt: skip
-        gui.add_html(_NOTE)
-        told = [_line("told of its faults", healthy)]
-        told.append(_line("never told (baseline)", colours.hexadecimal(colours.BASELINE)))
-        range_of_errors = {"distr": 3, "log": 10, "range": (LEAST_ERROR, 3e3)}
-        self._error = add(_errors(history), told, "error of the tip [mm]", range_of_errors, _decades(-3, 3))
         times = [_line("step", "#888888"), _line("median", healthy), _line("99.9 %", LIMIT, dash=(4, 4))]
         range_of_times = {"distr": 3, "log": 10, "range": (LEAST_TIME, 3e4)}
         title = "time of a planner's step [µs]"
@@ -79,8 +78,8 @@ def _shares(history: History) -> tuple[FloatArray, ...]:
 
 
 def _errors(history: History) -> tuple[FloatArray, ...]:
-    """Times, the error of the tip and that of the uninformed baseline."""
-    return history.ago, history.error.copy(), history.baseline.copy()
+    """Times, the error of the tip and that of the rival."""
+    return history.ago, history.error.copy(), history.rival.copy()
 
 
 def _times(history: History) -> tuple[FloatArray, ...]:

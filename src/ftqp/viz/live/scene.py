@@ -1,25 +1,28 @@
 """A frame as a 3-D scene: nodes made once, of which only pose, colour and points change after that."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
-from ftqp.core.pose import quaternions, transform
+from ftqp.core.pose import quaternions
 from ftqp.model.robot import Robot
 from ftqp.sim.log.signals import CONDITIONS, HEALTHY
 from ftqp.viz.live import colours
+from ftqp.viz.live.drag_handles import DragHandles, wxyz
 from ftqp.viz.live.frame import Frame, rotation_of
 from ftqp.viz.live.further_nodes import FurtherNodes
 from ftqp.viz.live.shapes import BASE, Part, arm_parts, size_of
 from ftqp.viz.live.solids import Mesh, ball
 
-BASELINE = "uninformed baseline"
-"""The overlay of the same arm, whose planner is never told."""
+RIVAL = "rival"
+"""The overlay of the same arm, led by damped resolved rates."""
+NAMES = {False: "damped resolved rates, not told", True: "damped resolved rates, told"}
+"""What the rival is, by whether it has been told of what has failed."""
 FURTHER = "tasks and planes"
 """The overlay of targets of soft tasks and of planes, of arms that have any."""
-OVERLAYS = ("target", "path", "trail", "ellipsoid", BASELINE, "labels", "grid")
+OVERLAYS = ("target", "path", "trail", "ellipsoid", RIVAL, "labels", "grid")
 """What can be shown or left out, each with a check box."""
 SEGMENTS = 300
 """Segments of a trail; always as many, so that no node is made anew."""
@@ -34,9 +37,9 @@ SEEN = 1.2
 DISTANCE = 1.8
 """From the camera to the middle of what is shown, in its diagonals."""
 SHADE = 0.32
-"""Opacity of the uninformed baseline."""
+"""Opacity of the rival."""
 SHRUNK = 0.97
-"""Size of the uninformed baseline's parts, so that it is hidden where it is with the arm."""
+"""Size of the rival's parts, so that it is hidden where it is with the arm."""
 
 
 class Scene:
@@ -66,9 +69,8 @@ class Scene:
         self._root = server.scene.add_frame(f"/{name}", show_axes=False, wxyz=_upright(robot.chain.gravity))
         self._name = self._root.name
         self._hidden = set(hidden)
-        self._handle: Any = None
+        self.handles = DragHandles(server, self._name, self.size)
         self._further: FurtherNodes | None = None
-        self._mark_handles: list[Any] = []
         with server.atomic():
             self._build(tuple(parts) if parts is not None else arm_parts(robot), path, trail)
             self._build_further(frame)
@@ -104,6 +106,7 @@ class Scene:
                 for mesh in self._bodies[i]:
                     mesh.color = colours.LINK if colour == colours.CONDITION[HEALTHY] else colour
         self._show_target(frame)
+        self.handles.follow(frame.target)
         self._show_twin(frame)
         self._show_ellipsoid(frame)
         if self._further is not None:
@@ -117,57 +120,10 @@ class Scene:
         for node in self._overlays[overlay]:
             node.visible = visible and self._present.get(overlay, True)
 
-    def drag(self, moved: Callable[[FloatArray], None], pose: FloatArray, turns: bool) -> None:
-        """Put a handle at a pose, (4, 4); ``moved`` is told its pose whenever somebody drags it."""
-        self.release()
-        handle = self._server.scene.add_transform_controls(
-            f"{self._name}/handle",
-            scale=0.22 * self.size,
-            disable_rotations=not turns,
-            depth_test=False,
-            wxyz=_wxyz(pose[:3, :3]),
-            position=pose[:3, 3],
-        )
-
-        async def dragged(event: Any) -> None:
-            moved(_pose(event.target.wxyz, event.target.position))
-
-        handle.on_update(dragged)
-        self._handle = handle
-
-    def release(self) -> None:
-        """Take the handle away."""
-        if self._handle is not None:
-            self._handle.remove()
-            self._handle = None
-
-    def drag_marks(self, moved: Callable[[int, FloatArray], None]) -> None:
-        """Put a handle at the target of each soft task that has a place.
-
-        Args:
-            moved: Told its number in a frame, and its position, (3,) [m], whenever somebody drags it.
-        """
-        self.release_marks()
-        for k, position in ({} if self._further is None else self._further.marks).items():
-            handle = self._server.scene.add_transform_controls(
-                f"{self._name}/handle{k}",
-                scale=0.13 * self.size,
-                disable_rotations=True,
-                depth_test=False,
-                position=position,
-            )
-
-            async def dragged(event: Any, k: int = k) -> None:
-                moved(k, np.array(event.target.position))
-
-            handle.on_update(dragged)
-            self._mark_handles.append(handle)
-
-    def release_marks(self) -> None:
-        """Take the handles of soft tasks away."""
-        for handle in self._mark_handles:
-            handle.remove()
-        self._mark_handles.clear()
+    @property
+    def marks(self) -> Mapping[int, FloatArray]:
+        """Where the targets of soft tasks are that have a place, by their number in a frame, (3,) [m]."""
+        return {} if self._further is None else self._further.marks
 
     def camera(self, client: Any) -> None:
         """Look at this arm in a browser that is connected already."""
@@ -188,7 +144,7 @@ class Scene:
         self._shown: list[colours.Colour | None] = [None] * n
         self._present: dict[str, bool] = {}
         twin = add.add_frame(f"{self._name}/twin", show_axes=False)
-        self._baseline_frames = [add.add_frame(shadow, show_axes=False) for shadow in shadows]
+        self._rival_frames = [add.add_frame(shadow, show_axes=False) for shadow in shadows]
         fills = {"link": colours.LINK, "body": colours.LINK, "base": colours.BASE}
         fills |= {"tip": colours.TRAIL, "joint": colours.UNKNOWN}
         for part in parts:
@@ -200,7 +156,7 @@ class Scene:
                 self._bodies[part.frame].append(mesh)
             if part.frame != BASE:
                 thinner = Mesh(SHRUNK * part.mesh.vertices, part.mesh.faces)
-                self._mesh(f"{shadows[part.frame]}/{part.name}", thinner, colours.BASELINE, SHADE)
+                self._mesh(f"{shadows[part.frame]}/{part.name}", thinner, colours.RIVAL, SHADE)
         s = self.size
         self._target = add.add_frame(
             f"{self._name}/target", axes_length=0.07 * s, axes_radius=0.0028 * s, origin_radius=0.0
@@ -208,9 +164,7 @@ class Scene:
         self._mesh(f"{self._name}/target/ball", ball(0.035 * s), colours.TARGET, 0.3)
         self._ellipsoid = self._mesh(f"{self._name}/ellipsoid", ball(1.0), colours.ELLIPSOID, 0.25)
         self._trail = _Trail(add, f"{self._name}/trail", colours.TRAIL, 0.0045 * s, STEP * s, trail)
-        self._twin_trail = _Trail(
-            add, f"{self._name}/twin/trail", colours.BASELINE, 0.003 * s, STEP * s, trail
-        )
+        self._twin_trail = _Trail(add, f"{self._name}/twin/trail", colours.RIVAL, 0.003 * s, STEP * s, trail)
         ways = [self._way(path)] if path is not None and len(path) > 1 else []
         grid = add.add_grid(
             f"{self._name}/grid", width=3.0 * s, height=3.0 * s, cell_size=0.1 * s, section_size=0.5 * s,
@@ -218,7 +172,7 @@ class Scene:
             position=(0.0, 0.0, -0.02 * s),
         )  # fmt: skip
         self._said = self._label("said", "")
-        self._named = self._label("twin/named", "baseline: never told", anchor="top-center")
+        self._named = self._label("twin/named", NAMES[False], anchor="top-center")
         nodes = ([self._target], ways, [self._trail.node], [self._ellipsoid], [twin])
         labels = [self._said, self._named]
         self._overlays: dict[str, list[Any]] = dict(zip(OVERLAYS, (*nodes, labels, [grid]), strict=True))
@@ -281,20 +235,22 @@ class Scene:
         """The target's frame; nothing where there is none."""
         self._appear("target", frame.target is not None)
         if frame.target is not None:
-            self._target.wxyz = _wxyz(frame.target[:3, :3])
+            self._target.wxyz = wxyz(frame.target[:3, :3])
             self._target.position = frame.target[:3, 3]
 
     def _show_twin(self, frame: Frame) -> None:
-        """The arm whose planner is never told, once something has failed."""
-        apart = frame.baseline is not None and bool(frame.truth.any())
-        self._appear(BASELINE, apart)
-        if frame.baseline is None or not apart:
+        """The rival, once something has failed."""
+        apart = frame.rival is not None and bool(frame.truth.any())
+        self._appear(RIVAL, apart)
+        if frame.rival is None or not apart:
             self._twin_trail.rest()
             return
-        _place(self._baseline_frames, frame.baseline, self._above)
-        tip = frame.baseline[-1, :3, 3]
+        _place(self._rival_frames, frame.rival, self._above)
+        if self._named.text != NAMES[frame.rival_told]:
+            self._named.text = NAMES[frame.rival_told]
+        tip = frame.rival[-1, :3, 3]
         self._named.position = tip - np.array([0.0, 0.0, 0.07 * self.size])
-        self._twin_trail.follow(tip, frame.tick, BASELINE not in self._hidden)
+        self._twin_trail.follow(tip, frame.tick, RIVAL not in self._hidden)
 
     def _show_ellipsoid(self, frame: Frame) -> None:
         """How fast the healthy joints move the tip in each direction."""
@@ -302,7 +258,7 @@ class Scene:
             return
         axes = np.maximum(ELLIPSOID * frame.axes, THINNEST * self.size)
         self._ellipsoid.scale = tuple(float(a) for a in axes)
-        self._ellipsoid.wxyz = _wxyz(frame.axes_rotation)
+        self._ellipsoid.wxyz = wxyz(frame.axes_rotation)
         self._ellipsoid.position = frame.tip[:3, 3]
 
     def _appear(self, overlay: str, present: bool) -> None:
@@ -385,13 +341,3 @@ def _upright(gravity: FloatArray) -> FloatArray:
         return np.array([0.0, 1.0, 0.0, 0.0])
     turn = np.array([1.0 + up[2], up[1], -up[0], 0.0])
     return np.asarray(turn / np.linalg.norm(turn))
-
-
-def _wxyz(rotation: FloatArray) -> FloatArray:
-    """The quaternion w, x, y, z of a rotation (3, 3)."""
-    return np.roll(quaternions(rotation[None])[0], 1)
-
-
-def _pose(wxyz: FloatArray, position: FloatArray) -> FloatArray:
-    """A pose (4, 4) from a quaternion w, x, y, z and a position."""
-    return transform(rotation_of(np.roll(wxyz, -1) / np.linalg.norm(wxyz)), np.asarray(position))

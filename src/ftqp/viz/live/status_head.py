@@ -15,14 +15,14 @@ _FONT = "font:13px/1.45 system-ui,sans-serif;color:#222"
 
 def status_head(frame: Frame, title: str, joints: Sequence[str], ribbon: str) -> str:
     """Status, sentence, time, errors, what has failed, the last refusal, and the ribbon."""
-    colour = colours.hexadecimal(colours.STATUS.get(frame.status, colours.UNKNOWN))
+    light = colours.hexadecimal(colours.STATUS.get(frame.status, colours.UNKNOWN))
     time = "paused" if frame.paused else f"{_short(frame.pace)} × real time"
     facts = [f"{frame.t:.1f} s, {time}", f"tip error <b>{_length(frame.position_error)}</b>"]
-    if frame.baseline is not None and frame.truth.any():
-        baseline = colours.hexadecimal(colours.BASELINE)
+    if frame.rival is not None and frame.truth.any():
+        colour = colours.hexadecimal(colours.RIVAL)
+        told = "told" if frame.rival_told else "not told"
         facts.append(
-            f'<span style="color:{baseline}">baseline, never told: <b>{_length(frame.baseline_error)}</b>, '
-            f"{escape(frame.baseline_status)}</span>"
+            f'<span style="color:{colour}">resolved rates, {told}: <b>{_length(frame.rival_error)}</b></span>'
         )
     note = f'<div style="color:#8a4b00">{escape(frame.message)}</div>' if frame.message else ""
     return (
@@ -32,7 +32,7 @@ def status_head(frame: Frame, title: str, joints: Sequence[str], ribbon: str) ->
         f'style="{_FONT};padding:2px 10px">'
         f'<div style="color:#666">{escape(title)}</div>'
         f'<div style="font-size:17px;font-weight:600"><span style="display:inline-block;width:12px;'
-        f'height:12px;border-radius:50%;background:{colour};margin-right:7px"></span>{escape(frame.status)}</div>'
+        f'height:12px;border-radius:50%;background:{light};margin-right:7px"></span>{escape(frame.status)}</div>'
         f'<div style="min-height:37px">{escape(frame.sentence)}</div>'
         f"<div>{'<br>'.join(facts)}</div>{note}"
         f'<div style="margin-top:4px">{ribbon}</div>'

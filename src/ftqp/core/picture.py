@@ -1,0 +1,46 @@
+"""A picture in memory, which a notebook shows and a script saves."""
+
+from pathlib import Path
+from typing import final
+
+from ftqp.core.errors import InputError
+
+
+@final
+class Picture:
+    """A picture as the bytes of a PNG file.
+
+    A cell of a notebook shows it where it is the last line; elsewhere ``save`` writes it.
+
+    Args:
+        png: The bytes.
+        title: What it shows, in a line.
+    """
+
+    __slots__ = ("_png", "title")
+
+    def __init__(self, png: bytes, title: str) -> None:
+        self._png, self.title = png, title
+
+    def __repr__(self) -> str:
+        """What it shows, and how to keep it."""
+        return f"<picture: {self.title}; .save('file.png') keeps it>"
+
+    def _repr_png_(self) -> bytes:
+        """The bytes, for notebooks."""
+        return self._png
+
+    def save(self, path: str | Path) -> Path:
+        """Write the picture to a PNG file, whose folder must be there.
+
+        Args:
+            path: The file to write; one that is there is replaced.
+
+        Raises:
+            InputError: The file cannot be written.
+        """
+        try:
+            Path(path).write_bytes(self._png)
+        except OSError as error:
+            raise InputError(f"picture {path} cannot be written: {error.strerror}") from error
+        return Path(path)

@@ -1,0 +1,1 @@
+"""What a good engineer writes without ftqp, to be compared with."""

@@ -1,0 +1,95 @@
+"""A rival leads the arm of a run along its path, with the same servos, sensors, noise and failures."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from ftqp.control.paths import Path
+from ftqp.core.checks import FloatArray
+from ftqp.model.robot import Robot
+from ftqp.model.skeleton import Skeleton
+from ftqp.sim.plants.plant import Plant
+from ftqp.sim.rival.resolved_rates import ResolvedRates
+from ftqp.sim.schedule import Schedule
+from ftqp.sim.sensors.joint_sensors import JointSensors
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Ride:
+    """What an arm did, each row a tick.
+
+    Attributes:
+        t: Time, (K,) [s].
+        q: Where its joints truly were, (K, nv) [rad or m].
+        v: Their true velocities, (K, nv) [rad/s or m/s].
+        tip: Where its tip truly was, (K, 3) [m].
+        target: Where it should have been, (K, 3) [m].
+    """
+
+    t: FloatArray
+    q: FloatArray
+    v: FloatArray
+    tip: FloatArray
+    target: FloatArray
+
+    @property
+    def error(self) -> FloatArray:
+        """The tip's distance from its target, (K,) [m]."""
+        return np.asarray(np.linalg.norm(self.tip - self.target, axis=1))
+
+    def most_speed(self, robot: Robot) -> float:
+        """The largest share of its speed limit that a joint truly used, without unit."""
+        return float(np.max(np.abs(self.v) / robot.limits.v_max))
+
+
+def ride(
+    rival: ResolvedRates,
+    robot: Robot,
+    path: Path,
+    q: FloatArray,
+    *,
+    dt: float,
+    plant: Plant,
+    sensors: JointSensors | None = None,
+    schedule: Schedule | None = None,
+    told: bool = False,
+    duration: float | None = None,
+) -> Ride:
+    """Let a rival lead an arm from q along the path; the plant and the sensors begin anew.
+
+    Args:
+        rival: Gives the commands.
+        robot: The arm.
+        path: What its tip is to follow.
+        q: Where its joints are at first, (nv,) [rad or m].
+        dt: The sampling period [s].
+        plant: The arm; it takes positions.
+        sensors: What is measured of it; None measures the truth.
+        schedule: What fails, and when.
+        told: Whether the rival is told at the instant of each failure.
+        duration: Simulated time; None is that of the path [s].
+    """
+    count = round((path.duration if duration is None else duration) / dt) + 1
+    t: FloatArray = np.asarray(dt * np.arange(count), dtype=np.float64)
+    sample = path.sample(t)
+    failing = {} if schedule is None else schedule.failing(dt)
+    plant.reset(q, np.zeros(robot.nv))
+    rival.reset(q)
+    if sensors is not None:
+        sensors.reset()
+    qs, vs = np.empty((2, count, robot.nv))
+    for k in range(count):
+        for event in failing.get(k, ()):
+            plant.fail(event.fault)
+            if told:
+                rival.tell(event.fault.joint)
+        measured = plant.q
+        if sensors is not None:
+            sensors.measure(plant.q, plant.v)
+            measured = sensors.q
+        qs[k], vs[k] = plant.q, plant.v
+        plant.advance(rival.step(measured, sample.pose[k], sample.twist[k]))
+    tips = Skeleton.of(robot.chain).frames(qs)[:, -1, :3, 3]
+    return Ride(t=t, q=qs, v=vs, tip=tips, target=sample.pose[:, :3, 3].copy())

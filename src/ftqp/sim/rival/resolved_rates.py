@@ -1,0 +1,145 @@
+"""What a good engineer writes in an afternoon: damped resolved rates with feedback and limits."""
+
+from collections.abc import Sequence
+from typing import final
+
+import numpy as np
+
+from ftqp.core.checks import BoolArray, FloatArray, array, positive, seen
+from ftqp.core.pose import rotation_vector
+from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.model.chain import frame_id
+from ftqp.model.posture import scaled_jacobian
+from ftqp.model.robot import Robot
+
+GAIN = 60.0
+"""Feedback of the tip's error [1/s]: by `python studies/well_wired.py --gains` smaller ones stray and end
+farther off when nobody tells of the lock, and larger ones gain little and leave no room for late samples."""
+NEAR_SINGULAR = 0.02
+"""Singular values below this one are damped [m]: a quarter of the 0.076 m that the demo's circle comes down
+to with six joints."""
+
+
+@final
+class ResolvedRates:
+    """Damped resolved rates around measured joints, with all that such a loop is usually given.
+
+    With the tip's pose by the measured q, e its error, and xdot the target's twist:
+
+    * v = J+ (xdot + K e), the rotation's rows times the characteristic length; below ``near_singular`` the
+      smallest singular value s is damped by lambda^2 = near_singular^2 - s^2 (Nakamura and Hanafusa's rule)
+    * all speeds are scaled down together to the limits v_max, then all changes to a_max dt, then the integral
+      q + dt v is kept within the range
+    * a joint that it is told of gets no column of J, and the speed 0
+
+    It sends its integral and v, as ftqp does, so that position servos are led by the speed. It reads the
+    model by pinocchio, and shares no formula with ftqp's planner.
+
+    Args:
+        robot: The arm.
+        dt: The sampling period, > 0 [s].
+        rows: What of the pose it follows, some of x, y, z, rx, ry, rz.
+        gain: K, > 0 [1/s]. A larger one follows closer, and shakes on noise and late samples.
+        near_singular: Singular values below this one are damped, > 0 [m]. A larger one damps farther away.
+
+    Raises:
+        InputError: A number is out of its range.
+
+    Source: Whitney 1969; Nakamura and Hanafusa 1986.
+    """
+
+    __slots__ = (
+        "_at", "_data", "_dt", "_failed", "_gain", "_near", "_q", "_robot", "_rows", "_tip", "_v", "brakes",
+        "tau",
+    )  # fmt: skip
+
+    brakes: BoolArray
+    tau: FloatArray
+
+    def __init__(
+        self,
+        robot: Robot,
+        dt: float,
+        *,
+        rows: Sequence[str] = COMPONENTS,
+        gain: float = GAIN,
+        near_singular: float = NEAR_SINGULAR,
+    ) -> None:
+        robot.refuse_tree("resolved rates need")
+        self._robot, self._dt, self._rows = robot, positive("dt", dt, "s"), tuple(rows)
+        self._at = [COMPONENTS.index(row) for row in self._rows]
+        self._data, self._tip = robot.model.createData(), frame_id(robot.model, robot.tip)
+        self._gain, self._near = positive("gain", gain, "1/s"), positive("near_singular", near_singular, "m")
+        self._failed = np.zeros(robot.nv, dtype=np.bool_)
+        self._q, self._v = robot.neutral.copy(), np.zeros(robot.nv)
+        self.brakes, self.tau = np.zeros(robot.nv, dtype=np.bool_), np.zeros(robot.nv)
+
+    @property
+    def q(self) -> FloatArray:
+        """Commanded positions, (nv,) [rad or m]; they belong to the controller."""
+        return seen(self._q)
+
+    @property
+    def v(self) -> FloatArray:
+        """Commanded velocities, (nv,) [rad/s or m/s]; they belong to the controller."""
+        return seen(self._v)
+
+    def reset(self, q: FloatArray, v: FloatArray | None = None) -> None:
+        """Begin at (q, v), each (nv,) [rad or m, and per s], all joints believed healthy; None is at rest."""
+        self._q[:] = self._robot.angles(q)
+        self._v[:] = 0.0 if v is None else v
+        self._failed[:] = False
+
+    def tell(self, joint: str | int) -> None:
+        """From now on that joint is known to be locked.
+
+        Args:
+            joint: Its name or 0-based index.
+        """
+        self._failed[self._robot.joint(joint)] = True
+
+    def repair(self, joint: str | int, position: float) -> None:
+        """From now on that joint works again.
+
+        Args:
+            joint: Its name or 0-based index.
+            position: Where it is, and where its drive is switched on [rad or m].
+        """
+        i = self._robot.joint(joint)
+        self._failed[i], self._q[i], self._v[i] = False, position, 0.0
+
+    def step(self, q: FloatArray, pose: FloatArray, twist: FloatArray) -> "ResolvedRates":
+        """One tick; the command is what the controller then holds.
+
+        Args:
+            q: Measured joint positions, (nv,) [rad or m].
+            pose: Where the tip should be, (4, 4) [m].
+            twist: How it should move, linear then angular, (6,) [m/s, rad/s].
+        """
+        robot, limits, dt = self._robot, self._robot.limits, self._dt
+        q = array("q", q, (robot.nv,), "(nv,)")
+        J = scaled_jacobian(
+            robot.model, self._data, self._tip, robot.configuration(q), self._rows, robot.length
+        )
+        T = self._data.oMf[self._tip].homogeneous
+        e = np.concatenate([pose[:3, 3] - T[:3, 3], rotation_vector(pose[:3, :3] @ T[:3, :3].T)])
+        rate = twist + self._gain * e
+        rate[3:] *= robot.length
+        rate = rate[self._at]
+        J[:, self._failed] = 0.0
+        v = self._inverse(J, rate)
+        v /= max(1.0, float(np.max(np.abs(v) / limits.v_max)))
+        change = v - self._v
+        change /= max(1.0, float(np.max(np.abs(change) / (limits.a_max * dt))))
+        v = np.where(self._failed, 0.0, self._v + change)
+        to = np.clip(self._q + dt * v, limits.q_min, limits.q_max)
+        self._v[:] = (to - self._q) / dt
+        self._q[:] = np.where(self._failed, q, to)
+        return self
+
+    def _inverse(self, J: FloatArray, rate: FloatArray) -> FloatArray:
+        """v, (nv,), nearest to the rate, damped near singularities."""
+        U, s, Vt = np.linalg.svd(J, full_matrices=False)
+        damping = max(0.0, self._near**2 - float(s[-1]) ** 2)
+        result: FloatArray = Vt.T @ (s / (s**2 + damping) * (U.T @ rate))
+        return result

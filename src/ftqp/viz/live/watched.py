@@ -1,0 +1,162 @@
+"""``ftqp.view``: a page of an arm that a loop of yours leads, in a tab or in the cell of a notebook."""
+
+from time import monotonic
+from typing import Any, Self, final
+
+import numpy as np
+
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.step import Step
+from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.errors import InputError
+from ftqp.faults.kinds import Fault
+from ftqp.model.robot import Robot
+from ftqp.sim.log.signals import HEALTHY
+from ftqp.sim.session.session_commands import Command
+from ftqp.sim.session.tick_facts import Facts, quaternion_of
+from ftqp.viz.live.frame import DrawnArm, Frame, frame_of
+from ftqp.viz.live.frame_source import Stage
+from ftqp.viz.live.live_page import PICTURES, Page
+
+HEIGHT = 480
+"""Of the page in a cell [px]."""
+
+
+def view(what: Planner | Robot, q: Any = None, *, port: int = 8080) -> "View":
+    """Open a page that shows a planner's arm, or a robot, and return what moves it.
+
+    Nothing runs beside your loop: call ``shown.show()`` in it as often as you like, and at most thirty times
+    a second something is drawn. In a notebook the last line of a cell shows the page; elsewhere open
+    ``shown.url``. Joints that the planner believes to have failed have their colours.
+
+        shown = ftqp.view(planner)
+        for k in range(4000):
+            step = planner.step(q, None, targets.at(k))
+            q = step.q.copy()
+            shown.show(step)
+
+    Args:
+        what: A planner, whose beliefs are shown, or a robot.
+        q: The configuration at first, (nv,) or (nq,) [rad or m]; None is the neutral one.
+        port: The port on this machine, 0 for any free one; where it is in use, the next free one is taken.
+
+    Raises:
+        InputError: It is neither, or no port is free.
+        MissingPackage: viser is not installed.
+    """
+    return View(what, q, port=port)
+
+
+@final
+class View:
+    """A page of one arm, until ``close``.
+
+    Args:
+        what: A planner or a robot, as ``view`` takes it.
+        q: The configuration at first.
+        port: The port.
+    """
+
+    def __init__(self, what: Planner | Robot, q: Any = None, *, port: int = 8080) -> None:
+        if not isinstance(what, Planner | Robot):
+            raise InputError(f"view shows a planner or a robot, got {type(what).__name__}")
+        self._planner = what if isinstance(what, Planner) else None
+        self.robot = what.robot if isinstance(what, Planner) else what
+        self._drawn, self._due, self._k = DrawnArm(self.robot), -np.inf, 0
+        self._frame = self._framed(self.robot.neutral if q is None else self.robot.angles(q), None)
+        self._page = Page(self, port=port)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        """Where the page is."""
+        return f"<view of {self.robot.name} at {self.url}>"
+
+    def _repr_html_(self) -> str:
+        """The page in a cell; where notebooks are not on this machine, its address."""
+        return (
+            f'<iframe src="{self.url}" width="100%" height="{HEIGHT}" style="border:0"></iframe>'
+            f'<div><a href="{self.url}" target="_blank">{self.url}</a></div>'
+        )
+
+    @property
+    def url(self) -> str:
+        """The address of the page, which only this machine reaches."""
+        return self._page.url
+
+    def show(self, step: Any = None) -> None:
+        """Draw the arm, if the last picture is a thirtieth of a second old.
+
+        Args:
+            step: A step of the planner, or a configuration, (nv,) or (nq,) [rad or m]; None draws what there
+                is again, with what the planner now believes.
+
+        Raises:
+            InputError: The shape is another one, or a number is NaN or infinite.
+        """
+        self._k += 1
+        now = monotonic()
+        if now < self._due:
+            return
+        self._due = now + 1.0 / PICTURES
+        if step is None:
+            self._frame = self._framed(self._frame.q, None)
+        elif isinstance(step, Step):
+            self._frame = self._framed(np.array(step.q), step)
+        else:
+            self._frame = self._framed(self.robot.angles(step), None)
+        self._page.refresh()
+
+    def close(self) -> None:
+        """End the page."""
+        self._page.close()
+
+    def frame(self) -> Frame:
+        """The latest frame, for the page."""
+        return self._frame
+
+    def stage(self) -> Stage:
+        """What stays the same, for the page."""
+        planner = self._planner
+        return Stage(
+            number=0,
+            title=self.robot.name,
+            robot=self.robot,
+            scheme="" if planner is None else planner.scheme.name,
+            backend="" if planner is None else planner.backend,
+            live=False,
+        )
+
+    def put(self, command: Command) -> None:
+        """The page has no controls that would move this arm."""
+
+    def _framed(self, q: FloatArray, step: Any) -> Frame:
+        """The picture at a configuration, (nv,), after a step or without one."""
+        planner, n = self._planner, self.robot.nv
+        codes = np.full(n, HEALTHY, dtype=np.int64)
+        faults: dict[str, Fault] = {} if planner is None else dict(planner.faults)
+        for joint, fault in faults.items():
+            codes[self.robot.joint(joint)] = fault.number
+        pose = self.robot.pose(q)
+        return frame_of(
+            Facts(
+                tick=self._k,
+                t=self._k * (0.0 if planner is None else planner.dt),
+                q=frozen(q.copy()),
+                v=frozen(np.zeros(n) if step is None else np.array(step.v)),
+                truth=codes,
+                belief=codes,
+                target_position=frozen(pose[:3, 3].copy()),
+                target_quaternion=frozen(quaternion_of(pose)),
+                status=0 if step is None else step.code,
+                path_status=0,
+                position_error=0.0 if step is None else step.position_error,
+                rotation_error=0.0 if step is None else step.rotation_error,
+                step_time=0.0,
+            ),
+            self._drawn,
+        )
