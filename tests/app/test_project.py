@@ -26,7 +26,7 @@ def test_version_is_the_same_everywhere() -> None:
 
 def test_extras_are_those_that_messages_name(project: dict[str, Any]) -> None:
     extras = set(project["project"]["optional-dependencies"])
-    assert extras == {"viz", "sim", "robots", "ros", "solvers", "distributed", "docs", "dev"}
+    assert extras == {"viz", "sim", "robots", "ros", "solvers", "build", "distributed", "docs", "dev"}
 
 
 def test_importing_ftqp_loads_neither_pinocchio_nor_numba_nor_pydantic() -> None:

@@ -1,19 +1,20 @@
 """A robot as a table, for the cells of notebooks."""
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from ftqp.core.html_table import html_table
 
-if TYPE_CHECKING:
-    from ftqp.model.robot import Robot
-
 HEADINGS = ("joint", "from", "to", "speed", "acceleration", "torque")
 
 
-def robot_html(robot: "Robot") -> str:
-    """Joints with their limits, degrees where they turn and metres where they slide, and what was found."""
+def robot_html(robot: Any) -> str:
+    """Joints with their limits, degrees where they turn and metres where they slide, and what was found.
+
+    Args:
+        robot: The ``ftqp.Robot``.
+    """
     limits, slides = robot.limits, robot.chain.prismatic
     rows = []
     for i, name in enumerate(robot.joints):

@@ -89,6 +89,7 @@ COARSE = ("--waypoints", "3", "--spacing", "0.5", "--stride", "50")
 
 COMMANDS = {
     "backends": (),
+    "build": ("planar6", "-o", "built"),
     "calibrate": ("made/minute", *ALARMS, "--out", "c.json"),
     "campaign": ("campaign.toml", "--out", "campaign", "--jobs", "2"),
     "check": ("short.toml",),

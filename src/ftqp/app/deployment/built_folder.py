@@ -93,7 +93,7 @@ def _library(wanted: Wanted, made: Path) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "layout.h").write_text(layout_header(), encoding="utf-8")
         command = [
-            sys.executable, "-m", MAKER, "--target", wanted.target, "--source", str(TEXTS),
+            sys.executable, "-P", "-m", MAKER, "--target", wanted.target, "--source", str(TEXTS),
             "--layout", folder, "--out", str(made / "lib"), *(["--cpu", wanted.cpu] if wanted.cpu else []),
         ]  # fmt: skip
         path = os.pathsep.join(filter(None, [str(KERNEL.parents[1]), os.environ.get("PYTHONPATH", "")]))

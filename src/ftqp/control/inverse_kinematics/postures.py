@@ -12,7 +12,8 @@ from ftqp.core.checks import instance
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
-from ftqp.kernel.entry.session import Session
+from ftqp.kernel.entry.orders import LIMITS, Orders
+from ftqp.kernel.entry.session import ArmSession, Session
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.model.robot import Robot
 
@@ -131,8 +132,10 @@ def postures(
             f"{locked} is locked and near is None, so that it is not known where; give near=q, the "
             "configuration of the arm"
         )
-    K = Session(robot.nv).K
-    belief.write(K.limits, K.faults)
+    session = Session(robot.nv)
+    K, given_limits = session.K, {name: getattr(robot.limits, name) for name in LIMITS}
+    arm = ArmSession(robot.chain.constants())
+    belief.write(Orders(session, arm, {**given_limits, "coulomb": robot.coulomb, "torque_limits": 1}))
     n = robot.nv
     limits = K.limits
     working = np.array(K.faults.code[:n] == HEALTHY)

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from ftqp.core.extras import remedy_for_extra
 from ftqp.kernel.compiled import mode
 from ftqp.kernel.compiled.mode import KERNEL
 
@@ -80,7 +81,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         from ftqp.kernel.building.store import CannotBuild
     except ImportError as error:
-        return _told(f"building needs numba and ziglang ({error}); pip install 'ftqp[build]'")
+        return _told(f"building needs numba and ziglang ({error}); {remedy_for_extra('build')}")
     try:
         made = _built(given)
     except (CannotBuild, LookupError, OSError) as error:
@@ -103,7 +104,7 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
     from ftqp.kernel.layout.record import CAPACITIES
 
     if importlib.util.find_spec("ziglang") is None:
-        raise CannotBuild("linking needs ziglang; pip install 'ftqp[build]'")
+        raise CannotBuild(f"linking needs ziglang; {remedy_for_extra('build')}")
     wanted = platforms()[given.target]
     if wanted.triple is None:
         processor = (
@@ -211,7 +212,7 @@ def _zig(*arguments: Any) -> str:
     """
     from ftqp.kernel.building.store import CannotBuild
 
-    command = [sys.executable, "-m", "ziglang", *map(str, arguments)]
+    command = [sys.executable, "-P", "-m", "ziglang", *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise CannotBuild(f"zig {arguments[0]} failed: {done.stderr.strip()[-2000:]}")
