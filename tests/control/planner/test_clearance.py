@@ -269,6 +269,41 @@ def test_what_cannot_be_kept_is_refused(more, said):
         ftqp.Planner(PANDA, DT, **more)
 
 
+def test_what_is_attached_is_kept_clear_until_it_is_detached():
+    wall = scene(wall=ftqp.Box((0.1, 1.0, 1.0), (0.75, 0.0, 0.5)))
+    reach = {}
+    for rod in (False, True):
+        planner = ftqp.Planner(PANDA, DT, emergency=None, scene=wall)
+        if rod:
+            planner.attach("rod", ftqp.Capsule((0, 0, 0), (0.15, 0, 0), 0.01))
+            assert ("rod", "wall") in planner.distances(START)
+        step, least = follow(planner, (0.8, 0.0, 0.5), ticks=1200)
+        assert least > KEEP - 1e-3
+        reach[rod] = PANDA.pose(step.q)[0, 3]
+        if rod:
+            assert "rod" in str(step.certificate)
+            planner.detach("rod")
+            assert ("rod", "wall") not in planner.distances(START)
+    assert reach[True] < reach[False] - 0.02
+    kept = planner.distances(START)
+    elbow = TIP[:3, :3].T @ (PANDA.pose(START, "panda_joint4")[:3, 3] - TIP[:3, 3])
+    for name, shapes, said in (
+        ("", ftqp.Capsule((0, 0, 0), (0, 0, 0.1), 0.01), "expected a word"),
+        ("wall", ftqp.Capsule((0, 0, 0), (0, 0, 0.1), 0.01), "there is a 'wall' already"),
+        ("ball", BALL, "expected a list of ftqp.Capsule"),
+        ("rod", [], "expected a list of ftqp.Capsule"),
+        ("rod", ftqp.Capsule((0, 0, 0), (0, 0, 0.1), 0.01, frame="elbow"), "frame is 'elbow'"),
+        ("rod", ftqp.Capsule(elbow, elbow, 0.02), "touch at its neutral posture"),
+    ):
+        with pytest.raises(InputError, match=said):
+            planner.attach(name, shapes)
+    assert planner.distances(START).keys() == kept.keys()
+    with pytest.raises(InputError, match="there is no 'rod' attached"):
+        planner.detach("rod")
+    with pytest.raises(InputError, match="keeps clear of nothing"):
+        ftqp.Planner(PANDA, DT).attach("rod", ftqp.Capsule((0, 0, 0), (0, 0, 0.1), 0.01))
+
+
 def test_above_a_base_that_moves_a_scene_is_refused():
     planner = ftqp.Planner(PANDA, 5e-3, level="velocity", scene=scene(ball=BALL))
     with pytest.raises(InputError, match="a scene stands where the base does"):

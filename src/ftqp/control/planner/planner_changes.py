@@ -7,7 +7,7 @@ meanwhile, by an exception at any line, leaves the rest to the next call.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -25,6 +25,7 @@ from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, Fault
 from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.layout.record import load_chain
+from ftqp.model.capsules import Capsule
 from ftqp.model.payload import Payload
 
 
@@ -138,6 +139,36 @@ class PlannerChanges(PlannerFacts, ABC):
         if self._leading is not None:
             raise InputError("the planner follows a plan of another tip; plan for robot.with_tip(T) instead")
         self._change(lambda wanted: replace(wanted, fitting=wanted.fitting.holding(T)))
+
+    @guarded("attach")
+    def attach(self, name: str, shapes: Capsule | Sequence[Capsule]) -> None:
+        """Keep more bodies clear that move with the arm: a tool, a load that sticks out.
+
+        From the next step on they are kept clear of the scene and of the arm, as its links are. What they
+        weigh is another matter, see ``carry``.
+
+        Args:
+            name: What they are called together in statuses and certificates.
+            shapes: Capsules, one or several; without a ``frame`` they are in that of the robot's own tip.
+
+        Raises:
+            InputError: These are no capsules, the name is taken, they touch the arm where it is neutral, or
+            the
+                planner keeps clear of nothing. Nothing changes then.
+        """
+        self._kept_clear().attach(name, shapes)
+
+    @guarded("detach")
+    def detach(self, name: str) -> None:
+        """Forget bodies that were attached.
+
+        Args:
+            name: What they are called.
+
+        Raises:
+            InputError: Nothing of that name is attached.
+        """
+        self._kept_clear().detach(name)
 
     @property
     def speed(self) -> float:

@@ -140,12 +140,20 @@ class PlannerFacts:
         Raises:
             InputError: A wrong shape, or a planner without a scene.
         """
+        known = self._kept_clear()
+        if np.ndim(q) == 2:
+            return known.distances(array("q", q, (len(q), self.robot.nv), "(S, nv)"))
+        return {names: d[0] for names, d in known.distances(self.robot.angles(q)[None]).items()}
+
+    def _kept_clear(self) -> Surroundings:
+        """What it keeps clear of.
+
+        Raises:
+            InputError: Nothing.
+        """
         if self._surroundings is None:
             raise InputError("the planner keeps clear of nothing; give it a scene, Planner(robot, scene=...)")
-        if np.ndim(q) == 2:
-            return self._surroundings.distances(array("q", q, (len(q), self.robot.nv), "(S, nv)"))
-        one = self._surroundings.distances(self.robot.angles(q)[None])
-        return {names: d[0] for names, d in one.items()}
+        return self._surroundings
 
     @property
     def task_rows(self) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """What a planner keeps its arm away from: itself, and a scene."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, final
 
 import numpy as np
@@ -15,7 +16,7 @@ from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import CLEARANCES
 from ftqp.kernel.layout.scene_room import CAPSULES, PAIRS
 from ftqp.model.body_frames import mount_of
-from ftqp.model.capsules import Capsule
+from ftqp.model.capsules import Capsule, named_apart
 from ftqp.model.robot import Robot
 from ftqp.model.shape import random_postures
 
@@ -71,6 +72,7 @@ class Surroundings:
     def __init__(self, session: Session, robot: Robot, scene: Scene | None, clearance: Clearance) -> None:
         self.scene, self.clearance = Scene() if scene is None else scene, clearance
         self._session, self._robot, self._room = session, robot, session.K.scene
+        self._attached: dict[str, tuple[Capsule, ...]] = {}
         self.left_out: tuple[tuple[str, str], ...] = ()
         self.names: tuple[tuple[str, str], ...] = ()
         room = self._room
@@ -103,6 +105,54 @@ class Surroundings:
         room.place[at], room.turn[at] = placed.place[:3, 3], placed.place[:3, :3].ravel()
         room.twist[at] = placed.twist
         self._look_again()
+
+    def attach(self, name: str, shapes: Any) -> None:
+        """Count on more bodies that move with the arm.
+
+        Args:
+            name: What they are called together.
+            shapes: Capsules, those without a frame in that of the robot's own tip.
+
+        Raises:
+            InputError: These are no capsules, the name is taken, or they touch the arm; nothing changes then.
+        """
+        if not (isinstance(name, str) and name):
+            raise InputError(f"name is {name!r:.60}, expected a word such as 'tray'")
+        given = [shapes] if isinstance(shapes, Capsule) else shapes
+        if not isinstance(given, Sequence) or not given or not all(isinstance(one, Capsule) for one in given):
+            raise InputError(f"{name} is {shapes!r:.60}, expected a list of ftqp.Capsule(a, b, radius)")
+        if name in {one.label for one in self._whole()} | {*self.scene, *self._attached}:
+            raise InputError(f"there is a {name!r} already; detach it, or give this another name")
+        tip = self._robot.tip
+        own = named_apart([replace(one, frame=one.frame or tip, name=name) for one in given])
+        self._attached[name] = own
+        try:
+            self._lay()
+        except InputError:
+            del self._attached[name]
+            self._lay()
+            raise
+
+    def detach(self, name: str) -> None:
+        """Forget bodies that were attached.
+
+        Args:
+            name: What they are called.
+
+        Raises:
+            InputError: Nothing of that name is attached.
+        """
+        if name not in self._attached:
+            known = ", ".join(self._attached) or "nothing"
+            raise InputError(
+                f"there is no {name!r:.60} attached{nearest(str(name), self._attached)}; there is {known}"
+            )
+        del self._attached[name]
+        self._lay()
+
+    def _whole(self) -> list[Capsule]:
+        """The bodies of the arm, and those that are attached to it."""
+        return [*self._robot.capsules, *(one for own in self._attached.values() for one in own)]
 
     def _mount(self, robot: Robot) -> None:
         self._robot = robot
@@ -161,10 +211,10 @@ class Surroundings:
         A capsule that lies along a face or a rod is as near to it everywhere, and which of its points is the
         nearest jumps from end to end: a row for each end keeps the arm from swinging between them.
         """
-        capsules = list(self._robot.capsules)
+        capsules = self._whole()
         round_only = all(isinstance(placed.shape, Sphere) for placed in self.scene.values())
         self._ends: list[tuple[int, ...]] = []
-        for one in self._robot.capsules:
+        for one in tuple(capsules):
             ends = () if round_only or np.array_equal(one.a, one.b) else (one.a, one.b)
             self._ends.append(tuple(range(len(capsules), len(capsules) + len(ends))))
             capsules += [Capsule(end, end, one.radius, frame=one.frame, name=one.label) for end in ends]
@@ -174,7 +224,7 @@ class Surroundings:
         """Pairs of the arm's own bodies that can and need be kept apart."""
         if not self.clearance.self_pairs:
             return []
-        robot, room, count = self._robot, self._room, len(self._robot.capsules)
+        robot, room, count = self._robot, self._room, len(self._ends)
         parent = robot.chain.parent
         pairs = [
             (c, o)
