@@ -144,8 +144,8 @@ class PlannerChanges(PlannerFacts, ABC):
     def attach(self, name: str, shapes: Capsule | Sequence[Capsule]) -> None:
         """Keep more bodies clear that move with the arm: a tool, a load that sticks out.
 
-        From the next step on they are kept clear of the scene and of the arm, as its links are. What they
-        weigh is another matter, see ``carry``.
+        From the next step on they are kept clear of the scene and of the arm, as its links are. Their weight
+        counts only where ``carry`` was told of it, too.
 
         Args:
             name: What they are called together in statuses and certificates.
@@ -153,8 +153,7 @@ class PlannerChanges(PlannerFacts, ABC):
 
         Raises:
             InputError: These are no capsules, the name is taken, they touch the arm where it is neutral, or
-            the
-                planner keeps clear of nothing. Nothing changes then.
+                the planner keeps clear of nothing. Nothing changes then.
         """
         self._kept_clear().attach(name, shapes)
 
