@@ -338,6 +338,36 @@ def test_the_kernel_measures_what_coal_measures_between_links():
             assert d == pytest.approx(far, abs=1e-13)
 
 
+def test_pairs_beyond_those_that_have_rows_are_said():
+    cage = scene(**{f"{k}": ftqp.Sphere(0.02, TIP[:3, 3] + 0.12 * d) for k, d in enumerate(_shell(40))})
+    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=cage)
+    planner.reset(START)
+    step = planner.step(START, None, ftqp.Target(pose=TIP))
+    assert planner._session.K.scene.crowded and step.status is ftqp.StepStatus.RELAXED
+    assert f"more than {CLEARANCES} points of bodies are near" in str(step.certificate)
+
+
+def _shell(count):
+    ways = np.random.default_rng(0).normal(size=(count, 3))
+    return ways / np.linalg.norm(ways, axis=1)[:, None]
+
+
+def test_whatever_is_believed_every_pair_is_looked_at_in_the_next_step():
+    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=scene(far=ftqp.Sphere(0.1, (1.5, 0.0, 0.5))))
+    room = planner._session.K.scene
+    planner.reset(START)
+    target = ftqp.Target(pose=TIP)
+    for told in (
+        lambda: planner.report(ftqp.Degraded("panda_joint2", acceleration=0.2)),
+        lambda: planner.withdraw("panda_joint2"),
+        lambda: planner.carry(ftqp.Payload(mass=1.0)),
+    ):
+        planner.step(START, None, target)
+        assert (room.look[: room.pairs] > planner.tick + 1).any()
+        told()
+        assert not room.look[: room.pairs].any()
+
+
 def test_the_solver_never_fails_beside_bodies_that_cannot_be_parted():
     shell = scene(**{f"{k}": ftqp.Sphere(0.2, TIP[:3, 3] + 0.22 * d) for k, d in enumerate(_ways())})
     planner = ftqp.Planner(PANDA, DT, emergency=None, scene=shell)

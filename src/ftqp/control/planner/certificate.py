@@ -20,6 +20,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.layout.rows import (
     CLEARANCE,
+    CLEARANCES,
     COMPONENTS,
     HOLD,
     KEEP,
@@ -188,19 +189,26 @@ def without_bound(parts: Any, jacobian: FloatArray, code: int) -> str:
 
 
 def too_near(parts: Any, nearest: tuple[str, str] | None) -> tuple[str, ...]:
-    """Which bodies are nearer to each other than they are to be kept, in a sentence; none without.
+    """Which bodies are nearer to each other than they are to be kept, and whether all are watched.
 
     Args:
         parts: Those of a step.
         nearest: The names of the pair that is nearest, or None.
     """
     distance, keep = float(parts["distance"][0]), float(parts["keep"][0])
-    if nearest is None or not distance < keep - NEARER:
+    if nearest is None:
         return ()
+    crowd = f"more than {CLEARANCES} points of bodies are near, and those that are farthest are not watched"
+    crowded = (crowd,) if parts["crowded"][0] else ()
+    if not distance < keep - NEARER:
+        return crowded
     apart = (
         f"{1e3 * distance:.1f} mm apart" if distance > 0.0 else f"{-1e3 * distance:.1f} mm into each other"
     )
-    return (f"{nearest[0]} and {nearest[1]} are {apart}, and are to be kept {1e3 * keep:.0f} mm apart",)
+    return (
+        f"{nearest[0]} and {nearest[1]} are {apart}, and are to be kept {1e3 * keep:.0f} mm apart",
+        *crowded,
+    )
 
 
 def instead(parts: Any, beside_free: str | None, excess: float) -> tuple[str, ...]:

@@ -71,6 +71,7 @@ PLACES_OF_A_STEP = {
     "nearest": ("scene", "nearest"),
     "keep": ("scene", "keep"),
     "slot": ("scene", "slot"),
+    "crowded": ("scene", "crowded"),
     **PLACES,
 }
 """Where each part of a step stands in the record."""

@@ -17,6 +17,7 @@ from ftqp.kernel.rows.turned_rows import turn_back
 from ftqp.kernel.ticks.accepted_inputs import accept_state
 from ftqp.kernel.ticks.steps import FLOAT
 from ftqp.kernel.ticks.tick import prepare_free, prepare_rich
+from ftqp.kernel.told.believed import look_again
 
 WHOLE = np.dtype(np.int64)
 STATUSES = len(Status)
@@ -131,6 +132,7 @@ def rollout(capacity: int) -> Callable[..., int]:
                     believe_event(
                         K.faults, K.limits, K.chain, K.qp, K.free, beliefs[events[at, 1]], events[at, 2]
                     )
+                    look_again(K.scene)
                     at += 1
                 code = INVALID_INPUT
                 if present:

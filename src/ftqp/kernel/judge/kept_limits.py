@@ -42,8 +42,9 @@ def joints_outside(K: Any) -> int:
 
 @jit
 def too_near(K: Any) -> int:
-    """Whether bodies are nearer than they are to be kept."""
-    return 1 if K.scene.pairs > 0 and K.scene.distance < K.scene.keep - NEARER else 0
+    """Whether bodies are nearer than they are to be kept, or more pairs are near than have rows."""
+    scene = K.scene
+    return 1 if scene.pairs > 0 and (scene.crowded or scene.distance < scene.keep - NEARER) else 0
 
 
 @jit

@@ -96,12 +96,15 @@ def _into(turn: Any, x: float, y: float, z: float, out: Any) -> None:
 
 
 @jit
-def _apart(n: Any, d: float, x: float, y: float, z: float) -> None:
-    """The direction from one axis to the other, kept where they touch."""
-    if d > TOUCHING:
-        n[0], n[1], n[2] = x / d, y / d, z / d
-    elif n[0] * n[0] + n[1] * n[1] + n[2] * n[2] < 0.5:
-        n[0], n[1], n[2] = 0.0, 0.0, 1.0
+def _between_axes(a: Any, b: Any, e: Any, f: Any, n: Any, near: Any, far: Any) -> float:
+    """The distance of two axes, the nearest points of both, and the way from the second to the first."""
+    s, t = of_segments(a, b, e, f)
+    for k in range(3):
+        near[k], far[k] = a[k] + s * (b[k] - a[k]), e[k] + t * (f[k] - e[k])
+    x, y, z = near[0] - far[0], near[1] - far[1], near[2] - far[2]
+    d = sqrt(x * x + y * y + z * z)
+    n[0], n[1], n[2] = (x / d, y / d, z / d) if d > TOUCHING else (0.0, 0.0, 1.0)
+    return d
 
 
 @jit
@@ -114,13 +117,7 @@ def distance_of_pair(K: Any, p: int, n: Any, near: Any, far: Any) -> float:
     c, other = scene.first[p], scene.second[p]
     a, b = scene.a[c], scene.b[c]
     if other >= 0:
-        e, f = scene.a[other], scene.b[other]
-        s, t = of_segments(a, b, e, f)
-        for k in range(3):
-            near[k], far[k] = a[k] + s * (b[k] - a[k]), e[k] + t * (f[k] - e[k])
-        x, y, z = near[0] - far[0], near[1] - far[1], near[2] - far[2]
-        d = sqrt(x * x + y * y + z * z)
-        _apart(n, d, x, y, z)
+        d = _between_axes(a, b, scene.a[other], scene.b[other], n, near, far)
         return d - scene.wide[c] - scene.wide[other]
     o = -1 - other
     place, turn, size = scene.place[o], scene.turn[o], scene.extent[o]
@@ -128,13 +125,7 @@ def distance_of_pair(K: Any, p: int, n: Any, near: Any, far: Any) -> float:
         e, f = scene.local, scene.along
         for k in range(3):
             e[k], f[k] = place[k] - size[0] * turn[3 * k + 2], place[k] + size[0] * turn[3 * k + 2]
-        s, t = of_segments(a, b, e, f)
-        for k in range(3):
-            near[k], far[k] = a[k] + s * (b[k] - a[k]), e[k] + t * (f[k] - e[k])
-        x, y, z = near[0] - far[0], near[1] - far[1], near[2] - far[2]
-        d = sqrt(x * x + y * y + z * z)
-        _apart(n, d, x, y, z)
-        return d - scene.wide[c] - size[1]
+        return _between_axes(a, b, e, f, n, near, far) - scene.wide[c] - size[1]
     local, along = scene.local, scene.along
     _into(turn, a[0] - place[0], a[1] - place[1], a[2] - place[2], local)
     _into(turn, b[0] - a[0], b[1] - a[1], b[2] - a[2], along)
@@ -187,9 +178,10 @@ def _pose(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> None:
         w, place = scene.twist[-1 - other], scene.place[-1 - other]
         u0, u1, u2 = cross(w[3], w[4], w[5], far[0] - place[0], far[1] - place[1], far[2] - place[2])
         towards = n[0] * (w[0] + u0) + n[1] * (w[1] + u1) + n[2] * (w[2] + u2)
-    moving = full = brake = 0.0
+    moving = full = brake = most = 0.0
     for j in range(chain.n):
         moving += row[j] * state.v[j]
+        most += abs(row[j]) * limits.a_max[j]  # of those that are being braked, too
     for k in range(faults.working):
         j = faults.order[k]
         full += abs(row[j]) * limits.a_max[j]
@@ -200,9 +192,9 @@ def _pose(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> None:
     spare = rate + may
     if p == scene.nearest:
         scene.closing = 1 if rate < -STILL else 0
-    reach = 2.0 * full * dt
-    free = K.faults.movable > K.faults.working
-    grows = 2.0 * (full + scene.gain * abs(may))
+    reach = 2.0 * most * dt
+    free = faults.movable > faults.working
+    grows = 2.0 * (most + scene.gain * abs(may))
     wait = 1.0
     if spare > reach and not free and towards == 0.0 and grows > 0.0:
         wait = max(min((spare - reach) / (grows * dt), float(UNSEEN)), 1.0)
@@ -210,8 +202,9 @@ def _pose(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> None:
     if spare > reach:
         return
     k = _place_of(scene, p, spare)
+    if k < 0 or (scene.met[k] and scene.slot[k] != p):
+        scene.crowded = 1  # this pair, or the one that it displaces, goes without a row
     if k < 0:
-        scene.crowded = 1
         return
     scene.slot[k], scene.spare[k], scene.met[k] = p, spare, 1
     least = min(towards - may, moving + full * dt)
@@ -225,8 +218,6 @@ def _look_at(K: Any, p: int) -> None:
     """Measure a pair, and pose its row."""
     scene = K.scene
     n, near, far = scene.normal, scene.near, scene.far
-    for k in range(3):
-        n[k] = 0.0
     d = distance_of_pair(K, p, n, near, far)
     scene.gap[p] = d + scene.way
     if d < scene.distance:

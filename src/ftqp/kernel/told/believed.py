@@ -74,6 +74,13 @@ def swings(faults: Any, chain: Any) -> bool:
 
 
 @jit
+def look_again(scene: Any) -> None:
+    """Every pair of bodies is looked at in the next tick: what the arm can brake is another now."""
+    for p in range(scene.pairs):
+        scene.look[p] = 0
+
+
+@jit
 def begin_to_believe(K: Any, given: Any) -> None:
     """After another joint is believed to have failed, or to work: what begins anew with it."""
     free = K.free

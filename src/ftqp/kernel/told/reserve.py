@@ -7,7 +7,7 @@ from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import VELOCITY
-from ftqp.kernel.told.believed import swings
+from ftqp.kernel.told.believed import look_again, swings
 
 MARGIN = 1.3
 """Bias and inertia beyond what was sampled that ``guard`` allows for. A guess that the tests have not
@@ -73,6 +73,7 @@ def count_on(K: Any, given: Any, rows: Any, out: Any) -> None:
         out: memory of the two shares.
     """
     limits, n, limited = K.limits, K.chain.n, len(rows) > 0
+    look_again(K.scene)
     on_demand = limited and given.on_demand != 0 and not swings(K.faults, K.chain)
     out.share = 1.0
     out.guard = 0.0

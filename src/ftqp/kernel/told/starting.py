@@ -6,6 +6,7 @@ from typing import Any
 from ftqp.kernel.jit import jit
 from ftqp.kernel.latches.settling import forget_settling
 from ftqp.kernel.layout.enums import AS_TOLD
+from ftqp.kernel.told.believed import look_again
 from ftqp.kernel.told.giving_up import restore
 from ftqp.kernel.told.stops import release
 
@@ -17,8 +18,7 @@ def forget_distances(scene: Any) -> None:
     scene.held = 0
     for k in range(len(scene.slot)):
         scene.slot[k] = -1
-    for k in range(len(scene.look)):
-        scene.look[k] = 0
+    look_again(scene)
     for k in range(len(scene.gap)):
         scene.gap[k] = -inf
 
