@@ -86,11 +86,6 @@ class Surroundings:
         """What it does in a planner's life."""
         return Stage(mount=self._mount)
 
-    @property
-    def distance(self) -> float:
-        """The least distance of two bodies in the last step [m]; inf without any."""
-        return float(self._room.distance) if self._room.pairs else np.inf
-
     def told(self, name: str) -> None:
         """Take over what has changed in the scene.
 
@@ -310,13 +305,6 @@ class Surroundings:
         self.names = tuple(named[k] for k in kept)
         room.pairs = len(kept)
 
-    def names_of_rows(self) -> tuple[str, ...]:
-        """What each row keeps apart now; the empty ones are called by their number."""
-        return tuple(
-            " and ".join(self.names[int(pair)]) if 0 <= pair < len(self.names) else f"pair {k + 1}"
-            for k, pair in enumerate(self._room.slot)
-        )
-
     def distances(self, q: FloatArray) -> dict[tuple[str, str], FloatArray]:
         """The distance of every pair at some postures, (S,) [m] each, by their names.
 
@@ -327,8 +315,3 @@ class Surroundings:
         for names, d in zip(self.names, self._session.pair_distances(q).T, strict=True):
             least[names] = np.minimum(least[names], d) if names in least else d
         return least
-
-    def nearest(self) -> tuple[str, str] | None:
-        """What is nearest to what; None without pairs, or before the first step."""
-        at: Any = int(self._room.nearest)
-        return self.names[at] if 0 <= at < len(self.names) else None
