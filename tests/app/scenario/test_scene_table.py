@@ -118,5 +118,5 @@ def test_wrong_tables_are_refused_in_a_sentence(made, text, said):
 
 
 def test_commands_that_look_at_no_scene_refuse_one(made):
-    with pytest.raises(InputError, match=r"has \[\[scene\]\], which ftqp coverage does not look at"):
-        made(AROUND).refuse_planes("ftqp coverage")
+    with pytest.raises(InputError, match=r"has \[\[scene\]\], which ftqp converge does not look at"):
+        made(AROUND).refuse_tables("ftqp converge", "constraints", "scene")

@@ -16,7 +16,7 @@ from ftqp.analysis.planning.refusals import unreached
 from ftqp.analysis.planning.sampled_nodes import sampled_nodes
 from ftqp.analysis.planning.survival_labels import node_labels
 from ftqp.analysis.planning.waypoint_nodes import curve_nodes
-from ftqp.analysis.survival.task_path import TaskPath, task_path
+from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import InputError
 
@@ -97,7 +97,7 @@ def waypoint_task(fine: TaskPath, wanted: int) -> TaskPath:
     goals = np.tile(np.eye(4), (len(t), 1, 1))
     goals[:, :3, 3] = np.stack([np.interp(t, fine.t, p) for p in fine.goals[:, :3, 3].T], axis=1)
     goals[:, :3, :3] = Slerp(fine.t, Rotation.from_matrix(fine.goals[:, :3, :3]))(t).as_matrix()
-    return task_path(fine.robot, goals, rows=fine.named_rows, dt=float(t[1] - t[0]))
+    return fine.through(goals, float(t[1] - t[0]))
 
 
 def _nodes(case: PlanCase, task: TaskPath, farthest: FloatArray) -> list[FloatArray]:
@@ -108,7 +108,7 @@ def _nodes(case: PlanCase, task: TaskPath, farthest: FloatArray) -> list[FloatAr
 
     study, settings = case.study, case.settings
     if study.redundancy == 1:
-        return curve_nodes(
+        nodes = curve_nodes(
             study,
             task.goals,
             spacing=settings.spacing,
@@ -117,7 +117,8 @@ def _nodes(case: PlanCase, task: TaskPath, farthest: FloatArray) -> list[FloatAr
             told=tell,
             portions=case.portions,
         )
-    return sampled_nodes(
+        return [q[task.clear(q)] for q in nodes]
+    nodes = sampled_nodes(
         study,
         task.goals,
         count=settings.nodes,
@@ -126,6 +127,7 @@ def _nodes(case: PlanCase, task: TaskPath, farthest: FloatArray) -> list[FloatAr
         q0=case.start,
         told=tell,
     )
+    return [q[task.clear(q)] for q in nodes]
 
 
 def _costs(case: PlanCase, nodes: Sequence[FloatArray], survives: Sequence[BoolArray]) -> list[FloatArray]:

@@ -12,10 +12,13 @@ from ftqp.analysis.planning.corridor import Corridor, corridor_of
 from ftqp.analysis.planning.plan_file import read_plan, write_plan
 from ftqp.analysis.planning.remaining import continuation, remaining
 from ftqp.analysis.spatial_map import whole_number
+from ftqp.analysis.survival.around import Around, around_of
 from ftqp.analysis.survival.coverage_case import coverage_case
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.task_path import TaskPath, robot_digest, task_path
 from ftqp.control.planner.leading_plan import Remaining
+from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.placed_shapes import Scene
 from ftqp.core.checks import FloatArray, frozen, positive, read_only
 from ftqp.core.errors import InputError
 from ftqp.core.html_table import html_table
@@ -46,6 +49,7 @@ class Plan:
         robot_digest: A hash of the arm.
         task_digest: A hash of arm, rows and path.
         robot: The arm; None where the plan was read without one.
+        around: What the arm keeps clear of; None is nothing. A file does not hold it.
     """
 
     q: FloatArray
@@ -62,6 +66,7 @@ class Plan:
     robot_digest: str
     task_digest: str
     robot: Robot | None = None
+    around: Around | None = None
 
     def __post_init__(self) -> None:
         read_only(self)
@@ -109,18 +114,28 @@ class Plan:
             raise InputError(
                 f"this plan was read without its robot, {self.robot_name}; give it one with plan.of(robot)"
             )
-        return task_path(self.robot, self.goals, rows=self._named_rows, dt=self.dt)
+        found = task_path(self.robot, self.goals, rows=self._named_rows, dt=self.dt)
+        return found.among(self.around)
 
     @property
     def _named_rows(self) -> str | tuple[str, ...]:
         return "position_axis" if self.axis else self.rows
 
-    def of(self, robot: Robot, path: Any = None) -> Self:
+    def of(
+        self,
+        robot: Robot,
+        path: Any = None,
+        *,
+        scene: Scene | None = None,
+        clearance: Clearance | None = None,
+    ) -> Self:
         """This plan with its robot.
 
         Args:
             robot: The arm that it was made for.
             path: The path that it has to be for, as ``plan`` takes it; None is that of the plan.
+            scene: What stands around the arm now; None is what the plan was made with.
+            clearance: How far the arm keeps; None as in ``plan``.
 
         Raises:
             InputError: The plan is for another robot or another path.
@@ -130,7 +145,8 @@ class Plan:
                 f"the plan is for another robot ({self.robot_name} with {len(self.joints)} joints) than "
                 f"{robot.name}: links, tool, load or limits differ; plan again for this one"
             )
-        own = replace(self, robot=robot)
+        around = around_of(robot, scene, clearance)
+        own = replace(self, robot=robot, around=self.around if around is None else around)
         if path is not None:
             dt = path.dt if isinstance(path, TaskPath) else self.dt
             other = (
@@ -280,6 +296,7 @@ def plan_of(
         robot_digest=robot_digest(task.robot),
         task_digest=task.digest,
         robot=task.robot,
+        around=task.around,
     )
 
 

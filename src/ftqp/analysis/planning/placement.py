@@ -12,7 +12,7 @@ from ftqp.analysis.planning.dynamic_program import grid_plan
 from ftqp.analysis.planning.plan_case import PlanCase
 from ftqp.analysis.planning.plan_settings import PlanSettings
 from ftqp.analysis.planning.portions import Here
-from ftqp.analysis.survival.task_path import TaskPath, task_path
+from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, unknown
 from ftqp.core.pose import rotation_z, transform
@@ -149,10 +149,12 @@ def _box(task: TaskPath, freedoms: Sequence[Freedom]) -> tuple[FloatArray, Float
 
 def _moved(task: TaskPath, freedoms: Sequence[Freedom], x: FloatArray) -> TaskPath:
     """The task with a placement."""
-    goals = task.goals.copy()
+    goals, by = task.goals.copy(), np.zeros(3)
     for name, value in zip(_names(task, freedoms), x, strict=True):
         if name == "yaw":
             goals = goals @ transform(rotation_z(float(value)), np.zeros(3))
         else:
-            goals[:, "xyz".index(name[-1]), 3] -= value
-    return task_path(task.robot, goals, rows=task.named_rows, dt=task.dt)
+            by["xyz".index(name[-1])] = -value
+    goals[:, :3, 3] += by
+    moved = task.through(goals)
+    return moved.among(task.around.moved(task.robot, by)) if task.around is not None and by.any() else moved

@@ -14,12 +14,15 @@ from ftqp.analysis.planning.plan_case import PlanCase, silent
 from ftqp.analysis.planning.plan_settings import Method, PlanSettings, Told
 from ftqp.analysis.planning.portions import Here, Portions
 from ftqp.analysis.planning.refined_trajectory import smooth_trajectories
-from ftqp.analysis.planning.refusals import refuse_illegal, unreached
+from ftqp.analysis.planning.refusals import refuse_illegal, refuse_near, unreached
 from ftqp.analysis.planning.self_motion_speeds import constant_plan, spline_plan
 from ftqp.analysis.planning.survival_labels import Survivals, survivals
 from ftqp.analysis.planning.waypoint_nodes import curve_nodes
 from ftqp.analysis.spatial_map import whole_number
+from ftqp.analysis.survival.around import around_of
 from ftqp.analysis.survival.task_path import TaskPath, task_path
+from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.placed_shapes import Scene
 from ftqp.core.checks import FloatArray, instance, non_negative
 from ftqp.core.errors import InputError, unknown
 from ftqp.model.robot import Robot
@@ -44,6 +47,8 @@ def plan(
     weights: Mapping[str | int, float] | None = None,
     progress: Told | None = None,
     portions: Portions | None = None,
+    scene: Scene | None = None,
+    clearance: Clearance | None = None,
 ) -> Plan:
     """The trajectory along a path that survives the failure of most joints at most instants.
 
@@ -70,6 +75,9 @@ def plan(
         progress: Called with what is done, of how much, and what is being done.
         portions: Who computes the independent parts of the work and keeps what is done; None does everything
             here and keeps nothing.
+        scene: What stands around the arm, as it stands now: the plan keeps clear of it, and so must the arm
+            after a failure. None is what the path was made with, or nothing.
+        clearance: How far the arm keeps from it and from itself; None is ``ftqp.Clearance()`` beside a scene.
 
     Raises:
         InputError: An argument is wrong, the path leaves the workspace or the limits, no trajectory that is
@@ -82,6 +90,8 @@ def plan(
     knobs = PlanSettings() if settings is None else settings
     instance("settings", knobs, PlanSettings, "PlanSettings")
     task = _task(robot, path, rows, dt, q0)
+    if scene is not None or clearance is not None:
+        task = task.among(around_of(robot, scene, clearance))
     _refuse_method(task, method)
     case = PlanCase(
         task=task,
@@ -141,7 +151,7 @@ def _task(robot: Robot, path: Any, rows: Any, dt: float | None, q0: Any) -> Task
             f"path is a task of another {path.robot.name} than robot, or with another tool, load or limits; "
             "expected the same arm"
         )
-    return task_path(robot, path.goals, rows=path.named_rows, dt=path.dt, q0=q0)
+    return task_path(robot, path.goals, rows=path.named_rows, dt=path.dt, q0=q0).among(path.around)
 
 
 def _refuse_method(task: TaskPath, method: str) -> None:
@@ -169,6 +179,7 @@ def _start(case: PlanCase, q0: FloatArray) -> FloatArray:
             f"q0 is not brought onto the first sample of the path ({left[0]:.2g} m are left); expected a "
             "regular start"
         )
+    refuse_near(task, q, "q0")
     return np.asarray(q[0])
 
 
@@ -179,7 +190,10 @@ def _starts(case: PlanCase) -> FloatArray:
     nodes = curve_nodes(case.study, case.task.goals[:1], spacing=START_SPACING, seed=case.seed)[0]
     if not len(nodes):
         raise unreached(case.study, case.task, 0)
-    return nodes
+    clear = np.asarray(nodes[case.task.clear(nodes)])
+    if not len(clear):
+        raise unreached(case.study, case.task, 0)
+    return clear
 
 
 _Found = tuple[FloatArray, dict[str, Any]]

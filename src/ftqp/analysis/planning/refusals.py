@@ -3,6 +3,7 @@
 import numpy as np
 
 from ftqp.analysis.goals import GoalStudy
+from ftqp.analysis.survival.coverage_case import FOLLOWED
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
@@ -20,6 +21,12 @@ def unreached(study: GoalStudy, task: TaskPath, k: int) -> InputError:
     q, left, _ = study.limited.solutions(study.starts(STARTS))
     where = f"sample {k} of the path (t = {task.t[k]:g} s)"
     reached = q[left <= study.tolerance]
+    inside = reached[(reached >= limits.q_min).all(axis=1) & (reached <= limits.q_max).all(axis=1)]
+    if len(inside) and not task.clear(inside).any():
+        return InputError(
+            f"{robot.name} comes too near to something at {where}: {1e3 * task.clearances(inside).max():.3g} "
+            f"mm at most, expected {1e3 * _keep(task):g} mm; move the path or what stands there"
+        )
     if not len(reached):
         return InputError(
             f"{robot.name} does not reach {where}, being {left.min():.3g} m off at least; expected a path "
@@ -32,6 +39,29 @@ def unreached(study: GoalStudy, task: TaskPath, k: int) -> InputError:
         f"{robot.name} reaches {where} outside its limits only, {robot.joints[i]!r} being "
         f"{max(best[i], 0.0):.3g} rad or m beyond at least; expected a path within the limits"
     )
+
+
+def refuse_near(task: TaskPath, q: FloatArray, which: str) -> None:
+    """Refuses postures in which the arm is nearer to something than it is to keep.
+
+    Args:
+        task: The path.
+        q: Postures, (k, nv) [rad or m].
+        which: What they are, for the message.
+    """
+    far = task.clearances(q)
+    k = int(far.argmin())
+    if task.around is not None and far[k] < _keep(task) - OUTSIDE:
+        at = "" if len(q) == 1 else f" at sample {k}"
+        raise InputError(
+            f"{which} comes too near to something{at}: {1e3 * far[k]:.3g} mm, expected at least "
+            f"{1e3 * _keep(task):g} mm; start elsewhere, move the path, or ask for less, "
+            "ftqp.Clearance(keep=...)"
+        )
+
+
+def _keep(task: TaskPath) -> float:
+    return 0.0 if task.around is None else task.around.clearance.keep
 
 
 def refuse_illegal(task: TaskPath, q: FloatArray, method: str) -> None:
@@ -56,3 +86,5 @@ def refuse_illegal(task: TaskPath, q: FloatArray, method: str) -> None:
                 f"{told.format(excess[k, i])} at sample {k} (t = {task.t[k]:g} s); take 'dp', start "
                 "elsewhere or give the path more time"
             )
+    if not np.all(task.clearances(q) >= _keep(task) - FOLLOWED[0]):
+        refuse_near(task, q, f"the plan by the method {method!r}")

@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from ftqp.analysis.survival.continuing import continuation_study
-from ftqp.analysis.survival.task_path import TaskPath, task_path
+from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import Degraded, Fault, Locked
@@ -70,8 +70,7 @@ def remaining(task: TaskPath, q: FloatArray, at: float, faults: Sequence[Fault])
         found.append(Remaining(kind="task", rows=own, until=float(task.t[-1]), q=whole.q, sentence=end))
     else:
         for rows in FEWER.get(own, ()):
-            less = task_path(robot, task.goals, rows=rows, dt=task.dt)
-            motion = _continued(less, q, begin, failed)
+            motion = _continued(task.with_rows(rows), q, begin, failed)
             if motion is not None and motion.survived:
                 text = f"go on to the end of the path with {WORDS[rows]} only"
                 found.append(
@@ -123,8 +122,7 @@ def _retreat(task: TaskPath, q: FloatArray, begin: int, failed: list[int], own: 
     """The way back to the begin of the path, or as far as it goes."""
     if begin == 0:
         return []
-    back = task_path(task.robot, task.goals[begin::-1], rows=task.named_rows, dt=task.dt)
-    motion = _continued(back, q, 0, failed)
+    motion = _continued(task.through(task.goals[begin::-1]), q, 0, failed)
     if motion is None or motion.last == 0:
         return []
     time = float(task.t[begin - motion.last])

@@ -9,6 +9,7 @@ import numpy as np
 from ftqp.analysis.planning.plan_case import PlanCase
 from ftqp.analysis.planning.refusals import OUTSIDE
 from ftqp.analysis.survival.continuing import continuation_study, locks_survived
+from ftqp.analysis.survival.coverage_case import FOLLOWED
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.layout.survival import SURVIVED
@@ -25,6 +26,7 @@ class Survivals:
         excess: How far the worst joint is outside its limits, (P,) [rad or m]; 0 inside.
         hurry: Largest |v| / v_max, (P,).
         energy: sum |dq|^2 / dt, (P,) [rad^2/s].
+        short: By how much the arm comes nearer to something than it is to keep, (P,) [m]; 0 if it does not.
     """
 
     coverage: FloatArray
@@ -32,11 +34,13 @@ class Survivals:
     excess: FloatArray
     hurry: FloatArray
     energy: FloatArray
+    short: FloatArray
 
     @property
     def legal(self) -> BoolArray:
-        """Whether positions and speeds are within their limits, (P,)."""
-        return np.asarray((self.excess <= OUTSIDE) & (self.hurry <= 1.0 + OUTSIDE))
+        """Whether positions and speeds are within their limits, and the arm clear of everything, (P,)."""
+        inside = (self.excess <= OUTSIDE) & (self.hurry <= 1.0 + OUTSIDE)
+        return np.asarray(inside & (self.short <= FOLLOWED[0]))
 
 
 @final
@@ -127,4 +131,12 @@ def survivals(
         excess=np.maximum(beyond.max(axis=1), 0.0),
         hurry=(np.abs(v) / limits.v_max).max(axis=(1, 2)),
         energy=(v * v).sum(axis=(1, 2)) * task.dt,
+        short=_short(task, q),
     )
+
+
+def _short(task: TaskPath, q: FloatArray) -> FloatArray:
+    if task.around is None:
+        return np.zeros(len(q))
+    far = task.clearances(q.reshape(-1, q.shape[2])).reshape(q.shape[:2]).min(axis=1)
+    return np.asarray(np.maximum(task.around.clearance.keep - far, 0.0))

@@ -21,6 +21,8 @@ START_ERROR = 1e-9
 def task_session(task: TaskPath) -> StudySession:
     """Studies of the arm with the rows of a task, within its limits; the goal is the first sample."""
     session = rows_session(task.robot, task.named_rows)
+    if task.around is not None:
+        session.keep_clear(task.around.room)
     session.aim(task.goals[0])
     return session
 

@@ -5,6 +5,8 @@ from typing import Any, Literal
 from ftqp.analysis.planning.fault_plan import Plan
 from ftqp.analysis.survival.coverage_case import FOLLOWED, Fault, coverage_case
 from ftqp.analysis.survival.coverage_report import CoverageReport
+from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.placed_shapes import Scene
 from ftqp.core.checks import instance
 from ftqp.model.robot import Robot
 
@@ -25,6 +27,8 @@ def coverage(
     deceleration: Any = None,
     tolerance: tuple[float, float] = FOLLOWED,
     upper_bound: int | None = None,
+    scene: Scene | None = None,
+    clearance: Clearance | None = None,
     threads: int | None = None,
 ) -> CoverageReport:
     """Which failures a motion survives: each (joint, instant) is continued to the end of the path.
@@ -56,11 +60,16 @@ def coverage(
             [m, rad].
         upper_bound: At how many samples it is looked how many joints any posture can do without; None does
             not look, for it takes some tenths of a second each.
+        scene: What stands around the arm, as it stands now. A failure after which the arm comes nearer to it,
+            or to itself, than is to be kept is not survived; ``qp`` and ``planner`` go round as far as the
+            joints that are left can, ``exact`` has no choice. None is that of the path, or nothing.
+        clearance: How far the arm keeps; None is ``ftqp.Clearance()`` beside a scene.
         threads: How many threads share the work; None is one a core.
 
     Raises:
         InputError: The motion does not follow the path, is not finite or has a wrong shape, the path belongs
-            to another robot, or a setting is out of its range.
+            to another robot, a setting is out of its range, or something in the scene
+            moves.
     """
     instance("robot", robot, Robot, "a Robot")
     if isinstance(q, Plan):
@@ -69,5 +78,6 @@ def coverage(
     case = coverage_case(
         robot, path, q, dt=dt, stride=stride, lock=lock, post=post, rows=rows, joints=joints, fault=fault,
         velocity=velocity, deceleration=deceleration, tolerance=tolerance, upper_bound=upper_bound,
+        scene=scene, clearance=clearance,
     )  # fmt: skip
     return case.verify(threads)

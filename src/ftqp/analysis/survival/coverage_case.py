@@ -8,6 +8,7 @@ from typing import Any, Literal, assert_never, final, get_args
 import numpy as np
 
 from ftqp.analysis.spatial_map import whole_number
+from ftqp.analysis.survival.around import around_of
 from ftqp.analysis.survival.continuing import path_values
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.failure_instants import Pairs
@@ -18,6 +19,8 @@ from ftqp.analysis.tolerance.failed_sets import relative_manipulability
 from ftqp.analysis.tolerance.null_vectors import null_vector
 from ftqp.analysis.tolerance.structural_joints import structural_joints
 from ftqp.control.paths import Path
+from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.placed_shapes import Scene
 from ftqp.core.checks import FloatArray, IntArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.faults import kinds
@@ -50,6 +53,8 @@ def coverage_case(
     deceleration: Any = None,
     tolerance: tuple[float, float] = FOLLOWED,
     upper_bound: int | None = None,
+    scene: Scene | None = None,
+    clearance: Clearance | None = None,
 ) -> "CoverageCase":
     """What ``coverage`` has to verify, checked; for those who share the work out.
 
@@ -68,10 +73,12 @@ def coverage_case(
         deceleration: Of a ramp.
         tolerance: Errors that count as survived.
         upper_bound: At how many samples any posture is looked at.
+        scene: What stands around the arm.
+        clearance: How far it keeps.
     """
     instance("robot", robot, Robot, "a Robot")
     whole_number("stride", stride, 1)
-    task = _task(robot, path, q, dt)
+    task = _task(robot, path, q, dt, scene=scene, clearance=clearance)
     motion = frozen(array("q", q, (task.N + 1, robot.nv), "(N + 1, nv)"))
     if lock not in ("instant", "ramp"):
         raise InputError(f"lock is {lock!r}, expected 'instant' or 'ramp'")
@@ -172,6 +179,7 @@ class CoverageCase:
             rotation=by_failure(found.rotation),
             margin=by_failure(found.margin),
             hurry=by_failure(found.hurry),
+            clearance=by_failure(found.clearance),
             jump=frozen(_jumps(motion, kept.dt, pairs.samples, pairs.failures, self.manipulability)),
             manipulability=frozen(self.manipulability),
             structural=structural,
@@ -187,7 +195,7 @@ class CoverageCase:
         )
 
 
-def _task(robot: Robot, path: Any, q: Any, dt: float | None) -> TaskPath:
+def _task(robot: Robot, path: Any, q: Any, dt: float | None, **around: Any) -> TaskPath:
     """The path on the grid of the motion."""
     if isinstance(path, TaskPath):
         if path.robot is not robot and path.digest != path.with_robot(robot).digest:
@@ -195,15 +203,18 @@ def _task(robot: Robot, path: Any, q: Any, dt: float | None) -> TaskPath:
                 f"path was made for another robot than {robot.name}, or for one with another tool, load or "
                 "limits; expected the same arm"
             )
+        if any(value is not None for value in around.values()):
+            return path.among(around_of(robot, **around))
         return path
     count = np.shape(q)[0] if np.ndim(q) == 2 else 0
     if count < 2:
         raise InputError(f"q has shape {np.shape(q)}, expected (N + 1, nv) with at least 2 samples")
     if isinstance(path, Path):
-        return task_path(robot, path, dt=path.duration / (count - 1))
+        return task_path(robot, path, dt=path.duration / (count - 1), **around)
     if path is None:
         raise InputError("path is None, which stands for that of a plan; give the path of this motion")
-    return task_path(robot, path, rows="pose" if np.ndim(path) == 3 else "position", dt=dt)
+    rows = "pose" if np.ndim(path) == 3 else "position"
+    return task_path(robot, path, rows=rows, dt=dt, **around)
 
 
 def _refuse_off_path(task: TaskPath, q: FloatArray) -> FloatArray:

@@ -27,6 +27,7 @@ SENTENCES: Final = {
     Survival.NOMINAL: "The motion itself is outside its limits at the failure.",
     Survival.ERROR: "The error leaves its tolerance.",
     Survival.STRUCTURAL: "This task can never do without the joint.",
+    Survival.TOO_NEAR: "The arm comes too near to something, or to itself.",
 }
 """What each verdict says."""
 CLOSE: Final = 0.01
@@ -53,6 +54,8 @@ class CoverageReport:
         rotation: The same of rotation, (failures, K) [rad].
         margin: Least distance of a joint that moves from its limits, (failures, K) [rad or m].
         hurry: Largest share of a speed limit, (failures, K).
+        clearance: Least distance of two bodies that are to be kept apart until the end, or until it is lost,
+            (failures, K) [m]; inf where none are.
         jump: Length of the jump of the joint velocities that an instant lock asks for, (failures, K) [rad/s].
         manipulability: Relative manipulability without each failure's joints at all samples, (N + 1,
             failures); with one joint to spare and single joints it has the sign of the null vector.
@@ -75,6 +78,7 @@ class CoverageReport:
     rotation: FloatArray
     margin: FloatArray
     hurry: FloatArray
+    clearance: FloatArray
     jump: FloatArray
     manipulability: FloatArray
     structural: tuple[str, ...]
@@ -150,6 +154,11 @@ class CoverageReport:
     def least_margin(self) -> float:
         """The least distance from a position limit of all survived pairs [rad or m]."""
         return float(self.margin[self.survived].min(initial=np.inf))
+
+    @property
+    def least_clearance(self) -> float:
+        """The least distance of bodies that are to be kept apart, of all survived pairs [m]; inf without."""
+        return float(self.clearance[self.survived].min(initial=np.inf))
 
     @property
     def energy(self) -> float:

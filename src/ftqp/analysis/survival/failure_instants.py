@@ -89,19 +89,24 @@ class Pairs:
 
     def _run(self, at: IntArray, row: IntArray, threads: int | None) -> Continuations:
         """Pairs after which the planner goes on."""
-        position, rotation = np.empty(len(at)), np.empty(len(at))
+        position, rotation, clearance = (np.empty(len(at)) for _ in range(3))
         for sample in np.unique(at):
             some = np.flatnonzero(at == sample)
             faults = [self.told[k] for k in row[some]]
-            position[some], rotation[some] = self._planner.at(int(sample), faults, threads)
+            position[some], rotation[some], clearance[some] = self._planner.at(int(sample), faults, threads)
         kept = (position <= self.tolerance[0]) & (rotation <= self.tolerance[1])
+        keep = -np.inf if self.task.around is None else self.task.around.clearance.keep - self.tolerance[0]
+        near = clearance < keep
         return Continuations(
-            status=np.where(kept, int(Survival.SURVIVED), int(Survival.ERROR)),
-            sample=np.where(kept, self.task.N, at),
+            status=np.select(
+                [near, kept], [int(Survival.TOO_NEAR), int(Survival.SURVIVED)], int(Survival.ERROR)
+            ),
+            sample=np.where(kept & ~near, self.task.N, at),
             position=position,
             rotation=rotation,
             margin=np.full(len(at), np.nan),
             hurry=np.full(len(at), np.nan),
+            clearance=clearance,
         )
 
 

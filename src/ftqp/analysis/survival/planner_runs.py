@@ -35,12 +35,19 @@ class PlannerRuns:
 
     def __init__(self, task: TaskPath, q: FloatArray) -> None:
         self._task, self._q, self._v = task, q, np.gradient(q, task.dt, axis=0)
-        self._planner = Planner(task.robot, dt=TICK, task=Task(rows=task.named_rows))
+        around = task.around
+        self._planner = Planner(
+            task.robot,
+            dt=TICK,
+            task=Task(rows=task.named_rows),
+            scene=None if around is None else around.scene,
+            clearance=None if around is None else around.clearance,
+        )
 
     def at(
         self, sample: int, faults: Sequence[Fault], threads: int | None = None
-    ) -> tuple[FloatArray, FloatArray]:
-        """The largest errors after each of some faults at a sample, (faults,) [m] and [rad].
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The largest errors after each of some faults at a sample, and the least clearance, (faults,) each.
 
         Args:
             sample: At which joints fail.
@@ -55,7 +62,7 @@ class PlannerRuns:
             faults=list(faults),
             threads=threads,
         )
-        return done.position_error, done.rotation_error
+        return done.position_error, done.rotation_error, done.clearance
 
 
 def refuse_no_masses(robot: Robot) -> None:

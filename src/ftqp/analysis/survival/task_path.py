@@ -6,9 +6,12 @@ from typing import Any, Self, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.arm_study import task_rows
+from ftqp.analysis.survival.around import Around, around_of
+from ftqp.control.inverse_kinematics.arm_study import robot_session, task_rows
 from ftqp.control.paths import Path
-from ftqp.core.checks import FloatArray, array, frozen, instance, positive
+from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.placed_shapes import Scene
+from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
 from ftqp.kernel.layout.rows import COMPONENTS
@@ -35,7 +38,9 @@ class TaskPath:
         t: Times of the samples, (N + 1,) [s].
         goals: Poses at these times, (N + 1, 4, 4) [m]; rows that do not count are arbitrary.
         dt: The time between samples [s].
-        digest: A hash of the robot, of the rows and of the samples: equal for the same task.
+        digest: A hash of the robot, of the rows, of the samples and of what stands around: equal for the same
+            task.
+        around: What the arm keeps clear of; None is nothing.
     """
 
     robot: Robot
@@ -45,6 +50,7 @@ class TaskPath:
     goals: FloatArray
     dt: float
     digest: str
+    around: Around | None = None
 
     @property
     def m(self) -> int:
@@ -85,7 +91,7 @@ class TaskPath:
                 f"stride is {stride}, expected a divisor of N = {self.N}, so that the grid stays even"
             )
         at = np.arange(0, self.N + 1, stride)
-        return self._with(self.t[at], self.goals[at], self.dt * stride)
+        return self.through(self.goals[at], self.dt * stride)
 
     def coarse(self, K: int) -> Self:
         """This task on a grid of K + 1 samples, as near to even as the samples allow.
@@ -109,7 +115,7 @@ class TaskPath:
             InputError: The rows are unknown, or the arm has fewer joints.
         """
         names, axis = task_rows(self.robot, rows)
-        digest = _digest(self.robot, names, axis, self.dt, self.goals)
+        digest = _digest(self.robot, names, axis, self.dt, self.goals, self.around)
         return replace(self, rows=names, axis=axis, digest=digest)
 
     def with_robot(self, robot: Robot) -> Self:
@@ -118,16 +124,61 @@ class TaskPath:
         Args:
             robot: The arm.
         """
-        return replace(self, robot=robot, digest=_digest(robot, self.rows, self.axis, self.dt, self.goals))
+        around = None if self.around is None else self.around.on(robot)
+        digest = _digest(robot, self.rows, self.axis, self.dt, self.goals, around)
+        return replace(self, robot=robot, around=around, digest=digest)
 
-    def _with(self, t: FloatArray, goals: FloatArray, dt: float) -> Self:
-        t, goals = frozen(t.copy()), frozen(goals.copy())
-        digest = _digest(self.robot, self.rows, self.axis, dt, goals)
-        return replace(self, t=t, goals=goals, dt=dt, digest=digest)
+    def among(self, around: Around | None) -> Self:
+        """The same path of the same arm among other things.
+
+        Args:
+            around: What it keeps clear of.
+        """
+        digest = _digest(self.robot, self.rows, self.axis, self.dt, self.goals, around)
+        return replace(self, around=around, digest=digest)
+
+    def through(self, goals: FloatArray, dt: float | None = None) -> Self:
+        """The same arm and rows among the same things on other samples.
+
+        Args:
+            goals: Poses, (K + 1, 4, 4) [m].
+            dt: The time between them [s]; None is as it was.
+        """
+        step = self.dt if dt is None else dt
+        t, goals = frozen(step * np.arange(len(goals), dtype=np.float64)), frozen(goals.copy())
+        digest = _digest(self.robot, self.rows, self.axis, step, goals, self.around)
+        return replace(self, t=t, goals=goals, dt=step, digest=digest)
+
+    def clear(self, q: FloatArray) -> BoolArray:
+        """Whether the arm is as far from everything as it is to keep, (k,).
+
+        Args:
+            q: Postures, (k, nv) [rad or m].
+        """
+        return np.asarray(self.clearances(q) >= (0.0 if self.around is None else self.around.clearance.keep))
+
+    def clearances(self, q: FloatArray) -> FloatArray:
+        """The least distance of two bodies that are to be kept apart, (k,) [m]; inf where none are.
+
+        Args:
+            q: Postures, (k, nv) [rad or m].
+        """
+        if self.around is None:
+            return np.full(len(q), np.inf)
+        session = robot_session(self.robot, self.indices, axis=self.axis)
+        session.keep_clear(self.around.room)
+        return session.clearances(q)
 
 
 def task_path(
-    robot: Robot, path: Any, *, rows: Any = "pose", dt: float | None = None, q0: Any = None
+    robot: Robot,
+    path: Any,
+    *,
+    rows: Any = "pose",
+    dt: float | None = None,
+    q0: Any = None,
+    scene: Scene | None = None,
+    clearance: Clearance | None = None,
 ) -> TaskPath:
     """A task on its time grid.
 
@@ -141,10 +192,12 @@ def task_path(
             it must be given.
         q0: Where the arm starts, (nv,) [rad or m]; it must be at the first sample and within the limits.
             Points of a task with rotation keep the orientation that the tip has there.
+        scene: What stands around the arm, as it stands now; None is nothing.
+        clearance: How far the arm keeps from it and from itself; None is ``Clearance()`` beside a scene.
 
     Raises:
         InputError: The path is empty, too short or not finite, the rows do not fit it, the arm has too few
-            joints, or the start is elsewhere or outside the limits.
+            joints, the start is elsewhere or outside the limits, or something in the scene moves.
     """
     instance("robot", robot, Robot, "a Robot")
     robot.refuse_tree("a study of failures along a path needs")
@@ -161,6 +214,7 @@ def task_path(
         goals = _given_goals(path, names, robot, start)
     if start is not None:
         _refuse_other_start(robot, names, axis, goals[0], start)
+    around = around_of(robot, scene, clearance)
     return TaskPath(
         robot=robot,
         rows=names,
@@ -168,7 +222,8 @@ def task_path(
         t=frozen(step * np.arange(len(goals), dtype=np.float64)),
         goals=frozen(goals),
         dt=step,
-        digest=_digest(robot, names, axis, step, goals),
+        digest=_digest(robot, names, axis, step, goals, around),
+        around=around,
     )
 
 
@@ -183,11 +238,14 @@ def _robot_numbers(robot: Robot) -> list[Any]:
     return [*(value for _, value in sorted(robot.chain.constants().items())), *bounds]
 
 
-def _digest(robot: Robot, rows: tuple[str, ...], axis: bool, dt: float, goals: FloatArray) -> str:
+def _digest(
+    robot: Robot, rows: tuple[str, ...], axis: bool, dt: float, goals: FloatArray, around: Around | None
+) -> str:
     counted = np.array([name in rows for name in COMPONENTS] + [axis])
     parts = goals[:, :3, 3] * counted[:3]
     turns = goals[:, :3, :3] if counted[3:].any() else np.zeros(0)
-    return _hash([*_robot_numbers(robot), counted, np.array([dt]), parts, turns])
+    kept = [] if around is None else around.numbers
+    return _hash([*_robot_numbers(robot), counted, np.array([dt]), parts, turns, *kept])
 
 
 def _hash(numbers: list[Any]) -> str:

@@ -46,7 +46,7 @@ def converge(setup: Setup, folder: Path, *, as_json: bool) -> ExitCode:
         ScenarioError: The scenario's faults are no locks, or at different times.
         InputError: The start is singular, or the folder cannot be made.
     """
-    setup.refuse_planes("ftqp converge")
+    setup.refuse_tables("ftqp converge", "constraints", "scene")
     robot, rows = setup.robot, setup.planner.task_rows
     joints, share = _locks(setup)
     goal = setup.path.sample(np.array([setup.path.duration])).pose[-1]

@@ -104,6 +104,16 @@ def _figures(facts: dict[str, Any]) -> list[tuple[str, str]]:
     jump, high = facts["velocity_jump"]
     rows = [
         ("least distance from a limit after a survived failure [rad or m]", f"{facts['least_margin']:.3g}"),
+        *(
+            []
+            if facts["least_clearance"] is None
+            else [
+                (
+                    "least distance of bodies that are kept apart after a survived failure [mm]",
+                    f"{1e3 * facts['least_clearance']:.3g}",
+                )
+            ]
+        ),
         ("jump of the joint velocities at a lock, median [rad/s]", f"{jump:.3g}"),
         ("the same, 95 % of locks are below [rad/s]", f"{high:.3g}"),
         ("sum of squared speeds times time [rad2/s]", f"{facts['energy']:.4g}"),

@@ -72,7 +72,7 @@ def cover(
     refuse_wrong_workers(jobs, dask)
     folder = _folder(out, f"coverage-{Path(source).stem}", resume)
     setup = load(source, [*overrides, "faults="], plan=plan)
-    setup.refuse_planes("ftqp coverage")
+    setup.refuse_tables("ftqp coverage", "constraints")
     hours = None if mtbf is None else hours_by_joint(setup.robot, mtbf)
     led = setup.planner.plan
     if isinstance(led, Plan):
@@ -137,6 +137,7 @@ def facts_of(found: Subject, rep: CoverageReport) -> dict[str, Any]:
         "worst_error": list(rep.worst_error),
         "worst_best_effort": [float(best[lost].max()), float(turned[lost].max())] if lost.any() else None,
         "least_margin": rep.least_margin,
+        "least_clearance": rep.least_clearance if np.isfinite(rep.least_clearance) else None,
         "velocity_jump": [median, high],
         "least_manipulability": dict(zip(rep.names, rep.least_manipulability.tolist(), strict=True)),
         "sign_changes": dict(zip(rep.names, rep.sign_changes.tolist(), strict=True)),

@@ -52,7 +52,7 @@ def make_plan(
         )
     refuse_wrong_workers(jobs, dask)
     setup = load(source, [*overrides, "faults="])
-    setup.refuse_planes("ftqp plan")
+    setup.refuse_tables("ftqp plan", "constraints")
     task = task_of(setup)
     chosen: Any = method
     hours = None if mtbf is None else covering.hours_by_joint(setup.robot, mtbf)

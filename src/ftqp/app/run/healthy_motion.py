@@ -38,7 +38,10 @@ def task_of(setup: Setup) -> TaskPath:
                 "[robot.tool]"
             )
         rows = "position_axis"
-    return task_path(setup.robot, setup.path, rows=rows, dt=planner.dt * _ticks_per_sample(setup))
+    return task_path(
+        setup.robot, setup.path, rows=rows, dt=planner.dt * _ticks_per_sample(setup),
+        scene=planner.scene, clearance=planner.clearance,
+    )  # fmt: skip
 
 
 def healthy_motion(setup: Setup) -> tuple[TaskPath, FloatArray]:

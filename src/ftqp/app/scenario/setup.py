@@ -81,13 +81,17 @@ class Setup:
         """The scenario as a TOML file in which no default is left out."""
         return document.toml(self.content)
 
-    def refuse_planes(self, command: str) -> None:
+    def refuse_tables(self, command: str, *keys: str) -> None:
         """Refuse what a command would leave out of sight.
 
+        Args:
+            command: Its name.
+            keys: Of the tables that it does not look at.
+
         Raises:
-            InputError: Points of the arm are kept somewhere, or it keeps clear of a scene.
+            InputError: The scenario has one of them.
         """
-        for key in ("constraints", "scene"):
+        for key in keys:
             if getattr(self.tables, key):
                 raise InputError(
                     f"scenario {self.name} has [[{key}]], which {command} does not look at; leave them out "
@@ -237,7 +241,10 @@ def resolve(
     )  # of a wrong start, paths are looked at, too
     way = errors.tried("path", partial(_path, tables, arm, origin, folder))
     if led is not None and way is not None:
-        settings["plan"] = errors.tried("planner.plan", partial(led.of, arm, way))
+        settings["plan"] = errors.tried(
+            "planner.plan",
+            partial(led.of, arm, way, scene=settings.get("scene"), clearance=settings.get("clearance")),
+        )
     planner, world, leader = None, None, None
     if not errors.found:
         planner = errors.tried("planner", partial(Planner, arm, **settings))

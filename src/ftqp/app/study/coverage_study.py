@@ -21,7 +21,7 @@ from ftqp.kernel.layout.survival import Survival
 KIND, BOUND = "coverage", "coverage bound"
 COLUMNS: Final = {
     "failure": "TEXT", "t": "REAL", "status": "TEXT", "last_sample": "INTEGER", "position": "REAL",
-    "rotation": "REAL", "margin": "REAL", "hurry": "REAL",
+    "rotation": "REAL", "margin": "REAL", "hurry": "REAL", "clearance": "REAL",
 }  # fmt: skip
 BOUND_FOLDER: Final = "bound"
 
@@ -46,7 +46,7 @@ class PairWork:
         names = ["+".join(joints[i] for i in failed) for failed in pairs.failures]
         values = zip(
             found.sample.tolist(), found.position.tolist(), found.rotation.tolist(), found.margin.tolist(),
-            found.hurry.tolist(), strict=True,
+            found.hurry.tolist(), found.clearance.tolist(), strict=True,
         )  # fmt: skip
         return [
             (
@@ -131,8 +131,8 @@ def _continuations(rows: Sequence[Sequence[Any]]) -> Continuations:
     _, _, _, names, samples, *numbers = zip(*rows, strict=True)
     values = np.array(numbers, dtype=np.float64)  # which makes NaN of None
     status = np.array([Survival[name] for name in names], dtype=np.int64)
-    position, rotation, margin, hurry = values
+    position, rotation, margin, hurry, clearance = values
     return Continuations(
         status=status, sample=np.array(samples, dtype=np.int64), position=position, rotation=rotation,
-        margin=margin, hurry=hurry,
+        margin=margin, hurry=hurry, clearance=clearance,
     )  # fmt: skip

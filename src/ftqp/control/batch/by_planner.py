@@ -76,17 +76,22 @@ class ByPlanner:
                     result.first_bad[arm] = k
                 result.position_error[arm] = max(result.position_error[arm], step.position_error)
                 result.rotation_error[arm] = max(result.rotation_error[arm], step.rotation_error)
+                result.clearance[arm] = min(result.clearance[arm], step.clearance)
                 if self._every and (k + 1) % self._every == 0:
                     result.trace[arm, k // self._every] = q
             result.q[arm], result.v[arm] = q, v
 
     def _planner(self) -> Planner:
-        given = self._what_ifs.given
+        given, around = self._what_ifs.given, self._what_ifs.around
         planner = Planner(
             self._what_ifs.robot, given.dt, level=given.level, scheme=given.scheme, task=given.task,
             bounds=given.bounds, posture=given.posture, torque_limits=given.limits_torque,
             emergency=given.emergency, drive=given.drive, noise=given.noise,
+            scene=None if around is None else around.scene,
+            clearance=None if around is None else around.clearance,
         )  # fmt: skip
+        for name, shapes in {} if around is None else around.attached.items():
+            planner.attach(name, shapes)
         for fault in self._what_ifs.told:
             planner.report(fault)
         return planner

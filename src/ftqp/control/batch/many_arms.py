@@ -33,6 +33,7 @@ class Rollout:
         v: Final velocities, (B, nv).
         position_error: Largest position error on the way, (B,) [m].
         rotation_error: Largest rotation error on the way, (B,) [rad].
+        clearance: Least distance of two bodies that are kept apart, (B,) [m]; inf where none are.
         counts: Ticks that ended in each status, (B, number of statuses), in the order of ``ftqp.StepStatus``.
         first_bad: The first tick that did not end in ``OK``, (B,); -1 for an arm all of whose ticks did.
         trace: q after every ``every`` ticks, (B, T // every, nv); of length 0 where none was asked for.
@@ -42,6 +43,7 @@ class Rollout:
     v: FloatArray
     position_error: FloatArray
     rotation_error: FloatArray
+    clearance: FloatArray
     counts: IntArray
     first_bad: IntArray
     trace: FloatArray
@@ -75,7 +77,7 @@ def memory(
     check_engine(engine)
     n = planner.robot.nv
     kept = ticks // every if every else 0
-    return arms * 8 * (4 * n + 5 + len(StepStatus) + kept * n)
+    return arms * 8 * (4 * n + 6 + len(StepStatus) + kept * n)
 
 
 def rollout(
@@ -153,8 +155,8 @@ def rollout(
         batch = Batch(
             q=result.q, v=result.v, targets=targets.packed, beliefs=own.beliefs, events=own.events,
             starts=own.starts, skipped=stepped.astype(np.int64), returns=what_ifs.return_to_start, every=step,
-            position_error=result.position_error, rotation_error=result.rotation_error, counts=result.counts,
-            first_bad=result.first_bad, trace=result.trace,
+            position_error=result.position_error, rotation_error=result.rotation_error,
+            clearance=result.clearance, counts=result.counts, first_bad=result.first_bad, trace=result.trace,
         )  # fmt: skip
         say = None if progress is None else lambda count: progress(count, arms)
         done = drive(what_ifs.session, batch, threads=workers, progress=say)
@@ -173,7 +175,7 @@ def _empty(q: FloatArray, v: FloatArray, ticks: int, every: int) -> Rollout:
     arms, n = q.shape
     return Rollout(
         q=q.copy(), v=v.copy(), position_error=np.zeros(arms), rotation_error=np.zeros(arms),
-        counts=np.zeros((arms, len(StepStatus)), dtype=np.int64),
+        clearance=np.full(arms, np.inf), counts=np.zeros((arms, len(StepStatus)), dtype=np.int64),
         first_bad=np.full(arms, -1, dtype=np.int64),
         trace=np.zeros((arms, ticks // every if every else 0, n)),
     )  # fmt: skip

@@ -37,7 +37,7 @@ class PlannerCopies(PlannerChanges, ABC):
             )
         return WhatIfs(
             self._session, self._orders, self.robot, self._given, self._solver, self._wanted.reserve,
-            self.faults,
+            self.faults, self._surroundings,
         )  # fmt: skip
 
     def deployable(self) -> Deployable:

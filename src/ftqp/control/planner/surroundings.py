@@ -86,6 +86,11 @@ class Surroundings:
         """What it does in a planner's life."""
         return Stage(mount=self._mount)
 
+    @property
+    def attached(self) -> dict[str, tuple[Capsule, ...]]:
+        """Bodies that are attached to the arm, by what they are called together."""
+        return dict(self._attached)
+
     def told(self, name: str) -> None:
         """Take over what has changed in the scene.
 

@@ -7,6 +7,7 @@ import numpy as np
 from ftqp.control.planner.braking_reserve import BrakingReserve
 from ftqp.control.planner.settings import Settings
 from ftqp.control.planner.solver.qp_solver import Solver
+from ftqp.control.planner.surroundings import Surroundings
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
@@ -28,12 +29,14 @@ class WhatIfs:
         solver: Who solves its QPs.
         reserve: Of the robot; None where torque is not limited.
         faults: Those that the planner believes in.
+        around: What the planner keeps clear of; None is nothing.
 
     Attributes:
         session: What every arm begins with.
         robot: The arm.
         given: What the planner was made with.
         told: The faults that it believes in.
+        around: What it keeps clear of; None is nothing.
         return_to_start: Whether the scheme draws each arm to a posture, and that is its own start.
 
     Raises:
@@ -49,11 +52,12 @@ class WhatIfs:
         solver: Solver,
         reserve: BrakingReserve | None,
         faults: dict[str, Fault],
+        around: Surroundings | None,
     ) -> None:
         _refuse_foreign(given, solver)
         session = session.copy()
         self.session, self.robot, self.given = session, robot, given
-        self.told, self._reserve = tuple(faults.values()), reserve
+        self.told, self._reserve, self.around = tuple(faults.values()), reserve, around
         K, begun = session.K, orders.on(session)
         self._orders = orders
         begun.start(np.zeros(robot.nv), np.zeros(robot.nv))

@@ -128,6 +128,12 @@ class Scene(Mapping[str, Placed]):
         del self._placed[name]
         self._tell("")
 
+    def copy(self) -> Self:
+        """A scene of its own with the same things in it, that nobody watches."""
+        other = type(self)()
+        other._placed = dict(self._placed)
+        return other
+
     def watch(self, told: Callable[[str], None]) -> None:
         """Be told of changes: by the name of what has moved, or by nothing where others are there now.
 
@@ -141,6 +147,9 @@ class Scene(Mapping[str, Placed]):
         self._watchers = [one for one, _ in alive]
         for _, told in alive:
             told(name)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"_placed": dict(self._placed), "_watchers": []}
 
     def __getitem__(self, name: str) -> Placed:
         try:

@@ -9,10 +9,11 @@ from typing import Any
 from ftqp.kernel.active_set.active_set import active_set
 from ftqp.kernel.continuation.exact_runs import aim
 from ftqp.kernel.continuation.failing import allowed_speed, note_errors, note_motion, stopped_at
+from ftqp.kernel.continuation.passing_bodies import note_clearance, pose_clearance
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.continuation_room import FAILED_JOINTS
 from ftqp.kernel.layout.enums import SOLVED
-from ftqp.kernel.layout.survival import ERROR, NOT_CONVERGED, SURVIVED
+from ftqp.kernel.layout.survival import ERROR, NOT_CONVERGED, SURVIVED, TOO_NEAR
 from ftqp.kernel.study.task_values import task_values
 
 ITERATIONS = 100
@@ -24,7 +25,7 @@ def pose_problem(S: Any, C: Any, time: float) -> None:
     """min |x|^2 + w |A x - e|^2, l <= x <= u: the increments of one sample, at ``state.q``, into ``qp``.
 
     l = max(-v_max dt, (q_min - q) caution), u alike; of a joint that is locked both are its way while it
-    brakes.
+    brakes. Bodies that are to be kept apart have the rows of ``pose_clearance``.
     """
     Q, study, n = C.qp, S.study, S.chain.n
     Q.nx, Q.meq, Q.nc, Q.dense, Q.warm = n, study.m, 0, 0, 0
@@ -45,6 +46,7 @@ def pose_problem(S: Any, C: Any, time: float) -> None:
             if j >= 0:
                 way = stopped_at(C, f, time) - S.state.q[j]
                 Q.lb[j], Q.ub[j] = way, way
+    pose_clearance(S, C)
 
 
 @jit
@@ -52,8 +54,8 @@ def bounded_run(S: Any, C: Any, goals: Any, first: int, path: Any, keep: int) ->
     """How the motion from ``state.q`` ends whose joints have failed at a sample; see ``Survival``.
 
     Every sample takes the increments of ``pose_problem``, so that limits are kept always, and the motion is
-    lost where an error leaves its tolerance. Where ``whole``, it is followed to the end all the same, as the
-    best that is left; ``sample`` is the first that was lost.
+    lost where an error leaves its tolerance or a body comes too near to another one. Where ``whole``, it is
+    followed to the end all the same, as the best that is left; ``sample`` is the first that was lost.
 
     Args:
         S: The record of the study.
@@ -65,6 +67,10 @@ def bounded_run(S: Any, C: Any, goals: Any, first: int, path: Any, keep: int) ->
     """
     ending = SURVIVED
     C.sample = first
+    if not note_clearance(S, C):
+        ending = TOO_NEAR
+        if not C.whole:
+            return ending
     for k in range(first, len(goals) - 1):
         aim(S, goals[k + 1])
         task_values(S)
@@ -78,12 +84,11 @@ def bounded_run(S: Any, C: Any, goals: Any, first: int, path: Any, keep: int) ->
             if keep:
                 path[k + 1 - first, i] = S.state.q[i]
         task_values(S)
-        kept = note_errors(S, C)
+        kept, clear = note_errors(S, C), note_clearance(S, C)
         note_motion(S, C, k + 1)
         if ending == SURVIVED:
             C.sample = k + 1
-        if not kept:
-            ending = ERROR
-            if not C.whole:
-                return ERROR
+            ending = SURVIVED if kept and clear else TOO_NEAR if kept else ERROR
+        if ending != SURVIVED and not C.whole:
+            return ending
     return ending

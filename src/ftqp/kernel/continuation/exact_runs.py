@@ -6,9 +6,18 @@ Source: docs/theory/coverage.md, "The continuation".
 from typing import Any
 
 from ftqp.kernel.continuation.failing import note_errors, note_motion, put_locked
+from ftqp.kernel.continuation.passing_bodies import note_clearance
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.study_room import GOAL_SIZE
-from ftqp.kernel.layout.survival import LIMIT, NOT_CONVERGED, SINGULAR, SINGULAR_VELOCITY, SURVIVED, VELOCITY
+from ftqp.kernel.layout.survival import (
+    LIMIT,
+    NOT_CONVERGED,
+    SINGULAR,
+    SINGULAR_VELOCITY,
+    SURVIVED,
+    TOO_NEAR,
+    VELOCITY,
+)
 from ftqp.kernel.maths.lu import determinant_sign, lu_factor, lu_solve
 from ftqp.kernel.study.task_values import task_values
 
@@ -83,6 +92,8 @@ def _steps(S: Any, C: Any, goals: Any, first: int, path: Any, keep: int) -> int:
     side = factor_left(S, C)
     if _is_dependent(S, C):
         return SINGULAR
+    if not note_clearance(S, C):
+        return TOO_NEAR
     for k in range(first, len(goals) - 1):
         C.sample = k + 1
         for i in range(n):
@@ -100,6 +111,8 @@ def _steps(S: Any, C: Any, goals: Any, first: int, path: Any, keep: int) -> int:
                 path[k + 1 - first, i] = q[i]
         if not note_motion(S, C, k + 1):
             return LIMIT
+        if not note_clearance(S, C):
+            return TOO_NEAR
     if factor_left(S, C) != side:
         return SINGULAR
     return SURVIVED

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from ftqp.kernel.continuation.passing_bodies import forget_clearance
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.continuation_room import FAILED_JOINTS
 
@@ -24,6 +25,7 @@ def begin(S: Any, C: Any, q: Any, failed: Any, speed: Any) -> None:
         C.failed[f], C.speed[f] = failed[f], speed[f]
         C.begin[f] = q[failed[f]] if failed[f] >= 0 else 0.0
     C.position, C.rotation, C.margin, C.hurry = 0.0, 0.0, 1e300, 0.0
+    forget_clearance(S, C)
 
 
 @jit

@@ -24,7 +24,7 @@ def _continuations(capacity: int, name: str, run: Callable[..., int]) -> Callabl
 
         The table holds the numbers of starts k and of samples N + 1, and whether motions are kept, then
         addresses: goals (N + 1, 12), q (k, n), samples of the failures (k,), failed joints (k, 2), their
-        speeds (k, 2), facts (k, 6), and the motion that is kept (N + 1, n).
+        speeds (k, 2), facts (k, 7), and the motion that is kept (N + 1, n).
         """
         S, C = carray(pointer(address), 1, study)[0], carray(pointer(memory_at), 1, continuation)[0]
         n = S.chain.n
@@ -41,7 +41,7 @@ def _continuations(capacity: int, name: str, run: Callable[..., int]) -> Callabl
             begin(S, C, q[s], failed[s], speed[s])
             facts[s, 0] = run(S, C, goals, at[s], path, keep)
             facts[s, 1], facts[s, 2], facts[s, 3] = C.sample, C.position, C.rotation
-            facts[s, 4], facts[s, 5] = C.margin, C.hurry
+            facts[s, 4], facts[s, 5], facts[s, 6] = C.margin, C.hurry, C.clearance
         return 0
 
     continuations.__name__ = name

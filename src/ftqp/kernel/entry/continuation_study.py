@@ -31,6 +31,7 @@ class Continuations:
         rotation: The same of rotation, (k,) [rad].
         margin: The least distance of a joint that moves from its limits, (k,) [rad or m]; inf without limits.
         hurry: The largest share of a speed limit, (k,).
+        clearance: The least distance of two bodies that are to be kept apart, (k,) [m]; inf without any.
     """
 
     status: IntArray
@@ -39,6 +40,7 @@ class Continuations:
     rotation: FloatArray
     margin: FloatArray
     hurry: FloatArray
+    clearance: FloatArray
 
 
 class ContinuationStudy:
@@ -130,6 +132,7 @@ class ContinuationStudy:
             rotation=facts[:, 3].copy(),
             margin=np.where(facts[:, 4] > 1e299, np.inf, facts[:, 4]),
             hurry=facts[:, 5].copy(),
+            clearance=facts[:, 6].copy(),
         )
 
     def motion(

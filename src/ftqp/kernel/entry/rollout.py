@@ -112,6 +112,7 @@ def rollout(capacity: int) -> Callable[..., int]:
         skipped = carray(pointer(B.skipped_at), (arms,), WHOLE)
         far = carray(pointer(B.position_error_at), (arms,), FLOAT)
         turned = carray(pointer(B.rotation_error_at), (arms,), FLOAT)
+        clear = carray(pointer(B.clearance_at), (arms,), FLOAT)
         counts = carray(pointer(B.counts_at), (arms, STATUSES), WHOLE)
         first_bad = carray(pointer(B.first_bad_at), (arms,), WHOLE)
         trace = carray(pointer(B.trace_at), (arms, kept, n), FLOAT)
@@ -139,6 +140,8 @@ def rollout(capacity: int) -> Callable[..., int]:
                     code = _tick(K, F, targets[k])
                     far[r] = max(far[r], K.task.position_error)
                     turned[r] = max(turned[r], K.task.rotation_error)
+                    if K.scene.pairs > 0:
+                        clear[r] = min(clear[r], K.scene.distance)
                 counts[r, code] += 1
                 if code != OK and first_bad[r] < 0:
                     first_bad[r] = k

@@ -40,6 +40,7 @@ class Batch:
         every: After how many ticks q is kept; 0 keeps none.
         position_error: Largest position error on the way, (B,) [m].
         rotation_error: Largest rotation error on the way, (B,) [rad].
+        clearance: Least distance of two bodies that are kept apart, (B,) [m]; inf without any.
         counts: Ticks that ended in each status, (B, number of statuses).
         first_bad: The first tick that did not end in OK, (B,); -1 while there is none.
         trace: The q that are kept, (B, T // every, n).
@@ -56,6 +57,7 @@ class Batch:
     every: int
     position_error: FloatArray
     rotation_error: FloatArray
+    clearance: FloatArray
     counts: IntArray
     first_bad: IntArray
     trace: FloatArray

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ftqp.kernel.continuation.passing_bodies import nearest_distance
 from ftqp.kernel.jit import carray, pointer
 from ftqp.kernel.layout.study_room import GOAL_SIZE, study_dtype
 from ftqp.kernel.study.null_directions import decompose
@@ -40,6 +41,22 @@ def study_values(capacity: int) -> Callable[..., int]:
         return 0
 
     return study_values
+
+
+def study_clearances(capacity: int) -> Callable[..., int]:
+    """How near bodies that are to be kept apart come at many configurations."""
+    dtype = study_dtype(capacity)
+
+    def study_clearances(address: int, count: int, q_at: int, out_at: int) -> int:
+        """The least distance (count,) at each q (count, n), inf where nothing is to be kept apart."""
+        S = carray(pointer(address), 1, dtype)[0]
+        q, out = carray(pointer(q_at), (count, S.chain.n), _FLOAT), carray(pointer(out_at), (count,), _FLOAT)
+        for k in range(count):
+            put_joints(S, q[k])
+            out[k] = nearest_distance(S)
+        return 0
+
+    return study_clearances
 
 
 def study_solutions(capacity: int) -> Callable[..., int]:

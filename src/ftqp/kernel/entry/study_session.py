@@ -82,7 +82,7 @@ class StudySession:
             derivatives of A are not known then.
 
     Attributes:
-        S: The rooms ``state``, ``kinematics``, ``chain`` and ``study``.
+        S: The rooms ``state``, ``kinematics``, ``chain``, ``ahead``, ``scene`` and ``study``.
         capacity: The class of the record.
     """
 
@@ -143,6 +143,25 @@ class StudySession:
         H = np.empty((k if rates else 0, n, m, n))
         self.bind("study_values")(k, *(a.ctypes.data for a in (q, e, A, D, H)), int(rates))
         return e, A, D, H
+
+    def keep_clear(self, room: Any) -> None:
+        """Count on bodies that are to be kept apart from now on.
+
+        Args:
+            room: The room of a planner that keeps them apart, (1,).
+        """
+        self.memory["scene"] = room
+
+    def clearances(self, q: Any) -> FloatArray:
+        """The least distance of two bodies that are to be kept apart, (k,) [m]; inf without any.
+
+        Args:
+            q: Configurations, (k, nv) [rad or m].
+        """
+        q = np.ascontiguousarray(q, dtype=np.float64)
+        found = np.empty(len(q))
+        self.bind("study_clearances")(len(q), q.ctypes.data, found.ctypes.data)
+        return found
 
     def solutions(
         self, starts: Any, goals: Any = None, *, bounded: bool = False, near: bool = False

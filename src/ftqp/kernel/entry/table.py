@@ -71,6 +71,7 @@ ENTRIES: Final = {
         _entry("solve_network", _STANDALONE, "i" * 11),
         _entry("solve_network_batch", _STANDALONE, "iiiiii", nogil=True),
         _entry("study_values", _STUDY, "i" * 8, nogil=True),
+        _entry("study_clearances", _STUDY, "i" * 4, nogil=True),
         _entry("study_solutions", _STUDY, "i" * 8, nogil=True),
         _entry("study_curve", _STUDY, "i" * 5, nogil=True),
         _entry("study_self_motions", _STUDY, "i" * 8, nogil=True),

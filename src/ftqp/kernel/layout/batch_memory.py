@@ -8,7 +8,7 @@ import numpy as np
 NUMBERS = ("arms", "ticks", "every", "believed", "returns", "stop")
 ARRAYS = (
     "q", "v", "targets", "beliefs", "events", "starts", "skipped",
-    "position_error", "rotation_error", "counts", "first_bad", "trace",
+    "position_error", "rotation_error", "clearance", "counts", "first_bad", "trace",
 )  # fmt: skip
 
 

@@ -8,10 +8,11 @@ import numpy as np
 from ftqp.kernel.layout.enums import TASK_ROWS
 from ftqp.kernel.layout.field_kinds import floats, integers, scalars
 from ftqp.kernel.layout.rooms import qp_fields
+from ftqp.kernel.layout.rows import CLEARANCES
 
 FAILED_JOINTS = 2
 """The most joints that fail."""
-FACTS = 6
+FACTS = 7
 """Numbers that a continuation leaves: see ``continuation_dtype``."""
 
 
@@ -28,17 +29,18 @@ def continuation_dtype(N: int) -> np.dtype[Any]:
 
     Of the last motion ``sample`` says where it was lost, ``position`` and ``rotation`` the worst errors
     [m, rad], ``margin`` the least distance of a joint that moves from its limits, ``hurry`` the largest
-    |v| / v_max, and ``fast`` where that first was over 1.
+    |v| / v_max, ``fast`` where that first was over 1, and ``clearance`` the least distance of two bodies that
+    are to be kept apart, inf without any [m].
     """
     return np.dtype(
         [
             *scalars("i8", "moving whole sample fast"),
-            *scalars("f8", "dt near turned weight caution share position rotation margin hurry"),
+            *scalars("f8", "dt near turned weight caution share position rotation margin hurry clearance"),
             *integers({"failed": (FAILED_JOINTS,), "free": (N,)}),
             *floats({"begin": (FAILED_JOINTS,), "speed": (FAILED_JOINTS,)}),
             *floats({name: (N,) for name in ("q_min", "q_max", "v_max", "a_max", "here", "step")}),
             *floats({"B": (TASK_ROWS, TASK_ROWS), "rhs": (TASK_ROWS,), "pivots": (TASK_ROWS,)}),
-            ("qp", np.dtype(qp_fields(N, TASK_ROWS, 1), align=True)),
+            ("qp", np.dtype(qp_fields(N, TASK_ROWS, CLEARANCES), align=True)),
         ],
         align=True,
     )

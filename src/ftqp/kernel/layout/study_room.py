@@ -12,6 +12,8 @@ from ftqp.kernel.layout.rooms import ROOMS
 
 GOAL_SIZE = 12
 """Numbers of a goal: the pose's upper three rows, by rows."""
+SCENE_ROOMS = ("ahead", "scene")
+"""The rooms of what an arm keeps clear of; there are no pairs where nobody asked."""
 
 
 def study_fields(N: int) -> Fields:
@@ -64,7 +66,7 @@ def study_dtype(capacity: int) -> np.dtype[Any]:
 
     Its own room comes first: numba takes a record that begins as another one for a kind of that.
     """
-    rooms = {"study": study_fields, **{name: ROOMS[name] for name in ARM_ROOMS}}
+    rooms = {"study": study_fields, **{name: ROOMS[name] for name in (*ARM_ROOMS, *SCENE_ROOMS)}}
     return np.dtype(
         [(name, np.dtype(fields(capacity), align=True)) for name, fields in rooms.items()], align=True
     )

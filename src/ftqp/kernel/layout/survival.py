@@ -8,8 +8,8 @@ class Survival(IntEnum):
 
     The path is finished, or it is not: a joint meets its position limit, a joint would have to be too fast,
     the joints that are left become singular, at once or so that a speed limit is met first, no solution is
-    found, the plan itself is outside its limits at the failure, the error leaves its tolerance, or the joint
-    is one that this task can never do without.
+    found, the plan itself is outside its limits at the failure, the error leaves its tolerance, the joint is
+    one that this task can never do without, or a body comes too near to another one.
     """
 
     SURVIVED = 0
@@ -21,6 +21,7 @@ class Survival(IntEnum):
     NOMINAL = 6
     ERROR = 7
     STRUCTURAL = 8
+    TOO_NEAR = 9
 
 
 (
@@ -33,4 +34,5 @@ class Survival(IntEnum):
     NOMINAL,
     ERROR,
     STRUCTURAL,
+    TOO_NEAR,
 ) = map(int, Survival)

@@ -150,6 +150,18 @@ def _add_columns(K: Any, body: int, p: Any, n: Any, sign: float, row: Any) -> No
 
 
 @jit
+def add_gradient(K: Any, p: int, n: Any, near: Any, far: Any, row: Any) -> None:
+    """The gradient of the distance of pair p by the joints, as ``distance_of_pair`` has left the points."""
+    scene = K.scene
+    for j in range(K.chain.n):
+        row[j] = 0.0
+    _add_columns(K, scene.body[scene.first[p]], near, n, 1.0, row)
+    other = scene.second[p]
+    if other >= 0:
+        _add_columns(K, scene.body[other], far, n, -1.0, row)
+
+
+@jit
 def _place_of(scene: Any, p: int, spare: float) -> int:
     """The slot of a pair: its own, an empty one, or that of a pair that needs it less; -1 where none does."""
     empty, least = -1, -1
@@ -168,13 +180,9 @@ def _pose(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> None:
     """The row of a pair, if it may hold the arm back in this tick, and when it is to be looked at again."""
     scene, state, chain, faults, limits = K.scene, K.state, K.chain, K.faults, K.limits
     row, dt = scene.row, K.state.dt
-    for j in range(chain.n):
-        row[j] = 0.0
-    _add_columns(K, scene.body[scene.first[p]], near, n, 1.0, row)
+    add_gradient(K, p, n, near, far, row)
     other, towards = scene.second[p], 0.0
-    if other >= 0:
-        _add_columns(K, scene.body[other], far, n, -1.0, row)
-    else:
+    if other < 0:
         w, place = scene.twist[-1 - other], scene.place[-1 - other]
         u0, u1, u2 = cross(w[3], w[4], w[5], far[0] - place[0], far[1] - place[1], far[2] - place[2])
         towards = n[0] * (w[0] + u0) + n[1] * (w[1] + u1) + n[2] * (w[2] + u2)

@@ -19,6 +19,7 @@ COLOURS = {
     Survival.NOMINAL: GREY,
     Survival.ERROR: BLUE,
     Survival.STRUCTURAL: "#333333",
+    Survival.TOO_NEAR: "#7A5230",
 }
 """A colour for each verdict."""
 LABELS = {
@@ -31,6 +32,7 @@ LABELS = {
     Survival.NOMINAL: "motion outside limits",
     Survival.ERROR: "error out of tolerance",
     Survival.STRUCTURAL: "never tolerable",
+    Survival.TOO_NEAR: "too near to something",
 }
 """A few words for each verdict."""
 ROW = 0.36

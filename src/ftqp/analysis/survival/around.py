@@ -1,0 +1,99 @@
+"""What an arm keeps clear of while its failures are studied: a scene as it stands now, and the arm itself."""
+
+from dataclasses import dataclass
+from typing import Any, Self, final
+
+import numpy as np
+
+from ftqp.control.planner.planner import Planner
+from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.placed_shapes import Scene
+from ftqp.core.checks import FloatArray, instance
+from ftqp.core.errors import InputError
+from ftqp.model.robot import Robot
+
+BY_CAPSULE = ("body", "end_a", "end_b", "wide")
+BY_OBSTACLE = ("solid", "place", "turn", "extent")
+BY_PAIR = ("first", "second")
+"""Fields of the room that say what is to be kept apart, by what they count."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Around:
+    """What an arm keeps clear of, as it stood when this was made; made by ``around_of``.
+
+    Attributes:
+        scene: What stands around it.
+        clearance: How far it keeps.
+        room: The room of a planner that keeps clear of it, a copy, (1,).
+    """
+
+    scene: Scene
+    clearance: Clearance
+    room: Any
+
+    def on(self, robot: Robot) -> Self:
+        """The same around another arm.
+
+        Args:
+            robot: The arm.
+        """
+        return type(self)(scene=self.scene, clearance=self.clearance, room=_room(robot, self))
+
+    def moved(self, robot: Robot, by: FloatArray) -> Self:
+        """The same arm, with everything around it moved.
+
+        Args:
+            robot: The arm.
+            by: How far, (3,) [m].
+        """
+        scene = self.scene.copy()
+        for name, placed in self.scene.items():
+            scene.move(name, placed.place[:3, 3] + by)
+        return type(self)(scene=scene, clearance=self.clearance, room=None).on(robot)
+
+    @property
+    def numbers(self) -> list[Any]:
+        """All that decides which postures are clear."""
+        room = self.room[0]
+        counts = (
+            (BY_CAPSULE, int(room["capsules"])),
+            (BY_OBSTACLE, int(room["obstacles"])),
+            (BY_PAIR, int(room["pairs"])),
+        )
+        return [room["keep"], *(room[name][:count] for names, count in counts for name in names)]
+
+
+def around_of(robot: Robot, scene: Scene | None, clearance: Clearance | None) -> Around | None:
+    """What an arm keeps clear of, as it stands now.
+
+    Args:
+        robot: The arm.
+        scene: What stands around it; None is nothing.
+        clearance: How far it keeps; None is ``Clearance()`` beside a scene.
+
+    Raises:
+        InputError: Something in the scene moves, or a planner would refuse it.
+
+    Returns:
+        None where neither is given.
+    """
+    instance("scene", scene, Scene | None, "an ftqp.Scene or None")
+    instance("clearance", clearance, Clearance | None, "an ftqp.Clearance or None")
+    if scene is None and clearance is None:
+        return None
+    stands = Scene() if scene is None else scene.copy()
+    moving = [name for name, placed in stands.items() if placed.twist.any()]
+    if moving:
+        raise InputError(
+            f"{moving[0]!r} in the scene moves, and which failures a path survives is known among things "
+            f"that stand; say where it stands, scene.move({moving[0]!r}, place)"
+        )
+    kept = Around(scene=stands, clearance=Clearance() if clearance is None else clearance, room=None)
+    return kept.on(robot)
+
+
+def _room(robot: Robot, around: Around) -> Any:
+    planner = Planner(robot, scene=around.scene, clearance=around.clearance)
+    return np.array(planner.what_ifs().session.K["scene"]).reshape(1)

@@ -1,0 +1,130 @@
+"""Coverage and plans among things that stand around the arm, seen with the distances of a planner."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.analysis.planning.plan_settings import PlanSettings
+from ftqp.analysis.planning.planned import plan
+from ftqp.analysis.survival.continuing import track
+from ftqp.analysis.survival.coverage import coverage
+from ftqp.analysis.survival.not_survived import NotSurvived
+from ftqp.analysis.survival.task_path import task_path
+from ftqp.core.errors import InputError
+from ftqp.kernel.layout.survival import Survival
+from ftqp.model import catalog
+
+PANDA = catalog.load("panda")
+Q0 = PANDA.neutral
+PATH = ftqp.paths.Line(PANDA.pose(Q0), (0.0, 0.3, 0.0), duration=4.0)
+KEEP, OFF = 0.01, 2e-3
+CLEAR = ftqp.Clearance(keep=KEEP)
+
+
+def things():
+    scene = ftqp.Scene()
+    elbow = PANDA.pose(Q0, PANDA.joints[3])[:3, 3]
+    scene.add("ball", ftqp.Sphere(0.05, elbow + np.array([0.0, -0.2, 0.05])))
+    scene.add("box", ftqp.Box((0.1, 0.1, 0.3), (0.3, 0.35, 0.15)))
+    return scene
+
+
+SCENE = things()
+TASK = task_path(PANDA, PATH, dt=0.02)
+MOTION = track(TASK, Q0)
+SEES = ftqp.Planner(PANDA, scene=SCENE, clearance=CLEAR)
+
+
+def least(q, planner=SEES):
+    return min(float(d.min()) for d in planner.distances(q).values())
+
+
+def test_a_failure_after_which_the_arm_comes_too_near_is_not_survived():
+    blind = coverage(PANDA, TASK, MOTION, stride=10)
+    seeing = coverage(PANDA, TASK, MOTION, stride=10, scene=SCENE, clearance=CLEAR)
+    near = seeing.status == Survival.TOO_NEAR
+    assert near.any() and blind.survived[near].all()  # else it would be lost for that before
+    assert (seeing.status == blind.status)[~near].all()
+    assert np.isinf(blind.clearance).all()
+    for joint, k in np.argwhere(blind.survived):
+        d = least(blind.continue_after(int(joint), float(blind.t[k])))
+        assert near[joint, k] == (d < KEEP)
+        if not near[joint, k]:
+            assert seeing.clearance[joint, k] == pytest.approx(d, abs=1e-12)
+    joint, k = np.argwhere(near)[0]
+    with pytest.raises(NotSurvived, match="TOO_NEAR") as lost:
+        seeing.continue_after(int(joint), float(seeing.t[k]))
+    assert least(lost.value.q) >= KEEP > seeing.clearance[joint, k]
+
+
+def test_rows_lead_the_arm_round_what_it_would_meet():
+    scene = ftqp.Scene()
+    scene.add("ball", ftqp.Sphere(0.05, (0.2, 0.22, 0.55)))  # below the forearm
+    sees = ftqp.Planner(PANDA, scene=scene, clearance=CLEAR)
+    blind = coverage(PANDA, TASK, MOTION, rows="position", stride=20)
+    seeing = coverage(PANDA, TASK, MOTION, rows="position", stride=20, scene=scene, clearance=CLEAR)
+    met = 0
+    for joint, k in np.argwhere(seeing.survived):
+        when = int(joint), float(seeing.t[k])
+        met += least(blind.continue_after(*when), sees) < KEEP - OFF
+        d = least(seeing.continue_after(*when), sees)
+        assert d >= KEEP - OFF and seeing.clearance[joint, k] == pytest.approx(d, abs=1e-12)
+    assert (seeing.status.size, seeing.survived.sum(), met) == (70, 56, 47) and blind.coverage == 1.0
+
+
+def test_what_the_planner_does_is_judged_by_the_same_distance():
+    found = coverage(
+        PANDA, TASK, MOTION, rows="position", post="planner", stride=100, scene=SCENE, clearance=CLEAR
+    )
+    assert found.coverage == 1.0 and KEEP - 1e-4 < found.least_clearance < 0.1
+
+
+def test_a_plan_keeps_clear_of_what_the_best_one_without_a_scene_passes_through():
+    few = PlanSettings(waypoints=20, spacing=0.2, stride=20)
+    blind = plan(PANDA, TASK, settings=few)
+    seeing = plan(PANDA, TASK, settings=few, scene=SCENE, clearance=CLEAR)
+    assert least(blind.q) < 0.0 and least(seeing.q) >= KEEP - OFF
+    assert seeing.task_digest != blind.task_digest
+    assert seeing.report.counts[Survival.SURVIVED] == round(seeing.coverage * seeing.report.status.size)
+    assert least(seeing.continue_after(*next(survived(seeing.report)))) >= KEEP - OFF
+    again = pickle.loads(pickle.dumps(seeing.task))
+    assert (
+        again.digest == seeing.task.digest
+        and (again.clearances(seeing.q) == seeing.task.clearances(seeing.q)).all()
+    )
+
+
+def survived(report):
+    for joint, k in np.argwhere(report.survived):
+        yield int(joint), float(report.t[k])
+
+
+def test_a_path_into_something_has_no_plan_and_a_start_in_it_is_refused():
+    few = PlanSettings(waypoints=10, spacing=0.3)
+    wall = ftqp.Scene()
+    wall.add("wall", ftqp.HalfSpace(point=(0.0, 0.2, 0.0), normal=(0.0, -1.0, 0.0)))
+    with pytest.raises(InputError, match="comes too near to something at sample .* of the path"):
+        plan(PANDA, TASK, settings=few, scene=wall)
+    with pytest.raises(InputError, match="q0 comes too near to something: .* expected at least 250 mm"):
+        plan(PANDA, TASK, Q0, settings=few, scene=SCENE, clearance=ftqp.Clearance(keep=0.25))
+
+
+def test_what_moves_is_refused_and_a_scene_that_changes_later_changes_nothing():
+    scene = things()
+    task = task_path(PANDA, PATH, dt=0.02, scene=scene, clearance=CLEAR)
+    before = task.clearances(MOTION)
+    scene.move("ball", (5.0, 0.0, 0.0))
+    assert (task.clearances(MOTION) == before).all()
+    assert task.digest != task_path(PANDA, PATH, dt=0.02, scene=scene, clearance=CLEAR).digest
+    scene.move("ball", (5.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match="'ball' in the scene moves, .*say where it stands"):
+        task_path(PANDA, PATH, dt=0.02, scene=scene)
+
+
+def test_a_base_that_is_placed_leaves_the_things_where_they_are():
+    task = task_path(PANDA, PATH, dt=0.02, scene=SCENE, clearance=CLEAR)
+    by = np.array([0.1, -0.2, 0.05])
+    moved = task.around.moved(PANDA, by)
+    assert np.allclose(moved.scene["box"].place[:3, 3], SCENE["box"].place[:3, 3] + by)
