@@ -74,10 +74,11 @@ def vertices(shape: Collision) -> FloatArray:
     Raises:
         InputError: The file is missing, cannot be read, or holds nothing that has a volume.
     """
-    path = _found(shape)
+    path = shape.link if shape.corners is not None else _found(shape)
     try:
-        model = coal.MeshLoader().load(str(path), np.array(shape.size))
-        points = np.array(model.vertices())
+        points = shape.corners
+        if points is None:
+            points = np.array(coal.MeshLoader().load(str(path), np.array(shape.size)).vertices())
         points = points[ConvexHull(points).vertices]
     except (RuntimeError, ValueError, QhullError, IndexError) as error:
         raise InputError(

@@ -105,15 +105,17 @@ class Capsule:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Collision:
-    """Geometry of a link as a URDF has it.
+    """Geometry of a link as a file has it.
 
     Attributes:
         link: The link.
-        kind: ``sphere``, ``cylinder``, ``capsule``, ``box`` or ``mesh``.
+        kind: ``sphere``, ``cylinder``, ``capsule``, ``box``, ``mesh`` or ``half_space``, which
+            lies behind its own plane z = 0.
         size: Radius; radius and length; edges; or the scale of a mesh [m].
         place: Its pose in the link, (4, 4) [m].
         file: That of a mesh, as it is written; empty of others.
         beside: The URDF itself, from which meshes are looked for; None where it was read from text.
+        corners: Of a mesh that was read already, (V, 3) [m]; None of others.
     """
 
     link: str
@@ -122,6 +124,7 @@ class Collision:
     place: FloatArray
     file: str = ""
     beside: Path | None = None
+    corners: FloatArray | None = None
 
 
 def checked(capsules: Iterable[Any]) -> tuple[Capsule, ...]:

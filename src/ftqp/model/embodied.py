@@ -7,6 +7,7 @@ from typing import Any, Self
 from weakref import WeakKeyDictionary
 
 from ftqp.model.capsules import Capsule, Collision, checked, estimated
+from ftqp.model.reading.srdf import allowed_pairs
 from ftqp.model.reduction import frame_names
 
 Shapes = tuple[Capsule | Collision, ...]
@@ -45,6 +46,29 @@ class Embodied:
             InputError: This is no list of capsules with frames.
         """
         return replace(self, shapes=checked(capsules))  # type: ignore[type-var]
+
+    def allowed_pairs(self, srdf: Any) -> tuple[tuple[str, str], ...]:
+        """The pairs of bodies that an SRDF, MoveIt's file beside a URDF, lets touch.
+
+        Capsules belong to the link that is their frame, or that they are called after. The pairs are for
+        ``ftqp.Clearance(ignore=...)``; those of links without capsules are left out.
+
+        Args:
+            srdf: The path of the file, or the XML itself.
+
+        Raises:
+            InputError: The file cannot be read, or a mesh of the robot is missing.
+        """
+        of: dict[str, list[str]] = {}
+        for one in self.capsules:
+            for name in {one.frame or "", one.label.partition(" ")[0]}:
+                of.setdefault(name, []).append(one.label)
+        return tuple(
+            (one, other)
+            for first, second in allowed_pairs(srdf)
+            for one in of.get(first, ())
+            for other in of.get(second, ())
+        )
 
 
 def carried(shapes: Shapes, joint: str) -> Shapes:

@@ -105,9 +105,9 @@ def test_a_path_into_something_has_no_plan_and_a_start_in_it_is_refused():
     few = PlanSettings(waypoints=10, spacing=0.3)
     wall = ftqp.Scene()
     wall.add("wall", ftqp.HalfSpace(point=(0.0, 0.2, 0.0), normal=(0.0, -1.0, 0.0)))
-    with pytest.raises(InputError, match="comes too near to something at sample .* of the path"):
+    with pytest.raises(InputError, match=r"comes too near to something at sample .* of the path"):
         plan(PANDA, TASK, settings=few, scene=wall)
-    with pytest.raises(InputError, match="q0 comes too near to something: .* expected at least 250 mm"):
+    with pytest.raises(InputError, match=r"q0 comes too near to something: .* expected at least 250 mm"):
         plan(PANDA, TASK, Q0, settings=few, scene=SCENE, clearance=ftqp.Clearance(keep=0.25))
 
 
@@ -119,7 +119,7 @@ def test_what_moves_is_refused_and_a_scene_that_changes_later_changes_nothing():
     assert (task.clearances(MOTION) == before).all()
     assert task.digest != task_path(PANDA, PATH, dt=0.02, scene=scene, clearance=CLEAR).digest
     scene.move("ball", (5.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-    with pytest.raises(InputError, match="'ball' in the scene moves, .*say where it stands"):
+    with pytest.raises(InputError, match=r"'ball' in the scene moves, .*say where it stands"):
         task_path(PANDA, PATH, dt=0.02, scene=scene)
 
 

@@ -146,3 +146,67 @@ def test_a_mesh_stands_for_the_box_around_it(tmp_path):
 def test_a_urdf_in_which_nothing_stands_is_refused():
     with pytest.raises(InputError, match="has no collision geometry"):
         ftqp.Scene.from_urdf('<robot name="cell"><link name="world"/></robot>')
+
+
+MJCF = """<mujoco model="cell"><compiler angle="degree"/>
+<default><default class="visual"><geom contype="0" conaffinity="0"/></default></default>
+<asset><mesh name="wedge" vertex="0 0 0  0.3 0 0  0 0.1 0  0 0 0.2"/></asset>
+<worldbody>
+<geom name="floor" type="plane" size="2 2 .1" pos="0 0 -0.05" euler="0 20 0"/>
+<geom class="visual" type="box" size=".4 .6 .02"/>
+<body name="post" pos=".45 .3 .6" euler="0 0 30"><geom type="cylinder" size=".05 .6" pos="0.1 0 0"/>
+<geom type="capsule" fromto="0 0 0 0 0 .5" size=".03"/>
+<body name="door" pos="0 0 .1"><joint type="hinge" axis="0 0 1" pos="0.3 0 0"/>
+<geom name="leaf" type="box" size=".07 .1 .2" pos="0 0.2 0"/>
+<geom name="wedge" type="mesh" mesh="wedge"/></body>
+</body></worldbody></mujoco>"""
+
+
+def test_a_cell_is_read_from_an_mjcf_as_mujoco_sees_it():
+    import mujoco
+
+    scene = ftqp.Scene.from_mjcf(MJCF)
+    assert list(scene) == ["floor", "post", "post 2", "leaf", "wedge"]
+    model = mujoco.MjModel.from_xml_string(MJCF)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    collide = [at for at in range(model.ngeom) if model.geom_contype[at]]
+    for at, name in list(zip(collide, scene, strict=True))[:4]:
+        np.testing.assert_allclose(scene[name].place[:3, 3], data.geom_xpos[at], atol=1e-9)
+        np.testing.assert_allclose(
+            scene[name].place[:3, 2], data.geom_xmat[at].reshape(3, 3)[:, 2], atol=1e-9
+        )
+    assert scene["leaf"].shape.size == (0.14, 0.2, 0.4) and scene["post"].shape.length == 1.2
+    corner = data.body("door").xpos + data.body("door").xmat.reshape(3, 3) @ [0.3, 0.0, 0.0]
+    wedge = scene["wedge"]
+    inside = wedge.place[:3, :3].T @ (corner - wedge.place[:3, 3])
+    assert (np.abs(inside) <= 0.5 * np.array(wedge.shape.size) + 1e-6).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("<mujoco><worldbody/></mujoco>", "has no geom that collides"),
+        ('<mujoco><worldbody><geom type="box" size="1 1"/></worldbody></mujoco>', "was refused by MuJoCo"),
+        ('<mujoco><worldbody><geom type="sphere" size="250"/></worldbody></mujoco>', "are these millimetres"),
+        ("<robot/>", "expected <mujoco>"),
+    ],
+)
+def test_an_mjcf_that_is_no_cell_is_refused(text, said):
+    with pytest.raises(InputError, match=said):
+        ftqp.Scene.from_mjcf(text)
+
+
+def test_pairs_that_an_srdf_lets_touch_are_those_of_the_capsules_of_their_links():
+    robot = ftqp.robots.load("panda")
+    srdf = """<robot name="panda"><disable_collisions link1="panda_link5" link2="panda_hand" reason="Never"/>
+    <disable_collisions link1="panda_link1" link2="camera" reason="User"/></robot>"""
+    found = robot.allowed_pairs(srdf)
+    assert found == (("panda_link5", "panda_hand"),)
+    pairs = [
+        set(ftqp.Planner(robot, clearance=ftqp.Clearance(ignore=ignore)).distances(robot.neutral))
+        for ignore in ((), found)
+    ]
+    assert pairs[0] - pairs[1] == {pair for pair in pairs[0] if set(pair) in map(set, found)} != set()
+    with pytest.raises(InputError, match="expected link1 and link2"):
+        robot.allowed_pairs('<robot name="x"><disable_collisions link1="a"/></robot>')

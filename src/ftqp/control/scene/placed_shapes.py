@@ -1,6 +1,7 @@
 """A scene: what stands around arms, by name, and may move, come and go while they work."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from importlib import import_module
 from typing import Any, NamedTuple, Self, final
 from weakref import WeakMethod
 
@@ -10,6 +11,7 @@ from ftqp.control.scene.solid_shapes import EXAMPLE, Shape, pose_of, shape_of
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.layout.scene_room import OBSTACLES
+from ftqp.model.capsules import Collision
 from ftqp.model.placed_collisions import placed_collisions
 
 STANDS = np.zeros(6)
@@ -51,12 +53,35 @@ class Scene(Mapping[str, Placed]):
             InputError: The file cannot be read, a mesh is missing or holds nothing, a size is one of
                 millimetres, nothing stands there, or there is more than a scene has room for.
         """
+        return cls._of(placed_collisions(source), "the URDF has no collision geometry, expected <collision>")
+
+    @classmethod
+    def from_mjcf(cls, source: Any) -> Self:
+        """A scene of the geoms of a MuJoCo model that collide, its joints where they begin.
+
+        Each is called as it is, or after its body. Planes are half-spaces; an ellipsoid stands for the box
+        around it, and a mesh, too. MuJoCo reads the file, which the extra ``sim`` installs.
+
+        Args:
+            source: The path of a file, or the XML itself.
+
+        Raises:
+            InputError: The file cannot be read, MuJoCo refuses it, a size is one of millimetres, nothing
+                stands there, or there is more than a scene has room for.
+            MissingPackage: MuJoCo is not installed.
+        """
+        pieces = import_module("ftqp.model.reading.mjcf_geometry").mjcf_collisions(source)
+        return cls._of(pieces, "the MJCF has no geom that collides, expected contype or conaffinity")
+
+    @classmethod
+    def _of(cls, pieces: Iterable[Collision], nothing: str) -> Self:
         found = cls()
-        for one in placed_collisions(source):
-            counts = sum(name == one.link or name.startswith(f"{one.link} ") for name in found)
-            found.add(one.link if counts == 0 else f"{one.link} {counts + 1}", shape_of(one))
+        for one in pieces:
+            name = one.link or "thing"
+            counts = sum(other == name or other.startswith(f"{name} ") for other in found)
+            found.add(name if counts == 0 else f"{name} {counts + 1}", shape_of(one))
         if not found:
-            raise InputError("the URDF has no collision geometry, expected <collision> in its links")
+            raise InputError(nothing)
         return found
 
     def __init__(self) -> None:

@@ -180,6 +180,8 @@ def shape_of(one: Collision) -> Shape:
         case "capsule":
             half = 0.5 * one.size[1] * one.place[:3, 2]
             return Capsule(one.place[:3, 3] - half, one.place[:3, 3] + half, one.size[0])
+        case "half_space":
+            return HalfSpace(one.place[:3, 3], one.place[:3, 2])
         case _:
             corners = vertices(one)
             low, high = corners.min(axis=0), corners.max(axis=0)

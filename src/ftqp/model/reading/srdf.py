@@ -1,10 +1,11 @@
-"""Reading SRDF, the file beside a URDF that names postures."""
+"""Reading SRDF, the file beside a URDF that names postures, and pairs of links that may touch."""
 
 from math import isfinite
 from pathlib import Path
+from typing import Any
 from xml.etree.ElementTree import Element
 
-from ftqp.core.errors import FtqpError
+from ftqp.core.errors import FtqpError, InputError
 from ftqp.model.reading.safe_xml import xml_of
 
 
@@ -27,6 +28,20 @@ def postures_beside(urdf: Path) -> dict[str, dict[str, float]]:
             states = root.findall("group_state")
             return {state.get("name", ""): _positions(state.findall("joint")) for state in states}
     return {}
+
+
+def allowed_pairs(source: Any) -> list[tuple[str, str]]:
+    """The pairs of links that an SRDF does not look at (``disable_collisions``).
+
+    Raises:
+        InputError: The file cannot be read, or a pair names one link only.
+    """
+    _, root, _ = xml_of(source, "SRDF", "robot")
+    pairs = [(one.get("link1", ""), one.get("link2", "")) for one in root.iter("disable_collisions")]
+    for pair in pairs:
+        if not all(pair):
+            raise InputError(f"a disable_collisions of the SRDF has {pair}, expected link1 and link2")
+    return pairs
 
 
 def _positions(joints: list[Element]) -> dict[str, float]:

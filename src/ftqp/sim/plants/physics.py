@@ -1,43 +1,13 @@
-"""Rigid bodies with friction, brakes and end stops: the one place where MuJoCo is imported."""
+"""Rigid bodies with friction, brakes and end stops, in MuJoCo."""
 
 import logging
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any, final
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import MissingPackage
-from ftqp.core.extras import remedy_for_extra
 from ftqp.model.chain import Chain
-
-_SAFE_PATH = "PYTHONSAFEPATH"
-
-
-@contextmanager
-def _own_modules_only() -> Iterator[None]:
-    """While entered, a Python that is started imports nothing from the folder in which the user works.
-
-    MuJoCo's glfw starts one when it is imported, as ``python -c``, which would.
-    """
-    before = os.environ.get(_SAFE_PATH)
-    os.environ[_SAFE_PATH] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[_SAFE_PATH]
-        else:
-            os.environ[_SAFE_PATH] = before
-
-
-try:
-    with _own_modules_only():
-        import mujoco
-except ImportError as error:
-    raise MissingPackage("plant 'mujoco'", "mujoco", remedy_for_extra("sim")) from error
+from ftqp.model.reading.mujoco_package import mujoco
 
 HARD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 """Impedance of brakes and end stops in MuJoCo's terms: with its default ones a brake creeps."""
