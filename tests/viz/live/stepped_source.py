@@ -52,6 +52,7 @@ class SteppedSource:
             backend=session.choice.backend or "active_set",
             tell=session.tell,
             path=points,
+            box=session.arms.box,
             **{
                 "robots": ("panda", "iiwa14"),
                 "scenarios": ("panda-circle", "planar6-square"),

@@ -95,17 +95,17 @@ def test_live_page_shows_marks_planes_and_distances(scenario):
 def test_targets_of_tasks_have_handles_that_move_them_until_reset(scenario):
     source = SteppedSource(scenario)
     with Page(source, port=0) as page:
-        box = controls(page)["drag targets of tasks"]
+        box = controls(page)["drag tasks and things"]
         use(box, True)
         handles = page._scene.handles._marks
         assert len(handles) == 2
         moved = SimpleNamespace(position=np.array([0.5, -0.2, 0.1]))
         asyncio.run(handles[1]._impl_aux.update_cb[0](SimpleNamespace(target=moved, phase="update")))
         order = source.orders[-1]
-        assert order.task == "look" and order.position.tolist() == [0.5, -0.2, 0.1]
+        assert order.name == "look" and order.position.tolist() == [0.5, -0.2, 0.1]
         assert source.frame().further[1].place == (0.5, -0.2, 0.1)
         use(box, False)
-        assert page._scene.handles._marks == []
+        assert page._scene.handles._marks == {}
         assert source.frame().further[1].place == (0.5, -0.2, 0.1)
         source.put(Reset())
         assert source.frame().further[1].place == (0.6, 0.1, 0.0)
@@ -134,6 +134,35 @@ def test_replay_and_recording_show_what_the_session_showed(scenario):
     names = {message.get("name", "") for _, message in messages_of(page)[1]}
     assert {"/arm-1/task0", "/arm-1/plane3", "/arm-1/plane3_normal", "/arm-1/box4"} <= names
     assert "target of a soft task" in page
+
+
+def test_a_box_is_put_in_the_way_and_dragged_until_reset(scenario):
+    source = SteppedSource(scenario)
+    with Page(source, port=0) as page:
+        use(controls(page)["a box in the way"], True)
+        page.refresh()
+        shown = source.frame().further
+        k = next(k for k, one in enumerate(shown) if one.solid)
+        assert shown[k].name == "box" and shown[k].value > 0.05 and source.stage().box
+        assert controls(page)["drag tasks and things"].value
+        first = np.array(shown[k].solid.pose).reshape(4, 4)[:3, 3]
+        handle = page._scene.handles._marks[k]
+        np.testing.assert_allclose(handle.position, first)
+        moved = SimpleNamespace(position=first + np.array((0.0, 0.0, 0.05)))
+        asyncio.run(handle._impl_aux.update_cb[0](SimpleNamespace(target=moved, phase="update")))
+        for _ in range(20):
+            frame = source.frame()
+        there = np.array(frame.further[k].solid.pose).reshape(4, 4)[:3, 3]
+        np.testing.assert_allclose(there, first + np.array((0.0, 0.0, 0.05)))
+        source.put(Reset())
+        back = np.array(source.frame().further[k].solid.pose).reshape(4, 4)[:3, 3]
+        np.testing.assert_allclose(back, first)
+        page._scene.handles._marks_moved.clear()  # as a second later
+        page._scene.show(source.frame())
+        np.testing.assert_allclose(page._scene.handles._marks[k].position, first)
+        use(controls(page)["a box in the way"], False)
+        page.refresh()
+        assert not any(one.solid for one in source.frame().further)
 
 
 AROUND = """

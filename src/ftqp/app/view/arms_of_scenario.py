@@ -8,7 +8,8 @@ import numpy as np
 
 from ftqp.app.scenario import document
 from ftqp.app.scenario.setup import Setup, resolve, validated
-from ftqp.app.schema.reading import options
+from ftqp.app.schema.reading import Options, options
+from ftqp.control.scene.solid_shapes import Box
 from ftqp.control.task.task import ROW_SETS
 from ftqp.core.errors import InputError
 from ftqp.faults.detection.detector import Detector
@@ -23,6 +24,9 @@ ROUND = 0.06
 """Radius of the circle that an arm of the catalog draws, as a share of its reach."""
 LAP = 8.0
 """How long it takes for it [s]."""
+BOX, BESIDE, POINTS = 0.15, 0.3, 64
+"""Edges of a box beside a path and how far it is from there, as shares of the reach; how many points
+of the path are looked at. Conventions."""
 RANK = 0.02
 """Singular values of the Jacobian below this share of the largest are none."""
 
@@ -55,6 +59,7 @@ def arms_of(choice: Choice, *, rival: bool = True, faults: bool = True) -> Sessi
         rival=_rival(setup, choice) if rival else None,
         detects=setup.tables.planner.detector is not None,
         urdf=setup.content["robot"].get("urdf"),
+        box=choice.box,
     )
 
 
@@ -82,7 +87,27 @@ def setup_of(choice: Choice, *, detector: bool | None = None) -> Setup:
     if detector is not None and detector != (tables.planner.detector is not None):
         planner = replace(tables.planner, detector=options(Detector) if detector else None)
         tables = replace(tables, planner=planner)
+    if choice.box and not tables.scene:
+        tables = replace(tables, scene=(_box_beside(resolve(found, tables)),))
     return resolve(found, tables)
+
+
+def _box_beside(setup: Setup) -> Options[Any]:
+    """A box beside the middle of the path, on the side that is away from the arm's base."""
+    robot, path = setup.robot, setup.path
+    size = reach_of(robot.chain, robot.limits)
+    points = path.sample(np.linspace(0.0, path.duration, POINTS)).pose[:, :3, 3]
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    across = np.cross(robot.chain.gravity, middle) if robot.chain.gravity.any() else np.array([0.0, 1.0, 0.0])
+    far = float(np.linalg.norm(across))
+    across = across / far if far > 0.0 else np.array([0.0, 1.0, 0.0])
+    away = float(np.abs((points - middle) @ across).max()) + BESIDE * size
+    edge = float(BOX * size)
+    return Options(
+        Box,
+        {"size": (edge, edge, edge), "place": tuple(middle + away * across), "rpy": None, "name": "box"},
+        "box",
+    )
 
 
 def _with_robot(found: document.Document, robot: Robot, name: str) -> document.Document:

@@ -119,5 +119,6 @@ class LiveSource:
             scenarios=tuple(document.bundled()),
             schemes=tuple(schemes.names()),
             backends=tuple(info.name for info in known_backends() if info.available),
+            box=arms.box,
             heat=None if report is None else report.heat,
         )

@@ -149,7 +149,7 @@ class Session:
             case Aim():
                 self._arm.follow(command.pose)
             case Place():
-                self._arm.place(command.task, command.position)
+                self._arm.place(command.name, command.position)
             case Use():
                 return self._use(command)
             case Play():
@@ -317,7 +317,7 @@ class Session:
         choice = self.choice
         if command.scenario is not None:
             choice = Choice(scenario=command.scenario)
-        for name in ("robot", "scheme", "backend"):
+        for name in ("robot", "scheme", "backend", "box"):
             wanted = getattr(command, name)
             if wanted is not None:
                 choice = replace(choice, **{name: wanted})

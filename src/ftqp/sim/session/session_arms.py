@@ -43,6 +43,7 @@ class Choice:
         scheme: Name of a scheme.
         backend: Name of a backend.
         detector: Whether the planner looks for failures by itself.
+        box: Whether a box stands beside the path, which the arm keeps clear of.
     """
 
     scenario: str
@@ -52,6 +53,7 @@ class Choice:
     scheme: str | None = None
     backend: str | None = None
     detector: bool | None = None
+    box: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,6 +71,7 @@ class SessionArms:
         rival: The arm of damped resolved rates beside it; None without one.
         detects: Whether the planner has a detector, so that a click need not tell it.
         urdf: The file that the arm was read from, for pictures; None of an arm without one.
+        box: Whether a box was put beside the path.
     """
 
     title: str
@@ -81,6 +84,7 @@ class SessionArms:
     rival: SessionRival | None = None
     detects: bool = False
     urdf: str | None = None
+    box: bool = False
 
 
 ArmsOf = Callable[[Choice], SessionArms]

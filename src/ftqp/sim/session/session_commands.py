@@ -86,12 +86,14 @@ class Use:
         scenario: The name or path of a scenario; it takes the place of all earlier choices.
         scheme: The name of a scheme.
         backend: The name of a backend.
+        box: Whether a box stands beside the path, which the arm keeps clear of.
     """
 
     robot: str | None = None
     scenario: str | None = None
     scheme: str | None = None
     backend: str | None = None
+    box: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,14 +122,14 @@ class Aim:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Put the target of a soft task elsewhere, until ``Reset``.
+    """Put the target of a soft task, or something that stands around, elsewhere, until ``Reset``.
 
     Attributes:
-        task: The task's name.
+        name: What it is called.
         position: Where to, (3,) in the frame of the base [m].
     """
 
-    task: str
+    name: str
     position: FloatArray
 
 

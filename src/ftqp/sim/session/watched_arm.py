@@ -6,7 +6,7 @@ import numpy as np
 
 from ftqp.control.scene.solid_shapes import WORDS
 from ftqp.control.task.keep import Keep
-from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
 from ftqp.sim.further_measures import FurtherMeasures
@@ -19,6 +19,8 @@ from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.session.session_arms import SessionArm
 from ftqp.sim.session.tick_facts import Facts, FurtherFact, IntArray, Solid, TwinFacts, quaternion_of
 
+CARRIED = 0.2
+"""Things of a scene are carried so fast [m/s]: an arm at rest can flee from that. A convention."""
 APART = 1e-6
 """A joint farther from its command than this was repaired elsewhere than its planner thinks [rad or m]."""
 
@@ -39,6 +41,8 @@ class WatchedArm:
         self._recorder: TickRecorder | None = None
         self._made: Made | None = None
         self._placed: dict[str, FloatArray] = {}
+        self._stood: dict[str, FloatArray] = {}
+        self._going: dict[str, FloatArray] = {}
 
     @property
     def signals(self) -> tuple[Column, ...]:
@@ -61,6 +65,11 @@ class WatchedArm:
         for name, target in self._placed.items():
             planner.tasks[name].target = target
         self._placed.clear()
+        for name, place in self._stood.items():
+            assert planner.scene is not None
+            planner.scene.move(name, place)
+        self._stood.clear()
+        self._going.clear()
         self._player.reset(q, v, 2**31)
 
     def record(self, sink: RowSink) -> None:
@@ -139,15 +148,22 @@ class WatchedArm:
         self._player.leader.follow(pose)
 
     def place(self, name: str, position: FloatArray) -> None:
-        """Put the target of a soft task elsewhere, until the arm begins anew.
+        """Put the target of a soft task, or something of the scene, elsewhere, until the arm begins anew.
+
+        Things go there no faster than an arm can flee, and the planner is told how fast.
 
         Args:
-            name: The task's.
+            name: What it is called.
             position: Where to, (3,) [m].
 
         Raises:
-            InputError: There is no such task, or no such place.
+            InputError: There is nothing of that name, or no such place.
         """
+        scene = self._player.planner.scene
+        if scene is not None and name in scene:
+            self._going[name] = array("position", position, (3,), f"(3,), where {name} is to go")
+            self._stood.setdefault(name, scene[name].place)
+            return
         task = self._player.planner.tasks[name]
         before = task.target
         task.target = position
@@ -185,9 +201,26 @@ class WatchedArm:
 
     def think(self, k: int) -> None:
         """The planner's step of tick k."""
+        if self._going:
+            self._carry_things()
         self._made = self._player.think(k)
         if self._recorder is not None:
             self._player.write(self._recorder, k * self._player.planner.dt, self._made)
+
+    def _carry_things(self) -> None:
+        """Things of the scene go on to where they were asked to be."""
+        scene, dt = self._player.planner.scene, self._player.planner.dt
+        assert scene is not None
+        for name, goal in tuple(self._going.items()):
+            here = scene[name].place[:3, 3]
+            way = goal - here
+            far = float(np.linalg.norm(way))
+            if far <= CARRIED * dt:
+                scene.move(name, goal)
+                del self._going[name]
+                continue
+            velocity = way * (CARRIED / far)
+            scene.move(name, here + dt * velocity, np.concatenate([velocity, np.zeros(3)]))
 
     def move(self) -> None:
         """Let the arm move on."""

@@ -1,4 +1,4 @@
-"""Handles in the scene by which people drag the target of the tip and those of soft tasks."""
+"""Handles in the scene by which people drag the target of the tip, those of soft tasks, and things around."""
 
 from collections.abc import Callable, Mapping
 from time import monotonic
@@ -12,6 +12,8 @@ from ftqp.viz.live.frame import rotation_of
 
 LET_GO = 60.0
 """A handle of whose hold nothing has been heard for so long was let go: its browser is gone [s]."""
+HELD = 1.0
+"""A handle of a task or thing that was dragged within this time is held [s]. A convention."""
 STILL = 1e-6
 """A handle nearer to its target than this is there [m, and without unit]."""
 
@@ -29,7 +31,8 @@ class DragHandles:
     def __init__(self, server: Any, name: str, size: float) -> None:
         self._server, self._name, self._size = server, name, size
         self._handle: Any = None
-        self._marks: list[Any] = []
+        self._marks: dict[int, Any] = {}
+        self._marks_moved: dict[int, float] = {}
         self._moved = -np.inf
         self._target: FloatArray | None = None
         self._left: FloatArray | None = None
@@ -75,7 +78,7 @@ class DragHandles:
             self._handle = None
 
     def drag_marks(self, marks: Mapping[int, FloatArray], moved: Callable[[int, FloatArray], None]) -> None:
-        """Put a handle at the target of each soft task that has a place.
+        """Put a handle at the target of each soft task that has a place, and at each thing around the arm.
 
         Args:
             marks: Where they are by their number in a frame, (3,) [m].
@@ -92,16 +95,29 @@ class DragHandles:
             )
 
             async def dragged(event: Any, k: int = k) -> None:
+                self._marks_moved[k] = monotonic()
                 moved(k, np.array(event.target.position))
 
             handle.on_update(dragged)
-            self._marks.append(handle)
+            self._marks[k] = handle
+
+    def follow_marks(self, marks: Mapping[int, FloatArray]) -> None:
+        """Let the handles of tasks and things go with them while nobody holds them.
+
+        Args:
+            marks: Where they are by their number in a frame, (3,) [m].
+        """
+        for k, handle in self._marks.items():
+            held = monotonic() - self._marks_moved.get(k, -np.inf) < HELD
+            if not held and k in marks and np.abs(marks[k] - handle.position).max() > STILL:
+                handle.position = marks[k]
 
     def release_marks(self) -> None:
-        """Take the handles of soft tasks away."""
-        for handle in self._marks:
+        """Take the handles of tasks and things away."""
+        for handle in self._marks.values():
             handle.remove()
         self._marks.clear()
+        self._marks_moved.clear()
 
 
 def wxyz(rotation: FloatArray) -> FloatArray:

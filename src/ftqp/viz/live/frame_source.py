@@ -51,6 +51,7 @@ class Stage:
         scenarios: Bundled scenarios that ``Use`` takes; none in a replay.
         schemes: Schemes that ``Use`` takes; none in a replay.
         backends: Backends that ``Use`` takes and that are installed; none in a replay.
+        box: Whether a box was put beside the path.
         heat: Which failures the motion survives, each of which can be a ``Play``; None without a coverage
             report.
     """
@@ -69,6 +70,7 @@ class Stage:
     scenarios: Sequence[str] = ()
     schemes: Sequence[str] = ()
     backends: Sequence[str] = ()
+    box: bool = False
     heat: HeatMap | None = None
 
 

@@ -95,8 +95,9 @@ class FurtherNodes:
 
     @property
     def marks(self) -> dict[int, FloatArray]:
-        """Where the targets of tasks are, by their numbers in a frame, (3,) [m]."""
-        return {k: np.array(mark.position) for k, mark in self._marks.items()}
+        """Where targets of tasks and things around the arm are, by their numbers in a frame, (3,) [m]."""
+        both = {**self._marks, **self._solids}
+        return {k: np.array(node.position) for k, node in both.items()}
 
     def _centre(self, one: FurtherFact, middle: FloatArray) -> FloatArray:
         """The point of a plane that is nearest to the middle of the arm."""

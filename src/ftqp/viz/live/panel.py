@@ -30,7 +30,8 @@ SIDE = 230
 INVITATION = (
     '<div style="font:13px/1.45 system-ui,sans-serif;color:#1b4f72;background:#eaf3fb;padding:4px 10px">'
     "<b>Drag the arrows at the tip</b>, and the arm follows; <b>to path</b> gives it its path back. "
-    "Click <b>lock</b> beside a joint: nothing fails but what you break.</div>"
+    "Click <b>lock</b> beside a joint: nothing fails but what you break. "
+    "Put <b>a box in the way</b> and drag it.</div>"
 )
 """What a visitor is told first."""
 FASTEST = 5.0
@@ -70,6 +71,8 @@ class Panel:
         with self._tabs.add_tab("Joints"):
             if stage.live:
                 self._tell(stage)
+                box = self._gui.add_checkbox("a box in the way", stage.box)
+                self._on_update(box, lambda value: commands.Use(box=bool(value)))
                 self._breakers(names)
             self._table = self._gui.add_html("")
         self._further: Any = None
@@ -115,7 +118,7 @@ class Panel:
 
     def keep(self, stage: Stage, frame: Frame) -> bool:
         """Go on with another stage of an arm with the same joints; whether these controls can serve it."""
-        same = ("live", "duration", "heat", "robots", "scenarios", "schemes", "backends")
+        same = ("live", "duration", "heat", "box", "robots", "scenarios", "schemes", "backends")
         further = [[(one.name, one.shape) for one in of.further] for of in (frame, self._latest)]
         if (
             stage.robot.joints != self._stage.robot.joints
@@ -135,8 +138,8 @@ class Panel:
             scene.choose(overlay, bool(box.value))
         if self._drag is not None and self._drag.value:
             self._give_handle()
-        if self._drag_marks is not None and self._drag_marks.value:
-            self._drag_marks.value = False
+        if self._drag_marks is not None:
+            self._give_marks()
 
     def remove(self) -> None:
         """Take every control away."""
@@ -245,7 +248,8 @@ class Panel:
 
         async def changed(event: Any) -> None:
             if event.client is not None and event.target.value in options:
-                self._put(commands.Use(**{key: str(event.target.value)}))
+                chosen: dict[str, Any] = {key: str(event.target.value)}
+                self._put(commands.Use(**chosen))
 
         dropdown.on_update(changed)
         self._dropdowns[key] = dropdown
@@ -275,9 +279,10 @@ class Panel:
             self._drag.on_update(self._dragging)
             self._give_handle()
         self._drag_marks: Any = None
-        if stage.live and any(one.place and not one.shape for one in self._latest.further):
-            self._drag_marks = self._gui.add_checkbox("drag targets of tasks", False)
+        if stage.live and any(one.solid or (one.place and not one.shape) for one in self._latest.further):
+            self._drag_marks = self._gui.add_checkbox("drag tasks and things", stage.box)
             self._drag_marks.on_update(self._dragging_marks)
+            self._give_marks()
         for overlay in self._scene.overlays:
             box = self._gui.add_checkbox(overlay, overlay not in self._scene.hidden)
             self._boxes[overlay] = box
@@ -306,14 +311,18 @@ class Panel:
         self._scene.handles.drag(self._aim, pose, turns)
 
     async def _dragging_marks(self, event: Any) -> None:
-        """Give the targets of soft tasks a handle each, or take them away; they stay where they are."""
-        if event.target.value:
+        """Give tasks and things a handle each, or take them away; they stay where they are."""
+        self._give_marks()
+
+    def _give_marks(self) -> None:
+        """A handle for each task and thing, where that is asked for."""
+        if self._drag_marks.value:
             self._scene.handles.drag_marks(self._scene.marks, self._place)
         else:
             self._scene.handles.release_marks()
 
     def _place(self, k: int, position: FloatArray) -> None:
-        """Put the target of a soft task to where its handle is."""
+        """Put a task's target, or a thing, to where its handle is."""
         self._put(commands.Place(self._latest.further[k].name, position))
 
     def _aim(self, pose: FloatArray) -> None:

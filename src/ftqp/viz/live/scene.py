@@ -111,6 +111,7 @@ class Scene:
         self._show_ellipsoid(frame)
         if self._further is not None:
             self._further.show(frame.further)
+            self.handles.follow_marks(self._further.marks)
         self._trail.follow(frame.tip[:3, 3], frame.tick, "trail" not in self._hidden)
         self._caption(frame)
 
@@ -122,7 +123,7 @@ class Scene:
 
     @property
     def marks(self) -> Mapping[int, FloatArray]:
-        """Where the targets of soft tasks are that have a place, by their number in a frame, (3,) [m]."""
+        """Where targets of soft tasks and things around the arm are, by their number in a frame, (3,) [m]."""
         return {} if self._further is None else self._further.marks
 
     def camera(self, client: Any) -> None:
