@@ -225,7 +225,11 @@ def resolve(
         backend = settings["backend"]
         recorder = errors.tried("recording", lambda: tables.recording.recorder(backend, dt))
         settings["backend"] = recorder
-    plant = None if arm is None else errors.tried("simulation", partial(_plant, tables, arm))
+    plant = (
+        None
+        if arm is None
+        else errors.tried("simulation", partial(_plant, tables, arm, settings.get("scene")))
+    )
     sensors = None if arm is None else errors.tried("sensors", partial(_sensors, tables, arm))
     events = [
         errors.tried(f"faults[{index}]", partial(_event, table, plant))
@@ -301,10 +305,11 @@ def _planner_settings(table: PlannerTable, folder: File, errors: _Errors) -> dic
     return {key: getattr(table, key) for key in same} | found
 
 
-def _plant(tables: Scenario, arm: Robot) -> Plant:
+def _plant(tables: Scenario, arm: Robot, scene: Scene | None) -> Plant:
     planner = tables.planner
-    moving = tables.base is not None
-    return tables.simulation.made_plant(arm, planner.dt, planner.level, planner.drive["kind"], moving=moving)
+    return tables.simulation.made_plant(
+        arm, planner.dt, planner.level, planner.drive["kind"], moving=tables.base is not None, scene=scene
+    )
 
 
 def _sensors(tables: Scenario, arm: Robot) -> JointSensors | None:

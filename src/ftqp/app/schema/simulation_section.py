@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ftqp.app.schema.reading import Options, Table, options, settings_for
+from ftqp.control.scene.placed_shapes import Scene
 from ftqp.core.errors import InputError
 from ftqp.core.setting import REQUIRED, like, setting
 from ftqp.faults.kinds import KINDS, Fault
@@ -41,7 +42,7 @@ class MujocoTable(Table):
         """What is true of the arm."""
         return TrueArm(**settings_for(TrueArm, self))
 
-    def plant(self, arm: Robot, dt: float, drive: str, seed: int) -> Plant:
+    def plant(self, arm: Robot, dt: float, drive: str, seed: int, scene: Scene | None) -> Plant:
         """The arm in physics, behind servos that take what a drive sends; MuJoCo is loaded here.
 
         Who made the servos knows the rotors.
@@ -50,7 +51,7 @@ class MujocoTable(Table):
 
         true = self.true_arm()
         servo = JointServo(true.geared(arm), drive, **settings_for(JointServo, self))
-        return MujocoPlant(arm, dt, servo, true, substeps=self.substeps, seed=seed)
+        return MujocoPlant(arm, dt, servo, true, substeps=self.substeps, seed=seed, scene=scene)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,7 +75,9 @@ class SimulationTable(Table):
         None, "end of the run, > 0; the path's duration if absent", unit="s", above=0.0
     )
 
-    def made_plant(self, arm: Robot, dt: float, level: str, drive: str, *, moving: bool) -> Plant:
+    def made_plant(
+        self, arm: Robot, dt: float, level: str, drive: str, *, moving: bool, scene: Scene | None = None
+    ) -> Plant:
         """The arm that is simulated.
 
         Args:
@@ -83,6 +86,7 @@ class SimulationTable(Table):
             level: What the planner decides.
             drive: What the planner's drive sends.
             moving: Whether its base moves; servos then add up velocities.
+            scene: What stands around it, with which it collides in physics.
 
         Raises:
             InputError: This kind of plant cannot move the robot, a joint is unknown, a value out of range.
@@ -91,7 +95,7 @@ class SimulationTable(Table):
         if self.plant == "servo":
             return self.servo.made(arm, dt, drive=None if moving else drive)
         if self.plant == "mujoco":
-            return self.mujoco.plant(arm, dt, drive, self.seed)
+            return self.mujoco.plant(arm, dt, drive, self.seed, scene)
         return KinematicPlant(arm, dt, level)
 
 

@@ -4,13 +4,16 @@ from typing import final
 
 import numpy as np
 
+from ftqp.control.scene.placed_shapes import Scene
+from ftqp.control.scene.solid_shapes import WORDS
 from ftqp.core.checks import FloatArray, array, instance, positive, seen
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
+from ftqp.model.body_frames import mount_of
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.hidden_faults import HiddenFault, Jammed, Misread, Runaway, Weakened
 from ftqp.sim.plants.joint_servo import JointServo
-from ftqp.sim.plants.physics import Physics
+from ftqp.sim.plants.physics import Physics, Rod, Thing
 from ftqp.sim.plants.plant import Command, Motors, Plant
 from ftqp.sim.plants.true_arm import TrueArm
 
@@ -42,6 +45,8 @@ class MujocoPlant(Plant):
         true: how the true arm differs; None: not at all, but for end stops a little beyond the limits.
         substeps: time steps of the physics in ``dt``, >= 1; stiff servos and friction need more.
         seed: of how late commands come where they do, >= 0.
+        scene: what stands around the arm as it stands now, with which ``robot.capsules`` collide; None is
+            nothing.
 
     Raises:
         InputError: a robot without inertia, an unknown joint, a value out of its range.
@@ -65,6 +70,7 @@ class MujocoPlant(Plant):
         *,
         substeps: int = 4,
         seed: int = 0,
+        scene: Scene | None = None,
     ) -> None:
         instance("robot", robot, Robot, "an ftqp.Robot, for example planner.robot")
         robot.refuse_floating("plant 'mujoco', whose motors would hold it, needs")
@@ -81,7 +87,8 @@ class MujocoPlant(Plant):
         self._substeps, self._latest, self._seed = substeps, int(true.jitter * substeps), seed
         self._rng = np.random.default_rng(seed)
         step = positive("dt", dt, "s") / substeps
-        self._physics = Physics(true.chain(robot), step)
+        rods, things = ([], []) if scene is None else (_rods(robot), _things(scene))
+        self._physics = Physics(true.chain(robot), step, rods, things)
         self._closes_in = round(true.brake_delay / step)
         self._closing: dict[int, int] = {}
         self._coulomb, self._viscous = true.friction(robot)
@@ -127,6 +134,11 @@ class MujocoPlant(Plant):
     def carried(self) -> FloatArray:
         """Torques of brakes, end stops and dry friction in the last step, (nv,); belongs to the plant."""
         return seen(self._physics.carried)
+
+    @property
+    def contact_force(self) -> float:
+        """The largest force between the arm and what stands around it in the last time step [N]."""
+        return self._physics.contact_force
 
     @property
     def drive(self) -> str:
@@ -301,3 +313,24 @@ class MujocoPlant(Plant):
                 read[0, i], read[1, i] = self._stuck[i], 0.0
             read[0, i] += fault.bias
         return read
+
+
+def _rods(robot: Robot) -> list[Rod]:
+    """The bodies of an arm."""
+    found = []
+    for one in robot.capsules:
+        joint, T = mount_of(robot, one.frame or "universe")
+        a, b = (T[:3, :3] @ end + T[:3, 3] for end in (one.a, one.b))
+        found.append(Rod(joint, a, b, one.radius))
+    return [rod for rod in found if rod.joint >= 0]
+
+
+def _things(scene: Scene) -> list[Thing]:
+    """What stands in a scene: half edges, or a radius and half a length."""
+    found = []
+    for placed in scene.values():
+        word = next(word for word, kind in WORDS.items() if isinstance(placed.shape, kind))
+        x, y, z = placed.shape.extent
+        size = {"box": (x, y, z), "half_space": (0.0, 0.0, 1.0)}.get(word, (y, x, 0.0))
+        found.append(Thing(word, size, placed.place))
+    return found

@@ -1,7 +1,8 @@
 """Rigid bodies with friction, brakes and end stops, in MuJoCo."""
 
 import logging
-from typing import Any, final
+from collections.abc import Sequence
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
@@ -13,8 +14,47 @@ HARD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 """Impedance of brakes and end stops in MuJoCo's terms: with its default ones a brake creeps."""
 RESPONSE = 2.0
 """Time constant of brakes and end stops, in time steps: the shortest that MuJoCo integrates safely."""
+ARM, WORLD = 1, 2
+"""Bits of contype: what of the arm collides with what stands around it, and with nothing else."""
+KINDS = {
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "half_space": mujoco.mjtGeom.mjGEOM_PLANE,
+}
 HARMLESS = (1.0, 1.0, 1.0)
 """Stands for an inertia until the true one, which MuJoCo's compiler may refuse, is written [kg m2]."""
+
+
+class Rod(NamedTuple):
+    """A rod with round ends that moves with a joint.
+
+    Attributes:
+        joint: By index, -1 for what stands.
+        a: One end in the joint's frame, (3,) [m].
+        b: The other end, (3,) [m].
+        radius: Of the rod [m].
+    """
+
+    joint: int
+    a: FloatArray
+    b: FloatArray
+    radius: float
+
+
+class Thing(NamedTuple):
+    """Something that stands around an arm.
+
+    Attributes:
+        kind: ``sphere``, ``capsule``, ``box``, ``cylinder`` or ``half_space``.
+        size: As MuJoCo has it, (3,) [m].
+        pose: Where it stands, (4, 4) [m].
+    """
+
+    kind: str
+    size: tuple[float, float, float]
+    pose: FloatArray
 
 
 @final
@@ -22,12 +62,15 @@ class Physics:
     """An arm, or several on one base, in MuJoCo: joint torques in, motion out.
 
     The body of joint i has that joint's frame, its axis being z. Masses and inertias are written into
-    the compiled model, because the compiler refuses some that the equations of motion accept. Nothing
-    collides. A brake is dry friction; an end stop and a fixed joint are hard constraints without rebound.
+    the compiled model, because the compiler refuses some that the equations of motion accept. The arm
+    collides with what stands around it, and not with itself. A brake is dry friction; an end stop and a fixed
+    joint are hard constraints without rebound.
 
     Args:
         chain: what moves.
         h: time step [s].
+        bodies: What collides of the arm.
+        things: What stands around it.
 
     Attributes:
         q: joint positions, (nv,) [rad or m]; a view into MuJoCo's memory, like the next four.
@@ -39,9 +82,11 @@ class Physics:
     Source: https://mujoco.readthedocs.io, pages "Computation" and "Modeling".
     """
 
-    def __init__(self, chain: Chain, h: float) -> None:
+    def __init__(
+        self, chain: Chain, h: float, bodies: Sequence[Rod] = (), things: Sequence[Thing] = ()
+    ) -> None:
         self._names = chain.names
-        self._model = _compiled(chain, h)
+        self._model = _compiled(chain, h, bodies, things)
         self._data = data = mujoco.MjData(self._model)
         _write_bodies(self._model, data, chain)
         model, soft = self._model, (RESPONSE * h, 1.0)
@@ -108,6 +153,15 @@ class Physics:
         mujoco.mj_solveM(self._model, self._data, column, unit)
         return np.asarray(column[0])
 
+    @property
+    def contact_force(self) -> float:
+        """The largest force between the arm and what stands around it in the last step [N]."""
+        worst, force = 0.0, np.zeros(6)
+        for at in range(self._data.ncon):
+            mujoco.mj_contactForce(self._model, self._data, at, force)
+            worst = max(worst, float(force[0]))
+        return worst
+
     def mass_matrix(self) -> FloatArray:
         """M at the present state, (nv, nv)."""
         mujoco.mj_forward(self._model, self._data)
@@ -145,15 +199,17 @@ class Physics:
         return int(np.argmax(np.abs(self.v)))
 
 
-def _compiled(chain: Chain, h: float) -> Any:
-    """The model of the chain, every body with a harmless inertia."""
+def _compiled(chain: Chain, h: float, rods: Sequence[Rod], things: Sequence[Thing]) -> Any:
+    """The model of the chain, every body with a harmless inertia, and of what it collides with."""
     spec = mujoco.MjSpec()
     spec.compiler.degree, spec.compiler.balanceinertia = False, False
     spec.compiler.boundmass = spec.compiler.boundinertia = 0.0
     option = spec.option
     option.gravity, option.timestep = chain.gravity, h
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    if not things:
+        option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     bodies = [spec.worldbody]
     for i, name in enumerate(chain.names):
         above = bodies[chain.parent[i] + 1]
@@ -166,6 +222,17 @@ def _compiled(chain: Chain, h: float) -> Any:
         hold.objtype = mujoco.mjtObj.mjOBJ_JOINT
     tip = bodies[chain.tip_joint + 1]
     tip.add_site(name="tip", pos=chain.tip_translation, quat=_quaternion(chain.tip_rotation))
+    for rod in rods:
+        kind = mujoco.mjtGeom.mjGEOM_CAPSULE if np.any(rod.a != rod.b) else mujoco.mjtGeom.mjGEOM_SPHERE
+        ends = {"fromto": [*rod.a, *rod.b]} if np.any(rod.a != rod.b) else {"pos": rod.a}
+        bodies[rod.joint + 1].add_geom(
+            type=kind, size=(rod.radius, 0.0, 0.0), contype=ARM, conaffinity=WORLD, **ends
+        )
+    for thing in things:
+        spec.worldbody.add_geom(
+            type=KINDS[thing.kind], size=thing.size, pos=thing.pose[:3, 3],
+            quat=_quaternion(thing.pose[:3, :3]), contype=WORLD, conaffinity=ARM,
+        )  # fmt: skip
     return spec.compile()
 
 
