@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from ftqp.control.planner.planner import Planner
+from ftqp.control.scene.placed_shapes import CLOUD
 from ftqp.control.task.keep import BOX, CONE, PLANE, Keep
 from ftqp.control.task.soft_tasks import (
     AXES,
@@ -110,6 +111,8 @@ class FurtherMeasures:
         least, scene = dict.fromkeys(self._bodies, np.inf), self._planner.scene
         assert scene is not None
         for (_, other), d in self._planner.distances(q).items():
+            if other == CLOUD:
+                continue
             name = other if other in scene else ITSELF
             least[name] = min(least[name], float(d))
         return np.array(list(least.values()))

@@ -84,6 +84,11 @@ def around_of(robot: Robot, scene: Scene | None, clearance: Clearance | None) ->
     if scene is None and clearance is None:
         return None
     stands = Scene() if scene is None else scene.copy()
+    if len(stands.balls):
+        raise InputError(
+            f"the scene has a cloud of {len(stands.balls)} balls, and failures are studied among shapes that "
+            "have a name; add them as balls or boxes, or take the cloud away, scene.update(np.zeros((0, 4)))"
+        )
     moving = [name for name, placed in stands.items() if placed.twist.any()]
     if moving:
         raise InputError(

@@ -8,13 +8,13 @@ import numpy as np
 
 from ftqp.control.planner.stages import Stage
 from ftqp.control.scene.keeping_clear import Clearance
-from ftqp.control.scene.placed_shapes import Scene
+from ftqp.control.scene.placed_shapes import CLOUD, Scene
 from ftqp.control.scene.solid_shapes import KINDS, HalfSpace, Sphere
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import CLEARANCES
-from ftqp.kernel.layout.scene_room import CAPSULES, PAIRS
+from ftqp.kernel.layout.scene_room import BALLS, CAPSULES, CLOUD_BODIES, NEAREST, PAIRS, SEGMENT
 from ftqp.model.body_frames import mount_of
 from ftqp.model.capsules import Capsule, named_apart
 from ftqp.model.robot import Robot
@@ -28,6 +28,10 @@ are so in 0.75 of them or more, or in less than 0.49."""
 SEED = 20170511
 FIXED = 1e-9
 """Ends of a capsule that move less than this over all those postures do not move [m]. Rounding."""
+FAR_AWAY = 1e6
+"""A ball that is not there is so far away [m]. A convention."""
+NEVER = -(1 << 40)
+"""A tick so long ago that balls are chosen anew."""
 SLIDES = 2.0
 """How far a joint without limits slides [m]. A convention."""
 
@@ -73,6 +77,7 @@ class Surroundings:
         self.scene, self.clearance = Scene() if scene is None else scene, clearance
         self._session, self._robot, self._room = session, robot, session.K.scene
         self._attached: dict[str, tuple[Capsule, ...]] = {}
+        self._cloud: FloatArray | None = None
         self.left_out: tuple[tuple[str, str], ...] = ()
         self.names: tuple[tuple[str, str], ...] = ()
         room = self._room
@@ -97,7 +102,10 @@ class Surroundings:
         Args:
             name: What has moved; nothing where others are there now.
         """
-        if not name:
+        if name == CLOUD and self._cloud is not None:
+            self._write_cloud(self._cloud)
+            return
+        if name in ("", CLOUD):
             self._lay()
             return
         at = list(self.scene).index(name)
@@ -183,6 +191,7 @@ class Surroundings:
         room = self._room
         self._forget()
         room.capsules, room.obstacles, room.pairs = len(capsules), len(self.scene), 0
+        room.cloud, self._cloud = 0, None
         for at, capsule in enumerate(capsules):
             room.body[at], T = mount_of(self._robot, capsule.frame or "universe")
             room.end_a[at], room.end_b[at] = (T[:3, :3] @ end + T[:3, 3] for end in (capsule.a, capsule.b))
@@ -204,6 +213,8 @@ class Surroundings:
                 "ftqp.Clearance(ignore=[...]), or put several shapes into one box"
             )
         self._write(pairs, named, kept)
+        if len(self.scene.balls):
+            self._lay_cloud(labels, self._that_move(capsules), ignored)
 
     def _bodies(self) -> list[Capsule]:
         """The capsules, and behind them the two ends of each, where there is more than balls.
@@ -291,10 +302,10 @@ class Surroundings:
             room.joint_way[j] = 1.0 if chain.prismatic[j] else way
 
     def _ignored(self, labels: Sequence[str]) -> set[frozenset[str]]:
-        known = [*dict.fromkeys(labels), *self.scene]
+        known = [*dict.fromkeys(labels), *self.scene, CLOUD]
         for pair in self.clearance.ignore:
             for name in pair:
-                if name not in known and name not in self.scene:
+                if name not in known:
                     raise InputError(
                         f"ignore has {name!r}{nearest(name, known)}, expected names of capsules or of what "
                         f"stands in the scene: {', '.join(known)}"
@@ -309,6 +320,42 @@ class Surroundings:
             room.first[at], room.second[at] = pairs[k]
         self.names = tuple(named[k] for k in kept)
         room.pairs = len(kept)
+
+    def _lay_cloud(self, labels: Sequence[str], moves: Sequence[bool], ignored: set[frozenset[str]]) -> None:
+        """Give each body that moves its pairs with the balls of a cloud, behind all others."""
+        room, at = self._room, int(self._room.pairs)
+        bodies = [
+            c for c in range(len(self._ends)) if moves[c] and frozenset((labels[c], CLOUD)) not in ignored
+        ]
+        if len(bodies) > CLOUD_BODIES or at + NEAREST * len(bodies) > PAIRS:
+            raise InputError(
+                f"{len(bodies)} bodies of {self._robot.name} would keep clear of a cloud, expected at most "
+                f"{CLOUD_BODIES}, and {PAIRS} pairs; make it of fewer, robot.with_capsules([...]), or leave "
+                f"some out, ftqp.Clearance(ignore=[(name, {CLOUD!r}), ...])"
+            )
+        room.cloud_pair = at
+        for c in bodies:
+            for _ in range(NEAREST):
+                o = int(room.obstacles)
+                room.first[at], room.second[at] = c, -1 - o
+                room.solid[o], room.turn[o], room.twist[o] = SEGMENT, np.eye(3).ravel(), 0.0
+                room.ball[o], room.place[o], room.extent[o] = -1, FAR_AWAY, 0.0
+                room.obstacles, at = o + 1, at + 1
+        self.names += tuple((labels[c], CLOUD) for c in bodies for _ in range(NEAREST))
+        room.pairs = at
+        self._cloud = np.zeros((BALLS, 4))
+        self._write_cloud(self._cloud)
+
+    def _write_cloud(self, memory: FloatArray) -> None:
+        """Where the balls are now; they are chosen in the next tick."""
+        room, balls = self._room, self.scene.balls
+        memory[: len(balls)] = balls
+        room.cloud_at, room.cloud = memory.ctypes.data, len(balls)
+        room.ball[:], room.chosen_tick = -1, NEVER
+        if not len(balls):
+            first = int(room.cloud_pair)
+            room.place[-1 - room.second[first : room.pairs]] = FAR_AWAY
+        self._look_again()
 
     def distances(self, q: FloatArray) -> dict[tuple[str, str], FloatArray]:
         """The distance of every pair at some postures, (S,) [m] each, by their names.

@@ -8,14 +8,18 @@ from weakref import WeakMethod
 import numpy as np
 
 from ftqp.control.scene.solid_shapes import EXAMPLE, Shape, pose_of, shape_of
-from ftqp.core.checks import FloatArray, array
+from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError, nearest
-from ftqp.kernel.layout.scene_room import OBSTACLES
+from ftqp.kernel.layout.scene_room import BALLS, SHAPES
 from ftqp.model.capsules import Collision
 from ftqp.model.placed_collisions import placed_collisions
 
 STANDS = np.zeros(6)
 STANDS.flags.writeable = False
+NONE = np.zeros((0, 4))
+NONE.flags.writeable = False
+CLOUD = "cloud"
+"""What the balls of a cloud are called together."""
 
 
 class Placed(NamedTuple):
@@ -86,6 +90,7 @@ class Scene(Mapping[str, Placed]):
 
     def __init__(self) -> None:
         self._placed: dict[str, Placed] = {}
+        self._balls = NONE
         self._watchers: list[WeakMethod[Callable[[str], None]]] = []
 
     def add(self, name: str, shape: Shape) -> None:
@@ -102,13 +107,15 @@ class Scene(Mapping[str, Placed]):
             raise InputError(f"name is {name!r:.60}, expected a word such as 'table'")
         if not isinstance(shape, Shape):
             raise InputError(f"{name} is {type(shape).__name__}, expected a shape such as {EXAMPLE}")
+        if name == CLOUD:
+            raise InputError(f"{CLOUD!r} stands for the balls of scene.update(balls); give this another name")
         if name in self._placed:
             raise InputError(
                 f"there is a {name!r} in the scene; remove it, move it, or give this another name"
             )
-        if len(self._placed) >= OBSTACLES:
+        if len(self._placed) >= SHAPES:
             raise InputError(
-                f"the scene has {OBSTACLES} shapes, and no room for {name!r}; put several into one box"
+                f"the scene has {SHAPES} shapes, and no room for {name!r}; put several into one box"
             )
         self._placed[name] = Placed(shape, shape.place, STANDS)
         try:
@@ -140,6 +147,35 @@ class Scene(Mapping[str, Placed]):
         self._placed[name] = Placed(was.shape, T, speed)
         self._tell(name)
 
+    def update(self, balls: Any) -> None:
+        """Say where a cloud of balls is now, as a camera sees a room; those of before are gone.
+
+        Each body of an arm keeps clear of the six that are nearest to it and apart from each other, which are
+        chosen anew while it moves. Together they are called ``cloud``.
+
+        Args:
+            balls: x, y, z and radius of each, (K, 4), K up to 4096 [m]; (0, 4) is no ball.
+
+        Raises:
+            InputError: A wrong shape, a number that is not finite, a radius that is not positive, or too many
+                balls; then nothing changes.
+        """
+        found = array("balls", balls, (len(balls) if np.ndim(balls) == 2 else 0, 4), "(K, 4)")
+        if len(found) > BALLS:
+            raise InputError(
+                f"balls are {len(found)}, expected at most {BALLS}; take larger ones, or those within reach"
+            )
+        if not (found[:, 3] > 0.0).all():
+            at = int(np.argmin(found[:, 3] > 0.0))
+            raise InputError(f"ball {at} has the radius {found[at, 3]:g}, expected > 0 [m]")
+        self._balls = frozen(np.array(found, dtype=np.float64))
+        self._tell(CLOUD)
+
+    @property
+    def balls(self) -> FloatArray:
+        """The balls of the cloud, x, y, z and radius, (K, 4) [m]."""
+        return self._balls
+
     def remove(self, name: str) -> None:
         """Take something out of the scene.
 
@@ -156,11 +192,11 @@ class Scene(Mapping[str, Placed]):
     def copy(self) -> Self:
         """A scene of its own with the same things in it, that nobody watches."""
         other = type(self)()
-        other._placed = dict(self._placed)
+        other._placed, other._balls = dict(self._placed), self._balls
         return other
 
     def watch(self, told: Callable[[str], None]) -> None:
-        """Be told of changes: by the name of what has moved, or by nothing where others are there now.
+        """Be told of changes: by the name of what has moved, ``cloud``, or nothing where others are there.
 
         Args:
             told: A method, which is forgotten with its object.
@@ -174,7 +210,7 @@ class Scene(Mapping[str, Placed]):
             told(name)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"_placed": dict(self._placed), "_watchers": []}
+        return {"_placed": dict(self._placed), "_balls": self._balls, "_watchers": []}
 
     def __getitem__(self, name: str) -> Placed:
         try:

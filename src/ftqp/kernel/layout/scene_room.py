@@ -7,8 +7,16 @@ from ftqp.kernel.layout.rows import CLEARANCES
 
 CAPSULES = 128
 """The most capsules of an arm, their ends among them. A convention, which sizes memory."""
-OBSTACLES = 64
-"""The most shapes around an arm. A convention, which sizes memory."""
+SHAPES = 64
+"""The most shapes around an arm that have a name. A convention, which sizes memory."""
+NEAREST = 6
+"""So many balls of a cloud each body of an arm looks at. A convention."""
+CLOUD_BODIES = 20
+"""The most bodies of an arm that look at a cloud. A convention, which sizes memory."""
+OBSTACLES = SHAPES + NEAREST * CLOUD_BODIES
+"""The most shapes around an arm, with the balls that are looked at."""
+BALLS = 4096
+"""The most balls of a cloud. A convention, which sizes memory."""
 PAIRS = 1024
 """The most pairs that are watched. A convention, which sizes memory."""
 
@@ -30,9 +38,10 @@ def scene_fields(N: int) -> Fields:
     """What ``ftqp.kernel.scene`` knows.
 
     A capsule moves with the frame of the joint ``body``, from ``end_a`` to ``end_b`` there and ``wide``;
-    ``a`` and ``b`` are its ends in W. ``solid`` of an obstacle is a ``Shape``; it stands at ``place``, turned
-    by ``turn``, with ``extent``: half the length along z and the radius of a segment or cylinder, half the
-    edges of a box; ``twist`` is its velocity, at ``place``, along W.
+    ``a`` and ``b`` are its ends in W, placed where ``stamped`` is the ``stamp`` of the tick. ``solid`` of
+    an obstacle is a ``Shape``; it stands at ``place``, turned by ``turn``, with ``extent``: half the length along
+    z and the radius of a segment or cylinder, half the edges of a box; ``twist`` is its velocity, at
+    ``place``, along W.
 
     Pair p is of capsule ``first`` and capsule ``second``, or obstacle -1 - ``second``. ``gap`` is its
     distance when it was looked at plus all the ``way`` that anything had gone by then, so that gap - way is
@@ -45,11 +54,20 @@ def scene_fields(N: int) -> Fields:
     are ``closing`` in; ``crowded``: a row has found no slot. ``normal``, ``near``, ``far``: of the pair that
     is looked at, the direction to its first body and the points on both; ``local``,
     ``along`` and ``row`` are memory.
+
+    A ``cloud`` of so many balls, x, y, z and radius, lies at the address ``cloud_at``. From pair
+    ``cloud_pair`` on each body has NEAREST pairs; ``ball`` is which ball an obstacle stands for, -1 none.
+    They were chosen in tick ``chosen_tick``, when ``way`` was ``chosen_way``. ``away`` and ``taken`` are
+    memory.
     """
     return [
-        *scalars("i8", "pairs capsules obstacles held nearest closing crowded"),
-        *scalars("f8", "keep halt gain share way distance"),
-        *integers({"body": (CAPSULES,), "solid": (OBSTACLES,)}),
+        *scalars(
+            "i8",
+            "pairs capsules obstacles held nearest closing crowded stamp "
+            "cloud cloud_at cloud_pair chosen_tick",
+        ),
+        *scalars("f8", "keep halt gain share way distance chosen_way"),
+        *integers({"body": (CAPSULES,), "stamped": (CAPSULES,), "solid": (OBSTACLES,)}),
         *floats(dict.fromkeys(("end_a", "end_b", "a", "b"), (CAPSULES, 3))),
         *floats({"wide": (CAPSULES,), "place": (OBSTACLES, 3), "turn": (OBSTACLES, 9)}),
         *floats({"extent": (OBSTACLES, 3), "twist": (OBSTACLES, 6), "joint_way": (N,)}),
@@ -58,7 +76,8 @@ def scene_fields(N: int) -> Fields:
         *integers(dict.fromkeys(("slot", "met"), (CLEARANCES,))),
         *floats({"G": (CLEARANCES, N), "least": (CLEARANCES,), "spare": (CLEARANCES,)}),
         *floats(dict.fromkeys(("normal", "near", "far", "local", "along"), (3,))),
-        *floats({"row": (N,)}),
+        *floats({"row": (N,), "away": (BALLS,)}),
+        *integers({"ball": (OBSTACLES,), "taken": (NEAREST,)}),
     ]
 
 

@@ -26,6 +26,7 @@ from ftqp.kernel.maths.trigonometry import joint_sines
 from ftqp.kernel.maths.turning import turn_by
 from ftqp.kernel.maths.vectors import cross
 from ftqp.kernel.rows.joint_intervals import braking_velocity
+from ftqp.kernel.scene.cloud import choose_balls, is_stale
 
 TOUCHING = 1e-9
 """Axes that are nearer than this have no direction between them [m]; upwards is taken then. Rounding."""
@@ -43,15 +44,36 @@ STILL = 1e-3
 
 
 @jit
-def place_capsules(K: Any) -> None:
-    """Kinematics at the posture ``ahead.q``, and the ends of the capsules there."""
-    chain, ahead, scene = K.chain, K.ahead, K.scene
+def _place(ahead: Any, scene: Any, c: int) -> None:
+    """The ends of a capsule at the posture ``ahead.q``, once for it."""
+    if scene.stamped[c] == scene.stamp:
+        return
+    scene.stamped[c] = scene.stamp
+    a, b = scene.a[c], scene.b[c]
+    a[0], a[1], a[2] = point_of(ahead, scene.body[c], scene.end_a[c])
+    b[0], b[1], b[2] = point_of(ahead, scene.body[c], scene.end_b[c])
+
+
+@jit
+def _bodies_ahead(chain: Any, ahead: Any, scene: Any) -> None:
+    """Kinematics at the posture ``ahead.q``, at which no capsule is placed yet."""
     joint_sines(ahead, ahead, chain)
     frames(ahead, ahead, chain)
-    for c in range(scene.capsules):
-        a, b = scene.a[c], scene.b[c]
-        a[0], a[1], a[2] = point_of(ahead, scene.body[c], scene.end_a[c])
-        b[0], b[1], b[2] = point_of(ahead, scene.body[c], scene.end_b[c])
+    scene.stamp += 1
+
+
+@jit
+def _place_all(K: Any) -> None:
+    """The ends of all capsules at the posture ``ahead.q``."""
+    for c in range(K.scene.capsules):
+        _place(K.ahead, K.scene, c)
+
+
+@jit
+def place_capsules(K: Any) -> None:
+    """Kinematics at the posture ``ahead.q``, and the ends of all capsules there."""
+    _bodies_ahead(K.chain, K.ahead, K.scene)
+    _place_all(K)
 
 
 @jit
@@ -65,7 +87,7 @@ def _see_ahead(K: Any) -> None:
         way += abs(q - ahead.q[j]) * scene.joint_way[j]
         ahead.q[j] = q
     scene.way += way
-    place_capsules(K)
+    _bodies_ahead(chain, ahead, scene)
 
 
 @jit
@@ -226,6 +248,9 @@ def _look_at(K: Any, p: int) -> None:
     """Measure a pair, and pose its row."""
     scene = K.scene
     n, near, far = scene.normal, scene.near, scene.far
+    _place(K.ahead, scene, scene.first[p])
+    if scene.second[p] >= 0:
+        _place(K.ahead, scene, scene.second[p])
     d = distance_of_pair(K, p, n, near, far)
     scene.gap[p] = d + scene.way
     if d < scene.distance:
@@ -240,6 +265,8 @@ def measure(K: Any, q: Any, out: Any) -> None:
     for j in range(K.chain.n):
         K.ahead.q[j] = q[j]
     place_capsules(K)
+    if scene.cloud > 0:
+        choose_balls(K)
     for p in range(scene.pairs):
         out[p] = distance_of_pair(K, p, scene.normal, scene.near, scene.far)
 
@@ -255,6 +282,9 @@ def look_around(K: Any) -> None:
     scene, state, watch = K.scene, K.state, K.watch
     _move_obstacles(state, scene)
     _see_ahead(K)
+    if scene.cloud > 0 and is_stale(K):
+        _place_all(K)
+        choose_balls(K)
     for k in range(CLEARANCES):
         scene.met[k] = 0
     last = scene.nearest

@@ -333,4 +333,8 @@ def _things(scene: Scene) -> list[Thing]:
         x, y, z = placed.shape.extent
         size = {"box": (x, y, z), "half_space": (0.0, 0.0, 1.0)}.get(word, (y, x, 0.0))
         found.append(Thing(word, size, placed.place))
+    for x, y, z, radius in scene.balls.tolist():
+        T = np.eye(4)
+        T[:3, 3] = x, y, z
+        found.append(Thing("sphere", (radius, 0.0, 0.0), T))
     return found
