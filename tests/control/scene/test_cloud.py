@@ -73,7 +73,8 @@ def test_an_arm_among_a_thousand_balls_keeps_clear_of_all_although_a_joint_locks
                 if seeing and k % 50 == 0:
                     scene.update(balls[rng.permutation(len(balls))])  # as the next picture has them
                 at = line.sample(np.array([min(k * 2e-3, 2.0)]))
-                step = planner.step(q, v, ftqp.Target(pose=at.pose[0], twist=at.twist[0], acceleration=at.acceleration[0]))
+                target = ftqp.Target(pose=at.pose[0], twist=at.twist[0], acceleration=at.acceleration[0])
+                step = planner.step(q, v, target)
                 q, v = step.q.copy(), step.v.copy()
                 if k % 10 == 0:
                     least = min(least, truth(q, balls).min())

@@ -45,9 +45,14 @@ class PlannerCopies(PlannerChanges, ABC):
 
         Raises:
             InputError: A foreign solver, a network, a closed form, a plan, further tasks, functions in
-                Python, or faults that it already believes in.
+                Python, a cloud of balls, or faults that it already believes in.
         """
         self._heal()
+        if self._surroundings is not None and len(self._surroundings.scene.balls):
+            raise InputError(
+                "the scene has a cloud of balls, which a library in C does not have; give what stands there "
+                "names, scene.add(...), or take the cloud away, scene.update(np.zeros((0, 4)))"
+            )
         return deployable(
             self._session, self._orders, self._given, self._solver, self._wanted, self._tasks,
             calls_python=self._calls_python, detects=self._fault_response is not None,

@@ -39,8 +39,8 @@ def scene_fields(N: int) -> Fields:
 
     A capsule moves with the frame of the joint ``body``, from ``end_a`` to ``end_b`` there and ``wide``;
     ``a`` and ``b`` are its ends in W, placed where ``stamped`` is the ``stamp`` of the tick. ``solid`` of
-    an obstacle is a ``Shape``; it stands at ``place``, turned by ``turn``, with ``extent``: half the length along
-    z and the radius of a segment or cylinder, half the edges of a box; ``twist`` is its velocity, at
+    an obstacle is a ``Shape``; it stands at ``place``, turned by ``turn``, with ``extent``: half the length
+    along z and the radius of a segment or cylinder, half the edges of a box; ``twist`` is its velocity, at
     ``place``, along W.
 
     Pair p is of capsule ``first`` and capsule ``second``, or obstacle -1 - ``second``. ``gap`` is its
