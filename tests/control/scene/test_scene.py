@@ -163,8 +163,7 @@ MJCF = """<mujoco model="cell"><compiler angle="degree"/>
 
 
 def test_a_cell_is_read_from_an_mjcf_as_mujoco_sees_it():
-    import mujoco
-
+    mujoco = pytest.importorskip("mujoco")
     scene = ftqp.Scene.from_mjcf(MJCF)
     assert list(scene) == ["floor", "post", "post 2", "leaf", "wedge"]
     model = mujoco.MjModel.from_xml_string(MJCF)
@@ -193,6 +192,7 @@ def test_a_cell_is_read_from_an_mjcf_as_mujoco_sees_it():
     ],
 )
 def test_an_mjcf_that_is_no_cell_is_refused(text, said):
+    pytest.importorskip("mujoco")
     with pytest.raises(InputError, match=said):
         ftqp.Scene.from_mjcf(text)
 

@@ -106,7 +106,8 @@ def _collisions(tree: Tree, path: Path | None) -> list[Collision]:
     found = []
     for name, link in tree.links.items():
         for element in link.findall("collision"):
-            shape = next(iter(element.find("geometry") or ()), None)
+            geometry = element.find("geometry")
+            shape = None if geometry is None else next(iter(geometry), None)
             if shape is None or shape.tag not in GEOMETRY:
                 continue
             size = [x for key in GEOMETRY[shape.tag] for x in _plain_numbers(shape.get(key, ""))]
