@@ -71,7 +71,8 @@ quick: $(VENV)/.has-dev
 	$(PYTEST) -n $(JOBS) --dist loadfile $(QUICK)
 
 docs: $(VENV)/.has-docs
-	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
+	rm -rf build/playground
+	NO_MKDOCS_2_WARNING=1 FTQP_PLAYGROUND=1 $(BIN)/python -m mkdocs build --quiet
 	@echo "open site/index.html"
 
 # An environment each; a Python that is not there is named and left out.

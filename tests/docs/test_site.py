@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 from tests.docs.making import ROOT, module
-from tests.viz.live.conftest import browser, opened  # noqa: F401  fixtures
+from tests.viz.conftest import browser, opened  # noqa: F401  fixtures
 
 pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install -e ".[docs]"')
 LOADED = re.compile(

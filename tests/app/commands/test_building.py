@@ -24,6 +24,10 @@ PROMISED = {
         (["panda", "-o", "no/such"], "folder .*no is missing"),
         (["panda", "--set", "planner.dt=0.01", "-o", "new"], "panda is a robot, no scenario"),
         (["iiwa-moving-base-locked", "-o", "new"], "has a base that moves"),
+        (["panda"], "nothing to make: give a folder with -o, or a file with --page"),
+        (["panda", "--page", "new.html", "--target", "host"], "--page is for browsers, got --target host"),
+        (["panda", "--page", "here"], "file here is there already"),
+        (["panda", "--page", "no/such.html"], "folder .*no is missing"),
         (
             ["modular11-locked", "--set", "planner.backend=daqp", "-o", "new"],
             "expected the backend 'active_set'",

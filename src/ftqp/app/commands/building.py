@@ -1,5 +1,6 @@
-"""``ftqp build``: the planner of a scenario, or of a robot, as a library in C."""
+"""``ftqp build``: the planner of a scenario, or of a robot, as a library in C, or as a page for browsers."""
 
+import tempfile
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,8 +15,14 @@ def build(
     source: Annotated[
         str, typer.Argument(metavar="SCENARIO|ROBOT", help="A scenario, or a robot of the catalog.")
     ],
-    folder: Annotated[Path, typer.Option("-o", "--output", metavar="FOLDER", help="The folder to make.")],
-    target: Annotated[str, typer.Option(metavar="NAME", help="host, x86-64-v3, aarch64 or wasm32.")] = "host",
+    folder: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FOLDER", help="The folder to make; --page does without."),
+    ] = None,
+    target: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="host, x86-64-v3, aarch64 or wasm32; host, with --page wasm32."),
+    ] = None,
     cpu: Annotated[
         str | None,
         typer.Option(metavar="NAME", help="A processor by LLVM's name, such as cortex-a76; else its class."),
@@ -23,45 +30,62 @@ def build(
     embed: Annotated[
         bool, typer.Option("--embed", help="Write the arm's file into arm.h, too, for boards without files.")
     ] = False,
+    page: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write a page that runs the planner in a browser, no server."),
+    ] = None,
     overrides: Overrides = None,
     as_json: Json = False,
 ) -> ExitCode:
-    """Build the planner as a library in C, with headers, the arm's file and examples that run."""
+    """Build the planner as a library in C with headers and examples, or as a page for browsers."""
     from ftqp.app.deployment.built_folder import TARGETS, Wanted, build_folder
 
+    target = target or ("host" if page is None else "wasm32")
     if target not in TARGETS:
         raise unknown("target", target, "ftqp build", TARGETS)
-    name, planner = _planner_of(source, overrides or ())
-    with progress(f"{name} for {target}", 1.0):
-        wanted = Wanted(planner=planner, name=name, target=target, cpu=cpu, embed=embed, folder=folder)
-        bill = build_folder(wanted)
-    answer({"folder": str(folder), **bill}, as_json, lambda: tell(_said(folder, bill)))
+    if folder is None and page is None:
+        raise InputError("nothing to make: give a folder with -o, or a file with --page")
+    if page is not None and target != "wasm32":
+        raise InputError(f"--page is for browsers, got --target {target}; leave it out, or give wasm32")
+    name, planner, q, path = _planner_of(source, overrides or ())
+    with progress(f"{name} for {target}", 1.0), tempfile.TemporaryDirectory() as aside:
+        wanted = Wanted(
+            planner=planner, name=name, target=target, cpu=cpu, embed=embed,
+            folder=Path(aside) / "library" if folder is None else folder,
+        )  # fmt: skip
+        if page is None:
+            bill = build_folder(wanted)
+        else:
+            from ftqp.app.deployment.browser_page import write_page
+
+            bill = write_page(wanted, q, path, page)
+    made = {"folder": folder and str(folder), "page": page and str(page)}
+    answer({**made, **bill}, as_json, lambda: tell(_said(folder or page, bill)))
     for sentence in bill["left_out"]:
         say(f"left out: {sentence}")
     return ExitCode.DONE
 
 
-def _planner_of(source: str, overrides: Any) -> tuple[str, Any]:
-    """The planner of a scenario, or the plain one of a robot, by name."""
+def _planner_of(source: str, overrides: Any) -> tuple[str, Any, Any, Any]:
+    """Name, planner, start and path of a scenario; of a robot by name the plain planner, and no path."""
     from ftqp.control.planner.planner import Planner
     from ftqp.model import catalog
 
     if source.partition("(")[0] in catalog.names():
         if overrides:
             raise InputError(f"{source} is a robot, no scenario, so that --set has nothing to change")
-        return source, Planner(catalog.load(source))
+        planner = Planner(catalog.load(source))
+        return source, planner, planner.robot.neutral, None
     from ftqp.app.scenario.setup import load
 
     setup = load(source, overrides)
     if setup.world is not None:
         raise InputError(f"{source} has a base that moves, which a library in C does not; leave [base] out")
-    return setup.name, setup.planner
+    return setup.name, setup.planner, setup.q, setup.path
 
 
-def _said(folder: Path, bill: dict[str, Any]) -> str:
+def _said(made: Path | None, bill: dict[str, Any]) -> str:
     library = max((file for file in bill["files"] if file.startswith("lib/")), key=len)
     sizes = {name: bill["files"][name]["bytes"] / 1e3 for name in (library, "arm.ftqp")}
     listed = ", ".join(f"{name} {size:.0f} kB" for name, size in sizes.items())
-    return (
-        f"{folder}: {bill['robot']} ({bill['joints']} joints) for {bill['triple']}, {bill['cpu']}: {listed}"
-    )
+    return f"{made}: {bill['robot']} ({bill['joints']} joints) for {bill['triple']}, {bill['cpu']}: {listed}"

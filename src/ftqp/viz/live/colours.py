@@ -71,12 +71,20 @@ def hexadecimal(colour: Colour) -> str:
     return "#{:02x}{:02x}{:02x}".format(*colour)
 
 
-def legend(columns: int = 1, *, further: bool = False) -> str:
+LED_OTHERWISE = "same arm, same failure, led by damped resolved rates with feedback"
+"""What the rival of a page is."""
+
+
+def legend(
+    columns: int = 1, *, further: bool = False, rival: str = LED_OTHERWISE, ellipsoid: bool = True
+) -> str:
     """A line for each colour: joints by their condition, then lines and bodies.
 
     Args:
         columns: How many lines stand side by side.
         further: Whether there are soft tasks, kept points or obstacles.
+        rival: What the second arm is.
+        ellipsoid: Whether there is one.
     """
     joints = [("dot", CONDITION[code], f"{word} joint") for code, word in CONDITIONS.items()]
     joints += [("dot", BRAKING, "braking joint"), ("dot", NEAR_LIMIT, "joint near its limit")]
@@ -84,9 +92,10 @@ def legend(columns: int = 1, *, further: bool = False) -> str:
         ("line", TRAIL, "way of the tip"),
         ("line", PATH, "path to follow"),
         ("dot", TARGET, "target of the tip"),
-        ("dot", RIVAL, "rival: same arm, same failure, led by damped resolved rates with feedback"),
-        ("dot", ELLIPSOID, "ellipsoid: tip speeds that working joints can make"),
+        ("dot", RIVAL, f"rival: {rival}"),
     ]
+    if ellipsoid:
+        others.append(("dot", ELLIPSOID, "ellipsoid: tip speeds that working joints can make"))
     if further:
         others += [
             ("dot", MARK, "target of a soft task"),

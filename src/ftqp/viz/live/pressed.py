@@ -58,10 +58,19 @@ def uuid(control: Any) -> str:
 
 
 def _sheet(pressed: Mapping[tuple[str, int], str]) -> str:
-    """The sheet as HTML."""
-    rules = "".join(
-        f'.mantine-Flex-root:has(>div>p>label[for="{name}"]) button:nth-of-type({place + 1})'
-        f"{{background:{colour}!important;color:#fff!important;box-shadow:inset 0 2px 3px rgba(0,0,0,.4)}}"
-        for (name, place), colour in pressed.items()
-    )
+    """The sheet of the buttons that are pressed."""
+    rules = "".join(rule(name, str(place + 1), colour) for (name, place), colour in pressed.items())
+    return sheet(rules)
+
+
+def sheet(rules: str) -> str:
+    """A sheet of rules as HTML."""
     return f'<style id="ftqp-pressed">{NARROW}{rules}</style>'
+
+
+def rule(name: str, place: str, colour: str) -> str:
+    """The rule that presses the button at a place, from 1 on, of the group that a page knows by a name."""
+    return (
+        f'.mantine-Flex-root:has(>div>p>label[for="{name}"]) button:nth-of-type({place})'
+        f"{{background:{colour}!important;color:#fff!important;box-shadow:inset 0 2px 3px rgba(0,0,0,.4)}}"
+    )

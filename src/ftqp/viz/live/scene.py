@@ -126,6 +126,18 @@ class Scene:
         """Where targets of soft tasks and things around the arm are, by their number in a frame, (3,) [m]."""
         return {} if self._further is None else self._further.marks
 
+    def nodes(self) -> dict[str, Any]:
+        """Names of what ``show`` moves, for a page that moves it without this program."""
+        return {
+            "frames": [node.name for node in self._joints],
+            "rival_frames": [node.name for node in self._rival_frames],
+            "barrels": [[mesh.name for mesh in meshes] for meshes in self._barrels],
+            "bodies": [[mesh.name for mesh in meshes] for meshes in self._bodies],
+            "target": self._target.name, "said": self._said.name, "named": self._named.name,
+            "trail": self._trail.node.name, "rival_trail": self._rival_trail.node.name,
+            "overlays": {name: [node.name for node in nodes] for name, nodes in self._overlays.items()},
+        }  # fmt: skip
+
     def camera(self, client: Any) -> None:
         """Look at this arm in a browser that is connected already."""
         client.camera.position, client.camera.look_at = self._eye, self._middle
@@ -165,7 +177,7 @@ class Scene:
         self._mesh(f"{self._name}/target/ball", ball(0.035 * s), colours.TARGET, 0.3)
         self._ellipsoid = self._mesh(f"{self._name}/ellipsoid", ball(1.0), colours.ELLIPSOID, 0.25)
         self._trail = _Trail(add, f"{self._name}/trail", colours.TRAIL, 0.0045 * s, STEP * s, trail)
-        self._twin_trail = _Trail(add, f"{self._name}/twin/trail", colours.RIVAL, 0.003 * s, STEP * s, trail)
+        self._rival_trail = _Trail(add, f"{self._name}/twin/trail", colours.RIVAL, 0.003 * s, STEP * s, trail)
         ways = [self._way(path)] if path is not None and len(path) > 1 else []
         grid = add.add_grid(
             f"{self._name}/grid", width=3.0 * s, height=3.0 * s, cell_size=0.1 * s, section_size=0.5 * s,
@@ -244,14 +256,14 @@ class Scene:
         apart = frame.rival is not None and bool(frame.truth.any())
         self._appear(RIVAL, apart)
         if frame.rival is None or not apart:
-            self._twin_trail.rest()
+            self._rival_trail.rest()
             return
         _place(self._rival_frames, frame.rival, self._above)
         if self._named.text != NAMES[frame.rival_told]:
             self._named.text = NAMES[frame.rival_told]
         tip = frame.rival[-1, :3, 3]
         self._named.position = tip - np.array([0.0, 0.0, 0.07 * self.size])
-        self._twin_trail.follow(tip, frame.tick, RIVAL not in self._hidden)
+        self._rival_trail.follow(tip, frame.tick, RIVAL not in self._hidden)
 
     def _show_ellipsoid(self, frame: Frame) -> None:
         """How fast the healthy joints move the tip in each direction."""

@@ -10,6 +10,7 @@ from dataclasses import replace
 from functools import partial
 from http import HTTPStatus
 from io import StringIO
+from pathlib import Path
 from threading import Lock
 from typing import Any
 
@@ -87,6 +88,24 @@ def close_server(server: Any) -> None:
     """End a server and its threads; what it says about that is left out."""
     with _silent():
         server.stop()
+
+
+def first_messages(server: Any) -> tuple[list[dict[str, Any]], list[bytes]]:
+    """What a browser is told when it connects, scene and controls as they are now, and the arrays in it."""
+    buffer, arrays = server._websock_server._broadcast_buffer, list[memoryview]()
+    with buffer.buffer_lock:
+        messages = list(buffer.message_from_id.values())
+    told = [message.as_serializable_dict(arrays) for message in messages]
+    return told, [bytes(array) for array in arrays]
+
+
+def client_page() -> str:
+    """The page of viser's client, one file without an address in it."""
+    file = Path(viser.__file__).parent / "client" / "build" / "index.html"
+    try:
+        return file.read_text(encoding="utf-8")
+    except OSError as error:
+        raise FtqpError(f"viser {VERSION} has its page elsewhere than ftqp knows: {error}") from error
 
 
 def _keep_private(server: Any) -> None:

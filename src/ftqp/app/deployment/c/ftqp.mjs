@@ -30,7 +30,7 @@ export class Planner {
     this.#grow(file + arm.length);
     new Uint8Array(exports.memory.buffer).set(arm, file);
     this.#check(exports.ftqp_size(file, arm.length, need));
-    const size = new DataView(exports.memory.buffer).getUint32(need, true);
+    const size = this.size = new DataView(exports.memory.buffer).getUint32(need, true);
     this.p = Math.ceil((file + arm.length) / LINE) * LINE;
     this.work = Math.ceil((this.p + size) / LINE) * LINE;
     this.#grow(this.work + 8 * (4 * 64 + NUMBERS) + FAULT + LOAD);
@@ -80,6 +80,9 @@ export class Planner {
     this.#check(this.c.ftqp_carry(this.p, this.loadAt));
   }
 
+  // Go on from the state of another planner of the same file.
+  take(other) { this.#bytes().set(other.#bytes()); }
+
   get q() { return this.#view(this.c.ftqp_q(this.p), this.n); }
   get v() { return this.#view(this.c.ftqp_v(this.p), this.n); }
   get a() { return this.#view(this.c.ftqp_a(this.p), this.n); }
@@ -93,6 +96,7 @@ export class Planner {
     return new TextDecoder().decode(bytes.slice(at, bytes.indexOf(0, at)));
   }
 
+  #bytes() { return new Uint8Array(this.c.memory.buffer, this.p, this.size); }
   #view(at, count) { return new Float64Array(this.c.memory.buffer, at, count); }
   #numbers(at, values) {
     if (values.length !== this.n) throw new Mistake(-1, `got ${values.length} numbers, expected ${this.n}, one a joint`);

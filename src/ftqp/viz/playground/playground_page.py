@@ -1,0 +1,213 @@
+"""The page of a playground: viser's client, its first picture, the kernel for browsers, and a script.
+
+A page of a server hears from a worker of viser's client, which speaks with that server. Here the place of the
+worker is taken by a script in which the planner itself runs, so that there is one way of drawing an arm.
+"""
+
+import json
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path as File
+from typing import Any, Final
+
+import numpy as np
+
+from ftqp.control.paths.path import Path
+from ftqp.control.paths.repeated import Repeated
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.status import StepStatus
+from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.pose import quaternions
+from ftqp.sim.log.signals import CONDITIONS
+from ftqp.sim.session.session_commands import WEAK
+from ftqp.sim.session.session_leader import path_points
+from ftqp.sim.session.tick_facts import Facts, quaternion_of
+from ftqp.viz.live.drag_handles import wxyz
+from ftqp.viz.live.frame import NEAR, DrawnArm, Frame, frame_of
+from ftqp.viz.live.live_page import CONTROLS
+from ftqp.viz.live.panel import short_names
+from ftqp.viz.live.scene import SEGMENTS, STEP, Scene
+from ftqp.viz.live.server import VERSION, client_page, close_server, first_messages, open_server
+from ftqp.viz.live.shapes import Part
+from ftqp.viz.playground.playground_controls import FASTEST, add_controls, looks
+
+SCRIPT: Final = File(__file__).with_name("playground.mjs")
+KNOTS: Final = 400
+"""Samples of a lap; between them the script goes by polynomials of the fifth degree, through places, twists
+and accelerations of both."""
+LAP: Final = 20.0
+"""A lap that takes longer is shown faster at first, so that it takes no longer than this [s]."""
+HURRY: Final = 0.15
+"""A dragged target goes at most as fast as a tip would whose every joint made this share of the slowest one's
+speed, and gathers speed by the same share of the smallest acceleration: by eye, and far from any limit."""
+STUB: Final = """
+class PlannerWorker {  // in the place of the worker that speaks with a server
+  static queue = [];
+  constructor() { PlannerWorker.last = this; }
+  postMessage(said) {
+    if (PlannerWorker.heard) PlannerWorker.heard(said, this); else PlannerWorker.queue.push([said, this]);
+  }
+  terminate() {}
+}
+window.Worker = PlannerWorker;
+"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Played:
+    """What a playground plays with.
+
+    Attributes:
+        title: Of the scenario or the robot.
+        planner: Healthy; what the browser's planner was made of.
+        q: Where the arm begins, (nv,) [rad or m].
+        path: What is followed; None holds the pose of the start.
+        kernel: The hash of the kernel's source.
+        wasm: The kernel for browsers.
+        arm: The bytes of ``arm.ftqp``.
+        loader: The text of ``ftqp.mjs``.
+    """
+
+    title: str
+    planner: Planner
+    q: FloatArray
+    path: Path | None
+    kernel: str
+    wasm: bytes
+    arm: bytes
+    loader: str
+
+
+def playground_page(played: Played, parts: Sequence[Part] | None = None) -> str:
+    """The whole page, one file without an address in it.
+
+    Args:
+        played: The planner and its surroundings.
+        parts: What the arm is made of; None is what its chain gives.
+
+    Raises:
+        InputError: The arm has a base that floats, which the page does not draw.
+        MissingPackage: viser is not installed.
+    """
+    robot = played.planner.robot
+    robot.refuse_floating("a page without a server shows")
+    speed = 1.0 if played.path is None else min(max(1.0, _lap(played.path).duration / LAP), FASTEST)
+    server = open_server(port=0)
+    try:
+        server.scene.configure_default_lights(True, cast_shadow=False)
+        server.gui.configure_theme(
+            control_width="large", show_logo=False, show_share_button=False, brand_color=(46, 112, 184)
+        )
+        server.gui.main_panel.dock_right()
+        server.gui.main_panel.set_width(CONTROLS)
+        frame = _first(played)
+        points = None if played.path is None else path_points(played.path)
+        scene = Scene(server, robot, frame, path=points, parts=parts, hidden=("ellipsoid",))
+        turns = any(row.startswith("r") for row in robot.default_rows)
+        scene.handles.drag(lambda pose: None, frame.joints[-1], turns)
+        controls = add_controls(server, scene, robot.joints, round(speed, 1), _about(played))
+        messages, arrays = first_messages(server)
+    finally:
+        close_server(server)
+    content = {
+        "title": played.title, "joints": robot.joints, "short": short_names(robot.joints),
+        "dt": played.planner.dt, "kernel": played.kernel, "speed": round(speed, 1), "size": scene.size,
+        "turns": turns, **_arm(played, scene.size), "path": _knots(played.path),
+        "nodes": {**scene.nodes(), "handle": f"{scene.name}/handle"}, "trail": [SEGMENTS, STEP * scene.size],
+        "acts": controls.acts, "texts": controls.texts, "looks": looks(), "near": NEAR, "weak": dict(WEAK),
+        "conditions": CONDITIONS, "statuses": [[status.name, status.value] for status in StepStatus],
+        "messages": messages, "arrays": [_text(array) for array in arrays],
+        "wasm": _text(played.wasm), "arm": _text(played.arm),
+    }  # fmt: skip
+    return _put_together(played, content)
+
+
+def _put_together(played: Played, content: Mapping[str, Any]) -> str:
+    """The client's page with the planner in it."""
+    said = json.dumps(content, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    script = SCRIPT.read_text(encoding="utf-8").partition("\n// ---\n")[2]
+    loader = played.loader.replace("export class", "class")
+    head = (
+        f"<title>{escape(played.title)} - ftqp</title>"
+        f'<meta name="generator" content="ftqp, viser {escape(VERSION, quote=True)}">'
+        f"<script>{STUB}</script>"
+        f'<script id="ftqp-playground" type="application/json">{said}</script>'
+        f'<script type="module">{loader}\n{script}</script>'
+    )
+    page = client_page().replace("<title>Viser</title>", "", 1)
+    at = page.index("<meta charset") if "<meta charset" in page else page.index("</head>")
+    return page[:at] + '<meta charset="utf-8" />' + head + page[at:]
+
+
+def _about(played: Played) -> str:
+    """What is at work, for people who want to know."""
+    planner = played.planner
+    return (
+        '<div style="font:13px/1.5 system-ui,sans-serif;color:#222;padding:4px 10px">'
+        "<p>This page holds ftqp's planner itself: the kernel that Python and C call, compiled for browsers "
+        f"({len(played.wasm) / 1e3:.0f} kB). No server is asked. It plans every {1e3 * planner.dt:g} ms, and "
+        "the arm does what it is told, apart from what you break; there is no gravity in it.</p>"
+        "<p>Twice: the grey arm is told at once of what you break. The purple one is led by the same "
+        "planner, which is never told, and what its encoders say is all that it learns.</p>"
+        f"<p>Kernel <code>{escape(played.kernel)}</code>; <code>bill.json</code> of a library of the same "
+        "kernel says the same.</p></div>"
+    )
+
+
+def _first(played: Played) -> Frame:
+    """The picture at the start."""
+    robot = played.planner.robot
+    codes = np.zeros(robot.nv, dtype=np.int64)
+    pose = robot.pose(played.q)
+    return frame_of(
+        Facts(
+            tick=0, t=0.0, q=frozen(played.q.copy()), v=frozen(np.zeros(robot.nv)), truth=codes, belief=codes,
+            target_position=frozen(pose[:3, 3].copy()), target_quaternion=frozen(quaternion_of(pose)),
+            status=0, path_status=0, position_error=0.0, rotation_error=0.0, step_time=0.0,
+        ),
+        DrawnArm(robot),
+    )  # fmt: skip
+
+
+def _arm(played: Played, size: float) -> dict[str, Any]:
+    """What the script must know of an arm to draw it and to let it fail."""
+    robot, chain = played.planner.robot, played.planner.robot.chain
+    limits, pose = robot.limits, robot.pose(played.q)
+    v_max, a_max = (np.where(np.isfinite(x), x, 1.0) for x in (limits.v_max, limits.a_max))
+    least_of_both = float(v_max.min()), float(a_max.min())
+    return {
+        "q": played.q.tolist(), "parent": chain.parent.tolist(),
+        "prismatic": chain.prismatic.astype(int).tolist(),
+        "home": [[*wxyz(R), *t] for R, t in zip(chain.rotation, chain.translation, strict=True)],
+        "tip": [*wxyz(chain.tip_rotation), *chain.tip_translation], "tip_joint": int(chain.tip_joint),
+        "pose": [*wxyz(pose[:3, :3]), *pose[:3, 3]],
+        "low": [_finite(x) for x in limits.q_min], "high": [_finite(x) for x in limits.q_max],
+        "v_max": [_finite(x) for x in limits.v_max], "a_max": a_max.tolist(),
+        "hurry": [[HURRY * least * scale for least in least_of_both] for scale in (size, 1.0)],
+    }  # fmt: skip
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _lap(path: Path) -> Path:
+    """Once round, or there and back."""
+    return Repeated(path, 1)
+
+
+def _knots(path: Path | None) -> dict[str, Any] | None:
+    """Places, turns w, x, y, z, twists and accelerations along a lap, (KNOTS + 1, 19)."""
+    if path is None:
+        return None
+    lap = _lap(path)
+    samples = lap.sample(np.linspace(0.0, lap.duration, KNOTS + 1))
+    turns = np.roll(quaternions(samples.pose[:, :3, :3]), 1, axis=1)
+    rows = np.hstack([samples.pose[:, :3, 3], turns, samples.twist, samples.acceleration])
+    return {"lap": lap.duration, "rows": _text(rows.astype("<f8").tobytes())}
+
+
+def _text(content: bytes) -> str:
+    return b64encode(content).decode("ascii")
