@@ -35,6 +35,8 @@ STEPS = 120
 """Steps of an episode."""
 ACCURACY = 1e-12
 """Largest difference of a command on another processor [rad or m]."""
+TRIALS = 4
+"""How often rounding is tried on this machine."""
 END, RESET, STEP, REPORT, WITHDRAW, STOP, RESUME, CARRY = range(8)
 KINDS = {"locked": 1, "free_swinging": 2, "degraded": 3}
 
@@ -280,14 +282,43 @@ def difference(episode, answers):
     return worst, bool((both | (wanted == answers)).all())
 
 
+def felt(episode, command, folder):
+    """The largest difference that rounding makes on this machine itself.
+
+    Every measured position is moved by one unit in its last place, at random up or down, TRIALS times.
+    """
+    rng, n, worst = np.random.default_rng(0), episode.joints, 0.0
+    answers = np.array(episode.answers)
+    sent = np.add.outer(np.array(episode.commands), np.arange(n))
+    lengths = {
+        RESET: 2 * n, STEP: n + 30, REPORT: 12, WITHDRAW: 1, STOP: 0, RESUME: 0, CARRY: 13,
+    }  # fmt: skip
+    for _ in range(TRIALS):
+        stream, at = np.array(episode.stream), 0
+        while stream[at] != END:
+            if stream[at] in (RESET, STEP):
+                q = stream[at + 1 : at + 1 + n]
+                q[:] = np.nextafter(q, rng.choice([-np.inf, np.inf], n))
+            at += 1 + lengths[int(stream[at])]
+        moved = Episode(episode.name, episode.file, n, stream, episode.answers, episode.commands)
+        apart = np.abs(replayed(command, moved, folder)[sent] - answers[sent])
+        worst = max(worst, float(np.nan_to_num(apart, nan=np.inf).max()))
+    return worst
+
+
 def compare(target, episodes, seed=0, folder=None):
-    """Compare episodes: how many were equal, within ACCURACY, the largest difference, whose."""
+    """Compare episodes.
+
+    What is returned: how many were equal, within ACCURACY, the largest difference, whose; and of those beyond
+    ACCURACY the largest ratio of the difference to what rounding makes on this machine, and their names.
+    """
     with tempfile.TemporaryDirectory() as own:
         folder = library(target, Path(own) / "built") if folder is None else folder
         command = replayer(target, folder)
         if not command:
             return None
-        equal, near, worst, who = 0, 0, 0.0, ""
+        equal, near, worst, who, beyond, names = 0, 0, 0.0, "", 0.0, []
+        own_command = None
         for k in range(seed, seed + episodes):
             episode = run(k)
             apart, same = difference(episode, replayed(command, episode, folder))
@@ -295,7 +326,12 @@ def compare(target, episodes, seed=0, folder=None):
             near += apart <= ACCURACY
             if apart > worst:
                 worst, who = apart, episode.name
-        return equal, near, worst, who
+            if apart > ACCURACY:
+                names.append(episode.name)
+                here = Path(own) / "here"
+                own_command = own_command or replayer("host", library("host", here))
+                beyond = max(beyond, apart / max(felt(episode, own_command, here), 1e-300))
+        return equal, near, worst, who, beyond, names
 
 
 def fuzz(files, seed=0, folder=None):
@@ -334,11 +370,13 @@ def main(arguments=None):
     if found is None:
         print(f"LEFT OUT: nothing here runs programs for {given.target}")
         return 0
-    equal, near, worst, who = found
+    equal, near, worst, who, beyond, names = found
     print(
         f"{given.target}: {equal} of {given.episodes} episodes equal bit by bit, {near} within {ACCURACY:g}, "
         f"largest difference {worst:.3g} ({who})"
     )
+    if names:
+        print(f"beyond, by at most {beyond:.2g} times what rounding makes on this machine: {'; '.join(names)}")
     return int(given.target == "host" and equal < given.episodes)
 
 

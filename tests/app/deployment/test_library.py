@@ -90,7 +90,7 @@ def panda(built, panda_file):
 
 @pytest.mark.long
 def test_commands_are_those_of_python_bit_by_bit(built):
-    equal, _, worst, who = compare("host", 8, folder=built)
+    equal, _, worst, who, *_ = compare("host", 8, folder=built)
     assert (equal, worst) == (8, 0.0), who
 
 
@@ -157,6 +157,19 @@ def test_calls_out_of_order_say_what_comes_first(panda):
     assert panda.open() == 0 and panda.step() == MISTAKES["NOT_RESET"]
     assert panda.call("status") == MISTAKES["NOT_RESET"]
     assert panda.reset() == 0 and panda.step() == 0 and panda.call("status") == 0
+
+
+def test_the_file_says_what_arm_it_is_and_the_planner_where_its_tip_is(panda):
+    panda.code.ftqp_dt.restype = ctypes.c_double
+    pose = np.zeros(16)
+    assert panda.call("tip", numbers(pose)) == MISTAKES["NOT_OPEN"] == panda.call("joints")
+    panda.open()
+    assert panda.call("joints") == 7 and panda.call("dt") == 1e-3
+    panda.reset()
+    assert panda.call("tip", pose.ctypes.data_as(ctypes.c_void_p)) == MISTAKES["NOT_RESET"]
+    panda.step()
+    assert panda.call("tip", pose.ctypes.data_as(ctypes.c_void_p)) == 0
+    np.testing.assert_allclose(pose.reshape(4, 4), PANDA.pose(PANDA.neutral), atol=1e-12)
 
 
 def test_null_and_misaligned_memory_are_numbers(panda, panda_file):
@@ -269,12 +282,12 @@ def test_a_planner_that_needs_python_is_refused_in_a_sentence(given, sentence):
 def test_another_processor_gives_the_same_commands_but_for_rounding(target, tmp_path):
     """LEFT OUT where qemu-user or node is missing.
 
-    The spec asks for 1e-12 in every episode; six in a hundred are beyond
-    (studies/results/deployed_library.md), of these ten one, whose two stages amplify rounding by the 1e9 with
-    which the second is kept to the first.
+    Within 1e-12; or, where the episode itself lets rounding grow, as a joint that falls does, within what one
+    unit in the last place of what is measured makes on this machine
+    (studies/results/deployed_library.md).
     """
     found = compare(target, 10, folder=library(target, tmp_path / "built"))
     if found is None:
         pytest.skip(f"LEFT OUT: nothing here runs programs for {target}")
-    _, within, worst, which = found
-    assert within >= 9 and (within == 10 or "lexicographic" in which) and worst < 1e-8, found
+    _, within, worst, _, beyond, _ = found
+    assert within >= 9 and beyond < 10.0 and worst < 1e-8, found

@@ -132,11 +132,11 @@ def test_braking_joint_is_compensated_like_removal_with_its_motion_on_the_right(
     assert np.abs(a[H] - expected).max() < 1e-9
 
 
-def instantly_locked(reset, rows, V=V):
+def instantly_locked(reset, rows, V=V, *others):
     """Velocities after an instant lock of joint 3 of a moving Panda, with J and M at that configuration."""
     robot = ftqp.robots.load("panda")
     fault = ftqp.Locked(3, mode="instant", reset=reset)
-    ticks = Ticks(robot, DT, fault, scheme="dlsm", task=ftqp.Task(rows=rows))
+    ticks = Ticks(robot, DT, fault, *others, scheme="dlsm", task=ftqp.Task(rows=rows))
     ticks.reset(Q, V)
     ticks.tick(Q, V, ftqp.Target(pose=robot.pose(Q)))
     arm = ArmSession(robot.chain.constants())
@@ -171,6 +171,16 @@ def test_task_reset_keeps_the_velocity_of_the_tip(rows):
     assert np.abs(J @ (v - slow)).max() < 1e-7  # regularised by 1e-12 of its trace
     expected = slow[H] - np.linalg.pinv(J[:, H]) @ (J[:, 3] * -slow[3])
     assert np.abs(v[H] - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+def test_task_reset_of_an_arm_with_too_few_joints_is_the_nearest_and_does_not_let_rounding_grow():
+    slow = 0.1 * V * (np.arange(7) != 1)
+    kept = [0, 2, 4, 5, 6]
+    v, J, _ = instantly_locked("task", "pose", slow, ftqp.Locked(1))
+    expected = slow[kept] - np.linalg.pinv(J[:, kept]) @ (J[:, 3] * -slow[3])
+    assert np.abs(v[kept] - expected).max() < 1e-9
+    moved, _, _ = instantly_locked("task", "pose", np.nextafter(slow, 1.0), ftqp.Locked(1))
+    assert np.abs(moved - v).max() < 1e-14
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])

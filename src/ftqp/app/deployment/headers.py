@@ -20,7 +20,7 @@ from ftqp.kernel.layout.told_memory import FAULT, LOAD, given_dtype
 FIELDS = (
     "chain.n", "chain.floating", "chain.has_inertia", "feedback.q_sent", "feedback.v_sent",
     "feedback.tau_sent", "feedback.kind", "state.a_command", "state.tau", "kinematics.has_dynamics",
-    "task.position_error",
+    "task.position_error", "state.dt", "kinematics.R_tip", "kinematics.o_tip",
 )  # fmt: skip
 """Fields of the record that the C interface reads."""
 GIVEN = ("samples", "may_swing", "q_min", "q_max")

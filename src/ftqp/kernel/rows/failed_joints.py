@@ -138,32 +138,50 @@ def _momentum_jump(faults: Any, kinematics: Any, chain: Any, scratch: Any) -> No
 
 @jit
 def _task_jump(faults: Any, task: Any, kinematics: Any, chain: Any, scratch: Any) -> None:
-    """Delta_H = -J_H^+ J_F Delta_F over the joints that work: the tip goes on as it was."""
-    J = kinematics.J
-    m = task.m
-    S, jump, delta = scratch.square, scratch.impulse, scratch.joints
-    trace = 0.0
+    """Delta_H = -J_H^+ J_F Delta_F over the joints that work: the tip goes on as it was.
+
+    J_H^+ r is J_H' (J_H J_H')^-1 r or (J_H' J_H)^-1 J_H' r, whichever matrix is the smaller one: the other has
+    not full rank, and rounding would grow by the 1e12 of what makes it invertible.
+    """
+    J, rows, order = kinematics.J, task.rows, faults.order
+    m, working = task.m, faults.working
+    S, jump, twist, delta = scratch.square, scratch.impulse, scratch.rows, scratch.joints
     for a in range(m):
         s = 0.0
         for j in range(chain.n):
-            s -= J[task.rows[a], j] * delta[j]
-        jump[a] = s
-        for b in range(m):
+            s -= J[rows[a], j] * delta[j]
+        twist[a] = s
+    tall = working < m
+    size = working if tall else m
+    trace = 0.0
+    for a in range(size):
+        for b in range(size):
             s = 0.0
-            for c in range(faults.working):
-                j = faults.order[c]
-                s += J[task.rows[a], j] * J[task.rows[b], j]
+            if tall:
+                for c in range(m):
+                    s += J[rows[c], order[a]] * J[rows[c], order[b]]
+            else:
+                for c in range(working):
+                    s += J[rows[a], order[c]] * J[rows[b], order[c]]
             S[a, b] = s
         trace += S[a, a]
-    for a in range(m):
-        S[a, a] += 1e-12 * trace
-    if factor(S, m):
-        solve_factored(S, m, jump)
-        for c in range(faults.working):
-            j = faults.order[c]
+        s = twist[a]
+        if tall:
             s = 0.0
-            for a in range(m):
-                s += J[task.rows[a], j] * jump[a]
+            for c in range(m):
+                s += J[rows[c], order[a]] * twist[c]
+        jump[a] = s
+    for a in range(size):
+        S[a, a] += 1e-12 * trace
+    if factor(S, size):
+        solve_factored(S, size, jump)
+        for c in range(working):
+            j = order[c]
+            s = jump[c]
+            if not tall:
+                s = 0.0
+                for a in range(m):
+                    s += J[rows[a], j] * jump[a]
             delta[j] = s
 
 

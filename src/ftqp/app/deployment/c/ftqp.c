@@ -351,6 +351,28 @@ int ftqp_status(const ftqp *p) {
 
 double ftqp_error(const ftqp *p) { return is_open(p) ? (double)NAN : *field(p, TASK_POSITION_ERROR); }
 
+int ftqp_tip(const ftqp *p, double *pose) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (pose == NULL) return FTQP_NULL;
+    if (p->status < 0) return FTQP_NOT_RESET;
+    const double *R = field(p, KINEMATICS_R_TIP), *o = field(p, KINEMATICS_O_TIP);
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++) pose[4 * i + k] = R[3 * i + k];
+        pose[4 * i + 3] = o[i];
+        pose[12 + i] = 0.0;
+    }
+    pose[15] = 1.0;
+    return 0;
+}
+
+int ftqp_joints(const ftqp *p) {
+    const int code = is_open(p);
+    return code ? code : p->joints;
+}
+
+double ftqp_dt(const ftqp *p) { return is_open(p) ? (double)NAN : *field(p, STATE_DT); }
+
 int ftqp_detect(ftqp *p, ftqp_finding *out, int most) {
     const int code = is_open(p);
     (void)out;

@@ -150,6 +150,15 @@ int ftqp_status(const ftqp *p);
 /* How far the measured tip was from its target before the last step [m]. */
 double ftqp_error(const ftqp *p);
 
+/* Where the tip of the planner's own positions was at the last step, into pose, 16 numbers by rows: 0, or a mistake. */
+int ftqp_tip(const ftqp *p, double *pose);
+
+/* How many joints the arm has: or a mistake. */
+int ftqp_joints(const ftqp *p);
+
+/* The period [s]; NaN of memory that holds no planner. */
+double ftqp_dt(const ftqp *p);
+
 /* A sentence for a status or a mistake; never NULL. */
 const char *ftqp_status_name(int status);
 

@@ -87,6 +87,13 @@ public:
     const double *a() const noexcept { return ftqp_a(get()); }
     const double *tau() const noexcept { return ftqp_tau(get()); }
     double error() const noexcept { return ftqp_error(get()); }
+    double dt() const noexcept { return ftqp_dt(get()); }
+    int joints() const noexcept { return ftqp_joints(get()); }
+    std::array<double, 16> tip() const {
+        std::array<double, 16> pose{};
+        check(ftqp_tip(get(), pose.data()));
+        return pose;
+    }
 
     // The planner as the functions of ftqp.h take it.
     ftqp *get() noexcept { return reinterpret_cast<ftqp *>(memory_.get()); }

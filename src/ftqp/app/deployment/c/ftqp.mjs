@@ -89,6 +89,8 @@ export class Planner {
   get tau() { return this.#view(this.c.ftqp_tau(this.p), this.n); }
   get status() { return this.c.ftqp_status(this.p); }
   get error() { return this.c.ftqp_error(this.p); }
+  get dt() { return this.c.ftqp_dt(this.p); }
+  get tip() { this.#check(this.c.ftqp_tip(this.p, this.targetAt)); return this.#view(this.targetAt, 16).slice(); }
 
   // A sentence for a status or a mistake.
   name(status) {
