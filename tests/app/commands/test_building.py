@@ -11,7 +11,7 @@ from ftqp.kernel.building.deployed import exported
 
 PROMISED = {
     "size", "open", "reset", "step", "report", "withdraw", "stop", "resume", "speed", "carry", "q", "v", "a",
-    "tau", "status", "error", "status_name", "detect", "tip", "joints", "dt",
+    "tau", "status", "error", "status_name", "detect", "tip", "joints", "drive", "dt",
 }  # fmt: skip
 
 

@@ -140,8 +140,8 @@ def _momentum_jump(faults: Any, kinematics: Any, chain: Any, scratch: Any) -> No
 def _task_jump(faults: Any, task: Any, kinematics: Any, chain: Any, scratch: Any) -> None:
     """Delta_H = -J_H^+ J_F Delta_F over the joints that work: the tip goes on as it was.
 
-    J_H^+ r is J_H' (J_H J_H')^-1 r or (J_H' J_H)^-1 J_H' r, whichever matrix is the smaller one: the other has
-    not full rank, and rounding would grow by the 1e12 of what makes it invertible.
+    J_H^+ r is J_H' (J_H J_H')^-1 r or (J_H' J_H)^-1 J_H' r, whichever matrix is the smaller one: the other
+    has not full rank, and rounding would grow by the 1e12 of what makes it invertible.
     """
     J, rows, order = kinematics.J, task.rows, faults.order
     m, working = task.m, faults.working

@@ -17,6 +17,7 @@ enum { KERNEL_LOCKED = 1, KERNEL_SWINGS = 2, KERNEL_WORKS = 0, PARTS = 3, WORDS_
 
 _Static_assert(sizeof(ftqp_fault) == SIZE_OF_FAULT, "ftqp_fault is laid out as the kernel's");
 _Static_assert(sizeof(ftqp_load) == SIZE_OF_LOAD, "ftqp_load is laid out as the kernel's");
+_Static_assert(TORQUE_DRIVE == FTQP_SENDS_TORQUES, "drives have the kernel's numbers");
 _Static_assert(sizeof(ftqp_target) == NUMBERS * sizeof(double), "ftqp_target is a packed target");
 
 int64_t KERNEL(deployed_step)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
@@ -369,6 +370,11 @@ int ftqp_tip(const ftqp *p, double *pose) {
 int ftqp_joints(const ftqp *p) {
     const int code = is_open(p);
     return code ? code : p->joints;
+}
+
+int ftqp_drive(const ftqp *p) {
+    const int code = is_open(p);
+    return code ? code : (int)whole(p, p->record, FEEDBACK_KIND);
 }
 
 double ftqp_dt(const ftqp *p) { return is_open(p) ? (double)NAN : *field(p, STATE_DT); }

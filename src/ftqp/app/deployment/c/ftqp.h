@@ -71,6 +71,7 @@ typedef struct ftqp_target {
     double has_rotation;    /* 1: the rotation of pose counts; 0: its position alone, for position tasks */
 } ftqp_target;
 
+enum { FTQP_SENDS_POSITIONS = 0, FTQP_SENDS_VELOCITIES = 1, FTQP_SENDS_TORQUES = 2 };
 enum { FTQP_LOCKED = 1, FTQP_FREE_SWINGING = 2, FTQP_DEGRADED = 3 };
 enum { FTQP_RAMP = 0, FTQP_INSTANT = 1 };
 enum { FTQP_KINEMATIC = 0, FTQP_MOMENTUM = 1, FTQP_TASK = 2 };
@@ -155,6 +156,9 @@ int ftqp_tip(const ftqp *p, double *pose);
 
 /* How many joints the arm has: or a mistake. */
 int ftqp_joints(const ftqp *p);
+
+/* What is to be sent to the arm, as the planner was made: FTQP_SENDS_POSITIONS and others, or a mistake. */
+int ftqp_drive(const ftqp *p);
 
 /* The period [s]; NaN of memory that holds no planner. */
 double ftqp_dt(const ftqp *p);

@@ -88,6 +88,7 @@ public:
     const double *tau() const noexcept { return ftqp_tau(get()); }
     double error() const noexcept { return ftqp_error(get()); }
     double dt() const noexcept { return ftqp_dt(get()); }
+    int drive() const noexcept { return ftqp_drive(get()); }
     int joints() const noexcept { return ftqp_joints(get()); }
     std::array<double, 16> tip() const {
         std::array<double, 16> pose{};
