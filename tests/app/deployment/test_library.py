@@ -9,7 +9,7 @@ import pytest
 from deployed_library import compare, difference, fuzz, library, replayed, replayer, run
 
 import ftqp
-from ftqp.app.deployment.arm_file import HEAD, arm_file
+from ftqp.app.deployment.arm_file import HEAD, arm_file, small_capacity
 
 PANDA = ftqp.robots.load("panda")
 STRICT = ("-Wall", "-Wextra", "-Werror", "-pedantic", "-O2")
@@ -275,6 +275,24 @@ def test_a_copy_of_the_memory_goes_on_from_the_same_state(panda):
 def test_a_planner_that_needs_python_is_refused_in_a_sentence(given, sentence):
     with pytest.raises(ftqp.InputError, match=sentence):
         ftqp.Planner(PANDA, level="velocity", **given).deployable()
+
+
+@pytest.mark.parametrize(("joints", "most"), [(3, 8), (8, 8), (9, 16), (32, 32), (33, 64)])
+def test_a_small_library_has_room_for_whole_blocks_of_joints(joints, most):
+    assert small_capacity(joints) == most
+
+
+def test_a_small_file_is_of_a_record_of_its_own_size():
+    memory = ftqp.Planner(PANDA).deployable()
+    sizes = {capacity: HEAD.unpack(arm_file(memory, 7, capacity)[: HEAD.size])[6] for capacity in (8, 16, 64)}
+    assert sizes[8] < sizes[16] / 1.2 < sizes[64] / 4.0
+
+
+@pytest.mark.slow
+def test_a_small_library_gives_the_same_commands_but_for_rounding(tmp_path):
+    folder = library("host", tmp_path / "built", small=True)
+    _, within, worst, _, as_rounding, others = compare("host", 10, folder=folder, small=True)
+    assert within + as_rounding == 10 and not others and worst < 1e-9
 
 
 @pytest.mark.slow

@@ -30,6 +30,12 @@ def build(
     embed: Annotated[
         bool, typer.Option("--embed", help="Write the arm's file into arm.h, too, for boards without files.")
     ] = False,
+    small: Annotated[
+        bool,
+        typer.Option(
+            "--small", help="A tenth of the memory: room for 8, 16 or 32 joints; compiles for minutes."
+        ),
+    ] = False,
     page: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Write a page that runs the planner in a browser, no server."),
@@ -51,7 +57,7 @@ def build(
     with progress(f"{name} for {target}", 1.0), tempfile.TemporaryDirectory() as aside:
         wanted = Wanted(
             planner=planner, name=name, target=target, cpu=cpu, embed=embed,
-            folder=Path(aside) / "library" if folder is None else folder,
+            folder=Path(aside) / "library" if folder is None else folder, small=small,
         )  # fmt: skip
         if page is None:
             bill = build_folder(wanted)

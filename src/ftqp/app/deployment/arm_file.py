@@ -10,6 +10,8 @@ import numpy as np
 from ftqp.control.planner.deployable import Deployable
 from ftqp.kernel.compiled.mode import KERNEL
 from ftqp.kernel.compiled.source_text import code_key
+from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, record_dtype, zeros_in_line
+from ftqp.kernel.layout.told_memory import given_dtype
 
 MAGIC: Final = b"FTQPARM\0"
 FORMAT: Final = 1
@@ -40,14 +42,25 @@ def checksum(content: bytes, start: int = SEED) -> int:
     return found
 
 
-def arm_file(memory: Deployable, joints: int) -> bytes:
+SMALL: Final = (8, 16, 32)
+"""Most joints of an arm in small libraries: whole blocks of joints, as loops go through them."""
+
+
+def small_capacity(joints: int) -> int:
+    """The most joints of the smallest library for an arm of so many."""
+    return next((capacity for capacity in SMALL if joints <= capacity), CAPACITIES[0])
+
+
+def arm_file(memory: Deployable, joints: int, capacity: int = CAPACITIES[0]) -> bytes:
     """The bytes of ``arm.ftqp``.
 
     Args:
         memory: The planner's.
         joints: How many the arm has.
+        capacity: The most joints of an arm in the library.
     """
-    parts = memory.record, memory.given, memory.arm
+    kinds = record_dtype(capacity), given_dtype(capacity), arm_dtype(capacity)
+    parts = tuple(map(_fitted, (memory.record, memory.given, memory.arm), kinds))
     runs = list(_runs(parts))
     states = np.ascontiguousarray(memory.states, dtype="<f8").tobytes()
     body = b"".join(runs) + states
@@ -60,6 +73,27 @@ def arm_file(memory: Deployable, joints: int) -> bytes:
     head = HEAD.pack(*fields, 0)
     found = checksum(body, checksum(head[: HEAD.size - 8]))
     return HEAD.pack(*fields, found) + body
+
+
+def _fitted(memory: Any, dtype: np.dtype[Any]) -> Any:
+    """The same in a type for fewer joints, (1,): of each array what that has room for, the rest is of no joint."""
+    if memory.dtype == dtype:
+        return memory
+    fitted = zeros_in_line(dtype)
+    _fit(memory[0], fitted[0])
+    return fitted
+
+
+def _fit(source: Any, into: Any) -> None:
+    """Copy each field, the arrays from their begins on."""
+    for name in into.dtype.names:
+        value, place = source[name], into[name]
+        if place.dtype.names:
+            _fit(value, place)
+        elif place.ndim == 0:
+            into[name] = value
+        else:
+            place[...] = value[tuple(slice(0, length) for length in place.shape)]
 
 
 def _runs(parts: tuple[Any, ...]) -> Iterator[bytes]:

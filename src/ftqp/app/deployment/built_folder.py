@@ -12,11 +12,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from ftqp import __version__
-from ftqp.app.deployment.arm_file import arm_file, kernel_hash
+from ftqp.app.deployment.arm_file import arm_file, kernel_hash, small_capacity
 from ftqp.app.deployment.headers import arm_header, layout_header
 from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import FtqpError, InputError
 from ftqp.kernel.compiled.mode import KERNEL
+from ftqp.kernel.layout.record import CAPACITIES
 
 TEXTS: Final = Path(__file__).with_name("c")
 TARGETS: Final = ("host", "x86-64-v3", "aarch64", "wasm32")
@@ -37,6 +38,7 @@ class Wanted:
         target: One of TARGETS.
         cpu: A processor by LLVM's name; None is the target's class.
         embed: Whether the arm's file is a part of ``arm.h``, too.
+        small: Whether the library has room for arms of about as many joints only, and takes less memory.
         folder: Which is made.
     """
 
@@ -46,6 +48,12 @@ class Wanted:
     cpu: str | None
     embed: bool
     folder: Path
+    small: bool = False
+
+    @property
+    def capacity(self) -> int:
+        """The most joints of an arm in the library."""
+        return small_capacity(self.planner.robot.nv) if self.small else CAPACITIES[0]
 
 
 def build_folder(wanted: Wanted) -> dict[str, Any]:
@@ -59,7 +67,7 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
     if folder.exists():
         raise InputError(f"folder {folder} is there already; give a new one with -o")
     memory = wanted.planner.deployable()
-    file = arm_file(memory, wanted.planner.robot.nv)
+    file = arm_file(memory, wanted.planner.robot.nv, wanted.capacity)
     parent = folder.absolute().parent
     if not parent.is_dir():
         raise InputError(f"folder {parent} is missing, in which {folder.name} would be made")
@@ -69,7 +77,9 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
         for name in ("ftqp.h", "ftqp.hpp"):
             shutil.copy(TEXTS / name, made / "include" / name)
         library = _library(wanted, made)
-        header = arm_header(wanted.planner, wanted.name, file, embedded=wanted.embed)
+        header = arm_header(
+            wanted.planner, wanted.name, file, embedded=wanted.embed, capacity=wanted.capacity
+        )
         (made / "arm.h").write_text(header, encoding="utf-8")
         (made / "arm.ftqp").write_bytes(file)
         if wanted.target == "wasm32":
@@ -91,10 +101,10 @@ def _library(wanted: Wanted, made: Path) -> dict[str, Any]:
             "this installation of ftqp was made without what builds its kernel; install it anew"
         )
     with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "layout.h").write_text(layout_header(), encoding="utf-8")
+        (Path(folder) / "layout.h").write_text(layout_header(wanted.capacity), encoding="utf-8")
         command = [
             sys.executable, "-P", "-m", MAKER, "--target", wanted.target, "--source", str(TEXTS),
-            "--layout", folder, "--out", str(made / "lib"), *(["--cpu", wanted.cpu] if wanted.cpu else []),
+            "--layout", folder, "--out", str(made / "lib"), "--capacity", str(wanted.capacity), *(["--cpu", wanted.cpu] if wanted.cpu else []),
         ]  # fmt: skip
         path = os.pathsep.join(filter(None, [str(KERNEL.parents[1]), os.environ.get("PYTHONPATH", "")]))
         env = {**os.environ, "PYTHONPATH": path}
@@ -112,7 +122,7 @@ def _bill(wanted: Wanted, library: dict[str, Any], left_out: tuple[str, ...], ma
     planner = wanted.planner
     return {
         "of": wanted.name, "robot": planner.robot.name, "joints": planner.robot.nv, "dt": planner.dt,
-        "drive": planner.drive.kind, "target": wanted.target, "triple": library["triple"],
+        "most_joints": wanted.capacity, "drive": planner.drive.kind, "target": wanted.target, "triple": library["triple"],
         "cpu": library["cpu"], "ftqp": __version__, "kernel": kernel_hash(), "zig": library["zig"],
         "left_out": list(left_out),
         "compiled": library["compiled"], "units": library["units"],

@@ -50,9 +50,12 @@ def offset(dtype: np.dtype[Any], place: str) -> int:
     return found
 
 
-def layout_header() -> str:
-    """``layout.h``: what ``ftqp.c`` must know of the kernel's memory."""
-    capacity = CAPACITIES[0]
+def layout_header(capacity: int = CAPACITIES[0]) -> str:
+    """``layout.h``: what ``ftqp.c`` must know of the kernel's memory.
+
+    Args:
+        capacity: The most joints of an arm.
+    """
     record, given = record_dtype(capacity), given_dtype(capacity)
     numbers = {
         "FORMAT": FORMAT,
@@ -94,7 +97,9 @@ def _number(value: float) -> str:
     return "HUGE_VAL" if value > 0.0 else "-HUGE_VAL"
 
 
-def arm_header(planner: Planner, name: str, file: bytes, *, embedded: bool) -> str:
+def arm_header(
+    planner: Planner, name: str, file: bytes, *, embedded: bool, capacity: int = CAPACITIES[0]
+) -> str:
     """``arm.h``: names, limits and places of an arm's planner, and its file where that is embedded.
 
     Args:
@@ -102,11 +107,12 @@ def arm_header(planner: Planner, name: str, file: bytes, *, embedded: bool) -> s
         name: Of the arm or the scenario.
         file: The bytes of ``arm.ftqp``.
         embedded: Whether they are part of the header.
+        capacity: The most joints of an arm in the library.
     """
     robot, limits = planner.robot, planner.robot.limits
     joints = ", ".join(f'"{PLAIN.sub("_", joint)}"' for joint in robot.joints)
     head = 64 * -(-HEAD_OF_PLANNER // 64)
-    record = record_dtype(CAPACITIES[0])
+    record = record_dtype(capacity)
     rows = row_indices(planner.task.rows or robot.default_rows)
     lines = [
         f"/* arm.h - {name}: {robot.name}, tip {robot.tip}. Made by ftqp build for the library beside it. */",

@@ -75,6 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     add("--source", type=Path, required=True, help="the folder of ftqp.c and ftqp.h")
     add("--layout", type=Path, required=True, help="the folder of layout.h")
     add("--out", type=Path, required=True, help="the folder of the library")
+    add("--capacity", type=int, default=None, help="most joints of an arm, as the layout has it")
     add("--jobs", type=int, default=os.cpu_count())
     given = parser.parse_args(arguments)
     mode.BUILDING = True  # before the formulas are imported
@@ -120,7 +121,8 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
     be_quicker()
     store = Store(store_folder())
     with store.alone():
-        keys, count = compiled([(entry, CAPACITIES[0]) for entry in DEPLOYED], processor, store, given.jobs)
+        capacity = given.capacity or CAPACITIES[0]
+        keys, count = compiled([(entry, capacity) for entry in DEPLOYED], processor, store, given.jobs)
     given.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         frame = Path(folder) / "frame.o"
