@@ -76,7 +76,7 @@ def arm_file(memory: Deployable, joints: int, capacity: int = CAPACITIES[0]) -> 
 
 
 def _fitted(memory: Any, dtype: np.dtype[Any]) -> Any:
-    """The same in a type for fewer joints, (1,): of each array what that has room for, the rest is of no joint."""
+    """The same in a type for fewer joints, (1,): of each array its begin, behind which nothing is of a joint."""
     if memory.dtype == dtype:
         return memory
     fitted = zeros_in_line(dtype)

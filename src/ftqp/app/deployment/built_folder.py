@@ -104,7 +104,8 @@ def _library(wanted: Wanted, made: Path) -> dict[str, Any]:
         (Path(folder) / "layout.h").write_text(layout_header(wanted.capacity), encoding="utf-8")
         command = [
             sys.executable, "-P", "-m", MAKER, "--target", wanted.target, "--source", str(TEXTS),
-            "--layout", folder, "--out", str(made / "lib"), "--capacity", str(wanted.capacity), *(["--cpu", wanted.cpu] if wanted.cpu else []),
+            "--layout", folder, "--out", str(made / "lib"), "--capacity", str(wanted.capacity),
+            *(["--cpu", wanted.cpu] if wanted.cpu else []),
         ]  # fmt: skip
         path = os.pathsep.join(filter(None, [str(KERNEL.parents[1]), os.environ.get("PYTHONPATH", "")]))
         env = {**os.environ, "PYTHONPATH": path}
@@ -122,7 +123,8 @@ def _bill(wanted: Wanted, library: dict[str, Any], left_out: tuple[str, ...], ma
     planner = wanted.planner
     return {
         "of": wanted.name, "robot": planner.robot.name, "joints": planner.robot.nv, "dt": planner.dt,
-        "most_joints": wanted.capacity, "drive": planner.drive.kind, "target": wanted.target, "triple": library["triple"],
+        "most_joints": wanted.capacity, "drive": planner.drive.kind, "target": wanted.target,
+        "triple": library["triple"],
         "cpu": library["cpu"], "ftqp": __version__, "kernel": kernel_hash(), "zig": library["zig"],
         "left_out": list(left_out),
         "compiled": library["compiled"], "units": library["units"],
