@@ -7,6 +7,8 @@
 
 #include "ftqp.h"
 
+enum { HEAD = 104, RUNS_AT = 80 }; /* of a file: its head, and where that says how many runs follow */
+
 static uint64_t state;
 
 static uint64_t draw(uint64_t below) {
@@ -23,14 +25,14 @@ static uint64_t fnv(const unsigned char *bytes, size_t count, uint64_t sum) {
 
 /* Make the checksum right again, so that what comes after it is looked at. */
 static void seal(unsigned char *file, size_t bytes) {
-    if (bytes < 96) return;
-    const uint64_t sum = fnv(file + 96, bytes - 96, fnv(file, 88, UINT64_C(0xcbf29ce484222325)));
-    memcpy(file + 88, &sum, sizeof sum);
+    if (bytes < HEAD) return;
+    const uint64_t sum = fnv(file + HEAD, bytes - HEAD, fnv(file, HEAD - 8, UINT64_C(0xcbf29ce484222325)));
+    memcpy(file + HEAD - 8, &sum, sizeof sum);
 }
 
 /* Where a run's two words lie: those are changed under a seal, and not what the runs are filled with. */
 static size_t place_of_run(const unsigned char *file, uint64_t wanted) {
-    size_t at = 96;
+    size_t at = HEAD;
     for (uint64_t run = 0; run < wanted; run++) {
         uint64_t count;
         memcpy(&count, file + at + 8, sizeof count);
@@ -63,7 +65,7 @@ static void any_calls(ftqp *p, int count) {
         if (!draw(2)) fault.damping = odd();
         fault.mode = (int)draw(4) - 1, fault.reset = (int)draw(5) - 1;
         ftqp_load load = {odd(), {odd(), 0.0, 0.1}, {odd(), 0.0, 0.0, 0.0, odd(), 0.0, 0.0, 0.0, odd()}};
-        switch (draw(12)) {
+        switch (draw(14)) {
             case 0: ftqp_reset(p, draw(9) ? q : NULL, draw(2) ? v : NULL); break;
             case 1: ftqp_report(p, draw(9) ? &fault : NULL); break;
             case 2: ftqp_withdraw(p, (int)draw(70) - 2); break;
@@ -72,6 +74,8 @@ static void any_calls(ftqp *p, int count) {
             case 5: ftqp_speed(p, odd()); break;
             case 6: ftqp_carry(p, draw(3) ? &load : NULL); break;
             case 7: ftqp_detect(p, NULL, (int)draw(3)); break;
+            case 8: ftqp_watch(p, draw(2) ? v : NULL); break;
+            case 9: ftqp_tip(p, draw(2) ? numbers : NULL), ftqp_joints(p), ftqp_drive(p), (void)ftqp_dt(p); break;
             default: {
                 const int ticks = (int)draw(9) - 1;
                 const int status = ftqp_step(p, draw(9) ? q : NULL, draw(2) ? v : NULL, draw(9) ? &target : NULL, ticks);
@@ -97,14 +101,14 @@ int main(int count, char **arguments) {
     ftqp *p = aligned_alloc(FTQP_ALIGNMENT, need);
     memset(p, 0, need);
     uint64_t runs;
-    memcpy(&runs, whole + 72, sizeof runs);
+    memcpy(&runs, whole + RUNS_AT, sizeof runs);
     long opened = 0;
     memcpy(changed, whole, bytes);
     for (long k = 0; k < files; k++) {
         size_t length = bytes, from = 0, places[8];
         const int sealed = (int)draw(2), edits = 1 + (int)draw(4);
         for (int e = 0; e < edits; e++) {
-            const size_t at = sealed ? (draw(2) ? draw(88) : place_of_run(whole, draw(runs)) + draw(16)) : draw(bytes);
+            const size_t at = sealed ? (draw(2) ? draw(HEAD - 8) : place_of_run(whole, draw(runs)) + draw(16)) : draw(bytes);
             changed[at] = draw(2) ? (unsigned char)draw(256) : (unsigned char)(changed[at] ^ (1u << draw(8)));
             places[from++] = at;
         }
@@ -115,7 +119,7 @@ int main(int count, char **arguments) {
         if (code == 0 && wanted <= need) opened += ftqp_open(p, changed, length) == 0;
         if (ftqp_status_name(code)[0] == 0) abort();
         while (from > 0) from--, changed[places[from]] = whole[places[from]];
-        memcpy(changed + 88, whole + 88, 8);
+        memcpy(changed + HEAD - 8, whole + HEAD - 8, 8);
     }
     memset(p, 0, need);
     any_calls(p, 1000);

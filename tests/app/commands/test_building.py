@@ -11,7 +11,7 @@ from ftqp.kernel.building.deployed import exported
 
 PROMISED = {
     "size", "open", "reset", "step", "report", "withdraw", "stop", "resume", "speed", "carry", "q", "v", "a",
-    "tau", "status", "error", "status_name", "detect", "tip", "joints", "drive", "dt",
+    "tau", "status", "error", "status_name", "detect", "watch", "tip", "joints", "drive", "dt",
 }  # fmt: skip
 
 
@@ -24,6 +24,8 @@ PROMISED = {
         (["panda", "-o", "no/such"], "folder .*no is missing"),
         (["panda", "--set", "planner.dt=0.01", "-o", "new"], "panda is a robot, no scenario"),
         (["iiwa-moving-base-locked", "-o", "new"], "has a base that moves"),
+        (["panda", "--with", "path", "-o", "new"], "'path' is not a part of ftqp build; it has detector"),
+        (["panda", "--with", "detector", "-o", "new"], "panda has no detector; give it one by"),
         (["panda"], "nothing to make: give a folder with -o, or a file with --page"),
         (["panda", "--page", "new.html", "--target", "host"], "--page is for browsers, got --target host"),
         (["panda", "--page", "here"], "file here is there already"),

@@ -30,6 +30,10 @@ def build(
     embed: Annotated[
         bool, typer.Option("--embed", help="Write the arm's file into arm.h, too, for boards without files.")
     ] = False,
+    parts: Annotated[
+        list[str] | None,
+        typer.Option("--with", metavar="PART", help="A further part: detector. May be given several times."),
+    ] = None,
     small: Annotated[
         bool,
         typer.Option(
@@ -44,8 +48,11 @@ def build(
     as_json: Json = False,
 ) -> ExitCode:
     """Build the planner as a library in C with headers and examples, or as a page for browsers."""
-    from ftqp.app.deployment.built_folder import TARGETS, Wanted, build_folder
+    from ftqp.app.deployment.built_folder import PARTS, TARGETS, Wanted, build_folder
 
+    for part in parts or ():
+        if part not in PARTS:
+            raise unknown("part", part, "ftqp build", PARTS)
     target = target or ("host" if page is None else "wasm32")
     if target not in TARGETS:
         raise unknown("target", target, "ftqp build", TARGETS)
@@ -58,6 +65,7 @@ def build(
         wanted = Wanted(
             planner=planner, name=name, target=target, cpu=cpu, embed=embed,
             folder=Path(aside) / "library" if folder is None else folder, small=small,
+            detects="detector" in (parts or ()),
         )  # fmt: skip
         if page is None:
             bill = build_folder(wanted)

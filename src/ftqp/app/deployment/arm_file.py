@@ -10,15 +10,16 @@ import numpy as np
 from ftqp.control.planner.deployable import Deployable
 from ftqp.kernel.compiled.mode import KERNEL
 from ftqp.kernel.compiled.source_text import code_key
+from ftqp.kernel.layout.detection_room import detection_dtype
 from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, record_dtype, zeros_in_line
 from ftqp.kernel.layout.told_memory import given_dtype
 
 MAGIC: Final = b"FTQPARM\0"
-FORMAT: Final = 1
+FORMAT: Final = 2
 """Of the file; a library takes files of its own format only."""
-HEAD: Final = struct.Struct("<8sII24sIIQQQQQQ")
-"""Magic, format, its own size, hash of the kernel's source, joints, samples, sizes of record, given and arm,
-how many runs follow, size of the file, checksum."""
+HEAD: Final = struct.Struct("<8sII24sIIQQQQQQQ")
+"""Magic, format, its own size, hash of the kernel's source, joints, samples, sizes of record, given, arm and
+detector, how many runs follow, size of the file, checksum. A file without a detector has 0 bytes of it."""
 RUN: Final = struct.Struct("<QQ")
 """The part in the highest byte and the offset in the others, and how many bytes follow."""
 LINE: Final = 64
@@ -51,21 +52,28 @@ def small_capacity(joints: int) -> int:
     return next((capacity for capacity in SMALL if joints <= capacity), CAPACITIES[0])
 
 
-def arm_file(memory: Deployable, joints: int, capacity: int = CAPACITIES[0]) -> bytes:
+def arm_file(
+    memory: Deployable, joints: int, capacity: int = CAPACITIES[0], *, detects: bool = False
+) -> bytes:
     """The bytes of ``arm.ftqp``.
 
     Args:
         memory: The planner's.
         joints: How many the arm has.
         capacity: The most joints of an arm in the library.
+        detects: Whether the detector is part of it.
     """
-    kinds = record_dtype(capacity), given_dtype(capacity), arm_dtype(capacity)
-    parts = tuple(map(_fitted, (memory.record, memory.given, memory.arm), kinds))
+    kinds = [record_dtype(capacity), given_dtype(capacity), arm_dtype(capacity)]
+    kept = [memory.record, memory.given, memory.arm]
+    if detects:
+        kinds.append(detection_dtype(capacity))
+        kept.append(memory.detector)
+    parts = tuple(map(_fitted, kept, kinds))
     runs = list(_runs(parts))
     states = np.ascontiguousarray(memory.states, dtype="<f8").tobytes()
     body = b"".join(runs) + states
     count = len(runs)
-    sizes = [int(part.dtype.itemsize) for part in parts]
+    sizes = [int(part.dtype.itemsize) for part in parts] + [0] * (not detects)
     fields = (
         MAGIC, FORMAT, HEAD.size, kernel_hash().encode(), joints, len(memory.states), *sizes, count,
         HEAD.size + len(body),
@@ -76,7 +84,7 @@ def arm_file(memory: Deployable, joints: int, capacity: int = CAPACITIES[0]) -> 
 
 
 def _fitted(memory: Any, dtype: np.dtype[Any]) -> Any:
-    """The same in a type for fewer joints, (1,): of each array its begin, behind which nothing is of a joint."""
+    """The same in a type for fewer joints, (1,): of each array its begin, where what is of joints lies."""
     if memory.dtype == dtype:
         return memory
     fitted = zeros_in_line(dtype)

@@ -21,6 +21,10 @@ from ftqp.kernel.layout.record import CAPACITIES
 
 TEXTS: Final = Path(__file__).with_name("c")
 TARGETS: Final = ("host", "x86-64-v3", "aarch64", "wasm32")
+PARTS: Final = ("detector",)
+"""What a library has only where it is asked for."""
+NO_DETECTOR: Final = "a detector (ftqp_watch, ftqp_detect)"
+ACTS_ON_NOTHING: Final = "what a planner does by itself about its detector's findings: report them to it"
 MAKER: Final = "ftqp.kernel.building.deployed"
 
 
@@ -38,6 +42,7 @@ class Wanted:
         target: One of TARGETS.
         cpu: A processor by LLVM's name; None is the target's class.
         embed: Whether the arm's file is a part of ``arm.h``, too.
+        detects: Whether the planner's detector is a part of the library.
         small: Whether the library has room for arms of about as many joints only, and takes less memory.
         folder: Which is made.
     """
@@ -49,6 +54,7 @@ class Wanted:
     embed: bool
     folder: Path
     small: bool = False
+    detects: bool = False
 
     @property
     def capacity(self) -> int:
@@ -67,7 +73,11 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
     if folder.exists():
         raise InputError(f"folder {folder} is there already; give a new one with -o")
     memory = wanted.planner.deployable()
-    file = arm_file(memory, wanted.planner.robot.nv, wanted.capacity)
+    if wanted.detects and memory.detector is None:
+        raise InputError(
+            f"{wanted.name} has no detector; give it one by [planner.detector], or leave --with detector out"
+        )
+    file = arm_file(memory, wanted.planner.robot.nv, wanted.capacity, detects=wanted.detects)
     parent = folder.absolute().parent
     if not parent.is_dir():
         raise InputError(f"folder {parent} is missing, in which {folder.name} would be made")
@@ -88,7 +98,8 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
             shutil.copytree(TEXTS / "example", made / "example")
             (made / "cmake").mkdir()
             shutil.copy(TEXTS / "ftqp-config.cmake", made / "cmake" / "ftqp-config.cmake")
-        bill = _bill(wanted, library, memory.left_out, made)
+        left_out = (*memory.left_out, ACTS_ON_NOTHING if wanted.detects else NO_DETECTOR)
+        bill = _bill(wanted, library, left_out, made)
         (made / "bill.json").write_text(json.dumps(bill, indent=1) + "\n", encoding="utf-8")
         os.rename(made, folder)
     return bill
@@ -105,7 +116,7 @@ def _library(wanted: Wanted, made: Path) -> dict[str, Any]:
         command = [
             sys.executable, "-P", "-m", MAKER, "--target", wanted.target, "--source", str(TEXTS),
             "--layout", folder, "--out", str(made / "lib"), "--capacity", str(wanted.capacity),
-            *(["--cpu", wanted.cpu] if wanted.cpu else []),
+            *(["--cpu", wanted.cpu] if wanted.cpu else []), *(["--detector"] if wanted.detects else []),
         ]  # fmt: skip
         path = os.pathsep.join(filter(None, [str(KERNEL.parents[1]), os.environ.get("PYTHONPATH", "")]))
         env = {**os.environ, "PYTHONPATH": path}

@@ -12,7 +12,8 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus
 from ftqp.control.task.task import row_indices
 from ftqp.kernel.entry.orders import LIMITS
-from ftqp.kernel.layout.enums import DriveKind, StopReason
+from ftqp.kernel.layout.detection_room import detection_dtype
+from ftqp.kernel.layout.enums import DriveKind, FaultKind, StopReason, ToldDetector
 from ftqp.kernel.layout.free_memory import free_dtype
 from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, record_dtype
 from ftqp.kernel.layout.told_memory import FAULT, LOAD, given_dtype
@@ -23,6 +24,8 @@ FIELDS = (
     "task.position_error", "state.dt", "kinematics.R_tip", "kinematics.o_tip",
 )  # fmt: skip
 """Fields of the record that the C interface reads."""
+DETECTOR = ("dt", "kinds", "onset", "since", "share")
+"""Fields of the detector's record that the C interface reads."""
 GIVEN = ("samples", "may_swing", "q_min", "q_max")
 SHOWN = {
     "Q_REFERENCE": ("state.q_command", "double[n]: the planner's own positions"),
@@ -57,6 +60,7 @@ def layout_header(capacity: int = CAPACITIES[0]) -> str:
         capacity: The most joints of an arm.
     """
     record, given = record_dtype(capacity), given_dtype(capacity)
+    arm, detector = arm_dtype(capacity), detection_dtype(capacity)
     numbers = {
         "FORMAT": FORMAT,
         "CAPACITY": capacity,
@@ -65,8 +69,14 @@ def layout_header(capacity: int = CAPACITIES[0]) -> str:
         "TORQUE_DRIVE": int(DriveKind.TORQUE),
         "SIZE_OF_RECORD": record.itemsize,
         "SIZE_OF_GIVEN": given.itemsize,
-        "SIZE_OF_ARM": arm_dtype(capacity).itemsize,
+        "SIZE_OF_ARM": arm.itemsize,
         "SIZE_OF_FREE": free_dtype(capacity).itemsize,
+        "SIZE_OF_DETECTOR": detector.itemsize,
+        "SIZE_OF_CHAIN": arm["chain"].itemsize,
+        "ARM_CHAIN": offset(arm, "chain"),
+        **{f"TOLD_{told.name}": int(told) for told in ToldDetector},
+        **{f"FOUND_{kind.name}": int(kind) for kind in FaultKind},
+        **{f"DETECTOR_{name.upper()}": offset(detector, name) for name in DETECTOR},
         "SIZE_OF_FAULT": FAULT.itemsize,
         "SIZE_OF_LOAD": LOAD.itemsize,
         **{place.replace(".", "_").upper(): offset(record, place) for place in FIELDS},
@@ -148,5 +158,5 @@ def _bytes(file: bytes) -> str:
     return f"static const unsigned char ftqp_arm_file[] = {{\n    {body}\n}};\n"
 
 
-HEAD_OF_PLANNER = 8 + 4 * 4 + 8 * 8 + 2 * 8
+HEAD_OF_PLANNER = 8 + 4 * 4 + 10 * 8 + 2 * 8
 """Bytes of ``struct ftqp`` in ``ftqp.c``, behind which the record lies."""

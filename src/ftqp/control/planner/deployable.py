@@ -23,6 +23,7 @@ class Deployable:
         record: The record, (1,).
         given: What it was made with, (1,).
         arm: The arm by itself, (1,).
+        detector: The record of its detector, (1,), which has seen nothing; None without one.
         states: Of the samples of its braking reserve, q and v, (samples, 2 nv).
         left_out: What of the planner a program in C does without, a sentence each.
     """
@@ -30,13 +31,14 @@ class Deployable:
     record: Any
     given: Any
     arm: Any
+    detector: Any
     states: FloatArray
     left_out: tuple[str, ...]
 
 
 def deployable(
     session: Session, orders: Orders, given: Settings, solver: Solver, wanted: Wanted, tasks: TaskList, *,
-    calls_python: bool, detects: bool, has_scene: bool,
+    calls_python: bool, detector: Any, has_scene: bool,
 ) -> Deployable:  # fmt: skip
     """The memory of a planner for programs in C.
 
@@ -64,10 +66,6 @@ def deployable(
             "this planner already believes in faults; build a healthy one, and report them to it"
         )
     left_out = ["the speed of a path (ftqp_speed), as targets are given by the program's own clock"]
-    if detects:
-        left_out.append("the detector (ftqp_detect): report faults that the drives tell of")
-    else:
-        left_out.append("a detector (ftqp_detect)")
     if has_scene:
         left_out.append("changes of the scene, which stays as it was when the library was built")
     copy = session.copy()
@@ -78,5 +76,10 @@ def deployable(
     memory["samples"] = 0 if rows is None else len(rows)
     states = np.zeros((0, 2 * n)) if rows is None else rows[:, : 2 * n].copy()
     return Deployable(
-        record=copy.memory, given=memory, arm=orders.arm, states=states, left_out=tuple(left_out)
+        record=copy.memory,
+        given=memory,
+        arm=orders.arm,
+        detector=detector,
+        states=states,
+        left_out=tuple(left_out),
     )

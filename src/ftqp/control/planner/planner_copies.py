@@ -55,6 +55,7 @@ class PlannerCopies(PlannerChanges, ABC):
             )
         return deployable(
             self._session, self._orders, self._given, self._solver, self._wanted, self._tasks,
-            calls_python=self._calls_python, detects=self._fault_response is not None,
+            calls_python=self._calls_python,
+            detector=None if self._fault_response is None else self._fault_response.detector.memory.copy(),
             has_scene=self._surroundings is not None,
         )  # fmt: skip

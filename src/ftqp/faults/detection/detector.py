@@ -16,7 +16,7 @@ from ftqp.faults.detection.diagnosis import Diagnosis
 from ftqp.faults.detection.motion_log import MotionLog, RecordedRun, motion_of
 from ftqp.faults.kinds import Fault, refuse_unknown
 from ftqp.kernel.entry.detection_session import DetectionSession
-from ftqp.kernel.layout.enums import DELAYS, DriveKind, Mistake
+from ftqp.kernel.layout.enums import DELAYS, DriveKind, Mistake, ToldDetector
 from ftqp.model.robot import Robot
 
 DRIVES = tuple(kind.name.lower() for kind in DriveKind)
@@ -29,8 +29,6 @@ SETTINGS = (
 NO_ARM = "the detector knows no arm yet; give robot= and dt=, or hand it to ftqp.Planner(detector=...)"
 NOTHING = np.zeros(0)
 """Stands for torques that are not there."""
-PAUSE = 150
-"""Ticks without verdicts after a joint was believed to have failed."""
 RETHINK = 40
 """Ticks without verdicts after a finding was taken back."""
 
@@ -185,12 +183,7 @@ class Detector(DetectorSettings):
         return self._session
 
     def _restart(self) -> None:
-        D = self._working().D
-        D.fresh = 1
-        D.worst = 0.0
-        D.watch = 0
-        for name in ("kinds", "z", "tally", "peak"):
-            getattr(D, name)[:] = 0
+        self._working().tell(ToldDetector.ANEW)
 
     def reset(self, q: Any = None) -> None:
         """Begin anew: what was found is forgotten, sensors are believed again, failed joints are not.
@@ -205,6 +198,11 @@ class Detector(DetectorSettings):
         if q is not None and np.shape(q) != (session.D.n,):
             raise InputError(f"q has shape {np.shape(q)}, expected (nv,) = ({session.D.n},)")
         self._restart()
+
+    @property
+    def memory(self) -> Any:
+        """The record of a detector that knows its arm, (1,), for ``ftqp build``."""
+        return self._working().memory
 
     @property
     def tick(self) -> Callable[..., int]:
@@ -283,8 +281,7 @@ class Detector(DetectorSettings):
                 f"{robot.name} has joints {robot.joints}, expected those of the detector, {self._names}"
             )
         session.fit(robot.chain.constants())
-        for name in ("load", "load_sum", "load_square"):
-            getattr(session.D, name)[:] = 0.0
+        session.tell(ToldDetector.LOAD)
 
     def believe(self, fault: Fault) -> None:
         """A planner believes in a fault: that joint is not diagnosed again, the others are.
@@ -296,7 +293,7 @@ class Detector(DetectorSettings):
             InputError: The joint is unknown, or this is no fault.
         """
         refuse_unknown(fault)
-        self._set_believed(self._index(fault.joint), 1)
+        self._working().tell(ToldDetector.FAILED, self._index(fault.joint))
 
     def forget(self, joint: str | int) -> None:
         """Look at a joint again, and believe its sensor.
@@ -307,7 +304,7 @@ class Detector(DetectorSettings):
         Raises:
             InputError: The joint is unknown.
         """
-        self._set_believed(self._index(joint), 0)
+        self._working().tell(ToldDetector.WORKS, self._index(joint))
 
     def doubt(self, joint: str | int) -> None:
         """Take the finding of a joint back and judge it anew in a while, with all that was observed.
@@ -321,15 +318,6 @@ class Detector(DetectorSettings):
         i, D = self._index(joint), self._working().D
         D.kinds[i] = D.waiting = D.agreed = 0
         D.pause = RETHINK
-
-    def _set_believed(self, i: int, believed: int) -> None:
-        D = self._working().D
-        D.believed[i] = D.blind[i] = believed
-        D.waiting = D.watch = D.quiet = D.agreed = 0
-        D.pause = PAUSE
-        if not believed:
-            D.sensor[i] = D.kinds[i] = D.same[i] = D.missing[i] = D.off[i] = D.turns[i] = 0
-            D.fresh = 1
 
     def _index(self, joint: str | int) -> int:
         if self.robot is None:

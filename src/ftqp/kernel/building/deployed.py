@@ -75,6 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     add("--source", type=Path, required=True, help="the folder of ftqp.c and ftqp.h")
     add("--layout", type=Path, required=True, help="the folder of layout.h")
     add("--out", type=Path, required=True, help="the folder of the library")
+    add("--detector", action="store_true", help="a library with a detector")
     add("--capacity", type=int, default=None, help="most joints of an arm, as the layout has it")
     add("--jobs", type=int, default=os.cpu_count())
     given = parser.parse_args(arguments)
@@ -101,7 +102,7 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
     from ftqp.kernel.building.store import CannotBuild, Store, compiled
     from ftqp.kernel.compiled.making import emit
     from ftqp.kernel.compiled.making.processor import Target, target
-    from ftqp.kernel.entry.table import DEPLOYED
+    from ftqp.kernel.entry.table import DEPLOYED, WATCHING
     from ftqp.kernel.layout.record import CAPACITIES
 
     if importlib.util.find_spec("ziglang") is None:
@@ -122,7 +123,8 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
     store = Store(store_folder())
     with store.alone():
         capacity = given.capacity or CAPACITIES[0]
-        keys, count = compiled([(entry, capacity) for entry in DEPLOYED], processor, store, given.jobs)
+        wanted_entries = (*DEPLOYED, *(WATCHING if given.detector else ()))
+        keys, count = compiled([(entry, capacity) for entry in wanted_entries], processor, store, given.jobs)
     given.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         frame = Path(folder) / "frame.o"
@@ -136,6 +138,7 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
             "-target",
             wanted.zig,
             *WARNINGS,
+            *(["-DFTQP_WITH_DETECTOR"] if given.detector else []),
             *shared,
             *include,
             "-c",

@@ -7,10 +7,11 @@ import numpy as np
 
 from ftqp.kernel.compiled.taking import take
 from ftqp.kernel.detection.detecting import detect_tick
+from ftqp.kernel.detection.told_detector import tell
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.layout.detection_room import RESIDUALS, detection_dtype
-from ftqp.kernel.layout.enums import NOT_READ, WRONG_SHAPE
-from ftqp.kernel.layout.record import arm_dtype
+from ftqp.kernel.layout.enums import NOT_READ, TORQUE_DRIVE, WRONG_SHAPE
+from ftqp.kernel.layout.record import arm_dtype, record_dtype
 
 FLOAT = np.dtype(np.float64)
 
@@ -53,6 +54,43 @@ def detect(capacity: int) -> Callable[..., int]:
         return detect_tick(D, carray(pointer(arm_at), 1, arm)[0])
 
     return detect
+
+
+def watch(capacity: int) -> Callable[..., int]:
+    """A tick of a detector after one of a planner: what ``detecting`` answers.
+
+    It sees what the planner was given and the reference that came of it. At ``tau_at`` lie measured torques;
+    0 is none.
+    """
+    dtype, record, arm = detection_dtype(capacity), record_dtype(capacity), arm_dtype(capacity)
+
+    def watch(address: int, detector_at: int, arm_at: int, tau_at: int) -> int:
+        K, D = carray(pointer(address), 1, record)[0], carray(pointer(detector_at), 1, dtype)[0]
+        n, state = D.n, K.state
+        D.got_tau = n if tau_at != 0 else 0
+        D.got_effort = n if K.feedback.kind == TORQUE_DRIVE else 0
+        tau = carray(pointer(tau_at), (D.got_tau,), FLOAT)
+        for i in range(n):
+            D.q[i], D.q_ref[i] = state.given_q[i], state.q_command[i]
+            D.v_ref[i], D.a_ref[i] = state.v_command[i], state.a_command[i]
+            if D.got_tau:
+                D.tau[i] = tau[i]
+            if D.got_effort:
+                D.effort[i] = K.feedback.tau_sent[i]
+        return detect_tick(D, carray(pointer(arm_at), 1, arm)[0])
+
+    return watch
+
+
+def tell_detector(capacity: int) -> Callable[..., int]:
+    """What a detector is told, a ``ToldDetector``, and of which joint."""
+    dtype = detection_dtype(capacity)
+
+    def tell_detector(detector_at: int, joint: int, what: int) -> int:
+        tell(carray(pointer(detector_at), 1, dtype)[0], joint, what)
+        return 0
+
+    return tell_detector
 
 
 def detect_log(capacity: int) -> Callable[..., int]:

@@ -8,6 +8,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import Call, bound, rooms
 from ftqp.kernel.layout.detection_room import RESIDUALS, detection_dtype
+from ftqp.kernel.layout.enums import ToldDetector
 from ftqp.kernel.layout.record import arm_dtype, capacity_for, load_chain
 
 COLUMNS = ("q", "tau", "q_ref", "v_ref", "a_ref", "effort")
@@ -44,6 +45,15 @@ class DetectionSession:
         """A field as an array that follows the record: (1,) for a number, else of the field's own shape."""
         view = self._memory[name]
         return view if view.ndim == 1 else view[0]
+
+    def tell(self, what: ToldDetector, joint: int = -1) -> None:
+        """Tell the detector something, of a joint where it is about one."""
+        bound("tell_detector", self.capacity, self._memory)(joint, int(what))
+
+    @property
+    def memory(self) -> Any:
+        """The record itself, (1,)."""
+        return self._memory
 
     def detect(self) -> Call:
         """What takes (q, tau, q_ref, v_ref, a_ref, effort) of one tick."""

@@ -65,6 +65,7 @@ ENTRIES: Final = {
         _entry("give_up", _TOLD, "iii"),
         _entry("miss_tick", _TOLD, "ioiiiii"),
         _entry("detect", _DETECTION, "iioooooo"),
+        _entry("tell_detector", _DETECTION, "iii"),
         _entry("detect_log", _DETECTION, "i" * 10, nogil=True),
         _entry("solve_qp", _STANDALONE, "i"),
         _entry("kkt", _STANDALONE, "iiiiii"),
@@ -112,6 +113,7 @@ FIRST: Final = (
             "carry",
             "servo_torques",
             "detect",
+            "tell_detector",
         )
     ),
 )
@@ -151,3 +153,8 @@ DEPLOYED: Final = tuple(
     )
 )
 """The ways in from C: what ``ftqp build`` puts into a library."""
+
+WATCHING: Final = tuple(
+    replace(entry, caller="c") for entry in (_entry("watch", _DETECTION, "iiii"), ENTRIES["tell_detector"])
+)
+"""The ways in to a detector from C, for libraries that are built with it."""

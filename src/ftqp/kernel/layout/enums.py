@@ -352,6 +352,18 @@ class Residual(IntEnum):
 ) = map(int, Residual)
 
 
+class ToldDetector(IntEnum):
+    """What a detector is told: to begin anew, that a joint has failed, that it works, of another load."""
+
+    ANEW = 0
+    FAILED = 1
+    WORKS = 2
+    LOAD = 3
+
+
+TOLD_ANEW, TOLD_FAILED, TOLD_WORKS, TOLD_LOAD = map(int, ToldDetector)
+
+
 class FaultKind(IntEnum):
     """What a detector can say of a joint, bit by bit: a set of kinds is one number."""
 

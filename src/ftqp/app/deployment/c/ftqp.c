@@ -13,7 +13,7 @@
 #define LINE(bytes) (((bytes) + 63u) & ~(uint64_t)63u)
 #define AT(pointer) ((int64_t)(uintptr_t)(pointer))
 
-enum { KERNEL_LOCKED = 1, KERNEL_SWINGS = 2, KERNEL_WORKS = 0, PARTS = 3, WORDS_OF_RUN = 2, NUMBERS = 29 };
+enum { KERNEL_LOCKED = 1, KERNEL_SWINGS = 2, KERNEL_WORKS = 0, PARTS = 4, WORDS_OF_RUN = 2, NUMBERS = 29 };
 
 _Static_assert(sizeof(ftqp_fault) == SIZE_OF_FAULT, "ftqp_fault is laid out as the kernel's");
 _Static_assert(sizeof(ftqp_load) == SIZE_OF_LOAD, "ftqp_load is laid out as the kernel's");
@@ -32,24 +32,30 @@ int64_t KERNEL(resume)(int64_t);
 int64_t KERNEL(carry)(int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(torques)(int64_t);
 
+#ifdef FTQP_WITH_DETECTOR
+int64_t KERNEL(watch)(int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(tell_detector)(int64_t, int64_t, int64_t);
+_Static_assert(FTQP_FOUND_SENSOR_DROPPED == FOUND_SENSOR_DROPPED && FTQP_FOUND_LOCKED == FOUND_LOCKED, "as the kernel's");
+#endif
+
 /* What a file begins with; numbers are little-endian, as on every processor that is built for. */
 typedef struct Head {
     char magic[8];
     uint32_t format, size;
     char kernel[24];
     uint32_t joints, samples;
-    uint64_t record, given, arm, runs, bytes, checksum;
+    uint64_t record, given, arm, detector, runs, bytes, checksum;
 } Head;
 
 /* What a planner begins with; behind it lie, each from a line of the cache on, the parts below. */
 struct ftqp {
     uint64_t open;
     int32_t joints, samples, status, unused;
-    uint64_t record, given, arm, free, rows, faults, work, bytes;
+    uint64_t record, given, arm, detector, sight, free, rows, faults, work, bytes;
     double shares[2];
 };
 
-_Static_assert(sizeof(Head) == 96, "the head of a file has no gaps");
+_Static_assert(sizeof(Head) == 104, "the head of a file has no gaps");
 
 static void *part(const ftqp *p, uint64_t offset) { return (char *)(uintptr_t)p + offset; }
 
@@ -86,6 +92,10 @@ static int read_head(const void *file, size_t bytes, Head *head) {
     if (sum != head->checksum) return FTQP_CHECKSUM;
     if (head->record != SIZE_OF_RECORD || head->given != SIZE_OF_GIVEN || head->arm != SIZE_OF_ARM)
         return FTQP_DAMAGED;
+    if (head->detector != 0 && head->detector != SIZE_OF_DETECTOR) return FTQP_DAMAGED;
+#ifndef FTQP_WITH_DETECTOR
+    if (head->detector != 0) return FTQP_UNSUPPORTED;
+#endif
     return head->joints < 1 || head->joints > CAPACITY || head->samples > MOST_SAMPLES ? FTQP_DAMAGED : 0;
 }
 
@@ -97,7 +107,9 @@ static void arrange(ftqp *p, const Head *head) {
     p->record = LINE(sizeof *p);
     p->given = p->record + LINE(SIZE_OF_RECORD);
     p->arm = p->given + LINE(SIZE_OF_GIVEN);
-    p->free = p->arm + LINE(SIZE_OF_ARM);
+    p->detector = p->arm + LINE(SIZE_OF_ARM);
+    p->sight = p->detector + LINE(head->detector);
+    p->free = p->sight + (head->detector ? LINE(SIZE_OF_ARM) : 0);
     p->rows = p->free + LINE(SIZE_OF_FREE);
     p->faults = p->rows + LINE(head->samples * n * (n + 3) * number);
     p->work = p->faults + LINE(n * sizeof(ftqp_fault));
@@ -118,8 +130,8 @@ int ftqp_size(const void *file, size_t bytes, size_t *need) {
 
 /* Fill record, given and arm from the runs of a file that are not zero, then the states of the samples. */
 static int fill(ftqp *p, const unsigned char *file, const Head *head) {
-    const uint64_t begins[PARTS] = {p->record, p->given, p->arm};
-    const uint64_t sizes[PARTS] = {SIZE_OF_RECORD, SIZE_OF_GIVEN, SIZE_OF_ARM};
+    const uint64_t begins[PARTS] = {p->record, p->given, p->arm, p->detector};
+    const uint64_t sizes[PARTS] = {SIZE_OF_RECORD, SIZE_OF_GIVEN, SIZE_OF_ARM, head->detector};
     const unsigned char *at = file + sizeof *head, *end = file + head->bytes;
     for (uint64_t run = 0; run < head->runs; run++) {
         uint64_t words[WORDS_OF_RUN];
@@ -137,6 +149,19 @@ static int fill(ftqp *p, const unsigned char *file, const Head *head) {
     for (uint64_t s = 0; s < head->samples; s++, at += states)
         memcpy(part(p, p->rows + s * n * (n + 3) * sizeof(double)), at, (size_t)states);
     return 0;
+}
+
+/* The detector is told something; nothing without one. It sees by an arm of its own, of the same chain. */
+static void tell(ftqp *p, int joint, int64_t what) {
+#ifdef FTQP_WITH_DETECTOR
+    if (p->sight == p->detector) return;
+    if (what == TOLD_LOAD) memcpy(part(p, p->sight + ARM_CHAIN), part(p, p->arm + ARM_CHAIN), SIZE_OF_CHAIN);
+    KERNEL(tell_detector)(AT(part(p, p->detector)), joint, what);
+#else
+    (void)p;
+    (void)joint;
+    (void)what;
+#endif
 }
 
 int ftqp_open(ftqp *p, const void *file, size_t bytes) {
@@ -160,6 +185,7 @@ int ftqp_open(ftqp *p, const void *file, size_t bytes) {
         return FTQP_INTERNAL;
     p->status = FTQP_NOT_RESET;
     p->open = OPEN;
+    tell(p, -1, TOLD_LOAD);
     return 0;
 }
 
@@ -176,6 +202,7 @@ int ftqp_reset(ftqp *p, const double *q, const double *v) {
     if (!all_finite(q, p->joints) || (v != NULL && !all_finite(v, p->joints))) return FTQP_NOT_FINITE;
     const double *rest = (const double *)part(p, p->work) + NUMBERS + p->joints;
     p->status = FTQP_NOT_RESET;
+    tell(p, -1, TOLD_ANEW);
     return (int)KERNEL(start)(AT(part(p, p->record)), AT(part(p, p->given)), AT(q), AT(v == NULL ? rest : v));
 }
 
@@ -258,6 +285,7 @@ static void believe(ftqp *p, const ftqp_fault *fault) {
     KERNEL(believe)(AT(part(p, p->record)), AT(part(p, p->given)), AT(&told), goes_on);
     KERNEL(believed)(AT(part(p, p->record)), AT(part(p, p->given)));
     count_on(p);
+    tell(p, fault->joint, fault->kind == KERNEL_WORKS ? TOLD_WORKS : TOLD_FAILED);
 }
 
 int ftqp_report(ftqp *p, const ftqp_fault *fault) {
@@ -291,7 +319,10 @@ int ftqp_stop(ftqp *p) {
 
 int ftqp_resume(ftqp *p) {
     const int code = is_open(p);
-    return code ? code : (int)KERNEL(resume)(AT(part(p, p->record)));
+    if (code) return code;
+    const int released = (int)KERNEL(resume)(AT(part(p, p->record)));
+    if (released) tell(p, -1, TOLD_ANEW);
+    return released;
 }
 
 int ftqp_speed(ftqp *p, double share) {
@@ -326,6 +357,7 @@ int ftqp_carry(ftqp *p, const ftqp_load *load) {
     KERNEL(carry)(AT(part(p, p->record)), AT(part(p, p->arm)), AT(part(p, p->given)), AT(told));
     if (p->samples) KERNEL(sample_reserve)(AT(part(p, p->arm)), AT(part(p, p->rows)), p->samples);
     count_on(p);
+    tell(p, -1, TOLD_LOAD);
     return 0;
 }
 
@@ -379,11 +411,42 @@ int ftqp_drive(const ftqp *p) {
 
 double ftqp_dt(const ftqp *p) { return is_open(p) ? (double)NAN : *field(p, STATE_DT); }
 
+int ftqp_watch(ftqp *p, const double *tau) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (p->sight == p->detector) return FTQP_UNSUPPORTED;
+    if (p->status < 0) return FTQP_NOT_RESET;
+#ifdef FTQP_WITH_DETECTOR
+    return (int)KERNEL(watch)(AT(part(p, p->record)), AT(part(p, p->detector)), AT(part(p, p->sight)), AT(tau));
+#else
+    (void)tau;
+    return FTQP_UNSUPPORTED;
+#endif
+}
+
 int ftqp_detect(ftqp *p, ftqp_finding *out, int most) {
     const int code = is_open(p);
-    (void)out;
-    (void)most;
-    return code ? code : FTQP_UNSUPPORTED;
+    if (code) return code;
+    if (p->sight == p->detector) return FTQP_UNSUPPORTED;
+    if (out == NULL && most > 0) return FTQP_NULL;
+    const char *detector = part(p, p->detector);
+    const double dt = *(const double *)(detector + DETECTOR_DT);
+    const double *onset = (const double *)(detector + DETECTOR_ONSET), *share = (const double *)(detector + DETECTOR_SHARE);
+    int found = 0;
+    for (int i = 0; i < p->joints && found < most; i++) {
+        const int64_t kinds = whole(p, p->detector, DETECTOR_KINDS + 8 * (uint64_t)i);
+        if (!kinds) continue;
+        double count = 0.0;
+        for (int64_t rest = kinds; rest; rest &= rest - 1) count += 1.0;
+        out[found].joint = i;
+        out[found].kinds = (int32_t)kinds;
+        out[found].probability = 1.0 / count;
+        out[found].onset = onset[i] * dt;
+        out[found].detected_at = (double)whole(p, p->detector, DETECTOR_SINCE + 8 * (uint64_t)i) * dt;
+        out[found].share = kinds == FTQP_FOUND_DEGRADED ? share[i] : (double)NAN;
+        found++;
+    }
+    return found;
 }
 
 const char *ftqp_status_name(int status) {

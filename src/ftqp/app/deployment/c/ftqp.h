@@ -98,12 +98,20 @@ typedef struct ftqp_load {
     double inertia[9]; /* about that, along the axes of the tip's frame, by rows; zeros are a point mass */
 } ftqp_load;
 
+/* What may have happened to a joint, bit by bit: more than one where they cannot be told apart. */
+enum {
+    FTQP_FOUND_LOCKED = 1, FTQP_FOUND_FREE_SWINGING = 2, FTQP_FOUND_DEGRADED = 4, FTQP_FOUND_RUNAWAY = 8,
+    FTQP_FOUND_SENSOR_FROZEN = 16, FTQP_FOUND_SENSOR_BIASED = 32, FTQP_FOUND_SENSOR_DROPPED = 64
+};
+
 /* What a detector has found; for builds with one. */
 typedef struct ftqp_finding {
     int32_t joint;
-    int32_t kinds;
-    double probability;
-    double onset;
+    int32_t kinds;      /* a sum of FTQP_FOUND_... */
+    double probability; /* of each of them, as none speaks for one more than for another */
+    double onset;       /* when it began, by estimate, since the reset [s] */
+    double detected_at; /* when that was certain, since the reset [s] */
+    double share;       /* of the torque that is left, where FTQP_FOUND_DEGRADED stands alone; else NaN */
 } ftqp_finding;
 
 /* How many bytes a planner from this file needs, into *need: 0, or a mistake. */
@@ -165,6 +173,11 @@ double ftqp_dt(const ftqp *p);
 
 /* A sentence for a status or a mistake; never NULL. */
 const char *ftqp_status_name(int status);
+
+/* Let the detector look at the arm, once after each step: 0 quiet, 1 a suspicion, 2 a finding, or a mistake;
+   FTQP_UNSUPPORTED in builds without one. tau: torques measured before that step, or NULL. Nothing follows from a
+   finding by itself: report it, by ftqp_report, and the detector looks at the other joints. */
+int ftqp_watch(ftqp *p, const double *tau);
 
 /* What a detector has found, at most so many: how many; FTQP_UNSUPPORTED in builds without one. */
 int ftqp_detect(ftqp *p, ftqp_finding *out, int most);

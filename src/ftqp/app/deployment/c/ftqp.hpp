@@ -82,6 +82,14 @@ public:
     void carry(const ftqp_load &load) { check(ftqp_carry(get(), &load)); }
     void put_down() { check(ftqp_carry(get(), nullptr)); }
 
+    // After each step, in a library with a detector: 0 quiet, 1 a suspicion, 2 a finding.
+    int watch(const double *tau = nullptr) { return checked(ftqp_watch(get(), tau)); }
+    std::vector<ftqp_finding> findings() {
+        std::vector<ftqp_finding> found(static_cast<std::size_t>(joints()));
+        found.resize(static_cast<std::size_t>(checked(ftqp_detect(get(), found.data(), joints()))));
+        return found;
+    }
+
     const double *q() const noexcept { return ftqp_q(get()); }
     const double *v() const noexcept { return ftqp_v(get()); }
     const double *a() const noexcept { return ftqp_a(get()); }

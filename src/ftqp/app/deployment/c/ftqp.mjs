@@ -6,7 +6,7 @@
 //   const status = planner.step(q, pose, { twist });            // pose: 16 numbers by rows, or 3: a position
 //   planner.report(planner.locked(2)); planner.q                // Float64Array, valid until the next step
 
-const LINE = 64, NUMBERS = 29, FAULT = 80, LOAD = 104;
+const LINE = 64, NUMBERS = 29, FAULT = 80, LOAD = 104, FINDING = 40, MOST = 64;
 const wasi = { // what the C library of the build may ask for; a planner needs none of it
   proc_exit(code) { throw new Error(`the planner ended with ${code}`); },
   fd_write: () => 8, fd_close: () => 8, fd_seek: () => 8,
@@ -33,12 +33,13 @@ export class Planner {
     const size = this.size = new DataView(exports.memory.buffer).getUint32(need, true);
     this.p = Math.ceil((file + arm.length) / LINE) * LINE;
     this.work = Math.ceil((this.p + size) / LINE) * LINE;
-    this.#grow(this.work + 8 * (4 * 64 + NUMBERS) + FAULT + LOAD);
+    this.#grow(this.work + 8 * (4 * MOST + NUMBERS) + FAULT + LOAD + MOST * FINDING);
     new Uint8Array(exports.memory.buffer).set(arm, file);
     this.#check(exports.ftqp_open(this.p, file, arm.length));
-    this.n = new DataView(arm.buffer, arm.byteOffset).getUint32(40, true);
+    this.n = exports.ftqp_joints(this.p);
     this.qAt = this.work; this.vAt = this.qAt + 8 * 64; this.targetAt = this.vAt + 8 * 64;
     this.faultAt = this.targetAt + 8 * NUMBERS; this.loadAt = this.faultAt + FAULT;
+    this.foundAt = this.loadAt + LOAD;
   }
 
   reset(q, v = null) { this.#check(this.c.ftqp_reset(this.p, this.#numbers(this.qAt, q), v ? this.#numbers(this.vAt, v) : 0)); }
@@ -82,6 +83,18 @@ export class Planner {
 
   // Go on from the state of another planner of the same file.
   take(other) { this.#bytes().set(other.#bytes()); }
+
+  // After each step, in a build with a detector: 0 quiet, 1 a suspicion, 2 a finding.
+  watch(tau = null) { return this.#check(this.c.ftqp_watch(this.p, tau ? this.#numbers(this.vAt, tau) : 0)); }
+
+  findings() {
+    const count = this.#check(this.c.ftqp_detect(this.p, this.foundAt, MOST));
+    return Array.from({ length: count }, (_, k) => {
+      const at = new DataView(this.c.memory.buffer, this.foundAt + k * FINDING, FINDING), number = (byte) => at.getFloat64(byte, true);
+      const [joint, kinds] = [at.getInt32(0, true), at.getInt32(4, true)];
+      return { joint, kinds, probability: number(8), onset: number(16), detectedAt: number(24), share: number(32) };
+    });
+  }
 
   get q() { return this.#view(this.c.ftqp_q(this.p), this.n); }
   get v() { return this.#view(this.c.ftqp_v(this.p), this.n); }
