@@ -269,6 +269,17 @@ def test_a_ramp_ends_exactly_at_rest_and_stays_there(level, start):
     assert held is not None
 
 
+@pytest.mark.parametrize(("speed", "code"), [(0.0, LOCKED), (-7e-22, LOCKED), (1e-9, BRAKING)])
+def test_a_joint_that_stands_but_for_rounding_is_locked_at_once(speed, code):
+    robot = ftqp.robots.load("panda")
+    ticks = Ticks(robot, DT, ftqp.Locked(2), task=TASK)
+    v = np.zeros(7)
+    v[2] = speed
+    ticks.reset(Q, v)
+    ticks.tick(Q, v, ftqp.Target(position=robot.pose(Q)[:3, 3]))
+    assert ticks.K.faults.code[2] == code
+
+
 def test_velocity_noise_cannot_keep_a_joint_braking():
     rng, robot = np.random.default_rng(1), ftqp.robots.load("panda")
     planner = ftqp.Planner(robot, DT)

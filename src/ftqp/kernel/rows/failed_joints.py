@@ -19,6 +19,11 @@ from ftqp.kernel.maths.elementary import any_of, larger, select, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, is_set
 from ftqp.kernel.rows.one_variable import fix
 
+STANDS = 1e-15
+"""Speed up to which a joint stands that is to be locked [rad/s or m/s]: in a tick it moves by less than the
+last place of a position. Rounding leaves 1e-21 of an arm that was stopped, on another processor nothing: for
+that the lock must not begin a tick later."""
+
 
 @jit
 def sort_joints(faults: Any, chain: Any) -> None:
@@ -91,7 +96,7 @@ def prescribed_motion(state: Any, faults: Any, limits: Any, chain: Any, qp: Any)
             vf = faults.lock_velocity[i]
             if abs(state.v[i]) < abs(vf):
                 vf = state.v[i]
-            if vf == 0.0:
+            if abs(vf) <= STANDS:
                 faults.code[i] = LOCKED
             else:
                 room = limits.q_max[i] - state.q[i] if vf > 0.0 else state.q[i] - limits.q_min[i]
