@@ -7,7 +7,7 @@
 
 #include "ftqp.h"
 
-enum { HEAD = 104, RUNS_AT = 80 }; /* of a file: its head, and where that says how many runs follow */
+enum { HEAD = 120, RUNS_AT = 96 }; /* of a file: its head, and where that says how many runs follow */
 
 static uint64_t state;
 
@@ -65,7 +65,7 @@ static void any_calls(ftqp *p, int count) {
         if (!draw(2)) fault.damping = odd();
         fault.mode = (int)draw(4) - 1, fault.reset = (int)draw(5) - 1;
         ftqp_load load = {odd(), {odd(), 0.0, 0.1}, {odd(), 0.0, 0.0, 0.0, odd(), 0.0, 0.0, 0.0, odd()}};
-        switch (draw(14)) {
+        switch (draw(16)) {
             case 0: ftqp_reset(p, draw(9) ? q : NULL, draw(2) ? v : NULL); break;
             case 1: ftqp_report(p, draw(9) ? &fault : NULL); break;
             case 2: ftqp_withdraw(p, (int)draw(70) - 2); break;
@@ -76,6 +76,7 @@ static void any_calls(ftqp *p, int count) {
             case 7: ftqp_detect(p, NULL, (int)draw(3)); break;
             case 8: ftqp_watch(p, draw(2) ? v : NULL); break;
             case 9: ftqp_tip(p, draw(2) ? numbers : NULL), ftqp_joints(p), ftqp_drive(p), (void)ftqp_dt(p); break;
+            case 10: ftqp_follow(p, draw(2) ? q : NULL, v, (int)draw(4)), ftqp_begin(p), (void)ftqp_progress(p); break;
             default: {
                 const int ticks = (int)draw(9) - 1;
                 const int status = ftqp_step(p, draw(9) ? q : NULL, draw(2) ? v : NULL, draw(9) ? &target : NULL, ticks);

@@ -11,7 +11,8 @@ from ftqp.kernel.building.deployed import exported
 
 PROMISED = {
     "size", "open", "reset", "step", "report", "withdraw", "stop", "resume", "speed", "carry", "q", "v", "a",
-    "tau", "status", "error", "status_name", "detect", "watch", "tip", "joints", "drive", "dt",
+    "tau", "status", "error", "status_name", "detect", "watch", "follow", "progress", "begin",
+    "tip", "joints", "drive", "dt",
 }  # fmt: skip
 
 
@@ -24,7 +25,12 @@ PROMISED = {
         (["panda", "-o", "no/such"], "folder .*no is missing"),
         (["panda", "--set", "planner.dt=0.01", "-o", "new"], "panda is a robot, no scenario"),
         (["iiwa-moving-base-locked", "-o", "new"], "has a base that moves"),
-        (["panda", "--with", "path", "-o", "new"], "'path' is not a part of ftqp build; it has detector"),
+        (
+            ["panda", "--with", "paths", "-o", "new"],
+            "'paths' is not a part of ftqp build .*; it has detector, path",
+        ),
+        (["panda", "--with", "path", "-o", "new"], "panda is a robot and has no path"),
+        (["panda-circle", "--with", "path", "-o", "new"], "scaled"),
         (["panda", "--with", "detector", "-o", "new"], "panda has no detector; give it one by"),
         (["panda"], "nothing to make: give a folder with -o, or a file with --page"),
         (["panda", "--page", "new.html", "--target", "host"], "--page is for browsers, got --target host"),

@@ -32,7 +32,9 @@ def build(
     ] = False,
     parts: Annotated[
         list[str] | None,
-        typer.Option("--with", metavar="PART", help="A further part: detector. May be given several times."),
+        typer.Option(
+            "--with", metavar="PART", help="A further part, detector or path; may be given several times."
+        ),
     ] = None,
     small: Annotated[
         bool,
@@ -61,11 +63,13 @@ def build(
     if page is not None and target != "wasm32":
         raise InputError(f"--page is for browsers, got --target {target}; leave it out, or give wasm32")
     name, planner, q, path = _planner_of(source, overrides or ())
+    if "path" in (parts or ()) and path is None:
+        raise InputError(f"{name} is a robot and has no path; build a scenario, or leave --with path out")
     with progress(f"{name} for {target}", 1.0), tempfile.TemporaryDirectory() as aside:
         wanted = Wanted(
             planner=planner, name=name, target=target, cpu=cpu, embed=embed,
             folder=Path(aside) / "library" if folder is None else folder, small=small,
-            detects="detector" in (parts or ()),
+            detects="detector" in (parts or ()), path=path if "path" in (parts or ()) else None,
         )  # fmt: skip
         if page is None:
             bill = build_folder(wanted)

@@ -10,18 +10,22 @@ import numpy as np
 from ftqp.control.planner.deployable import Deployable
 from ftqp.kernel.compiled.mode import KERNEL
 from ftqp.kernel.compiled.source_text import code_key
+from ftqp.kernel.entry.session import PathMemory
 from ftqp.kernel.layout.detection_room import detection_dtype
-from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, record_dtype, zeros_in_line
+from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, path_dtype, record_dtype, zeros_in_line
 from ftqp.kernel.layout.told_memory import given_dtype
 
 MAGIC: Final = b"FTQPARM\0"
-FORMAT: Final = 2
+FORMAT: Final = 3
 """Of the file; a library takes files of its own format only."""
-HEAD: Final = struct.Struct("<8sII24sIIQQQQQQQ")
-"""Magic, format, its own size, hash of the kernel's source, joints, samples, sizes of record, given, arm and
-detector, how many runs follow, size of the file, checksum. A file without a detector has 0 bytes of it."""
+HEAD: Final = struct.Struct("<8sII24sIIQQQQQQQQQ")
+"""Magic, format, its own size, hash of the kernel's source, joints, samples, sizes of record, given, arm,
+detector, path and its table, how many runs follow, size of the file, checksum. What a file does not have has
+0 bytes."""
 RUN: Final = struct.Struct("<QQ")
 """The part in the highest byte and the offset in the others, and how many bytes follow."""
+PATH_PART: Final = 4
+"""Number of the path among the parts of a file; its table is the next one."""
 LINE: Final = 64
 """Bytes that are kept or left out together."""
 SEED: Final = 0xCBF29CE484222325
@@ -53,8 +57,9 @@ def small_capacity(joints: int) -> int:
 
 
 def arm_file(
-    memory: Deployable, joints: int, capacity: int = CAPACITIES[0], *, detects: bool = False
-) -> bytes:
+    memory: Deployable, joints: int, capacity: int = CAPACITIES[0], *, detects: bool = False,
+    path: PathMemory | None = None,
+) -> bytes:  # fmt: skip
     """The bytes of ``arm.ftqp``.
 
     Args:
@@ -62,18 +67,25 @@ def arm_file(
         joints: How many the arm has.
         capacity: The most joints of an arm in the library.
         detects: Whether the detector is part of it.
+        path: A path that is part of it.
     """
     kinds = [record_dtype(capacity), given_dtype(capacity), arm_dtype(capacity)]
     kept = [memory.record, memory.given, memory.arm]
+    sizes = [int(kind.itemsize) for kind in kinds] + [0, 0, 0]
     if detects:
         kinds.append(detection_dtype(capacity))
         kept.append(memory.detector)
-    parts = tuple(map(_fitted, kept, kinds))
+    parts: dict[int, Any] = dict(enumerate(map(_fitted, kept, kinds)))
+    if path is not None:
+        table = np.dtype((np.void, path.table.nbytes))
+        parts[PATH_PART] = _fitted(path.memory, path_dtype(capacity))
+        parts[PATH_PART + 1] = np.frombuffer(path.table.tobytes(), table)
+    for number, part in parts.items():
+        sizes[number] = int(part.dtype.itemsize)
     runs = list(_runs(parts))
     states = np.ascontiguousarray(memory.states, dtype="<f8").tobytes()
     body = b"".join(runs) + states
     count = len(runs)
-    sizes = [int(part.dtype.itemsize) for part in parts] + [0] * (not detects)
     fields = (
         MAGIC, FORMAT, HEAD.size, kernel_hash().encode(), joints, len(memory.states), *sizes, count,
         HEAD.size + len(body),
@@ -104,9 +116,9 @@ def _fit(source: Any, into: Any) -> None:
             place[...] = value[tuple(slice(0, length) for length in place.shape)]
 
 
-def _runs(parts: tuple[Any, ...]) -> Iterator[bytes]:
+def _runs(parts: dict[int, Any]) -> Iterator[bytes]:
     """Each stretch of lines that are not zero, with its place."""
-    for number, part in enumerate(parts):
+    for number, part in parts.items():
         content = part.tobytes()
         content += bytes(-len(content) % LINE)
         used = np.frombuffer(content, np.uint64).reshape(-1, LINE // 8).any(axis=1)

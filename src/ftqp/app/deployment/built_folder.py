@@ -14,6 +14,8 @@ from typing import Any, Final
 from ftqp import __version__
 from ftqp.app.deployment.arm_file import arm_file, kernel_hash, small_capacity
 from ftqp.app.deployment.headers import arm_header, layout_header
+from ftqp.control.following.path_follower import PathFollower
+from ftqp.control.paths.path import Path as Way
 from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import FtqpError, InputError
 from ftqp.kernel.compiled.mode import KERNEL
@@ -21,8 +23,10 @@ from ftqp.kernel.layout.record import CAPACITIES
 
 TEXTS: Final = Path(__file__).with_name("c")
 TARGETS: Final = ("host", "x86-64-v3", "aarch64", "wasm32")
-PARTS: Final = ("detector",)
+PARTS: Final = ("detector", "path")
 """What a library has only where it is asked for."""
+NO_PATH: Final = "a path (ftqp_follow, ftqp_speed): targets are given by the program's own clock"
+NO_ESCAPE: Final = "ways out of a stall and bridges on the path: a path that cannot go on waits"
 NO_DETECTOR: Final = "a detector (ftqp_watch, ftqp_detect)"
 ACTS_ON_NOTHING: Final = "what a planner does by itself about its detector's findings: report them to it"
 MAKER: Final = "ftqp.kernel.building.deployed"
@@ -42,6 +46,7 @@ class Wanted:
         target: One of TARGETS.
         cpu: A processor by LLVM's name; None is the target's class.
         embed: Whether the arm's file is a part of ``arm.h``, too.
+        path: What is followed by the library itself; None where a program gives targets.
         detects: Whether the planner's detector is a part of the library.
         small: Whether the library has room for arms of about as many joints only, and takes less memory.
         folder: Which is made.
@@ -55,6 +60,7 @@ class Wanted:
     folder: Path
     small: bool = False
     detects: bool = False
+    path: Way | None = None
 
     @property
     def capacity(self) -> int:
@@ -77,7 +83,11 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
         raise InputError(
             f"{wanted.name} has no detector; give it one by [planner.detector], or leave --with detector out"
         )
-    file = arm_file(memory, wanted.planner.robot.nv, wanted.capacity, detects=wanted.detects)
+    follower = None if wanted.path is None else PathFollower(wanted.planner, wanted.path, stall=None)
+    file = arm_file(
+        memory, wanted.planner.robot.nv, wanted.capacity, detects=wanted.detects,
+        path=None if follower is None else follower.memory,
+    )  # fmt: skip
     parent = folder.absolute().parent
     if not parent.is_dir():
         raise InputError(f"folder {parent} is missing, in which {folder.name} would be made")
@@ -88,7 +98,12 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
             shutil.copy(TEXTS / name, made / "include" / name)
         library = _library(wanted, made)
         header = arm_header(
-            wanted.planner, wanted.name, file, embedded=wanted.embed, capacity=wanted.capacity
+            wanted.planner,
+            wanted.name,
+            file,
+            embedded=wanted.embed,
+            capacity=wanted.capacity,
+            duration=None if wanted.path is None else wanted.path.duration,
         )
         (made / "arm.h").write_text(header, encoding="utf-8")
         (made / "arm.ftqp").write_bytes(file)
@@ -98,7 +113,11 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
             shutil.copytree(TEXTS / "example", made / "example")
             (made / "cmake").mkdir()
             shutil.copy(TEXTS / "ftqp-config.cmake", made / "cmake" / "ftqp-config.cmake")
-        left_out = (*memory.left_out, ACTS_ON_NOTHING if wanted.detects else NO_DETECTOR)
+        left_out = (
+            *memory.left_out,
+            NO_PATH if wanted.path is None else NO_ESCAPE,
+            ACTS_ON_NOTHING if wanted.detects else NO_DETECTOR,
+        )
         bill = _bill(wanted, library, left_out, made)
         (made / "bill.json").write_text(json.dumps(bill, indent=1) + "\n", encoding="utf-8")
         os.rename(made, folder)
@@ -117,6 +136,7 @@ def _library(wanted: Wanted, made: Path) -> dict[str, Any]:
             sys.executable, "-P", "-m", MAKER, "--target", wanted.target, "--source", str(TEXTS),
             "--layout", folder, "--out", str(made / "lib"), "--capacity", str(wanted.capacity),
             *(["--cpu", wanted.cpu] if wanted.cpu else []), *(["--detector"] if wanted.detects else []),
+            *(["--path"] if wanted.path is not None else []),
         ]  # fmt: skip
         path = os.pathsep.join(filter(None, [str(KERNEL.parents[1]), os.environ.get("PYTHONPATH", "")]))
         env = {**os.environ, "PYTHONPATH": path}

@@ -15,15 +15,18 @@ from ftqp.kernel.entry.orders import LIMITS
 from ftqp.kernel.layout.detection_room import detection_dtype
 from ftqp.kernel.layout.enums import DriveKind, FaultKind, StopReason, ToldDetector
 from ftqp.kernel.layout.free_memory import free_dtype
-from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, record_dtype
+from ftqp.kernel.layout.path_table import COLUMNS
+from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, path_dtype, record_dtype
 from ftqp.kernel.layout.told_memory import FAULT, LOAD, given_dtype
 
 FIELDS = (
     "chain.n", "chain.floating", "chain.has_inertia", "feedback.q_sent", "feedback.v_sent",
     "feedback.tau_sent", "feedback.kind", "state.a_command", "state.tau", "kinematics.has_dynamics",
-    "task.position_error", "state.dt", "kinematics.R_tip", "kinematics.o_tip",
+    "feedback.speed", "task.position_error", "state.dt", "kinematics.R_tip", "kinematics.o_tip",
 )  # fmt: skip
 """Fields of the record that the C interface reads."""
+PATH = ("progress", "rate", "end")
+"""Fields of a path's record that the C interface reads."""
 DETECTOR = ("dt", "kinds", "onset", "since", "share")
 """Fields of the detector's record that the C interface reads."""
 GIVEN = ("samples", "may_swing", "q_min", "q_max")
@@ -60,7 +63,7 @@ def layout_header(capacity: int = CAPACITIES[0]) -> str:
         capacity: The most joints of an arm.
     """
     record, given = record_dtype(capacity), given_dtype(capacity)
-    arm, detector = arm_dtype(capacity), detection_dtype(capacity)
+    arm, detector, path = arm_dtype(capacity), detection_dtype(capacity), path_dtype(capacity)
     numbers = {
         "FORMAT": FORMAT,
         "CAPACITY": capacity,
@@ -76,6 +79,9 @@ def layout_header(capacity: int = CAPACITIES[0]) -> str:
         "ARM_CHAIN": offset(arm, "chain"),
         **{f"TOLD_{told.name}": int(told) for told in ToldDetector},
         **{f"FOUND_{kind.name}": int(kind) for kind in FaultKind},
+        "SIZE_OF_PATH": path.itemsize,
+        "SIZE_OF_INTERVAL": 8 * COLUMNS,
+        **{f"PATH_{name.upper()}": offset(path, name) for name in PATH},
         **{f"DETECTOR_{name.upper()}": offset(detector, name) for name in DETECTOR},
         "SIZE_OF_FAULT": FAULT.itemsize,
         "SIZE_OF_LOAD": LOAD.itemsize,
@@ -108,8 +114,9 @@ def _number(value: float) -> str:
 
 
 def arm_header(
-    planner: Planner, name: str, file: bytes, *, embedded: bool, capacity: int = CAPACITIES[0]
-) -> str:
+    planner: Planner, name: str, file: bytes, *, embedded: bool, capacity: int = CAPACITIES[0],
+    duration: float | None = None,
+) -> str:  # fmt: skip
     """``arm.h``: names, limits and places of an arm's planner, and its file where that is embedded.
 
     Args:
@@ -118,6 +125,7 @@ def arm_header(
         file: The bytes of ``arm.ftqp``.
         embedded: Whether they are part of the header.
         capacity: The most joints of an arm in the library.
+        duration: Of the path in the file [s]; None without one.
     """
     robot, limits = planner.robot, planner.robot.limits
     joints = ", ".join(f'"{PLAIN.sub("_", joint)}"' for joint in robot.joints)
@@ -130,6 +138,7 @@ def arm_header(
         f"#define FTQP_ARM_JOINTS {robot.nv}",
         f"#define FTQP_ARM_DT {planner.dt!r} /* s */",
         f'#define FTQP_ARM_DRIVE "{planner.drive.kind}" /* what is to be sent to the arm */',
+        *([] if duration is None else [f"#define FTQP_ARM_PATH_DURATION {duration!r} /* s */"]),
         f'#define FTQP_KERNEL_HASH "{kernel_hash()}"', "",
         f"static const char *const ftqp_arm_joints[] = {{{joints}}};",
         _array("ftqp_arm_neutral", robot.neutral),
@@ -158,5 +167,5 @@ def _bytes(file: bytes) -> str:
     return f"static const unsigned char ftqp_arm_file[] = {{\n    {body}\n}};\n"
 
 
-HEAD_OF_PLANNER = 8 + 4 * 4 + 10 * 8 + 2 * 8
+HEAD_OF_PLANNER = 8 + 4 * 4 + 13 * 8 + 2 * 8
 """Bytes of ``struct ftqp`` in ``ftqp.c``, behind which the record lies."""

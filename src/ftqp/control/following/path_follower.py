@@ -74,7 +74,7 @@ class PathFollower:
 
     __slots__ = (
         "_below", "_blockage", "_bridge", "_bridges", "_duration", "_lead", "_may_bridge", "_mean",
-        "_path", "_pattern", "_planner", "_rate", "_share", "_stall", "_stalled", "_standing",
+        "_memory", "_path", "_pattern", "_planner", "_rate", "_share", "_stall", "_stalled", "_standing",
         "_state", "_stood", "_stood_at", "_target",
     )  # fmt: skip
 
@@ -100,7 +100,7 @@ class PathFollower:
         self._planner, self._path, self._stall = planner, path, stall
         self._may_bridge = bridges
         memory = PathMemory(capacity_for(planner.robot.nv), path_table(path))
-        self._lead = planner.lead(memory)
+        self._memory, self._lead = memory, planner.lead(memory)
         self._state = memory.path
         memory.path.target[:] = Target(pose=path.start).packed
         self._target = target_on(seen(memory.path.target))
@@ -112,7 +112,7 @@ class PathFollower:
         self._begin()
 
     def _begin(self) -> None:
-        self._state.progress, self._state.rate = 0.0, -1.0
+        self._memory.begin()
         self._bridges = MOST_BRIDGES if self._may_bridge else 0
         self._pattern: int | None = None
         self._blockage: Blockage | None = None
@@ -157,6 +157,11 @@ class PathFollower:
             if self._mean < self._below or self._stalled > 0.0:
                 self._watch(self._stall, step)
         return step
+
+    @property
+    def memory(self) -> PathMemory:
+        """The path as compiled code has it, for ``ftqp build``."""
+        return self._memory
 
     @property
     def target(self) -> Target:

@@ -65,7 +65,7 @@ def deployable(
         raise InputError(
             "this planner already believes in faults; build a healthy one, and report them to it"
         )
-    left_out = ["the speed of a path (ftqp_speed), as targets are given by the program's own clock"]
+    left_out = []
     if has_scene:
         left_out.append("changes of the scene, which stays as it was when the library was built")
     copy = session.copy()

@@ -76,6 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     add("--layout", type=Path, required=True, help="the folder of layout.h")
     add("--out", type=Path, required=True, help="the folder of the library")
     add("--detector", action="store_true", help="a library with a detector")
+    add("--path", action="store_true", help="a library with a path")
     add("--capacity", type=int, default=None, help="most joints of an arm, as the layout has it")
     add("--jobs", type=int, default=os.cpu_count())
     given = parser.parse_args(arguments)
@@ -102,7 +103,7 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
     from ftqp.kernel.building.store import CannotBuild, Store, compiled
     from ftqp.kernel.compiled.making import emit
     from ftqp.kernel.compiled.making.processor import Target, target
-    from ftqp.kernel.entry.table import DEPLOYED, WATCHING
+    from ftqp.kernel.entry.table import DEPLOYED, FOLLOWING, WATCHING
     from ftqp.kernel.layout.record import CAPACITIES
 
     if importlib.util.find_spec("ziglang") is None:
@@ -123,7 +124,11 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
     store = Store(store_folder())
     with store.alone():
         capacity = given.capacity or CAPACITIES[0]
-        wanted_entries = (*DEPLOYED, *(WATCHING if given.detector else ()))
+        wanted_entries = (
+            *DEPLOYED,
+            *(WATCHING if given.detector else ()),
+            *(FOLLOWING if given.path else ()),
+        )
         keys, count = compiled([(entry, capacity) for entry in wanted_entries], processor, store, given.jobs)
     given.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
@@ -139,6 +144,7 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
             wanted.zig,
             *WARNINGS,
             *(["-DFTQP_WITH_DETECTOR"] if given.detector else []),
+            *(["-DFTQP_WITH_PATH"] if given.path else []),
             *shared,
             *include,
             "-c",

@@ -241,6 +241,11 @@ class PathMemory:
         self.memory = np.zeros(1, path_dtype(capacity))
         self.path: Any = rooms(self.memory)
         self.table = np.ascontiguousarray(table)
+        self._capacity = capacity
+
+    def begin(self) -> None:
+        """Let the path begin anew."""
+        bound("begin_path", self._capacity, self.memory)()
 
     def arguments(self) -> tuple[Any, ...]:
         """What the entry points take for it."""

@@ -63,6 +63,7 @@ ENTRIES: Final = {
         _entry("resume", _TOLD, "i"),
         _entry("carry", _TOLD, "iiii"),
         _entry("give_up", _TOLD, "iii"),
+        _entry("begin_path", _TOLD, "i"),
         _entry("miss_tick", _TOLD, "ioiiiii"),
         _entry("detect", _DETECTION, "iioooooo"),
         _entry("tell_detector", _DETECTION, "iii"),
@@ -158,3 +159,12 @@ WATCHING: Final = tuple(
     replace(entry, caller="c") for entry in (_entry("watch", _DETECTION, "iiii"), ENTRIES["tell_detector"])
 )
 """The ways in to a detector from C, for libraries that are built with it."""
+
+FOLLOWING: Final = tuple(
+    replace(entry, caller="c")
+    for entry in (
+        _entry("deployed_follow", "ftqp.kernel.ticks.deployed_follow", "i" * 10),
+        ENTRIES["begin_path"],
+    )
+)
+"""The ways in along a path from C, for libraries that are built with one."""

@@ -12,7 +12,7 @@ from ftqp.kernel.compiled.taking import take
 from ftqp.kernel.feedback.late_loop import miss
 from ftqp.kernel.jit import carray, pointer
 from ftqp.kernel.layout.enums import NOT_READ, TARGET_SIZE
-from ftqp.kernel.layout.record import arm_dtype, record_dtype
+from ftqp.kernel.layout.record import arm_dtype, path_dtype, record_dtype
 from ftqp.kernel.layout.thresholds import MOST_ROWS
 from ftqp.kernel.layout.told_memory import FAULT, LOAD, RESERVE, given_dtype
 from ftqp.kernel.told.believed import begin_to_believe
@@ -20,6 +20,7 @@ from ftqp.kernel.told.believed import believe as believe_fault
 from ftqp.kernel.told.giving_up import give_up as give_rows_up
 from ftqp.kernel.told.load import carry as carry_load
 from ftqp.kernel.told.load import load as load_arm
+from ftqp.kernel.told.path_start import begin as begin_at_start
 from ftqp.kernel.told.reserve import count_on as count_on_reserve
 from ftqp.kernel.told.reserve import reserve, sample
 from ftqp.kernel.told.starting import start as start_anew
@@ -165,6 +166,17 @@ def carry(capacity: int) -> Callable[..., int]:
         return 0
 
     return carry
+
+
+def begin_path(capacity: int) -> Callable[..., int]:
+    """A path that is followed by its progress begins anew."""
+    dtype = path_dtype(capacity)
+
+    def begin_path(path_at: int) -> int:
+        begin_at_start(carray(pointer(path_at), 1, dtype)[0])
+        return 0
+
+    return begin_path
 
 
 def give_up(capacity: int) -> Callable[..., int]:

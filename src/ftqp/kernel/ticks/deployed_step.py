@@ -23,7 +23,7 @@ FLOAT = np.dtype(np.float64)
 
 
 @jit
-def _tick(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any) -> int:
+def tick_as_told(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any) -> int:
     """The tick of the planner as it is told now, and what is given up after it."""
     code = accept_numbers(K, q, v, target)
     if code < 0:
@@ -76,10 +76,10 @@ def deployed_step(capacity: int) -> Callable[..., int]:
             rest = carray(pointer(work_at + 8 * (TARGET_SIZE + n)), (n,), FLOAT)
             for k in range(min(ticks, MOST_TICKS) - 1):
                 miss(K, target, min(ticks, MOST_TICKS) - 1 - k, expected, then)
-                code = _tick(K, G, F, expected, rest, then)
+                code = tick_as_told(K, G, F, expected, rest, then)
                 K.state.unusable = ALL_USABLE
                 if code < 0:
                     return code
-        return _tick(K, G, F, q, v, target)
+        return tick_as_told(K, G, F, q, v, target)
 
     return deployed_step

@@ -13,7 +13,7 @@
 #define LINE(bytes) (((bytes) + 63u) & ~(uint64_t)63u)
 #define AT(pointer) ((int64_t)(uintptr_t)(pointer))
 
-enum { KERNEL_LOCKED = 1, KERNEL_SWINGS = 2, KERNEL_WORKS = 0, PARTS = 4, WORDS_OF_RUN = 2, NUMBERS = 29 };
+enum { KERNEL_LOCKED = 1, KERNEL_SWINGS = 2, KERNEL_WORKS = 0, PARTS = 6, WORDS_OF_RUN = 2, NUMBERS = 29 };
 
 _Static_assert(sizeof(ftqp_fault) == SIZE_OF_FAULT, "ftqp_fault is laid out as the kernel's");
 _Static_assert(sizeof(ftqp_load) == SIZE_OF_LOAD, "ftqp_load is laid out as the kernel's");
@@ -38,24 +38,29 @@ int64_t KERNEL(tell_detector)(int64_t, int64_t, int64_t);
 _Static_assert(FTQP_FOUND_SENSOR_DROPPED == FOUND_SENSOR_DROPPED && FTQP_FOUND_LOCKED == FOUND_LOCKED, "as the kernel's");
 #endif
 
+#ifdef FTQP_WITH_PATH
+int64_t KERNEL(deployed_follow)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(begin_path)(int64_t);
+#endif
+
 /* What a file begins with; numbers are little-endian, as on every processor that is built for. */
 typedef struct Head {
     char magic[8];
     uint32_t format, size;
     char kernel[24];
     uint32_t joints, samples;
-    uint64_t record, given, arm, detector, runs, bytes, checksum;
+    uint64_t record, given, arm, detector, path, table, runs, bytes, checksum;
 } Head;
 
 /* What a planner begins with; behind it lie, each from a line of the cache on, the parts below. */
 struct ftqp {
     uint64_t open;
     int32_t joints, samples, status, unused;
-    uint64_t record, given, arm, detector, sight, free, rows, faults, work, bytes;
+    uint64_t record, given, arm, detector, sight, path, table, table_bytes, free, rows, faults, work, bytes;
     double shares[2];
 };
 
-_Static_assert(sizeof(Head) == 104, "the head of a file has no gaps");
+_Static_assert(sizeof(Head) == 120, "the head of a file has no gaps");
 
 static void *part(const ftqp *p, uint64_t offset) { return (char *)(uintptr_t)p + offset; }
 
@@ -93,6 +98,11 @@ static int read_head(const void *file, size_t bytes, Head *head) {
     if (head->record != SIZE_OF_RECORD || head->given != SIZE_OF_GIVEN || head->arm != SIZE_OF_ARM)
         return FTQP_DAMAGED;
     if (head->detector != 0 && head->detector != SIZE_OF_DETECTOR) return FTQP_DAMAGED;
+    if (head->path != 0 && (head->path != SIZE_OF_PATH || !head->table)) return FTQP_DAMAGED;
+    if (head->table % SIZE_OF_INTERVAL || head->table > bytes || (head->table && !head->path)) return FTQP_DAMAGED;
+#ifndef FTQP_WITH_PATH
+    if (head->path != 0) return FTQP_UNSUPPORTED;
+#endif
 #ifndef FTQP_WITH_DETECTOR
     if (head->detector != 0) return FTQP_UNSUPPORTED;
 #endif
@@ -109,7 +119,10 @@ static void arrange(ftqp *p, const Head *head) {
     p->arm = p->given + LINE(SIZE_OF_GIVEN);
     p->detector = p->arm + LINE(SIZE_OF_ARM);
     p->sight = p->detector + LINE(head->detector);
-    p->free = p->sight + (head->detector ? LINE(SIZE_OF_ARM) : 0);
+    p->path = p->sight + (head->detector ? LINE(SIZE_OF_ARM) : 0);
+    p->table = p->path + LINE(head->path);
+    p->table_bytes = head->table;
+    p->free = p->table + LINE(head->table);
     p->rows = p->free + LINE(SIZE_OF_FREE);
     p->faults = p->rows + LINE(head->samples * n * (n + 3) * number);
     p->work = p->faults + LINE(n * sizeof(ftqp_fault));
@@ -130,8 +143,8 @@ int ftqp_size(const void *file, size_t bytes, size_t *need) {
 
 /* Fill record, given and arm from the runs of a file that are not zero, then the states of the samples. */
 static int fill(ftqp *p, const unsigned char *file, const Head *head) {
-    const uint64_t begins[PARTS] = {p->record, p->given, p->arm, p->detector};
-    const uint64_t sizes[PARTS] = {SIZE_OF_RECORD, SIZE_OF_GIVEN, SIZE_OF_ARM, head->detector};
+    const uint64_t begins[PARTS] = {p->record, p->given, p->arm, p->detector, p->path, p->table};
+    const uint64_t sizes[PARTS] = {SIZE_OF_RECORD, SIZE_OF_GIVEN, SIZE_OF_ARM, head->detector, head->path, head->table};
     const unsigned char *at = file + sizeof *head, *end = file + head->bytes;
     for (uint64_t run = 0; run < head->runs; run++) {
         uint64_t words[WORDS_OF_RUN];
@@ -203,6 +216,7 @@ int ftqp_reset(ftqp *p, const double *q, const double *v) {
     const double *rest = (const double *)part(p, p->work) + NUMBERS + p->joints;
     p->status = FTQP_NOT_RESET;
     tell(p, -1, TOLD_ANEW);
+    if (p->table_bytes) ftqp_begin(p);
     return (int)KERNEL(start)(AT(part(p, p->record)), AT(part(p, p->given)), AT(q), AT(v == NULL ? rest : v));
 }
 
@@ -327,8 +341,45 @@ int ftqp_resume(ftqp *p) {
 
 int ftqp_speed(ftqp *p, double share) {
     const int code = is_open(p);
-    (void)share;
-    return code ? code : FTQP_UNSUPPORTED;
+    if (code) return code;
+    if (!p->table_bytes) return FTQP_UNSUPPORTED;
+    if (!(share > 0.0 && share <= 1.0)) return FTQP_BAD_SPEED;
+    *field(p, FEEDBACK_SPEED) = share;
+    return 0;
+}
+
+int ftqp_follow(ftqp *p, const double *q, const double *v, int ticks) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (!p->table_bytes) return FTQP_UNSUPPORTED;
+    if (q == NULL) return FTQP_NULL;
+    if (ticks < 1) return FTQP_BAD_TICKS;
+#ifdef FTQP_WITH_PATH
+    const double *rest = (const double *)part(p, p->work) + NUMBERS + p->joints;
+    const int64_t status = KERNEL(deployed_follow)(
+        AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->free)), AT(part(p, p->path)), AT(part(p, p->table)),
+        (int64_t)(p->table_bytes / SIZE_OF_INTERVAL), AT(q), AT(v == NULL ? rest : v), ticks, AT(part(p, p->work)));
+    if (status >= 0) p->status = (int32_t)status;
+    return (int)status;
+#else
+    (void)v;
+    return FTQP_UNSUPPORTED;
+#endif
+}
+
+double ftqp_progress(const ftqp *p) {
+    if (is_open(p) || !p->table_bytes) return (double)NAN;
+    return *(const double *)part(p, p->path + PATH_PROGRESS);
+}
+
+int ftqp_begin(ftqp *p) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (!p->table_bytes) return FTQP_UNSUPPORTED;
+#ifdef FTQP_WITH_PATH
+    KERNEL(begin_path)(AT(part(p, p->path)));
+#endif
+    return 0;
 }
 
 /* Whether a rigid body can have the inertia: symmetric, no principal moment below 0 or above the sum of the others.
@@ -470,6 +521,7 @@ const char *ftqp_status_name(int status) {
         case FTQP_BAD_LOAD: return "no rigid body has that mass and inertia";
         case FTQP_BAD_TICKS: return "ticks is below 1, expected how many periods the last step is ago";
         case FTQP_NOT_FINITE: return "the start is not finite";
+        case FTQP_BAD_SPEED: return "the speed is not in (0, 1], a share of the path's own";
         case FTQP_UNSUPPORTED: return "this build, or this arm, does not have that; see bill.json";
         case FTQP_INTERNAL: return "compiled code has failed, which is a defect of ftqp; please report it";
         default: return "no status of ftqp";

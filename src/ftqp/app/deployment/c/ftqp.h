@@ -56,6 +56,7 @@ enum {
     FTQP_BAD_LOAD = -31,   /* no rigid body has that mass and inertia */
     FTQP_BAD_TICKS = -32,  /* ticks is below 1 */
     FTQP_NOT_FINITE = -33, /* a start that is not finite */
+    FTQP_BAD_SPEED = -35,  /* a speed is not in (0, 1] */
     FTQP_UNSUPPORTED = -34, /* this build or this arm does not have it */
     FTQP_INTERNAL = -999   /* a defect of ftqp */
 };
@@ -128,6 +129,16 @@ int ftqp_reset(ftqp *p, const double *q, const double *v);
    on time; ticks that were missed are made up for, so that the command keeps every limit over the gap. */
 int ftqp_step(ftqp *p, const double *q, const double *v, const ftqp_target *target, int ticks);
 
+/* The same along the path of the file, in builds with one: it is gone only as fast as the arm can follow. */
+int ftqp_follow(ftqp *p, const double *q, const double *v, int ticks);
+
+/* How far along its path the arm is, in the path's own time [s]; its end, where it stays, is FTQP_ARM_PATH_DURATION of
+   arm.h. NaN in builds without a path. */
+double ftqp_progress(const ftqp *p);
+
+/* Begin the path anew, where the arm stands at its begin; ftqp_reset does it, too. */
+int ftqp_begin(ftqp *p);
+
 /* Believe a fault from the next step on; it takes the place of another one of the same joint. */
 int ftqp_report(ftqp *p, const ftqp_fault *fault);
 
@@ -140,7 +151,7 @@ int ftqp_stop(ftqp *p);
 /* Go on from where the arm is: 1, or 0 while a lost sensor or the arm's brake forbids it, which needs ftqp_reset. */
 int ftqp_resume(ftqp *p);
 
-/* How fast a path is led, in (0, 1]: FTQP_UNSUPPORTED in builds whose targets are given by your own clock. */
+/* How fast the path is led, in (0, 1] of its own speed; FTQP_UNSUPPORTED in builds without one. */
 int ftqp_speed(ftqp *p, double share);
 
 /* Count on a load at the tip from the next step on, or on none, NULL. It takes a millisecond: call it at rest. */

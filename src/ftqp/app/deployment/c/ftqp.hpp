@@ -75,6 +75,12 @@ public:
         return status(ftqp_step(get(), data(q), data(v), &target, ticks));
     }
 
+    // The same along the path of the file.
+    template <class Q> Status follow(const Q &q, int ticks = 1) { return status(ftqp_follow(get(), data(q), nullptr, ticks)); }
+    void begin() { check(ftqp_begin(get())); }
+    void speed(double share) { check(ftqp_speed(get(), share)); }
+    double progress() const noexcept { return ftqp_progress(get()); }
+
     void report(const ftqp_fault &fault) { check(ftqp_report(get(), &fault)); }
     void withdraw(int joint) { check(ftqp_withdraw(get(), joint)); }
     void stop() { check(ftqp_stop(get())); }

@@ -84,6 +84,11 @@ export class Planner {
   // Go on from the state of another planner of the same file.
   take(other) { this.#bytes().set(other.#bytes()); }
 
+  // The command for the next period along the path of the file, in a build with one.
+  follow(q, { ticks = 1, v = null } = {}) { return this.#check(this.c.ftqp_follow(this.p, this.#numbers(this.qAt, q), v ? this.#numbers(this.vAt, v) : 0, ticks)); }
+  begin() { this.#check(this.c.ftqp_begin(this.p)); }
+  get progress() { return this.c.ftqp_progress(this.p); }
+
   // After each step, in a build with a detector: 0 quiet, 1 a suspicion, 2 a finding.
   watch(tau = null) { return this.#check(this.c.ftqp_watch(this.p, tau ? this.#numbers(this.vAt, tau) : 0)); }
 
