@@ -227,6 +227,16 @@ def library(target, folder, *, small=False):
     return folder
 
 
+def whole_library(folder):
+    """Build a library with all that it can have: the folder that ``ftqp build`` writes."""
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(robot, task=ftqp.Task(mode="scaled"), detector=ftqp.Detector())
+    path = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.1, duration=2.0)
+    named = {"planner": planner, "name": "panda", "target": "host", "cpu": None, "embed": False}
+    build_folder(Wanted(**named, folder=folder, detects=True, path=path))
+    return folder
+
+
 def zig(*arguments):
     """Run zig."""
     subprocess.run([sys.executable, "-m", "ziglang", *map(str, arguments)], check=True)
@@ -342,14 +352,15 @@ def compare(target, episodes, seed=0, folder=None, *, small=False):
         return equal, near, worst, who, as_rounding, others
 
 
-def fuzz(files, seed=0, folder=None):
+def fuzz(files, seed=0):
     """Changed files and calls in any order, under the sanitizers: what the program printed."""
     with tempfile.TemporaryDirectory() as own:
-        folder = library("host", Path(own) / "built") if folder is None else folder
+        folder = whole_library(Path(own) / "built")
         (Path(own) / "layout.h").write_text(layout_header(), encoding="utf-8")
         program = Path(own) / "fuzzed"
         checked = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-O1", "-g"]
         strict = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic"]
+        strict += ["-DFTQP_WITH_DETECTOR", "-DFTQP_WITH_PATH"]
         subprocess.run(
             ["gcc", *strict, *checked, f"-I{TEXTS}", f"-I{own}", HERE / "fuzzed.c", TEXTS / "ftqp.c",
              folder / "lib" / "libftqp.a", "-lm", "-o", program], check=True,

@@ -19,6 +19,8 @@ from ftqp.kernel.layout.path_table import COLUMNS
 from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, path_dtype, record_dtype
 from ftqp.kernel.layout.told_memory import FAULT, LOAD, given_dtype
 
+CHAIN = ("n", "floating", "tip_joint", "parent")
+"""Fields of a chain by which memory is addressed, for files whose contents make no sense."""
 FIELDS = (
     "chain.n", "chain.floating", "chain.has_inertia", "feedback.q_sent", "feedback.v_sent",
     "feedback.tau_sent", "feedback.kind", "state.a_command", "state.tau", "kinematics.has_dynamics",
@@ -77,6 +79,8 @@ def layout_header(capacity: int = CAPACITIES[0]) -> str:
         "SIZE_OF_DETECTOR": detector.itemsize,
         "SIZE_OF_CHAIN": arm["chain"].itemsize,
         "ARM_CHAIN": offset(arm, "chain"),
+        "RECORD_CHAIN": offset(record, "chain"),
+        **{f"IN_CHAIN_{name.upper()}": offset(arm["chain"], name) for name in CHAIN},
         **{f"TOLD_{told.name}": int(told) for told in ToldDetector},
         **{f"FOUND_{kind.name}": int(kind) for kind in FaultKind},
         "SIZE_OF_PATH": path.itemsize,

@@ -177,6 +177,17 @@ static void tell(ftqp *p, int joint, int64_t what) {
 #endif
 }
 
+/* Whether a chain has so many joints, each of which hangs on an earlier one. */
+static int is_chain(const ftqp *p, uint64_t at) {
+    const int64_t n = p->joints, tip = whole(p, at, IN_CHAIN_TIP_JOINT), floating = whole(p, at, IN_CHAIN_FLOATING);
+    if (whole(p, at, IN_CHAIN_N) != n || tip < 0 || tip >= n || floating < 0 || floating > n) return 0;
+    for (int64_t i = 0; i < n; i++) {
+        const int64_t parent = whole(p, at, IN_CHAIN_PARENT + 8 * (uint64_t)i);
+        if (parent < -1 || parent >= i) return 0;
+    }
+    return 1;
+}
+
 int ftqp_open(ftqp *p, const void *file, size_t bytes) {
     Head head;
     if (p == NULL) return FTQP_NULL;
@@ -188,8 +199,8 @@ int ftqp_open(ftqp *p, const void *file, size_t bytes) {
     memset(part(p, p->record), 0, (size_t)(p->bytes - p->record));
     code = fill(p, file, &head);
     if (code) return code;
-    if (whole(p, p->record, CHAIN_N) != p->joints || whole(p, p->given, GIVEN_SAMPLES) != p->samples)
-        return FTQP_DAMAGED;
+    if (!is_chain(p, p->record + RECORD_CHAIN) || !is_chain(p, p->arm + ARM_CHAIN)) return FTQP_DAMAGED;
+    if (whole(p, p->given, GIVEN_SAMPLES) != p->samples) return FTQP_DAMAGED;
     ftqp_fault *faults = part(p, p->faults);
     for (int i = 0; i < p->joints; i++) {
         faults[i] = ftqp_fault_of(i, KERNEL_WORKS);
