@@ -14,6 +14,7 @@ from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model import catalog
 from ftqp.model.chain import frame_id
 from ftqp.model.embodied import volume_ratios
+from ftqp.model.followers import coupled_columns
 from ftqp.model.limits import RISE_TIME
 from ftqp.model.placed_frames import joint_of_frames
 from ftqp.model.posture import NEAR_SINGULAR, gravity_torques, least_singular_value, scaled_jacobian
@@ -84,14 +85,15 @@ def facts(robot: Robot, source: str) -> dict[str, Any]:
     configuration = robot.configuration(q)
     data, frame = model.createData(), frame_id(model, robot.tip)
     J = scaled_jacobian(model, data, frame, configuration, robot.default_rows, robot.length)
+    J = coupled_columns(robot.chain, J)
     tau = (
-        np.abs(gravity_torques(model, data, configuration))
+        np.abs(coupled_columns(robot.chain, gravity_torques(model, data, configuration)))
         if robot.has_inertia
         else np.full(robot.nv, np.nan)
     )
     share = tau / robot.limits.tau_max
     reserve = (
-        acceleration_by_torque(model, robot.continuous, robot.limits)
+        acceleration_by_torque(model, robot.chain, robot.limits)
         if robot.has_inertia
         else np.full(robot.nv, np.nan)
     )

@@ -275,9 +275,11 @@ def _write(one: RunningTask, robot: Robot) -> None:
                 terms.q_goal[at, :n] = array(f"target of {task.label}", task.target, (n,), "(nv,)")
         case JointTask():
             for joint, where in task.joints.items():
-                i = robot.joint(joint)
+                place = array(f"{joint} of {task.label}", [where], (1,), "a number")[0]
+                m = robot.joint(joint)
+                i = robot.chain.lead[m]  # where its leader has to be for it
                 terms.share[at, i] = 1.0
-                terms.q_goal[at, i] = array(f"{joint} of {task.label}", [where], (1,), "a number")[0]
+                terms.q_goal[at, i] = (place - robot.chain.offset[m]) / robot.chain.ratio[m]
         case LeastSquares():
             terms.m[at] = task.rows
         case _:

@@ -9,6 +9,7 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.arm.mimicry import mimic, mimic_places
 from ftqp.kernel.feedback.observer import feel
 from ftqp.kernel.feedback.reference import place_of
 from ftqp.kernel.feedback.samples import ROOM, SIGMAS, SPEED_SHARE
@@ -192,6 +193,10 @@ def _brake(K: Any) -> None:
         feedback.q_sent[i], feedback.v_sent[i] = place_of(limits, gate, i, sent), after
         K.task.slack[i % 6] = K.qp.z_box[i] = 0.0
         feedback.q_now[i], feedback.v_now[i] = q, v
+    if K.chain.mimics:
+        mimic_places(K.chain, state.q_command)
+        mimic(K.chain, state.v_command)
+        mimic(K.chain, state.a_command)
     K.kinematics.has_dynamics = 0
     if feedback.kind == TORQUE_DRIVE:
         feel(K)
@@ -230,6 +235,9 @@ def pass_gate(K: Any) -> bool:
         if outcome == OK or outcome == RELAXED or outcome == SCALED:
             K.cascade.outcome = INVALID_INPUT
     _send_to_held(K)
+    if K.chain.mimics:
+        mimic_places(K.chain, feedback.q_sent)
+        mimic(K.chain, feedback.v_sent)
     limits, place = K.limits, K.scratch.joints
     for k in range(K.faults.working, K.faults.movable):  # where it may be sent once its motor works again
         i = K.faults.order[k]

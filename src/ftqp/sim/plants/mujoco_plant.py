@@ -74,6 +74,7 @@ class MujocoPlant(Plant):
     ) -> None:
         instance("robot", robot, Robot, "an ftqp.Robot, for example planner.robot")
         robot.refuse_floating("plant 'mujoco', whose motors would hold it, needs")
+        robot.refuse_followers("plant 'mujoco' needs")
         if not robot.has_inertia:
             raise InputError(
                 f"{robot.name} has no inertia, so torques do not move it; give the model its masses or take "
