@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from ftqp.app.campaign.judged_scenario import broken_laws
 from tests.telescope import telescope
+
+from ftqp.app.campaign.judged_scenario import broken_laws
 
 SCENARIO = """
 [robot]

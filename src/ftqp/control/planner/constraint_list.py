@@ -7,12 +7,13 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.planner.filled_rows import resting, tried
+from ftqp.control.planner.filled_rows import Pace, resting, tried
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.control.planner.step_parts import Reference
 from ftqp.control.task.keep import CONE, Keep, Side
 from ftqp.control.task.linear_rows import Rows
 from ftqp.control.task.torque_limits import TorqueLimits
+from ftqp.core.clock import now
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import KEEP, KEEPS, OWN_ROW, OWN_ROWS, Asked
@@ -126,7 +127,7 @@ class Constraints(Mapping[str, Kept]):
     def __init__(
         self, session: Session, robot: Robot, constraints: Sequence[Constraint], stop: Callable[[], object]
     ) -> None:
-        self._room, self._stop = session.K.keeps, stop
+        self._room, self._stop, self._pace = session.K.keeps, stop, Pace(float(session.K.state.dt))
         self._given: dict[str, Constraint] = {one.label: one for one in constraints}
         self._own, self._failed = own_of(constraints), dict.fromkeys(self._given, "")
         places = (("state", name) for name in ("q_command", "v_command", "a_command"))
@@ -165,11 +166,13 @@ class Constraints(Mapping[str, Kept]):
         """Ask the user's functions for their rows; one that fails has none in this tick and stops the arm."""
         for one, (C, l, u) in zip(self._own, self._rows, strict=True):
             C[:], l[:], u[:] = 0.0, -np.inf, np.inf
+            began = now()
             try:
                 why = tried(one.fill, self._seen, C, l, u)
             except BaseException:
                 C[:], l[:], u[:] = 0.0, -np.inf, np.inf
                 raise
+            self._pace.look(f"constraint {one.label}", began)
             if why:
                 C[:], l[:], u[:] = 0.0, -np.inf, np.inf
                 if not self._failed[one.label]:

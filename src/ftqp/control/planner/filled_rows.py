@@ -9,6 +9,7 @@ import numpy as np
 from ftqp.control.planner.step_parts import Reference
 from ftqp.control.task.soft_tasks import LeastSquares
 from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.clock import now
 from ftqp.core.errors import InputError
 
 _LOG = logging.getLogger("ftqp")
@@ -24,6 +25,36 @@ class _Own(NamedTuple):
 
 
 @final
+class Pace:
+    """Tells once of each function that takes longer than a tick, for the loop is late then.
+
+    Args:
+        dt: The sampling period [s].
+    """
+
+    __slots__ = ("_dt", "_told")
+
+    def __init__(self, dt: float) -> None:
+        self._dt, self._told = dt, set[str]()
+
+    def look(self, name: str, began: int) -> None:
+        """Look at how long a function took.
+
+        Args:
+            name: What it fills in.
+            began: When it was called [ns].
+        """
+        took = 1e-9 * (now() - began)
+        if took > self._dt and name not in self._told:
+            self._told.add(name)
+            _LOG.warning(
+                "fill of %s took %.3g ms of a tick of %.3g ms, so that the loop is late; make it quicker, "
+                "dt longer, or say step(..., ticks=) how many have passed; this is told once",
+                name, 1e3 * took, 1e3 * self._dt,
+            )  # fmt: skip
+
+
+@final
 class OwnRows:
     """Asks the user's functions for their rows; one that fails leaves its task out of that tick.
 
@@ -32,6 +63,7 @@ class OwnRows:
         tasks: Place, name and task of each.
         neutral: The posture at which each is tried, (nv,) [rad or m].
         seen: The state that they are shown in every tick.
+        dt: The sampling period [s].
 
     Attributes:
         failed: Why a task was left out of the last tick, by name; none where all were good.
@@ -40,12 +72,17 @@ class OwnRows:
         InputError: A function raises, gives no numbers, or returns something, at the neutral posture at rest.
     """
 
-    __slots__ = ("_all", "_seen", "_warned", "failed")
+    __slots__ = ("_all", "_pace", "_seen", "_warned", "failed")
 
     def __init__(
-        self, terms: Any, tasks: Sequence[tuple[int, str, LeastSquares]], neutral: FloatArray, seen: Reference
+        self,
+        terms: Any,
+        tasks: Sequence[tuple[int, str, LeastSquares]],
+        neutral: FloatArray,
+        seen: Reference,
+        dt: float,
     ) -> None:
-        n, self._seen = len(neutral), seen
+        n, self._seen, self._pace = len(neutral), seen, Pace(dt)
         self.failed: dict[str, str] = {}
         self._warned: set[str] = set()
         still = resting(neutral)
@@ -65,11 +102,13 @@ class OwnRows:
         """Fill in all rows, those of a function that fails with zeros. Ctrl-C goes through."""
         for name, task, J, b in self._all:
             J[:] = b[:] = 0.0
+            began = now()
             try:
                 why = tried(task.fill, self._seen, J, b)
             except BaseException:
                 J[:] = b[:] = 0.0
                 raise
+            self._pace.look(name, began)
             if why:
                 J[:] = b[:] = 0.0
                 self.failed[name] = f"fill {why}, so that {name} was left out of the tick"

@@ -27,8 +27,8 @@ WHICH = "a frame, link or joint of the robot's model"
 Matrix = tuple[tuple[float, ...], ...] | None
 SETS = {"pose": 0b111111, "position": 0b000111, "orientation": 0b111000}
 """Rows by the word for them, a bit for each of x, y, z, rx, ry, rz."""
-FIRST, LAST = 0, 2
-"""The levels of further tasks; that of the tip's is 1."""
+FIRST, TIPS, LAST = 0, 1, 2
+"""The levels of further tasks, and between them that of the tip's."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,10 +59,13 @@ class SoftTask:
     name: str | None = setting(None, "what it is called; after its frame or kind if absent")
     code: ClassVar[int]
     can_go_first: ClassVar[bool] = True
+    can_be_of_tip: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        if isinstance(self.level, bool) or self.level not in (FIRST, LAST):
-            more = "; level 1 is that of the tip's task, ftqp.Task" if self.level == 1 else ""
+        if self.level == TIPS and self.can_be_of_tip and not isinstance(self.level, bool):
+            pass  # whether it is of the tip a planner knows
+        elif isinstance(self.level, bool) or self.level not in (FIRST, LAST):
+            more = "; level 1 is that of the tip's task" if self.level == TIPS else ""
             raise InputError(f"level of {self.label} is {self.level!r:.60}, expected 0 or 2{more}")
         if self.level == FIRST and not self.can_go_first:
             raise InputError(
@@ -137,6 +140,7 @@ class PoseTask(SoftTask):
     )
     target: Any = setting(None, "its pose; the one that it starts with if absent", of=Matrix, kw_only=True)
     code: ClassVar[int] = FRAME
+    can_be_of_tip: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         SoftTask.__post_init__(self)
@@ -211,6 +215,7 @@ class PositionTask(SoftTask):
     )
     point: Any = setting((0.0, 0.0, 0.0), "another point of the frame", of=Three, unit="m", kw_only=True)
     code: ClassVar[int] = FRAME
+    can_be_of_tip: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         SoftTask.__post_init__(self)
