@@ -19,6 +19,7 @@ from ftqp.control.following.path_follower import PathStatus as PathStatus
 from ftqp.control.following.stall import StallEscape as StallEscape
 from ftqp.control.following.target_follower import TargetFollower as TargetFollower
 from ftqp.control.following.target_follower import TargetStatus as TargetStatus
+from ftqp.control.following.task_paths import TaskPaths as TaskPaths
 from ftqp.control.inverse_kinematics.posture_search import Posture as Posture
 from ftqp.control.inverse_kinematics.postures import Postures as Postures
 from ftqp.control.inverse_kinematics.postures import postures as postures

@@ -158,6 +158,8 @@ class RunningTask:
             case AxisTask() if self.given.along is not None:
                 along: FloatArray = direction(what, value)
                 return along
+            case PositionTask() if isinstance(value, Target | Targets):
+                return _moving_place(value)
             case _:
                 value = getattr(value, "position", value)
                 return array(what, value, (3,), "(3,)")
@@ -169,7 +171,10 @@ class RunningTask:
             terms.q_goal[at, : self._nv] = value
         elif isinstance(self.given, PoseTask | RelativeTask):
             self._write_pose(value)
-        else:
+        elif value.shape == (9,):
+            goal, _, rate, ahead = self._goal
+            goal[:], rate[:3], ahead[:3] = value[:3], value[3:6], value[6:]
+        elif value.size:
             terms.goal[at] = value
 
     def _write_pose(self, value: FloatArray) -> None:
@@ -222,6 +227,13 @@ def _moving_pose(what: str, value: Any, turns: bool) -> FloatArray:
     if turns and row[TARGET_HAS_ROTATION] <= 0.0:
         raise InputError(f"{what} has no rotation, expected ftqp.Target(pose=...)")
     return row if isfinite(row.sum()) else NOTHING
+
+
+def _moving_place(value: Target | Targets) -> FloatArray:
+    """A place, its velocity and its acceleration, (9,), of a target; nothing of one that is not finite."""
+    row: FloatArray = value.packed if value.packed.ndim == 1 else value.packed[value.row]
+    place = np.concatenate([row[[3, 7, 11]], row[16:19], row[22:25]])
+    return place if isfinite(place.sum()) else NOTHING
 
 
 def _mounts(terms: Any, at: int, task: SoftTask, robot: Robot) -> tuple[FloatArray, FloatArray]:
