@@ -57,12 +57,14 @@ from ftqp.control.task.directional_damping import DirectionalDamping as Directio
 from ftqp.control.task.emergency import EmergencyStop as EmergencyStop
 from ftqp.control.task.keep import Keep as Keep
 from ftqp.control.task.linear_rows import Rows as Rows
+from ftqp.control.task.own_constraint import OwnConstraint as OwnConstraint
+from ftqp.control.task.own_task import LeastSquares as LeastSquares
+from ftqp.control.task.own_task import OwnTask as OwnTask
 from ftqp.control.task.resolvers import Damping as Damping
 from ftqp.control.task.scheme import Scheme as Scheme
 from ftqp.control.task.soft_tasks import AxisTask as AxisTask
 from ftqp.control.task.soft_tasks import CentreOfMass as CentreOfMass
 from ftqp.control.task.soft_tasks import JointTask as JointTask
-from ftqp.control.task.soft_tasks import LeastSquares as LeastSquares
 from ftqp.control.task.soft_tasks import PoseTask as PoseTask
 from ftqp.control.task.soft_tasks import PositionTask as PositionTask
 from ftqp.control.task.soft_tasks import PostureTask as PostureTask

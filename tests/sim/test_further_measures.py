@@ -192,7 +192,9 @@ def test_log_on_file_round_trips_and_exports_them(tmp_path):
     assert tool["frame"] == TIP and wall["joint"] == ELBOW and wall["normal"] == [0.0, -1.0, 0.0]
     np.testing.assert_allclose(tool["at_zero"], PANDA.pose(np.zeros(7))[:3, 3], atol=1e-12)
     facts = summary(log)
-    assert done.summary == facts
+    for one in (said := dict(done.summary)), facts:  # rounding of sums depends on where arrays lie
+        one["rms_position_error"] = round(one["rms_position_error"], 12)
+    assert said == facts
     json.dumps(facts, allow_nan=False)
     assert facts["tasks"]["elbow"]["max_error"] == log["task_error.elbow"].max()
     assert facts["tasks"]["elbow"]["final_error"] == log["task_error.elbow"][-1]

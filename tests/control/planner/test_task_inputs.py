@@ -142,7 +142,7 @@ def test_a_function_that_takes_longer_than_a_tick_is_told_of_once(caplog):
     own = ftqp.LeastSquares(1, fill, name="own")
     planner, home = planner_of(own, constraints=[ftqp.Rows(1, rows, name="mine")])
     with caplog.at_level(logging.WARNING, "ftqp"):
-        for _ in range(3):
+        for _ in range(8):
             planner.step(BODY.neutral, None, {LEFT: home})
     slow = [r.getMessage() for r in caplog.records if "so that the loop is late" in r.getMessage()]
     assert len(slow) == 2 and "fill of own took" in slow[0] + slow[1]

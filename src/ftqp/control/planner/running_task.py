@@ -6,13 +6,13 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.planner.target import Target, Targets
+from ftqp.control.task.own_task import OwnTask
 from ftqp.control.task.soft_tasks import (
     AXES,
     LAST,
     AxisTask,
     CentreOfMass,
     JointTask,
-    LeastSquares,
     PoseTask,
     PositionTask,
     PostureTask,
@@ -42,8 +42,8 @@ def rows_of(task: SoftTask) -> int:
             return sum(1 << AXES.index(row) for row in task.rows)
         case AxisTask():
             return 0b111 if task.level == LAST else 0b11  # as equations those across the axis
-        case LeastSquares():
-            return (1 << task.rows) - 1
+        case OwnTask():
+            return (1 << task.count) - 1
         case _:
             return 0
 
@@ -147,7 +147,7 @@ class RunningTask:
         """
         what = f"target of {self.name}"
         match self.given:
-            case LeastSquares():
+            case OwnTask():
                 raise InputError(f"{self.name} has no target: its own function says what is asked")
             case JointTask() | PostureTask():
                 return array(what, value, (self._nv,), "(nv,)")
@@ -292,7 +292,7 @@ def _write(one: RunningTask, robot: Robot) -> None:
                 i = robot.chain.lead[m]  # where its leader has to be for it
                 terms.share[at, i] = 1.0
                 terms.q_goal[at, i] = (place - robot.chain.offset[m]) / robot.chain.ratio[m]
-        case LeastSquares():
-            terms.m[at] = task.rows
+        case OwnTask():
+            terms.m[at] = task.count
         case _:
             raise InputError(f"{type(task).__name__} is no kind of task that a planner knows")

@@ -13,12 +13,12 @@ from ftqp.control.planner.step_parts import Named, Reference
 from ftqp.control.planner.surroundings import Surroundings
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.wanted import Start, Wanted
+from ftqp.control.task.own_task import OwnTask
 from ftqp.control.task.soft_tasks import (
     FIRST,
     TIPS,
     AxisTask,
     CentreOfMass,
-    LeastSquares,
     PoseTask,
     PositionTask,
     RelativeTask,
@@ -181,8 +181,8 @@ class TaskList(Mapping[str, RunningTask]):
         self._by_name = MappingProxyType(found)
         places = (("state", name) for name in ("q_command", "v_command", "a_command"))
         seen = Reference(*(session.view(*place)[: robot.nv] for place in places))
-        own = [(at, one.label, one) for at, one in enumerate(tasks) if isinstance(one, LeastSquares)]
-        self._own = OwnRows(terms, own, robot.neutral, seen, dt) if own else None
+        own = [(at, one.label, one) for at, one in enumerate(tasks) if isinstance(one, OwnTask)]
+        self._own = OwnRows(terms, own, robot, seen, dt) if own else None
 
     @property
     def stage(self) -> Stage:

@@ -1,6 +1,6 @@
 """Further tasks: what other frames, axes and joints of the arm should do, before or after the tip's task."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any, ClassVar
@@ -12,9 +12,8 @@ from ftqp.core.checks import array, frozen
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.pose import pose
 from ftqp.core.setting import REQUIRED, setting
-from ftqp.kernel.layout.enums import TASK_ROWS
 from ftqp.kernel.layout.rows import COMPONENTS
-from ftqp.kernel.layout.terms_room import AXIS, FRAME, JOINT_PLACES, MASS, OWN
+from ftqp.kernel.layout.terms_room import AXIS, FRAME, JOINT_PLACES, MASS
 
 AXES = "xyz"
 GENTLE = {"acceleration": 4.0, "velocity": 2.0}
@@ -346,40 +345,3 @@ class JointTask(SoftTask):
                 f"joints of {self.label} is {self.joints!r:.60}, expected places by joint, for example "
                 "{'panda_joint2': 0.5}"
             )
-
-
-@dataclass(frozen=True, slots=True)
-class LeastSquares(SoftTask):
-    """weight/2 |J x - b|^2 of one's own, or J x = b on level 0, at the price of a call in every step.
-
-    Args:
-        rows: How many rows, 1 to 6.
-        fill: Called before each tick as ``fill(state, J, b)``: ``state`` has ``q``, ``v`` and ``a`` of the
-            reference, (nv,), and ``J`` (rows, nv) and ``b`` (rows,) are to be written. x is the joint
-            acceleration, or velocity at the velocity level. It is tried once when a planner is made, at the
-            neutral posture at rest. A tick in which it raises or gives numbers that are not finite goes on
-            without the task; ``step.tasks[name].failed`` says why, and the first time a warning does.
-    """
-
-    rows: int
-    fill: Callable[[Any, Any, Any], None]
-    code: ClassVar[int] = OWN
-
-    def __post_init__(self) -> None:
-        SoftTask.__post_init__(self)
-        if isinstance(self.rows, bool) or not isinstance(self.rows, int) or not 1 <= self.rows <= TASK_ROWS:
-            raise InputError(f"rows of {self.label} is {self.rows!r:.60}, expected 1 to {TASK_ROWS}")
-        if not callable(self.fill):
-            raise InputError(f"fill of {self.label} is {self.fill!r:.60}, expected a function (state, J, b)")
-
-
-KINDS: Mapping[str, type[SoftTask]] = {
-    "pose": PoseTask,
-    "relative": RelativeTask,
-    "position": PositionTask,
-    "axis": AxisTask,
-    "centre_of_mass": CentreOfMass,
-    "posture": PostureTask,
-    "joints": JointTask,
-}
-"""Those that a file can have, by the word for them; a function of one's own can only be given in Python."""

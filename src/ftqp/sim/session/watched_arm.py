@@ -282,6 +282,9 @@ class WatchedArm:
             if one.group == BODIES:
                 found.append(fact._replace(shape="body", solid=self._solid(one.name)))
                 continue
+            if one.name not in kept:  # of a kind that somebody has added
+                found.append(fact._replace(shape="rows"))
+                continue
             keep = kept[one.name]
             found.append(
                 fact._replace(
