@@ -28,9 +28,9 @@ RISE = 0.2
 """How long the rate takes from 0 to 1, at least [s]: the tips' accelerations along their paths change by
 speed over that. A guess that the same test has not contradicted."""
 STANDS = 0.01
-"""A rate below this is none."""
+"""A rate below this is none, as of a ``PathFollower``. A convention."""
 PATIENCE = 1.0
-"""Paths that stand for so long are blocked [s]."""
+"""Paths that stand for so long are blocked [s]. A guess that the same test has not contradicted."""
 
 
 @final

@@ -48,5 +48,9 @@ class Rows:
         return self.name
 
     def filling(self, robot: Robot) -> Callable[[Any, Any, Any, Any], None]:
-        """The function."""
+        """The function.
+
+        Args:
+            robot: The arm, which the function does not need.
+        """
         return self.fill

@@ -22,7 +22,7 @@ class OwnConstraint:
     and ``filling``; an entry of ``CONSTRAINT_KINDS`` in ``ftqp.control.task.task_kinds`` gives it a word in
     scenarios. Logs, reports and the page show its distance where it has a ``unit``; ``about`` says what
     that is.
-    Source: CONTRIBUTING.md, "Add a kind of constraint".
+    CONTRIBUTING.md says more.
 
     Args:
         name: What ``planner.constraints`` and explanations call it; None is after its kind.

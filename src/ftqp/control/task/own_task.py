@@ -23,7 +23,7 @@ class OwnTask(SoftTask):
     A kind is a frozen dataclass over it whose settings are fields, each a ``setting(...)``, with ``count``
     and ``filling``; an entry of ``KINDS`` in ``ftqp.control.task.task_kinds`` gives it a word in scenarios.
     Logs, reports and the page show its error where it has a ``unit``. ``about`` says what that error is.
-    Source: CONTRIBUTING.md, "Add a kind of task".
+    CONTRIBUTING.md says more.
     """
 
     code: ClassVar[int] = OWN
@@ -91,5 +91,9 @@ class LeastSquares(OwnTask):
         return self.rows
 
     def filling(self, robot: Robot) -> Fill:
-        """The function."""
+        """The function.
+
+        Args:
+            robot: The arm, which the function does not need.
+        """
         return self.fill
