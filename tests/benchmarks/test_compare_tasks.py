@@ -1,4 +1,4 @@
-"""Examples of several tasks, as pink and placo have them: ftqp ends where it is asked to, and they are short."""
+"""Examples of several tasks, as pink and placo have them: ftqp ends where it is asked, and they are short."""
 
 import pytest
 from compare_tasks import EXAMPLES, errors, lines, posed
