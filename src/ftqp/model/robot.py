@@ -11,6 +11,7 @@ from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance
 from ftqp.core.errors import InputError
 from ftqp.core.picture import Picture
 from ftqp.model import audit
+from ftqp.model.arm_on_way import wishes_of
 from ftqp.model.audit import Finding, rotor_findings
 from ftqp.model.build import write_limits
 from ftqp.model.chain import Chain, chain_of, configuration_of, frame_id, positions_of
@@ -246,7 +247,7 @@ class Robot(Embodied, Readers):
         if not self.is_serial:
             raise InputError(
                 f"{what} one serial arm, but {self.name} has joints beside the way to its tip {self.tip!r}; "
-                "read it with that tip alone"
+                f"take robot.arm_to({self.tip!r}), or that of another frame"
             )
         self.refuse_floating(what)
 
@@ -415,6 +416,23 @@ class Robot(Embodied, Readers):
         named_frame(self.model, frame)
         others = tuple(tip for tip in self.tips if tip != frame)
         return replace(self, chain=self._chain(self.model, frame), tips=(frame, *others))
+
+    def arm_to(self, frame: str) -> Self:
+        """The serial arm from the base to one frame: what studies of one arm ask of a robot with several.
+
+        Its joints are those on the way, in their order, with their limits; all others are held where
+        ``neutral`` has them. Limits, masses, the base and the characteristic length stay.
+
+        Args:
+            frame: The name of a tip, or of a frame, link or joint of the model that moves with a joint.
+
+        Raises:
+            InputError: There is no such frame.
+            ModelError: No joint moves it.
+        """
+        said = [f for f in self.findings if f.about not in ("limits", "friction", "masses")]
+        arm = self.from_pinocchio(self.model, **wishes_of(self, frame))
+        return replace(arm, findings=tuple(said), shapes=self.shapes)
 
     def on_planar_base(
         self,
