@@ -98,6 +98,16 @@ def _is_a_motion(q: Any, v: Any, change: Any) -> Any:
 
 
 @jit
+def _mimics(chain: Any, at: int) -> Any:
+    """Which of the joints at .. at + 7 mimic others: what may leave of those is decided by their leaders."""
+    which = below(0, at)
+    for m in range(at, min(at + WIDTH, chain.n)):
+        if chain.lead[m] != m:
+            which = which | (below(m + 1, at) & ~below(m, at))
+    return which
+
+
+@jit
 def _lets_through(K: Any, at: int) -> bool:
     """Whether the commands of the joints from ``at`` on may leave: the reference, and what is made of it.
 
@@ -119,6 +129,8 @@ def _lets_through(K: Any, at: int) -> bool:
             near = near & (abs(several(feedback.v_sent, at)) < inf)
     else:
         near = _keeps(v, larger(smaller(v_max, UNLIMITED), abs(v_last))) & (abs(q) < inf)
+    if K.chain.mimics:
+        near = near | _mimics(K.chain, at)
     if K.faults.working < K.chain.n:
         near = near | (is_set(K.faults.code, at) & _is_a_motion(q, v, dt * several(state.a_command, at)))
     return all_of(near | ~below(K.chain.n, at))

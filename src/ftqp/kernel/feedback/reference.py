@@ -117,7 +117,7 @@ def leave_margin(faults: Any, feedback: Any, chain: Any, past: Any) -> None:
     then = slot(feedback, feedback.latency)
     if feedback.speed_margin == 0.0:
         for i in range(chain.n):
-            if faults.code[i] == HEALTHY and abs(feedback.seen[i] - past.q[then, i]) > BESIDE:
+            if faults.code[chain.lead[i]] == HEALTHY and abs(feedback.seen[i] - past.q[then, i]) > BESIDE:
                 feedback.speed_margin = SPEED_MARGIN
     else:
         feedback.speed_margin = SWINGING_MARGIN if faults.movable > faults.working else SPEED_MARGIN
