@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from tests.telescope import telescope
 
 import ftqp
-from tests.telescope import telescope
 
 pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'ftqp[sim]'")
 
