@@ -19,6 +19,7 @@ from ftqp.control.following.path_follower import PathStatus as PathStatus
 from ftqp.control.following.stall import StallEscape as StallEscape
 from ftqp.control.following.target_follower import TargetFollower as TargetFollower
 from ftqp.control.following.target_follower import TargetStatus as TargetStatus
+from ftqp.control.following.task_paths import TaskPaths as TaskPaths
 from ftqp.control.inverse_kinematics.posture_search import Posture as Posture
 from ftqp.control.inverse_kinematics.postures import Postures as Postures
 from ftqp.control.inverse_kinematics.postures import postures as postures
@@ -56,12 +57,14 @@ from ftqp.control.task.directional_damping import DirectionalDamping as Directio
 from ftqp.control.task.emergency import EmergencyStop as EmergencyStop
 from ftqp.control.task.keep import Keep as Keep
 from ftqp.control.task.linear_rows import Rows as Rows
+from ftqp.control.task.own_constraint import OwnConstraint as OwnConstraint
+from ftqp.control.task.own_task import LeastSquares as LeastSquares
+from ftqp.control.task.own_task import OwnTask as OwnTask
 from ftqp.control.task.resolvers import Damping as Damping
 from ftqp.control.task.scheme import Scheme as Scheme
 from ftqp.control.task.soft_tasks import AxisTask as AxisTask
 from ftqp.control.task.soft_tasks import CentreOfMass as CentreOfMass
 from ftqp.control.task.soft_tasks import JointTask as JointTask
-from ftqp.control.task.soft_tasks import LeastSquares as LeastSquares
 from ftqp.control.task.soft_tasks import PoseTask as PoseTask
 from ftqp.control.task.soft_tasks import PositionTask as PositionTask
 from ftqp.control.task.soft_tasks import PostureTask as PostureTask

@@ -47,8 +47,8 @@ UNSAFE = [
     ({"axis": "0 0"}, "'a' has an axis that is not three finite numbers"),
     ({"origin": "0 0 inf"}, "'a' has an origin that is not finite numbers"),
     (
-        {"joint": '<mimic joint="b"/>'},
-        r"'a' mimics 'b' and cannot move on its own; hold it with locked=\['a'\]",
+        {"joint": '<mimic joint="c"/>'},
+        r"'a' mimics 'c', but that is no joint that moves; or hold it with locked=\['a'\]",
     ),
     ({"mass": "-1"}, "link 'one' has a mass of -1 kg, expected > 0"),
     ({"mass": "nan"}, "link 'one' has a mass, centre of mass or inertia that is not finite"),
@@ -67,7 +67,7 @@ def test_all_findings_come_at_once(two_joints: Urdf) -> None:
         axis="0 0 0",
         limit='lower="2" upper="1" velocity="0" effort="nan"',
         mass="-1",
-        joint='<mimic joint="b"/>',
+        joint='<mimic joint="c"/>',
     )
     with pytest.raises(ModelError) as caught:
         Robot.from_urdf(text, "twoo")

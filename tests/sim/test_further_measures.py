@@ -64,7 +64,7 @@ def test_what_is_measured_is_what_a_step_says():
     for _ in range(50):
         step = one.step(q, None, target)
         numbers = dict(zip([m.name for m in measures.all], measures.at(q), strict=True))
-        said = {name: task.error for name, task in step.tasks.items()}
+        said = {name: task.error for name, task in step.tasks.items() if name in one.tasks}
         assert numbers["elbow"] == pytest.approx(np.linalg.norm(said["elbow"][[0, 2]]), abs=1e-12)
         assert numbers["mass"] == pytest.approx(np.linalg.norm(said["mass"][:2]), abs=1e-12)
         for name in ("look", "along"):
@@ -99,7 +99,7 @@ def test_poses_of_frames_are_measured_as_a_step_says_place_and_turn_apart():
     for _ in range(30):
         step = one.step(q, None, target)
         numbers = dict(zip([m.name for m in measures.all], measures.at(q), strict=True))
-        said = {name: task.error for name, task in step.tasks.items()}
+        said = {name: task.error for name, task in step.tasks.items() if name in one.tasks}
         for name in ("hand", "in elbow"):
             assert numbers[name] == pytest.approx(np.linalg.norm(said[name][:3]), abs=1e-12)
             assert numbers[f"{name} rotation"] == pytest.approx(np.linalg.norm(said[name][3:]), abs=1e-9)
@@ -192,7 +192,9 @@ def test_log_on_file_round_trips_and_exports_them(tmp_path):
     assert tool["frame"] == TIP and wall["joint"] == ELBOW and wall["normal"] == [0.0, -1.0, 0.0]
     np.testing.assert_allclose(tool["at_zero"], PANDA.pose(np.zeros(7))[:3, 3], atol=1e-12)
     facts = summary(log)
-    assert done.summary == facts
+    for one in (said := dict(done.summary)), facts:  # rounding of sums depends on where arrays lie
+        one["rms_position_error"] = round(one["rms_position_error"], 12)
+    assert said == facts
     json.dumps(facts, allow_nan=False)
     assert facts["tasks"]["elbow"]["max_error"] == log["task_error.elbow"].max()
     assert facts["tasks"]["elbow"]["final_error"] == log["task_error.elbow"][-1]

@@ -25,6 +25,7 @@ class Setting:
         unit: The unit, or nothing.
         choices: The words that are allowed, for a setting that is a word.
         kinds: The classes among which the key ``kind`` of a table chooses.
+        usual: The kind of a table that does not say its own; None where each has to.
         above: The number that every number of it must exceed.
         least: The smallest number allowed.
         below: The number that it must not reach.
@@ -43,6 +44,7 @@ class Setting:
     unit: str = ""
     choices: tuple[str, ...] = ()
     kinds: Mapping[str, type[Any]] | None = None
+    usual: str | None = None
     above: float | None = None
     least: float | None = None
     below: float | None = None
@@ -95,23 +97,27 @@ class Key:
     @property
     def tables(self) -> dict[str, Mapping[str, "Key"]]:
         """The keys of the tables that stand at it, by their kind; one without kinds goes by no name."""
-        return tables_of(next(classes_in(self.hint), None), self.says.kinds)
+        return tables_of(next(classes_in(self.hint), None), self.says.kinds, self.says.usual)
 
 
 def tables_of(
-    owner: type[Any] | None, kinds: Mapping[str, type[Any]] | None = None
+    owner: type[Any] | None,
+    kinds: Mapping[str, type[Any]] | None = None,
+    usual: str | None = None,
 ) -> dict[str, Mapping[str, Key]]:
     """The keys of a class whose objects are tables of a file, by their kind.
 
     Args:
         owner: The class; None where the kind says it all.
         kinds: The classes among which the kind chooses; None is those that the class's own ``kind`` names.
+        usual: The kind of a table that does not say its own; None where each has to.
     """
     shared = {} if owner is None else keys_of(owner)
     if kinds is None and "kind" in shared:
         kinds = shared["kind"].says.kinds
     elif kinds is not None:
-        shared = {"kind": Key(hint=str, default=REQUIRED, says=Setting("kind"))}
+        default = REQUIRED if usual is None else usual
+        shared = {"kind": Key(hint=str, default=default, says=Setting("kind"))}
     if kinds is None:
         return {"": shared} if shared else {}
     return {kind: {**shared, **keys_of(made)} for kind, made in kinds.items()}

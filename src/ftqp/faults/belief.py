@@ -1,6 +1,7 @@
 """Belief: which joints are held to have failed, and how the planner's record is told."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Self, final
 
 from ftqp.core.errors import InputError
@@ -49,6 +50,8 @@ class Belief:
     def reported(self, fault: Fault) -> Self:
         """This belief and a fault, which replaces what was believed of that joint.
 
+        A fault of a joint that follows another one is that of its leader, whose motor moves both.
+
         Args:
             fault: The fault, of one of the kinds in ``ftqp.faults.kinds.KINDS``.
 
@@ -57,6 +60,7 @@ class Belief:
                 of a robot without inertia, with branches, or that floats.
         """
         refuse_unknown(fault)
+        fault = self._of_leader(fault)
         i = self._robot.joint(fault.joint)
         if i < self._robot.chain.floating:
             raise InputError(
@@ -81,7 +85,7 @@ class Belief:
 
     def without(self, joint: str | int) -> Self:
         """This belief, but the joint is healthy."""
-        i = self._robot.joint(joint)
+        i = int(self._robot.chain.lead[self._robot.joint(joint)])
         if i not in self._faults:
             return self
         return self._but({j: fault for j, fault in self._faults.items() if j != i})
@@ -100,6 +104,24 @@ class Belief:
             if before is not None and was == fault:
                 continue
             orders.believe(i, {} if fault is None else _said(fault), isinstance(was, Locked))
+
+    def _of_leader(self, fault: Fault) -> Fault:
+        """The fault as it is of the joint whose motor it concerns."""
+        chain, m = self._robot.chain, self._robot.joint(fault.joint)
+        l = int(chain.lead[m])
+        if l == m:
+            return fault
+        led = replace(fault, joint=self._robot.joints[l])
+        match led:
+            case Degraded():
+                ends = [
+                    None if end is None else (end - chain.offset[m]) / chain.ratio[m]
+                    for end in (led.q_min, led.q_max)
+                ]
+                low, high = ends if chain.ratio[m] > 0.0 else ends[::-1]
+                return replace(led, q_min=low, q_max=high)
+            case _:
+                return led
 
     def _range(self, i: int, fault: Degraded) -> tuple[float, float]:
         """What is left of the range of joint i."""

@@ -8,13 +8,20 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.core.checks import array, frozen, positive
-from ftqp.core.errors import InputError, ModelError, nearest
+from ftqp.core.errors import InputError, ModelError, nearest, unknown
 from ftqp.model import audit
 from ftqp.model.audit import Finding
 from ftqp.model.chain import Chain, chain_of
+from ftqp.model.followers import (
+    Follower,
+    coupled_limits,
+    coupled_places,
+    follower_findings,
+    is_led,
+)
 from ftqp.model.limits import RISE_TIME, JointLimits
 from ftqp.model.neutral import Arm, neutral_posture
-from ftqp.model.reading.source import Source, follower_findings
+from ftqp.model.reading.source import Source
 from ftqp.model.reduction import reduced, tips_of
 from ftqp.model.refitting import friction_findings, has_masses, write_friction
 from ftqp.model.shape import dynamics_findings, reach_of
@@ -44,6 +51,7 @@ class Wishes(Shape, total=False):
     name: str | None
     gravity: Any
     kinematics_only: bool
+    mimics: Mapping[str, Any] | None
 
 
 KEYWORDS = tuple(get_type_hints(Wishes))
@@ -65,7 +73,8 @@ def robot_fields(
     if isinstance(locked, str):
         raise InputError(f"locked is {locked!r}, expected a list of joints, [{locked!r}]")
     tips, findings = tips_of(source.model, wanted_tips, locked)
-    arm = reduced(source.model, tips, locked, wishes.get("q_locked"))
+    followers = {**source.followers, **_mimics(wishes.get("mimics"), source.model)}
+    arm = reduced(source.model, tips, locked, wishes.get("q_locked"), followers)
     arm.name = wishes.get("name") or source.model.name or "robot"
     gravity, kinematics_only = wishes.get("gravity"), wishes.get("kinematics_only", False)
     if gravity is not None:
@@ -81,17 +90,21 @@ def robot_fields(
     findings += [f for f in source.findings if f.about not in dropped]
     findings += dynamics_findings(arm)
     try:
-        chain = chain_of(arm, *tips)
+        chain = chain_of(arm, *tips, followers=followers)
     except ModelError as error:
         audit.refuse_unsafe(arm.name, [*map(audit.unsafe, error.findings), *findings])
         raise
-    findings += follower_findings(source.followers, chain.names, locked)
+    wrong = follower_findings(followers, chain.names, chain.continuous, locked)
+    findings += wrong
     written = [source.limits[name] for name in chain.names]
-    bounds = _limits(written, given)
+    bounds, crossed = coupled_limits(chain.names, chain, _limits(written, given))
+    findings += crossed
     findings += audit.limit_findings(chain.names, bounds, chain.continuous)
     findings += friction_findings(arm, bounds)
     audit.refuse_unsafe(arm.name, findings)
-    guessed = [i for i, joint in enumerate(written) if "a_max" not in joint and "a_max" not in given]
+    led = is_led(chain)
+    unknown_rates = [i for i, joint in enumerate(written) if "a_max" not in joint and "a_max" not in given]
+    guessed = [i for i in unknown_rates if not led[i]]
     if guessed:
         findings.append(_guess(arm, chain, bounds, guessed))
     write_limits(arm, bounds)
@@ -101,9 +114,29 @@ def robot_fields(
     arms = [Arm(arm, tip, chain, bounds, rows, length) for tip in tips]
     start, said = neutral_posture(arms, wishes.get("neutral"), source.postures)
     return dict(
-        name=arm.name, model=arm, tips=tips, chain=chain, limits=bounds, neutral=frozen(start),
+        name=arm.name, model=arm, tips=tips, chain=chain, limits=bounds,
+        neutral=frozen(coupled_places(chain, start)),
         default_rows=rows, length=length, findings=(*findings, *said), shapes=tuple(source.shapes),
     )  # fmt: skip
+
+
+def _mimics(given: Mapping[str, Any] | None, model: Any) -> dict[str, Follower]:
+    """Joints that the user says follow others, (leader, ratio, offset) or some of these, by name."""
+    names = [str(name) for name in model.names][1:]
+    found: dict[str, Follower] = {}
+    for name, how in dict(given or {}).items():
+        leader, *numbers = (how,) if isinstance(how, str) else tuple(how)
+        for joint in (name, leader):
+            if joint not in names:
+                raise unknown("joint", joint, model.name, names)
+        if len(numbers) > 2 or not all(isinstance(x, (int, float)) for x in numbers):
+            raise InputError(
+                f"mimics has {how!r:.80} for {name!r}, expected the joint that it follows, or "
+                "(joint, ratio, offset) with numbers"
+            )
+        ratio, offset, *_ = [*numbers, 1.0, 0.0] if not numbers else [*numbers, 0.0]
+        found[name] = Follower(leader=leader, ratio=float(ratio), offset=float(offset))
+    return found
 
 
 def _given(wishes: Wishes, count: int) -> dict[str, Any]:
@@ -140,7 +173,7 @@ def _guess(arm: Any, chain: Chain, limits: JointLimits, guessed: Sequence[int]) 
     remedy = "give acceleration=... to replace it"
     if not has_masses(arm):
         return replace(audit.note(f"{says}; {remedy}"), about="a_max")
-    allowed = acceleration_by_torque(arm, chain.continuous, limits)
+    allowed = acceleration_by_torque(arm, chain, limits)
     figures = ", ".join(
         f"{chain.names[i]} {limits.a_max[i]:.3g} (torque allows {allowed[i]:.3g})"
         if np.isfinite(allowed[i])

@@ -1,6 +1,6 @@
 """The constants of a chain or a tree, taken from a pinocchio model: all that the kernel knows of a robot."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -10,6 +10,7 @@ import pinocchio as pin
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, array, numbers, read_only
 from ftqp.core.errors import ModelError
 from ftqp.kernel.layout.enums import JOINTS
+from ftqp.model.followers import Follower, is_led, leads_of
 
 ALIGNED = {
     "X": np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
@@ -50,6 +51,9 @@ class Chain:
         tip_rotation: Orientation of the tip in the frame of its joint, (3, 3).
         tip_translation: Origin of the tip in the frame of its joint, (3,) [m].
         gravity: Gravity in the base frame, (3,) [m/s2].
+        lead: The joint that each follows, as a file's ``mimic`` has it, itself where it follows none, (nv,).
+        ratio: Of its motion to that of its leader, 1 where it follows none, (nv,).
+        offset: Where it is when its leader is at 0, (nv,) [rad or m].
     """
 
     names: tuple[str, ...]
@@ -69,15 +73,24 @@ class Chain:
     tip_rotation: FloatArray
     tip_translation: FloatArray
     gravity: FloatArray
+    lead: IntArray
+    ratio: FloatArray
+    offset: FloatArray
 
     def __post_init__(self) -> None:
         read_only(self)
 
     @property
     def is_serial(self) -> bool:
-        """Whether each joint hangs on the one before it and the tip on the last."""
+        """Whether each joint hangs on the one before it and the tip on the last, and none follows another."""
         n = len(self.names)
-        return bool((self.parent == np.arange(-1, n - 1)).all()) and self.tip_joint == n - 1
+        in_line = bool((self.parent == np.arange(-1, n - 1)).all()) and self.tip_joint == n - 1
+        return in_line and not self.has_followers
+
+    @property
+    def has_followers(self) -> bool:
+        """Whether a joint follows another one."""
+        return bool(is_led(self).any())
 
     def way(self, joint: int) -> list[int]:
         """The joints that move the body behind a joint, base first, itself last; none for -1, the base."""
@@ -119,11 +132,11 @@ def limbs_of(parent: IntArray, tip_joint: int) -> list[list[int]]:
     return found
 
 
-def chain_of(model: Any, tip: str, *others: str) -> Chain:
+def chain_of(model: Any, tip: str, *others: str, followers: Mapping[str, Follower] | None = None) -> Chain:
     """The constants of a pinocchio model, all its joints included, with the frame ``tip``.
 
     Joints on the way to no tip must be held already (``reduction.reduced``). ``others`` are the robot's
-    further tips, which joints have to move, too.
+    further tips, which joints have to move, too; ``followers`` are the joints that follow others.
 
     Raises:
         ModelError: A tip that no joint moves, more than 64 joints, or joints that the kernel cannot express.
@@ -146,8 +159,10 @@ def chain_of(model: Any, tip: str, *others: str) -> Chain:
     bodies = [turns[i].actInv(model.inertias[i]) for i in ids]
     _, tip_rotation, tip_translation = ends_of(model, [tip])[0]
     kinds = [kind(model.joints[i]) for i in ids]
+    names = tuple(str(model.names[i]) for i in ids)
+    lead, ratio, offset = leads_of(names, followers or {})
     return Chain(
-        names=tuple(model.names[i] for i in ids),
+        names=names,
         parent=np.array([model.parents[i] - 1 for i in ids]),
         tip_joint=int(frame.parentJoint) - 1,
         floating=6 if tuple(model.names[1:7]) == FREE_BASE else 0,
@@ -164,6 +179,9 @@ def chain_of(model: Any, tip: str, *others: str) -> Chain:
         tip_rotation=tip_rotation,
         tip_translation=tip_translation,
         gravity=np.array(model.gravity.linear),
+        lead=lead,
+        ratio=ratio,
+        offset=offset,
     )
 
 

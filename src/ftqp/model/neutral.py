@@ -9,6 +9,7 @@ from ftqp.core.checks import FloatArray, IntArray, array
 from ftqp.core.errors import InputError, unknown
 from ftqp.model.audit import Finding, note
 from ftqp.model.chain import Chain, configuration_of, frame_id
+from ftqp.model.followers import coupled_columns, coupled_places
 from ftqp.model.limits import JointLimits
 from ftqp.model.posture import NEAR_SINGULAR, gravity_torques, least_singular_value, scaled_jacobian
 from ftqp.model.shape import neutral_of
@@ -43,15 +44,16 @@ class Arm:
         self.model, self.chain, self.limits = model, chain, limits
         self._rows, self._length = rows, length
         self._data, self._tip = model.createData(), frame_id(model, tip)
-        self.way = np.array(chain.way(int(model.frames[self._tip].parentJoint) - 1))
+        way = chain.way(int(model.frames[self._tip].parentJoint) - 1)
+        self.way = np.unique(chain.lead[way])  # who follows is where the leader puts it
         bounded = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
         self._bounded = self.way[bounded[self.way]]
 
     def regularity(self, q: FloatArray) -> float:
         """sigma_min of the task's Jacobian over the characteristic length; 0 is singular."""
-        q = configuration_of(self.model, self.chain.continuous, q)
+        q = configuration_of(self.model, self.chain.continuous, coupled_places(self.chain, q))
         J = scaled_jacobian(self.model, self._data, self._tip, q, self._rows, self._length)
-        return least_singular_value(J[:, self.way]) / self._length
+        return least_singular_value(coupled_columns(self.chain, J)[:, self.way]) / self._length
 
     def merit(self, q: FloatArray) -> float:
         """The regularity, less where a limit is near, a motor too weak or the arm below its base.
@@ -63,8 +65,9 @@ class Arm:
 
     def holds(self, q: FloatArray) -> bool:
         """Whether every motor can hold the arm at rest at q."""
+        q = coupled_places(self.chain, q)
         configuration = configuration_of(self.model, self.chain.continuous, q)
-        tau = gravity_torques(self.model, self._data, configuration)
+        tau = coupled_columns(self.chain, gravity_torques(self.model, self._data, configuration))
         return bool((np.abs(tau) <= self.limits.tau_max)[self.way].all())
 
     def _room(self, q: FloatArray) -> float:

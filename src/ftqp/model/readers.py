@@ -52,6 +52,9 @@ class Readers:
                   at neutral.
                 - ``name``: The robot's name; None takes the model's.
                 - ``gravity``: Gravity in the base frame, (3,) [m/s2]; None takes the model's.
+                - ``mimics``: Joints that follow others, such as ``{"lift2": ("lift", 0.5, 0.02)}``: each
+                  with the joint that it follows, or with that, the ratio of its motion to the leader's and
+                  where it is when the leader is at 0 [rad or m]. They stand before those of a file.
                 - ``kinematics_only``: Whether masses and rotor inertias are dropped; torques are then neither
                   limited nor minimised.
 
@@ -85,7 +88,7 @@ class Readers:
             tips: The names of several frames to control in place of ``tip``, such as the hands of a robot
                 with two arms: the joints on the way to any of them stay. The first one is ``robot.tip``.
             wishes: By keyword, as in ``from_pinocchio``: limits, acceleration, neutral, default_rows, length,
-                q_locked, name, gravity and kinematics_only.
+                q_locked, name, gravity, mimics and kinematics_only.
 
         Raises:
             InputError: The file cannot be read, a tip or joint is unknown, both ``tip`` and ``tips`` are
@@ -115,7 +118,7 @@ class Readers:
             tips: The names of several frames to control in place of ``tip``, such as the hands of a robot
                 with two arms: the joints on the way to any of them stay. The first one is ``robot.tip``.
             wishes: By keyword, as in ``from_pinocchio``: limits, acceleration, neutral, default_rows, length,
-                q_locked, name, gravity and kinematics_only.
+                q_locked, name, gravity, mimics and kinematics_only.
 
         Raises:
             InputError: The file cannot be read, a tip or joint is unknown, both ``tip`` and ``tips`` are

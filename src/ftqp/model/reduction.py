@@ -10,6 +10,7 @@ import pinocchio as pin
 from ftqp.core.errors import InputError, nearest, unknown
 from ftqp.model.audit import Finding, unsafe
 from ftqp.model.chain import frame_id, kind
+from ftqp.model.followers import Follower
 
 MARK = "\x1f"
 """Separates a frame's number from its name while a model is reduced."""
@@ -25,11 +26,14 @@ def reduced(
     tips: Sequence[str],
     locked: Sequence[str | int] = (),
     q_locked: Mapping[str, float] | None = None,
+    followers: Mapping[str, Follower] | None = None,
 ) -> Any:
     """The model with every joint held that is ``locked`` or not between the base and one of ``tips``.
 
     Held joints stand at ``q_locked`` or, without an entry, at neutral; their bodies' inertia is lumped into
-    the body that carries them. Their rotor inertias and friction are dropped, for they stand still.
+    the body that carries them. Their rotor inertias and friction are dropped, for they
+    stand still. A joint that moves keeps the leader that it follows; one whose leader is ``locked`` is held
+    where that puts it.
 
     Joints in ``locked`` are given by name or 0-based index, ``q_locked`` holds positions by name [rad or m].
     The model handed in is not changed; in the new one the joints of a branch stand one after the other.
@@ -42,15 +46,25 @@ def reduced(
     for joint in model.joints.tolist()[1:]:
         if kind(joint) == "Mimic":
             raise InputError(
-                f"{model.name} was built with mimic joints; build it without (mimic=False) and hold them"
+                f"{model.name} was built with mimic joints; build it without (mimic=False) and say which "
+                "joint follows which with mimics={joint: (leader, ratio, offset)}"
             )
     held = {joint_index(names, joint, model.name) + 1 for joint in locked}
     moving = {i for tip in tips for i in model.supports[model.frames[frame_id(model, tip)].parentJoint]}
+    places = dict(q_locked or {})
+    for name, follower in (followers or {}).items():
+        if not {name, follower.leader} <= set(names) or names.index(name) + 1 not in moving - held:
+            continue
+        leader = names.index(follower.leader) + 1
+        if leader in held and not follower.otherwise:
+            held.add(names.index(name) + 1)
+            places.setdefault(name, follower.ratio * places.get(follower.leader, 0.0) + follower.offset)
+        moving.add(leader)
     held |= {i for i in range(1, model.njoints) if i not in moving}
     order = _depth_first(model)
     plain = _plain(model, order)
     q = pin.neutral(plain)
-    for joint, value in (q_locked or {}).items():
+    for joint, value in places.items():
         i = joint_index(names, joint, model.name) + 1
         if i not in held:
             raise InputError(f"q_locked holds a position of {joint!r}, which is not held; add it to locked")

@@ -11,10 +11,18 @@ from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance
 from ftqp.core.errors import InputError
 from ftqp.core.picture import Picture
 from ftqp.model import audit
+from ftqp.model.arm_on_way import wishes_of
 from ftqp.model.audit import Finding, rotor_findings
 from ftqp.model.build import write_limits
 from ftqp.model.chain import Chain, chain_of, configuration_of, frame_id, positions_of
 from ftqp.model.embodied import Embodied, Shapes, carried
+from ftqp.model.followers import (
+    coupled_columns,
+    coupled_limits,
+    coupled_places,
+    coupled_square,
+    followers_of,
+)
 from ftqp.model.grafting import base_limits, free_base, free_base_limits, is_about_base, planar_base
 from ftqp.model.limits import JointLimits, joined, one_each
 from ftqp.model.payload import Payload
@@ -181,7 +189,8 @@ class Robot(Embodied, Readers):
         """J of the tip, v_tip = J v, or of another frame, (6, nv): rows x, y, z, rx, ry, rz, the base's axes.
 
         The angular rows are in rad: unlike the planner's rows they are not multiplied by ``length``. A joint
-        that does not move the frame has a column of zeros.
+        that does not move the frame has a column of zeros, and one that follows another has its own added to
+        its leader's.
 
         Args:
             q: The configuration, (nv,) or (nq,) [rad or m].
@@ -192,10 +201,12 @@ class Robot(Embodied, Readers):
         """
         data, number = self.model.createData(), self._frame(frame)
         J = pin.computeFrameJacobian(self.model, data, self.configuration(q), number, pin.LOCAL_WORLD_ALIGNED)
-        return np.array(J).reshape(6, self.nv)
+        return coupled_columns(self.chain, np.array(J).reshape(6, self.nv))
 
     def mass_matrix(self, q: Any) -> FloatArray:
         """M, (nv, nv) [kg m2 or kg], rotor inertias included: tau = M a + h.
+
+        A joint that follows another has a row of zeros: its leader's motor moves it.
 
         Args:
             q: The configuration, (nv,) or (nq,) [rad or m].
@@ -205,7 +216,7 @@ class Robot(Embodied, Readers):
         """
         self._needs_masses("mass matrix")
         M = np.array(pin.crba(self.model, self.model.createData(), self.configuration(q)))
-        return np.asarray(np.triu(M) + np.triu(M, 1).T)
+        return coupled_square(self.chain, np.triu(M) + np.triu(M, 1).T)
 
     def bias(self, q: Any, v: Any) -> FloatArray:
         """h, (nv,) [N m or N]: gravity, Coriolis and centrifugal terms and viscous friction, tau = M a + h.
@@ -221,23 +232,39 @@ class Robot(Embodied, Readers):
         speed = array("v", v, (self.nv,), "(nv,)")
         data = self.model.createData()
         h = pin.nonLinearEffects(self.model, data, self.configuration(q), speed)
-        return np.asarray(h + self.viscous * speed)
+        return coupled_columns(self.chain, np.asarray(h + self.viscous * speed))
 
     def refuse_tree(self, what: str) -> None:
-        """Refuses a robot whose joints are not all on the way to its tip, or whose base floats.
+        """Refuses a robot whose joints are not all on the way to its tip, or follow others, or that floats.
 
         Args:
             what: What serves serial arms only, the beginning of the sentence, such as ``coverage needs``.
 
         Raises:
-            InputError: The robot is not serial, or its base floats.
+            InputError: The robot is not serial, a joint of it follows another, or its base floats.
         """
+        self.refuse_followers(what)
         if not self.is_serial:
             raise InputError(
                 f"{what} one serial arm, but {self.name} has joints beside the way to its tip {self.tip!r}; "
-                "read it with that tip alone"
+                f"take robot.arm_to({self.tip!r}), or that of another frame"
             )
         self.refuse_floating(what)
+
+    def refuse_followers(self, what: str) -> None:
+        """Refuses a robot of which a joint follows another one.
+
+        Args:
+            what: What serves joints with a motor each only, the beginning of the sentence.
+
+        Raises:
+            InputError: A joint follows another one.
+        """
+        for name, one in followers_of(self.joints, self.chain).items():
+            raise InputError(
+                f"{what} a motor at every joint, but {name!r} of {self.name} mimics {one.leader!r}; hold "
+                f"{name!r} with locked=[{name!r}], or read the robot with a tip before it"
+            )
 
     def refuse_floating(self, what: str) -> None:
         """Refuses a robot whose base floats, for whom it would be held.
@@ -253,6 +280,9 @@ class Robot(Embodied, Readers):
                 f"{what} a base that stands, but {self.name} floats (on_free_base), and nothing there keeps "
                 "its momentum; take the robot without that base"
             )
+
+    def _chain(self, model: Any, tip: str) -> Chain:
+        return chain_of(model, tip, followers=followers_of(self.joints, self.chain))
 
     def _frame(self, name: str | None) -> int:
         return frame_id(self.model, self.tip) if name is None else named_frame(self.model, name)
@@ -290,14 +320,14 @@ class Robot(Embodied, Readers):
         given = {"q_min": q_min, "q_max": q_max, "v_max": v_max, "a_max": a_max, "tau_max": tau_max}
         given["j_max"] = j_max
         changes = {name: value for name, value in given.items() if value is not None}
-        limits = self.limits.replaced(changes)
+        limits, crossed = coupled_limits(self.joints, self.chain, self.limits.replaced(changes))
         model = self.model.copy()
         write_limits(model, limits)
-        found = [f for f in self.findings if f.about not in ("limits", "friction", *changes)]
+        found = [f for f in self.findings if f.about not in ("limits", "friction", *changes)] + crossed
         found += audit.limit_findings(self.joints, limits, self.continuous)
         found += friction_findings(model, limits)
         audit.refuse_unsafe(self.name, found)
-        start = frozen(neutral_of(limits, self.neutral))
+        start = frozen(coupled_places(self.chain, neutral_of(limits, self.neutral)))
         return replace(self, limits=limits, model=model, neutral=start, findings=tuple(found))
 
     def with_friction(self, *, viscous: Any = None, coulomb: Any = None) -> Self:
@@ -322,7 +352,7 @@ class Robot(Embodied, Readers):
         model = with_friction(self.model, *rub)
         found = [f for f in self.findings if f.about != "friction"] + friction_findings(model, self.limits)
         audit.refuse_unsafe(self.name, found)
-        return replace(self, model=model, chain=chain_of(model, self.tip), findings=tuple(found))
+        return replace(self, model=model, chain=self._chain(model, self.tip), findings=tuple(found))
 
     def with_rotors(self, inertia: Any) -> Self:
         """This robot with other rotors, as joints feel them behind gears: inertia times ratio squared.
@@ -342,7 +372,7 @@ class Robot(Embodied, Readers):
         found = [f for f in self.findings if "rotor inertia" not in f.sentence]
         found += rotor_findings(self.joints, model.armature)
         audit.refuse_unsafe(self.name, found)
-        return replace(self, model=model, chain=chain_of(model, self.tip), findings=tuple(found))
+        return replace(self, model=model, chain=self._chain(model, self.tip), findings=tuple(found))
 
     def with_payload(self, payload: Payload) -> Self:
         """This robot with a load at its tip, the first of several, beside any that it carries already.
@@ -354,7 +384,7 @@ class Robot(Embodied, Readers):
             InputError: This is no payload, or a robot without masses.
         """
         model = loaded(self.model, self.tip, payload)
-        return replace(self, model=model, chain=chain_of(model, self.tip))
+        return replace(self, model=model, chain=self._chain(model, self.tip))
 
     def with_tip(self, T: Any, name: str = "tool") -> Self:
         """This robot with another controlled frame in place of its tip, the first of several.
@@ -369,7 +399,7 @@ class Robot(Embodied, Readers):
             InputError: T is no pose, or the name is taken.
         """
         model = with_tip(self.model, self.tip, T, name)
-        return replace(self, model=model, chain=chain_of(model, name), tips=(name, *self.tips[1:]))
+        return replace(self, model=model, chain=self._chain(model, name), tips=(name, *self.tips[1:]))
 
     def with_first_tip(self, frame: str) -> Self:
         """This robot with another of its tips, or another frame, as the first: paths and goals are of that.
@@ -385,7 +415,24 @@ class Robot(Embodied, Readers):
         """
         named_frame(self.model, frame)
         others = tuple(tip for tip in self.tips if tip != frame)
-        return replace(self, chain=chain_of(self.model, frame), tips=(frame, *others))
+        return replace(self, chain=self._chain(self.model, frame), tips=(frame, *others))
+
+    def arm_to(self, frame: str) -> Self:
+        """The serial arm from the base to one frame: what studies of one arm ask of a robot with several.
+
+        Its joints are those on the way, in their order, with their limits; all others are held where
+        ``neutral`` has them. Limits, masses, the base and the characteristic length stay.
+
+        Args:
+            frame: The name of a tip, or of a frame, link or joint of the model that moves with a joint.
+
+        Raises:
+            InputError: There is no such frame.
+            ModelError: No joint moves it.
+        """
+        said = [f for f in self.findings if f.about not in ("limits", "friction", "masses")]
+        arm = self.from_pinocchio(self.model, **wishes_of(self, frame))
+        return replace(arm, findings=tuple(said), shapes=self.shapes)
 
     def on_planar_base(
         self,
@@ -458,6 +505,10 @@ class Robot(Embodied, Readers):
             neutral=np.concatenate([neutral_of(base, None), self.neutral]),
             default_rows=self.default_rows,
             length=self.length,
+            mimics={
+                name: (one.leader, one.ratio, one.offset)
+                for name, one in followers_of(self.joints, self.chain).items()
+            },
         )
         said = [f for f in self.findings if f.about not in ("limits", "friction", "masses")]
         said += [f for f in whole.findings if f not in said and not is_about_base(f)]

@@ -7,6 +7,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.model.chain import frame_id
+from ftqp.model.followers import coupled_columns, coupled_places
 from ftqp.model.posture import NEAR_SINGULAR, scaled_jacobian
 from ftqp.model.robot import Robot
 from ftqp.model.shape import random_postures
@@ -46,9 +47,13 @@ def locks(robot: Robot, rows: Sequence[str]) -> Locks:
     model, data, tip, m = robot.model, robot.model.createData(), frame_id(robot.model, robot.tip), len(rows)
     J = np.array(
         [
-            scaled_jacobian(model, data, tip, robot.configuration(q), rows, robot.length)
-            for q in random_postures(
-                robot.limits, robot.chain.prismatic, SAMPLES, np.random.default_rng(SEED)
+            coupled_columns(
+                robot.chain,
+                scaled_jacobian(model, data, tip, robot.configuration(q), rows, robot.length),
+            )
+            for q in coupled_places(
+                robot.chain,
+                random_postures(robot.limits, robot.chain.prismatic, SAMPLES, np.random.default_rng(SEED)),
             )
         ]
     )

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ftqp.core.checks import BoolArray, FloatArray
-from ftqp.model.chain import configuration_of
+from ftqp.core.checks import FloatArray
+from ftqp.model.chain import Chain, configuration_of
+from ftqp.model.followers import coupled_columns, coupled_places, coupled_square
 from ftqp.model.limits import JointLimits
 from ftqp.model.posture import gravity_torques
 from ftqp.model.shape import random_postures
@@ -16,20 +17,20 @@ SAMPLES = 100
 SEED = 20260301
 
 
-def acceleration_by_torque(model: Any, continuous: BoolArray, limits: JointLimits) -> FloatArray:
+def acceleration_by_torque(model: Any, chain: Chain, limits: JointLimits) -> FloatArray:
     """The acceleration that each motor can give while the other joints rest, (nv,) [rad/s2 or m/s2].
 
     It is the least of max(0, tau_max_i - |g_i(q)|) / M_ii(q) over postures q inside the limits, the same
     ones every time. Infinite without a torque limit.
     """
     data = model.createData()
-    prismatic = np.array(
-        [model.joints[i].shortname().startswith("JointModelP") for i in range(1, model.njoints)]
-    )
     least = np.full(len(limits), np.inf)
-    for q in random_postures(limits, prismatic, SAMPLES, np.random.default_rng(SEED)):
-        configuration = configuration_of(model, continuous, q)
-        inertia = np.diag(pin.crba(model, data, configuration))
-        left = np.maximum(limits.tau_max - np.abs(gravity_torques(model, data, configuration)), 0.0)
-        least = np.minimum(least, left / inertia)
+    for q in random_postures(limits, chain.prismatic, SAMPLES, np.random.default_rng(SEED)):
+        configuration = configuration_of(model, chain.continuous, coupled_places(chain, q))
+        M = np.array(pin.crba(model, data, configuration))
+        inertia = np.diag(coupled_square(chain, np.triu(M) + np.triu(M, 1).T))
+        holding = coupled_columns(chain, gravity_torques(model, data, configuration))
+        left = np.maximum(limits.tau_max - np.abs(holding), 0.0)
+        moved = inertia > 0.0  # a joint that follows another has no motor
+        least[moved] = np.minimum(least, left / np.where(moved, inertia, 1.0))[moved]
     return least

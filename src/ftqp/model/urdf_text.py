@@ -166,6 +166,9 @@ def _write_joint(
         | {key: _number(rate) for key, rate in rates.items() if np.isfinite(rate)}
         | {"drake:acceleration": _number(limits.a_max[i])},
     )
+    if chain.lead[i] != i:
+        how = {"multiplier": _number(chain.ratio[i]), "offset": _number(chain.offset[i])}
+        SubElement(joint, "mimic", {"joint": chain.names[chain.lead[i]], **how})
     if chain.viscous[i] or chain.coulomb[i]:
         rub = {"damping": _number(chain.viscous[i]), "friction": _number(chain.coulomb[i])}
         SubElement(joint, "dynamics", rub)

@@ -8,19 +8,20 @@ import numpy as np
 from ftqp.control.planner.planner import Planner
 from ftqp.control.scene.placed_shapes import CLOUD
 from ftqp.control.task.keep import BOX, CONE, PLANE, Keep
+from ftqp.control.task.own_constraint import OwnConstraint
+from ftqp.control.task.own_task import OwnTask
 from ftqp.control.task.soft_tasks import (
     AXES,
     AxisTask,
     CentreOfMass,
     JointTask,
-    LeastSquares,
     PoseTask,
     PositionTask,
     PostureTask,
     RelativeTask,
     SoftTask,
 )
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, array
 from ftqp.core.pose import rotation_vector
 from ftqp.model.placed_frames import PlacedFrames
 from ftqp.model.robot import Robot
@@ -38,7 +39,8 @@ _DISTANCES = {
 class FurtherMeasures:
     """Errors of the further tasks, distances of kept points and clearances of a planner, at any posture.
 
-    A task, or rows, of the user's own have no error that could be known here, and are left out.
+    Tasks and constraints of the user's own that say no unit have no error that could be known here, and are
+    left out.
 
     Args:
         planner: The planner, whose targets may change from call to call.
@@ -47,10 +49,11 @@ class FurtherMeasures:
     def __init__(self, planner: Planner) -> None:
         self._planner = planner
         self._tasks = [
-            task for task in planner.tasks.values() if not isinstance(task.given, LeastSquares)
-        ]  # fmt: skip
+            task for task in planner.tasks.values() if not isinstance(task.given, OwnTask) or task.given.unit
+        ]
         every = [kept.given for kept in planner.constraints.values()]
         self._keeps = [given for given in every if isinstance(given, Keep)]
+        self._own = [given for given in every if isinstance(given, OwnConstraint) and given.unit]
         self._errors = [
             (k, error)
             for k, task in enumerate(self._tasks)
@@ -63,7 +66,7 @@ class FurtherMeasures:
         self._robot: Robot | None = None
 
     def __len__(self) -> int:
-        return len(self._errors) + len(self._keeps) + len(self._bodies)
+        return len(self._errors) + len(self._keeps) + len(self._own) + len(self._bodies)
 
     @property
     def all(self) -> tuple[Measured, ...]:
@@ -75,6 +78,7 @@ class FurtherMeasures:
         return (
             *tasks,
             *(Measured(PLANES, keep.label, keep.unit, _DISTANCES[keep.shape]) for keep in self._keeps),
+            *(Measured(PLANES, own.label, own.unit, own.about) for own in self._own),
             *(Measured(BODIES, name, "m", _apart(name)) for name in self._bodies),
         )
 
@@ -102,8 +106,11 @@ class FurtherMeasures:
             result[at] = error.size(goal, q, where)
         for k, keep in enumerate(self._keeps):
             result[first + k] = keep.distance(poses[2 * count + k])
+        first += len(self._keeps)
+        for k, own in enumerate(self._own):
+            result[first + k] = own.distance(robot, q)
         if self._bodies:
-            result[first + len(self._keeps) :] = self._clearances(q)
+            result[first + len(self._own) :] = self._clearances(q)
         return result
 
     def _clearances(self, q: FloatArray) -> FloatArray:
@@ -146,6 +153,11 @@ class FurtherMeasures:
                     place = poses.centre_of_mass(q)
                 case AxisTask() if task.given.towards is not None:
                     found[task.name] = task.target
+                    continue
+                case OwnTask():
+                    marked = task.given.place(self._planner.robot, q)
+                    if marked is not None:
+                        found[task.name] = array(f"place of {task.name}", marked, (3,), "(3,)")
                     continue
                 case _:
                     continue
@@ -221,6 +233,8 @@ def _errors_of(task: SoftTask, robot: Robot) -> list[_Error]:
                     "rad", about, lambda p, q, T: _angle(T[:3, :3] @ axis, p - T[:3, 3] if at_place else p)
                 )
             ]
+        case OwnTask():
+            return [_Error(task.unit, task.about, lambda target, q, T: task.error(robot, q))]
         case _:
             at, endless = _joints(task, robot), robot.chain.continuous
 

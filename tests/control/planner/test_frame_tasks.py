@@ -253,7 +253,7 @@ def test_an_axis_looks_at_a_frame_that_moves(level):
 
 
 WRONG = [
-    (lambda: ftqp.PoseTask("a", level=1), "level of a is 1, expected 0 or 2; level 1 is that"),
+    (lambda: ftqp.AxisTask("a", along=(0, 0, 1), level=1), "is 1, expected 0 or 2; level 1 is that"),
     (lambda: ftqp.PoseTask("a", level=3), "level of a is 3, expected 0 or 2"),
     (lambda: ftqp.PoseTask("a", level=True), "level of a is True, expected 0 or 2"),
     (lambda: ftqp.PoseTask("a", weight=-1.0), "weight of a is -1, expected >= 0"),
@@ -283,7 +283,7 @@ LISTS = [
     ([ftqp.PoseTask("universe")], "frame 'universe' of universe does not move with any joint"),
     ([ftqp.PoseTask("right_hand", level=0), ftqp.PoseTask("right_joint4", level=0),
       ftqp.CentreOfMass(level=0)], "tasks on level 0 have 15 rows, expected at most 12"),
-    ([ftqp.PoseTask("left_hand")], "two tasks are called 'left_hand'"),
+    ([ftqp.PoseTask("left_hand", level=0)], "two tasks are called 'left_hand'"),
 ]  # fmt: skip
 
 

@@ -40,7 +40,14 @@ def test_site_is_the_tip_and_limits_are_in_radians_and_metres() -> None:
         (arm(armature="-1"), r"joint 'a' has a rotor inertia \(armature\) of -1, expected >= 0"),
         (arm(turn="low high"), "joint 'a' has range 'low high', expected 2 finite numbers"),
         (arm(turn="90 -90"), "joint 'a' has crossed limits"),
-        (arm(more='<equality><joint joint1="b" joint2="a"/></equality>'), "joint 'b' mimics 'a'"),
+        (
+            arm(more='<equality><joint joint1="b" joint2="a" polycoef="0 1 0.5 0 0"/></equality>'),
+            "joint 'b' mimics 'a', but along the curve '0 1 0.5 0 0'",
+        ),
+        (
+            arm(more='<equality><joint joint1="b" polycoef="0.1 0 0 0 0"/></equality>'),
+            "joint 'b' mimics 'a constant', but a constant moves no joint",
+        ),
         (
             arm().replace('type="slide"', 'type="ball"').replace('axis="1 1 0" range="0.1 0.4"', ""),
             "'b' is of type",
@@ -50,6 +57,14 @@ def test_site_is_the_tip_and_limits_are_in_radians_and_metres() -> None:
 def test_unsafe_files_are_refused(text: str, message: str) -> None:
     with pytest.raises(ModelError, match=message):
         Robot.from_mjcf(text)
+
+
+def test_a_joint_of_an_equality_follows_the_other_one() -> None:
+    robot = Robot.from_mjcf(
+        arm(more='<equality><joint joint1="b" joint2="a" polycoef="0.2 0.1"/></equality>')
+    )
+    assert robot.chain.lead.tolist()[1] == 0
+    assert (robot.chain.ratio[1], robot.chain.offset[1]) == (0.1, 0.2)
 
 
 def test_what_pinocchio_refuses_is_an_input_error() -> None:

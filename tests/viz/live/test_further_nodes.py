@@ -96,9 +96,10 @@ def test_targets_of_tasks_have_handles_that_move_them_until_reset(scenario):
     source = SteppedSource(scenario)
     with Page(source, port=0) as page:
         box = controls(page)["drag tasks and things"]
+        assert box.value and len(page._scene.handles._marks) == 2
+        use(box, False)
         use(box, True)
         handles = page._scene.handles._marks
-        assert len(handles) == 2
         moved = SimpleNamespace(position=np.array([0.5, -0.2, 0.1]))
         asyncio.run(handles[1]._impl_aux.update_cb[0](SimpleNamespace(target=moved, phase="update")))
         order = source.orders[-1]
@@ -117,6 +118,30 @@ def test_targets_of_tasks_have_handles_that_move_them_until_reset(scenario):
             source.put(wrong)
             message = source.frame().message
             assert "look" in message and source.frame().further[1].place == (0.6, 0.1, 0.0)
+
+
+def test_targets_of_poses_are_dragged_as_they_are_turned_also_those_in_another_frame(tmp_path):
+    file = tmp_path / "two.toml"
+    file.write_text(
+        '[robot]\nname = "dual_panda"\n[path]\nkind = "hold"\nduration = 4.0\n'
+        '[[tasks]]\nkind = "pose"\nframe = "right_hand"\nlevel = 0\nname = "right"\n'
+        '[[tasks]]\nkind = "relative"\nframe = "left_joint4"\nto = "right_hand"\nrows = "position"\n'
+    )
+    source = SteppedSource(str(file))
+    planner = source.session.arms.arm.planner
+    before = planner.tasks["right"].target
+    place = before[:3, 3] + [0.0, 0.0, 0.05]
+    source.put(Place("right", place))
+    frame = source.frame()
+    assert frame.message == "" and frame.further[0].place == pytest.approx(place)
+    assert planner.tasks["right"].target[:3, :3] == pytest.approx(before[:3, :3])
+    other = next(one for one in frame.further if one.name == "left_joint4 to right_hand")
+    there = np.add(other.place, [0.0, 0.02, 0.0])
+    source.session.paused = True
+    source.put(Place("left_joint4 to right_hand", there))
+    T = planner.robot.pose(source.session.facts.q, "right_hand")
+    source.frame()
+    assert (T @ planner.tasks["left_joint4 to right_hand"].target)[:3, 3] == pytest.approx(there, abs=2e-3)
 
 
 def test_replay_and_recording_show_what_the_session_showed(scenario):

@@ -2,13 +2,29 @@
 
 from typing import Any, Literal
 
+import numpy as np
+
 from ftqp.analysis.planning.fault_plan import Plan
 from ftqp.analysis.survival.coverage_case import FOLLOWED, Fault, coverage_case
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
-from ftqp.core.checks import instance
+from ftqp.core.checks import FloatArray, instance
+from ftqp.core.errors import InputError
+from ftqp.model.arm_on_way import way_to
 from ftqp.model.robot import Robot
+
+
+def motion_on_way(robot: Robot, frame: str, q: Any) -> FloatArray:
+    """The joints on the way to a frame in a motion of all, (N + 1, nv) [rad or m].
+
+    Raises:
+        InputError: The motion is none of this robot.
+    """
+    motion = np.asarray(q, dtype=np.float64)
+    if motion.ndim != 2 or motion.shape[1] != robot.nv:
+        raise InputError(f"q has shape {motion.shape}, expected (N + 1, nv) = (N + 1, {robot.nv})")
+    return np.ascontiguousarray(motion[:, way_to(robot, frame)])
 
 
 def coverage(
@@ -30,6 +46,7 @@ def coverage(
     scene: Scene | None = None,
     clearance: Clearance | None = None,
     threads: int | None = None,
+    task: str | None = None,
 ) -> CoverageReport:
     """Which failures a motion survives: each (joint, instant) is continued to the end of the path.
 
@@ -65,6 +82,9 @@ def coverage(
             joints that are left can, ``exact`` has no choice. None is that of the path, or nothing.
         clearance: How far the arm keeps; None is ``ftqp.Clearance()`` beside a scene.
         threads: How many threads share the work; None is one a core.
+        task: Of a robot with several tips, the frame that follows the path, by its name; None is its first
+            tip. Joints beside the way to it do not matter to this task, and are left out of the report;
+            what the failure does to other tasks is not looked at.
 
     Raises:
         InputError: The motion does not follow the path, is not finite or has a wrong shape, the path belongs
@@ -72,6 +92,9 @@ def coverage(
             moves.
     """
     instance("robot", robot, Robot, "a Robot")
+    if task is not None or not (robot.is_serial or isinstance(q, Plan)):
+        frame = robot.tip if task is None else task
+        robot, q = robot.arm_to(frame), motion_on_way(robot, frame, q)
     if isinstance(q, Plan):
         own = q.of(robot, path)
         path, q = own.task, own.q

@@ -100,6 +100,12 @@ def coverage(
         ),
     ] = None,
     pairs: Annotated[bool, typer.Option("--pairs", help="Two joints fail together.")] = False,
+    task: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Of several tasks, the one whose frame is looked at; the tip if left out."
+        ),
+    ] = None,
     bound: Annotated[
         int | None,
         typer.Option(metavar="N", help="Look at so many samples how many joints any posture can do without."),
@@ -122,7 +128,7 @@ def coverage(
     settings |= {"joints": "pairs"} if pairs else {}
     return cover(
         scenario, overrides or (), plan, out, settings=settings | {"post": post}, mtbf=mtbf, jobs=jobs,
-        dask=dask, resume=resume, as_json=as_json,
+        dask=dask, resume=resume, as_json=as_json, name=task,
     )  # fmt: skip
 
 

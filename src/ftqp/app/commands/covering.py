@@ -15,7 +15,7 @@ from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.app.commands.coverage_page import PAGE, sentences, write_page
 from ftqp.app.commands.study_folder import study_folder
 from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
-from ftqp.app.run.healthy_motion import healthy_motion
+from ftqp.app.run.healthy_motion import healthy_motion, motion_of_task
 from ftqp.app.run.runs import SUMMARY, holds, make_folder, write
 from ftqp.app.scenario.setup import load
 from ftqp.app.study.coverage_study import report_of
@@ -63,6 +63,7 @@ def cover(
     dask: str | None,
     resume: bool,
     as_json: bool,
+    name: str | None = None,
 ) -> ExitCode:
     """Verify every pair of joint and instant of a scenario's motion, and say what is survived.
 
@@ -73,14 +74,18 @@ def cover(
     folder = _folder(out, f"coverage-{Path(source).stem}", resume)
     setup = load(source, [*overrides, "faults="], plan=plan)
     setup.refuse_tables("ftqp coverage", "constraints")
-    hours = None if mtbf is None else hours_by_joint(setup.robot, mtbf)
     led = setup.planner.plan
-    if isinstance(led, Plan):
+    if name is not None or not setup.robot.is_serial:
+        whose = setup.robot.tip if name is None else name
+        task, q = motion_of_task(setup, whose)
+        found = Subject(name=setup.name, title=f"the way of {whose} in the scenario", task=task, q=q)
+    elif isinstance(led, Plan):
         found = Subject(name=setup.name, title=f"the plan by {led.method}", task=led.task, q=led.q)
     else:
         task, q = healthy_motion(setup)
         found = Subject(name=setup.name, title="the scenario's own motion", task=task, q=q)
-    case = coverage_case(setup.robot, found.task, found.q, **settings)
+    hours = None if mtbf is None else hours_by_joint(found.task.robot, mtbf)
+    case = coverage_case(found.task.robot, found.task, found.q, **settings)
     try:
         rep = report_of(case, folder, settings, name=setup.name, jobs=jobs, dask=dask)
     except KeyboardInterrupt:

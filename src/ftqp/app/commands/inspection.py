@@ -14,6 +14,7 @@ from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model import catalog
 from ftqp.model.chain import frame_id
 from ftqp.model.embodied import volume_ratios
+from ftqp.model.followers import coupled_columns, followers_of
 from ftqp.model.limits import RISE_TIME
 from ftqp.model.placed_frames import joint_of_frames
 from ftqp.model.posture import NEAR_SINGULAR, gravity_torques, least_singular_value, scaled_jacobian
@@ -84,19 +85,24 @@ def facts(robot: Robot, source: str) -> dict[str, Any]:
     configuration = robot.configuration(q)
     data, frame = model.createData(), frame_id(model, robot.tip)
     J = scaled_jacobian(model, data, frame, configuration, robot.default_rows, robot.length)
+    J = coupled_columns(robot.chain, J)
     tau = (
-        np.abs(gravity_torques(model, data, configuration))
+        np.abs(coupled_columns(robot.chain, gravity_torques(model, data, configuration)))
         if robot.has_inertia
         else np.full(robot.nv, np.nan)
     )
     share = tau / robot.limits.tau_max
     reserve = (
-        acceleration_by_torque(model, robot.continuous, robot.limits)
+        acceleration_by_torque(model, robot.chain, robot.limits)
         if robot.has_inertia
         else np.full(robot.nv, np.nan)
     )
     tasks, way = _tasks(robot), len(robot.chain.way(robot.chain.tip_joint))
-    by_task = {name: locks(robot, rows) for name, rows in tasks.items()}
+    motors = len(set(robot.chain.lead[robot.chain.way(robot.chain.tip_joint)].tolist()))
+    arms = {tip: robot.arm_to(tip) for tip in robot.tips} if len(robot.tips) > 1 else {robot.tip: robot}
+    by_tip = {tip: {name: locks(arm, rows) for name, rows in tasks.items()} for tip, arm in arms.items()}
+    by_task = by_tip[robot.tip]
+    followers = followers_of(robot.joints, robot.chain)
     return {
         "robot": robot.name,
         "tip": robot.tip,
@@ -106,14 +112,30 @@ def facts(robot: Robot, source: str) -> dict[str, Any]:
         "has_inertia": robot.has_inertia,
         "length": robot.length,
         "mass": float(robot.chain.mass.sum()) if robot.has_inertia else None,
-        "joints": [_joint(robot, i, tau[i], share[i], reserve[i], by_task) for i in range(robot.nv)],
+        "joints": [
+            _joint(robot, i, tau[i], share[i], reserve[i], by_tip[_tip_of(arms, joint)])
+            for i, joint in enumerate(robot.joints)
+        ],
+        "mimics": {
+            name: {"joint": one.leader, "ratio": one.ratio, "offset": one.offset}
+            for name, one in followers.items()
+        },
+        "by_tip": {
+            tip: {
+                "joints": list(arm.joints),
+                "structural": {
+                    name: list(one.fatal) if one.possible else [] for name, one in by_tip[tip].items()
+                },
+            }
+            for tip, arm in arms.items()
+        },
         "frames": joint_of_frames(robot),
         "limits_from": _origin(robot, source),
         "friction": bool(robot.viscous.any() or robot.coulomb.any()),
         "sigma_min": least_singular_value(J),
         "sigma_min_share": least_singular_value(J) / robot.length,
         "gravity_margin": float(1.0 - share.max()) if robot.has_inertia else None,
-        "redundancy": {name: way - len(rows) for name, rows in tasks.items()},
+        "redundancy": {name: motors - len(rows) for name, rows in tasks.items()},
         "possible": {name: result.possible for name, result in by_task.items()},
         "structural": {
             name: list(result.fatal) if result.possible else [] for name, result in by_task.items()
@@ -123,6 +145,11 @@ def facts(robot: Robot, source: str) -> dict[str, Any]:
             for finding in robot.findings
         ],
     }
+
+
+def _tip_of(arms: dict[str, Robot], joint: str) -> str:
+    """The first tip that a joint moves."""
+    return next((tip for tip, arm in arms.items() if joint in arm.joints), next(iter(arms)))
 
 
 def _survival(robot: Robot, possible: dict[str, bool]) -> dict[str, dict[str, Any]]:
@@ -179,7 +206,7 @@ def _joint(
         "viscous": float(chain.viscous[i]),
         "coulomb": float(chain.coulomb[i]),
         "rotor_inertia": float(chain.armature[i]),
-        "left_when_locked": {task: result.left[name] for task, result in by_task.items()},
+        "left_when_locked": {task: result.left.get(name, 1.0) for task, result in by_task.items()},
     }
 
 
@@ -293,6 +320,13 @@ def _sentences(found: dict[str, Any]) -> list[str]:
             f"To hold the arm's {found['mass']:.3g} kg there takes at most "
             f"{_percent(1.0 - found['gravity_margin'])} of a joint's torque limit."
         )
+    if len(found["by_tip"]) > 1:
+        ways = "; ".join(f"{tip} by {len(one['joints'])} joints" for tip, one in found["by_tip"].items())
+        lines.append(
+            f"Several tips: {ways}. What a lock leaves is that of the first tip which the joint moves."
+        )
+    for name, one in found["mimics"].items():
+        lines.append(f"{name} mimics {one['joint']}: q = {one['ratio']:g} q + {one['offset']:g}.")
     for task in found["redundancy"]:
         lines.append(f"Task {task}: {_redundancy(found, task)}")
     if found["gravity_margin"] is not None:

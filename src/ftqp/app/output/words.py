@@ -98,12 +98,20 @@ def _clear_sentence(name: str, one: Mapping[str, Any]) -> str:
     return f"the arm stayed {length(nearest)} away from {name} at the nearest"
 
 
+def away_of(kept: Mapping[str, Any]) -> str:
+    """How far something that is kept was from its boundary, in the unit that reads best."""
+    far, unit = abs(kept["min_distance"]), kept.get("unit", "rad" if kept.get("shape") == "cone" else "m")
+    if unit == "m":
+        return length(far)
+    return f"{degrees(far):.2g} deg" if unit == "rad" else f"{far:.3g} {unit}"
+
+
 def _kept_sentence(name: str, kept: Mapping[str, Any]) -> str:
     """How near something that is kept came to its plane, box or cone."""
     nearest, shape = kept["min_distance"], kept.get("shape", "plane")
     if nearest is None:
         return f"how near {name} came to its {shape} is unknown"
-    away = f"{degrees(abs(nearest)):.2g} deg" if shape == "cone" else length(abs(nearest))
+    away = away_of(kept)
     if nearest < 0.0:
         return f"{name} was up to {away} {'beyond' if shape == 'plane' else 'outside'} its {shape}"
     if shape == "plane":

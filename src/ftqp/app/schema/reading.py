@@ -155,14 +155,21 @@ class _Reader:
         self.errors[f"{path or 'the file'} {sentence}"] = None
         return WRONG
 
-    def table(self, of: Any, kinds: Mapping[str, type[Any]] | None, got: Any, path: str) -> Any:
+    def table(
+        self,
+        of: Any,
+        kinds: Mapping[str, type[Any]] | None,
+        got: Any,
+        path: str,
+        usual: str | None = None,
+    ) -> Any:
         """A table: one of a class, of a kind, or of a class with the keys of a kind beside its own."""
         if not isinstance(got, Mapping):
             return self._refuse(path, f"is {shown(got)}, expected a table")
         choice = tables_of(of, kinds)
         kind: Any = ""
         if "" not in choice:
-            kind = got.get("kind")
+            kind = got.get("kind", usual)
             if not isinstance(kind, str) or kind not in choice:
                 said = f"has kind {shown(kind)}" if "kind" in got else "is missing its kind"
                 near = nearest(str(kind), choice)
@@ -223,7 +230,7 @@ class _Reader:
                 return self._refuse(path, f"is {got!r:.60}, expected {named} or a table with a {says.short}")
             got = {says.short: got}
         if owner is not None or (says.kinds and origin is not tuple):
-            return self.table(owner, says.kinds, got, path)
+            return self.table(owner, says.kinds, got, path, says.usual)
         words: tuple[str, ...] = inner if origin is Literal else says.choices if hint is str else ()
         if words:
             if isinstance(got, str) and got in words:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from math import floor
+from typing import Any
 
 from ftqp.app.schema.base_section import BaseTable
 from ftqp.app.schema.path_section import PathTable
@@ -11,8 +12,8 @@ from ftqp.app.schema.robot_section import RobotTable
 from ftqp.app.schema.simulation_section import FaultTable, SimulationTable
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.solid_shapes import WORDS, Shape
-from ftqp.control.task.keep import Keep
-from ftqp.control.task.soft_tasks import KINDS, SoftTask
+from ftqp.control.task.soft_tasks import SoftTask
+from ftqp.control.task.task_kinds import CONSTRAINT_KINDS, KEPT, KINDS
 from ftqp.core.errors import InputError
 from ftqp.core.setting import REQUIRED, setting
 from ftqp.kernel.layout.rows import KEEPS
@@ -96,8 +97,12 @@ class Scenario(Table):
         kinds=KINDS,
         count=(0, TERMS),
     )
-    constraints: tuple[Options[Keep], ...] = setting(
-        (), "points of the arm that are kept on their side of a plane", count=(0, KEEPS)
+    constraints: tuple[Options[Any], ...] = setting(
+        (),
+        "points of the arm that are kept on their side of a plane, and other constraints",
+        kinds=CONSTRAINT_KINDS,
+        usual=KEPT,
+        count=(0, KEEPS),
     )
     scene: tuple[Options[Shape], ...] = setting(
         (), "what stands around the arm, from which it keeps clear", kinds=WORDS, count=(0, OBSTACLES)

@@ -5,11 +5,18 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.following.goto_status import ONLY_THE_TIP, GoToStatus, missed_joints, posture_inside
+from ftqp.control.following.goto_status import (
+    ONLY_THE_TIP,
+    GoToStatus,
+    fastest,
+    is_held,
+    missed_joints,
+    posture_inside,
+)
+from ftqp.control.following.led_frame import FrameOfTip
 from ftqp.control.following.led_joints import LedJoints
 from ftqp.control.following.led_tip import LedTip
 from ftqp.control.following.other_ways import OtherWays
-from ftqp.control.inverse_kinematics.passable import HELD
 from ftqp.control.planner.joint_motion import EXACT
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
@@ -73,6 +80,9 @@ class GoTo:
         rotation_tolerance: How near the attitude of the tip has to be to its goal, > 0 [rad].
         straight: Whether the tip may go to a pose on its straight way only, for example because other ways
             are not free; then no postures are looked for.
+        task: The further task whose frame goes to ``pose``, a ``PoseTask`` or ``PositionTask`` of the
+            planner's list, by its name; None is the tip. Its target is then this motion's, and no postures
+            are looked for.
 
     Raises:
         InputError: Neither or both of pose and q, a wrong shape, a pose that is none, or a posture outside
@@ -102,6 +112,7 @@ class GoTo:
         tolerance: float = 1e-3,
         rotation_tolerance: float = 5e-3,
         straight: bool = False,
+        task: str | None = None,
     ) -> None:
         instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot)")
         if sum(goal is not None for goal in (pose, q, way)) != 1:
@@ -116,12 +127,14 @@ class GoTo:
         self._tip: LedTip | None = None
         self._others: OtherWays | None = None
         self._to_posture = pose is None
+        if task is not None and pose is None:
+            raise InputError(f"task={task!r:.60} goes to a pose; give pose=..., or leave task out")
         if pose is not None:
             self._pose = frozen(checked_pose(pose, "pose"))
-            self._tip = LedTip(planner, TipLimits() if limits is None else limits)
+            self._tip = LedTip(planner, TipLimits() if limits is None else limits, task)
             self._view = self._tip.view
             self._joints = LedJoints(planner, self._view.command.q, rise_time)
-            if not straight:
+            if not straight and isinstance(self._tip.frame, FrameOfTip):
                 self._others = OtherWays(planner, self._pose)
         else:
             if limits is not None:
@@ -162,22 +175,37 @@ class GoTo:
         self._planner.reset(q, v)
         self._begin()
 
-    def step(self, q: Any, v: Any, *, tau: Any = None, tip: Any = None) -> Step:
+    def step(self, q: Any, v: Any, *, target: Any = None, tau: Any = None, tip: Any = None) -> Step:
         """The command for the next ``dt``; see ``Planner.step``.
 
         Args:
             q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
             v: The measured velocity, (nv,) [rad/s or m/s].
+            target: What the others do meanwhile on the way to a pose: a table of targets by task, or the
+                tip's target where another task is led. None leaves them as they are, and a tip that is not
+                led where it was.
             tau: The measured torque, (nv,) [N m or N], or None.
             tip: The measured pose of the tip, (4, 4), or None to take that of the model.
+
+        Raises:
+            InputError: As ``Planner.step``, or a target on the way to a posture.
         """
         view = self._view
+        if target is not None and self._to_posture:
+            raise InputError("a posture takes all joints, so that there is no target beside it; leave it out")
         if self._ticks != view.ticks or self._belief != view.belief:
             self._begin()  # a joint has failed or works again, or somebody else has led the planner
         leg = self._leg
         if isinstance(leg, LedTip):
             step = leg.step(
-                q, v, pose=self._aim, twist=np.zeros(6), tau=tau, tip=tip, waits=not self._settling
+                q,
+                v,
+                pose=self._aim,
+                twist=np.zeros(6),
+                tau=tau,
+                tip=tip,
+                waits=not self._settling,
+                beside=target,
             )
         else:
             step = leg.step(q, v, tau, tip)
@@ -204,14 +232,25 @@ class GoTo:
 
     @property
     def position_error(self) -> float:
-        """Distance of the commanded tip from its goal, which for a posture is where that puts the tip [m]."""
-        return float(np.linalg.norm(self._pose[:3, 3] - self._view.tip.pose[:3, 3]))
+        """How far the command is from the goal, which for a posture is where that puts the tip [m]."""
+        return float(np.linalg.norm(self._pose[:3, 3] - self._now[:3, 3]))
 
     @property
     def rotation_error(self) -> float:
-        """Angle of the commanded tip from its goal [rad]."""
-        turn = self._pose[:3, :3] @ self._view.tip.pose[:3, :3].T
+        """Angle of the commanded tip, or frame, from its goal [rad]."""
+        turn = self._pose[:3, :3] @ self._now[:3, :3].T
         return float(np.linalg.norm(rotation_vector(turn)))
+
+    @property
+    def _who(self) -> str:
+        return "the tip" if self._tip is None else self._tip.frame.label
+
+    @property
+    def _now(self) -> FloatArray:
+        """The commanded pose of what goes to the goal."""
+        if self._tip is None:
+            return self._view.tip.pose
+        return self._tip.frame.state_at(self._view.command).pose
 
     @property
     def sentence(self) -> str:
@@ -219,7 +258,9 @@ class GoTo:
         text = self._status.value
         if self._status is GoToStatus.REACHED:
             return ONLY_THE_TIP if self._only_the_tip else text
-        text += f": the tip is {1e3 * self.position_error:.3g} mm and {self.rotation_error:.3g} rad from it"
+        text += (
+            f": {self._who} is {1e3 * self.position_error:.3g} mm and {self.rotation_error:.3g} rad from it"
+        )
         if not self._to_posture:
             return f"{text}; {self.note}"
         robot, faults = self._planner.robot, self._planner.faults
@@ -238,7 +279,7 @@ class GoTo:
         if others is not None and self._is_on_other_way:
             return f"the joints go to another posture of the goal: way {others.taken} of at most {TRIES}"
         if others is None or not others.has_begun:
-            return "the tip goes straight"
+            return f"{self._who} goes straight"
         if others.is_over or self._status is not GoToStatus.MOVING:
             return others.sentence
         return (
@@ -257,14 +298,14 @@ class GoTo:
         if self._status is not GoToStatus.MOVING:
             return
         commanded, measured = self._distances(step)
-        speed = self._speed()
+        speed = fastest(self._view)
         self._slow = self._slow + 1 if speed < SLOW else 0
         self._there = self._there + 1 if measured <= 1.0 else 0
         if commanded <= EXACT and speed < AT_REST and (measured <= 1.0 or self._failed_are_off):
             self._rest(measured)
             return
         distance = max(commanded / self._tolerance, measured)
-        if self._settling and distance < self._least and self._is_held:
+        if self._settling and distance < self._least and is_held(self._view):
             self._least, self._nearest = distance, self._view.command.q
         nearer = distance < self._best - NEARER * min(self._best, 1.0 + distance) or self._best == np.inf
         if nearer:
@@ -276,7 +317,7 @@ class GoTo:
         if tip is not None and waited > DOUBT and measured > 1.0 and self._thinks(waited > PATIENCE):
             return
         if tip is not None and not self._settling:
-            if waited > PATIENCE or step.holding:
+            if waited > PATIENCE or tip.frame.holds(step):
                 self._settling, self._since = True, 0  # the reference goes on and stands
         elif tip is not None and tip.reference.twist.any():
             self._since = self._slow = 0
@@ -351,7 +392,7 @@ class GoTo:
             self._planner.stop()
         else:
             rest = np.zeros(len(self._nearest))
-            self._aim = self._view.tip_at(JointState(self._nearest, rest, rest)).pose
+            self._aim = self._tip.frame.state_at(JointState(self._nearest, rest, rest)).pose
             self._best, self._since, self._settling, self._turned_back = np.inf, 0, False, True
             self._tip.begin()
 
@@ -367,7 +408,8 @@ class GoTo:
         reference = self._tip.reference
         left = float(np.linalg.norm(self._aim[:3, 3] - reference.p))
         turn = float(np.linalg.norm(rotation_vector(self._aim[:3, :3] @ reference.R.T)))
-        position, rotation = left + step.position_error, turn + step.rotation_error
+        missed, turned = self._tip.frame.distances(step)
+        position, rotation = left + missed, turn + turned
         far = max(position / self._tolerance, rotation / self._rotation_tolerance)
         return max(left, turn) if far <= SETTLED else max(position, rotation), far
 
@@ -378,21 +420,6 @@ class GoTo:
             return False
         off = np.abs(self._joints.way_from(self._view.measured)) > self._tolerance
         return bool(off.any() and not off[self._view.working].any())
-
-    @property
-    def _is_held(self) -> bool:
-        """Whether the motors can hold the arm at rest where it is commanded."""
-        view, working = self._view, self._view.working
-        limit = view.limits.tau[working]
-        if not np.isfinite(limit).any():
-            return True
-        held = view.holding_torques(view.command.q[None])[0, working]
-        return bool((np.abs(held) <= HELD * limit).all())
-
-    def _speed(self) -> float:
-        """Largest speed of a joint that works, as a share of its limit."""
-        top = np.minimum(self._view.limits.v, 1.0 / AT_REST)
-        return float((np.abs(self._view.command.v) / top)[self._view.working].max(initial=0.0))
 
     def __repr__(self) -> str:
         return f"GoTo({self._planner.robot.name}, {self._status.name})"

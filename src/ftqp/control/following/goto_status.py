@@ -4,9 +4,14 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import Any
 
+import numpy as np
+
+from ftqp.control.inverse_kinematics.passable import HELD
+from ftqp.control.planner.planner_view import PlannerView
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault
+from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.model.robot import Robot
 
 ONLY_THE_TIP = "the tip is at its goal, while the scheme goes on moving the joints"
@@ -50,6 +55,22 @@ def posture_inside(robot: Robot, q: Any) -> FloatArray:
                 "choose a posture inside them"
             )
     return goal
+
+
+def is_held(view: PlannerView) -> bool:
+    """Whether the motors can hold the arm at rest where it is commanded."""
+    working = view.working
+    limit = view.limits.tau[working]
+    if not np.isfinite(limit).any():
+        return True
+    held = view.holding_torques(view.command.q[None])[0, working]
+    return bool((np.abs(held) <= HELD * limit).all())
+
+
+def fastest(view: PlannerView) -> float:
+    """Largest speed of a joint that works, as a share of its limit."""
+    top = np.minimum(view.limits.v, 1.0 / AT_REST)
+    return float((np.abs(view.command.v) / top)[view.working].max(initial=0.0))
 
 
 def _in_brackets(fault: Any) -> str:

@@ -1,13 +1,15 @@
-"""A planner led by a reference of the tip that waits for the arm."""
+"""A planner led by a reference of the tip, or of another task's frame, that waits for the arm."""
 
 from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.following.led_frame import FrameOfTask, FrameOfTip, LedFrame
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, target_on
+from ftqp.control.planner.task_list import TIP
 from ftqp.control.references.tip_limits import TipLimits
 from ftqp.control.references.tip_reference import TipReference
 from ftqp.core.checks import FloatArray, seen
@@ -29,7 +31,7 @@ OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT)
 
 @final
 class LedTip:
-    """The planner's steps along a reference of the tip.
+    """The planner's steps along a reference of the tip, or of the frame of another task.
 
     The reference begins where the command is and as fast. Where the tip stays behind by more than a leash,
     it is drawn back to the leash and is no faster than the tip, so that nothing winds up.
@@ -37,11 +39,19 @@ class LedTip:
     Args:
         planner: The planner that is led.
         limits: How fast the reference may move.
+        task: The further task whose frame is led; None is that of the tip.
+
+    Raises:
+        InputError: There is no such task, or it follows no pose.
     """
 
-    def __init__(self, planner: Planner, limits: TipLimits) -> None:
+    def __init__(self, planner: Planner, limits: TipLimits, task: str | None = None) -> None:
         self.planner = planner
         self.view: PlannerView = planner.view()
+        is_tip = task is None or task in (TIP, planner.robot.tip)
+        self.frame: LedFrame = (
+            FrameOfTip(planner, self.view) if is_tip else FrameOfTask(planner, self.view, str(task))
+        )
         self.reference = TipReference(limits, planner.dt)
         self.on_leash = False
         self.target = Target(pose=np.eye(4))
@@ -51,6 +61,7 @@ class LedTip:
     def begin(self) -> None:
         """Let the next step begin at the arm."""
         self._begun = -1
+        self.frame.begin()
 
     def step(
         self,
@@ -62,6 +73,7 @@ class LedTip:
         tau: Any,
         tip: Any,
         waits: bool = True,
+        beside: Any = None,
     ) -> Step:
         """A step with the reference on its way.
 
@@ -75,10 +87,12 @@ class LedTip:
             tip: The measured pose of the tip, or None.
             waits: Whether the reference waits for the arm on its leash; else it goes on without it, and that
                 is no emergency.
+            beside: What the other tasks are to do, a table of targets, or of the tip alone its target; None
+                lets them be.
         """
         planner, view, reference = self.planner, self.view, self.reference
         if self._begun != view.ticks and view.is_reset:
-            now = view.tip
+            now = self.frame.state_at(view.command)
             reference.begin(now.pose, now.twist, now.acceleration)
             self.on_leash = False
         reference.pace(planner.pace)
@@ -90,7 +104,7 @@ class LedTip:
         self._aim(p, R, rate)
         if not waits:
             view.expect_error()
-        step = planner.step(q, v, self.target, tau=tau, tip=tip)
+        step = self.frame.step(q, v, self.target, beside, tau, tip)
         self._begun = -1 if step.code in OFF_TASK else view.ticks
         self.on_leash = False
         if waits and (pose is not None or twist.any() or reference.twist.any()):
@@ -112,16 +126,17 @@ class LedTip:
             target.acceleration[:] = (reference.twist - rate) / dt
 
     def _draw_back(self, step: Step) -> None:
-        far = max(step.position_error / LEASH, step.rotation_error / TURN_LEASH)
+        position, rotation = self.frame.distances(step)
+        far = max(position / LEASH, rotation / TURN_LEASH)
         self.on_leash = far > 1.0
         if self.on_leash:
-            error = step.task_error
-            now, twist = self.view.tip.twist, self.reference.twist.copy()
+            error = self.frame.error(step)
+            now, twist = self.frame.state_at(self.view.command).twist, self.reference.twist.copy()
             for part in (slice(0, 3), slice(3, 6)):
                 own, arm = float(np.linalg.norm(twist[part])), float(np.linalg.norm(now[part]))
                 twist[part] *= 0.0 if arm < STANDING else min(1.0, arm / max(own, STANDING))
             self.reference.pull(
-                -max(0.0, 1.0 - LEASH / max(step.position_error, LEASH)) * error[:3],
-                -max(0.0, 1.0 - TURN_LEASH / max(step.rotation_error, TURN_LEASH)) * error[3:],
+                -max(0.0, 1.0 - LEASH / max(position, LEASH)) * error[:3],
+                -max(0.0, 1.0 - TURN_LEASH / max(rotation, TURN_LEASH)) * error[3:],
                 twist,
             )

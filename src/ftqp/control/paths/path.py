@@ -8,10 +8,13 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, frozen, positive
 from ftqp.core.errors import InputError
+from ftqp.core.html_table import html_table
 from ftqp.core.pose import pose
 from ftqp.core.setting import Setting, Settings
 from ftqp.kernel.layout.thresholds import TIME_SLACK
 
+DRAWN = 401
+"""Samples of a path from which a notebook's table is made. A convention."""
 LONGEST = 1e9
 """A path takes at most that long, thirty years [s], so that ticks can be counted exactly: 1e15 of the
 shortest ones are fewer than 2^53."""
@@ -79,6 +82,21 @@ class Path(ABC):
             raise InputError(
                 f"duration of the path is {self._duration:g} s, expected more than {TIME_SLACK:g} s"
             )
+
+    @final
+    def _repr_html_(self) -> str:
+        """Where it begins, how long and how fast it is, for notebooks."""
+        at = self.sample(np.linspace(0.0, self._duration, DRAWN))
+        speed = np.linalg.norm(at.twist[:, :3], axis=1)
+        length = float(np.linalg.norm(np.diff(at.pose[:, :3, 3], axis=0), axis=1).sum())
+        rows = [
+            ("begins at", ", ".join(f"{x:.4g}" for x in self._start[:3, 3]) + " m"),
+            ("lasts", f"{self._duration:g} s"),
+            ("is long", f"{length:.4g} m"),
+            ("is at most as fast as", f"{speed.max():.3g} m/s"),
+            ("turns at most", f"{np.linalg.norm(at.twist[:, 3:], axis=1).max():.3g} rad/s"),
+        ]
+        return html_table(type(self).__name__, (), rows)
 
     @final
     @property

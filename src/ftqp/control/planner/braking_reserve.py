@@ -6,6 +6,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.orders import Load, ReserveSamples
+from ftqp.model.followers import coupled_places
 from ftqp.model.robot import Robot
 
 SAMPLES = 400
@@ -40,6 +41,9 @@ class BrakingReserve:
         q, v = np.empty((SAMPLES, n)), np.empty((SAMPLES, n))
         for k in range(SAMPLES):
             q[k], v[k] = generator.uniform(low, high), generator.uniform(-v_max, v_max)
+        if robot.chain.has_followers:
+            v = coupled_places(robot.chain, v) - coupled_places(robot.chain, np.zeros(n))
+            q = coupled_places(robot.chain, q)
         self.samples = ReserveSamples(robot.chain.constants(), q, v, load)
 
     def share(self, a_max: FloatArray, tau_max: FloatArray) -> float:

@@ -7,12 +7,14 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.planner.filled_rows import resting, tried
+from ftqp.control.planner.filled_rows import Pace, resting, tried
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.control.planner.step_parts import Reference
 from ftqp.control.task.keep import CONE, Keep, Side
 from ftqp.control.task.linear_rows import Rows
+from ftqp.control.task.own_constraint import OwnConstraint
 from ftqp.control.task.torque_limits import TorqueLimits
+from ftqp.core.clock import now
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import KEEP, KEEPS, OWN_ROW, OWN_ROWS, Asked
@@ -20,7 +22,7 @@ from ftqp.model.body_frames import mount_of
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger(__name__)
-Constraint = Keep | Rows | TorqueLimits
+Constraint = Keep | Rows | OwnConstraint | TorqueLimits
 
 
 def listed(constraints: Any) -> tuple[Constraint, ...]:
@@ -64,9 +66,9 @@ def sides_of(constraints: Sequence[Constraint]) -> tuple[tuple[Keep, Side], ...]
     return tuple((keep, side) for keep in kept_of(constraints) for side in keep.sides)
 
 
-def own_of(constraints: Sequence[Constraint]) -> tuple[Rows, ...]:
+def own_of(constraints: Sequence[Constraint]) -> tuple[Rows | OwnConstraint, ...]:
     """Those that are rows of the user's own."""
-    return tuple(one for one in constraints if isinstance(one, Rows))
+    return tuple(one for one in constraints if isinstance(one, Rows | OwnConstraint))
 
 
 def refuse_without_effect(constraints: Sequence[Constraint], robot: Robot, torque_limits: bool) -> None:
@@ -126,7 +128,7 @@ class Constraints(Mapping[str, Kept]):
     def __init__(
         self, session: Session, robot: Robot, constraints: Sequence[Constraint], stop: Callable[[], object]
     ) -> None:
-        self._room, self._stop = session.K.keeps, stop
+        self._room, self._stop, self._pace = session.K.keeps, stop, Pace(float(session.K.state.dt))
         self._given: dict[str, Constraint] = {one.label: one for one in constraints}
         self._own, self._failed = own_of(constraints), dict.fromkeys(self._given, "")
         places = (("state", name) for name in ("q_command", "v_command", "a_command"))
@@ -138,9 +140,10 @@ class Constraints(Mapping[str, Kept]):
         room, at = self._room, 0
         room.count, room.own = len(sides_of(constraints)), sum(one.rows for one in self._own)
         self._rows = []
-        for own in self._own:
+        self._fills = [own.filling(robot) for own in self._own]
+        for own, fill in zip(self._own, self._fills, strict=True):
             empty = np.zeros((own.rows, robot.nv)), np.full(own.rows, -np.inf), np.full(own.rows, np.inf)
-            why = tried(own.fill, resting(robot.neutral), *empty)
+            why = tried(fill, resting(robot.neutral), *empty)
             if why:
                 raise InputError(
                     f"fill of {own.label} {why} at the neutral posture at rest, expected that it writes "
@@ -163,13 +166,15 @@ class Constraints(Mapping[str, Kept]):
 
     def _fill(self) -> None:
         """Ask the user's functions for their rows; one that fails has none in this tick and stops the arm."""
-        for one, (C, l, u) in zip(self._own, self._rows, strict=True):
+        for one, fill, (C, l, u) in zip(self._own, self._fills, self._rows, strict=True):
             C[:], l[:], u[:] = 0.0, -np.inf, np.inf
+            began = now()
             try:
-                why = tried(one.fill, self._seen, C, l, u)
+                why = tried(fill, self._seen, C, l, u)
             except BaseException:
                 C[:], l[:], u[:] = 0.0, -np.inf, np.inf
                 raise
+            self._pace.look(f"constraint {one.label}", began)
             if why:
                 C[:], l[:], u[:] = 0.0, -np.inf, np.inf
                 if not self._failed[one.label]:

@@ -7,9 +7,11 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from ftqp.control.planner.step_parts import Reference
-from ftqp.control.task.soft_tasks import LeastSquares
+from ftqp.control.task.own_task import OwnTask
 from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.clock import now
 from ftqp.core.errors import InputError
+from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
 LETTERS = 120
@@ -18,9 +20,48 @@ LETTERS = 120
 
 class _Own(NamedTuple):
     name: str
-    task: LeastSquares
+    fill: Callable[..., object]
     J: FloatArray
     b: FloatArray
+
+
+SLOW_TIMES = 5
+"""A function that takes longer than a tick so often in a row is slow. A guess that no test contradicts."""
+
+
+@final
+class Pace:
+    """Tells once of each function that takes longer than a tick, for the loop is late then.
+
+    One that does so now and then may have been interrupted, so that several times in a row count.
+
+    Args:
+        dt: The sampling period [s].
+    """
+
+    __slots__ = ("_dt", "_slow")
+
+    def __init__(self, dt: float) -> None:
+        self._dt, self._slow = dt, dict[str, int]()
+
+    def look(self, name: str, began: int) -> None:
+        """Look at how long a function took.
+
+        Args:
+            name: What it fills in.
+            began: When it was called [ns].
+        """
+        took = 1e-9 * (now() - began)
+        times = self._slow.get(name, 0)
+        if times >= SLOW_TIMES:
+            return
+        self._slow[name] = times + 1 if took > self._dt else 0
+        if self._slow[name] == SLOW_TIMES:
+            _LOG.warning(
+                "fill of %s took %.3g ms of a tick of %.3g ms, so that the loop is late; make it quicker, "
+                "dt longer, or say step(..., ticks=) how many have passed; this is told once",
+                name, 1e3 * took, 1e3 * self._dt,
+            )  # fmt: skip
 
 
 @final
@@ -30,8 +71,9 @@ class OwnRows:
     Args:
         terms: The room of the planner's record that the rows are written into.
         tasks: Place, name and task of each.
-        neutral: The posture at which each is tried, (nv,) [rad or m].
+        robot: The arm, at whose neutral posture each is tried.
         seen: The state that they are shown in every tick.
+        dt: The sampling period [s].
 
     Attributes:
         failed: Why a task was left out of the last tick, by name; none where all were good.
@@ -40,36 +82,43 @@ class OwnRows:
         InputError: A function raises, gives no numbers, or returns something, at the neutral posture at rest.
     """
 
-    __slots__ = ("_all", "_seen", "_warned", "failed")
+    __slots__ = ("_all", "_pace", "_seen", "_warned", "failed")
 
     def __init__(
-        self, terms: Any, tasks: Sequence[tuple[int, str, LeastSquares]], neutral: FloatArray, seen: Reference
+        self,
+        terms: Any,
+        tasks: Sequence[tuple[int, str, OwnTask]],
+        robot: Robot,
+        seen: Reference,
+        dt: float,
     ) -> None:
-        n, self._seen = len(neutral), seen
+        n, self._seen, self._pace = robot.nv, seen, Pace(dt)
         self.failed: dict[str, str] = {}
         self._warned: set[str] = set()
-        still = resting(neutral)
-        for _, name, task in tasks:
-            why = tried(task.fill, still, np.zeros((task.rows, n)), np.zeros(task.rows))
+        still, fills = resting(robot.neutral), [task.filling(robot) for _, _, task in tasks]
+        for (_, name, task), fill in zip(tasks, fills, strict=True):
+            why = tried(fill, still, np.zeros((task.count, n)), np.zeros(task.count))
             if why:
                 raise InputError(
                     f"fill of {name} {why} at the neutral posture at rest, expected that it writes finite "
-                    f"numbers into J ({task.rows}, {n}) and b ({task.rows},) and returns nothing"
+                    f"numbers into J ({task.count}, {n}) and b ({task.count},) and returns nothing"
                 )
         self._all = tuple(
-            _Own(name, task, terms.J[at, : task.rows, :n], terms.b[at, : task.rows])
-            for at, name, task in tasks
+            _Own(name, fill, terms.J[at, : task.count, :n], terms.b[at, : task.count])
+            for (at, name, task), fill in zip(tasks, fills, strict=True)
         )
 
     def fill(self) -> None:
         """Fill in all rows, those of a function that fails with zeros. Ctrl-C goes through."""
-        for name, task, J, b in self._all:
+        for name, fill, J, b in self._all:
             J[:] = b[:] = 0.0
+            began = now()
             try:
-                why = tried(task.fill, self._seen, J, b)
+                why = tried(fill, self._seen, J, b)
             except BaseException:
                 J[:] = b[:] = 0.0
                 raise
+            self._pace.look(name, began)
             if why:
                 J[:] = b[:] = 0.0
                 self.failed[name] = f"fill {why}, so that {name} was left out of the tick"

@@ -36,7 +36,7 @@ from ftqp.control.planner.solver.qp_solver import IN_KERNEL, Solver
 from ftqp.control.planner.stages import CLOCK, FREE, Tick, staged
 from ftqp.control.planner.start import Rest, StartWatch
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.step_parts import Named, Said
+from ftqp.control.planner.step_parts import Said
 from ftqp.control.planner.surroundings import Surroundings, clearance_rows, refuse_moving_base
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.task_list import TaskList, held_rows, split
@@ -92,8 +92,9 @@ class Planner(PlannerCopies):
         detector: Looks for failures that nobody reports, and makes the planner believe them; None is none.
         plan: One of ``ftqp.analysis.plan`` or ``load_plan``: its postures lead the null space, in the place
             of ``posture``; the scheme is ``rmp`` unless another is named.
-        tasks: That of the tip, if it is not given as ``task``, and up to 8 of further frames and joints,
-            ``ftqp.PoseTask``, ``RelativeTask`` and others. Those on level 0 go before it; the others share
+        tasks: That of the tip, if it is not given as ``task``, as ``ftqp.Task`` or as a ``PoseTask`` or
+            ``PositionTask`` of its frame, and up to 8 of further frames and joints, ``PoseTask``,
+            ``RelativeTask`` and others. Those on level 0 go before it; the others share
             what it leaves of the arm's freedom, as their weights say.
         remember: For how long the way that the joints have come is kept for ``ways_out``, > 0 [s], the time
             not counted in which they stand; longer is coarser. None keeps none, and costs nothing.
@@ -137,7 +138,7 @@ class Planner(PlannerCopies):
         remember: float | None = None,
     ) -> None:
         instance("detector", detector, Detector | None, "an ftqp.Detector or None")
-        task, soft = split(task, tasks)
+        task, soft, first = split(getattr(robot, "tip", None), task, tasks)
         given_constraints = listed(constraints)
         instance("scene", scene, Scene | None, "an ftqp.Scene or None")
         instance("clearance", clearance, Clearance | None, "an ftqp.Clearance or None")
@@ -159,6 +160,8 @@ class Planner(PlannerCopies):
             level=level, dt=given.dt, drive=given.drive, noise=given.noise, asked=asked,
         )  # fmt: skip
         self._solver = Solver(self._session, robot, given.task, given.scheme, given.solver)
+        if detector is not None:
+            robot.refuse_followers("a detector needs")
         if not self._solver.has_qp:
             robot.refuse_floating(f"scheme {given.scheme.name!r}, which solves no QP, needs")
         if (soft or keeps_clear or need_a_qp(given_constraints)) and not self._solver.has_qp:
@@ -171,7 +174,7 @@ class Planner(PlannerCopies):
         if keeps_clear:
             self._surroundings = Surroundings(self._session, robot, scene, clearance or Clearance())
         length = float(self._session.K.task.length)
-        self._tasks = TaskList(self._session, robot, soft, level, given.dt, length)
+        self._tasks = TaskList(self._session, robot, soft, level, given.dt, length, first)
         self._wanted = Wanted(
             Belief(robot),
             Fitting(robot),
@@ -184,7 +187,7 @@ class Planner(PlannerCopies):
                 self._session,
                 robot.joints,
                 self._said,
-                Named(self._tasks.errors, asked, self._tasks.failed, self._surroundings),
+                self._tasks.named(asked, self._surroundings, given.task),
             ),
             ArmLoop(self._session, self._orders, robot.joints),
         )

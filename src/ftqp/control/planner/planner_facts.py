@@ -11,6 +11,7 @@ from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.constraint_list import Constraints
 from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading
 from ftqp.control.planner.learned_arm import Learned, learned
+from ftqp.control.planner.planner_table import planner_html
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.settings import Settings
@@ -114,6 +115,10 @@ class PlannerFacts:
         "How fast the arm is led now, in (0, 1]: ``speed``, less what a detector's suspicion takes of it.",
         "planner.speed = share asks for another one",
     )
+
+    def _repr_html_(self) -> str:
+        """What it was made with and what it believes, for notebooks."""
+        return planner_html(self)
 
     @property
     def scene(self) -> Scene | None:

@@ -6,13 +6,13 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.planner.target import Target, Targets
+from ftqp.control.task.own_task import OwnTask
 from ftqp.control.task.soft_tasks import (
     AXES,
     LAST,
     AxisTask,
     CentreOfMass,
     JointTask,
-    LeastSquares,
     PoseTask,
     PositionTask,
     PostureTask,
@@ -42,8 +42,8 @@ def rows_of(task: SoftTask) -> int:
             return sum(1 << AXES.index(row) for row in task.rows)
         case AxisTask():
             return 0b111 if task.level == LAST else 0b11  # as equations those across the axis
-        case LeastSquares():
-            return (1 << task.rows) - 1
+        case OwnTask():
+            return (1 << task.count) - 1
         case _:
             return 0
 
@@ -147,7 +147,7 @@ class RunningTask:
         """
         what = f"target of {self.name}"
         match self.given:
-            case LeastSquares():
+            case OwnTask():
                 raise InputError(f"{self.name} has no target: its own function says what is asked")
             case JointTask() | PostureTask():
                 return array(what, value, (self._nv,), "(nv,)")
@@ -158,6 +158,8 @@ class RunningTask:
             case AxisTask() if self.given.along is not None:
                 along: FloatArray = direction(what, value)
                 return along
+            case PositionTask() if isinstance(value, Target | Targets):
+                return _moving_place(value)
             case _:
                 value = getattr(value, "position", value)
                 return array(what, value, (3,), "(3,)")
@@ -169,7 +171,10 @@ class RunningTask:
             terms.q_goal[at, : self._nv] = value
         elif isinstance(self.given, PoseTask | RelativeTask):
             self._write_pose(value)
-        else:
+        elif value.shape == (9,):
+            goal, _, rate, ahead = self._goal
+            goal[:], rate[:3], ahead[:3] = value[:3], value[3:6], value[6:]
+        elif value.size:
             terms.goal[at] = value
 
     def _write_pose(self, value: FloatArray) -> None:
@@ -224,6 +229,13 @@ def _moving_pose(what: str, value: Any, turns: bool) -> FloatArray:
     return row if isfinite(row.sum()) else NOTHING
 
 
+def _moving_place(value: Target | Targets) -> FloatArray:
+    """A place, its velocity and its acceleration, (9,), of a target; nothing of one that is not finite."""
+    row: FloatArray = value.packed if value.packed.ndim == 1 else value.packed[value.row]
+    place = np.concatenate([row[[3, 7, 11]], row[16:19], row[22:25]])
+    return place if isfinite(place.sum()) else NOTHING
+
+
 def _mounts(terms: Any, at: int, task: SoftTask, robot: Robot) -> tuple[FloatArray, FloatArray]:
     """Poses of the frame of a task, and of the frame that its goal moves with, in those of their joints.
 
@@ -275,10 +287,12 @@ def _write(one: RunningTask, robot: Robot) -> None:
                 terms.q_goal[at, :n] = array(f"target of {task.label}", task.target, (n,), "(nv,)")
         case JointTask():
             for joint, where in task.joints.items():
-                i = robot.joint(joint)
+                place = array(f"{joint} of {task.label}", [where], (1,), "a number")[0]
+                m = robot.joint(joint)
+                i = robot.chain.lead[m]  # where its leader has to be for it
                 terms.share[at, i] = 1.0
-                terms.q_goal[at, i] = array(f"{joint} of {task.label}", [where], (1,), "a number")[0]
-        case LeastSquares():
-            terms.m[at] = task.rows
+                terms.q_goal[at, i] = (place - robot.chain.offset[m]) / robot.chain.ratio[m]
+        case OwnTask():
+            terms.m[at] = task.count
         case _:
             raise InputError(f"{type(task).__name__} is no kind of task that a planner knows")

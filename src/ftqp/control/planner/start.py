@@ -13,6 +13,7 @@ from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.chain import frame_id
+from ftqp.model.followers import coupled_columns, is_led
 from ftqp.model.posture import NEAR_SINGULAR, least_singular_value, scaled_jacobian
 from ftqp.model.robot import Robot
 
@@ -56,7 +57,7 @@ def _sentences(robot: Robot, K: Any, q: FloatArray) -> list[str]:
     J = scaled_jacobian(
         model, model.createData(), frame_id(model, robot.tip), robot.configuration(q), rows, task.length, axes
     )
-    share = least_singular_value(J[:, works]) / task.length
+    share = least_singular_value(coupled_columns(robot.chain, J)[:, works]) / task.length
     found = []
     if share < NEAR_SINGULAR:
         found.append(
@@ -66,7 +67,7 @@ def _sentences(robot: Robot, K: Any, q: FloatArray) -> list[str]:
         )
     if weight := weight_sentence(robot, q, K.limits.tau_max[:n]):
         found.append(weight)
-    count = int(np.count_nonzero(works))
+    count = int(np.count_nonzero(works & ~is_led(robot.chain)))
     if count <= len(rows):
         found.append(
             f"{count} joints that work for {len(rows)} task rows leave no redundancy, so a joint that fails "

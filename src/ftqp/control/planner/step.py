@@ -248,11 +248,13 @@ class Step:
 
     @property
     def tasks(self) -> dict[str, SoftTaskReport]:
-        """How far each further task was from its target before the step, by name."""
-        errors, failed = self._parts["soft_error"], self._named.failed or {}
+        """How far each task was from its target before the step, by name; that of the tip by its frame's."""
+        named, errors, failed = self._named, self._parts["soft_error"], self._named.failed or {}
+        found = {} if named.tip is None else {named.tip: self.task_error}
+        found |= {name: errors[6 * k : 6 * k + size] for k, (name, size) in enumerate(named.tasks)}
         return {
-            name: SoftTaskReport(errors[6 * k : 6 * k + size], failed.get(name))
-            for k, (name, size) in enumerate(self._named.tasks)
+            name: SoftTaskReport(error, failed.get(name), named.kept(name, error))
+            for name, error in found.items()
         }
 
     @property

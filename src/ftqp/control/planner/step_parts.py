@@ -1,6 +1,7 @@
 """The parts of a step: where they stand in the planner's record, what keeps them, what is read of them."""
 
 from collections.abc import Mapping, Sequence
+from math import inf
 from typing import NamedTuple, Protocol, final
 
 import numpy as np
@@ -214,12 +215,27 @@ class Named(NamedTuple):
         asked: Of the rows that a planner asks for, by kind.
         failed: Why tasks were left out of the tick, by name; None where none can be.
         pairs: The names of pairs of bodies; None where none are kept apart.
+        tip: What the task of the tip is called; None leaves it out of the reports.
+        judged: Which numbers of a task's error are metres, and which are angles, by name; tasks of joints and
+            of one's own, whose error is not known, are left out.
+        tolerance: The largest errors that count as keeping a task [m, rad].
     """
 
     tasks: tuple[tuple[str, int], ...] = ()
     asked: Asked = NOTHING_ASKED
     failed: Mapping[str, str] | None = None
     pairs: Pairs | None = None
+    tip: str | None = None
+    judged: Mapping[str, tuple[tuple[int, ...], tuple[int, ...]]] = {}
+    tolerance: tuple[float, float] = (inf, inf)
+
+    def kept(self, name: str, error: FloatArray) -> bool | None:
+        """Whether an error of a task is within the tolerances; None where nothing is known of it."""
+        if name not in self.judged:
+            return None
+        places, angles = self.judged[name]
+        position, rotation = np.linalg.norm(error[list(places)]), np.linalg.norm(error[list(angles)])
+        return bool(position <= self.tolerance[0] and rotation <= self.tolerance[1])
 
     def copy(self) -> "Named":
         """The same, which later ticks do not change."""
@@ -236,10 +252,13 @@ class SoftTaskReport(NamedTuple):
             direction, (3,), its length the sine of the angle, 1 beyond a right angle; 0 of tasks of joints
             and of one's own.
         failed: Why the task was left out of the step, in a sentence; None unless its own function failed.
+        kept: Whether the rows that it asks for are within the tolerances of the tip's ``Task``; None of
+            tasks of joints and of one's own.
     """
 
     error: FloatArray
     failed: str | None = None
+    kept: bool | None = None
 
 
 class Measures(NamedTuple):

@@ -17,6 +17,7 @@ from ftqp.kernel.layout.rows import CLEARANCES
 from ftqp.kernel.layout.scene_room import BALLS, CAPSULES, CLOUD_BODIES, NEAREST, PAIRS, SEGMENT
 from ftqp.model.body_frames import mount_of
 from ftqp.model.capsules import Capsule, named_apart
+from ftqp.model.followers import coupled_places
 from ftqp.model.robot import Robot
 from ftqp.model.shape import random_postures
 
@@ -250,6 +251,7 @@ class Surroundings:
             room.first[at], room.second[at] = c, o
         room.pairs = len(pairs)
         drawn = random_postures(robot.limits, robot.chain.prismatic, SAMPLES, np.random.default_rng(SEED))
+        drawn = coupled_places(robot.chain, drawn)
         postures = np.vstack([robot.neutral, drawn])
         distances = self._session.pair_distances(postures)
         near = np.mean(distances[1:] < self.clearance.keep, axis=0) > MOSTLY

@@ -4,24 +4,31 @@ from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, final
 
+import numpy as np
+
 from ftqp.control.planner.filled_rows import OwnRows
 from ftqp.control.planner.running_task import RunningTask, rows_of
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
-from ftqp.control.planner.step_parts import Reference
+from ftqp.control.planner.step_parts import Named, Reference
+from ftqp.control.planner.surroundings import Surroundings
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.wanted import Start, Wanted
+from ftqp.control.task.own_task import OwnTask
 from ftqp.control.task.soft_tasks import (
     FIRST,
-    LeastSquares,
+    TIPS,
+    AxisTask,
+    CentreOfMass,
     PoseTask,
     PositionTask,
     RelativeTask,
     SoftTask,
 )
-from ftqp.control.task.task import Task, checked_gains
+from ftqp.control.task.task import Task, checked_gains, row_indices
+from ftqp.core.checks import array
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.rows import COMPONENTS, HELD_ROWS
+from ftqp.kernel.layout.rows import COMPONENTS, HELD_ROWS, Asked
 from ftqp.kernel.layout.terms_room import TERMS
 from ftqp.model.robot import Robot
 
@@ -29,23 +36,34 @@ TIP = "tip"
 """What the task of the tip is called beside the name of its frame."""
 
 
-def split(task: Task | None, tasks: Any) -> tuple[Task | None, tuple[SoftTask, ...]]:
-    """The task of the tip and the further ones, of what a planner was given.
+def split(
+    tip: str | None, task: Task | None, tasks: Any
+) -> tuple[Task | None, tuple[SoftTask, ...], Target | None]:
+    """The task of the tip and the further ones, of what a planner was given, and the tip's target, if any.
 
     Raises:
         InputError: This is no list of tasks, it has two of the tip, or too many.
     """
     if tasks is None:
-        return task, ()
+        return task, (), None
     if isinstance(tasks, SoftTask | Task | str | Mapping) or not isinstance(tasks, Sequence):
         raise InputError(f"tasks is {type(tasks).__name__}, expected a list of tasks, [ftqp.Task(), ...]")
-    of_tip = [one for one in tasks if isinstance(one, Task)]
-    soft = tuple(one for one in tasks if isinstance(one, SoftTask))
+    of_tip, given = [one for one in tasks if isinstance(one, Task)], None
+    soft = tuple(one for one in tasks if isinstance(one, SoftTask) and not is_of_tip(one, tip))
     for one in tasks:
         if not isinstance(one, Task | SoftTask):
             raise InputError(
                 f"tasks has {type(one).__name__}, expected ftqp.Task (of the tip), PoseTask, RelativeTask, "
                 "PositionTask, AxisTask, CentreOfMass, PostureTask, JointTask or LeastSquares"
+            )
+    for one in (one for one in tasks if is_of_tip(one, tip)):
+        found, given = as_of_tip(one)
+        of_tip.append(found)
+    for one in soft:
+        if one.level == TIPS:
+            raise InputError(
+                f"level of {one.label} is 1, but that is the level of the task of the tip, {tip!r}; put it "
+                f"on level 0 or 2, or take robot.with_first_tip({one.label!r})"
             )
     if len(of_tip) + (task is not None) > 1:
         raise InputError("tasks has two of the tip, expected one ftqp.Task; give it in tasks or as task")
@@ -57,7 +75,34 @@ def split(task: Task | None, tasks: Any) -> tuple[Task | None, tuple[SoftTask, .
             f"tasks on level 0 have {held} rows, expected at most {HELD_ROWS}, those of two poses; put some "
             "on level 2"
         )
-    return (of_tip[0] if of_tip else task), soft
+    return (of_tip[0] if of_tip else task), soft, given
+
+
+def is_of_tip(task: Any, tip: str | None) -> bool:
+    """Whether a task of a frame is that of the tip: its frame's, with neither a name nor level 0."""
+    mine = isinstance(task, PoseTask | PositionTask) and task.frame == tip and task.level != FIRST
+    return mine and task.name is None and not np.any(getattr(task, "point", 0.0))
+
+
+def as_of_tip(task: SoftTask) -> tuple[Task, Target | None]:
+    """The task of the tip that is written as one of its frame, and its target, if it has one.
+
+    Raises:
+        InputError: It has a weight, which the task of the tip has not.
+    """
+    assert isinstance(task, PoseTask | PositionTask)
+    if task.weight != 1.0:
+        raise InputError(
+            f"weight of {task.label} is {task.weight:g}, but it is the task of the tip, which goes before "
+            "all of level 2 and has none; leave it out"
+        )
+    rows = tuple(row for k, row in enumerate(COMPONENTS) if rows_of(task) & (1 << k))
+    made = Task(rows, kp=task.kp, kv=task.kv)
+    if task.target is None:
+        return made, None
+    if isinstance(task, PoseTask):
+        return made, Target(pose=task.target)
+    return made, Target(position=task.target)
 
 
 def held_rows(tasks: Sequence[SoftTask]) -> tuple[str, ...]:
@@ -71,6 +116,25 @@ def held_rows(tasks: Sequence[SoftTask]) -> tuple[str, ...]:
     )
 
 
+def split_rows(bits: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """The rows of a task that are metres, and those that are angles."""
+    rows = [k for k in range(len(COMPONENTS)) if bits & (1 << k)]
+    return tuple(k for k in rows if k < 3), tuple(k for k in rows if k >= 3)
+
+
+def target_of_tip(value: Any) -> Any:
+    """A target of the tip; a pose (4, 4) or a place (3,) is one that stands still.
+
+    Raises:
+        InputError: The array is neither.
+    """
+    if value is None or isinstance(value, Target | Targets | str | Mapping):
+        return value
+    if np.shape(value) == (4, 4):
+        return Target(pose=value)
+    return Target(position=array("target of the tip", value, (3,), "ftqp.Target(pose=...), (4, 4) or (3,)"))
+
+
 @final
 class TaskList(Mapping[str, RunningTask]):
     """The further tasks of a planner by name.
@@ -82,6 +146,7 @@ class TaskList(Mapping[str, RunningTask]):
         level: What the QP decides.
         dt: The sampling period [s].
         length: What a radian counts [m].
+        first: The target that the task of the tip was given; None is none so far.
 
     Raises:
         InputError: An unknown frame or joint, gains too high for dt, a name that occurs twice, or a centre of
@@ -96,9 +161,10 @@ class TaskList(Mapping[str, RunningTask]):
         level: str,
         dt: float,
         length: float,
+        first: Target | None = None,
     ) -> None:
         self._terms, self._robot = session.K.terms, robot
-        self._main: Target | Targets | None = None
+        self._main: Target | Targets | None = first
         found: dict[str, RunningTask] = {}
         terms = self._terms
         terms.length = length
@@ -115,8 +181,8 @@ class TaskList(Mapping[str, RunningTask]):
         self._by_name = MappingProxyType(found)
         places = (("state", name) for name in ("q_command", "v_command", "a_command"))
         seen = Reference(*(session.view(*place)[: robot.nv] for place in places))
-        own = [(at, one.label, one) for at, one in enumerate(tasks) if isinstance(one, LeastSquares)]
-        self._own = OwnRows(terms, own, robot.neutral, seen) if own else None
+        own = [(at, one.label, one) for at, one in enumerate(tasks) if isinstance(one, OwnTask)]
+        self._own = OwnRows(terms, own, robot, seen, dt) if own else None
 
     @property
     def stage(self) -> Stage:
@@ -135,6 +201,24 @@ class TaskList(Mapping[str, RunningTask]):
         return tuple(
             (name, 6 if isinstance(one.given, PoseTask | RelativeTask) else 3) for name, one in self.items()
         )
+
+    def named(self, asked: Asked, pairs: Surroundings | None, main: Task) -> Named:
+        """What a step says of its tasks.
+
+        Args:
+            asked: The rows that the planner asks for.
+            pairs: What knows the names of pairs of bodies; None keeps none apart.
+            main: The task of the tip, whose tolerances count.
+        """
+        tip = self._robot.tip
+        judged = {tip: split_rows(sum(1 << k for k in row_indices(main.rows or self._robot.default_rows)))}
+        for name, one in self.items():
+            if isinstance(one.given, AxisTask):
+                judged[name] = (), (0, 1, 2)
+            elif isinstance(one.given, PoseTask | RelativeTask | PositionTask | CentreOfMass):
+                judged[name] = split_rows(rows_of(one.given))
+        limits = main.tolerance, main.rotation_tolerance
+        return Named(self.errors, asked, self.failed, pairs, tip, judged, limits)
 
     @property
     def begin_where_they_are(self) -> tuple[str, ...]:
@@ -173,7 +257,7 @@ class TaskList(Mapping[str, RunningTask]):
         main, others = self._main, []
         for name, target in targets.items():
             if name in (TIP, self._robot.tip):
-                main = target
+                main = target_of_tip(target)
             else:
                 one = self[name]
                 others.append((one, one.taken(target)))

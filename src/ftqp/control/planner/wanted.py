@@ -12,6 +12,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.pose import pose
 from ftqp.faults.belief import Belief
 from ftqp.kernel.entry.orders import NO_LOAD, Load
+from ftqp.model.followers import coupled_columns
 from ftqp.model.payload import Payload
 from ftqp.model.posture import gravity_torques
 from ftqp.model.robot import Robot
@@ -103,7 +104,8 @@ def weight_sentence(robot: Robot, q: FloatArray, tau_max: FloatArray) -> str:
         q: Joint positions, (nv,) [rad or m].
         tau_max: Torque limits believed now, (nv,) [N m or N].
     """
-    tau = np.abs(gravity_torques(robot.model, robot.model.createData(), robot.configuration(q)))
+    holding = gravity_torques(robot.model, robot.model.createData(), robot.configuration(q))
+    tau = np.abs(coupled_columns(robot.chain, holding))
     worst = int(np.argmax(tau / tau_max))
     if not tau[worst] > tau_max[worst]:
         return ""

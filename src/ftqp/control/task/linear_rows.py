@@ -6,6 +6,7 @@ from typing import Any
 
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.rows import OWN_ROWS
+from ftqp.model.robot import Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,3 +46,11 @@ class Rows:
     def label(self) -> str:
         """What it is called."""
         return self.name
+
+    def filling(self, robot: Robot) -> Callable[[Any, Any, Any, Any], None]:
+        """The function.
+
+        Args:
+            robot: The arm, which the function does not need.
+        """
+        return self.fill

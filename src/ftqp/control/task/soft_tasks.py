@@ -1,6 +1,6 @@
 """Further tasks: what other frames, axes and joints of the arm should do, before or after the tip's task."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any, ClassVar
@@ -12,9 +12,8 @@ from ftqp.core.checks import array, frozen
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.pose import pose
 from ftqp.core.setting import REQUIRED, setting
-from ftqp.kernel.layout.enums import TASK_ROWS
 from ftqp.kernel.layout.rows import COMPONENTS
-from ftqp.kernel.layout.terms_room import AXIS, FRAME, JOINT_PLACES, MASS, OWN
+from ftqp.kernel.layout.terms_room import AXIS, FRAME, JOINT_PLACES, MASS
 
 AXES = "xyz"
 GENTLE = {"acceleration": 4.0, "velocity": 2.0}
@@ -27,8 +26,8 @@ WHICH = "a frame, link or joint of the robot's model"
 Matrix = tuple[tuple[float, ...], ...] | None
 SETS = {"pose": 0b111111, "position": 0b000111, "orientation": 0b111000}
 """Rows by the word for them, a bit for each of x, y, z, rx, ry, rz."""
-FIRST, LAST = 0, 2
-"""The levels of further tasks; that of the tip's is 1."""
+FIRST, TIPS, LAST = 0, 1, 2
+"""The levels of further tasks, and between them that of the tip's."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,10 +58,13 @@ class SoftTask:
     name: str | None = setting(None, "what it is called; after its frame or kind if absent")
     code: ClassVar[int]
     can_go_first: ClassVar[bool] = True
+    can_be_of_tip: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        if isinstance(self.level, bool) or self.level not in (FIRST, LAST):
-            more = "; level 1 is that of the tip's task, ftqp.Task" if self.level == 1 else ""
+        if self.level == TIPS and self.can_be_of_tip and not isinstance(self.level, bool):
+            pass  # whether it is of the tip a planner knows
+        elif isinstance(self.level, bool) or self.level not in (FIRST, LAST):
+            more = "; level 1 is that of the tip's task" if self.level == TIPS else ""
             raise InputError(f"level of {self.label} is {self.level!r:.60}, expected 0 or 2{more}")
         if self.level == FIRST and not self.can_go_first:
             raise InputError(
@@ -137,6 +139,7 @@ class PoseTask(SoftTask):
     )
     target: Any = setting(None, "its pose; the one that it starts with if absent", of=Matrix, kw_only=True)
     code: ClassVar[int] = FRAME
+    can_be_of_tip: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         SoftTask.__post_init__(self)
@@ -211,6 +214,7 @@ class PositionTask(SoftTask):
     )
     point: Any = setting((0.0, 0.0, 0.0), "another point of the frame", of=Three, unit="m", kw_only=True)
     code: ClassVar[int] = FRAME
+    can_be_of_tip: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         SoftTask.__post_init__(self)
@@ -341,40 +345,3 @@ class JointTask(SoftTask):
                 f"joints of {self.label} is {self.joints!r:.60}, expected places by joint, for example "
                 "{'panda_joint2': 0.5}"
             )
-
-
-@dataclass(frozen=True, slots=True)
-class LeastSquares(SoftTask):
-    """weight/2 |J x - b|^2 of one's own, or J x = b on level 0, at the price of a call in every step.
-
-    Args:
-        rows: How many rows, 1 to 6.
-        fill: Called before each tick as ``fill(state, J, b)``: ``state`` has ``q``, ``v`` and ``a`` of the
-            reference, (nv,), and ``J`` (rows, nv) and ``b`` (rows,) are to be written. x is the joint
-            acceleration, or velocity at the velocity level. It is tried once when a planner is made, at the
-            neutral posture at rest. A tick in which it raises or gives numbers that are not finite goes on
-            without the task; ``step.tasks[name].failed`` says why, and the first time a warning does.
-    """
-
-    rows: int
-    fill: Callable[[Any, Any, Any], None]
-    code: ClassVar[int] = OWN
-
-    def __post_init__(self) -> None:
-        SoftTask.__post_init__(self)
-        if isinstance(self.rows, bool) or not isinstance(self.rows, int) or not 1 <= self.rows <= TASK_ROWS:
-            raise InputError(f"rows of {self.label} is {self.rows!r:.60}, expected 1 to {TASK_ROWS}")
-        if not callable(self.fill):
-            raise InputError(f"fill of {self.label} is {self.fill!r:.60}, expected a function (state, J, b)")
-
-
-KINDS: Mapping[str, type[SoftTask]] = {
-    "pose": PoseTask,
-    "relative": RelativeTask,
-    "position": PositionTask,
-    "axis": AxisTask,
-    "centre_of_mass": CentreOfMass,
-    "posture": PostureTask,
-    "joints": JointTask,
-}
-"""Those that a file can have, by the word for them; a function of one's own can only be given in Python."""

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import fold_row, fold_square
 from ftqp.kernel.arm.points import moves
 from ftqp.kernel.jit import part_jit
 from ftqp.kernel.maths.vectors import cross
@@ -13,7 +14,8 @@ def dynamics(K: Any, state: Any) -> None:
 
     Needs ``forward_kinematics`` and ``motion``. M is 0 between joints of which neither carries the other. h
     holds Coriolis, centrifugal and gravity torques and viscous friction d_i v_i [N m or N]; Coulomb friction,
-    whose sign a joint near rest does not have, is left out.
+    whose sign a joint near rest does not have, is left out. With joints that mimic others they are E'M E and
+    E'h, and 1 stands on the diagonal of M for those, which no torque moves.
     Source: Featherstone 2008, chapters 5 and 6; here in world coordinates.
     """
     chain, kinematics = K.chain, K.kinematics
@@ -137,3 +139,6 @@ def dynamics(K: Any, state: Any) -> None:
             S0 = S1 = S2 = S3 = S4 = S5 = 0.0
     for i in range(n):  # apart from the loop above, whose rounding it leaves as it is
         kinematics.h[i] += chain.viscous[i] * state.v[i]
+    if chain.mimics:
+        fold_row(chain, kinematics.h)
+        fold_square(chain, kinematics.M, 1.0)

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import fold_columns
 from ftqp.kernel.arm.points import moves
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.trigonometry import joint_sines
@@ -13,7 +14,7 @@ def forward_kinematics(K: Any, state: Any) -> None:
     """T_i = T_parent (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint; the tip; J.
 
     Column i of J: (z_i x (o_tip - o_i); z_i) for a revolute joint, (z_i; 0) for a prismatic one, and 0 for
-    one that does not move the tip.
+    one that does not move the tip. Those of joints that mimic others are added to their leaders'.
     """
     joint_sines(state, K.kinematics, K.chain)
     frames(state, K.kinematics, K.chain)
@@ -85,6 +86,8 @@ def frames(state: Any, kinematics: Any, chain: Any) -> None:
                 a0, a1, a2, p0 - kinematics.o[i, 0], p1 - kinematics.o[i, 1], p2 - kinematics.o[i, 2]
             )
             J[3, i], J[4, i], J[5, i] = a0, a1, a2
+    if chain.mimics:
+        fold_columns(kinematics, chain)
 
 
 @part_jit

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import fold_row
 from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.vectors import cross
 
@@ -91,3 +92,5 @@ def torques_of(state: Any, kinematics: Any, chain: Any, a: Any) -> None:
                     F[5] + n2,
                 )
             f0 = f1 = f2 = n0 = n1 = n2 = 0.0
+    if chain.mimics:
+        fold_row(chain, tau)

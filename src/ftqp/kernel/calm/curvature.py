@@ -3,6 +3,7 @@
 from math import cos, sin, sqrt
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import columns, fold_square
 from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.vectors import cross
 from ftqp.kernel.rows.task_rows import component_of
@@ -71,7 +72,7 @@ def spread(chain: Any, calm: Any) -> float:
 
 
 @jit
-def _add_bend_of_rotation(faults: Any, task: Any, kinematics: Any, S: Any) -> None:
+def _add_bend_of_rotation(faults: Any, task: Any, J: Any, S: Any) -> None:
     """- L^2 (1 - g)(W'W), W = (1 - uu') J_r, g = (|e|/2) cot(|e|/2): how the rotation vector itself bends."""
     x, y, z = task.error[3], task.error[4], task.error[5]
     angle = sqrt(x * x + y * y + z * z)
@@ -80,7 +81,6 @@ def _add_bend_of_rotation(faults: Any, task: Any, kinematics: Any, S: Any) -> No
     x, y, z = x / angle, y / angle, z / angle
     half = 0.5 * angle
     w = task.row_scale[3] * task.row_scale[3] / task.yielding[3] * (1.0 - half * cos(half) / sin(half))
-    J = kinematics.J
     for a in range(faults.working):
         i = faults.order[a]
         along = J[3, i] * x + J[4, i] * y + J[5, i] * z
@@ -92,12 +92,12 @@ def _add_bend_of_rotation(faults: Any, task: Any, kinematics: Any, S: Any) -> No
 
 
 @jit
-def _add_bend_of_axis(faults: Any, task: Any, kinematics: Any, S: Any) -> None:
+def _add_bend_of_axis(faults: Any, task: Any, kinematics: Any, J: Any, S: Any) -> None:
     """- L^2 ((1 - |e| cot |e|)(d'w)^2 + (a'w)(t'w)), w = J_r: the same of the turn of the tool axis a.
 
     t = e x a points along the turn with its length, d = t/|t|.
     """
-    R, axis, J = kinematics.R_tip, task.axis, kinematics.J
+    R, axis = kinematics.R_tip, task.axis
     x, y, z = task.error[3], task.error[4], task.error[5]
     angle = sqrt(x * x + y * y + z * z)
     if not angle > STRAIGHT:
@@ -128,10 +128,11 @@ def curvature(faults: Any, task: Any, kinematics: Any, chain: Any, calm: Any) ->
         position   S_ij = - (z_i x p_j) . e_p for i <= j
         rotation   S_ij = - L^2/2 (z_i x z_j) . e_r for i < j, and the bend of the error's own measure
 
-    z_i and p_j are columns of the tip's Jacobian. Rows that the task leaves out count as without error.
+    z_i and p_j are columns of the tip's Jacobian; with joints that mimic others it is E'S E. Rows that the
+    task leaves out count as without error.
     Source: docs/theory/calm.md, "The curvature".
     """
-    S, J, v = calm.S, kinematics.J, calm.weighted
+    S, J, v = calm.S, columns(kinematics, chain), calm.weighted
     weighted_error(task, calm)
     for i in range(chain.n):
         for j in range(i + 1):
@@ -149,9 +150,14 @@ def curvature(faults: Any, task: Any, kinematics: Any, chain: Any, calm: Any) ->
             S[j, i] = -s
     if task.uses_rotation:
         if task.tool_rows:
-            _add_bend_of_axis(faults, task, kinematics, S)
+            _add_bend_of_axis(faults, task, kinematics, J, S)
         elif task.m >= 3 and task.rows[task.m - 3] == 3:
-            _add_bend_of_rotation(faults, task, kinematics, S)
+            _add_bend_of_rotation(faults, task, J, S)
+    if chain.mimics:
+        for i in range(chain.n):
+            for j in range(i):
+                S[j, i] = S[i, j]
+        fold_square(chain, S, 0.0)
     square = 0.0
     for i in range(chain.n):
         for j in range(i):

@@ -3,6 +3,7 @@
 from math import inf
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import columns, spread_by
 from ftqp.kernel.calm.curvature import weigh_rows, weighted_error
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.maths.cholesky import factor
@@ -65,7 +66,7 @@ def largest_curvature(task: Any, kinematics: Any, chain: Any) -> Any:
     ||S|| <= sqrt 2 (|e_p| sqrt(sum_j j |p_j|^2) + L^2/2 |e_r| sqrt(n (n + 1)/2)), and how the rotation's own
     measure bends: n L^2 |e_r|^2/8 at most, of the tool axis n L^2 |e_r| (1 + |e_r|).
     """
-    J, n = kinematics.J, chain.n
+    J, n = columns(kinematics, chain), chain.n
     ways = 0.0
     for at in range(0, n, WIDTH):
         x, y, z = several(J[0], at), several(J[1], at), several(J[2], at)
@@ -73,7 +74,8 @@ def largest_curvature(task: Any, kinematics: Any, chain: Any) -> Any:
     linear = task.position_error / task.yielding[0] * sqrt(2.0 * sum_of(ways))
     weight, angle = task.length * task.length / task.yielding[3], task.rotation_error
     own = angle * (1.0 + angle) if task.tool_rows else 0.125 * angle * angle
-    return linear + weight * (0.5 * angle * sqrt(1.0 * n * (n + 1)) + n * own)
+    bend: float = linear + weight * (0.5 * angle * sqrt(1.0 * n * (n + 1)) + n * own)
+    return bend * spread_by(chain) if chain.mimics else bend
 
 
 @jit
@@ -84,7 +86,7 @@ def curvature_bound(task: Any, kinematics: Any, chain: Any, calm: Any) -> float:
     S_ij = -z_i . g_j for i < j, so that the squares of column j sum up to g_j'(sum_(i<j) z_i z_i')g_j. How
     the rotation's own measure bends is bounded as in ``largest_curvature``.
     """
-    J, v, n = kinematics.J, calm.weighted, chain.n
+    J, v, n = columns(kinematics, chain), calm.weighted, chain.n
     weighted_error(task, calm)
     v0, v1, v2, v3, v4, v5 = v[0], v[1], v[2], v[3], v[4], v[5]
     Z0 = Z1 = Z2 = Z3 = Z4 = Z5 = 0.0  # xx xy xz yy yz zz
@@ -103,7 +105,8 @@ def curvature_bound(task: Any, kinematics: Any, chain: Any, calm: Any) -> float:
     angle = sqrt(e[3] * e[3] + e[4] * e[4] + e[5] * e[5])
     own = angle * (1.0 + angle) if task.tool_rows else 0.125 * angle * angle
     weight: float = task.length * task.length / task.yielding[3]
-    return sqrt(diagonal + 2.0 * max(beside, 0.0)) + weight * n * own
+    bend: float = sqrt(diagonal + 2.0 * max(beside, 0.0)) + weight * n * own
+    return bend * spread_by(chain) if chain.mimics else bend
 
 
 @jit

@@ -91,7 +91,7 @@ def find_out_of_hand(K: Any) -> None:
     then = slot(feedback, feedback.latency)
     time = OVERSPEED_TIME if feedback.kind == TORQUE_DRIVE else SERVO_TIME
     for i in range(K.chain.n):
-        if K.faults.code[i] != HEALTHY:
+        if K.faults.code[K.chain.lead[i]] != HEALTHY:
             feedback.outside_band[i] = feedback.hurried[i] = 0
             continue
         out = watch.latched and abs(feedback.seen[i] - past.q[then, i]) > error_band(feedback, past, i)

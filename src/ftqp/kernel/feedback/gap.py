@@ -51,7 +51,7 @@ def _joint_gap(faults: Any, feedback: Any, chain: Any, past: Any) -> float:
     then = slot(feedback, feedback.latency)
     gap = 0.0
     for i in range(chain.n):
-        if faults.code[i] == HEALTHY:
+        if faults.code[chain.lead[i]] == HEALTHY:
             g = abs(feedback.seen[i] - past.q[then, i]) / error_band(feedback, past, i)
             if g > gap:
                 gap = g

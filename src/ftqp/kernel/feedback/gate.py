@@ -9,6 +9,7 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.arm.mimicry import mimic, mimic_places
 from ftqp.kernel.feedback.observer import feel
 from ftqp.kernel.feedback.reference import place_of
 from ftqp.kernel.feedback.samples import ROOM, SIGMAS, SPEED_SHARE
@@ -97,6 +98,16 @@ def _is_a_motion(q: Any, v: Any, change: Any) -> Any:
 
 
 @jit
+def _mimics(chain: Any, at: int) -> Any:
+    """Which of the joints at .. at + 7 mimic others: what may leave of those is decided by their leaders."""
+    which = below(0, at)
+    for m in range(at, min(at + WIDTH, chain.n)):
+        if chain.lead[m] != m:
+            which = which | (below(m + 1, at) & ~below(m, at))
+    return which
+
+
+@jit
 def _lets_through(K: Any, at: int) -> bool:
     """Whether the commands of the joints from ``at`` on may leave: the reference, and what is made of it.
 
@@ -118,6 +129,8 @@ def _lets_through(K: Any, at: int) -> bool:
             near = near & (abs(several(feedback.v_sent, at)) < inf)
     else:
         near = _keeps(v, larger(smaller(v_max, UNLIMITED), abs(v_last))) & (abs(q) < inf)
+    if K.chain.mimics:
+        near = near | _mimics(K.chain, at)
     if K.faults.working < K.chain.n:
         near = near | (is_set(K.faults.code, at) & _is_a_motion(q, v, dt * several(state.a_command, at)))
     return all_of(near | ~below(K.chain.n, at))
@@ -192,6 +205,10 @@ def _brake(K: Any) -> None:
         feedback.q_sent[i], feedback.v_sent[i] = place_of(limits, gate, i, sent), after
         K.task.slack[i % 6] = K.qp.z_box[i] = 0.0
         feedback.q_now[i], feedback.v_now[i] = q, v
+    if K.chain.mimics:
+        mimic_places(K.chain, state.q_command)
+        mimic(K.chain, state.v_command)
+        mimic(K.chain, state.a_command)
     K.kinematics.has_dynamics = 0
     if feedback.kind == TORQUE_DRIVE:
         feel(K)
@@ -230,6 +247,9 @@ def pass_gate(K: Any) -> bool:
         if outcome == OK or outcome == RELAXED or outcome == SCALED:
             K.cascade.outcome = INVALID_INPUT
     _send_to_held(K)
+    if K.chain.mimics:
+        mimic_places(K.chain, feedback.q_sent)
+        mimic(K.chain, feedback.v_sent)
     limits, place = K.limits, K.scratch.joints
     for k in range(K.faults.working, K.faults.movable):  # where it may be sent once its motor works again
         i = K.faults.order[k]

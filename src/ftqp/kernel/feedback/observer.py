@@ -58,7 +58,7 @@ def predicted(
 def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
     """The observer of joint i, whatever becomes of it."""
     feedback, past, faults = K.feedback, K.past, K.faults
-    healthy = faults.code[i] == HEALTHY
+    healthy = faults.code[K.chain.lead[i]] == HEALTHY
     if healthy:
         if feedback.known_failed[i]:
             return_to_work(K, i)

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import mimic, mimic_places
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, POSITION_DRIVE
@@ -53,6 +54,11 @@ def refer(state: Any, faults: Any, feedback: Any, chain: Any, past: Any) -> None
             v = 0.0
         past.q[now, i], past.v[now, i] = q, v
         state.q[i], state.v[i] = q, v
+    if chain.mimics and faults.working < chain.n:
+        mimic_places(chain, state.q)
+        mimic(chain, state.v)
+        mimic_places(chain, past.q[now])
+        mimic(chain, past.v[now])
 
 
 @jit
@@ -111,7 +117,7 @@ def leave_margin(faults: Any, feedback: Any, chain: Any, past: Any) -> None:
     then = slot(feedback, feedback.latency)
     if feedback.speed_margin == 0.0:
         for i in range(chain.n):
-            if faults.code[i] == HEALTHY and abs(feedback.seen[i] - past.q[then, i]) > BESIDE:
+            if faults.code[chain.lead[i]] == HEALTHY and abs(feedback.seen[i] - past.q[then, i]) > BESIDE:
                 feedback.speed_margin = SPEED_MARGIN
     else:
         feedback.speed_margin = SWINGING_MARGIN if faults.movable > faults.working else SPEED_MARGIN

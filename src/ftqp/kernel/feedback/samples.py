@@ -98,7 +98,7 @@ def begin(K: Any) -> None:
         if anew:
             feedback.spent[i] = 0.0
             feedback.lost[i] = feedback.asks[i] = 0
-            feedback.known_failed[i] = 0 if K.faults.code[i] == HEALTHY else 1
+            feedback.known_failed[i] = 0 if K.faults.code[K.chain.lead[i]] == HEALTHY else 1
         feedback.unresponsive[i] = feedback.doubted[i] = feedback.heeded[i] = 0
         feedback.wound[i] = feedback.usual[i] = feedback.missing[i] = 0.0
         for s in range(feedback.span):
@@ -182,7 +182,7 @@ def _cost(K: Any, i: int, possible: bool) -> float:
     A sensor that was lost because its number repeated is explained once its joint is said to have failed.
     """
     feedback = K.feedback
-    if K.faults.code[i] != HEALTHY and feedback.sigma == 0.0 and explain(feedback, i):
+    if K.faults.code[K.chain.lead[i]] != HEALTHY and feedback.sigma == 0.0 and explain(feedback, i):
         feedback.lost[i] = 0
         feedback.spent[i] = 0.0
     if feedback.lost[i] != 0 or not possible:
@@ -197,8 +197,8 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     """The sample of joint i, looked at closely."""
     feedback, past, state = K.feedback, K.past, K.state
     sample = state.q[i]
-    healthy = K.faults.code[i] == HEALTHY
-    v = past.v[then, i] if K.faults.code[i] != FREE else feedback.v_hat[i]
+    healthy = K.faults.code[K.chain.lead[i]] == HEALTHY
+    v = past.v[then, i] if K.faults.code[K.chain.lead[i]] != FREE else feedback.v_hat[i]
     feedback.age[i] += 1
     if state.unusable == NOTHING_HEARD:
         feedback.bad[i] = 1

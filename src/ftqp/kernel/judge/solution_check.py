@@ -3,6 +3,7 @@
 from math import inf, sqrt
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import mimic, mimic_places
 from ftqp.kernel.arm.newton_euler import torques_of
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.judge.kept_limits import torque_excess
@@ -104,7 +105,7 @@ def check_solution(task: Any, cascade: Any, qp: Any, scratch: Any) -> bool:
 
 @jit
 def command(K: Any) -> None:
-    """Integrate x, held for dt, into the command; failed joints exactly as prescribed.
+    """Integrate x, held for dt, into the command; failed joints, and those that mimic others, exactly.
 
     Acceleration level: q + dt v + dt^2 a/2, v + dt a.  Velocity level: q + dt x, x.
     """
@@ -123,6 +124,10 @@ def command(K: Any) -> None:
             state.a_command[i], state.v_command[i], state.q_command[i] = 0.0, 0.0, state.q[i]
         elif faults.code[i] == BRAKING:
             state.v_command[i] = faults.lock_velocity[i]
+    if chain.mimics:
+        mimic(chain, state.a_command)
+        mimic(chain, state.v_command)
+        mimic_places(chain, state.q_command)
     if kinematics.has_dynamics:
         joint_torques(state, faults, kinematics, chain)
         K.cascade.torque_excess = torque_excess(K)
@@ -135,7 +140,7 @@ def joint_torques(state: Any, faults: Any, kinematics: Any, chain: Any) -> None:
         tau = kinematics.h[i]
         for j in range(chain.n):
             tau += kinematics.M[i, j] * state.a_command[j]
-        _carry(state, faults, i, tau)
+        _carry(state, faults, i, tau if chain.lead[i] == i else 0.0)
 
 
 @jit

@@ -121,7 +121,8 @@ def record(capacity: int) -> Any:
 def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, inertia: Any, prismatic: Any,
                continuous: Any, tip_rotation: Any, tip_translation: Any, gravity: Any,
                armature: Any = 0.0, viscous: Any = 0.0, coulomb: Any = 0.0, parent: Any = None,
-               tip_joint: int | None = None, floating: int = 0) -> None:  # fmt: skip
+               tip_joint: int | None = None, floating: int = 0, lead: Any = None,
+               ratio: Any = 1.0, offset: Any = 0.0) -> None:  # fmt: skip
     """Write the constants of an arm, or of a tree of arms, into a record.
 
     Args:
@@ -142,6 +143,9 @@ def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, 
         parent: The joint that each hangs on, lower than itself, -1 is the base, (n,); None is a serial arm.
         tip_joint: The joint that the tip moves with; None is the last.
         floating: How many joints from the first on have no motor.
+        lead: The joint that each follows, itself where it mimics none, (n,); None is the latter for all.
+        ratio: Of a joint's motion to that of its leader, (n,); 1 where it mimics none.
+        offset: Where a joint is when its leader is at 0, (n,) [rad or m]; 0 where it mimics none.
     """
     chain, n = K.chain, len(mass)
     chain.n, chain.floating = n, floating
@@ -167,6 +171,9 @@ def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, 
     chain.tip_rotation[:] = np.ravel(tip_rotation)
     chain.tip_translation[:] = tip_translation
     chain.gravity[:] = gravity
+    chain.lead[:n] = np.arange(n) if lead is None else lead
+    chain.ratio[:n], chain.offset[:n] = ratio, offset
+    chain.mimics = int(np.count_nonzero(chain.lead[:n] != np.arange(n)))
 
 
 def _load_tree(chain: Any, parent: Any, tip_joint: int) -> None:

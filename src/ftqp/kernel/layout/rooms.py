@@ -109,6 +109,7 @@ def _kinematics(N: int) -> Fields:
     """The one snapshot of a tick; ``acc`` is of the frame origins, minus gravity.
 
     ``tau`` holds torques of a command, or bounds on them; ``effort`` and ``wrench`` are memory of both.
+    ``J_each``: J before columns of joints that mimic others are added to those of their leaders.
     ``carried`` and ``gained``: what the branches of a tree hand to the joint they hang on, and take from it.
     """
     return [
@@ -123,6 +124,7 @@ def _kinematics(N: int) -> Fields:
                 "R_tip": (9,),
                 "o_tip": (3,),
                 "J": (6, N),
+                "J_each": (6, N),
                 "drift": (6,),
                 "w": (N, 3),
                 "alpha": (N, 3),
@@ -145,15 +147,18 @@ def _chain(N: int) -> Fields:
     ``parent``: the joint that a joint hangs on, -1 is the base; parents come first. ``ancestors``: one bit
     for each joint on the way from the base, itself included. ``branches``: whether a joint but the next one
     hangs on it; ``is_tree``: whether any does. The tip moves with ``tip_joint``. ``floating``: so many
-    joints, the first ones, have no motor, as a body floats.
+    joints, the first ones, have no motor, as a body floats. ``mimics``: so many joints follow another one,
+    their ``lead``, by q = ``ratio`` q_lead + ``offset``; all others lead themselves.
     ``rotation`` and ``translation`` place a joint's frame in its parent's at q = 0. ``inertia`` is about
     the com: xx xy xz yy yz zz. ``armature`` is the rotor inertia seen at the joint. ``viscous`` is a part of
     h; ``coulomb`` is data for rollouts, no formula of a planner's tick feeds it forward. ``span``, ``lever``
     and ``stoutness`` are sizes: |translation|, |com| and the largest principal moment of ``inertia``.
     """
     return [
-        *scalars("i8", "n nq has_inertia is_tree tip_joint floating"),
-        *integers(dict.fromkeys(("prismatic", "continuous", "parent", "branches", "ancestors"), (N,))),
+        *scalars("i8", "n nq has_inertia is_tree tip_joint floating mimics"),
+        *integers(
+            dict.fromkeys(("prismatic", "continuous", "parent", "branches", "ancestors", "lead"), (N,))
+        ),
         *floats(
             {
                 "rotation": (N, 9),
@@ -167,6 +172,8 @@ def _chain(N: int) -> Fields:
                 "armature": (N,),
                 "viscous": (N,),
                 "coulomb": (N,),
+                "ratio": (N,),
+                "offset": (N,),
                 "span": (N,),
                 "lever": (N,),
                 "stoutness": (N,),

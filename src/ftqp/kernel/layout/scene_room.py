@@ -97,5 +97,6 @@ def ahead_fields(N: int) -> Fields:
             "R_tip": (9,),
             "o_tip": (3,),
             "J": (6, N),
+            "J_each": (6, N),
         }
     )

@@ -7,6 +7,7 @@ from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import motion
+from ftqp.kernel.arm.mimicry import mimic
 from ftqp.kernel.arm.newton_euler import torques_of
 from ftqp.kernel.arm.torque_bound import torque_bound
 from ftqp.kernel.jit import jit, part_jit, rare_jit
@@ -117,9 +118,11 @@ def keeps_torque(K: Any) -> bool:
     for at in range(0, K.chain.n, WIDTH):
         x = select(below(K.chain.n, at), several(qp.x, at), 0.0)
         put(a, at, x if state.level != VELOCITY else (x - several(state.v, at)) / state.dt)
+    if K.chain.mimics:
+        mimic(K.chain, a)
     if _is_within_guard(K.limits, K.chain, a):
         return True
-    if K.chain.is_tree:  # the bound adds joint upon joint, as of a serial arm
+    if K.chain.is_tree or K.chain.mimics:  # the bound adds joint upon joint, as of a serial arm
         return _torques_hold(K, a)
     torque_bound(state, K.kinematics, K.chain, a)
     return _is_within_torque(K.faults, K.limits, K.kinematics, K.chain) or _torques_hold(K, a)

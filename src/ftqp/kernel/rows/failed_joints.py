@@ -3,6 +3,7 @@
 from math import inf, sqrt
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import mimic
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import (
     BRAKING,
@@ -110,6 +111,8 @@ def prescribed_motion(state: Any, faults: Any, limits: Any, chain: Any, qp: Any)
             state.v[i] = 0.0
             faults.lock_velocity[i] = 0.0
             fix(qp, i, 0.0)
+    if chain.mimics:
+        mimic(chain, state.v)
 
 
 @jit
@@ -238,3 +241,6 @@ def lock_instantly(K: Any) -> None:
         if faults.code[i] == INSTANT:
             state.v[i] = K.gate.v[i] = 0.0
             faults.code[i] = LOCKED
+    if K.chain.mimics:
+        mimic(K.chain, state.v)
+        mimic(K.chain, K.gate.v)

@@ -10,6 +10,7 @@ Source: docs/theory/further-tasks.md.
 from math import sqrt
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import fold_row
 from ftqp.kernel.arm.points import moves, point_column, point_drift, point_of, turned
 from ftqp.kernel.arm.pose_error import rotation_vector
 from ftqp.kernel.jit import jit, part_jit
@@ -234,6 +235,14 @@ def _two_of_three(K: Any, t: int) -> None:
     asked[0], asked[1] = u0 * x0 + u1 * x1 + u2 * x2, w0 * x0 + w1 * x1 + w2 * x2
 
 
+@jit
+def _fold(chain: Any, rows: Any) -> None:
+    """Columns of joints that mimic others go to their leaders."""
+    if chain.mimics:
+        for k in range(6):
+            fold_row(chain, rows[k])
+
+
 @part_jit
 def term_rows(K: Any, t: int) -> None:
     """Rows of one further task into ``rows_of``, error, and what they are asked for, in metres.
@@ -250,6 +259,7 @@ def term_rows(K: Any, t: int) -> None:
             asked[k] = terms.b[t, k]
             for j in range(n):
                 rows[k, j] = terms.J[t, k, j]
+        _fold(K.chain, rows)
         return
     if kind == FRAME:
         _follow_frame(K, t)
@@ -264,6 +274,7 @@ def term_rows(K: Any, t: int) -> None:
                 asked[k] *= terms.length
                 for j in range(n):
                     rows[k, j] *= terms.length
+    _fold(K.chain, rows)
     if kind == AXIS and terms.hard[t]:
         _two_of_three(K, t)
 

@@ -9,6 +9,7 @@ with kv = 0. Source: docs/theory/ways-to-a-goal.md.
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.arm.mimicry import mimic_places
 from ftqp.kernel.jit import jit
 from ftqp.kernel.latches.settling import forget_settling
 from ftqp.kernel.layout.enums import (
@@ -35,6 +36,8 @@ def aim_at_reference(K: Any, joints: Any) -> None:
     chain, state, supposed, kinematics, target = K.chain, K.state, K.supposed, K.kinematics, K.task.target
     for i in range(chain.n):
         supposed.q[i] = joints.q[i] if K.faults.code[i] == HEALTHY else state.q[i]
+    if chain.mimics:
+        mimic_places(chain, supposed.q)
     forward_kinematics(K, supposed)
     for r in range(3):
         for c in range(3):

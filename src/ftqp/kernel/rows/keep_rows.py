@@ -3,6 +3,7 @@
 from math import atan2, inf, sqrt
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import fold_row
 from ftqp.kernel.arm.points import moves, point_column, point_drift, point_of, turned
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import ACCELERATION
@@ -141,4 +142,6 @@ def fill(K: Any, at: int) -> int:
             qp.l[at + t], qp.u[at + t] = _cone(K, t, row)
         else:
             qp.l[at + t], qp.u[at + t] = _plane(K, t, row), inf
+        if K.chain.mimics:
+            fold_row(K.chain, row)
     return at + keeps.count

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import columns, fold_row
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.vectors import cross
@@ -63,7 +64,7 @@ def manipulability_gradient(K: Any) -> None:
     """
     chain, faults, kinematics, task, qp, scratch = K.chain, K.faults, K.kinematics, K.task, K.qp, K.scratch
     n, m = chain.n, task.m
-    S, gradient = scratch.square, scratch.joints
+    S, gradient, J = scratch.square, scratch.joints, columns(kinematics, chain)
     for a in range(m):
         for b in range(m):
             s = 0.0
@@ -79,24 +80,26 @@ def manipulability_gradient(K: Any) -> None:
     for column in range(faults.working):
         j = faults.order[column]
         for k in range(m):
-            scratch.rows[k] = qp.A[k, j]
+            scratch.rows[k] = chain.ratio[j] * qp.A[k, chain.lead[j]]
         solve_factored(S, m, scratch.rows)
         f0, f1, f2, m0, m1, m2 = _along_rows(task, kinematics, scratch)
-        w0, w1, w2 = kinematics.J[3, j], kinematics.J[4, j], kinematics.J[5, j]
+        w0, w1, w2 = J[3, j], J[4, j], J[5, j]
         for i in range(n):
             x0 = x1 = x2 = 0.0
             y0 = y1 = y2 = 0.0
-            u0, u1, u2 = kinematics.J[3, i], kinematics.J[4, i], kinematics.J[5, i]
+            u0, u1, u2 = J[3, i], J[4, i], J[5, i]
             if i <= j:
                 if not chain.prismatic[i]:
-                    x0, x1, x2 = cross(u0, u1, u2, kinematics.J[0, j], kinematics.J[1, j], kinematics.J[2, j])
+                    x0, x1, x2 = cross(u0, u1, u2, J[0, j], J[1, j], J[2, j])
                     if not task.tool_rows:
                         y0, y1, y2 = cross(u0, u1, u2, w0, w1, w2)
             else:
-                x0, x1, x2 = cross(w0, w1, w2, kinematics.J[0, i], kinematics.J[1, i], kinematics.J[2, i])
+                x0, x1, x2 = cross(w0, w1, w2, J[0, i], J[1, i], J[2, i])
                 if task.tool_rows and not chain.prismatic[i]:
                     y0, y1, y2 = cross(w0, w1, w2, u0, u1, u2)
             gradient[i] += f0 * x0 + f1 * x1 + f2 * x2 + m0 * y0 + m1 * y1 + m2 * y2
+    if chain.mimics:
+        fold_row(chain, gradient)
 
 
 @part_jit

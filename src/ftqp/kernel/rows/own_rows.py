@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import fold_row
 from ftqp.kernel.jit import jit
 
 
@@ -13,5 +14,7 @@ def fill(K: Any, at: int) -> int:
         for j in range(n):
             qp.C[at + k, j] = keeps.own_C[k, j]
         qp.C[at + k, n] = 0.0
+        if K.chain.mimics:
+            fold_row(K.chain, qp.C[at + k])
         qp.l[at + k], qp.u[at + k] = keeps.own_l[k], keeps.own_u[k]
     return at + keeps.own

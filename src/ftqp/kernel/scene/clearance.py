@@ -15,6 +15,7 @@ from math import inf, sqrt
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import frames
+from ftqp.kernel.arm.mimicry import fold_row
 from ftqp.kernel.arm.points import moves, point_column, point_of
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.latches.stop_latch import latch
@@ -208,6 +209,8 @@ def _pose(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> None:
         w, place = scene.twist[-1 - other], scene.place[-1 - other]
         u0, u1, u2 = cross(w[3], w[4], w[5], far[0] - place[0], far[1] - place[1], far[2] - place[2])
         towards = n[0] * (w[0] + u0) + n[1] * (w[1] + u1) + n[2] * (w[2] + u2)
+    if chain.mimics:
+        fold_row(chain, row)
     moving = full = brake = most = 0.0
     for j in range(chain.n):
         moving += row[j] * state.v[j]

@@ -3,6 +3,7 @@
 from math import inf
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import mimic, mimic_places
 from ftqp.kernel.jit import jit
 from ftqp.kernel.latches.settling import forget_settling
 from ftqp.kernel.layout.enums import AS_TOLD
@@ -40,6 +41,11 @@ def start(K: Any, given: Any, q: Any, v: Any) -> None:
         gate.v[i] = state.v_command[i] = state.v[i] = v[i]
         state.a_command[i] = 0.0
         K.criteria.posture[i] = given.posture[i] if given.has_posture else q[i]
+    if K.chain.mimics:
+        for places in (state.q, state.q_command, gate.q, gate.sent):
+            mimic_places(K.chain, places)
+        for speeds in (state.v, state.v_command, gate.v):
+            mimic(K.chain, speeds)
     K.qp.warm = state.ticks = 0
     state.is_reset = 1
     release(K.watch, K.feedback, K.chain)

@@ -11,6 +11,7 @@ import pinocchio as pin
 from ftqp.core.errors import InputError
 from ftqp.model.audit import Finding, unsafe
 from ftqp.model.chain import kind
+from ftqp.model.followers import Follower
 from ftqp.model.reading.safe_xml import xml_of
 from ftqp.model.reading.source import Source, source_of
 
@@ -45,8 +46,9 @@ def read(source: Any) -> Source:
     compiler = root.find("compiler")
     if compiler is None or compiler.get("angle", "degree") == "degree":
         _restore_slides(model)
+    moved = {joint.get("name") for joint in root.iter("joint") if "ref" in joint.attrib}
     followers = {
-        joint.get("joint1", ""): joint.get("joint2", "a constant")
+        joint.get("joint1", ""): _follower(joint, moved)
         for joint in root.iterfind("equality/joint")
         if joint.get("active", "true") == "true"
     }
@@ -58,6 +60,21 @@ def read(source: Any) -> Source:
         findings=findings,
         postures=read_model.postures,
     )
+
+
+def _follower(joint: ElementTree.Element, moved: set[str | None]) -> Follower:
+    """How a joint of an equality follows another one: y = a_0 + a_1 x, unless it is something else."""
+    leader = joint.get("joint2")
+    values = _numbers(joint.get("polycoef", "0 1 0 0 0")) or [0.0, np.nan]
+    offset, ratio, *more = [*values, 0.0, 0.0][: max(len(values), 2)]
+    why = ""
+    if leader is None:
+        why = "a constant moves no joint"
+    elif any(more):
+        why = f"along the curve {joint.get('polycoef')!r:.60}, not in proportion"
+    elif leader in moved or joint.get("joint1") in moved:
+        why = "one of them has a ref, by which angles are counted from elsewhere"
+    return Follower(leader=leader or "a constant", ratio=ratio, offset=offset, otherwise=why)
 
 
 def _refuse_parts(root: ElementTree.Element, path: Path | None) -> None:

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.model.audit import Finding, unsafe, warning
+from ftqp.model.audit import Finding
 from ftqp.model.capsules import Capsule, Collision
+from ftqp.model.followers import Follower
 
 Written = Mapping[str, float]
 """q_min, q_max, v_max, tau_max of a joint as a file has them, NaN where missing; a_max, j_max if there."""
@@ -20,7 +21,7 @@ class Source:
     Attributes:
         model: pinocchio model of everything in the file.
         limits: Limits by joint name.
-        followers: Joints that cannot move on their own, with the joint that drives them.
+        followers: Joints that follow another one, and how.
         findings: What the reader has to say.
         postures: Postures that the model names, positions by joint [rad or m].
         shapes: Collision geometry of the links.
@@ -28,7 +29,7 @@ class Source:
 
     model: Any
     limits: Mapping[str, Written]
-    followers: Mapping[str, str] = field(default_factory=dict)
+    followers: Mapping[str, Follower] = field(default_factory=dict)
     findings: Sequence[Finding] = ()
     postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     shapes: Sequence[Capsule | Collision] = ()
@@ -70,27 +71,3 @@ def _postures(model: Any) -> dict[str, dict[str, float]]:
 def unlimited(value: float) -> float:
     """A limit as written; the largest float is none."""
     return float(value) if not abs(value) >= np.finfo(np.float64).max else float(np.copysign(np.inf, value))
-
-
-def follower_findings(
-    followers: Mapping[str, str], moving: Sequence[str], locked: Sequence[str | int]
-) -> list[Finding]:
-    """What is wrong with joints that are driven by others.
-
-    Args:
-        followers: Driven joints and the joints that drive them.
-        moving: Joints of the robot.
-        locked: Joints that the user holds.
-    """
-    found: list[Finding] = []
-    for name, leader in followers.items():
-        if name in moving:
-            found.append(
-                unsafe(
-                    f"joint {name!r} mimics {leader!r} and cannot move on its own; hold it with "
-                    f"locked=[{name!r}]"
-                )
-            )
-        elif leader in moving and name not in locked:
-            found.append(warning(f"joint {name!r} mimics {leader!r} but is held still"))
-    return found

@@ -13,6 +13,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, ModelError
 from ftqp.model.audit import Finding, body_findings, note, unsafe
 from ftqp.model.capsules import Collision
+from ftqp.model.followers import Follower
 from ftqp.model.reading import srdf
 from ftqp.model.reading.safe_xml import xml_of
 from ftqp.model.reading.source import Source, unlimited
@@ -91,7 +92,11 @@ def read(source: Any, tips: Sequence[str], locked: Sequence[str | int]) -> Sourc
         model=model,
         limits={name: _limits(joint) for name, joint in tree.joints.items()},
         followers={
-            name: _attribute(joint, "mimic", "joint")
+            name: Follower(
+                leader=_attribute(joint, "mimic", "joint"),
+                ratio=_number(_attribute(joint, "mimic", "multiplier") or "1"),
+                offset=_number(_attribute(joint, "mimic", "offset") or "0"),
+            )
             for name, joint in tree.joints.items()
             if joint.find("mimic") is not None
         },

@@ -16,7 +16,10 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.running_task import RunningTask
 from ftqp.control.scene.solid_shapes import WORDS
 from ftqp.control.task.keep import BOX, CONE, Keep
-from ftqp.control.task.soft_tasks import FIRST, KINDS, LeastSquares, PositionTask
+from ftqp.control.task.own_constraint import OwnConstraint
+from ftqp.control.task.own_task import LeastSquares, OwnTask
+from ftqp.control.task.soft_tasks import FIRST, PositionTask
+from ftqp.control.task.task_kinds import KINDS
 from ftqp.control.task.torque_limits import TorqueLimits
 from ftqp.core.checks import FloatArray
 from ftqp.model.body_frames import frame_pose, mount_of
@@ -84,7 +87,7 @@ def _further(planner: Planner) -> dict[str, Any]:
         result["tasks"] = [
             {
                 "name": name,
-                "kind": KIND_OF[type(task.given)],
+                "kind": KIND_OF.get(type(task.given), type(task.given).__name__),
                 **own.get(name, {}),
                 **_settings(task.given),
                 **_mounted(robot, task),
@@ -101,6 +104,9 @@ def _further(planner: Planner) -> dict[str, Any]:
                 continue
             if not isinstance(keep, Keep):
                 found.append({"name": keep.label, "kind": "rows", "rows": keep.rows})
+                if isinstance(keep, OwnConstraint):
+                    own_unit = {"unit": keep.unit} if keep.unit else {}
+                    found[-1] |= {**own_unit, **_settings(keep), "of": type(keep).__name__}
                 continue
             T = frame_pose(robot, keep.frame, np.zeros(robot.nv))
             point = np.zeros(3) if keep.shape == CONE else keep.point
@@ -164,7 +170,7 @@ def _mounted(robot: Robot, task: RunningTask) -> dict[str, Any]:
     ``at_zero`` is the pose of the frame, or of its point, while all joints are at 0, in the base frame.
     """
     given, found = task.given, dict[str, Any]()
-    if given.level != FIRST or isinstance(given, LeastSquares):
+    if given.level != FIRST or isinstance(given, OwnTask):
         return found
     other = getattr(given, "to", None) or getattr(given, "towards", None)
     for prefix, frame in (("", getattr(given, "frame", None)), ("other_", other)):

@@ -203,6 +203,7 @@ class Tally:
         )
         units = {one["name"]: one.get("unit") for one in self._about[FACTS[TASKS]]}
         shapes = {one["name"]: one.get("kind", "plane") for one in self._about[FACTS[PLANES]]}
+        said = {one["name"]: {"unit": one["unit"]} for one in self._about[FACTS[PLANES]] if "unit" in one}
         tasks = {
             task: {
                 "final_error": _finite(self._ends[name]),
@@ -212,7 +213,7 @@ class Tally:
             for task, name in errors.items()
         }
         kept = {
-            one: {"min_distance": self._further[name].smallest, "shape": shapes[one]}
+            one: {"min_distance": self._further[name].smallest, "shape": shapes[one], **said.get(one, {})}
             for one, name in distances.items()
         }
         clear = {one: {"min_distance": self._further[name].smallest} for one, name in apart.items()}

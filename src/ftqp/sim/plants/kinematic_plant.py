@@ -10,6 +10,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray, array, instance, non_negative, positive, seen
 from ftqp.core.errors import InputError, unknown
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
+from ftqp.model.followers import led_joints
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.arm_model import Arm
 from ftqp.sim.plants.plant import Command, Plant
@@ -61,6 +62,8 @@ class KinematicPlant(Plant):
     * degraded: its velocity and acceleration saturate at what is left of the limits, and it stops at the ends
       of what is left of its range. What is left of its torque does not matter here: this arm has no motors.
 
+    A joint that follows another one is where its leader puts it, and fails with it.
+
     Where a command agrees with that to 1e-9, it is followed bit by bit, so an arm whose planner was told at
     once moves exactly as commanded.
 
@@ -75,7 +78,7 @@ class KinematicPlant(Plant):
     """
 
     __slots__ = (
-        "_arm", "_brake", "_dt", "_faults", "_holds_acceleration", "_impacts", "_q", "_robot",
+        "_arm", "_brake", "_dt", "_faults", "_holds_acceleration", "_impacts", "_led", "_q", "_robot",
         "_sent", "_stops", "_ticks", "_v",
     )  # fmt: skip
 
@@ -103,6 +106,7 @@ class KinematicPlant(Plant):
         self._q, self._v = robot.neutral.copy(), np.zeros(robot.nv)
         self._sent = self._q.copy()
         self._faults: dict[int, Fault] = {}
+        self._led = led_joints(robot.chain)
 
     @property
     def q(self) -> FloatArray:
@@ -162,7 +166,7 @@ class KinematicPlant(Plant):
         Raises:
             InputError: unknown joint, or a free-swinging joint of a robot without inertia.
         """
-        i = self._robot.joint(fault.joint)
+        i = int(self._robot.chain.lead[self._robot.joint(fault.joint)])
         match fault:
             case Locked(mode="instant", reset="kinematic"):
                 self._v[i] = 0.0
@@ -186,7 +190,7 @@ class KinematicPlant(Plant):
         Raises:
             InputError: unknown joint.
         """
-        self._faults.pop(self._robot.joint(joint), None)
+        self._faults.pop(int(self._robot.chain.lead[self._robot.joint(joint)]), None)
 
     def obeys(self, believed: Mapping[str, Fault]) -> bool:
         """Whether every command of a planner will be followed bit by bit until another joint fails.
@@ -212,10 +216,18 @@ class KinematicPlant(Plant):
         """
         self._ticks += 1
         self._sent[:] = command.q
-        if not self._faults:
+        if self._faults:
+            self._advance_failed(command)
+        else:
             self._q[:] = command.q
             self._v[:] = command.v
-            return
+        for m, l, ratio, offset in self._led:
+            obeys = self._q[l] == command.q[l]  # bit by bit, as the command rounds it
+            self._q[m] = command.q[m] if obeys else ratio * self._q[l] + offset
+            self._v[m] = ratio * self._v[l]
+
+    def _advance_failed(self, command: Command) -> None:
+        """The same of an arm with joints that have failed."""
         after = np.array(command.v)
         for i, fault in self._faults.items():
             match fault:

@@ -10,6 +10,7 @@ from ftqp.core.checks import FloatArray, array, instance, positive, seen
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.body_frames import mount_of
+from ftqp.model.followers import coupled_places, is_led
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.hidden_faults import HiddenFault, Jammed, Misread, Runaway, Weakened
 from ftqp.sim.plants.joint_servo import JointServo
@@ -56,7 +57,7 @@ class MujocoPlant(Plant):
     """
 
     __slots__ = (
-        "_brakes", "_closes_in", "_closing", "_coulomb", "_delivered", "_high", "_is_odd", "_latest",
+        "_brakes", "_closes_in", "_closing", "_coulomb", "_delivered", "_high", "_is_odd", "_latest", "_led",
         "_limit", "_low", "_misread", "_physics", "_pushed", "_read", "_rng", "_robot", "_seed", "_servo",
         "_started", "_stuck", "_substeps", "_viscous",
     )  # fmt: skip
@@ -93,8 +94,10 @@ class MujocoPlant(Plant):
         self._closing: dict[int, int] = {}
         self._coulomb, self._viscous = true.friction(robot)
         self._low, self._high = true.stops(robot)
+        self._led = is_led(robot.chain)  # joints without a motor, and without end stops of their own
+        self._low[self._led], self._high[self._led] = -np.inf, np.inf
         self._brakes = true.brakes(robot, np.diag(self._physics.mass_matrix()))
-        self._limit = robot.limits.tau_max.copy()
+        self._limit = np.where(self._led, 0.0, robot.limits.tau_max)
         self._delivered, self._pushed = np.ones(robot.nv), np.zeros(robot.nv)
         self._misread: dict[int, Misread] = {}
         self._read = np.zeros((2, robot.nv))
@@ -162,9 +165,9 @@ class MujocoPlant(Plant):
             q: Joint positions, (nv,) or (nq,) [rad or m].
             v: Joint velocities, (nv,) [rad/s or m/s].
         """
-        q = self._robot.angles(q)
+        q = coupled_places(self._robot.chain, self._robot.angles(q))
         self._physics.reset(q, array("v", v, (self._robot.nv,), "(nv,)"))
-        self._limit[:] = self._robot.limits.tau_max
+        self._limit[:] = np.where(self._led, 0.0, self._robot.limits.tau_max)
         for i in range(self._robot.nv):
             self._work(i)
         self._servo.demand[:] = 0.0
@@ -179,7 +182,7 @@ class MujocoPlant(Plant):
         Raises:
             InputError: unknown joint.
         """
-        i = self._robot.joint(fault.joint)
+        i = self._motor_of(fault.joint)
         match fault:
             case Locked(mode="instant"):
                 self._work(i)
@@ -211,7 +214,7 @@ class MujocoPlant(Plant):
         Raises:
             InputError: unknown joint.
         """
-        self._work(self._robot.joint(joint))
+        self._work(self._motor_of(joint))
 
     def suffer(self, fault: HiddenFault) -> None:
         """From now on the joint of ``fault`` does what it says, and no longer what befell it before.
@@ -222,7 +225,7 @@ class MujocoPlant(Plant):
         Raises:
             InputError: unknown joint, or an encoder of a servo that a torque arm has not.
         """
-        i = self._robot.joint(fault.joint)
+        i = self._motor_of(fault.joint)
         if isinstance(fault, Misread) and self.drive == "torque":
             raise InputError(
                 "an arm that takes torques has no servo that could misread an encoder; give the fault to the "
@@ -243,6 +246,10 @@ class MujocoPlant(Plant):
             case Misread():
                 self._misread[i] = fault
                 self._stuck[i] = self.q[i]
+
+    def _motor_of(self, joint: str | int) -> int:
+        """The joint whose motor moves it: itself, or the one that it follows."""
+        return int(self._robot.chain.lead[self._robot.joint(joint)])
 
     def _close(self, i: int) -> None:
         """Let the brake of joint i close, which takes its time."""
@@ -266,7 +273,7 @@ class MujocoPlant(Plant):
 
     def _work(self, i: int) -> None:
         """Let joint i be healthy."""
-        self._limit[i] = self._robot.limits.tau_max[i]
+        self._limit[i] = 0.0 if self._led[i] else self._robot.limits.tau_max[i]
         self._delivered[i], self._pushed[i] = 1.0, 0.0
         self._servo.strays[i] = 0.0
         self._misread.pop(i, None)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.model.chain import Chain
+from ftqp.model.followers import led_joints
 from ftqp.model.reading.mujoco_package import mujoco
 
 HARD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
@@ -63,8 +64,8 @@ class Physics:
 
     The body of joint i has that joint's frame, its axis being z. Masses and inertias are written into
     the compiled model, because the compiler refuses some that the equations of motion accept. The arm
-    collides with what stands around it, and not with itself. A brake is dry friction; an end stop and a fixed
-    joint are hard constraints without rebound.
+    collides with what stands around it, and not with itself. A joint that follows another one is tied to it,
+    a brake is dry friction; ties, end stops and fixed joints are hard constraints without rebound.
 
     Args:
         chain: what moves.
@@ -107,7 +108,7 @@ class Physics:
         if mujoco.get_mju_user_warning() is None:  # else MuJoCo writes MUJOCO_LOG.TXT where the user works
             mujoco.set_mju_user_warning(logging.getLogger("ftqp").warning)
         mujoco.mj_resetData(self._model, self._data)
-        self._data.eq_active[:] = 0
+        self._data.eq_active[: len(self._names)] = 0  # behind them stand those of joints that follow others
         self.q[:], self.v[:] = q, v
 
     def step(self) -> None:
@@ -220,6 +221,11 @@ def _compiled(chain: Chain, h: float, rods: Sequence[Rod], things: Sequence[Thin
         body.add_joint(name=name, type=kind, axis=(0.0, 0.0, 1.0), armature=chain.armature[i])
         hold = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=name, active=False)
         hold.objtype = mujoco.mjtObj.mjOBJ_JOINT
+    for m, l, ratio, offset in led_joints(chain):
+        names = chain.names[m], chain.names[l]
+        tie = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=names[0], name2=names[1], active=True)
+        tie.objtype = mujoco.mjtObj.mjOBJ_JOINT
+        tie.data[:5] = offset, ratio, 0.0, 0.0, 0.0
     tip = bodies[chain.tip_joint + 1]
     tip.add_site(name="tip", pos=chain.tip_translation, quat=_quaternion(chain.tip_rotation))
     for rod in rods:

@@ -63,6 +63,7 @@ class ServoPlant(Plant):
         if drive is not None and drive not in TAKES:
             raise unknown("drive", drive, "plant 'servo', which has no masses", TAKES)
         robot.refuse_floating("plant 'servo', which would hold it, needs")
+        robot.refuse_followers("plant 'servo' needs")
         self._robot, self._drive = robot, drive
         self._leads = drive == "position" and takes_velocity
         self._dt = positive("dt", dt, "s")

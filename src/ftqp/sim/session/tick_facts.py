@@ -164,7 +164,7 @@ def _further(log: Columns, tick: int) -> tuple[FurtherFact, ...]:
         one["name"]: FurtherFact(
             one["name"],
             0.0,
-            "rad" if one.get("kind") == "cone" else "m",
+            one.get("unit", "rad" if one.get("kind") == "cone" else "m"),
             _three(one.get("above")),
             _three(one.get("normal")),
             one.get("kind", "plane"),

@@ -4,9 +4,12 @@ from typing import final
 
 import numpy as np
 
+from ftqp.control.planner.running_task import RunningTask
 from ftqp.control.scene.solid_shapes import WORDS
 from ftqp.control.task.keep import Keep
+from ftqp.control.task.soft_tasks import PoseTask, RelativeTask
 from ftqp.core.checks import FloatArray, array, frozen
+from ftqp.core.pose import transform
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
 from ftqp.sim.further_measures import FurtherMeasures
@@ -166,8 +169,20 @@ class WatchedArm:
             return
         task = self._player.planner.tasks[name]
         before = task.target
-        task.target = position
+        task.target = self._moved(task, before, position)
         self._placed.setdefault(name, before)
+
+    def _moved(self, task: RunningTask, target: FloatArray, position: FloatArray) -> FloatArray:
+        """A target elsewhere in the world, turned as it is."""
+        match task.given:
+            case PoseTask():
+                turn = target[:3, :3]
+            case RelativeTask():
+                T = self._player.planner.robot.pose(self._player.plant.q, task.given.to)
+                turn, position = target[:3, :3], T[:3, :3].T @ (position - T[:3, 3])
+            case _:
+                return position
+        return transform(turn, array(f"target of {task.name}", position, (3,), "(3,)"))
 
     @property
     def untold(self) -> tuple[str, ...]:
@@ -266,6 +281,9 @@ class WatchedArm:
                 continue
             if one.group == BODIES:
                 found.append(fact._replace(shape="body", solid=self._solid(one.name)))
+                continue
+            if one.name not in kept:  # of a kind that somebody has added
+                found.append(fact._replace(shape="rows"))
                 continue
             keep = kept[one.name]
             found.append(

@@ -279,8 +279,9 @@ class Panel:
             self._drag.on_update(self._dragging)
             self._give_handle()
         self._drag_marks: Any = None
-        if stage.live and any(one.solid or (one.place and not one.shape) for one in self._latest.further):
-            self._drag_marks = self._gui.add_checkbox("drag tasks and things", stage.box)
+        tasks = any(one.place and not one.shape for one in self._latest.further)
+        if stage.live and (tasks or any(one.solid for one in self._latest.further)):
+            self._drag_marks = self._gui.add_checkbox("drag tasks and things", tasks or stage.box)
             self._drag_marks.on_update(self._dragging_marks)
             self._give_marks()
         for overlay in self._scene.overlays:

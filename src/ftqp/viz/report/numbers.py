@@ -56,9 +56,10 @@ def _distance(kept: Mapping[str, Any] | None) -> str:
     if kept is None or kept["min_distance"] is None:
         return UNKNOWN
     nearest = kept["min_distance"]
-    away = (
-        f"{np.degrees(abs(nearest)):.2g} deg" if kept.get("shape") == "cone" else length(abs(nearest))
-    )  # fmt: skip
+    unit = kept.get("unit", "rad" if kept.get("shape") == "cone" else "m")
+    away = f"{abs(nearest):.3g} {unit}"
+    if unit in ("m", "rad"):
+        away = length(abs(nearest)) if unit == "m" else f"{np.degrees(abs(nearest)):.2g} deg"
     return away if nearest >= 0.0 else f"{away} beyond it"
 
 

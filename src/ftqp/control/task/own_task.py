@@ -1,0 +1,99 @@
+"""Tasks whose rows Python fills in: a function of one's own, and kinds that somebody adds."""
+
+from abc import abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from ftqp.control.task.soft_tasks import SoftTask
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.kernel.layout.enums import TASK_ROWS
+from ftqp.kernel.layout.terms_room import OWN
+from ftqp.model.robot import Robot
+
+Fill = Callable[[Any, Any, Any], None]
+"""Called before each tick as ``fill(state, J, b)``."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnTask(SoftTask):
+    """A kind of task of one's own: weight/2 |J x - b|^2, or J x = b on level 0, with J and b from Python.
+
+    A kind is a frozen dataclass over it whose settings are fields, each a ``setting(...)``, with ``count``
+    and ``filling``; an entry of ``KINDS`` in ``ftqp.control.task.task_kinds`` gives it a word in scenarios.
+    Logs, reports and the page show its error where it has a ``unit``. ``about`` says what that error is.
+    CONTRIBUTING.md says more.
+    """
+
+    code: ClassVar[int] = OWN
+    unit: ClassVar[str] = ""
+    about: ClassVar[str] = "error of the task"
+
+    @property
+    @abstractmethod
+    def count(self) -> int:
+        """How many rows it has, 1 to 6."""
+
+    @abstractmethod
+    def filling(self, robot: Robot) -> Fill:
+        """What fills in J (count, nv) and b (count,) before each tick, as ``LeastSquares`` says.
+
+        Args:
+            robot: The arm; an unknown frame or joint is an ``InputError`` here, when the planner is made.
+        """
+
+    def error(self, robot: Robot, q: FloatArray) -> float:
+        """How far it is from what it asks for, in its ``unit``, >= 0.
+
+        Args:
+            robot: The arm as it is loaded now.
+            q: Joint positions, (nv,) [rad or m].
+        """
+        return float("nan")
+
+    def place(self, robot: Robot, q: FloatArray) -> FloatArray | None:
+        """Where its target is, (3,) [m], for the page to mark; None of a task without a place.
+
+        Args:
+            robot: The arm.
+            q: Joint positions, (nv,) [rad or m].
+        """
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class LeastSquares(OwnTask):
+    """weight/2 |J x - b|^2 of one's own, or J x = b on level 0, at the price of a call in every step.
+
+    Args:
+        rows: How many rows, 1 to 6.
+        fill: Called before each tick as ``fill(state, J, b)``: ``state`` has ``q``, ``v`` and ``a`` of the
+            reference, (nv,), and ``J`` (rows, nv) and ``b`` (rows,) are to be written. x is the joint
+            acceleration, or velocity at the velocity level. It is tried once when a planner is made, at the
+            neutral posture at rest. A tick in which it raises or gives numbers that are not finite goes on
+            without the task; ``step.tasks[name].failed`` says why, and the first time a warning does.
+    """
+
+    rows: int
+    fill: Fill
+
+    def __post_init__(self) -> None:
+        SoftTask.__post_init__(self)
+        if isinstance(self.rows, bool) or not isinstance(self.rows, int) or not 1 <= self.rows <= TASK_ROWS:
+            raise InputError(f"rows of {self.label} is {self.rows!r:.60}, expected 1 to {TASK_ROWS}")
+        if not callable(self.fill):
+            raise InputError(f"fill of {self.label} is {self.fill!r:.60}, expected a function (state, J, b)")
+
+    @property
+    def count(self) -> int:
+        """How many rows it has."""
+        return self.rows
+
+    def filling(self, robot: Robot) -> Fill:
+        """The function.
+
+        Args:
+            robot: The arm, which the function does not need.
+        """
+        return self.fill
