@@ -118,7 +118,7 @@ class GoTo:
         self._to_posture = pose is None
         if pose is not None:
             self._pose = frozen(checked_pose(pose, "pose"))
-            self._tip = LedTip(planner, TipLimits() if limits is None else limits)
+            self._tip = LedTip(planner, TipLimits() if limits is None else limits, whole=True)
             self._view = self._tip.view
             self._joints = LedJoints(planner, self._view.command.q, rise_time)
             if not straight:

@@ -37,10 +37,11 @@ class LedTip:
     Args:
         planner: The planner that is led.
         limits: How fast the reference may move.
+        whole: Whether all rows of the task are asked for, however long they cannot be held.
     """
 
-    def __init__(self, planner: Planner, limits: TipLimits) -> None:
-        self.planner = planner
+    def __init__(self, planner: Planner, limits: TipLimits, *, whole: bool = False) -> None:
+        self.planner, self._whole = planner, whole
         self.view: PlannerView = planner.view()
         self.reference = TipReference(limits, planner.dt)
         self.on_leash = False
@@ -90,6 +91,8 @@ class LedTip:
         self._aim(p, R, rate)
         if not waits:
             view.expect_error()
+        if self._whole:
+            view.keep_rows()
         step = planner.step(q, v, self.target, tau=tau, tip=tip)
         self._begun = -1 if step.code in OFF_TASK else view.ticks
         self.on_leash = False
