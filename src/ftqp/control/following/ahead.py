@@ -49,10 +49,8 @@ class Ahead:
         self._search = None
         if planner.robot.chain.floating or not planner.robot.is_serial:
             return None
-        axis = planner.task.rows == "position_axis"
-        rows = "position_axis" if axis else planner.task_rows
         try:
-            search = PostureSearch(planner.robot, self.pose, rows, planner.task.axis)
+            search = PostureSearch(planner.robot, self.pose, planner.kept_rows, planner.task.axis)
         except InputError:
             return None
         limits = view.limits

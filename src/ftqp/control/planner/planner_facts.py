@@ -163,6 +163,11 @@ class PlannerFacts:
         return tuple(COMPONENTS[c] for c in task.rows[: int(task.m)])
 
     @property
+    def kept_rows(self) -> str | tuple[str, ...]:
+        """The rows that are asked for now: ``position_axis``, or names, as searches for postures take them."""
+        return "position_axis" if self._session.K.task.tool_rows else self.task_rows
+
+    @property
     def given_up(self) -> str | None:
         """What of the task is given up now, as it cannot be held, in a sentence; None while all counts."""
         task = self._session.K.task
