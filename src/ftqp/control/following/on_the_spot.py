@@ -14,9 +14,9 @@ STRIDE: Final = 0.15
 """Longest step of a joint from one posture to the next [rad or m]: plain Newton steps come back from it, and
 the feedback of the path keeps the tip there between. A guess that `python studies/lock_sets.py` has not
 contradicted."""
-NODES: Final = 400
+NODES: Final = 200
 """Postures that are looked at before a path is called blocked ..."""
-WALKS: Final = 60
+WALKS: Final = 40
 """... on so many walks at most, ..."""
 STEPS: Final = 40
 """... each of so many steps at most, ..."""
@@ -27,9 +27,9 @@ STALLED: Final = 0.05
 """A walk is over where the self-motion goes so little of the way, as a share of it, by convention."""
 FARTHER: Final = 0.02
 """From a posture that is worth going to the path goes on for this share of its rest, by convention."""
-PIECE: Final = 1e-3
-"""One piece of thinking, which takes some 0.1 ms, for so much time between two ticks [s]. A guess that the
-same study has not contradicted."""
+PIECE: Final = 5e-4
+"""One piece of thinking, which takes some 0.15 ms, for so much time between two ticks [s]: so the verdict on
+a path comes within a second. A guess that tests/laws/test_calm.py has not contradicted."""
 SHARE: Final = 0.5
 """Joints go there at this share of their speed limits at most, ..."""
 BRAKE: Final = 4.0

@@ -35,9 +35,12 @@ ON_TASK = (OK, RELAXED, SCALED)
 """Codes of steps that attempt the task: a stop is no stall."""
 
 
-DOUBTFUL = 0.5
-"""Behind this share of the time after which a path is called blocked a motion on the spot is looked for. A
-guess that `python studies/lock_sets.py` has not contradicted."""
+STANDS_FOR, DRAGS_FOR = 0.2, 0.5
+"""A motion on the spot is looked for where the path has stood for the first share of the time after which it
+is called blocked, or has been stalled for the second one. Guesses that `python studies/lock_sets.py` has not
+contradicted."""
+LITTLE = 0.01
+"""None is looked for with less than this share of the path left, by convention."""
 MOST_BRIDGES = 5
 """So many bridges are gone on one path before the tip waits, ..."""
 MOST_SPOTS = 12
@@ -259,7 +262,8 @@ class PathFollower:
             self._stood, self._stood_at = 0.0, state.progress
         if self._mean < stall.below:
             tried = max(self._stalled / stall.patience, self._stood / self._standing)
-            if tried > DOUBTFUL and self._looks_on_the_spot():
+            stands = self._stood > STANDS_FOR * self._standing
+            if (stands or self._stalled > DRAGS_FOR * stall.patience) and self._looks_on_the_spot():
                 return
             self._stalled += self._planner.dt
             state.speed = stall.speed
@@ -272,7 +276,7 @@ class PathFollower:
 
     def _looks_on_the_spot(self) -> bool:
         """Think of a motion on the spot, a piece of it; whether one is there, which is gone from now on."""
-        if self._spots == 0:
+        if not self._may_look:
             return False
         if self._spot is None or not self._spot.is_of_now:
             self._spot = OnTheSpot(self._planner, Ahead(self._planner, self._path, self.progress))
@@ -286,7 +290,12 @@ class PathFollower:
     @property
     def _has_looked(self) -> bool:
         """Whether all has been thought of that there is on the spot."""
-        return self._spots == 0 or (self._spot is not None and self._spot.is_over)
+        return not self._may_look or (self._spot is not None and self._spot.is_over)
+
+    @property
+    def _may_look(self) -> bool:
+        """Whether enough of the path is left to look for a motion on the spot, and not too many were gone."""
+        return self._spots > 0 and self._duration - self.progress > LITTLE * self._duration
 
     def _go_on_the_spot(self, spot: OnTheSpot) -> None:
         """Draw the null space along a way on the spot; the path goes on behind its end."""

@@ -164,7 +164,7 @@ class PlannerFacts:
 
     @property
     def kept_rows(self) -> str | tuple[str, ...]:
-        """The rows that are asked for now: ``position_axis``, or names, as searches for postures take them."""
+        """The rows that are asked for now: ``position_axis``, or names, as searches take them."""
         return "position_axis" if self._session.K.task.tool_rows else self.task_rows
 
     @property
