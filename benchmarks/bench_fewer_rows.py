@@ -3,11 +3,11 @@
     python benchmarks/bench_fewer_rows.py           30 paths for each of two arms
     python benchmarks/bench_fewer_rows.py --quick   6
 
-An arm (Panda, iiwa14) follows a line of 0.1 to 0.4 m and up to 0.6 rad from a random posture; a random joint is
-locked from the beginning. Kept are paths at whose end ``ftqp.postures`` finds none for the pose in 480 starts,
-and one for the position. Each is followed by the clock and by progress, with all rows and with ``degrade`` as
-it is by default: finished is a tip within 2 mm of the end. Then the joint is repaired, and the tip has to come
-back to the whole pose.
+An arm (Panda, iiwa14) follows a line of 0.1 to 0.4 m and up to 0.6 rad from a random posture; a random
+joint is locked from the beginning. Kept are paths at whose end ``ftqp.postures`` finds none for the pose in
+480 starts, and one for the position. Each is followed by the clock and by progress, with all rows and with
+``degrade`` as it is by default: finished is a tip within 2 mm of the end. Then the joint is repaired, and the
+tip has to come back to the whole pose.
 """
 
 import argparse
