@@ -28,7 +28,7 @@ def halt_posture(
     effort(q) + 0.5 max(0, 1 - room(q)/0.1) + 0.25 moment(q)/moment(q now) is made small, with the largest
     share of a torque limit that holds the arm at rest, the least share of a range to a limit, and the torque
     that the base bears. The same arm gets the same posture.
-    Source: docs/theory/ways-out.md; Chen 2020 for the base.
+    Source: docs/theory/ways-out.md.
 
     Args:
         q: Where the arm is, (nv,) [rad or m].
