@@ -22,7 +22,6 @@ from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import pose as checked_pose
 from ftqp.core.pose import rotation_vector
-from ftqp.faults.kinds import FreeSwinging
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST
 
@@ -133,9 +132,8 @@ class GoTo:
             self._view = self._joints.view
             rest = np.zeros(len(goal))
             self._pose = frozen(self._view.tip_at(JointState(goal, rest, rest)).pose)
-        for joint in () if way is None else way.brakes:
-            if isinstance(planner.faults.get(joint), FreeSwinging):
-                planner.brake(joint)
+        if way is not None:
+            way.close_brakes(planner)
         self._way: list[FloatArray] = [] if way is None else list(way.places)
         if self._way:
             self._joints.aim(self._way.pop(0))

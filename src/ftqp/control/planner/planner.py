@@ -8,7 +8,6 @@ import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
-from ftqp.control.paths.path import Path
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.braking_reserve import braking_reserve
 from ftqp.control.planner.closed_loop import Blocks
@@ -42,7 +41,7 @@ from ftqp.control.planner.surroundings import Surroundings, clearance_rows, refu
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.task_list import TaskList, held_rows, split
 from ftqp.control.planner.wanted import Fitting, Wanted
-from ftqp.control.planner.ways.n_minus_one import NMinusOne, Security
+from ftqp.control.planner.ways.n_minus_one import NMinusOne
 from ftqp.control.planner.ways.remembered import remembered
 from ftqp.control.planner.ways.security_watch import SecurityWatch, refuse_led, scheme_led
 from ftqp.control.planner.ways.way_out import WayOut, ways_out
@@ -115,7 +114,7 @@ class Planner(PlannerCopies):
         ModelError: The robot cannot be driven safely.
     """
 
-    __slots__ = ("_at_rest", "_free", "_ordinary", "_remembered", "_rest", "_said", "_timing", "_watch")
+    __slots__ = ("_at_rest", "_free", "_ordinary", "_remembered", "_rest", "_said", "_timing")
 
     def __init__(
         self,
@@ -305,21 +304,6 @@ class Planner(PlannerCopies):
             InputError: There was no ``reset``, home has a wrong shape, or the robot floats.
         """
         return ways_out(self, Planner, None if self._remembered is None else self._remembered.q, home)
-
-    @property
-    def security(self) -> Security | None:
-        """What the lock of each joint would cost, as it was looked at last; None without ``n_minus_one``."""
-        return None if self._watch is None else self._watch.security
-
-    def foresee(self, path: Path | None, at: float = 0.0) -> None:
-        """Say what the tip will follow, for ``n_minus_one``; a ``PathFollower`` says it by itself.
-
-        Args:
-            path: What it follows by the clock; None goes on with the target's twist.
-            at: The time of the path at the next step [s].
-        """
-        if self._watch is not None:
-            self._watch.foresee(path, at)
 
     def options(self) -> tuple[Remaining, ...]:
         """What can still be done after faults, least lost first; without a plan the clear ``ways_out()``.

@@ -51,9 +51,11 @@ class Loss:
 
     Attributes:
         joint: Its name.
-        survived: Whether the tip would stay within the tolerances to the end of the horizon.
+        survived: Whether the tip would stay within the tolerances to the end of the horizon, and nothing be
+            touched.
         position_error: Largest error of the tip's position [m].
         rotation_error: Largest error of its rotation [rad].
+        clearance: Least distance of two bodies that are kept apart [m]; inf without any.
         after: After how long a step would not be OK any more [s]; the horizon where all would be.
     """
 
@@ -61,6 +63,7 @@ class Loss:
     survived: bool
     position_error: float
     rotation_error: float
+    clearance: float
     after: float
 
 

@@ -126,7 +126,8 @@ class SecurityWatch:
 
     def _know(self) -> None:
         """Make sure that other arms like this one begin with what is believed now."""
-        belief = self._view.belief
+        scene = self._session.K.scene
+        belief = self._view.belief + (scene.place.tobytes() if scene.pairs > 0 else b"")
         if self._what_ifs is not None and self._belief == belief:
             return
         self._what_ifs, self._belief = self._make(), belief
@@ -213,15 +214,15 @@ class SecurityWatch:
         low, high = now.low, now.high
         starts = np.array([(now.q, now.v), *(self._aside(now, side) for side in now.sides)])
         joints = list(self._rooms)
-        position, rotation, first = self._rolled(starts, now, joints)
-        losses = tuple(
-            self._loss(self._robot.joints[i], position[0, k], rotation[0, k], int(first[0, k]))
-            for k, i in enumerate(joints)
-        )
+        batch = self._rolled(starts, now, joints)
+        shape = len(starts), len(joints)
+        position, rotation = batch.position_error.reshape(shape), batch.rotation_error.reshape(shape)
+        losses = tuple(self._loss(batch, k, self._robot.joints[i]) for k, i in enumerate(joints))
         security = Security(tick=now.tick, horizon=self._settings.horizon, losses=losses)
         if len(starts) == 1 or not joints:
             return _Seen(security, None)
         off = np.maximum(position / self._settings.tolerance, rotation / self._settings.rotation_tolerance)
+        off[batch.clearance.reshape(shape) <= 0.0] = np.inf
         costs = np.clip((np.log10(np.maximum(off, 1e-9)) + 1.0) / DECADES, 0.0, 1.0).sum(axis=1)
         k = int(np.argmin(costs[1:]))
         if costs[1 + k] > costs[0] - WORTH:
@@ -245,10 +246,8 @@ class SecurityWatch:
         v[at] += A.T @ np.linalg.solve(A @ A.T + DAMPED * np.eye(len(A)), wrong)
         return np.stack([np.clip(q, now.low, now.high), v])
 
-    def _rolled(
-        self, starts: FloatArray, now: _Now, joints: list[int]
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Largest errors, and the first tick that is not OK, of every start and lock, (k, joints) each."""
+    def _rolled(self, starts: FloatArray, now: _Now, joints: list[int]) -> Batch:
+        """What becomes of every start and lock, the locks of the first start first."""
         what_ifs = self._what_ifs
         assert what_ifs is not None
         n, arms = self._robot.nv, len(starts) * len(joints)
@@ -261,7 +260,7 @@ class SecurityWatch:
             beliefs=beliefs_of(what_ifs.session.capacity, list(self._rooms.values())),
             events=events.reshape(-1, 3), starts=np.arange(arms + 1, dtype=np.int64),
             skipped=np.zeros(arms, dtype=np.int64), returns=True, every=0,
-            position_error=np.zeros(arms), rotation_error=np.zeros(arms),
+            position_error=np.zeros(arms), rotation_error=np.zeros(arms), clearance=np.full(arms, np.inf),
             counts=np.zeros((arms, len(Status)), dtype=np.int64), first_bad=np.full(arms, -1, dtype=np.int64),
             trace=np.zeros((arms, 0, n)),
         )  # fmt: skip
@@ -269,19 +268,17 @@ class SecurityWatch:
             capacity = what_ifs.session.capacity
             shop = np.zeros(1, record_dtype(capacity)), np.zeros(1, free_dtype(capacity))
             what_ifs.session.bind("rollout", batch.record(), *shop, 0, arms)()
-        shape = len(starts), len(joints)
-        return (
-            batch.position_error.reshape(shape), batch.rotation_error.reshape(shape),
-            batch.first_bad.reshape(shape),
-        )  # fmt: skip
+        return batch
 
-    def _loss(self, joint: str, position: float, rotation: float, first: int) -> Loss:
-        given = self._settings
-        survived = position <= given.tolerance and rotation <= given.rotation_tolerance
-        after = given.horizon if first < 0 else first * self._dt
+    def _loss(self, batch: Batch, k: int, joint: str) -> Loss:
+        """What the lock of arm k of a batch costs."""
+        given, first = self._settings, int(batch.first_bad[k])
+        off, turned = float(batch.position_error[k]), float(batch.rotation_error[k])
+        clear = float(batch.clearance[k])
         return Loss(
-            joint=joint, survived=bool(survived), position_error=float(position),
-            rotation_error=float(rotation), after=after,
+            joint=joint, position_error=off, rotation_error=turned, clearance=clear,
+            survived=off <= given.tolerance and turned <= given.rotation_tolerance and clear > 0.0,
+            after=given.horizon if first < 0 else first * self._dt,
         )  # fmt: skip
 
 

@@ -100,6 +100,12 @@ class WayOut:
     brakes: tuple[str, ...]
     sentence: str
 
+    def close_brakes(self, planner: Any) -> None:
+        """Ask a planner for the brakes that are closed first, of joints that it believes to swing freely."""
+        for joint in self.brakes:
+            if isinstance(planner.faults.get(joint), FreeSwinging):
+                planner.brake(joint)
+
     @property
     def remaining(self) -> Remaining:
         """The same as an option of ``planner.options()``."""
