@@ -218,7 +218,7 @@ def test_goal_inside_an_obstacle_is_unreachable_and_nothing_is_touched():
     assert goto.status is STATUS.UNREACHABLE and "starts" in goto.sentence
     rows = np.array([step.q for step in steps])
     assert np.min(list(planner.distances(rows).values())) > 0.018
-    assert np.abs(steps[-1].v).max() < 1e-3
+    assert np.abs(steps[-1].v / PANDA.limits.v_max).max() < 0.02
 
 
 def test_ways_out_that_are_asked_for_at_the_last_moment_stop_before_the_limit():

@@ -33,11 +33,12 @@ a path comes within a second. A guess that tests/laws/test_calm.py has not contr
 SHARE: Final = 0.5
 """Joints go there at this share of their speed limits at most, ..."""
 BRAKE: Final = 4.0
-"""... slower near the place: by this [1/s] times what is left. ..."""
+"""... slower near the place: by this [1/s] times what is left, ..."""
 NEAR: Final = 0.02
-"""... A place counts as reached at this distance [rad or m]: the next one, or the path, follows."""
+"""... and at this distance the next place, or the path, follows [rad or m]. Guesses that the same study has
+not contradicted."""
 WAITS: Final = 1.0
-"""A motion that has come no nearer for so long is given up [s]. Guesses that the same study has not
+"""A motion that has come no nearer for so long is given up [s]. A guess that the same study has not
 contradicted."""
 
 

@@ -27,7 +27,7 @@ class PlannerCopies(PlannerChanges, ABC):
         """What other arms like this one would begin with, for ``ftqp.batch``; nothing here changes.
 
         Raises:
-            InputError: A foreign solver, a plan, or a task that gives rows up.
+            InputError: A foreign solver, or a plan.
         """
         if self._calls_python:
             raise InputError(

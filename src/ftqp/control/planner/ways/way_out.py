@@ -101,7 +101,11 @@ class WayOut:
     sentence: str
 
     def close_brakes(self, planner: Any) -> None:
-        """Ask a planner for the brakes that are closed first, of joints that it believes to swing freely."""
+        """Ask for the brakes that are closed first, of joints that are believed to swing freely.
+
+        Args:
+            planner: The planner that will be led.
+        """
         for joint in self.brakes:
             if isinstance(planner.faults.get(joint), FreeSwinging):
                 planner.brake(joint)
