@@ -39,6 +39,9 @@ STANDS_FOR, DRAGS_FOR = 0.2, 0.5
 """A motion on the spot is looked for where the path has stood for the first share of the time after which it
 is called blocked, or has been stalled for the second one. Guesses that `python studies/lock_sets.py` has not
 contradicted."""
+HELPS_WITHIN = 0.3
+"""A path from which rows were given up and that is stalled for so long gives up the next ones, or is blocked
+[s]. A guess that `python benchmarks/bench_fewer_rows.py` has not contradicted."""
 LITTLE = 0.01
 """None is looked for with less than this share of the path left, by convention."""
 MOST_BRIDGES = 5
@@ -260,7 +263,11 @@ class PathFollower:
         self._stood += self._planner.dt
         if state.found or state.progress > self._stood_at + STANDS * self._standing:
             self._stood, self._stood_at = 0.0, state.progress
-        if self._mean < stall.below:
+        if self._mean < stall.below and self._lead.given_up:
+            self._stalled += self._planner.dt  # fewer rows help at once, or the next set goes
+            if self._stalled > HELPS_WITHIN:
+                self._block(step)
+        elif self._mean < stall.below:
             tried = max(self._stalled / stall.patience, self._stood / self._standing)
             stands = self._stood > STANDS_FOR * self._standing
             if (stands or self._stalled > DRAGS_FOR * stall.patience) and self._looks_on_the_spot():
