@@ -55,7 +55,7 @@ def follow(start: str, locks: tuple[int, ...], setting: str, dt: float) -> dict[
     """One run: how far it came, how far off the line, and why it ended."""
     robot = ftqp.robots.load("modular11")
     stall, calm, bridges = SETTINGS[setting]
-    task = ftqp.Task(mode="scaled", kp=2.0, calm=calm)
+    task = ftqp.Task(mode="scaled", kp=2.0, calm=calm, degrade=())
     planner = ftqp.Planner(robot, dt, level="velocity", task=task, emergency=None)
     q, v = STARTS[start].copy(), np.zeros(robot.nv)
     path = ftqp.paths.Line(robot.pose(q), (-LENGTH, 0.0, 0.0), duration=DURATION, law="constant")

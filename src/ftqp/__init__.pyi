@@ -37,6 +37,9 @@ from ftqp.control.planner.status import StepStatus as StepStatus
 from ftqp.control.planner.step import Step as Step
 from ftqp.control.planner.target import Target as Target
 from ftqp.control.planner.target import Targets as Targets
+from ftqp.control.planner.ways.n_minus_one import Loss as Loss
+from ftqp.control.planner.ways.n_minus_one import NMinusOne as NMinusOne
+from ftqp.control.planner.ways.n_minus_one import Security as Security
 from ftqp.control.planner.ways.way_out import WayOut as WayOut
 from ftqp.control.rates import approximate_pinv as approximate_pinv
 from ftqp.control.rates import damping_factor as damping_factor

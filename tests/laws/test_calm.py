@@ -256,7 +256,8 @@ PATHS = {
 def test_a_path_that_cannot_go_on_is_blocked_within_a_second_of_its_stall_and_the_arm_rests(case, level):
     name, way, locked = case
     robot = ftqp.robots.load(name)
-    planner = ftqp.Planner(robot, DT, level=level, task=ftqp.Task(mode="scaled"), emergency=None)
+    task = ftqp.Task(mode="scaled", degrade=())
+    planner = ftqp.Planner(robot, DT, level=level, task=task, emergency=None)
     way = 2.0 * np.array(way) if locked is None else np.array(way)
     follower = ftqp.PathFollower(planner, ftqp.paths.Line(robot.pose(robot.neutral), way, duration=3.0))
     follower.reset(robot.neutral)

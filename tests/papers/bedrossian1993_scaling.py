@@ -29,7 +29,7 @@ def planner(
     """The arm at ``limit`` [deg/s] and ``rate_change`` [deg/s2], gain 2 1/s at the velocity level."""
     robot = ftqp.robots.load("modular11").with_limits(v_max=np.deg2rad(limit), a_max=np.deg2rad(rate_change))
     gain = 2.0 if level == "velocity" else None
-    task = ftqp.Task(mode=mode, kp=settings.pop("kp", gain), calm=False)  # the paper has none
+    task = ftqp.Task(mode=mode, kp=settings.pop("kp", gain), calm=False, degrade=())  # the paper has neither
     return ftqp.Planner(robot, DT, level=level, task=task, emergency=None, **settings)
 
 

@@ -21,6 +21,20 @@ def centre_of_mass(robot: Robot, q: Any) -> FloatArray:
     return np.array(pin.centerOfMass(robot.model, robot.model.createData(), robot.configuration(q)))
 
 
+def base_moments(robot: Robot, places: FloatArray) -> FloatArray:
+    """The torque about the base's origin that holds the arm's weight at rest, |c x m g|, (k,) [N m].
+
+    Args:
+        robot: The arm with its load.
+        places: Joint values, (k, nv).
+    """
+    model, data = robot.model, robot.model.createData()
+    weight = pin.computeTotalMass(model) * np.asarray(model.gravity.linear)
+    centres = [np.array(pin.centerOfMass(model, data, robot.configuration(q))) for q in places]
+    result: FloatArray = np.linalg.norm(np.cross(np.array(centres), weight), axis=1)
+    return result
+
+
 def mount_of(robot: Robot, name: str) -> tuple[int, FloatArray]:
     """The joint that a frame moves with, -1 is none, and its pose in the chain's frame of that joint, (4, 4).
 

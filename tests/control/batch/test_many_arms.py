@@ -256,7 +256,6 @@ def test_planners_that_are_not_compiled_as_a_whole_are_refused(study):
     for settings, sentence in (
         ({"backend": "osqp"}, "solved by 'osqp', expected the backend 'active_set'"),
         ({"backend": "dtrnn"}, "solved by 'dtrnn'"),
-        ({"task": ftqp.Task(degrade=("position",))}, "the task has degrade"),
     ):
         other = ftqp.Planner(planner.robot, DT, level="velocity", **settings)
         with pytest.raises(InputError, match=sentence):

@@ -21,7 +21,7 @@ def goal():
 
 
 def follower(level="acceleration", **given):
-    planner = ftqp.Planner(PANDA, DT, level=level, task=ftqp.Task(mode="scaled"))
+    planner = ftqp.Planner(PANDA, DT, level=level, task=ftqp.Task(mode="scaled", degrade=()))
     planner.reset(START)
     planner.report(ftqp.Locked(4, mode="instant"))
     line = ftqp.paths.PointToPoint(PANDA.pose(START), goal(), duration=2.7)
@@ -95,7 +95,7 @@ def test_what_is_done_is_said_and_a_path_without_a_bridge_says_what_was_looked_f
     assert "is looked for" in text and "the joints go to another posture, from which the path goes on" in text
     T = PANDA.pose(START).copy()
     T[:3, 3] += [1.5, 0.0, 0.0]
-    planner = ftqp.Planner(PANDA, DT, task=ftqp.Task(mode="scaled"))
+    planner = ftqp.Planner(PANDA, DT, task=ftqp.Task(mode="scaled", degrade=()))
     planner.reset(START)
     away = ftqp.PathFollower(
         planner, ftqp.paths.PointToPoint(PANDA.pose(START), T, duration=6.0), bridges=True

@@ -204,3 +204,34 @@ def test_postures_that_come_too_near_to_a_scene_are_last_and_not_held():
         apart = min(float(d.min()) for d in planner.distances(one.q[None]).values())
         assert one.clearance == pytest.approx(apart, abs=1e-12)
         assert one.is_held == (apart > 0.019 and one.effort <= 0.98)
+
+
+def test_goal_inside_an_obstacle_is_unreachable_and_nothing_is_touched():
+    goal = PANDA.pose(PANDA.neutral)
+    goal[:3, 3] += [0.1, 0.15, -0.1]
+    scene = ftqp.Scene()
+    scene.add("ball", ftqp.Sphere(radius=0.08, place=goal[:3, 3]))
+    planner = ftqp.Planner(PANDA, 4e-3, scene=scene, clearance=ftqp.Clearance(self_pairs=False))
+    planner.reset(PANDA.neutral)
+    goto = ftqp.GoTo(planner, pose=goal)
+    steps = go(goto, PANDA.neutral, longest=20.0)
+    assert goto.status is STATUS.UNREACHABLE and "starts" in goto.sentence
+    rows = np.array([step.q for step in steps])
+    assert np.min(list(planner.distances(rows).values())) > 0.018
+    assert np.abs(steps[-1].v / PANDA.limits.v_max).max() < 0.02
+
+
+def test_ways_out_that_are_asked_for_at_the_last_moment_stop_before_the_limit():
+    """A joint at full speed that has just room to brake."""
+    planner = planner_at(PANDA.neutral)
+    q, v = PANDA.neutral.copy(), np.zeros(7)
+    goto = ftqp.GoTo(planner, q=np.where(np.arange(7) == 0, PANDA.limits.q_max - 1e-3, PANDA.neutral))
+    for _ in range(300):
+        step = goto.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+    assert v[0] > 1.0
+    planner.report(ftqp.Locked(3, mode="instant"))
+    ways = {way.kind: way for way in planner.ways_out()}
+    assert ways["stop"].clear
+    assert (ways["stop"].places[-1] <= PANDA.limits.q_max).all()
+    assert within_limits(go(ftqp.GoTo(planner, way=ways["stop"]), q, v))

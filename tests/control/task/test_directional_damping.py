@@ -17,7 +17,7 @@ def swing(level, damping=None, scaled=False, seconds=9.0, calm=False):
 
     An iiwa with its second joint locked near zero, on a line with its attitude kept, which it cannot follow.
     """
-    task = ftqp.Task(mode="scaled" if scaled else "slack", damping=damping, calm=calm)
+    task = ftqp.Task(mode="scaled" if scaled else "slack", damping=damping, calm=calm, degrade=())
     planner = ftqp.Planner(IIWA, DT, level=level, task=task, emergency=None)
     planner.report(ftqp.Locked(1, mode="instant"))
     path = ftqp.paths.Line(IIWA.pose(START), (0.0, 0.25, 0.1), duration=4.0)

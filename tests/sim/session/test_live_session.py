@@ -14,7 +14,20 @@ from ftqp.sim.log.row_sink import MemoryRows
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice
-from ftqp.sim.session.session_commands import Aim, Break, Pause, Play, Repair, Reset, Seek, Speed, Tell, Use
+from ftqp.sim.session.session_commands import (
+    Aim,
+    Break,
+    LookForWays,
+    Pause,
+    Play,
+    Repair,
+    Reset,
+    Seek,
+    Speed,
+    TakeWay,
+    Tell,
+    Use,
+)
 from ftqp.sim.session.tick_facts import facts_of
 
 Y_LINE = Choice(scenario="panda-y-line", overrides=("faults=",))
@@ -425,3 +438,45 @@ def test_memory_stays_flat_while_joints_are_broken_and_repaired(monkeypatch):
     finally:
         tracemalloc.stop()
     assert grown < 20_000
+
+
+def test_ways_out_are_shown_with_what_they_take_and_one_is_taken():
+    session = made()
+    after(session, Break(3, "locked"), seconds=1.0)
+    facts = after(session, LookForWays())
+    kinds = [way.kind for way in facts.ways]
+    assert {"back", "home", "halt", "stop"} <= set(kinds) and "ways out are clear" in facts.message
+    home = facts.ways[kinds.index("home")]
+    assert home.clear and " s, motors " in home.price and home.sentence.startswith("go home")
+    facts = after(session, TakeWay(kinds.index("home")), seconds=0.004)
+    assert not facts.ways and "On a way out" in facts.message
+    facts = after(session, seconds=8.0)
+    np.testing.assert_allclose(np.delete(facts.q, 3), np.delete(home.q[-1], 3), atol=2e-3)
+    facts = after(session, Aim(None), seconds=0.1)
+    assert "Back to the path" in facts.message
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [(TakeWay(0), "0 are known"), (TakeWay(-1), "there is no way out -1")],
+)
+def test_a_way_that_is_not_known_is_refused(command, said):
+    assert said in after(made(), command).message
+
+
+def test_a_stopped_arm_takes_a_way_out():
+    session = made()
+    after(session, seconds=0.5)
+    session.arms.arm.planner.stop()
+    assert status(after(session, seconds=1.0)) == "STOPPED"
+    ways = after(session, LookForWays()).ways
+    after(session, TakeWay([way.kind for way in ways].index("halt")), seconds=0.02)
+    assert status(session.facts) not in ("STOPPED", "STOPPING")
+    assert session.arms.arm.planner.stopped_because is None
+
+
+def test_ways_that_were_found_are_forgotten():
+    session = made()
+    assert after(session, LookForWays()).ways
+    assert not after(session, LookForWays(False)).ways
+    assert after(session, LookForWays()).ways and not after(session, Reset()).ways

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from tests.viz.live.stepped_source import SteppedSource
 
-from ftqp.sim.session.session_commands import Aim
+from ftqp.sim.session.session_commands import Aim, TakeWay
+from ftqp.viz.live.heard import is_taken
 from ftqp.viz.live.live_page import Page
 
 PATIENCE = 120.0
@@ -223,3 +224,27 @@ def test_the_target_can_be_dragged(source, page, tab):
 
     until(lambda: left() < 0.3 * np.linalg.norm(led()), lambda: f"{led()=} {left()=} {source.frame()=}")
     insist(tab.get_by_role("button", name="to path", exact=True).click, lambda: aimed() is None)
+
+
+def test_ways_out_are_ghosts_with_a_price_and_a_click_on_one_takes_it(source, page, tab):
+    tab.get_by_role("tab", name="Ways out").click()
+    insist(lambda: click(tab, "look", 0), lambda: "go home" in tab.inner_text("#ftqp-ways"))
+    ghosts = [name for name in page._server.scene._handle_from_node_name if "/ways/" in name]
+    assert len({name.split("/ways/")[1].split("/")[0] for name in ghosts}) >= 3
+    ways = source.session.facts.ways
+    number = [way.kind for way in ways].index("home")
+    mesh = next(name for name in ghosts if f"/ways/{number}/frame0/" in name and "frame1" not in name)
+    source.orders.clear()
+    said = {
+        "type": "SceneNodeClickMessage", "name": mesh, "instance_index": None, "ray_origin": [0.0, 0.0, 0.0],
+        "ray_direction": [0.0, 0.0, 1.0], "screen_pos": [0.5, 0.5], "modifier": None, "owner": "",
+    }  # fmt: skip
+    assert is_taken(said, 300, lambda uuid: None)
+    tab.get_by_role("button", name=f"{number + 1} home").click()
+    until(lambda: TakeWay(number) in source.orders)
+    until(lambda: not source.session.facts.ways)
+    until(lambda: not [name for name in page._server.scene._handle_from_node_name if "/ways/" in name])
+    insist(
+        tab.get_by_role("button", name="to path", exact=True).click,
+        lambda: "Back to the path" in source.frame().message,
+    )

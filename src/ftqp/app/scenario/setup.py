@@ -301,7 +301,7 @@ def _planner_settings(table: PlannerTable, folder: File, errors: _Errors) -> dic
     }
     found = {key: errors.tried(f"planner.{key}", make) for key, make in made_by.items()}
     found["backend"] = found.pop("profile", found.get("backend"))
-    same = ("dt", "level", "posture", "torque_limits", "branch_limits")
+    same = ("dt", "level", "posture", "torque_limits", "branch_limits", "remember")
     return {key: getattr(table, key) for key in same} | found
 
 

@@ -75,6 +75,10 @@ class PlannerTable(Table):
         "'progress'",
     )
 
+    remember: float | None = setting(
+        None, "how long the way of the joints is kept for ways out; not at all if absent", unit="s", above=0.0
+    )
+
     def __post_init__(self) -> None:
         if self.backend is not None and self.profile is not None:
             raise InputError("has backend and profile, expected one of them")

@@ -27,6 +27,8 @@ LAP = 8.0
 BOX, BESIDE, POINTS = 0.15, 0.3, 64
 """Edges of a box beside a path and how far it is from there, as shares of the reach; how many points
 of the path are looked at. Conventions."""
+REMEMBERED = 20.0
+"""The way of the joints is kept for so long, so that a way out can go back on it [s]."""
 RANK = 0.02
 """Singular values of the Jacobian below this share of the largest are none."""
 
@@ -89,6 +91,8 @@ def setup_of(choice: Choice, *, detector: bool | None = None) -> Setup:
         tables = replace(tables, planner=planner)
     if choice.box and not tables.scene:
         tables = replace(tables, scene=(_box_beside(resolve(found, tables)),))
+    if tables.planner.remember is None:
+        tables = replace(tables, planner=replace(tables.planner, remember=REMEMBERED))
     return resolve(found, tables)
 
 

@@ -54,10 +54,18 @@ class Blockage:
         progress: The path time that has been reached [s].
         duration: The duration of the path [s].
         step: The last step.
+        searched: What was looked for before it was called blocked.
     """
 
     def __init__(
-        self, planner: Planner, lead: Lead, target: Target, progress: float, duration: float, step: Step
+        self,
+        planner: Planner,
+        lead: Lead,
+        target: Target,
+        progress: float,
+        duration: float,
+        step: Step,
+        searched: str = "",
     ) -> None:
         components, scale, A = lead.rows()
         at_limit = {}
@@ -66,7 +74,7 @@ class Blockage:
             if kind.endswith(LASTING):  # others come and go
                 at_limit[joint] = kind
         stuck = [j in at_limit and "position" in at_limit[j] for j in planner.robot.joints]
-        self.progress, self.duration = progress, duration
+        self.progress, self.duration, self._searched = progress, duration, searched
         self._facts = _Facts(
             A=A / lead.length,
             tangent=np.array(target.twist[components]) * scale,
@@ -103,7 +111,8 @@ class Blockage:
         if ways != wanted:
             wanted = f"{wanted}, which takes a motion along {ways},"
         at = f"progress {self.progress:.3g} s of {self.duration:.3g} s"
-        return f"the tip cannot go on along {wanted} at {at}: {held}"
+        text = f"the tip cannot go on along {wanted} at {at}: {held}"
+        return f"{text}; {self._searched}" if self._searched else text
 
 
 def _named(direction: FloatArray, rows: tuple[str, ...]) -> str:

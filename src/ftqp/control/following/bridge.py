@@ -1,10 +1,10 @@
 """A bridge: from where a path is blocked to another posture of that place, from which it goes on."""
 
-from collections.abc import Generator
 from typing import Any, Final, final
 
 import numpy as np
 
+from ftqp.control.following.ahead import Ahead
 from ftqp.control.following.led_joints import LedJoints
 from ftqp.control.following.other_ways import OtherWays
 from ftqp.control.paths.path import Path
@@ -15,15 +15,8 @@ from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST
 
-SAMPLES: Final = 200
-"""Places of a path at which it is asked whether a posture goes on along it."""
-AT_ONCE: Final = 4
-"""Places of them that are looked at in one tick: some 0.1 ms."""
 ARRIVED: Final = 1e-4
 """A command so near to its place has arrived [rad or m], by convention: the path's feedback does the rest."""
-SLACK: Final = 20.0
-"""The path may take so many times its time, because a follower waits where joints are at their speed limits.
-A guess that `python benchmarks/bench_bridges.py` has not contradicted."""
 
 
 @final
@@ -46,12 +39,9 @@ class Bridge:
     def __init__(self, planner: Planner, path: Path, progress: float) -> None:
         self._planner, self._view = planner, planner.view()
         self._belief = self._view.belief
-        times = np.linspace(progress, path.duration, SAMPLES + 1)
-        samples = path.sample(times)
-        self._poses = samples.pose
-        self._gap = float(times[1] - times[0])
-        self._ways = OtherWays(planner, samples.pose[0], reach=self._reached)
-        self._joints = LedJoints(planner, self._view.command.q, RISE_TIME, samples.pose[0])
+        ahead = Ahead(planner, path, progress)
+        self._ways = OtherWays(planner, ahead.pose, reach=lambda q: ahead.reached(q, self._ways.search))
+        self._joints = LedJoints(planner, self._view.command.q, RISE_TIME, ahead.pose)
         self._way: list[FloatArray] = []
         self.leads = self.done = self.failed = self._waits = False
 
@@ -100,20 +90,3 @@ class Bridge:
             else:
                 self.done = True
         return step
-
-    def _reached(self, q: FloatArray) -> Generator[None, None, float]:
-        """The share of the rest of the path along which the joints can follow it from a posture.
-
-        Newton steps go from place to place, within the limits.
-        """
-        search, limits, working = self._ways.search, self._view.limits, self._view.working
-        assert search is not None
-        most = SLACK * self._gap * limits.v
-        for k in range(1, len(self._poses)):
-            nearest = search.along(q, self._poses[k])
-            if nearest is None or (np.abs(nearest - q) > most)[working].any():
-                return (k - 1) / SAMPLES
-            q = nearest
-            if k % AT_ONCE == 0:
-                yield
-        return 1.0

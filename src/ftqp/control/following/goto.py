@@ -131,7 +131,7 @@ class GoTo:
             raise InputError(f"task={task!r:.60} goes to a pose; give pose=..., or leave task out")
         if pose is not None:
             self._pose = frozen(checked_pose(pose, "pose"))
-            self._tip = LedTip(planner, TipLimits() if limits is None else limits, task)
+            self._tip = LedTip(planner, TipLimits() if limits is None else limits, task, whole=True)
             self._view = self._tip.view
             self._joints = LedJoints(planner, self._view.command.q, rise_time)
             if not straight and isinstance(self._tip.frame, FrameOfTip):
@@ -145,6 +145,8 @@ class GoTo:
             self._view = self._joints.view
             rest = np.zeros(len(goal))
             self._pose = frozen(self._view.tip_at(JointState(goal, rest, rest)).pose)
+        if way is not None:
+            way.close_brakes(planner)
         self._way: list[FloatArray] = [] if way is None else list(way.places)
         if self._way:
             self._joints.aim(self._way.pop(0))

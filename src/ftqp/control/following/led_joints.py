@@ -42,6 +42,7 @@ class LedJoints:
         """Let the next step begin at the arm."""
         self._begun = -1
         self._motion.forget()
+        self.view.keep_rows()
 
     def aim(self, goal: FloatArray) -> None:
         """Go to another posture from the next step on.

@@ -40,13 +40,16 @@ class LedTip:
         planner: The planner that is led.
         limits: How fast the reference may move.
         task: The further task whose frame is led; None is that of the tip.
+        whole: Whether all rows of the task are asked for, however long they cannot be held.
 
     Raises:
         InputError: There is no such task, or it follows no pose.
     """
 
-    def __init__(self, planner: Planner, limits: TipLimits, task: str | None = None) -> None:
-        self.planner = planner
+    def __init__(
+        self, planner: Planner, limits: TipLimits, task: str | None = None, *, whole: bool = False
+    ) -> None:
+        self.planner, self._whole = planner, whole
         self.view: PlannerView = planner.view()
         is_tip = task is None or task in (TIP, planner.robot.tip)
         self.frame: LedFrame = (
@@ -104,6 +107,8 @@ class LedTip:
         self._aim(p, R, rate)
         if not waits:
             view.expect_error()
+        if self._whole:
+            view.keep_rows()
         step = self.frame.step(q, v, self.target, beside, tau, tip)
         self._begun = -1 if step.code in OFF_TASK else view.ticks
         self.on_leash = False

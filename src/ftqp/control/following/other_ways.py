@@ -69,11 +69,8 @@ class OtherWays:
         self._fitted = planner.robot
         if planner.robot.chain.floating or not planner.robot.is_serial:
             return None
-        axis = planner.task.rows == "position_axis"
         try:
-            return PostureSearch(
-                planner.robot, self._pose, "position_axis" if axis else planner.task_rows, planner.task.axis
-            )
+            return PostureSearch(planner.robot, self._pose, planner.kept_rows, planner.task.axis)
         except InputError:
             return None
 

@@ -6,8 +6,10 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.following.ahead import Ahead
 from ftqp.control.following.blockage import Blockage
 from ftqp.control.following.bridge import Bridge
+from ftqp.control.following.on_the_spot import OnTheSpot
 from ftqp.control.following.path_intervals import path_table
 from ftqp.control.following.stall import StallEscape
 from ftqp.control.paths.path import Path
@@ -27,14 +29,25 @@ STANDS = 0.01
 LIMITED = 0.5
 """A rate that the path's next jump holds below this is no stall, unless it is below this share of that. A
 guess that the campaigns have not contradicted."""
-FOUND = -1
-"""Stands for a pattern where the kernel has found a way past a singularity."""
+FOUND, ON_THE_SPOT = -1, -2
+"""Stand for a pattern where the kernel has found a way past a singularity, and where a search has."""
 ON_TASK = (OK, RELAXED, SCALED)
 """Codes of steps that attempt the task: a stop is no stall."""
 
 
+STANDS_FOR, DRAGS_FOR = 0.2, 0.5
+"""A motion on the spot is looked for where the path has stood for the first share of the time after which it
+is called blocked, or has been stalled for the second one. Guesses that `python studies/lock_sets.py` has not
+contradicted."""
+HELPS_WITHIN = 0.3
+"""A path from which rows were given up and that is stalled for so long gives up the next ones, or is blocked
+[s]. A guess that `python benchmarks/bench_fewer_rows.py` has not contradicted."""
+LITTLE = 0.01
+"""None is looked for with less than this share of the path left, by convention."""
 MOST_BRIDGES = 5
-"""So many bridges are gone on one path before the tip waits."""
+"""So many bridges are gone on one path before the tip waits, ..."""
+MOST_SPOTS = 12
+"""... and so many motions on the spot."""
 
 
 class PathStatus(Enum):
@@ -46,6 +59,7 @@ class PathStatus(Enum):
     BLOCKED = "the path is blocked; the tip waits on it until resume() or reset()"
     DONE = "the path is finished"
     BRIDGING = "the path is blocked; another posture from which it goes on is looked for, or gone to"
+    FEWER_ROWS = "the path is followed in fewer rows of its task, as all of them cannot be held"
 
 
 @final
@@ -74,8 +88,8 @@ class PathFollower:
 
     __slots__ = (
         "_below", "_blockage", "_bridge", "_bridges", "_duration", "_lead", "_may_bridge", "_mean",
-        "_memory", "_path", "_pattern", "_planner", "_rate", "_share", "_stall", "_stalled", "_standing",
-        "_state", "_stood", "_stood_at", "_target",
+        "_memory", "_path", "_pattern", "_planner", "_rate", "_share", "_spot", "_spots", "_stall",
+        "_stalled", "_standing", "_state", "_stood", "_stood_at", "_target",
     )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
@@ -113,10 +127,11 @@ class PathFollower:
 
     def _begin(self) -> None:
         self._memory.begin()
-        self._bridges = MOST_BRIDGES if self._may_bridge else 0
+        self._bridges, self._spots = MOST_BRIDGES if self._may_bridge else 0, MOST_SPOTS
         self._pattern: int | None = None
         self._blockage: Blockage | None = None
         self._bridge: Bridge | None = None
+        self._spot: OnTheSpot | None = None
         self.resume()
 
     def resume(self) -> None:
@@ -151,8 +166,12 @@ class PathFollower:
         """
         if self._bridge is not None:
             return self._bridged(self._bridge, q, v, tau, tip)
+        spot = self._spot
+        if spot is not None and spot.way is not None:
+            self._go_on_the_spot(spot)
+        self._planner.foresee(self._path, self.progress)
         step = self._lead.step(q, v, (), tau, tip)
-        if self._stall is not None:
+        if self._stall is not None and self._pattern != ON_THE_SPOT:
             self._mean += self._share * (self._rate[0] - self._mean)
             if self._mean < self._below or self._stalled > 0.0:
                 self._watch(self._stall, step)
@@ -189,6 +208,8 @@ class PathFollower:
             return PathStatus.BLOCKED
         if self._pattern is not None:
             return PathStatus.ESCAPING
+        if self._lead.given_up:
+            return PathStatus.FEWER_ROWS
         return PathStatus.SCALED if 0.0 <= self._rate[0] < SCALED_FROM else PathStatus.FOLLOWING
 
     @property
@@ -210,6 +231,8 @@ class PathFollower:
         step = self._lead.step(q, v, (), tau, tip)
         if step.code in ON_TASK:
             bridge.think()
+            if bridge.failed:
+                self._go_on_with_fewer_rows()
         return step
 
     def _watch(self, stall: StallEscape, step: Step) -> None:
@@ -226,26 +249,74 @@ class PathFollower:
         self._stood += self._planner.dt
         if state.found or state.progress > self._stood_at + STANDS * self._standing:
             self._stood, self._stood_at = 0.0, state.progress
-        if self._mean < stall.below:
+        if self._mean < stall.below and self._lead.given_up:
+            self._stalled += self._planner.dt  # fewer rows help at once, or the next set goes
+            if self._stalled > HELPS_WITHIN:
+                self._block(step)
+        elif self._mean < stall.below:
             tried = max(self._stalled / stall.patience, self._stood / self._standing)
+            stands = self._stood > STANDS_FOR * self._standing
+            if (stands or self._stalled > DRAGS_FOR * stall.patience) and self._looks_on_the_spot():
+                return
             self._stalled += self._planner.dt
             state.speed = stall.speed
-            if tried >= 1.0:
+            if tried >= 1.0 and self._has_looked:
                 self._block(step)
             elif state.found:
                 self._pattern = FOUND
             else:
-                self._try(stall, int(tried * len(stall.patterns)))
+                self._try(stall, int(min(tried, 0.999) * len(stall.patterns)))
+
+    def _looks_on_the_spot(self) -> bool:
+        """Think of a motion on the spot, a piece of it; whether one is there, which is gone from now on."""
+        if not self._may_look:
+            return False
+        if self._spot is None or not self._spot.is_of_now:
+            self._spot = OnTheSpot(self._planner, Ahead(self._planner, self._path, self.progress))
+        self._spot.think()
+        if self._spot.way is None:
+            return False
+        self._pattern, self._state.limit = ON_THE_SPOT, 0.0
+        self._state.speed, self._state.driven = 0.0, 1
+        return True
+
+    @property
+    def _has_looked(self) -> bool:
+        """Whether all has been thought of that there is on the spot."""
+        return not self._may_look or (self._spot is not None and self._spot.is_over)
+
+    @property
+    def _may_look(self) -> bool:
+        """Whether enough of the path is left to look for a motion on the spot, and not too many were gone."""
+        return self._spots > 0 and self._duration - self.progress > LITTLE * self._duration
+
+    def _go_on_the_spot(self, spot: OnTheSpot) -> None:
+        """Draw the null space along a way on the spot; the path goes on behind its end."""
+        drive = spot.drive(self._planner.dt)
+        if drive is None:
+            self._spots -= 1
+            self.resume()
+            return
+        self._state.drive[: len(drive)] = drive
 
     def _block(self, step: Step) -> None:
         """Nothing has helped: the path waits from now on."""
+        searched = "" if self._spot is None else self._spot.sentence
         self._rest()
         self._state.limit = 0.0
         self._blockage = Blockage(
-            self._planner, self._lead, self._target, self.progress, self._duration, step
+            self._planner, self._lead, self._target, self.progress, self._duration, step, searched
         )
         if self._bridges > 0:
             self._bridge = Bridge(self._planner, self._path, self.progress)
+        else:
+            self._go_on_with_fewer_rows()
+
+    def _go_on_with_fewer_rows(self) -> None:
+        """Give up the next rows of the task, where some may be, and let the path go on without them."""
+        planner = self._planner
+        if (planner.faults or planner.task.degrade is not None) and self._lead.give_up():
+            self.resume()
 
     def _try(self, stall: StallEscape, pattern: int) -> None:
         """Draw the null space along a pattern."""
@@ -261,6 +332,6 @@ class PathFollower:
     def _rest(self) -> None:
         """End the escape, and the verdict with it."""
         self._pattern = None
-        self._blockage = self._bridge = None
+        self._blockage = self._bridge = self._spot = None
         self._state.driven = self._state.found = 0
         self._state.speed = 0.0

@@ -9,6 +9,7 @@ from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.task.keep import Keep
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import ArmSession
+from ftqp.model.body_frames import base_moments
 from ftqp.model.robot import Robot
 
 HELD = 0.98
@@ -72,6 +73,14 @@ class Passable:
             arm.dynamics(q)
             share[k] = float((np.abs(arm.K.kinematics.h[:n]) / self._limit).max())
         return share
+
+    def base_moment(self, places: FloatArray) -> FloatArray:
+        """The torque that the base bears at rest at each place, beside the weight, (k,) [N m].
+
+        Args:
+            places: Joint positions, (k, nv) [rad or m].
+        """
+        return base_moments(self._robot, places) if self._robot.has_inertia else np.zeros(len(places))
 
     def clearance(self, places: FloatArray) -> FloatArray:
         """The least distance of two bodies, and from what points are kept from, (k,) [m, of a cone rad].

@@ -158,6 +158,25 @@ class PostureSearch:
         found, left, _ = self._session.solutions(q[None], (pose @ self._tool)[None], near=True)
         return found[0] if self._good(found, left)[0] else None
 
+    def sideways(self, q: FloatArray, way: FloatArray, longest: float) -> FloatArray | None:
+        """What of a way a self-motion at a posture makes, (nv,) [rad or m]; None where there is none.
+
+        Args:
+            q: The posture, (nv,) [rad or m].
+            way: Where to, (nv,) [rad or m].
+            longest: No joint goes farther than this [rad or m].
+        """
+        at = self._working
+        A = self._session.values(q[None])[1][0][:, at]
+        V = np.linalg.svd(A)[2][A.shape[0] :]
+        along = V.T @ (V @ way[at])
+        largest = float(np.abs(along).max(initial=0.0))
+        if not largest > 0.0:
+            return None
+        step = np.zeros(len(q))
+        step[at] = min(1.0, longest / largest) * along
+        return step
+
     def make_room(self, rounds: int = 1) -> bool:
         """Lead every posture so many steps along its self-motion, away from limits; whether one has moved.
 

@@ -4,10 +4,8 @@ import logging
 from math import ceil, isfinite
 from typing import Any, NamedTuple, final
 
-from ftqp.control.planner.degrading import Degrading
 from ftqp.control.planner.stages import FREE, Stage, Tick
 from ftqp.faults.belief import Belief
-from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.entry.session import FreeMemory, PathMemory, Session
 from ftqp.kernel.layout.enums import ARREST, DECIDE, FOLLOW, HOLD, STOPPED, TARGET_HAS_ROTATION, Kept
 from ftqp.model.robot import Robot
@@ -68,15 +66,12 @@ class FreeJoint:
 
     Args:
         session: The planner's, solved by a QP.
-        orders: The planner's.
         robot: The arm.
-        allowed: Which sets of rows may be kept.
     """
 
-    def __init__(self, session: Session, orders: Orders, robot: Robot, allowed: tuple[str, ...]) -> None:
+    def __init__(self, session: Session, robot: Robot) -> None:
         self._session, self._joints = session, robot.joints
         self._parts = {name: session.field(*place) for name, place in PLACES.items()}
-        self._degrading = Degrading(orders, allowed)
         self._tick: Tick | None = None
         self._said: Any = None
         self._on = False
@@ -123,8 +118,6 @@ class FreeJoint:
             _inputs: What the step was given, which does not matter here.
         """
         parts = self._parts
-        if parts["free_mode"][0] == FOLLOW:
-            self._degrading.see(code)
         key = (*(int(parts[name][0]) for name in ("free_mode", "free_rows", "impact_side")), code == STOPPED)
         if key != self._said and code >= 0:
             self._said = key

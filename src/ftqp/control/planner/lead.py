@@ -42,6 +42,7 @@ class Lead:
     Attributes:
         step: Makes a tick: (q, v, target as a tuple of what is left of the entry's arguments, tau, tip).
         memory: The leader's own memory.
+        give_up: Gives up the next set of rows of the task; False where no more may be.
     """
 
     def __init__(
@@ -49,10 +50,16 @@ class Lead:
         step: Callable[[Any, Any, tuple[Any, ...], Any, Any], Step],
         session: Session,
         memory: PathMemory | BaseMemory | JointsMemory,
+        give_up: Callable[[], bool],
     ) -> None:
-        self.step = step
+        self.step, self.give_up = step, give_up
         self.memory = memory
         self._session = session
+
+    @property
+    def given_up(self) -> int:
+        """How many sets of rows the task has been reduced by."""
+        return int(self._session.K.task.given_up)
 
     @property
     def uses_rotation(self) -> bool:

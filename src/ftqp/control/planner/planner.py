@@ -1,7 +1,7 @@
 """Planner: one arm, one task, one QP a tick."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from pathlib import Path as File
 from typing import Any, NoReturn
 
 import numpy as np
@@ -41,7 +41,9 @@ from ftqp.control.planner.surroundings import Surroundings, clearance_rows, refu
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.task_list import TaskList, held_rows, split
 from ftqp.control.planner.wanted import Fitting, Wanted
+from ftqp.control.planner.ways.n_minus_one import NMinusOne
 from ftqp.control.planner.ways.remembered import remembered
+from ftqp.control.planner.ways.security_watch import SecurityWatch, refuse_led, scheme_led
 from ftqp.control.planner.ways.way_out import WayOut, ways_out
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
@@ -98,6 +100,9 @@ class Planner(PlannerCopies):
             what it leaves of the arm's freedom, as their weights say.
         remember: For how long the way that the joints have come is kept for ``ways_out``, > 0 [s], the time
             not counted in which they stand; longer is coarser. None keeps none, and costs nothing.
+        n_minus_one: Looks ahead at what the lock of each joint would cost, see ``security``, and leads the
+            null space to where it costs least; the scheme is then ``rmp`` unless another is named. None does
+            not.
         constraints: What goes before the task of the tip: up to 8 sides of planes, boxes and cones that
             points and axes are kept to, ``ftqp.Keep``, up to 8 rows of your own, ``ftqp.Rows``, and the
             torque limits that are there anyway, ``ftqp.TorqueLimits``.
@@ -121,7 +126,7 @@ class Planner(PlannerCopies):
         scheme: Scheme | Resolver | str | Mapping[str, Any] | None = None,
         task: Task | None = None,
         bounds: Bounds | str | Mapping[str, Any] = "viability",
-        backend: str | Path | Mapping[str, Any] | Backend = IN_KERNEL,
+        backend: str | File | Mapping[str, Any] | Backend = IN_KERNEL,
         posture: Any = None,
         torque_limits: bool = True,
         emergency: EmergencyStop | None = EmergencyStop(),  # noqa: B008  frozen
@@ -136,7 +141,10 @@ class Planner(PlannerCopies):
         scene: Scene | None = None,
         clearance: Clearance | None = None,
         remember: float | None = None,
+        n_minus_one: NMinusOne | None = None,
     ) -> None:
+        instance("n_minus_one", n_minus_one, NMinusOne | None, "an ftqp.NMinusOne or None")
+        scheme = scheme_led(scheme, plan, n_minus_one)
         instance("detector", detector, Detector | None, "an ftqp.Detector or None")
         task, soft, first = split(getattr(robot, "tip", None), task, tasks)
         given_constraints = listed(constraints)
@@ -192,11 +200,10 @@ class Planner(PlannerCopies):
             ArmLoop(self._session, self._orders, robot.joints),
         )
         self._constraints = Constraints(self._session, robot, given_constraints, self._loop.stop)
-        self._rest, self._timing = Rest(self._session), timing
+        degrading = Degrading(self._session, given.task.kept_sets)
+        self._rest, self._timing = Rest(self._session, degrading), timing
         self._at_rest = np.zeros(robot.nv)
-        kept = given.task.kept_sets
-        self._free = FreeJoint(self._session, self._orders, robot, kept) if self._solver.has_qp else None
-        degrading = Degrading(self._orders, kept) if self._orders.given.gives_up else None
+        self._free = FreeJoint(self._session, robot) if self._solver.has_qp else None
         self._leading = None if given.plan is None else PlanLeading(given.plan, self._session, robot)
         self._fault_response = None
         if detector is not None:
@@ -205,13 +212,19 @@ class Planner(PlannerCopies):
                 self._disbelieve, probing_of(self._session, given, detector),
             )  # fmt: skip
         self._remembered = remembered(self._session, robot.nv, remember, given.dt)
+        self._watch = None
+        if n_minus_one is not None:
+            refuse_led(n_minus_one, given.criterion, given.scheme.name, plan)
+            self._watch = SecurityWatch(n_minus_one, self._session, robot, given.dt, self.what_ifs)
         parts = (
-            self._tasks, self._constraints, self._solver, self._leading, degrading, self._free,
+            self._watch, self._tasks, self._constraints, self._solver, self._leading, degrading, self._free,
             StartWatch(self._session.K), self._fault_response, self._surroundings, self._remembered,
         )  # fmt: skip
         self._stages = tuple(part.stage for part in parts if part is not None)
         self._ordinary = self._solver.tick(CLOCK)
         self._heal()
+        if n_minus_one is not None:
+            self.what_ifs()  # refused now, and not when it is looked ahead
 
     def _ticks(self) -> tuple[Tick, Tick | None]:
         free = None if self._free is None else self._free.tick
@@ -325,7 +338,7 @@ class Planner(PlannerCopies):
             out = self._led(tick, q, v, target, tau, tip, path)
             return out if meant is None else judged_by(self._session.K, self._said, out, meant)
 
-        return Lead(step, self._session, leader)
+        return Lead(step, self._session, leader, self._orders.give_up)
 
     def blocks(self) -> Blocks | None:
         """The planner's ticks in closed loop without Python between them, for simulations.

@@ -22,7 +22,7 @@ from ftqp.control.planner.step import Step
 from ftqp.control.planner.wanted import Fitting, Start, Wanted, warn_of_weight
 from ftqp.core.checks import array, frozen, positive
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import Degraded, Fault
+from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.layout.record import load_chain
 from ftqp.model.capsules import Capsule
@@ -78,6 +78,27 @@ class PlannerChanges(PlannerFacts, ABC):
             lambda wanted: replace(wanted, belief=wanted.belief.reported(fault)),
             told and partial(told.told, fault),
         )
+
+    def brake(self, joint: str | int) -> None:
+        """Let the brake of a joint that swings freely be closed, and believe that it stands where it is.
+
+        ``step.brakes`` names it from the next step on, on an arm that has a brake for each joint.
+
+        Args:
+            joint: Its name or 0-based index.
+
+        Raises:
+            InputError: An unknown joint, or one that does not swing freely.
+        """
+        i = self.robot.joint(joint)
+        name = self.robot.joints[i]
+        if not isinstance(self.faults.get(name), FreeSwinging):
+            raise InputError(
+                f"{name} is not believed to swing freely, so that no brake of it is asked for; report it as "
+                "ftqp.Locked if it stands"
+            )
+        self._loop.ask_for_brake(i)
+        self.report(Locked(name, mode="instant"))
 
     @guarded("withdraw")
     def withdraw(self, joint: str | int) -> None:

@@ -1,10 +1,13 @@
-"""What is made from a planner's memory without changing it: other arms like its own, and a library in C."""
+"""What is made from a planner without changing it: arms like its own, what a lock costs, a library in C."""
 
 from abc import ABC
 
+from ftqp.control.paths.path import Path
 from ftqp.control.planner.deployable import Deployable, deployable
 from ftqp.control.planner.planner_changes import PlannerChanges
 from ftqp.control.planner.solver.qp_solver import Solver
+from ftqp.control.planner.ways.n_minus_one import Security
+from ftqp.control.planner.ways.security_watch import SecurityWatch
 from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.core.errors import InputError
 
@@ -12,8 +15,9 @@ from ftqp.core.errors import InputError
 class PlannerCopies(PlannerChanges, ABC):
     """Copies of what a planner knows, for batches and for programs in C."""
 
-    __slots__ = ("_solver",)
+    __slots__ = ("_solver", "_watch")
     _solver: Solver
+    _watch: SecurityWatch | None
 
     @property
     def _calls_python(self) -> bool:
@@ -23,7 +27,7 @@ class PlannerCopies(PlannerChanges, ABC):
         """What other arms like this one would begin with, for ``ftqp.batch``; nothing here changes.
 
         Raises:
-            InputError: A foreign solver, a plan, or a task that gives rows up.
+            InputError: A foreign solver, or a plan.
         """
         if self._calls_python:
             raise InputError(
@@ -39,6 +43,21 @@ class PlannerCopies(PlannerChanges, ABC):
             self._session, self._orders, self.robot, self._given, self._solver, self._wanted.reserve,
             self.faults, self._surroundings,
         )  # fmt: skip
+
+    @property
+    def security(self) -> Security | None:
+        """What the lock of each joint would cost, as it was looked at last; None without ``n_minus_one``."""
+        return None if self._watch is None else self._watch.security
+
+    def foresee(self, path: Path | None, at: float = 0.0) -> None:
+        """Say what the tip will follow, for ``n_minus_one``; a ``PathFollower`` says it by itself.
+
+        Args:
+            path: What it follows by the clock; None goes on with the target's twist.
+            at: The time of the path at the next step [s].
+        """
+        if self._watch is not None:
+            self._watch.foresee(path, at)
 
     def deployable(self) -> Deployable:
         """What this planner is without Python, for ``ftqp build``; nothing here changes.

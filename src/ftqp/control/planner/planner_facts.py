@@ -9,6 +9,7 @@ from ftqp.control.drive.noise import Noise
 from ftqp.control.inverse_kinematics.passable import Passable
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.constraint_list import Constraints
+from ftqp.control.planner.degrading import fewer_rows
 from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading
 from ftqp.control.planner.learned_arm import Learned, learned
 from ftqp.control.planner.planner_table import planner_html
@@ -165,6 +166,17 @@ class PlannerFacts:
         """The rows of the pose that the task has, of x, y, z, rx, ry, rz."""
         task = self._session.K.task
         return tuple(COMPONENTS[c] for c in task.rows[: int(task.m)])
+
+    @property
+    def kept_rows(self) -> str | tuple[str, ...]:
+        """The rows that are asked for now: ``position_axis``, or names, as searches take them."""
+        return "position_axis" if self._session.K.task.tool_rows else self.task_rows
+
+    @property
+    def given_up(self) -> str | None:
+        """What of the task is given up now, as it cannot be held, in a sentence; None while all counts."""
+        task = self._session.K.task
+        return fewer_rows(int(task.m)) if task.given_up else None
 
     @property
     def tick(self) -> int:

@@ -106,6 +106,14 @@ class PlannerView:
         watch = self._session.K.watch
         watch.last_position_error = watch.last_rotation_error = np.inf
 
+    def keep_rows(self) -> None:
+        """Let the next step ask for the whole task, however long it has been infeasible."""
+        K = self._session.K
+        K.task.late = 0
+        if K.task.given_up:
+            K.task.given_up, K.terms.count, K.qp.warm = 0, K.terms.own, 0
+            K.task.m, K.task.tool_rows = K.task.m_of[0], K.task.tool_of[0]
+
     def holding_torques(self, places: FloatArray) -> FloatArray:
         """The torques that hold the arm at rest with the load that is believed, (k, nv) [N m or N].
 

@@ -5,6 +5,7 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.planner.degrading import Degrading
 from ftqp.control.planner.stages import Stage
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.wanted import weight_sentence
@@ -78,16 +79,18 @@ def _sentences(robot: Robot, K: Any, q: FloatArray) -> list[str]:
 
 @final
 class Rest:
-    """Says when the arm begins and ends to hold, once each.
+    """Says when the arm begins and ends to hold, and when rows of its task go and come back, once each.
 
     Args:
         session: The planner's.
+        degrading: Who says the latter.
 
     Attributes:
         held: Whether the arm held when this was last asked.
     """
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, degrading: Degrading) -> None:
+        self._degrading = degrading
         self._holding = session.field("calm", "holding")
         self.held = False
 
@@ -97,6 +100,7 @@ class Rest:
         Args:
             step: The last step.
         """
+        self._degrading.tell()
         held = bool(self._holding[0])
         if held == self.held:
             return

@@ -177,7 +177,7 @@ class TaskList(Mapping[str, RunningTask]):
             terms.rows[at] = rows_of(task)
             terms.kp[at], terms.kv[at] = checked_gains(task, level, dt, f" of {name}")
             found[name] = RunningTask(terms, at, task, name, robot)
-        terms.count = len(tasks)
+        terms.count = terms.own = len(tasks)
         self._by_name = MappingProxyType(found)
         places = (("state", name) for name in ("q_command", "v_command", "a_command"))
         seen = Reference(*(session.view(*place)[: robot.nv] for place in places))

@@ -40,7 +40,7 @@ class WhatIfs:
         return_to_start: Whether the scheme draws each arm to a posture, and that is its own start.
 
     Raises:
-        InputError: A foreign solver, a network, a closed form, a plan, or a task that may give rows up.
+        InputError: A foreign solver, a network, a closed form or a plan.
     """
 
     def __init__(
@@ -95,8 +95,3 @@ def _refuse_foreign(given: Settings, solver: Solver) -> None:
         )
     if given.plan is not None:
         raise InputError("this planner follows a plan, which a batch does not; make one without plan=")
-    if given.task.degrade is not None:
-        raise InputError(
-            "the task has degrade, which leaves rows out between ticks; a batch keeps its rows, give a Task "
-            "without degrade"
-        )

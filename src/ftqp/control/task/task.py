@@ -62,9 +62,10 @@ class Task:
             there without end.
         degrade: Which sets of rows may be kept in place of ``rows``, of ``pose``, ``position_axis`` and
             ``position``, the largest first: when a joint swings freely, the largest that can be kept, and
-            when the task stays infeasible for longer than 0.2 s, with the kernel's solver and no other
-            leader than the clock, one after the other until ``reset``; the status is then RELAXED. None
-            allows all that are part of ``rows`` while a joint swings freely, and gives up none otherwise.
+            when the task stays infeasible for 0.2 s and comes no nearer, one after the other. The tip is
+            drawn to what is given up, and it is taken back as soon as it can be held; the status is RELAXED
+            meanwhile. None allows all that are part of ``rows`` once a joint has failed; ``()`` gives up
+            none, as for a weld. It takes the kernel's own solver.
         tolerance: The largest error of the measured tip's position that still counts as following the task,
             > 0 [m]. A larger one says OK and goes on at full speed where the arm lags farther behind.
         rotation_tolerance: The same of its rotation, > 0 [rad].
@@ -138,7 +139,7 @@ class Task:
 
     @property
     def kept_sets(self) -> tuple[str, ...]:
-        """The sets of rows that may be kept of the task when a joint swings freely."""
+        """The sets of rows that may be kept of the task, the largest first, the whole among them."""
         indices = row_indices("pose" if self.rows is None else self.rows)
         if indices[-1] < 3:
             possible: tuple[str, ...] = ("position",)
@@ -146,7 +147,9 @@ class Task:
             possible = ("position_axis", "position")
         else:
             possible = ("pose", "position_axis", "position")
-        return possible if self.degrade is None else tuple(name for name in self.degrade if name in possible)
+        if self.degrade is None:
+            return possible
+        return tuple(name for name in self.degrade if name in possible) or possible[:1]
 
     def gains(self, level: str) -> tuple[float, float]:
         """The gains kp and kv that the task has at a level.

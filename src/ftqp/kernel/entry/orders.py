@@ -9,7 +9,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import ArmSession, Call, Session, bound, rooms
 from ftqp.kernel.layout.enums import ALL_USABLE, TARGET_SIZE
 from ftqp.kernel.layout.record import CAPACITIES
-from ftqp.kernel.layout.told_memory import FAULT, LOAD, RESERVE, SETS, given_dtype
+from ftqp.kernel.layout.told_memory import FAULT, LOAD, RESERVE, given_dtype
 
 LIMITS = ("q_min", "q_max", "v_max", "a_max", "tau_max")
 
@@ -177,14 +177,9 @@ class Orders:
         """Count on a load at the tip."""
         self._session.bind("carry", self._arm.memory, self.memory, load.memory)()
 
-    def give_up(self, code: int) -> bool:
-        """Whether rows of the task were given up after a tick of this status."""
-        return bool(self._call("give_up", self.memory)(code))
-
-    @property
-    def given_up(self) -> int:
-        """Sets of rows that the task has been reduced by."""
-        return int(self._session.K.task.given_up)
+    def give_up(self) -> bool:
+        """Whether the next set of rows of the task was given up; False where no more may be."""
+        return bool(self._call("give_up")())
 
     def miss(self, target: Any, row: int, left: int) -> int:
         """Let the next tick be one that a late loop has missed: 0, or a mistake.
@@ -203,11 +198,3 @@ class Orders:
     def hear(self) -> None:
         """The next tick is measured again."""
         self._session.K.state.unusable = ALL_USABLE
-
-
-def sets_of(whole: tuple[int, int], reduced: list[tuple[int, int]]) -> dict[str, Any]:
-    """Fields of what a task may be reduced to: rows and whether they are the tool's, the whole task first."""
-    every = [whole, *reduced][: SETS + 1]
-    return {
-        "sets": len(every) - 1, "m": [m for m, _ in every], "tool_rows": [tool for _, tool in every],
-    }  # fmt: skip

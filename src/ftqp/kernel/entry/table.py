@@ -62,7 +62,7 @@ ENTRIES: Final = {
         _entry("stop", _TOLD, "ii"),
         _entry("resume", _TOLD, "i"),
         _entry("carry", _TOLD, "iiii"),
-        _entry("give_up", _TOLD, "iii"),
+        _entry("give_up", _TOLD, "i"),
         _entry("begin_path", _TOLD, "i"),
         _entry("miss_tick", _TOLD, "ioiiiii"),
         _entry("detect", _DETECTION, "iioooooo"),

@@ -11,13 +11,13 @@ import numpy as np
 from ftqp.kernel.compiled.taking import take
 from ftqp.kernel.feedback.late_loop import miss
 from ftqp.kernel.jit import carray, pointer
+from ftqp.kernel.latches.giving_up import give_up as give_rows_up
 from ftqp.kernel.layout.enums import NOT_READ, TARGET_SIZE
 from ftqp.kernel.layout.record import arm_dtype, path_dtype, record_dtype
 from ftqp.kernel.layout.thresholds import MOST_ROWS
 from ftqp.kernel.layout.told_memory import FAULT, LOAD, RESERVE, given_dtype
 from ftqp.kernel.told.believed import begin_to_believe
 from ftqp.kernel.told.believed import believe as believe_fault
-from ftqp.kernel.told.giving_up import give_up as give_rows_up
 from ftqp.kernel.told.load import carry as carry_load
 from ftqp.kernel.told.load import load as load_arm
 from ftqp.kernel.told.path_start import begin as begin_at_start
@@ -180,12 +180,12 @@ def begin_path(capacity: int) -> Callable[..., int]:
 
 
 def give_up(capacity: int) -> Callable[..., int]:
-    """1 where the task has been infeasible for so long that rows of it were given up just now, else 0."""
-    dtype, given = record_dtype(capacity), given_dtype(capacity)
+    """The next set of rows of the task is given up: 1, or 0 where no more may be."""
+    dtype = record_dtype(capacity)
 
-    def give_up(address: int, given_at: int, code: int) -> int:
-        K, G = carray(pointer(address), 1, dtype)[0], carray(pointer(given_at), 1, given)[0]
-        return 1 if give_rows_up(K.task, K.cascade, G, code) else 0
+    def give_up(address: int) -> int:
+        K = carray(pointer(address), 1, dtype)[0]
+        return 1 if give_rows_up(K.task, K.terms, K.qp) else 0
 
     return give_up
 

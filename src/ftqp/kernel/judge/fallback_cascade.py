@@ -24,6 +24,7 @@ from ftqp.kernel.judge.cascade_table import (
     SAYS_AS_MISSED,
     SAYS_AS_SOLVED,
 )
+from ftqp.kernel.judge.counted_rows import count_rows
 from ftqp.kernel.judge.kept_limits import joints_outside, too_near
 from ftqp.kernel.judge.least_excess import begin_least_excess, begin_plain, box_excludes_rows
 from ftqp.kernel.judge.solution_check import check_solution, command
@@ -135,6 +136,8 @@ def _finish(K: Any) -> int:
         if goes_on(K, at_rest) or (cascade.outcome == STOPPED and not at_rest):
             cascade.outcome = STOPPING
     cascade.status = report_status(K.state, K.limits, task, K.feedback, K.chain, cascade.outcome)
+    if task.sets > 0 and (cascade.status == RELAXED or task.late > 0 or task.held > 0):
+        count_rows(K, cascade.status)
     return cascade.status
 
 

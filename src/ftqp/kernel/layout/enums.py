@@ -10,6 +10,8 @@ from typing import Final
 JOINTS: Final = 64
 """The most joints that an arm may have."""
 TASK_ROWS: Final = 6
+SETS: Final = 3
+"""The most sets of rows that a task may be reduced to, one after the other."""
 """The most rows that a task may have: those of a pose."""
 
 

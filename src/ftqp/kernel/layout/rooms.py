@@ -2,7 +2,7 @@
 
 from ftqp.kernel.layout.calm_room import calm_fields
 from ftqp.kernel.layout.criteria import COEFFICIENTS
-from ftqp.kernel.layout.enums import DELAYS, TARGET_SIZE, TASK_ROWS
+from ftqp.kernel.layout.enums import DELAYS, SETS, TARGET_SIZE, TASK_ROWS
 from ftqp.kernel.layout.feedback_rooms import feedback_fields, history_fields, past_fields
 from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
 from ftqp.kernel.layout.gate_room import gate_fields
@@ -74,12 +74,19 @@ def _task(N: int) -> Fields:
     along W. ``slack`` is A x - asked, ``asked`` what the task asks for (b differs in lexicographic mode),
     ``beyond`` what it asks beside b. ``yielding``: compliance of each component beside that of the task as a
     whole. ``seen``: the error of the measured tip, of which ``position_error`` and ``rotation_error`` are the
-    norms. ``given_up``: sets of rows that the task has been reduced by.
+    norms.
+
+    ``given_up``: sets of rows that the task has been reduced by, of ``sets``; ``m_of``, ``tool_of``: ``m``
+    and ``tool_rows`` of the whole task and of each set; ``healthy_too``: also of an arm all of whose joints
+    work; ``patience``: ticks after which each goes; ``late``: ticks of it; ``nearest``: the least error
+    meanwhile, in tolerances; ``held``: ticks in which more could be held; ``wait``: how many of these bring
+    rows back.
     """
     return [
         *scalars("i8", "m mode uses_rotation tool_rows has_tip_measured given_up"),
-        *scalars("f8", "kp kv length slack_ratio position_error rotation_error scale beyond"),
-        *integers({"rows": (6,)}),
+        *scalars("i8", "sets healthy_too patience late held wait"),
+        *scalars("f8", "kp kv length slack_ratio position_error rotation_error scale beyond nearest"),
+        *integers({"rows": (6,), "m_of": (SETS + 1,), "tool_of": (SETS + 1,)}),
         *floats(
             {
                 "row_scale": (6,),

@@ -7,6 +7,8 @@ from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
 
 TERMS = 8
 """The most tasks that a planner may have beside that of the tip. A convention, which sizes memory."""
+PLACES_OF = TERMS + 1
+"""Places for them: the one behind the planner's own draws the tip to rows that were given up."""
 
 
 class TermKind(IntEnum):
@@ -25,6 +27,9 @@ FRAME, AXIS, MASS, JOINT_PLACES, OWN = map(int, TermKind)
 def terms_fields(N: int) -> Fields:
     """Further tasks, see ``ftqp.kernel.rows.further_tasks``.
 
+    ``own``: how many the planner has; one more counts while rows are given up, see
+    ``ftqp.kernel.rows.rows_given_up``.
+
     ``hard``: rows of C, before the task of the tip, in place of terms of the objective. ``body``: the joint
     whose frame a point or an axis moves with, -1 is the base; ``other``: the one that its goal moves with;
     ``rows``: one bit for each of x, y, z, rx, ry, rz. ``place`` and ``axis``: in the frame of ``body``;
@@ -36,13 +41,13 @@ def terms_fields(N: int) -> Fields:
     rows of one term.
     """
     return [
-        *scalars("i8", "count"),
+        *scalars("i8", "count own"),
         *scalars("f8", "length"),
-        *integers(dict.fromkeys(("kind", "body", "other", "rows", "towards", "m", "hard"), (TERMS,))),
-        *floats(dict.fromkeys(("weight", "kp", "kv"), (TERMS,))),
-        *floats(dict.fromkeys(("place", "axis", "goal"), (TERMS, 3))),
-        *floats(dict.fromkeys(("error", "rate", "rate_change", "asked"), (TERMS, TASK_ROWS))),
-        *floats({"turn": (TERMS, 9)}),
-        *floats(dict.fromkeys(("q_goal", "share"), (TERMS, N))),
-        *floats({"J": (TERMS, TASK_ROWS, N), "b": (TERMS, TASK_ROWS), "rows_of": (TASK_ROWS, N)}),
+        *integers(dict.fromkeys(("kind", "body", "other", "rows", "towards", "m", "hard"), (PLACES_OF,))),
+        *floats(dict.fromkeys(("weight", "kp", "kv"), (PLACES_OF,))),
+        *floats(dict.fromkeys(("place", "axis", "goal"), (PLACES_OF, 3))),
+        *floats(dict.fromkeys(("error", "rate", "rate_change", "asked"), (PLACES_OF, TASK_ROWS))),
+        *floats({"turn": (PLACES_OF, 9)}),
+        *floats(dict.fromkeys(("q_goal", "share"), (PLACES_OF, N))),
+        *floats({"J": (PLACES_OF, TASK_ROWS, N), "b": (PLACES_OF, TASK_ROWS), "rows_of": (TASK_ROWS, N)}),
     ]

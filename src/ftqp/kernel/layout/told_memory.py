@@ -5,10 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from ftqp.kernel.layout.field_kinds import floats, integers, scalars
-
-SETS: Final = 3
-"""The most sets of rows that a task may be reduced to, one after the other."""
+from ftqp.kernel.layout.field_kinds import floats, scalars
 
 WORKS_STILL, IS_LOCKED_NOW, SWINGS_NOW = 0, 1, 2
 """What becomes of a joint that a planner is told of: it works, within limits that may be lower, or not."""
@@ -41,14 +38,11 @@ def given_dtype(capacity: int) -> np.dtype[Any]:
     """What a planner was made with, as far as what it is told later needs it, for so many joints.
 
     ``torque_limits``: motors have limits that count; ``dynamic`` and ``on_demand`` as in the room ``limits``,
-    of a healthy arm; ``external``: another solver takes the QP; ``rich``: as of ``step_rich``; ``gives_up``:
-    rows may be given up; ``may_swing``: a joint that swings freely is served; ``allowed``: as in the room
-    ``free``; ``has_posture``: ``posture`` is where the null space leads, else the start is.
+    of a healthy arm; ``external``: another solver takes the QP; ``rich``: as of ``step_rich``;
+    ``may_swing``: a joint that swings freely is served; ``allowed``: as in the room ``free``;
+    ``has_posture``: ``posture`` is where the null space leads, else the start is.
     ``samples``: of the braking reserve. The limits are those of the healthy arm, ``coulomb`` its own
-    friction.
-
-    ``m`` and ``tool_rows``: of the whole task and of the ``sets`` that it may be reduced to, ``patience``
-    ticks after which each; ``late``: ticks of it; ``swings``: a joint does now.
+    friction; ``swings``: a joint swings freely now.
 
     ``tip_``, ``body_``: where the robot's own tip is in the frame of its joint, and the body that moves with
     it, without the load.
@@ -56,11 +50,8 @@ def given_dtype(capacity: int) -> np.dtype[Any]:
     names = ("q_min", "q_max", "v_max", "a_max", "tau_max", "coulomb", "posture")
     return np.dtype(
         [
-            *scalars(
-                "i8", "torque_limits dynamic on_demand external rich gives_up may_swing allowed has_posture"
-            ),
-            *scalars("i8", "samples sets patience late swings body"),
-            *integers({"m": (SETS + 1,), "tool_rows": (SETS + 1,)}),
+            *scalars("i8", "torque_limits dynamic on_demand external rich may_swing allowed has_posture"),
+            *scalars("i8", "samples swings body"),
             *scalars("f8", "body_mass body_lever body_stoutness"),
             *floats({"tip_rotation": (9,), "tip_translation": (3,), "body_com": (3,), "body_inertia": (6,)}),
             *floats(dict.fromkeys(names, (capacity,))),

@@ -22,6 +22,7 @@ from ftqp.kernel.layout.enums import ACCELERATION, FREE, HEALTHY, VELOCITY
 from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.trigonometry import sin_cos
 from ftqp.kernel.rows.further_tasks import add_terms
+from ftqp.kernel.rows.rows_given_up import draw_to_rows
 
 
 @jit
@@ -64,6 +65,8 @@ def objective(K: Any) -> None:
     ):
         _couple(K)
     if K.terms.count:
+        if K.task.given_up:
+            draw_to_rows(K)
         add_terms(K)
     if K.calm.hushed:
         _hush(K)

@@ -9,7 +9,7 @@ from ftqp.kernel.feedback.late_loop import miss
 from ftqp.kernel.free.end_stop import stop_torques
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.fallback_cascade import run_cascade
-from ftqp.kernel.layout.enums import ALL_USABLE, FOLLOW, SOLVED, TARGET_SIZE
+from ftqp.kernel.layout.enums import ALL_USABLE, SOLVED, TARGET_SIZE
 from ftqp.kernel.layout.free_memory import free_dtype
 from ftqp.kernel.layout.record import record_dtype
 from ftqp.kernel.layout.thresholds import MOST_TICKS
@@ -17,14 +17,13 @@ from ftqp.kernel.layout.told_memory import given_dtype
 from ftqp.kernel.rows.turned_rows import turn_back
 from ftqp.kernel.ticks.accepted_inputs import accept_numbers
 from ftqp.kernel.ticks.tick import prepare_free, prepare_plain, prepare_rich
-from ftqp.kernel.told.giving_up import give_up
 
 FLOAT = np.dtype(np.float64)
 
 
 @jit
 def tick_as_told(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any) -> int:
-    """The tick of the planner as it is told now, and what is given up after it."""
+    """The tick of the planner as it is told now."""
     code = accept_numbers(K, q, v, target)
     if code < 0:
         return code
@@ -34,17 +33,9 @@ def tick_as_told(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any) -> int
     elif given.rich:
         code = run_cascade(K, prepare_rich(K), SOLVED)
     else:
-        return _counted(K, given, run_cascade(K, prepare_plain(K), SOLVED))
+        return run_cascade(K, prepare_plain(K), SOLVED)
     if K.turned.on:
         turn_back(K.task, K.scratch, K.turned)
-    return _counted(K, given, code)
-
-
-@jit
-def _counted(K: Any, given: Any, code: int) -> int:
-    """The status; rows of a task that stays infeasible are given up, where that is wanted."""
-    if K.free.mode == FOLLOW if given.swings else given.gives_up != 0:
-        give_up(K.task, K.cascade, given, code)
     return code
 
 

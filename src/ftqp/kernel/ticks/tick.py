@@ -310,6 +310,7 @@ def prepare_rich(K: Any) -> int:
 def prepare_on_path(K: Any, path: Any) -> int:
     """A tick led by the progress along a path."""
     task, qp = K.task, K.qp
+    K.task.late = 0  # rows are given up by who leads
     valid = _see(K)
     _bound(K)
     _limit(K)
@@ -343,6 +344,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
 @part_jit
 def prepare_on_base(K: Any, base: Any) -> int:
     """A tick led by an inertial target above a base that moves."""
+    K.task.late = 0  # rows are given up by who leads
     valid = _see_as_measured(K)
     if not follow_base(K, base):
         valid = False
@@ -394,6 +396,7 @@ def prepare_free(K: Any, F: Any) -> int:
 @part_jit
 def prepare_on_joints(K: Any, joints: Any) -> int:
     """A tick led by a motion of the joints: no task rows, the tip's target is where the motion puts it."""
+    K.task.late = K.task.held = 0  # rows are given up by who leads
     valid = _see(K)
     aim_at_reference(K, joints)
     _bound(K)

@@ -4,9 +4,9 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.jit import jit
+from ftqp.kernel.latches.giving_up import restore
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
 from ftqp.kernel.layout.told_memory import IS_LOCKED_NOW, SWINGS_NOW
-from ftqp.kernel.told.giving_up import restore
 
 LOCK_SHARE = 0.25
 """Default deceleration of a joint that is being locked, as a share of its acceleration limit.
@@ -85,6 +85,7 @@ def begin_to_believe(K: Any, given: Any) -> None:
     """After another joint is believed to have failed, or to work: what begins anew with it."""
     free = K.free
     K.qp.warm = K.watch.stopped = 0
+    K.task.late, K.task.wait = 0, K.task.patience
     now = swings(K.faults, K.chain)
     K.limits.dynamic = 1 if given.dynamic or now else 0
     if not now and not given.swings:
@@ -98,5 +99,5 @@ def begin_to_believe(K: Any, given: Any) -> None:
     else:
         free.impact_side = 0
         K.cascade.external = given.external
-        restore(K.task, given)
+        restore(K.task, K.terms, K.qp)
     given.swings = 1 if now else 0

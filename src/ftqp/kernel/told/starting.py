@@ -5,10 +5,10 @@ from typing import Any
 
 from ftqp.kernel.arm.mimicry import mimic, mimic_places
 from ftqp.kernel.jit import jit
+from ftqp.kernel.latches.giving_up import restore
 from ftqp.kernel.latches.settling import forget_settling
 from ftqp.kernel.layout.enums import AS_TOLD
 from ftqp.kernel.told.believed import look_again
-from ftqp.kernel.told.giving_up import restore
 from ftqp.kernel.told.stops import release
 
 
@@ -53,4 +53,4 @@ def start(K: Any, given: Any, q: Any, v: Any) -> None:
     forget_settling(K.calm)
     if K.scene.pairs > 0:
         forget_distances(K.scene)
-    restore(K.task, given)
+    restore(K.task, K.terms, K.qp)

@@ -19,6 +19,7 @@ from ftqp.sim.session.session_commands import (
     Aim,
     Break,
     Command,
+    LookForWays,
     Pause,
     Place,
     Play,
@@ -26,6 +27,7 @@ from ftqp.sim.session.session_commands import (
     Reset,
     Seek,
     Speed,
+    TakeWay,
     Tell,
     Use,
 )
@@ -148,6 +150,12 @@ class Session:
                 return self._tell_so(command)
             case Aim():
                 self._arm.follow(command.pose)
+            case LookForWays():
+                if command.look:
+                    return self._arm.look_for_ways()
+                self._arm.forget_ways()
+            case TakeWay():
+                return self._arm.take_way(command.number)
             case Place():
                 self._arm.place(command.name, command.position)
             case Use():

@@ -121,6 +121,28 @@ class Aim:
 
 
 @dataclass(frozen=True, slots=True)
+class LookForWays:
+    """Look for ways out of where the arm is, see ``ftqp.Planner.ways_out``.
+
+    Attributes:
+        look: False forgets those that were found.
+    """
+
+    look: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class TakeWay:
+    """Let the arm go one of the ways that were found.
+
+    Attributes:
+        number: Which, from 0 in the order of the facts.
+    """
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
 class Place:
     """Put the target of a soft task, or something that stands around, elsewhere, until ``Reset``.
 
@@ -161,5 +183,7 @@ class Play:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-Command = Break | Repair | Pause | Reset | Speed | Use | Tell | Aim | Place | Seek | Play
+Command = (
+    Break | Repair | Pause | Reset | Speed | Use | Tell | Aim | LookForWays | TakeWay | Place | Seek | Play
+)
 """Any command."""

@@ -13,6 +13,7 @@ from ftqp.control.paths.repeated import Backwards, Repeated, is_closed
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target
+from ftqp.control.planner.ways.way_out import WayOut
 from ftqp.core.checks import FloatArray
 from ftqp.sim.leader import ClockLeader, ClockTargets, Leader, ProgressLeader, Standing
 
@@ -56,12 +57,13 @@ class SessionLeader(Leader):
         self._begun = 0
         self._hand: TargetFollower | None = None
         self._back: GoTo | None = None
+        self._out: GoTo | None = None
         self._q, self._detours = planner.robot.neutral.copy(), 0
         self._aim = Target(pose=path.start)
 
     def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
         """Begin the path at (q, v), each (nv,)."""
-        self._hand = self._back = None
+        self._hand = self._back = self._out = None
         self._begun, self._way, self._q = 0, 0, q.copy()
         self._path.reset(q, v, ticks)
 
@@ -72,16 +74,26 @@ class SessionLeader(Leader):
             pose: Where to, (4, 4); None gives the path back.
         """
         if pose is None:
-            if self._hand is not None:
+            if self._hand is not None or self._out is not None:
                 self.go_back()
             return
         self._aim = Target(pose=pose)
         if self._hand is None:
-            self._hand, self._back = TargetFollower(self._planner), None
+            self._hand, self._back, self._out = TargetFollower(self._planner), None, None
+
+    def take(self, way: WayOut) -> None:
+        """Go a way out and stay at its end, until a hand leads or the path is given back.
+
+        Args:
+            way: One of the planner's ``ways_out()``.
+        """
+        self._hand = self._back = None
+        self._out = GoTo(self._planner, way=way)
 
     def go_back(self) -> None:
         """Go to where the path begins and follow it from there."""
-        self._hand, self._back, self._detours = None, GoTo(self._planner, pose=self._start), 0
+        self._hand = self._out = None
+        self._back, self._detours = GoTo(self._planner, pose=self._start), 0
 
     def resume(self) -> None:
         """Try a path anew that was blocked, because a joint works again."""
@@ -92,7 +104,7 @@ class SessionLeader(Leader):
         """Find the target of tick k."""
         if self._back is not None:
             self._go_on_back(self._back, k)
-        if self._hand is not None or self._back is not None:
+        if not self.on_path:
             return
         if self._followers and self._followers[self._way].status is PathStatus.DONE:
             self._start_lap(k, (self._way + 1) % len(self._followers))
@@ -124,8 +136,9 @@ class SessionLeader(Leader):
         """The command at the measured state (q, v) and torques, each (nv,)."""
         if self._hand is not None:
             return self._hand.step(q, v, self._aim, tau=tau)
-        if self._back is not None:
-            return self._back.step(q, v, tau=tau)
+        goes = self._back if self._out is None else self._out
+        if goes is not None:
+            return goes.step(q, v, tau=tau)
         return self._path.step(q, v, tau)
 
     @property
@@ -133,12 +146,18 @@ class SessionLeader(Leader):
         """Where the tip shall be: of the path, of the hand, or where the path begins."""
         if self._hand is not None:
             return self._aim
-        return self._path.target if self._back is None else Target(pose=self._back.pose)
+        goes = self._back if self._out is None else self._out
+        return self._path.target if goes is None else Target(pose=goes.pose)
 
     @property
     def on_path(self) -> bool:
-        """Whether the path leads, and neither a hand nor the way back to it."""
-        return self._hand is None and self._back is None
+        """Whether the path leads, and neither a hand, nor the way back to it, nor a way out."""
+        return self._hand is None and self._back is None and self._out is None
+
+    @property
+    def on_way_out(self) -> bool:
+        """Whether the arm goes a way out, or stands at its end."""
+        return self._out is not None
 
     @property
     def by_hand(self) -> bool:
@@ -150,6 +169,10 @@ class SessionLeader(Leader):
         """What there is to say beside the status of the step; empty without anything."""
         if self._hand is not None:
             return f"Led by hand: {self._hand.status.value}."
+        if self._out is not None:
+            out = self._out
+            said = out.sentence if out.done else out.status.value
+            return f"On a way out: {said}; to path gives the path back."
         if self._back is not None:
             waits = self._back.done and self._detours == DETOURS
             ending = "; Reset begins anew, or lead the tip by hand" if waits else ""

@@ -67,6 +67,24 @@ class FurtherFact(NamedTuple):
     solid: Solid | None = None
 
 
+class WayFact(NamedTuple):
+    """A way out that was found for the arm, as ``ftqp.Planner.ways_out`` has it.
+
+    Attributes:
+        kind: ``back``, ``back by the tip``, ``home``, ``halt`` or ``stop``.
+        clear: Whether it can be gone.
+        price: What it takes, in a few words.
+        sentence: All that there is to say of it.
+        q: Postures on the way, from where the arm was to its end, (k, nv) [rad or m].
+    """
+
+    kind: str
+    clear: bool
+    price: str
+    sentence: str
+    q: FloatArray
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Facts:
     """One tick. What is of the arm equals the columns of a log; what is of the clock a log does not have.
@@ -89,6 +107,7 @@ class Facts:
         step_time: Wall time of the step [us].
         twin: The rival; None without one, or while a hand leads.
         further: Soft tasks and kept points, in their order.
+        ways: Ways out that were found, until one is taken.
         stage: How many times the arm has been replaced by another one.
         paused: Whether time stands.
         speed: Simulated seconds in a second that were asked for.
@@ -113,6 +132,7 @@ class Facts:
     step_time: float
     twin: TwinFacts | None = None
     further: tuple[FurtherFact, ...] = ()
+    ways: tuple[WayFact, ...] = ()
     stage: int = 0
     paused: bool = False
     speed: float = 1.0

@@ -5,11 +5,13 @@ from typing import final
 import numpy as np
 
 from ftqp.control.planner.running_task import RunningTask
+from ftqp.control.planner.ways.way_out import WayOut
 from ftqp.control.scene.solid_shapes import WORDS
 from ftqp.control.task.keep import Keep
 from ftqp.control.task.soft_tasks import PoseTask, RelativeTask
 from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.pose import transform
+from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
 from ftqp.sim.further_measures import FurtherMeasures
@@ -20,7 +22,7 @@ from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import HEALTHY, PATH_CODES, Column, columns, sensed_columns
 from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.session.session_arms import SessionArm
-from ftqp.sim.session.tick_facts import Facts, FurtherFact, IntArray, Solid, TwinFacts, quaternion_of
+from ftqp.sim.session.tick_facts import Facts, FurtherFact, IntArray, Solid, TwinFacts, WayFact, quaternion_of
 
 CARRIED = 0.2
 """Things of a scene are carried so fast [m/s]: an arm at rest can flee from that. A convention."""
@@ -46,6 +48,8 @@ class WatchedArm:
         self._placed: dict[str, FloatArray] = {}
         self._stood: dict[str, FloatArray] = {}
         self._going: dict[str, FloatArray] = {}
+        self._ways: tuple[WayOut, ...] = ()
+        self._shown: tuple[WayFact, ...] = ()
 
     @property
     def signals(self) -> tuple[Column, ...]:
@@ -73,6 +77,7 @@ class WatchedArm:
             planner.scene.move(name, place)
         self._stood.clear()
         self._going.clear()
+        self.forget_ways()
         self._player.reset(q, v, 2**31)
 
     def record(self, sink: RowSink) -> None:
@@ -150,6 +155,47 @@ class WatchedArm:
         """Let a hand lead, or give the path back."""
         self._player.leader.follow(pose)
 
+    def look_for_ways(self) -> str:
+        """Look for ways out of where the arm is; what was found, in a sentence.
+
+        Raises:
+            FtqpError: There are none to be had for such an arm.
+        """
+        planner = self._player.planner
+        start = planner.view().command.q
+        self._ways = planner.ways_out()
+        self._shown = tuple(_fact(way, start) for way in self._ways)
+        clear = sum(way.clear for way in self._ways)
+        return f"{clear} of {len(self._ways)} ways out are clear; click a ghost or its button to take one."
+
+    def forget_ways(self) -> None:
+        """Ways out that were found are not shown any more."""
+        self._ways = self._shown = ()
+
+    def take_way(self, number: int) -> str:
+        """Go a way out that was found, also after a stop; what is done, in a sentence.
+
+        Args:
+            number: Which, from 0.
+
+        Raises:
+            InputError: There is no such way, it is not clear, or the planner's stop cannot be released.
+        """
+        if not 0 <= number < len(self._ways):
+            raise InputError(
+                f"there is no way out {number}; {len(self._ways)} are known, so look for them first"
+            )
+        way = self._ways[number]
+        if not way.clear:
+            raise InputError(f"this way is not clear: {way.sentence}")
+        planner = self._player.planner
+        why = planner.stopped_because
+        if why is not None and not planner.resume():
+            raise InputError(f"the arm does not go on: {why}")
+        self._player.leader.take(way)
+        self.forget_ways()
+        return ""
+
     def place(self, name: str, position: FloatArray) -> None:
         """Put the target of a soft task, or something of the scene, elsewhere, until the arm begins anew.
 
@@ -205,8 +251,10 @@ class WatchedArm:
         """What there is to say beside the status."""
         why = self._player.planner.stopped_because
         notice = None if self._made is None else self._made.step.notice
+        fewer = self._player.planner.given_up
         said = [
             "" if notice is None else f"{notice}.",
+            "" if fewer is None else f"{fewer[0].upper()}{fewer[1:]}.",
             ""
             if why is None
             else f"The planner has stopped the arm: {why}. Resume tries again, Reset begins anew.",
@@ -263,6 +311,7 @@ class WatchedArm:
             step_time=MICROSECONDS * self._made.elapsed,
             twin=twin,
             further=self._further(plant.q),
+            ways=self._shown,
         )
 
     def _further(self, q: FloatArray) -> tuple[FurtherFact, ...]:
@@ -313,6 +362,16 @@ class WatchedArm:
 
     def _name(self, joint: str | int) -> str:
         return self._robot.joints[self._robot.joint(joint)]
+
+
+def _fact(way: WayOut, start: FloatArray) -> WayFact:
+    """A way out as a picture needs it."""
+    price = f"{way.time:.2g} s" if way.time >= 0.05 else "at once"
+    if way.effort > 0.0:
+        price += f", motors {100.0 * way.effort:.0f} %"
+    if np.isfinite(way.clearance):
+        price += f", {1e3 * way.clearance:.0f} mm clear"
+    return WayFact(way.kind, way.clear, price, way.sentence, frozen(np.vstack([start, way.places])))
 
 
 def _numbers(array: FloatArray | None) -> tuple[float, ...] | None:

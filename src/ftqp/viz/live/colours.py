@@ -37,6 +37,8 @@ PLANE: Colour = (200, 90, 60)
 """A plane on whose side a point of the arm is kept."""
 OBSTACLE: Colour = (150, 122, 96)
 """What stands around the arm."""
+WAYS: tuple[Colour, ...] = ((24, 128, 128), (150, 90, 20), (70, 90, 170), (130, 120, 20), (110, 110, 110))
+"""Ways out, in their order."""
 RIVAL: Colour = (120, 60, 130)
 """The same arm, led by damped resolved rates."""
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -15,8 +16,10 @@ from ftqp.kernel.entry.session import ArmSession
 from ftqp.model.robot import Robot
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import PATH_CODES
-from ftqp.sim.session.tick_facts import Facts, FurtherFact, IntArray, facts_of
+from ftqp.sim.session.tick_facts import Facts, FurtherFact, IntArray, WayFact, facts_of
 
+BETWEEN = 0.1
+"""Joints go so far between two points of the tip's way on a way out [rad or m], by convention."""
 NEAR = 0.9
 """A joint beyond this share of its range is near its limit."""
 AT_REST = 1e-4
@@ -26,7 +29,7 @@ _BROKEN = np.array([0, *(kind.number for kind in KINDS.values() if not kind.work
 _SENTENCES = {
     code: status.value
     for status, code in PATH_CODES.items()
-    if status in (PathStatus.ESCAPING, PathStatus.BLOCKED, PathStatus.BRIDGING, PathStatus.DONE)
+    if status not in (None, PathStatus.FOLLOWING, PathStatus.SCALED)
 }
 """What a path adds to the status of a step."""
 SHARED = (
@@ -34,6 +37,21 @@ SHARED = (
     "q", "v", "message", "further",
 )  # fmt: skip
 """What a frame takes from the facts of a tick as it is."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Ghost:
+    """A way out as it is drawn.
+
+    Attributes:
+        way: What it is.
+        joints: Poses at its end, as ``Frame.joints``, (nv + 1, 4, 4).
+        tips: Where the tip goes, (k, 3) [m].
+    """
+
+    way: WayFact
+    joints: FloatArray
+    tips: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,6 +90,7 @@ class Frame:
         step_time_us: Wall time of the planner's step [us].
         message: The last refusal or note, in plain words; empty without one.
         further: Soft tasks and kept points, always the same ones of an arm.
+        ways: Ways out that were found, none while nobody asks.
     """
 
     stage: int
@@ -102,6 +121,7 @@ class Frame:
     step_time_us: float
     message: str
     further: tuple[FurtherFact, ...] = ()
+    ways: tuple[Ghost, ...] = ()
 
 
 @final
@@ -122,6 +142,25 @@ class DrawnArm:
         self._middle, self._half = 0.5 * (low + high), 0.5 * (high - low)
         self._limited, self._turns = limited, ~limited & ~robot.chain.prismatic
         self._last = robot.neutral.copy()
+        self._found: tuple[WayFact, ...] = ()
+        self._ghosts: tuple[Ghost, ...] = ()
+
+    def ghosts(self, ways: tuple[WayFact, ...]) -> tuple[Ghost, ...]:
+        """Ways out as they are drawn; the same objects for the same ways."""
+        if ways is not self._found:
+            last = self._last
+            self._found, self._ghosts = ways, tuple(self._ghost(way) for way in ways)
+            self._last = last
+        return self._ghosts
+
+    def _ghost(self, way: WayFact) -> Ghost:
+        """One of them: its end, and the tip at places between its postures, too."""
+        places = [way.q[:1]]
+        for one, two in pairwise(way.q):
+            pieces = max(1, int(np.ceil(np.abs(two - one).max() / BETWEEN)))
+            places.append(one + np.linspace(0.0, 1.0, pieces + 1)[1:, None] * (two - one))
+        tips = np.array([self.joints(q)[-1, :3, 3] for q in np.vstack(places)])
+        return Ghost(way=way, joints=frozen(self.joints(way.q[-1])), tips=frozen(tips))
 
     def joints(self, q: FloatArray) -> FloatArray:
         """Poses of the joints' frames, then of the tip, (nv + 1, 4, 4).
@@ -159,6 +198,7 @@ class DrawnArm:
 
 def frame_of(facts: Facts, arm: DrawnArm) -> Frame:
     """The picture of one tick."""
+    ghosts = arm.ghosts(facts.ways)
     rival = None if facts.twin is None else arm.joints(facts.twin.q)
     joints = arm.joints(facts.q)
     fails = np.isin(facts.truth, _BROKEN) | np.isin(facts.belief, _BROKEN)
@@ -184,6 +224,7 @@ def frame_of(facts: Facts, arm: DrawnArm) -> Frame:
         axes=axes,
         axes_rotation=rotation,
         step_time_us=facts.step_time,
+        ways=ghosts,
     )
 
 

@@ -58,6 +58,20 @@ def _is_picture(value: Any) -> bool:
     return isinstance(value, bytes)
 
 
+def _is_index(value: Any) -> bool:
+    return value is None or _is_count(value)
+
+
+def _is_place(value: Any) -> bool:
+    """A place in the window."""
+    return isinstance(value, list) and len(value) == 2 and all(map(is_number, value))
+
+
+def _is_modifier(value: Any) -> bool:
+    """Keys that are held, or none."""
+    return value is None or _is_name(value)
+
+
 _NODE: Mapping[str, Check] = {"name": _is_name, "owner": _is_name}
 MESSAGES: Mapping[str, Mapping[str, Check]] = {
     "ViewerCameraMessage": {
@@ -68,6 +82,10 @@ MESSAGES: Mapping[str, Mapping[str, Check]] = {
     "TransformControlsDragStartMessage": _NODE,
     "TransformControlsUpdateMessage": {**_NODE, "wxyz": _is_rotation, "position": _is_vector},
     "TransformControlsDragEndMessage": _NODE,
+    "SceneNodeClickMessage": {
+        **_NODE, "instance_index": _is_index, "ray_origin": _is_vector, "ray_direction": _is_vector,
+        "screen_pos": _is_place, "modifier": _is_modifier,
+    },
     "GetRenderResponseMessage": {"payload": _is_picture, "render_uuid": _is_name},
 }  # fmt: skip
 """Messages that are taken beside ``GuiUpdateMessage``, and what each part of them must be."""

@@ -18,6 +18,7 @@ from ftqp.viz.live.plots import Plots
 from ftqp.viz.live.pressed import PressedButtons
 from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.status_head import joint_table, status_head
+from ftqp.viz.live.ways_tab import WaysTab
 
 ACTIONS = {kind.button: name for name, kind in KINDS.items()}
 """Words on the buttons of a joint, and the kinds of fault that they make; the last button repairs."""
@@ -75,6 +76,11 @@ class Panel:
                 self._on_update(box, lambda value: commands.Use(box=bool(value)))
                 self._breakers(names)
             self._table = self._gui.add_html("")
+        self._ways: WaysTab | None = None
+        if stage.live:
+            with self._tabs.add_tab("Ways out"):
+                self._ways = WaysTab(self._gui, put)
+            scene.ghosts.taken = self._ways.take
         self._further: Any = None
         if frame.further:
             with self._tabs.add_tab("Tasks"):
@@ -104,6 +110,8 @@ class Panel:
         self._head.content = status_head(frame, self._stage.title, names, self._history.ribbon())
         self._table.content = joint_table(frame, names)
         self._pressed.show(frame)
+        if self._ways is not None:
+            self._ways.show(frame.ways)
         if self._further is not None:
             self._further.content = further_table(frame.further)
         if frame.message != self._answer:  # a refusal, perhaps: what is chosen is what there is
@@ -134,6 +142,8 @@ class Panel:
     def attach(self, scene: Scene) -> None:
         """Let the check boxes act on another scene."""
         self._scene = scene
+        if self._ways is not None:
+            scene.ghosts.taken = self._ways.take
         for overlay, box in self._boxes.items():
             scene.choose(overlay, bool(box.value))
         if self._drag is not None and self._drag.value:

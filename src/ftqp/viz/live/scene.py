@@ -11,8 +11,9 @@ from ftqp.model.robot import Robot
 from ftqp.sim.log.signals import CONDITIONS, HEALTHY
 from ftqp.viz.live import colours
 from ftqp.viz.live.drag_handles import DragHandles, wxyz
-from ftqp.viz.live.frame import Frame, rotation_of
+from ftqp.viz.live.frame import Frame, Ghost, rotation_of
 from ftqp.viz.live.further_nodes import FurtherNodes
+from ftqp.viz.live.ghosts import GhostNodes
 from ftqp.viz.live.shapes import BASE, Part, arm_parts, size_of
 from ftqp.viz.live.solids import Mesh, ball
 
@@ -71,8 +72,10 @@ class Scene:
         self._hidden = set(hidden)
         self.handles = DragHandles(server, self._name, self.size)
         self._further: FurtherNodes | None = None
+        self._parts = tuple(parts) if parts is not None else arm_parts(robot)
+        self.ghosts = GhostNodes(server, self._name, self.size, self._draw_ghost)
         with server.atomic():
-            self._build(tuple(parts) if parts is not None else arm_parts(robot), path, trail)
+            self._build(self._parts, path, trail)
             self._build_further(frame)
             self._look(frame, path)
             self.show(frame)
@@ -112,6 +115,7 @@ class Scene:
         if self._further is not None:
             self._further.show(frame.further)
             self.handles.follow_marks(self._further.marks)
+        self.ghosts.show(frame.ways)
         self._trail.follow(frame.tip[:3, 3], frame.tick, "trail" not in self._hidden)
         self._caption(frame)
 
@@ -207,6 +211,23 @@ class Scene:
         self._overlays[FURTHER] = self._further.nodes
         if FURTHER in self._hidden:
             self.choose(FURTHER, False)
+
+    def _draw_ghost(self, name: str, ghost: Ghost, colour: colours.Colour, shade: float) -> list[Any]:
+        """The arm once more where a way out ends; its meshes."""
+        homes = frame_names(name, self._above)
+        _place(
+            [self._server.scene.add_frame(home, show_axes=False) for home in homes], ghost.joints, self._above
+        )
+        return [
+            self._mesh(
+                f"{homes[part.frame]}/{part.name}",
+                Mesh(SHRUNK * part.mesh.vertices, part.mesh.faces),
+                colour,
+                shade,
+            )
+            for part in self._parts
+            if part.frame != BASE
+        ]
 
     def _mesh(self, name: str, mesh: Mesh, colour: colours.Colour, opacity: float | None) -> Any:
         """A node of triangles."""

@@ -6,6 +6,7 @@ from tests.going import go
 
 import ftqp
 from ftqp.control.planner.ways.trial import corners, thinned
+from ftqp.core.errors import InputError
 
 PANDA = ftqp.robots.load("panda")
 HOME = PANDA.neutral
@@ -124,9 +125,47 @@ def test_all_joints_locked_leave_standing_and_say_so():
 
 
 def test_joint_that_swings_freely_leaves_a_stop():
-    planner, _, _ = on_the_way(200)
+    planner, _, v = on_the_way(60)
+    assert abs(v[5]) > 0.1
     planner.report(ftqp.FreeSwinging(5))
     assert [way.kind for way in planner.ways_out()] == ["stop"]
+
+
+def test_joint_that_hangs_at_rest_is_braked_there_and_the_others_go():
+    planner = ftqp.Planner(PANDA, DT, remember=20.0)
+    planner.reset(HOME + AWAY)
+    planner.step(HOME + AWAY, None, ftqp.Target(pose=PANDA.pose(HOME + AWAY)))
+    planner.report(ftqp.FreeSwinging(5))
+    ways = planner.ways_out(home=HOME)
+    home = by_kind(ways)["home"]
+    assert home.clear and home.brakes == ("panda_joint6",)
+    assert home.sentence.startswith("close the brake of panda_joint6, then go home")
+    goto = ftqp.GoTo(planner, way=home)
+    assert isinstance(planner.faults["panda_joint6"], ftqp.Locked)
+    steps = go(goto, HOME + AWAY, np.zeros(7), longest=20.0)
+    assert goto.status is ftqp.GoToStatus.REACHED and steps[0].brakes[5]
+    assert np.abs(np.delete(steps[-1].q - HOME, 5)).max() < 1e-3
+    assert steps[-1].q[5] == pytest.approx((HOME + AWAY)[5], abs=1e-6)
+
+
+def test_an_arm_without_brakes_of_its_own_leaves_a_hanging_joint_alone():
+    planner = ftqp.Planner(PANDA, DT, drive=ftqp.Drive(kind="position", brakes="none"))
+    planner.reset(HOME)
+    planner.report(ftqp.FreeSwinging(5))
+    assert [way.kind for way in planner.ways_out()] == ["stop"]
+    with pytest.raises(InputError, match="is not believed to swing freely"):
+        planner.brake(2)
+
+
+def test_what_the_base_bears_is_the_weight_at_the_centre_of_mass_and_a_halt_bears_no_more():
+    planner, _, _ = on_the_way(400, joints=np.array([0.0, 0.5, 0.0, 0.5, 0.0, 0.0, 0.0]))
+    ways = by_kind(planner.ways_out())
+    stop, halt = ways["stop"], ways["halt"]
+    mass = sum(inertia.mass for inertia in PANDA.model.inertias)
+    assert 0.0 < halt.moment <= stop.moment < mass * 9.81 * 0.8
+    assert f"{halt.moment:.3g} N m" in halt.sentence
+    tau = PANDA.bias(np.asarray(stop.places[-1]), np.zeros(7))
+    assert stop.moment >= abs(tau[1]) - 1e-6  # the second joint bears a part of it, about its axis
 
 
 def test_options_without_a_plan_are_the_clear_ways_and_a_stop():

@@ -18,7 +18,7 @@ from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.core.errors import InputError
 from ftqp.core.quiet import quiet
-from ftqp.faults.kinds import FreeSwinging
+from ftqp.faults.kinds import FreeSwinging, Locked
 from ftqp.kernel.layout.thresholds import SINGULAR_FROM
 from ftqp.model.robot import Robot
 
@@ -41,6 +41,9 @@ TIP_BACK: Final = 0.01
 """The tip is back within this of where its way began [m] ..."""
 TURNED_BACK: Final = 0.05
 """... and this [rad]: the defaults of a task's tolerances, so that it counts as being there, exactly then."""
+HANGS: Final = 0.02
+"""A joint that swings freely and is slower than this rests [rad/s or m/s]: its brake can be closed. A guess
+that the tests have not contradicted."""
 WORDS: Final = {
     "pose": "position and orientation",
     "position_axis": "position and the direction of the tool",
@@ -76,6 +79,9 @@ class WayOut:
         still: What the tip can do from there in all directions with the joints that work: ``pose``,
             ``position_axis``, ``position``, or nothing.
         near: Whether it comes too near to something.
+        moment: What the base bears at the end, at rest, beside the weight: its largest torque [N m]; 0 of a
+            model without masses.
+        brakes: Joints that swing freely, whose brakes are closed first: they are locked where they hang.
         sentence: The same in words.
     """
 
@@ -90,7 +96,19 @@ class WayOut:
     limit: float
     still: str
     near: bool
+    moment: float
+    brakes: tuple[str, ...]
     sentence: str
+
+    def close_brakes(self, planner: Any) -> None:
+        """Ask for the brakes that are closed first, of joints that are believed to swing freely.
+
+        Args:
+            planner: The planner that will be led.
+        """
+        for joint in self.brakes:
+            if isinstance(planner.faults.get(joint), FreeSwinging):
+                planner.brake(joint)
 
     @property
     def remaining(self) -> Remaining:
@@ -118,12 +136,21 @@ def ways_out(planner: PlannerFacts, make: Maker, came: FloatArray | None, home: 
     belongs = robot.neutral if planner.posture is None else planner.posture
     belongs = belongs if home is None else robot.angles(home)
     passable = planner.passable()
+    hang = _hanging(planner, view)
     with quiet():
-        found = _found(planner, partial(_twin, planner, make), view, passable, came, belongs)
+        found = _found(planner, partial(_twin, planner, make, hang), view, passable, came, belongs, hang)
     return tuple(sorted(found, key=lambda way: not way.clear))
 
 
-def _twin(planner: PlannerFacts, make: Maker, rows: str | None) -> Twin:
+def _hanging(planner: PlannerFacts, view: PlannerView) -> tuple[str, ...]:
+    """The joints that swing freely, where all of them rest and have a brake; else none."""
+    free = [name for name, fault in planner.faults.items() if isinstance(fault, FreeSwinging)]
+    v = view.command.v
+    rests = all(abs(v[planner.robot.joint(name)]) < HANGS for name in free)
+    return tuple(free) if rests and planner.drive.brakes == "each" else ()
+
+
+def _twin(planner: PlannerFacts, make: Maker, hang: tuple[str, ...], rows: str | None) -> Twin:
     """A planner for trials: this one with a slower clock, and the task's own rows or fewer."""
     own = planner.task
     twin = make(
@@ -133,8 +160,8 @@ def _twin(planner: PlannerFacts, make: Maker, rows: str | None) -> Twin:
         constraints=[one.given for one in planner.constraints.values()],
         scene=planner.scene, clearance=planner.clearance,
     )  # fmt: skip
-    for fault in planner.faults.values():
-        twin.report(fault)
+    for name, fault in planner.faults.items():
+        twin.report(Locked(name, mode="instant") if name in hang else fault)
     return twin
 
 
@@ -145,6 +172,7 @@ def _found(
     passable: Passable,
     came: FloatArray | None,
     home: FloatArray,
+    hang: tuple[str, ...],
 ) -> list[WayOut]:
     """All ways, in their order."""
     start, limits, working = view.command, view.limits, view.working
@@ -153,9 +181,9 @@ def _found(
     found: list[WayOut] = []
 
     def add(kind: str, places: FloatArray, tried: Tried, rows: str = "") -> None:
-        found.append(_way(kind, rows, places, tried, view, twin.robot, passable))
+        found.append(_way(kind, rows, places, tried, view, twin.robot, passable, hang))
 
-    swings = any(isinstance(fault, FreeSwinging) for fault in planner.faults.values())
+    swings = not hang and any(isinstance(fault, FreeSwinging) for fault in planner.faults.values())
     if came is not None and len(came) > 1 and not swings:
         length = float(np.abs(np.diff(came, axis=0)).max(axis=1).sum())
         came = thinned(came, max(APART, length / MANY))
@@ -231,6 +259,7 @@ def _way(
     view: PlannerView,
     robot: Robot,
     passable: Passable,
+    hang: tuple[str, ...],
 ) -> WayOut:
     """A way with what there is to say of it."""
     end, limits, working = tried.q[-1], view.limits, view.working
@@ -239,7 +268,8 @@ def _way(
         kind=kind, rows=rows, places=frozen(places.copy()), time=tried.time, arrives=tried.arrives,
         clear=tried.arrives and tried.passes, clearance=tried.clearance,
         effort=float(passable.effort(end[None])[0]), limit=float(ends.min(initial=np.inf)),
-        still=_still(robot, end, np.asarray(working)), near=tried.near, sentence="",
+        still=_still(robot, end, np.asarray(working)), near=tried.near,
+        moment=float(passable.base_moment(end[None])[0]), brakes=hang, sentence="",
     )  # fmt: skip
     return replace(way, sentence=_sentence(way))
 
@@ -266,10 +296,14 @@ def _sentence(way: WayOut) -> str:
         "halt": "go to a posture near by where the arm can stand for long",
         "stop": "stop and stand here",
     }[way.kind]
+    if way.brakes:
+        what = f"close the brake of {', '.join(way.brakes)}, then {what}"
     if not way.arrives:
         return f"{what}: it does not arrive"
     text = f"{what}, {way.time:.2g} s; motors then need {100.0 * way.effort:.0f} % of their limits, and "
     text += f"the tip can still move in {WORDS[way.still]}"
+    if way.moment > 0.0:
+        text += f"; the base then bears {way.moment:.3g} N m"
     if way.clear:
         return text
     why = "it comes too near to something" if way.near else f"a motor needs more than {100.0 * HELD:.0f} %"

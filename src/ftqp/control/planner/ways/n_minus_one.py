@@ -1,0 +1,100 @@
+"""N-1: what the loss of any one joint would cost from here, as it is asked of power grids."""
+
+from dataclasses import dataclass
+
+from ftqp.core.checks import positive
+from ftqp.core.errors import InputError
+
+LEAST_RATE, MOST_RATE = 1.0, 200.0
+"""How often it may be looked ahead [Hz], by convention."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NMinusOne:
+    """Lock each joint in thought, over and over, and lead the null space to where that costs least.
+
+    Attributes:
+        horizon: How far it is looked ahead, > 0 [s]. A longer one sees losses sooner and takes more time.
+        rate: How often, 1 to 200 [Hz]. A higher one takes more of a processor.
+        tolerance: The largest error of the tip with which a loss counts as survived, > 0 [m].
+        rotation_tolerance: The same of its rotation, > 0 [rad].
+        leads: Whether the null space is led; else it is only looked.
+        waits: Whether what is looked for in a thread is waited for at the tick that takes it, so that the
+            same ticks have the same answers. False takes it at the first tick that has it.
+
+    Raises:
+        InputError: A number is out of its range.
+
+    Source: docs/theory/ways-out.md, "N-1 on line".
+    """
+
+    horizon: float = 2.0
+    rate: float = 20.0
+    tolerance: float = 2e-3
+    rotation_tolerance: float = 0.02
+    leads: bool = True
+    waits: bool = True
+
+    def __post_init__(self) -> None:
+        positive("horizon", self.horizon, "s")
+        positive("tolerance", self.tolerance, "m")
+        positive("rotation_tolerance", self.rotation_tolerance, "rad")
+        if not LEAST_RATE <= positive("rate", self.rate, "Hz") <= MOST_RATE:
+            raise InputError(
+                f"rate is {self.rate:g} Hz, expected {LEAST_RATE:g} to {MOST_RATE:g} looks a second"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Loss:
+    """What the loss of one joint would cost, were it locked now.
+
+    Attributes:
+        joint: Its name.
+        survived: Whether the tip would stay within the tolerances to the end of the horizon, and nothing be
+            touched.
+        position_error: Largest error of the tip's position [m].
+        rotation_error: Largest error of its rotation [rad].
+        clearance: Least distance of two bodies that are kept apart [m]; inf without any.
+        after: After how long a step would not be OK any more [s]; the horizon where all would be.
+    """
+
+    joint: str
+    survived: bool
+    position_error: float
+    rotation_error: float
+    clearance: float
+    after: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Security:
+    """What the loss of any one joint would cost, as of a tick.
+
+    Attributes:
+        tick: The tick at whose begin each joint was locked in thought.
+        horizon: How far it was looked ahead [s].
+        losses: One for each joint that works, in their order.
+    """
+
+    tick: int
+    horizon: float
+    losses: tuple[Loss, ...]
+
+    @property
+    def survived(self) -> float:
+        """The share of joints whose loss would be survived; 1 of an arm that has no joint to lose."""
+        return sum(loss.survived for loss in self.losses) / len(self.losses) if self.losses else 1.0
+
+    @property
+    def sentence(self) -> str:
+        """The same in words."""
+        lost = [loss for loss in self.losses if not loss.survived]
+        if not lost:
+            return f"any one joint may lock now, and the tip stays on its way for {self.horizon:g} s"
+        said = [
+            f"{loss.joint} (off by {1e3 * loss.position_error:.3g} mm and {loss.rotation_error:.2g} rad, "
+            f"from {loss.after:.2g} s on)"
+            for loss in lost
+        ]
+        return f"not secure against a lock of {', '.join(said)}"

@@ -1,0 +1,106 @@
+"""Ways out in the scene: a ghost of the arm at the end of each, the tip's way there, and what it takes."""
+
+from collections.abc import Callable, Sequence
+from html import escape
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.viz.live import colours
+from ftqp.viz.live.frame import Ghost
+
+_FONT = "font:12px/1.4 system-ui,sans-serif;color:#444"
+SHADE = 0.3
+"""Opacity of a ghost."""
+PULL = 0.12
+"""The label of a ghost is so far above its tip, as a share of the arm's size; those of one tip one above the
+other."""
+
+
+@final
+class GhostNodes:
+    """The nodes of the ways out of one scene, made anew whenever others are found.
+
+    Args:
+        server: The server of the page.
+        name: The name of the scene's root node.
+        size: The size of the arm [m].
+        draw: Draws the arm at poses of its joints: of a name, a ghost, a colour and an opacity, the meshes.
+    """
+
+    def __init__(
+        self,
+        server: Any,
+        name: str,
+        size: float,
+        draw: Callable[[str, Ghost, colours.Colour, float], list[Any]],
+    ) -> None:
+        self._server, self._name, self._size, self._draw = server, name, size, draw
+        self._shown: Sequence[Ghost] = ()
+        self._root: Any = None
+        self.taken: Callable[[int], None] = lambda number: None
+
+    def show(self, ghosts: Sequence[Ghost]) -> None:
+        """Draw the ways that are clear, where they are others than before."""
+        if ghosts is self._shown:
+            return
+        self._shown = ghosts
+        if self._root is not None:
+            self._root.remove()
+            self._root = None
+        if not ghosts:
+            return
+        root = f"{self._name}/ways"
+        self._root = self._server.scene.add_frame(root, show_axes=False)
+        tips: list[Any] = []
+        for number, ghost in enumerate(ghosts):
+            if ghost.way.clear:
+                self._add(f"{root}/{number}", number, ghost, tips)
+
+    def _add(self, name: str, number: int, ghost: Ghost, tips: list[Any]) -> None:
+        """One way; labels of ends that are near each other are put one above the other."""
+        colour = colours.WAYS[number % len(colours.WAYS)]
+        self._server.scene.add_frame(name, show_axes=False)
+        if len(ghost.tips) > 1:
+            pieces = _pieces(ghost.tips)
+            self._server.scene.add_line_segments(f"{name}/tip", pieces, colour, thickness=0.006 * self._size)
+
+        async def clicked(_event: Any) -> None:
+            self.taken(number)
+
+        for mesh in self._draw(name, ghost, colour, SHADE):
+            mesh.on_click(clicked)
+        end = ghost.tips[-1]
+        above = 1 + sum(float(abs(end - other).max()) < PULL * self._size for other in tips)
+        tips.append(end)
+        place = (float(end[0]), float(end[1]), float(end[2]) + above * PULL * self._size)
+        self._server.scene.add_label(f"{name}/said", label_of(number, ghost), position=place)
+
+
+def _pieces(points: Any) -> Any:
+    """Points one after the other as pieces of a line, (k - 1, 2, 3)."""
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def label_of(number: int, ghost: Ghost) -> str:
+    """What a way is, and what it takes."""
+    return f"{number + 1} {ghost.way.kind}: {ghost.way.price}"
+
+
+def ways_table(ghosts: Sequence[Ghost]) -> str:
+    """All ways in words, those that are not clear, too."""
+    rows = "".join(
+        f'<div style="color:{_shade(number, ghost)};margin-bottom:4px"><b>{number + 1}</b> '
+        f"{escape(ghost.way.sentence)}</div>"
+        for number, ghost in enumerate(ghosts)
+    )
+    said = (
+        rows
+        or "Where a task cannot go on: <b>look</b> finds where the arm can go from here, and what it takes."
+    )
+    return f'<div id="ftqp-ways" style="{_FONT};padding:2px 10px">{said}</div>'
+
+
+def _shade(number: int, ghost: Ghost) -> str:
+    """The colour of a way's line in the table."""
+    return colours.hexadecimal(colours.WAYS[number % len(colours.WAYS)]) if ghost.way.clear else "#999"

@@ -1,0 +1,116 @@
+"""N-1 on line: what the lock of each joint would cost, and a null space that is led by it."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.core.errors import InputError
+
+PANDA = ftqp.robots.load("panda")
+DT = 4e-3
+
+
+def path():
+    goal = PANDA.pose(PANDA.neutral)
+    goal[:3, 3] += [0.1, -0.15, -0.1]
+    return ftqp.paths.PointToPoint(PANDA.pose(PANDA.neutral), goal, duration=2.0)
+
+
+def followed(planner, line=None, seconds=1.0, faults=()):
+    """Joints and speeds at every tick, and what was foretold at each."""
+    planner.reset(PANDA.neutral)
+    for fault in faults:
+        planner.report(fault)
+    planner.foresee(line)
+    times = np.minimum(DT * np.arange(round(seconds / DT)), 0.0 if line is None else line.duration)
+    sample = path().sample(times)
+    targets = ftqp.Targets(sample.pose, sample.twist, sample.acceleration)
+    q, v, rows, told = PANDA.neutral.copy(), np.zeros(7), [], []
+    for k in range(len(targets)):
+        rows.append((q, v))
+        step = planner.step(q, v, targets.at(k))
+        q, v = step.q.copy(), step.v.copy()
+        told.append(planner.security)
+    return rows, told
+
+
+def planner_with(**given):
+    return ftqp.Planner(PANDA, DT, n_minus_one=ftqp.NMinusOne(horizon=1.0, **given))
+
+
+def test_what_is_foretold_of_each_lock_is_what_happens():
+    line, planner = path(), planner_with()
+    rows, told = followed(planner, line)
+    security = told[-1]
+    assert security.tick > 0 and [loss.joint for loss in security.losses] == list(PANDA.joints)
+    q, v = rows[security.tick]
+    sample = line.sample(np.minimum(DT * (security.tick + np.arange(250)), line.duration))
+    done = ftqp.batch.rollout(
+        ftqp.Planner(PANDA, DT, scheme="rmp", task=ftqp.Task(degrade=())), q, v,
+        ftqp.Targets(sample.pose, sample.twist, sample.acceleration),
+        faults=[ftqp.Locked(joint) for joint in PANDA.joints], threads=1,
+    )  # fmt: skip
+    foretold = np.array([loss.position_error for loss in security.losses])
+    np.testing.assert_allclose(foretold, done.position_error, atol=1e-9)
+    lost = [loss for loss in security.losses if not loss.survived]
+    assert lost and 0.0 <= lost[0].after < 1.0 and lost[0].joint in security.sentence
+
+
+def test_the_same_ticks_have_the_same_answers():
+    (one, first), (two, second) = (followed(planner_with(), path(), 0.5) for _ in range(2))
+    assert first[-1] == second[-1]
+    np.testing.assert_array_equal(one[-1][0], two[-1][0])
+
+
+def test_the_null_space_is_led_and_the_tip_is_not():
+    rows, _ = followed(planner_with(), path(), 1.5)
+    other, _ = followed(planner_with(leads=False), path(), 1.5)
+    assert np.abs(rows[-1][0] - other[-1][0]).max() > 1e-3
+    assert np.abs(PANDA.pose(rows[-1][0]) - PANDA.pose(other[-1][0])).max() < 1e-4
+
+
+def test_an_arm_at_rest_stays_at_rest():
+    rows, told = followed(planner_with(), None, 1.5)
+    assert np.abs(rows[-1][1]).max() < 1e-6
+    assert told[-1].survived == 1.0 and "any one joint may lock" in told[-1].sentence
+
+
+def test_after_a_failure_the_next_one_is_looked_at():
+    _, told = followed(planner_with(), path(), 0.5, faults=[ftqp.Locked(2)])
+    assert [loss.joint for loss in told[-1].losses] == [name for i, name in enumerate(PANDA.joints) if i != 2]
+
+
+def test_a_follower_says_itself_what_it_follows():
+    planner = ftqp.Planner(PANDA, DT, task=ftqp.Task(mode="scaled"), n_minus_one=ftqp.NMinusOne(horizon=1.0))
+    leader = ftqp.PathFollower(planner, path())
+    leader.reset(PANDA.neutral)
+    q, v = PANDA.neutral.copy(), np.zeros(7)
+    for _ in range(200):
+        step = leader.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+    assert planner.security.survived < 1.0
+
+
+def test_nothing_that_is_measured_ends_the_look_ahead():
+    planner = planner_with()
+    planner.reset(PANDA.neutral)
+    target = ftqp.Target(pose=PANDA.pose(PANDA.neutral))
+    for k in range(60):
+        q = np.full(7, np.nan) if 20 < k < 25 else PANDA.neutral
+        assert np.isfinite(planner.step(q, None, target).q).all()
+    assert planner.security is not None
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: ftqp.NMinusOne(horizon=0.0), "horizon"),
+        (lambda: ftqp.NMinusOne(rate=1000.0), "rate is 1000 Hz, expected 1 to 200"),
+        (lambda: ftqp.Planner(PANDA, scheme="mvn", n_minus_one=ftqp.NMinusOne()), "leads to no posture"),
+        (lambda: ftqp.Planner(PANDA, n_minus_one=True), "ftqp.NMinusOne or None"),
+        (lambda: ftqp.Planner(PANDA, backend="daqp", n_minus_one=ftqp.NMinusOne()), "active_set"),
+    ],
+)
+def test_what_cannot_be_is_said_in_a_sentence(make, said):
+    with pytest.raises(InputError, match=said):
+        make()
