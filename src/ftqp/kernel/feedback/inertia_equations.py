@@ -18,6 +18,7 @@ from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.kernel.layout.hypotheses import TOUCHED
 from ftqp.kernel.layout.learned_room import POLES, UNKNOWNS
 from ftqp.kernel.maths.vectors import cross
 
@@ -130,8 +131,9 @@ def _load_row(K: Any, i: int, A: Any, alpha: Any, w: Any) -> None:
 def take(K: Any) -> None:
     """The equations of this tick, one a joint, are added to the least squares.
 
-    A joint that has failed, whose number repeats oddly, or of a soft pair says nothing; one that seems not to
-    obey says something of its own rotor, which may be why, and nothing of the load.
+    A joint that has failed, whose number repeats oddly, or of a soft pair says nothing, nor does any while
+    something pushes the tip; one that seems not to obey says something of its own rotor, which may be why,
+    and nothing of the load.
     """
     learned, feedback, supposed = K.learned, K.feedback, K.supposed
     chain, kinematics, a = K.chain, K.kinematics, learned.a
@@ -161,6 +163,7 @@ def take(K: Any) -> None:
     for i in range(chain.n):
         information, moment = learned.information[i], learned.moment[i]
         says = K.faults.code[i] == HEALTHY and not feedback.bad[i] and not feedback.asks[i]
+        says = says and not feedback.touched and feedback.lasting[TOUCHED, 0] == 0
         says = says and not is_soft(feedback, i)
         _load_row(K, i, A, alpha, w)
         row[0], row[1] = a[i], learned.sense[POLES - 1, i]
