@@ -387,11 +387,8 @@ def _file(log: str | File | LogParts, signals: Sequence[Column], about: Mapping[
 
 def _told(planner: Planner) -> list[dict[str, Any]]:
     """What the planner's detector found, for the log."""
-    return [
-        {key: None if value != value else value for key, value in asdict(one).items()}
-        | {"kinds": sorted(one.kinds)}
-        for one in planner.findings
-    ]
+    rows = [asdict(one) | {"kinds": sorted(one.kinds)} for one in planner.findings]
+    return [{key: None if value != value else value for key, value in row.items()} for row in rows]
 
 
 def _state(result: Result) -> str:
