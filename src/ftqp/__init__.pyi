@@ -90,6 +90,11 @@ from ftqp.faults.kinds import Locked as Locked
 from ftqp.kernel.layout.criteria import Criterion as Criterion
 from ftqp.model import catalog as robots  # noqa: F401  its home has another name
 from ftqp.model.capsules import Capsule as Capsule
+from ftqp.model.fitting.exciting_motion import ExcitingMotion as ExcitingMotion
+from ftqp.model.fitting.exciting_motion import exciting_motion as exciting_motion
+from ftqp.model.fitting.fitted_arm import FittedArm as FittedArm
+from ftqp.model.fitting.fitted_arm import fitted_arm as fitted_arm
+from ftqp.model.fitting.torque_log import TorqueLog as TorqueLog
 from ftqp.model.limits import JointLimits as JointLimits
 from ftqp.model.payload import Payload as Payload
 from ftqp.model.robot import Robot as Robot

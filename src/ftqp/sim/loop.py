@@ -300,6 +300,7 @@ class Simulation:
                 "path_finished": self._leader.standing.finished,
                 "blocked": result.blocked,
                 "detections": None if self._planner.diagnosis is None else _told(self._planner),
+                "learned": None if (found := self._planner.learned) is None else found.facts(),
             }
         )
         return result
@@ -386,11 +387,8 @@ def _file(log: str | File | LogParts, signals: Sequence[Column], about: Mapping[
 
 def _told(planner: Planner) -> list[dict[str, Any]]:
     """What the planner's detector found, for the log."""
-    return [
-        {key: None if value != value else value for key, value in asdict(finding).items()}
-        | {"kinds": sorted(finding.kinds)}
-        for finding in planner.findings
-    ]
+    rows = [asdict(one) | {"kinds": sorted(one.kinds)} for one in planner.findings]
+    return [{key: None if value != value else value for key, value in row.items()} for row in rows]
 
 
 def _state(result: Result) -> str:

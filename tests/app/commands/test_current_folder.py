@@ -99,6 +99,7 @@ COMMANDS = {
     "demo": ("--out", "demo"),
     "doctor": (),
     "export": ("made/run", "--format", "npz", "-o", "export.npz"),
+    "identify": ("--motion", "planar6", "--seconds", "6", "-o", "motion.csv"),
     "inspect": ("planar6", "--out", "inspect"),
     "plan": ("panda-y-line", *COARSE, "-o", "plan.npz", "--jobs", "1"),
     "replay": ("made/qps.npz", "--tick", "3"),

@@ -66,3 +66,16 @@ def test_soft_tasks_and_kept_points_are_told_in_their_units() -> None:
         "how near jug came to its cone is unknown",
     ]
     assert further_sentences({}) == []
+
+
+def test_what_a_torque_arm_learned_is_said_without_joints_that_hardly_moved():
+    learned = {
+        "rotors": [0.1, 0.3, 0.04], "rotors_error": [0.01, 0.3, 0.002], "friction": [0.0, 0.2, 0.1],
+        "payload": {"mass": 0.5, "com": [0.0, 0.0, 0.1]},
+    }  # fmt: skip
+    assert further_sentences({"learned": learned}) == [
+        "beside its model the arm was found to have rotors of 0.04 to 0.1 kg m2, dry friction of up to "
+        "0.2 N m and a load of 0.5 kg"
+    ]
+    nothing = {"rotors": [0.1], "rotors_error": [0.3], "friction": [0.0], "payload": None}
+    assert further_sentences({"learned": nothing}) == ["beside its model the arm was found to have nothing"]

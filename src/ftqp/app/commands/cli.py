@@ -11,6 +11,7 @@ from ftqp.app.commands.analyses import ANALYSES, tell_bundled
 from ftqp.app.commands.building import build
 from ftqp.app.commands.campaigning import campaign
 from ftqp.app.commands.exporting import export
+from ftqp.app.commands.identifying import identify
 from ftqp.app.commands.options import Backend, Json, Out, Overrides, PlanFile, Scheme, Source
 from ftqp.app.output.console import (
     ExitCode,
@@ -326,6 +327,9 @@ def view(
 
 app.command(epilog="Example: ftqp campaign safety --episodes 1000 --table --out runs/safe")(command(campaign))
 app.command(epilog="Example: ftqp build panda-circle --target aarch64 -o panda-arm64")(command(build))
+app.command(epilog="Example: ftqp identify --motion panda-mujoco-payload -o motion.csv --rehearse log.csv")(
+    command(identify)
+)
 app.command(epilog="Example: ftqp export runs/panda-circle --format mcap -o panda-bag")(command(export))
 
 

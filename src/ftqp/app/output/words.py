@@ -9,6 +9,9 @@ from ftqp.faults.kinds import kind_of
 KEPT = 1e-9
 """A limit exceeded by less than this was kept; less is rounding [SI units]."""
 
+RUBS = 0.01
+"""Dry friction below this [N m] is not said."""
+
 
 def report(facts: Mapping[str, Any]) -> list[str]:
     """A summary, line by line."""
@@ -85,7 +88,19 @@ def further_sentences(facts: Mapping[str, Any]) -> list[str]:
         said.append(f"the task {name} was {last} off at the end, and {most} at most")
     said += [_kept_sentence(name, kept) for name, kept in facts.get("constraints", {}).items()]
     said += [_clear_sentence(name, one) for name, one in facts.get("clearance", {}).items()]
-    return said
+    return said + ([_learned_sentence(facts["learned"])] if "learned" in facts else [])
+
+
+def _learned_sentence(learned: Mapping[str, Any]) -> str:
+    """What a torque arm was found to have beside its model, joints that hardly moved left out."""
+    pairs = zip(learned["rotors"], learned["rotors_error"], strict=True)
+    rotors = [rotor for rotor, error in pairs if abs(rotor) > 2.0 * error]
+    load, friction = learned["payload"], max(learned["friction"], default=0.0)
+    parts = [f"rotors of {min(rotors):.2g} to {max(rotors):.2g} kg m2"] if rotors else []
+    parts += [f"dry friction of up to {friction:.2g} N m"] if friction > RUBS else []
+    parts += [f"a load of {load['mass']:.3g} kg"] if load is not None else []
+    what = " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts) or "nothing"
+    return f"beside its model the arm was found to have {what}"
 
 
 def _clear_sentence(name: str, one: Mapping[str, Any]) -> str:

@@ -114,6 +114,12 @@ class ArmLoop:
         return f"{said}; {self._joints[moving - 1]} is not seen to rest" if moving > 0 else said
 
     @property
+    def touch(self) -> FloatArray | None:
+        """The force that seems to push the tip, (3,) [N]; None where nothing does."""
+        feedback = self._session.K.feedback
+        return np.array(feedback.push_at_tip) if feedback.touched else None
+
+    @property
     def disturbance(self) -> FloatArray:
         """Torque beside the model, (nv,) [N m or N]; NaN where it is not observed."""
         feedback, n = self._session.K.feedback, len(self._joints)

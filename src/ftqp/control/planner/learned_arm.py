@@ -1,7 +1,7 @@
 """What a torque arm's planner has learned that its model does not say."""
 
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -32,6 +32,16 @@ class Learned:
     rotors_error: FloatArray
     friction: FloatArray
     payload: Payload | None
+
+    def facts(self) -> dict[str, Any]:
+        """The same as anything JSON can hold, for logs: ``payload`` has its mass and its centre."""
+        load = self.payload
+        return {
+            "rotors": self.rotors.tolist(),
+            "rotors_error": self.rotors_error.tolist(),
+            "friction": self.friction.tolist(),
+            "payload": None if load is None else {"mass": load.mass, "com": load.com.tolist()},
+        }
 
 
 def learned(session: Session, joints: int) -> Learned | None:

@@ -201,6 +201,16 @@ class PlannerFacts:
         return learned(self._session, self.robot.nv)
 
     @property
+    def touch(self) -> FloatArray | None:
+        """The force that seems to push the tip of a torque arm, (3,) [N], along the base's axes.
+
+        A force at the tip shows up in many joints at once, a motor that does not obey in its own: where the
+        force explains what is unusual much better no joint is suspected. None while nothing pushes, with
+        another drive, and while a joint is known to have failed. What lasts longer than 1 s is a load.
+        """
+        return self._loop.touch
+
+    @property
     def diagnosis(self) -> Diagnosis | None:
         """What the detector holds for likely; None without one."""
         return None if self._fault_response is None else self._fault_response.diagnosis

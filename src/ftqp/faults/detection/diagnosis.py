@@ -36,6 +36,8 @@ SETS = {
     ),
 }
 """What is said where kinds cannot be told apart."""
+TOUCHES = 3
+"""So many ticks in a row speak for a touch. A convention, because single ones flicker."""
 NO_TIP = ", or its encoder does not: no tip measurement to decide"
 """What is added where the encoder may be frozen, too."""
 
@@ -199,6 +201,11 @@ class Diagnosis:
         """The joint that explains the residuals best, during a suspicion."""
         i = int(self._look("suspect")[0])
         return self._names[i] if self.watching and i >= 0 else None
+
+    @property
+    def touched(self) -> bool:
+        """Whether a force at the tip explains a suspicion, and no joint does: something pushes the arm."""
+        return self.watching and int(self._look("touched")[0]) >= TOUCHES
 
     @property
     def isolated(self) -> Mapping[str, Finding]:

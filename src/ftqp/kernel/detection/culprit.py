@@ -12,6 +12,21 @@ MODEL_SHARE = 0.1
 that `python studies/detection.py` has not contradicted."""
 
 
+PUSH_SHARE = 0.85
+"""A force at the tip explains this share of the disturbance ..."""
+PUSH_BETTER = 0.3
+"""... and leaves no more than this share of what the best joint leaves, because three numbers explain more
+than one by themselves. Guesses that `python studies/touches.py` has not contradicted."""
+FEWEST = 5
+"""Of fewer joints three numbers explain nearly everything."""
+SURE_OF_PUSH = 3
+"""So many ticks in a row make a push of a whole suspicion, because it is clearest when it begins, ..."""
+LONGEST_PUSH = 1.0
+"""... but for no longer [s]. Guesses that `python studies/touches.py` has not contradicted."""
+RIDGE = 1e-6
+"""Of the trace, so that a direction in which the arm is singular has a force, too: rounding."""
+
+
 @jit
 def factor_inertia(D: Any, K: Any) -> bool:
     """The Cholesky factor of M, for columns of its inverse."""
@@ -64,7 +79,7 @@ def by_direction(D: Any, of_torque: bool) -> tuple[int, bool]:
     answer, and that of joint j may be gone: its own part is free, (y_j^2 + (u' . y')^2/|u'|^2)/|y|^2 with
     the others' parts y' and u'. The second value says whether y is beyond its rooms.
     """
-    b = _disturbance(D, of_torque)
+    b = D.bank = _disturbance(D, of_torque)
     total = 0.0
     for i in range(D.n):
         y = 0.0 if D.blind[i] else D.odd[i] * D.sharp[ACCELERATION_SLOW + b, i]
@@ -93,6 +108,51 @@ def by_direction(D: Any, of_torque: bool) -> tuple[int, bool]:
 
 
 @jit
+def is_push(D: Any, K: Any, best: float) -> bool:
+    """Whether a force at the tip explains the disturbance y, and no single joint does.
+
+    A torque at joint j moves every joint along M^-1 e_j, a force f at the tip along M^-1 J' f, three columns.
+    They have to explain 85 % of |y|^2, y over its rooms, and to leave a third at most of what the best joint
+    leaves, ``best`` being what that explains. ``odd`` is y.
+    Source: docs/theory/detection.md, "Touches".
+    """
+    J, b, n = K.kinematics.J, D.bank, D.n
+    total, seen = 0.0, 0
+    for i in range(n):
+        seen += 1 - D.blind[i]
+    if seen < FEWEST:
+        return False
+    for a in range(3):
+        for i in range(n):
+            D.column[i] = J[a, i]
+        solve_factored(D.factor, n, D.column)
+        D.pushed[a] = 0.0
+        for i in range(n):
+            sharp = 0.0 if D.blind[i] else D.sharp[ACCELERATION_SLOW + b, i]
+            D.along[a, i] = D.column[i] * sharp
+            y = D.odd[i] * sharp
+            D.pushed[a] += D.along[a, i] * y
+            if a == 0:
+                total += y * y
+    trace = 0.0
+    for a in range(3):
+        for c in range(a + 1):
+            D.gram[a, c] = 0.0
+            for i in range(n):
+                D.gram[a, c] += D.along[a, i] * D.along[c, i]
+        trace += D.gram[a, a]
+    for a in range(3):
+        D.gram[a, a] += RIDGE * trace
+    asked0, asked1, asked2 = D.pushed[0], D.pushed[1], D.pushed[2]
+    if total <= 0.0 or not factor(D.gram, 3):
+        return False
+    solve_factored(D.gram, 3, D.pushed)
+    share = (asked0 * D.pushed[0] + asked1 * D.pushed[1] + asked2 * D.pushed[2]) / total
+    touch: bool = share > PUSH_SHARE and 1.0 - share < PUSH_BETTER * (1.0 - best)
+    return touch
+
+
+@jit
 def by_torque(D: Any, K: Any) -> int:
     """The joint with the largest |r_i|/sqrt(T_i^2 + (0.1 sum_k |M_ik d_k|)^2), or -1 where all are usual.
 
@@ -118,7 +178,7 @@ def by_torque(D: Any, K: Any) -> int:
 
 @jit
 def culprit(D: Any, K: Any) -> int:
-    """The joint that explains the residuals best, or -1.
+    """The joint that explains the residuals best, or -1; also where a force at the tip does.
 
     Source: docs/theory/detection.md, "Which joint".
     """
@@ -126,6 +186,14 @@ def culprit(D: Any, K: Any) -> int:
         return -1
     knows = D.has_effort != 0 and D.asked != 0 and D.known != 0
     joint, loud = by_direction(D, knows)
+    if D.touched < SURE_OF_PUSH:
+        D.touched = D.touched + 1 if joint >= 0 and is_push(D, K, D.score[joint]) else 0
+    else:
+        D.touched += 1
+    if D.touched * D.dt > LONGEST_PUSH:
+        D.touched = 0
+    if D.touched:
+        return -1
     if not loud and D.has_effort and D.known:
         other = by_torque(D, K)
         if other >= 0:

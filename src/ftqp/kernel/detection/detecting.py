@@ -59,6 +59,7 @@ def begin(D: Any) -> None:
     D.now = D.at = D.ticks = 0
     D.watch = D.quiet = D.said = D.agreed = D.waiting = D.pause = 0
     D.suspect = D.said_of = D.fitted = -1
+    D.touched = 0
     D.worst = 0.0
     for i in range(D.n):
         q = D.q_ref[i] - D.dt * D.v_ref[i]
@@ -218,13 +219,13 @@ def detect_tick(D: Any, K: Any) -> int:
     if D.watch == 0 and z <= 1.0:
         return answer
     if D.watch == 0:
-        D.held = 0
+        D.held = D.touched = 0
         _look_anew(D)
     D.watch += 1
     D.held += 1
     D.quiet = D.quiet + 1 if z < CALM_AGAIN else 0
     if D.quiet > CALM_TICKS or (D.watch > LONGEST_FIT and z <= 1.0):
-        D.watch = D.quiet = 0
+        D.watch = D.quiet = D.touched = 0
         D.suspect = -1
         return answer
     if D.watch > LONGEST_FIT:

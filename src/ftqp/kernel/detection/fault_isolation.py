@@ -187,10 +187,14 @@ def _lost_torque(D: Any, K: Any, i: int, then: int) -> int:
 def isolate_fault(D: Any, K: Any, then: int) -> tuple[int, int]:
     """The joint and the set of kinds that this tick speaks for; -1 and 0 where it speaks for none.
 
-    A joint that stands goes first, then one that runs away, then lost torque.
+    Where something pushes the tip no joint is named. A joint that stands goes first, then one that runs
+    away, then lost torque.
     Source: docs/theory/detection.md, "Kinds".
     """
     joint = culprit(D, K)
+    D.suspect = joint
+    if D.touched:
+        return -1, 0
     standing, most = -1, 0.0
     for i in range(D.n):
         D.standing[i] = 0
@@ -200,7 +204,6 @@ def isolate_fault(D: Any, K: Any, then: int) -> tuple[int, int]:
             D.standing[i] = 1
             if D.score[i] > most:
                 standing, most = i, D.score[i]
-    D.suspect = joint
     if standing >= 0:
         D.suspect = standing
         return standing, _held(D, K, standing, then)

@@ -3,10 +3,12 @@
 from typing import Any
 
 from ftqp.kernel.feedback.error_band import error_band
+from ftqp.kernel.feedback.lasting import lasts
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.latches.stop_latch import latch
 from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_DEVIATION, STOPPED_BY_LAG
+from ftqp.kernel.layout.hypotheses import LAGS
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.rows.task_rows import component_of
 
@@ -46,7 +48,7 @@ def norms(task: Any, kinematics: Any, error: Any) -> tuple[Any, Any]:
 
 
 @jit
-def _joint_gap(faults: Any, feedback: Any, chain: Any, past: Any) -> float:
+def _joint_gap(state: Any, faults: Any, feedback: Any, chain: Any, past: Any) -> float:
     """max |q_u - q_r| / error band over healthy joints; who is farthest."""
     then = slot(feedback, feedback.latency)
     gap = 0.0
@@ -56,7 +58,7 @@ def _joint_gap(faults: Any, feedback: Any, chain: Any, past: Any) -> float:
             if g > gap:
                 gap = g
                 feedback.culprit = i
-    feedback.out = feedback.out + 1 if gap > 1.0 else 0
+    lasts(state, feedback, LAGS, 0, gap > 1.0)
     return gap
 
 
@@ -71,14 +73,14 @@ def measure_gap(K: Any) -> None:
     feedback, watch = K.feedback, K.watch
     feedback.gap = 0.0
     if not feedback.displaced and feedback.exact:
-        feedback.far = feedback.out = 0
+        feedback.far = feedback.lasting[LAGS, 0] = 0
         return
     for k in range(6):
         feedback.left[k] = feedback.off[k] + feedback.c[k]
     position, rotation = norms(K.task, K.kinematics, feedback.left)
     gap = max(position / feedback.tolerance, rotation / feedback.rotation_tolerance)
     feedback.tip_gap = gap
-    feedback.gap = max(gap, _joint_gap(K.faults, feedback, K.chain, K.past))
+    feedback.gap = max(gap, _joint_gap(K.state, K.faults, feedback, K.chain, K.past))
     beyond = position > watch.stop_position or rotation > watch.stop_rotation
     feedback.far = feedback.far + 1 if beyond else 0
     if feedback.far >= DEVIATION_SAMPLES and watch.latched == 0:

@@ -12,6 +12,7 @@ from typing import Any
 from ftqp.kernel.arm.joined_bodies import join
 from ftqp.kernel.feedback.inertia_equations import SENSE, bounded_limit, hear, take
 from ftqp.kernel.feedback.inertia_squares import solve
+from ftqp.kernel.feedback.touch import adopt
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.learned_room import KEPT, UNKNOWNS
 
@@ -63,6 +64,7 @@ def _begin(K: Any) -> None:
     learned, chain = K.learned, K.chain
     body = chain.tip_joint
     learned.based = 1
+    adopt(K)
     learned.base_mass = chain.mass[body]
     learned.base_lever, learned.base_stoutness = chain.lever[body], chain.stoutness[body]
     t = chain.tip_translation

@@ -4,19 +4,20 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.feedback.error_band import error_band
+from ftqp.kernel.feedback.lasting import lasts
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.kernel.layout.hypotheses import BOTH_OBEY
 
 PARALLEL = 0.7
 """Two axes are nearly one when M_ij^2/(M_ii M_jj) is larger ..."""
 LACKING = 0.02
 """... and one of both lacks, in the mean over ``LATELY``, this share of its torque limit ..."""
 ALONE = 0.8
-"""... which is this share of all that is unusual. Then the feedback of both is soft ..."""
-AGREE_TIME = 0.2
-"""... until both are where their commands are for so long [s]. An iiwa14 whose joint 1 or 3 had lost its
-motor was shaken by noise without it, a Panda went to six times its speed limits (docs/theory/feedback.md,
-"The torque drive"). The values are guesses that the campaigns have not contradicted."""
+"""... which is this share of all that is unusual. Then the feedback of both is soft until both are where
+their commands are. An iiwa14 whose joint 1 or 3 had lost its motor was shaken by noise without it, a Panda
+went to six times its speed limits (docs/theory/feedback.md, "The torque drive"). The values are guesses that
+the campaigns have not contradicted."""
 
 NEAR, SLOW = 0.3, 0.05
 """A joint obeys when its error is below these shares of its band and of its speed limit, beside noise. A
@@ -77,25 +78,22 @@ def soften(K: Any) -> None:
     Which of the two fails is not asked: a loop that is stable beside either is enough.
     Source: docs/theory/feedback.md, "The torque drive".
     """
-    feedback, faults, dt = K.feedback, K.faults, K.state.dt
-    if faults.working == K.chain.n:
+    feedback, faults = K.feedback, K.faults
+    if faults.working == K.chain.n and not feedback.touched:
         suspect = _missing(K.limits, feedback, K.chain)
         other = partner(feedback, K.chain, suspect) if suspect >= 0 else -1
         if other >= 0:
             if not feedback.softened:
                 feedback.soft_one, feedback.soft_other = suspect, other
-            feedback.softened, feedback.agreeing = 1, 0
+            feedback.softened, feedback.lasting[BOTH_OBEY, 0] = 1, 0
     if not feedback.softened:
         return
     one, another = feedback.soft_one, feedback.soft_other
-    feedback.agreeing = (
-        feedback.agreeing + 1
-        if heeds(K.state, K.limits, feedback, K.past, one)
-        and heeds(K.state, K.limits, feedback, K.past, another)
-        else 0
-    )
+    agree = heeds(K.state, K.limits, feedback, K.past, one)
+    agree = agree and heeds(K.state, K.limits, feedback, K.past, another)
+    obey = lasts(K.state, feedback, BOTH_OBEY, 0, agree)
     failed = faults.code[one] != HEALTHY or faults.code[another] != HEALTHY
-    if failed or feedback.agreeing * dt > AGREE_TIME:
+    if failed or obey:
         feedback.softened = 0
 
 

@@ -3,6 +3,7 @@
 from math import inf
 from typing import Any
 
+from ftqp.kernel.feedback.lasting import drop
 from ftqp.kernel.feedback.repeats import (
     IN_DOUBT,
     explain,
@@ -72,15 +73,13 @@ def begin(K: Any) -> None:
     anew = feedback.fresh != AS_SENT
     feedback.fresh = 0
     feedback.now = 0
-    feedback.refused = feedback.holding = feedback.exact = feedback.lagging = feedback.out = (
-        feedback.settled
-    ) = feedback.far = 0
+    feedback.refused = feedback.holding = feedback.exact = feedback.lagging = feedback.far = 0
     feedback.gap = feedback.rate_change = feedback.late = feedback.up = 0.0
     feedback.wide = feedback.gap_filtered = feedback.waited = feedback.spent_elsewhere = 0.0
     feedback.rate = 1.0
     feedback.speed_margin = 0.0
     feedback.quiet = feedback.unresponsive_count = feedback.heard = 0
-    feedback.softened = feedback.agreeing = 0
+    feedback.softened = feedback.touched = 0
     feedback.stored = feedback.until_stored = 0
     feedback.culprit = -1
     for k in range(6):
@@ -94,12 +93,12 @@ def begin(K: Any) -> None:
         feedback.offset[i] = at - q
         feedback.age[i] = feedback.still[i] = feedback.bad[i] = 0
         forget_repeats(feedback, i, at)
-        feedback.outside_band[i] = feedback.hurried[i] = 0
+        drop(feedback, i)
         if anew:
             feedback.spent[i] = 0.0
             feedback.lost[i] = feedback.asks[i] = 0
             feedback.known_failed[i] = 0 if K.faults.code[K.chain.lead[i]] == HEALTHY else 1
-        feedback.unresponsive[i] = feedback.doubted[i] = feedback.heeded[i] = 0
+        feedback.unresponsive[i] = 0
         feedback.wound[i] = feedback.usual[i] = feedback.missing[i] = 0.0
         for s in range(feedback.span):
             past.q[s, i], past.v[s, i], past.a[s, i], past.tau[s, i] = q, v, 0.0, 0.0

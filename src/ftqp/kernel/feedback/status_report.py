@@ -3,22 +3,19 @@
 from math import inf
 from typing import Any
 
-from ftqp.kernel.feedback.error_band import OUT_TIME
 from ftqp.kernel.feedback.gap import norms
+from ftqp.kernel.feedback.lasting import has_lasted, lasts
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import INVALID_INPUT, LAGGING, NO_BRAKES, OK, RELAXED, SCALED, TORQUE_DRIVE
+from ftqp.kernel.layout.hypotheses import FOLLOWS, LAGS
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, OUTSIDE_SIGMAS
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.side_by_side import WIDTH, several
 
 BACK = 0.5
-"""The lag is over when every error is below this share of its tolerance ..."""
-BACK_TIME = 0.05
-"""... for this long [s], so that a report does not flicker. A guess that the campaigns have not
-contradicted."""
-
-
+"""The lag is over when every error is below this share of its tolerance for a while, so that a report does
+not flicker. A guess that the campaigns have not contradicted."""
 GOES_ON = 0.05
 """A joint that is seen to be faster than this share of its limit while its command rests goes on ..."""
 STANDS = 0.02
@@ -73,16 +70,13 @@ def report_status(state: Any, limits: Any, task: Any, feedback: Any, chain: Any,
     beyond its range. Where the QP itself says that the task is relaxed or scaled, and the arm follows the
     command, that goes first.
     """
-    dt = state.dt
     if not feedback.active:
         return outcome
     e = max(task.position_error / feedback.tolerance, task.rotation_error / feedback.rotation_tolerance)
-    if e > 1.0 or feedback.out * dt > OUT_TIME - 0.5 * dt:
-        feedback.lagging, feedback.settled = 1, 0
-    elif feedback.lagging:
-        feedback.settled = feedback.settled + 1 if max(e, feedback.gap) < BACK else 0
-        if feedback.settled * dt > BACK_TIME - 0.5 * dt:
-            feedback.lagging = 0
+    if e > 1.0 or has_lasted(state, feedback, LAGS, 0):
+        feedback.lagging, feedback.lasting[FOLLOWS, 0] = 1, 0
+    elif feedback.lagging and lasts(state, feedback, FOLLOWS, 0, max(e, feedback.gap) < BACK):
+        feedback.lagging = 0
     if outcome != OK and outcome != RELAXED and outcome != SCALED:
         return outcome
     if feedback.refused:

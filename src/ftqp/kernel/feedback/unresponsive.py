@@ -4,12 +4,13 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.feedback.error_band import part_with
-from ftqp.kernel.feedback.learned_inertia import is_known
+from ftqp.kernel.feedback.lasting import has_lasted, lasts
 from ftqp.kernel.feedback.observer import advanced, corrected, plausible, predicted
-from ftqp.kernel.feedback.pairs import AGREE_TIME, ALONE, NOISE_LEVELS, heeds, is_soft, partner, soften
+from ftqp.kernel.feedback.pairs import ALONE, NOISE_LEVELS, heeds, partner
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.kernel.layout.hypotheses import CLEARED, OBEYS, PREDICTED, SILENT, TOUCHED
 from ftqp.kernel.layout.thresholds import LATELY, STILL_SAMPLES
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
@@ -18,25 +19,21 @@ USUAL_TIME = 0.1
 contradicted."""
 
 MISSING_SHARE = 0.03
-"""A joint is suspected when it lacks this share of its torque limit, beside noise ..."""
-MISSING_TIME = 0.003
-"""... for so long [s]. Without this a joint whose motor fails unannounced throws the others off, too
-(docs/theory/feedback.md, "The torque drive"). A guess that the campaigns have not contradicted."""
+"""A joint is suspected when it lacks this share of its torque limit, beside noise. Without this a joint whose
+motor fails unannounced throws the others off, too (docs/theory/feedback.md, "The torque drive"). A guess that
+the campaigns have not contradicted."""
 
 UNRESPONSIVE_STILL = 0.03
 """Slower than this [rad/s or m/s], beside noise, it rests. A guess that the campaigns have not
 contradicted."""
-CLEARER, COMPARED_TIME, CLEARER_TIME = 4.0, 0.015, 0.005
-"""It also obeys again when it moves as predicted, so much better (squared), for such times [s] ..."""
+CLEARER, COMPARED_TIME = 4.0, 0.015
+"""It obeys again when it moves as predicted, so much better (squared), in the mean over this time [s] ..."""
 MOVES = 0.1
 """... and by at least this speed [rad/s or m/s], beside noise. A guess that the campaigns have not
 contradicted."""
 SMALL = 1e-6
 """Predictions as good as this [rad or m] are not compared. A guess that the campaigns have not
 contradicted."""
-CLEARED_TIME = 0.05
-"""... and where its own loop has had it near its command for AGREE_TIME, or this [s] where another joint is
-suspected. A guess that the campaigns have not contradicted."""
 
 
 @jit
@@ -69,18 +66,18 @@ def _retell(feedback: Any, chain: Any, past: Any, j: int) -> None:
 
 
 @jit
-def _leave_out(K: Any, j: int) -> None:
+def leave_out(K: Any, j: int) -> None:
     """From now on joint j is taken to do what acts on it, a_j = d_j - M_jh a_h/M_jj; d_j is observed.
 
     What is believed of it if it obeys goes on beside that.
     """
     feedback, past = K.feedback, K.past
     feedback.unresponsive[j] = 1
-    feedback.doubted[j] = feedback.heeded[j] = feedback.still[j] = 0
+    feedback.lasting[SILENT, j] = feedback.lasting[OBEYS, j] = feedback.lasting[CLEARED, j] = 0
+    feedback.lasting[PREDICTED, j] = feedback.still[j] = 0
     feedback.own_q[j], feedback.own_v[j] = feedback.q_hat[j], feedback.v_hat[j]
     feedback.own_d[j], feedback.own_slow[j] = feedback.d_hat[j], feedback.d_slow[j]
     feedback.own_missed[j] = feedback.dead_missed[j] = 0.0
-    feedback.clearer[j] = 0
     part_with(K, j)
     if not feedback.asks[j]:  # a suspect; the one before it may be taken back in this very tick
         feedback.place_taken = 1 - feedback.place_taken
@@ -95,7 +92,7 @@ def _leave_out(K: Any, j: int) -> None:
 def _take_back(K: Any, j: int) -> None:
     """Joint j obeys again: what was believed of it in that case counts, and the others' share of it."""
     feedback, past = K.feedback, K.past
-    feedback.unresponsive[j] = feedback.doubted[j] = 0
+    feedback.unresponsive[j] = feedback.lasting[SILENT, j] = 0
     feedback.d_hat[j], feedback.d_slow[j] = -feedback.own_d[j], -feedback.own_slow[j]
     part_with(K, j)
     feedback.q_hat[j], feedback.v_hat[j] = feedback.own_q[j], feedback.own_v[j]
@@ -134,20 +131,23 @@ def _observe_own(state: Any, limits: Any, feedback: Any, past: Any, learned: Any
 
 
 @jit
-def _unusual(state: Any, faults: Any, limits: Any, feedback: Any, chain: Any) -> int:
+def unusual(state: Any, faults: Any, limits: Any, feedback: Any, chain: Any) -> int:
     """The joint whose motor alone explains what is unusual, (M d)_i less what is usual there, or -1.
 
     rho_j^2/M_jj >= 0.8 sum_i rho_i^2/M_ii and |rho_j| >= 0.03 tau_max and 4 standard deviations of its noise.
+    While the tip is touched what is usual stays.
     """
     n = chain.n
     M, d, usual, unresponsive = feedback.M, feedback.d_hat, feedback.usual, feedback.unresponsive
     worst, most, total, found = -1, 0.0, 0.0, 0.0
     feedback.heard += 1
     share = min(1.0, max(state.dt / USUAL_TIME, 1.0 / feedback.heard))
+    if feedback.touched or feedback.lasting[TOUCHED, 0] > 0:
+        share = 0.0
     missing, lately = feedback.missing, min(1.0, state.dt / LATELY)
     for i in range(n):
         if faults.code[i] != HEALTHY or unresponsive[i]:
-            missing[i] = 0.0
+            missing[i] = feedback.odd[i] = 0.0
             continue
         rho = -usual[i]
         for j in range(n):
@@ -158,11 +158,12 @@ def _unusual(state: Any, faults: Any, limits: Any, feedback: Any, chain: Any) ->
                     rho -= M[i, j] * d[j]
         usual[i] += share * rho
         missing[i] += lately * (rho - missing[i])
+        feedback.odd[i] = rho
         energy = rho * rho / M[i, i]
         total += energy
         if energy > most:
             worst, most, found = i, energy, rho
-    if worst < 0 or partner(feedback, chain, worst) >= 0:
+    if worst < 0 or feedback.touched or partner(feedback, chain, worst) >= 0:
         return -1
     if most < ALONE * total or abs(found) < MISSING_SHARE * limits.tau_max[worst]:
         return -1
@@ -173,18 +174,17 @@ def _unusual(state: Any, faults: Any, limits: Any, feedback: Any, chain: Any) ->
 
 
 @jit
-def _suspected(state: Any, faults: Any, feedback: Any, chain: Any, suspect: int) -> int:
+def may_suspect(faults: Any, feedback: Any, chain: Any, state: Any) -> bool:
     """Only one joint is suspected at a time: the earlier one is taken back if it obeys, else it remains.
 
-    The suspect, or -1. While a joint is known to have failed none is suspected.
+    While a joint is known to have failed none is suspected.
     """
-    if suspect < 0 or faults.working < chain.n:
-        return -1
+    if faults.working < chain.n:
+        return False
     for j in range(chain.n):
-        cleared = feedback.asks[j] or feedback.heeded[j] * state.dt > CLEARED_TIME
-        if feedback.unresponsive[j] and not cleared:
-            return -1
-    return suspect
+        if feedback.unresponsive[j] and not (feedback.asks[j] or has_lasted(state, feedback, CLEARED, j)):
+            return False
+    return True
 
 
 @jit
@@ -194,13 +194,11 @@ def _is_clearer(state: Any, feedback: Any, j: int) -> bool:
     clearer = feedback.dead_missed[j] > max(CLEARER * feedback.own_missed[j], noise * noise)
     slow = MOVES + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
     moves = abs(feedback.own_v[j]) > slow and abs(feedback.v_hat[j]) > slow
-    feedback.clearer[j] = feedback.clearer[j] + 1 if clearer and moves else 0
-    over: bool = feedback.clearer[j] * state.dt > CLEARER_TIME
-    return over
+    return lasts(state, feedback, PREDICTED, j, clearer and moves)
 
 
 @jit
-def _watch(K: Any, j: int, replaced: bool) -> None:
+def watch(K: Any, j: int, replaced: bool) -> None:
     """A joint that was left out: whether it stands, and whether it obeys again."""
     feedback = K.feedback
     if not feedback.asks[j]:
@@ -211,42 +209,11 @@ def _watch(K: Any, j: int, replaced: bool) -> None:
     if stands(feedback, j) != stood:
         _retell(feedback, K.chain, K.past, j)
     if not feedback.asks[j]:
-        feedback.heeded[j] = feedback.heeded[j] + 1 if heeds(K.state, K.limits, feedback, K.past, j) else 0
-        obeys = feedback.heeded[j] * K.state.dt > AGREE_TIME
+        there = heeds(K.state, K.limits, feedback, K.past, j)
+        obeys = lasts(K.state, feedback, OBEYS, j, there)
+        lasts(K.state, feedback, CLEARED, j, there)
         if partner(feedback, K.chain, j) >= 0 or _is_clearer(K.state, feedback, j) or replaced or obeys:
             _take_back(K, j)
-
-
-@rare_jit
-def find_unresponsive(K: Any) -> None:
-    """Finds the unresponsive joints, so that the others reckon with what they do, not with what they should.
-
-    They are those that ask for their brakes, and one whose motor alone explains what is suddenly unusual.
-    Source: docs/theory/feedback.md, "The torque drive".
-    """
-    feedback, dt = K.feedback, K.state.dt
-    if feedback.exact:
-        return
-    suspect = _unusual(K.state, K.faults, K.limits, feedback, K.chain)
-    if is_known(K.state, K.learned):
-        suspect = _suspected(K.state, K.faults, feedback, K.chain, suspect)
-        soften(K)
-    else:  # it may be the model that is wrong
-        suspect = -1
-    feedback.unresponsive_count, found = 0, -1
-    for j in range(K.chain.n):
-        if K.faults.code[j] != HEALTHY:
-            feedback.unresponsive[j] = feedback.doubted[j] = 0
-        elif not feedback.unresponsive[j]:
-            feedback.doubted[j] = feedback.doubted[j] + 1 if j == suspect else 0
-            if feedback.doubted[j] * dt > MISSING_TIME - 0.5 * dt:
-                found = j
-    for j in range(K.chain.n):
-        if feedback.unresponsive[j]:
-            _watch(K, j, found >= 0)
-        elif j == found or (feedback.asks[j] and K.faults.code[j] == HEALTHY and not is_soft(feedback, j)):
-            _leave_out(K, j)
-        feedback.unresponsive_count += feedback.unresponsive[j]
 
 
 @jit

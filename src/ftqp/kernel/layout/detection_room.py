@@ -38,6 +38,9 @@ def detection_fields(N: int) -> Fields:
     if ``known``; ``held``: ticks for which they have stood still. ``load``: mass and first moments of an
     unknown load, by sums ``load_``; ``pull``, ``jolt``: what a unit of each takes of the joints, ``drawn``
     filtered, ``strain`` less its mean; ``spread``: mean square of a residual, ``finest`` its least.
+    ``touched``: ticks in which a force at the tip explained them better than any joint, by the columns
+    ``along`` and their
+    ``gram``, ``pushed``; ``bank``: the observers that were looked at.
     ``deviation``: how odd a joint's motion was during this suspicion. ``room``:
     largest healthy size of each residual, ``sharp`` its inverse; ``excess``: what it has beside friction, and
     z of a joint is the largest excess/room; ``peak``: the largest since it was last set to zero. ``blind``:
@@ -54,7 +57,9 @@ def detection_fields(N: int) -> Fields:
     return [
         *scalars("i8", "n fresh latency span now ticks at has_effort asked from_command has_motor"),
         *scalars("i8", "got_tau got_effort has_inertia has_dynamics suspect said said_of agreed"),
-        *scalars("i8", "fitted fit_best watch quiet held taken known waiting pause patience settle"),
+        *scalars(
+            "i8", "touched bank fitted fit_best watch quiet held taken known waiting pause patience settle"
+        ),
         *scalars("f8", "bandwidth_fast dt sigma quantum slip worst slowness load_fade"),
         *scalars("f8", "fit_xx fit_share fit_onset fit_spread fit_size"),
         *floats({"pole": (BANKS,), "k_s": (BANKS,), "k_w": (BANKS,), "k_d": (BANKS,)}),
@@ -73,7 +78,7 @@ def detection_fields(N: int) -> Fields:
         *floats({"drawn": (LOADS, 3, N), "kept_pull": (WINDOW, LOADS, N)}),
         *floats(dict.fromkeys(("load", "load_sum"), (LOADS,))),
         *floats(dict.fromkeys(("load_square", "load_factor"), (LOADS, LOADS))),
-        *floats({"tally": (N, 8), "factor": (N, N)}),
+        *floats({"tally": (N, 8), "factor": (N, N), "along": (3, N), "gram": (3, 3), "pushed": (3,)}),
     ]
 
 

@@ -2,6 +2,7 @@
 
 from ftqp.kernel.layout.enums import DELAYS, HISTORY, TARGET_SIZE
 from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
+from ftqp.kernel.layout.hypotheses import HYPOTHESES
 
 
 def feedback_fields(N: int) -> Fields:
@@ -20,41 +21,43 @@ def feedback_fields(N: int) -> Fields:
     went while a working sensor repeated itself, ``restless``: samples that jittered at rest; ``held``:
     samples that repeat are looked through, see ``ftqp.kernel.feedback.repeats``, ``holding`` of them;
     ``wide``: for how long samples may still be those of an impact [s]; ``spent``: patience that bad ones
-    have cost [s]; ``outside_band``, ``hurried``: ticks that a joint was out of its error band in a stop,
-    or too fast; ``any_counted``: some are counted; ``asks``: for its brake, as ``brakes`` says that the
+    have cost [s]; ``lasting``: ticks for which each hypothesis of the monitor has had evidence, those of
+    the whole arm at joint 0; ``any_counted``: some joint is out of hand; ``asks``: for its brake, as
+    ``brakes`` says that the
     arm has them; ``going``: speeds in a stop, in a short mean, ``moving``: the joint that goes on, from
     1, 0 none; ``others``, ``bent``: scratch; ``quiet``: the displacement rests; ``unresponsive``: joints
-    that do not obey, ``unresponsive_count`` of them; ``doubted``, ``heeded``: ticks that a joint seems
-    not to, and to obey again; ``heard``: ticks of observation; ``usual``: torques that disturb for long;
+    that do not obey, ``unresponsive_count`` of them; ``touched``: ticks for which something has pushed the
+    tip, with ``push_at_tip``, ``strongest`` as a share
+    of the torque limits; ``heard``: ticks of observation; ``usual``: torques that disturb for long;
     ``asked``: accelerations that those joints should have; ``own_``: their observer if they obey,
     ``alone``: their inertia then; ``place``: the suspect's column of ``past.own``; ``softened``:
     ``soft_one`` and ``soft_other`` are on one axis, and one of them seems not to obey, ``softly``: what
-    holds them, ``agreeing``: ticks that both obey; ``missing``: torques, less ``usual``, in a short mean;
+    holds them; ``odd``: torques less ``usual``, ``missing`` in a short mean;
     ``felt_noise``: of d_hat; ``wound``: integral part of a velocity arm's hold; ``speed_margin``: share
     of the speed limits that is left to servos.
     """
     names = ("seen", "good", "raw", "offset", "spent", "q_hat", "v_hat", "d_hat", "d_slow", "q_now", "v_now",
              "q_sent", "v_sent", "tau_sent", "h", "wound", "bent", "usual", "asked", "softly", "missing",
-             "own_q", "own_v", "own_d", "own_slow", "alone",
+             "odd", "own_q", "own_v", "own_d", "own_slow", "alone",
              "same", "moved", "increment", "way", "restless", "going",
              "innovation", "own_missed", "dead_missed")  # fmt: skip
     return [
         *scalars("i8", "active fresh kind latency span now refused holding exact displaced has_tip quiet"),
-        *scalars("i8", "lagging out settled far stored until_stored stride culprit any_counted"),
+        *scalars("i8", "lagging far stored until_stored stride culprit any_counted"),
         *scalars("i8", "brakes moving"),
-        *scalars("i8", "unresponsive_count heard place_taken softened agreeing soft_one soft_other"),
+        *scalars("i8", "unresponsive_count heard place_taken softened touched soft_one soft_other"),
         *scalars("f8", "kappa hold stiffness pole pole_failed sigma patience"),
         *scalars("f8", "failed_noise felt_noise missing_noise"),
         *scalars(
             "f8", "tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed"
         ),
-        *scalars("f8", "waited spent_elsewhere speed_margin wide"),
+        *scalars("f8", "waited spent_elsewhere speed_margin wide strongest"),
         *floats(dict.fromkeys(("c", "c_rate", "push", "off", "left"), (6,))),
         *floats(dict.fromkeys(names, (N,))),
         *integers(dict.fromkeys(("age", "held", "lost", "bad", "still", "known_failed"), (N,))),
-        *integers(dict.fromkeys(("outside_band", "hurried", "asks", "others"), (N,))),
-        *integers(dict.fromkeys(("unresponsive", "doubted", "heeded", "clearer", "place"), (N,))),
-        *floats({"tip": (12,), "M": (N, N)}),
+        *integers(dict.fromkeys(("asks", "others", "unresponsive", "place"), (N,))),
+        *integers({"lasting": (HYPOTHESES, N)}),
+        *floats({"tip": (12,), "push_at_tip": (3,), "M": (N, N)}),
     ]
 
 

@@ -12,16 +12,15 @@ from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.calm_qp import begin_calm, calms
 from ftqp.kernel.calm.path_outlook import outlook
 from ftqp.kernel.calm.waiting import begin_calm_on_path, leave_calm, stand_still, waits
-from ftqp.kernel.feedback.error_band import find_out_of_hand
 from ftqp.kernel.feedback.gap import measure_gap, norms, wait
 from ftqp.kernel.feedback.late_targets import play_back
 from ftqp.kernel.feedback.learned_inertia import learn
+from ftqp.kernel.feedback.monitor import monitor
 from ftqp.kernel.feedback.observer import feel, observe
 from ftqp.kernel.feedback.reference import leave_margin, refer, take_jump
 from ftqp.kernel.feedback.samples import believe
 from ftqp.kernel.feedback.status_report import see_error
 from ftqp.kernel.feedback.tip_correction import correct, displace, look_at_tip
-from ftqp.kernel.feedback.unresponsive import find_unresponsive
 from ftqp.kernel.free.decision import think
 from ftqp.kernel.free.end_stop import end_stops
 from ftqp.kernel.free.free_command import ask_for_motion, outcome_beside_free
@@ -129,10 +128,9 @@ def _see(K: Any) -> bool:
     if feedback.kind == TORQUE_DRIVE:
         learn(K, told, first)
         feel(K)
-        find_unresponsive(K)
+    monitor(K)
     refer(K.state, K.faults, feedback, K.chain, K.past)
     look_at_tip(K)
-    find_out_of_hand(K)
     leave_margin(K.faults, feedback, K.chain, K.past)
     correct(K.state, K.task, K.watch, feedback, K.calm)
     measure_gap(K)

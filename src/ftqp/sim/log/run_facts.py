@@ -165,6 +165,9 @@ def _strange_rest(facts: Mapping[str, Any]) -> str | None:
     found = facts.get("detections")
     if found is not None and not _list(found, _is_detection):
         return f"its detections are {found!r:.40}, expected tables with joint, detected_at and kinds"
+    learned = facts.get("learned")
+    if learned is not None and not _is_learned(learned, len(facts.get("joints", ()))):
+        return f"what was learned is {learned!r:.60}, expected rotors, rotors_error, friction and payload"
     versions, emergency = facts.get("versions"), facts.get("emergency")
     if versions is not None and not (
         isinstance(versions, dict) and _list(list(versions.values()), lambda text: isinstance(text, str))
@@ -185,6 +188,20 @@ def _is_detection(one: Any) -> bool:
         and isinstance(one.get("joint"), str)
         and is_number(one.get("detected_at"))
         and _list(one.get("kinds"), lambda kind: isinstance(kind, str))
+    )
+
+
+def _is_learned(one: Any, count: int) -> bool:
+    """Whether something is what a planner has learned of an arm of so many joints."""
+    if not isinstance(one, dict):
+        return False
+    load = one.get("payload")
+    return all(
+        _list(one.get(name), is_number) and len(one[name]) == count
+        for name in ("rotors", "rotors_error", "friction")
+    ) and (
+        load is None
+        or (isinstance(load, dict) and is_number(load.get("mass")) and _three(load.get("com"), is_number))
     )
 
 

@@ -193,6 +193,7 @@ class Tally:
             **_faults(metadata),
             **self._in_inertial_space(),
             **self._further_facts(),
+            **({} if metadata.get("learned") is None else {"learned": metadata["learned"]}),
         }
 
     def _further_facts(self) -> dict[str, Any]:

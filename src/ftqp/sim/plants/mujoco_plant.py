@@ -1,6 +1,6 @@
 """An arm in the physics of MuJoCo: motors behind servos, brakes, free joints, end stops, friction, load."""
 
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -215,6 +215,17 @@ class MujocoPlant(Plant):
             InputError: unknown joint.
         """
         self._work(self._motor_of(joint))
+
+    def push(self, force: Any) -> None:
+        """From now on something pushes the tip, until it is told otherwise or reset.
+
+        Args:
+            force: Along the axes of the base, (3,) [N]; zeros end it.
+
+        Raises:
+            InputError: It has another shape, or is not finite.
+        """
+        self._physics.push(array("force", force, (3,)))
 
     def suffer(self, fault: HiddenFault) -> None:
         """From now on the joint of ``fault`` does what it says, and no longer what befell it before.

@@ -102,6 +102,8 @@ class Physics:
         self._warnings = data.warning.number
         self._tip = model.site("tip").id
         self._advance = mujoco.mj_step
+        self._body = model.site_bodyid[self._tip]
+        self._push = np.zeros(3)
 
     def reset(self, q: FloatArray, v: FloatArray) -> None:
         """Begin at (q, v), each (nv,), every joint released and free of torque."""
@@ -109,11 +111,22 @@ class Physics:
             mujoco.set_mju_user_warning(logging.getLogger("ftqp").warning)
         mujoco.mj_resetData(self._model, self._data)
         self._data.eq_active[: len(self._names)] = 0  # behind them stand those of joints that follow others
+        self._push[:] = 0.0
         self.q[:], self.v[:] = q, v
 
     def step(self) -> None:
         """Move on by one time step under ``tau``."""
+        if self._push.any():
+            data = self._data
+            lever = data.site_xpos[self._tip] - data.xipos[self._body]
+            data.xfrc_applied[self._body, :3] = self._push
+            data.xfrc_applied[self._body, 3:] = np.cross(lever, self._push)
         self._advance(self._model, self._data)
+
+    def push(self, force: FloatArray) -> None:
+        """From now on a force acts at the tip, (3,) [N], along the axes of the world; zeros are none."""
+        self._push[:] = force
+        self._data.xfrc_applied[:] = 0.0
 
     def resist(self, i: int, coulomb: float, viscous: float) -> None:
         """Give joint i dry friction, or a brake, of ``coulomb`` [N m or N] and viscous friction [N m s/rad].

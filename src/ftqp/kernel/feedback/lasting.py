@@ -1,0 +1,31 @@
+"""For how long a hypothesis of the monitor has had evidence without a break."""
+
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import TORQUE_DRIVE
+from ftqp.kernel.layout.hypotheses import HYPOTHESES, SERVO_TIMES, TORQUE_TIMES
+
+
+@jit
+def lasts(state: Any, feedback: Any, hypothesis: int, i: int, evidence: bool) -> bool:
+    """Whether a hypothesis of joint i has lasted, this tick's evidence counted; without any it is dropped."""
+    count = feedback.lasting[hypothesis, i] + 1 if evidence else 0
+    feedback.lasting[hypothesis, i] = count
+    return has_lasted(state, feedback, hypothesis, i)
+
+
+@jit
+def has_lasted(state: Any, feedback: Any, hypothesis: int, i: int) -> bool:
+    """Whether a hypothesis of joint i had evidence for as long as the table of hypotheses says."""
+    torque = feedback.kind == TORQUE_DRIVE
+    time = TORQUE_TIMES[hypothesis] if torque else SERVO_TIMES[hypothesis]
+    lasted: bool = feedback.lasting[hypothesis, i] * state.dt > time - 0.5 * state.dt
+    return lasted
+
+
+@jit
+def drop(feedback: Any, i: int) -> None:
+    """Nothing is supposed of joint i any more."""
+    for hypothesis in range(HYPOTHESES):
+        feedback.lasting[hypothesis, i] = 0

@@ -1,0 +1,105 @@
+"""The monitor of joints that do not obey: residuals, one table of hypotheses, one table of responses.
+
+The hypotheses, how long each has to last and what is done then are ``ftqp.kernel.layout.hypotheses.MONITOR``.
+What is seen of an arm: how far joints are from their commands, how fast they are, and, of an arm that takes
+torques, what torques are unusual. Nobody has to ask for it; a detector looks closer, see
+``ftqp.kernel.detection``.
+"""
+
+from typing import Any
+
+from ftqp.kernel.feedback.error_band import error_band
+from ftqp.kernel.feedback.lasting import lasts
+from ftqp.kernel.feedback.learned_inertia import is_known
+from ftqp.kernel.feedback.pairs import NOISE_LEVELS, is_soft, soften
+from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.feedback.touch import feel_touch, is_push
+from ftqp.kernel.feedback.unresponsive import leave_out, may_suspect, unusual, watch
+from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.latches.stop_latch import latch
+from ftqp.kernel.layout.enums import ALL_BRAKES, HEALTHY, NO_BRAKES, STOPPED_BY_LAG, TORQUE_DRIVE
+from ftqp.kernel.layout.hypotheses import LEFT_BAND, SILENT, TOO_FAST
+
+OVERSPEED = 0.2
+"""A joint that goes on faster than asked, and than its limit, by this share of the limit is too fast. A guess
+that the campaigns have not contradicted."""
+
+
+@jit
+def _brake(feedback: Any, i: int) -> None:
+    """Joint i asks for its brake, if the arm has any: else its own loop is all that can bring it back."""
+    if feedback.brakes != NO_BRAKES:
+        feedback.asks[i] = 1
+
+
+@jit
+def _brake_and_stop(watch: Any, feedback: Any, i: int) -> None:
+    """And the arm is stopped, if it may be, and always where it has but one brake for all."""
+    _brake(feedback, i)
+    if watch.latched == 0 and (watch.stop_samples > 0 or feedback.brakes == ALL_BRAKES):
+        latch(watch, STOPPED_BY_LAG)
+        feedback.culprit = i
+
+
+@rare_jit
+def watch_torques(K: Any) -> None:
+    """The joints of a torque arm whose motors seem not to give what is sent, and those that do again."""
+    feedback = K.feedback
+    suspect = unusual(K.state, K.faults, K.limits, feedback, K.chain)
+    if is_known(K.state, K.learned):
+        if K.faults.working == K.chain.n:
+            feel_touch(K, NOISE_LEVELS)
+        if suspect >= 0 and (
+            not may_suspect(K.faults, feedback, K.chain, K.state) or is_push(K, feedback.odd)
+        ):
+            suspect = -1
+        soften(K)
+    else:  # it may be the model that is wrong
+        suspect = -1
+    feedback.unresponsive_count, found = 0, -1
+    for j in range(K.chain.n):
+        if K.faults.code[j] != HEALTHY:
+            feedback.unresponsive[j] = feedback.lasting[SILENT, j] = 0
+        elif not feedback.unresponsive[j] and lasts(K.state, feedback, SILENT, j, j == suspect):
+            found = j
+    for j in range(K.chain.n):
+        if feedback.unresponsive[j]:
+            watch(K, j, found >= 0)
+        elif j == found or (feedback.asks[j] and K.faults.code[j] == HEALTHY and not is_soft(feedback, j)):
+            leave_out(K, j)
+        feedback.unresponsive_count += feedback.unresponsive[j]
+
+
+@jit
+def watch_motion(K: Any) -> None:
+    """The joints that are out of hand, whatever the drive: out of their bands in a stop, or too fast."""
+    feedback, past, top = K.feedback, K.past, K.limits.v_max
+    feedback.any_counted = 0
+    then = slot(feedback, feedback.latency)
+    for i in range(K.chain.n):
+        if K.faults.code[K.chain.lead[i]] != HEALTHY:
+            feedback.lasting[LEFT_BAND, i] = feedback.lasting[TOO_FAST, i] = 0
+            continue
+        band = error_band(feedback, past, i)
+        out = K.watch.latched != 0 and abs(feedback.seen[i] - past.q[then, i]) > band
+        fast = abs(feedback.v_hat[i]) > OVERSPEED * top[i] + max(top[i], abs(past.v[then, i]))
+        if out or fast:
+            feedback.any_counted = 1
+        if lasts(K.state, feedback, TOO_FAST, i, fast):
+            _brake_and_stop(K.watch, feedback, i)
+        if lasts(K.state, feedback, LEFT_BAND, i, out):
+            _brake(feedback, i)
+
+
+@jit
+def monitor(K: Any) -> None:
+    """Looks for joints that do not obey although nobody has said so, and does what the table says.
+
+    Source: docs/theory/feedback.md, "The monitor".
+    """
+    feedback = K.feedback
+    if feedback.exact and not feedback.any_counted:
+        return
+    if feedback.kind == TORQUE_DRIVE and not feedback.exact:
+        watch_torques(K)
+    watch_motion(K)

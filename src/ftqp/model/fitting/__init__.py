@@ -1,0 +1,1 @@
+"""What an arm has beside its model, found from positions and torques of a motion."""

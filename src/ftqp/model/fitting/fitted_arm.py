@@ -1,0 +1,283 @@
+"""Rotors, friction, load, motor gains and encoder offsets, from positions and torques of a motion."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, frozen, instance
+from ftqp.core.errors import InputError, unknown
+from ftqp.model.fitting.torque_log import Pieces, TorqueLog, pieces_of
+from ftqp.model.fitting.unknowns import KINDS, LOAD, sizes_of, symmetric, torques
+from ftqp.model.payload import Payload
+from ftqp.model.robot import Robot
+
+SLOWEST = 0.02
+"""Joints slower than this [rad/s or m/s] do not tell the sign of their friction, which may be anything where
+they stick."""
+ROUNDS = 6
+"""Fits one after another, each about the arm that the last one found and weighted by what it left."""
+LIGHTEST = 0.01
+"""A load below this [kg] does not change what offsets do."""
+FARTHEST = 5.0
+"""No unknown is taken for more than so many times a usual one, lest the linearised fit run away."""
+ALIKE = 0.5
+"""Time over which what the model misses is alike [s]: standard errors count motion in blocks of it."""
+ANOTHER = 0.3
+"""Where this share of the torques' root mean square is left unexplained in some joint the log is of another
+arm, or a joint has another sign. A log of the same arm with all unknowns at their usual size leaves less than
+a tenth (``python studies/identify.py``)."""
+LEAST_TORQUE = 0.02
+"""Torques below this share of the largest are not judged so."""
+ROOM = 0.2
+"""Beyond the range of a joint by so much [rad or m] no sample of the same arm lies."""
+LEAST_WAY = 0.01
+"""A joint that goes less far [rad or m] stands still."""
+SIGNIFICANT = 3.0
+"""A load that is not so many standard errors heavy is none."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FittedArm:
+    """What an arm has beside its model, with standard errors.
+
+    Attributes:
+        robot: The model that it was compared with.
+        rotors: Inertia of rotors, (nv,) [kg m2 or kg]; negative where the model has too much.
+        coulomb: Dry friction, (nv,) [N m or N].
+        viscous: Viscous friction beside that of the model, (nv,) [N m s/rad or N s/m].
+        gains: Torque that the log says by what the motor gave, less 1, (nv,).
+        offsets: True position less that of the log, (nv,) [rad or m].
+        load: Mass [kg], first moments [kg m] (3) and moments of inertia [kg m2] (6: xx, xy, yy, xz, yz, zz)
+            at the tip, about and along its axes, (10,).
+        errors: Standard errors of all of these, by name.
+        untold: What the motion does not tell, by name, one flag each.
+        left: What remains unexplained of each joint's torque, root mean square, (nv,) [N m or N].
+        before: The same without any unknown.
+        size: Root mean square of the torques themselves, (nv,) [N m or N].
+        pieces: How many pieces of motion were looked at.
+        width: How long a piece is [s].
+        left_out: Time that lies in gaps of the logs [s].
+    """
+
+    robot: Robot
+    rotors: FloatArray
+    coulomb: FloatArray
+    viscous: FloatArray
+    gains: FloatArray
+    offsets: FloatArray
+    load: FloatArray
+    errors: dict[str, FloatArray]
+    untold: dict[str, Any]
+    left: FloatArray
+    before: FloatArray
+    size: FloatArray
+    pieces: int
+    width: float
+    left_out: float
+
+    @property
+    def payload(self) -> Payload | None:
+        """The load as ``planner.carry`` takes it; None where there is none beyond three standard errors."""
+        mass = float(self.load[0])
+        if self.untold[LOAD][0] or mass <= SIGNIFICANT * self.errors[LOAD][0]:
+            return None
+        centre = self.load[1:4] / mass
+        about_tip = mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+        try:
+            return Payload(mass, centre, symmetric(self.load[4:]) - about_tip)
+        except InputError:  # not known well enough to be that of a body
+            return Payload(mass, centre)
+
+    @property
+    def fitted(self) -> Robot:
+        """The robot with the rotors and the friction that were found; those that are untold stay as they are.
+
+        Its load is ``payload``, and gains and offsets are errors of the log, not of the arm.
+        """
+        robot = self.robot
+        known = {name: np.where(self.untold[name], 0.0, getattr(self, name)) for name in
+                 ("rotors", "coulomb", "viscous")}  # fmt: skip
+        dry = np.where(self.untold["coulomb"], robot.coulomb, np.maximum(known["coulomb"], 0.0))
+        viscous = np.maximum(robot.viscous + known["viscous"], 0.0)
+        with_friction = robot.with_friction(viscous=viscous, coulomb=dry)
+        return with_friction.with_rotors(np.maximum(robot.chain.armature + known["rotors"], 0.0))
+
+
+def fitted_arm(
+    robot: Robot,
+    logs: TorqueLog | Sequence[TorqueLog],
+    unknowns: Sequence[str] = tuple(KINDS),
+    most: int = 20_000,
+) -> FittedArm:
+    """Rotors R, friction, load, gains k and encoder offsets o of an arm, by least squares.
+
+    tau = (1 + k) (ID(q + o, v, a) + R a + f_c sgn(v) + f_v v + Y(q, v, a) (m, m c, I))
+
+    in the middles of pieces of the motion. Each unknown is drawn to 0 as little as a usual one may be large,
+    so that what the motion does not tell stays there, and its standard error says so. The masses of the model
+    are taken for true.
+
+    Args:
+        robot: The arm as its model says.
+        logs: One motion, or several with the same load, 20 s or so of it.
+        unknowns: Which kinds to look for, of rotors, coulomb, viscous, gains, offsets, load.
+        most: About so many pieces of the motion are looked at, of longer ones fewer.
+
+    Raises:
+        InputError: The arm has no masses, an unknown kind, a log of another arm, one without motion, or one
+            that is too short or too slow.
+
+    Source: docs/how-to/identify.md; Swevers et al. 1997 for the regression.
+    """
+    every = _checked(robot, logs, unknowns)
+    found = arm_of(robot, every, unknowns, most)
+    _refuse_another(found, every)
+    return found
+
+
+def arm_of(robot: Robot, every: Sequence[TorqueLog], unknowns: Sequence[str], most: int) -> FittedArm:
+    """The same, also of a log that is not explained."""
+    parts = [pieces_of(log, max(most // len(every), 1)) for log in every]
+    pieces = Pieces(
+        t=np.concatenate([part.t for part in parts]),
+        q=np.concatenate([part.q for part in parts]),
+        v=np.concatenate([part.v for part in parts]),
+        a=np.concatenate([part.a for part in parts]),
+        tau=np.concatenate([part.tau for part in parts]),
+        width=max(part.width for part in parts),
+        left_out=sum(part.left_out for part in parts),
+    )
+    block = np.concatenate(
+        [np.floor((p.t - p.t[0]) / ALIKE) + 1e6 * k for k, p in enumerate(parts)]
+    )  # fmt: skip
+    sizes = sizes_of(robot, pieces)
+    kinds = [KINDS[name] for name in unknowns]
+    usual = np.concatenate([np.atleast_1d(kind.usual(sizes)) for kind in kinds])
+    ends = np.cumsum([kind.size or robot.nv for kind in kinds])
+    places = {name: slice(end - (kind.size or robot.nv), end)
+              for name, kind, end in zip(unknowns, kinds, ends, strict=True)}  # fmt: skip
+    told = (np.abs(pieces.v) > SLOWEST) & (np.abs(pieces.v) > 0.5 * np.abs(pieces.a) * pieces.width)
+    row, joint = np.nonzero(told)
+    before = _rms(pieces.tau - torques(robot, pieces), told)
+    found = np.zeros(len(usual))
+    for last in (*[False] * ROUNDS, True):
+        at = pieces._replace(q=pieces.q + found[places["offsets"]]) if "offsets" in places else pieces
+        made = torques(robot, at)
+        carrying = _carrying(robot, found[places[LOAD]]) if LOAD in places else robot
+        columns = {name: KINDS[name].columns(carrying, at, made) for name in unknowns if name != "gains"}
+        for name in unknowns:
+            if name not in ("gains", "offsets"):
+                made = made + columns[name] @ found[places[name]]
+        scale = 1.0 + found[places["gains"]] if "gains" in places else np.ones(robot.nv)
+        columns = {name: scale[:, None] * column for name, column in columns.items()}
+        if "gains" in places:
+            columns["gains"] = KINDS["gains"].columns(robot, at, made)
+        A, y = np.concatenate([columns[name] for name in unknowns], axis=2), pieces.tau - scale * made
+        left = _rms(y, told)
+        weight = 1.0 / np.maximum(left, 1e-9 + 1e-6 * sizes.tau)
+        if last:
+            break
+        rows = A[row, joint] * weight[joint, None] * usual
+        target = y[row, joint] * weight[joint] + rows @ (found / usual)
+        inverse = np.linalg.inv(rows.T @ rows + np.eye(len(usual)))
+        scaled = inverse @ (rows.T @ target)
+        found = np.clip(usual * scaled, -FARTHEST * usual, FARTHEST * usual)
+    errors = usual * _errors(rows, target - rows @ scaled, inverse, block[row])
+    moves = np.ptp(pieces.q, axis=0) > LEAST_WAY
+    untold = {}
+    for name, kind in zip(unknowns, kinds, strict=True):
+        flags = errors[places[name]] > kind.told * usual[places[name]]
+        untold[name] = flags if kind.size else flags | (~moves if name != "offsets" else False)
+    values = {name: frozen(found[place]) for name, place in places.items()}
+    none = {name: frozen(np.zeros(kind.size or robot.nv)) for name, kind in KINDS.items()}
+    return FittedArm(
+        robot=robot,
+        errors={name: frozen(errors[place]) for name, place in places.items()},
+        untold={**{name: np.ones(len(zero), dtype=bool) for name, zero in none.items()}, **untold},
+        left=frozen(left), before=frozen(before), size=frozen(_rms(pieces.tau, told)),
+        pieces=len(pieces.t), width=pieces.width, left_out=pieces.left_out, **{**none, **values},
+    )  # fmt: skip
+
+
+def _checked(robot: Robot, logs: Any, unknowns: Sequence[str]) -> list[TorqueLog]:
+    """The logs, if they may be of this arm."""
+    instance("robot", robot, Robot, "an ftqp.Robot")
+    if not robot.has_inertia:
+        raise InputError(f"{robot.name} has no masses, so no torques; give the model its masses first")
+    robot.refuse_floating("identification needs")
+    for name in unknowns:
+        if name not in KINDS:
+            raise unknown("unknown", name, "an arm", KINDS)
+    every = [logs] if isinstance(logs, TorqueLog) else list(logs)
+    if not every or not unknowns:
+        raise InputError(
+            "no log or no unknown was given; expected ftqp.TorqueLog(t=, q=, tau=) and some kinds"
+        )
+    for log in every:
+        instance("log", log, TorqueLog, "an ftqp.TorqueLog")
+        if log.q.shape[1] != robot.nv:
+            raise InputError(
+                f"{log.name} has {log.q.shape[1]} joints, but {robot.name} has {robot.nv}; it is of another "
+                "arm"
+            )
+        low = (robot.limits.q_min - log.q).max(axis=0)
+        high = (log.q - robot.limits.q_max).max(axis=0)
+        beyond = np.maximum(low, high)
+        if (beyond > ROOM).any():
+            i = int(np.argmax(beyond))
+            far = float(log.q[int(np.argmax(np.abs(log.q[:, i]))), i])
+            raise InputError(
+                f"{log.name} has {robot.joints[i]} at {far:.4g} rad, but its range is "
+                f"{robot.limits.q_min[i]:.4g} to {robot.limits.q_max[i]:.4g}; the log is of another arm, or "
+                "in degrees"
+            )
+    still = [i for i in range(robot.nv) if all(np.ptp(log.q[:, i]) < LEAST_WAY for log in every)]
+    if len(still) == robot.nv:
+        raise InputError(
+            f"no joint of {every[0].name} moves by {LEAST_WAY:g} rad, so it tells nothing; record the motion "
+            "that `ftqp identify --motion` writes"
+        )
+    if not any(np.abs(log.tau).max() > 0.0 for log in every):
+        raise InputError(f"all torques of {every[0].name} are 0; record what the motors gave")
+    return every
+
+
+def _carrying(robot: Robot, load: FloatArray) -> Robot:
+    """The robot with the load that was found so far, by which torques change with positions."""
+    mass = float(load[0])
+    return robot if mass < LIGHTEST else robot.with_payload(Payload(mass, load[1:4] / mass))
+
+
+def _rms(values: FloatArray, told: Any) -> FloatArray:
+    """Root mean square of every joint over the pieces that tell something, (nv,)."""
+    count = np.maximum(told.sum(axis=0), 1)
+    result: FloatArray = np.sqrt((values**2 * told).sum(axis=0) / count)
+    return result
+
+
+def _errors(rows: FloatArray, left: FloatArray, inverse: FloatArray, block: FloatArray) -> FloatArray:
+    """Standard errors: the larger of those of equal noise and those of blocks that are alike within."""
+    names, place = np.unique(block, return_inverse=True)
+    score = np.zeros((len(names), rows.shape[1]))
+    np.add.at(score, place, rows * left[:, None])
+    count = len(names)
+    spread = inverse @ (score.T @ score) @ inverse * count / max(count - 1, 1)
+    result: FloatArray = np.sqrt(np.maximum(np.diag(spread), np.diag(inverse)))
+    return result
+
+
+def _refuse_another(found: FittedArm, logs: list[TorqueLog]) -> None:
+    """Refuse a log whose torques no unknown of a usual size explains."""
+    robot, size, left = found.robot, found.size, found.left
+    share = np.where(size > LEAST_TORQUE * robot.limits.tau_max, left / np.maximum(size, 1e-12), 0.0)
+    if (share > ANOTHER).any():
+        i = int(np.argmax(share))
+        raise InputError(
+            f"{robot.name} does not explain {logs[0].name}: of the {size[i]:.3g} N m of {robot.joints[i]} "
+            f"{left[i]:.3g} are left, whatever its rotors, friction, load, gains and offsets may be; "
+            "expected the log of this arm, each joint with the sign of the model; or say how late torques "
+            "act"
+        )

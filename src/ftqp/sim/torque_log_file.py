@@ -1,0 +1,119 @@
+"""A recorded motion with torques from a CSV file, or from the log of a run; a motion to a CSV file."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.model.fitting.exciting_motion import ExcitingMotion
+from ftqp.model.fitting.torque_log import TorqueLog
+from ftqp.sim.csv_table import TableFile
+from ftqp.sim.log.log_arrays import Log
+
+LARGEST = 500_000_000
+"""A log of more bytes is taken for a mistake."""
+FEWEST = 1000
+"""Samples before a failure that are looked at: of a second or so."""
+
+
+def torque_log_of_csv(file: Path, joints: tuple[str, ...], late: float) -> TorqueLog:
+    """The columns t [s], q.JOINT [rad or m] and tau.JOINT [N m or N] of a CSV file; others are left alone.
+
+    Args:
+        file: The file.
+        joints: Names of the joints, base to tip.
+        late: How much later torques acted than positions were taken [s].
+
+    Raises:
+        InputError: No such file, not a table of numbers, or a column is missing.
+    """
+    named = [f"{group}.{joint}" for group in ("q", "tau") for joint in joints]
+    valid = _header(file)
+    given = TableFile(
+        file=file, what="log", sample="sample", valid=valid, expected="t, q.JOINT, tau.JOINT by header",
+        needed=("t", *named), together=(), largest=LARGEST,
+    )  # fmt: skip
+    given.refuse_unread(".csv")
+    strange = [name for name in valid if name.partition(".")[0] in ("q", "tau") and name not in named]
+    missing = [name for name in named if name not in valid]
+    if strange and missing:
+        raise given.wrong(
+            f" is of another arm: it has {strange[0]!r}, but no {missing[0]!r}; name its arm by --robot, and "
+            "its columns after the joints"
+        )
+    table = given.csv_columns()
+    q, tau = (np.stack([table[f"{group}.{joint}"] for joint in joints], axis=1) for group in ("q", "tau"))
+    whole = np.isfinite(q).all(axis=1) & np.isfinite(tau).all(axis=1) & np.isfinite(table["t"])
+    return TorqueLog(t=table["t"][whole], q=q[whole], tau=tau[whole], late=late, name=f"log {file}")
+
+
+def torque_log_of_run(log: Log, joints: tuple[str, ...], latency: float) -> TorqueLog:
+    """The healthy beginning of a run that kept its torques, measured or sent.
+
+    Args:
+        log: Of the run.
+        joints: Names of the robot's joints.
+        latency: How late samples were [s].
+
+    Raises:
+        InputError: It is of another arm, keeps no torques, or a joint fails from the start.
+    """
+    about, first = log.metadata, joints[0]
+    its = tuple(about.get("joints", ()))
+    if its != joints:
+        raise InputError(f"{log.title} is of another arm: its joints are {', '.join(its)}")
+    measured = f"tau_measured.{first}" in log
+    if not measured and about.get("drive") != "torque":
+        raise InputError(
+            f"{log.title} keeps no torques of motors; record it with torque_noise in [sensors], or with a "
+            "drive of kind 'torque' and plant 'mujoco'"
+        )
+    odd = ((log["truth"] != 0) | (log["belief"] != 0)).any(axis=1)
+    count = int(np.argmax(odd)) if odd.any() else len(odd)
+    if count < FEWEST:
+        raise InputError(
+            f"{log.title} is not healthy: a joint fails, or is believed to, at {log['t'][count]:g} s; record "
+            "a run without faults and without a detector"
+        )
+    dt = float(about["dt"])
+    q = log["q_measured" if f"q_measured.{first}" in log else "q"][:count]
+    tau = log["tau_measured" if measured else "tau"][:count]
+    late = -0.5 * dt if measured else latency + 0.5 * dt
+    return TorqueLog(t=log["t"][:count], q=q, tau=tau, late=late, name=log.title)
+
+
+def write_motion(file: Path, joints: tuple[str, ...], motion: ExcitingMotion) -> None:
+    """The columns t, q.JOINT, v.JOINT, a.JOINT of a motion."""
+    names = [f"{group}.{joint}" for group in ("q", "v", "a") for joint in joints]
+    _write(file, names, motion.t, np.concatenate([motion.q, motion.v, motion.a], axis=1))
+
+
+def write_torque_log(file: Path, joints: tuple[str, ...], log: TorqueLog) -> None:
+    """The columns t, q.JOINT, tau.JOINT of a log."""
+    names = [f"{group}.{joint}" for group in ("q", "tau") for joint in joints]
+    _write(file, names, log.t, np.concatenate([log.q, log.tau], axis=1))
+
+
+def _write(file: Path, names: list[str], t: FloatArray, values: FloatArray) -> None:
+    """A table of numbers; nothing is overwritten."""
+    if file.exists():
+        raise InputError(f"{file} exists, and nothing is overwritten; name another one")
+    try:
+        with file.open("x", newline="", encoding="utf-8") as stream:
+            writer = csv.writer(stream)
+            writer.writerow(["t", *names])
+            for time, row in zip(t, values, strict=True):
+                writer.writerow([f"{time:.9g}", *(f"{x:.9g}" for x in row)])
+    except OSError as error:
+        raise InputError(f"{file} cannot be written: {error.strerror or error}") from error
+
+
+def _header(file: Path) -> tuple[str, ...]:
+    """The names of the columns, empty where there are none to be read."""
+    try:
+        with file.open(newline="", encoding="utf-8-sig") as stream:
+            return tuple(name.strip() for name in next(csv.reader(stream, skipinitialspace=True), []))
+    except (OSError, UnicodeDecodeError, csv.Error):
+        return ()

@@ -1,0 +1,172 @@
+"""Something pushes the tip of a healthy arm, or one of its motors fails: is the one taken for the other?
+
+Arms in MuJoCo follow a circle, 1 kHz, encoder noise 1e-5 rad, with a detector that is not calibrated and
+without one. Something pushes the tip for 0.1 to 0.6 s, up to 10 to 80 N in a random direction; or, for
+comparison, a joint locks, swings freely or keeps half of its torque, and nobody says so.
+
+    python studies/touches.py [--quick] [--out DIR] [--json]     needs pip install -e ".[sim]"
+
+Full study: some minutes on one core. Results go to ``studies/results`` unless --out says otherwise.
+"""
+
+import argparse
+import json
+import logging
+import platform
+from datetime import date
+from importlib import metadata
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from bench import results
+
+import ftqp
+from ftqp.sim.plants.hidden_faults import Weakened
+
+DT, SECONDS, RADIUS, NOISE = 0.001, 2.5, 0.1, 1e-5
+PACKAGES = ("ftqp", "numpy", "mujoco", "pin")
+CASES = 20
+"""Pushes an arm, drive and detector, and as many faults."""
+FAULTS = ("locked", "free", "half torque")
+
+
+def drawn(rng: np.random.Generator, robot: ftqp.Robot, fault: bool) -> dict[str, Any]:
+    """When what happens."""
+    case: dict[str, Any] = {"at": float(rng.uniform(0.5, 1.5))}
+    if fault:
+        joint = int(rng.integers(robot.nv))
+        kind = FAULTS[int(rng.integers(len(FAULTS)))]
+        case |= {"joint": joint, "fault": kind}
+    else:
+        way = rng.standard_normal(3)
+        case |= {"force": rng.uniform(10.0, 80.0) * way / np.linalg.norm(way), "for": rng.uniform(0.1, 0.6)}
+    return case
+
+
+def run(robot: ftqp.Robot, drive: str, detector: bool, case: dict[str, Any], seed: int) -> dict[str, Any]:
+    """What the planner said of it."""
+    n, rng = robot.nv, np.random.default_rng(seed)
+    planner = ftqp.Planner(
+        robot, DT, drive=drive, noise=ftqp.Noise(q=NOISE), detector=ftqp.Detector() if detector else None
+    )
+    plant = ftqp.MujocoPlant(robot, DT, ftqp.JointServo(robot, drive))
+    plant.reset(robot.neutral, np.zeros(n))
+    planner.reset(robot.neutral)
+    start = robot.pose(robot.neutral)
+    path = ftqp.paths.Circle(start, RADIUS, duration=5.0, axes=((0, 1, 0), (0, 0, 1)))
+    way = path.sample(DT * np.arange(round(SECONDS / DT)))
+    target = ftqp.Target(pose=start)
+    told: dict[str, Any] = {"touch": None, "force": None, "stopped": None}
+    for k in range(round(SECONDS / DT)):
+        t = k * DT
+        if k == round(case["at"] / DT) and "fault" in case:
+            begin(plant, case)
+        if "for" in case:
+            since = (t - case["at"]) / case["for"]
+            plant.push(case["force"] * (np.sin(np.pi * since) ** 2 if 0.0 <= since <= 1.0 else 0.0))
+        target.pose[:], target.twist[:] = way.pose[k], way.twist[k]
+        target.acceleration[:] = way.acceleration[k]
+        step = planner.step(plant.q + NOISE * rng.standard_normal(n), None, target)
+        if planner.touch is not None or (planner.diagnosis is not None and planner.diagnosis.touched):
+            told["touch"] = t - case["at"] if told["touch"] is None else told["touch"]
+            if planner.touch is not None and "for" in case and t - case["at"] < case["for"]:
+                largest = told["force"] is None or np.linalg.norm(told["force"]) < np.linalg.norm(
+                    planner.touch
+                )
+                told["force"] = planner.touch.tolist() if largest else told["force"]
+        plant.advance(step)
+    told["found"] = [(robot.joint(one.joint), sorted(one.kinds)) for one in planner.findings]
+    told["stopped"] = planner.stopped_because
+    return told
+
+
+def begin(plant: ftqp.MujocoPlant, case: dict[str, Any]) -> None:
+    """Let the joint fail."""
+    joint = case["joint"]
+    if case["fault"] == "locked":
+        plant.fail(ftqp.Locked(joint))
+    elif case["fault"] == "free":
+        plant.fail(ftqp.FreeSwinging(joint))
+    else:
+        plant.suffer(Weakened(joint, 0.5))
+
+
+def study(quick: bool) -> list[dict[str, Any]]:
+    """Every arm and drive: pushes and faults."""
+    rows = []
+    for name in ("panda", "iiwa14")[: 1 if quick else None]:
+        robot = ftqp.robots.load(name)
+        for drive in ("torque", "position")[: 1 if quick else None]:
+            for detector in (True, False):
+                for fault in (False, True):
+                    rng = np.random.default_rng(11)
+                    for number in range(4 if quick else CASES):
+                        case = drawn(rng, robot, fault)
+                        told = run(robot, drive, detector, case, number)
+                        row = {"arm": name, "drive": drive, "detector": detector, "fault": fault, **told}
+                        row["right"] = [joint for joint, _ in told["found"]] == [case.get("joint")]
+                        if not fault and told["force"] is not None:
+                            row["off"] = float(np.linalg.norm(np.array(told["force"]) - case["force"]))
+                            row["size"] = float(np.linalg.norm(case["force"]))
+                        rows.append(row)
+    return rows
+
+
+def table(rows: list[dict[str, Any]], seconds: float) -> str:
+    """The report."""
+    versions = ", ".join(f"{name} {metadata.version(name)}" for name in PACKAGES)
+    lines = [
+        "# Pushed, or failed?",
+        "",
+        f"`python studies/touches.py`, {date.today()}, {platform.machine()} {platform.system()}, Python "
+        f"{platform.python_version()}, {versions}; {seconds:.0f} s on one core. Something pushes the tip,",
+        "up to 10 to 80 N and for 0.1 to 0.6 s, or a motor fails and nobody says so.",
+        "",
+        "| arm | drive | detector | pushes | said to be a push | a joint is named | arm stopped | force "
+        "off by | faults | said to be a push | right joint named | another |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for key in dict.fromkeys((row["arm"], row["drive"], row["detector"]) for row in rows):
+        own = [row for row in rows if (row["arm"], row["drive"], row["detector"]) == key]
+        pushes, faults = ([row for row in own if row["fault"] == fault] for fault in (False, True))
+        off = [row["off"] / row["size"] for row in pushes if "off" in row]
+        cells = (
+            *key[:2], "yes" if key[2] else "no", len(pushes), sum(row["touch"] is not None for row in pushes),
+            sum(bool(row["found"]) for row in pushes), sum(row["stopped"] is not None for row in pushes),
+            f"{100.0 * float(np.median(off)):.0f} %" if off else "", len(faults),
+            sum(row["touch"] is not None for row in faults), sum(row["right"] for row in faults),
+            sum(bool(row["found"]) and not row["right"] for row in faults),
+        )  # fmt: skip
+        lines.append("| " + " | ".join(map(str, cells)) + " |")
+    lines += [
+        "",
+        "What this does not say: pushes of other links, contacts that stay, arms whose detector is",
+        "calibrated.",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--quick", action="store_true", help="one arm and drive, four cases each")
+    results.add_out(parser, "touches")
+    parser.add_argument("--json", action="store_true", help="print every row as JSON and write nothing")
+    given = parser.parse_args()
+    logging.getLogger("ftqp").setLevel(logging.ERROR)
+    began = perf_counter()
+    rows = study(given.quick)
+    if given.json:
+        print(json.dumps(rows))
+        return
+    report = table(rows, perf_counter() - began)
+    results.written({"rows": rows}, report, given.out, results.stem("touches", name=None, quick=given.quick))
+    print(report)
+
+
+if __name__ == "__main__":
+    main()
