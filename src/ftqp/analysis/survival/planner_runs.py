@@ -39,7 +39,7 @@ class PlannerRuns:
         self._planner = Planner(
             task.robot,
             dt=TICK,
-            task=Task(rows=task.named_rows),
+            task=Task(rows=task.named_rows, degrade=()),
             scene=None if around is None else around.scene,
             clearance=None if around is None else around.clearance,
         )

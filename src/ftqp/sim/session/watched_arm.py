@@ -10,8 +10,8 @@ from ftqp.control.scene.solid_shapes import WORDS
 from ftqp.control.task.keep import Keep
 from ftqp.control.task.soft_tasks import PoseTask, RelativeTask
 from ftqp.core.checks import FloatArray, array, frozen
-from ftqp.core.pose import transform
 from ftqp.core.errors import InputError
+from ftqp.core.pose import transform
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
 from ftqp.sim.further_measures import FurtherMeasures
