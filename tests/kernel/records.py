@@ -13,8 +13,10 @@ SMALL = 8
 
 
 def empty_record(capacity: int = SMALL) -> Any:
-    """The rooms of a record that holds nothing."""
-    return rooms(record(capacity))
+    """The rooms of a record that holds nothing; no joint would follow another one."""
+    K = rooms(record(capacity))
+    K.chain.lead[:], K.chain.ratio[:] = range(len(K.chain.lead)), 1.0
+    return K
 
 
 def chain_record(robot: Robot) -> Any:
