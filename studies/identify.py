@@ -22,7 +22,7 @@ from bench import results
 import ftqp
 from ftqp.sim.rehearsal import rehearsed
 
-PACKAGES = ("ftqp", "numpy", "mujoco", "pin")
+PACKAGES = ("ftqp", "numpy", "mujoco", "pin", "numba")
 COUNT = 8
 """True arms a robot."""
 

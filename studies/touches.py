@@ -25,7 +25,7 @@ import ftqp
 from ftqp.sim.plants.hidden_faults import Weakened
 
 DT, SECONDS, RADIUS, NOISE = 0.001, 2.5, 0.1, 1e-5
-PACKAGES = ("ftqp", "numpy", "mujoco", "pin")
+PACKAGES = ("ftqp", "numpy", "mujoco", "pin", "numba")
 CASES = 20
 """Pushes an arm, drive and detector, and as many faults."""
 FAULTS = ("locked", "free", "half torque")

@@ -15,7 +15,6 @@ CIRCLE = ftqp.paths.Circle(T, 0.05, duration=1.0)
 @pytest.mark.parametrize(
     "study",
     [
-        lambda: analysis.coverage(DUAL, CIRCLE, np.tile(Q, (2, 1))),
         lambda: analysis.plan(DUAL, CIRCLE),
         lambda: analysis.self_motion(DUAL, T),
         lambda: analysis.structural_joints(DUAL),
@@ -32,6 +31,11 @@ CIRCLE = ftqp.paths.Circle(T, 0.05, duration=1.0)
 def test_study_of_a_tree_is_one_clear_sentence(study):
     with pytest.raises(ftqp.InputError, match="needs one serial arm, but dual_panda has joints beside"):
         study()
+
+
+def test_coverage_of_a_tree_is_that_of_the_way_to_its_tip():
+    report = analysis.coverage(DUAL, CIRCLE, np.tile(Q, (2, 1)))
+    assert set(report.names) <= set(DUAL.joints) and len(report.names) == 7
 
 
 def test_planar_studies_say_that_it_is_no_planar_arm():

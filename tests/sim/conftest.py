@@ -20,7 +20,7 @@ class FakePlanner:
     findings = ()
     tasks: ClassVar = {}
     constraints: ClassVar = {}
-    scene = clearance = None
+    scene = clearance = learned = None
 
     def __init__(self, robot, dt=1e-2, level="acceleration", a=None, code=lambda k: 0, before=lambda k: None):
         self.robot, self.dt, self.level = robot, dt, level

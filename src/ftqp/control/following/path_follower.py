@@ -315,7 +315,7 @@ class PathFollower:
     def _go_on_with_fewer_rows(self) -> None:
         """Give up the next rows of the task, where some may be, and let the path go on without them."""
         planner = self._planner
-        if (planner.faults or planner.task.degrade is not None) and self._lead.give_up():
+        if planner.task.degrade is not None and self._lead.give_up():
             self.resume()
 
     def _try(self, stall: StallEscape, pattern: int) -> None:

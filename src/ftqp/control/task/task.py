@@ -64,8 +64,8 @@ class Task:
             ``position``, the largest first: when a joint swings freely, the largest that can be kept, and
             when the task stays infeasible for 0.2 s and comes no nearer, one after the other. The tip is
             drawn to what is given up, and it is taken back as soon as it can be held; the status is RELAXED
-            meanwhile. None allows all that are part of ``rows`` once a joint has failed; ``()`` gives up
-            none, as for a weld. It takes the kernel's own solver.
+            meanwhile. None allows all that are part of ``rows`` while a joint swings freely, and gives up
+            none otherwise; ``()`` gives up none at all. It takes the kernel's own solver.
         tolerance: The largest error of the measured tip's position that still counts as following the task,
             > 0 [m]. A larger one says OK and goes on at full speed where the arm lags farther behind.
         rotation_tolerance: The same of its rotation, > 0 [rad].

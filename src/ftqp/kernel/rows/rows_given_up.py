@@ -4,7 +4,7 @@ They come last, as a term of the objective, so that as much of them is kept as t
 and the tip comes back to them where it can. Source: docs/theory/ways-out.md, "Fewer rows".
 """
 
-from math import acos, cos, sqrt
+from math import atan2, cos, sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit, rare_jit
@@ -79,7 +79,8 @@ def more_rows_hold(K: Any) -> bool:
         a1 = R[3] * axis[2] + R[4] * axis[5] + R[5] * axis[8]
         a2 = R[6] * axis[2] + R[7] * axis[5] + R[8] * axis[8]
         u = (e[3] * a0 + e[4] * a1 + e[5] * a2) / max(turned, 1e-300)
-        turned = acos(min(max(cos(turned) + (1.0 - cos(turned)) * u * u, -1.0), 1.0))
+        c = min(max(cos(turned) + (1.0 - cos(turned)) * u * u, -1.0), 1.0)
+        turned = atan2(sqrt((1.0 - c) * (1.0 + c)), c)
     if turned <= THERE_SHARE * K.feedback.rotation_tolerance:
         return True
     if turned > NEAR_SHARE * K.feedback.rotation_tolerance:
