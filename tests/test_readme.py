@@ -75,7 +75,7 @@ def test_the_lines_for_a_beginner_say_what_happens(shown):
         ("how-to/pick-and-place.md", [ftqp.GoToStatus.REACHED.value] * 6),
         ("how-to/gripper-and-tool.md", [r"Robot\('panda', .*"]),
         ("how-to/mobile-base.md", [r"0\.000 mm off", r"StepStatus.OK .*"]),
-        ("how-to/two-arms.md", ["OK True"]),
+        ("how-to/two-arms.md", ["OK True", r"1\.0"]),
         ("teleoperation.md", [ftqp.TargetStatus.STALE.value]),
         ("time-scaling.md", [f"{ftqp.PathStatus.DONE.value} "]),
     ],

@@ -31,16 +31,20 @@ def test_sensor_that_lies_about_a_failed_joint_makes_no_torque_infinite(fault):
 
 
 def test_certificate_of_a_step_that_was_kept_is_of_its_own_rows():
-    """Beside a joint that swings freely a row is given up; once it is locked that is asked for again."""
+    """An arm that cannot turn its tool gives a row up; once a joint is locked that is asked for again."""
     panda = ftqp.robots.load("panda")
-    planner = ftqp.Planner(panda, 2e-3, emergency=None)
-    q, v = panda.neutral.copy(), np.zeros(7)
+    q, v, limits = panda.neutral.copy(), np.zeros(7), panda.limits
+    narrow = panda.with_limits(
+        q_min=np.maximum(limits.q_min, q - 0.3), q_max=np.minimum(limits.q_max, q + 0.3)
+    )
+    task = ftqp.Task(degrade=("pose", "position_axis"))
+    planner = ftqp.Planner(narrow, 2e-3, task=task, emergency=None)
     planner.reset(q)
     pose = panda.pose(q).copy()
-    pose[:3, 3] += (0.05, 0.1, 0.05)
+    c, s = np.cos(1.2), np.sin(1.2)
+    pose[:3, :3] = pose[:3, :3] @ [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
     target = ftqp.Target(pose=pose)
-    planner.report(ftqp.FreeSwinging(0, 1.0))
-    for _ in range(300):
+    for _ in range(1000):
         step = planner.step(q, v, target)
         q, v = step.reference.q.copy(), step.reference.v.copy()
     kept, said = step.copy(), str(step.certificate)
