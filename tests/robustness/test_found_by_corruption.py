@@ -31,7 +31,7 @@ def test_sensor_that_lies_about_a_failed_joint_makes_no_torque_infinite(fault):
 
 
 def test_certificate_of_a_step_that_was_kept_is_of_its_own_rows():
-    """An arm that cannot turn its tool gives a row up; once a joint is locked that is asked for again."""
+    """An arm that cannot turn its tool gives a row up; after a reset it is asked for again."""
     panda = ftqp.robots.load("panda")
     q, v, limits = panda.neutral.copy(), np.zeros(7), panda.limits
     narrow = panda.with_limits(
@@ -49,7 +49,7 @@ def test_certificate_of_a_step_that_was_kept_is_of_its_own_rows():
         q, v = step.reference.q.copy(), step.reference.v.copy()
     kept, said = step.copy(), str(step.certificate)
     assert len(kept.slack) == 5, "this case is to give a row up"
-    planner.report(ftqp.Locked(0))
+    planner.reset(q, v)
     assert len(planner.step(q, v, target).slack) == 6
     assert str(kept.certificate) == said
 
