@@ -27,19 +27,19 @@ def fewer_rows(count: int) -> str:
     return f"the {what} is given up, as the task cannot be held; it comes back as soon as it can"
 
 
-def allow(K: Any, sets: Sequence[str], dt: float, *, healthy_too: bool) -> None:
+def allow(K: Any, sets: Sequence[str], dt: float, *, asked: bool) -> None:
     """Write down which rows of the task the kernel may give up.
 
     Args:
         K: The planner's rooms, filled.
         sets: The sets of rows that may be kept, the largest first; those that leave nothing out do not count.
         dt: The sampling period [s].
-        healthy_too: Whether also where no joint has failed.
+        asked: Whether somebody asked for it; else only beside a joint that swings freely.
     """
     task = K.task
     whole = int(task.m)
     fewer = [name for name in sets if len(ROW_SETS[name]) < whole][:SETS]
-    task.sets, task.healthy_too = len(fewer), healthy_too
+    task.sets, task.healthy_too = len(fewer), asked
     task.m_of[0], task.tool_of[0] = whole, task.tool_rows
     for k, name in enumerate(fewer):
         task.m_of[k + 1], task.tool_of[k + 1] = len(ROW_SETS[name]), name == "position_axis"

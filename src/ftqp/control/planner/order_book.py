@@ -17,8 +17,8 @@ def orders_of(session: Session, given: Settings, solver: Solver) -> Orders:
         solver: Who solves its QPs.
     """
     K, robot, kept = session.K, given.robot, given.task.kept_sets
-    fewer = kept if solver.sizes_may_change and given.task.degrade is not None else ()
-    allow(K, fewer, given.dt, healthy_too=True)
+    fewer = kept if solver.sizes_may_change else ()
+    allow(K, fewer, given.dt, asked=given.task.degrade is not None)
     facts = {
         **{name: getattr(robot.limits, name) for name in LIMITS},
         "coulomb": robot.coulomb,

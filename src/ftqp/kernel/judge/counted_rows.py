@@ -19,8 +19,8 @@ convention."""
 def count_rows(K: Any, status: int) -> None:
     """After a tick of this status: the next set of rows is given up, or the last one taken back.
 
-    Rows are given up where a joint has failed, or ``healthy_too``, the task has been infeasible for
-    ``patience`` ticks, and its error has not become less; beside a joint that swings freely also where it
+    Rows are given up where that was asked for, ``healthy_too``, the task has been infeasible for ``patience``
+    ticks, and its error has not become less; beside a joint that swings freely unasked, and also where it
     has. They come back after ``wait`` ticks in which they could be held.
     """
     task, terms = K.task, K.terms
@@ -34,7 +34,7 @@ def count_rows(K: Any, status: int) -> None:
             keep_rows(task, terms, K.qp, 0 if is_whole(K) else task.given_up - 1)
             task.wait = min(2 * task.wait, LONGEST * task.patience)
             return
-    if K.cascade.missed == 0 or (task.healthy_too == 0 and K.faults.working == K.chain.n):
+    if K.cascade.missed == 0 or (task.healthy_too == 0 and K.free.joint < 0):
         task.late = 0
         return
     feedback = K.feedback
