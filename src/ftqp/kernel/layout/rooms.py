@@ -79,8 +79,8 @@ def _task(N: int) -> Fields:
     ``given_up``: sets of rows that the task has been reduced by, of ``sets``; ``m_of``, ``tool_of``: ``m``
     and ``tool_rows`` of the whole task and of each set; ``healthy_too``: not only beside a joint that
     swings freely; ``patience``: ticks after which each goes; ``late``: ticks of it; ``nearest``: the least
-    error meanwhile, in tolerances; ``held``: ticks in which more could be held; ``wait``: how many of these bring
-    rows back.
+    error meanwhile, in tolerances; ``held``: ticks in which more could be held; ``wait``: how many of these
+    bring rows back.
     """
     return [
         *scalars("i8", "m mode uses_rotation tool_rows has_tip_measured given_up"),
