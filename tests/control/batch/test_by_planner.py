@@ -71,3 +71,23 @@ def test_arms_of_both_ways_are_one_result(caplog):
     )
     np.testing.assert_array_equal(done.trace[[0, 1, 3], 0], done.q[[0, 1, 3]])
     assert (done.counts.sum(axis=1) == TICKS).all() and not caplog.records
+
+
+def test_arms_that_a_planner_steps_have_its_tasks_and_constraints_too(panda):
+    weightless = panda.with_gravity((0.0, 0.0, 0.0)) if hasattr(panda, "with_gravity") else panda
+    target = np.tile(weightless.pose(weightless.neutral), (300, 1, 1))
+    elbow = ftqp.PositionTask("panda_joint4", target=(0.0, 0.3, 0.6), weight=100.0, name="elbow")
+    ends = []
+    for tasks in ((), (elbow,)):
+        planner = ftqp.Planner(weightless, 2e-3, task=ftqp.Task(rows="position"), tasks=tasks)
+        fault = ftqp.FreeSwinging(0, 1.0)
+        done = ftqp.batch.rollout(planner, weightless.neutral, targets=ftqp.Targets(target), faults=[fault])
+        planner.reset(weightless.neutral)
+        planner.report(fault)
+        q, v = weightless.neutral.copy(), np.zeros(7)
+        for k in range(300):
+            step = planner.step(q, v, ftqp.Targets(target).at(k))
+            q, v, _ = (part.copy() for part in step.reference)
+        np.testing.assert_allclose(done.q[0], q, atol=1e-12)
+        ends.append(q)
+    assert np.abs(ends[0] - ends[1]).max() > 1e-3

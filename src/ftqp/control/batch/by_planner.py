@@ -89,7 +89,13 @@ class ByPlanner:
             emergency=given.emergency, drive=given.drive, noise=given.noise,
             scene=None if around is None else around.scene,
             clearance=None if around is None else around.clearance,
+            tasks=[one.given for one in self._what_ifs.tasks.values()],
+            constraints=self._what_ifs.constraints,
         )  # fmt: skip
+        for name, one in self._what_ifs.tasks.items():
+            planner.tasks[name].weight = one.weight
+            if not isinstance(getattr(one.given, "towards", None), str):  # which is a frame, and no target
+                planner.tasks[name].target = one.target
         for name, shapes in {} if around is None else around.attached.items():
             planner.attach(name, shapes)
         for fault in self._what_ifs.told:

@@ -41,7 +41,8 @@ class PlannerCopies(PlannerChanges, ABC):
             )
         return WhatIfs(
             self._session, self._orders, self.robot, self._given, self._solver, self._wanted.reserve,
-            self.faults, self._surroundings,
+            self.faults, self._surroundings, self._tasks,
+            [one.given for one in self._constraints.values()],
         )  # fmt: skip
 
     @property

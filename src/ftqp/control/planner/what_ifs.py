@@ -1,5 +1,6 @@
 """What a planner would know of other arms like its own: copies that believe in faults of their own."""
 
+from collections.abc import Sequence
 from typing import Any, final
 
 import numpy as np
@@ -8,6 +9,7 @@ from ftqp.control.planner.braking_reserve import BrakingReserve
 from ftqp.control.planner.settings import Settings
 from ftqp.control.planner.solver.qp_solver import Solver
 from ftqp.control.planner.surroundings import Surroundings
+from ftqp.control.planner.task_list import TaskList
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
@@ -30,6 +32,8 @@ class WhatIfs:
         reserve: Of the robot; None where torque is not limited.
         faults: Those that the planner believes in.
         around: What the planner keeps clear of; None is nothing.
+        tasks: Its further tasks.
+        constraints: Its constraints.
 
     Attributes:
         session: What every arm begins with.
@@ -37,6 +41,8 @@ class WhatIfs:
         given: What the planner was made with.
         told: The faults that it believes in.
         around: What it keeps clear of; None is nothing.
+        tasks: Its further tasks, by name.
+        constraints: Its constraints, as they were given.
         return_to_start: Whether the scheme draws each arm to a posture, and that is its own start.
 
     Raises:
@@ -53,11 +59,14 @@ class WhatIfs:
         reserve: BrakingReserve | None,
         faults: dict[str, Fault],
         around: Surroundings | None,
+        tasks: TaskList,
+        constraints: Sequence[Any],
     ) -> None:
         _refuse_foreign(given, solver)
         session = session.copy()
         self.session, self.robot, self.given = session, robot, given
         self.told, self._reserve, self.around = tuple(faults.values()), reserve, around
+        self.tasks, self.constraints = tasks, tuple(constraints)
         K, begun = session.K, orders.on(session)
         self._orders = orders
         begun.start(np.zeros(robot.nv), np.zeros(robot.nv))
