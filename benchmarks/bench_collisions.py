@@ -10,9 +10,7 @@ distance to keep, wired as its own examples show. Distances are measured afterwa
 """
 
 import argparse
-import json
 import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -24,9 +22,9 @@ import numpy as np  # noqa: E402
 from bench import command_line, docs  # noqa: E402
 from bench.results import circumstances  # noqa: E402
 from bench.tables import Table, quantity  # noqa: E402
-from peers.motion_case import write  # noqa: E402
 from peers.near_case import NearCase  # noqa: E402
-from steps.environments import DEFAULT, PEERS, NotInstalled, python_of  # noqa: E402
+from peers.run_script import run_script  # noqa: E402
+from steps.environments import DEFAULT, NotInstalled  # noqa: E402
 
 import ftqp  # noqa: E402
 
@@ -103,30 +101,6 @@ def distance(robot, rods, q, ball) -> float:
     return least
 
 
-def run_program(name: str, cases, folder: Path, environments: Path):
-    """Joints, times, errors and versions of a program along cases.
-
-    Raises:
-        NotInstalled: Its environment cannot be made.
-    """
-    script, way, peer = PROGRAMS[name]
-    python = Path(sys.executable)
-    if peer is not None:
-        python = python_of(next(one for one in PEERS if one.name == peer), environments)
-    given, out = folder / "cases.json", folder / "done.npz"
-    write(cases, given)
-    path = os.pathsep.join([str(HERE), str(HERE.parent / "src")])
-    done = subprocess.run(
-        [str(python), "-m", f"peers.{script}", str(given), str(out), way],
-        env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    if done.returncode:
-        raise SystemExit(f"{name} failed:\n{done.stderr[-2000:]}")
-    with np.load(out) as data:
-        q = [data[f"q_{i}"] for i in range(len(cases))]
-        return q, data["us"], data["failed"], json.loads(str(data["versions"]))
-
-
 def main() -> int:
     """Draw, run, measure, print, write; 0 when done, 2 for bad input."""
     options = _options()
@@ -140,7 +114,7 @@ def main() -> int:
             ]
             for name in PROGRAMS:
                 try:
-                    q, us, failed, found = run_program(name, cases, Path(folder), options.env_dir)
+                    q, us, failed, found = run_script(*PROGRAMS[name], cases, Path(folder), options.env_dir)
                 except NotInstalled as error:
                     left_out[name] = str(error)
                     continue

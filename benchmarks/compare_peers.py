@@ -15,9 +15,7 @@ good or better.
 """
 
 import argparse
-import json
 import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -30,8 +28,9 @@ from bench import command_line, docs  # noqa: E402
 from bench.results import circumstances  # noqa: E402
 from bench.tables import Table, quantity  # noqa: E402
 from peers.independent_arm import IndependentArm  # noqa: E402
-from peers.motion_case import MotionCase, turn, vector_of, write  # noqa: E402
-from steps.environments import DEFAULT, PEERS, NotInstalled, python_of  # noqa: E402
+from peers.motion_case import MotionCase, turn, vector_of  # noqa: E402
+from peers.run_script import run_script  # noqa: E402
+from steps.environments import DEFAULT, NotInstalled  # noqa: E402
 
 import ftqp  # noqa: E402
 
@@ -178,34 +177,6 @@ def distances(poses, R, p) -> float:
     return worst
 
 
-def run_program(name: str, cases, folder: Path, environments: Path):
-    """Joints, times and errors of a program along cases.
-
-    Raises:
-        NotInstalled: Its environment cannot be made.
-    """
-    _, script, way, peer = PROGRAMS[name]
-    python = Path(sys.executable)
-    if peer is not None:
-        python = python_of(next(one for one in PEERS if one.name == peer), environments)
-    given, out = folder / "cases.json", folder / "done.npz"
-    write(cases, given)
-    path = os.pathsep.join([str(HERE), str(HERE.parent / "src")])
-    done = subprocess.run(
-        [str(python), "-m", f"peers.{script}", str(given), str(out), way],
-        env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    if done.returncode:
-        raise SystemExit(f"{name} failed:\n{done.stderr[-2000:]}")
-    with np.load(out) as data:
-        return (
-            [data[f"q_{i}"] for i in range(len(cases))],
-            data["us"],
-            data["failed"],
-            json.loads(str(data["versions"])),
-        )
-
-
 def main() -> int:
     """Draw, run, judge, print, write; 0 when done, 2 for bad input."""
     options = _options()
@@ -226,7 +197,9 @@ def main() -> int:
                     continue
                 _say(f"{kind}s: {name}")
                 try:
-                    q, us, failed, found = run_program(name, cases, Path(folder), options.env_dir)
+                    q, us, failed, found = run_script(
+                        *PROGRAMS[name][1:], cases, Path(folder), options.env_dir
+                    )
                 except NotInstalled as error:
                     left_out[name] = str(error)
                     continue
