@@ -164,14 +164,14 @@ def study(count, seed, verbose):
     return rows
 
 
-def report(rows, seed):
+def report(rows, seed, command):
     """The page of the results."""
     versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("ftqp", "numpy", "mujoco", "pin"))
     named = [name for name in rows[0] if name != "seconds"]
     lines = [
         "# Arms past boxes in MuJoCo",
         "",
-        f"`python studies/contacts_in_physics.py`, {date.today()}, {platform.machine()} {platform.system()}, "
+        f"`{command}`, {date.today()}, {platform.machine()} {platform.system()}, "
         f"Python {platform.python_version()}, {versions}, numba {metadata.version('numba')}; "
         f"{sum(row.get('seconds', 0) for row in rows)} s of CPU, seed {seed}. Three boxes beside the way, "
         f"`Clearance(keep={KEEP:g})`, arms that begin {1e3 * CLEAR:g} mm clear; the true arm has up to 10 % "
@@ -199,7 +199,7 @@ def main() -> int:
     given = parser.parse_args()
     logging.disable(logging.WARNING)
     rows = study(given.episodes or 500, given.seed, given.verbose)
-    page = report(rows, given.seed)
+    page = report(rows, given.seed, " ".join(["python studies/contacts_in_physics.py", *sys.argv[1:]]))
     stem = results.stem("contacts_in_physics", name=None, quick=bool(given.episodes))
     results.written({"rows": rows, "seed": given.seed}, page, given.out, stem)
     print(page)
