@@ -74,6 +74,7 @@ class MujocoPlant(Plant):
         scene: Scene | None = None,
     ) -> None:
         instance("robot", robot, Robot, "an ftqp.Robot, for example planner.robot")
+        instance("scene", scene, Scene | None, "an ftqp.Scene or None")
         robot.refuse_floating("plant 'mujoco', whose motors would hold it, needs")
         if not robot.has_inertia:
             raise InputError(
