@@ -50,6 +50,7 @@ from ftqp.control.scene.placed_shapes import Scene as Scene
 from ftqp.control.scene.solid_shapes import Box as Box
 from ftqp.control.scene.solid_shapes import Cylinder as Cylinder
 from ftqp.control.scene.solid_shapes import HalfSpace as HalfSpace
+from ftqp.control.scene.solid_shapes import Hull as Hull
 from ftqp.control.scene.solid_shapes import Sphere as Sphere
 from ftqp.control.task import bounds as bounds
 from ftqp.control.task import schemes as schemes

@@ -17,7 +17,9 @@ KINDS = {
     "box": (0.1, 0.2, 0.05),
     "cylinder": (0.2, 0.05, 0.0),
     "half_space": (0.0, 0.0, 0.0),
+    "hull": (0.3, 0.1, 0.2),
 }
+CORNERS = np.array([[0.3, 0.0, 0.0], [-0.3, 0.1, 0.0], [-0.3, -0.1, 0.0], [0.0, 0.0, 0.2], [0.0, 0.05, -0.2]])
 
 
 def link(name="link", joint=JOINT, size=0.04):
@@ -41,7 +43,7 @@ def beside(kind, room):
         ((_, d),) = planner.distances(run().q).items()
         low, high = (low, middle) if d.min() > room else (middle, high)
     assert d[0] > room + 0.002
-    return Thing(name="thing", kind=kind, extent=KINDS[kind], pose=_place(high))
+    return Thing(name="thing", kind=kind, extent=KINDS[kind], pose=_place(high), corners=CORNERS)
 
 
 def _capsule():
@@ -61,6 +63,8 @@ def _shape(kind):
             return ftqp.Box((2 * x, 2 * y, 2 * z))
         case "cylinder":
             return ftqp.Cylinder(y, 2 * x)
+        case "hull":
+            return ftqp.Hull(CORNERS)
         case _:
             return ftqp.HalfSpace()
 

@@ -1,4 +1,8 @@
-"""The law of bodies that were to be kept apart: links as capsules, and what stands around them, by coal."""
+"""The law of bodies that were to be kept apart, by coal: links, and what stands around them.
+
+Links are capsules, as a planner takes them, which are to keep their distance. Where the model file has their
+geometry, that is measured, too, and is not to be met: no capsule says where a link really is.
+"""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -7,6 +11,7 @@ import coal
 import numpy as np
 
 from ftqp.checker.boundary_laws import farther
+from ftqp.checker.link_shapes import LinkShape, hull_of_corners
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.strictness import Strictness
 from ftqp.checker.trace import Body, Thing, Trace
@@ -34,6 +39,10 @@ def _too_near(arm: ModelFile, run: Trace) -> Iterator[tuple[int, FloatArray]]:
     placed |= {thing.name: _standing(thing, len(run.q)) for thing in run.things}
     for first, second in run.watched:
         yield joints[first], run.keep - _between(placed[first], placed[second], run.keep)
+    things = {thing.name for thing in run.things}
+    for link in arm.links:
+        for name in sorted({second for first, second in run.watched if joints[first] == link.joint} & things):
+            yield link.joint, -_between(_link(arm, run, link), placed[name], 0.0)
 
 
 class Placed(NamedTuple):
@@ -67,6 +76,12 @@ def _body(arm: ModelFile, run: Trace, body: Body) -> Placed:
     return Placed(coal.Capsule(body.radius, length), R, ends.mean(axis=1), 0.5 * length + body.radius)
 
 
+def _link(arm: ModelFile, run: Trace, link: LinkShape) -> Placed:
+    """A piece of a link as the model file has it."""
+    T = arm.poses(run.q, link.joint, link.at_zero)
+    return Placed(link.shape, T[:, :3, :3], T[:, :3, 3], link.reach)
+
+
 def _standing(thing: Thing, count: int) -> Placed:
     """Something that stands where it is."""
     x, y, z = thing.extent
@@ -75,6 +90,8 @@ def _standing(thing: Thing, count: int) -> Placed:
             shape, reach = coal.Box(2.0 * x, 2.0 * y, 2.0 * z), float(np.linalg.norm(thing.extent))
         case "cylinder":
             shape, reach = coal.Cylinder(y, 2.0 * x), float(np.hypot(x, y))
+        case "hull":
+            shape, reach = hull_of_corners(thing.corners), float(np.linalg.norm(thing.extent))
         case "half_space":
             shape, reach = coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0), np.inf
         case _:

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 
+from ftqp.checker.link_shapes import LinkShape
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import InputError
 
@@ -34,6 +35,7 @@ class ModelFile:
         friction: Viscous friction, (nv,) [N m s/rad or N s/m].
         dry_friction: Friction of which only the size is known, (nv,) [N m or N].
         has_masses: Whether the file has any.
+        links: Pieces of its links, where they are known.
     """
 
     model: Any
@@ -47,6 +49,7 @@ class ModelFile:
     friction: FloatArray
     dry_friction: FloatArray
     has_masses: bool
+    links: tuple[LinkShape, ...] = ()
 
     @classmethod
     def read(cls, source: str | Path, tip: str, *, gravity: Any = (0.0, 0.0, -9.81)) -> Self:

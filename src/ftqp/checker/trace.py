@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import final
 
+import numpy as np
+
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import unknown
 
@@ -112,15 +114,17 @@ class Thing:
 
     Attributes:
         name: What it is called.
-        kind: ``sphere``, ``capsule``, ``box``, ``cylinder`` or ``half_space``.
+        kind: ``sphere``, ``capsule``, ``box``, ``cylinder``, ``half_space`` or ``hull``.
         extent: Half its edges; of what is round half its length along z, and its radius [m].
         pose: Where it stands, (4, 4) [m].
+        corners: Of a hull, in its own frame, (V, 3) [m].
     """
 
     name: str
     kind: str
     extent: Sequence[float]
     pose: FloatArray
+    corners: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 @final

@@ -74,18 +74,47 @@ def vertices(shape: Collision) -> FloatArray:
     Raises:
         InputError: The file is missing, cannot be read, or holds nothing that has a volume.
     """
-    path = shape.link if shape.corners is not None else _found(shape)
+    if shape.corners is not None:
+        return _outermost(shape.corners, shape.link)
+    path = _found(shape)
+    return _outermost(_read(path, shape.size), f"{path} of link {shape.link!r}")
+
+
+def mesh_corners(file: Any, scale: float) -> FloatArray:
+    """The corners of the hull of a mesh in a file, (V, 3) [m].
+
+    Args:
+        file: Its path.
+        scale: By what its numbers are multiplied.
+
+    Raises:
+        InputError: The file is missing, cannot be read, or holds nothing that has a volume.
+    """
+    path = Path(file)
+    if not path.is_file():
+        raise InputError(f"mesh {str(path)!r} is no file, expected one in STL, OBJ or DAE")
+    return _outermost(_read(path, (scale,) * 3), str(path))
+
+
+def _read(path: Path, scale: Sequence[float]) -> FloatArray | str:
+    """The points of a mesh, (N, 3) [m], or why it has none."""
     try:
-        points = shape.corners
-        if points is None:
-            points = np.array(coal.MeshLoader().load(str(path), np.array(shape.size)).vertices())
-        points = points[ConvexHull(points).vertices]
-    except (RuntimeError, ValueError, QhullError, IndexError) as error:
+        return np.array(coal.MeshLoader().load(str(path), np.array(scale)).vertices())
+    except (RuntimeError, ValueError) as error:
+        return str(error)
+
+
+def _outermost(points: FloatArray | str, name: str) -> FloatArray:
+    """The corners of the hull of some points, (V, 3) [m]; a text says why there are none."""
+    try:
+        if isinstance(points, str):
+            raise ValueError(points)
+        return np.asarray(points[ConvexHull(points).vertices], dtype=np.float64)
+    except (ValueError, QhullError, IndexError) as error:
         raise InputError(
-            f"mesh {path} of link {shape.link!r} holds no body, or is no mesh ({str(error)!s:.80}); correct "
-            "it, or give the robot capsules of your own, robot.with_capsules([...])"
+            f"mesh {name} holds no body, or is no mesh ({str(error)!s:.80}); correct it, or put shapes in "
+            "its place: for a robot robot.with_capsules([...]), for a scene ftqp.Box and others"
         ) from error
-    return np.asarray(points, dtype=np.float64)
 
 
 def _found(shape: Collision) -> Path:

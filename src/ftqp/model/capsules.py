@@ -3,11 +3,11 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array, frozen, positive
+from ftqp.core.checks import FloatArray, IntArray, array, frozen, positive
 from ftqp.core.errors import InputError
 from ftqp.core.setting import REQUIRED, setting
 
@@ -58,7 +58,7 @@ class Capsule:
     a: Any = setting(REQUIRED, "one end of its line", of=Three, unit="m")
     b: Any = setting(REQUIRED, "the other end", of=Three, unit="m")
     radius: float = setting(REQUIRED, "its radius, > 0", unit="m", above=0.0)
-    frame: str | None = None
+    frame: str | None = setting(None, "of a body of the arm, the frame, link or joint that it moves with")
     name: str | None = setting(None, CALLED)
     estimated: bool = False
 
@@ -125,6 +125,20 @@ class Collision:
     file: str = ""
     beside: Path | None = None
     corners: FloatArray | None = None
+
+
+class HullParts(NamedTuple):
+    """A convex body, as ``ftqp.model.convex_hulls`` finds it.
+
+    Attributes:
+        corners: (V, 3) [m].
+        edges: The two corners of each, (E, 2).
+        faces: The outward normal n, of length 1, and the offset d of n'x <= d of each, (F, 4) [m].
+    """
+
+    corners: FloatArray
+    edges: IntArray
+    faces: FloatArray
 
 
 def checked(capsules: Iterable[Any]) -> tuple[Capsule, ...]:

@@ -12,6 +12,8 @@ from ftqp.model.reduction import frame_names
 
 Shapes = tuple[Capsule | Collision, ...]
 """Bodies as they were given or read."""
+WORLD = "universe"
+"""The frame of bodies that do not move, as pinocchio calls it."""
 _MADE: WeakKeyDictionary[Any, tuple[Capsule, ...]] = WeakKeyDictionary()
 """What was made of the bodies of robots: a fit to meshes takes seconds."""
 
@@ -43,9 +45,13 @@ class Embodied:
             capsules: Rods with round ends, each with the ``frame`` that it moves with.
 
         Raises:
-            InputError: This is no list of capsules with frames.
+            InputError: This is no list of capsules with frames of this robot.
         """
-        return replace(self, shapes=checked(capsules))  # type: ignore[type-var]
+        given = checked(capsules)
+        for one in given:
+            if one.frame != WORLD:
+                self.pose(self.neutral, one.frame)  # type: ignore[attr-defined]  # names the frames there are
+        return replace(self, shapes=given)  # type: ignore[type-var]
 
     def allowed_pairs(self, srdf: Any) -> tuple[tuple[str, str], ...]:
         """The pairs of bodies that an SRDF, MoveIt's file beside a URDF, lets touch.
@@ -103,7 +109,7 @@ def volume_ratios(robot: Any) -> dict[str, float]:
 
 
 def _made(robot: Any) -> tuple[Capsule, ...]:
-    there = (*frame_names(robot.model), "universe")
+    there = (*frame_names(robot.model), WORLD)
     own = [one for one in robot.shapes if (one.frame if isinstance(one, Capsule) else one.link) in there]
     if not own:
         return estimated(robot)

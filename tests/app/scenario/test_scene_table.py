@@ -52,6 +52,10 @@ kind = "capsule"
 a = [0.6, -0.6, 0.3]
 b = [0.6, -0.6, 0.9]
 radius = 0.02
+[[scene]]
+kind = "hull"
+corners = [[0.0, 0.0, 0.0], [0.2, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.2]]
+place = [0.5, 0.5, 0.0]
 [clearance]
 keep = 0.015
 """
@@ -68,7 +72,7 @@ def made(tmp_path):
 
 def test_a_scene_is_made_of_its_tables(made):
     planner = made(AROUND).planner
-    assert list(planner.scene) == ["post", "box", "half space", "sphere", "sphere 2", "capsule"]
+    assert list(planner.scene) == ["post", "box", "half space", "sphere", "sphere 2", "capsule", "hull"]
     assert planner.clearance.keep == 0.015
     np.testing.assert_allclose(planner.scene["box"].place[:2, 0], [np.sqrt(0.5)] * 2)
     assert made("[clearance]").planner.distances(ftqp.robots.load("panda").neutral)
@@ -87,7 +91,7 @@ def test_a_run_keeps_how_near_the_arm_came_and_is_judged_by_it(made, tmp_path):
     assert summary["clearance"]["post"]["min_distance"] == pytest.approx(float(near.min()))
     assert "the arm stayed 15 mm away from post at the nearest" in further_sentences(summary)
     shown = trace(setup, log)
-    assert len(shown.bodies) == 11 and len(shown.things) == 6 and shown.keep == 0.015
+    assert len(shown.bodies) == 11 and len(shown.things) == 7 and shown.keep == 0.015
     assert "touched" not in verdict(model_file(setup), shown).laws
     q = shown.q.copy()
     q[-200:, 0] += 0.3  # into the post
@@ -107,6 +111,7 @@ def test_a_run_keeps_how_near_the_arm_came_and_is_judged_by_it(made, tmp_path):
         ('[[scene]]\nkind = "sphere"\nradius = 0.1\nplase = [0, 0, 0]', r"scene\[0\].plase .*place"),
         (AROUND.replace('name = "post"', 'name = "sphere"'), "there is a 'sphere' in the scene"),
         (AROUND.replace('name = "post"', 'name = "panda_link5"'), "two things are called 'panda_link5'"),
+        ('[[scene]]\nkind = "hull"\nmesh = "part.stl"', r"scene\[0\]: mesh '.*part.stl' is no file"),
         ("[clearance]\nkeep = 0.001", "expected stop < keep"),
         ("[clearance]\nkeep = 0.02\nstop = -1", r"clearance.stop"),
         ('[clearance]\nignore = [["panda_hand", "tabel"]]', "ignore has 'tabel'"),
@@ -120,3 +125,53 @@ def test_wrong_tables_are_refused_in_a_sentence(made, text, said):
 def test_commands_that_look_at_no_scene_refuse_one(made):
     with pytest.raises(InputError, match=r"has \[\[scene\]\], which ftqp converge does not look at"):
         made(AROUND).refuse_tables("ftqp converge", "constraints", "scene")
+
+
+def test_bodies_of_the_arm_can_be_given_in_the_file(made):
+    text = '[[robot.capsules]]\na = [0, 0, 0]\nb = [0, 0, 0.1]\nradius = 0.05\nframe = "{}"\n'
+    arm = made(text.format("panda_hand_tcp")).robot
+    assert [(one.frame, one.radius) for one in arm.capsules] == [("panda_hand_tcp", 0.05)]
+    with pytest.raises(ScenarioError, match=r"robot: .*'panda_hant'"):
+        made(text.format("panda_hant"))
+    with pytest.raises(ScenarioError, match=r"robot: a capsule has no frame"):
+        made("[[robot.capsules]]\na = [0, 0, 0]\nb = [0, 0, 0.1]\nradius = 0.05\n")
+    with pytest.raises(ScenarioError, match=r"scene: capsule has the frame 'panda_hand'"):
+        made(
+            '[[scene]]\nkind = "capsule"\na = [0, 0, 0]\nb = [0, 0, 0.1]\nradius = 0.05\nframe = "panda_hand"'
+        )
+
+
+LINK = """<link name="{0}"><inertial><mass value="1"/><inertia ixx="1e-2" ixy="0" ixz="0" iyy="1e-2" iyz="0"
+izz="1e-2"/></inertial>{1}</link>"""
+JOINT = """<joint name="j{0}" type="revolute"><parent link="l{1}"/><child link="l{0}"/>
+<origin xyz="{2} 0 0"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" velocity="2" effort="50"/></joint>"""
+BLADE = """<collision><origin xyz="0 0.1 0"/><geometry>
+<mesh filename="blade.obj" scale="0.1 0.1 0.1"/></geometry></collision>"""
+
+
+def test_links_are_judged_by_their_meshes_where_the_file_has_some(tmp_path):
+    (tmp_path / "blade.obj").write_text(
+        "v 0 0 0\nv 4 0 0\nv 0 2 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    )
+    links = [LINK.format(f"l{k}", BLADE if k == 2 else "") for k in range(5)]
+    joints = [JOINT.format(k, k - 1, 0.0 if k == 1 else 0.4) for k in range(1, 5)]
+    (tmp_path / "arm.urdf").write_text(f'<robot name="arm">{"".join([*links, *joints])}</robot>')
+    (tmp_path / "run.toml").write_text(
+        '[robot]\nurdf = "arm.urdf"\ntip = "l4"\n[start]\nq = [0.3, 0.4, 0.5, 0.6]\n[planner]\n'
+        'task = { rows = ["x", "y"] }\n[path]\nkind = "line"\ndisplacement = [0.0, 0.05, 0.0]\n'
+        'duration = 0.5\n[[scene]]\nkind = "sphere"\nradius = 0.05\nplace = [0.0, -1.0, 0.0]\nname = "ball"\n'
+    )
+    setup = load(str(tmp_path / "run.toml"))
+    setup.simulation(log=tmp_path / "log.sqlite").run()
+    shown, arm = trace(setup, ftqp.load_log(tmp_path / "log.sqlite")), model_file(setup)
+    (blade,) = arm.links
+    assert blade.joint == 1 and blade.reach > 0.4 and "touched" not in verdict(arm, shown).laws
+    # Capsules that leave the blade out: they stay clear of a ball that the blade goes through.
+    at = setup.robot.pose(shown.q[-1], "j2") @ [0.2, 0.15, 0.02, 1.0]
+    pose = np.eye(4)
+    pose[:3, 3] = at[:3]
+    ball = replace(shown.things[0], pose=pose, extent=(0.0, 0.01, 0.0))
+    thin = [replace(body, radius=1e-3, ends_at_zero=[[0.0, 0.0, 5.0]] * 2) for body in shown.bodies]
+    small = replace(shown, bodies=thin, things=[ball], watched=[(thin[1].name, "ball")], keep=0.0)
+    assert "touched" in verdict(arm, small).laws
+    assert "touched" not in verdict(replace(arm, links=()), small).laws

@@ -44,6 +44,13 @@ THINGS = {
     "wall": (ftqp.Box((0.1, 1.0, 1.0), (0.6, 0.0, 0.5)), (0.7, 0.0, 0.5)),
     "can": (ftqp.Cylinder(0.08, 0.5, (0.6, 0.1, 0.4)), (0.7, 0.1, 0.5)),
     "rod": (ftqp.Capsule((0.55, -0.5, 0.4), (0.55, 0.5, 0.4), 0.03), (0.62, 0.1, 0.35)),
+    "wedge": (
+        ftqp.Hull(
+            [(0, -0.4, 0), (0, 0.4, 0), (0.3, -0.4, 0.3), (0.3, 0.4, 0.3), (0.3, 0, -0.3)],
+            place=(0.57, 0.05, 0.4),
+        ),
+        (0.75, 0.1, 0.45),
+    ),
     "ceiling": (ftqp.HalfSpace((0.0, 0.0, 0.9), (0.0, 0.0, -1.0)), (0.3, 0.0, 1.1)),
 }
 
@@ -63,7 +70,7 @@ def test_an_arm_that_is_led_into_something_stays_clear_of_it_and_says_why(name, 
     assert min(per.values()) > KEEP - 1e-3
 
 
-@pytest.mark.parametrize("name", ["ball", "wall", "can"])
+@pytest.mark.parametrize("name", ["ball", "wall", "can", "wedge"])
 def test_an_arm_beside_something_rests_without_vibration(name):
     shape, goal = THINGS[name]
     planner = ftqp.Planner(PANDA, DT, emergency=None, scene=scene(**{name: shape}))
@@ -92,9 +99,11 @@ def test_every_backend_keeps_clear(backend):
     assert row_labels(planner)[-CLEARANCES:] == tuple(f"clearance pair {k + 1}" for k in range(CLEARANCES))
 
 
-def test_a_row_is_the_gradient_of_the_distance_at_the_predicted_posture():
-    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=scene(ball=BALL))
-    follow(planner, (0.55, 0.3, 0.45), ticks=700)
+@pytest.mark.parametrize("name", ["ball", "wedge"])
+def test_a_row_is_the_gradient_of_the_distance_at_the_predicted_posture(name):
+    shape, goal = THINGS[name]
+    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=scene(**{name: shape}))
+    follow(planner, goal, ticks=700)
     K, names = planner._session.K, planner._surroundings.names
     q = K.ahead.q[:7].copy()
     np.testing.assert_allclose(q, K.state.q[:7] + DT * K.state.v[:7], atol=1e-15)
@@ -109,7 +118,7 @@ def test_a_row_is_the_gradient_of_the_distance_at_the_predicted_posture():
             ends = planner._session.pair_distances(np.array([q + step, q - step]))[:, pair]
             gradient[j] = (ends[0] - ends[1]) / (2.0 * h)
         np.testing.assert_allclose(K.scene.G[k, :7], gradient, atol=1e-8)
-        assert names[pair][1] in ("ball", *(capsule.label for capsule in PANDA.capsules))
+        assert names[pair][1] in (name, *(capsule.label for capsule in PANDA.capsules))
 
 
 @pytest.mark.parametrize("joint", range(7))

@@ -49,6 +49,13 @@ def test_watchers_are_told_and_forgotten_with_their_planners():
         (lambda: ftqp.Sphere(0.1, np.diag([1.0, 2.0, 1.0, 1.0])), "not a rotation"),
         (lambda: ftqp.Cylinder(0.1, np.inf), "length"),
         (lambda: ftqp.HalfSpace((0, 0, 0), (0, 0, 0)), "expected a direction"),
+        (lambda: ftqp.Hull(), "expected one of them"),
+        (lambda: ftqp.Hull(np.eye(3), mesh="part.stl"), "expected one of them"),
+        (lambda: ftqp.Hull(np.eye(3)), "have no body between them"),
+        (lambda: ftqp.Hull([1.0, 2.0]), r"expected \(N, 3\)"),
+        (lambda: ftqp.Hull(200.0 * np.eye(4)[:, :3]), "are these millimetres"),
+        (lambda: ftqp.Hull(mesh="nowhere.stl"), "'nowhere.stl' is no file"),
+        (lambda: ftqp.Hull(mesh="nowhere.stl", scale=0.0), "scale is 0"),
         (lambda: ftqp.Capsule((0, 0, 0), (0, 0, 500.0), 0.1), "are these millimetres"),
         (lambda: ftqp.Capsule((0, 0, 0), (0, 0, 1.0), 0.1, frame=3), "frame is 3"),
         (lambda: ftqp.Clearance(keep=0.01, stop=0.02), "expected stop < keep"),
@@ -114,7 +121,7 @@ def test_a_cell_is_read_from_a_urdf():
     )
 
 
-def test_a_mesh_stands_for_the_box_around_it(tmp_path):
+def test_a_mesh_stands_for_its_hull(tmp_path):
     corners = [(0, 0, 0), (0.3, 0, 0), (0, 0.1, 0), (0, 0, 0.2)]
     faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
     text = "".join(
@@ -136,8 +143,13 @@ def test_a_mesh_stands_for_the_box_around_it(tmp_path):
                 ftqp.Scene.from_urdf(tmp_path / "cell.urdf")
             continue
         scene = ftqp.Scene.from_urdf(tmp_path / "cell.urdf")
-        np.testing.assert_allclose(scene["thing"].shape.size, [0.6, 0.2, 0.4], atol=1e-6)
-        np.testing.assert_allclose(scene["thing"].place[:3, 3], [1.3, 0.1, 0.2], atol=1e-6)
+        found = scene["thing"].shape.corners
+        np.testing.assert_allclose(
+            sorted(map(tuple, found)), sorted(map(tuple, 2.0 * np.array(corners))), atol=1e-6
+        )
+        np.testing.assert_allclose(scene["thing"].place[:3, 3], [1.0, 0.0, 0.0], atol=1e-12)
+    alone = ftqp.Hull(mesh=str(tmp_path / "thing.stl"), scale=0.5, place=(0.0, 1.0, 0.0), rpy=(0.0, 0.0, 1.0))
+    assert alone.extent == pytest.approx((0.15, 0.05, 0.1))
     (tmp_path / "thing.stl").unlink()
     with pytest.raises(InputError, match=r"thing.stl' of link 'thing' was not found"):
         ftqp.Scene.from_urdf(tmp_path / "cell.urdf")
@@ -179,7 +191,7 @@ def test_a_cell_is_read_from_an_mjcf_as_mujoco_sees_it():
     corner = data.body("door").xpos + data.body("door").xmat.reshape(3, 3) @ [0.3, 0.0, 0.0]
     wedge = scene["wedge"]
     inside = wedge.place[:3, :3].T @ (corner - wedge.place[:3, 3])
-    assert (np.abs(inside) <= 0.5 * np.array(wedge.shape.size) + 1e-6).all()
+    assert np.linalg.norm(wedge.shape.corners - inside, axis=1).min() < 1e-6
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ SHAPES = {
     "box": ftqp.Box((0.3, 0.2, 0.4), (0.4, -0.3, 0.5), rpy=(0.3, 0.2, 0.7)),
     "post": ftqp.Cylinder(0.1, 0.9, (-0.3, 0.3, 0.5), rpy=(0.4, 0.0, 0.0)),
     "rod": ftqp.Capsule((-0.6, -0.6, 0.2), (0.1, -0.5, 0.9), 0.07),
+    "wedge": ftqp.Hull(0.5 * np.eye(4)[:, :3], place=(0.3, -0.5, 0.3), rpy=(0.2, 0.1, 0.4)),
     "floor": ftqp.HalfSpace(point=(0.0, 0.0, 0.1), normal=(0.1, 0.0, 1.0)),
 }
 

@@ -57,10 +57,12 @@ class Around:
     def numbers(self) -> list[Any]:
         """All that decides which postures are clear."""
         room = self.room[0]
+        shapes = int(room["obstacles"])
         counts = (
             (BY_CAPSULE, int(room["capsules"])),
-            (BY_OBSTACLE, int(room["obstacles"])),
+            (BY_OBSTACLE, shapes),
             (BY_PAIR, int(room["pairs"])),
+            (("face",), int(room["faces_of"][:shapes].max(initial=0))),
         )
         return [room["keep"], *(room[name][:count] for names, count in counts for name in names)]
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.app.scenario.setup import Setup
+from ftqp.checker.link_shapes import link_shapes
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.trace import Body, Cone, Failure, HeldTask, Plane, Thing, Trace
 from ftqp.control.planner.status import STATUSES
@@ -71,7 +72,13 @@ def bodies(log: Log) -> list[Body]:
 def things(log: Log) -> list[Thing]:
     """What stands around the arm, as the log has it."""
     return [
-        Thing(name=one["name"], kind=one["kind"], extent=one["extent"], pose=np.array(one["pose"]))
+        Thing(
+            name=one["name"],
+            kind=one["kind"],
+            extent=one["extent"],
+            pose=np.array(one["pose"]),
+            corners=np.array(one.get("corners", np.zeros((0, 3)))),
+        )
         for one in log.metadata.get("scene", [])
         if one["kind"] != "arm"
     ]
@@ -196,7 +203,8 @@ def model_file(setup: Setup) -> ModelFile:
     """The arm as the checker reads it, from its URDF, with its true masses, rotors and friction.
 
     Raises:
-        InputError: A reader of URDF sorts the joints of several arms in another way than the robot.
+        InputError: A reader of URDF sorts the joints of several arms in another way than the robot, or a mesh
+            of a link cannot be read.
     """
     robot = setup.robot
     tip = link_names(robot.joints, robot.tips)[robot.nv + 1]
@@ -209,6 +217,9 @@ def model_file(setup: Setup) -> ModelFile:
             f"the checker reads the joints of {robot.name} in another order, {', '.join(found.names)}; name "
             "those of its arms so that they sort as they stand"
         )
+    urdf = setup.tables.robot.urdf
+    if urdf is not None and setup.planner.scene is not None:
+        found = replace(found, links=link_shapes(setup.folder / urdf, robot.joints))
     return found
 
 

@@ -31,7 +31,7 @@ SOURCES = {
     **dict.fromkeys(("urdf", "mjcf"), ("tip", "tips", "locked")),
 }
 """Keys of ``[robot]`` that fit each kind of source ..."""
-WITH_ANY = ("acceleration", "limits", "payload", "tool", "viscous", "coulomb", "rotors")
+WITH_ANY = ("acceleration", "limits", "payload", "tool", "viscous", "coulomb", "rotors", "capsules")
 """... and those that fit every one."""
 
 
@@ -57,6 +57,8 @@ def robot(table: RobotTable, folder: File) -> Robot:
         arm = arm.with_friction(**friction)
     if table.rotors is not None:
         arm = arm.with_rotors(_per_joint(table, "rotors")["rotors"])
+    if table.capsules is not None:
+        arm = arm.with_capsules([one.made() for one in table.capsules])
     if table.payload is not None:
         arm = arm.with_payload(table.payload.made())
     return arm if table.tool is None else arm.with_tip(table.tool.pose)

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from ftqp.app.scenario import composition, document
 from ftqp.app.schema import Scenario
 from ftqp.app.schema.planner_section import PlannerTable
-from ftqp.app.schema.reading import made, plain, read
+from ftqp.app.schema.reading import Options, made, plain, read
 from ftqp.app.schema.robot_section import RobotTable
 from ftqp.app.schema.simulation_section import FaultTable
 from ftqp.control.following.path_follower import PathFollower
@@ -175,6 +175,12 @@ def scene_of(shapes: Sequence[Shape]) -> Scene:
     return scene
 
 
+def _shape(one: Options[Shape], folder: File) -> Shape:
+    """Something that stands in a scene; the file of a mesh is relative to ``folder``."""
+    file = one.values.get("mesh")
+    return one.made(mesh=str(folder / file)) if file else one.made()
+
+
 class _Errors:
     """Collects what is wrong, so that one answer tells all of it."""
 
@@ -214,7 +220,7 @@ def resolve(
     settings["tasks"] = soft
     kept = [errors.tried(f"constraints[{k}]", one.made) for k, one in enumerate(tables.constraints)]
     settings["constraints"] = kept
-    tried = [errors.tried(f"scene[{k}]", one.made) for k, one in enumerate(tables.scene)]
+    tried = [errors.tried(f"scene[{k}]", partial(_shape, one, folder)) for k, one in enumerate(tables.scene)]
     around = [shape for shape in tried if shape is not None]
     if around:
         settings["scene"] = errors.tried("scene", partial(scene_of, around))

@@ -12,6 +12,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
 from ftqp.core.setting import setting
+from ftqp.model.capsules import Capsule
 from ftqp.model.payload import Payload
 
 PerJoint = tuple[float, ...] | None
@@ -102,6 +103,9 @@ class RobotTable(Table):
     )
     rotors: PerJoint = setting(
         None, "inertia of the rotors at the joints in place of the model's, >= 0", unit="kg m2 or kg", **EACH
+    )
+    capsules: tuple[Options[Capsule], ...] | None = setting(
+        None, "bodies of the arm for distances, in place of those of its links", count=(1, None)
     )
 
     def __post_init__(self) -> None:

@@ -9,12 +9,22 @@ import numpy as np
 from ftqp.control.planner.stages import Stage
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import CLOUD, Scene
-from ftqp.control.scene.solid_shapes import KINDS, HalfSpace, Sphere
+from ftqp.control.scene.solid_shapes import KINDS, HalfSpace, Hull, Sphere
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import CLEARANCES
-from ftqp.kernel.layout.scene_room import BALLS, CAPSULES, CLOUD_BODIES, NEAREST, PAIRS, SEGMENT
+from ftqp.kernel.layout.scene_room import (
+    BALLS,
+    CAPSULES,
+    CLOUD_BODIES,
+    HULL_CORNERS,
+    HULL_EDGES,
+    HULL_FACES,
+    NEAREST,
+    PAIRS,
+    SEGMENT,
+)
 from ftqp.model.body_frames import mount_of
 from ftqp.model.capsules import Capsule, named_apart
 from ftqp.model.followers import coupled_places
@@ -201,6 +211,7 @@ class Surroundings:
             room.solid[at], room.extent[at] = KINDS[type(placed.shape)], placed.shape.extent
             room.place[at], room.turn[at] = placed.place[:3, 3], placed.place[:3, :3].ravel()
             room.twist[at] = placed.twist
+        self._lay_hulls()
         self._measure_ways(capsules)
         own = self._own_pairs(capsules)
         pairs = own + self._other_pairs(capsules)
@@ -216,6 +227,25 @@ class Surroundings:
         self._write(pairs, named, kept)
         if len(self.scene.balls):
             self._lay_cloud(labels, self._that_move(capsules), ignored)
+
+    def _lay_hulls(self) -> None:
+        """Write corners, edges and faces of the hulls."""
+        room, counts = self._room, [0, 0, 0]
+        for at, placed in enumerate(self.scene.values()):
+            if not isinstance(placed.shape, Hull):
+                continue
+            parts = placed.shape.parts
+            ends = [count + len(part) for count, part in zip(counts, parts, strict=True)]
+            if ends[0] > HULL_CORNERS or ends[1] > HULL_EDGES or ends[2] > HULL_FACES:
+                raise InputError(
+                    f"the hulls of the scene have more than {HULL_CORNERS} corners, {HULL_EDGES} edges or "
+                    f"{HULL_FACES} faces; put boxes in the place of some of them"
+                )
+            corner, edge, face = counts
+            room.corner[corner : ends[0]] = parts.corners
+            room.edge[edge : ends[1]], room.edges_of[at] = parts.edges + corner, (edge, ends[1])
+            room.face[face : ends[2]], room.faces_of[at] = parts.faces, (face, ends[2])
+            counts = ends
 
     def _bodies(self) -> list[Capsule]:
         """The capsules, and behind them the two ends of each, where there is more than balls.

@@ -11,7 +11,7 @@ from ftqp.control.scene.solid_shapes import EXAMPLE, Shape, pose_of, shape_of
 from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.layout.scene_room import BALLS, SHAPES
-from ftqp.model.capsules import Collision
+from ftqp.model.capsules import Capsule, Collision
 from ftqp.model.placed_collisions import placed_collisions
 
 STANDS = np.zeros(6)
@@ -47,8 +47,7 @@ class Scene(Mapping[str, Placed]):
     def from_urdf(cls, source: Any) -> Self:
         """A scene of the collision geometry of a URDF, its joints at zero, each called after its link.
 
-        Balls, boxes, cylinders and capsules are taken as they are, a mesh as the box around it along its own
-        axes.
+        Balls, boxes, cylinders and capsules are taken as they are, a mesh as its convex hull.
 
         Args:
             source: The path of a file, or the XML itself; meshes are looked for beside the file.
@@ -64,7 +63,7 @@ class Scene(Mapping[str, Placed]):
         """A scene of the geoms of a MuJoCo model that collide, its joints where they begin.
 
         Each is called as it is, or after its body. Planes are half-spaces; an ellipsoid stands for the box
-        around it, and a mesh, too. MuJoCo reads the file, which the extra ``sim`` installs.
+        around it, and a mesh for its convex hull. MuJoCo reads the file, which the extra ``sim`` installs.
 
         Args:
             source: The path of a file, or the XML itself.
@@ -98,7 +97,7 @@ class Scene(Mapping[str, Placed]):
 
         Args:
             name: What it is called in statuses, reports and certificates.
-            shape: An ``ftqp.Box``, ``Sphere``, ``Capsule``, ``Cylinder`` or ``HalfSpace``.
+            shape: An ``ftqp.Box``, ``Sphere``, ``Capsule``, ``Cylinder``, ``HalfSpace`` or ``Hull``.
 
         Raises:
             InputError: This is no shape, the name is taken, or there is no more room.
@@ -107,6 +106,11 @@ class Scene(Mapping[str, Placed]):
             raise InputError(f"name is {name!r:.60}, expected a word such as 'table'")
         if not isinstance(shape, Shape):
             raise InputError(f"{name} is {type(shape).__name__}, expected a shape such as {EXAMPLE}")
+        if isinstance(shape, Capsule) and shape.frame is not None:
+            raise InputError(
+                f"{name} has the frame {shape.frame!r}, and what is in a scene stands in the world; leave "
+                "it out, or give it to the arm, robot.with_capsules([...])"
+            )
         if name == CLOUD:
             raise InputError(f"{CLOUD!r} stands for the balls of scene.update(balls); give this another name")
         if name in self._placed:

@@ -1,16 +1,17 @@
-"""What stands around an arm: spheres, capsules, boxes, cylinders and half-spaces."""
+"""What stands around an arm: spheres, capsules, boxes, cylinders, hulls and half-spaces."""
 
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array, frozen
+from ftqp.core.checks import FloatArray, array, frozen, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose, rotation_exp, rotation_x, rotation_z, transform
 from ftqp.core.setting import REQUIRED, setting
-from ftqp.kernel.layout.scene_room import BOX, CYLINDER, HALF_SPACE, SEGMENT
-from ftqp.model.capsules import CALLED, Capsule, Collision, Three, length_of, turned_along
+from ftqp.kernel.layout.scene_room import BOX, CYLINDER, HALF_SPACE, HULL, SEGMENT
+from ftqp.model.capsules import CALLED, Capsule, Collision, HullParts, Three, length_of, turned_along
 from ftqp.model.placed_collisions import vertices
 
 
@@ -161,7 +162,61 @@ class HalfSpace:
         return T
 
 
-Shape = Sphere | Capsule | Box | Cylinder | HalfSpace
+@dataclass(frozen=True)
+class Hull:
+    """The convex hull of some points: a wedge, a bracket, a workpiece.
+
+    A hull with more than 64 corners is replaced by one around it that has fewer. What has a hole or a hollow
+    is better made of several.
+
+    Args:
+        corners: Points in its own frame, (N, 3) [m], N at least 4; None where ``mesh`` is given.
+        mesh: In place of that, a file with a mesh, in STL, OBJ or DAE.
+        scale: By what the numbers of the mesh are multiplied: 0.001 for millimetres.
+        place: Where its own origin is, (3,) [m], or its pose, (4, 4).
+        rpy: How it is turned in place of that, (3,) [rad]: roll, pitch and yaw as in a URDF.
+        name: What a scenario calls it; ``scene.add`` has its own name.
+    """
+
+    corners: Any = setting(
+        None, "points of which it is the hull", of=tuple[Three, ...], unit="m", count=(4, None)
+    )
+    mesh: str | None = setting(None, "a mesh of which it is the hull, relative to the scenario", file=True)
+    scale: float = setting(1.0, "by what the numbers of the mesh are multiplied", above=0.0)
+    place: Any = setting((0.0, 0.0, 0.0), "where its own origin is", of=Three, unit="m")
+    rpy: Any = setting(None, "roll, pitch and yaw, as in a URDF; not turned if absent", of=Three, unit="rad")
+    name: str | None = setting(None, CALLED, kw_only=True)
+
+    def __post_init__(self) -> None:
+        if (self.corners is None) == (self.mesh is None):
+            raise InputError(
+                "a hull is of corners or of a mesh, expected one of them: ftqp.Hull(mesh='part.stl')"
+            )
+        points = self.corners
+        if self.mesh is not None:
+            fits = import_module("ftqp.model.capsule_fit")  # loads scipy, as the next one does
+            points = fits.mesh_corners(self.mesh, positive("scale", self.scale))
+        points = array("corners", points, (len(points) if np.ndim(points) == 2 else 4, 3), "(N, 3)")
+        parts: HullParts = import_module("ftqp.model.convex_hulls").hull_of(points)
+        length_of("the length of the hull", float(np.ptp(parts.corners, axis=0).max()))
+        object.__setattr__(self, "corners", frozen(parts.corners))
+        object.__setattr__(self, "_parts", parts)
+        object.__setattr__(self, "place", turned("place", self.place, self.rpy))
+
+    @property
+    def parts(self) -> HullParts:
+        """Its corners, edges and faces."""
+        found: HullParts = self.__dict__["_parts"]
+        return found
+
+    @property
+    def extent(self) -> tuple[float, float, float]:
+        """How far it reaches along its own axes from its origin [m]."""
+        x, y, z = np.abs(self.parts.corners).max(axis=0).tolist()
+        return x, y, z
+
+
+Shape = Sphere | Capsule | Box | Cylinder | HalfSpace | Hull
 
 
 def shape_of(one: Collision) -> Shape:
@@ -183,15 +238,16 @@ def shape_of(one: Collision) -> Shape:
         case "half_space":
             return HalfSpace(one.place[:3, 3], one.place[:3, 2])
         case _:
-            corners = vertices(one)
-            low, high = corners.min(axis=0), corners.max(axis=0)
-            place = np.array(one.place)
-            place[:3, 3] += place[:3, :3] @ (0.5 * (low + high))
-            return Box(high - low, place)
+            return Hull(vertices(one), place=one.place)
 
 
-KINDS = {Sphere: SEGMENT, Capsule: SEGMENT, Box: BOX, Cylinder: CYLINDER, HalfSpace: HALF_SPACE}
+KINDS = {
+    Sphere: SEGMENT, Capsule: SEGMENT, Box: BOX, Cylinder: CYLINDER, HalfSpace: HALF_SPACE, Hull: HULL,
+}  # fmt: skip
 """What the kernel takes each for."""
-WORDS = {"sphere": Sphere, "capsule": Capsule, "box": Box, "cylinder": Cylinder, "half_space": HalfSpace}
+WORDS = {
+    "sphere": Sphere, "capsule": Capsule, "box": Box, "cylinder": Cylinder, "half_space": HalfSpace,
+    "hull": Hull,
+}  # fmt: skip
 """What a file calls them."""
 EXAMPLE = "ftqp.Box(size=(0.4, 0.6, 0.05), place=(0.5, 0, 0.2))"

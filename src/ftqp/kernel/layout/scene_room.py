@@ -19,6 +19,9 @@ BALLS = 4096
 """The most balls of a cloud. A convention, which sizes memory."""
 PAIRS = 1024
 """The most pairs that are watched. A convention, which sizes memory."""
+HULL_CORNERS, HULL_EDGES, HULL_FACES = 1024, 3072, 2048
+"""The most corners, edges and faces of all hulls around an arm. Conventions, which size memory: no hull has
+more than three times as many edges, and twice as many faces, as it has corners."""
 
 
 class Shape(IntEnum):
@@ -29,9 +32,10 @@ class Shape(IntEnum):
     HALF_SPACE = 2
     BOX = 3
     CYLINDER = 4
+    HULL = 5
 
 
-NOTHING, SEGMENT, HALF_SPACE, BOX, CYLINDER = map(int, Shape)
+NOTHING, SEGMENT, HALF_SPACE, BOX, CYLINDER, HULL = map(int, Shape)
 
 
 def scene_fields(N: int) -> Fields:
@@ -41,7 +45,9 @@ def scene_fields(N: int) -> Fields:
     ``a`` and ``b`` are its ends in W, placed where ``stamped`` is the ``stamp`` of the tick. ``solid`` of
     an obstacle is a ``Shape``; it stands at ``place``, turned by ``turn``, with ``extent``: half the length
     along z and the radius of a segment or cylinder, half the edges of a box; ``twist`` is its velocity, at
-    ``place``, along W.
+    ``place``, along W. Of a hull ``extent`` is how far it reaches along its axes, ``edges_of`` and
+    ``faces_of`` are its first edge and face and those behind its last; an ``edge`` is two rows of
+    ``corner``, a ``face`` the normal n and the offset d of n'x <= d, all in its own frame.
 
     Pair p is of capsule ``first`` and capsule ``second``, or obstacle -1 - ``second``. ``gap`` is its
     distance when it was looked at plus all the ``way`` that anything had gone by then, so that gap - way is
@@ -78,6 +84,8 @@ def scene_fields(N: int) -> Fields:
         *floats(dict.fromkeys(("normal", "near", "far", "local", "along"), (3,))),
         *floats({"row": (N,), "away": (BALLS,)}),
         *integers({"ball": (OBSTACLES,), "taken": (NEAREST,)}),
+        *integers({"edges_of": (SHAPES, 2), "faces_of": (SHAPES, 2), "edge": (HULL_EDGES, 2)}),
+        *floats({"corner": (HULL_CORNERS, 3), "face": (HULL_FACES, 4)}),
     ]
 
 

@@ -21,7 +21,8 @@ from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.latches.stop_latch import latch
 from ftqp.kernel.layout.enums import ACCELERATION, STOPPED_BY_CLEARANCE
 from ftqp.kernel.layout.rows import CLEARANCES
-from ftqp.kernel.layout.scene_room import HALF_SPACE, SEGMENT
+from ftqp.kernel.layout.scene_room import HALF_SPACE, HULL, SEGMENT
+from ftqp.kernel.maths.nearest_hull import of_segment_and_hull
 from ftqp.kernel.maths.nearest_points import of_segment_and_body, of_segments, to_body
 from ftqp.kernel.maths.trigonometry import joint_sines
 from ftqp.kernel.maths.turning import turn_by
@@ -152,9 +153,12 @@ def distance_of_pair(K: Any, p: int, n: Any, near: Any, far: Any) -> float:
     local, along = scene.local, scene.along
     _into(turn, a[0] - place[0], a[1] - place[1], a[2] - place[2], local)
     _into(turn, b[0] - a[0], b[1] - a[1], b[2] - a[2], along)
-    t = of_segment_and_body(scene.solid[o], size, local, along)
-    x, y, z = local[0] + t * along[0], local[1] + t * along[1], local[2] + t * along[2]
-    d, g0, g1, g2 = to_body(scene.solid[o], size, x, y, z)
+    if scene.solid[o] == HULL:
+        t, d, g0, g1, g2 = of_segment_and_hull(scene, o, local, along)
+    else:
+        t = of_segment_and_body(scene.solid[o], size, local, along)
+        x, y, z = local[0] + t * along[0], local[1] + t * along[1], local[2] + t * along[2]
+        d, g0, g1, g2 = to_body(scene.solid[o], size, x, y, z)
     for k in range(3):
         n[k] = turn[3 * k] * g0 + turn[3 * k + 1] * g1 + turn[3 * k + 2] * g2
         near[k] = a[k] + t * (b[k] - a[k])

@@ -14,7 +14,7 @@ import numpy as np
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.running_task import RunningTask
-from ftqp.control.scene.solid_shapes import WORDS
+from ftqp.control.scene.solid_shapes import WORDS, Hull
 from ftqp.control.task.keep import BOX, CONE, Keep
 from ftqp.control.task.own_constraint import OwnConstraint
 from ftqp.control.task.own_task import LeastSquares, OwnTask
@@ -134,8 +134,9 @@ def _further(planner: Planner) -> dict[str, Any]:
 def _surroundings(planner: Planner) -> dict[str, Any]:
     """What stands around the arm, and its bodies, as whoever has the arm can find them.
 
-    ``scene`` has the kind, extent [m] and pose of each thing, ``bodies`` the capsules: the joint that each
-    moves with, None is none, and where its ends are while all joints are at 0, in the base frame [m].
+    ``scene`` has the kind, extent [m] and pose of each thing, and the corners of a hull, ``bodies`` the
+    capsules: the joint that each moves with, None is none, and where its ends are while all joints are at 0,
+    in the base frame [m].
     """
     robot, scene, clearance = planner.robot, planner.scene, planner.clearance
     assert scene is not None and clearance is not None
@@ -153,6 +154,7 @@ def _surroundings(planner: Planner) -> dict[str, Any]:
             "extent": list(placed.shape.extent),
             "pose": placed.place.tolist(),
         }
+        | ({"corners": placed.shape.corners.tolist()} if isinstance(placed.shape, Hull) else {})
         for name, placed in scene.items()
     ]
     watched = sorted({tuple(names) for names in planner.distances(robot.neutral)})

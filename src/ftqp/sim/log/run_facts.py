@@ -113,7 +113,9 @@ def _is_placed(one: Mapping[str, Any]) -> bool:
         return False
     pose = one.get("pose")
     placed = _list(pose, lambda row: _list(row, is_number) and len(row) == 4) and len(pose or ()) == 4
-    return one["kind"] == "arm" or (placed and _three(one.get("extent"), is_number))
+    corners = one.get("corners", [])
+    shaped = _three(one.get("extent"), is_number) and _list(corners, lambda row: _three(row, is_number))
+    return one["kind"] == "arm" or (placed and shaped and (one["kind"] != "hull" or len(corners) > 3))
 
 
 def _is_body(one: Mapping[str, Any], joints: Sequence[str]) -> bool:

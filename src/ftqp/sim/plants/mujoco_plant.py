@@ -5,7 +5,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.scene.placed_shapes import Scene
-from ftqp.control.scene.solid_shapes import WORDS
+from ftqp.control.scene.solid_shapes import WORDS, Hull
 from ftqp.core.checks import FloatArray, array, instance, positive, seen
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
@@ -351,7 +351,8 @@ def _things(scene: Scene) -> list[Thing]:
         word = next(word for word, kind in WORDS.items() if isinstance(placed.shape, kind))
         x, y, z = placed.shape.extent
         size = {"box": (x, y, z), "half_space": (0.0, 0.0, 1.0)}.get(word, (y, x, 0.0))
-        found.append(Thing(word, size, placed.place))
+        corners = placed.shape.corners if isinstance(placed.shape, Hull) else None
+        found.append(Thing(word, size, placed.place, corners))
     for x, y, z, radius in scene.balls.tolist():
         T = np.eye(4)
         T[:3, 3] = x, y, z

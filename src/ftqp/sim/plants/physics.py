@@ -23,6 +23,7 @@ KINDS = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
     "half_space": mujoco.mjtGeom.mjGEOM_PLANE,
+    "hull": mujoco.mjtGeom.mjGEOM_MESH,
 }
 HARMLESS = (1.0, 1.0, 1.0)
 """Stands for an inertia until the true one, which MuJoCo's compiler may refuse, is written [kg m2]."""
@@ -48,14 +49,16 @@ class Thing(NamedTuple):
     """Something that stands around an arm.
 
     Attributes:
-        kind: ``sphere``, ``capsule``, ``box``, ``cylinder`` or ``half_space``.
+        kind: ``sphere``, ``capsule``, ``box``, ``cylinder``, ``half_space`` or ``hull``.
         size: As MuJoCo has it, (3,) [m].
         pose: Where it stands, (4, 4) [m].
+        corners: Of a hull, in its own frame, (V, 3) [m].
     """
 
     kind: str
     size: tuple[float, float, float]
     pose: FloatArray
+    corners: FloatArray | None = None
 
 
 @final
@@ -247,10 +250,14 @@ def _compiled(chain: Chain, h: float, rods: Sequence[Rod], things: Sequence[Thin
         bodies[rod.joint + 1].add_geom(
             type=kind, size=(rod.radius, 0.0, 0.0), contype=ARM, conaffinity=WORLD, **ends
         )
-    for thing in things:
+    for k, thing in enumerate(things):
+        shape: dict[str, Any] = {"size": thing.size}
+        if thing.corners is not None:
+            shape = {"meshname": f"hull {k}"}
+            spec.add_mesh(name=f"hull {k}", uservert=thing.corners.ravel())
         spec.worldbody.add_geom(
-            type=KINDS[thing.kind], size=thing.size, pos=thing.pose[:3, 3],
-            quat=_quaternion(thing.pose[:3, :3]), contype=WORLD, conaffinity=ARM,
+            type=KINDS[thing.kind], pos=thing.pose[:3, 3],
+            quat=_quaternion(thing.pose[:3, :3]), contype=WORLD, conaffinity=ARM, **shape,
         )  # fmt: skip
     return spec.compile()
 

@@ -33,14 +33,17 @@ class Solid(NamedTuple):
     """Something that stands around an arm.
 
     Attributes:
-        kind: ``sphere``, ``capsule``, ``box``, ``cylinder`` or ``half_space``.
-        extent: Half its edges; of what is round half its length along z, and its radius, (3,) [m].
+        kind: ``sphere``, ``capsule``, ``box``, ``cylinder``, ``half_space`` or ``hull``.
+        extent: Half its edges; of what is round half its length along z, and its radius; of a hull how far it
+            reaches, (3,) [m].
         pose: Where it stands, (16,) [m].
+        corners: Of a hull, (3 V,) [m].
     """
 
     kind: str
     extent: tuple[float, ...]
     pose: tuple[float, ...]
+    corners: tuple[float, ...] = ()
 
 
 class FurtherFact(NamedTuple):
@@ -207,7 +210,8 @@ def _solid(one: dict[str, Any]) -> Solid | None:
     """What something of a scene is; None of the arm itself."""
     if one["kind"] == "arm":
         return None
-    return Solid(one["kind"], tuple(one["extent"]), tuple(np.ravel(one["pose"]).tolist()))
+    pose, corners = (tuple(np.ravel(one.get(name, ())).tolist()) for name in ("pose", "corners"))
+    return Solid(one["kind"], tuple(one["extent"]), pose, corners)
 
 
 def _corners(inside: Any) -> tuple[float, ...] | None:

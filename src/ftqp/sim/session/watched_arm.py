@@ -6,7 +6,7 @@ import numpy as np
 
 from ftqp.control.planner.running_task import RunningTask
 from ftqp.control.planner.ways.way_out import WayOut
-from ftqp.control.scene.solid_shapes import WORDS
+from ftqp.control.scene.solid_shapes import WORDS, Hull
 from ftqp.control.task.keep import Keep
 from ftqp.control.task.soft_tasks import PoseTask, RelativeTask
 from ftqp.core.checks import FloatArray, array, frozen
@@ -352,7 +352,8 @@ class WatchedArm:
             return None
         shape, place, _ = scene[name]
         word = next(word for word, kind in WORDS.items() if isinstance(shape, kind))
-        return Solid(word, shape.extent, tuple(place.ravel().tolist()))
+        corners = tuple(shape.corners.ravel().tolist()) if isinstance(shape, Hull) else ()
+        return Solid(word, shape.extent, tuple(place.ravel().tolist()), corners)
 
     def _codes(self, faults: dict[str, Fault]) -> IntArray:
         codes = np.full(self._robot.nv, HEALTHY, dtype=np.int64)

@@ -11,7 +11,7 @@ from ftqp.core.pose import quaternions
 from ftqp.model.chain import rotation_to
 from ftqp.sim.session.tick_facts import FurtherFact, Solid
 from ftqp.viz.live import colours
-from ftqp.viz.live.solids import Mesh, ball, box, cylinder, joined
+from ftqp.viz.live.solids import Mesh, ball, box, cylinder, hull, joined
 
 MARK, WIDE, THIN, ARROW = 0.018, 0.6, 0.002, 0.12
 """Radius of a mark, width and thickness of a plane, length of its arrow, as shares of the arm's size."""
@@ -142,6 +142,8 @@ def _triangles(solid: Solid, size: float) -> Mesh:
             return box(2.0 * np.array([x, y, z]))
         case "cylinder":
             return cylinder(y, -x, x)
+        case "hull":
+            return hull(np.reshape(solid.corners, (-1, 3)))
         case "half_space":
             return box(size * np.array([3.0, 3.0, THIN]))
         case _:
@@ -152,9 +154,8 @@ def _triangles(solid: Solid, size: float) -> Mesh:
 def _above(solid: Solid) -> tuple[float, float, float]:
     """A place above something of a scene, for its name [m]."""
     T = np.reshape(solid.pose, (4, 4))
-    half = np.array(
-        solid.extent if solid.kind == "box" else (solid.extent[1],) * 2 + (sum(solid.extent[:2]),)
-    )
+    edged = solid.kind in ("box", "hull")
+    half = np.array(solid.extent if edged else (solid.extent[1],) * 2 + (sum(solid.extent[:2]),))
     high = float(np.abs(T[2, :3]) @ half) if solid.kind != "half_space" else 0.0
     return float(T[0, 3]), float(T[1, 3]), float(T[2, 3]) + high
 

@@ -1,9 +1,10 @@
-"""Simple solids as triangles: cylinder, tube between two points, box and ball."""
+"""Simple solids as triangles: cylinder, tube between two points, box, ball and hull."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.model.chain import rotation_to
@@ -63,6 +64,16 @@ def cylinder(radius: float, low: float, high: float, top_radius: float | None = 
         np.column_stack([3 * SIDES + here, 3 * SIDES + after, np.full(SIDES, 4 * SIDES + 1)]),
     ]
     return Mesh(vertices, np.vstack([*wall, *lids]))
+
+
+def hull(points: FloatArray) -> Mesh:
+    """The convex hull of some points, (k, 3) [m]; triangles share no corners, so that light breaks there."""
+    found = ConvexHull(points)
+    corners = points[found.simplices]
+    a, b, c = corners.transpose(1, 0, 2)
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), found.equations[:, :3]) < 0.0
+    corners[inward] = corners[inward][:, ::-1]
+    return Mesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
 
 
 def tube(start: FloatArray, end: FloatArray, radius: float) -> Mesh:
