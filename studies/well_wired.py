@@ -24,7 +24,7 @@ from bench import results
 
 import ftqp
 from ftqp.app.scenario.setup import load
-from ftqp.sim.rival.beside import ride
+from ftqp.sim.rival.beside import ride, strayed
 from ftqp.sim.rival.resolved_rates import GAIN, ResolvedRates
 
 SCENARIO, DEMO = "panda-unannounced", "panda_joint3"
@@ -52,7 +52,7 @@ def own(joint: str, told: bool) -> dict[str, Any]:
     found = [one for one in setup.planner.findings if one.joint == joint]
     noticed = f", found after {1e3 * (found[0].detected_at - event.at):.0f} ms" if found else ""
     status = result.final_status.name
-    return facts(log["t"], log["position_error"], log["v"], event.at, setup.robot, status + noticed)
+    return facts(log["t"], strayed(log), log["v"], event.at, setup.robot, status + noticed)
 
 
 def rival(joint: str, told: bool, gain: float = GAIN) -> dict[str, Any]:
@@ -100,8 +100,8 @@ def markdown(result: dict[str, Any]) -> str:
     ]
     lines += [
         "",
-        "Largest and last distances of the tip from its target; `fastest joint` is the largest share of its",
-        "speed limit that a joint truly had. What this does not say: one arm, one path, one instant, one",
+        "Largest and last distances of the true tip from its target; `fastest joint` is the largest share of",
+        "its speed limit that a joint truly had. What this does not say: one arm, one path, one instant, one",
         "noise, and a rival of one kind. Its gain was chosen on the demo's lock (`--gains`); the detector",
         "has its defaults.",
     ]

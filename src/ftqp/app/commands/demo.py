@@ -15,7 +15,7 @@ from ftqp.core.errors import MissingPackage
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.log_parts import FILE_NAME
-from ftqp.sim.rival.beside import Ride, ride
+from ftqp.sim.rival.beside import Ride, ride, strayed
 from ftqp.sim.rival.resolved_rates import ResolvedRates
 
 SCENARIO = "panda-unannounced"
@@ -50,8 +50,8 @@ def tell_story(out: Path | None, *, as_json: bool) -> ExitCode:
     rides = {name: _ridden(setup, name == RIVAL_TOLD) for name in (RIVAL_NEVER, RIVAL_TOLD)}
     log = load_log(folder / FILE_NAME)
     errors = {
-        FINDS: log["position_error"],
-        OWN_TOLD: load_log(folder / FOLDER / FILE_NAME)["position_error"],
+        FINDS: strayed(log),
+        OWN_TOLD: strayed(load_log(folder / FOLDER / FILE_NAME)),
         **{name: one.error for name, one in rides.items()},
     }
     table = {name: _facts(error, log["t"], event.at) for name, error in errors.items()}

@@ -81,9 +81,12 @@ def _task(N: int) -> Fields:
     swings freely; ``patience``: ticks after which each goes; ``late``: ticks of it; ``nearest``: the least
     error meanwhile, in tolerances; ``held``: ticks in which more could be held; ``wait``: how many of these
     bring rows back.
+
+    ``lost``: the velocity that a joint took from the tip when it stopped otherwise than foreseen; ``owes``:
+    it is being given back.
     """
     return [
-        *scalars("i8", "m mode uses_rotation tool_rows has_tip_measured given_up"),
+        *scalars("i8", "m mode uses_rotation tool_rows has_tip_measured given_up owes"),
         *scalars("i8", "sets healthy_too patience late held wait"),
         *scalars("f8", "kp kv length slack_ratio position_error rotation_error scale beyond nearest"),
         *integers({"rows": (6,), "m_of": (SETS + 1,), "tool_of": (SETS + 1,)}),
@@ -92,6 +95,7 @@ def _task(N: int) -> Fields:
                 "row_scale": (6,),
                 "target": (TARGET_SIZE,),
                 "error": (6,),
+                "lost": (6,),
                 "seen": (6,),
                 "slack": (6,),
                 "asked": (6,),

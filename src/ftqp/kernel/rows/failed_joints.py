@@ -146,7 +146,18 @@ def _momentum_jump(faults: Any, kinematics: Any, chain: Any, scratch: Any) -> No
 
 @jit
 def _task_jump(faults: Any, task: Any, kinematics: Any, chain: Any, scratch: Any) -> None:
-    """Delta_H = -J_H^+ J_F Delta_F over the joints that work: the tip goes on as it was.
+    """Delta_H = -J_H^+ J_F Delta_F over the joints that work: the tip goes on as it was."""
+    for a in range(task.m):
+        s = 0.0
+        for j in range(chain.n):
+            s -= kinematics.J[task.rows[a], j] * scratch.joints[j]
+        scratch.rows[a] = s
+    least_jump(faults, task, kinematics, chain, scratch)
+
+
+@jit
+def least_jump(faults: Any, task: Any, kinematics: Any, chain: Any, scratch: Any) -> None:
+    """J_H^+ r of the joints that work, in ``scratch.joints``; r is in ``scratch.rows``, by task rows.
 
     J_H^+ r is J_H' (J_H J_H')^-1 r or (J_H' J_H)^-1 J_H' r, whichever matrix is the smaller one: the other
     has not full rank, and rounding would grow by the 1e12 of what makes it invertible.
@@ -154,11 +165,6 @@ def _task_jump(faults: Any, task: Any, kinematics: Any, chain: Any, scratch: Any
     J, rows, order = kinematics.J, task.rows, faults.order
     m, working = task.m, faults.working
     S, jump, twist, delta = scratch.square, scratch.impulse, scratch.rows, scratch.joints
-    for a in range(m):
-        s = 0.0
-        for j in range(chain.n):
-            s -= J[rows[a], j] * delta[j]
-        twist[a] = s
     tall = working < m
     size = working if tall else m
     trace = 0.0

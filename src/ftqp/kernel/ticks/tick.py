@@ -53,6 +53,7 @@ from ftqp.kernel.rows.further_tasks import error_of
 from ftqp.kernel.rows.inertial_target import follow_base, reduce_by_lead
 from ftqp.kernel.rows.joint_intervals import intervals
 from ftqp.kernel.rows.joint_reference import aim_at_reference, joint_objective
+from ftqp.kernel.rows.lost_velocity import give_back, loses
 from ftqp.kernel.rows.manipulability import add_manipulability
 from ftqp.kernel.rows.objective import objective
 from ftqp.kernel.rows.path_rows import STIFFNESS, begin_on_path, path_rows, rate_variable
@@ -149,6 +150,8 @@ def _bound(K: Any) -> None:
     prescribed_motion(K.state, K.faults, K.limits, K.chain, K.qp)
     if K.state.level == ACCELERATION:
         motion(K, K.state)
+    if loses(K):
+        give_back(K)
     intervals(K)
 
 

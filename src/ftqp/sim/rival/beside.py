@@ -1,4 +1,7 @@
-"""A rival leads the arm of a run along its path, with the same servos, sensors, noise and failures."""
+"""A rival leads the arm of a run along its path, with the same servos, sensors, noise and failures.
+
+Both are judged by where the tip truly was.
+"""
 
 from dataclasses import dataclass
 from typing import final
@@ -9,6 +12,7 @@ from ftqp.control.paths import Path
 from ftqp.core.checks import FloatArray
 from ftqp.model.robot import Robot
 from ftqp.model.skeleton import Skeleton
+from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.plants.plant import Plant
 from ftqp.sim.rival.resolved_rates import ResolvedRates
 from ftqp.sim.schedule import Schedule
@@ -42,6 +46,14 @@ class Ride:
     def most_speed(self, robot: Robot) -> float:
         """The largest share of its speed limit that a joint truly used, without unit."""
         return float(np.max(np.abs(self.v) / robot.limits.v_max))
+
+
+def strayed(log: Log) -> FloatArray:
+    """How far the tip of a run truly was from its target, (K,) [m].
+
+    The run's own ``position_error`` is what its planner saw, with the noise of its sensors.
+    """
+    return np.asarray(np.linalg.norm(log["tip"][:, :3] - log["target"][:, :3], axis=1))
 
 
 def ride(

@@ -10,6 +10,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.model.skeleton import Skeleton
 from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.rival.beside import strayed
 from ftqp.viz.figures import arm_views, events
 from ftqp.viz.figures.canvas import Axes, Line2D, arrange, curve, head, label_below, paper, save, trace
 from ftqp.viz.figures.curves import length
@@ -62,7 +63,7 @@ def draw_rivals(log: Log, own: str, rivals: Sequence[Rival], path: str | Path, t
     ]
     colours = [BLUE, COLOURS[0]]
     arm_views.draw_views(figure, grid, arms, targets=log["target"][:, :3], colours=colours, ways=colours)
-    curves = [(own, log["tip"][:, :3], log["position_error"], BLUE)]
+    curves = [(own, log["tip"][:, :3], strayed(log), BLUE)]
     curves += [(one.name, one.tip, one.error, colour) for one, colour in zip(rivals, COLOURS, strict=False)]
     _draw_tips(figure.add_subplot(grid[:, 1]), log, curves)
     errors = figure.add_subplot(grid[:, 2])
