@@ -97,9 +97,9 @@ def run(one: Episode, scene):
     return worst, first, begun, step.status.name, step.position_error
 
 
-def draw(rng, what):
+def draw(rng, what, robots):
     """An episode; None where the arm does not begin clear of everything."""
-    robot = ftqp.robots.load(ARMS[int(rng.integers(len(ARMS)))])
+    robot = robots[int(rng.integers(len(robots)))]
     limits = robot.limits
     q0 = limits.q_min + (limits.q_max - limits.q_min) * (0.2 + 0.6 * rng.random(robot.nv))
     T = robot.pose(q0)
@@ -107,6 +107,10 @@ def draw(rng, what):
         return None
     way = rng.normal(size=3)
     way *= rng.uniform(0.15, 0.35) / np.linalg.norm(way)
+    goal = T.copy()
+    goal[:3, 3] += 1.5 * way
+    if what == "goals" and (np.linalg.norm(goal[:3, 3]) > 0.75 or goal[2, 3] < 0.1):
+        return None
     scene = ftqp.Scene()
     for k in range(3):
         along = T[:3, 3] + way * rng.uniform(0.2, 1.0) + rng.normal(size=3) * 0.15
@@ -119,12 +123,8 @@ def draw(rng, what):
     sees = ftqp.Planner(robot, DT, scene=scene, clearance=ftqp.Clearance(keep=KEEP))
     if min(map(float, sees.distances(q0).values())) < CLEAR:
         return None
-    goal = ftqp.paths.Line(T, tuple(way), duration=rng.uniform(1.5, 3.0))
-    if what == "goals":
-        goal = T.copy()
-        goal[:3, 3] += 1.5 * way
-        if np.linalg.norm(goal[:3, 3]) > 0.75 or goal[2, 3] < 0.1:
-            return None
+    if what == "lines":
+        goal = ftqp.paths.Line(T, tuple(way), duration=rng.uniform(1.5, 3.0))
     kind = KINDS[int(rng.choice(4, p=[0.5, 0.15, 0.2, 0.15]))]
     at = int(rng.uniform(0.2, 1.5) / DT)
     true = ftqp.TrueArm(
@@ -139,12 +139,12 @@ def draw(rng, what):
 
 def study(count, seed, verbose):
     """A row for each kind of motion and of failure."""
-    rows = []
+    rows, robots = [], [ftqp.robots.load(name) for name in ARMS]
     for number, what in enumerate(("lines", "goals")):
         rng, done, begun = np.random.default_rng([seed, number]), 0, time.process_time()
         found = {kind: [] for kind in KINDS}
         while done < count:
-            one = draw(rng, what)
+            one = draw(rng, what, robots)
             if one is None:
                 continue
             done += 1
