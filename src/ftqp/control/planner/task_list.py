@@ -67,7 +67,7 @@ def split(
     if held > HELD_ROWS:
         raise InputError(
             f"tasks on level 0 have {held} rows, expected at most {HELD_ROWS}, those of two poses; put some "
-            "on level 2"
+            "on level 1 or 2"
         )
     return (of_tip[0] if of_tip else task), soft, given
 
@@ -297,6 +297,6 @@ def _refuse_contradictions(tasks: Sequence[SoftTask]) -> None:
         if bits & rows_of(task):
             raise InputError(
                 f"{other} and {task.label} are both on level 0 and ask the same of frame {task.frame!r}; "
-                "leave one of them out, or put it on level 2"
+                "leave one of them out, or put it on level 1 or 2"
             )
         seen[pair] = task.label, bits | rows_of(task)
