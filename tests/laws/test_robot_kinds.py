@@ -50,7 +50,7 @@ def line(robot, q):
 def with_tasks(robot, q):
     tasks = [ftqp.Task("position"), ftqp.PostureTask(q)]
     keep = ftqp.Keep(robot.tip, above=[0, 0, -9.0])
-    stepped(robot, q, task=None, tasks=tasks, constraints=[keep], clearance=ftqp.Clearance(keep=1e-4))
+    stepped(robot, q, task=None, tasks=tasks, constraints=[keep], clearance=ftqp.Clearance())
 
 
 def failing(robot, q):
@@ -74,8 +74,8 @@ def searched(robot, q):
 
 def spherical(robot, q):
     """The same kind of robot with a spherical wrist, which the scheme needs; only the serial one has it."""
-    arm = ftqp.robots.load("puma560") if robot.is_serial and not robot.chain.floating else robot
-    arm = robot if robot.chain.mimics else arm
+    serial = robot.is_serial and not robot.chain.floating
+    arm = ftqp.robots.load("puma560") if serial and (robot.chain.lead == np.arange(robot.nv)).all() else robot
     stepped(arm, arm.neutral, level="velocity", scheme="approximate_pseudoinverse", task=ftqp.Task("pose"))
 
 
