@@ -1,8 +1,8 @@
 """ETS-VII, the satellite of 1997 whose arm flew free of any base: six joints on a body of 2.5 t.
 
-Source: Yoshida and Abiko 2002 for masses and inertias, as D. Dimitrov entered them in his toolbox bMSd
-(models/model_ETS7.m), with places of joints and centres of mass along Yoshida 2003; its three wheels of 1 kg
-are left out. Ranges and speeds are choices: a test needs some.
+Source: models/model_ETS7.m of D. Dimitrov's toolbox bMSd, https://github.com/drdv/bmsd, after Yoshida and
+Abiko 2002, which itself was not at hand; its three wheels of 1 kg are left out. Ranges and speeds are
+choices: a test needs some.
 """
 
 from math import pi
