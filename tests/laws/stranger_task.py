@@ -35,9 +35,8 @@ class Distance(OwnTask):
         return robot.pose(q, self.frame)[:3, 3] - robot.pose(q, self.to)[:3, 3]
 
     def filling(self, robot: Any) -> Any:
-        kp, kv = self.gains("acceleration")
-
         def fill(state: Any, J: Any, b: Any) -> None:
+            kp, kv = self.gains(state.level)
             way = self._between(robot, state.q)
             d = np.linalg.norm(way)
             rows = robot.jacobian(state.q, self.frame)[:3] - robot.jacobian(state.q, self.to)[:3]
@@ -71,7 +70,8 @@ class SpeedOf(OwnConstraint):
 
         def fill(state: Any, C: Any, l: Any, u: Any) -> None:
             C[0, i] = 1.0
-            l[0], u[0] = (-self.speed - state.v[i]) / 0.002, (self.speed - state.v[i]) / 0.002
+            ticks = 2 * state.dt
+            l[0], u[0] = (-self.speed - state.v[i]) / ticks, (self.speed - state.v[i]) / ticks
 
         return fill
 

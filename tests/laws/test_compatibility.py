@@ -94,5 +94,4 @@ def test_every_rule_speaks_of_choices_that_there_are_and_excludes_no_default_pai
 
 
 def test_the_page_shows_the_table():
-    lines = PAGE.read_text(encoding="utf-8").splitlines()
-    assert "\n".join(line for line in lines if line.startswith("|")) == table()
+    assert table() in PAGE.read_text(encoding="utf-8")

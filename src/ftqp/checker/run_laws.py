@@ -40,7 +40,7 @@ LAWS: dict[str, tuple[Law, str]] = {
     "honesty": (honesty, "OK was claimed although the tip is farther than the tolerance, by this share"),
     "tasks": (
         tasks,
-        "OK was claimed although a task on level 0 is farther than the tolerance, by this share",
+        "OK was claimed although a further task that counts is farther than the tolerance, by this share",
     ),
     "tracking": (tracking, "the target can be followed and was not, by this share of the tolerance"),
     "inside": (inside, "OK was claimed although a joint is outside its range, by this [rad or m]"),

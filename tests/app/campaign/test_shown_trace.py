@@ -233,7 +233,7 @@ def test_tasks_before_the_tip_are_judged_by_the_joints_and_a_falsified_log_is_fo
     q[100:, 13] += 0.2  # the right hand turns about its own axis in the left one
     (found,) = [one for one in judged(falsified(log, q=q), setup).breaches if one.law == "tasks"]
     assert found.size == pytest.approx(0.2 / 0.05 - 1.0, rel=0.01) and found.tick >= 100
-    assert "OK was claimed although a task on level 0 is farther than the tolerance" in str(found)
+    assert "OK was claimed although a further task that counts is farther than the tolerance" in str(found)
     alone = Log.of_table(
         None, *log.rows.blocks(), log.rows.columns, log.metadata | {"tasks": log.metadata["tasks"][1:]}
     )

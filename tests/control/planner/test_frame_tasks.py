@@ -253,9 +253,8 @@ def test_an_axis_looks_at_a_frame_that_moves(level):
 
 
 WRONG = [
-    (lambda: ftqp.AxisTask("a", along=(0, 0, 1), level=1), "is 1, expected 0 or 2; level 1 is that"),
-    (lambda: ftqp.PoseTask("a", level=3), "level of a is 3, expected 0 or 2"),
-    (lambda: ftqp.PoseTask("a", level=True), "level of a is True, expected 0 or 2"),
+    (lambda: ftqp.PoseTask("a", level=3), "level of a is 3, expected 0, 1 or 2"),
+    (lambda: ftqp.PoseTask("a", level=True), "level of a is True, expected 0, 1 or 2"),
     (lambda: ftqp.PoseTask("a", weight=-1.0), "weight of a is -1, expected >= 0"),
     (lambda: ftqp.PoseTask("a", weight=np.nan), "weight of a is nan, expected a finite number"),
     (lambda: ftqp.PoseTask("a", rows="pos"), r"rows of a is 'pos' \(did you mean 'pose'"),

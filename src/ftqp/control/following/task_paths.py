@@ -40,7 +40,7 @@ class TaskPaths:
     The common time, the progress, runs at the rate r in [0, 1]. Targets are the paths' poses at the progress,
     with twist r x' and acceleration r^2 x'' + r' x'. r is 1 while every task is within a quarter of its
     leash, falls in proportion beyond and is 0 at the leash, and changes by no more than 5 1/s; so tasks on
-    level 0 are followed as long as joints can, and where they cannot, all paths slow down together.
+    level 0 and 1 are followed as long as joints can, and where they cannot, all paths slow down together.
 
     Args:
         planner: The planner that is led.

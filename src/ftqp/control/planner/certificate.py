@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.control.planner.step_parts import Named
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import (
     BRAKING,
@@ -30,7 +31,7 @@ from ftqp.kernel.layout.rows import (
     Asked,
     constraint_owners,
 )
-from ftqp.kernel.layout.thresholds import NEARER, OUTSIDE_FROM, OUTSIDE_SIGMAS
+from ftqp.kernel.layout.thresholds import NEARER, OUTSIDE_FROM, OUTSIDE_SIGMAS, TASK_FLOOR
 from ftqp.model.posture import NEAR_SINGULAR
 
 WITHOUT_BOUND = {
@@ -167,6 +168,24 @@ def unreached(parts: Any, slack: FloatArray) -> list[Unreached]:
         if abs(s) > LEAST_SHARE * largest
     ]
     return sorted(found, key=lambda entry: -abs(entry.amount))
+
+
+def missed_tasks(parts: Any, named: Named) -> tuple[str, ...]:
+    """Which further tasks that the status speaks of the command misses, and by how much, in sentences.
+
+    Args:
+        parts: Those of a step.
+        named: Names beside those of joints.
+    """
+    if not parts["soft_missed"][0]:
+        return ()
+    per = "m/s" if int(parts["level"][0]) == VELOCITY else "m/s2"
+    amounts = {name: float(np.abs(named.slack(name, parts["soft_slack"])).max()) for name in named.required}
+    return tuple(
+        f"the task {name!r} is missed by {amount:.3g} {per}"
+        for name, amount in sorted(amounts.items(), key=lambda one: -one[1])
+        if amount > TASK_FLOOR
+    )
 
 
 def without_bound(parts: Any, jacobian: FloatArray, code: int) -> str:

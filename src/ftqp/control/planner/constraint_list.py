@@ -7,9 +7,8 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.planner.filled_rows import Pace, resting, tried
+from ftqp.control.planner.filled_rows import Pace, resting, seen_of, tried
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
-from ftqp.control.planner.step_parts import Reference
 from ftqp.control.task.keep import CONE, Keep, Side
 from ftqp.control.task.linear_rows import Rows
 from ftqp.control.task.own_constraint import OwnConstraint
@@ -131,8 +130,7 @@ class Constraints(Mapping[str, Kept]):
         self._room, self._stop, self._pace = session.K.keeps, stop, Pace(float(session.K.state.dt))
         self._given: dict[str, Constraint] = {one.label: one for one in constraints}
         self._own, self._failed = own_of(constraints), dict.fromkeys(self._given, "")
-        places = (("state", name) for name in ("q_command", "v_command", "a_command"))
-        self._seen = Reference(*(session.view(*place)[: robot.nv] for place in places))
+        self._seen = seen_of(session, robot)
         self._sides: dict[str, list[int]] = {one.label: [] for one in kept_of(constraints)}
         for at, (keep, side) in enumerate(sides_of(constraints)):
             self._sides[keep.label].append(at)
@@ -143,7 +141,7 @@ class Constraints(Mapping[str, Kept]):
         self._fills = [own.filling(robot) for own in self._own]
         for own, fill in zip(self._own, self._fills, strict=True):
             empty = np.zeros((own.rows, robot.nv)), np.full(own.rows, -np.inf), np.full(own.rows, np.inf)
-            why = tried(fill, resting(robot.neutral), *empty)
+            why = tried(fill, resting(self._seen, robot.neutral), *empty)
             if why:
                 raise InputError(
                     f"fill of {own.label} {why} at the neutral posture at rest, expected that it writes "

@@ -6,16 +6,47 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.planner.step_parts import Reference
 from ftqp.control.task.own_task import OwnTask
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError
+from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.enums import VELOCITY
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
 LETTERS = 120
 """So much of an exception's text is told."""
+
+
+class Seen(NamedTuple):
+    """What a function of the user is shown before each tick.
+
+    Attributes:
+        q: Joint positions of the reference, (nv,) [rad or m].
+        v: Its joint velocities, (nv,) [rad/s or m/s].
+        a: Its joint accelerations, (nv,) [rad/s2 or m/s2].
+        level: What x is, ``acceleration`` or ``velocity``.
+        dt: The sampling period [s].
+    """
+
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    level: str
+    dt: float
+
+
+def seen_of(session: Session, robot: Robot) -> Seen:
+    """What functions see of a planner, the memory itself.
+
+    Args:
+        session: The planner's.
+        robot: The arm.
+    """
+    q, v, a = (session.view("state", name)[: robot.nv] for name in ("q_command", "v_command", "a_command"))
+    state = session.K.state
+    return Seen(q, v, a, "velocity" if state.level == VELOCITY else "acceleration", float(state.dt))
 
 
 class _Own(NamedTuple):
@@ -72,8 +103,7 @@ class OwnRows:
         terms: The room of the planner's record that the rows are written into.
         tasks: Place, name and task of each.
         robot: The arm, at whose neutral posture each is tried.
-        seen: The state that they are shown in every tick.
-        dt: The sampling period [s].
+        seen: What they are shown in every tick.
 
     Attributes:
         failed: Why a task was left out of the last tick, by name; none where all were good.
@@ -89,13 +119,12 @@ class OwnRows:
         terms: Any,
         tasks: Sequence[tuple[int, str, OwnTask]],
         robot: Robot,
-        seen: Reference,
-        dt: float,
+        seen: Seen,
     ) -> None:
-        n, self._seen, self._pace = robot.nv, seen, Pace(dt)
+        n, self._seen, self._pace = robot.nv, seen, Pace(seen.dt)
         self.failed: dict[str, str] = {}
         self._warned: set[str] = set()
-        still, fills = resting(robot.neutral), [task.filling(robot) for _, _, task in tasks]
+        still, fills = resting(seen, robot.neutral), [task.filling(robot) for _, _, task in tasks]
         for (_, name, task), fill in zip(tasks, fills, strict=True):
             why = tried(fill, still, np.zeros((task.count, n)), np.zeros(task.count))
             if why:
@@ -129,12 +158,12 @@ class OwnRows:
                 self.failed.pop(name, None)
 
 
-def tried(fill: Callable[..., object], state: Reference, *arrays: FloatArray) -> str:
+def tried(fill: Callable[..., object], state: Seen, *arrays: FloatArray) -> str:
     """Call a function that fills arrays; what is wrong with it, or nothing. Ctrl-C goes through.
 
     Args:
         fill: It is called with the state and the arrays.
-        state: The reference.
+        state: What it is shown.
         arrays: J and b, or C, l and u; the first is to be finite, of l and u no number NaN, and l <= u.
     """
     try:
@@ -148,7 +177,7 @@ def tried(fill: Callable[..., object], state: Reference, *arrays: FloatArray) ->
     return "gave l > u, or NaN" if len(arrays) == 3 and not (arrays[1] <= arrays[2]).all() else ""
 
 
-def resting(neutral: FloatArray) -> Reference:
-    """The state in which functions are tried when a planner is made: a posture at rest."""
+def resting(seen: Seen, neutral: FloatArray) -> Seen:
+    """What functions are tried with when a planner is made: a posture at rest."""
     still = frozen(np.zeros(len(neutral)))
-    return Reference(frozen(neutral.copy()), still, still)
+    return seen._replace(q=frozen(neutral.copy()), v=still, a=still)

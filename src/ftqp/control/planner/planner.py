@@ -96,8 +96,8 @@ class Planner(PlannerCopies):
             of ``posture``; the scheme is ``rmp`` unless another is named.
         tasks: That of the tip, if it is not given as ``task``, as ``ftqp.Task`` or as a ``PoseTask`` or
             ``PositionTask`` of its frame, and up to 8 of further frames and joints, ``PoseTask``,
-            ``RelativeTask`` and others. Those on level 0 go before it; the others share
-            what it leaves of the arm's freedom, as their weights say.
+            ``RelativeTask`` and others. Those on level 0 go before it, those on level 1 are as firm as it,
+            and the others share what these leave of the arm's freedom, as their weights say.
         remember: For how long the way that the joints have come is kept for ``ways_out``, > 0 [s], the time
             not counted in which they stand; longer is coarser. None keeps none, and costs nothing.
         n_minus_one: Looks ahead at what the lock of each joint would cost, see ``security``, and leads the

@@ -9,7 +9,7 @@ from ftqp.control.planner.target import Target, Targets
 from ftqp.control.task.own_task import OwnTask
 from ftqp.control.task.soft_tasks import (
     AXES,
-    LAST,
+    FIRST,
     AxisTask,
     CentreOfMass,
     JointTask,
@@ -41,7 +41,7 @@ def rows_of(task: SoftTask) -> int:
         case PositionTask() | CentreOfMass():
             return sum(1 << AXES.index(row) for row in task.rows)
         case AxisTask():
-            return 0b111 if task.level == LAST else 0b11  # as equations those across the axis
+            return 0b11 if task.level == FIRST else 0b111  # as equations those across the axis
         case OwnTask():
             return (1 << task.count) - 1
         case _:

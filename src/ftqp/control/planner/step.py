@@ -11,6 +11,7 @@ from ftqp.control.planner.certificate import (
     Certificate,
     Obstacle,
     instead,
+    missed_tasks,
     obstacles,
     outside,
     too_near,
@@ -104,7 +105,7 @@ class Step:
         for name in JOINTS_ONLY:
             parts[name] = parts[name][:n]
         parts["z"] = parts["z"][:nc]
-        parts["soft_error"] = parts["soft_error"].reshape(-1)
+        parts |= {name: parts[name].reshape(-1) for name in ("soft_error", "soft_slack")}
         self._own(ArmOfSteps(session), joints, parts, said, named)
 
     def _own(self, arm: ArmOfSteps, joints: Sequence[str], parts: Any, said: Said, named: Named) -> None:
@@ -252,8 +253,14 @@ class Step:
         named, errors, failed = self._named, self._parts["soft_error"], self._named.failed or {}
         found = {} if named.tip is None else {named.tip: self.task_error}
         found |= {name: errors[6 * k : 6 * k + size] for k, (name, size) in enumerate(named.tasks)}
+        slacks = self._parts["soft_slack"]
         return {
-            name: SoftTaskReport(error, failed.get(name), named.kept(name, error))
+            name: SoftTaskReport(
+                error,
+                failed.get(name),
+                named.kept(name, error),
+                self.slack if name == named.tip else named.slack(name, slacks),
+            )
             for name, error in found.items()
         }
 
@@ -395,7 +402,7 @@ class Step:
             slack = np.zeros_like(slack)
         beyond = tuple(outside(self._parts, self._joints))
         beside = instead(self._parts, self.notice, self.torque_excess)
-        beside += too_near(self._parts, self.nearest)
+        beside += too_near(self._parts, self.nearest) + missed_tasks(self._parts, self._named)
         jump = self._number("jump")
         if not (slack.any() or beyond or beside or jump < 1.0):
             slack = self.slack  # less than counts as missed is what is left

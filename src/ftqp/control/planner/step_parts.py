@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol, final
 import numpy as np
 
 from ftqp.control.planner.free_joint import PLACES
-from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.checks import FloatArray, IntArray, frozen
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import NOTHING_ASKED, Asked
 from ftqp.qp.problem import SolveStatus
@@ -67,6 +67,8 @@ PLACES_OF_A_STEP = {
     "m": ("task", "m"),
     "components": ("task", "rows"),
     "soft_error": ("terms", "error"),
+    "soft_slack": ("terms", "slack"),
+    "soft_missed": ("terms", "missed"),
     "pairs": ("scene", "pairs"),
     "distance": ("scene", "distance"),
     "nearest": ("scene", "nearest"),
@@ -219,6 +221,10 @@ class Named(NamedTuple):
         judged: Which numbers of a task's error are metres, and which are angles, by name; tasks of joints and
             of one's own, whose error is not known, are left out.
         tolerance: The largest errors that count as keeping a task [m, rad].
+        rows: Of the further tasks, where their rows stand among those of all, and which of them count radians
+            in metres.
+        length: What a radian counts there [m].
+        required: Names of the further tasks that the status speaks of.
     """
 
     tasks: tuple[tuple[str, int], ...] = ()
@@ -228,6 +234,21 @@ class Named(NamedTuple):
     tip: str | None = None
     judged: Mapping[str, tuple[tuple[int, ...], tuple[int, ...]]] = {}
     tolerance: tuple[float, float] = (inf, inf)
+    rows: Mapping[str, tuple[tuple[int, ...], tuple[bool, ...]]] = {}
+    length: float = 1.0
+    required: tuple[str, ...] = ()
+
+    def slack(self, name: str, slacks: FloatArray) -> FloatArray:
+        """What the command leaves of each row of a further task, (m,).
+
+        Args:
+            name: Of the task.
+            slacks: Of all tasks, as they stand in the record.
+        """
+        rows, turns = self.rows[name]
+        result: FloatArray = slacks[list(rows)]
+        result[list(turns)] /= self.length
+        return result
 
     def kept(self, name: str, error: FloatArray) -> bool | None:
         """Whether an error of a task is within the tolerances; None where nothing is known of it."""
@@ -254,11 +275,15 @@ class SoftTaskReport(NamedTuple):
         failed: Why the task was left out of the step, in a sentence; None unless its own function failed.
         kept: Whether the rows that it asks for are within the tolerances of the tip's ``Task``; None of
             tasks of joints and of one's own.
+        slack: J x - b of its rows, (m,) [m/s2 and rad/s2; m/s and rad/s at the velocity level]: what the
+            command leaves of what they ask for; 0 while the arm is brought to rest, and none of tasks of
+            joints.
     """
 
     error: FloatArray
     failed: str | None = None
     kept: bool | None = None
+    slack: FloatArray = frozen(np.empty(0))
 
 
 class Measures(NamedTuple):

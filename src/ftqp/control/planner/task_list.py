@@ -6,10 +6,10 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.planner.filled_rows import OwnRows
+from ftqp.control.planner.filled_rows import OwnRows, seen_of
 from ftqp.control.planner.running_task import RunningTask, rows_of
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
-from ftqp.control.planner.step_parts import Named, Reference
+from ftqp.control.planner.step_parts import Named
 from ftqp.control.planner.surroundings import Surroundings
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.wanted import Start, Wanted
@@ -59,12 +59,6 @@ def split(
     for one in (one for one in tasks if is_of_tip(one, tip)):
         found, given = as_of_tip(one)
         of_tip.append(found)
-    for one in soft:
-        if one.level == TIPS:
-            raise InputError(
-                f"level of {one.label} is 1, but that is the level of the task of the tip, {tip!r}; put it "
-                f"on level 0 or 2, or take robot.with_first_tip({one.label!r})"
-            )
     if len(of_tip) + (task is not None) > 1:
         raise InputError("tasks has two of the tip, expected one ftqp.Task; give it in tasks or as task")
     if len(soft) > TERMS:
@@ -73,7 +67,7 @@ def split(
     if held > HELD_ROWS:
         raise InputError(
             f"tasks on level 0 have {held} rows, expected at most {HELD_ROWS}, those of two poses; put some "
-            "on level 2"
+            "on level 1 or 2"
         )
     return (of_tip[0] if of_tip else task), soft, given
 
@@ -94,7 +88,7 @@ def as_of_tip(task: SoftTask) -> tuple[Task, Target | None]:
     if task.weight != 1.0:
         raise InputError(
             f"weight of {task.label} is {task.weight:g}, but it is the task of the tip, which goes before "
-            "all of level 2 and has none; leave it out"
+            "all of level 2, counts 1 beside others on level 1 and has none; leave it out"
         )
     rows = tuple(row for k, row in enumerate(COMPONENTS) if rows_of(task) & (1 << k))
     made = Task(rows, kp=task.kp, kv=task.kv)
@@ -114,6 +108,13 @@ def held_rows(tasks: Sequence[SoftTask]) -> tuple[str, ...]:
         for k in range(len(COMPONENTS))
         if rows_of(task) & (1 << k)
     )
+
+
+def _rows_in_record(at: int, task: SoftTask) -> tuple[tuple[int, ...], tuple[bool, ...]]:
+    """Where the rows of a task stand among those of all, and which of them count radians in metres."""
+    rows = [k for k in range(len(COMPONENTS)) if rows_of(task) & (1 << k)]
+    turns = isinstance(task, PoseTask | RelativeTask)
+    return tuple(len(COMPONENTS) * at + k for k in rows), tuple(turns and k >= 3 for k in rows)
 
 
 def split_rows(bits: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -174,15 +175,15 @@ class TaskList(Mapping[str, RunningTask]):
             if name in found or name in (TIP, robot.tip):
                 raise InputError(f"two tasks are called {name!r}; give one of them a name=")
             terms.kind[at], terms.weight[at], terms.hard[at] = task.code, task.weight, task.level == FIRST
+            terms.shares[at], terms.required[at] = task.level == TIPS, task.counts
             terms.rows[at] = rows_of(task)
             terms.kp[at], terms.kv[at] = checked_gains(task, level, dt, f" of {name}")
             found[name] = RunningTask(terms, at, task, name, robot)
         terms.count = terms.own = len(tasks)
+        terms.shared = sum(task.level == TIPS for task in tasks)
         self._by_name = MappingProxyType(found)
-        places = (("state", name) for name in ("q_command", "v_command", "a_command"))
-        seen = Reference(*(session.view(*place)[: robot.nv] for place in places))
         own = [(at, one.label, one) for at, one in enumerate(tasks) if isinstance(one, OwnTask)]
-        self._own = OwnRows(terms, own, robot, seen, dt) if own else None
+        self._own = OwnRows(terms, own, robot, seen_of(session, robot)) if own else None
 
     @property
     def stage(self) -> Stage:
@@ -218,7 +219,11 @@ class TaskList(Mapping[str, RunningTask]):
             elif isinstance(one.given, PoseTask | RelativeTask | PositionTask | CentreOfMass):
                 judged[name] = split_rows(rows_of(one.given))
         limits = main.tolerance, main.rotation_tolerance
-        return Named(self.errors, asked, self.failed, pairs, tip, judged, limits)
+        rows = {name: _rows_in_record(at, one.given) for at, (name, one) in enumerate(self.items())}
+        required = tuple(name for name, one in self.items() if one.given.counts)
+        return Named(
+            self.errors, asked, self.failed, pairs, tip, judged, limits, rows, self._terms.length, required
+        )
 
     @property
     def begin_where_they_are(self) -> tuple[str, ...]:
@@ -292,6 +297,6 @@ def _refuse_contradictions(tasks: Sequence[SoftTask]) -> None:
         if bits & rows_of(task):
             raise InputError(
                 f"{other} and {task.label} are both on level 0 and ask the same of frame {task.frame!r}; "
-                "leave one of them out, or put it on level 2"
+                "leave one of them out, or put it on level 1 or 2"
             )
         seen[pair] = task.label, bits | rows_of(task)

@@ -116,6 +116,26 @@ RULES: Final = (
 )
 
 
+ROBOTS: Final = ("serial", "branches", "mimic joints", "floating base")
+"""Kinds of robots: one arm, joints beside the way to a tip, joints that follow others, a body in space."""
+NEEDS: Final[dict[str, tuple[str, ...]]] = {
+    "targets, tasks, constraints, a scene": ROBOTS,
+    "locked and degraded joints, `NMinusOne`": ROBOTS,
+    "`PathFollower`, `GoTo`": ROBOTS,
+    "drives `position` and `velocity`": ROBOTS,
+    "a detector": ("serial", "branches", "floating base"),
+    "drive `torque`": ("serial", "branches"),
+    "schemes without a QP": ("serial", "branches", "mimic joints"),
+    "`planner.ways_out`": ("serial", "branches", "mimic joints"),
+    "`MujocoPlant`": ("serial", "branches", "mimic joints"),
+    "`ServoPlant`": ("serial", "branches"),
+    "a free-swinging joint that is told": ("serial",),
+    "`approximate_pseudoinverse`": ("serial",),
+    "`ftqp.postures`, `ftqp.analysis.plan`": ("serial",),
+}
+"""What serves which of them; the others are refused in a sentence, by what they ask for."""
+
+
 def broken_rule(**chosen: str) -> tuple[Rule, str] | None:
     """The first rule that choices break, with the excluded value; choices that are left out break none."""
     for rule in RULES:
@@ -140,6 +160,14 @@ def refuse(given: Mapping[str, str] | None = None, /, **chosen: str) -> None:
     if found is not None:
         rule, value = found
         raise InputError(rule.sentence(value, given))
+
+
+def robots_table() -> str:
+    """What serves which kinds of robots, as a table in Markdown."""
+    rows = [f"| | {' | '.join(ROBOTS)} |", "|---|" + "---|" * len(ROBOTS)]
+    for what, served in NEEDS.items():
+        rows.append(f"| {what} | {' | '.join('yes' if one in served else 'no' for one in ROBOTS)} |")
+    return "\n".join(rows)
 
 
 def table() -> str:

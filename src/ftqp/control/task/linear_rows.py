@@ -18,10 +18,11 @@ class Rows:
 
     Args:
         rows: How many rows, 1 to 8, those of all ``Rows`` of a planner together.
-        fill: Called before each tick as ``fill(state, C, l, u)``: ``state`` has ``q``, ``v`` and ``a`` of the
-            reference, (nv,), and ``C`` (rows, nv), ``l`` and ``u`` (rows,) are to be written; they hold 0,
-            -inf and inf before. Where it raises, leaves a number that is not finite in ``C``, NaN in the
-            others, or l > u, nothing is known of the constraint any more, and the planner stops the arm.
+        fill: Called before each tick as ``fill(state, C, l, u)``: ``state`` has ``q``, ``v`` and ``a`` of
+            the reference, (nv,), ``level`` and ``dt`` [s], and ``C`` (rows, nv), ``l`` and ``u`` (rows,)
+            are to be written; they hold 0, -inf and inf before. Where it raises, leaves a number that is
+            not finite in ``C``, NaN in the others, or l > u, nothing is known of the constraint any more,
+            and the planner stops the arm.
         name: What ``planner.constraints`` and explanations call it.
 
     Raises:

@@ -69,10 +69,11 @@ class LeastSquares(OwnTask):
     Args:
         rows: How many rows, 1 to 6.
         fill: Called before each tick as ``fill(state, J, b)``: ``state`` has ``q``, ``v`` and ``a`` of the
-            reference, (nv,), and ``J`` (rows, nv) and ``b`` (rows,) are to be written. x is the joint
-            acceleration, or velocity at the velocity level. It is tried once when a planner is made, at the
-            neutral posture at rest. A tick in which it raises or gives numbers that are not finite goes on
-            without the task; ``step.tasks[name].failed`` says why, and the first time a warning does.
+            reference, (nv,), ``level`` and ``dt`` [s], and ``J`` (rows, nv) and ``b`` (rows,) are to be
+            written. x is the joint acceleration, or velocity at the velocity level. It is tried once when a
+            planner is made, at the neutral posture at rest. A tick in which it raises or gives numbers that
+            are not finite goes on without the task; ``step.tasks[name].failed`` says why, and the first
+            time a warning does.
     """
 
     rows: int

@@ -13,7 +13,7 @@ from ftqp.core.errors import InputError, nearest
 from ftqp.core.pose import pose
 from ftqp.core.setting import REQUIRED, setting
 from ftqp.kernel.layout.rows import COMPONENTS
-from ftqp.kernel.layout.terms_room import AXIS, FRAME, JOINT_PLACES, MASS
+from ftqp.kernel.layout.terms_room import AXIS, FRAME, JOINT_PLACES, MASS, OWN
 
 AXES = "xyz"
 GENTLE = {"acceleration": 4.0, "velocity": 2.0}
@@ -36,40 +36,59 @@ class SoftTask:
 
     Args:
         level: 0 goes before the task of the tip: it is kept as an equation, and where joints and limits
-            cannot do both, the tip gives way. 2 shares what the task of the tip leaves.
-        weight: How much it counts beside the scheme's objective and the other soft tasks, >= 0. A larger one
-            is kept more closely where two of them want different things; 0 leaves it out. On level 0 it only
-            matters whether it is 0.
+            cannot do both, the tip gives way. 1 stands beside the task of the tip, as firm as it: where they
+            cannot both be done, each gives way as its weight says, the tip's being 1. 2 shares what the tasks
+            on level 1 leave.
+        weight: How much it counts beside the other tasks on its level, >= 0, and on level 2 beside the
+            scheme's objective. A larger one is kept more closely where two of them want different things; 0
+            leaves it out. On level 0 it only matters whether it is 0.
         kp: Gain on the error, >= 0 [1/s2 at the acceleration level, 1/s at the velocity level]. A larger one
             comes nearer sooner, and takes the arm into its limits sooner, where the tip's task then misses
-            what it needs. None is 4 and 2: five times as slow as the task of the tip; on level 0 as fast.
+            what it needs. None is 4 and 2: five times as slow as the task of the tip; on level 0 and 1 it
+            is as fast.
         kv: Gain on the error of the velocity, >= 0 [1/s], at the acceleration level only. A larger one damps
             more. None is 2 sqrt(kp), critical damping.
+        required: Whether the planner's status speaks of it, too: RELAXED where the command misses it, LAGGING
+            where it is beyond the tolerances of the tip's ``Task``. None: yes of poses, positions and
+            relative poses on level 0 and 1, no of others.
         name: What ``planner.tasks``, ``step.tasks`` and the targets of a step call it; None is what it is of.
 
     Raises:
         InputError: A number is out of its range, or an array has a wrong shape.
     """
 
-    level: int = setting(LAST, "0: before the task of the tip; 2: with what it leaves", least=0, most=2)
+    level: int = setting(
+        LAST, "0: before the task of the tip; 1: beside it; 2: with what they leave", least=0, most=2
+    )
     weight: float = setting(1.0, "how much it counts beside the others, >= 0", least=0.0)
     kp: float | None = setting(None, "gain on its error, >= 0", unit="1/s2 or 1/s", least=0.0)
     kv: float | None = setting(None, "gain on the error of its velocity, >= 0", unit="1/s", least=0.0)
+    required: bool | None = setting(
+        None, "whether the status speaks of it; if absent yes of poses and places on level 0 and 1"
+    )
     name: str | None = setting(None, "what it is called; after its frame or kind if absent")
     code: ClassVar[int]
     can_go_first: ClassVar[bool] = True
-    can_be_of_tip: ClassVar[bool] = False
+    is_place: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        if self.level == TIPS and self.can_be_of_tip and not isinstance(self.level, bool):
-            pass  # whether it is of the tip a planner knows
-        elif isinstance(self.level, bool) or self.level not in (FIRST, LAST):
-            more = "; level 1 is that of the tip's task" if self.level == TIPS else ""
-            raise InputError(f"level of {self.label} is {self.level!r:.60}, expected 0 or 2{more}")
-        if self.level == FIRST and not self.can_go_first:
+        if isinstance(self.level, bool) or self.level not in (FIRST, TIPS, LAST):
+            raise InputError(f"level of {self.label} is {self.level!r:.60}, expected 0, 1 or 2")
+        if self.level != LAST and not self.can_go_first:
             raise InputError(
-                f"{self.label} draws joints and cannot be on level 0; expected level=2, or, to hold a joint, "
-                "branch_limits"
+                f"{self.label} draws joints and cannot be on level {self.level}; expected level=2, or, to "
+                "hold a joint, branch_limits"
+            )
+        if self.required not in (None, False, True):
+            raise InputError(
+                f"required of {self.label} is {self.required!r:.60}, expected True, False or None"
+            )
+        if self.required and (self.level == LAST or self.code == OWN):
+            own = self.code == OWN
+            why = "its error is not known" if own else "level 2 promises nothing"
+            raise InputError(
+                f"{self.label} cannot be required: {why}; expected a task of a frame, an axis or the centre "
+                "of mass on level 0 or 1"
             )
         self.check("weight", self.weight)
         for name in ("kp", "kv"):
@@ -91,9 +110,15 @@ class SoftTask:
         """What it is called."""
         return self.name or type(self).__name__
 
+    @property
+    def counts(self) -> bool:
+        """Whether the planner's status speaks of it."""
+        usual = self.is_place and self.level != LAST
+        return usual if self.required is None else bool(self.required)
+
     def gains(self, level: str) -> tuple[float, float]:
         """kp and kv at a level."""
-        usual = DEFAULT_GAINS[level][0] if self.level == FIRST else GENTLE[level]
+        usual = DEFAULT_GAINS[level][0] if self.level != LAST else GENTLE[level]
         kp = usual if self.kp is None else float(self.kp)
         kv = 2.0 * kp**0.5 if self.kv is None else float(self.kv)
         return kp, kv if level == "acceleration" else 0.0
@@ -139,7 +164,7 @@ class PoseTask(SoftTask):
     )
     target: Any = setting(None, "its pose; the one that it starts with if absent", of=Matrix, kw_only=True)
     code: ClassVar[int] = FRAME
-    can_be_of_tip: ClassVar[bool] = True
+    is_place: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         SoftTask.__post_init__(self)
@@ -176,6 +201,7 @@ class RelativeTask(SoftTask):
         None, "pose of frame in to; the one that it starts with if absent", of=Matrix, kw_only=True
     )
     code: ClassVar[int] = FRAME
+    is_place: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         SoftTask.__post_init__(self)
@@ -214,7 +240,7 @@ class PositionTask(SoftTask):
     )
     point: Any = setting((0.0, 0.0, 0.0), "another point of the frame", of=Three, unit="m", kw_only=True)
     code: ClassVar[int] = FRAME
-    can_be_of_tip: ClassVar[bool] = True
+    is_place: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         SoftTask.__post_init__(self)

@@ -13,17 +13,8 @@ from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.latches.settling import NO_METRIC, REGULAR, settle
 from ftqp.kernel.layout.enums import ACCELERATION, SCALE
 from ftqp.kernel.layout.thresholds import LAST
-
-
-@jit
-def softness(task: Any, chain: Any, qp: Any, ratio: float) -> float:
-    """ratio |A|_F^2/(m tr H), the task's compliance as ``compliance`` gives it to the rows."""
-    trace = norm = 0.0
-    for i in range(chain.n):
-        trace += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
-        for k in range(task.m):
-            norm += qp.A[k, i] * qp.A[k, i]
-    return ratio * norm / (task.m * trace) + 1e-300
+from ftqp.kernel.rows.task_rows import softness
+from ftqp.kernel.rows.task_terms import share
 
 
 @part_jit
@@ -49,7 +40,7 @@ def _takes_part(K: Any, kp: float) -> bool:
     calm = K.calm
     square = weigh_rows(K.task, K.kinematics, K.chain, K.qp, calm)
     s = curvature(K.faults, K.task, K.kinematics, K.chain, calm)
-    calm.soft = softness(K.task, K.chain, K.qp, K.task.slack_ratio)
+    calm.soft = softness(K.task, K.terms, K.chain, K.qp, K.task.slack_ratio)
     if not s > calm.soft:  # no direction is stiffer than the feedback then
         settle(calm, REGULAR, K.state.dt)
         return False
@@ -117,6 +108,8 @@ def pose_calm(K: Any, kp: float) -> None:
     chain, state, task, calm, qp = K.chain, K.state, K.task, K.calm, K.qp
     n, m = chain.n, task.m
     qp.soft_last = LAST
+    if K.terms.shared:
+        share(K, 1.0 / calm.soft)
     kv = task.kv if state.level == ACCELERATION else 0.0
     for k in range(m):
         w = 1.0 / sqrt(task.yielding[task.rows[k]])

@@ -111,7 +111,8 @@ def _mimics(chain: Any, at: int) -> Any:
 def _lets_through(K: Any, at: int) -> bool:
     """Whether the commands of the joints from ``at`` on may leave: the reference, and what is made of it.
 
-    Comparisons do not hold of what is no number. Of a joint that has failed no more is asked than that.
+    Comparisons do not hold of what is no number. Of a joint that has failed, or of a body that floats, which
+    nobody commands, no more is asked than that.
     """
     gate, state, feedback, limits = K.gate, K.state, K.feedback, K.limits
     q, v, v_last = several(state.q_command, at), several(state.v_command, at), several(gate.v, at)
@@ -131,6 +132,9 @@ def _lets_through(K: Any, at: int) -> bool:
         near = _keeps(v, larger(smaller(v_max, UNLIMITED), abs(v_last))) & (abs(q) < inf)
     if K.chain.mimics:
         near = near | _mimics(K.chain, at)
+    if K.chain.floating:
+        floats = below(K.chain.floating, at) & _is_a_motion(q, v, dt * several(state.a_command, at))
+        near = near | floats
     if K.faults.working < K.chain.n:
         near = near | (is_set(K.faults.code, at) & _is_a_motion(q, v, dt * several(state.a_command, at)))
     return all_of(near | ~below(K.chain.n, at))

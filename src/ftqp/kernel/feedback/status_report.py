@@ -62,17 +62,20 @@ def _is_measured_outside(limits: Any, feedback: Any, chain: Any) -> bool:
 
 
 @jit
-def report_status(state: Any, limits: Any, task: Any, feedback: Any, chain: Any, outcome: int) -> int:
+def report_status(state: Any, limits: Any, task: Any, feedback: Any, chain: Any, terms: Any,
+                  outcome: int) -> int:  # fmt: skip
     """The status: INVALID_INPUT of a refused sample, LAGGING with hysteresis, else the QP's own outcome.
 
-    It is LAGGING when the measured tip is beyond the task's tolerance, or a joint has been outside its
-    error band for 20 ms, until everything is within half of that for 50 ms; and while a joint is measured
-    beyond its range. Where the QP itself says that the task is relaxed or scaled, and the arm follows the
-    command, that goes first.
+    It is LAGGING when the measured tip, or a further task that is required, is beyond the tolerance, or a
+    joint has been outside its error band for 20 ms, until everything is within half of that for 50 ms; and
+    while a joint is measured beyond its range. Where the QP itself says that the task is relaxed or scaled,
+    and the arm follows the command, that goes first.
     """
     if not feedback.active:
         return outcome
     e = max(task.position_error / feedback.tolerance, task.rotation_error / feedback.rotation_tolerance)
+    if terms.count:
+        e = max(e, terms.worst)
     if e > 1.0 or has_lasted(state, feedback, LAGS, 0):
         feedback.lagging, feedback.lasting[FOLLOWS, 0] = 1, 0
     elif feedback.lagging and lasts(state, feedback, FOLLOWS, 0, max(e, feedback.gap) < BACK):

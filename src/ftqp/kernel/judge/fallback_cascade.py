@@ -11,6 +11,7 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.active_set.active_set import active_set
+from ftqp.kernel.arm.reaction import react
 from ftqp.kernel.feedback.gate import pass_gate
 from ftqp.kernel.feedback.sent import send
 from ftqp.kernel.feedback.status_report import goes_on, report_status
@@ -26,13 +27,14 @@ from ftqp.kernel.judge.cascade_table import (
 )
 from ftqp.kernel.judge.counted_rows import count_rows
 from ftqp.kernel.judge.kept_limits import joints_outside, too_near
-from ftqp.kernel.judge.least_excess import begin_least_excess, begin_plain, box_excludes_rows
+from ftqp.kernel.judge.least_excess import begin_least_excess, box_excludes_rows
 from ftqp.kernel.judge.solution_check import check_solution, command
 from ftqp.kernel.judge.stage_problems import (
     CALM_ELASTIC,
     begin_decay,
     begin_elastic,
     begin_elastic_rest,
+    begin_plain,
     begin_relaxed,
     begin_relaxed_after_calm,
     begin_second_stage,
@@ -69,14 +71,9 @@ from ftqp.kernel.layout.enums import (
     STOPPED_BY_FALLBACKS,
     STOPPING,
 )
-from ftqp.kernel.layout.thresholds import AT_REST, SCALED_FROM
+from ftqp.kernel.layout.thresholds import AT_REST, RELAXED_FROM, SCALED_FROM, TASK_FLOOR
 from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
-
-RELAXED_FROM = 1e-3
-"""A task residual above this share of the task's right side, plus ..."""
-TASK_FLOOR = 1e-4
-"""... this in the task's own unit [m/s2 or m/s, rad alike], counts as relaxed. Both are far above what a
-solver may leave, so that backends agree. A guess that the campaigns have not contradicted."""
+from ftqp.kernel.rows.task_terms import judge_terms
 
 
 @jit
@@ -90,9 +87,11 @@ def _misses_task(task: Any) -> bool:
 
 
 @jit
-def _outcome_of_solved(task: Any, cascade: Any) -> int:
-    """OK, SCALED or RELAXED, by what is left of the task, rows given up included, and by limits not kept."""
+def _outcome_of_solved(task: Any, cascade: Any, terms: Any) -> int:
+    """OK, SCALED or RELAXED, by what is left of the tasks, rows given up included, and by limits not kept."""
     if cascade.missed or cascade.outside > 0 or cascade.jump < 1.0 or task.given_up > 0:
+        return RELAXED
+    if terms.count and terms.missed > 0:
         return RELAXED
     return SCALED if task.scale < SCALED_FROM else OK
 
@@ -114,6 +113,8 @@ def _finish(K: Any) -> int:
     """Write the command and settle the status; too many in a row without the task latch the stop."""
     task, watch, cascade, qp = K.task, K.watch, K.cascade, K.qp
     command(K)
+    if K.chain.floating:
+        react(K)
     send(K)
     shut = not pass_gate(K)
     without_task = shut or not _entry(ASKS_FOR_TASK, cascade.stage)
@@ -135,7 +136,7 @@ def _finish(K: Any) -> int:
         at_rest = cascade.outcome == STOPPED and not _sets_out(K)
         if goes_on(K, at_rest) or (cascade.outcome == STOPPED and not at_rest):
             cascade.outcome = STOPPING
-    cascade.status = report_status(K.state, K.limits, task, K.feedback, K.chain, cascade.outcome)
+    cascade.status = report_status(K.state, K.limits, task, K.feedback, K.chain, K.terms, cascade.outcome)
     if task.sets > 0 and (cascade.status == RELAXED or task.late > 0 or task.held > 0):
         count_rows(K, cascade.status)
     return cascade.status
@@ -213,6 +214,8 @@ def _read_calm(K: Any) -> None:
 def _weigh(K: Any, stage: int) -> None:
     """What a good answer leaves of the task, and what is said of the tick, as the table has it."""
     task, cascade = K.task, K.cascade
+    if K.terms.count:
+        judge_terms(K, _entry(ASKS_FOR_TASK, stage) != 0)
     if not _entry(ASKS_FOR_TASK, stage):
         return
     if _in_calm(stage):
@@ -222,7 +225,7 @@ def _weigh(K: Any, stage: int) -> None:
     cascade.missed = _misses_task(task)
     cascade.outside = joints_outside(K) + too_near(K)
     if _entry(SAYS_AS_SOLVED, stage):
-        cascade.outcome = _outcome_of_solved(task, cascade)
+        cascade.outcome = _outcome_of_solved(task, cascade, K.terms)
     elif _entry(SAYS_AS_MISSED, stage) and cascade.missed and (task.mode == HARD or not cascade.external):
         cascade.outcome = RELAXED  # what compliance cannot close proves that no motion follows the task
 
@@ -255,6 +258,7 @@ def _advance(K: Any, claim: int) -> int:
     if following == CLIP_STAGE:
         cascade.stage = CLIP_STAGE
         clip_rest(K)
+        _weigh(K, CLIP_STAGE)
         return _finish(K)
     return _begin(K, following, claim)
 

@@ -135,17 +135,6 @@ def make_room(chain: Any, qp: Any, aside: Any) -> None:
     qp.soft_rows, qp.warm = 0.0, 0
 
 
-@rare_jit
-def begin_plain(K: Any) -> None:
-    """The same QP with |x - x_rest|^2 in the place of the scheme's criterion, of the same mean size."""
-    n, qp = K.chain.n, K.qp
-    mean = 0.0
-    for i in range(n):
-        mean += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
-    draw_to_rest(K, K.state.dt, 0.0, mean / n)
-    qp.warm = 0
-
-
 @jit
 def keep_free_rows(faults: Any, chain: Any, qp: Any, scratch: Any) -> None:
     """Put into x what the free-swinging joints do when all others move as x says: their rows as equations."""

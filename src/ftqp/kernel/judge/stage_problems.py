@@ -15,9 +15,11 @@ from ftqp.kernel.layout.enums import SLACK, SOLVED, STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST, LAST
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.rows.joint_intervals import AT_LIMIT
+from ftqp.kernel.rows.manipulability import add_manipulability
 from ftqp.kernel.rows.objective import objective
 from ftqp.kernel.rows.one_variable import draw, widen
-from ftqp.kernel.rows.task_rows import compliance
+from ftqp.kernel.rows.task_rows import compliance, softness
+from ftqp.kernel.rows.task_terms import keep_shared, share
 
 RELAXED_RATIO = 1e-8
 """Compliance of the task rows, without unit, when the best feasible command is sought, and in the first
@@ -40,6 +42,21 @@ DECAY_TIME = 0.05
 
 
 @rare_jit
+def _share(K: Any, ratio: float) -> None:
+    """Let the tasks beside that of the tip be as firm as its rows, whose compliance has that ratio."""
+    if K.terms.shared and K.terms.stands >= 0.0:
+        share(K, 1.0 / softness(K.task, K.terms, K.chain, K.qp, ratio))
+
+
+@rare_jit
+def _share_anew(K: Any, ratio: float) -> None:
+    """The same in an objective that has replaced the one in which they stood."""
+    if K.terms.stands > 0.0:
+        K.terms.stands = K.terms.added = 0.0
+    _share(K, ratio)
+
+
+@rare_jit
 def begin_first_stage(K: Any) -> None:
     """Lexicographic mode: x1 = argmin |Ax - b|^2 + eps |x|^2 over box and torque rows, no objective."""
     chain, qp = K.chain, K.qp
@@ -47,7 +64,8 @@ def begin_first_stage(K: Any) -> None:
     for i in range(chain.n):
         draw(qp, i, 1.0, 0.0)
     qp.dense = 0
-    compliance(K.task, chain, qp, K.turned, RELAXED_RATIO)
+    compliance(K.task, K.terms, chain, qp, K.turned, RELAXED_RATIO)
+    _share_anew(K, RELAXED_RATIO)
     qp.warm = 0
 
 
@@ -56,6 +74,13 @@ def begin_second_stage(K: Any, claim: int) -> None:
     """Lexicographic mode: minimise the objective over those x with A x = A x1."""
     chain, task, turned, cascade, qp = K.chain, K.task, K.turned, K.cascade, K.qp
     take_up(chain, qp, K.aside)
+    if K.terms.shared:  # the first stage has written into H
+        objective(K)
+        if K.criteria.manipulability != 0.0 and not K.calm.hushed:
+            add_manipulability(K)
+        if claim == SOLVED:
+            keep_shared(K.terms, chain, qp)
+            K.terms.bends = 0
     if claim == SOLVED:
         for k in range(task.m):
             s = 0.0
@@ -68,7 +93,8 @@ def begin_second_stage(K: Any, claim: int) -> None:
         cascade.z_first[j] = qp.z[j]
     for k in range(task.m):
         turned.softness[k] = 0.0  # what the damping leaves of the task is now to be kept
-    compliance(task, chain, qp, turned, SECOND_STAGE_RATIO)
+    compliance(task, K.terms, chain, qp, turned, SECOND_STAGE_RATIO)
+    _share(K, SECOND_STAGE_RATIO)
     qp.warm = 0
 
 
@@ -120,7 +146,8 @@ def begin_relaxed(K: Any) -> None:
     An external solver's QP of mode ``slack`` is so already: it is the very QP that could not be solved.
     """
     if K.task.mode != SLACK:
-        compliance(K.task, K.chain, K.qp, K.turned, RELAXED_RATIO)
+        compliance(K.task, K.terms, K.chain, K.qp, K.turned, RELAXED_RATIO)
+        _share(K, RELAXED_RATIO)
 
 
 @rare_jit
@@ -132,14 +159,28 @@ def begin_relaxed_after_calm(K: Any) -> None:
     for k in range(task.m):
         qp.b[k] = task.asked[k]
     qp.meq, qp.nx = task.m, K.chain.n
-    compliance(task, K.chain, qp, K.turned, RELAXED_RATIO)
+    compliance(task, K.terms, K.chain, qp, K.turned, RELAXED_RATIO)
+    _share(K, RELAXED_RATIO)
 
 
 @rare_jit
 def begin_elastic(K: Any) -> None:
     """The task's QP, compliant, with torque limits widened by what the last stage found them to lack."""
     make_room(K.chain, K.qp, K.aside)
-    compliance(K.task, K.chain, K.qp, K.turned, ELASTIC_TASK_RATIO)
+    compliance(K.task, K.terms, K.chain, K.qp, K.turned, ELASTIC_TASK_RATIO)
+    _share(K, ELASTIC_TASK_RATIO)
+
+
+@rare_jit
+def begin_plain(K: Any) -> None:
+    """The same QP with |x - x_rest|^2 in the place of the scheme's criterion, of the same mean size."""
+    n, qp = K.chain.n, K.qp
+    mean = -K.terms.added
+    for i in range(n):
+        mean += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
+    draw_to_rest(K, K.state.dt, 0.0, mean / n)
+    _share_anew(K, ELASTIC_TASK_RATIO)
+    qp.warm = 0
 
 
 @rare_jit

@@ -25,29 +25,34 @@ FRAME, AXIS, MASS, JOINT_PLACES, OWN = map(int, TermKind)
 
 
 def terms_fields(N: int) -> Fields:
-    """Further tasks, see ``ftqp.kernel.rows.further_tasks``.
+    """Further tasks, see ``ftqp.kernel.rows.further_tasks`` and ``ftqp.kernel.rows.task_terms``.
 
     ``own``: how many the planner has; one more counts while rows are given up, see
     ``ftqp.kernel.rows.rows_given_up``.
 
-    ``hard``: rows of C, before the task of the tip, in place of terms of the objective. ``body``: the joint
-    whose frame a point or an axis moves with, -1 is the base; ``other``: the one that its goal moves with;
-    ``rows``: one bit for each of x, y, z, rx, ry, rz. ``place`` and ``axis``: in the frame of ``body``;
-    ``goal``: where the point should be, or what the axis should point at, where ``towards``, in the frame of
-    ``other``, or else the direction that it should have along W; ``turn``: how ``body`` should stand in
-    ``other``. ``rate`` and ``rate_change``: twist and acceleration of a goal along W. ``length``: what a
+    ``hard``: rows of C, before the task of the tip, in place of terms of the objective. ``shares``: terms as
+    firm as the rows of the tip, beside which they stand; ``shared``: how many do, ``stands``: the firmness
+    1/soft at which they are in H, negative while no terms are; ``bends``: whether what their errors bend by
+    counts; ``added``: by how much tr H has grown. ``required``: counts for the status; ``missed``: how many
+    of those the command misses, ``worst``: the largest error of one as a share of its tolerance. ``body``:
+    the joint whose frame a point or an axis moves with, -1 is the base; ``other``: the one that its goal
+    moves with; ``rows``: one bit for each of x, y, z, rx, ry, rz. ``place`` and ``axis``: in the frame of
+    ``body``; ``goal``: where the point should be, or what the axis should point at, where ``towards``, in the
+    frame of ``other``, or else the direction that it should have along W; ``turn``: how ``body`` should stand
+    in ``other``. ``rate`` and ``rate_change``: twist and acceleration of a goal along W. ``length``: what a
     radian counts [m]. ``q_goal`` and ``share``: of a task of joints. ``J`` and ``b``: of one that the user
-    fills in, ``m`` rows. ``error``: as of the last tick; ``asked``: of the rows. ``rows_of``: memory of the
-    rows of one term.
+    fills in, ``m`` rows; of the others as of the last tick. ``error``: as of the last tick; ``asked``: of the
+    rows; ``slack``: J x - b of the command.
     """
     return [
-        *scalars("i8", "count own"),
-        *scalars("f8", "length"),
-        *integers(dict.fromkeys(("kind", "body", "other", "rows", "towards", "m", "hard"), (PLACES_OF,))),
+        *scalars("i8", "count own shared bends missed"),
+        *scalars("f8", "length stands added worst"),
+        *integers(dict.fromkeys(("kind", "body", "other", "rows", "towards", "m"), (PLACES_OF,))),
+        *integers(dict.fromkeys(("hard", "shares", "required"), (PLACES_OF,))),
         *floats(dict.fromkeys(("weight", "kp", "kv"), (PLACES_OF,))),
         *floats(dict.fromkeys(("place", "axis", "goal"), (PLACES_OF, 3))),
-        *floats(dict.fromkeys(("error", "rate", "rate_change", "asked"), (PLACES_OF, TASK_ROWS))),
+        *floats(dict.fromkeys(("error", "rate", "rate_change", "asked", "slack"), (PLACES_OF, TASK_ROWS))),
         *floats({"turn": (PLACES_OF, 9)}),
         *floats(dict.fromkeys(("q_goal", "share"), (PLACES_OF, N))),
-        *floats({"J": (PLACES_OF, TASK_ROWS, N), "b": (PLACES_OF, TASK_ROWS), "rows_of": (TASK_ROWS, N)}),
+        *floats({"J": (PLACES_OF, TASK_ROWS, N), "b": (PLACES_OF, TASK_ROWS)}),
     ]

@@ -19,6 +19,12 @@ PROOF_SHARE: Final = 1e-9
 """What a proof of infeasibility must exceed, as a share of the sum of its terms: a million units of
 rounding."""
 
+RELAXED_FROM: Final = 1e-3
+"""A task residual above this share of the task's right side, plus ..."""
+TASK_FLOOR: Final = 1e-4
+"""... this in the task's own unit [m/s2 or m/s, rad alike], counts as relaxed. Both are far above what a
+solver may leave, so that backends agree. A guess that the campaigns have not contradicted."""
+
 OUTSIDE_FROM: Final = 1e-6
 """A joint beyond its range by more than this [rad or m], or faster by more than this share, is outside ..."""
 OUTSIDE_SIGMAS: Final = 6.0

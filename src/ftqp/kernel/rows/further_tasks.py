@@ -3,7 +3,8 @@
 Acceleration level: b = goal'' + kp e + kv (goal' - J v) - Jdot v.  Velocity level: b = goal' + kp e. Soft
 ones are terms weight/2 |J x - b|^2 of the objective: they share what the task of the tip leaves, as their
 weights say; the columns of failed joints are those of a constant, so that what works pays for what does not.
-Those that go before the tip's task are rows of C, see ``ftqp.kernel.rows.hold_rows``.
+Those that go before the tip's task are rows of C, see ``ftqp.kernel.rows.hold_rows``; how the others come
+into the objective is ``ftqp.kernel.rows.task_terms``.
 Source: docs/theory/further-tasks.md.
 """
 
@@ -15,9 +16,8 @@ from ftqp.kernel.arm.points import moves, point_column, point_drift, point_of, t
 from ftqp.kernel.arm.pose_error import rotation_vector
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION
-from ftqp.kernel.layout.terms_room import AXIS, FRAME, JOINT_PLACES, MASS, OWN
+from ftqp.kernel.layout.terms_room import AXIS, FRAME, MASS, OWN
 from ftqp.kernel.maths.side_by_side import WIDTH, numbers, put, several, sum_of
-from ftqp.kernel.maths.trigonometry import sin_cos
 from ftqp.kernel.maths.vectors import cross
 
 ALIGNED = 1e-9
@@ -66,7 +66,7 @@ def _follow_frame(K: Any, t: int) -> None:
     The goal is a place of the body ``other``, so that of two bodies the rows are the difference.
     """
     terms, kinematics, chain = K.terms, K.kinematics, K.chain
-    body, other, rows = terms.body[t], terms.other[t], terms.rows_of
+    body, other, rows = terms.body[t], terms.other[t], terms.J[t]
     p0, p1, p2 = point_of(kinematics, body, terms.place[t])
     g0, g1, g2 = point_of(kinematics, other, terms.goal[t])
     _add_point(kinematics, chain, body, p0, p1, p2, 1.0, rows)
@@ -115,7 +115,7 @@ def _follow_mass(K: Any, t: int) -> None:
         share = chain.mass[i] / total
         p0, p1, p2 = point_of(kinematics, i, chain.com[i])
         c0, c1, c2 = c0 + share * p0, c1 + share * p1, c2 + share * p2
-        _add_point(kinematics, chain, i, p0, p1, p2, share, terms.rows_of)
+        _add_point(kinematics, chain, i, p0, p1, p2, share, terms.J[t])
         u0, u1, u2 = _drift(K, i, p0, p1, p2)
         d0, d1, d2 = d0 + share * u0, d1 + share * u1, d2 + share * u2
     goal, error, b = terms.goal[t], terms.error[t], terms.b[t]
@@ -146,7 +146,7 @@ def _follow_axis(K: Any, t: int) -> None:
     from the motion of the axis's own origin and of the place.
     """
     terms, kinematics, chain = K.terms, K.kinematics, K.chain
-    body, rows = terms.body[t], terms.rows_of
+    body, rows = terms.body[t], terms.J[t]
     a0, a1, a2 = turned(kinematics, body, terms.axis[t])
     p0, p1, p2 = point_of(kinematics, body, terms.place[t])
     goal, error, b = terms.goal[t], terms.error[t], terms.b[t]
@@ -212,7 +212,7 @@ def _feed_back(K: Any, t: int, k: int) -> float:
         return rate + pull
     products = 0.0
     for at in range(0, K.chain.n, WIDTH):
-        products = products + several(terms.rows_of[k], at) * several(state.v, at)
+        products = products + several(terms.J[t, k], at) * several(state.v, at)
     moving = sum_of(products)
     ahead = 0.0 if stops else terms.rate_change[t, k]
     asked: float = terms.b[t, k] + ahead + pull + terms.kv[t] * (rate - moving)
@@ -222,7 +222,7 @@ def _feed_back(K: Any, t: int, k: int) -> float:
 @jit
 def _two_of_three(K: Any, t: int) -> None:
     """The rows of an axis along two directions across it, in place of three that depend on each other."""
-    terms, rows, asked = K.terms, K.terms.rows_of, K.terms.asked[t]
+    terms, rows, asked = K.terms, K.terms.J[t], K.terms.asked[t]
     a0, a1, a2 = turned(K.kinematics, terms.body[t], terms.axis[t])
     u0, u1, u2 = cross(a0, a1, a2, 1.0, 0.0, 0.0) if abs(a0) < 0.6 else cross(a0, a1, a2, 0.0, 1.0, 0.0)
     length = sqrt(u0 * u0 + u1 * u1 + u2 * u2)
@@ -245,22 +245,20 @@ def _fold(chain: Any, rows: Any) -> None:
 
 @part_jit
 def term_rows(K: Any, t: int) -> None:
-    """Rows of one further task into ``rows_of``, error, and what they are asked for, in metres.
+    """Rows of one further task into ``J``, error, and what they are asked for, in metres.
 
     Not of a task of joints. Needs ``forward_kinematics`` and ``motion``.
     """
     terms, n = K.terms, K.chain.n
-    kind, rows, asked = terms.kind[t], terms.rows_of, terms.asked[t]
-    for k in range(3 if terms.rows[t] & TURNS == 0 else 6):
-        for at in range(0, n, WIDTH):
-            put(rows[k], at, 0.0 * numbers(at))
+    kind, rows, asked = terms.kind[t], terms.J[t], terms.asked[t]
     if kind == OWN:
         for k in range(terms.m[t]):
             asked[k] = terms.b[t, k]
-            for j in range(n):
-                rows[k, j] = terms.J[t, k, j]
         _fold(K.chain, rows)
         return
+    for k in range(3 if terms.rows[t] & TURNS == 0 else 6):
+        for at in range(0, n, WIDTH):
+            put(rows[k], at, 0.0 * numbers(at))
     if kind == FRAME:
         _follow_frame(K, t)
     elif kind == AXIS:
@@ -291,64 +289,3 @@ def error_of(terms: Any, t: int) -> tuple[float, float]:
             else:
                 turns += e * e
     return sqrt(squares), sqrt(turns)
-
-
-@jit
-def _couple(qp: Any, n: int) -> None:
-    """H as a whole, of an objective that was a diagonal so far."""
-    for i in range(n):
-        for at in range(0, n, WIDTH):
-            put(qp.H[i], at, 0.0 * numbers(at))
-        qp.H[i, i] = qp.H_diagonal[i]
-    qp.dense = 1
-
-
-@jit
-def _add_row(qp: Any, n: int, row: Any, b: float, weight: float) -> None:
-    """weight/2 (row x - b)^2."""
-    for i in range(n):
-        c = weight * row[i]
-        if c != 0.0:
-            qp.g[i] -= c * b
-            for at in range(0, n, WIDTH):
-                put(qp.H[i], at, several(qp.H[i], at) + c * several(row, at))
-
-
-@jit
-def _follow_joints(K: Any, t: int) -> None:
-    """A task of joints keeps the objective a diagonal."""
-    terms, state, qp = K.terms, K.state, K.qp
-    for i in range(K.chain.n):
-        e = terms.q_goal[t, i] - state.q[i]
-        if K.chain.continuous[i]:  # the short way round
-            sine, cosine = sin_cos(0.5 * e)
-            e = 2.0 * sine if cosine >= 0.0 else -2.0 * sine
-        asked = terms.kp[t] * e
-        if state.level == ACCELERATION:
-            asked -= terms.kv[t] * state.v[i]
-        weight = terms.weight[t] * terms.share[t, i]
-        qp.H_diagonal[i] += weight
-        if qp.dense:
-            qp.H[i, i] += weight
-        qp.g[i] -= weight * asked
-
-
-@part_jit
-def add_terms(K: Any) -> None:
-    """The terms of all soft tasks, added to H and g; needs ``forward_kinematics`` and ``motion``."""
-    terms, qp, n = K.terms, K.qp, K.chain.n
-    for t in range(terms.count):
-        weight = terms.weight[t]
-        if terms.hard[t]:
-            continue
-        if terms.kind[t] == JOINT_PLACES:
-            _follow_joints(K, t)
-            continue
-        term_rows(K, t)
-        if weight == 0.0:
-            continue
-        if not qp.dense:
-            _couple(qp, n)
-        for k in range(6):
-            if terms.rows[t] & (1 << k):
-                _add_row(qp, n, terms.rows_of[k], terms.asked[t, k], weight)

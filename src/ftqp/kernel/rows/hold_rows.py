@@ -24,7 +24,7 @@ def fill(K: Any, at: int) -> int:
         for k in range(6):
             if terms.rows[t] & (1 << k) == 0:
                 continue
-            row, rows = qp.C[at], terms.rows_of[k]
+            row, rows = qp.C[at], terms.J[t, k]
             for at_joint in range(0, n, WIDTH):
                 put(row, at_joint, several(rows, at_joint))
             row[n] = 0.0

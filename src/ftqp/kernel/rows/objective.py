@@ -4,7 +4,7 @@
     1/2 inertia x'M x + x'(inertia_v M v + inertia_h h)               MKE, IIWT
     1/2 torque |tau_H|^2                                              MTN, the torque part of DLSM
     - manipulability x' d/dq log sqrt det(J_H J_H')                   ``ftqp.kernel.rows.manipulability``
-    1/2 sum_t weight_t |J_t x - b_t|^2                                ``ftqp.kernel.rows.further_tasks``
+    1/2 sum_t weight_t |J_t x - b_t|^2                                ``ftqp.kernel.rows.task_terms``
     - x'H sway                                                        small motions that only serve to tell
 
 Of an arm that swings beside its target only coming to rest is left, see ``ftqp.kernel.calm.swing``.
@@ -21,8 +21,8 @@ from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, FREE, HEALTHY, VELOCITY
 from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.trigonometry import sin_cos
-from ftqp.kernel.rows.further_tasks import add_terms
 from ftqp.kernel.rows.rows_given_up import draw_to_rows
+from ftqp.kernel.rows.task_terms import add_terms
 
 
 @jit

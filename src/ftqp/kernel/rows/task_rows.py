@@ -115,13 +115,24 @@ contradicted."""
 
 
 @jit
-def compliance(task: Any, chain: Any, qp: Any, turned: Any, ratio: float) -> None:
+def softness(task: Any, terms: Any, chain: Any, qp: Any, ratio: float) -> float:
+    """ratio |A|_F^2/(m tr H), the task's compliance as ``compliance`` gives it to the rows."""
+    trace, norm = -terms.added, 0.0
+    for i in range(chain.n):
+        trace += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
+        for k in range(task.m):
+            norm += qp.A[k, i] * qp.A[k, i]
+    return ratio * norm / (task.m * trace) + 1e-300
+
+
+@jit
+def compliance(task: Any, terms: Any, chain: Any, qp: Any, turned: Any, ratio: float) -> None:
     """soft_k = yielding_k ratio |A|_F^2 / (m tr H): the slack's weight follows the QP's own magnitude.
 
     Rows turned by directional damping have no priority of their own; their damping adds. Rows of C that give
     way do so after the task.
     """
-    trace = 0.0
+    trace = -terms.added
     if qp.dense:
         for i in range(chain.n):
             trace += qp.H[i, i]

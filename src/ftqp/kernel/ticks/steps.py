@@ -13,11 +13,12 @@ import numpy as np
 
 from ftqp.kernel.free.end_stop import stop_torques
 from ftqp.kernel.jit import carray, jit, part_jit, pointer
-from ftqp.kernel.judge.fallback_cascade import RELAXED_FROM, TASK_FLOOR, run_cascade
+from ftqp.kernel.judge.fallback_cascade import run_cascade
 from ftqp.kernel.layout.enums import HEALTHY, OK, RELAXED, SLACK, SOLVED, TARGET_SIZE
 from ftqp.kernel.layout.free_memory import free_dtype
 from ftqp.kernel.layout.path_table import COLUMNS
 from ftqp.kernel.layout.record import base_dtype, joints_dtype, path_dtype, record_dtype
+from ftqp.kernel.layout.thresholds import RELAXED_FROM, TASK_FLOOR
 from ftqp.kernel.rows.inertial_target import base_verdict
 from ftqp.kernel.rows.path_rows import advance
 from ftqp.kernel.rows.path_sample import look_up

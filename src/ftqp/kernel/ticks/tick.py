@@ -57,7 +57,8 @@ from ftqp.kernel.rows.lost_velocity import give_back, loses
 from ftqp.kernel.rows.manipulability import add_manipulability
 from ftqp.kernel.rows.objective import objective
 from ftqp.kernel.rows.path_rows import STIFFNESS, begin_on_path, path_rows, rate_variable
-from ftqp.kernel.rows.task_rows import compliance, path_scale, task_rows
+from ftqp.kernel.rows.task_rows import compliance, path_scale, softness, task_rows
+from ftqp.kernel.rows.task_terms import share
 from ftqp.kernel.rows.turned_rows import fade_feedback, turn_rows
 from ftqp.kernel.scene.clearance import look_around
 from ftqp.kernel.ticks.accepted_inputs import state_is_finite, target_is_usable
@@ -71,13 +72,13 @@ contradicted."""
 def _emergency(task: Any, watch: Any, feedback: Any, kinematics: Any, terms: Any) -> bool:
     """Latch when the reference's error is beyond its threshold and has risen on ``stop_samples`` ticks.
 
-    Errors of tasks that go before the tip's count as its own.
+    Errors of tasks that go before the tip's count as its own, and so do those beside it that are required.
     """
     e, r = task.position_error, task.rotation_error
     if feedback.displaced or feedback.late > 0.0 or feedback.latency > 0:
         e, r = norms(task, kinematics, task.error)
     for t in range(terms.count):
-        if terms.hard[t] and terms.weight[t] > 0.0:
+        if (terms.hard[t] or (terms.shares[t] and terms.required[t])) and terms.weight[t] > 0.0:
             position, rotation = error_of(terms, t)
             e, r = max(e, position), max(r, rotation)
     beyond = (e > watch.stop_position and e > watch.last_position_error) or (
@@ -91,9 +92,10 @@ def _emergency(task: Any, watch: Any, feedback: Any, kinematics: Any, terms: Any
 
 
 @jit
-def _begin(state: Any, faults: Any, cascade: Any, chain: Any, qp: Any) -> None:
+def _begin(state: Any, faults: Any, cascade: Any, terms: Any, chain: Any, qp: Any) -> None:
     """Forget the last tick's QP and sort the joints."""
     state.ticks += 1
+    terms.stands, terms.added = -1.0, 0.0
     qp.soft_rows, qp.soft_last = 0.0, LAST
     cascade.claim = -1
     cascade.qp_iterations = 0
@@ -106,7 +108,7 @@ def _begin(state: Any, faults: Any, cascade: Any, chain: Any, qp: Any) -> None:
 @jit
 def _see_as_measured(K: Any) -> bool:
     """Begin a tick at the measured state: whether all inputs are usable."""
-    _begin(K.state, K.faults, K.cascade, K.chain, K.qp)
+    _begin(K.state, K.faults, K.cascade, K.terms, K.chain, K.qp)
     K.feedback.active = 0
     valid = state_is_finite(K.state, K.chain) and target_is_usable(K.task)
     forward_kinematics(K, K.state)
@@ -120,7 +122,7 @@ def _see(K: Any) -> bool:
     Whether the target is usable.
     """
     feedback = K.feedback
-    _begin(K.state, K.faults, K.cascade, K.chain, K.qp)
+    _begin(K.state, K.faults, K.cascade, K.terms, K.chain, K.qp)
     feedback.active = 1
     first, told = feedback.fresh != 0, feedback.fresh == AS_TOLD
     valid = target_is_usable(K.task)
@@ -231,27 +233,31 @@ def _may_go_on_as_measured(K: Any, valid: bool) -> bool:
 @jit
 def _ask(K: Any) -> int:
     """How firmly the task is asked for, by its mode: QP_READY, or SOLVE when another QP comes first."""
-    task, turned, qp = K.task, K.turned, K.qp
+    task, terms, turned, qp = K.task, K.terms, K.turned, K.qp
+    ratio = task.slack_ratio
     K.cascade.stage = MAIN_STAGE
     leave_calm(qp, K.calm)
     for k in range(task.m):
         task.asked[k] = qp.b[k]
     if task.mode == HARD:
         if turned.on:
-            compliance(task, K.chain, qp, turned, 0.0)
+            compliance(task, terms, K.chain, qp, turned, 0.0)
         for k in range(task.m):
             if not turned.on or turned.softness[k] == 0.0:
                 qp.soft[k] = 0.0
         qp.soft_last = 0.0
     elif task.mode == SCALE:
-        compliance(task, K.chain, qp, turned, SCALE_STAGE_RATIO)
+        ratio = SCALE_STAGE_RATIO
+        compliance(task, terms, K.chain, qp, turned, ratio)
         path_scale(K.state, K.limits, K.chain, qp)
     elif task.mode == LEXICOGRAPHIC:
         begin_first_stage(K)
         K.cascade.stage = FIRST_STAGE
         return SOLVE
     else:
-        compliance(task, K.chain, qp, turned, task.slack_ratio)
+        compliance(task, terms, K.chain, qp, turned, ratio)
+    if terms.shared:
+        share(K, 1.0 / softness(task, terms, K.chain, qp, ratio))
     return QP_READY
 
 
@@ -333,12 +339,15 @@ def prepare_on_path(K: Any, path: Any) -> int:
     K.cascade.stage = CALM_STAGE if calm else MAIN_STAGE
     for k in range(task.m):
         task.asked[k] = qp.b[k]
-    compliance(task, K.chain, qp, K.turned, task.slack_ratio if calm or blocked else STIFFNESS)
+    ratio = task.slack_ratio if calm or blocked else STIFFNESS
+    compliance(task, K.terms, K.chain, qp, K.turned, ratio)
     rate_variable(K, path)
     if calm:
         begin_calm_on_path(K, path, task.kp)
         return SOLVE
     leave_calm(qp, K.calm)
+    if K.terms.shared:
+        share(K, 1.0 / softness(task, K.terms, K.chain, qp, ratio))
     return QP_READY
 
 

@@ -167,12 +167,13 @@ def _surroundings(planner: Planner) -> dict[str, Any]:
 
 
 def _mounted(robot: Robot, task: RunningTask) -> dict[str, Any]:
-    """Of a task before that of the tip, by which joints its frames move, and its target as it is now.
+    """Of a task that OK is a claim about, by which joints its frames move, and its target as it is now.
 
     ``at_zero`` is the pose of the frame, or of its point, while all joints are at 0, in the base frame.
     """
     given, found = task.given, dict[str, Any]()
-    if given.level != FIRST or isinstance(given, OwnTask):
+    meant = given.counts or (given.level == FIRST and given.required is None)
+    if not meant or isinstance(given, OwnTask):
         return found
     other = getattr(given, "to", None) or getattr(given, "towards", None)
     for prefix, frame in (("", getattr(given, "frame", None)), ("other_", other)):

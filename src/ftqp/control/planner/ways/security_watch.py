@@ -133,11 +133,11 @@ class SecurityWatch:
         self._what_ifs, self._belief = self._make(), belief
         task = self._what_ifs.session.K.task
         task.mode, task.sets = SLACK, 0
-        working = self._view.working
+        working, chain = self._view.working, self._robot.chain
         self._rooms = {
             i: self._what_ifs.believing((Locked(name),))
             for i, name in enumerate(self._robot.joints)
-            if working[i]
+            if working[i] and i >= chain.floating and chain.lead[i] == i  # joints with a motor of their own
         }
 
     def look(self) -> None:

@@ -1,0 +1,190 @@
+"""Several tasks on level 1: as firm as that of the tip and weighed against it, and what the status says."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.core.errors import InputError
+
+DUAL = ftqp.robots.load("dual_panda")
+LEFT, RIGHT = DUAL.tips
+PANDA = ftqp.robots.load("panda")
+HAND = "panda_hand_tcp"
+
+
+def moved(T, *by):
+    T = np.array(T)
+    T[:3, 3] += by
+    return T
+
+
+def run(planner, q, targets, ticks=3000):
+    planner.reset(q)
+    statuses = set()
+    for _ in range(ticks):
+        step = planner.step(q, None, targets)
+        statuses.add(step.status.name)
+        q = step.q.copy()
+    return step, statuses
+
+
+def position(robot, q, frame=None):
+    return robot.pose(q, frame)[:3, 3]
+
+
+@pytest.mark.parametrize("backend", ["active_set", "quadprog", "dtrnn"])
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("mode", ["slack", "hard", "scaled", "lexicographic"])
+def test_both_hands_arrive(level, mode, backend):
+    if backend != "active_set":
+        pytest.importorskip(backend) if backend != "dtrnn" else None
+    planner = ftqp.Planner(
+        DUAL, level=level, backend=backend, tasks=[ftqp.Task(mode=mode), ftqp.PoseTask(RIGHT, level=1)]
+    )
+    q = DUAL.neutral
+    goal = {
+        LEFT: moved(DUAL.pose(q, LEFT), 0.05, 0.02, 0.06),
+        RIGHT: moved(DUAL.pose(q, RIGHT), 0.03, 0, 0.05),
+    }
+    step, _ = run(planner, q, goal, ticks=2500 if backend == "active_set" else 1500)
+    assert step.status is ftqp.StepStatus.OK
+    for hand, T in goal.items():
+        assert np.abs(DUAL.pose(step.q, hand) - T).max() < 1e-3 and step.tasks[hand].kept
+
+
+@pytest.mark.parametrize("mode", ["slack", "lexicographic"])
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("weight", [0.25, 1.0, 3.0])
+def test_where_two_pull_at_one_point_it_rests_at_their_weighted_mean(level, mode, weight):
+    second = ftqp.PositionTask(HAND, level=1, weight=weight, name="second")
+    planner = ftqp.Planner(PANDA, level=level, tasks=[ftqp.Task("position", mode=mode), second])
+    q = PANDA.neutral
+    one, two = (
+        position(PANDA, q) + np.array((0.02, 0.01, 0.0)),
+        position(PANDA, q) + np.array((-0.02, 0.0, 0.01)),
+    )
+    step, _ = run(planner, q, {HAND: one, "second": two}, ticks=6000)
+    assert position(PANDA, step.q) == pytest.approx((one + weight * two) / (1.0 + weight), abs=1e-5)
+    assert np.abs(step.v).max() < 1e-6, "it is at rest"
+
+
+def test_the_command_is_the_minimum_of_both_prices():
+    """1/2 |x|^2 + |A x - b|^2/(2 soft) + weight/(2 soft) (|J x - c|^2 + x'D x), velocity level, by numpy."""
+    slack, weight, q = 1e-3, 2.0, PANDA.neutral
+    tasks = [
+        ftqp.Task("position", slack=slack),
+        ftqp.PositionTask("panda_joint4", level=1, weight=weight, kp=3.0),
+    ]
+    planner = ftqp.Planner(PANDA, level="velocity", tasks=tasks)
+    planner.reset(q)
+    e, f = np.array([1e-5, 2e-5, -1e-5]), np.array([2e-5, 0.0, 1e-5])
+    step = planner.step(
+        q, None, {HAND: position(PANDA, q) + e, "panda_joint4": position(PANDA, q, "panda_joint4") + f}
+    )
+    A, J = PANDA.jacobian(q)[:3], PANDA.jacobian(q, "panda_joint4")[:3]
+    b, c = planner.task.kp * e if planner.task.kp else 10.0 * e, 3.0 * f
+    soft = slack * (A**2).sum() / (3 * 7)
+    columns = np.linalg.norm(J, axis=0)
+    outer = columns[np.maximum.outer(np.arange(7), np.arange(7))] * np.outer(columns > 0, columns > 0)
+    D = 0.1 * np.linalg.norm(f) * np.diag(outer.sum(axis=1))
+    H = np.eye(7) + A.T @ A / soft + weight * (J.T @ J + D) / soft
+    x = np.linalg.solve(H, A.T @ b / soft + weight * J.T @ c / soft)
+    assert step.v == pytest.approx(x, abs=1e-9)
+    assert step.tasks["panda_joint4"].slack == pytest.approx(J @ x - c, abs=1e-9)
+    assert step.tasks[HAND].slack == pytest.approx(A @ x - b, abs=1e-9)
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_level_2_moves_none_of_level_1(level):
+    """A heavy task on level 2 that wants both hands elsewhere leaves micrometres of them."""
+    q = DUAL.neutral
+    tasks = [
+        ftqp.Task(),
+        ftqp.PoseTask(RIGHT, level=1),
+        ftqp.PositionTask("right_joint4", target=(2.0, 0, 0), weight=10.0, name="elbow"),
+    ]
+    step, _ = run(ftqp.Planner(DUAL, level=level, tasks=tasks), q, {LEFT: DUAL.pose(q, LEFT)}, ticks=1500)
+    elbow = position(DUAL, step.q, "right_joint4") - position(DUAL, q, "right_joint4")
+    assert np.abs(elbow).max() > 0.01, "it does what it can"
+    for hand in (LEFT, RIGHT):
+        assert np.abs(DUAL.pose(step.q, hand) - DUAL.pose(q, hand)).max() < 5e-5
+
+
+def test_level_0_goes_before_level_1():
+    q = PANDA.neutral
+    tasks = [
+        ftqp.Task("position"),
+        ftqp.PositionTask(HAND, rows="z", level=0, name="height"),
+        ftqp.PositionTask(HAND, level=1, weight=1.0, name="second"),
+    ]
+    start = position(PANDA, q)
+    goal = {HAND: start + np.array((0.02, 0, 0.02)), "second": start + np.array((-0.01, 0, 0.02))}
+    step, statuses = run(ftqp.Planner(PANDA, tasks=tasks), q, goal, ticks=5000)
+    assert position(PANDA, step.q) == pytest.approx(start + np.array((0.005, 0, 0.0)), abs=1e-4)
+    assert "RELAXED" in statuses | {step.status.name}
+
+
+def test_the_status_speaks_of_what_is_required():
+    q = DUAL.neutral
+    goal = {LEFT: DUAL.pose(q, LEFT), RIGHT: moved(DUAL.pose(q, RIGHT), 0, 0, 0.04)}
+    for level in (0, 1):
+        for required, name in ((None, "LAGGING"), (False, "OK")):
+            planner = ftqp.Planner(
+                DUAL, tasks=[ftqp.Task(), ftqp.PoseTask(RIGHT, level=level, required=required)]
+            )
+            planner.reset(q)
+            step = planner.step(q, None, goal)
+            assert step.status.name == name and step.tasks[RIGHT].kept is False
+
+
+@pytest.mark.parametrize("level", [0, 1])
+def test_a_hand_out_of_reach_is_never_ok(level):
+    q = DUAL.neutral
+    task = ftqp.PositionTask(RIGHT, level=level, target=(3.0, 0.0, 0.5), kp=2.0)
+    planner = ftqp.Planner(DUAL, tasks=[ftqp.Task(), task], emergency=None)
+    step, statuses = run(planner, q, {LEFT: DUAL.pose(q, LEFT)}, ticks=4000)
+    assert "OK" not in statuses and step.tasks[RIGHT].kept is False
+    if step.status is ftqp.StepStatus.RELAXED:
+        assert RIGHT in str(step.certificate)
+    assert np.abs(DUAL.pose(step.q, LEFT)[:3, 3] - DUAL.pose(q, LEFT)[:3, 3]).max() < 2e-3
+
+
+def test_a_copy_of_a_step_keeps_what_is_left_of_each_task():
+    q = DUAL.neutral
+    planner = ftqp.Planner(DUAL, tasks=[ftqp.Task(), ftqp.PoseTask(RIGHT, level=1, rows=("x", "rz"))])
+    planner.reset(q)
+    goal = {LEFT: DUAL.pose(q, LEFT), RIGHT: moved(DUAL.pose(q, RIGHT), 5.0, 0, 0)}
+    kept = planner.step(q, None, goal).copy()
+    slack = kept.tasks[RIGHT].slack.copy()
+    planner.step(q, None, {RIGHT: DUAL.pose(q, RIGHT)})
+    assert slack.shape == (2,) and np.abs(slack).max() > 1.0
+    assert (kept.tasks[RIGHT].slack == slack).all()
+
+
+@pytest.mark.parametrize(("make", "sentence"), [
+    (lambda: ftqp.PostureTask(level=1), "PostureTask draws joints and cannot be on level 1"),
+    (lambda: ftqp.PoseTask(RIGHT, level=3), "level of right_hand is 3, expected 0, 1 or 2"),
+    (lambda: ftqp.PoseTask(RIGHT, level=True), "level of right_hand is True, expected 0, 1 or 2"),
+    (lambda: ftqp.PoseTask(RIGHT, required=True), "cannot be required: level 2 promises nothing"),
+    (lambda: ftqp.PoseTask(RIGHT, level=0, required="yes"), "required of right_hand is 'yes'"),
+    (lambda: ftqp.LeastSquares(1, print, level=1, required=True), "its error is not known"),
+])  # fmt: skip
+def test_bad_levels_are_refused_in_one_sentence(make, sentence):
+    with pytest.raises(InputError, match=sentence):
+        make()
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("target", [(3.0, 0.0, 0.5), (0.5, -1.5, 0.9)])
+def test_a_hand_stretched_towards_what_it_cannot_reach_does_not_swing(level, target):
+    """Its second derivative takes part: without, it accelerates at its limits for ever."""
+    q = DUAL.neutral
+    tasks = [ftqp.Task(), ftqp.PositionTask(RIGHT, level=1)]
+    planner = ftqp.Planner(DUAL, level=level, tasks=tasks, emergency=None)
+    step, _ = run(planner, q, {LEFT: DUAL.pose(q, LEFT), RIGHT: np.array(target)}, ticks=3500)
+    largest, q = 0.0, step.q.copy()
+    for _ in range(500):
+        step = planner.step(q, None, {})
+        q = step.q.copy()
+        largest = max(largest, float(np.abs(step.a / DUAL.limits.a_max).max()))
+    assert largest < 0.05 and step.position_error < 1e-4
