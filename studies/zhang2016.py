@@ -302,6 +302,33 @@ def markdown(result):
     return "\n".join([*lines, "", *results.appendix(result)])
 
 
+def pictures(result, folder, stem):
+    """Draws the sweep, and which failures the example survives without self-motion and with the best one."""
+    from ftqp.viz.figures.loop_picture import draw_loop
+
+    rows = sorted(result["sweep"], key=lambda row: row["theta"])
+    theta = [row["theta"] for row in rows]
+    curves = {
+        label: {
+            "expected": (theta, [SWEEP[one][at] for one in theta]),
+            "ftqp": (theta, [row[key] for row in rows]),
+        }
+        for at, (label, key) in enumerate((("coverage", "coverage"), ("energy [rad^2/s]", "energy")))
+    }
+    files = [folder / f"{stem}-{word}.png" for word in ("sweep", "none", "best")]
+    draw_loop(
+        files[0], "One self-motion speed for all of the path", curves, x_label="self-motion speed [rad/s]",
+        logarithmic=["energy [rad^2/s]"],
+    )  # fmt: skip
+    task = example()
+    for file, speed in zip(
+        files[1:], (0.0, max(rows, key=lambda row: row["coverage"])["theta"]), strict=True
+    ):
+        q, _ = tracks(task, Q0[None], np.array([[speed]]))
+        ftqp.analysis.coverage(task.robot, task, q[0], stride=4).figure(file)
+    return files
+
+
 def main() -> int:
     """Runs, prints, writes; 0 when done, 2 for bad input."""
     parser = command_line.parser(__doc__)
@@ -320,7 +347,7 @@ def main() -> int:
     name = results.stem("zhang2016", name=None, quick=given.quick)
     text = markdown(result)
     try:
-        results.written(result, text, given.out, name)
+        results.written(result, text, given.out, name, pictures)
     except ftqp.InputError as error:
         sys.stderr.write(f"{error}\n")
         return 2

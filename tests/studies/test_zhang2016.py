@@ -31,3 +31,4 @@ def test_quick_run_meets_the_expected_sweep_and_compares_every_method(tmp_path: 
     assert all(row["grid"] < 1.0 for row in result["readings"])
     text = (tmp_path / "zhang2016-quick.md").read_text(encoding="utf-8")
     assert "## Limitations" in text and "## Every reading" in text
+    assert len(list(tmp_path.glob("zhang2016-quick-*.png"))) == 3
