@@ -1,12 +1,14 @@
 """What notebooks and consoles show of robots, steps, results, logs and plans."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import ftqp
 from ftqp.core.html_table import html_table
+from ftqp.core.small_picture import curves_svg, strips_svg
 
 PANDA = ftqp.robots.load("panda")
 PNG = b"\x89PNG"
@@ -40,8 +42,6 @@ def test_a_run_is_drawn_in_memory(result, tmp_path):
 
 
 def test_a_result_without_a_log_says_how_to_keep_one(result):
-    from dataclasses import replace
-
     bare = replace(result, log=None)
     assert "none kept" in repr(bare)
     with pytest.raises(ftqp.InputError, match='log="memory"'):
@@ -65,6 +65,23 @@ def test_a_step_is_a_table():
     planner.reset(PANDA.neutral)
     step = planner.step(PANDA.neutral, None, ftqp.Target(PANDA.pose(PANDA.neutral)))
     assert step._repr_html_().count("<tr>") == 8 and "Step: OK" in step._repr_html_()
+
+
+def test_what_a_notebook_shows_has_a_small_picture(result):
+    path = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), 0.05, duration=2.0)
+    for thing in (PANDA, ftqp.Planner(PANDA), path, result, result.log):
+        assert thing._repr_html_().count("<svg") == 1
+    assert "and 82 more" in result.log._repr_html_() and "at most" in result.log.error_svg()
+    assert "<svg" not in replace(result, log=None)._repr_html_()
+
+
+def test_small_pictures_leave_out_what_is_no_number():
+    x = np.array([0.0, 1.0, 2.0, 3.0])
+    drawn = curves_svg([(x, np.array([0.0, np.nan, 1.0, np.inf]))], "a < b")
+    assert drawn.count("nan") == drawn.count("inf") == 0 and "a &lt; b" in drawn
+    assert len(drawn.split('points="')[1].split('"')[0].split()) == 2
+    assert curves_svg([], "") == strips_svg(np.zeros((0, 3)), "") == ""
+    assert strips_svg(np.array([[1, 1, 0], [0, 0, 0]]), "").count("<rect") == 3
 
 
 def test_names_in_a_table_are_text():

@@ -6,7 +6,9 @@ from html import escape
 _CELL = 'style="text-align:{};padding:1px 8px"'
 
 
-def html_table(title: str, headings: Sequence[str], rows: Sequence[Sequence[object]], note: str = "") -> str:
+def html_table(
+    title: str, headings: Sequence[str], rows: Sequence[Sequence[object]], note: str = "", picture: str = ""
+) -> str:
     """A titled table; the first column is text, the others are numbers or short words.
 
     Args:
@@ -14,6 +16,7 @@ def html_table(title: str, headings: Sequence[str], rows: Sequence[Sequence[obje
         headings: One a column; none leaves the line of headings out.
         rows: One a line.
         note: A sentence below; empty without one.
+        picture: A small one of ``ftqp.core.small_picture``, below the table; empty without one.
     """
 
     def line(tag: str, cells: Sequence[object]) -> str:
@@ -26,4 +29,4 @@ def html_table(title: str, headings: Sequence[str], rows: Sequence[Sequence[obje
     head = f"<tr>{line('th', headings)}</tr>" if headings else ""
     body = "".join(f"<tr>{line('td', row)}</tr>" for row in rows)
     below = f"<div>{escape(note)}</div>" if note else ""
-    return f"<div><b>{escape(title)}</b></div><table>{head}{body}</table>{below}"
+    return f"<div><b>{escape(title)}</b></div><table>{head}{body}</table>{picture}{below}"

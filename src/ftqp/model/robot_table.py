@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.html_table import html_table
+from ftqp.core.small_picture import curves_svg
 
 HEADINGS = ("joint", "from", "to", "speed", "acceleration", "torque")
 
@@ -29,4 +30,19 @@ def robot_html(robot: Any) -> str:
         )
         rows.append((name, *cells, torque))
     said = "; ".join(finding.sentence for finding in robot.findings)
-    return html_table(f"{robot.name}: {robot.nv} joints, tip {', '.join(robot.tips)}", HEADINGS, rows, said)
+    title = f"{robot.name}: {robot.nv} joints, tip {', '.join(robot.tips)}"
+    return html_table(title, HEADINGS, rows, said, arm_svg(robot, robot.neutral))
+
+
+def arm_svg(robot: Any, q: Any) -> str:
+    """The lines from joint to joint and to the tip, seen from the side.
+
+    Args:
+        robot: The ``ftqp.Robot``.
+        q: Where its joints are, (nv,) [rad or m].
+    """
+    at = [robot.pose(q, name)[:3, 3] for name in robot.joints]
+    lines = [(np.zeros(3) if k < 0 else at[k], at[i]) for i, k in enumerate(robot.chain.parent)]
+    lines.append((at[robot.chain.tip_joint], robot.pose(q)[:3, 3]))
+    curves = [(np.array([a[0], b[0]]), np.array([a[2], b[2]])) for a, b in lines]
+    return curves_svg(curves, "from the side, x to the right and z up", true_to_scale=True)

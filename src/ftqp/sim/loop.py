@@ -92,7 +92,8 @@ class Result:
 
     def _repr_html_(self) -> str:
         """The same as a table, for notebooks."""
-        return html_table("Result", (), self._facts())
+        picture = "" if self.log is None else self.log.error_svg()
+        return html_table("Result", (), self._facts(), picture=picture)
 
     def _facts(self) -> list[tuple[str, str]]:
         """What happened, by a word each."""

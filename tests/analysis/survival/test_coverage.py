@@ -32,6 +32,15 @@ def test_coverage_is_the_mean_of_what_each_joint_survives() -> None:
     assert set(SENTENCES) == set(Survival)
 
 
+def test_a_start_stands_for_the_motion_that_moves_the_joints_least() -> None:
+    least = coverage(PANDA, TASK, track(TASK, Q0))
+    assert (coverage(PANDA, TASK, Q0).status == least.status).all()
+    alone = coverage(PANDA, PATH, Q0, dt=0.05)
+    assert alone.task.digest == TASK.digest and (alone.status == least.status).all()
+    with pytest.raises(InputError, match="expected a motion"):
+        coverage(PANDA, PATH, np.zeros((1, 7)))
+
+
 def test_path_of_ftqp_and_its_samples_give_the_same_report() -> None:
     other = coverage(PANDA, PATH, MOTION)
     assert other.task.digest == TASK.digest and (other.status == REPORT.status).all()
@@ -158,7 +167,7 @@ def test_picture_of_a_report_is_written(tmp_path) -> None:
         ({"q": MOTION + 0.01}, "q does not follow the path: at sample 0"),
         ({"q": MOTION[:-1], "path": TASK}, r"expected \(N \+ 1, nv\)"),
         ({"q": np.full_like(MOTION, np.nan)}, "NaN"),
-        ({"q": MOTION[0]}, "at least 2 samples"),
+        ({"q": MOTION[:1]}, "at least 2 samples"),
         ({"path": TASK.goals}, "dt is None"),
         ({"path": None}, "give the path of this motion"),
         ({"robot": catalog.load("xarm7"), "path": TASK}, "made for another robot"),

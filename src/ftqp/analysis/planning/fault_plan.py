@@ -22,6 +22,7 @@ from ftqp.control.scene.placed_shapes import Scene
 from ftqp.core.checks import FloatArray, frozen, positive, read_only
 from ftqp.core.errors import InputError
 from ftqp.core.html_table import html_table
+from ftqp.core.small_picture import curves_svg
 from ftqp.faults.kinds import Fault
 from ftqp.model.robot import Robot
 
@@ -86,7 +87,9 @@ class Plan:
             ("duration", f"{float(self.t[-1]):g} s"),
             ("failures survived", f"{100.0 * self.coverage:.1f} %"),
         ]
-        return html_table(f"Plan of {self.robot_name}", (), rows)
+        says = f"joints over {float(self.t[-1]):g} s, {self.q.min():.3g} to {self.q.max():.3g} rad or m"
+        picture = curves_svg([(self.t, one) for one in self.q.T], says)
+        return html_table(f"Plan of {self.robot_name}", (), rows, picture=picture)
 
     @property
     def t(self) -> FloatArray:

@@ -16,15 +16,15 @@ from ftqp.model.robot import Robot
 
 
 def motion_on_way(robot: Robot, frame: str, q: Any) -> FloatArray:
-    """The joints on the way to a frame in a motion of all, (N + 1, nv) [rad or m].
+    """The joints on the way to a frame in a motion of all, (N + 1, nv), or its start, (nv,) [rad or m].
 
     Raises:
         InputError: The motion is none of this robot.
     """
     motion = np.asarray(q, dtype=np.float64)
-    if motion.ndim != 2 or motion.shape[1] != robot.nv:
-        raise InputError(f"q has shape {motion.shape}, expected (N + 1, nv) = (N + 1, {robot.nv})")
-    return np.ascontiguousarray(motion[:, way_to(robot, frame)])
+    if motion.ndim not in (1, 2) or motion.shape[-1] != robot.nv:
+        raise InputError(f"q has shape {motion.shape}, expected (N + 1, nv) = (N + 1, {robot.nv}), or (nv,)")
+    return np.ascontiguousarray(motion[..., way_to(robot, frame)])
 
 
 def coverage(
@@ -56,9 +56,10 @@ def coverage(
         robot: The arm.
         path: A path of ``ftqp.paths``, poses (N + 1, 4, 4), points (N + 1, 2) or (N + 1, 3), or a task of
             ``task_path``, as ``plan`` takes it; None is that of a plan.
-        q: The motion, (N + 1, nv), a configuration for each sample of the path, or a plan [rad or m].
+        q: The motion, (N + 1, nv), a configuration for each sample of the path; or where the arm starts, as
+            ``plan`` takes it, (nv,): it then moves its joints least; or a plan [rad or m].
         dt: The time between samples of poses or points, > 0 [s], which must be given for them; a path of
-            ``ftqp.paths`` has as many samples as the motion.
+            ``ftqp.paths`` has as many samples as the motion, and from a start 400 if none is given.
         stride: Every so many samples are verified, >= 1. A larger one is faster and coarser.
         lock: ``instant``, or ``ramp``: the joint brakes with its deceleration while the others go on.
         post: How the others go on: ``exact`` follows the path with as many joints as rows, ``qp`` takes one

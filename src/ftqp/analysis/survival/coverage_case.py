@@ -9,7 +9,7 @@ import numpy as np
 
 from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.around import around_of
-from ftqp.analysis.survival.continuing import path_values
+from ftqp.analysis.survival.continuing import path_values, track
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.failure_instants import Pairs
 from ftqp.analysis.survival.planner_runs import refuse_no_masses
@@ -61,7 +61,7 @@ def coverage_case(
     Args:
         robot: As in ``coverage``, and so are the others.
         path: The path, as ``plan`` takes it.
-        q: The motion, (N + 1, nv) [rad or m].
+        q: The motion, (N + 1, nv), or its start, (nv,) [rad or m].
         dt: The time between poses or points.
         stride: Every so many samples are verified.
         lock: How a joint comes to rest.
@@ -79,6 +79,7 @@ def coverage_case(
     instance("robot", robot, Robot, "a Robot")
     whole_number("stride", stride, 1)
     task = _task(robot, path, q, dt, scene=scene, clearance=clearance)
+    q = track(task, q) if np.ndim(q) == 1 else q
     motion = frozen(array("q", q, (task.N + 1, robot.nv), "(N + 1, nv)"))
     if lock not in ("instant", "ramp"):
         raise InputError(f"lock is {lock!r}, expected 'instant' or 'ramp'")
@@ -206,9 +207,14 @@ def _task(robot: Robot, path: Any, q: Any, dt: float | None, **around: Any) -> T
         if any(value is not None for value in around.values()):
             return path.among(around_of(robot, **around))
         return path
+    if np.ndim(q) == 1 and isinstance(path, Path):
+        return task_path(robot, path, dt=dt, q0=q, **around)
     count = np.shape(q)[0] if np.ndim(q) == 2 else 0
-    if count < 2:
-        raise InputError(f"q has shape {np.shape(q)}, expected (N + 1, nv) with at least 2 samples")
+    if count < 2 and np.ndim(q) != 1:
+        raise InputError(
+            f"q has shape {np.shape(q)}, expected a motion, (N + 1, nv) with at least 2 samples, or where it "
+            f"starts, (nv,) = ({robot.nv},)"
+        )
     if isinstance(path, Path):
         return task_path(robot, path, dt=path.duration / (count - 1), **around)
     if path is None:

@@ -14,6 +14,7 @@ from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.core.html_table import html_table
+from ftqp.core.small_picture import strips_svg
 from ftqp.kernel.entry.continuation_study import Continuations, ContinuationStudy
 from ftqp.kernel.layout.survival import Survival
 
@@ -104,7 +105,8 @@ class CoverageReport:
         rows = [(name, f"{100.0 * share:.1f} %") for name, share in self.per_joint.items()]
         share = f"{100.0 * self.coverage:.1f} % of {self.status.size}"
         title = f"{self.task.robot.name}: {share} failures are survived"
-        return html_table(title, ("failure", "survived"), rows)
+        says = f"green where a failure is survived, over {float(self.task.t[-1]):g} s"
+        return html_table(title, ("failure", "survived"), rows, picture=strips_svg(self.survived, says))
 
     @property
     def survived(self) -> BoolArray:

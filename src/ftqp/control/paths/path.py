@@ -11,6 +11,7 @@ from ftqp.core.errors import InputError
 from ftqp.core.html_table import html_table
 from ftqp.core.pose import pose
 from ftqp.core.setting import Setting, Settings
+from ftqp.core.small_picture import curves_svg
 from ftqp.kernel.layout.thresholds import TIME_SLACK
 
 DRAWN = 401
@@ -96,7 +97,11 @@ class Path(ABC):
             ("is at most as fast as", f"{speed.max():.3g} m/s"),
             ("turns at most", f"{np.linalg.norm(at.twist[:, 3:], axis=1).max():.3g} rad/s"),
         ]
-        return html_table(type(self).__name__, (), rows)
+        tip = at.pose[:, :3, 3]
+        across, up = np.sort(np.argsort(np.ptp(tip, axis=0), kind="stable")[1:])
+        says = f"the tip's way, {'xyz'[across]} to the right and {'xyz'[up]} up"
+        picture = curves_svg([(tip[:, across], tip[:, up])], says, true_to_scale=True)
+        return html_table(type(self).__name__, (), rows, picture=picture)
 
     @final
     @property

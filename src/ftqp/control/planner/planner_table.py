@@ -3,6 +3,7 @@
 from typing import Any
 
 from ftqp.core.html_table import html_table
+from ftqp.model.robot_table import arm_svg
 
 
 def planner_html(planner: Any) -> str:
@@ -27,5 +28,9 @@ def planner_html(planner: Any) -> str:
     note = f"It believes that {', '.join(believed)}." if believed else "It believes that every joint works."
     stopped = planner.stopped_because
     return html_table(
-        f"Planner of {robot.name}", (), rows, f"{note} Stopped: {stopped}." if stopped else note
+        f"Planner of {robot.name}",
+        (),
+        rows,
+        f"{note} Stopped: {stopped}." if stopped else note,
+        arm_svg(robot, robot.neutral),
     )

@@ -10,12 +10,17 @@ from numpy.typing import NDArray
 
 from ftqp.core.checks import FloatArray, frozen, seen
 from ftqp.core.errors import unknown
+from ftqp.core.html_table import html_table
 from ftqp.core.picture import Picture
+from ftqp.core.small_picture import curves_svg
 from ftqp.sim.log.log_rows import LogRows, whole_numbers
 from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.run_facts import RunFacts
 from ftqp.sim.log.signals import Column
 from ftqp.sim.log.table_files import write_csv, write_mat, write_npz
+
+SHOWN = 12
+"""So many signals are listed in a notebook: time, status, errors and the first of the joints."""
 
 
 @final
@@ -89,6 +94,26 @@ class Log:
         last = f", {float(self['t'][-1]):g} s" if len(self) else ""
         name = " ".join(part for part in about if part)
         return f"Log({name!r}, {len(self)} rows{last}, {len(self.units)} signals)"
+
+    def _repr_html_(self) -> str:
+        """What was run, and the extremes of what is looked at first, for notebooks."""
+        rows = [
+            (name, f"{float(np.min(self[name])):.4g}", f"{float(np.max(self[name])):.4g}", self.units[name])
+            for name in self.names[:SHOWN]
+            if len(self)
+        ]
+        more = f"and {len(self.names) - SHOWN} more: log.names" if len(self.names) > SHOWN else ""
+        return html_table(
+            repr(self), ("signal", "least", "most", "unit"), rows, more, self.error_svg() if len(self) else ""
+        )
+
+    def error_svg(self) -> str:
+        """The tip's distance from its target over time, small; empty where there is none."""
+        if "position_error" not in self._signals or not len(self):
+            return ""
+        error = self["position_error"]
+        says = f"distance from the target over {float(self['t'][-1]):g} s, at most {1e3 * error.max():.3g} mm"
+        return curves_svg([(self["t"], error)], says)
 
     def plot(self, figure: str = "path") -> Picture:
         """One of the figures of the run as a picture, which a notebook shows and ``.save(file)`` keeps.
