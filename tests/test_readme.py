@@ -39,6 +39,24 @@ def seven_joints() -> str:
     return f'<robot name="seven">{links}{joints}<link name="tool0"/>{TIP}</robot>'
 
 
+def a_model_of_mujoco() -> str:
+    """The same kind of arm as an MJCF, with a position actuator for each joint."""
+    bodies = "".join(
+        f'<body name="l{i}" pos="0 0 .2"><joint name="j{i}" axis="{axis}" range="-2.8 2.8" armature=".05"/>'
+        '<geom type="capsule" fromto="0 0 0 0 0 .2" size=".03" mass="1.5" contype="0" conaffinity="0"/>'
+        for i, axis in enumerate(("0 0 1", "0 1 0", "0 0 1", "0 -1 0", "0 0 1", "0 1 0", "0 0 1"), 1)
+    )
+    motors = "".join(
+        f'<position joint="j{i}" kp="4000" kv="120" forcerange="-200 200"/>' for i in range(1, 8)
+    )
+    return (
+        '<mujoco><compiler angle="radian" autolimits="true"/>'
+        '<option timestep=".001" integrator="implicitfast"/>'
+        f'<worldbody>{bodies}<site name="tool" pos="0 0 .1"/>{"</body>" * 7}</worldbody>'
+        f"<actuator>{motors}</actuator></mujoco>"
+    )
+
+
 @pytest.fixture
 def shown(tmp_path, monkeypatch):
     """Runs the Python of a text, piece after piece, beside a URDF; the lines that it prints."""
@@ -46,6 +64,7 @@ def shown(tmp_path, monkeypatch):
     def run(name):
         pieces = re.findall(r"```python\n(.*?)```", (ROOT / name).read_text(encoding="utf-8"), re.S)
         (tmp_path / "arm.urdf").write_text(seven_joints())
+        (tmp_path / "arm.xml").write_text(a_model_of_mujoco())
         monkeypatch.chdir(tmp_path)
         said = io.StringIO()
         with contextlib.redirect_stdout(said):
@@ -67,6 +86,13 @@ def test_the_lines_for_a_beginner_say_what_happens(shown):
     error = re.fullmatch(r"off the path by (\S+) m; the failed joint moves at 0.0 rad/s", last)
     assert error is not None and float(error[1]) < 1e-4, last
     assert said[0] == f"0.000 s: {ftqp.StepStatus.OK.value} "
+
+
+def test_the_loop_in_mujoco_finds_the_brake_that_nobody_announced(shown):
+    pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
+    (line,) = shown("docs/connect-your-robot.md")
+    found = re.fullmatch(r"OK, at most (\S+) mm off; \{'j3': Locked\(joint='j3'.*", line)
+    assert found is not None and 1.0 < float(found[1]) < 40.0, line
 
 
 @pytest.mark.parametrize(

@@ -80,8 +80,8 @@ def test_small_pictures_leave_out_what_is_no_number():
     drawn = curves_svg([(x, np.array([0.0, np.nan, 1.0, np.inf]))], "a < b")
     assert drawn.count("nan") == drawn.count("inf") == 0 and "a &lt; b" in drawn
     assert len(drawn.split('points="')[1].split('"')[0].split()) == 2
-    assert curves_svg([], "") == strips_svg(np.zeros((0, 3)), "") == ""
-    assert strips_svg(np.array([[1, 1, 0], [0, 0, 0]]), "").count("<rect") == 3
+    assert curves_svg([], "") == strips_svg(np.zeros((0, 3), dtype=bool), "") == ""
+    assert strips_svg(np.array([[1, 1, 0], [0, 0, 0]], dtype=bool), "").count("<rect") == 3
 
 
 def test_names_in_a_table_are_text():

@@ -5,7 +5,7 @@ from html import escape
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import BoolArray, FloatArray
 
 WIDTH, HEIGHT, EDGE = 260, 110, 6
 """Size of a picture and of the margin around what is drawn [pixels]."""
@@ -48,7 +48,7 @@ def curves_svg(
     return _framed("".join(drawn), HEIGHT, says)
 
 
-def strips_svg(rows: FloatArray, says: str) -> str:
+def strips_svg(rows: BoolArray, says: str) -> str:
     """A strip a row, green where it is true.
 
     Args:
