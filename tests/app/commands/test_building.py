@@ -32,6 +32,12 @@ PROMISED = {
         (["panda", "--with", "path", "-o", "new"], "panda is a robot and has no path"),
         (["panda-circle", "--with", "path", "-o", "new"], "scaled"),
         (["panda", "--with", "detector", "-o", "new"], "panda has no detector; give it one by"),
+        (["panda", "--tip", "panda_hand", "-o", "new"], "panda is a robot of the catalog, which has its tip"),
+        (
+            ["panda-circle", "--tip", "tool0", "-o", "new"],
+            "panda-circle is a scenario, whose .* leave --tip out",
+        ),
+        (["arm.urdf", "--tip", "tool0", "-o", "new"], "'arm.urdf' does not exist"),
         (["panda"], "nothing to make: give a folder with -o, or a file with --page"),
         (["panda", "--page", "new.html", "--target", "host"], "--page is for browsers, got --target host"),
         (["panda", "--page", "here"], "file here is there already"),

@@ -13,8 +13,15 @@ from ftqp.core.errors import InputError, unknown
 
 def build(
     source: Annotated[
-        str, typer.Argument(metavar="SCENARIO|ROBOT", help="A scenario, or a robot of the catalog.")
+        str,
+        typer.Argument(
+            metavar="SCENARIO|ROBOT|FILE", help="A scenario, a robot of the catalog, a URDF or an MJCF."
+        ),
     ],
+    tip: Annotated[
+        str | None,
+        typer.Option(metavar="FRAME", help="The controlled frame of a file; the only end if left out."),
+    ] = None,
     folder: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="FOLDER", help="The folder to make; --page does without."),
@@ -62,7 +69,7 @@ def build(
         raise InputError("nothing to make: give a folder with -o, or a file with --page")
     if page is not None and target != "wasm32":
         raise InputError(f"--page is for browsers, got --target {target}; leave it out, or give wasm32")
-    name, planner, q, path = _planner_of(source, overrides or ())
+    name, planner, q, path = _planner_of(source, tip, overrides or ())
     if "path" in (parts or ()) and path is None:
         raise InputError(f"{name} is a robot and has no path; build a scenario, or leave --with path out")
     with progress(f"{name} for {target}", 1.0), tempfile.TemporaryDirectory() as aside:
@@ -84,16 +91,20 @@ def build(
     return ExitCode.DONE
 
 
-def _planner_of(source: str, overrides: Any) -> tuple[str, Any, Any, Any]:
-    """Name, planner, start and path of a scenario; of a robot by name the plain planner, and no path."""
+def _planner_of(source: str, tip: str | None, overrides: Any) -> tuple[str, Any, Any, Any]:
+    """Name, planner, start and path of a scenario; of a robot the plain planner, and no path."""
+    from ftqp.app.commands.inspection import MODELS, robot_of
     from ftqp.control.planner.planner import Planner
     from ftqp.model import catalog
 
-    if source.partition("(")[0] in catalog.names():
+    known = source.partition("(")[0] in catalog.names()
+    if known or Path(source).suffix.lower() in MODELS:
         if overrides:
             raise InputError(f"{source} is a robot, no scenario, so that --set has nothing to change")
-        planner = Planner(catalog.load(source))
-        return source, planner, planner.robot.neutral, None
+        planner = Planner(robot_of(source, [] if tip is None else [tip], []))
+        return source if known else planner.robot.name, planner, planner.robot.neutral, None
+    if tip is not None:
+        raise InputError(f"{source} is a scenario, whose [robot] has the tip; leave --tip out")
     from ftqp.app.scenario.setup import load
 
     setup = load(source, overrides)

@@ -24,6 +24,8 @@ from ftqp.model.torque_reserve import acceleration_by_torque
 
 TASKS = {"pose": COMPONENTS, "position": COMPONENTS[:3]}
 """Tasks whose locks are looked at, by name."""
+MODELS = (".urdf", ".xml", ".mjcf")
+"""How names of files end that describe an arm."""
 PICTURE = Path("figures") / "arm.png"
 LIMITS = ("q_min", "q_max", "v_max", "a_max", "j_max", "tau_max")
 NUMBERS = (*LIMITS, "a by torque", "neutral", "gravity", "of tau_max")
@@ -37,7 +39,7 @@ def robot_of(source: str, tips: list[str], locked: list[str]) -> Robot:
         ModelError: The robot is unsafe; the error carries every finding.
     """
     file = Path(source)
-    if not file.exists() and file.suffix.lower() not in (".urdf", ".xml", ".mjcf"):
+    if not file.exists() and file.suffix.lower() not in MODELS:
         if source.partition("(")[0] not in catalog.names():
             raise unknown("robot or file", source, "ftqp", catalog.names())
         if tips or locked:
