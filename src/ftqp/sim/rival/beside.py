@@ -4,7 +4,7 @@ Both are judged by where the tip truly was.
 """
 
 from dataclasses import dataclass
-from typing import final
+from typing import Protocol, final
 
 import numpy as np
 
@@ -13,10 +13,17 @@ from ftqp.core.checks import FloatArray
 from ftqp.model.robot import Robot
 from ftqp.model.skeleton import Skeleton
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.plants.plant import Plant
-from ftqp.sim.rival.resolved_rates import ResolvedRates
+from ftqp.sim.plants.plant import Command, Plant
 from ftqp.sim.schedule import Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
+
+
+class Rival(Protocol):
+    """Who leads an arm without ftqp: begins at q, is told of a lock, and gives a command a tick."""
+
+    def reset(self, q: FloatArray) -> None: ...
+    def tell(self, joint: str | int) -> None: ...
+    def step(self, q: FloatArray, pose: FloatArray, twist: FloatArray) -> Command: ...
 
 
 @final
@@ -57,7 +64,7 @@ def strayed(log: Log) -> FloatArray:
 
 
 def ride(
-    rival: ResolvedRates,
+    rival: Rival,
     robot: Robot,
     path: Path,
     q: FloatArray,

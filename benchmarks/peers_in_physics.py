@@ -1,0 +1,333 @@
+"""pink, placo and resolved rates on the arm of the demo, in physics, told of the lock and not, beside ftqp.
+
+    python benchmarks/peers_in_physics.py           every joint, a box in the way, eight goals: some minutes
+    python benchmarks/peers_in_physics.py --quick   the demo's joint, the box, one goal
+    python benchmarks/peers_in_physics.py --env-dir DIR   where placo and pink are, or are installed
+
+A Panda behind servos of 15 Hz in MuJoCo, with gravity and noisy encoders. First it goes round the circle of
+`panda-unannounced` while the brake of one joint closes. Then the same with a box where the elbow goes after
+the lock of joint 3. Then it goes to poses that need another posture once a joint is locked.
+All peers are wired well: they solve at the measured joints with feedback and the target's twist, and their
+speeds are integrated to what the servos are sent, within range, speed and acceleration. Told of a lock, they
+take that joint out. Rows in which a peer is as good or better are published like all others.
+"""
+
+import argparse
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
+import numpy as np  # noqa: E402
+from bench import command_line, docs  # noqa: E402
+from bench.results import circumstances  # noqa: E402
+from bench.tables import Table  # noqa: E402
+from bench_collisions import rods_of  # noqa: E402
+from compare_peers import drawn, feasible  # noqa: E402
+from peers.peer_rival import PeerRival  # noqa: E402
+from peers.servant import Charge  # noqa: E402
+from steps.environments import DEFAULT, NotInstalled  # noqa: E402
+
+import ftqp  # noqa: E402
+from ftqp.app.scenario.setup import load  # noqa: E402
+from ftqp.sim.rival.beside import ride  # noqa: E402
+from ftqp.sim.rival.resolved_rates import ResolvedRates  # noqa: E402
+
+SCENARIO, DEMO = "panda-unannounced", "panda_joint3"
+GAINS = (60.0, 120.0)
+"""Feedback of the rivals [1/s]: that of `studies/well_wired.py`, and twice that."""
+BOX = (0.12, 0.12, 0.12, -0.2, -0.3, 0.5)
+"""Edges and middle [m]: the elbow would come to stand in it after the lock of joint 3, and not before."""
+KEEP = 0.02
+GOALS, RESTARTS, BRAKES_AT, GOAL_DT, BANDWIDTH, NOISE = 8, 500, 0.2, 2e-3, 94.0, 1e-4
+ARRIVED, TURNED = 2e-3, 2e-2
+"""A goal counts as reached within these at the end [m, rad]."""
+RIVALS = (
+    ("resolved rates", None, GAINS[0]),
+    *((f"{peer}, {gain:g} 1/s", peer, gain) for peer in ("pink", "placo") for gain in GAINS),
+)
+LIMITATIONS = (
+    "Peers are wired by us; the gain of 60 1/s was chosen for resolved rates, that of 120 1/s is tried, too.",
+    "placo's kinematics solver has no limit of acceleration; changes of speed are scaled to it afterwards.",
+    "pink knows of the box by its barrier; resolved rates do not; placo is left out there, as its collision "
+    "constraint is for bodies of the URDF.",
+    "Peers and resolved rates are led along the straight line to a goal; none of them claims to do more.",
+    "ftqp's detector has its defaults; one arm, one noise, one servo, no delay.",
+)
+
+
+class Felt:
+    """A plant that remembers the hardest contact [N]."""
+
+    def __init__(self, plant) -> None:
+        self._plant, self.force = plant, 0.0
+
+    def __getattr__(self, name):
+        return getattr(self._plant, name)
+
+    def advance(self, command) -> None:
+        """Moves on."""
+        self._plant.advance(command)
+        self.force = max(self.force, self._plant.contact_force)
+
+
+@contextmanager
+def leading(rival, robot, q, dt: float, env_dir: Path, box=()) -> Iterator:
+    """The rival of an entry of `RIVALS`, ready to lead a robot from q.
+
+    Raises:
+        NotInstalled: Its environment cannot be made.
+    """
+    _, peer, gain = rival
+    if peer is None:
+        yield ResolvedRates(robot, dt, gain=gain)
+        return
+    limits = [robot.limits.q_min, robot.limits.q_max, robot.limits.v_max, robot.limits.a_max]
+    charge = Charge(
+        urdf=robot.to_urdf(), tip=robot.tip, joints=list(robot.joints), q=np.array(q).tolist(),
+        limits=[row.tolist() for row in limits], dt=dt, gain=gain, fed_back=True,
+        rods=rods_of(robot) if box else [], box=list(box), keep=KEEP,
+    )  # fmt: skip
+    with PeerRival(peer, robot, charge, env_dir) as found:
+        yield found
+
+
+def choices(joint: str, told: bool, box: bool) -> list[str]:
+    """What differs from the bundled scenario."""
+    found = [f"faults.0.joint={joint}", f"faults.0.announced={'' if told else 'never'}"]
+    if box:
+        place = f"size=[{BOX[0]}, {BOX[1]}, {BOX[2]}], place=[{BOX[3]}, {BOX[4]}, {BOX[5]}]"
+        found += [f'scene=[{{kind="box", {place}}}]', f"clearance={{keep={KEEP}, self_pairs=false}}"]
+    return found
+
+
+def facts(program: str, joint: str, told: bool, log, said: str = "") -> dict[str, object]:
+    """A row: t, error, q and v of a run that broke at 2.2 s come to figures."""
+    t, error, q, v, at, robot = log
+    since = error[t >= at]
+    return {
+        "program": program, "joint": joint, "told": told, "before": float(error[t < at].max()),
+        "after": float(since.max()), "end": float(since[-1]),
+        "speed": float((np.abs(v) / robot.limits.v_max).max()), "said": said, "q": q,
+    }  # fmt: skip
+
+
+def own(joint: str, told: bool, box: bool) -> dict[str, object]:
+    """ftqp round the circle."""
+    setup = load(SCENARIO, choices(joint, told, box))
+    result = setup.simulation(log="memory").run()
+    (event,), log = setup.schedule, result.log
+    run = (log["t"], log["position_error"], log["q"], log["v"], event.at, setup.robot)
+    return facts("ftqp", joint, told, run, result.final_status.name)
+
+
+def rivals_row(
+    rival, joint: str, told: bool, box: bool, env_dir: Path
+) -> tuple[dict[str, object], float, dict]:
+    """A rival round the circle, its hardest contact and its versions."""
+    setup = load(SCENARIO, choices(joint, told, box))
+    (event,), plant = setup.schedule, Felt(setup.plant)
+    with leading(rival, setup.robot, setup.q, setup.planner.dt, env_dir, BOX if box else ()) as leads:
+        done = ride(
+            leads, setup.robot, setup.path, setup.q, dt=setup.planner.dt, plant=plant,
+            sensors=setup.sensors, schedule=setup.schedule, told=told,
+        )  # fmt: skip
+        versions = getattr(leads, "versions", {})
+    run = (done.t, done.error, done.q, done.v, event.at, setup.robot)
+    return facts(rival[0], joint, told, run), plant.force, versions
+
+
+def nearest(q) -> float:
+    """How near the arm came to the box [m]; capsules that stand before the first joint do not count."""
+    robot = ftqp.robots.load("panda")
+    scene = ftqp.Scene()
+    scene.add("box", ftqp.Box(BOX[:3], BOX[3:]))
+    planner = ftqp.Planner(
+        robot, scene=scene, clearance=ftqp.Clearance(keep=KEEP, self_pairs=False),
+    )  # fmt: skip
+    return min(min(planner.distances(one).values()) for one in q[::10])
+
+
+def goals(count: int):
+    """Goals of a Panda that a locked joint leaves in reach by another posture only."""
+    found, k = [], 0
+    while len(found) < count:
+        case, arm = drawn("panda", "goal", k)
+        k += 1
+        if feasible(case, arm, RESTARTS) == "other posture":
+            found.append(case)
+            _say(f"goal {len(found)} of {count}")
+    return found
+
+
+def to_goal(case, program, told: bool, env_dir: Path) -> dict[str, float]:
+    """Where an arm in physics ends after the brake of the case's joint has closed."""
+    robot, q, goal = ftqp.robots.load("panda"), np.array(case.q), np.array(case.goal)
+    at, seconds = round(BRAKES_AT / GOAL_DT), case.duration + case.rest
+    plant = ftqp.MujocoPlant(robot, GOAL_DT, ftqp.JointServo(robot, bandwidth=BANDWIDTH), substeps=6)
+    sensors = ftqp.JointSensors(robot, GOAL_DT, position_noise=NOISE)
+    lock = ftqp.Locked(robot.joints[case.locked])
+    if program == "ftqp":
+        planner = ftqp.Planner(
+            robot, GOAL_DT, drive=ftqp.Drive(kind="position", bandwidth=BANDWIDTH), noise=ftqp.Noise(q=NOISE),
+            detector=ftqp.Detector(),
+        )  # fmt: skip
+        planner.reset(q)
+        plant.reset(q, np.zeros(robot.nv))
+        leads = ftqp.GoTo(planner, pose=goal)
+        for k in range(round(seconds / GOAL_DT)):
+            if k == at:
+                plant.fail(lock)
+                if told:
+                    planner.report(lock)
+            sensors.measure(plant.q, plant.v)
+            plant.advance(leads.step(sensors.q, None))
+        end = plant.q
+    else:
+        path = ftqp.paths.PointToPoint(np.array(case.start), goal, duration=case.duration)
+        schedule = ftqp.Schedule([ftqp.FaultEvent(BRAKES_AT, lock)])
+        with leading(program, robot, q, GOAL_DT, env_dir) as rival:
+            end = ride(
+                rival, robot, path, q, dt=GOAL_DT, plant=plant, sensors=sensors, schedule=schedule, told=told,
+                duration=seconds,
+            ).q[-1]  # fmt: skip
+    T = robot.pose(end)
+    turned = np.arccos(np.clip(0.5 * (np.trace(T[:3, :3].T @ goal[:3, :3]) - 1.0), -1.0, 1.0))
+    return {"off": float(np.linalg.norm(T[:3, 3] - goal[:3, 3])), "turned": float(turned)}
+
+
+def main() -> int:
+    """Run, print, write; 0 when done, 2 for bad input."""
+    options = _options()
+    joints = [DEMO] if options.quick else list(ftqp.robots.load("panda").joints)
+    versions, left_out = {}, {}
+    there = [one for one in RIVALS if one[1] is None or _there(one, options.env_dir, left_out)]
+    circle, box = [], []
+    for told in (False, True):
+        for joint in joints:
+            _say(f"{joint}, {'told' if told else 'not told'}")
+            circle.append(own(joint, told, False))
+            for rival in there:
+                row, _, found = rivals_row(rival, joint, told, False, options.env_dir)
+                circle.append(row)
+                versions |= found
+        _say("a box in the way")
+        row = own(DEMO, told, True)
+        near = nearest(row["q"])
+        box.append(row | {"near": near, "force": 0.0 if near > 0.0 else float("inf")})
+        for rival in there:
+            if rival[1] != "placo":
+                row, force, _ = rivals_row(rival, DEMO, told, True, options.env_dir)
+                box.append(row | {"near": nearest(row["q"]), "force": force})
+    cases = goals(1 if options.quick else GOALS)
+    ends = []
+    for program in ("ftqp", *(one for one in there if one[2] == GAINS[0])):
+        for told in (False, True):
+            name = program if isinstance(program, str) else program[0]
+            _say(f"goals: {name}")
+            done = [to_goal(case, program, told, options.env_dir) for case in cases]
+            reached = sum(one["off"] <= ARRIVED and one["turned"] <= TURNED for one in done)
+            off = float(np.median([one["off"] for one in done]))
+            ends.append({"program": name, "told": told, "reached": reached, "of": len(done), "off": off})
+    _say("")
+    for row in (*circle, *box):
+        del row["q"]
+    settings = {"joints": len(joints), "goals": len(cases), "gains": list(GAINS)}
+    result = {
+        **circumstances("peers_in_physics", [], settings),
+        "circle": circle, "box": box, "goals": ends, "limitations": list(LIMITATIONS),
+    }  # fmt: skip
+    result["versions"] |= versions
+    result["left_out"] |= left_out
+    tables = [*(_circle_table(circle, told) for told in (False, True)), _box_table(box), _goal_table(ends)]
+    docs.told(result, "Peers on the arm of the demo, in physics", tables, options)
+    return 0
+
+
+def _there(rival, env_dir: Path, left_out: dict) -> bool:
+    """Whether the environment of a peer is there; notes why not."""
+    robot = ftqp.robots.load("panda")
+    try:
+        with leading(rival, robot, robot.neutral, GOAL_DT, env_dir):
+            return True
+    except NotInstalled as error:
+        left_out[rival[1]] = str(error)
+        return False
+
+
+def _circle_table(rows, told: bool) -> Table:
+    """Every joint's lock: a column a program, largest and last distance."""
+    programs = list(dict.fromkeys(row["program"] for row in rows))
+    joints = list(dict.fromkeys(row["joint"] for row in rows))
+    at = {(row["program"], row["joint"]): row for row in rows if row["told"] == told}
+    lines = []
+    for joint in joints:
+        of = [at[program, joint] for program in programs]
+        said = [f"{1e3 * one['after']:.2f}, then {1e3 * one['end']:.2f}" for one in of]
+        stops = {"STOPPED", "STOPPING"}
+        said = [
+            f"{text}: stopped" if one["said"] in stops else text for text, one in zip(said, of, strict=True)
+        ]
+        lines.append((joint.removeprefix("panda_joint"), *said))
+    fastest = [max(at[program, joint]["speed"] for joint in joints) for program in programs]
+    lines.append(("fastest joint", *(f"{100 * one:.0f} %" for one in fastest)))
+    title = f"The brake of one joint closes, {'told at once' if told else 'not told'}"
+    note = (
+        "Largest distance of the tip from its target after the brake has closed, and the last one [mm]; the "
+        "last line is the largest share of its speed limit that any joint truly had."
+    )
+    return Table(title=title, headings=("joint", *programs), rows=lines, notes=(note,))
+
+
+def _box_table(rows) -> Table:
+    """The box."""
+    lines = [
+        (row["program"], "yes" if row["told"] else "no", f"{1e3 * row['near']:.1f}", f"{row['force']:.0f}",
+         f"{1e3 * row['after']:.1f}", f"{1e3 * row['end']:.1f}")
+        for row in rows
+    ]  # fmt: skip
+    headings = ("program", "told", "nearest [mm]", "force [N]", "off at most [mm]", "off at the end [mm]")
+    note = (
+        "The brake of joint 3 closes; a box stands where the elbow then goes, and six joints cannot keep "
+        f"the tip's pose and pass it, too. Asked were {1e3 * KEEP:g} mm; the force is the hardest contact."
+    )
+    return Table(title="A box in the way", headings=headings, rows=lines, notes=(note,))
+
+
+def _goal_table(rows) -> Table:
+    """The goals."""
+    lines = [
+        (row["program"], "yes" if row["told"] else "no", f"{row['reached']} of {row['of']}",
+         f"{1e3 * row['off']:.1f}")
+        for row in rows
+    ]  # fmt: skip
+    note = (
+        f"A brake closes {BRAKES_AT:g} s after the start. Six joints reach the goal, but not straight on. "
+        f"Reached is within {1e3 * ARRIVED:g} mm and {TURNED:g} rad at the end; 'off' is the median."
+    )
+    headings = ("program", "told", "goals reached", "off at the end [mm]")
+    return Table(title="Goals that need another posture", headings=headings, rows=lines, notes=(note,))
+
+
+def _say(text: str) -> None:
+    if sys.stderr.isatty():
+        sys.stderr.write(f"\r\033[K{text}")
+        sys.stderr.flush()
+
+
+def _options() -> argparse.Namespace:
+    parser = command_line.parser(__doc__)
+    add = parser.add_argument
+    add("--quick", action="store_true", help="the demo's joint, the box and one goal")
+    add("--env-dir", type=Path, default=DEFAULT, metavar="DIR", help=f"of placo and pink (default {DEFAULT})")
+    docs.options(parser)
+    options: argparse.Namespace = parser.parse_args()
+    return options
+
+
+if __name__ == "__main__":
+    sys.exit(main())
