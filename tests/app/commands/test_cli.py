@@ -304,6 +304,8 @@ def test_demo_tells_the_story(tmp_path: Path) -> None:
         "completed",
         "damped resolved rates, not told",
         "less than ftqp",
+        "stays 20 mm from it, as asked",
+        "and run into it",
         "rivals.png",
         "ftqp report",
         str(tmp_path / "out"),

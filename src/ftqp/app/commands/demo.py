@@ -1,4 +1,7 @@
-"""The story for a newcomer: a brake closes unannounced, the arm finishes, and what a good rival does."""
+"""The story for a newcomer: a brake closes unannounced, the arm finishes, and what a good rival does.
+
+Then the same with a box where the elbow goes after the lock.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,6 +24,14 @@ from ftqp.sim.rival.resolved_rates import ResolvedRates
 SCENARIO = "panda-unannounced"
 TOLD, FOLDER = "faults.0.announced=", "told"
 """What tells the planner at once, and the folder of that run within the other's."""
+BOX, KEPT, BOX_FOLDER = (
+    'scene=[{kind="box", size=[0.12, 0.12, 0.12], place=[-0.2, -0.3, 0.5]}]',
+    "clearance={keep=0.02, self_pairs=false}",
+    "box",
+)
+"""A box where the elbow comes to stand after the lock, how far to keep off [m], the folder of that run."""
+LOOKED_AT = 20
+"""Every so many ticks it is measured how far an arm is from the box."""
 PICTURE = "rivals.png"
 FINDS, OWN_TOLD = "ftqp, not told", "ftqp, told at once"
 RIVAL_NEVER, RIVAL_TOLD = "damped resolved rates, not told", "the same, told at once"
@@ -40,7 +51,7 @@ def tell_story(out: Path | None, *, as_json: bool) -> ExitCode:
         f"{setup.robot.name} goes round a circle in {setup.path.duration:g} s, in physics: servos, gravity, "
         f"noisy encoders. At {event.at:g} s the brake of {event.fault.joint} closes, and nobody says so ..."
     )
-    alone = runs.run(setup, folder)
+    alone = runs.run(setup, folder, drawn=False)
     if alone.summary["interrupted"]:
         return _told(alone, words.report(alone.summary), {}, as_json=as_json)
     say("once more with a planner that is told, and with damped resolved rates, not told and told ...")
@@ -55,9 +66,36 @@ def tell_story(out: Path | None, *, as_json: bool) -> ExitCode:
         **{name: one.error for name, one in rides.items()},
     }
     table = {name: _facts(error, log["t"], event.at) for name, error in errors.items()}
+    say("and with a box where the elbow goes after the lock ...")
+    boxed = load(SCENARIO, [BOX, KEPT])
+    kept = runs.run(boxed, folder / BOX_FOLDER, drawn=False)
+    if kept.summary["interrupted"]:
+        return _told(kept, words.report(kept.summary), {}, as_json=as_json)
+    box = {
+        FINDS: _beside_box(boxed, *_of_log(folder / BOX_FOLDER), event.at),
+        RIVAL_NEVER: _beside_box(boxed, *_of_ride(_ridden(boxed, False)), event.at),
+    }
+    runs.make_folder(folder / "figures")
     picture = _drawn(log, rides, folder / "figures" / PICTURE)
-    facts = {"beside": table, "picture": None if picture is None else str(picture)}
-    return _told(alone, story(alone, log, table, picture), facts, as_json=as_json)
+    facts = {"beside": table, "box": box, "picture": None if picture is None else str(picture)}
+    return _told(alone, story(alone, log, table, box, picture), facts, as_json=as_json)
+
+
+def _of_log(folder: Path) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Times, joints and errors of a run."""
+    log = load_log(folder / FILE_NAME)
+    return log["t"], log["q"], log["position_error"]
+
+
+def _of_ride(done: Ride) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The same of a rival."""
+    return done.t, done.q, done.error
+
+
+def _beside_box(setup: Setup, t: FloatArray, q: FloatArray, error: FloatArray, at: float) -> dict[str, float]:
+    """Errors beside the box, and how near the arm truly came to it [m]; below 0 it ran into it."""
+    near = min(min(setup.planner.distances(one).values()) for one in q[::LOOKED_AT])
+    return _facts(error, t, at) | {"nearest": float(near)}
 
 
 def _ridden(setup: Setup, told: bool) -> Ride:
@@ -97,7 +135,11 @@ def _drawn(log: Log, rides: Mapping[str, Ride], file: Path) -> Path | None:
 
 
 def story(
-    run: runs.Run, log: Log, table: Mapping[str, Mapping[str, float]], picture: Path | None
+    run: runs.Run,
+    log: Log,
+    table: Mapping[str, Mapping[str, float]],
+    box: Mapping[str, Mapping[str, float]],
+    picture: Path | None,
 ) -> list[str]:
     """What happened, in plain words, with what the rival does as well."""
     facts = run.summary
@@ -107,6 +149,8 @@ def story(
     noticed = "did not find out" if after is None else f"found it out after {after:.0f} ms"
     rival, told, own = table[RIVAL_NEVER], table[RIVAL_TOLD], table[FINDS]
     width = max(map(len, table))
+    keeps, pushes = box[FINDS], box[RIVAL_NEVER]
+    ends = "and run into it" if pushes["nearest"] <= 0.0 else f"{words.length(pushes['nearest'])} from it"
     better = "less than ftqp" if told["after"] < table[OWN_TOLD]["after"] else "no less than ftqp"
     return [
         f"At {fault['at']:g} s the brake of {joint} closed. Nobody told the planner; its detector {noticed}, "
@@ -129,8 +173,14 @@ def story(
         f"{rival['after'] / own['after']:.1f}",
         "times as far as ftqp, which finds out by itself. All joints: docs/evidence/well-wired.md",
         "",
+        "With a box where the elbow goes after the lock, six joints cannot keep the tool's pose and pass it:",
+        f"ftqp, not told, stays {words.length(keeps['nearest'])} from it, as asked, strays "
+        f"{words.length(keeps['after'])} and says so;",
+        f"resolved rates know of no box, stray {words.length(pushes['after'])} {ends}.",
+        "The same beside pink and placo: benchmarks/results/peers_in_physics.md",
+        "",
         *([] if picture is None else [f"Picture of the arms: {picture}"]),
-        f"More pictures, log, summary: {run.folder}",
+        f"Log and summary: {run.folder}",
         f"One page of it all: ftqp report {run.folder} {run.folder / FOLDER}",
         "The live page, where you break the joints: ftqp view",
     ]
