@@ -85,3 +85,27 @@ def test_damping_and_frictionloss_are_read_with_the_defaults_of_their_class() ->
 def test_damping_that_pinocchio_would_take_for_none_is_refused(figure: str) -> None:
     with pytest.raises(ModelError, match=f"joint 'a' has damping '{figure}', expected a finite number"):
         Robot.from_mjcf(arm(armature=f'0" damping="{figure}'))
+
+
+def test_masses_that_stand_in_geoms_are_those_of_mujoco():
+    mujoco = pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
+    text = """<mujoco><compiler angle="radian"/><worldbody><body name="a" pos="0 0 .2">
+    <joint name="j1" axis="0 0 1" range="-2 2"/>
+    <geom type="capsule" fromto="0 0 0 .1 0 .3" size=".03" mass="2"/>
+    <body name="b" pos=".1 0 .3" euler=".3 0 0">
+    <joint name="j2" axis="0 1 0" pos="0 .02 0" range="-2 2" armature=".1"/>
+    <geom type="box" size=".05 .03 .1" density="800"/>
+    <body name="fixed" pos="0 .1 .1" euler="0 .4 .2">
+    <geom type="sphere" size=".04" mass=".7"/><site name="tool"/>
+    </body></body></body></worldbody></mujoco>"""
+    robot = Robot.from_mjcf(text, tip="tool", limits={"v_max": 1.0})
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    for q in ([0.0, 0.0], [0.4, -0.9]):
+        data.qpos[:] = q
+        data.qvel[:] = [0.3, -0.5]
+        mujoco.mj_forward(model, data)
+        M = np.empty((2, 2))
+        mujoco.mj_fullM(model, data, M)
+        assert np.allclose(robot.mass_matrix(q), M, atol=1e-12)
+        assert np.allclose(robot.bias(q, [0.3, -0.5]), data.qfrc_bias, atol=1e-12)

@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 
-from ftqp.core.errors import InputError
-from ftqp.model.audit import Finding, unsafe
+from ftqp.core.errors import InputError, MissingPackage
+from ftqp.model.audit import Finding, note, unsafe
 from ftqp.model.chain import kind
 from ftqp.model.followers import Follower
 from ftqp.model.reading.safe_xml import xml_of
@@ -43,6 +43,12 @@ def read(source: Any) -> Source:
     model = _model(text, path)
     model.name = name
     findings = _audit(root)
+    if (
+        not findings
+        and not any(one.mass for one in model.inertias)
+        and next(root.iter("geom"), None) is not None
+    ):
+        findings += _weighed(model, text, path)
     compiler = root.find("compiler")
     if compiler is None or compiler.get("angle", "degree") == "degree":
         _restore_slides(model)
@@ -60,6 +66,16 @@ def read(source: Any) -> Source:
         findings=findings,
         postures=read_model.postures,
     )
+
+
+def _weighed(model: Any, text: str, path: Path | None) -> list[Finding]:
+    """Takes the masses of geoms from MuJoCo; says so where it is missing."""
+    try:
+        from ftqp.model.reading.mjcf_masses import weigh  # MuJoCo is optional
+    except MissingPackage as error:
+        return [note(f"its masses may stand in its geoms, which MuJoCo reads: {error}")]
+    weigh(model, text, path)
+    return []
 
 
 def _follower(joint: ElementTree.Element, moved: set[str | None]) -> Follower:

@@ -3,6 +3,7 @@
 MuJoCo itself reads it, with defaults, angles and meshes: pinocchio loses the pose of a body without joints.
 """
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,12 +23,7 @@ def mjcf_collisions(source: Any) -> list[Collision]:
         InputError: The file cannot be read, MuJoCo refuses it, or it has geometry without a size or hull.
     """
     text, _, path = xml_of(source, "MJCF", "mujoco")
-    try:
-        model = (
-            mujoco.MjModel.from_xml_string(text) if path is None else mujoco.MjModel.from_xml_path(str(path))
-        )
-    except ValueError as error:
-        raise InputError(f"MJCF {str(path)!r} was refused by MuJoCo: {error!s:.300}") from error
+    model = compiled(text, path)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     return [
@@ -35,6 +31,24 @@ def mjcf_collisions(source: Any) -> list[Collision]:
         for at in range(model.ngeom)
         if model.geom_contype[at] or model.geom_conaffinity[at]
     ]
+
+
+def compiled(text: str, path: Path | None) -> Any:
+    """The model as MuJoCo reads it.
+
+    Args:
+        text: The MJCF.
+        path: Its file, or None.
+
+    Raises:
+        InputError: MuJoCo refuses it.
+    """
+    try:
+        return (
+            mujoco.MjModel.from_xml_string(text) if path is None else mujoco.MjModel.from_xml_path(str(path))
+        )
+    except ValueError as error:
+        raise InputError(f"MJCF {str(path)!r} was refused by MuJoCo: {error!s:.300}") from error
 
 
 def _piece(model: Any, data: Any, at: int) -> Collision:
