@@ -34,7 +34,7 @@ from steps.environments import DEFAULT, NotInstalled  # noqa: E402
 
 import ftqp  # noqa: E402
 from ftqp.app.scenario.setup import load  # noqa: E402
-from ftqp.sim.rival.beside import ride  # noqa: E402
+from ftqp.sim.rival.beside import ride, strayed  # noqa: E402
 from ftqp.sim.rival.resolved_rates import ResolvedRates  # noqa: E402
 
 SCENARIO, DEMO = "panda-unannounced", "panda_joint3"
@@ -121,7 +121,7 @@ def own(joint: str, told: bool, box: bool) -> dict[str, object]:
     setup = load(SCENARIO, choices(joint, told, box))
     result = setup.simulation(log="memory").run()
     (event,), log = setup.schedule, result.log
-    run = (log["t"], log["position_error"], log["q"], log["v"], event.at, setup.robot)
+    run = (log["t"], strayed(log), log["q"], log["v"], event.at, setup.robot)
     return facts("ftqp", joint, told, run, result.final_status.name)
 
 

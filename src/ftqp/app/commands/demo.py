@@ -82,9 +82,9 @@ def tell_story(out: Path | None, *, as_json: bool) -> ExitCode:
 
 
 def _of_log(folder: Path) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Times, joints and errors of a run."""
+    """Times, joints and true errors of a run."""
     log = load_log(folder / FILE_NAME)
-    return log["t"], log["q"], log["position_error"]
+    return log["t"], log["q"], strayed(log)
 
 
 def _of_ride(done: Ride) -> tuple[FloatArray, FloatArray, FloatArray]:
