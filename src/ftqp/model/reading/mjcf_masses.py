@@ -34,9 +34,9 @@ def weigh(model: Any, text: str, path: Path | None) -> None:
         if read.body_mass[b] <= 0.0 or root == 0 or not model.existFrame(name):
             continue
         frame = model.frames[model.getFrameId(name)]
-        R = np.empty(9)
-        mujoco.mju_quat2Mat(R, read.body_iquat[b])
-        R = R.reshape(3, 3)
+        turned = np.empty(9)
+        mujoco.mju_quat2Mat(turned, read.body_iquat[b])
+        R = turned.reshape(3, 3)
         inertia = pin.Inertia(
             float(read.body_mass[b]), read.body_ipos[b].copy(), R @ np.diag(read.body_inertia[b]) @ R.T
         )
