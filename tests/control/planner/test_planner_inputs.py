@@ -30,6 +30,7 @@ GOOD = (ftqp.StepStatus.OK, ftqp.StepStatus.RELAXED)
         ({"target": None}, r"target is NoneType, expected ftqp\.Target"),
         ({"tau": np.zeros(6)}, r"tau has shape \(6,\), expected \(7,\)"),
         ({"tip": np.eye(3)}, r"tip has shape \(3, 3\), expected \(4, 4\)"),
+        ({"_": 3}, r"step got 3 behind its target, expected nothing; give tau, tip and ticks by name"),
         ({"tip": "here"}, "tip is not an array of numbers: 'here'"),
         ({"tau": np.full(7, np.nan), "tip": np.eye(3)}, r"tip has shape \(3, 3\), expected \(4, 4\)"),
     ],

@@ -24,8 +24,13 @@ _MISTAKES: dict[int, str] = {
 }
 
 
-def not_a_target(given: Any) -> InputError:
-    """The error for something else in a target's place, or for one that was turned to no row."""
+def not_a_target(given: Any, more: object = None) -> InputError:
+    """The error for something else as the target or behind it, or for a target that was turned to no row."""
+    if more is not None:
+        return InputError(
+            f"step got {shown(more)} behind its target, expected nothing; give tau, tip and ticks by name, "
+            "for example step(q, v, target, tau=tau)"
+        )
     row = getattr(given, "row", 0)
     if hasattr(given, "packed") and not is_row(row):
         return InputError(f"target.row is {shown(row)}, expected a whole number; take targets.at(k)")
