@@ -17,6 +17,17 @@ from ftqp.app.commands.cli import app
 
 PROGRAM = "import sys\nfrom ftqp.__main__ import main\nif __name__ == '__main__':\n    sys.exit(main())\n"
 """What pip writes as ``bin/ftqp``."""
+ONE_AFTER_ANOTHER = """import sys
+from ftqp.__main__ import main
+if __name__ == '__main__':
+    for arguments in {commands!r}:
+        sys.argv[1:] = arguments
+        try:
+            main()
+        except SystemExit as end:
+            sys.stderr.write(f"{{arguments[0]}} ended with {{end.code}}\\n")
+"""
+"""The same for many commands: what was not loaded by one is loaded by the next."""
 HOSTILE = (
     "import pathlib\n"
     "pathlib.Path({marker!r}).touch()\n"
@@ -152,11 +163,11 @@ def environment() -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
 
 
-def program(folder: Path) -> list[str]:
+def program(folder: Path, text: str = PROGRAM) -> list[str]:
     """The command, as it is installed: a script in a folder of its own."""
     script = folder / "bin" / "ftqp"
     script.parent.mkdir()
-    script.write_text(PROGRAM, encoding="utf-8")
+    script.write_text(text, encoding="utf-8")
     return [sys.executable, str(script)]
 
 
@@ -175,10 +186,12 @@ def test_every_command_is_tried() -> None:
     assert set(COMMANDS) == set(group.commands)  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize("name", sorted(COMMANDS.keys() - {"view"}))
-def test_command_runs_nothing_of_the_current_folder(name: str, current: Path, tmp_path: Path) -> None:
-    done = run([*program(tmp_path), name, *COMMANDS[name]], current)
-    assert (done.returncode, markers(current)) == (0, []), done.stderr[-600:]
+def test_commands_run_nothing_of_the_current_folder(current: Path, tmp_path: Path) -> None:
+    names = sorted(COMMANDS.keys() - {"view"})
+    commands = [[name, *COMMANDS[name]] for name in names]
+    done = run(program(tmp_path, ONE_AFTER_ANOTHER.format(commands=commands)), current)
+    ends = [line for line in done.stderr.splitlines() if " ended with " in line]
+    assert (ends, markers(current)) == ([f"{name} ended with 0" for name in names], []), done.stderr[-900:]
 
 
 def test_view_runs_nothing_of_the_current_folder(current: Path, tmp_path: Path) -> None:
