@@ -83,7 +83,8 @@ def test_run_without_matplotlib_says_so_and_goes_on(short: Path, tmp_path: Path)
 
 
 def test_summary_has_the_promised_keys(short: Path, tmp_path: Path) -> None:
-    invoke("run", short, "--out", tmp_path / "out")
+    invoke("run", "--no-figures", short, "--out", tmp_path / "out")
+    assert not (tmp_path / "out" / "figures").exists()
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     promised = (
         "scenario robot scheme backend level dt steps completed final_status stopped_at status_counts "
@@ -99,15 +100,15 @@ def test_summary_has_the_promised_keys(short: Path, tmp_path: Path) -> None:
 
 
 def test_resolved_scenario_of_a_run_gives_the_same_run(short: Path, tmp_path: Path) -> None:
-    invoke("run", short, "--set", "planner.task.kp=50.0", "--out", tmp_path / "first")
-    result = invoke("run", tmp_path / "first" / "scenario.toml", "--out", tmp_path / "second")
+    invoke("run", "--no-figures", short, "--set", "planner.task.kp=50.0", "--out", tmp_path / "first")
+    result = invoke("run", "--no-figures", tmp_path / "first" / "scenario.toml", "--out", tmp_path / "second")
     assert result.exit_code == 0, result.output
     first, second = (ftqp.load_log(tmp_path / name) for name in ("first", "second"))
     assert (first["q"] == second["q"]).all()
 
 
 def test_json_is_one_object_on_stdout_and_nothing_else(short: Path, tmp_path: Path) -> None:
-    result = process("run", short, "--out", tmp_path / "out", "--json")
+    result = process("run", "--no-figures", short, "--out", tmp_path / "out", "--json")
     assert result.returncode == 0, result.stderr
     assert json.loads(result.stdout)["completed"] is True
 
@@ -131,7 +132,7 @@ def test_errors_go_to_stderr_without_traceback() -> None:
 
 
 def test_a_task_that_is_not_completed_exits_1(tmp_path: Path) -> None:
-    result = invoke("run", "planar6-stop", "--out", tmp_path / "out", "--json")
+    result = invoke("run", "--no-figures", "planar6-stop", "--out", tmp_path / "out", "--json")
     summary = json.loads(result.stdout)
     assert result.exit_code == 1
     assert summary["completed"] is False
@@ -154,14 +155,25 @@ def test_default_folder_is_named_by_scenario_and_time(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     for _ in range(2):
-        assert invoke("run", short).exit_code == 0
+        assert invoke("run", "--no-figures", short).exit_code == 0
     names = [folder.name for folder in (tmp_path / "runs").iterdir()]
     assert len(names) == 2
     assert all(name.startswith("short-") for name in names)
 
 
 def test_backend_and_scheme_replace_those_of_the_scenario(short: Path, tmp_path: Path) -> None:
-    result = invoke("run", short, "--backend", "daqp", "--scheme", "rmp", "--out", tmp_path / "out", "--json")
+    result = invoke(
+        "run",
+        "--no-figures",
+        short,
+        "--backend",
+        "daqp",
+        "--scheme",
+        "rmp",
+        "--out",
+        tmp_path / "out",
+        "--json",
+    )
     summary = json.loads(result.stdout)
     assert (summary["backend"], summary["scheme"]) == ("daqp", "rmp")
 
@@ -169,7 +181,7 @@ def test_backend_and_scheme_replace_those_of_the_scenario(short: Path, tmp_path:
 def test_backend_may_be_a_profile_file(short: Path, tmp_path: Path) -> None:
     profile = tmp_path / "mine.toml"
     profile.write_text('name = "osqp"\ntolerance = 1e-9\n')
-    result = invoke("run", short, "--backend", profile, "--out", tmp_path / "out", "--json")
+    result = invoke("run", "--no-figures", short, "--backend", profile, "--out", tmp_path / "out", "--json")
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout)["backend"] == "osqp"
 
@@ -326,5 +338,7 @@ def test_checked_scenario_is_the_start_of_an_own_one(name: str, tmp_path: Path) 
     assert checked.exit_code == 0
     mine.write_text(checked.stdout, encoding="utf-8")
     assert invoke("check", mine).stdout == checked.stdout
-    ran = invoke("run", mine, "--set", "simulation.duration=0.3", "--out", tmp_path / "out", "--json")
+    ran = invoke(
+        "run", "--no-figures", mine, "--set", "simulation.duration=0.3", "--out", tmp_path / "out", "--json"
+    )
     assert json.loads(ran.stdout)["steps"] > 1

@@ -142,7 +142,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, text in FILES.items():
         (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     short, qps = folder / "short.toml", folder / "qps.npz"
-    for arguments in (("run", "--record-qps", qps), ("minute", *MINUTE)):
+    for arguments in (("run", "--no-figures", "--record-qps", qps), ("minute", "--no-figures", *MINUTE)):
         name, *more = map(str, arguments)
         result = CliRunner().invoke(app, ["run", str(short), "--out", str(folder / name), *more])
         assert result.exit_code == 0, result.output

@@ -26,7 +26,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
                     "planner.dt=0.002", f"simulation.seed={seed}",
                     f"simulation.mujoco.coulomb={FRICTION}"]  # fmt: skip
         given = [part for one in settings for part in ("--set", one)]
-        result = asked("run", "panda-undetected", *given, "--out", folder)
+        result = asked("run", "--no-figures", "panda-undetected", *given, "--out", folder)
         assert result.exit_code == 0, result.output
     return folders
 

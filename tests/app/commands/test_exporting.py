@@ -53,7 +53,9 @@ def ftqp_command(*arguments):
 @pytest.fixture(scope="module", params=SHORT)
 def run(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "run"
-    code, _, errors = ftqp_command("run", request.param, *SHORT[request.param], "--out", folder)
+    code, _, errors = ftqp_command(
+        "run", "--no-figures", request.param, *SHORT[request.param], "--out", folder
+    )
     assert code in (0, 1), errors
     return folder
 
@@ -111,7 +113,7 @@ def test_sliding_joint_is_written(tmp_path):
     robot = ftqp.Robot.from_dh(table, prismatic=[1], limits={"v_max": 1.0})
     (tmp_path / "slide.urdf").write_text(robot.to_urdf())
     (tmp_path / "slide.toml").write_text(SLIDING.format(tip=robot.tip))
-    code, _, errors = ftqp_command("run", tmp_path / "slide.toml", "--out", tmp_path / "run")
+    code, _, errors = ftqp_command("run", "--no-figures", tmp_path / "slide.toml", "--out", tmp_path / "run")
     assert code == 0, errors
     for form in FORMATS:
         assert ftqp_command("export", tmp_path / "run", "--format", form)[0] == 0
@@ -153,7 +155,7 @@ def test_run_cut_short_and_of_another_version_is_written_and_noted(run, tmp_path
 
 def test_trajectory_that_ends_in_motion_is_noted(tmp_path):
     arguments = ["--set", "simulation.duration=0.5", "--set", "faults="]
-    ftqp_command("run", "panda-circle", *arguments, "--out", tmp_path / "run")
+    ftqp_command("run", "--no-figures", "panda-circle", *arguments, "--out", tmp_path / "run")
     code, out, _ = ftqp_command("export", tmp_path / "run", "--format", "trajectory", "--json")
     facts = json.loads(out)
     assert code == 0 and facts["last_speed"] > 1e-4

@@ -68,7 +68,7 @@ def run_of(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
     def made(name: str, *overrides: str) -> Path:
         out = tmp_path_factory.mktemp("runs") / name
-        wanted = ["run", "planar6-square", "--out", out, "--set", "simulation.duration=1.0"]
+        wanted = ["run", "--no-figures", "planar6-square", "--out", out, "--set", "simulation.duration=1.0"]
         wanted += ["--set", "faults.0.at=0.5", *(part for one in overrides for part in ("--set", one))]
         result = CliRunner().invoke(app, [str(part) for part in wanted])
         assert result.exit_code == 0, result.output

@@ -76,7 +76,7 @@ def test_markdown_has_the_table_and_the_figures(compared: tuple[Any, Path]) -> N
 
 
 def test_a_stopped_run_makes_the_exit_code_1(tmp_path: Path) -> None:
-    result = invoke("planar6-stop", "--schemes", "dlsm", "--out", tmp_path / "out")
+    result = invoke("--no-figures", "planar6-stop", "--schemes", "dlsm", "--out", tmp_path / "out")
     assert result.exit_code == 1
     assert "stopped at 16.8" in result.stdout
 
@@ -99,7 +99,7 @@ def test_a_run_that_breaks_off_is_told_and_the_rest_runs(
         return real(setup, folder, **options)
 
     monkeypatch.setattr(comparison.runs, "run", full)
-    result = invoke(short, "--schemes", "mvn,rmp", "--out", tmp_path / "out", "--json")
+    result = invoke("--no-figures", short, "--schemes", "mvn,rmp", "--out", tmp_path / "out", "--json")
     first, second = json.loads(result.stdout)["runs"]
     assert result.exit_code == 1
     assert (first["ran"], first["reason"]) == (False, "log cannot be written: disk full")
@@ -131,7 +131,7 @@ def test_ctrl_c_keeps_finished_runs_and_shows_what_there_is(short: Path, tmp_pat
     long = tmp_path / "long.toml"
     long.write_text(short.read_text() + "\n[simulation]\nduration = 20000.0\n")
     process = subprocess.Popen(
-        [sys.executable, "-m", "ftqp", "compare", str(short), str(long), "--out", str(out)],
+        [sys.executable, "-m", "ftqp", "compare", "--no-figures", str(short), str(long), "--out", str(out)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -38,7 +38,9 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
         '[robot]\nname = "planar6"\n[planner]\ndt = 0.01\n[path]\nkind = "line"\nduration = 0.5\n'
         'displacement = [0.01, 0.0, 0.0]\n[[faults]]\nkind = "locked"\njoint = "j2"\nat = 0.2\n'
     )
-    result = invoke("run", scenario, "--out", folder / "out", "--record-qps", folder / "out" / "qps.npz")
+    result = invoke(
+        "run", "--no-figures", scenario, "--out", folder / "out", "--record-qps", folder / "out" / "qps.npz"
+    )
     assert result.exit_code == 0, result.output
     return folder / "out" / "qps.npz"
 
@@ -55,7 +57,7 @@ def test_run_records_every_qp_and_says_where(file: Path) -> None:
 @pytest.mark.long
 def test_recording_does_not_change_the_run(file: Path, tmp_path: Path) -> None:
     scenario = file.parent / "scenario.toml"
-    assert invoke("run", scenario, "--out", tmp_path / "plain").exit_code == 0
+    assert invoke("run", "--no-figures", scenario, "--out", tmp_path / "plain").exit_code == 0
     first, second = ftqp.load_log(file.parent), ftqp.load_log(tmp_path / "plain")
     np.testing.assert_allclose(first["q"], second["q"], rtol=0.0, atol=1e-9)
     assert (first["status"] == second["status"]).all()
@@ -65,7 +67,9 @@ def test_recording_does_not_change_the_run(file: Path, tmp_path: Path) -> None:
 def test_run_keeps_the_ticks_that_the_scenario_asks_for(short: Path, tmp_path: Path) -> None:
     choices = ("recording.begin=0.1", "recording.end=0.31", "recording.every=4", "recording.limit=3")
     sets = [word for choice in choices for word in ("--set", choice)]
-    result = invoke("run", short, *sets, "--out", tmp_path / "out", "--record-qps", tmp_path / "q.npz")
+    result = invoke(
+        "run", "--no-figures", short, *sets, "--out", tmp_path / "out", "--record-qps", tmp_path / "q.npz"
+    )
     assert result.exit_code == 0, result.output
     assert Recording.load(tmp_path / "q.npz").tick.tolist() == [22, 26, 30]
     assert "3 older ones did not fit into memory" in result.stdout
@@ -74,7 +78,7 @@ def test_run_keeps_the_ticks_that_the_scenario_asks_for(short: Path, tmp_path: P
 @pytest.mark.long
 def test_run_that_records_nothing_says_so_and_writes_no_file(short: Path, tmp_path: Path) -> None:
     result = invoke(
-        *("run", short, "--set", "recording.begin=9.0"),
+        *("run", "--no-figures", short, "--set", "recording.begin=9.0"),
         *("--out", tmp_path / "out", "--record-qps", tmp_path / "q.npz"),
     )
     assert result.exit_code == 0, result.output
@@ -97,7 +101,9 @@ def test_a_recording_that_cannot_be_is_refused_before_the_run(
     short: Path, tmp_path: Path, name: str, window: tuple[str, ...], message: str
 ) -> None:
     sets = [word for one in window for word in ("--set", f"recording.{one}")]
-    result = invoke("run", short, *sets, "--out", tmp_path / "out.npz", "--record-qps", tmp_path / name)
+    result = invoke(
+        "run", "--no-figures", short, *sets, "--out", tmp_path / "out.npz", "--record-qps", tmp_path / name
+    )
     assert result.exit_code == 2
     assert message in result.stderr
     assert not (tmp_path / "out.npz").exists()
@@ -115,7 +121,9 @@ def test_interrupted_run_keeps_what_it_has_recorded(
         advance(plant, step)
 
     monkeypatch.setattr(KinematicPlant, "advance", interrupted)
-    result = invoke("run", short, "--out", tmp_path / "out", "--record-qps", tmp_path / "q.npz", "--json")
+    result = invoke(
+        "run", "--no-figures", short, "--out", tmp_path / "out", "--record-qps", tmp_path / "q.npz", "--json"
+    )
     assert result.exit_code == 130
     assert len(Recording.load(tmp_path / "q.npz")) == 20
     assert json.loads(result.stdout)["recording"]["ticks"] == [0, 19]

@@ -30,10 +30,10 @@ def plan_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_lock_that_ends_the_motion_of_least_speed_is_survived_on_the_plan(
     plan_file: Path, tmp_path: Path
 ) -> None:
-    without = runs.run(load(LINE), tmp_path / "without").summary
+    without = runs.run(load(LINE), tmp_path / "without", drawn=False).summary
     planned = load(LINE, plan=plan_file)
     assert np.array_equal(planned.q, ftqp.analysis.load_plan(plan_file).q[0])
-    led = runs.run(planned, tmp_path / "with").summary
+    led = runs.run(planned, tmp_path / "with", drawn=False).summary
     assert not without["completed"]
     assert led["completed"] and led["max_position_error"] < 1e-3
 
@@ -75,9 +75,13 @@ def test_a_plan_of_something_else_is_refused(
 @pytest.mark.long
 def test_run_takes_a_plan_and_says_in_a_sentence_that_there_is_none(plan_file: Path, tmp_path: Path) -> None:
     runner = CliRunner()
-    done = runner.invoke(app, ["run", LINE, "--plan", str(plan_file), "--out", str(tmp_path / "a"), "--json"])
+    done = runner.invoke(
+        app, ["run", "--no-figures", LINE, "--plan", str(plan_file), "--out", str(tmp_path / "a"), "--json"]
+    )
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)["completed"]
-    missing = runner.invoke(app, ["run", LINE, "--plan", "no.npz", "--out", str(tmp_path / "b")])
+    missing = runner.invoke(
+        app, ["run", "--no-figures", LINE, "--plan", "no.npz", "--out", str(tmp_path / "b")]
+    )
     assert missing.exit_code == 2 and "does not exist" in missing.output
     assert not (tmp_path / "b").exists()

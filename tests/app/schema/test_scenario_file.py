@@ -1,6 +1,6 @@
 """A scenario, resolved: the objects stand for what the tables say, and the bundled ones do what they tell."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -71,11 +71,11 @@ def test_every_bundled_scenario_has_its_ending_told() -> None:
 
 
 @pytest.fixture(scope="module")
-def summary_of(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], dict[str, Any]]]:
+def summary_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], dict[str, Any]]:
     """The summary of the run of a bundled scenario, which is run once and not drawn."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(runs, "_figures", lambda log, folder: ())
-        yield cache(lambda name: runs.run(load(name), tmp_path_factory.mktemp("runs") / "out").summary)
+    return cache(
+        lambda name: runs.run(load(name), tmp_path_factory.mktemp("runs") / "out", drawn=False).summary
+    )
 
 
 @pytest.mark.long
@@ -258,7 +258,9 @@ def test_singular_scenario_finishes_on_its_line(
     assert facts["max_off_path"] <= 0.05 * 0.0254
     assert facts["blocked"] is None and facts["reference"] == "progress"
     assert set(facts["max_failed_joint_motion"].values()) == {0.0}
-    slack = runs.run(load("modular11-singular", ["planner.task.mode=slack"]), tmp_path / "time").summary
+    slack = runs.run(
+        load("modular11-singular", ["planner.task.mode=slack"]), tmp_path / "time", drawn=False
+    ).summary
     assert slack["reference"] == "time" and slack["max_off_path"] > 5.0 * facts["max_off_path"]
 
 
@@ -268,7 +270,7 @@ def test_blocked_path_is_told_and_ends_the_run(tmp_path: Path) -> None:
     content = scenario.content
     content["faults"] = [*content["faults"], *rolls]
     found = Document(name="test", origin="test", folder=Path.cwd(), content=content)
-    ended = runs.run(resolve(found, validated(found)), tmp_path / "out")
+    ended = runs.run(resolve(found, validated(found)), tmp_path / "out", drawn=False)
     assert "cannot go on along -x" in ended.summary["blocked"]
     assert ended.summary["path_completed_at"] is None and ended.exit_code == 1
     # So far joints 6, 8 and 10, which alone can move, reach the points of the line exactly.

@@ -34,7 +34,7 @@ def test_scenario_is_live_with_its_twin_unless_told_otherwise():
 
 def test_folder_of_a_run_is_a_replay(tmp_path):
     setup = load("planar3-line", ["simulation.duration=0.5"])
-    runs.run(setup, tmp_path / "run")
+    runs.run(setup, tmp_path / "run", drawn=False)
     with shown(Choice(scenario=str(tmp_path / "run"))) as (kind, source):
         stage = source.stage()
         assert kind == "replay" and not stage.live and stage.duration == pytest.approx(0.5)

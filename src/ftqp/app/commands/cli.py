@@ -12,7 +12,7 @@ from ftqp.app.commands.building import build
 from ftqp.app.commands.campaigning import campaign
 from ftqp.app.commands.exporting import export
 from ftqp.app.commands.identifying import identify
-from ftqp.app.commands.options import Backend, Json, Out, Overrides, PlanFile, Scheme, Source
+from ftqp.app.commands.options import Backend, Json, NoFigures, Out, Overrides, PlanFile, Scheme, Source
 from ftqp.app.output.console import (
     ExitCode,
     answer,
@@ -95,6 +95,7 @@ def run(
         typer.Option("--record-qps", metavar="FILE", help="A new .npz file for the QPs of the run."),
     ] = None,
     plan: PlanFile = None,
+    no_figures: NoFigures = False,
     as_json: Json = False,
 ) -> ExitCode:
     """Run a scenario; writes summary.json, log.sqlite and figures."""
@@ -107,7 +108,7 @@ def run(
     setup = load(
         scenario, overrides or (), backend=backend, scheme=scheme, record=record is not None, plan=plan
     )
-    result = runs.run(setup, folder, record)
+    result = runs.run(setup, folder, record, drawn=not no_figures)
     answer(result.summary, as_json, lambda: tell("\n".join(words.report(result.summary))))
     return result.exit_code
 
@@ -164,6 +165,7 @@ def compare(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder to make; runs/compare-<time> if left out.")
     ] = None,
+    no_figures: NoFigures = False,
     as_json: Json = False,
 ) -> ExitCode:
     """Run scenarios under several schemes and backends; writes a table, figures and every run."""
@@ -172,9 +174,8 @@ def compare(
     from ftqp.app.run import runs
 
     folder = runs.free_folder(out, "compare")
-    result = comparison.compare(
-        combinations(scenarios, overrides or (), backends=backends, schemes=schemes), folder
-    )
+    combined = combinations(scenarios, overrides or (), backends=backends, schemes=schemes)
+    result = comparison.compare(combined, folder, drawn=not no_figures)
     answer({"runs": result.rows}, as_json, result.tell)
     return result.exit_code
 

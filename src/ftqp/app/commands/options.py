@@ -21,6 +21,9 @@ def whole_number(text: str) -> int:
 
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.")]
+NoFigures = Annotated[
+    bool, typer.Option("--no-figures", help="Draw nothing: a short run takes less time than its figures.")
+]
 Source = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="A scenario file, or the name of a bundled one.")
 ]

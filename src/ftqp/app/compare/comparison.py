@@ -71,7 +71,7 @@ class Comparison:
         tell(f"files: {self.folder}")
 
 
-def compare(combinations: Sequence[Combination], folder: Path) -> Comparison:
+def compare(combinations: Sequence[Combination], folder: Path, *, drawn: bool = True) -> Comparison:
     """Runs what can run, one after the other, and writes everything below ``folder``.
 
     Runs take turns and never run at once: their step times would disturb each other.
@@ -80,10 +80,10 @@ def compare(combinations: Sequence[Combination], folder: Path) -> Comparison:
         InputError: The folder cannot be made or written.
     """
     runs.make_folder(folder)
-    rows, interrupted, failed = _rows(combinations, folder)
+    rows, interrupted, failed = _rows(combinations, folder, drawn)
     _write(folder, rows, ())
     figures: tuple[Path, ...] = ()
-    if not interrupted:
+    if drawn and not interrupted:
         try:
             figures = _figures(folder, rows)
         except KeyboardInterrupt:
@@ -94,7 +94,9 @@ def compare(combinations: Sequence[Combination], folder: Path) -> Comparison:
     )
 
 
-def _rows(combinations: Sequence[Combination], folder: Path) -> tuple[list[dict[str, Any]], bool, bool]:
+def _rows(
+    combinations: Sequence[Combination], folder: Path, drawn: bool
+) -> tuple[list[dict[str, Any]], bool, bool]:
     """One row a combination, whether Ctrl-C came, and whether a run broke off."""
     rows: list[dict[str, Any]] = []
     todo = sum(combination.setup is not None for combination in combinations)
@@ -110,6 +112,7 @@ def _rows(combinations: Sequence[Combination], folder: Path) -> tuple[list[dict[
                         combination.setup,
                         folder / combination.name,
                         advance=partial(_advanced, advance, done),
+                        drawn=drawn,
                     )
                     facts, interrupted = run.summary, run.summary["interrupted"]
                 except KeyboardInterrupt:
