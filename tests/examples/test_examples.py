@@ -1,5 +1,6 @@
 """Every example runs by itself, says what it shows, and ends with three numbers."""
 
+import json
 import re
 import subprocess
 import sys
@@ -15,12 +16,28 @@ HERE = [e for e in EXAMPLES if e.name != HUMANOID or ROBOT_DATA is not None]
 """The examples that can be run: the humanoid needs the extra ``robots``."""
 
 
-def lines_of(example, *arguments):
-    done = subprocess.run(
-        [sys.executable, str(example), "--headless", *arguments], capture_output=True, text=True, timeout=240
-    )
+ALL = """import contextlib, io, json, runpy, sys
+printed = {}
+for example, *arguments in json.loads(sys.argv[1]):
+    sys.argv[:] = [example, "--headless", *arguments]
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        try:
+            runpy.run_path(example, run_name="__main__")
+        except SystemExit as end:
+            if end.code:
+                raise
+    printed[example] = out.getvalue().strip().splitlines()
+print(json.dumps(printed))
+"""
+"""Runs them one after the other: loading what all of them need takes longer than most of them."""
+
+
+def lines_of(*commands):
+    """What each example prints, by its name; a command is its file and more arguments."""
+    asked = json.dumps([[str(part) for part in command] for command in commands])
+    done = subprocess.run([sys.executable, "-c", ALL, asked], capture_output=True, text=True, timeout=480)
     assert done.returncode == 0, done.stderr
-    return done.stdout.strip().splitlines()
+    return {Path(name).name: lines for name, lines in json.loads(done.stdout).items()}
 
 
 def number(line):
@@ -35,7 +52,7 @@ def pictures(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def printed(pictures):
-    return {e.name: lines_of(e, "--figure", str(pictures / f"{e.stem}.png")) for e in HERE}
+    return lines_of(*((e, "--figure", pictures / f"{e.stem}.png") for e in HERE))
 
 
 def test_examples_are_numbered_without_a_gap():
@@ -80,7 +97,8 @@ def test_urdf_is_taken_from_the_command_line(tmp_path):
         for i in range(8)
     ]
     file.write_text(f'<robot name="mine">{"".join(links + joints)}</robot>', encoding="utf-8")
-    first, error, _ = lines_of(FOLDER / "02_your_own_urdf.py", str(file), "--tip", "a8")
+    own = FOLDER / "02_your_own_urdf.py"
+    first, error, _ = lines_of((own, file, "--tip", "a8"))[own.name]
     assert first == "joints of mine: 8" and number(error) < 0.1
 
 
