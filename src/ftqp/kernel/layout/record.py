@@ -66,7 +66,7 @@ def zeros_in_line(dtype: np.dtype[Any]) -> Any:
 def in_line(memory: Any) -> Any:
     """A copy of (1,) that begins a line of the cache."""
     copy = zeros_in_line(memory.dtype)
-    copy[:] = memory
+    copy.view(np.uint8)[:] = memory.view(np.uint8)  # as bytes, not field by field
     return copy
 
 
