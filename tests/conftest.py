@@ -1,5 +1,7 @@
 """For all tests: how long a case takes decides nothing, as machines differ; whole scripts are slow."""
 
+import gc
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -20,6 +22,17 @@ FROM_END_TO_END = (
 def pytest_addoption(parser: pytest.Parser) -> None:
     """``--few 2``: of each parametrised test its first and its last case only."""
     parser.addoption("--few", type=int, metavar="N", help="run N cases of each test, evenly spread")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """What is collected stays: the garbage collector looks at it neither meanwhile nor in any test."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+        gc.freeze()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterable
+from functools import cache
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
@@ -33,8 +34,6 @@ HOSTILE = (
     "pathlib.Path({marker!r}).touch()\n"
     "raise ImportError('code from the current folder was run')\n"
 )
-EVERY = {*sys.stdlib_module_names, *packages_distributions(), "ftqp", "sitecustomize", "usercustomize"}
-"""Every module that this Python has, and what it looks for when it starts."""
 OF_FTQP = {"json", "multiprocessing", "numba", "numpy", "pinocchio", "rich", "scipy", "sqlite3",
            "tomllib", "typer", "typing"}  # fmt: skip
 """Modules that ftqp asks for; ``python -m`` itself imports others before it comes to ftqp."""
@@ -124,11 +123,17 @@ COMMANDS = {
 """Each command with arguments that keep it short; what workers import does not depend on their work."""
 
 
-def hostile(folder: Path, names: Iterable[str] = EVERY) -> Path:
+@cache
+def every() -> set[str]:
+    """Every module that this Python has, and what it looks for when it starts."""
+    return {*sys.stdlib_module_names, *packages_distributions(), "ftqp", "sitecustomize", "usercustomize"}
+
+
+def hostile(folder: Path, names: Iterable[str] | None = None) -> Path:
     """A folder with a stranger's module in the place of each of these."""
     folder.mkdir(exist_ok=True)
     (folder / "markers").mkdir()
-    for name in names:
+    for name in every() if names is None else names:
         file = folder / name / "__init__.py" if name == "multiprocessing" else folder / f"{name}.py"
         file.parent.mkdir(exist_ok=True)
         file.write_text(HOSTILE.format(marker=str(folder / "markers" / name)), encoding="utf-8")
