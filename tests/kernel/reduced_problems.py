@@ -6,11 +6,10 @@ import numpy as np
 
 from ftqp.kernel.closed_forms.gathering import gather
 from ftqp.kernel.entry.session import Reduced
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.layout import method_codes
 from ftqp.kernel.maths.svd import svd
 
-RULES = {"bound": codes.BOUND, "bound_2": codes.BOUND_2, "tight": codes.TIGHT, "row": codes.ROW,
-         "exact_2": codes.EXACT_2, "exact_inf": codes.EXACT_INF}  # fmt: skip
+RULES = {rule.name.lower(): int(rule) for rule in method_codes.Rule}
 JOINTS = 16
 """What the memory is for, unless a problem has more joints: one class, compiled once."""
 
@@ -36,7 +35,7 @@ def decomposed(J: Any, xdot: Any = None, locked: Any = ()) -> Any:
     return P
 
 
-def solved(reduced: Reduced, method: int = codes.PSEUDOINVERSE, rule: str = "row",
+def solved(reduced: Reduced, method: int = method_codes.PSEUDOINVERSE, rule: str = "row",
            limit: float = 0.0) -> Any:  # fmt: skip
     """x, (n,), and kappa."""
     P = reduced.P

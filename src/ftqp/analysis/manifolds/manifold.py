@@ -11,7 +11,7 @@ from ftqp.analysis.manifolds.curve_extremes import extremes
 from ftqp.analysis.manifolds.scanned_range import scanned_range
 from ftqp.core.checks import FloatArray, IntArray, frozen
 from ftqp.kernel.entry.study_session import TracedCurve
-from ftqp.kernel.layout.enums import CurveEnd
+from ftqp.kernel.layout.method_codes import CurveEnd
 
 NEARLY_SINGULAR = 1e-6
 """Smallest singular value [m] below which a self-motion counts as singular."""

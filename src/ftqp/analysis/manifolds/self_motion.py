@@ -10,7 +10,7 @@ from ftqp.analysis.manifolds.manifold import Manifold, manifold_of, manifold_of_
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.study_session import TracedCurve
-from ftqp.kernel.layout.enums import CurveEnd
+from ftqp.kernel.layout.method_codes import CurveEnd
 from ftqp.model.robot import Robot
 
 STARTS = 2048

@@ -18,15 +18,8 @@ from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import pose as checked_pose
 from ftqp.core.setting import setting
 from ftqp.kernel.entry.session import BaseMemory
-from ftqp.kernel.layout.enums import (
-    DELAYS,
-    HAS_BASE,
-    HAS_POSITION,
-    HAS_TIP,
-    HAS_TWIST,
-    Attitude,
-    BaseCode,
-)
+from ftqp.kernel.layout.base_codes import HAS_BASE, HAS_POSITION, HAS_TIP, HAS_TWIST, Attitude, BaseCode
+from ftqp.kernel.layout.enums import DELAYS
 from ftqp.kernel.layout.record import capacity_for
 from ftqp.kernel.layout.thresholds import SINGULAR_FROM
 

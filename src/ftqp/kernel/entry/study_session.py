@@ -11,7 +11,7 @@ from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Call, bound, rooms
 from ftqp.kernel.entry.threads import thread_count
-from ftqp.kernel.layout.enums import CurveEnd
+from ftqp.kernel.layout.method_codes import CurveEnd
 from ftqp.kernel.layout.record import capacity_for, load_chain
 from ftqp.kernel.layout.study_room import GOAL_SIZE, study_dtype
 

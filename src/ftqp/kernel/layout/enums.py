@@ -1,4 +1,4 @@
-"""Every code that the record carries, each enumeration once.
+"""Every code that the record carries, each enumeration once; those of bases and methods have a file each.
 
 Compiled code compares plain integers, so that each enumeration is followed by its members under their short
 names. Whoever shows a code to a person reads its name here.
@@ -10,9 +10,9 @@ from typing import Final
 JOINTS: Final = 64
 """The most joints that an arm may have."""
 TASK_ROWS: Final = 6
+"""The most rows that a task may have: those of a pose."""
 SETS: Final = 3
 """The most sets of rows that a task may be reduced to, one after the other."""
-"""The most rows that a task may have: those of a pose."""
 
 
 class Level(IntEnum):
@@ -247,38 +247,6 @@ class Limit(IntEnum):
 NO_LIMIT, BY_ACCELERATION, BY_VELOCITY, BY_POSITION, BY_FAULT = map(int, Limit)
 
 
-class Attitude(IntEnum):
-    """Which attitude of a moving base turns the inertial error into the base's axes."""
-
-    ESTIMATED = 0
-    NOMINAL = 1
-    MEASURED = 2
-
-
-ESTIMATED_ATTITUDE, NOMINAL_ATTITUDE, MEASURED_ATTITUDE = map(int, Attitude)
-
-
-class BaseCode(IntEnum):
-    """How a task in inertial space goes; the sentences are those of ``ftqp.BaseStatus``."""
-
-    TRACKING = 0
-    SATURATED = 1
-    RANK_DEFICIENT = 2
-    UNREACHABLE = 3
-    STALE = 4
-    HALTED = 5
-
-
-(
-    BASE_TRACKING,
-    BASE_SATURATED,
-    BASE_RANK_DEFICIENT,
-    BASE_UNREACHABLE,
-    BASE_STALE,
-    BASE_HALTED,
-) = map(int, BaseCode)
-
-
 class FreeMode(IntEnum):
     """What the healthy joints do while one swings freely."""
 
@@ -389,52 +357,6 @@ class FaultKind(IntEnum):
 ) = map(int, FaultKind)
 
 
-class ClosedForm(IntEnum):
-    """Closed forms: x = J^+ b with scaled columns, its damped form, or the approximate pseudoinverse."""
-
-    PSEUDOINVERSE = 0
-    DAMPED = 1
-    APPROXIMATE = 2
-
-
-PSEUDOINVERSE, DAMPED, APPROXIMATE = map(int, ClosedForm)
-
-
-class Rule(IntEnum):
-    """Rules of the damping factor, see ``ftqp.kernel.closed_forms.damping_factor``."""
-
-    BOUND = 0
-    BOUND_2 = 1
-    TIGHT = 2
-    ROW = 3
-    EXACT_2 = 4
-    EXACT_INF = 5
-
-
-BOUND, BOUND_2, TIGHT, ROW, EXACT_2, EXACT_INF = map(int, Rule)
-
-
-class Iteration(IntEnum):
-    """Methods of the network, by formula in ``ftqp.kernel.dtrnn.iterations``."""
-
-    LVI94 = 0
-    E47 = 1
-    IMPLICIT = 2
-
-
-LVI94, E47, IMPLICIT = map(int, Iteration)
-
-
-class CurveEnd(IntEnum):
-    """How a traced curve ended."""
-
-    CUT = 0  # at a joint limit, or where it could not be followed
-    CLOSED = 1
-    UNFINISHED = 2  # its memory was full
-
-
-CUT, CLOSED, UNFINISHED = map(int, CurveEnd)
-
 AS_TOLD: Final = 1
 """The loop begins anew where the arm was said to be ..."""
 AS_SENT: Final = 2
@@ -460,12 +382,3 @@ DELAYS: Final = 64
 """Capacity: samples by which a measurement may be late, plus one."""
 HISTORY: Final = 64
 """Capacity: given targets that are kept."""
-
-HAS_TIP: Final = 1
-"""What is measured at a tick of a moving base, bit by bit."""
-HAS_POSITION: Final = 2
-"""Of the tip the position only."""
-HAS_BASE: Final = 4
-"""The pose of the base."""
-HAS_TWIST: Final = 8
-"""The twist of the base."""

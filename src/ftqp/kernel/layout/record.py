@@ -13,7 +13,8 @@ import numpy as np
 
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.enums import JOINTS
-from ftqp.kernel.layout.rooms import ROOMS, base_fields, joints_fields, path_fields
+from ftqp.kernel.layout.leader_rooms import base_fields, joints_fields, path_fields
+from ftqp.kernel.layout.rooms import ROOMS
 
 CAPACITIES = (JOINTS,)
 """Classes of records, by the most joints that they hold."""

@@ -9,7 +9,7 @@ from ftqp.kernel.closed_forms.damping_factor import damping_factor
 from ftqp.kernel.closed_forms.gathering import gather
 from ftqp.kernel.closed_forms.pseudoinverses import closed_form
 from ftqp.kernel.jit import carray, pointer
-from ftqp.kernel.layout.enums import APPROXIMATE
+from ftqp.kernel.layout.method_codes import APPROXIMATE
 from ftqp.kernel.layout.record import base_dtype, record_dtype
 from ftqp.kernel.layout.reduced_problem import reduced_dtype
 from ftqp.kernel.maths.svd import svd

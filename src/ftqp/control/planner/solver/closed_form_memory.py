@@ -5,7 +5,8 @@ import numpy as np
 from ftqp.control.task.resolvers import Resolver
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Reduced, Session
-from ftqp.kernel.layout.enums import TASK_ROWS, ClosedForm
+from ftqp.kernel.layout.enums import TASK_ROWS
+from ftqp.kernel.layout.method_codes import ClosedForm
 from ftqp.model.robot import Robot
 
 TOLERANCE = 1e-6
