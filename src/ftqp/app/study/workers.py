@@ -17,14 +17,12 @@ from typing import Any, final
 from ftqp.app.output.termination import no_interrupt_lost
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError
+from ftqp.core.safe_path import SAFE_PATH, safe_path
 
 PER_WORKER = 2
 """So many chunks wait for a worker or are with it at a time."""
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Every worker has a core of its own, so numerical libraries start no threads."""
-_SAFE_PATH = "PYTHONSAFEPATH"
-"""Python then imports nothing from the current folder, where a stranger's files may lie: workers are started
-as ``python -c``, which would."""
 
 
 Work = Callable[[Sequence[int]], list[tuple[Any, ...]]]
@@ -105,7 +103,7 @@ class LocalProcesses(Workers):
     def __init__(self, work: Work, count: int) -> None:
         if sys.flags.ignore_environment and not sys.flags.safe_path:
             raise InputError(
-                f"python -E ignores {_SAFE_PATH}, so processes would import from the current folder; give "
+                f"python -E ignores {SAFE_PATH}, so processes would import from the current folder; give "
                 "python -P, too, or --jobs 1"
             )
         for name in _THREADS:
@@ -114,14 +112,14 @@ class LocalProcesses(Workers):
         self._pool = self._started()
 
     def _started(self) -> ProcessPoolExecutor:
-        with _safe_path():  # the pool's locks start a process, too, which keeps account of them
+        with safe_path():  # the pool's locks start a process, too, which keeps account of them
             return ProcessPoolExecutor(
                 self.count, mp_context=get_context("spawn"), initializer=_begin, initargs=(self._work,)
             )
 
     def submit(self, items: tuple[int, ...]) -> "Future[Computed]":
         """Begin a chunk; this starts a process where one is missing."""
-        with _uninterrupted(), _safe_path():
+        with _uninterrupted(), safe_path():
             if self._pool._broken:
                 self.close()
                 self._pool = self._started()
@@ -167,20 +165,6 @@ def _uninterrupted() -> Iterator[None]:
             signal.signal(one, handler)
     if came:
         signal.raise_signal(came[0])
-
-
-@contextmanager
-def _safe_path() -> Iterator[None]:
-    """Lets Python processes that start meanwhile keep the current folder out, and no others."""
-    before = os.environ.get(_SAFE_PATH)
-    os.environ[_SAFE_PATH] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[_SAFE_PATH]
-        else:
-            os.environ[_SAFE_PATH] = before
 
 
 _WORK: list[Any] = []
