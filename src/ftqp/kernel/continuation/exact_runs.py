@@ -24,11 +24,13 @@ from ftqp.kernel.study.task_values import task_values
 CORRECTIONS = 6
 """Newton steps at a sample at most; one or two are usual."""
 CONVERGED = 1e-10
-"""Largest entry of an error that counts as none [m]."""
+"""Largest entry of an error that counts as none [m]. Newton's error falls to rounding one step later."""
 LONGEST = 0.5
-"""Largest entry of a Newton step [rad or m]."""
+"""Largest entry of a Newton step [rad or m]. A guess that tests/analysis/survival/test_continuing.py has not
+contradicted."""
 DEPENDENT = 1e-9
-"""A pivot below this share of the largest means that the joints that are left cannot move the task."""
+"""A pivot below this share of the largest means that the joints that are left cannot move the task. A guess
+that tests/analysis/survival/test_continuing.py has not contradicted."""
 
 
 @jit

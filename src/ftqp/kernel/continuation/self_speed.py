@@ -15,9 +15,10 @@ from ftqp.kernel.study.task_values import task_values
 CORRECTIONS = 8
 """Newton steps at a sample at most."""
 CONVERGED = 1e-11
-"""Largest entry of an error that counts as none [m]."""
+"""Largest entry of an error that counts as none [m]. Newton's error falls to rounding one step later."""
 FOLLOWED = 1e-8
-"""An error from which on the path is lost [m]."""
+"""An error from which on the path is lost [m]. A thousand times the above, so that rounding of a long arm
+loses no path."""
 
 
 @jit

@@ -15,9 +15,10 @@ from ftqp.kernel.entry.threads import thread_count
 from ftqp.kernel.layout.continuation_room import FACTS, FAILED_JOINTS, continuation_dtype
 
 EXACT_ERROR = 1e-5
-"""An error from which on an exact continuation is lost [m, rad]."""
+"""An error from which on an exact continuation is lost [m, rad]. A guess that
+tests/analysis/survival/test_continuing.py has not contradicted."""
 LOCKED = -1.0
-"""The share of a joint that is locked."""
+"""The share of a joint that is locked. A convention: shares of joints that move are positive."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -71,6 +71,7 @@ class Load:
 
 
 NO_LOAD = Load(0.0)
+"""What an arm without a load carries, exactly."""
 
 
 @final

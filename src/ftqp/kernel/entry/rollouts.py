@@ -19,7 +19,7 @@ from ftqp.kernel.layout.record import belief_dtype, record_dtype
 PORTION_TICKS = 200_000
 """About so many ticks are done between two looks at whether to go on."""
 POLL = 0.1
-"""How often an interrupt of the user is looked for [s]."""
+"""How often an interrupt of the user is looked for [s]. A convention: shorter than a person notices."""
 
 Progress = Callable[[int], None]
 

@@ -16,7 +16,8 @@ from ftqp.kernel.layout.record import capacity_for, load_chain
 from ftqp.kernel.layout.study_room import GOAL_SIZE, study_dtype
 
 TOLERANCE = 1e-12
-"""Error of a solution that counts as none [m], where the characteristic length is at most one metre."""
+"""Error of a solution that counts as none [m], where the characteristic length is at most one metre. Some
+thousand times the rounding of a pose."""
 PORTIONS = 8
 """Portions that many goals are shared out in, for each thread."""
 

@@ -15,7 +15,8 @@ from ftqp.kernel.layout.network_memory import standalone_memory_size
 from ftqp.kernel.layout.standalone_memory import CONSTRAINTS, ROWS, VARIABLES, standalone_dtype
 
 TOLERANCE = 1e-10
-"""Largest violation of a bound or row that counts as none."""
+"""Largest violation of a bound or row that counts as none. A convention: far above rounding of numbers about
+1, and far below what any use of a QP tells apart."""
 
 
 class Workspace:

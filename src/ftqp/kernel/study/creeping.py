@@ -26,14 +26,15 @@ from ftqp.kernel.study.law_rates import rates_at
 from ftqp.kernel.study.law_steps import LOOKS, note
 
 D: Final = 0.2928932188134524
-"""1 / (2 + sqrt 2)."""
+"""1 / (2 + sqrt 2). Derived in the source."""
 E32: Final = 7.414213562373095
-"""6 + sqrt 2."""
+"""6 + sqrt 2. Derived in the source."""
 MOST: Final = 3
 """Trial steps at most, in those of the method before."""
 FIRST: Final = 1e-4
 LONGEST: Final = 1e6
-"""Lengths of the first step and of any step [s], with the gain 1/s."""
+"""Lengths of the first step and of any step [s], with the gain 1/s. A guess that
+tests/kernel/study/test_law_runs.py has not contradicted."""
 
 
 @jit

@@ -28,39 +28,50 @@ from ftqp.kernel.study.stability import dies_out, largest_of
 MOVING: Final = -1
 """Not at an end, as far as is known."""
 NEAR: Final = 5e-2
-"""From this |e| on the goal is looked for [unit lengths]."""
+"""From this |e| on the goal is looked for [unit lengths]. A guess that tests/kernel/study/test_law_runs.py
+has not contradicted."""
 REACH: Final = 5e-2
-"""An end that is further away from a run than this is not taken for its own [rad]."""
+"""An end that is further away from a run than this is not taken for its own [rad]. A guess that
+tests/kernel/study/test_law_runs.py has not contradicted."""
 GOAL_SEARCHES: Final = 4
 """Newton steps: from ``NEAR`` on the error falls below 1e-12 where the Jacobian is regular."""
 FOUND: Final = 1e-9
-"""The |e| at which a configuration counts as one at the goal [unit lengths]."""
+"""The |e| at which a configuration counts as one at the goal [unit lengths]. Newton's steps from ``NEAR`` end
+far below it, rounding included."""
 SEARCHES: Final = 12
 """Newton steps to a rest, at most."""
 STILL: Final = 1e-9
-"""A Newton step this short has converged [rad]."""
+"""A Newton step this short has converged [rad]. The next one would be rounding."""
 AT_GOAL: Final = 1e-6
-"""|e| at a rest that counts as the goal [unit lengths]."""
+"""|e| at a rest that counts as the goal [unit lengths]. A guess that tests/papers/test_goel2005.py has not
+contradicted."""
 SLOW: Final = 3e-2
-"""Below this |dq/ds| rest is looked for."""
+"""Below this |dq/ds| rest is looked for. A guess that tests/kernel/study/test_law_runs.py has not
+contradicted."""
 RESTING: Final = 1e-7
-"""A motion this slow with gain 1 has come to rest, though there may be rests beside it [rad/s]."""
+"""A motion this slow with gain 1 has come to rest, though there may be rests beside it [rad/s]. A guess that
+tests/papers/test_goel2005.py has not contradicted."""
 NEUTRAL: Final = 1e-6
-"""An eigenvalue whose real part is this small beside the slopes, or beside 1, belongs to a curve of rests."""
+"""An eigenvalue whose real part is this small beside the slopes, or beside 1, belongs to a curve of rests. A
+guess that tests/kernel/study/test_law_runs.py has not contradicted."""
 DIFFERENCE: Final = 1e-6
-"""Of slopes by central differences [rad or m]."""
+"""Of slopes by central differences [rad or m]. Between the rounding of slopes and what they bend: a
+convention."""
 AT_ONCE: Final = (WIDTH - 1) // 2
 """Joints whose differences have room beside the configuration itself."""
 FLAT: Final = 1e-10
-"""Least pivot of B over the largest up to which the arm at the goal is singular, and the goal not taken."""
+"""Least pivot of B over the largest up to which the arm at the goal is singular, and the goal not taken.
+Above rounding; a guess that tests/kernel/study/test_law_runs.py has not contradicted."""
 NEARLY_FLAT: Final = 1e-5
 """The same from which a singularity ahead is looked for ..."""
 TRULY_FLAT: Final = 1e-12
-"""... and of one that takes a motion in."""
+"""... and of one that takes a motion in. Rounding, and a guess that tests/kernel/study/test_law_runs.py has
+not contradicted."""
 FIRST: Final = 1e-9
 LAST: Final = 2.0 * REACH
 FINER: Final = 60
-"""How far behind a singularity the field is looked at [rad], and by how many halvings it is found."""
+"""How far behind a singularity the field is looked at [rad], and by how many halvings it is found. A guess
+that tests/kernel/study/test_law_runs.py has not contradicted."""
 
 
 @jit

@@ -14,15 +14,18 @@ from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 from ftqp.kernel.study.law_rates import TINY, resolve, towards_goal, values, weigh
 
 TURN: Final = 0.05
-"""Of all joints together in one substep, at most [rad or m]."""
+"""Of all joints together in one substep, at most [rad or m]. A guess that
+tests/kernel/study/test_law_lines.py has not contradicted."""
 SUBSTEPS: Final = 400
 """Between two nodes; a line that takes more has failed at a singularity."""
 OFF: Final = 1e-6
-"""A tip so far from the goal at the end has failed [unit lengths]."""
+"""A tip so far from the goal at the end has failed [unit lengths]. A guess that
+tests/kernel/study/test_law_lines.py has not contradicted."""
 EDGE: Final = -1e-9
-"""A margin from here on counts as inside [rad or m]."""
+"""A margin from here on counts as inside [rad or m]. Rounding of angles."""
 OUTSIDE: Final = -10.0
-"""The margin where there is no interval; that of a joint which all values suit is its opposite [rad or m]."""
+"""The margin where there is no interval; that of a joint which all values suit is its opposite [rad or m]. A
+convention: more than half a turn."""
 FLOAT, WHOLE = np.dtype(np.float64), np.dtype(np.int64)
 
 

@@ -17,9 +17,10 @@ from ftqp.kernel.study.task_values import task_values
 ALL: Final = (1 << WIDTH) - 1
 """Every one of the eight."""
 TINY: Final = 1e-300
-"""Keeps a quotient of two zeros a number."""
+"""Keeps a quotient of two zeros a number. A convention: rounding of any other quotient is more."""
 FLOOR: Final = 1e-30
-"""Least pivot of B over the largest: beyond it the rates of a singular arm are huge, but numbers."""
+"""Least pivot of B over the largest: beyond it the rates of a singular arm are huge, but numbers. A
+convention: far below rounding, and its square is still a number."""
 
 
 @jit

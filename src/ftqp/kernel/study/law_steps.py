@@ -14,15 +14,16 @@ from ftqp.kernel.study.law_rates import TINY, clock, scaled_rates
 LOOKS: Final = 4
 """Steps from one look at how a run may end to the next."""
 LONGEST: Final = 1.0
-"""Of a step, in s: the fastest motion near rest has the rate 2."""
+"""Of a step, in s: the fastest motion near rest has the rate 2. Derived from the method's region of
+stability, which ends beyond 2."""
 FIRST: Final = 0.05
-"""Length of the first step."""
+"""Length of the first step. A guess that tests/kernel/study/test_law_runs.py has not contradicted."""
 SAFETY: Final = 0.9
 GROWTH: Final = 5.0
 SHRINKAGE: Final = 0.2
-"""Largest changes of the length from step to step."""
+"""Largest changes of the length from step to step. Conventions of adaptive methods."""
 NEVER: Final = 1e300
-"""A time that does not come."""
+"""A time that does not come. A convention."""
 
 
 @jit

@@ -7,7 +7,8 @@ from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.singular_directions import singular_directions
 
 CUT_OFF = 1e-12
-"""A singular value below this share of the largest counts as zero."""
+"""A singular value below this share of the largest counts as zero. Rounding of an SVD, some thousand
+times."""
 
 
 @part_jit

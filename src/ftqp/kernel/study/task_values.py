@@ -9,7 +9,8 @@ from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.vectors import cross
 
 SMALL = 1e-3
-"""Angle [rad] below which the inverse right Jacobian is a series."""
+"""Angle [rad] below which the inverse right Jacobian is a series. The series is then cut below rounding: its
+next term is of the fourth power."""
 
 
 @part_jit

@@ -15,11 +15,14 @@ from ftqp.kernel.study.task_values import task_values
 CORRECTIONS = 8
 """Newton steps back onto the curve at most; two or three are usual."""
 LARGEST_TURN = 0.9945
-"""Cosine of the turn of the tangent, 6 degrees, from which a step is halved."""
+"""Cosine of the turn of the tangent, 6 degrees, from which a step is halved. A guess that
+tests/kernel/study/test_tracing.py has not contradicted."""
 LEAST_STEP = 1e-6
-"""Shortest step [rad or m]; where it does not do, the curve is lost."""
+"""Shortest step [rad or m]; where it does not do, the curve is lost. A guess that
+tests/kernel/study/test_tracing.py has not contradicted."""
 CROSSING_STEP = 1e-4
-"""A change of branch within so short a step is a crossing of the curve with itself [rad or m]."""
+"""A change of branch within so short a step is a crossing of the curve with itself [rad or m]. A guess that
+tests/kernel/study/test_tracing.py has not contradicted."""
 FIRST_CLOSURE = 5
 """Points before which a curve is not looked at for closing."""
 BISECTIONS = 48
