@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 from alarms.detection_cases import start
 from bench import command_line, results
+from bench.wrapped_plant import WrappedPlant
 from joblib import Parallel, delayed
 
 import ftqp
@@ -122,7 +123,7 @@ def draw(seed: int) -> Episode:
     )
 
 
-class Watched(Plant):
+class Watched(WrappedPlant):
     """A plant that keeps, tick by tick, what the laws speak of.
 
     Attributes:
@@ -133,30 +134,15 @@ class Watched(Plant):
     """
 
     def __init__(self, plant: Plant, ticks: int, nv: int) -> None:
-        self._plant = plant
+        super().__init__(plant)
         self._kept, self._codes = np.zeros((ticks, 3, nv)), np.zeros(ticks, dtype=np.int64)
         self.asked, self.braked = np.zeros((ticks, nv)), np.full(nv, np.inf)
         self.ticks = 0
 
-    q = property(lambda self: self._plant.q)
-    v = property(lambda self: self._plant.v)
-    drive = property(lambda self: self._plant.drive)
-    tolerance = property(lambda self: self._plant.tolerance)
-    motors = property(lambda self: self._plant.motors)
-    failure = property(lambda self: self._plant.failure)
-
     def reset(self, q: Any, v: Any) -> None:
         """Begin at (q, v)."""
-        self._plant.reset(q, v)
+        super().reset(q, v)
         self.ticks = 0
-
-    def fail(self, fault: Any) -> None:
-        """Hand the fault on."""
-        self._plant.fail(fault)
-
-    def repair(self, joint: Any) -> None:
-        """Hand the repair on."""
-        self._plant.repair(joint)
 
     def advance(self, command: Command) -> None:
         """Keep the tick, then move on."""

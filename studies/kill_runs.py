@@ -29,6 +29,7 @@ import numpy as np
 from bench import command_line
 from bench.results import add_out, appendix, circumstances, preamble, stem, told
 from bench.tables import Table, quantity
+from bench.wrapped_plant import WrappedPlant
 
 import ftqp
 from ftqp.app.campaign.episode_study import COLUMNS, KIND, load_campaign
@@ -81,7 +82,7 @@ LIMITATIONS = (
 )
 
 
-class Paced(Plant):
+class Paced(WrappedPlant):
     """An arm that takes its time: a tick lasts dt, and ticks are counted where others can see it.
 
     Args:
@@ -91,30 +92,16 @@ class Paced(Plant):
     """
 
     def __init__(self, plant: Plant, dt: float, count: Any) -> None:
-        self._plant, self._dt, self._count, self._begun = plant, dt, count, 0.0
+        super().__init__(plant)
+        self._dt, self._count, self._begun = dt, count, 0.0
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._plant, name)
 
-    drive = property(lambda self: self._plant.drive)
-    tolerance = property(lambda self: self._plant.tolerance)
-    motors = property(lambda self: self._plant.motors)
-    failure = property(lambda self: self._plant.failure)
-    q = property(lambda self: self._plant.q)
-    v = property(lambda self: self._plant.v)
-
     def reset(self, q: Any, v: Any) -> None:
         """Begin anew."""
-        self._plant.reset(q, v)
+        super().reset(q, v)
         self._begun = time.monotonic()
-
-    def fail(self, fault: Any) -> None:
-        """Let a joint fail."""
-        self._plant.fail(fault)
-
-    def repair(self, joint: Any) -> None:
-        """Let a joint work again."""
-        self._plant.repair(joint)
 
     def advance(self, step: Any) -> None:
         """Move on, when it is time."""

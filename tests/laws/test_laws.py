@@ -9,11 +9,11 @@ from pathlib import Path
 import grimp
 import numpy as np
 import pytest
+from bench.wrapped_plant import WrappedPlant
 
 import ftqp
 from ftqp.sim.loop import Simulation
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
-from ftqp.sim.plants.plant import Plant
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 DT = 2e-3
@@ -30,47 +30,17 @@ FAULTS = [
 LEVELS = ["acceleration", "velocity"]
 
 
-class Recorder(Plant):
+class Recorder(WrappedPlant):
     """A kinematic arm that keeps every command, bit by bit, and may hide its failures from its own motion."""
 
     def __init__(self, level, honest=True):
-        self._plant = KinematicPlant(PANDA, DT, level)
+        super().__init__(KinematicPlant(PANDA, DT, level))
         self._honest = honest
         self.commands = []
-
-    @property
-    def q(self):
-        return self._plant.q
-
-    @property
-    def v(self):
-        return self._plant.v
-
-    @property
-    def drive(self):
-        return None
-
-    @property
-    def tolerance(self):
-        return 0.0
-
-    @property
-    def motors(self):
-        return None
-
-    @property
-    def failure(self):
-        return None
-
-    def reset(self, q, v):
-        self._plant.reset(q, v)
 
     def fail(self, fault):
         if self._honest:
             self._plant.fail(fault)
-
-    def repair(self, joint):
-        self._plant.repair(joint)
 
     def advance(self, command):
         self.commands.append((command.q.tobytes(), command.v.tobytes(), command.a.tobytes()))

@@ -16,18 +16,21 @@ def good(tmp_path_factory):
     return kernels.prepared(tmp_path_factory.mktemp("good"))
 
 
-@pytest.mark.parametrize("number", range(3))
-def test_sample_of_damaged_files_is_left_alone(good, number: int, tmp_path: Path) -> None:
-    found = kernels.trial(number, good, np.random.default_rng([14, number]), tmp_path)
-    assert found.wrong == [], found.what
+def tried(good, number: int, folder: Path):
+    return kernels.trial(number, good, np.random.default_rng([14, number]), folder)
 
 
-def test_trials_differ_and_can_be_made_again(good, tmp_path: Path) -> None:
-    first, again, other = (
-        kernels.trial(number, good, np.random.default_rng([14, number]), tmp_path / str(k))
-        for k, number in enumerate((7, 7, 8))
-    )
-    assert first.what == again.what != other.what
+@pytest.fixture(scope="module")
+def samples(good, tmp_path_factory):
+    return [tried(good, number, tmp_path_factory.mktemp("sample")) for number in range(3)]
+
+
+def test_samples_of_damaged_files_are_left_alone(samples) -> None:
+    assert not [(found.what, found.wrong) for found in samples if found.wrong]
+
+
+def test_trials_differ_and_can_be_made_again(good, samples, tmp_path: Path) -> None:
+    assert tried(good, 1, tmp_path).what == samples[1].what != samples[2].what
 
 
 @pytest.mark.parametrize("way", kernels.CONTENTS)
@@ -74,8 +77,7 @@ def test_judge_sees_a_process_that_takes_what_it_finds(good, tmp_path: Path, mon
     monkeypatch.setattr(kernels, "RIDE", careless)
     monkeypatch.setattr(kernels, "CONTENTS", (kernels.longer,))
     for number in range(8):
-        rng = np.random.default_rng([14, number])
-        found = kernels.trial(number, good, rng, tmp_path / str(number))
+        found = tried(good, number, tmp_path / str(number))
         if found.what == "library: longer" and "the library is used" in found.wrong:
             return
     pytest.fail("nobody saw it")

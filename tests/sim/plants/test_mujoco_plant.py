@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from bench.wrapped_plant import WrappedPlant
 
 from ftqp.control.paths import Circle
 from ftqp.control.planner.planner import Planner
@@ -12,7 +13,6 @@ from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.model import catalog
 from ftqp.sim.loop import Simulation
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
-from ftqp.sim.plants.plant import Plant
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
 
@@ -268,27 +268,12 @@ def test_both_plants_agree_on_a_joint_that_locks_at_once(panda):
     np.testing.assert_allclose(other.q, one.q, atol=1e-3)
 
 
-class Poisoned(Plant):
+class Poisoned(WrappedPlant):
     """A torque arm whose sixth motor is asked for what is not a number in tick 100."""
 
     def __init__(self, plant):
-        self._plant, self._ticks = plant, 0
-
-    q = property(lambda self: self._plant.q)
-    v = property(lambda self: self._plant.v)
-    drive = property(lambda self: self._plant.drive)
-    tolerance = property(lambda self: self._plant.tolerance)
-    motors = property(lambda self: self._plant.motors)
-    failure = property(lambda self: self._plant.failure)
-
-    def reset(self, q, v):
-        self._plant.reset(q, v)
-
-    def fail(self, fault):
-        self._plant.fail(fault)
-
-    def repair(self, joint):
-        self._plant.repair(joint)
+        super().__init__(plant)
+        self._ticks = 0
 
     def advance(self, step):
         tau = step.tau.copy()
