@@ -12,22 +12,20 @@ from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.calm_qp import begin_calm, calms
 from ftqp.kernel.calm.path_outlook import outlook
 from ftqp.kernel.calm.waiting import begin_calm_on_path, leave_calm, stand_still, waits
-from ftqp.kernel.feedback.gap import measure_gap, norms, wait
-from ftqp.kernel.feedback.late_targets import play_back
+from ftqp.kernel.feedback.gap import measure_gap, wait
 from ftqp.kernel.feedback.learned_inertia import learn
 from ftqp.kernel.feedback.monitor import monitor
 from ftqp.kernel.feedback.observer import feel, observe
 from ftqp.kernel.feedback.reference import leave_margin, refer, take_jump
 from ftqp.kernel.feedback.samples import believe
 from ftqp.kernel.feedback.status_report import see_error
-from ftqp.kernel.feedback.tip_correction import correct, displace, look_at_tip
+from ftqp.kernel.feedback.tip_correction import correct, look_at_tip
 from ftqp.kernel.free.decision import think
 from ftqp.kernel.free.end_stop import end_stops
 from ftqp.kernel.free.free_command import ask_for_motion, outcome_beside_free
-from ftqp.kernel.jit import jit, part_jit, rare_jit
-from ftqp.kernel.judge.stage_problems import begin_first_stage, begin_rest, begin_stop
+from ftqp.kernel.jit import jit, part_jit
+from ftqp.kernel.judge.stage_problems import begin_first_stage, begin_rest
 from ftqp.kernel.latches.settling import TASK_LEFT, settle
-from ftqp.kernel.latches.stop_latch import latch
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
     AS_TOLD,
@@ -42,14 +40,12 @@ from ftqp.kernel.layout.enums import (
     REST_STAGE,
     SCALE,
     SOLVE,
-    STOPPED_BY_ERROR,
     TORQUE_DRIVE,
 )
 from ftqp.kernel.layout.thresholds import LAST
 from ftqp.kernel.rows.constraint_rows import add_asked_rows, add_constraints, stood_at_torque_limit
 from ftqp.kernel.rows.drive import add_drive
 from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_instantly, prescribed_motion, sort_joints
-from ftqp.kernel.rows.further_tasks import error_of
 from ftqp.kernel.rows.inertial_target import follow_base, reduce_by_lead
 from ftqp.kernel.rows.joint_intervals import intervals
 from ftqp.kernel.rows.joint_reference import aim_at_reference, joint_objective
@@ -62,33 +58,11 @@ from ftqp.kernel.rows.task_terms import share
 from ftqp.kernel.rows.turned_rows import fade_feedback, turn_rows
 from ftqp.kernel.scene.clearance import look_around
 from ftqp.kernel.ticks.accepted_inputs import state_is_finite, target_is_usable
+from ftqp.kernel.ticks.going_on import may_go_on, may_go_on_as_measured, may_go_on_by_the_clock
 
 SCALE_STAGE_RATIO = 1e-7
 """Scaled mode: compliance of the rows that keep the direction. A guess that the campaigns have not
 contradicted."""
-
-
-@jit
-def _emergency(task: Any, watch: Any, feedback: Any, kinematics: Any, terms: Any) -> bool:
-    """Latch when the reference's error is beyond its threshold and has risen on ``stop_samples`` ticks.
-
-    Errors of tasks that go before the tip's count as its own, and so do those beside it that are required.
-    """
-    e, r = task.position_error, task.rotation_error
-    if feedback.displaced or feedback.late > 0.0 or feedback.latency > 0:
-        e, r = norms(task, kinematics, task.error)
-    for t in range(terms.count):
-        if (terms.hard[t] or (terms.shares[t] and terms.required[t])) and terms.weight[t] > 0.0:
-            position, rotation = error_of(terms, t)
-            e, r = max(e, position), max(r, rotation)
-    beyond = (e > watch.stop_position and e > watch.last_position_error) or (
-        r > watch.stop_rotation and r > watch.last_rotation_error
-    )
-    watch.rising = watch.rising + 1 if beyond else 0
-    watch.last_position_error, watch.last_rotation_error = e, r
-    if watch.stop_samples > 0 and watch.rising >= watch.stop_samples and watch.latched == 0:
-        latch(watch, STOPPED_BY_ERROR)
-    return watch.latched != 0
 
 
 @jit
@@ -170,66 +144,6 @@ def _limit(K: Any) -> None:
         add_asked_rows(K)
 
 
-@rare_jit
-def _stop(K: Any) -> bool:
-    """The rows of the task are there to be looked at, but the arm is brought to rest."""
-    task_rows(K, K.task.kp)
-    K.cascade.outcome = begin_stop(K)
-    K.cascade.stage = REST_STAGE
-    return False
-
-
-@rare_jit
-def _refuse_target(K: Any) -> bool:
-    """A target that cannot be used: the arm is brought to rest until one can; its error is what it was."""
-    _stop(K)
-    for k in range(6):
-        K.past.error[K.feedback.now, k] = K.task.error[k]
-    if K.watch.latched == 0:
-        K.cascade.outcome = INVALID_INPUT
-    return False
-
-
-@jit
-def _may_go_on(K: Any, valid: bool) -> bool:
-    """The task's error and the stop test; False when the arm is to be brought to rest."""
-    if not valid:
-        return _refuse_target(K)
-    K.task.has_tip_measured = 0  # it is in the displacement
-    pose_error(K)
-    see_error(K.task, K.feedback, K.kinematics, K.past)
-    displace(K.task, K.feedback)
-    return not _emergency(K.task, K.watch, K.feedback, K.kinematics, K.terms) or _stop(K)
-
-
-@jit
-def _may_go_on_by_the_clock(K: Any, valid: bool) -> bool:
-    """The same, with the target played back late while the arm cannot follow."""
-    if valid:
-        K.task.has_tip_measured = 0
-        pose_error(K)
-        see_error(K.task, K.feedback, K.kinematics, K.past)
-        play_back(K)
-        if K.feedback.late > 0.0:
-            pose_error(K)
-    else:
-        return _refuse_target(K)
-    displace(K.task, K.feedback)
-    return not _emergency(K.task, K.watch, K.feedback, K.kinematics, K.terms) or _stop(K)
-
-
-@jit
-def _may_go_on_as_measured(K: Any, valid: bool) -> bool:
-    """The same above a moving base, where the measured state itself is led."""
-    if not valid:
-        return _refuse_target(K)
-    pose_error(K)
-    for k in range(6):
-        K.task.seen[k] = K.task.error[k]
-    K.task.position_error, K.task.rotation_error = norms(K.task, K.kinematics, K.task.error)
-    return not _emergency(K.task, K.watch, K.feedback, K.kinematics, K.terms) or _stop(K)
-
-
 @jit
 def _ask(K: Any) -> int:
     """How firmly the task is asked for, by its mode: QP_READY, or SOLVE when another QP comes first."""
@@ -277,7 +191,7 @@ def prepare_plain(K: Any) -> int:
     valid = _see(K)
     _bound(K)
     _limit(K)
-    if not _may_go_on_by_the_clock(K, valid):
+    if not may_go_on_by_the_clock(K, valid):
         return SOLVE
     objective(K)
     task_rows(K, K.task.kp)
@@ -291,7 +205,7 @@ def prepare_plain(K: Any) -> int:
 @jit
 def _follow(K: Any, valid: bool) -> int:
     """The task's QP, led by the clock, whatever terms the planner has; needs intervals and the rows of C."""
-    if not _may_go_on_by_the_clock(K, valid):
+    if not may_go_on_by_the_clock(K, valid):
         return SOLVE
     objective(K)
     task_rows(K, K.task.kp)
@@ -321,7 +235,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
     valid = _see(K)
     _bound(K)
     _limit(K)
-    if not _may_go_on(K, valid):
+    if not may_go_on(K, valid):
         return SOLVE
     motion(K, K.state)
     begin_on_path(K, path)
@@ -362,7 +276,7 @@ def prepare_on_base(K: Any, base: Any) -> int:
     if base.anti_windup:
         reduce_by_lead(K.state, K.faults, K.limits, K.qp, base)
     _limit(K)
-    if not _may_go_on_as_measured(K, valid):
+    if not may_go_on_as_measured(K, valid):
         return SOLVE
     objective(K)
     kp = base.gain / K.state.dt
@@ -411,7 +325,7 @@ def prepare_on_joints(K: Any, joints: Any) -> int:
     aim_at_reference(K, joints)
     _bound(K)
     _limit(K)
-    if not _may_go_on(K, valid):
+    if not may_go_on(K, valid):
         return SOLVE
     task_rows(K, K.task.kp)
     joint_objective(K, joints)
