@@ -11,7 +11,7 @@ from ftqp.analysis.goals import GoalStudy, goal_study
 from ftqp.analysis.outcomes.weights import weights_inverse
 from ftqp.analysis.rest.linearisation import weighted_inverse
 from ftqp.analysis.rest.rest_equations import RestEquations
-from ftqp.analysis.rest.rest_grid import fits_grid, grid_rests, told_apart
+from ftqp.analysis.rest.rest_grid import distinct, fits_grid, grid_rests
 from ftqp.analysis.rest.rest_kinds import RestKind, eigenvalues_at, kind_of
 from ftqp.core.checks import BoolArray, FloatArray, frozen
 from ftqp.core.errors import InputError
@@ -91,7 +91,7 @@ def rests_at(study: GoalStudy, M: FloatArray, i: int, value: float) -> FloatArra
     starts = study.starts(STARTS)
     starts[:, i] = value
     z, done = equations.solved(equations.started(starts), held=True)
-    return told_apart(_regular(study, M, i, z[done][:, : study.robot.nv]), ~study.robot.chain.prismatic)
+    return distinct(_regular(study, M, i, z[done][:, : study.robot.nv]), ~study.robot.chain.prismatic)
 
 
 def rest_study(

@@ -49,7 +49,7 @@ def grid_rests(study: GoalStudy, M: FloatArray, i: int, value: float) -> FloatAr
     half = 0.5 * (nodes[1] - nodes[0])
     start = np.full((int(marked.sum()), 3), value)
     start[:, others] = nodes[np.argwhere(marked)] + half
-    return told_apart(_newton(study, w, i, start, others), np.ones(3, dtype=np.bool_))
+    return distinct(_newton(study, w, i, start, others), np.ones(3, dtype=np.bool_))
 
 
 def _pair(study: GoalStudy, w: FloatArray, i: int, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -77,7 +77,7 @@ def _newton(study: GoalStudy, w: FloatArray, i: int, q: FloatArray, others: IntA
     return np.asarray(q[np.abs(pair).max(axis=1, initial=0.0) < 1e-11])
 
 
-def told_apart(q: FloatArray, turns: BoolArray) -> FloatArray:
+def distinct(q: FloatArray, turns: BoolArray) -> FloatArray:
     """One of each set of configurations that are the same up to whole turns, (k, n) [rad or m].
 
     Args:
