@@ -9,7 +9,7 @@ from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.task.keep import Keep
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import ArmSession
-from ftqp.model.body_frames import base_moments
+from ftqp.model.body_frames import base_wrenches
 from ftqp.model.robot import Robot
 
 HELD = 0.98
@@ -74,13 +74,15 @@ class Passable:
             share[k] = float((np.abs(arm.K.kinematics.h[:n]) / self._limit).max())
         return share
 
-    def base_moment(self, places: FloatArray) -> FloatArray:
-        """The torque that the base bears at rest at each place, beside the weight, (k,) [N m].
+    def base_wrenches(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """The force and the torque that the base bears on a motion, (k, 2) [N, N m]; 0 without masses.
 
         Args:
-            places: Joint positions, (k, nv) [rad or m].
+            q: Joint positions, (k, nv) [rad or m].
+            v: Their velocities, (k, nv).
+            a: Their accelerations, (k, nv).
         """
-        return base_moments(self._robot, places) if self._robot.has_inertia else np.zeros(len(places))
+        return base_wrenches(self._robot, q, v, a) if self._robot.has_inertia else np.zeros((len(q), 2))
 
     def clearance(self, places: FloatArray) -> FloatArray:
         """The least distance of two bodies, and from what points are kept from, (k,) [m, of a cone rad].
