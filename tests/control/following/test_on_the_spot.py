@@ -34,7 +34,7 @@ def test_postures_of_the_way_have_the_tip_where_it_is_and_the_path_goes_on_from_
     ahead = Ahead(planner, path, 0.0)
     search = OnTheSpot(planner, ahead)
     thought_over(search)
-    assert search.way is not None and search.nodes >= 1
+    assert search.way is not None and search.starts >= 1
     before = PANDA.neutral
     for q in search.way:
         assert np.abs(PANDA.pose(q) - path.start).max() < 1e-6

@@ -42,8 +42,6 @@ contradicted."""
 HELPS_WITHIN = 0.3
 """A path from which rows were given up and that is stalled for so long gives up the next ones, or is blocked
 [s]. A guess that `python benchmarks/bench_fewer_rows.py` has not contradicted."""
-LITTLE = 0.01
-"""None is looked for with less than this share of the path left, by convention."""
 MOST_BRIDGES = 5
 """So many bridges are gone on one path before the tip waits, ..."""
 MOST_SPOTS = 12
@@ -60,6 +58,19 @@ class PathStatus(Enum):
     DONE = "the path is finished"
     BRIDGING = "the path is blocked; another posture from which it goes on is looked for, or gone to"
     FEWER_ROWS = "the path is followed in fewer rows of its task, as all of them cannot be held"
+
+
+def _leave(bridges: bool, leave: float | None) -> float:
+    """How far the tip may leave its path [m]; inf is anywhere."""
+    if leave is None:
+        return inf if bridges else 0.0
+    if isinstance(leave, bool) or not isinstance(leave, int | float | np.number) or not 0.0 <= leave <= inf:
+        raise InputError(f"leave is {leave!r:.60}, expected a length from 0 [m], how far the tip may go")
+    if bridges and leave == 0.0:
+        raise InputError(
+            "bridges is True and leave 0, so that the tip could not go; give a length > 0 or None"
+        )
+    return float(leave)
 
 
 @final
@@ -79,15 +90,19 @@ class PathFollower:
         bridges: Whether a blocked path may be bridged: the tip then leaves it, the joints go to another
             posture of the place where it was left, from which it goes on, and it does. Without, the tip
             waits on the path. For processes that must not be left, such as welding, leave it off.
+        leave: How far the tip may leave the path meanwhile, from 0 [m]: it stays within so much of the part
+            that it has come, and its rotation within so much over the characteristic length. None is
+            anywhere with bridges and 0, not at all, without. The less it may, the fewer blocked paths go on.
 
     Raises:
-        InputError: The planner has another task mode, or the path is too rough.
+        InputError: The planner has another task mode, the path is too rough, or ``leave`` is no length, or
+            is 0 with bridges.
 
     Source: Bedrossian 1993, extended in ``docs/theory/path-progress.md``.
     """
 
     __slots__ = (
-        "_below", "_blockage", "_bridge", "_bridges", "_duration", "_lead", "_may_bridge", "_mean",
+        "_below", "_blockage", "_bridge", "_bridges", "_duration", "_lead", "_leave", "_mean",
         "_memory", "_path", "_pattern", "_planner", "_rate", "_share", "_spot", "_spots", "_stall",
         "_stalled", "_standing", "_state", "_stood", "_stood_at", "_target",
     )  # fmt: skip
@@ -105,6 +120,7 @@ class PathFollower:
         *,
         stall: StallEscape | None = StallEscape(),  # noqa: B008  frozen
         bridges: bool = False,
+        leave: float | None = None,
     ) -> None:
         instance("bridges", bridges, bool, "True or False")
         instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot, task=...)")
@@ -112,7 +128,7 @@ class PathFollower:
         if stall is not None and not isinstance(stall, StallEscape):
             raise InputError(f"stall is {stall!r:.60}, expected an ftqp.StallEscape or None")
         self._planner, self._path, self._stall = planner, path, stall
-        self._may_bridge = bridges
+        self._leave = _leave(bridges, leave)
         memory = PathMemory(capacity_for(planner.robot.nv), path_table(path))
         self._memory, self._lead = memory, planner.lead(memory)
         self._state = memory.path
@@ -127,7 +143,7 @@ class PathFollower:
 
     def _begin(self) -> None:
         self._memory.begin()
-        self._bridges, self._spots = MOST_BRIDGES if self._may_bridge else 0, MOST_SPOTS
+        self._bridges, self._spots = MOST_BRIDGES if self._leave > 0.0 else 0, MOST_SPOTS
         self._pattern: int | None = None
         self._blockage: Blockage | None = None
         self._bridge: Bridge | None = None
@@ -226,6 +242,7 @@ class PathFollower:
             step = bridge.step(q, v, tau, tip)
             if bridge.done:
                 self._bridges -= 1
+                self._state.progress = max(self.progress, bridge.until)
                 self.resume()
             return step
         step = self._lead.step(q, v, (), tau, tip)
@@ -287,8 +304,8 @@ class PathFollower:
 
     @property
     def _may_look(self) -> bool:
-        """Whether enough of the path is left to look for a motion on the spot, and not too many were gone."""
-        return self._spots > 0 and self._duration - self.progress > LITTLE * self._duration
+        """Whether a motion on the spot may be looked for: not too many were gone."""
+        return self._spots > 0
 
     def _go_on_the_spot(self, spot: OnTheSpot) -> None:
         """Draw the null space along a way on the spot; the path goes on behind its end."""
@@ -308,7 +325,7 @@ class PathFollower:
             self._planner, self._lead, self._target, self.progress, self._duration, step, searched
         )
         if self._bridges > 0:
-            self._bridge = Bridge(self._planner, self._path, self.progress)
+            self._bridge = Bridge(self._planner, self._path, self.progress, self._leave)
         else:
             self._go_on_with_fewer_rows()
 

@@ -10,6 +10,7 @@ from ftqp.control.references.jerk_limit import ENDLESS, RISE_TIME, Motion, State
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import JointsMemory
 from ftqp.kernel.layout.record import capacity_for
+from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.model.robot import Robot
 
 EXACT = 1e-6
@@ -128,6 +129,8 @@ class JointMotion:
         goal = np.clip(goal, limits.q_min, limits.q_max)[working]
         a_max = ACCELERATION_SHARE * np.maximum(limits.a, LEAST_ACCELERATION * robot.limits.a_max)[working]
         start = State(*(part[working] for part in command))
+        if (np.abs(start.v) <= AT_REST * np.minimum(limits.v[working], ENDLESS)).all():
+            start = State(start.q, 0.0 * start.v, 0.0 * start.a)  # so that the motion is straight
         v_max = speed * SPEED_SHARE * limits.v[working]
         jerk = np.minimum(robot.limits.a_max / self._rise_time, robot.limits.j_max)[working]
         jerk *= ACCELERATION_SHARE
