@@ -16,7 +16,8 @@ STRIDE: Final = 0.5
 in characteristic lengths: it bends away from a path by about its square. A guess that
 tests/control/following/test_leave.py has not contradicted."""
 FINER: Final = 6.0
-"""Places of a way that are looked at are so many times nearer to each other, by the same reason."""
+"""Places of a way that are looked at are so many times nearer to each other. A guess that the same tests have
+not contradicted."""
 KEPT: Final = 0.8
 """The joints are led within this share of the tube: what is left is for their way between places that were
 looked at, and for a motion that limits bend. A guess that the same tests have not contradicted."""
