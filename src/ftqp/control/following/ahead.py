@@ -52,14 +52,20 @@ class Ahead:
         self.pose: FloatArray = self._poses[0]
         self._search: PostureSearch | None = None
 
-    def begin(self) -> PostureSearch | None:
-        """A search with the arm, limits and failures as believed now; None for arms that have none."""
+    def begin(self, rows: str | None = None) -> PostureSearch | None:
+        """A search with the arm, limits and failures as believed now; None for arms that have none.
+
+        Args:
+            rows: Which rows count; None are those that are kept now.
+        """
         planner, view = self._planner, self._view
         self._search = None
         if planner.robot.chain.floating or not planner.robot.is_serial:
             return None
         try:
-            search = PostureSearch(planner.robot, self.pose, planner.kept_rows, planner.task.axis)
+            search = PostureSearch(
+                planner.robot, self.pose, planner.kept_rows if rows is None else rows, planner.task.axis
+            )
         except InputError:
             return None
         limits = view.limits

@@ -1,5 +1,6 @@
 """Following a path by its progress: the path waits for the arm, and a stalled arm is led out of its trap."""
 
+from collections.abc import Generator
 from enum import Enum
 from math import inf
 from typing import Any, final
@@ -9,6 +10,7 @@ import numpy as np
 from ftqp.control.following.ahead import Ahead
 from ftqp.control.following.blockage import Blockage
 from ftqp.control.following.bridge import Bridge
+from ftqp.control.following.fewer_rows import PIECE, fewer_rows_hold
 from ftqp.control.following.on_the_spot import OnTheSpot
 from ftqp.control.following.path_intervals import path_table
 from ftqp.control.following.stall import StallEscape
@@ -102,9 +104,9 @@ class PathFollower:
     """
 
     __slots__ = (
-        "_below", "_blockage", "_bridge", "_bridges", "_duration", "_lead", "_leave", "_mean",
-        "_memory", "_path", "_pattern", "_planner", "_rate", "_share", "_spot", "_spots", "_stall",
-        "_stalled", "_standing", "_state", "_stood", "_stood_at", "_target",
+        "_below", "_blockage", "_bridge", "_bridges", "_duration", "_fewer", "_has_asked", "_lead",
+        "_leave", "_mean", "_memory", "_path", "_pattern", "_planner", "_rate", "_share", "_spot",
+        "_spots", "_stall", "_stalled", "_standing", "_state", "_stood", "_stood_at", "_target",
     )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
@@ -148,6 +150,8 @@ class PathFollower:
         self._blockage: Blockage | None = None
         self._bridge: Bridge | None = None
         self._spot: OnTheSpot | None = None
+        self._fewer: Generator[None, None, int] | None = None
+        self._has_asked: bool = False
         self.resume()
 
     def resume(self) -> None:
@@ -250,6 +254,7 @@ class PathFollower:
             bridge.think()
             if bridge.failed:
                 self._go_on_with_fewer_rows()
+                self._goes_on_unasked()
         return step
 
     def _watch(self, stall: StallEscape, step: Step) -> None:
@@ -278,7 +283,8 @@ class PathFollower:
             self._stalled += self._planner.dt
             state.speed = stall.speed
             if tried >= 1.0 and self._has_looked:
-                self._block(step)
+                if self._bridges > 0 or not self._goes_on_unasked():
+                    self._block(step)
             elif state.found:
                 self._pattern = FOUND
             else:
@@ -335,6 +341,29 @@ class PathFollower:
         if planner.task.degrade is not None and self._lead.give_up():
             self.resume()
 
+    def _goes_on_unasked(self) -> bool:
+        """Think of fewer rows of a failed arm, a piece of it; whether it is thought of, or they are given up.
+
+        Nobody has named the sets that may be kept, so that rows are given up only where a search says that
+        the path goes on with the others, and not with all of them.
+        """
+        planner = self._planner
+        if planner.task.degrade is not None or not planner.faults or self._has_asked:
+            return False
+        if self._fewer is None:
+            self._fewer = fewer_rows_hold(planner, self._path, self.progress, self._lead.given_up)
+        try:
+            for _ in range(max(1, int(planner.dt / PIECE))):
+                next(self._fewer)
+        except StopIteration as found:
+            self._has_asked = True
+            for _ in range(found.value):
+                self._lead.give_up()
+            if found.value:
+                self.resume()
+            return bool(found.value)
+        return True
+
     def _try(self, stall: StallEscape, pattern: int) -> None:
         """Draw the null space along a pattern."""
         if pattern == self._pattern:
@@ -349,6 +378,7 @@ class PathFollower:
     def _rest(self) -> None:
         """End the escape, and the verdict with it."""
         self._pattern = None
-        self._blockage = self._bridge = self._spot = None
+        self._blockage = self._bridge = self._spot = self._fewer = None
+        self._has_asked = False
         self._state.driven = self._state.found = 0
         self._state.speed = 0.0

@@ -170,9 +170,12 @@ class PostureSearch:
 
         Source: Levenberg and Marquardt's steps, Nocedal and Wright 2006, section 10.3.
         """
-        exact = self.along(q, pose)
-        if exact is not None and np.abs(exact - q).max() < STRIDE:
-            return exact, True
+        for bounded in (False, True):
+            found, left, _ = self._session.solutions(
+                q[None], (pose @ self._tool)[None], bounded=bounded, near=not bounded
+            )
+            if self._good(found, left)[0] and np.abs(found[0] - q).max() < STRIDE:
+                return found[0], True
         session, at, damping = self._session, self._working, DAMPED * self.robot.length**2
         before = session.S.study.goal.copy()
         session.aim(pose @ self._tool)
