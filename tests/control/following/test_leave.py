@@ -114,3 +114,19 @@ def test_what_is_no_length_is_refused(leave):
 def test_bridges_that_may_not_leave_the_path_are_refused():
     with pytest.raises(ftqp.InputError, match="bridges is True and leave 0"):
         round_a_hole(leave=0.0, bridges=True)
+
+
+@pytest.mark.parametrize("when", ["is looked for", "the joints go"])
+def test_failure_while_the_path_is_left_is_borne(when):
+    leader, q = eleven_joints(leave=0.5 * INCH)
+    v, told, last = np.zeros(11), [], q
+    for k in range(3000):
+        if not told and leader.blocked is not None and when in leader.blocked:
+            leader.planner.report(ftqp.Locked(9, mode="instant"))
+            told.append(k)
+        step = leader.step(q, v)
+        last, q, v = q, step.q.copy(), step.v.copy()
+        assert step.status not in (ftqp.StepStatus.FALLBACK, ftqp.StepStatus.INVALID_INPUT)
+        if told and leader.status in (STATUS.DONE, STATUS.BLOCKED) and np.abs(v).max() < 1e-6:
+            break
+    assert told and leader.status in (STATUS.DONE, STATUS.BLOCKED) and np.abs(q - last).max() < 1e-6
