@@ -113,7 +113,10 @@ def measured(name: str, count: int) -> dict[str, object]:
         way = ways[0]
         kinds[way.kind] = kinds.get(way.kind, 0) + 1
         announced += way.clear
-        physics += in_physics(robot, q, v, joint, way, k)
+        as_in_physics = in_physics(robot, q, v, joint, way, k)
+        physics += as_in_physics
+        if not as_in_physics:
+            sys.stderr.write(f"{name} {k} in MuJoCo: not so: {way.sentence}\n")
         goto = ftqp.GoTo(planner, way=way)
         end, time = gone(goto, q, v)
         free = np.arange(robot.nv) != joint

@@ -7,6 +7,7 @@ import pinocchio as pin
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import transform
+from ftqp.model.chain import configuration_of
 from ftqp.model.reduction import named_frame
 from ftqp.model.robot import Robot
 
@@ -21,18 +22,27 @@ def centre_of_mass(robot: Robot, q: Any) -> FloatArray:
     return np.array(pin.centerOfMass(robot.model, robot.model.createData(), robot.configuration(q)))
 
 
-def base_moments(robot: Robot, places: FloatArray) -> FloatArray:
-    """The torque about the base's origin that holds the arm's weight at rest, |c x m g|, (k,) [N m].
+def base_wrenches(robot: Robot, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+    """The force and the torque that the base bears on a motion, about its origin, (k, 2) [N, N m].
+
+    They hold the arm's weight and make its bodies accelerate; rotors, which spin beside, are left out.
 
     Args:
         robot: The arm with its load.
-        places: Joint values, (k, nv).
+        q: Joint values, (k, nv).
+        v: Their velocities, (k, nv).
+        a: Their accelerations, (k, nv).
+
+    Source: Featherstone 2008, section 5.3.
     """
     model, data = robot.model, robot.model.createData()
-    weight = pin.computeTotalMass(model) * np.asarray(model.gravity.linear)
-    centres = [np.array(pin.centerOfMass(model, data, robot.configuration(q))) for q in places]
-    result: FloatArray = np.linalg.norm(np.cross(np.array(centres), weight), axis=1)
-    return result
+    roots = [int(i) for i in model.children[0]]
+    sizes = np.empty((len(q), 2))
+    for row, place, speed, change in zip(sizes, q, v, a, strict=True):
+        pin.rnea(model, data, configuration_of(model, robot.continuous, place), speed, change)
+        borne = sum((data.liMi[i].act(data.f[i]).vector for i in roots), np.zeros(6))
+        row[:] = np.linalg.norm(borne[:3]), np.linalg.norm(borne[3:])
+    return sizes
 
 
 def mount_of(robot: Robot, name: str) -> tuple[int, FloatArray]:

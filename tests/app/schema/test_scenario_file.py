@@ -338,6 +338,7 @@ def test_load_tool_and_friction_of_the_robot_are_the_planner_s_own() -> None:
             "'zigzag' is not an escape pattern",
         ),
         (["planner.bridges=true"], "planner.bridges is true and the path runs by the clock"),
+        (["planner.leave=0.01"], "planner.leave is 0.01 and the path runs by the clock"),
         (
             ["planner.task.mode=scaled", "planner.task.damping={ factor = 0.1 }"],
             "damping 'directional' does not go with",

@@ -34,7 +34,7 @@ def test_postures_of_the_way_have_the_tip_where_it_is_and_the_path_goes_on_from_
     ahead = Ahead(planner, path, 0.0)
     search = OnTheSpot(planner, ahead)
     thought_over(search)
-    assert search.way is not None and search.nodes >= 1
+    assert search.way is not None and search.starts >= 1
     before = PANDA.neutral
     for q in search.way:
         assert np.abs(PANDA.pose(q) - path.start).max() < 1e-6
@@ -82,7 +82,7 @@ def test_a_blocked_path_says_what_was_looked_for_and_a_failed_arm_goes_on_in_few
     goal[:3, 3] += [0.169, 0.147, -0.278]
     goal[:3, :3] = rotation_exp(np.array([0.356, 0.093, -0.232])) @ goal[:3, :3]
     found = {}
-    for degrade in ((), ("pose", "position_axis", "position")):
+    for degrade in ((), None, ("pose", "position_axis", "position")):
         planner = ftqp.Planner(PANDA, DT, task=ftqp.Task(mode="scaled", degrade=degrade))
         planner.reset(start)
         planner.report(ftqp.Locked(4, mode="instant"))
@@ -100,3 +100,27 @@ def test_a_blocked_path_says_what_was_looked_for_and_a_failed_arm_goes_on_in_few
     assert "can be reached on the spot were looked at" in found[()][1]
     fewer = found["pose", "position_axis", "position"]
     assert ftqp.PathStatus.FEWER_ROWS in fewer[0] and fewer[2] < 0.5 * found[()][2]
+    unasked = found[None]  # nobody has named sets: a search says that the path goes on with the position
+    assert unasked[0][-2:] == [ftqp.PathStatus.FEWER_ROWS, ftqp.PathStatus.DONE] and unasked[2] < 1e-3
+
+
+def test_rows_that_would_not_help_are_not_given_up_unasked():
+    goal = PANDA.pose(PANDA.neutral).copy()
+    goal[:3, 3] += [1.5, 0.0, 0.0]
+    for fault in (
+        None,
+        ftqp.Locked(2, mode="instant"),
+    ):  # without a fault nothing is given up, nor out of reach
+        planner = ftqp.Planner(PANDA, DT, task=ftqp.Task(mode="scaled"))
+        planner.reset(PANDA.neutral)
+        if fault is not None:
+            planner.report(fault)
+        path = ftqp.paths.PointToPoint(PANDA.pose(PANDA.neutral), goal, duration=6.0)
+        leader, q, v = ftqp.PathFollower(planner, path), PANDA.neutral.copy(), np.zeros(7)
+        while leader.status is not ftqp.PathStatus.BLOCKED:
+            step = leader.step(q, v)
+            q, v = step.q.copy(), step.v.copy()
+            assert leader.status is not ftqp.PathStatus.DONE and planner.tick < 20.0 / DT
+            if fault is None:
+                assert leader.status is not ftqp.PathStatus.FEWER_ROWS
+        assert leader.blocked is not None

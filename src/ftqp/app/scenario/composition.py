@@ -166,15 +166,16 @@ def follower(tables: Scenario, planner: Planner, way: Path) -> PathFollower | No
 
     Raises:
         InputError: The path is to run by its progress, but the task mode is not ``scaled``; or by the clock,
-            with bridges.
+            with bridges or leave.
     """
     reference = tables.path.reference or ("progress" if planner.task.mode == "scaled" else "time")
     own = tables.planner
     if reference == "time":
-        if own.bridges:
+        if own.bridges or own.leave:
+            given = "bridges is true" if own.bridges else f"leave is {own.leave:g}"
             raise InputError(
-                "planner.bridges is true and the path runs by the clock; expected reference = 'progress' "
+                f"planner.{given} and the path runs by the clock; expected reference = 'progress' "
                 "with planner.task.mode = 'scaled': only such a path waits while a bridge is gone"
             )
         return None
-    return PathFollower(planner, way, stall=made(own.stall), bridges=own.bridges)
+    return PathFollower(planner, way, stall=made(own.stall), bridges=own.bridges, leave=own.leave)

@@ -74,6 +74,13 @@ class PlannerTable(Table):
         "whether a blocked path goes on from another posture, to which the tip leaves it, for reference = "
         "'progress'",
     )
+    leave: float | None = setting(
+        None,
+        "how far the tip may leave a blocked path to go on from another posture, for reference = 'progress'; "
+        "if absent, anywhere with bridges and not at all without",
+        unit="m",
+        least=0.0,
+    )
 
     remember: float | None = setting(
         None, "how long the way of the joints is kept for ways out; not at all if absent", unit="s", above=0.0

@@ -1,6 +1,6 @@
 """The rest of a path: how far it can be followed in thought from a posture of the place where it was left."""
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from typing import Final, final
 
 import numpy as np
@@ -13,6 +13,9 @@ from ftqp.core.errors import InputError
 
 SAMPLES: Final = 200
 """Places of a path at which it is asked whether a posture goes on along it."""
+LITTLE, FEWER = 0.01, 20
+"""With less than the first share of a path left there are so many, so that arms just out of reach of the end
+get their verdict soon. Guesses that tests/laws/test_calm.py has not contradicted."""
 AT_ONCE: Final = 4
 """Places of them that are looked at in one tick: some 0.1 ms."""
 SLACK: Final = 20.0
@@ -31,26 +34,38 @@ class Ahead:
 
     Attributes:
         pose: Where it begins, (4, 4).
+        progress: When it begins [s].
+        duration: Of the whole path [s].
+        is_little: Whether hardly anything of it is left.
 
     Source: docs/theory/ways-out.md.
     """
 
     def __init__(self, planner: Planner, path: Path, progress: float) -> None:
         self._planner, self._view = planner, planner.view()
-        times = np.linspace(progress, path.duration, SAMPLES + 1)
+        self.is_little = path.duration - progress <= LITTLE * path.duration
+        self._count = FEWER if self.is_little else SAMPLES
+        times = np.linspace(progress, path.duration, self._count + 1)
+        self._path, self.progress, self.duration = path, progress, path.duration
         self._poses = path.sample(times).pose
         self._gap = float(times[1] - times[0])
         self.pose: FloatArray = self._poses[0]
         self._search: PostureSearch | None = None
 
-    def begin(self) -> PostureSearch | None:
-        """A search with the arm, limits and failures as believed now; None for arms that have none."""
+    def begin(self, rows: str | None = None) -> PostureSearch | None:
+        """A search with the arm, limits and failures as believed now; None for arms that have none.
+
+        Args:
+            rows: Which rows count; None are those that are kept now.
+        """
         planner, view = self._planner, self._view
         self._search = None
         if planner.robot.chain.floating or not planner.robot.is_serial:
             return None
         try:
-            search = PostureSearch(planner.robot, self.pose, planner.kept_rows, planner.task.axis)
+            search = PostureSearch(
+                planner.robot, self.pose, planner.kept_rows if rows is None else rows, planner.task.axis
+            )
         except InputError:
             return None
         limits = view.limits
@@ -58,7 +73,44 @@ class Ahead:
         self._search = search
         return search
 
-    def reached(self, q: FloatArray, search: PostureSearch | None = None) -> Generator[None, None, float]:
+    def along(
+        self, q: FloatArray, begin: float, end: float, longest: float
+    ) -> Generator[None, None, FloatArray | None]:
+        """The postures that follow the path from one of its times to another, (k, nv); None where it ends.
+
+        Args:
+            q: The posture at the first time, (nv,) [rad or m], which is none of them.
+            begin: The first time [s].
+            end: The second one, before it or after [s].
+            longest: No joint goes farther than this from one posture to the next [rad or m].
+        """
+        assert self._search is not None
+        gap = max(self._gap, self.duration / SAMPLES)
+        times = np.linspace(begin, end, int(np.ceil(abs(end - begin) / gap - 1e-9)) + 1)[1:]
+        gone = [q]
+        for k, pose in enumerate(self._path.sample(times).pose if len(times) else ()):
+            nearest = self._search.along(gone[-1], pose)
+            if nearest is None or np.abs(nearest - gone[-1]).max() > longest:
+                return None
+            gone.append(nearest)
+            if k % AT_ONCE == AT_ONCE - 1:
+                yield
+        return np.array(gone[1:]).reshape(-1, len(q))
+
+    def near(self, q: FloatArray) -> Iterator[tuple[FloatArray, float, bool]]:
+        """Postures that follow the rest of the path as nearly as they can, its times, and whether they do.
+
+        Args:
+            q: Where the arm is, (nv,) [rad or m].
+        """
+        assert self._search is not None
+        for k in range(1, len(self._poses)):
+            q, there = self._search.nearest(q, self._poses[k])
+            yield q, self.progress + k * self._gap, there
+
+    def reached(
+        self, q: FloatArray, search: PostureSearch | None = None, time: float | None = None
+    ) -> Generator[None, None, float]:
         """The share of the rest of the path along which the joints can follow it from a posture.
 
         Newton steps go from place to place, within the limits.
@@ -66,15 +118,16 @@ class Ahead:
         Args:
             q: The posture, (nv,) [rad or m].
             search: Whose Newton steps; None takes those of ``begin``.
+            time: Where on the path it is [s]; None is where it was left. What is before counts as followed.
         """
         search = self._search if search is None else search
         assert search is not None
-        limits, working = self._view.limits, self._view.working
-        most = SLACK * self._gap * limits.v
-        for k in range(1, len(self._poses)):
+        most, working = SLACK * self._gap * self._view.limits.v, self._view.working
+        first = 0 if time is None else round((time - self.progress) / self._gap)
+        for k in range(first + 1, len(self._poses)):
             nearest = search.along(q, self._poses[k])
             if nearest is None or (np.abs(nearest - q) > most)[working].any():
-                return (k - 1) / SAMPLES
+                return (k - 1) / self._count
             q = nearest
             if k % AT_ONCE == 0:
                 yield

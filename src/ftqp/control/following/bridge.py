@@ -6,7 +6,9 @@ import numpy as np
 
 from ftqp.control.following.ahead import Ahead
 from ftqp.control.following.led_joints import LedJoints
+from ftqp.control.following.on_the_spot import OnTheSpot
 from ftqp.control.following.other_ways import OtherWays
+from ftqp.control.following.path_tube import PathTube
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
@@ -27,6 +29,7 @@ class Bridge:
         planner: The planner that is led.
         path: Its path.
         progress: The path time at which it is blocked [s].
+        leave: How far the tip may leave the path [m]; inf is anywhere.
 
     Attributes:
         leads: Whether the joints are led, and not the tip along its path.
@@ -36,29 +39,46 @@ class Bridge:
     Source: docs/theory/ways-out.md.
     """
 
-    def __init__(self, planner: Planner, path: Path, progress: float) -> None:
+    def __init__(self, planner: Planner, path: Path, progress: float, leave: float) -> None:
         self._planner, self._view = planner, planner.view()
         self._belief = self._view.belief
-        ahead = Ahead(planner, path, progress)
-        self._ways = OtherWays(planner, ahead.pose, reach=lambda q: ahead.reached(q, self._ways.search))
+        self._ahead = ahead = Ahead(planner, path, progress)
+        self._leave = leave
+        self._tube = PathTube(planner, path, leave) if np.isfinite(leave) else None
+        self._ways = self._thoughts()
         self._joints = LedJoints(planner, self._view.command.q, RISE_TIME, ahead.pose)
         self._way: list[FloatArray] = []
         self.leads = self.done = self.failed = self._waits = False
 
+    def _thoughts(self) -> OtherWays | OnTheSpot:
+        """What thinks of ways: near the path, or of any."""
+        if self._tube is not None:
+            return OnTheSpot(self._planner, self._ahead, self._tube)
+        ways = OtherWays(self._planner, self._ahead.pose, reach=lambda q: self._ahead.reached(q, ways.search))
+        return ways
+
+    @property
+    def until(self) -> float:
+        """The path time at which the way comes back to the path [s]."""
+        return self._ways.until if isinstance(self._ways, OnTheSpot) else self._ahead.progress
+
     @property
     def sentence(self) -> str:
         """What is being done, or was looked for."""
+        within = f", the tip within {1e3 * self._leave:.3g} mm of its path" * bool(np.isfinite(self._leave))
         if self.leads and not self._waits:
-            return "the joints go to another posture, from which the path goes on"
+            return f"the joints go to another posture, from which the path goes on{within}"
         if self.failed:
-            return f"no bridge was found: {self._ways.sentence}"
-        return f"a posture from which the path goes on is looked for: {self._ways.starts} starts so far"
+            return f"no bridge was found{within}: {self._ways.sentence}"
+        return (
+            f"a posture from which the path goes on is looked for{within}: {self._ways.starts} starts so far"
+        )
 
     def think(self) -> None:
         """Think for one tick, until the joints are to be led or there is no bridge."""
         if self._belief != self._view.belief:
             self._belief, self.failed = self._view.belief, False
-            self._ways.forget()
+            self._ways = self._thoughts()
         if self.failed:
             return
         self._ways.think()

@@ -92,9 +92,9 @@ class GoTo:
     """
 
     __slots__ = (
-        "_aim", "_belief", "_best", "_joints", "_least", "_leg", "_nearest", "_only_the_tip", "_others",
-        "_planner", "_pose", "_rotation_tolerance", "_settling", "_since", "_slow", "_status", "_stopped",
-        "_there", "_ticks", "_tip", "_to_posture", "_tolerance", "_turned_back", "_view", "_way",
+        "_aim", "_belief", "_best", "_counts", "_joints", "_least", "_leg", "_nearest", "_only_the_tip",
+        "_others", "_planner", "_pose", "_rotation_tolerance", "_settling", "_since", "_slow", "_status",
+        "_stopped", "_there", "_ticks", "_tip", "_to_posture", "_tolerance", "_turned_back", "_view", "_way",
     )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
@@ -147,6 +147,9 @@ class GoTo:
             self._pose = frozen(self._view.tip_at(JointState(goal, rest, rest)).pose)
         if way is not None:
             way.close_brakes(planner)
+        self._counts = np.ones(planner.robot.nv, dtype=np.bool_)
+        if way is not None:  # which says where joints that have failed stand, and not where they shall
+            self._counts = self._view.working
         self._way: list[FloatArray] = [] if way is None else list(way.places)
         if self._way:
             self._joints.aim(self._way.pop(0))
@@ -404,7 +407,7 @@ class GoTo:
             working = self._view.working
             commanded = float(np.abs(self._joints.way[working]).max(initial=0.0))
             arm = np.abs(self._joints.way_from(self._view.measured))
-            counts = working | self._to_posture
+            counts = self._counts if self._to_posture else working
             return commanded, float(arm[counts].max(initial=0.0)) / self._tolerance
         assert self._tip is not None
         reference = self._tip.reference
@@ -420,7 +423,7 @@ class GoTo:
         """Whether it is failed joints alone that keep the posture from being met."""
         if not self._to_posture:
             return False
-        off = np.abs(self._joints.way_from(self._view.measured)) > self._tolerance
+        off = (np.abs(self._joints.way_from(self._view.measured)) > self._tolerance) & self._counts
         return bool(off.any() and not off[self._view.working].any())
 
     def __repr__(self) -> str:

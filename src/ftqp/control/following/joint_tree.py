@@ -9,10 +9,8 @@ from ftqp.control.inverse_kinematics.passable import Passable
 from ftqp.core.checks import BoolArray, FloatArray
 
 REACH = 0.6
-"""Longest edge of a tree, in the joint that goes farthest [rad or m] ..."""
-APART = 0.1
-"""... and places of a way that are looked at are nearer to each other than this in every joint [rad or m].
-Both are guesses that tests/control/following/test_joint_tree.py has not contradicted."""
+"""Longest edge of a tree, in the joint that goes farthest [rad or m]. A guess that
+tests/control/following/test_joint_tree.py has not contradicted."""
 AT_ONCE = 8
 """Places that are looked at in one piece."""
 GROWTHS = 600
@@ -35,7 +33,7 @@ def passing(passable: Passable, begin: FloatArray, end: FloatArray, effort: floa
         end: (nv,) [rad or m].
         effort: The largest share of a torque limit that may hold the arm on it.
     """
-    count = max(1, int(np.ceil(float(np.abs(end - begin).max()) / APART)))
+    count = max(1, int(np.ceil(float(np.abs(end - begin).max()) / passable.spacing)))
     share = (np.arange(count) + 1.0)[:, None] / count
     for k in range(0, count, AT_ONCE):
         if not passable.at(begin + share[k : k + AT_ONCE] * (end - begin), effort).all():

@@ -1,5 +1,6 @@
 """Following a path by its progress: the path waits for the arm, and a stalled arm is led out of its trap."""
 
+from collections.abc import Generator
 from enum import Enum
 from math import inf
 from typing import Any, final
@@ -9,6 +10,7 @@ import numpy as np
 from ftqp.control.following.ahead import Ahead
 from ftqp.control.following.blockage import Blockage
 from ftqp.control.following.bridge import Bridge
+from ftqp.control.following.fewer_rows import PIECE, fewer_rows_hold
 from ftqp.control.following.on_the_spot import OnTheSpot
 from ftqp.control.following.path_intervals import path_table
 from ftqp.control.following.stall import StallEscape
@@ -42,8 +44,6 @@ contradicted."""
 HELPS_WITHIN = 0.3
 """A path from which rows were given up and that is stalled for so long gives up the next ones, or is blocked
 [s]. A guess that `python benchmarks/bench_fewer_rows.py` has not contradicted."""
-LITTLE = 0.01
-"""None is looked for with less than this share of the path left, by convention."""
 MOST_BRIDGES = 5
 """So many bridges are gone on one path before the tip waits, ..."""
 MOST_SPOTS = 12
@@ -60,6 +60,19 @@ class PathStatus(Enum):
     DONE = "the path is finished"
     BRIDGING = "the path is blocked; another posture from which it goes on is looked for, or gone to"
     FEWER_ROWS = "the path is followed in fewer rows of its task, as all of them cannot be held"
+
+
+def _leave(bridges: bool, leave: float | None) -> float:
+    """How far the tip may leave its path [m]; inf is anywhere."""
+    if leave is None:
+        return inf if bridges else 0.0
+    if isinstance(leave, bool) or not isinstance(leave, int | float | np.number) or not 0.0 <= leave <= inf:
+        raise InputError(f"leave is {leave!r:.60}, expected a length from 0 [m], how far the tip may go")
+    if bridges and leave == 0.0:
+        raise InputError(
+            "bridges is True and leave 0, so that the tip could not go; give a length > 0 or None"
+        )
+    return float(leave)
 
 
 @final
@@ -79,17 +92,21 @@ class PathFollower:
         bridges: Whether a blocked path may be bridged: the tip then leaves it, the joints go to another
             posture of the place where it was left, from which it goes on, and it does. Without, the tip
             waits on the path. For processes that must not be left, such as welding, leave it off.
+        leave: How far the tip may leave the path meanwhile, from 0 [m]: it stays within so much of the part
+            that it has come, and its rotation within so much over the characteristic length. None is
+            anywhere with bridges and 0, not at all, without. The less it may, the fewer blocked paths go on.
 
     Raises:
-        InputError: The planner has another task mode, or the path is too rough.
+        InputError: The planner has another task mode, the path is too rough, or ``leave`` is no length, or
+            is 0 with bridges.
 
     Source: Bedrossian 1993, extended in ``docs/theory/path-progress.md``.
     """
 
     __slots__ = (
-        "_below", "_blockage", "_bridge", "_bridges", "_duration", "_lead", "_may_bridge", "_mean",
-        "_memory", "_path", "_pattern", "_planner", "_rate", "_share", "_spot", "_spots", "_stall",
-        "_stalled", "_standing", "_state", "_stood", "_stood_at", "_target",
+        "_below", "_blockage", "_bridge", "_bridges", "_duration", "_fewer", "_has_asked", "_lead",
+        "_leave", "_mean", "_memory", "_path", "_pattern", "_planner", "_rate", "_share", "_spot",
+        "_spots", "_stall", "_stalled", "_standing", "_state", "_stood", "_stood_at", "_target",
     )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
@@ -105,6 +122,7 @@ class PathFollower:
         *,
         stall: StallEscape | None = StallEscape(),  # noqa: B008  frozen
         bridges: bool = False,
+        leave: float | None = None,
     ) -> None:
         instance("bridges", bridges, bool, "True or False")
         instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot, task=...)")
@@ -112,7 +130,7 @@ class PathFollower:
         if stall is not None and not isinstance(stall, StallEscape):
             raise InputError(f"stall is {stall!r:.60}, expected an ftqp.StallEscape or None")
         self._planner, self._path, self._stall = planner, path, stall
-        self._may_bridge = bridges
+        self._leave = _leave(bridges, leave)
         memory = PathMemory(capacity_for(planner.robot.nv), path_table(path))
         self._memory, self._lead = memory, planner.lead(memory)
         self._state = memory.path
@@ -127,11 +145,13 @@ class PathFollower:
 
     def _begin(self) -> None:
         self._memory.begin()
-        self._bridges, self._spots = MOST_BRIDGES if self._may_bridge else 0, MOST_SPOTS
+        self._bridges, self._spots = MOST_BRIDGES if self._leave > 0.0 else 0, MOST_SPOTS
         self._pattern: int | None = None
         self._blockage: Blockage | None = None
         self._bridge: Bridge | None = None
         self._spot: OnTheSpot | None = None
+        self._fewer: Generator[None, None, int] | None = None
+        self._has_asked: bool = False
         self.resume()
 
     def resume(self) -> None:
@@ -226,6 +246,7 @@ class PathFollower:
             step = bridge.step(q, v, tau, tip)
             if bridge.done:
                 self._bridges -= 1
+                self._state.progress = max(self.progress, bridge.until)
                 self.resume()
             return step
         step = self._lead.step(q, v, (), tau, tip)
@@ -233,6 +254,7 @@ class PathFollower:
             bridge.think()
             if bridge.failed:
                 self._go_on_with_fewer_rows()
+                self._goes_on_unasked()
         return step
 
     def _watch(self, stall: StallEscape, step: Step) -> None:
@@ -261,7 +283,8 @@ class PathFollower:
             self._stalled += self._planner.dt
             state.speed = stall.speed
             if tried >= 1.0 and self._has_looked:
-                self._block(step)
+                if self._bridges > 0 or not self._goes_on_unasked():
+                    self._block(step)
             elif state.found:
                 self._pattern = FOUND
             else:
@@ -287,8 +310,8 @@ class PathFollower:
 
     @property
     def _may_look(self) -> bool:
-        """Whether enough of the path is left to look for a motion on the spot, and not too many were gone."""
-        return self._spots > 0 and self._duration - self.progress > LITTLE * self._duration
+        """Whether a motion on the spot may be looked for: not too many were gone."""
+        return self._spots > 0
 
     def _go_on_the_spot(self, spot: OnTheSpot) -> None:
         """Draw the null space along a way on the spot; the path goes on behind its end."""
@@ -308,7 +331,7 @@ class PathFollower:
             self._planner, self._lead, self._target, self.progress, self._duration, step, searched
         )
         if self._bridges > 0:
-            self._bridge = Bridge(self._planner, self._path, self.progress)
+            self._bridge = Bridge(self._planner, self._path, self.progress, self._leave)
         else:
             self._go_on_with_fewer_rows()
 
@@ -317,6 +340,29 @@ class PathFollower:
         planner = self._planner
         if planner.task.degrade is not None and self._lead.give_up():
             self.resume()
+
+    def _goes_on_unasked(self) -> bool:
+        """Think of fewer rows of a failed arm, a piece of it; whether it is thought of, or they are given up.
+
+        Nobody has named the sets that may be kept, so that rows are given up only where a search says that
+        the path goes on with the others, and not with all of them.
+        """
+        planner = self._planner
+        if planner.task.degrade is not None or not planner.faults or self._has_asked:
+            return False
+        if self._fewer is None:
+            self._fewer = fewer_rows_hold(planner, self._path, self.progress, self._lead.given_up)
+        try:
+            for _ in range(max(1, int(planner.dt / PIECE))):
+                next(self._fewer)
+        except StopIteration as found:
+            self._has_asked = True
+            for _ in range(found.value):
+                self._lead.give_up()
+            if found.value:
+                self.resume()
+            return bool(found.value)
+        return True
 
     def _try(self, stall: StallEscape, pattern: int) -> None:
         """Draw the null space along a pattern."""
@@ -332,6 +378,7 @@ class PathFollower:
     def _rest(self) -> None:
         """End the escape, and the verdict with it."""
         self._pattern = None
-        self._blockage = self._bridge = self._spot = None
+        self._blockage = self._bridge = self._spot = self._fewer = None
+        self._has_asked = False
         self._state.driven = self._state.found = 0
         self._state.speed = 0.0

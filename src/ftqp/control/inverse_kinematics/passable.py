@@ -9,7 +9,7 @@ from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.task.keep import Keep
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import ArmSession
-from ftqp.model.body_frames import base_moments
+from ftqp.model.body_frames import base_wrenches
 from ftqp.model.robot import Robot
 
 HELD = 0.98
@@ -18,6 +18,20 @@ feedback. A guess that the campaigns have not contradicted."""
 NEARER: Final = 1e-3
 """Bodies may be nearer than a planner keeps them by so much [m], so that an arm that rests as near as it gets
 may go away from there. A convention, far below what anybody keeps."""
+SPACING: Final = 0.1
+"""Places of a way that are looked at are nearer to each other than this in every joint [rad or m]. A guess
+that tests/control/following/test_joint_tree.py has not contradicted."""
+
+
+class Walled(Protocol):
+    """What the tip is to stay in; an ``ftqp`` follower's tube about its path is."""
+
+    @property
+    def spacing(self) -> float:
+        """Places of a way that are looked at are nearer to each other than this [rad or m]."""
+
+    def room(self, places: FloatArray) -> FloatArray:
+        """How far the tip is from the walls, (k,) [m]; positive inside."""
 
 
 class Surrounded(Protocol):
@@ -41,6 +55,10 @@ class Passable:
         counts: Which motors have to hold the arm, (nv,): a joint that has failed holds itself.
         keeps: Points and axes that are kept on their sides.
         surrounded: Who knows how near the arm is to itself and to its scene; None where nobody does.
+        walled: What the tip is to stay in; None is anywhere.
+
+    Attributes:
+        spacing: Places of a way that are looked at are nearer to each other than this [rad or m].
     """
 
     def __init__(
@@ -50,8 +68,11 @@ class Passable:
         counts: BoolArray,
         keeps: Sequence[Keep] = (),
         surrounded: Surrounded | None = None,
+        walled: Walled | None = None,
     ) -> None:
         self._robot, self._keeps = robot, tuple(keeps)
+        self._walled = walled
+        self.spacing = SPACING if walled is None else walled.spacing
         kept = None if surrounded is None else surrounded.clearance
         self._surrounded = None if kept is None else surrounded
         self._least = 0.0 if kept is None else kept.keep - NEARER
@@ -74,13 +95,15 @@ class Passable:
             share[k] = float((np.abs(arm.K.kinematics.h[:n]) / self._limit).max())
         return share
 
-    def base_moment(self, places: FloatArray) -> FloatArray:
-        """The torque that the base bears at rest at each place, beside the weight, (k,) [N m].
+    def base_wrenches(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """The force and the torque that the base bears on a motion, (k, 2) [N, N m]; 0 without masses.
 
         Args:
-            places: Joint positions, (k, nv) [rad or m].
+            q: Joint positions, (k, nv) [rad or m].
+            v: Their velocities, (k, nv).
+            a: Their accelerations, (k, nv).
         """
-        return base_moments(self._robot, places) if self._robot.has_inertia else np.zeros(len(places))
+        return base_wrenches(self._robot, q, v, a) if self._robot.has_inertia else np.zeros((len(q), 2))
 
     def clearance(self, places: FloatArray) -> FloatArray:
         """The least distance of two bodies, and from what points are kept from, (k,) [m, of a cone rad].
@@ -98,7 +121,8 @@ class Passable:
             places: Joint positions, (k, nv) [rad or m].
         """
         kept, apart = self._kept(places), self._apart(places)
-        return np.minimum(kept, apart - self._least)
+        room = np.minimum(kept, apart - self._least)
+        return room if self._walled is None else np.minimum(room, self._walled.room(places))
 
     def _kept(self, places: FloatArray) -> FloatArray:
         """How far what is kept on its side is from the other, (k,)."""

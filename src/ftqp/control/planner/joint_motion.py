@@ -10,6 +10,7 @@ from ftqp.control.references.jerk_limit import ENDLESS, RISE_TIME, Motion, State
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import JointsMemory
 from ftqp.kernel.layout.record import capacity_for
+from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.model.robot import Robot
 
 EXACT = 1e-6
@@ -66,11 +67,14 @@ class JointMotion:
     ) -> None:
         self.memory = JointsMemory(capacity_for(robot.nv))
         self._joints: Any = self.memory.joints
-        bandwidth = min(BANDWIDTH, BANDWIDTH_STEPS / dt)
+        self._bandwidth = bandwidth = min(BANDWIDTH, BANDWIDTH_STEPS / dt)
         self._accelerates = level == "acceleration"
         self._joints.kp = bandwidth**2 if self._accelerates else bandwidth
         self._joints.kv = 2.0 * bandwidth if self._accelerates else 0.0
         self._view, self._robot, self._dt = view, robot, dt
+        self._out = tuple(self._joints[name] for name in ("q", "v", "x"))
+        self._later: tuple[float, State] | None = None
+        self._slow: FloatArray = np.zeros(0)
         self._rise_time = rise_time
         self._motion: Motion | None = None
         self._working = np.zeros(0, dtype=np.int64)
@@ -86,6 +90,15 @@ class JointMotion:
     def duration(self) -> float:
         """How long the motion takes from where it was planned [s]."""
         return 0.0 if self._motion is None else self._motion.duration
+
+    def decay(self, off: float) -> float:
+        """About how long an error of the command takes to be ``EXACT`` [s], a double pole's where it has one.
+
+        Args:
+            off: How large it is [rad or m].
+        """
+        poles = 1.5 if self._accelerates else 1.0
+        return poles * float(np.log(max(off / EXACT, 1.0))) / self._bandwidth
 
     def way_from(self, q: FloatArray) -> FloatArray:
         """From joint positions to the goal, (nv,) [rad or m]; for a continuous joint the short way round.
@@ -104,16 +117,20 @@ class JointMotion:
             speed: Share of the speed limits, in (0, 1].
         """
         command, limits, robot = self._view.command, self._view.limits, self._robot
+        self._later = None
         working = np.flatnonzero(self._view.working)
         if self._motion is None or len(working) != len(self._working):
             self._motion = Motion(len(working)) if len(working) else None
         self._working = working
+        self._slow = SPEED_DEVIATION * np.minimum(limits.v[working], ENDLESS)
         if self._motion is None:
             return
         goal = command.q + self.way_from(command.q)
         goal = np.clip(goal, limits.q_min, limits.q_max)[working]
         a_max = ACCELERATION_SHARE * np.maximum(limits.a, LEAST_ACCELERATION * robot.limits.a_max)[working]
         start = State(*(part[working] for part in command))
+        if (np.abs(start.v) <= AT_REST * np.minimum(limits.v[working], ENDLESS)).all():
+            start = State(start.q, 0.0 * start.v, 0.0 * start.a)  # so that the motion is straight
         v_max = speed * SPEED_SHARE * limits.v[working]
         jerk = np.minimum(robot.limits.a_max / self._rise_time, robot.limits.j_max)[working]
         jerk *= ACCELERATION_SHARE
@@ -165,17 +182,23 @@ class JointMotion:
         """Let the kernel read the motion at a time [s] since it was planned, and what it asks until then."""
         if self._motion is None:
             return
-        joints, at, dt = self._joints, self._working, self._dt
-        now, then = self._motion.at(t), self._motion.at(t + dt)
-        joints.q[at], joints.v[at] = now.q, now.v
-        joints.x[at] = (then.v - now.v) / dt if self._accelerates else (then.q - now.q) / dt
+        (q, v, x), at, dt = self._out, self._working, self._dt
+        now, then = self._at(t), self._at(t + dt)
+        q[at], v[at] = now.q, now.v
+        x[at] = (then.v - now.v) / dt if self._accelerates else (then.q - now.q) / dt
+
+    def _at(self, t: float) -> State:
+        """The motion at a time [s]; the last one is kept, as it is asked for again in the next tick."""
+        assert self._motion is not None
+        if self._later is None or self._later[0] != t:
+            self._later = t, self._motion.at(t)
+        return self._later[1]
 
     def is_left_at(self, t: float) -> bool:
         """Whether the command is not where the motion is at a time [s] since it was planned."""
         if self._motion is None:
             return False
         command: JointState = self._view.command
-        now, at = self._motion.at(t), self._working
-        slow = SPEED_DEVIATION * np.minimum(self._view.limits.v[at], ENDLESS)
+        now, at = self._at(t), self._working
         far = np.abs(command.q[at] - now.q) > DEVIATION
-        return bool((far | (np.abs(command.v[at] - now.v) > slow)).any())
+        return bool((far | (np.abs(command.v[at] - now.v) > self._slow)).any())

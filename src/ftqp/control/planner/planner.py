@@ -300,7 +300,7 @@ class Planner(PlannerCopies):
     def ways_out(self, home: Any = None) -> tuple[WayOut, ...]:
         """Where the arm can go from here with the joints that work, tried in thought, what is clear first.
 
-        It takes some 0.1 s; ``ftqp.GoTo(planner, way=...)`` goes one. Source: docs/theory/ways-out.md.
+        It takes some 0.05 s; ``ftqp.GoTo(planner, way=...)`` goes one. Source: docs/theory/ways-out.md.
 
         Args:
             home: Where the arm belongs, (nv,) [rad or m]; None is ``posture``, or the robot's neutral one.

@@ -6,7 +6,7 @@ import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
-from ftqp.control.inverse_kinematics.passable import Passable
+from ftqp.control.inverse_kinematics.passable import Passable, Walled
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.constraint_list import Constraints
 from ftqp.control.planner.degrading import fewer_rows
@@ -224,11 +224,15 @@ class PlannerFacts:
         """The planner's own state and belief, to be read: for what is built around it."""
         return PlannerView(self._session, self.robot)
 
-    def passable(self) -> Passable:
-        """What says where the arm may be, as believed now: its motors, kept points, itself and its scene."""
+    def passable(self, walled: Walled | None = None) -> Passable:
+        """What says where the arm may be, as believed now: its motors, kept points, itself and its scene.
+
+        Args:
+            walled: What the tip is to stay in beside; None is anywhere.
+        """
         view = self.view()
         keeps = [one.given for one in self._constraints.values() if isinstance(one.given, Keep)]
-        return Passable(self.robot, view.limits.tau, view.working, keeps, self)
+        return Passable(self.robot, view.limits.tau, view.working, keeps, self, walled)
 
     def session(self) -> Session:
         """A copy of all that the planner knows, for studies of what is in it."""

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol, final
 import numpy as np
 
 from ftqp.control.inverse_kinematics.passable import HELD, Passable
-from ftqp.control.planner.joint_motion import EXACT, JointMotion
+from ftqp.control.planner.joint_motion import JointMotion
 from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.step import Step
@@ -21,8 +21,14 @@ OFF = (FALLBACK, STOPPING, STOPPED, INVALID_INPUT)
 """Statuses of a tick with which a motion has failed."""
 ARRIVED = 1e-3
 """A joint so near to its place has arrived [rad or m]: the tolerance of ``GoTo``, by convention."""
+AS_GOOD_AS_THERE = 1e-4
+"""One that is so near to it, and rests, is not tried any longer [rad or m]: what is left is the decay of an
+error. By convention, a tenth of the former."""
 TAIL = 1.0
 """So much longer than planned a leg may take [s]. A guess that the tests have not contradicted."""
+BORNE_AT = 25
+"""What the base bears on a motion is looked at in so many places. A guess that the tests have not
+contradicted."""
 LOOKED_AT = 0.05
 """Places of a motion where it is asked whether the arm may be there are so far apart [rad or m]. A guess
 that the tests have not contradicted."""
@@ -70,6 +76,7 @@ class Tried(NamedTuple):
         effort: The largest share of a torque limit that holds the arm at rest on it.
         passes: Whether the arm may be everywhere on it.
         near: Whether it comes too near to something.
+        borne: The largest force and torque that the base bears on it, (2,) [N, N m].
     """
 
     q: FloatArray
@@ -79,6 +86,7 @@ class Tried(NamedTuple):
     effort: float
     passes: bool
     near: bool
+    borne: FloatArray
 
 
 @final
@@ -93,6 +101,7 @@ class Trial:
 
     def __init__(self, twin: Twin, start: JointState, passable: Passable) -> None:
         self._twin, self._start, self._passable = twin, start, passable
+        self._view = twin.view()
 
     def joints(self, places: Sequence[FloatArray]) -> Tried:
         """Go to places one after the other, resting at each, as ``GoTo`` does.
@@ -102,11 +111,11 @@ class Trial:
         """
         twin = self._twin
         twin.reset(self._start.q, self._start.v)
-        view = twin.view()
+        view = self._view
         motion = JointMotion(view, twin.robot, twin.dt, twin.level)
         lead = twin.lead(motion.memory)
-        q, v = self._start.q.copy(), self._start.v.copy()
-        trace, arrives = [q.copy()], True
+        (q, v, a), dt = self._start, twin.dt
+        trace, arrives, later = [self._start], True, 0.0
         for place in places:
             motion.goal = place
             motion.plan()
@@ -115,22 +124,25 @@ class Trial:
             while since < longest and arrives:
                 motion.write(t)
                 step = lead.step(q, v, (), None, None)
-                t, since = t + twin.dt, since + twin.dt
-                q, v, _ = (part.copy() for part in step.reference)
-                trace.append(q.copy())
+                t, since = t + dt, since + dt
+                q, v, a = view.command
+                trace.append(JointState(q, v, a))
                 arrives = step.code not in OFF
                 if motion.is_left_at(t):
                     motion.plan()
                     t = 0.0
-                elif t >= motion.duration and self._off(view, motion) <= EXACT and self._rests(view, v):
+                elif t >= motion.duration and self._rests_within(AS_GOOD_AS_THERE, motion):
                     break
-            arrives = arrives and self._off(view, motion) <= ARRIVED and self._rests(view, v)
+            later += motion.decay(self._off(motion))
+            arrives = arrives and self._rests_within(ARRIVED, motion)
             if not arrives:
                 break
-        return self._judged(trace, arrives)
+        return self._judged(trace, arrives, later)
 
-    def tip(self, poses: Sequence[FloatArray], standing: int) -> Tried:
-        """Let the tip go along poses, one a tick, with the twin's own task, after standing at the first one.
+    def tip(self, poses: Sequence[FloatArray], standing: int) -> FloatArray | None:
+        """The joints as the tip goes along poses, one a tick, with the twin's own task, (k, nv) [rad or m].
+
+        It stands at the first one before. None where a tick fails.
 
         Args:
             poses: (4, 4) each.
@@ -138,36 +150,37 @@ class Trial:
         """
         twin = self._twin
         twin.reset(self._start.q, self._start.v)
-        q, v, target = self._start.q.copy(), self._start.v.copy(), Target(pose=poses[0])
-        trace, arrives = [q.copy()], True
+        (q, v, _), view, target = self._start, self._view, Target(pose=poses[0])
+        trace = [q]
         for k in range(standing + len(poses)):
             target.pose[:] = poses[max(0, k - standing)]
-            step = twin.step(q, v, target)
-            q, v, _ = (part.copy() for part in step.reference)
-            trace.append(q.copy())
-            if step.code in OFF:
-                arrives = False
-                break
-        return self._judged(trace, arrives)
+            if twin.step(q, v, target).code in OFF:
+                return None
+            q, v, _ = view.command
+            trace.append(q)
+        return np.array(trace)
 
-    @staticmethod
-    def _off(view: PlannerView, motion: JointMotion) -> float:
-        return float(np.abs(motion.way_from(view.command.q))[view.working].max(initial=0.0))
+    def _rests_within(self, off: float, motion: JointMotion) -> bool:
+        """Whether the joints that work rest so near to the motion's goal."""
+        view, top = self._view, np.minimum(self._view.limits.v, 1.0 / AT_REST)
+        slow = np.abs(view.command.v) <= AT_REST * top
+        return self._off(motion) <= off and bool(slow[view.working].all())
 
-    @staticmethod
-    def _rests(view: PlannerView, v: FloatArray) -> bool:
-        top = np.minimum(view.limits.v, 1.0 / AT_REST)
-        return bool((np.abs(v) <= AT_REST * top)[view.working].all())
+    def _off(self, motion: JointMotion) -> float:
+        away = np.abs(motion.way_from(self._view.command.q))
+        return float(away[self._view.working].max(initial=0.0))
 
-    def _judged(self, trace: list[FloatArray], arrives: bool) -> Tried:
-        q = np.array(trace)
+    def _judged(self, trace: list[JointState], arrives: bool, later: float) -> Tried:
+        q, v, a = (np.array(part) for part in zip(*trace, strict=True))
         places = thinned(q, LOOKED_AT)
         efforts, room = self._passable.effort(places), self._passable.room(places)
         most = max(HELD, float(efforts[0]))
         near = bool((room <= min(0.0, float(room[0]) - 1e-9)).any())
+        some = np.unique(np.linspace(0, len(q) - 1, BORNE_AT, dtype=np.int64))
         return Tried(
-            q, (len(q) - 1) * self._twin.dt, arrives, float(self._passable.clearance(places).min()),
+            q, (len(q) - 1) * self._twin.dt + later, arrives, float(self._passable.clearance(places).min()),
             float(efforts.max()), bool((efforts <= most).all()) and not near, near,
+            self._passable.base_wrenches(q[some], v[some], a[some]).max(axis=0),
         )  # fmt: skip
 
 

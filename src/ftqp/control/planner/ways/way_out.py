@@ -41,6 +41,8 @@ TIP_BACK: Final = 0.01
 """The tip is back within this of where its way began [m] ..."""
 TURNED_BACK: Final = 0.05
 """... and this [rad]: the defaults of a task's tolerances, so that it counts as being there, exactly then."""
+TWICE: Final = 2.0
+"""Where it was led and ended farther away than so many times that, its joints are not tried. A convention."""
 HANGS: Final = 0.02
 """A joint that swings freely and is slower than this rests [rad/s or m/s]: its brake can be closed. A guess
 that the tests have not contradicted."""
@@ -79,8 +81,8 @@ class WayOut:
         still: What the tip can do from there in all directions with the joints that work: ``pose``,
             ``position_axis``, ``position``, or nothing.
         near: Whether it comes too near to something.
-        moment: What the base bears at the end, at rest, beside the weight: its largest torque [N m]; 0 of a
-            model without masses.
+        force: The largest force that the base bears on the way [N]; 0 of a model without masses.
+        moment: The largest torque, about its origin [N m].
         brakes: Joints that swing freely, whose brakes are closed first: they are locked where they hang.
         sentence: The same in words.
     """
@@ -96,6 +98,7 @@ class WayOut:
     limit: float
     still: str
     near: bool
+    force: float
     moment: float
     brakes: tuple[str, ...]
     sentence: str
@@ -192,7 +195,8 @@ def _found(
         add("back", back, trial.joints(list(back)))
         if not working.all():
             for rows in planner.task.kept_sets:
-                done = _back_by_tip(twins(rows), start, passable, came, rows)
+                own = twin if rows == (planner.task.rows or "pose") else twins(rows)
+                done = _back_by_tip(own, start, passable, came, rows)
                 if done is not None:
                     add("back by the tip", *done, rows=rows)
                     if found[-1].clear:
@@ -201,7 +205,7 @@ def _found(
     if not swings:  # else nothing but a stop is known to be possible
         place = np.where(working, np.clip(home, limits.q_min, limits.q_max), start.q)
         add("home", place[None], trial.joints([place]))
-        rest = halt_posture(stand, passable, working, limits.q_min, limits.q_max)
+        rest = halt_posture(start, stand, passable, view, twin.robot)
         add("halt", rest[None], trial.joints([rest]))
     add("stop", stand[None], trial.joints([stand]))
     return found
@@ -219,8 +223,8 @@ def _back_by_tip(
 
     None where the tip ends farther from the begin of its way than the task's tolerance, in the rows kept.
     """
-    view = twin.view()
-    poses = [view.tip_at(JointState(q, 0.0 * q, 0.0 * q)).pose for q in np.vstack([came, start.q])[::-1]]
+    view, joints = twin.view(), np.vstack([came, start.q])[::-1]
+    poses = view.poses(joints)
     way = [0.0]
     for one, two in pairwise(poses):
         cosine = 0.5 * (np.trace(one[:3, :3].T @ two[:3, :3]) - 1.0)
@@ -231,24 +235,26 @@ def _back_by_tip(
     count = max(2, int(np.ceil(1.9 * way[-1] / (BACK_SPEED * twin.dt))))
     s = np.linspace(0.0, 1.0, count)
     s = way[-1] * (10.0 * s**3 - 15.0 * s**4 + 6.0 * s**5)  # from rest to rest
-    joints = np.vstack([came, start.q])[::-1]
     between = np.array([np.interp(s, way, column) for column in joints.T]).T
-    goals = [view.tip_at(JointState(q, 0.0 * q, 0.0 * q)).pose for q in between]
-    goals += [goals[-1]] * int(STAND / twin.dt)
-    led = Trial(twin, start, passable).tip(goals, int(STAND / twin.dt))
-    if not led.arrives:
+    goals = [*view.poses(between), *[poses[-1]] * int(STAND / twin.dt)]
+    trial = Trial(twin, start, passable)
+    led = trial.tip(goals, int(STAND / twin.dt))
+    if led is None or not _is_back(view, led[-1], poses[-1], rows, TWICE):
         return None
-    places = corners(led.q, OFF_RECORD / 3.0)[1 : LONGEST + 1]
-    tried = Trial(twin, start, passable).joints(list(places))
-    end = view.tip_at(JointState(tried.q[-1], 0.0 * start.q, 0.0 * start.q)).pose
-    task_error = float(np.linalg.norm(end[:3, 3] - goals[-1][:3, 3]))
-    lean = float(np.arccos(np.clip(end[:3, 2] @ goals[-1][:3, 2], -1.0, 1.0)))
-    cosine = 0.5 * (np.trace(end[:3, :3].T @ goals[-1][:3, :3]) - 1.0)
+    places = corners(led, OFF_RECORD / 3.0)[1 : LONGEST + 1]
+    tried = trial.joints(list(places))
+    return (places, tried) if _is_back(view, tried.q[-1], poses[-1], rows) else None
+
+
+def _is_back(view: PlannerView, q: FloatArray, begin: FloatArray, rows: str, slack: float = 1.0) -> bool:
+    """Whether the tip is where its way began, in the rows kept."""
+    end = view.poses(q[None])[0]
+    lean = float(np.arccos(np.clip(end[:3, 2] @ begin[:3, 2], -1.0, 1.0)))
+    cosine = 0.5 * (np.trace(end[:3, :3].T @ begin[:3, :3]) - 1.0)
     turned = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
     off = {"position": 0.0, "position_axis": lean, "pose": turned}[rows]
-    if task_error > TIP_BACK or off > TURNED_BACK:
-        return None
-    return places, tried
+    away = float(np.linalg.norm(end[:3, 3] - begin[:3, 3]))
+    return away <= slack * TIP_BACK and off <= slack * TURNED_BACK
 
 
 def _way(
@@ -269,7 +275,7 @@ def _way(
         clear=tried.arrives and tried.passes, clearance=tried.clearance,
         effort=float(passable.effort(end[None])[0]), limit=float(ends.min(initial=np.inf)),
         still=_still(robot, end, np.asarray(working)), near=tried.near,
-        moment=float(passable.base_moment(end[None])[0]), brakes=hang, sentence="",
+        force=float(tried.borne[0]), moment=float(tried.borne[1]), brakes=hang, sentence="",
     )  # fmt: skip
     return replace(way, sentence=_sentence(way))
 
@@ -303,7 +309,7 @@ def _sentence(way: WayOut) -> str:
     text = f"{what}, {way.time:.2g} s; motors then need {100.0 * way.effort:.0f} % of their limits, and "
     text += f"the tip can still move in {WORDS[way.still]}"
     if way.moment > 0.0:
-        text += f"; the base then bears {way.moment:.3g} N m"
+        text += f"; the base bears up to {way.force:.3g} N and {way.moment:.3g} N m"
     if way.clear:
         return text
     why = "it comes too near to something" if way.near else f"a motor needs more than {100.0 * HELD:.0f} %"

@@ -1,0 +1,132 @@
+"""A blocked path that may be left by some millimetres: how far the tip goes, and that it comes back."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.control.following.path_tube import PathTube
+
+STATUS = ftqp.PathStatus
+INCH = 0.0254
+
+
+def follow(leader, q, longest):
+    """Status at the end, how far the tip was from its path at most [m], and which joints have moved."""
+    robot, dt = leader.planner.robot, leader.planner.dt
+    places = leader.path.sample(np.linspace(0.0, leader.path.duration, 4001)).pose[:, :3, 3]
+    q, v, off, seen, moved = q.copy(), np.zeros(robot.nv), 0.0, set(), np.zeros(robot.nv)
+    start = q.copy()
+    for _ in range(round(longest / dt)):
+        step = leader.step(q, v)
+        assert (np.abs(step.v) <= robot.limits.v_max * (1.0 + 1e-9)).all()
+        q, v = step.q.copy(), step.v.copy()
+        off = max(off, float(np.linalg.norm(places - robot.pose(q)[:3, 3], axis=1).min()))
+        moved = np.maximum(moved, np.abs(q - start))
+        seen.add(leader.status)
+        if leader.status in (STATUS.DONE, STATUS.BLOCKED):
+            break
+    return leader.status, off, seen, moved
+
+
+def round_a_hole(dt=2e-3, **given):
+    """Two links whose tip cannot come nearer to the base than 0.2 m, on a line that passes it at 0.19 m."""
+    robot = ftqp.robots.load("planar", lengths=(0.5, 0.3), continuous=True)
+    planner = ftqp.Planner(robot, dt, task=ftqp.Task(mode="scaled"))
+    begin, end = np.eye(4), np.eye(4)
+    begin[:2, 3], end[:2, 3] = (0.4, 0.19), (-0.4, 0.19)
+    q = ftqp.postures(robot, begin[:2, 3])[0].q.copy()
+    planner.reset(q)
+    start = robot.pose(q)
+    goal = start.copy()
+    goal[:3, 3] = end[:3, 3]
+    return ftqp.PathFollower(planner, ftqp.paths.PointToPoint(start, goal, duration=4.0), **given), q
+
+
+def test_path_through_what_is_out_of_reach_is_passed_by_within_what_it_may_be_left_by():
+    leader, q = round_a_hole()
+    status, off, _, _ = follow(leader, q, 20.0)
+    assert status is STATUS.BLOCKED and off < 2e-3
+    leader, q = round_a_hole(leave=0.03)
+    status, off, seen, _ = follow(leader, q, 30.0)
+    assert status is STATUS.DONE and STATUS.BRIDGING in seen
+    assert 5e-3 < off < 0.03
+    leader, q = round_a_hole(leave=5e-3)
+    status, off, _, _ = follow(leader, q, 20.0)
+    assert status is STATUS.BLOCKED and off < 5e-3
+    assert "the tip within 5 mm of its path" in leader.blocked
+
+
+def eleven_joints(**given):
+    """The 11-joint arm on its line with joints 2, 3 and 7 locked, which blocks it at nine tenths."""
+    robot = ftqp.robots.load("modular11")
+    planner = ftqp.Planner(
+        robot, 0.02, level="velocity", task=ftqp.Task(mode="scaled", kp=2.0, degrade=()), emergency=None
+    )
+    q = np.deg2rad([0.0, -50.0, 0.0, -30.0, 0.0, 70.0, 0.0, 30.0, 0.0, 0.0, 0.0])
+    path = ftqp.paths.Line(robot.pose(q), (-100.0 * INCH, 0.0, 0.0), duration=20.0, law="constant")
+    leader = ftqp.PathFollower(planner, path, **given)
+    for joint in (1, 2, 6):
+        planner.report(ftqp.Locked(joint, mode="instant"))
+    leader.reset(q)
+    return leader, q
+
+
+def test_arm_goes_back_along_its_path_to_where_a_self_motion_leads_on_within_half_an_inch():
+    leader, q = eleven_joints()
+    status, off, _, _ = follow(leader, q, 40.0)
+    assert status is STATUS.BLOCKED and "on the spot were looked at" in leader.blocked
+    leader, q = eleven_joints(leave=0.5 * INCH)
+    status, off, seen, moved = follow(leader, q, 60.0)
+    assert status is STATUS.DONE and STATUS.BRIDGING in seen
+    assert off < 0.5 * INCH and (moved[[1, 2, 6]] == 0.0).all()
+
+
+def test_same_ticks_go_the_same_way():
+    first, second = (follow(*eleven_joints(leave=0.5 * INCH), 60.0) for _ in range(2))
+    assert first[1] == second[1] and np.array_equal(first[3], second[3])
+
+
+def test_room_in_the_tube_is_what_is_left_of_it_in_place_and_rotation():
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(robot, task=ftqp.Task(mode="scaled"))
+    planner.reset(robot.neutral)
+    path = ftqp.paths.Line(robot.pose(robot.neutral), (0.0, 0.2, 0.0), duration=2.0)
+    tube = PathTube(planner, path, 0.02)
+    most = tube.room(robot.neutral[None])[0]
+    assert 0.0 < most <= 0.02 and tube.time_of(robot.neutral) == 0.0
+    turned = robot.neutral + 0.01 * np.eye(7)[6]
+    assert tube.room(turned[None])[0] == pytest.approx(most - 0.01 * robot.length, abs=1e-9)
+    away = robot.neutral + 0.01 * np.eye(7)[3]
+    position = ftqp.Planner(robot, task=ftqp.Task(rows="position", mode="scaled"))
+    position.reset(robot.neutral)
+    gap = robot.pose(away)[:3, 3] - robot.pose(robot.neutral)[:3, 3]
+    gap[1] = min(gap[1], 0.0)
+    room = PathTube(position, path, 0.02).room(away[None])[0]
+    assert room == pytest.approx(most - np.linalg.norm(gap), abs=1e-9)
+
+
+@pytest.mark.parametrize("leave", [-0.01, np.nan, "a little", True])
+def test_what_is_no_length_is_refused(leave):
+    with pytest.raises(ftqp.InputError, match="leave is"):
+        round_a_hole(leave=leave)
+
+
+def test_bridges_that_may_not_leave_the_path_are_refused():
+    with pytest.raises(ftqp.InputError, match="bridges is True and leave 0"):
+        round_a_hole(leave=0.0, bridges=True)
+
+
+@pytest.mark.parametrize("when", ["is looked for", "the joints go"])
+def test_failure_while_the_path_is_left_is_borne(when):
+    leader, q = eleven_joints(leave=0.5 * INCH)
+    v, told, last = np.zeros(11), [], q
+    for k in range(3000):
+        if not told and leader.blocked is not None and when in leader.blocked:
+            leader.planner.report(ftqp.Locked(9, mode="instant"))
+            told.append(k)
+        step = leader.step(q, v)
+        last, q, v = q, step.q.copy(), step.v.copy()
+        assert step.status not in (ftqp.StepStatus.FALLBACK, ftqp.StepStatus.INVALID_INPUT)
+        if told and leader.status in (STATUS.DONE, STATUS.BLOCKED) and np.abs(v).max() < 1e-6:
+            break
+    assert told and leader.status in (STATUS.DONE, STATUS.BLOCKED) and np.abs(q - last).max() < 1e-6
