@@ -128,6 +128,8 @@ def _held(D: Any, K: Any, i: int, then: int) -> int:
     for j in range(D.n):
         if j != i:
             load += K.kinematics.M[i, j] * D.past_a[then, j]
+    if abs(D.x[TORQUE_SLOW, i]) < D.holds[i]:  # a joint that works would stand as well
+        return 0
     kinds = IS_LOCKED
     if abs(load) < 2.0 * friction + HELD:
         kinds += IS_FREE

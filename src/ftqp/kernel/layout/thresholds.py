@@ -52,6 +52,9 @@ LEAST_SPEED: Final = 0.03
 LATELY: Final = 0.02
 """Torques that two joints on one axis lack are looked at in the mean over such a time [s], so that noise
 falls (docs/theory/feedback.md, "The torque drive"). A guess that the campaigns have not contradicted."""
+PUSHED: Final = 0.1
+"""A torque arm's joint that sticks is taken for one with more and more friction, up to this share of its
+torque limit. A guess that the campaigns have not contradicted."""
 STILL_SAMPLES: Final = 8
 """A locked joint that has been seen to rest for so many samples stands."""
 
