@@ -15,6 +15,10 @@ since it was identified."""
 LEAST_HELD = 0.02
 """And any joint this [N m or N]. A guess that `python studies/detection.py` has not contradicted."""
 
+DOUBTS = 3.0
+"""A rotor may be so many standard deviations heavier than it counts: two, as usual for errors, and one by which
+it counts less than its estimate."""
+
 
 @jit
 def see_arm(D: Any, A: Any, K: Any) -> None:
@@ -23,7 +27,7 @@ def see_arm(D: Any, A: Any, K: Any) -> None:
     It stands still while something is suspected, because the planner learns from the fault, too. Until the
     planner knows its arm the means of residuals are not begun, so that no fault is read out of the model's
     errors. ``holds`` is the push of a motor that friction may hold: known friction, or as much as the planner
-    pushes a joint that sticks.
+    pushes a joint that sticks; ``doubt`` is the rotor that a joint may have beside what counts.
     Source: docs/theory/detection.md, "The arm that is looked at".
     """
     learned = K.learned
@@ -41,6 +45,7 @@ def see_arm(D: Any, A: Any, K: Any) -> None:
         A.chain.inertia[body, k] = K.chain.inertia[body, k]
     for i in range(D.n):
         A.chain.armature[i] = K.chain.armature[i]
+        D.doubt[i] = DOUBTS * learned.sigma[i]
         D.coulomb[i] = max(D.told_coulomb[i], learned.friction[i])
         if D.told_coulomb[i] < 0.0:
             D.holds[i] = BEYOND_FRICTION * PUSHED * D.tau_max[i]
