@@ -101,6 +101,8 @@ def planned(state: Any, limits: Any, F: Any, j: int, time: float, left: float, d
     value = F.plan[segment, j] if segment < SEGMENTS and left > 0.0 else BRAKE
     a = braked(state, limits, j, dt) if value == BRAKE else value * limits.a_max[j]
     return within_limits(state, limits, j, a, dt)
+
+
 TOO_FAR = 1e6
 """What a plan costs beside all else whose links go farther than they may: more than any impact [rad/s]."""
 CLEAR_FOR = 20
