@@ -300,8 +300,8 @@ def laws(runs):
         f"5. The slowest step of a run took {np.median(slow):.0f} us in the median, "
         f"{np.quantile(slow, 0.9):.0f} us in the slowest tenth and {max(slow):.0f} us at most (thread time).",
         f"6. Links went more than 2 cm farther than if the others had braked in {len(wide)} runs, in "
-        f"{len(poor)} of them for less than 10 J; of those {len(poor) - len(far)} kept a part of the task and "
-        "went at most 12 cm farther"
+        f"{len(poor)} of them for less than 10 J; of those {len(poor) - len(far)} kept a part of the task "
+        "and went at most 12 cm farther"
         + "".join(
             f"; {r.robot}, joint {r.joint}, d = {r.damping:g}: {r.swept_braking:.2f} > {r.swept:.2f} m for "
             f"{r.energy_braking:.1f} > {r.energy:.1f} J"

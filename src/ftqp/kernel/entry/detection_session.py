@@ -60,7 +60,7 @@ class DetectionSession:
         return bound("detect", self.capacity, self._memory, self._arm)
 
     def watch(self, planner: Session) -> Call:
-        """What looks on after a tick of a planner of the same arm: its argument is where torques lie, or 0."""
+        """What looks on after a tick of a planner of the same arm; it is told where torques lie, or 0."""
         return bound("watch", self.capacity, planner.memory, self._memory, self._arm)
 
     def run(

@@ -75,8 +75,9 @@ NEAR = 0.03
 `python studies/study_free_swinging.py` has not contradicted."""
 
 SEARCH_TIME, MORE_TIME, LONGEST_SEARCH = 1.0, 0.1, 3.5
-"""How long the look-ahead goes on, how much longer each time while to hold still would be worse by then than it
-was when the joint failed, and until when at most [s]."""
+"""How long the look-ahead goes on, how much longer each time while to hold still would be worse by then than
+it was when the joint failed, and until when at most [s]. A guess that
+`python studies/study_free_swinging.py` has not contradicted."""
 DAMPED = 0.5
 """Viscous friction below this is little [N m s/rad]. A guess that `python studies/study_free_swinging.py`
 has not contradicted."""

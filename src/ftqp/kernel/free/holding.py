@@ -164,8 +164,9 @@ def roll_on(K: Any, F: Any, steps: int, lenience: float) -> int:
     """So many more steps under the gain: the refusal when the task is not kept, 0 so far so good.
 
     It is kept when no stop is touched, no torque limit is exceeded, the tip goes no farther from its goal
-    than it began by WAY_ERROR, in the end it is near and the free joint slow. Without rows the tip is free. And
-    no link goes farther than if the others held still by more than WAY_ERROR, unless that avoids an impact.
+    than it began by WAY_ERROR, in the end it is near and the free joint slow. Without rows the tip is free.
+    And no link goes farther than if the others held still by more than WAY_ERROR, unless that avoids an
+    impact.
     """
     supposed, kinematics, n = K.supposed, K.kinematics, K.chain.n
     for j in range(n):

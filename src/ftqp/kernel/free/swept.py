@@ -5,8 +5,8 @@ from typing import Any
 from ftqp.kernel.jit import jit
 
 WORTH = 10.0
-"""Links may go farther than they would if the others held still where that takes so much from an impact [J]. A
-guess that `python studies/study_free_swinging.py` has not contradicted."""
+"""Links may go farther than they would if the others held still where that takes so much from an impact [J].
+A guess that `python studies/study_free_swinging.py` has not contradicted."""
 HARMLESS = 5.0
 """An impact below this is not worth moving for [J]: the others hold still. A guess that
 `python studies/study_free_swinging.py` has not contradicted."""
@@ -40,5 +40,5 @@ def farthest(kinematics: Any, n: int, F: Any) -> float:
 
 @jit
 def is_worth(F: Any, reach: float, energy: float, spared: float) -> bool:
-    """Whether links may go as far as ``reach`` [m] for an impact of ``energy`` [J]; ``spared`` is free [m]."""
+    """Whether links may go as far as ``reach`` [m] for an impact of ``energy`` [J]; ``spared`` is free."""
     return reach <= F.held_reach + ROUGH + spared or energy <= F.held_energy - WORTH

@@ -24,8 +24,9 @@ def free_dtype(capacity: int) -> np.dtype[Any]:
     on. ``borne`` is the speed of an impact up to which a task is followed, ``given_up`` how long ago one was
     given up. ``places`` are those of the joints and the tip when it was told; if the others had held still
     links would have gone ``held_reach`` from there, and the joint met a stop with ``held_energy``;
-    ``clear_for`` counts looks ahead without an impact. ``goal`` is where the tip is to be held, ``rests`` are the postures found for it, ``rest`` the
-    one that is tried or held; ``refused`` says for each set of rows what spoke against it (``Refusal``).
+    ``clear_for`` counts looks ahead without an impact. ``goal`` is where the tip is to be held, ``rests`` are
+    the postures found for it, ``rest`` the one that is tried or held; ``refused`` says for each set of rows
+    what spoke against it (``Refusal``).
     ``gain`` is the feedback, (n, 2n), over the joints ``moving``; the matrices of the Riccati equation are
     (2n, 2n). A rollout under the gain is at step ``roll_step`` from ``roll_q``, ``roll_v``.
     """

@@ -38,11 +38,9 @@ beyond arms: what is faster is a wrong number."""
 MOST_ROWS: Final = 1 << 40
 """More rows of targets than any memory holds, few enough that their numbers can be counted."""
 
-FROZEN_SAMPLES: Final = 5
-"""A noisy sensor whose number stays the same for so many samples may be frozen ..."""
 FROZEN_SIGMAS: Final = 6.0
-"""... and is, when the joint should have moved by so many standard deviations meanwhile, because noise alone
-makes that twice in 1e9 samples."""
+"""A noisy sensor whose number stays the same is frozen when the joint should have moved by so many standard
+deviations meanwhile, because noise alone makes that twice in 1e9 samples."""
 NOISE_OF_D: Final = sqrt(3.0) / 4.0
 """sigma_d = 0.43 sigma w^(5/2) dt^(1/2) is the noise of an observed acceleration. Derived, and compared with
 a Monte Carlo (docs/theory/detection.md, "Observers")."""
