@@ -146,14 +146,18 @@ def _latch(watch: Any) -> None:
 
 @jit
 def begin_arrest(K: Any, F: Any) -> None:
-    """Give the task up; the arm is latched. Where an impact would harm nobody the others hold still."""
+    """Give the task up; the arm is latched. Where an impact would harm nobody the others hold still.
+
+    A joint without gravity meets its stop because of what the others did for the task: that is made good.
+    """
+    made_so = K.free.mode == FOLLOW
     K.free.mode, K.free.rows = ARREST, NOTHING_KEPT
     _latch(K.watch)
     F.calming, F.recheck, F.given_up = 0, 0.0, 0.0
     F.left = SEARCH_TIME
     begin_plan(F, K.chain.n)
     begin_judging(K, F)
-    if F.held_energy < HARMLESS:
+    if F.held_energy < HARMLESS and not made_so:
         hold_still(K.free, F)
 
 
