@@ -87,8 +87,8 @@ class Drive:
         latency: How late samples are when ``step`` gets them, >= 0 [s]; it is rounded to whole ticks. A
             larger one lowers every loop's bandwidth.
         stiffness: Bandwidth of the loop around the reference of a torque arm, > 0 [1/s]; None is
-            min(80, 0.24/(latency + dt)), less where noise is stated. A larger one holds better against friction and loads, and less well
-            against a wrong model.
+            min(80, 0.24/(latency + dt)), less where noise is stated. A larger one holds better against
+            friction and loads, and less well against a wrong model.
         inertia_error: How much rotor inertia the model of a torque arm's joint may lack, >= 0 [kg m2 or kg];
             None is 0.3. Rotors, a load at the tip and dry friction are then learned while the arm moves. With
             a larger one disturbances are fed forward more slowly until the rotors are known; 0 takes the
