@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.compiled.taking import take
-from ftqp.kernel.detection.arm_in_view import see_arm
 from ftqp.kernel.detection.detecting import detect_tick
 from ftqp.kernel.detection.told_detector import tell
+from ftqp.kernel.entry.arm_in_view import see_arm
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.layout.detection_room import RESIDUALS, detection_dtype
 from ftqp.kernel.layout.enums import NOT_READ, TORQUE_DRIVE, WRONG_SHAPE
