@@ -1,6 +1,7 @@
 """What becomes of an arm one of whose joints swings freely: robots x joints x postures x friction.
 
     python studies/study_free_swinging.py --seed 3   the table of docs/evidence/free-swinging.md, ten minutes
+    python studies/study_free_swinging.py --at-rest --drawn 9 --dampings 0.5 --postures 20
     python studies/study_free_swinging.py --quick --robots panda --joints 3 4
 
 Each run begins in a random posture with the tip in motion. The joint fails at once and is announced, the
@@ -8,7 +9,8 @@ target brakes the tip in 0.4 s and stands; 4 s at 1 kHz on the arm of the simula
 the range and plastic. Beside the planner the same arm only brakes.
 
 kept: what the planner decided to keep was kept: no stop, no healthy joint more than 2 % too fast, the tip
-within 5 mm of its place in the end. hits: the free joint met a stop. Report and numbers go to ``--out``.
+within 5 mm of its place in the end. hits: the free joint met a stop. swept: the farthest that the origin of
+a joint, or the tip, went from where it was. Report and numbers go to ``--out``.
 """
 
 import logging
@@ -49,8 +51,10 @@ class Run:
     gave_up: float | None
     hit: float
     energy: float
+    swept: float
     hit_braking: float
     energy_braking: float
+    swept_braking: float
     stopped: float | None
     overspeed: float
     torque: float
@@ -59,7 +63,17 @@ class Run:
     step_us: float
 
 
-def start(robot, rng):
+def drawn(name):
+    """An arm of the catalog, or by a number one that is in no catalog: such an arm with other inertia."""
+    if not name.isdigit():
+        return ftqp.robots.load(name)
+    rng = np.random.default_rng(int(name))
+    base = ftqp.robots.load(ROBOTS[int(name) % len(ROBOTS)])
+    load = ftqp.Payload(rng.uniform(0.2, 3.0), (0.0, 0.0, rng.uniform(0.0, 0.15)))
+    return base.with_rotors(rng.uniform(0.0, 0.3, base.nv)).with_payload(load)
+
+
+def start(robot, rng, at_rest=False):
     """A posture in the middle 80 % of the range and a speed, far from singular."""
     low, high = robot.limits.q_min, robot.limits.q_max
     arm = Arm(robot)
@@ -70,6 +84,8 @@ def start(robot, rng):
         J[3:] *= 0.15
         if np.linalg.svd(J, compute_uv=False)[-1] / 0.15 < 0.15:
             continue
+        if at_rest:
+            return q, np.zeros(robot.nv)
         direction = rng.normal(size=3)
         twist = np.zeros(6)
         twist[:3] = rng.uniform(0.1, 0.25) * direction / np.linalg.norm(direction)
@@ -110,7 +126,7 @@ PLANTS = {"kinematic": lambda robot: ftqp.KinematicPlant(robot, DT), "mujoco": P
 
 
 def braking(robot, joint, damping, q, v, ticks, physics):
-    """Largest impact speed and its energy when the others only brake."""
+    """Largest impact speed, its energy, and how far links go when the others only brake."""
     plant, arm = PLANTS[physics](robot), Arm(robot)
     plant.reset(q, v)
     plant.fail(ftqp.FreeSwinging(joint, damping=damping))
@@ -133,7 +149,8 @@ def brake(robot, plant, arm, i, damping):
 
 
 def impact_of(plant, arm, joint, commands):
-    speed = energy = 0.0
+    speed = energy = swept = 0.0
+    places = links_of(arm, plant.q)
     for command in commands:
         known = len(plant.impacts)
         q, v = plant.q.copy(), plant.v.copy()
@@ -142,10 +159,18 @@ def impact_of(plant, arm, joint, commands):
             if hit.speed > speed:
                 M, _ = arm.dynamics(q, v)
                 speed, energy = hit.speed, 0.5 * M[joint, joint] * hit.speed**2
-    return speed, energy
+        swept = max(swept, float(np.linalg.norm(links_of(arm, plant.q) - places, axis=1).max()))
+    return speed, energy, swept
 
 
-def one(robot, joint, damping, posture, q0, v0, seconds, physics):
+def links_of(arm, q):
+    """Where the origins of the joints and the tip are, (n + 1, 3) [m]."""
+    arm.tip(q)
+    seen = arm._session.K.kinematics
+    return np.vstack([seen.o[: len(q)], seen.o_tip])
+
+
+def one(name, robot, joint, damping, posture, q0, v0, seconds, physics):
     ticks = round(seconds / DT)
     plant, arm = PLANTS[physics](robot), Arm(robot)
     planner = ftqp.Planner(robot, DT, drive="torque" if physics == "mujoco" else "position")
@@ -187,13 +212,13 @@ def one(robot, joint, damping, posture, q0, v0, seconds, physics):
             seen.far = max(seen.far, np.linalg.norm(arm.tip(plant.q)[:3, 3] - goal))
             yield step
 
-    speed, energy = impact_of(plant, Arm(robot), joint, commands())
+    hit = impact_of(plant, Arm(robot), joint, commands())
     end = float(np.linalg.norm(arm.tip(plant.q)[:3, 3] - goal))
     brakes = braking(robot, joint, damping, q0, v0, ticks, physics)
     kept = bool(seen.rows) and seen.gave_up is None and not plant.impacts
     kept = kept and seen.over <= 1.02 and end <= 0.005
     decided = {6: "pose", 5: "axis", 3: "position", 0: "none"}[len(seen.rows)]
-    return Run(robot.name, joint + 1, damping, posture, decided, kept, seen.gave_up, speed, energy, *brakes,
+    return Run(name, joint + 1, damping, posture, decided, kept, seen.gave_up, *hit, *brakes,
                seen.stopped, seen.over, seen.torque, seen.far, end, 1e6 * seen.slow)  # fmt: skip
 
 
@@ -254,6 +279,9 @@ def laws(runs):
     took = [np.inf if r.stopped is None else r.stopped - (r.gave_up if r.gave_up > 0.1 else 0) for r in given]
     ended = [time for time in took if np.isfinite(time)]
     slow = [r.step_us for r in runs]
+    wide = [r for r in runs if r.swept > r.swept_braking + 0.02]
+    poor = [r for r in wide if r.energy > r.energy_braking - 10.0]
+    far = [r for r in poor if not r.kept or r.swept > r.swept_braking + 0.12]
     return [
         f"1. A healthy joint was more than 2 % too fast before an impact in {len(fast)} of {len(runs)} runs, "
         f"a torque beyond its limit in {len(strong)}.",
@@ -271,6 +299,15 @@ def laws(runs):
         f"{sum(r.hit > 0 for r in wrong)} met a stop.",
         f"5. The slowest step of a run took {np.median(slow):.0f} us in the median, "
         f"{np.quantile(slow, 0.9):.0f} us in the slowest tenth and {max(slow):.0f} us at most (thread time).",
+        f"6. Links went more than 2 cm farther than if the others had braked in {len(wide)} runs, in "
+        f"{len(poor)} of them for less than 10 J; of those {len(poor) - len(far)} kept a part of the task "
+        "and went at most 12 cm farther"
+        + "".join(
+            f"; {r.robot}, joint {r.joint}, d = {r.damping:g}: {r.swept_braking:.2f} > {r.swept:.2f} m for "
+            f"{r.energy_braking:.1f} > {r.energy:.1f} J"
+            for r in far
+        )
+        + ".",
     ]
 
 
@@ -282,14 +319,14 @@ def markdown(result):
     return "\n".join([*lines, *results.appendix(result)])
 
 
-def joint_runs(name, joint, seed, postures, dampings, seconds, physics):
+def joint_runs(name, joint, seed, postures, dampings, seconds, physics, at_rest):
     """All runs of one joint of an arm, as dictionaries."""
     logging.getLogger("ftqp").setLevel(logging.ERROR)
-    robot = ftqp.robots.load(name)
+    robot = drawn(name)
     rng = np.random.default_rng([seed, joint])
-    starts = [start(robot, rng) for _ in range(postures)]
+    starts = [start(robot, rng, at_rest) for _ in range(postures)]
     return [
-        asdict(one(robot, joint - 1, damping, posture, q, v, seconds, physics))
+        asdict(one(name, robot, joint - 1, damping, posture, q, v, seconds, physics))
         for damping in dampings
         for posture, (q, v) in enumerate(starts)
     ]
@@ -306,18 +343,32 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=4.0)
     parser.add_argument("--physics", choices=sorted(PLANTS), default="kinematic")
     parser.add_argument("--jobs", type=int, default=1, help="how many processes run them")
+    parser.add_argument("--at-rest", action="store_true", help="arms begin at rest")
+    parser.add_argument("--drawn", type=int, default=0, help="so many arms that are in no catalog, too")
     parser.add_argument("--quick", action="store_true", help="two postures, d = 0.5 only")
     results.add_out(parser, "study_free_swinging")
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     given = parser.parse_args()
     if given.quick:
         given.postures, given.dampings = 2, [0.5]
-    settings = {"postures": given.postures, "seed": given.seed, "plant": given.physics}
+    settings = {
+        "postures": given.postures,
+        "seed": given.seed,
+        "plant": given.physics,
+        "at rest": given.at_rest,
+    }
     work = [
         delayed(joint_runs)(
-            name, joint, given.seed, given.postures, given.dampings, given.seconds, given.physics
+            name,
+            joint,
+            given.seed,
+            given.postures,
+            given.dampings,
+            given.seconds,
+            given.physics,
+            given.at_rest,
         )
-        for name in given.robots
+        for name in (*given.robots, *map(str, range(given.drawn)))
         for joint in given.joints
     ]
     result = results.circumstances("study_free_swinging", (), settings) | {
@@ -326,7 +377,7 @@ def main() -> int:
     }
     name = results.stem(
         "study_free_swinging",
-        name=given.physics if given.physics != "kinematic" else None,
+        name="at_rest" if given.at_rest else given.physics if given.physics != "kinematic" else None,
         quick=given.quick,
     )
     return results.told(result, markdown(result), given.out, name, as_json=given.json)

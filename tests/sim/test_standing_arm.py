@@ -26,7 +26,9 @@ def standing(
     """
     robot = ftqp.robots.load("panda")
     robot = robot if friction is None else robot.with_friction(coulomb=friction)
-    taken = ftqp.Drive(kind=drive, bandwidth=BANDWIDTH) if drive != "torque" else ftqp.Drive(kind="torque")
+    taken = ftqp.Drive(kind=drive, bandwidth=BANDWIDTH)
+    if drive == "torque":  # an arm that has not moved has learned nothing: its model is said to be right
+        taken = ftqp.Drive(kind="torque", inertia_error=0.0)
     planner = ftqp.Planner(
         robot, DT, drive=taken, task=ftqp.Task(rows="position"), noise=ftqp.Noise(q=SIGMA),
         detector=ftqp.Detector(probe_after=probe_after),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.kernel.layout.thresholds import FROZEN_SAMPLES
+from ftqp.kernel.layout.hypotheses import FROZEN_SAMPLES
 
 ROBOT = ftqp.robots.load("planar", count=3)
 LIMITS = ROBOT.limits

@@ -28,6 +28,7 @@ def falling(joint=1):
     K.limits.a_brake[:7] = robot.limits.a_max
     believe(K, {joint: FREE})
     F.joint, F.dt, F.period, F.left = joint, 1e-3, 5, 1.0
+    F.held_reach = np.inf  # however far links go
     F.q[:7] = robot.neutral
     F.q[1] = 0.4
     begin_plan(F, 7)

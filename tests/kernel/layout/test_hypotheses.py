@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from ftqp.kernel.layout.hypotheses import MONITOR, SERVO_TIMES, TORQUE_TIMES, Hypothesis, Response
+from ftqp.kernel.layout.hypotheses import HYPOTHESES, MONITOR, SERVO_TIMES, TORQUE_TIMES, Hypothesis, Response
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "theory" / "feedback.md"
 
@@ -18,9 +18,14 @@ def test_every_response_is_that_of_some_hypothesis():
 
 
 def test_times_are_those_of_the_rows_and_above_zero():
-    assert tuple(row.torque for row in MONITOR) == TORQUE_TIMES
-    assert tuple(row.servo for row in MONITOR) == SERVO_TIMES
+    counted = MONITOR[:HYPOTHESES]
+    assert tuple(row.torque for row in counted) == TORQUE_TIMES
+    assert tuple(row.servo for row in counted) == SERVO_TIMES
     assert min(*TORQUE_TIMES, *SERVO_TIMES) > 0.0
+
+
+def test_a_row_has_times_or_a_number_of_samples():
+    assert all((row.samples > 0) != (min(row.torque, row.servo) > 0.0) for row in MONITOR)
 
 
 @pytest.mark.parametrize("row", MONITOR, ids=lambda row: row.hypothesis.name)
@@ -29,5 +34,5 @@ def test_the_page_has_the_row_with_its_times_and_who_chose_them(row):
     line = next(line for line in PAGE.read_text().splitlines() if line.startswith(f"| {name} |"))
     cells = [cell.strip() for cell in line.strip("|").split("|")]
     times = f"{1e3 * row.torque:g} ms" + (f", {1e3 * row.servo:g} ms" if row.servo != row.torque else "")
-    assert cells[2] == times
+    assert cells[2] == (f"{row.samples} samples" if row.samples else times)
     assert cells[4] == row.chosen

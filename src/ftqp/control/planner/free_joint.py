@@ -151,17 +151,20 @@ def notice(parts: Any, joints: tuple[str, ...]) -> str | None:
         return None
     joint, mode, hit = joints[i], int(parts["free_mode"][0]), impact(parts)
     reach = 10.0 * float(parts["reach"][0])
-    clear = f"keep clear {max(1, ceil(reach)) / 10.0:.1f} m" if isfinite(reach) else "keep clear"
+    clear = "keep clear"
+    if isfinite(reach):
+        clear += f", links go up to {max(1, ceil(reach)) / 10.0:.1f} m from where they were"
     if mode == DECIDE:
         return f"{joint} swings freely: the others brake while it is decided what can be kept"
     if mode == HOLD:
         return f"{joint} swings freely: {HELD[Kept(int(parts['free_rows'][0]))]}"
     if mode == FOLLOW:
         return _drifting(joint, float(parts["drift"][0]), float(parts["drift_time"][0]))
-    if mode == ARREST and hit is not None:
+    if hit is not None and hit.speed > 0.0 and not parts["contact"][i]:
+        others = "others move to soften it" if mode == ARREST else "the others hold still"
         return (
             f"{joint} swings freely and will hit its {hit.side} stop in {hit.time:.2f} s at {hit.speed:.1f} "
-            f"rad/s ({hit.energy:.0f} J): others move to soften it; {clear}"
+            f"rad/s ({hit.energy:.0f} J): {others}; {clear}"
         )
     if mode == ARREST:
         return f"{joint} swings freely: others move to catch it; {clear}"

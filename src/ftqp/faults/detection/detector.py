@@ -16,6 +16,7 @@ from ftqp.faults.detection.diagnosis import Diagnosis
 from ftqp.faults.detection.motion_log import MotionLog, RecordedRun, motion_of
 from ftqp.faults.kinds import Fault, refuse_unknown
 from ftqp.kernel.entry.detection_session import DetectionSession
+from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import DELAYS, DriveKind, Mistake, ToldDetector
 from ftqp.model.robot import Robot
 
@@ -204,14 +205,17 @@ class Detector(DetectorSettings):
         """The record of a detector that knows its arm, (1,), for ``ftqp build``."""
         return self._working().memory
 
-    @property
-    def tick(self) -> Callable[..., int]:
-        """The compiled tick, for a planner: (q, tau, q_ref, v_ref, a_ref, effort), each (nv,) or (0,).
+    def beside(self, planner: Session) -> Callable[[int], int]:
+        """The compiled tick beside a planner, which also tells what it has learned of its arm.
 
-        It answers 0 where all is quiet, 1 during a suspicion, 2 at a finding, and a mistake below 0.
+        Args:
+            planner: Its session.
+
+        Returns:
+            What is called after its tick with the address of measured torques, (nv,) [N m or N], or 0. It
+            answers 0 where all is quiet, 1 during a suspicion, 2 at a finding.
         """
-        self._working()
-        return self._detect
+        return self._working().watch(planner)
 
     def update(self, q: Any, v: Any, tau: Any, command: Any) -> Diagnosis:
         """One tick.

@@ -52,10 +52,12 @@ def fill_record(D: Any, settings: DetectorSettings, robot: Robot, dt: float, tic
     if known is None:
         room = uncalibrated(robot, dt, bandwidths, sigma, sigma_tau)
         D.coulomb[:n] = robot.coulomb
+        D.told_coulomb[:n] = np.where(robot.coulomb > 0.0, robot.coulomb, -1.0)
     else:
         room = known.room
         sigma, D.quantum = known.sigma, max(known.quantum, settings.quantum)
         D.coulomb[:n], D.viscous[:n] = known.coulomb, known.viscous
+        D.told_coulomb[:n] = known.coulomb
     D.sigma = sigma
     with np.errstate(divide="ignore", over="ignore"):
         D.sharp[:, :n] = np.where(room > LEAST_ROOM, 1.0 / room, 0.0)

@@ -5,6 +5,7 @@ from typing import Any
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.detection_room import BANKS, SLOW
 from ftqp.kernel.layout.enums import ACCELERATION_SLOW, TORQUE_SLOW
+from ftqp.kernel.layout.hypotheses import SURE_OF_PUSH
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 MODEL_SHARE = 0.1
@@ -19,10 +20,9 @@ PUSH_BETTER = 0.3
 than one by themselves. Guesses that `python studies/touches.py` has not contradicted."""
 FEWEST = 5
 """Of fewer joints three numbers explain nearly everything."""
-SURE_OF_PUSH = 3
-"""So many ticks in a row make a push of a whole suspicion, because it is clearest when it begins, ..."""
 LONGEST_PUSH = 1.0
-"""... but for no longer [s]. Guesses that `python studies/touches.py` has not contradicted."""
+"""A push explains a whole suspicion, because it is clearest when it begins, but for no longer [s]. A guess
+that `python studies/touches.py` has not contradicted."""
 RIDGE = 1e-6
 """Of the trace, so that a direction in which the arm is singular has a force, too: rounding."""
 

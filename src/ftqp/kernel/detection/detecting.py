@@ -22,26 +22,19 @@ from ftqp.kernel.layout.enums import (
     IS_FROZEN,
     IS_LOCKED,
 )
+from ftqp.kernel.layout.hypotheses import CALM_TICKS, LONGEST_FIT, STANDING_VERDICTS, VERDICTS
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, put, several
 
 ALL_QUIET, WATCHING, FOUND = 0, 1, 2
 """What a tick answers: nothing to see, a suspicion, a new finding."""
-VERDICTS = 5
-"""So many equal verdicts in a row are a finding."""
 TORQUE_COUNTS = 0.5
 """What is odd about a joint's torque tells half as much of its motion as what is odd about the motion. A
 guess that `python studies/detection.py` has not contradicted."""
-STANDING_VERDICTS = 9
-"""More where a joint stands: what is thrown back by a drive stands for a moment."""
 AFTER_START = 0.1
 """Lost torque is not found sooner after a reset [s], because friction and servos that come loose look so,
 and so does what a reset leaves in observers. A guess that `python studies/detection.py` has not
 contradicted."""
-CALM_TICKS = 300
-"""A suspicion ends when z has stayed low for so many ticks."""
-LONGEST_FIT = 200
-"""A suspicion that has lasted so many ticks without a finding ends, or begins anew."""
 
 
 @rare_jit

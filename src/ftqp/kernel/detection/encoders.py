@@ -4,15 +4,10 @@ from typing import Any
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import IS_BIASED, IS_DROPPED, IS_FROZEN
-from ftqp.kernel.layout.thresholds import FROZEN_SAMPLES, FROZEN_SIGMAS
+from ftqp.kernel.layout.hypotheses import BIASED_AFTER, DROPPED_AFTER, FROZEN_SAMPLES, WILD_AFTER
+from ftqp.kernel.layout.thresholds import FROZEN_SIGMAS
 from ftqp.kernel.maths.finite import is_finite
 
-DROPPED_AFTER = 3
-"""So many samples in a row that are no numbers are a sensor that is dropped."""
-BIASED_AFTER = 3
-"""So many samples in a row that are off by the same are a biased sensor; fewer are a glitch."""
-WILD_AFTER = 10
-"""So many samples in a row that are off by whatever are one, too."""
 ALIKE = 0.5
 """Offsets that differ by less than this share of the first one are the same. A guess that
 `python studies/detection.py` has not contradicted."""

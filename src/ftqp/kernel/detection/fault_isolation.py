@@ -8,7 +8,7 @@ from ftqp.kernel.detection.encoders import cannot_tell_frozen
 from ftqp.kernel.detection.standing import FEWEST, LONG, is_slow, speed_of, stands
 from ftqp.kernel.detection.torque_share import fit_share
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.detection_room import BANKS, FAST
+from ftqp.kernel.layout.detection_room import BANKS, FAST, SLOW
 from ftqp.kernel.layout.enums import (
     IS_DEGRADED,
     IS_FREE,
@@ -118,6 +118,14 @@ def _runs_away(D: Any, K: Any, i: int, then: int) -> bool:
 
 
 @jit
+def _model_may_be_it(D: Any, i: int, then: int) -> bool:
+    """Whether friction or a rotor that joint i may have takes as much as what is odd about its torque."""
+    a = abs(D.past_a[then, i]) + abs(D.d[SLOW, i])
+    less: bool = abs(D.x[TORQUE_SLOW, i]) < D.holds[i] + D.doubt[i] * a
+    return less
+
+
+@jit
 def _held(D: Any, K: Any, i: int, then: int) -> int:
     """Joint i stands: locked, or its torque is too small for its friction, or its sensor is frozen.
 
@@ -128,6 +136,8 @@ def _held(D: Any, K: Any, i: int, then: int) -> int:
     for j in range(D.n):
         if j != i:
             load += K.kinematics.M[i, j] * D.past_a[then, j]
+    if _model_may_be_it(D, i, then):
+        return 0
     kinds = IS_LOCKED
     if abs(load) < 2.0 * friction + HELD:
         kinds += IS_FREE
@@ -162,7 +172,7 @@ def _shown(D: Any, i: int) -> float:
 def _lost_torque(D: Any, K: Any, i: int, then: int) -> int:
     """Whether joint i gives less torque than it should, and how much is left; 0 where this is not it."""
     fit_share(D, K, i, then)
-    if D.watch < D.patience or is_slow(D, i):
+    if D.watch < D.patience or is_slow(D, i) or _model_may_be_it(D, i, then):
         return 0
     share = D.fit_share
     least = LEAST_SHARE if D.has_effort and D.known and D.asked else LEAST_UNTOLD

@@ -8,6 +8,7 @@ import numpy as np
 from ftqp.kernel.compiled.taking import take
 from ftqp.kernel.detection.detecting import detect_tick
 from ftqp.kernel.detection.told_detector import tell
+from ftqp.kernel.entry.arm_in_view import see_arm
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.layout.detection_room import RESIDUALS, detection_dtype
 from ftqp.kernel.layout.enums import NOT_READ, TORQUE_DRIVE, WRONG_SHAPE
@@ -66,7 +67,8 @@ def watch(capacity: int) -> Callable[..., int]:
 
     def watch(address: int, detector_at: int, arm_at: int, tau_at: int) -> int:
         K, D = carray(pointer(address), 1, record)[0], carray(pointer(detector_at), 1, dtype)[0]
-        n, state = D.n, K.state
+        A, n, state = carray(pointer(arm_at), 1, arm)[0], D.n, K.state
+        see_arm(D, A, K)
         D.got_tau = n if tau_at != 0 else 0
         D.got_effort = n if K.feedback.kind == TORQUE_DRIVE else 0
         tau = carray(pointer(tau_at), (D.got_tau,), FLOAT)
@@ -77,7 +79,7 @@ def watch(capacity: int) -> Callable[..., int]:
                 D.tau[i] = tau[i]
             if D.got_effort:
                 D.effort[i] = K.feedback.tau_sent[i]
-        return detect_tick(D, carray(pointer(arm_at), 1, arm)[0])
+        return detect_tick(D, A)
 
     return watch
 

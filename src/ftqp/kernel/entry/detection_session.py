@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.entry.session import Call, bound, rooms
+from ftqp.kernel.entry.session import Call, Session, bound, rooms
 from ftqp.kernel.layout.detection_room import RESIDUALS, detection_dtype
 from ftqp.kernel.layout.enums import ToldDetector
 from ftqp.kernel.layout.record import arm_dtype, capacity_for, load_chain
@@ -58,6 +58,10 @@ class DetectionSession:
     def detect(self) -> Call:
         """What takes (q, tau, q_ref, v_ref, a_ref, effort) of one tick."""
         return bound("detect", self.capacity, self._memory, self._arm)
+
+    def watch(self, planner: Session) -> Call:
+        """What looks on after a tick of a planner of the same arm; it is told where torques lie, or 0."""
+        return bound("watch", self.capacity, planner.memory, self._memory, self._arm)
 
     def run(
         self,

@@ -66,6 +66,7 @@ ENTRIES: Final = {
         _entry("begin_path", _TOLD, "i"),
         _entry("miss_tick", _TOLD, "ioiiiii"),
         _entry("detect", _DETECTION, "iioooooo"),
+        _entry("watch", _DETECTION, "iiii"),
         _entry("tell_detector", _DETECTION, "iii"),
         _entry("detect_log", _DETECTION, "i" * 10, nogil=True),
         _entry("solve_qp", _STANDALONE, "i"),
@@ -113,7 +114,7 @@ FIRST: Final = (
             "resume",
             "carry",
             "servo_torques",
-            "detect",
+            "watch",
             "tell_detector",
         )
     ),
@@ -155,9 +156,7 @@ DEPLOYED: Final = tuple(
 )
 """The ways in from C: what ``ftqp build`` puts into a library."""
 
-WATCHING: Final = tuple(
-    replace(entry, caller="c") for entry in (_entry("watch", _DETECTION, "iiii"), ENTRIES["tell_detector"])
-)
+WATCHING: Final = tuple(replace(ENTRIES[name], caller="c") for name in ("watch", "tell_detector"))
 """The ways in to a detector from C, for libraries that are built with it."""
 
 FOLLOWING: Final = tuple(

@@ -15,13 +15,14 @@ from ftqp.kernel.feedback.inertia_squares import solve
 from ftqp.kernel.feedback.touch import adopt
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.learned_room import KEPT, UNKNOWNS
+from ftqp.kernel.layout.thresholds import PUSHED
 
 STUCK = 0.25
 """A joint slower than this share of ``SENSE`` sticks, if it should move. A guess that the campaigns have not
 contradicted."""
-PUSHED, PUSHED_TIME = 0.1, 0.5
-"""Its friction is then taken for more and more, up to this share of its torque limit, within this time
-[s]. Guesses that the campaigns have not contradicted."""
+PUSHED_TIME = 0.5
+"""Its friction is then taken for more and more, up to ``PUSHED`` of its torque limit within this time [s]. A
+guess that the campaigns have not contradicted."""
 KNOWN_AFTER = 50
 """So many estimates, a quarter of a second, tell the model's errors from a motor that fails. A guess that the
 campaigns have not contradicted."""

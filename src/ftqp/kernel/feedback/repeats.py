@@ -8,7 +8,8 @@ from typing import Any
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FROZEN, LOOKED_THROUGH, POSITION_DRIVE, TORQUE_DRIVE
-from ftqp.kernel.layout.thresholds import FROZEN_SAMPLES, FROZEN_SIGMAS
+from ftqp.kernel.layout.hypotheses import FROZEN_SAMPLES, HELD_SAMPLES
+from ftqp.kernel.layout.thresholds import FROZEN_SIGMAS
 from ftqp.kernel.maths.elementary import larger, select, smaller
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.side_by_side import put, several
@@ -17,10 +18,9 @@ NORMAL = 2.0
 """A number that repeats while the reference goes so many times as far as it normally does is odd ..."""
 LEAST = 1e-6
 """... and by this [rad or m] more, finer than encoders, so that rounding of a joint that rests is not."""
-HELD_SAMPLES = 2
-"""An odd number that repeats so often is looked through, lest feedback drive the joint away ..."""
 MOVES = 0.1
-"""... if the reference is this fast [rad/s or m/s]; a slower joint is driven away slowly ..."""
+"""An odd number is looked through, lest feedback drive the joint away, if the reference is this fast [rad/s
+or m/s]; a slower joint is driven away slowly ..."""
 GOES_ALONG = 0.25
 """... and the joint was seen to go along, with this share of that speed: one that sticks needs its feedback
 to come loose; ..."""

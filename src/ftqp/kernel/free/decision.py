@@ -26,12 +26,15 @@ from ftqp.kernel.free.look_ahead import (
     BOUNDARY,
     LONG_STEPS,
     ROLLOUTS,
+    begin_judging,
     begin_plan,
     braking_is_safe,
     look_ahead,
     search,
+    weigh_holding,
 )
 from ftqp.kernel.free.rest_posture import begin_start, seek, take_nearest
+from ftqp.kernel.free.swept import HARMLESS, mark_places
 from ftqp.kernel.free.swinging import viscous_friction
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.latches.stop_latch import latch
@@ -71,10 +74,12 @@ NEAR = 0.03
 """A target that is nearer to the tip than this is what is to be held [m]. A guess that
 `python studies/study_free_swinging.py` has not contradicted."""
 
-SEARCH_TIME, SEARCH_TIME_UNDAMPED = 1.0, 3.5
-"""How long the look-ahead goes on, with friction and with little of it [s], ..."""
+SEARCH_TIME, MORE_TIME, LONGEST_SEARCH = 1.0, 0.1, 3.5
+"""How long the look-ahead goes on, how much longer each time while to hold still would be worse by then than
+it was when the joint failed, and until when at most [s]. A guess that
+`python studies/study_free_swinging.py` has not contradicted."""
 DAMPED = 0.5
-"""... which is viscous friction below this [N m s/rad]. A guess that `python studies/study_free_swinging.py`
+"""Viscous friction below this is little [N m s/rad]. A guess that `python studies/study_free_swinging.py`
 has not contradicted."""
 REPEAT = 0.05
 """The rollout of an arm that is led is repeated so often [s]. A guess that
@@ -100,15 +105,15 @@ speeds that up without end near some postures (docs/theory/free-swinging.md, "De
 
 
 @jit
-def _next_rows(faults: Any, watch: Any, chain: Any, free: Any, F: Any, above: int) -> None:
+def _next_rows(K: Any, F: Any, above: int) -> None:
     """The next smaller set of rows that is allowed, from where the arm is now; none: the look-ahead."""
     rows = above - 1
-    while rows > NOTHING_KEPT and not (int(free.allowed) >> rows) & 1:
+    while rows > NOTHING_KEPT and not (int(K.free.allowed) >> rows) & 1:
         rows -= 1
     if rows == NOTHING_KEPT:
-        begin_arrest(faults, watch, chain, free, F)
+        begin_arrest(K, F)
         return
-    _begin_rows(faults, chain, F, rows)
+    _begin_rows(K.faults, K.chain, F, rows)
 
 
 @jit
@@ -121,15 +126,15 @@ def _begin_rows(faults: Any, chain: Any, F: Any, rows: int) -> None:
 
 
 @jit
-def _try_next(faults: Any, watch: Any, chain: Any, free: Any, F: Any, refusal: int) -> None:
+def _try_next(K: Any, F: Any, refusal: int) -> None:
     """The next rest posture of these rows; none: the next rows."""
     F.refused[F.rows] = refusal
-    if take_nearest(chain, F):
+    if take_nearest(K.chain, F):
         F.stage = GAIN
     elif F.calming:
         F.calming, F.recheck = 0, RETRY
     else:
-        _next_rows(faults, watch, chain, free, F, F.rows)
+        _next_rows(K, F, F.rows)
 
 
 @jit
@@ -140,14 +145,20 @@ def _latch(watch: Any) -> None:
 
 
 @jit
-def begin_arrest(faults: Any, watch: Any, chain: Any, free: Any, F: Any) -> None:
-    """Give the task up; the arm is latched."""
-    n = chain.n
-    free.mode, free.rows = ARREST, NOTHING_KEPT
-    _latch(watch)
+def begin_arrest(K: Any, F: Any) -> None:
+    """Give the task up; the arm is latched. Where an impact would harm nobody the others hold still.
+
+    A joint without gravity meets its stop because of what the others did for the task: that is made good.
+    """
+    made_so = K.free.mode == FOLLOW
+    K.free.mode, K.free.rows = ARREST, NOTHING_KEPT
+    _latch(K.watch)
     F.calming, F.recheck, F.given_up = 0, 0.0, 0.0
-    F.left = SEARCH_TIME if viscous_friction(faults, chain, F.joint) >= DAMPED else SEARCH_TIME_UNDAMPED
-    begin_plan(F, n)
+    F.left = SEARCH_TIME
+    begin_plan(F, K.chain.n)
+    begin_judging(K, F)
+    if F.held_energy < HARMLESS and not made_so:
+        hold_still(K.free, F)
 
 
 @jit
@@ -183,11 +194,14 @@ def begin(K: Any, F: Any) -> None:
     free.swing = free.reach = free.drift = 0.0
     free.drift_time = inf
     begin_plan(F, n)
+    F.clear_for = 0
     F.left = 0.0
     F.calming = 0
     for rows in range(len(F.refused)):
         F.refused[rows] = NOT_REFUSED
     forward_kinematics(K, K.supposed)
+    mark_places(K.kinematics, n, F)
+    F.held_reach, F.held_energy = inf, 0.0
     single = faults.movable == faults.working + 1
     if single and knows_no_gravity(K.kinematics, K.chain, F.joint):
         free.mode = FOLLOW
@@ -196,11 +210,12 @@ def begin(K: Any, F: Any) -> None:
         free.mode = STILL
         _latch(K.watch)
     elif K.watch.latched:
-        begin_arrest(faults, K.watch, K.chain, free, F)
+        begin_arrest(K, F)
     else:
         free.mode = DECIDE
         _aim(K.state, K.task, K.kinematics, K.chain, F)
-        _next_rows(faults, K.watch, K.chain, free, F, POSE_KEPT + 1)
+        begin_judging(K, F)
+        _next_rows(K, F, POSE_KEPT + 1)
 
 
 @jit
@@ -217,12 +232,12 @@ def _decide(K: Any, F: Any) -> None:
                 if F.starts < STARTS:
                     begin_start(K.faults, K.chain, F, F.starts)
                 else:
-                    _try_next(K.faults, K.watch, K.chain, K.free, F, NO_POSTURE)
+                    _try_next(K, F, NO_POSTURE)
         elif F.stage == GAIN:
             work -= MODEL_WORK
             F.stage = DOUBLE
             if not begin_gain(K, F):
-                _try_next(K.faults, K.watch, K.chain, K.free, F, NO_GAIN)
+                _try_next(K, F, NO_GAIN)
         elif F.stage == DOUBLE:
             work -= DOUBLING_WORK
             change = go_on_doubling(K.faults, F)
@@ -231,12 +246,12 @@ def _decide(K: Any, F: Any) -> None:
                 begin_rollout(K.chain, F)
                 F.stage = ROLL
             elif not change < inf:
-                _try_next(K.faults, K.watch, K.chain, K.free, F, NO_GAIN)
+                _try_next(K, F, NO_GAIN)
         else:
             work -= SLICE
             refusal = roll_on(K, F, SLICE, 1.0)
             if refusal != NOT_REFUSED:
-                _try_next(K.faults, K.watch, K.chain, K.free, F, refusal)
+                _try_next(K, F, refusal)
             elif F.roll_step >= ROLLOUT_STEPS:
                 K.free.mode, K.free.rows = HOLD, F.rows
                 F.since, F.rolling, F.calming = 0.0, 0, 0
@@ -284,7 +299,7 @@ def _watch(K: Any, F: Any) -> None:
             F.rolling = 0
         if refusal != NOT_REFUSED:
             F.refused[F.rows] = refusal
-            begin_arrest(K.faults, K.watch, K.chain, K.free, F)
+            begin_arrest(K, F)
 
 
 @jit
@@ -300,6 +315,13 @@ def _arrest(K: Any, F: Any) -> None:
         _decide(K, F)
         return
     boundary = F.countdown <= 0
+    if boundary and F.left <= 0.0 and F.given_up < LONGEST_SEARCH:
+        for j in range(K.chain.n):
+            F.base_q[j], F.base_v[j] = F.q[j], F.v[j]
+        if weigh_holding(K, F)[1] <= F.held_energy:
+            hold_still(K.free, F)
+            return
+        F.left = MORE_TIME
     for _ in range(ROLLOUTS):
         search(K, F)
         if boundary and (F.quiet or F.left <= 0.0):
@@ -349,12 +371,12 @@ def _go_on_following(K: Any, F: Any) -> None:
         return
     for j in range(K.chain.n):
         F.base_q[j], F.base_v[j] = F.q[j], F.v[j]
-    look_ahead(K, F, 0.0, 0.0, 1e300, LONG_STEPS)
+    look_ahead(K, F, 0.0, 0.0, inf, LONG_STEPS)
     if F.borne < 0.0:
         F.borne = max(abs(K.free.drift), F.impact_speed)
     F.since = REPEAT
     if F.impact_speed > F.borne + HARDER:
-        begin_arrest(K.faults, K.watch, K.chain, K.free, F)
+        begin_arrest(K, F)
 
 
 @part_jit
@@ -377,7 +399,7 @@ def think(K: Any, F: Any) -> None:
     if state.ticks == 1 or K.free.joint < 0 or (given_up and K.watch.latched == 0):
         begin(K, F)
     if K.free.mode == DECIDE and K.watch.latched:
-        begin_arrest(K.faults, K.watch, K.chain, K.free, F)
+        begin_arrest(K, F)
     mode = K.free.mode
     F.given_up += F.dt
     if mode == FOLLOW:

@@ -7,6 +7,7 @@ from math import inf, sqrt
 from typing import Any
 
 from ftqp.kernel.arm.gravity import gravity_torque
+from ftqp.kernel.free.swept import farthest, is_worth
 from ftqp.kernel.free.swinging import ROLLOUT_STEP, braked, see_arm, swing_on, viscous_friction, within_limits
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import (
@@ -164,6 +165,8 @@ def roll_on(K: Any, F: Any, steps: int, lenience: float) -> int:
 
     It is kept when no stop is touched, no torque limit is exceeded, the tip goes no farther from its goal
     than it began by WAY_ERROR, in the end it is near and the free joint slow. Without rows the tip is free.
+    And no link goes farther than if the others held still by more than WAY_ERROR, unless that avoids an
+    impact.
     """
     supposed, kinematics, n = K.supposed, K.kinematics, K.chain.n
     for j in range(n):
@@ -178,7 +181,10 @@ def roll_on(K: Any, F: Any, steps: int, lenience: float) -> int:
         away = sqrt(away) if F.rows != NOTHING_KEPT else 0.0
         if F.roll_step == 0:
             F.way = away
-        if away > F.way + lenience * WAY_ERROR:
+        spared = lenience * WAY_ERROR if F.rows != NOTHING_KEPT else 0.0
+        if away > F.way + lenience * WAY_ERROR or not is_worth(
+            F, sqrt(farthest(kinematics, n, F)), 0.0, spared
+        ):
             return OFF_THE_WAY
         impact, share = swing_on(supposed, K.faults, K.limits, kinematics, K.chain, F, ROLLOUT_STEP)
         if impact > 0.0:

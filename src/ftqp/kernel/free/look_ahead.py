@@ -10,6 +10,7 @@ from typing import Any
 
 from ftqp.kernel.arm.gravity import gravity_torque
 from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.free.swept import farthest, is_worth, mark_places
 from ftqp.kernel.free.swinging import (
     ROLLOUT_STEP,
     braked,
@@ -102,6 +103,15 @@ def planned(state: Any, limits: Any, F: Any, j: int, time: float, left: float, d
     return within_limits(state, limits, j, a, dt)
 
 
+TOO_FAR = 1e6
+"""What a plan costs beside all else whose links go farther than they may [rad/s]. A convention, as no impact
+is so fast."""
+CLEAR_FOR = 20
+"""After so many looks ahead without an impact none is told of any more, a tenth of a second: a search that
+goes to and fro between two plans is told of as one. A guess that `python studies/study_free_swinging.py` has
+not contradicted."""
+
+
 @part_jit
 def look_ahead(K: Any, F: Any, phase: float, left: float, give_up: float, steps: int) -> float:
     """The cost J of the plan from ``base_q``, ``base_v`` on; it ends early once it exceeds ``give_up``.
@@ -110,27 +120,21 @@ def look_ahead(K: Any, F: Any, phase: float, left: float, give_up: float, steps:
 
     J = v_imp + 0.05 |v_i(H)| + 0.02 max |v_i| + max(0, max |tau_h|/tau_max - 0.95) + 0.01 sum |q(H) - q(0)|
 
-    The first impact's time, speed, energy and side, the free joint's swing and the tip's reach are kept.
+    The first impact's time, speed, energy and side, the free joint's swing and the links' reach are kept.
     """
     chain, faults, supposed, kinematics = K.chain, K.faults, K.supposed, K.kinematics
     n, i, dt = chain.n, F.joint, ROLLOUT_STEP
     for j in range(n):
         supposed.q[j], supposed.v[j] = F.base_q[j], F.base_v[j]
     hit = top = torque = 0.0
-    F.impact_speed, F.reach = 0.0, 0.0
+    F.impact_speed = F.impact_energy = F.reach = 0.0
     F.lowest = F.highest = supposed.q[i]
     for k in range(steps):
         for c in range(faults.working):
             j = faults.order[c]
             F.a[j] = planned(supposed, K.limits, F, j, phase + k * dt, left - k * dt, dt)
         see_arm(K)
-        away = 0.0
-        for r in range(3):
-            if k == 0:
-                F.now[r] = kinematics.o_tip[r]
-            d = kinematics.o_tip[r] - F.now[r]
-            away += d * d
-        F.reach = max(F.reach, away)
+        F.reach = max(F.reach, farthest(kinematics, n, F))
         inertia = kinematics.M[i, i]
         impact, share = swing_on(supposed, faults, K.limits, kinematics, chain, F, dt)
         if impact > 0.0 and F.impact_speed == 0.0:
@@ -144,6 +148,8 @@ def look_ahead(K: Any, F: Any, phase: float, left: float, give_up: float, steps:
         if hit + TOP_SPEED * top + torque > give_up:
             return give_up + 1.0
     F.reach = sqrt(F.reach)
+    if not is_worth(F, F.reach, F.impact_energy, 0.0):
+        hit += TOO_FAR
     way = 0.0
     for c in range(faults.working):
         j = faults.order[c]
@@ -188,13 +194,40 @@ def _later_impact(K: Any, F: Any) -> float:
 
 
 @jit
+def weigh_holding(K: Any, F: Any) -> tuple[float, float]:
+    """How far links go and with what energy the free joint meets a stop if the others brake and hold still.
+
+    From ``base_q``, ``base_v`` on, for two seconds; then the joint is followed alone.
+    """
+    i, supposed, limits = F.joint, K.supposed, K.limits
+    look_ahead(K, F, 0.0, 0.0, inf, LONG_STEPS)
+    reach, energy = F.reach, F.impact_energy
+    stands = supposed.q[i] <= limits.q_min[i] or supposed.q[i] >= limits.q_max[i]
+    if F.impact_speed == 0.0 and not stands:
+        later = _later_impact(K, F)
+        energy = 0.5 * K.kinematics.M[i, i] * later * later
+    return reach, energy
+
+
+@jit
+def begin_judging(K: Any, F: Any) -> None:
+    """From here on plans are compared with holding still; needs the state of the arm in the room supposed."""
+    for j in range(K.chain.n):
+        F.base_q[j], F.base_v[j] = F.q[j], F.v[j]
+        K.supposed.q[j], K.supposed.v[j] = F.q[j], F.v[j]
+    forward_kinematics(K, K.supposed)
+    mark_places(K.kinematics, K.chain.n, F)
+    F.held_reach, F.held_energy = weigh_holding(K, F)
+
+
+@jit
 def braking_is_safe(K: Any, F: Any) -> bool:
     """Whether all joints may brake from ``base_q``, ``base_v`` on.
 
     No stop is met in two seconds, and none faster than SOFTLY later.
     """
     i, supposed, limits = F.joint, K.supposed, K.limits
-    look_ahead(K, F, 0.0, 0.0, 1e300, LONG_STEPS)
+    look_ahead(K, F, 0.0, 0.0, inf, LONG_STEPS)
     if F.impact_speed > TOUCH_SPEED:
         return False
     stands = supposed.q[i] <= limits.q_min[i] or supposed.q[i] >= limits.q_max[i]
@@ -229,13 +262,20 @@ def search(K: Any, F: Any) -> None:
         for j in range(n):
             F.base_q[j], F.base_v[j] = F.q[j], F.v[j]
         F.base_phase = F.phase
-        F.best = look_ahead(K, F, F.phase, F.left, 1e300, HORIZON_STEPS)
+        F.best = look_ahead(K, F, F.phase, F.left, inf, HORIZON_STEPS)
+        if F.best >= TOO_FAR and F.left > 0.0:  # what has become of this plan is worse than to hold still
+            begin_plan(F, n)
+            F.best = look_ahead(K, F, F.phase, F.left, inf, HORIZON_STEPS)
         F.countdown = F.period
         F.quiet = 1 if F.impact_speed == 0.0 and F.best <= CALM_COST else 0
         free = K.free
-        free.impact_side = F.side if F.impact_speed > 0.0 else 0
-        free.impact_time, free.impact_speed = F.impact_time, F.impact_speed
-        free.impact_energy = F.impact_energy
+        F.clear_for += 1
+        if F.impact_speed > 0.0:
+            F.clear_for, free.impact_side = 0, F.side
+            free.impact_time, free.impact_speed = F.impact_time, F.impact_speed
+            free.impact_energy = F.impact_energy
+        elif F.clear_for > CLEAR_FOR:
+            free.impact_side = 0
         free.swing, free.reach = 0.5 * (F.highest - F.lowest), F.reach
     elif not F.quiet and F.left > 0.0:
         try_another(K, F)

@@ -38,6 +38,9 @@ def detection_fields(N: int) -> Fields:
     if ``known``; ``held``: ticks for which they have stood still. ``load``: mass and first moments of an
     unknown load, by sums ``load_``; ``pull``, ``jolt``: what a unit of each takes of the joints, ``drawn``
     filtered, ``strain`` less its mean; ``spread``: mean square of a residual, ``finest`` its least.
+    ``coulomb``: dry friction, ``told_coulomb`` what was told of it, negative where nothing was; ``holds``:
+    the push of a motor that friction may hold, 0 where that is not known; ``doubt``: inertia that its
+    model may lack.
     ``touched``: ticks in which a force at the tip explained them better than any joint, by the columns
     ``along`` and their
     ``gram``, ``pushed``; ``bank``: the observers that were looked at.
@@ -52,7 +55,8 @@ def detection_fields(N: int) -> Fields:
     names = ("q", "tau", "q_ref", "v_ref", "a_ref", "effort", "good", "step", "raw", "travel", "hop", "seen",
              "e", "psi", "psi_before", "tau_before", "loose", "loose_before", "coulomb", "viscous", "tau_max",
              "motor_torque", "side", "usual", "usual_e", "usual_side", "deviation", "z", "jump", "onset",
-             "share", "light", "faint", "column", "odd", "score", "spread", "finest")  # fmt: skip
+             "share", "told_coulomb", "holds", "doubt", "light", "faint", "column", "odd", "score", "spread",
+             "finest")  # fmt: skip
     counts = ("same", "missing", "off", "turns", "sensor", "blind", "believed", "kinds", "since", "standing")
     return [
         *scalars("i8", "n fresh latency span now ticks at has_effort asked from_command has_motor"),

@@ -22,8 +22,11 @@ def free_dtype(capacity: int) -> np.dtype[Any]:
     ``plan`` holds a factor of a_max for each segment and joint, or BRAKE. ``base_q``, ``base_v`` are the
     state that trials begin from, ``phase`` the time into the first segment, ``left`` how long the search goes
     on. ``borne`` is the speed of an impact up to which a task is followed, ``given_up`` how long ago one was
-    given up. ``goal`` is where the tip is to be held, ``rests`` are the postures found for it, ``rest`` the
-    one that is tried or held; ``refused`` says for each set of rows what spoke against it (``Refusal``).
+    given up. ``places`` are those of the joints and the tip when it was told; if the others had held still
+    links would have gone ``held_reach`` from there, and the joint met a stop with ``held_energy``;
+    ``clear_for`` counts looks ahead without an impact. ``goal`` is where the tip is to be held, ``rests`` are
+    the postures found for it, ``rest`` the one that is tried or held; ``refused`` says for each set of rows
+    what spoke against it (``Refusal``).
     ``gain`` is the feedback, (n, 2n), over the joints ``moving``; the matrices of the Riccati equation are
     (2n, 2n). A rollout under the gain is at step ``roll_step`` from ``roll_q``, ``roll_v``.
     """
@@ -38,7 +41,7 @@ def free_dtype(capacity: int) -> np.dtype[Any]:
         "x": (N,),
         "goal": (3,),
         "goal_rotation": (9,),
-        "now": (3,),
+        "places": (N + 1, 3),
         "start": (N,),
         "start_v": (N,),
         "trial": (N,),
@@ -78,6 +81,8 @@ def free_dtype(capacity: int) -> np.dtype[Any]:
         "recheck",
         "borne",
         "given_up",
+        "held_reach",
+        "held_energy",
     )
     whole = (
         "joint",
@@ -95,6 +100,7 @@ def free_dtype(capacity: int) -> np.dtype[Any]:
         "unknowns",
         "quiet",
         "calming",
+        "clear_for",
     )
     fields: list[Any] = [(name, "f8", shape) for name, shape in floats.items()]
     fields += [(name, "f8") for name in scalars]

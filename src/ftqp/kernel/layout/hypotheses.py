@@ -1,7 +1,9 @@
 """What the monitor of joints that do not obey supposes, how long that has to last, and what is then done.
 
-The evidence is computed in ``ftqp.kernel.feedback``, a hypothesis that has lasted is answered by
-``ftqp.kernel.feedback.monitor``.
+The evidence is computed in ``ftqp.kernel.feedback``, which guards every arm, and in
+``ftqp.kernel.detection``, which looks closer where somebody asked for a detector. A hypothesis that has
+lasted is answered by ``ftqp.kernel.feedback.monitor``, what a detector finds by
+``ftqp.control.planner.response``.
 """
 
 from enum import IntEnum
@@ -33,6 +35,28 @@ class Hypothesis(IntEnum):
     """A joint is outside its error band."""
     FOLLOWS = 10
     """All errors are below half of what is tolerated."""
+    MOVES = 11
+    """A joint is seen to move although its command rests: a mean over so long."""
+    REPEATS = 12
+    """An encoder repeats its number although its joint was seen to move and should go on."""
+    FROZEN = 13
+    """It does so while the joint should have left the noise and what is normal for it."""
+    DROPPED = 14
+    """An encoder gives no numbers."""
+    BIASED = 15
+    """An encoder's numbers are off by the same."""
+    WILD = 16
+    """An encoder's numbers are off by whatever."""
+    STANDS = 17
+    """A detector: the joint that explains the residuals stands though it should move."""
+    WEAK = 18
+    """A detector: the joint that explains them runs away, or gives less torque than asked."""
+    PUSHED = 19
+    """A detector: a force at the tip explains them better than any joint."""
+    QUIET = 20
+    """A detector: nothing is left of what was suspected."""
+    UNDECIDED = 21
+    """A detector: what is suspected has led to no finding."""
 
 
 class Response(IntEnum):
@@ -56,6 +80,15 @@ class Response(IntEnum):
     """No force is named any more."""
     SAY_LAGGING = 8
     SAY_OK = 9
+    SAY_STOPPING = 10
+    LOOK_THROUGH = 11
+    """The joint's feedback counts on its command in place of its number."""
+    LOSE_SENSOR = 12
+    """The number is not believed any more, and the arm is stopped."""
+    BELIEVE = 13
+    """The joint counts as failed."""
+    LOOK_ANEW = 14
+    """The suspicion is judged from what is seen from now on."""
 
 
 class Row(NamedTuple):
@@ -66,7 +99,8 @@ class Row(NamedTuple):
         torque: For so long on an arm that takes torques [s].
         servo: For so long on one whose servos hold it [s].
         response: What is done then.
-        chosen: Who chose the times.
+        chosen: Who chose the times, or the number.
+        samples: So many samples, or verdicts, in a row in place of times.
     """
 
     hypothesis: Hypothesis
@@ -74,10 +108,12 @@ class Row(NamedTuple):
     servo: float
     response: Response
     chosen: str
+    samples: int = 0
 
 
 PHYSICS = "`ftqp campaign physics`"
-TRUTHS = "`ftqp campaign wrong-model`"
+FREEZES, FINDS = "`python studies/frozen_encoders.py`", "`python studies/detection.py`"
+TOUCHES = "`python studies/touches.py`"
 H, R = Hypothesis, Response
 MONITOR: Final = (
     Row(H.LEFT_BAND, 0.02, 0.02, R.BRAKE, PHYSICS),
@@ -87,17 +123,34 @@ MONITOR: Final = (
     Row(H.CLEARED, 0.05, 0.05, R.SUSPECT_OTHERS, PHYSICS),
     Row(H.PREDICTED, 0.005, 0.005, R.TAKE_BACK, PHYSICS),
     Row(H.BOTH_OBEY, 0.2, 0.2, R.STIFFEN, PHYSICS),
-    Row(H.TOUCHED, 0.01, 0.01, R.NAME, "`python studies/touches.py`"),
-    Row(H.ALONE_AGAIN, 0.1, 0.1, R.FORGET, "`python studies/touches.py`"),
+    Row(H.TOUCHED, 0.01, 0.01, R.NAME, TOUCHES),
+    Row(H.ALONE_AGAIN, 0.1, 0.1, R.FORGET, TOUCHES),
     Row(H.LAGS, 0.02, 0.02, R.SAY_LAGGING, PHYSICS),
     Row(H.FOLLOWS, 0.05, 0.05, R.SAY_OK, PHYSICS),
+    Row(H.MOVES, 0.02, 0.02, R.SAY_STOPPING, PHYSICS),
+    Row(H.REPEATS, 0.0, 0.0, R.LOOK_THROUGH, FREEZES, 2),
+    Row(H.FROZEN, 0.0, 0.0, R.LOSE_SENSOR, FREEZES, 5),
+    Row(H.DROPPED, 0.0, 0.0, R.LOSE_SENSOR, FINDS, 3),
+    Row(H.BIASED, 0.0, 0.0, R.LOSE_SENSOR, FINDS, 3),
+    Row(H.WILD, 0.0, 0.0, R.LOSE_SENSOR, FINDS, 10),
+    Row(H.STANDS, 0.0, 0.0, R.BELIEVE, FINDS, 9),
+    Row(H.WEAK, 0.0, 0.0, R.BELIEVE, FINDS, 5),
+    Row(H.PUSHED, 0.0, 0.0, R.NAME, TOUCHES, 3),
+    Row(H.QUIET, 0.0, 0.0, R.FORGET, FINDS, 300),
+    Row(H.UNDECIDED, 0.0, 0.0, R.LOOK_ANEW, FINDS, 200),
 )
-"""All that the monitor supposes. The times are guesses that the campaigns named beside them have not
-contradicted; what is supposed of the whole arm is counted at joint 0."""
-HYPOTHESES: Final = len(MONITOR)
-TORQUE_TIMES: Final = tuple(row.torque for row in MONITOR)
-SERVO_TIMES: Final = tuple(row.servo for row in MONITOR)
-"""The times, as compiled code reads them."""
+"""All that is supposed. Times and numbers are guesses that the campaigns and studies named beside them have
+not contradicted; what is supposed of the whole arm is counted at joint 0."""
+HYPOTHESES: Final = int(Hypothesis.MOVES)
+"""So many are counted by ``ftqp.kernel.feedback.lasting``; the others by who computes their evidence."""
+TORQUE_TIMES: Final = tuple(row.torque for row in MONITOR[:HYPOTHESES])
+SERVO_TIMES: Final = tuple(row.servo for row in MONITOR[:HYPOTHESES])
+MEAN_TIME: Final = MONITOR[Hypothesis.MOVES].torque
+(
+    HELD_SAMPLES, FROZEN_SAMPLES, DROPPED_AFTER, BIASED_AFTER, WILD_AFTER, STANDING_VERDICTS, VERDICTS,
+    SURE_OF_PUSH, CALM_TICKS, LONGEST_FIT,
+) = (row.samples for row in MONITOR[Hypothesis.REPEATS:])  # fmt: skip
+"""Times and numbers, as compiled code reads them."""
 (
     LEFT_BAND, TOO_FAST, SILENT, OBEYS, CLEARED, PREDICTED, BOTH_OBEY, TOUCHED, ALONE_AGAIN, LAGS, FOLLOWS,
-) = map(int, Hypothesis)  # fmt: skip
+) = range(HYPOTHESES)  # fmt: skip

@@ -38,11 +38,9 @@ beyond arms: what is faster is a wrong number."""
 MOST_ROWS: Final = 1 << 40
 """More rows of targets than any memory holds, few enough that their numbers can be counted."""
 
-FROZEN_SAMPLES: Final = 5
-"""A noisy sensor whose number stays the same for so many samples may be frozen ..."""
 FROZEN_SIGMAS: Final = 6.0
-"""... and is, when the joint should have moved by so many standard deviations meanwhile, because noise alone
-makes that twice in 1e9 samples."""
+"""A noisy sensor whose number stays the same is frozen when the joint should have moved by so many standard
+deviations meanwhile, because noise alone makes that twice in 1e9 samples."""
 NOISE_OF_D: Final = sqrt(3.0) / 4.0
 """sigma_d = 0.43 sigma w^(5/2) dt^(1/2) is the noise of an observed acceleration. Derived, and compared with
 a Monte Carlo (docs/theory/detection.md, "Observers")."""
@@ -52,6 +50,9 @@ LEAST_SPEED: Final = 0.03
 LATELY: Final = 0.02
 """Torques that two joints on one axis lack are looked at in the mean over such a time [s], so that noise
 falls (docs/theory/feedback.md, "The torque drive"). A guess that the campaigns have not contradicted."""
+PUSHED: Final = 0.1
+"""A torque arm's joint that sticks is taken for one with more and more friction, up to this share of its
+torque limit. A guess that the campaigns have not contradicted."""
 STILL_SAMPLES: Final = 8
 """A locked joint that has been seen to rest for so many samples stands."""
 

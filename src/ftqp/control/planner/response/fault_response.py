@@ -40,7 +40,6 @@ UNKNOWN_SHARE: Final = 0.3
 """Share of its torque that a joint is asked for at most of which it is known only that it gives less. A guess
 that the campaigns have not contradicted."""
 SENSORS: Final = frozenset({"sensor_frozen", "sensor_biased", "sensor_dropped"})
-NO_TORQUE: Final = np.zeros(0)
 
 
 @final
@@ -83,10 +82,10 @@ class FaultResponse:
         self._withdraw, self._probing = withdraw, probing
         self._verification = ActiveVerification(session, n, asks=probing is not None)
         self._dt = float(K.state.dt)
-        self._look = self.detector.tick
-        self._tau: FloatArray = NO_TORQUE
-        sent = K.feedback.tau_sent[:n] if K.feedback.kind == DriveKind.TORQUE else NO_TORQUE
-        self._q, self._sent = K.state.given_q[:n], sent
+        self._look = self.detector.beside(session)
+        self._tau, self._felt = np.zeros(n), False
+        self._tau_at = int(self._tau.ctypes.data)
+        self._q = K.state.given_q[:n]
         self._reference = K.state.q_command[:n], K.state.v_command[:n], K.state.a_command[:n]
         self._turns = robot.nq != n
         self._harmless: set[str] = set()
@@ -116,9 +115,10 @@ class FaultResponse:
         """
         if code < 0:
             return
-        at = self._angles(inputs[0]) if self._turns else self._q
-        seen = self._look(at, self._tau, *self._reference, self._sent)
-        self._tau = NO_TORQUE
+        if self._turns:
+            self._q[:] = self._angles(inputs[0])
+        seen = self._look(self._tau_at if self._felt else 0)
+        self._felt = False
         if seen > 0 or self._loop.caution < 1.0:
             self._respond()
         if self._probing is not None:
@@ -148,7 +148,9 @@ class FaultResponse:
         Raises:
             InputError: These are no such numbers.
         """
-        self._tau = NO_TORQUE if tau is None else sized("tau", tau, self._q.shape)
+        self._felt = tau is not None
+        if self._felt:
+            self._tau[:] = sized("tau", tau, self._q.shape)
 
     def reset(self, q: FloatArray) -> None:
         """Begin anew at q, (nv,) [rad or m], with nothing found."""
