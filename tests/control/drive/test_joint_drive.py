@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.drive.joint_drive import Drive, by_name, rattle
+from ftqp.control.drive.joint_drive import Drive, by_name
 
 QUIET = ftqp.Noise()
 
@@ -84,30 +84,3 @@ def test_too_much_latency_and_a_robot_without_inertia_are_refused():
         ftqp.Planner(ftqp.robots.load("srs7"), drive="torque")
     with pytest.raises(ftqp.InputError, match="noise is 3, expected an"):
         ftqp.Planner(robot, noise=3)
-
-
-def test_a_torque_arm_is_held_so_softly_that_noise_alone_does_not_jolt_it():
-    drive = Drive(kind="torque")
-    exact, noisy = (drive.gains(1e-3, ftqp.Noise(q=q), 0.9)["stiffness"] for q in (0.0, 1e-4))
-    assert exact == 80.0 and noisy < 0.6 * exact
-    assert abs(1e-4 * rattle(noisy, 1e-3) - 1.0) < 0.1  # [rad/s2], by a law of powers
-    assert drive.gains(1e-3, ftqp.Noise(q=1e-5), 0.9)["stiffness"] == 80.0
-
-
-def test_a_stiffness_that_is_asked_for_is_kept_whatever_the_noise():
-    drive = Drive(kind="torque", stiffness=60.0)
-    assert drive.gains(1e-3, ftqp.Noise(q=1e-3), 0.9)["stiffness"] == 60.0
-
-
-def test_noise_asks_for_as_much_acceleration_as_a_simulated_loop_says():
-    w, dt, rng = 50.0, 1e-3, np.random.default_rng(0)
-    z = np.exp(-5.0 * w * dt)
-    q = v = d = 0.0
-    asked = []
-    for sample in rng.standard_normal(40000):
-        q, v = q + dt * v + 0.5 * dt * dt * d, v + dt * d
-        e = sample - q
-        q, v = q + (1.0 - z**3) * e, v + 1.5 * (1.0 - z) ** 2 * (1.0 + z) / dt * e
-        d += (1.0 - z) ** 3 / dt**2 * e
-        asked.append(w * w * q + 2.0 * w * v)
-    assert abs(np.std(asked) / rattle(w, dt) - 1.0) < 0.03

@@ -30,10 +30,8 @@ HOLD_UNKNOWN, HOLD_MOST, HOLD_DELAY = 10.0, 50.0, 0.3
 """Position loop around a velocity arm: where its servo is not known and at most [1/s], and as a share of the
 inverse of the delay ..."""
 STIFFNESS_MOST, STIFFNESS_DELAY = 80.0, 0.24
-"""... and the loop around a torque arm, at most [1/s] and as that share, ..."""
-STIFFNESS_RATTLE = 1.0
-"""... and so low that noise alone asks for no larger accelerations [rad/s2 or m/s2]: with 1e-4 rad a stiffer
-loop jolted arms at their limits. Guesses that `ftqp campaign detection` has not contradicted."""
+"""... and the loop around a torque arm, at most [1/s] and as that share. A guess that the campaigns have not
+contradicted."""
 
 OBSERVER = 200.0
 """Bandwidth of the observer of position and velocity arms [1/s] ..."""
@@ -87,8 +85,8 @@ class Drive:
         latency: How late samples are when ``step`` gets them, >= 0 [s]; it is rounded to whole ticks. A
             larger one lowers every loop's bandwidth.
         stiffness: Bandwidth of the loop around the reference of a torque arm, > 0 [1/s]; None is
-            min(80, 0.24/(latency + dt)), less where noise is stated. A larger one holds better against
-            friction and loads, and less well against a wrong model.
+            min(80, 0.24/(latency + dt)). A larger one holds better against friction and loads, and less well
+            against a wrong model.
         inertia_error: How much rotor inertia the model of a torque arm's joint may lack, >= 0 [kg m2 or kg];
             None is 0.3. Rotors, a load at the tip and dry friction are then learned while the arm moves. With
             a larger one disturbances are fed forward more slowly until the rotors are known; 0 takes the
@@ -173,8 +171,6 @@ class Drive:
         """
         delay = (self.ticks(dt) + 1) * dt
         w = min(STIFFNESS_MOST, STIFFNESS_DELAY / delay) if self.stiffness is None else self.stiffness
-        if self.kind == "torque" and self.stiffness is None and noise.q > 0.0:
-            w *= min(1.0, STIFFNESS_RATTLE / (noise.q * rattle(w, dt))) ** 0.4
         if self.kind == "torque":
             own = 0.5 * w
         elif self.bandwidth is None:
@@ -241,31 +237,6 @@ def felt(rate: float, dt: float) -> float:
     p, k = exp(-rate * dt), np.arange(ceil(40.0 / (rate * dt)))
     answer = (1.0 - p) ** 4 * (k + 1.0) * (k + 2.0) * (k + 3.0) / 6.0 * p**k
     return float(np.linalg.norm(np.diff(answer, 2, prepend=[0.0, 0.0]))) / dt**2
-
-
-def rattle(w: float, dt: float) -> float:
-    """Standard deviation of the acceleration that noise asks for, w^2 e + 2 w e', by the noise's [1/s2].
-
-    e and e' are the observer's answer to an impulse. It grows with w^(5/2) dt^(1/2).
-
-    Args:
-        w: Stiffness of the loop of a torque arm [1/s].
-        dt: The sampling period [s].
-
-    Source: docs/theory/feedback.md, "The observer".
-    """
-    z = exp(-OBSERVER_SHARE * w * dt)
-    q = v = d = square = 0.0
-    for k in range(ceil(FORGOTTEN / (OBSERVER_SHARE * w * dt)) + 1):
-        q, v = q + dt * (v + 0.5 * dt * d), v + dt * d
-        e = (1.0 if k == 0 else 0.0) - q
-        q, v, d = (
-            q + (1.0 - z**3) * e,
-            v + 1.5 * (1.0 - z) ** 2 * (1.0 + z) / dt * e,
-            d + (1.0 - z) ** 3 / dt**2 * e,
-        )
-        square += (w * w * q + 2.0 * w * v) ** 2
-    return sqrt(square)
 
 
 def by_name(drive: Drive | str | Mapping[str, Any]) -> Drive:
