@@ -51,7 +51,8 @@ ENDINGS = {
 
 RELAXED = (
     "iiwa-out-of-reach", "panda-degraded", "panda-mujoco-free", "planar3-identified", "iiwa-x-line",
-    "panda-y-line", "zhang7-short",
+    "panda-y-line", "zhang7-short", "panda-detected", "panda-mujoco-brake", "panda-mujoco-payload",
+    "panda-unannounced",
 )  # fmt: skip
 """Those that complete their task though now and then a limit keeps them from it."""
 

@@ -222,3 +222,18 @@ def test_pairs_that_an_srdf_lets_touch_are_those_of_the_capsules_of_their_links(
     assert pairs[0] - pairs[1] == {pair for pair in pairs[0] if set(pair) in map(set, found)} != set()
     with pytest.raises(InputError, match="expected link1 and link2"):
         robot.allowed_pairs('<robot name="x"><disable_collisions link1="a"/></robot>')
+
+
+def test_many_hulls_are_simpler_ones_around_them_so_that_all_have_room():
+    rng, scene, panda = np.random.default_rng(2), ftqp.Scene(), ftqp.robots.load("panda")
+    points = rng.normal(size=(200, 3))
+    points *= 0.05 / np.linalg.norm(points, axis=1)[:, None]
+    for k in range(30):
+        scene.add(f"stone {k}", ftqp.Hull(points, place=(0.6, 0.1 * k - 1.5, 0.1)))
+    crowd = ftqp.Planner(panda, scene=scene).distances(panda.neutral)
+    for name in [f"stone {k}" for k in range(29)]:
+        scene.remove(name)
+    alone = ftqp.Planner(panda, scene=scene).distances(panda.neutral)
+    assert len(scene["stone 29"].shape.corners) > 50
+    for pair in alone.keys() & crowd.keys():
+        assert alone[pair] - 0.06 < crowd[pair] <= alone[pair] + 1e-9

@@ -11,7 +11,7 @@ import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.judge import coming_to_rest, solution_check, stage_problems
 from ftqp.kernel.layout.enums import ACCELERATION, MAIN_STAGE, STOPPED, STOPPING, VELOCITY
-from ftqp.kernel.ticks import tick
+from ftqp.kernel.ticks import going_on, tick
 
 
 @pytest.mark.parametrize("limited", [True, False])
@@ -111,10 +111,10 @@ def test_torques_of_a_tick_without_inertia_are_known_from_then_on(level):
 def test_an_emergency_and_nothing_else_stops_an_arm_whose_input_is_valid(monkeypatch, emergency):
     K = empty_record()
     parts = dict.fromkeys(("pose_error", "see_error", "displace"))
-    asked = answers(monkeypatch, tick, _emergency=emergency, _stop=False, _refuse_target=False, **parts)
-    assert tick._may_go_on(K, True) == (not emergency)
+    asked = answers(monkeypatch, going_on, _emergency=emergency, _stop=False, _refuse_target=False, **parts)
+    assert going_on.may_go_on(K, True) == (not emergency)
     assert ("_stop" in asked) == emergency and "_refuse_target" not in asked
-    assert not tick._may_go_on(K, False) and asked[-1] == "_refuse_target"
+    assert not going_on.may_go_on(K, False) and asked[-1] == "_refuse_target"
 
 
 @pytest.mark.parametrize("what", ["displaced", "late", "latency", "nothing"])
@@ -126,7 +126,7 @@ def test_the_error_that_may_stop_is_that_to_the_target_that_is_followed(what):
     K.watch.stop_position, K.watch.stop_rotation, K.watch.stop_samples = 1.0, 1.0, 100
     if what != "nothing":
         K.feedback[what] = 1
-    assert not tick._emergency(K.task, K.watch, K.feedback, K.kinematics, K.terms)
+    assert not going_on._emergency(K.task, K.watch, K.feedback, K.kinematics, K.terms)
     assert K.watch.last_position_error == pytest.approx(9.0 if what == "nothing" else 0.5)
     assert K.watch.rising == (1 if what == "nothing" else 0)
 

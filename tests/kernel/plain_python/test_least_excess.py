@@ -7,7 +7,7 @@ import pytest
 from records import empty_record
 from scipy.optimize import linprog
 
-from ftqp.kernel.judge import least_excess
+from ftqp.kernel.judge import least_excess, stage_problems
 from ftqp.kernel.layout.enums import ACCELERATION, VELOCITY
 
 N = 4
@@ -208,6 +208,6 @@ def test_the_plain_criterion_weighs_as_the_mean_of_that_of_the_scheme(dense):
     K.qp.H[:N, :N], K.qp.H_diagonal[:N] = H @ H.T, rng.uniform(1.0, 3.0, N)
     K.state.v[:N] = [0.01, -0.02, 0.0, 1.0]
     mean = np.trace(H @ H.T) / N if dense else K.qp.H_diagonal[:N].mean()
-    least_excess.begin_plain(K)
+    stage_problems.begin_plain(K)
     assert np.allclose(K.qp.H_diagonal[:N], mean) and K.qp.dense == 0 == K.qp.warm
     assert np.allclose(-K.qp.g[:N] / mean, [-1.0, 2.0, 0.0, -5.0])

@@ -163,12 +163,15 @@ def test_the_rate_of_a_path_is_the_last_variable_where_there_is_one(monkeypatch)
 @pytest.mark.parametrize(
     ("field", "value", "says"),
     [("missed", 1, RELAXED), ("outside", 1, RELAXED), ("jump", 0.99, RELAXED), ("given_up", 1, RELAXED),
-     ("scale", 0.9, SCALED), ("scale", 1.0, OK)],
+     ("scale", 0.9, SCALED), ("scale", 1.0, OK), ("count", 1, RELAXED)],
 )  # fmt: skip
 def test_a_solved_qp_is_ok_where_nothing_is_left_out(field, value, says):
     K = record()
-    (K.task if field in ("given_up", "scale") else K.cascade)[field] = value
-    assert fallback_cascade._outcome_of_solved(K.task, K.cascade) == says
+    if field == "count":  # a further task that is required and missed
+        K.terms.missed = 1
+    room = {"given_up": K.task, "scale": K.task, "count": K.terms}.get(field, K.cascade)
+    room[field] = value
+    assert fallback_cascade._outcome_of_solved(K.task, K.cascade, K.terms) == says
 
 
 def test_a_task_is_missed_beyond_a_thousandth_of_what_is_asked_and_a_tenth_of_a_millimetre():

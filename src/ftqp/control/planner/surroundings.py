@@ -9,7 +9,7 @@ import numpy as np
 from ftqp.control.planner.stages import Stage
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import CLOUD, Scene
-from ftqp.control.scene.solid_shapes import KINDS, HalfSpace, Hull, Sphere
+from ftqp.control.scene.solid_shapes import KINDS, HalfSpace, Hull, Sphere, fitting
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
@@ -18,9 +18,6 @@ from ftqp.kernel.layout.scene_room import (
     BALLS,
     CAPSULES,
     CLOUD_BODIES,
-    HULL_CORNERS,
-    HULL_EDGES,
-    HULL_FACES,
     NEAREST,
     PAIRS,
     SEGMENT,
@@ -229,18 +226,12 @@ class Surroundings:
             self._lay_cloud(labels, self._that_move(capsules), ignored)
 
     def _lay_hulls(self) -> None:
-        """Write corners, edges and faces of the hulls."""
+        """Write corners, edges and faces of the hulls, which are simpler ones where there are many."""
+        shapes = {at: one.shape for at, one in enumerate(self.scene.values()) if isinstance(one.shape, Hull)}
+        hulls = fitting([one.parts for one in shapes.values()]) if shapes else []
         room, counts = self._room, [0, 0, 0]
-        for at, placed in enumerate(self.scene.values()):
-            if not isinstance(placed.shape, Hull):
-                continue
-            parts = placed.shape.parts
+        for at, parts in zip(shapes, hulls, strict=True):
             ends = [count + len(part) for count, part in zip(counts, parts, strict=True)]
-            if ends[0] > HULL_CORNERS or ends[1] > HULL_EDGES or ends[2] > HULL_FACES:
-                raise InputError(
-                    f"the hulls of the scene have more than {HULL_CORNERS} corners, {HULL_EDGES} edges or "
-                    f"{HULL_FACES} faces; put boxes in the place of some of them"
-                )
             corner, edge, face = counts
             room.corner[corner : ends[0]] = parts.corners
             room.edge[edge : ends[1]], room.edges_of[at] = parts.edges + corner, (edge, ends[1])

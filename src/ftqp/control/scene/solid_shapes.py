@@ -1,5 +1,6 @@
 """What stands around an arm: spheres, capsules, boxes, cylinders, hulls and half-spaces."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -10,9 +11,23 @@ from ftqp.core.checks import FloatArray, array, frozen, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose, rotation_exp, rotation_x, rotation_z, transform
 from ftqp.core.setting import REQUIRED, setting
-from ftqp.kernel.layout.scene_room import BOX, CYLINDER, HALF_SPACE, HULL, SEGMENT
+from ftqp.kernel.layout.scene_room import (
+    BOX,
+    CYLINDER,
+    HALF_SPACE,
+    HULL,
+    HULL_CORNERS,
+    HULL_EDGES,
+    HULL_FACES,
+    SEGMENT,
+)
 from ftqp.model.capsules import CALLED, Capsule, Collision, HullParts, Three, length_of, turned_along
 from ftqp.model.placed_collisions import vertices
+
+HULL_ROOM = (HULL_CORNERS, HULL_EDGES, HULL_FACES)
+"""How many corners, edges and faces all hulls of a scene have at most ..."""
+BOX_CORNERS = 8
+"""... for which no hull need be simpler than a box."""
 
 
 def pose_of(name: str, value: Any) -> FloatArray:
@@ -217,6 +232,22 @@ class Hull:
 
 
 Shape = Sphere | Capsule | Box | Cylinder | HalfSpace | Hull
+
+
+def fitting(hulls: Sequence[HullParts]) -> list[HullParts]:
+    """The hulls of a scene, or as simple ones around them as there is room for.
+
+    Args:
+        hulls: All of them.
+    """
+    found, most = list(hulls), max(len(one.corners) for one in hulls)
+    simpler = import_module("ftqp.model.convex_hulls").hull_of
+    while most > BOX_CORNERS and not all(
+        sum(len(one[k]) for one in found) <= room for k, room in enumerate(HULL_ROOM)
+    ):
+        most = max(2 * most // 3, BOX_CORNERS)
+        found = [simpler(one.corners, most) for one in hulls]
+    return found
 
 
 def shape_of(one: Collision) -> Shape:

@@ -19,9 +19,9 @@ BALLS = 4096
 """The most balls of a cloud. A convention, which sizes memory."""
 PAIRS = 1024
 """The most pairs that are watched. A convention, which sizes memory."""
-HULL_CORNERS, HULL_EDGES, HULL_FACES = 1024, 3072, 2048
-"""The most corners, edges and faces of all hulls around an arm. Conventions, which size memory: no hull has
-more than three times as many edges, and twice as many faces, as it has corners."""
+HULL_CORNERS, HULL_EDGES, HULL_FACES = 512, 1024, 640
+"""The most corners, edges and faces of all hulls around an arm. Conventions, which size memory: 64 boxes have
+512, 768 and 384."""
 
 
 class Shape(IntEnum):
