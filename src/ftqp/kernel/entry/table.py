@@ -116,6 +116,7 @@ FIRST: Final = (
             "servo_torques",
             "watch",
             "tell_detector",
+            "detect",
         )
     ),
 )
