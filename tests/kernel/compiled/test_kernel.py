@@ -1,5 +1,6 @@
 """The kernel of a process: functions of the built library, or plain Python and one sentence."""
 
+import sys
 import threading
 from pathlib import Path
 from typing import Any
@@ -79,3 +80,39 @@ def test_other_python_threads_run_beside_an_entry_point_that_releases_the_interp
 def test_level_is_that_of_the_library_in_use(ready: Any, tmp_path: Path) -> None:
     assert ready.kernel().level() in ("x86-64-v4", "x86-64-v3", "x86-64-v2", "generic", "apple-m1")
     assert Kernel(ready.source, tmp_path / "nowhere").level() == ""
+
+
+def test_whoever_is_interrupted_at_any_line_leaves_the_kernel_to_the_next_call_of_any_thread(
+    ready: Any,
+) -> None:
+    class Interrupted(Exception):
+        pass
+
+    file, line, reached = Kernel.load.__code__.co_filename, 0, True
+    while reached:
+        kernel, line, left = ready.kernel(), line + 1, [line + 1]
+
+        def follow(frame: Any, event: str, arg: Any, left: list[int] = left) -> Any:
+            if frame.f_code.co_filename == file and event == "line":
+                left[0] -= 1
+                if left[0] == 0:
+                    raise Interrupted
+            return follow
+
+        before = sys.gettrace()
+        sys.settrace(follow)
+        try:
+            kernel.load(ready.summed, 8)
+            reached = False
+        except Interrupted:
+            pass
+        finally:
+            sys.settrace(before)
+        found: list[Any] = []
+        other = threading.Thread(
+            target=lambda k=kernel, out=found: out.append(k.load(ready.summed, 8)), daemon=True
+        )
+        other.start()
+        other.join(10.0)
+        assert found and isinstance(found[0], type(len)), f"after line {line}"
+    assert line > 8

@@ -3,7 +3,6 @@
 import logging
 from collections.abc import Callable
 from pathlib import Path
-from threading import RLock
 
 from ftqp.kernel.compiled import mode
 from ftqp.kernel.compiled.entry_point import EntryPoint
@@ -16,7 +15,10 @@ BUILT = mode.KERNEL.parent / "_kernel"
 
 
 class Kernel:
-    """Entry points ready to be called, each made ready once.
+    """Entry points ready to be called, each made ready when it is first asked for.
+
+    There is no lock: an exception that comes at the end of a block with a lock may leave it locked for ever.
+    What two threads make ready at the same time is made twice, and the first is kept.
 
     Args:
         source: the folder with the kernel's Python source.
@@ -27,9 +29,7 @@ class Kernel:
         self._source = source
         self._built = built
         self._ready: dict[tuple[EntryPoint, int], Callable[..., int]] = {}
-        self._lock = RLock()
-        self._library: Library | None = None
-        self._was_sought = mode.PLAIN
+        self._found: tuple[Library | None] | None = (None,) if mode.PLAIN else None
         self._warned = False
 
     def load(self, entry: EntryPoint, capacity: int) -> Callable[..., int]:
@@ -39,32 +39,31 @@ class Kernel:
             entry: which.
             capacity: how many joints the records have room for.
         """
-        with self._lock:
-            function = self._ready.get((entry, capacity))
+        function = self._ready.get((entry, capacity))
+        if function is None:
+            library = self._sought()
+            function = None if library is None else library.function(entry, capacity)
             if function is None:
-                library = self._sought()
-                function = None if library is None else library.function(entry, capacity)
-                if function is None:
-                    if library is not None:
-                        self._warn(f"the built kernel has no {entry.name} for {capacity} joints")
-                    function = entry.function(capacity)
-                self._ready[entry, capacity] = function
-            return function
+                if library is not None:
+                    self._warn(f"the built kernel has no {entry.name} for {capacity} joints")
+                function = entry.function(capacity)
+            function = self._ready.setdefault((entry, capacity), function)
+        return function
 
     def level(self) -> str:
         """The class of processors that the library in use was built for; empty where none is used."""
-        with self._lock:
-            library = self._sought()
-            return "" if library is None else library.level
+        library = self._sought()
+        return "" if library is None else library.level
 
     def _sought(self) -> Library | None:
-        if not self._was_sought:
-            self._was_sought = True
+        if self._found is None:
+            library = None
             try:
-                self._library = library_in(self._built, self._source)
+                library = library_in(self._built, self._source)
             except NoLibrary as error:
                 self._warn(str(error))
-        return self._library
+            self._found = (library,)
+        return self._found[0]
 
     def _warn(self, problem: str) -> None:
         """Say once, in one sentence, that plain Python runs."""
