@@ -117,6 +117,7 @@ FIRST: Final = (
             "watch",
             "tell_detector",
             "detect",
+            "pair_distances",
         )
     ),
 )
