@@ -90,9 +90,8 @@ def mesh_corners(file: Any, scale: float) -> FloatArray:
     Raises:
         InputError: The file is missing, cannot be read, or holds nothing that has a volume.
     """
-    path = Path(file)
-    if not path.is_file():
-        raise InputError(f"mesh {str(path)!r} is no file, expected one in STL, OBJ or DAE")
+    if not (isinstance(file, str | Path) and (path := Path(file)).is_file()):
+        raise InputError(f"mesh {str(file)!r:.200} is no file, expected one in STL, OBJ or DAE")
     return _outermost(_read(path, (scale,) * 3), str(path))
 
 
@@ -100,8 +99,8 @@ def _read(path: Path, scale: Sequence[float]) -> FloatArray | str:
     """The points of a mesh, (N, 3) [m], or why it has none."""
     try:
         return np.array(coal.MeshLoader().load(str(path), np.array(scale)).vertices())
-    except (RuntimeError, ValueError) as error:
-        return str(error)
+    except (RuntimeError, ValueError) as error:  # it says where in coal it was raised, and then what is wrong
+        return " ".join(str(error).rpartition("message:")[2].split())
 
 
 def _outermost(points: FloatArray | str, name: str) -> FloatArray:

@@ -208,6 +208,10 @@ class Hull:
                 "a hull is of corners or of a mesh, expected one of them: ftqp.Hull(mesh='part.stl')"
             )
         points = self.corners
+        if self.mesh is None and self.scale != 1.0:
+            raise InputError(
+                f"scale is {self.scale!r:.20} beside corners, expected it beside a mesh; scale them yourself"
+            )
         if self.mesh is not None:
             fits = import_module("ftqp.model.capsule_fit")  # loads scipy, as the next one does
             points = fits.mesh_corners(self.mesh, positive("scale", self.scale))
