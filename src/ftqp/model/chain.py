@@ -88,6 +88,11 @@ class Chain:
         return in_line and not self.has_followers
 
     @property
+    def has_inertia(self) -> bool:
+        """Whether any link has a mass or an inertia."""
+        return bool(self.mass.any() or self.inertia.any())
+
+    @property
     def has_followers(self) -> bool:
         """Whether a joint follows another one."""
         return bool(is_led(self).any())
