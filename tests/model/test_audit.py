@@ -33,11 +33,11 @@ UNSAFE = [
     ),
     (
         {"limit": 'lower="-1" upper="1" velocity="0" effort="1"'},
-        "'a' has a zero velocity limit.*limits=.* with v_max",
+        r"'a' has a zero velocity limit.*limits=\{'v_max': \{'a'",
     ),
     (
         {"limit": 'lower="-1" upper="1" velocity="1" effort="0"'},
-        "'a' has a zero torque limit.*limits=.* with tau_max",
+        r"'a' has a zero torque limit.*limits=\{'tau_max': \{'a'",
     ),
     (
         {"limit": 'lower="-1" upper="1" velocity="-2" effort="1"'},

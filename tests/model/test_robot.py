@@ -1,6 +1,7 @@
 """A robot as its users see it."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,38 @@ from ftqp.model.robot import Robot
 
 Urdf = Callable[..., str]
 PLAIN = {"kind": "continuous", "limit": 'velocity="1.5" effort="20"'}
+
+
+def test_limits_of_one_joint_are_replaced_by_its_name(two_joints: Urdf) -> None:
+    plain = Robot.from_urdf(two_joints())
+    robot = Robot.from_urdf(two_joints(), limits={"q_max": {"a": 0.5}, "a_max": {"b": 2.0}})
+    np.testing.assert_array_equal(robot.limits.q_max, [0.5, plain.limits.q_max[1]])
+    np.testing.assert_array_equal(robot.limits.a_max, [plain.limits.a_max[0], 2.0])
+    guess = next(f.sentence for f in robot.findings if "acceleration" in f.sentence)
+    assert "a " in guess and "b " not in guess.split("RISE")[0].split(":")[-1]
+    again = plain.with_limits(v_max={"b": 0.1})
+    np.testing.assert_array_equal(again.limits.v_max, [plain.limits.v_max[0], 0.1])
+
+
+@pytest.mark.parametrize(
+    ("limits", "sentence"),
+    [
+        ({"q_max": {"c": 1.0}}, "'c' is not a joint of the limits q_max"),
+        ({"q_max": {"a": "far"}}, "q_max of a is 'far', expected a number"),
+        ({"q_top": {"a": 1.0}}, "'q_top' is not a limit of a robot"),
+    ],
+)
+def test_limits_of_a_joint_that_are_none_are_refused(two_joints: Urdf, limits: Any, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        Robot.from_urdf(two_joints(), limits=limits)
+
+
+def test_one_number_that_widens_limits_is_a_finding(two_joints: Urdf) -> None:
+    plain = Robot.from_urdf(two_joints())
+    wide = Robot.from_urdf(two_joints(), limits={"q_max": 9.0}).findings
+    assert any("q_max = 9 for all joints is beyond that of the model for a " in f.sentence for f in wide)
+    narrow = Robot.from_urdf(two_joints(), limits={"q_max": 0.5 * plain.limits.q_max.min()}).findings
+    assert not any("for all joints is beyond" in f.sentence for f in narrow)
 
 
 def test_joint_is_found_by_name_and_by_index(two_joints: Urdf) -> None:

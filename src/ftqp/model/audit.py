@@ -1,8 +1,9 @@
 """What is wrong with a robot model: every finding at once, and refusal of the unsafe ones."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Any
 
 import numpy as np
 
@@ -91,17 +92,44 @@ def limit_findings(names: Sequence[str], limits: JointLimits, continuous: BoolAr
             found.append(note(f"joint {joint!r} has no position limit on {_open(low, high)}"))
         for field, what in MAGNITUDES:
             value = float(getattr(limits, field)[i])
-            wrong = _wrong_magnitude(value, what, field)
+            wrong = _wrong_magnitude(value, what, field, joint)
             if wrong:
                 found.append(unsafe(f"joint {joint!r} has {wrong}"))
             elif value == np.inf and field == "v_max":
-                found.append(warning(f"joint {joint!r} has no velocity limit; {_remedy(field)}"))
+                found.append(warning(f"joint {joint!r} has no velocity limit; {_remedy(joint, field)}"))
+    return [replace(finding, about="limits") for finding in found]
+
+
+def widened(
+    joints: Sequence[str], written: Sequence[Mapping[str, float]], given: Mapping[str, Any]
+) -> list[Finding]:
+    """One number for all joints that lets some of them go beyond what the model allows.
+
+    Args:
+        joints: The names of the joints, (nv,).
+        written: The limits of each joint in the model, by name; NaN or infinite where it has none.
+        given: The limits that the user gives in place of those.
+    """
+    found = []
+    for field, sign in (("q_min", -1.0), ("q_max", 1.0), ("v_max", 1.0), ("tau_max", 1.0)):
+        value = given.get(field)
+        if not isinstance(value, int | float):
+            continue
+        wider = [i for i, limits in enumerate(written) if sign * limits[field] < sign * value]
+        if wider and len(joints) > 1:
+            all_of_them = ", ".join(f"{joints[i]} {written[i][field]:g}" for i in wider)
+            found.append(
+                warning(
+                    f"{field} = {value:g} for all joints is beyond that of the model for {all_of_them}; to "
+                    f"replace one only, give limits={{{field!r}: {{'<joint>': ...}}}}"
+                )
+            )
     return [replace(finding, about="limits") for finding in found]
 
 
 def _wrong_range(low: float, high: float, joint: str) -> str:
     """What is wrong with position limits, after the joint's name; empty where nothing is."""
-    remedy = _remedy("q_min, q_max")
+    remedy = _remedy(joint, "q_min", "q_max")
     if np.isnan(low) or np.isnan(high):
         return f"has a position limit that is missing or not a number; {remedy}"
     if low > high:
@@ -109,22 +137,22 @@ def _wrong_range(low: float, high: float, joint: str) -> str:
     if low == high or low == np.inf or high == -np.inf:
         return f"cannot move: both limits are {low:g}; hold it with locked=[{joint!r}]"
     if any(LARGEST_LIMIT < abs(end) < np.inf for end in (low, high)):
-        remedy = _remedy("q_min, q_max", "inf = no limit")
+        remedy = _remedy(joint, "q_min", "q_max", extra="inf = no limit")
         return f"has the range {low:g} to {high:g}, which no joint has; {remedy}"
     return ""
 
 
-def _wrong_magnitude(value: float, what: str, field: str) -> str:
+def _wrong_magnitude(value: float, what: str, field: str, joint: str) -> str:
     """What is wrong with a limit that is the same to both sides; empty where nothing is."""
-    a = "an" if what[0] in "aeiou" else "a"
+    a, unlimited = "an" if what[0] in "aeiou" else "a", _remedy(joint, field, extra="inf = no limit")
     if np.isnan(value):
-        return f"{a} {what} limit that is missing or not a number; {_remedy(field)}"
+        return f"{a} {what} limit that is missing or not a number; {_remedy(joint, field)}"
     if value == 0.0:
-        return f"a zero {what} limit, so it may never move; {_remedy(field, 'inf = no limit')}"
+        return f"a zero {what} limit, so it may never move; {unlimited}"
     if value < 0.0:
-        return f"{a} {what} limit of {value:g}, expected > 0; {_remedy(field)}"
+        return f"{a} {what} limit of {value:g}, expected > 0; {_remedy(joint, field)}"
     if LARGEST_LIMIT < value < np.inf:
-        return f"{a} {what} limit of {value:g}, which no joint has; {_remedy(field, 'inf = no limit')}"
+        return f"{a} {what} limit of {value:g}, which no joint has; {unlimited}"
     return ""
 
 
@@ -134,8 +162,9 @@ def _open(low: float, high: float) -> str:
     return "its lower side" if low == -np.inf else "its upper side"
 
 
-def _remedy(fields: str, extra: str = "") -> str:
-    return f"give limits={{...}} with {fields}{' (' + extra + ')' if extra else ''}"
+def _remedy(joint: str, *fields: str, extra: str = "") -> str:
+    given = ", ".join(f"{field!r}: {{{joint!r}: ...}}" for field in fields)
+    return f"give limits={{{given}}}{' (' + extra + ')' if extra else ''}"
 
 
 def body_findings(

@@ -19,7 +19,7 @@ from ftqp.model.followers import (
     follower_findings,
     is_led,
 )
-from ftqp.model.limits import RISE_TIME, JointLimits
+from ftqp.model.limits import RISE_TIME, JointLimits, by_joint
 from ftqp.model.neutral import Arm, neutral_posture
 from ftqp.model.reading.source import Source
 from ftqp.model.reduction import reduced, tips_of
@@ -97,14 +97,18 @@ def robot_fields(
     wrong = follower_findings(followers, chain.names, chain.continuous, locked)
     findings += wrong
     written = [source.limits[name] for name in chain.names]
-    bounds, crossed = coupled_limits(chain.names, chain, _limits(written, given))
+    bounds, crossed = coupled_limits(chain.names, chain, _limits(written, given, chain.names))
     findings += crossed
+    findings += audit.widened(chain.names, written, given)
     findings += audit.limit_findings(chain.names, bounds, chain.continuous)
     findings += friction_findings(arm, bounds)
     audit.refuse_unsafe(arm.name, findings)
     led = is_led(chain)
-    unknown_rates = [i for i, joint in enumerate(written) if "a_max" not in joint and "a_max" not in given]
-    guessed = [i for i in unknown_rates if not led[i]]
+    told = given.get("a_max", ())
+    told = told if isinstance(told, Mapping) or "a_max" not in given else chain.names
+    guessed = [
+        i for i, name in enumerate(chain.names) if not (led[i] or "a_max" in written[i] or name in told)
+    ]
     if guessed:
         findings.append(_guess(arm, chain, bounds, guessed))
     write_limits(arm, bounds)
@@ -155,14 +159,16 @@ def _given(wishes: Wishes, count: int) -> dict[str, Any]:
     return changes
 
 
-def _limits(written: Sequence[Mapping[str, float]], given: Mapping[str, Any]) -> JointLimits:
+def _limits(
+    written: Sequence[Mapping[str, float]], given: Mapping[str, Any], joints: Sequence[str]
+) -> JointLimits:
     """The limits as written, replaced by those given; accelerations by rule where nobody gave them."""
     own = {key: np.array([joint[key] for joint in written]) for key in ("q_min", "q_max", "v_max", "tau_max")}
-    own["v_max"] = given.get("v_max", own["v_max"])
+    own["v_max"] = by_joint("v_max", given.get("v_max", own["v_max"]), joints, own["v_max"])
     own["j_max"] = np.array([joint.get("j_max", np.inf) for joint in written])
     rule = JointLimits.of(len(written), **own).a_max
     own["a_max"] = np.array([joint.get("a_max", by) for joint, by in zip(written, rule, strict=True)])
-    return JointLimits.of(len(written), **own).replaced({"a_max": own["a_max"], **given})
+    return JointLimits.of(len(written), **own).replaced({"a_max": own["a_max"], **given}, joints)
 
 
 def _guess(arm: Any, chain: Chain, limits: JointLimits, guessed: Sequence[int]) -> Finding:

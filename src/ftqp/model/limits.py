@@ -1,12 +1,12 @@
 """Joint limits: the record, and the rule that fills in accelerations nobody published."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Self
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.checks import FloatArray, as_number, frozen
 from ftqp.core.errors import InputError, unknown
 
 RISE_TIME = 0.2
@@ -90,17 +90,22 @@ class JointLimits:
         """The number of joints nv."""
         return int(self.q_min.size)
 
-    def replaced(self, changes: Mapping[str, Any]) -> Self:
+    def replaced(self, changes: Mapping[str, Any], joints: Sequence[str] = ()) -> Self:
         """These limits with some of them replaced.
 
         A new v_max brings the acceleration limit ``v_max / RISE_TIME`` to joints that have none.
 
         Args:
-            changes: New limits by name, each an array (nv,) or one number for all joints.
+            changes: New limits by name, each an array (nv,), one number for all joints, or a mapping of
+                names of joints to numbers, which leaves the others as they are.
+            joints: The names of the joints, (nv,).
 
         Raises:
-            InputError: A limit is unknown, or its value is not one number or nv of them.
+            InputError: A limit or a joint is unknown, or a value is not one number or nv of them.
         """
+        changes = {
+            name: by_joint(name, value, joints, getattr(self, name, None)) for name, value in changes.items()
+        }
         if "v_max" in changes and "a_max" not in changes and np.isinf(self.a_max).any():
             speed = one_each("v_max", changes["v_max"], len(self))
             changes = {**changes, "a_max": np.where(np.isinf(self.a_max), speed / RISE_TIME, self.a_max)}
@@ -122,6 +127,28 @@ def joined(first: JointLimits, *others: JointLimits) -> JointLimits:
             for field in fields(JointLimits)
         }
     )
+
+
+def by_joint(name: str, value: Any, joints: Sequence[str], now: Any) -> Any:
+    """``value``, or where it is a mapping of names of joints to numbers, ``now`` with those replaced.
+
+    Args:
+        name: What it is a limit of, for the message.
+        value: The limits that are given.
+        joints: The names of the joints, (nv,).
+        now: The limits there are, (nv,).
+
+    Raises:
+        InputError: A joint is unknown, or what it gets is no number.
+    """
+    if not isinstance(value, Mapping) or now is None:
+        return value
+    result = np.array(now, dtype=np.float64)
+    for joint, number in value.items():
+        if joint not in joints:
+            raise unknown("joint", joint, f"the limits {name}", joints)
+        result[joints.index(joint)] = as_number(f"{name} of {joint}", number)
+    return result
 
 
 def one_each(name: str, value: Any, count: int) -> FloatArray:

@@ -37,8 +37,8 @@ class Readers:
                 with two arms: the joints on the way to any of them stay. The first one is ``robot.tip``.
             wishes: Keyword arguments, each of which may be left out:
 
-                - ``limits``: Limits that replace the model's, all or some (``{"v_max": 1.0}``), each (nv,) or
-                  one number.
+                - ``limits``: Limits that replace the model's, all or some, each (nv,), one number for all
+                  joints, or some joints by name: ``{"v_max": 1.0, "q_max": {"elbow": 2.3}}``.
                 - ``acceleration``: The acceleration limit a_max, (nv,) or one number, > 0 [rad/s2 or m/s2]. A
                   larger one lets the arm brake later and harder. None takes ``v_max / RISE_TIME``, and a
                   finding says so.

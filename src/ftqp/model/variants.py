@@ -59,7 +59,10 @@ class Variants(Embodied, Readers):
         tau_max: Any = None,
         j_max: Any = None,
     ) -> Self:
-        """This robot with some limits replaced, each (nv,) or one number for all; None keeps what there is.
+        """This robot with some limits replaced; None keeps what there is.
+
+        Each is (nv,), one number for all joints, or a mapping of some joints to numbers:
+        ``robot.with_limits(v_max={"elbow": 1.0})`` leaves the others as they are.
 
         A new ``v_max`` brings the acceleration limit ``v_max / RISE_TIME`` to joints that have none.
 
@@ -78,7 +81,8 @@ class Variants(Embodied, Readers):
         given = {"q_min": q_min, "q_max": q_max, "v_max": v_max, "a_max": a_max, "tau_max": tau_max}
         given["j_max"] = j_max
         changes = {name: value for name, value in given.items() if value is not None}
-        limits, crossed = coupled_limits(self.chain.names, self.chain, self.limits.replaced(changes))
+        names = self.chain.names
+        limits, crossed = coupled_limits(names, self.chain, self.limits.replaced(changes, names))
         model = self.model.copy()
         write_limits(model, limits)
         found = [f for f in self.findings if f.about not in ("limits", "friction", *changes)] + crossed
