@@ -27,7 +27,7 @@ GOOD = (ftqp.StepStatus.OK, ftqp.StepStatus.RELAXED)
         ({"v": [0.0] * 6 + ["fast"]}, "v is not an array of numbers"),
         ({"v": 0.0}, r"v has shape \(\), expected a vector"),
         ({"target": np.eye(4)}, r"target is ndarray, expected ftqp\.Target"),
-        ({"target": None}, r"target is NoneType, expected ftqp\.Target"),
+        ({"target": None}, r"step got no target; its second argument is the measured velocity"),
         ({"tau": np.zeros(6)}, r"tau has shape \(6,\), expected \(7,\)"),
         ({"tip": np.eye(3)}, r"tip has shape \(3, 3\), expected \(4, 4\)"),
         ({"_": 3}, r"step got 3 behind its target, expected nothing; give tau, tip and ticks by name"),
@@ -90,7 +90,7 @@ def test_a_target_that_is_not_finite_brakes_at_once_and_the_loop_recovers(
     getattr(broken, what).reshape(-1)[1] = bad
     step = planner.step(q, v, broken)
     limits = panda.limits
-    assert step.status is ftqp.StepStatus.INVALID_INPUT
+    assert step.status is ftqp.StepStatus.INVALID_INPUT and "not used: it is not finite" in step.notice
     assert np.isfinite(step.q).all() and np.all(np.abs(step.v) < np.abs(v))
     assert np.all(np.abs(step.a) <= limits.a_max * (1 + 1e-9))
     assert np.all(step.q > limits.q_min) and np.all(step.q < limits.q_max)
@@ -117,6 +117,8 @@ def test_a_measurement_that_is_not_finite_is_not_used_and_stops_the_arm_when_it_
         step = planners[1].step(given["q"], given["v"], target, tau=given["tau"], tip=given["tip"])
         if 3 <= tick < 3 + round(0.02 / DT):
             assert step.status is ftqp.StepStatus.INVALID_INPUT
+            who = "what was measured of panda_joint2" if what == "q" else "the target or a measurement"
+            assert step.notice.startswith(who) and step.copy().notice == step.notice
             np.testing.assert_allclose(step.q, expected.q, rtol=0, atol=1e-9)
         assert np.all(np.abs(step.a) <= panda.limits.a_max * (1 + 1e-9))
         q, v = step.q.copy(), step.v.copy()

@@ -41,6 +41,17 @@ def test_rows_of_the_task_decide_what_is_singular(said):
     assert said() == []
 
 
+def test_start_beyond_the_range_is_said_and_degrees_are_guessed(panda, said):
+    planner = ftqp.Planner(panda)
+    planner.reset(panda.neutral)
+    q = panda.neutral.copy()
+    q[1] = 2.0
+    planner.reset(q)
+    assert "the start is beyond the range of panda_joint2 2 (-1.763 to 1.763)" in said()[0]
+    planner.reset(np.degrees(panda.neutral))
+    assert "are these degrees?" in said()[0]
+
+
 def test_weight_that_a_motor_cannot_hold_is_said(panda, said):
     weak = panda.with_limits(tau_max=[87.0, 87.0, 87.0, 10.0, 12.0, 12.0, 12.0])
     ftqp.Planner(weak).reset(panda.neutral)

@@ -9,6 +9,11 @@ import ftqp
 from ftqp.core.errors import InputError
 
 
+def test_a_clearance_in_millimetres_is_refused():
+    with pytest.raises(InputError, match=r"keep is 20 m, expected at most 3 m; are these millimetres\?"):
+        ftqp.Clearance(keep=20)
+
+
 def test_a_scene_is_a_mapping_of_what_stands_there():
     scene = ftqp.Scene()
     scene.add("table", ftqp.Box((1.0, 0.6, 0.04), (0.5, 0.0, 0.3)))

@@ -262,7 +262,8 @@ class _Reader:
         if says.one_for_all and isinstance(got, int | float) and not isinstance(got, bool):
             got = [got]
         if not isinstance(got, list | tuple):
-            return self._refuse(path, f"is {shown(got)}, expected a list{_unit(says)}")
+            table = f"; write [[{path}]]" if isinstance(got, Mapping) else ""
+            return self._refuse(path, f"is {shown(got)}, expected a list{_unit(says)}{table}")
         least, most = says.count if Ellipsis in inner else (len(inner), len(inner))
         if most is not None and len(got) > most:
             return self._refuse(path, f"has {len(got)} entries, expected at most {most}{_unit(says)}")

@@ -248,6 +248,29 @@ def instead(parts: Any, beside_free: str | None, excess: float) -> tuple[str, ..
     return tuple(said)
 
 
+def unused(parts: Any, joints: Sequence[str]) -> str:
+    """Which input of a step is not used.
+
+    Args:
+        parts: Those of a step.
+        joints: Names of the joints.
+    """
+    bad = [k for k in range(len(joints)) if parts["bad"][k]] if parts["active"][0] else []
+    if not bad:
+        return (
+            "the target or a measurement is not used: it is not finite, or its pose has no rotation matrix; "
+            "what is given must be numbers"
+        )
+    units = ["m" if parts["prismatic"][k] else "rad" for k in range(len(joints))]
+    expected = ", ".join(
+        f"{joints[k]} (expected near {float(parts['q_measured'][k]):.4g} {units[k]})" for k in bad
+    )
+    return (
+        f"what was measured of {expected} cannot be true and is not used; look for degrees, another order of "
+        "the joints, or a broken encoder"
+    )
+
+
 def outside(parts: Any, joints: Sequence[str]) -> list[Outside]:
     """Which limits were broken before the step, by whom, and by how much.
 

@@ -24,6 +24,13 @@ _MISTAKES: dict[int, str] = {
 }
 
 
+_MEANS = {
+    ("pose", (4, 4)): ", a homogeneous matrix; for a point alone give position=",
+    ("twist", (6,)): ", vx, vy, vz [m/s] and wx, wy, wz [rad/s]",
+}
+"""What numbers of a target are, for whom their shape says too little."""
+
+
 def not_a_target(given: Any, more: object = None) -> InputError:
     """The error for something else as the target or behind it, or for a target that was turned to no row."""
     if more is not None:
@@ -34,6 +41,10 @@ def not_a_target(given: Any, more: object = None) -> InputError:
     row = getattr(given, "row", 0)
     if hasattr(given, "packed") and not is_row(row):
         return InputError(f"target.row is {shown(row)}, expected a whole number; take targets.at(k)")
+    if given is None:
+        return InputError(
+            "step got no target; its second argument is the measured velocity, or None: step(q, None, target)"
+        )
     return InputError(f"target is {type(given).__name__}, expected ftqp.Target(pose=...)")
 
 
@@ -65,7 +76,7 @@ def sized(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
     """
     result = numbers(name, value)
     if result.shape != shape:
-        raise InputError(f"{name} has shape {result.shape}, expected {shape}")
+        raise InputError(f"{name} has shape {result.shape}, expected {shape}{_MEANS.get((name, shape), '')}")
     return result
 
 

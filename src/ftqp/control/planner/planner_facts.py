@@ -117,6 +117,13 @@ class PlannerFacts:
         "planner.speed = share asks for another one",
     )
 
+    def __repr__(self) -> str:
+        failed = ", ".join(fault.joint for fault in self.faults)
+        return (
+            f"Planner({self.robot.name}, {self.robot.nv} joints, dt={self.dt:g} s, {self.level} level, "
+            f"failed: {failed or 'none'})"
+        )
+
     def _repr_html_(self) -> str:
         """What it was made with and what it believes, for notebooks."""
         return planner_html(self)

@@ -13,12 +13,15 @@ from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
 from ftqp.model.chain import frame_id
 from ftqp.model.followers import coupled_columns, is_led
 from ftqp.model.posture import NEAR_SINGULAR, least_singular_value, scaled_jacobian
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
+FULL_TURN = 2.0 * np.pi
+"""A start that is farther beyond a range [rad] was written in degrees. A convention."""
 
 
 class StartWatch:
@@ -59,7 +62,7 @@ def _sentences(robot: Robot, K: Any, q: FloatArray) -> list[str]:
         model, model.createData(), frame_id(model, robot.tip), robot.configuration(q), rows, task.length, axes
     )
     share = least_singular_value(coupled_columns(robot.chain, J)[:, works]) / task.length
-    found = []
+    found = _beyond(robot, q)
     if share < NEAR_SINGULAR:
         found.append(
             f"the start is near a singularity of the task (sigma_min is {share:.2g} of the characteristic "
@@ -75,6 +78,19 @@ def _sentences(robot: Robot, K: Any, q: FloatArray) -> list[str]:
             "costs a direction; follow fewer rows, Task(rows=...), if the work allows it"
         )
     return found
+
+
+def _beyond(robot: Robot, q: FloatArray) -> list[str]:
+    limits = robot.limits
+    away = np.maximum(limits.q_min - q, q - limits.q_max)
+    far = [k for k in range(robot.nv) if away[k] > OUTSIDE_FROM]
+    if not far:
+        return []
+    said = ", ".join(
+        f"{robot.joints[k]} {q[k]:.4g} ({limits.q_min[k]:.4g} to {limits.q_max[k]:.4g})" for k in far
+    )
+    degrees = "; are these degrees?" if any(away[k] > FULL_TURN for k in far) else ""
+    return [f"the start is beyond the range of {said}, which the arm is led back into first{degrees}"]
 
 
 @final

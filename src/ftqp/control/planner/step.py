@@ -16,6 +16,7 @@ from ftqp.control.planner.certificate import (
     outside,
     too_near,
     unreached,
+    unused,
     without_bound,
 )
 from ftqp.control.planner.free_joint import Impact, impact, notice
@@ -44,6 +45,7 @@ from ftqp.kernel.layout.enums import (
     FOLLOW,
     HARD,
     HEALTHY,
+    INVALID_INPUT,
     RELAXED,
     TORQUE_DRIVE,
     VELOCITY,
@@ -205,7 +207,12 @@ class Step:
 
     @property
     def notice(self) -> str | None:
-        """What the operator should know of a free-swinging joint now, in a sentence; None without one."""
+        """What the operator should know now, in a sentence; None where there is nothing.
+
+        It is of a joint that swings freely, or of the input that is not used (``INVALID_INPUT``).
+        """
+        if self.code == INVALID_INPUT:
+            return unused(self._parts, self._joints)
         return notice(self._parts, self._joints)
 
     def _torques(self, name: str) -> FloatArray:

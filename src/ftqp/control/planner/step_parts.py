@@ -30,6 +30,7 @@ PLACES_OF_A_STEP = {
     "q_measured": ("feedback", "seen"),
     "sigma": ("feedback", "sigma"),
     "active": ("feedback", "active"),
+    "bad": ("feedback", "bad"),
     "error": ("task", "seen"),
     "slack": ("task", "slack"),
     "row_scale": ("task", "row_scale"),
@@ -79,8 +80,8 @@ PLACES_OF_A_STEP = {
 }
 """Where each part of a step stands in the record."""
 JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", "asks", "tau", "tau_brake",
-                "q_before", "v_before", "q_measured", "code", "lower", "upper", "z_box", "q_min", "q_max",
-                "v_max", "prismatic", "lower_by", "upper_by", "tau_stop", "contact", "viscous",
+                "q_before", "v_before", "q_measured", "bad", "code", "lower", "upper", "z_box", "q_min",
+                "q_max", "v_max", "prismatic", "lower_by", "upper_by", "tau_stop", "contact", "viscous",
                 "coulomb")  # fmt: skip
 RESIDUALS = ("residual_task", "residual_bounds", "residual_dual")
 

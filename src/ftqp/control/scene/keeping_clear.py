@@ -7,6 +7,9 @@ from typing import Any
 from ftqp.core.errors import InputError
 from ftqp.core.setting import refuse_out_of_range, setting
 
+LARGEST = 3.0
+"""Who keeps farther away than this [m] has written millimetres. A convention."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Clearance:
@@ -35,6 +38,10 @@ class Clearance:
 
     def __post_init__(self) -> None:
         refuse_out_of_range(self)
+        if self.keep > LARGEST:
+            raise InputError(
+                f"keep is {self.keep:g} m, expected at most {LARGEST:g} m; are these millimetres?"
+            )
         if self.share > 1.0:
             raise InputError(f"share is {self.share:g}, expected at most 1, all that they can")
         if self.stop >= self.keep:

@@ -219,6 +219,6 @@ def checked_gains(task: Any, level: str, dt: float, whose: str = "") -> tuple[fl
         name, value = ("kp", kp) if level == "velocity" else ("kv", kv)
         raise InputError(
             f"{name}{whose} is {value:g}, but with dt = {dt:g} s the feedback is unstable; "
-            f"expected {name} < {2.0 / dt:g}"
+            f"expected {name} < {2.0 / dt:g}{'; is dt in milliseconds?' if dt >= 0.5 else ''}"
         )
     return kp, kv

@@ -181,6 +181,11 @@ class Diagnosis:
         self._worst = look("worst")
         self._joints = MappingProxyType({name: JointDiagnosis(name, i, look) for i, name in enumerate(names)})
 
+    def __repr__(self) -> str:
+        said = "; ".join(found.sentence for found in self.isolated.values())
+        suspect = f", suspects {self.suspect}" if self.suspect else ""
+        return f"Diagnosis({said or 'no joint has failed'}, suspicion {self.suspicion:.2g}{suspect})"
+
     @property
     def joints(self) -> Mapping[str, JointDiagnosis]:
         """What is held of each joint, by name."""
