@@ -15,7 +15,7 @@ def test_a_planner_says_its_tasks_constraints_and_what_it_believes():
         constraints=[ftqp.Keep("left_joint4", above=[0.0, 0.0, 0.2])],
     )
     planner.reset(BODY.neutral)
-    assert "every joint works" in planner._repr_html_()
+    assert "every joint works" in planner._repr_html_() and repr(planner).endswith("failed: none)")
     planner.report(ftqp.Locked("left_joint3"))
     said = planner._repr_html_()
     for word in (

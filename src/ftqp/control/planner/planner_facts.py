@@ -118,7 +118,7 @@ class PlannerFacts:
     )
 
     def __repr__(self) -> str:
-        failed = ", ".join(fault.joint for fault in self.faults)
+        failed = ", ".join(self.faults)
         return (
             f"Planner({self.robot.name}, {self.robot.nv} joints, dt={self.dt:g} s, {self.level} level, "
             f"failed: {failed or 'none'})"
