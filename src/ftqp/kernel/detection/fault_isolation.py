@@ -5,7 +5,7 @@ from typing import Any
 
 from ftqp.kernel.detection.culprit import culprit
 from ftqp.kernel.detection.encoders import cannot_tell_frozen
-from ftqp.kernel.detection.standing import FEWEST, LONG, is_slow, speed_of, stands
+from ftqp.kernel.detection.standing import FEWEST, LONG, is_slow, speed_of, stands, takes_up_speed
 from ftqp.kernel.detection.torque_share import fit_share
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.detection_room import BANKS, FAST, SLOW
@@ -174,6 +174,7 @@ def _lost_torque(D: Any, K: Any, i: int, then: int) -> int:
     fit_share(D, K, i, then)
     if D.watch < D.patience or is_slow(D, i) or _model_may_be_it(D, i, then):
         return 0
+    weak = IS_DEGRADED if takes_up_speed(D, i) else IS_FREE + IS_DEGRADED
     share = D.fit_share
     least = LEAST_SHARE if D.has_effort and D.known and D.asked else LEAST_UNTOLD
     if (
@@ -184,13 +185,44 @@ def _lost_torque(D: Any, K: Any, i: int, then: int) -> int:
         return 0
     unsure = UNSURE / max(D.fit_gg[D.fit_best], 1e-12) ** 0.5
     if abs(share - NOTHING_LEFT) < unsure:
-        return 0 if D.watch < LONGEST_WAIT * D.patience else IS_FREE + IS_DEGRADED
+        return 0 if D.watch < LONGEST_WAIT * D.patience else weak
     if abs(D.fit_size) < STICKY * D.coulomb[i]:
         return 0
     room = D.room[TORQUE_SLOW, i] if D.has_effort and D.known else HELD
     if abs(D.fit_size) < FAINT * room + D.coulomb[i]:
-        return IS_FREE + IS_DEGRADED
-    return IS_FREE if share < NOTHING_LEFT else IS_DEGRADED
+        return weak
+    if share < NOTHING_LEFT:
+        return weak - IS_DEGRADED  # 0 where it speeds up as asked: then this is not it
+    return IS_DEGRADED
+
+
+@jit
+def _standing(D: Any, joint: int) -> tuple[int, int]:
+    """The joint that does not move though it should, or -1, and how many there are; ``standing`` marks them.
+
+    Where a push at the tip is believed a joint has to stand for the longer window, and to stand alone: a hand
+    that holds an arm holds every joint that carries it, but a brake holds one.
+
+    Args:
+        D: the detector's record.
+        joint: which explains the residuals best, or -1.
+    """
+    best = D.score[joint] if joint >= 0 else 0.0
+    for i in range(D.n):
+        if joint < 0:
+            best = max(best, D.score[i])
+    standing, most, count = -1, 0.0, 0
+    for i in range(D.n):
+        D.standing[i] = 0
+        explains = D.z[i] > 1.0 and D.score[i] > PARALLEL * best
+        likely = explains or D.z[i] == D.worst
+        window = FEWEST if explains and not D.touched else LONG
+        if likely and not D.blind[i] and D.deviation[i] > 1.0 and stands(D, i, window):
+            D.standing[i] = 1
+            count += 1
+            if D.score[i] > most:
+                standing, most = i, D.score[i]
+    return standing, count
 
 
 @jit
@@ -203,21 +235,13 @@ def isolate_fault(D: Any, K: Any, then: int) -> tuple[int, int]:
     """
     joint = culprit(D, K)
     D.suspect = joint
-    if D.touched:
+    standing, count = _standing(D, joint)
+    if D.touched and count != 1:
         return -1, 0
-    standing, most = -1, 0.0
-    for i in range(D.n):
-        D.standing[i] = 0
-        explains = D.z[i] > 1.0 and D.score[i] > PARALLEL * D.score[joint]
-        likely = explains or D.z[i] == D.worst
-        if likely and not D.blind[i] and D.deviation[i] > 1.0 and stands(D, i, FEWEST if explains else LONG):
-            D.standing[i] = 1
-            if D.score[i] > most:
-                standing, most = i, D.score[i]
     if standing >= 0:
         D.suspect = standing
         return standing, _held(D, K, standing, then)
-    if joint < 0:
+    if joint < 0 or D.touched:
         return -1, 0
     running, most = -1, 0.0
     for i in range(D.n):

@@ -5,6 +5,7 @@ from typing import Any
 
 from ftqp.kernel.detection.suspicion import step_back
 from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.detection_room import WINDOW
 from ftqp.kernel.layout.thresholds import LEAST_SPEED
 
 FEWEST, LONG, BRIEF = 16, 44, 8
@@ -19,6 +20,9 @@ contradicted."""
 BEND_SHARE = 0.5
 """The window is so long that this noise is below this share of what would have stopped the joint. A
 convention, because a bend of half the size must already show."""
+LEAST_CHANGE, TAKEN_UP = 0.05, 0.5
+"""The least change of the asked speed [rad/s or m/s] that shows whether a joint follows, and the share of it
+that one which follows late has taken up. Guesses that `python studies/detection.py` has not contradicted."""
 LEAD = 5
 """Ticks from a failure to the suspicion."""
 FINEST = 1e-6
@@ -77,6 +81,25 @@ def _asked_to_move(D: Any, i: int, count: int) -> float:
             return 0.0
         least = min(least, abs(v))
     return least
+
+
+@jit
+def takes_up_speed(D: Any, i: int) -> bool:
+    """Whether joint i speeds up, or slows down, with its command, be it late: a motor does that.
+
+    Its speed is one that its command has had over the samples that are kept, and has changed by more than
+    half as much. A joint without torque moves on as fast as it was, or falls as its command does not.
+    """
+    if D.ticks <= WINDOW:
+        return False
+    low = high = D.kept_v[step_back(D, 0), i]
+    for k in range(1, WINDOW):
+        v = D.kept_v[step_back(D, k), i]
+        low, high = min(low, v), max(high, v)
+    v = speed_of(D, i)
+    if high - low < LEAST_CHANGE or v < low or v > high:
+        return False
+    return abs(v - _fit(D, i, WINDOW - 1 - BRIEF, BRIEF)[0]) > TAKEN_UP * (high - low)
 
 
 @jit
