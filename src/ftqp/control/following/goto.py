@@ -53,6 +53,9 @@ SLOW = 0.02
 docs/theory/ways-to-a-goal.md, "When the arm has arrived". All of these are guesses that the campaigns have
 not contradicted."""
 
+HUNDRED = 100
+"""Starts are told in steps of so many, so that what is told does not change in every tick. A convention."""
+
 
 @final
 class GoTo:
@@ -287,9 +290,8 @@ class GoTo:
             return f"{self._who} goes straight"
         if others.is_over or self._status is not GoToStatus.MOVING:
             return others.sentence
-        return (
-            f"the straight way comes no nearer, and another one is looked for: {others.starts} starts so far"
-        )
+        starts = others.starts // HUNDRED * HUNDRED
+        return f"the straight way comes no nearer, and another one is looked for: {starts} starts so far"
 
     def _judge(self, step: Step) -> None:
         """Reached, no nearer any more, stopped, or still on the way."""

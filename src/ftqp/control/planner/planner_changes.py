@@ -22,7 +22,7 @@ from ftqp.control.planner.step import Step
 from ftqp.control.planner.wanted import Fitting, Start, Wanted, warn_of_weight
 from ftqp.core.checks import array, frozen, positive
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
+from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.layout.record import load_chain
 from ftqp.model.capsules import Capsule
@@ -270,12 +270,8 @@ class PlannerChanges(PlannerFacts, ABC):
         """A joint that is said to have too little torque for the weight of the arm asks for its brake."""
         robot, was = wanted.fitting.robot, before.belief.faults
         for joint, fault in wanted.belief.faults.items():
-            if (
-                isinstance(fault, Degraded)
-                and fault.torque < 1.0
-                and was.get(joint) != fault
-                and robot.has_inertia
-            ):
+            weak = "tau_max" in fault.shares and getattr(fault, fault.shares["tau_max"]) < 1.0
+            if weak and was.get(joint) != fault and robot.has_inertia:
                 self._loop.find_overload(robot.joint(joint))
 
     def _mount(self, fitting: Fitting) -> None:
