@@ -46,6 +46,7 @@ def test_one_number_that_widens_limits_is_a_finding(two_joints: Urdf) -> None:
     assert any("q_max = 9 for all joints is beyond that of the model for a " in f.sentence for f in wide)
     narrow = Robot.from_urdf(two_joints(), limits={"q_max": 0.5 * plain.limits.q_max.min()}).findings
     assert not any("for all joints is beyond" in f.sentence for f in narrow)
+    assert any("v_max = 99 for all" in f.sentence for f in plain.with_limits(v_max=99.0).findings)
 
 
 def test_joint_is_found_by_name_and_by_index(two_joints: Urdf) -> None:

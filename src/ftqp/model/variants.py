@@ -86,6 +86,9 @@ class Variants(Embodied, Readers):
         model = self.model.copy()
         write_limits(model, limits)
         found = [f for f in self.findings if f.about not in ("limits", "friction", *changes)] + crossed
+        found += audit.widened(
+            names, [{key: getattr(self.limits, key)[i] for key in given} for i in range(len(names))], changes
+        )
         found += audit.limit_findings(self.chain.names, limits, self.chain.continuous)
         found += friction_findings(model, limits)
         audit.refuse_unsafe(self.name, found)

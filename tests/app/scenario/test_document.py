@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ftqp.app.scenario import document
+from ftqp.app.scenario.setup import load
 from ftqp.app.schema import Scenario
 from ftqp.app.schema.reading import plain, read
 from ftqp.core.errors import ScenarioError
@@ -20,6 +21,16 @@ def test_bundled_scenarios_have_a_sentence_each_and_survive_being_written_as_tom
     for name in found:
         scenario = read(Scenario, document.read(name).content, name)
         assert read(Scenario, tomllib.loads(document.toml(plain(scenario))), name) == scenario
+
+
+def test_limits_of_joints_by_name_survive_being_written_as_toml_and_reach_the_arm() -> None:
+    content = document.read("panda-circle", ["robot.limits={v_max={panda_joint2=0.5}, q_max=[2.8]}"]).content
+    scenario = read(Scenario, content, "panda-circle")
+    assert read(Scenario, tomllib.loads(document.toml(plain(scenario))), "panda-circle") == scenario
+    setup = load("panda-circle", ["robot.limits={v_max={panda_joint2=0.5}}"])
+    assert setup.planner.robot.limits.v_max[1] == 0.5 and setup.planner.robot.limits.v_max[0] > 2.0
+    with pytest.raises(ScenarioError, match="'panda_jint2' is not a joint of the limits v_max"):
+        load("panda-circle", ["robot.limits={v_max={panda_jint2=0.5}}"])
 
 
 def test_emergency_off_survives_being_written_as_toml() -> None:

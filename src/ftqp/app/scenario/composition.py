@@ -65,9 +65,12 @@ def robot(table: RobotTable, folder: File) -> Robot:
 
 
 def _per_joint(table: Table, *names: str) -> dict[str, Any]:
-    """What is given of one number for all joints, or one each."""
+    """What is given of one number for all joints, one each, or some by name."""
     given = {name: value for name in names if (value := getattr(table, name)) is not None}
-    return {name: value[0] if len(value) == 1 else value for name, value in given.items()}
+    return {
+        name: value[0] if len(value) == 1 and not isinstance(value, dict) else value
+        for name, value in given.items()
+    }
 
 
 def _loaded(table: RobotTable, folder: File, limits: dict[str, Any]) -> Robot:

@@ -17,6 +17,8 @@ from ftqp.model.payload import Payload
 
 PerJoint = tuple[float, ...] | None
 """One number for all joints, or one each."""
+Limit = tuple[float, ...] | dict[str, float] | None
+"""That, or those of some joints by name."""
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 """x, y, z, w."""
@@ -36,14 +38,18 @@ def quaternion_rotation(quaternion: Quaternion) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitsTable(Table):
-    """Limits that replace those of the model: one number for all joints, or one each; inf means no limit."""
+    """Limits that replace those of the model: one number for all, one each, or some by name; inf is none."""
 
-    q_min: PerJoint = setting(None, "least positions", unit="rad or m", **EACH)
-    q_max: PerJoint = setting(None, "greatest positions", unit="rad or m", **EACH)
-    v_max: PerJoint = setting(None, "speed limits, > 0", unit="rad/s or m/s", **EACH)
-    a_max: PerJoint = setting(None, "acceleration limits, > 0", unit="rad/s2 or m/s2", **EACH)
-    tau_max: PerJoint = setting(None, "torque limits, > 0", unit="N m or N", **EACH)
-    j_max: PerJoint = setting(None, "jerk limits of motions to a posture, > 0", unit="rad/s3 or m/s3", **EACH)
+    q_min: Limit = setting(
+        None, "least positions, as one number, a list, or { joint = number }", unit="rad or m", **EACH
+    )
+    q_max: Limit = setting(None, "greatest positions, the same", unit="rad or m", **EACH)
+    v_max: Limit = setting(None, "speed limits, the same, > 0", unit="rad/s or m/s", **EACH)
+    a_max: Limit = setting(None, "acceleration limits, the same, > 0", unit="rad/s2 or m/s2", **EACH)
+    tau_max: Limit = setting(None, "torque limits, the same, > 0", unit="N m or N", **EACH)
+    j_max: Limit = setting(
+        None, "jerk limits of motions to a posture, the same, > 0", unit="rad/s3 or m/s3", **EACH
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -174,7 +174,9 @@ def _lost_torque(D: Any, K: Any, i: int, then: int) -> int:
     fit_share(D, K, i, then)
     if D.watch < D.patience or is_slow(D, i) or _model_may_be_it(D, i, then):
         return 0
-    weak = IS_DEGRADED if takes_up_speed(D, i) else IS_FREE + IS_DEGRADED
+    weak = IS_FREE + IS_DEGRADED
+    if not (D.has_effort and D.known) and takes_up_speed(D, i):
+        weak = IS_DEGRADED  # behind a servo that lags
     share = D.fit_share
     least = LEAST_SHARE if D.has_effort and D.known and D.asked else LEAST_UNTOLD
     if (
