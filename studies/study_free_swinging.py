@@ -1,6 +1,6 @@
 """What becomes of an arm one of whose joints swings freely: robots x joints x postures x friction.
 
-    python studies/study_free_swinging.py --seed 3   the table of docs/evidence/free-swinging.md, twenty minutes
+    python studies/study_free_swinging.py --seed 3   the table of docs/evidence, twenty minutes
     python studies/study_free_swinging.py --at-rest --drawn 9 --dampings 0.5 --postures 20
     python studies/study_free_swinging.py --quick --robots panda --joints 3 4
 

@@ -169,14 +169,23 @@ def _shown(D: Any, i: int) -> float:
 
 
 @jit
+def _another_has_failed(D: Any) -> bool:
+    """Whether a joint is known to have failed."""
+    for i in range(D.n):
+        if D.believed[i]:
+            return True
+    return False
+
+
+@jit
 def _lost_torque(D: Any, K: Any, i: int, then: int) -> int:
     """Whether joint i gives less torque than it should, and how much is left; 0 where this is not it."""
     fit_share(D, K, i, then)
     if D.watch < D.patience or is_slow(D, i) or _model_may_be_it(D, i, then):
         return 0
     weak = IS_FREE + IS_DEGRADED
-    if not (D.has_effort and D.known) and takes_up_speed(D, i):
-        weak = IS_DEGRADED  # behind a servo that lags
+    if _another_has_failed(D) and takes_up_speed(D, i):
+        weak = IS_DEGRADED  # what a fault does to its neighbours looks most like lost torque
     share = D.fit_share
     least = LEAST_SHARE if D.has_effort and D.known and D.asked else LEAST_UNTOLD
     if (
