@@ -18,13 +18,17 @@ def variants(case: Case, way: str) -> dict[str, Callable[[], Variant]]:
         kp = case.gain if case.level == "velocity" else case.kp
         grip = ftqp.RelativeTask(HANDS[1], HANDS[0], level=0, kp=kp)
         return {"ftqp": partial(_planner, case, way, [grip], HANDS)}
-    others = [
-        ftqp.PositionTask(ELBOW, rows="z", weight=0.1),
-        ftqp.AxisTask(EYE, towards=(0.6, 0.1, 0.0), weight=0.1),
-    ]
+    beside, before = (
+        [
+            ftqp.PositionTask(ELBOW, rows="z", level=level, weight=0.1),
+            ftqp.AxisTask(EYE, towards=(0.6, 0.1, 0.0), level=level, weight=0.1),
+        ]
+        for level in (3, 2)
+    )
     return {
         "ftqp, tip alone": partial(_planner, case, way, [], (case.tip,)),
-        "ftqp": partial(_planner, case, way, others, (case.tip,)),
+        "ftqp": partial(_planner, case, way, beside, (case.tip,)),
+        "ftqp, level 2": partial(_planner, case, way, before, (case.tip,)),
     }
 
 

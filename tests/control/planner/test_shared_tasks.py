@@ -94,14 +94,15 @@ def test_the_command_is_the_minimum_of_both_prices():
     assert step.tasks[HAND].slack == pytest.approx(A @ x - b, abs=1e-9)
 
 
+@pytest.mark.parametrize("later", [2, 3])
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
-def test_level_2_moves_none_of_level_1(level):
-    """A heavy task on level 2 that wants both hands elsewhere leaves micrometres of them."""
+def test_later_levels_move_none_of_level_1(level, later):
+    """A heavy task on level 2 or 3 that wants both hands elsewhere leaves micrometres of them."""
     q = DUAL.neutral
     tasks = [
         ftqp.Task(),
         ftqp.PoseTask(RIGHT, level=1),
-        ftqp.PositionTask("right_joint4", target=(2.0, 0, 0), weight=10.0, name="elbow"),
+        ftqp.PositionTask("right_joint4", target=(2.0, 0, 0), weight=10.0, level=later, name="elbow"),
     ]
     step, _ = run(ftqp.Planner(DUAL, level=level, tasks=tasks), q, {LEFT: DUAL.pose(q, LEFT)}, ticks=1500)
     elbow = position(DUAL, step.q, "right_joint4") - position(DUAL, q, "right_joint4")
@@ -163,9 +164,9 @@ def test_a_copy_of_a_step_keeps_what_is_left_of_each_task():
 
 @pytest.mark.parametrize(("make", "sentence"), [
     (lambda: ftqp.PostureTask(level=1), "PostureTask draws joints and cannot be on level 1"),
-    (lambda: ftqp.PoseTask(RIGHT, level=3), "level of right_hand is 3, expected 0, 1 or 2"),
-    (lambda: ftqp.PoseTask(RIGHT, level=True), "level of right_hand is True, expected 0, 1 or 2"),
-    (lambda: ftqp.PoseTask(RIGHT, required=True), "cannot be required: level 2 promises nothing"),
+    (lambda: ftqp.PoseTask(RIGHT, level=4), "level of right_hand is 4, expected 0, 1, 2 or 3"),
+    (lambda: ftqp.PoseTask(RIGHT, level=True), "level of right_hand is True, expected 0, 1, 2 or 3"),
+    (lambda: ftqp.PoseTask(RIGHT, required=True), "cannot be required: level 3 promises nothing"),
     (lambda: ftqp.PoseTask(RIGHT, level=0, required="yes"), "required of right_hand is 'yes'"),
     (lambda: ftqp.LeastSquares(1, print, level=1, required=True), "its error is not known"),
 ])  # fmt: skip

@@ -27,8 +27,8 @@ LEFT, RIGHT = BODY.tips
             "weight of left_hand is 0.5, but it is the",
         ),
         (lambda: [ftqp.RelativeTask(LEFT, LEFT)], "left_hand to left_hand is relative to itself"),
-        (lambda: [ftqp.PoseTask(RIGHT, level=3)], "level of right_hand is 3, expected 0, 1 or 2"),
-        (lambda: [ftqp.PoseTask(RIGHT, level=-1)], "level of right_hand is -1, expected 0, 1 or 2"),
+        (lambda: [ftqp.PoseTask(RIGHT, level=4)], "level of right_hand is 4, expected 0, 1, 2 or 3"),
+        (lambda: [ftqp.PoseTask(RIGHT, level=-1)], "level of right_hand is -1, expected 0, 1, 2 or 3"),
         (lambda: [ftqp.PoseTask(RIGHT, weight=-1.0)], "weight of right_hand is -1, expected >= 0"),
         (
             lambda: [ftqp.PoseTask(RIGHT, weight=np.nan)],

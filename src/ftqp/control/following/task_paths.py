@@ -47,7 +47,7 @@ class TaskPaths:
         paths: The path of each task, by its name: further tasks, ``PoseTask`` and ``PositionTask``, and the
             tip by the name of its frame. A path that is shorter than another ends first and rests.
         leash: Position error at which paths wait, > 0 [m]. A larger one lets tasks stay farther behind before
-            the paths slow down, which soft tasks, on level 2, need.
+            the paths slow down, which soft tasks, on level 3, need.
         turn_leash: The same of rotation, > 0 [rad].
 
     Raises:

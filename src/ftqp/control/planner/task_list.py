@@ -16,6 +16,7 @@ from ftqp.control.planner.wanted import Start, Wanted
 from ftqp.control.task.own_task import OwnTask
 from ftqp.control.task.soft_tasks import (
     FIRST,
+    NEXT,
     TIPS,
     AxisTask,
     CentreOfMass,
@@ -29,9 +30,11 @@ from ftqp.core.checks import array
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import COMPONENTS, HELD_ROWS, Asked
-from ftqp.kernel.layout.terms_room import TERMS
+from ftqp.kernel.layout.terms_room import BEFORE_SCHEME, BESIDE_TIP, TERMS
 from ftqp.model.robot import Robot
 
+STANDS = {TIPS: BESIDE_TIP, NEXT: BEFORE_SCHEME}
+"""How a task of a level stands in the objective; the others by their weights, or not at all."""
 TIP = "tip"
 """What the task of the tip is called beside the name of its frame."""
 
@@ -88,7 +91,7 @@ def as_of_tip(task: SoftTask) -> tuple[Task, Target | None]:
     if task.weight != 1.0:
         raise InputError(
             f"weight of {task.label} is {task.weight:g}, but it is the task of the tip, which goes before "
-            "all of level 2, counts 1 beside others on level 1 and has none; leave it out"
+            "all of level 2 and 3, counts 1 beside others on level 1 and has none; leave it out"
         )
     rows = tuple(row for k, row in enumerate(COMPONENTS) if rows_of(task) & (1 << k))
     made = Task(rows, kp=task.kp, kv=task.kv)
@@ -175,7 +178,7 @@ class TaskList(Mapping[str, RunningTask]):
             if name in found or name in (TIP, robot.tip):
                 raise InputError(f"two tasks are called {name!r}; give one of them a name=")
             terms.kind[at], terms.weight[at], terms.hard[at] = task.code, task.weight, task.level == FIRST
-            terms.shares[at], terms.required[at] = task.level == TIPS, task.counts
+            terms.shares[at], terms.required[at] = STANDS.get(task.level, 0), task.counts
             terms.rows[at] = rows_of(task)
             terms.kp[at], terms.kv[at] = checked_gains(task, level, dt, f" of {name}")
             found[name] = RunningTask(terms, at, task, name, robot)

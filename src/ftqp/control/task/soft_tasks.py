@@ -26,8 +26,10 @@ WHICH = "a frame, link or joint of the robot's model"
 Matrix = tuple[tuple[float, ...], ...] | None
 SETS = {"pose": 0b111111, "position": 0b000111, "orientation": 0b111000}
 """Rows by the word for them, a bit for each of x, y, z, rx, ry, rz."""
-FIRST, TIPS, LAST = 0, 1, 2
-"""The levels of further tasks, and between them that of the tip's."""
+FIRST, TIPS, NEXT, LAST = 0, 1, 2, 3
+"""The levels of further tasks, and between them that of the tip's; the last is that of the scheme."""
+FIRM = (FIRST, TIPS)
+"""Those whose tasks are as fast as the tip's, and count for the status."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,9 +39,9 @@ class SoftTask:
     Args:
         level: 0 goes before the task of the tip: it is kept as an equation, and where joints and limits
             cannot do both, the tip gives way. 1 stands beside the task of the tip, as firm as it: where they
-            cannot both be done, each gives way as its weight says, the tip's being 1. 2 shares what the tasks
-            on level 1 leave.
-        weight: How much it counts beside the other tasks on its level, >= 0, and on level 2 beside the
+            cannot both be done, each gives way as its weight says, the tip's being 1. 2 has what the tasks
+            on level 1 leave, and the scheme's objective what is left then. 3 shares that with the scheme.
+        weight: How much it counts beside the other tasks on its level, >= 0, and on level 3 beside the
             scheme's objective. A larger one is kept more closely where two of them want different things; 0
             leaves it out. On level 0 it only matters whether it is 0.
         kp: Gain on the error, >= 0 [1/s2 at the acceleration level, 1/s at the velocity level]. A larger one
@@ -58,7 +60,10 @@ class SoftTask:
     """
 
     level: int = setting(
-        LAST, "0: before the task of the tip; 1: beside it; 2: with what they leave", least=0, most=2
+        LAST,
+        "0: before the task of the tip; 1: beside it; 2: after it; 3: beside the scheme's objective",
+        least=0,
+        most=3,
     )
     weight: float = setting(1.0, "how much it counts beside the others, >= 0", least=0.0)
     kp: float | None = setting(None, "gain on its error, >= 0", unit="1/s2 or 1/s", least=0.0)
@@ -72,20 +77,20 @@ class SoftTask:
     is_place: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        if isinstance(self.level, bool) or self.level not in (FIRST, TIPS, LAST):
-            raise InputError(f"level of {self.label} is {self.level!r:.60}, expected 0, 1 or 2")
-        if self.level != LAST and not self.can_go_first:
+        if isinstance(self.level, bool) or self.level not in (FIRST, TIPS, NEXT, LAST):
+            raise InputError(f"level of {self.label} is {self.level!r:.60}, expected 0, 1, 2 or 3")
+        if self.level in FIRM and not self.can_go_first:
             raise InputError(
-                f"{self.label} draws joints and cannot be on level {self.level}; expected level=2, or, to "
-                "hold a joint, branch_limits"
+                f"{self.label} draws joints and cannot be on level {self.level}; expected level=2 or 3, or, "
+                "to hold a joint, branch_limits"
             )
         if self.required not in (None, False, True):
             raise InputError(
                 f"required of {self.label} is {self.required!r:.60}, expected True, False or None"
             )
-        if self.required and (self.level == LAST or self.code == OWN):
+        if self.required and (self.level not in FIRM or self.code == OWN):
             own = self.code == OWN
-            why = "its error is not known" if own else "level 2 promises nothing"
+            why = "its error is not known" if own else f"level {self.level} promises nothing"
             raise InputError(
                 f"{self.label} cannot be required: {why}; expected a task of a frame, an axis or the centre "
                 "of mass on level 0 or 1"
@@ -113,12 +118,12 @@ class SoftTask:
     @property
     def counts(self) -> bool:
         """Whether the planner's status speaks of it."""
-        usual = self.is_place and self.level != LAST
+        usual = self.is_place and self.level in FIRM
         return usual if self.required is None else bool(self.required)
 
     def gains(self, level: str) -> tuple[float, float]:
         """kp and kv at a level."""
-        usual = DEFAULT_GAINS[level][0] if self.level != LAST else GENTLE[level]
+        usual = DEFAULT_GAINS[level][0] if self.level in FIRM else GENTLE[level]
         kp = usual if self.kp is None else float(self.kp)
         kv = 2.0 * kp**0.5 if self.kv is None else float(self.kv)
         return kp, kv if level == "acceleration" else 0.0

@@ -22,6 +22,8 @@ class TermKind(IntEnum):
 
 
 FRAME, AXIS, MASS, JOINT_PLACES, OWN = map(int, TermKind)
+BESIDE_TIP, BEFORE_SCHEME = 1, 2
+"""How a term stands in the objective where it does not by its weight alone, which is 0."""
 
 
 def terms_fields(N: int) -> Fields:
@@ -31,8 +33,9 @@ def terms_fields(N: int) -> Fields:
     ``ftqp.kernel.rows.rows_given_up``.
 
     ``hard``: rows of C, before the task of the tip, in place of terms of the objective. ``shares``: terms as
-    firm as the rows of the tip, beside which they stand; ``shared``: how many do, ``stands``: the firmness
-    1/soft at which they are in H, negative while no terms are; ``bends``: whether what their errors bend by
+    firm as the rows of the tip, beside which they stand, or before the scheme; ``shared``: how many stand
+    beside the tip, ``stands``: the firmness 1/soft at which they are in H, negative while no terms are;
+    ``bends``: whether what their errors bend by
     counts; ``added``: by how much tr H has grown. ``required``: counts for the status; ``missed``: how many
     of those the command misses, ``worst``: the largest error of one as a share of its tolerance. ``body``:
     the joint whose frame a point or an axis moves with, -1 is the base; ``other``: the one that its goal

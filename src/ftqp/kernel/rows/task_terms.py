@@ -1,7 +1,8 @@
 """Further tasks as terms of the objective, and what a command leaves of them.
 
-Those that share what the tip's task leaves are terms weight/2 |J x - b|^2; those beside it are terms
-weight/(2 soft) |J x - b|^2, with soft the compliance of the tip's rows, so that they are as firm as these.
+Those that share what is left with the scheme are terms weight/2 |J x - b|^2; those before the scheme are the
+same, raised above its objective; those beside the tip's task are terms weight/(2 soft) |J x - b|^2, with soft
+the compliance of the tip's rows, so that they are as firm as these.
 Source: docs/theory/further-tasks.md.
 """
 
@@ -10,7 +11,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, SCALE
-from ftqp.kernel.layout.terms_room import AXIS, JOINT_PLACES
+from ftqp.kernel.layout.terms_room import AXIS, BEFORE_SCHEME, BESIDE_TIP, JOINT_PLACES
 from ftqp.kernel.layout.thresholds import RELAXED_FROM, TASK_FLOOR
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.elementary import select
@@ -26,6 +27,15 @@ times slower. A guess that tests/control/planner/test_shared_tasks.py has not co
 MOSTLY = 0.5
 """A task beside the tip's is missed where so much of what it asks for is left: D leaves some while it has far
 to go. A guess that tests/control/planner/test_shared_tasks.py has not contradicted."""
+STRICT = 1e4
+"""By how much what goes before the scheme outweighs it, as shares of tr H, with rows in characteristic
+lengths. The scheme then keeps it from 1e-3 of what it wants of it, or less. With the rows of level 1 a
+million times above, ten thousand times more would leave the scheme's own directions less than six digits. A
+guess that tests/control/planner/test_levels.py has not contradicted."""
+SLOWED = 0.01
+"""The share of D beside them: the whole of it keeps the scheme waiting while such a task has far to go, and
+without it an arm jolts on its way through places where the task's rows vanish. A guess that
+tests/control/planner/test_levels.py has not contradicted."""
 REGULAR = 1e-6
 """What is added to A A', as a share of its largest entry, where the tip's own motion is looked for: at a
 singularity it is then bounded. A guess that tests/control/planner/test_shared_tasks.py has not
@@ -54,8 +64,8 @@ def _add_row(qp: Any, n: int, row: Any, b: float, weight: float) -> None:
 
 
 @jit
-def _follow_joints(K: Any, t: int) -> None:
-    """A task of joints keeps the objective a diagonal."""
+def _follow_joints(K: Any, t: int, more: float) -> None:
+    """A task of joints, its weight times ``more``; it keeps the objective a diagonal."""
     terms, state, qp = K.terms, K.state, K.qp
     for i in range(K.chain.n):
         e = terms.q_goal[t, i] - state.q[i]
@@ -65,7 +75,7 @@ def _follow_joints(K: Any, t: int) -> None:
         asked = terms.kp[t] * e
         if state.level == ACCELERATION:
             asked -= terms.kv[t] * state.v[i]
-        weight = terms.weight[t] * terms.share[t, i]
+        weight = more * terms.weight[t] * terms.share[t, i]
         qp.H_diagonal[i] += weight
         if qp.dense:
             qp.H[i, i] += weight
@@ -97,18 +107,56 @@ def add_terms(K: Any) -> None:
     terms, n = K.terms, K.chain.n
     terms.stands = terms.added = 0.0
     terms.bends = 1
+    before = 0.0
     for t in range(terms.count):
         if terms.hard[t]:
             continue
-        if terms.kind[t] == JOINT_PLACES:
-            _follow_joints(K, t)
-            continue
-        term_rows(K, t)
-        if terms.shares[t]:
+        of_joints = terms.kind[t] == JOINT_PLACES
+        if not of_joints:
+            term_rows(K, t)
+        if terms.shares[t] == BESIDE_TIP:
             for k in range(6):
                 terms.b[t, k] = terms.asked[t, k]
+        elif terms.shares[t] == BEFORE_SCHEME:
+            before += terms.weight[t]
+        elif of_joints:
+            _follow_joints(K, t, 1.0)
         elif terms.weight[t] != 0.0:
             _weigh(terms, K.qp, n, t, terms.asked[t], terms.weight[t])
+    if before > 0.0:
+        _put_before_scheme(K, before)
+
+
+@jit
+def _put_before_scheme(K: Any, total: float) -> None:
+    """The tasks of level 2 as terms that outweigh all that H has so far.
+
+        more weight/2 (|J x - b|^2 + SLOWED (x + kv v)'D (x + kv v)),   more = STRICT tr H/(L^2 sum weight)
+
+    As the weights grow the answer goes to that of a QP of its own, of which the scheme has what is left. L is
+    the length that a radian counts, and not |J|, so that rows that vanish count for nothing. D is as in
+    ``share``.
+
+    Args:
+        K: the record, the scheme's objective and the terms beside it posed.
+        total: the sum of the weights.
+    """
+    terms, state, qp, n, x = K.terms, K.state, K.qp, K.chain.n, K.scratch.joints
+    trace = 0.0
+    for i in range(n):
+        trace += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
+    more = STRICT * trace / (terms.length * terms.length * total)
+    for t in range(terms.count):
+        weight = more * terms.weight[t]
+        if terms.shares[t] != BEFORE_SCHEME or weight == 0.0:
+            continue
+        if terms.kind[t] == JOINT_PLACES:
+            _follow_joints(K, t, more)
+            continue
+        _weigh(terms, qp, n, t, terms.asked[t], weight)
+        for i in range(n):
+            x[i] = -terms.kv[t] * state.v[i] if state.level == ACCELERATION else 0.0
+        _bend(terms, qp, n, t, SLOWED * weight, x)
 
 
 @jit
@@ -203,7 +251,7 @@ def share(K: Any, firmness: float) -> None:
         _carried_along(K.state, K.task, K.kinematics, K.chain, qp, K.scratch)
     for t in range(terms.count):
         weight = terms.weight[t]
-        if not terms.shares[t] or weight == 0.0:
+        if terms.shares[t] != BESIDE_TIP or weight == 0.0:
             continue
         _weigh(terms, qp, n, t, terms.b[t], weight * more)
         for i in range(n):
@@ -219,7 +267,7 @@ def keep_shared(terms: Any, chain: Any, qp: Any) -> None:
     """b <- J x of the tasks beside that of the tip: a further QP is to keep what x reaches of them."""
     for t in range(terms.count):
         for k in range(6):
-            if terms.shares[t] and _has(terms, t, k):
+            if terms.shares[t] == BESIDE_TIP and _has(terms, t, k):
                 s = 0.0
                 for i in range(chain.n):
                     s += terms.J[t, k, i] * qp.x[i]
