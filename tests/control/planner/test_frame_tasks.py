@@ -64,7 +64,7 @@ GOAL = pin.SE3(pin.exp3(np.array([0.4, 2.0, -0.7])), np.array([0.4, -0.2, 0.5]))
 @pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("rows", ["pose", "orientation", ("z", "rx", "y")])
 def test_a_pose_is_the_term_that_pinocchio_says(level, rows):
-    task = ftqp.PoseTask("right_hand", rows=rows, target=GOAL, weight=3.0, kp=7.0, kv=4.0)
+    task = ftqp.PoseTask("right_hand", rows=rows, target=GOAL, level=3, weight=3.0, kp=7.0, kv=4.0)
     made = [first_tick(tasks, level) for tasks in ([task], [ftqp.PostureTask(weight=0.0)])]
     (H, g), (H0, g0) = (
         (K.qp.H[:14, :14].copy() if K.qp.dense else np.diag(K.qp.H_diagonal[:14]), K.qp.g[:14].copy())
@@ -253,8 +253,8 @@ def test_an_axis_looks_at_a_frame_that_moves(level):
 
 
 WRONG = [
-    (lambda: ftqp.PoseTask("a", level=3), "level of a is 3, expected 0, 1 or 2"),
-    (lambda: ftqp.PoseTask("a", level=True), "level of a is True, expected 0, 1 or 2"),
+    (lambda: ftqp.PoseTask("a", level=4), "level of a is 4, expected 0, 1, 2 or 3"),
+    (lambda: ftqp.PoseTask("a", level=True), "level of a is True, expected 0, 1, 2 or 3"),
     (lambda: ftqp.PoseTask("a", weight=-1.0), "weight of a is -1, expected >= 0"),
     (lambda: ftqp.PoseTask("a", weight=np.nan), "weight of a is nan, expected a finite number"),
     (lambda: ftqp.PoseTask("a", rows="pos"), r"rows of a is 'pos' \(did you mean 'pose'"),

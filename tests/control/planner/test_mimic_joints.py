@@ -162,18 +162,6 @@ def test_a_batch_steps_as_the_planner_does(robot):
     assert found.q[0] == pytest.approx(q, abs=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("what", "message"),
-    [
-        ({"drive": "torque"}, "drive 'torque' needs a motor at every joint, but 'lift2' of telescope mimics"),
-        ({"detector": ftqp.Detector()}, "a detector needs a motor at every joint"),
-    ],
-)
-def test_what_needs_a_motor_at_every_joint_refuses_followers(robot, what, message):
-    with pytest.raises(ftqp.InputError, match=message):
-        ftqp.Planner(robot, **what)
-
-
 def test_a_joint_with_followers_that_swings_freely_is_refused(robot):
     planner = ftqp.Planner(robot)
     with pytest.raises(ftqp.InputError, match="free-swinging joint needs a motor at every joint"):

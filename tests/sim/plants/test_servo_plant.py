@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.telescope import telescope
 
 import ftqp
 from ftqp.core.errors import InputError
@@ -94,6 +95,28 @@ def test_planner_of_another_drive_is_refused(puma):
     path = ftqp.paths.Hold(puma.pose(puma.neutral), duration=1.0)
     with pytest.raises(InputError, match="the plant takes velocities"):
         ftqp.Simulation(planner, path, q=puma.neutral, plant=ServoPlant(puma, 0.01, drive="velocity"))
+
+
+@pytest.mark.parametrize("drive", ["position", "velocity", None])
+def test_a_joint_that_mimics_another_goes_and_stands_with_it(drive):
+    robot = ftqp.Robot.from_urdf(telescope(), "tool")
+    chain = robot.chain
+    plant = ServoPlant(robot, 0.01, drive=drive)
+    q = chain.ratio * robot.neutral[chain.lead] + chain.offset
+    plant.reset(q, np.zeros(8))
+    v = np.full(8, 0.05)
+    for k in range(40):
+        if k == 20:
+            plant.fail(Locked("elbow"))
+            stood = plant.q.copy()
+        q = q + 0.01 * v
+        plant.advance(SimpleNamespace(q=q, v=v))
+        assert plant.q == pytest.approx(chain.ratio * plant.q[chain.lead] + chain.offset, abs=1e-15)
+        assert plant.v == pytest.approx(chain.ratio * plant.v[chain.lead], abs=1e-15)
+    assert plant.q[[3, 4]] == pytest.approx(stood[[3, 4]], abs=1e-15) and plant.q[0] > stood[0]
+    plant.repair("elbow")
+    plant.advance(SimpleNamespace(q=q, v=v))
+    assert plant.q[3] > stood[3]
 
 
 @pytest.mark.parametrize(

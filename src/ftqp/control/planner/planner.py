@@ -166,9 +166,7 @@ class Planner(PlannerCopies):
             robot, given.task, given.criterion, given.bounds, emergency,
             level=level, dt=given.dt, drive=given.drive, noise=given.noise, asked=asked,
         )  # fmt: skip
-        self._solver = Solver(self._session, robot, given.task, given.scheme, given.solver)
-        if detector is not None:
-            robot.refuse_followers("a detector needs")
+        self._solver = Solver(self._session, robot, given.task, given.scheme, given.solver, bool(soft))
         if not self._solver.has_qp:
             robot.refuse_floating(f"scheme {given.scheme.name!r}, which solves no QP, needs")
         if (soft or keeps_clear or need_a_qp(given_constraints)) and not self._solver.has_qp:

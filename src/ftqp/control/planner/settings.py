@@ -119,7 +119,6 @@ def settled(
     torque_drive = taken.kind == "torque"
     if torque_drive:
         robot.refuse_floating("drive 'torque' needs")
-        robot.refuse_followers("drive 'torque' needs")
         warn_of_rotors(robot)
     posture = None if posture is None else frozen(array("posture", posture, (robot.nv,), "(nv,)"))
     solver = None if isinstance(backend, str) and backend == IN_KERNEL else make_backend(backend)

@@ -326,7 +326,7 @@ class Detector(DetectorSettings):
     def _index(self, joint: str | int) -> int:
         if self.robot is None:
             raise InputError(NO_ARM)
-        return self.robot.joint(joint)
+        return int(self.robot.chain.lead[self.robot.joint(joint)])
 
     def wants_probing(self, joint: str | int) -> bool:
         """Whether a small motion of a joint, 1 to 2 mrad, would tell what its rest hides.

@@ -10,6 +10,7 @@ from ftqp.faults.detection.joint_friction import SLOWEST
 from ftqp.faults.detection.residual_thresholds import largest_jumps, uncalibrated
 from ftqp.kernel.layout.detection_room import LOAD_EVERY
 from ftqp.kernel.layout.enums import Residual
+from ftqp.model.followers import is_led
 from ftqp.model.robot import Robot
 
 MEAN = 0.2
@@ -64,4 +65,5 @@ def fill_record(D: Any, settings: DetectorSettings, robot: Robot, dt: float, tic
     D.room[:, :n] = np.where(np.isfinite(room), room, 1e30)
     D.faint[:n] = np.where(np.isfinite(room[Residual.TORQUE_SLOW]), FAINT, 0.0)
     D.tau_max[:n] = robot.limits.tau_max
+    D.believed[:n] = D.blind[:n] = is_led(robot.chain)  # a joint that mimics another is judged with that
     D.jump[:n] = largest_jumps(robot, dt, sigma, float(D.quantum))

@@ -8,6 +8,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.kernel.layout.enums import Residual
 from ftqp.kernel.layout.thresholds import NOISE_OF_D
+from ftqp.model.followers import is_led
 from ftqp.model.robot import Robot
 
 BLOCK = 0.025
@@ -89,11 +90,12 @@ def uncalibrated(
 def largest_jumps(robot: Robot, dt: float, sigma: float, quantum: float) -> FloatArray:
     """The largest second difference of samples that motion explains, (nv,) [rad or m].
 
-    min(8 mrad, 1.3 a dt^2), a = tau_max (M^-1)_ii, but not below 8 sqrt(6) sigma + 3 quanta.
+    min(8 mrad, 1.3 a dt^2), a = tau_max (M^-1)_ii, but not below 8 sqrt(6) sigma + 3 quanta. M has 1 on the
+    diagonal where a joint mimics another.
     """
     most = np.full(robot.nv, JUMP_MOST)
     if robot.has_inertia:
-        inverse = np.linalg.inv(robot.mass_matrix(robot.neutral))
+        inverse = np.linalg.inv(robot.mass_matrix(robot.neutral) + np.diag(1.0 * is_led(robot.chain)))
         most = np.minimum(most, JUMP_MARGIN * robot.limits.tau_max * np.diag(inverse) * dt * dt)
     least: FloatArray = np.maximum(most, max(JUMP_SIGMAS * sigma + JUMP_QUANTA * quantum, JUMP_LEAST))
     return least

@@ -4,6 +4,7 @@ from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.arm.mimicry import mimic
 from ftqp.kernel.detection.acceleration_banks import through
 from ftqp.kernel.detection.carried import weigh
 from ftqp.kernel.jit import jit
@@ -25,6 +26,8 @@ def feel_arm(D: Any, K: Any, then: int) -> None:
     for i in range(D.n):
         K.state.q[i] = D.seen[i]
         K.state.v[i] = D.past_v[then, i] + D.w[FAST, i]
+    if K.chain.mimics:
+        mimic(K.chain, K.state.v)
     forward_kinematics(K, K.state)
     motion(K, K.state)
     dynamics(K, K.state)

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import mimic_places
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import IS_BIASED, IS_DROPPED, IS_FROZEN
 from ftqp.kernel.layout.hypotheses import BIASED_AFTER, DROPPED_AFTER, FROZEN_SAMPLES, WILD_AFTER
@@ -57,7 +58,8 @@ def read_encoders(D: Any, K: Any, then: int) -> int:
     """Samples into ``seen`` and their distance from the reference into ``e``: how many sensors are lost now.
 
     A sample is expected where the last step leads, q_(k-1) + (q_(k-1) - q_(k-2)). One that is no number, or
-    off by more than ``jump``, is replaced by what is expected.
+    off by more than ``jump``, is replaced by what is expected. A joint that mimics another is where that has
+    it.
     Source: docs/theory/detection.md, "Sensors".
     """
     news = 0
@@ -102,4 +104,6 @@ def read_encoders(D: Any, K: Any, then: int) -> int:
         if D.blind[i]:
             D.e[i] = 0.0
             D.seen[i] = D.past_q[then, i]
+    if K.chain.mimics:
+        mimic_places(K.chain, D.seen)
     return news

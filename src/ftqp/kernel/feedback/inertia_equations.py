@@ -110,33 +110,44 @@ def _load_row(K: Any, i: int, A: Any, alpha: Any, w: Any) -> None:
 
     f = m A + alpha x c + w x (w x c) and n = c x A about the origin of the last frame, c = m c of the load.
     """
+    row, chain = K.learned.row, K.chain
+    row[2] = row[3] = row[4] = row[5] = 0.0
+    _add_load(K, i, 1.0, A, alpha, w)
+    if chain.mimics:
+        for m in range(chain.n):
+            if m != i and chain.lead[m] == i:
+                _add_load(K, m, chain.ratio[m], A, alpha, w)
+
+
+@jit
+def _add_load(K: Any, i: int, share: float, A: Any, alpha: Any, w: Any) -> None:
+    """The same of what joint i moves, times a share, added to the row."""
     learned, kinematics, chain = K.learned, K.kinematics, K.chain
     body, row = chain.tip_joint, learned.row
     if not moves(chain, i, body):
-        row[2] = row[3] = row[4] = row[5] = 0.0
         return
     o, R = kinematics.o[body], kinematics.R[body]
     x0, x1, x2 = point_column(kinematics, chain, i, o[0], o[1], o[2])
     z0, z1, z2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
-    row[2] = x0 * A[0] + x1 * A[1] + x2 * A[2]
+    row[2] += share * (x0 * A[0] + x1 * A[1] + x2 * A[2])
     for k in range(3):
         e0, e1, e2 = R[k], R[3 + k], R[6 + k]
         t0, t1, t2 = cross(w[0], w[1], w[2], e0, e1, e2)
         f0, f1, f2 = cross(w[0], w[1], w[2], t0, t1, t2)
         t0, t1, t2 = cross(alpha[0], alpha[1], alpha[2], e0, e1, e2)
-        row[3 + k] = x0 * (f0 + t0) + x1 * (f1 + t1) + x2 * (f2 + t2)
+        row[3 + k] += share * (x0 * (f0 + t0) + x1 * (f1 + t1) + x2 * (f2 + t2))
         if not chain.prismatic[i]:
             t0, t1, t2 = cross(e0, e1, e2, A[0], A[1], A[2])
-            row[3 + k] += z0 * t0 + z1 * t1 + z2 * t2
+            row[3 + k] += share * (z0 * t0 + z1 * t1 + z2 * t2)
 
 
 @jit
 def take(K: Any) -> None:
     """The equations of this tick, one a joint, are added to the least squares.
 
-    A joint that has failed, whose number repeats oddly, or of a soft pair says nothing, nor does any while
-    something pushes the tip of an arm that has moved for a while; one that seems not to obey says something
-    of its own rotor, which may be why, and nothing of the load.
+    A joint that has failed, whose number repeats oddly, that mimics another, or of a soft pair says nothing,
+    nor does any while something pushes the tip of an arm that has moved for a while; one that seems not to
+    obey says something of its own rotor, which may be why, and nothing of the load.
     """
     learned, feedback, supposed = K.learned, K.feedback, K.supposed
     chain, kinematics, a = K.chain, K.kinematics, learned.a
@@ -168,7 +179,7 @@ def take(K: Any) -> None:
         information, moment = learned.information[i], learned.moment[i]
         says = K.faults.code[i] == HEALTHY and not feedback.bad[i] and not feedback.asks[i]
         says = says and not (pushed and learned.estimates > EXPERIENCED)
-        says = says and not is_soft(feedback, i)
+        says = says and not is_soft(feedback, i) and chain.lead[i] == i
         _load_row(K, i, A, alpha, w)
         row[0], row[1] = a[i], learned.sense[POLES - 1, i]
         if feedback.unresponsive[i]:

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from ftqp.kernel.arm.mimicry import mimic
 from ftqp.kernel.feedback.pairs import is_soft, softly
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.unresponsive import inform_unresponsive, predict_unresponsive
@@ -92,7 +93,7 @@ def _farthest_beyond(faults: Any, limits: Any, feedback: Any, chain: Any, count:
     worst, most = -1, 1.0
     for k in range(faults.working):
         i = faults.order[k]
-        known = feedback.unresponsive[i] != 0
+        known = feedback.unresponsive[i] != 0 or chain.lead[i] != i
         for a in range(count):
             known = known or feedback.others[a] == i
         if known:
@@ -150,7 +151,7 @@ def _send_to_unresponsive(limits: Any, feedback: Any, chain: Any, past: Any, i: 
 
 @rare_jit
 def _torques(K: Any) -> None:
-    """tau = M (a_r + clip(w^2 (q_r - q^) + 2 w (v_r - v^))) + h + tau_ff, clipped; 0 for a failed joint.
+    """tau = M (a_r + clip(w^2 (q_r - q^) + 2 w (v_r - v^))) + h + tau_ff, clipped; 0 where there is no motor.
 
     Feedback is clipped to +-0.6 tau_max_i/M_ii, so that a joint that does not obey, and whose error grows,
     does not throw the others about. tau_ff = clip(-M d, +-0.3 tau_max) of the observed disturbance. What was
@@ -186,6 +187,9 @@ def _torques(K: Any) -> None:
     count = 0
     for k in range(faults.working):
         i = faults.order[k]
+        if K.chain.lead[i] != i:
+            feedback.tau_sent[i] = 0.0
+            continue
         if feedback.unresponsive[i]:
             _send_to_unresponsive(limits, feedback, K.chain, past, i, wanted)
             continue
@@ -214,6 +218,8 @@ def _torques(K: Any) -> None:
                 past.a[now, moving[k]] += extra[k]
     if feedback.unresponsive_count:
         inform_unresponsive(feedback, K.chain, past)
+    if K.chain.mimics:
+        mimic(K.chain, past.a[now])
 
 
 @jit

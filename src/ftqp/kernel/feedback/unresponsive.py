@@ -135,7 +135,7 @@ def unusual(state: Any, faults: Any, limits: Any, feedback: Any, chain: Any) -> 
     """The joint whose motor alone explains what is unusual, (M d)_i less what is usual there, or -1.
 
     rho_j^2/M_jj >= 0.8 sum_i rho_i^2/M_ii and |rho_j| >= 0.03 tau_max and 4 standard deviations of its noise.
-    While the tip is touched what is usual stays.
+    While the tip is touched what is usual stays. A joint that mimics another has no motor.
     """
     n = chain.n
     M, d, usual, unresponsive = feedback.M, feedback.d_hat, feedback.usual, feedback.unresponsive
@@ -146,7 +146,7 @@ def unusual(state: Any, faults: Any, limits: Any, feedback: Any, chain: Any) -> 
         share = 0.0
     missing, lately = feedback.missing, min(1.0, state.dt / LATELY)
     for i in range(n):
-        if faults.code[i] != HEALTHY or unresponsive[i]:
+        if faults.code[i] != HEALTHY or unresponsive[i] or chain.lead[i] != i:
             missing[i] = feedback.odd[i] = 0.0
             continue
         rho = -usual[i]

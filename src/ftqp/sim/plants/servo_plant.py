@@ -8,6 +8,7 @@ from ftqp.core.checks import FloatArray, array, positive, seen
 from ftqp.core.errors import InputError, unknown
 from ftqp.core.setting import Setting, Settings
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
+from ftqp.model.followers import coupled_places, is_led
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.plant import Command, Plant
 
@@ -25,7 +26,8 @@ class ServoPlant(Plant):
     * None, increments: q' = clip((q_set - q)/tau), where q_set += dt v_c adds the commands up, so that any
       planner fits, that of a moving base, too
 
-    Ramp and instant locks both fix the joint where it is.
+    Ramp and instant locks both fix the joint where it is. A joint that mimics another has no servo and is
+    where its leader puts it.
 
     Args:
         robot: the arm; its speed limits are those of the servos.
@@ -40,7 +42,7 @@ class ServoPlant(Plant):
     """
 
     __slots__ = (
-        "_drive", "_dt", "_leads", "_q", "_robot", "_set", "_substeps", "_tau", "_v",
+        "_drive", "_dt", "_leads", "_led", "_q", "_robot", "_set", "_substeps", "_tau", "_v",
         "_works",
     )  # fmt: skip
 
@@ -63,8 +65,7 @@ class ServoPlant(Plant):
         if drive is not None and drive not in TAKES:
             raise unknown("drive", drive, "plant 'servo', which has no masses", TAKES)
         robot.refuse_floating("plant 'servo', which would hold it, needs")
-        robot.refuse_followers("plant 'servo' needs")
-        self._robot, self._drive = robot, drive
+        self._robot, self._drive, self._led = robot, drive, bool(is_led(robot.chain).any())
         self._leads = drive == "position" and takes_velocity
         self._dt = positive("dt", dt, "s")
         self._tau = positive("time constant of the servos", time_constant, "s")
@@ -124,7 +125,7 @@ class ServoPlant(Plant):
 
     def fail(self, fault: Fault) -> None:
         """From now on the joint of ``fault`` stands."""
-        i = self._robot.joint(fault.joint)
+        i = self._leader(fault.joint)
         match fault:
             case Locked():
                 self._works[i] = False
@@ -146,10 +147,14 @@ class ServoPlant(Plant):
         Raises:
             InputError: unknown joint.
         """
-        i = self._robot.joint(joint)
+        i = self._leader(joint)
         if not self._works[i]:
             self._works[i] = True
             self._set[i] = self._q[i]
+
+    def _leader(self, joint: str | int) -> int:
+        """The joint with the servo that moves one."""
+        return int(self._robot.chain.lead[self._robot.joint(joint)])
 
     def advance(self, command: Command) -> None:
         """Move on by dt."""
@@ -168,3 +173,6 @@ class ServoPlant(Plant):
                     rate += v
             self._v[:] = np.where(self._works, np.clip(rate, -top, top), 0.0)
             self._q += h * self._v
+        if self._led:
+            self._v[:] = self._robot.chain.ratio * self._v[self._robot.chain.lead]
+            self._q[:] = coupled_places(self._robot.chain, self._q)

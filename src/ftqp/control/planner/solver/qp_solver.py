@@ -31,13 +31,20 @@ class Solver:
         task: The task.
         scheme: Criteria, or a closed form.
         backend: The solver; None is the kernel's active set.
+        adds_terms: Whether further tasks change H from tick to tick.
 
     Attributes:
         rich: Whether a tick has directional damping or a gradient of the manipulability.
     """
 
     def __init__(
-        self, session: Session, robot: Robot, task: Task, scheme: Scheme | Resolver, backend: Backend | None
+        self,
+        session: Session,
+        robot: Robot,
+        task: Task,
+        scheme: Scheme | Resolver,
+        backend: Backend | None,
+        adds_terms: bool,
     ) -> None:
         self._session = session
         K = session.K
@@ -58,13 +65,14 @@ class Solver:
         elif backend is not None and backend.name != IN_KERNEL:
             self._family = "external"
             level = Level(int(K.state.level)).name.lower()
-            self._use(backend, robot, task, scheme.at(level))
+            criterion = scheme.at(level)
+            steady = criterion.has_constant_hessian and task.mode != "scaled" and not adds_terms
+            self._use(backend, robot, task, criterion, steady)
 
-    def _use(self, backend: Backend, robot: Robot, task: Task, criterion: Criterion) -> None:
+    def _use(self, backend: Backend, robot: Robot, task: Task, criterion: Criterion, fixed: bool) -> None:
         K = self._session.K
         joints, m = robot.nv, int(K.task.m)
         n = joints + (task.mode == "scaled") + (0 if task.mode == "hard" else m)
-        fixed = criterion.has_constant_hessian and task.mode != "scaled"
         self._buffers = QPBuffers.zeros(n, m, int(K.cascade.p), constant_hessian=fixed)
         if fixed:
             self._buffers.H[:] = criterion.norm * np.eye(n)
