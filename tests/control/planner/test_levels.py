@@ -138,3 +138,20 @@ def test_every_backend_sees_how_rows_change_as_the_arm_moves(backend, later):
         step = planner.step(q, None, target)
         q = step.q.copy()
         assert step.status is ftqp.StepStatus.OK
+
+
+@pytest.mark.parametrize("weight", [1e-200, 1e300])
+def test_only_the_ratio_of_weights_counts_on_level_2(weight):
+    commands = []
+    for one in (1.0, weight):
+        tasks = [
+            ftqp.Task("position"),
+            ftqp.PositionTask(ELBOW, target=(0.3, 0.1, 0.6), level=2, weight=one),
+            ftqp.PostureTask(PANDA.neutral + 0.1, level=2, weight=one),
+        ]
+        planner = ftqp.Planner(PANDA, 1e-3, tasks=tasks)
+        planner.reset(PANDA.neutral)
+        step = planner.step(PANDA.neutral, None, ftqp.Target(pose=PANDA.pose(PANDA.neutral)))
+        assert step.status is ftqp.StepStatus.OK
+        commands.append(step.a.copy())
+    assert commands[0] == pytest.approx(commands[1], rel=1e-9)

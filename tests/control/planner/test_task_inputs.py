@@ -28,6 +28,13 @@ LEFT, RIGHT = BODY.tips
         ),
         (lambda: [ftqp.RelativeTask(LEFT, LEFT)], "left_hand to left_hand is relative to itself"),
         (lambda: [ftqp.PoseTask(RIGHT, level=4)], "level of right_hand is 4, expected 0, 1, 2 or 3"),
+        (lambda: [ftqp.PoseTask(RIGHT, level=np.arange(2))], "level of right_hand is array"),
+        (
+            lambda: [ftqp.RelativeTask(RIGHT, LEFT, level=0), ftqp.RelativeTask(LEFT, RIGHT, level=0)],
+            "are both on level 0 and ask the same of frame 'left_hand'",
+        ),
+        (lambda: [ftqp.PoseTask(None)], "frame of PoseTask is None, expected the name of a frame"),
+        (lambda: [ftqp.RelativeTask(RIGHT, 3)], "to of RelativeTask is 3, expected the name of a frame"),
         (lambda: [ftqp.PoseTask(RIGHT, level=-1)], "level of right_hand is -1, expected 0, 1, 2 or 3"),
         (lambda: [ftqp.PoseTask(RIGHT, weight=-1.0)], "weight of right_hand is -1, expected >= 0"),
         (

@@ -289,13 +289,13 @@ def _refuse_contradictions(tasks: Sequence[SoftTask]) -> None:
     """Refuse two equations for one thing.
 
     Raises:
-        InputError: Two tasks of level 0 ask the same rows of one frame.
+        InputError: Two tasks of level 0 ask the same rows of one frame, or of one of the other and back.
     """
-    seen: dict[tuple[str, str], tuple[str, int]] = {}
+    seen: dict[frozenset[str], tuple[str, int]] = {}
     for task in tasks:
         if task.level != FIRST or not isinstance(task, PoseTask | PositionTask | RelativeTask):
             continue
-        pair = (task.frame, task.to if isinstance(task, RelativeTask) else "")
+        pair = frozenset((task.frame, task.to if isinstance(task, RelativeTask) else ""))
         other, bits = seen.get(pair, ("", 0))
         if bits & rows_of(task):
             raise InputError(

@@ -77,7 +77,13 @@ class SoftTask:
     is_place: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        if isinstance(self.level, bool) or self.level not in (FIRST, TIPS, NEXT, LAST):
+        for name in ("frame", "to"):
+            if not isinstance(getattr(self, name, ""), str):
+                raise InputError(
+                    f"{name} of {type(self).__name__} is {getattr(self, name)!r:.60}, expected the name of a "
+                    "frame, link or joint of the robot's model, such as 'left_hand'"
+                )
+        if not isinstance(self.level, int) or not FIRST <= self.level <= LAST or self.level is True:
             raise InputError(f"level of {self.label} is {self.level!r:.60}, expected 0, 1, 2 or 3")
         if self.level in FIRM and not self.can_go_first:
             raise InputError(

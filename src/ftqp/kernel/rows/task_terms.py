@@ -64,8 +64,8 @@ def _add_row(qp: Any, n: int, row: Any, b: float, weight: float) -> None:
 
 
 @jit
-def _follow_joints(K: Any, t: int, more: float) -> None:
-    """A task of joints, its weight times ``more``; it keeps the objective a diagonal."""
+def _follow_joints(K: Any, t: int, factor: float) -> None:
+    """A task of joints with a weight; it keeps the objective a diagonal."""
     terms, state, qp = K.terms, K.state, K.qp
     for i in range(K.chain.n):
         e = terms.q_goal[t, i] - state.q[i]
@@ -75,7 +75,7 @@ def _follow_joints(K: Any, t: int, more: float) -> None:
         asked = terms.kp[t] * e
         if state.level == ACCELERATION:
             asked -= terms.kv[t] * state.v[i]
-        weight = more * terms.weight[t] * terms.share[t, i]
+        weight = factor * terms.share[t, i]
         qp.H_diagonal[i] += weight
         if qp.dense:
             qp.H[i, i] += weight
@@ -120,7 +120,7 @@ def add_terms(K: Any) -> None:
         elif terms.shares[t] == BEFORE_SCHEME:
             before += terms.weight[t]
         elif of_joints:
-            _follow_joints(K, t, 1.0)
+            _follow_joints(K, t, terms.weight[t])
         elif terms.weight[t] != 0.0:
             _weigh(terms, K.qp, n, t, terms.asked[t], terms.weight[t])
     if before > 0.0:
@@ -145,13 +145,13 @@ def _put_before_scheme(K: Any, total: float) -> None:
     trace = 0.0
     for i in range(n):
         trace += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
-    more = STRICT * trace / (terms.length * terms.length * total)
+    more = STRICT * trace / (terms.length * terms.length)
     for t in range(terms.count):
-        weight = more * terms.weight[t]
+        weight = more * (terms.weight[t] / total)
         if terms.shares[t] != BEFORE_SCHEME or weight == 0.0:
             continue
         if terms.kind[t] == JOINT_PLACES:
-            _follow_joints(K, t, more)
+            _follow_joints(K, t, weight)
             continue
         _weigh(terms, qp, n, t, terms.asked[t], weight)
         for i in range(n):
