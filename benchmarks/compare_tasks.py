@@ -7,7 +7,7 @@ Four examples as published for these programs (dual arm with a relative frame, l
 with its centre of mass, mobile base), posed on arms that ftqp's catalog has, from its URDFs; their files in
 ``benchmarks/posed`` are written as the programs' own examples are. Targets stand still and can all be kept,
 so that every program has to end at errors of zero. Lines are those of each example's function without its
-text.
+text. The rows of tasks of one frame are compared with pink's Jacobians of it, at ten random postures.
 """
 
 import argparse
@@ -82,6 +82,35 @@ def errors(example, robot, start, q, goals):
     return max(np.abs(robot.pose(q) - goals["tip"]).max(), np.abs(q[:2] - goals["base"]).max())
 
 
+def jacobians(robot, q):
+    """Rows of a pose, a relative pose and the centre of mass at their targets, as pink has them, (15, nv)."""
+    left, right = robot.tips
+    tasks = [ftqp.PoseTask(right), ftqp.RelativeTask(right, left), ftqp.CentreOfMass()]
+    planner = ftqp.Planner(robot, level="velocity", tasks=[ftqp.Task(), *tasks])
+    planner.reset(q)
+    planner.step(q, None, ftqp.Target(pose=robot.pose(q)))
+    terms, R = planner._session.K.terms, robot.pose(q, right)[:3, :3]
+    pose, relative, mass = np.array(terms.J[:3, :, : robot.nv])
+    own = []
+    for J in (pose, relative):
+        J[3:] /= terms.length  # a radian counts so many metres
+        own += [R.T @ J[:3], R.T @ J[3:]]
+    return np.vstack([*own, mass[:3]])
+
+
+def jacobians_apart(folder):
+    """The largest difference from pink's, less their signs: a pose, a relative pose, the centre of mass."""
+    robot, rng, worst = ftqp.robots.load("dual_panda"), np.random.default_rng(5), np.zeros(3)
+    for _ in range(10):
+        low, high = robot.limits.q_min, robot.limits.q_max
+        q = low + (high - low) * rng.uniform(0.2, 0.8, robot.nv)
+        theirs, ours = peers_end("pink", "jacobians", robot, q, {}, 0, folder), jacobians(robot, q)
+        for k, rows in enumerate((slice(0, 6), slice(6, 12), slice(12, 15))):
+            sign = np.sign((theirs[rows] * ours[rows]).sum())
+            worst[k] = max(worst[k], np.abs(theirs[rows] - sign * ours[rows]).max())
+    return worst
+
+
 def lines(peer, example):
     """How many lines the function of an example has, its text aside; None where there is none."""
     tree = ast.parse((HERE / "posed" / f"with_{peer}.py").read_text(encoding="utf-8"))
@@ -122,13 +151,17 @@ def main():
             said = [str(lines(who, example) or "-") for who in WHO]
             rows.append(f"| | lines | {' | '.join(said)} |")
             print(rows[-2], rows[-1], sep="\n", flush=True)
+        apart = jacobians_apart(Path(name))
+    found = ", ".join(f"{one:.1e}" for one in apart)
+    said = f"Rows of a pose, a relative pose and the centre of mass differ from pink's by at most {found}."
+    print(said)
     if options.quick:
         return
     versions = f"numpy {metadata.version('numpy')}, numba {metadata.version('numba')}"
     RESULTS.write_text(
         f"# Several tasks beside pink and placo\n\n{inspect.cleandoc(__doc__)}\n\n"
         f"{date.today()}, Python {platform.python_version()}, {versions}; {STEPS} steps of 5 ms.\n\n"
-        + "\n".join(rows) + "\n",
+        + "\n".join(rows) + f"\n\n{said}\n",
         encoding="utf-8",
     )  # fmt: skip
 

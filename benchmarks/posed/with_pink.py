@@ -5,6 +5,20 @@ from pink import Configuration, solve_ik
 from pink.tasks import ComTask, FrameTask, PostureTask, RelativeFrameTask
 
 
+def jacobians(model, q):
+    """Of a pose, a relative pose and the centre of mass, each at its target, along the axes of the frame."""
+    here = Configuration(model, model.createData(), q)
+    weights = {"position_cost": 1.0, "orientation_cost": 1.0}
+    tasks = (
+        FrameTask("right_hand", **weights),
+        RelativeFrameTask("right_hand", "left_hand", **weights),
+        ComTask(cost=1.0),
+    )
+    for task in tasks:
+        task.set_target_from_configuration(here)
+    return [task.compute_jacobian(here) for task in tasks]
+
+
 def led(model, q, tasks, steps):
     """Where the arm ends when its targets stay."""
     configuration = Configuration(model, model.createData(), q)

@@ -15,7 +15,6 @@ CIRCLE = ftqp.paths.Circle(T, 0.05, duration=1.0)
 @pytest.mark.parametrize(
     "study",
     [
-        lambda: analysis.plan(DUAL, CIRCLE),
         lambda: analysis.self_motion(DUAL, T),
         lambda: analysis.structural_joints(DUAL),
         lambda: analysis.learned_run(DUAL, T[:3, 3], Q),

@@ -1,10 +1,13 @@
 """The serial arm on the way from the base to one frame of a tree."""
 
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ftqp.core.checks import IntArray
+from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.errors import InputError
 from ftqp.model.followers import followers_of
 from ftqp.model.limits import JointLimits
 from ftqp.model.reduction import named_frame
@@ -15,6 +18,37 @@ def way_to(robot: Any, frame: str) -> IntArray:
     body = int(robot.model.frames[named_frame(robot.model, frame)].parentJoint) - 1
     way = robot.chain.way(body)
     return np.unique([*way, *robot.chain.lead[way]])
+
+
+def on_way(robot: Any, frame: str, q: Any, name: str = "q") -> FloatArray:
+    """The joints on the way to a frame in positions of all, (..., nv) [rad or m].
+
+    Raises:
+        InputError: The positions are none of this robot.
+    """
+    given = np.asarray(q, dtype=np.float64)
+    if given.ndim not in (1, 2) or given.shape[-1] != robot.nv:
+        raise InputError(
+            f"{name} has shape {given.shape}, expected (N + 1, nv) = (N + 1, {robot.nv}), or (nv,)"
+        )
+    return np.ascontiguousarray(given[..., way_to(robot, frame)])
+
+
+def off_way(robot: Any, frame: str, q: FloatArray, others: FloatArray) -> FloatArray:
+    """Positions of all joints, (..., nv): those on the way to a frame as given, the others as in (nv,)."""
+    whole = np.array(np.broadcast_to(others, (*q.shape[:-1], robot.nv)))
+    whole[..., way_to(robot, frame)] = q
+    return whole
+
+
+def faults_on_way(robot: Any, frame: str, faults: Iterable[Any]) -> tuple[Any, ...]:
+    """The faults of joints on the way to a frame, each by its joint's name."""
+    way = way_to(robot, frame)
+    return tuple(
+        replace(fault, joint=robot.joints[robot.joint(fault.joint)])
+        for fault in faults
+        if robot.joint(fault.joint) in way
+    )
 
 
 def wishes_of(robot: Any, frame: str) -> dict[str, Any]:

@@ -147,9 +147,3 @@ def test_bad_input_gets_a_sentence(given, sentence):
     given = {"pose": goal_at(), **given}
     with pytest.raises(ftqp.InputError, match=sentence):
         ftqp.postures(PANDA, given.pop("pose"), **given)
-
-
-def test_robot_with_branches_is_refused():
-    dual = ftqp.robots.load("dual_panda")
-    with pytest.raises(ftqp.InputError, match=r"one serial arm|branch"):
-        ftqp.postures(dual, dual.pose(dual.neutral), near=dual.neutral)

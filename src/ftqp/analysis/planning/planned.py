@@ -25,6 +25,7 @@ from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
 from ftqp.core.checks import FloatArray, instance, non_negative
 from ftqp.core.errors import InputError, unknown
+from ftqp.model.arm_on_way import on_way
 from ftqp.model.robot import Robot
 
 START_SPACING = 0.1
@@ -49,6 +50,7 @@ def plan(
     portions: Portions | None = None,
     scene: Scene | None = None,
     clearance: Clearance | None = None,
+    frame: str | None = None,
 ) -> Plan:
     """The trajectory along a path that survives the failure of most joints at most instants.
 
@@ -78,6 +80,9 @@ def plan(
         scene: What stands around the arm, as it stands now: the plan keeps clear of it, and so must the arm
             after a failure. None is what the path was made with, or nothing.
         clearance: How far the arm keeps from it and from itself; None is ``ftqp.Clearance()`` beside a scene.
+        frame: Of a robot with branches, the frame that follows the path, by its name; None is its first tip.
+            The plan is that of ``robot.arm_to(frame)``, the other joints where ``neutral`` has them, and
+            leads a planner of the robot whose first tip that is.
 
     Raises:
         InputError: An argument is wrong, the path leaves the workspace or the limits, no trajectory that is
@@ -87,6 +92,10 @@ def plan(
     if method not in get_args(Method):
         raise unknown("method", method, "plan", get_args(Method))
     whole_number("seed", seed, 0)
+    if frame is not None or not robot.is_serial:
+        frame = robot.tip if frame is None else frame
+        q0 = None if q0 is None else on_way(robot, frame, q0, "q0")
+        robot = robot.arm_to(frame)
     knobs = PlanSettings() if settings is None else settings
     instance("settings", knobs, PlanSettings, "PlanSettings")
     task = _task(robot, path, rows, dt, q0)

@@ -2,29 +2,14 @@
 
 from typing import Any, Literal
 
-import numpy as np
-
 from ftqp.analysis.planning.fault_plan import Plan
 from ftqp.analysis.survival.coverage_case import FOLLOWED, Fault, coverage_case
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
-from ftqp.core.checks import FloatArray, instance
-from ftqp.core.errors import InputError
-from ftqp.model.arm_on_way import way_to
+from ftqp.core.checks import instance
+from ftqp.model.arm_on_way import on_way
 from ftqp.model.robot import Robot
-
-
-def motion_on_way(robot: Robot, frame: str, q: Any) -> FloatArray:
-    """The joints on the way to a frame in a motion of all, (N + 1, nv), or its start, (nv,) [rad or m].
-
-    Raises:
-        InputError: The motion is none of this robot.
-    """
-    motion = np.asarray(q, dtype=np.float64)
-    if motion.ndim not in (1, 2) or motion.shape[-1] != robot.nv:
-        raise InputError(f"q has shape {motion.shape}, expected (N + 1, nv) = (N + 1, {robot.nv}), or (nv,)")
-    return np.ascontiguousarray(motion[..., way_to(robot, frame)])
 
 
 def coverage(
@@ -95,7 +80,7 @@ def coverage(
     instance("robot", robot, Robot, "a Robot")
     if task is not None or not (robot.is_serial or isinstance(q, Plan)):
         frame = robot.tip if task is None else task
-        robot, q = robot.arm_to(frame), motion_on_way(robot, frame, q)
+        robot, q = robot.arm_to(frame), on_way(robot, frame, q)
     if isinstance(q, Plan):
         own = q.of(robot, path)
         path, q = own.task, own.q

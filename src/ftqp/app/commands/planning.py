@@ -55,7 +55,7 @@ def make_plan(
     setup.refuse_tables("ftqp plan", "constraints")
     task = task_of(setup)
     chosen: Any = method
-    hours = None if mtbf is None else covering.hours_by_joint(setup.robot, mtbf)
+    hours = None if mtbf is None else covering.hours_by_joint(task.robot, mtbf)
     settings, q0 = PlanSettings(**knobs), setup.q if start == "given" else None
     weights = None if hours is None else {joint: 1.0 / value for joint, value in hours.items()}
     part = file.with_name(f"{file.name}.part")
@@ -92,7 +92,7 @@ def make_plan(
         made.save(file)
         portions.forget()
     found = covering.Subject(name=setup.name, title=f"the plan by {method}", task=made.task, q=made.q)
-    rep = coverage(setup.robot, None, made, stride=made.stride)
+    rep = coverage(task.robot, None, made, stride=made.stride)
     facts = covering.facts_of(found, rep) | _about(made, task, file)
     if hours is not None:
         facts["mission"] = covering.mission_of(rep, hours)

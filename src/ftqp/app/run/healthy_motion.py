@@ -22,8 +22,11 @@ ALONG_TOOL = (0.0, 0.0, 1.0)
 
 
 def task_of(setup: Setup) -> TaskPath:
-    """The scenario's path and rows, sampled at ticks of its planner, some 400 times."""
-    planner, task = setup.planner, setup.planner.task
+    """The scenario's path and rows, sampled at ticks of its planner, some 400 times.
+
+    Of a robot with branches it is the path of the arm to its first tip.
+    """
+    planner, task, robot = setup.planner, setup.planner.task, setup.robot
     refuse_what_moves(setup)
     rows: str | list[str] = list(planner.task_rows)
     if task.rows == "position_axis":
@@ -34,7 +37,8 @@ def task_of(setup: Setup) -> TaskPath:
             )
         rows = "position_axis"
     return task_path(
-        setup.robot, setup.path, rows=rows, dt=planner.dt * _ticks_per_sample(setup),
+        robot if robot.is_serial else robot.arm_to(robot.tip), setup.path, rows=rows,
+        dt=planner.dt * _ticks_per_sample(setup),
         scene=planner.scene, clearance=planner.clearance,
     )  # fmt: skip
 

@@ -2,7 +2,7 @@
 
 from dataclasses import fields
 from pathlib import Path as File
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from ftqp.app.schema.scenario_file import Scenario
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths import Path
 from ftqp.control.paths.repeated import Repeated
+from ftqp.control.planner.leading_plan import plan_for
 from ftqp.control.planner.planner import Planner
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
@@ -21,9 +22,6 @@ from ftqp.faults.detection.detector import Detector
 from ftqp.model import catalog
 from ftqp.model.robot import Robot
 from ftqp.model.shape import reach_of
-
-if TYPE_CHECKING:
-    from ftqp.analysis.planning.fault_plan import Plan
 
 SOURCES = {
     "name": ("options",),
@@ -100,7 +98,7 @@ def detector(given: Options[Detector] | None, folder: File) -> Detector | None:
     return given.made(calibration=None if file is None else Calibration.load(folder / file))
 
 
-def plan(tables: Scenario, arm: Robot, folder: File) -> "Plan | None":
+def plan(tables: Scenario, arm: Robot, folder: File) -> Any:
     """The plan of ``[planner]`` with its arm; None without one."""
     if tables.planner.plan is None:
         return None
@@ -110,7 +108,7 @@ def plan(tables: Scenario, arm: Robot, folder: File) -> "Plan | None":
         )
     from ftqp.analysis.planning.fault_plan import load_plan  # slow to load, needed with a plan only
 
-    return load_plan(folder / tables.planner.plan, arm)
+    return plan_for(load_plan(folder / tables.planner.plan), arm)
 
 
 def start(arm: Robot, q: Any, v: Any) -> tuple[FloatArray, FloatArray]:

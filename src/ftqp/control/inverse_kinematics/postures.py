@@ -1,7 +1,7 @@
 """Postures of a goal with the joints that still work: inverse kinematics of what is left of an arm."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
@@ -15,6 +15,7 @@ from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.orders import LIMITS, Orders
 from ftqp.kernel.entry.session import ArmSession, Session
 from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.model.arm_on_way import faults_on_way, off_way, on_way
 from ftqp.model.robot import Robot
 
 PORTION = 32
@@ -83,6 +84,7 @@ def postures(
     starts: int = STARTS,
     seed: int = 0,
     clear_of: Surrounded | None = None,
+    frame: str | None = None,
 ) -> Postures:
     """Postures within the limits that put the tip at a pose, failed joints where they are.
 
@@ -90,7 +92,7 @@ def postures(
     along their self-motions away from limits. It takes some 10 ms, and up to 0.2 s where there is none.
 
     Args:
-        robot: An arm without branches, with its load and tool.
+        robot: The arm, with its load and tool.
         pose: Where the tip shall be, (4, 4), or a point, (2,) or (3,) [m], for rows without rotation.
         faults: What has failed: locked joints stay where ``near`` has them, degraded ones keep what is left
             of their range, and of their torque for ``effort``. One fault or several; a joint that swings
@@ -105,10 +107,13 @@ def postures(
         seed: Of the random starts; the same seed gives the same postures.
         clear_of: A planner of this arm with a scene: postures in which a body is nearer to another one than
             it keeps come last, and say so (``clearance``, ``is_held``).
+        frame: Of a robot with branches, the frame that shall be there, by its name; None is its first tip.
+            Joints beside the way to it stay where ``near`` has them, or else ``neutral``.
 
     Raises:
         InputError: A goal that does not fit the rows, an unknown joint or row, a joint that swings freely, a
-            locked joint without ``near``, a number out of its range, or a robot with branches.
+            locked joint without ``near``, a number out of its range, a joint that mimics another, a base that
+            floats, or ``clear_of`` beside branches.
 
     Example:
         >>> import ftqp
@@ -132,6 +137,22 @@ def postures(
             f"{locked} is locked and near is None, so that it is not known where; give near=q, the "
             "configuration of the arm"
         )
+    if frame is not None or not robot.is_serial:
+        tip = robot.tip if frame is None else frame
+        if clear_of is not None:
+            raise InputError(
+                f"clear_of looks at the whole of {robot.name}, but the joints beside the way to {tip!r} are "
+                "held; leave it out, or make the planner of robot.arm_to(...)"
+            )
+        arm = robot.arm_to(tip)
+        arm.refuse_tree("a study of an arm's postures needs")
+        at = robot.neutral if near is None else robot.angles(near)
+        of_arm = postures(
+            arm, pose, faults=faults_on_way(robot, tip, belief.faults.values()), rows=rows,
+            near=None if near is None else on_way(robot, tip, at), count=count, starts=starts, seed=seed,
+        )  # fmt: skip
+        whole = tuple(replace(one, q=off_way(robot, tip, one.q, at)) for one in of_arm.found)
+        return Postures(found=whole, starts=of_arm.starts, joints=robot.joints)
     session = Session(robot.nv)
     K, given_limits = session.K, {name: getattr(robot.limits, name) for name in LIMITS}
     arm = ArmSession(robot.chain.constants())

@@ -1,8 +1,8 @@
 """A plan that leads a planner's null space, what a planner asks of it, and what is left after a failure."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Final, Protocol, final
+from dataclasses import dataclass, replace
+from typing import Any, Final, Protocol, final
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault, Locked
 from ftqp.kernel.entry.session import PlanMemory, Session
 from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.model.arm_on_way import faults_on_way, off_way, on_way
 from ftqp.model.robot import Robot
 
 
@@ -76,7 +77,58 @@ def plan_for(plan: LeadingPlan, robot: Robot) -> LeadingPlan:
             raise InputError(
                 f"plan is {plan!r:.60}, expected one of ftqp.analysis.plan or ftqp.analysis.load_plan"
             )
-    return plan.of(robot)
+    if robot.is_serial or isinstance(plan, PlanOnWay):
+        return plan.of(robot)
+    return PlanOnWay(plan.of(robot.arm_to(robot.tip)), robot)
+
+
+@final
+class PlanOnWay:
+    """A plan of the arm to the first tip of a robot with branches, for all of its joints.
+
+    The null space of the others is led to ``neutral``.
+
+    Args:
+        plan: The plan, of ``robot.arm_to(robot.tip)``.
+        robot: The robot.
+    """
+
+    __slots__ = ("_plan", "_robot", "q")
+
+    def __init__(self, plan: Any, robot: Robot) -> None:
+        self._plan, self._robot = plan, robot
+        self.q: FloatArray = off_way(robot, robot.tip, plan.q, robot.neutral)
+
+    @property
+    def t(self) -> FloatArray:
+        """Times from 0 at equal distances, (N + 1,) [s]."""
+        times: FloatArray = self._plan.t
+        return times
+
+    def of(self, robot: Robot, *path: Any, **around: Any) -> "PlanOnWay":
+        """The plan with its robot, as ``Plan.of`` has it; InputError where it was made for another one."""
+        return PlanOnWay(self._plan.of(robot.arm_to(robot.tip), *path, **around), robot)
+
+    def _own(self, q: FloatArray, faults: Sequence[Fault]) -> tuple[FloatArray, tuple[Fault, ...]]:
+        tip = self._robot.tip
+        return on_way(self._robot, tip, q), faults_on_way(self._robot, tip, faults)
+
+    def remaining(self, q: FloatArray, at: float, faults: Sequence[Fault]) -> tuple[Remaining, ...]:
+        """What can be done after faults at time ``at`` [s] and joints q, (nv,); the others stay there."""
+        own, failed = self._own(q, faults)
+        found = self._plan.remaining(own, at, failed)
+        return tuple(replace(one, q=off_way(self._robot, self._robot.tip, one.q, q)) for one in found)
+
+    def continuation(
+        self, q: FloatArray, at: float, faults: Sequence[Fault]
+    ) -> tuple[int, FloatArray] | None:
+        """The postures that are verified after faults on the way; None keeps those of the plan."""
+        own, failed = self._own(q, faults)
+        found = self._plan.continuation(own, at, failed) if failed else None
+        if found is None:
+            return None
+        first, rows = found
+        return first, off_way(self._robot, self._robot.tip, rows, self._robot.neutral)
 
 
 EVEN: Final = 1e-6

@@ -131,7 +131,7 @@ NEEDS: Final[dict[str, tuple[str, ...]]] = {
     "`ServoPlant`": ("serial", "branches", "mimic joints"),
     "a free-swinging joint that is told": ("serial",),
     "`approximate_pseudoinverse`": ("serial",),
-    "`ftqp.postures`, `ftqp.analysis.plan`": ("serial",),
+    "`ftqp.postures`, `ftqp.analysis.plan`": ("serial", "branches"),
 }
 """What serves which of them; the others are refused in a sentence, by what they ask for."""
 
