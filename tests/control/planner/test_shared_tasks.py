@@ -150,6 +150,28 @@ def test_a_hand_out_of_reach_is_never_ok(level):
     assert np.abs(DUAL.pose(step.q, LEFT)[:3, 3] - DUAL.pose(q, LEFT)[:3, 3]).max() < 2e-3
 
 
+def test_every_task_has_a_status_of_its_own():
+    """The first hand is there, the second has some way to go, the third cannot do both, joints have none."""
+    q, S = DUAL.neutral, ftqp.StepStatus
+    far = {LEFT: DUAL.pose(q, LEFT), RIGHT: moved(DUAL.pose(q, RIGHT), 0, 0, 0.006)}
+    tasks = [
+        ftqp.Task(tolerance=0.005),
+        ftqp.PoseTask(RIGHT, level=1, required=False),
+        ftqp.PositionTask(
+            LEFT, target=position(DUAL, q, LEFT) + np.array([0, 0, 0.05]), level=3, name="away"
+        ),
+        ftqp.PostureTask(),
+    ]
+    planner = ftqp.Planner(DUAL, tasks=tasks)
+    planner.reset(q)
+    step = planner.step(q, None, far)
+    statuses = {name: one.status for name, one in step.tasks.items()}
+    assert statuses == {LEFT: S.OK, RIGHT: S.LAGGING, "away": S.RELAXED, "PostureTask": None}
+    assert step.status is S.OK, "neither of those is required"
+    step, _ = run(planner, q, far)
+    assert step.tasks[RIGHT].status is S.OK and step.copy().tasks["away"].status is S.RELAXED
+
+
 def test_a_copy_of_a_step_keeps_what_is_left_of_each_task():
     q = DUAL.neutral
     planner = ftqp.Planner(DUAL, tasks=[ftqp.Task(), ftqp.PoseTask(RIGHT, level=1, rows=("x", "rz"))])

@@ -144,11 +144,11 @@ def postures(
                 f"clear_of looks at the whole of {robot.name}, but the joints beside the way to {tip!r} are "
                 "held; leave it out, or make the planner of robot.arm_to(...)"
             )
-        arm = robot.arm_to(tip)
-        arm.refuse_tree("a study of an arm's postures needs")
+        serial = robot.arm_to(tip)
+        serial.refuse_tree("a study of an arm's postures needs")
         at = robot.neutral if near is None else robot.angles(near)
         of_arm = postures(
-            arm, pose, faults=faults_on_way(robot, tip, belief.faults.values()), rows=rows,
+            serial, pose, faults=faults_on_way(robot, tip, belief.faults.values()), rows=rows,
             near=None if near is None else on_way(robot, tip, at), count=count, starts=starts, seed=seed,
         )  # fmt: skip
         whole = tuple(replace(one, q=off_way(robot, tip, one.q, at)) for one in of_arm.found)

@@ -34,6 +34,7 @@ from ftqp.control.planner.step_parts import (
     Said,
     SoftTaskReport,
     measures_of,
+    task_status,
 )
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.html_table import html_table
@@ -53,6 +54,7 @@ from ftqp.kernel.layout.enums import (
     Kept,
 )
 from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.kernel.layout.thresholds import MISSED_FROM, RELAXED_FROM
 from ftqp.qp.problem import SolveStatus
 
 NOTHING_BESIDE = Named()
@@ -107,7 +109,7 @@ class Step:
         for name in JOINTS_ONLY:
             parts[name] = parts[name][:n]
         parts["z"] = parts["z"][:nc]
-        parts |= {name: parts[name].reshape(-1) for name in ("soft_error", "soft_slack")}
+        parts |= {name: parts[name].reshape(-1) for name in ("soft_error", "soft_slack", "soft_asked")}
         self._own(ArmOfSteps(session), joints, parts, said, named)
 
     def _own(self, arm: ArmOfSteps, joints: Sequence[str], parts: Any, said: Said, named: Named) -> None:
@@ -260,23 +262,30 @@ class Step:
         named, errors, failed = self._named, self._parts["soft_error"], self._named.failed or {}
         found = {} if named.tip is None else {named.tip: self.task_error}
         found |= {name: errors[6 * k : 6 * k + size] for k, (name, size) in enumerate(named.tasks)}
-        slacks = self._parts["soft_slack"]
-        return {
-            name: SoftTaskReport(
-                error,
-                failed.get(name),
-                named.kept(name, error),
-                self.slack if name == named.tip else named.slack(name, slacks),
+        parts, tip = self._parts, named.tip
+        said = {}
+        for name, error in found.items():
+            if name == tip:
+                slack, asked, share = self.slack, self._per_row(parts["asked"]), RELAXED_FROM
+            else:
+                slack, asked = (named.slack(name, parts[part]) for part in ("soft_slack", "soft_asked"))
+                share = RELAXED_FROM if name in named.held else MISSED_FROM
+            kept = named.kept(name, error)
+            said[name] = SoftTaskReport(
+                error, failed.get(name), kept, slack, task_status(kept, slack, asked, share)
             )
-            for name, error in found.items()
-        }
+        return said
 
     @property
     def slack(self) -> FloatArray:
         """A x - b of the task rows, (m,) [m/s2 and rad/s2; m/s and rad/s at the velocity level]."""
+        return self._per_row(self._parts["slack"])
+
+    def _per_row(self, values: FloatArray) -> FloatArray:
+        """Values of the task rows with radians in place of metres, (m,)."""
         parts = self._parts
         m = int(parts["m"][0])
-        result: FloatArray = parts["slack"][:m] / parts["row_scale"][parts["components"][:m].astype(np.intp)]
+        result: FloatArray = values[:m] / parts["row_scale"][parts["components"][:m].astype(np.intp)]
         return result
 
     @property

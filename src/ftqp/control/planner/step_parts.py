@@ -7,9 +7,11 @@ from typing import NamedTuple, Protocol, final
 import numpy as np
 
 from ftqp.control.planner.free_joint import PLACES
+from ftqp.control.planner.status import StepStatus
 from ftqp.core.checks import FloatArray, IntArray, frozen
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import NOTHING_ASKED, Asked
+from ftqp.kernel.layout.thresholds import TASK_FLOOR
 from ftqp.qp.problem import SolveStatus
 
 PLACES_OF_A_STEP = {
@@ -69,6 +71,8 @@ PLACES_OF_A_STEP = {
     "components": ("task", "rows"),
     "soft_error": ("terms", "error"),
     "soft_slack": ("terms", "slack"),
+    "soft_asked": ("terms", "asked"),
+    "asked": ("task", "asked"),
     "soft_missed": ("terms", "missed"),
     "pairs": ("scene", "pairs"),
     "distance": ("scene", "distance"),
@@ -226,6 +230,7 @@ class Named(NamedTuple):
             in metres.
         length: What a radian counts there [m].
         required: Names of the further tasks that the status speaks of.
+        held: Names of those on level 0.
     """
 
     tasks: tuple[tuple[str, int], ...] = ()
@@ -238,9 +243,10 @@ class Named(NamedTuple):
     rows: Mapping[str, tuple[tuple[int, ...], tuple[bool, ...]]] = {}
     length: float = 1.0
     required: tuple[str, ...] = ()
+    held: tuple[str, ...] = ()
 
     def slack(self, name: str, slacks: FloatArray) -> FloatArray:
-        """What the command leaves of each row of a further task, (m,).
+        """What the command leaves of each row of a further task, or what they ask for, (m,).
 
         Args:
             name: Of the task.
@@ -265,6 +271,23 @@ class Named(NamedTuple):
         return kept if kept.pairs is None else kept._replace(pairs=KeptPairs(kept.pairs.names))
 
 
+def task_status(kept: bool | None, slack: FloatArray, asked: FloatArray, share: float) -> StepStatus | None:
+    """The status of one task.
+
+    Args:
+        kept: Whether its error is within the tolerances; None where nothing is known of it.
+        slack: What the command leaves of each row, (m,).
+        asked: What each row asks for, (m,).
+        share: The share of it above which it counts as missed.
+    """
+    if kept is None:
+        return None
+    left, most = np.abs(slack).max(initial=0.0), np.abs(asked).max(initial=0.0)
+    if left > share * most + TASK_FLOOR:
+        return StepStatus.RELAXED
+    return StepStatus.OK if kept else StepStatus.LAGGING
+
+
 class SoftTaskReport(NamedTuple):
     """How far a further task was from its target before a step.
 
@@ -279,12 +302,16 @@ class SoftTaskReport(NamedTuple):
         slack: J x - b of its rows, (m,) [m/s2 and rad/s2; m/s and rad/s at the velocity level]: what the
             command leaves of what they ask for; 0 while the arm is brought to rest, and none of tasks of
             joints.
+        status: RELAXED where the command leaves more of it than counts as none (of the tip and of level 0 a
+            thousandth of what it asks for, of the others half), else LAGGING where it is not kept, else OK;
+            None of tasks of joints and of one's own. That of the step is about those that are required.
     """
 
     error: FloatArray
     failed: str | None = None
     kept: bool | None = None
     slack: FloatArray = frozen(np.empty(0))
+    status: StepStatus | None = None
 
 
 class Measures(NamedTuple):

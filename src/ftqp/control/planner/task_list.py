@@ -224,9 +224,11 @@ class TaskList(Mapping[str, RunningTask]):
         limits = main.tolerance, main.rotation_tolerance
         rows = {name: _rows_in_record(at, one.given) for at, (name, one) in enumerate(self.items())}
         required = tuple(name for name, one in self.items() if one.given.counts)
+        held = tuple(name for name, one in self.items() if one.given.level == FIRST)
         return Named(
-            self.errors, asked, self.failed, pairs, tip, judged, limits, rows, self._terms.length, required
-        )
+            self.errors, asked, self.failed, pairs, tip, judged, limits, rows, self._terms.length, required,
+            held,
+        )  # fmt: skip
 
     @property
     def begin_where_they_are(self) -> tuple[str, ...]:

@@ -25,6 +25,10 @@ TASK_FLOOR: Final = 1e-4
 """... this in the task's own unit [m/s2 or m/s, rad alike], counts as relaxed. Both are far above what a
 solver may leave, so that backends agree. A guess that the campaigns have not contradicted."""
 
+MISSED_FROM: Final = 0.5
+"""A task beside the tip's, or after it, is missed where so much of what it asks for is left: D leaves some
+while it has far to go. A guess that tests/control/planner/test_shared_tasks.py has not contradicted."""
+
 OUTSIDE_FROM: Final = 1e-6
 """A joint beyond its range by more than this [rad or m], or faster by more than this share, is outside ..."""
 OUTSIDE_SIGMAS: Final = 6.0

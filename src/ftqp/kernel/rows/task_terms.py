@@ -12,7 +12,7 @@ from typing import Any
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, SCALE
 from ftqp.kernel.layout.terms_room import AXIS, BEFORE_SCHEME, BESIDE_TIP, JOINT_PLACES
-from ftqp.kernel.layout.thresholds import RELAXED_FROM, TASK_FLOOR
+from ftqp.kernel.layout.thresholds import MISSED_FROM, RELAXED_FROM, TASK_FLOOR
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.side_by_side import WIDTH, below, numbers, put, several, sum_of
@@ -24,9 +24,6 @@ BEND = 0.1
 """Share of the bound of the error's second derivative that D has. With kv = 2 sqrt(kp) a tenth of the second
 derivative itself is damped by 1/3 of critical; all of the bound would make hands that have far to go several
 times slower. A guess that tests/control/planner/test_shared_tasks.py has not contradicted."""
-MOSTLY = 0.5
-"""A task beside the tip's is missed where so much of what it asks for is left: D leaves some while it has far
-to go. A guess that tests/control/planner/test_shared_tasks.py has not contradicted."""
 STRICT = 1e4
 """By how much what goes before the scheme outweighs it, as shares of tr H, with rows in characteristic
 lengths. The scheme then keeps it from 1e-3 of what it wants of it, or less. With the rows of level 1 a
@@ -298,7 +295,7 @@ def judge_terms(K: Any, attempted: bool) -> None:
                 size, most = max(size, abs(terms.asked[t, k])), max(most, abs(terms.slack[t, k]))
         if not terms.required[t] or not posed:
             continue
-        if most > (MOSTLY if terms.shares[t] else RELAXED_FROM) * size + TASK_FLOOR:
+        if most > (MISSED_FROM if terms.shares[t] else RELAXED_FROM) * size + TASK_FLOOR:
             terms.missed += 1
         position, rotation = error_of(terms, t)
         terms.worst = max(terms.worst, position / feedback.tolerance, rotation / feedback.rotation_tolerance)
