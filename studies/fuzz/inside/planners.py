@@ -101,7 +101,7 @@ def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
 
 
 def _soft(robot: Any, rng: Any) -> list[Any]:
-    """Further tasks of one planner in three, near the arm or far from it, before or after that of the tip."""
+    """Further tasks of one planner in three, near the arm or far from it, on any level."""
     if rng.random() > 1.0 / 3.0:
         return []
     size = 10.0 ** rng.uniform(-2.0, 2.0)
@@ -131,7 +131,8 @@ def _soft(robot: Any, rng: Any) -> list[Any]:
         if rng.random() < 0.4:
             may = task.can_go_first and rows + 6 <= 12 and rng.random() < 0.4
             rows += 6 * may
-            chosen.append(replace(task, level=0) if may else task)
+            later = int(rng.integers(1 if task.can_go_first else 2, 4))
+            chosen.append(replace(task, level=0 if may else later))
     return chosen[:8]
 
 
