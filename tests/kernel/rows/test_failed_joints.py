@@ -7,8 +7,23 @@ from session_ticks import Ticks, hessian
 
 import ftqp
 from ftqp.kernel.entry.session import ArmSession
-from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED, JointCode
-from ftqp.kernel.rows.failed_joints import any_instant_lock, braked_velocity, lock_rate, sort_joints
+from ftqp.kernel.layout.enums import (
+    BRAKING,
+    FREE,
+    HEALTHY,
+    INSTANT,
+    LOCKED,
+    RESET_MOMENTUM,
+    RESET_TASK,
+    JointCode,
+)
+from ftqp.kernel.rows.failed_joints import (
+    any_instant_lock,
+    braked_velocity,
+    lock_instantly,
+    lock_rate,
+    sort_joints,
+)
 
 DT = 0.002
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
@@ -213,6 +228,20 @@ def test_an_instant_lock_never_throws_the_others_over_their_speed_limits(name, r
             full = np.minimum(limits.v_max, np.sqrt(2.0 * reserve * most))
             assert np.any(np.abs(after[others]) >= full[others] * (1.0 - 1e-9))
     assert shortened >= 3
+
+
+@pytest.mark.parametrize("reset", [RESET_MOMENTUM, RESET_TASK])
+def test_a_jump_that_is_no_number_leaves_the_velocities_that_the_gate_judges_by(reset):
+    K = listed([HEALTHY, INSTANT, HEALTHY])
+    K.faults.reset_mode, K.task.m = reset, 2
+    K.kinematics.M[:3, :3] = np.eye(3) + 0.1
+    K.kinematics.J[:2, :3] = [[1.0, 0.5, 0.2], [0.0, 1.0, 0.7]]
+    K.limits.v_max[:3], K.limits.q_max[:3], K.limits.q_min[:3] = 2.0, 1.0, -1.0
+    K.state.v[:3] = K.gate.v[:3] = 0.3, 0.2, -0.1
+    K.state.v[1] = np.nan
+    lock_instantly(K)
+    assert list(K.gate.v[:3]) == [0.3, 0.0, -0.1] and list(K.state.v[:3]) == [0.3, 0.0, -0.1]
+    assert K.faults.code[1] == LOCKED
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])

@@ -226,8 +226,8 @@ def lock_instantly(K: Any) -> None:
     task:       Delta_H = -J_H^+ J_F Delta_F, so that the task's velocity goes on
 
     Where a working joint would break its speed limit, or could no longer stop in its range, all make the same
-    share of Delta_H, ``K.cascade.jump``; the rest is left to the task's feedback. It needs J, and M for
-    ``momentum``.
+    share of Delta_H, ``K.cascade.jump``; the rest is left to the task's feedback, and so is what is no
+    number, for the gate judges by the velocities that are changed here. It needs J, and M for ``momentum``.
     Source: docs/theory/joint-failures.md, "Instant locks".
     """
     faults, state = K.faults, K.state
@@ -241,8 +241,9 @@ def lock_instantly(K: Any) -> None:
     share = K.cascade.jump = _share_of_jump(state, faults, K.limits, K.scratch)
     for k in range(faults.movable):
         i = faults.order[k]
-        state.v[i] += share * delta[i]
-        K.gate.v[i] += share * delta[i]
+        if abs(delta[i]) < inf:
+            state.v[i] += share * delta[i]
+            K.gate.v[i] += share * delta[i]
     for i in range(n):
         if faults.code[i] == INSTANT:
             state.v[i] = K.gate.v[i] = 0.0
