@@ -165,7 +165,7 @@ def test_a_task_of_ones_own_has_no_error_and_a_planner_without_tasks_no_columns(
     log = run(planner(tasks=[ftqp.LeastSquares(1, own, name="mine")], constraints=None)).log
     assert not [name for name in log.names if name.startswith((TASKS, PLANES))]
     assert log.metadata["tasks"] == [
-        {"name": "mine", "kind": "least_squares", "level": 2, "weight": 1.0, "rows": 1}
+        {"name": "mine", "kind": "least_squares", "level": 3, "weight": 1.0, "rows": 1}
     ]
     plain = run(ftqp.Planner(PANDA, DT)).log
     assert not {"tasks", "constraints"} & plain.metadata.keys()
