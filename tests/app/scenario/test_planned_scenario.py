@@ -56,6 +56,23 @@ def test_the_resolved_scenario_names_its_plan_and_a_scheme_that_it_can_lead(plan
     assert again.content["planner"]["plan"] == str(plan_file)
 
 
+def test_a_plan_of_one_hand_is_made_and_leads_the_whole_robot(tmp_path: Path) -> None:
+    file, scenario = tmp_path / "hand.npz", tmp_path / "hands.toml"
+    scenario.write_text(
+        '[robot]\nname = "dual_panda"\n[planner]\ndt = 0.02\nscheme = "rmp"\n'
+        '[path]\nkind = "line"\ndisplacement = [0.0, 0.03, 0.03]\nduration = 0.4\n'
+    )
+    made = ["plan", str(scenario), "-o", str(file), "--method", "constant", "--start", "given"]
+    assert CliRunner().invoke(app, made).exit_code == 0
+    planned = ftqp.analysis.load_plan(file)
+    assert planned.joints == tuple(f"left_joint{k}" for k in range(1, 8))
+    setup = load(scenario, plan=file)
+    assert setup.planner.plan is not None and setup.q.shape == (14,)
+    assert np.array_equal(setup.q[:7], planned.q[0]) and np.array_equal(setup.q[7:], setup.robot.neutral[7:])
+    summary = runs.run(setup, tmp_path / "run", drawn=False).summary
+    assert summary["completed"] and summary["max_position_error"] < 5e-3
+
+
 @pytest.mark.parametrize(
     ("scenario", "overrides", "said"),
     [
