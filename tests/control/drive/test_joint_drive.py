@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.drive.joint_drive import Drive, by_name
+from ftqp.control.drive.joint_drive import Drive, asked, by_name
 
 QUIET = ftqp.Noise()
 
@@ -84,3 +84,76 @@ def test_too_much_latency_and_a_robot_without_inertia_are_refused():
         ftqp.Planner(ftqp.robots.load("srs7"), drive="torque")
     with pytest.raises(ftqp.InputError, match="noise is 3, expected an"):
         ftqp.Planner(robot, noise=3)
+
+
+def shaken(w, poles, noise, dt=1e-3, ticks=40000):
+    """Standard deviation of the acceleration that noise asks for, simulated."""
+    rng = np.random.default_rng(0)
+    q = v = d = 0.0
+    wanted = []
+    for sample in noise * rng.standard_normal(ticks):
+        q, v = q + dt * v + 0.5 * dt * dt * d, v + dt * d
+        e = sample - q
+        q, v = q + (1.0 - poles**3) * e, v + 1.5 * (1.0 - poles) ** 2 * (1.0 + poles) / dt * e
+        d += (1.0 - poles) ** 3 / dt**2 * e
+        wanted.append(w * w * q + 2.0 * w * v)
+    return float(np.std(wanted))
+
+
+@pytest.mark.parametrize("x", [1.5, 2.0, 5.0])
+def test_noise_asks_for_as_much_acceleration_as_a_simulated_observer_says(x):
+    w, dt = 80.0, 1e-3
+    assert asked(w, x, np.sqrt(dt)) == pytest.approx(shaken(w, np.exp(-x * w * dt), 1.0), rel=0.1)
+
+
+def test_observer_of_a_torque_arm_is_so_slow_that_noise_alone_does_not_jolt_it():
+    drive = Drive(kind="torque")
+
+    def pole(q, **given):
+        return drive.gains(1e-3, ftqp.Noise(q=q), 0.9, **given)["pole"]
+
+    exact, noisy = pole(0.0, a_max=7.0), pole(1e-4, a_max=7.0)
+    assert shaken(80.0, exact, 1e-4) > 5.0
+    assert shaken(80.0, noisy, 1e-4) == pytest.approx(0.2 * 7.0, rel=0.05)
+    assert pole(1e-5, a_max=7.0) == pole(1e-4) == exact
+    assert drive.gains(1e-3, ftqp.Noise(q=1e-4), 0.9, 7.0)["stiffness"] == 80.0
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4, 1e-2])
+def test_loop_of_a_torque_arm_has_its_margin_whatever_the_noise(noise):
+    gains = Drive(kind="torque").gains(1e-3, ftqp.Noise(q=noise), 0.9, 7.0)
+    w, wo, c = gains["stiffness"], -np.log(gains["pole"]) / 1e-3, 0.5 * gains["stiffness"]
+
+    def loop(s):
+        """The observer knows what was sent: q^ = q_seen position + ..., and so on."""
+        disturbance = (wo / (s + wo)) ** 3
+        position = 1.0 - (s / (s + wo)) ** 3
+        speed = s * (3.0 * wo**2 * s + wo**3) / (s + wo) ** 3
+        forward = c / (s + c) * disturbance
+        back = w * w * position + 2.0 * w * speed + forward * s * s
+        known = 1.0 + w * w * (1.0 - position) / s**2 + 2.0 * w * (s - speed) / s**2 - forward
+        return back / known * np.exp(-s * 1e-3) / s**2
+
+    assert sensitivity(loop) < 2.3
+
+
+def given_way(w, x, dt=1e-3, ticks=2000):
+    """How far a joint gives way to a step of 1 rad/s2 [rad]; the observer knows what was sent."""
+    z, c = np.exp(-x * w * dt), 1.0 - np.exp(-0.5 * w * dt)
+    q = v = seen = speed = d = slow = sent = farthest = 0.0
+    for _ in range(ticks):
+        seen, speed = seen + dt * speed + 0.5 * dt * dt * (sent + d), speed + dt * (sent + d)
+        e = q - seen
+        seen, speed = seen + (1.0 - z**3) * e, speed + 1.5 * (1.0 - z) ** 2 * (1.0 + z) / dt * e
+        d += (1.0 - z) ** 3 / dt**2 * e
+        slow += c * (d - slow)
+        sent = -w * w * seen - 2.0 * w * speed - slow
+        q, v = q + dt * v + 0.5 * dt * dt * (sent + 1.0), v + dt * (sent + 1.0)
+        farthest = max(farthest, abs(q))
+    return farthest
+
+
+def test_slower_observer_costs_less_than_a_softer_loop_for_as_much_noise():
+    assert asked(80.0, 1.5, 1e-4) == pytest.approx(asked(41.0, 5.0, 1e-4), rel=0.1)
+    far = [1e6 * given_way(w, x) for w, x in ((80.0, 5.0), (80.0, 1.5), (41.0, 5.0))]
+    assert far == pytest.approx([90.0, 216.0, 347.0], rel=0.02)

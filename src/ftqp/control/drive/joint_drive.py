@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import ceil, exp, isfinite, sqrt
+from math import ceil, exp, inf, isfinite, sqrt
 from typing import Any
 
 import numpy as np
@@ -35,10 +35,13 @@ contradicted."""
 
 OBSERVER = 200.0
 """Bandwidth of the observer of position and velocity arms [1/s] ..."""
-OBSERVER_SHARE = 5.0
-"""... and of a torque arm, as a multiple of its stiffness. A guess that the campaigns have not
-contradicted."""
-
+OBSERVER_SHARE, OBSERVER_LEAST = 5.0, 1.5
+"""... and of a torque arm, as multiples of its stiffness: without noise, a guess that the campaigns have not
+contradicted, and at least, so that a joint that is as heavy as the model says has a largest sensitivity below
+2.3, which tests/control/drive/test_joint_drive.py computes."""
+SHAKEN = 0.2
+"""Noise alone may ask a torque arm for this share of its smallest acceleration limit (standard deviation):
+half of that limit is then beyond two of them. A guess that `ftqp campaign detection` has not contradicted."""
 
 OBSERVER_FAILED = 300.0
 """Bandwidth of the observer of a failed joint [1/s]. A guess that the campaigns have not contradicted."""
@@ -161,13 +164,14 @@ class Drive:
             )
         return ticks
 
-    def gains(self, dt: float, noise: Noise, reach: float) -> dict[str, float]:
+    def gains(self, dt: float, noise: Noise, reach: float, a_max: float = inf) -> dict[str, float]:
         """Bandwidths of every loop, by their names in the record's room ``feedback``, and ``lead``.
 
         Args:
             dt: The sampling period [s].
             noise: What is measured, how noisily.
             reach: The arm's reach [m].
+            a_max: The smallest acceleration limit of the arm's joints [rad/s2 or m/s2].
         """
         delay = (self.ticks(dt) + 1) * dt
         w = min(STIFFNESS_MOST, STIFFNESS_DELAY / delay) if self.stiffness is None else self.stiffness
@@ -182,7 +186,7 @@ class Drive:
         lead = self.lead
         if lead is None:
             lead = 2.0 / self.bandwidth if self.bandwidth is not None and not self.takes_velocity else 0.0
-        observer = OBSERVER_SHARE * w if self.kind == "torque" else OBSERVER
+        observer = observer_of(w, SHAKEN * a_max, noise.q * sqrt(dt)) if self.kind == "torque" else OBSERVER
         felt = NOISE_OF_D * noise.q * observer**2 * sqrt(observer * dt)
         return {
             "kappa": min(own, KAPPA_DELAY / delay, KAPPA_MOST, rattles),
@@ -223,6 +227,34 @@ class Drive:
             "felt": noise.q * felt(rate, dt),
             "slowness": gain,
         }
+
+
+def observer_of(w: float, most: float, noise: float) -> float:
+    """Bandwidth of the observer with which noise alone asks a torque arm for ``most`` acceleration [1/s].
+
+    w^2 q^ + 2 w v^ of white noise has, with x = w_o/w, the standard deviation
+
+        sigma sqrt(dt) w^(5/2) sqrt(x (112 x^2 + 108 x + 33)/16),
+
+    and x stays between 1.5 and 5. A slower observer costs less than a softer loop: for as much noise a
+    disturbance moves the joint by 0.6 of what it would there.
+
+    Args:
+        w: Stiffness of the loop [1/s].
+        most: Standard deviation of the acceleration [rad/s2 or m/s2].
+        noise: sigma sqrt(dt) of the encoders.
+
+    Source: docs/theory/feedback.md, "The observer".
+    """
+    if noise <= 0.0 or most >= asked(w, OBSERVER_SHARE, noise):
+        return OBSERVER_SHARE * w
+    x = float(max(np.roots([112.0, 108.0, 33.0, -16.0 * (most / noise) ** 2 / w**5]).real))
+    return max(OBSERVER_LEAST, x) * w
+
+
+def asked(w: float, x: float, noise: float) -> float:
+    """Standard deviation of what noise alone asks a torque arm for, see ``observer_of`` [rad/s2 or m/s2]."""
+    return noise * w * w * sqrt(w * x * (112.0 * x * x + 108.0 * x + 33.0) / 16.0)
 
 
 def felt(rate: float, dt: float) -> float:

@@ -91,7 +91,7 @@ def filled(
     feedback.stride = int(REMEMBERED / ((HISTORY - 2) * dt)) + 1
     feedback.speed = 1.0
     feedback.tolerance, feedback.rotation_tolerance = task.tolerance, task.rotation_tolerance
-    gains = drive.gains(dt, noise, 6.0 * robot.length)
+    gains = drive.gains(dt, noise, 6.0 * robot.length, float(np.min(robot.limits.a_max)))
     K.gate.lead = gains.pop("lead")
     for name, value in gains.items():
         setattr(feedback, name, value)

@@ -8,7 +8,7 @@ from ftqp.kernel.detection.encoders import cannot_tell_frozen
 from ftqp.kernel.detection.standing import FEWEST, LONG, is_slow, speed_of, stands, takes_up_speed
 from ftqp.kernel.detection.torque_share import fit_share
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.detection_room import BANKS, FAST, SLOW
+from ftqp.kernel.layout.detection_room import BANKS, FAST, SLOW, WINDOW
 from ftqp.kernel.layout.enums import (
     IS_DEGRADED,
     IS_FREE,
@@ -99,8 +99,28 @@ def _healthy_torque(D: Any, K: Any, i: int, then: int) -> float:
 
 
 @jit
+def _comes_back(D: Any, i: int, relative: float) -> bool:
+    """Whether the loop of joint i may be what drives it: it comes nearer to its command, or has just done so.
+
+    A joint that comes loose, or that something held or pulled, gets back the energy that its loop stored, and
+    a loop that does not ring takes it no farther beyond its command than it came from: less than |e| on the
+    other side within the window says that more than that energy is at work.
+    """
+    if D.e[i] * relative <= 0.0:
+        return True
+    other = 0.0
+    for k in range(WINDOW):
+        if D.kept_e[k, i] * D.e[i] < 0.0:
+            other = max(other, abs(D.kept_e[k, i]))
+    return abs(D.e[i]) <= other
+
+
+@jit
 def _runs_away(D: Any, K: Any, i: int, then: int) -> bool:
-    """Whether joint i goes where nobody sent it with nearly all its torque."""
+    """Whether joint i goes where nobody sent it with nearly all its torque.
+
+    On a torque arm, whose loop takes it to its command, a joint that comes back does not run away.
+    """
     if D.has_motor and abs(D.tau[i]) > FULL * D.tau_max[i]:
         asked = D.motor_torque[i]
         if asked * D.tau[i] < 0.0 or abs(asked) < FULL * FULL * D.tau_max[i]:
@@ -109,6 +129,8 @@ def _runs_away(D: Any, K: Any, i: int, then: int) -> bool:
     against = v * v_ref < 0.0 and abs(v) > BEYOND
     beyond = v * v_ref >= 0.0 and abs(v) > abs(v_ref) + BEYOND
     if not (against or beyond):
+        return False
+    if D.from_command and _comes_back(D, i, v - v_ref):
         return False
     jump = _jump_of_torque(D, K, i)
     given = _healthy_torque(D, K, i, then) + jump
