@@ -35,7 +35,7 @@ def array(
     """
     result = numbers(name, value, f"; expected shape {shape}")
     if result.shape != shape:
-        expected = f"{symbol} = {shape}" if symbol else f"{shape}"
+        expected = f"{shape}" if symbol in ("", f"{shape}") else f"{symbol} = {shape}"
         raise InputError(f"{name} has shape {result.shape}, expected {expected}")
     if np.isnan(result).any():
         raise InputError(f"{name} contains NaN at index {_first(np.isnan(result))}; expected numbers")

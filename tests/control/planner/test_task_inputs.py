@@ -149,3 +149,54 @@ def test_a_function_that_takes_longer_than_a_tick_is_told_of_once(caplog):
     slow = [r.getMessage() for r in caplog.records if "so that the loop is late" in r.getMessage()]
     assert len(slow) == 2 and "fill of own took" in slow[0] + slow[1]
     assert "fill of constraint mine took" in slow[0] + slow[1]
+
+
+NAN = float("nan")
+NO_TURN = np.diag([1.0, 1.0, 2.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("task", "bad", "why"),
+    [
+        (ftqp.PositionTask("left_joint4", name="more"), (0.0, 0.0, NAN), "is not finite"),
+        (ftqp.PositionTask("left_joint4", name="more"), ftqp.Target(position=(0, NAN, 0)), "is not finite"),
+        (ftqp.PoseTask(RIGHT, level=1, name="more"), np.full((4, 4), NAN), "is not finite"),
+        (ftqp.PoseTask(RIGHT, level=1, name="more"), NO_TURN, "has a rotation part that is none"),
+        (ftqp.PoseTask(RIGHT, level=1, name="more"), ftqp.Target(pose=np.full((4, 4), NAN)), "is not finite"),
+        (ftqp.RelativeTask(RIGHT, LEFT, name="more"), np.full((4, 4), np.inf), "is not finite"),
+        (ftqp.AxisTask(RIGHT, along=(0, 0, 1), name="more"), (0, NAN, 1), "is not finite"),
+        (ftqp.AxisTask(RIGHT, along=(0, 0, 1), name="more"), (0, 0, 0), "has no direction"),
+        (ftqp.CentreOfMass(name="more"), (NAN, 0, 0), "is not finite"),
+        (ftqp.PostureTask(name="more"), np.full(14, NAN), "is not finite"),
+    ],
+)
+def test_a_target_that_is_not_finite_is_left_out_and_told_until_another_one_comes(task, bad, why, caplog):
+    planner, home = planner_of(task)
+    one = planner.tasks["more"]
+    before = one.target
+    step = planner.step(BODY.neutral, None, {"tip": home, "more": bad})
+    assert step.status is ftqp.StepStatus.OK and np.array_equal(one.target, before)
+    assert step.tasks["more"].failed == f"target {why}, so that the last one of 'more' stays"
+    one.target = bad
+    kept = planner.step(BODY.neutral, None, {}).copy()
+    assert np.array_equal(one.target, before) and why in kept.tasks["more"].failed
+    assert len([record for record in caplog.records if "told once" in record.message]) == 1
+    step = planner.step(BODY.neutral, None, {"more": before})
+    assert step.tasks["more"].failed is None and kept.tasks["more"].failed is not None
+
+
+def test_a_velocity_that_is_not_finite_is_left_out_and_a_reset_forgets_it():
+    planner, home = planner_of(ftqp.PositionTask("left_joint4", name="elbow"))
+    planner.tasks["elbow"].velocity = (0.0, 0.0, NAN)
+    step = planner.step(BODY.neutral, None, {"tip": home})
+    assert step.tasks["elbow"].failed.startswith("velocity is not finite")
+    assert not planner.tasks["elbow"].velocity.any()
+    planner.reset(BODY.neutral)
+    assert planner.step(BODY.neutral, None, {"tip": home}).tasks["elbow"].failed is None
+
+
+@pytest.mark.parametrize("bad", [np.full((4, 4), NAN), NO_TURN])
+def test_a_pose_of_the_tip_that_is_none_is_a_status(bad):
+    planner, home = planner_of(ftqp.PositionTask("left_joint4", name="elbow"))
+    assert planner.step(BODY.neutral, None, {"tip": bad}).status is ftqp.StepStatus.INVALID_INPUT
+    assert planner.step(BODY.neutral, None, {"tip": home}).status is ftqp.StepStatus.OK

@@ -104,15 +104,13 @@ class OwnRows:
         tasks: Place, name and task of each.
         robot: The arm, at whose neutral posture each is tried.
         seen: What they are shown in every tick.
-
-    Attributes:
-        failed: Why a task was left out of the last tick, by name; none where all were good.
+        failed: Where it is written why a task was left out of the last tick, by name.
 
     Raises:
         InputError: A function raises, gives no numbers, or returns something, at the neutral posture at rest.
     """
 
-    __slots__ = ("_all", "_pace", "_seen", "_warned", "failed")
+    __slots__ = ("_all", "_failed", "_pace", "_seen", "_warned")
 
     def __init__(
         self,
@@ -120,9 +118,10 @@ class OwnRows:
         tasks: Sequence[tuple[int, str, OwnTask]],
         robot: Robot,
         seen: Seen,
+        failed: dict[str, str],
     ) -> None:
         n, self._seen, self._pace = robot.nv, seen, Pace(seen.dt)
-        self.failed: dict[str, str] = {}
+        self._failed = failed
         self._warned: set[str] = set()
         still, fills = resting(seen, robot.neutral), [task.filling(robot) for _, _, task in tasks]
         for (_, name, task), fill in zip(tasks, fills, strict=True):
@@ -150,12 +149,12 @@ class OwnRows:
             self._pace.look(name, began)
             if why:
                 J[:] = b[:] = 0.0
-                self.failed[name] = f"fill {why}, so that {name} was left out of the tick"
+                self._failed[name] = f"fill {why}, so that {name!r} was left out of the tick"
                 if name not in self._warned:
                     self._warned.add(name)
-                    _LOG.warning("%s; this is told once", self.failed[name])
+                    _LOG.warning("%s; this is told once", self._failed[name])
             else:
-                self.failed.pop(name, None)
+                self._failed.pop(name, None)
 
 
 def tried(fill: Callable[..., object], state: Seen, *arrays: FloatArray) -> str:

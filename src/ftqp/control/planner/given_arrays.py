@@ -68,15 +68,23 @@ def vector(name: str, value: Any) -> FloatArray:
     return result
 
 
-def sized(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
+def sized(name: str, value: Any, shape: tuple[int, ...], symbol: str = "") -> FloatArray:
     """``value`` as a contiguous array of ``shape``; NaN and infinities pass.
+
+    Args:
+        name: How the user knows the value.
+        value: Anything numpy can turn into numbers.
+        shape: The shape expected.
+        symbol: That shape in symbols, for the message.
 
     Raises:
         InputError: not numbers, or another shape.
     """
     result = numbers(name, value)
     if result.shape != shape:
-        raise InputError(f"{name} has shape {result.shape}, expected {shape}{_MEANS.get((name, shape), '')}")
+        expected = f"{shape}" if symbol in ("", f"{shape}") else f"{symbol} = {shape}"
+        means = _MEANS.get((name, shape), "")
+        raise InputError(f"{name} has shape {result.shape}, expected {expected}{means}")
     return result
 
 

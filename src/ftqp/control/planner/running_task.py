@@ -1,10 +1,12 @@
 """A further task of a planner that runs: what of it may change between steps, and how it is written down."""
 
+import logging
 from math import isfinite
-from typing import Any, final
+from typing import Any, Final, final
 
 import numpy as np
 
+from ftqp.control.planner.given_arrays import sized
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.task.own_task import OwnTask
 from ftqp.control.task.soft_tasks import (
@@ -22,15 +24,19 @@ from ftqp.control.task.soft_tasks import (
 )
 from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError
-from ftqp.core.pose import pose, transform
+from ftqp.core.pose import transform
 from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION
+from ftqp.kernel.maths.rotation import is_rotation
 from ftqp.model.body_frames import centre_of_mass, frame_pose, mount_of
 from ftqp.model.robot import Robot
 
+_LOG = logging.getLogger("ftqp")
 STILL = np.zeros(12)
 """Twist and acceleration of a target that does not move."""
-NOTHING = np.empty(0)
-"""A target that is left out."""
+NOT_FINITE: Final = "is not finite"
+NO_ROTATION: Final = "has a rotation part that is none"
+NO_DIRECTION: Final = "has no direction"
+"""Why a target is left out, and the last one stays: the world's doing, and no mistake of the program."""
 
 
 def rows_of(task: SoftTask) -> int:
@@ -58,15 +64,20 @@ class RunningTask:
         task: As it was given.
         name: What it is called.
         robot: The arm.
+        failed: Where it says why it was left out of a step, or a target of it, by name.
 
     Attributes:
         given: The task as it was given.
         name: What it is called.
     """
 
-    __slots__ = ("_at", "_goal", "_mount", "_nv", "_other", "_terms", "_turns", "given", "name")
+    __slots__ = (
+        "_at", "_failed", "_goal", "_mount", "_nv", "_other", "_terms", "_turns", "_warned", "given", "name",
+    )  # fmt: skip
 
-    def __init__(self, terms: Any, at: int, task: SoftTask, name: str, robot: Robot) -> None:
+    def __init__(
+        self, terms: Any, at: int, task: SoftTask, name: str, robot: Robot, failed: dict[str, str]
+    ) -> None:
         mounts = _mounts(terms, at, task, robot)
         slots = (("_terms", terms), ("_at", at), ("given", task), ("name", name), ("_nv", robot.nv))
         turns = bool(rows_of(task) >> 3)
@@ -77,6 +88,8 @@ class RunningTask:
             ("_other", mounts[1]),
             ("_turns", turns),
             ("_goal", views),
+            ("_failed", failed),
+            ("_warned", False),
         ):
             object.__setattr__(self, slot, value)
         _write(self, robot)
@@ -90,6 +103,8 @@ class RunningTask:
     _other: FloatArray
     _turns: bool
     _goal: tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+    _failed: dict[str, str]
+    _warned: bool
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name not in ("weight", "target", "velocity"):
@@ -110,7 +125,10 @@ class RunningTask:
 
     @property
     def target(self) -> FloatArray:
-        """Where the frame, the point, the axis or the joints should be, (4, 4), (3,) or (nv,)."""
+        """Where the frame, the point, the axis or the joints should be, (4, 4), (3,) or (nv,).
+
+        One that is not finite is left out, and the last one stays: ``step.tasks[name].failed`` says so.
+        """
         terms = self._terms
         if isinstance(self.given, PoseTask | RelativeTask):
             R, p = self._other[:3, :3].T, self._other[:3, 3]
@@ -125,7 +143,10 @@ class RunningTask:
 
     @property
     def velocity(self) -> FloatArray:
-        """How fast the target moves: of a frame (6,) [m/s and rad/s], of a point (3,) [m/s]; along W."""
+        """How fast the target moves: of a frame (6,) [m/s and rad/s], of a point (3,) [m/s]; along W.
+
+        As of a target, one that is not finite is left out.
+        """
         return frozen(self._terms.rate[self._at, : self._moving].copy())
 
     @velocity.setter
@@ -133,40 +154,50 @@ class RunningTask:
         if not isinstance(self.given, PoseTask | PositionTask | CentreOfMass):
             raise InputError(f"{self.name} has no velocity: its target is no place of W; set its target")
         n = self._moving
-        self._terms.rate[self._at, :n] = array(f"velocity of {self.name}", value, (n,), f"({n},)")
+        rate = sized(f"velocity of {self.name}", value, (n,))
+        if np.isfinite(rate).all():
+            self._terms.rate[self._at, :n] = rate
+        else:
+            self._leave_out("velocity", NOT_FINITE)
 
     @property
     def _moving(self) -> int:
         return 6 if isinstance(self.given, PoseTask) else 3
 
-    def taken(self, value: Any) -> FloatArray:
-        """A target as numbers, checked.
+    def taken(self, value: Any) -> FloatArray | str:
+        """A target as numbers, checked; or why it is left out, which is the world's doing.
 
         Raises:
-            InputError: A wrong shape, numbers that are not finite, or a task without a target.
+            InputError: A wrong shape, no numbers, or a task without a target.
         """
         what = f"target of {self.name}"
         match self.given:
             case OwnTask():
                 raise InputError(f"{self.name} has no target: its own function says what is asked")
             case JointTask() | PostureTask():
-                return array(what, value, (self._nv,), "(nv,)")
+                found = sized(what, value, (self._nv,), "(nv,)")
             case PoseTask() | RelativeTask():
                 return _moving_pose(what, value, self._turns)
             case AxisTask() if isinstance(self.given.towards, str):
                 raise InputError(f"{self.name} has no target but the frame {self.given.towards!r}")
-            case AxisTask() if self.given.along is not None:
-                along: FloatArray = direction(what, value)
-                return along
             case PositionTask() if isinstance(value, Target | Targets):
-                return _moving_place(value)
+                found = _moving_place(value)
             case _:
-                value = getattr(value, "position", value)
-                return array(what, value, (3,), "(3,)")
+                found = sized(what, getattr(value, "position", value), (3,))
+        if not isfinite(found.sum()):
+            return NOT_FINITE
+        if isinstance(self.given, AxisTask) and self.given.along is not None:
+            return direction(what, found) if found.any() else NO_DIRECTION
+        return found
 
-    def write(self, value: FloatArray) -> None:
-        """Take a target that ``taken`` has checked."""
+    def write(self, value: FloatArray | str) -> None:
+        """Take a target that ``taken`` has checked; one that is left out is told, and the last one stays."""
         terms, at = self._terms, self._at
+        if isinstance(value, str):
+            self._leave_out("target", value)
+            return
+        if self._failed:
+            self._failed.pop(self.name, None)
         if isinstance(self.given, PostureTask | JointTask):
             terms.q_goal[at, : self._nv] = value
         elif isinstance(self.given, PoseTask | RelativeTask):
@@ -174,12 +205,17 @@ class RunningTask:
         elif value.shape == (9,):
             goal, _, rate, ahead = self._goal
             goal[:], rate[:3], ahead[:3] = value[:3], value[3:6], value[6:]
-        elif value.size:
+        else:
             terms.goal[at] = value
 
+    def _leave_out(self, what: str, why: str) -> None:
+        """Say that the last target, or its velocity, stays; the first time by a warning, too."""
+        self._failed[self.name] = f"{what} {why}, so that the last one of {self.name!r} stays"
+        if not self._warned:
+            object.__setattr__(self, "_warned", True)
+            _LOG.warning("%s; this is told once", self._failed[self.name])
+
     def _write_pose(self, value: FloatArray) -> None:
-        if not value.size:
-            return
         T, (goal, turn, rate, ahead) = value[:16].reshape(4, 4), self._goal
         if isinstance(self.given, RelativeTask):
             T = self._other @ T
@@ -216,24 +252,26 @@ class RunningTask:
         return f"RunningTask({self.name!r}, weight={self.weight:g})"
 
 
-def _moving_pose(what: str, value: Any, turns: bool) -> FloatArray:
+def _moving_pose(what: str, value: Any, turns: bool) -> FloatArray | str:
     """A pose by rows, its twist and its acceleration, of a target or of a pose that does not move.
 
-    Of a target that is not finite, which is the world's doing, nothing: the last one stays.
+    Of one that is not finite, or does not turn, why it is left out.
     """
     if not isinstance(value, Target | Targets):
-        return np.concatenate([pose(value, what).ravel(), STILL])
-    row: FloatArray = value.packed if value.packed.ndim == 1 else value.packed[value.row]
-    if turns and row[TARGET_HAS_ROTATION] <= 0.0:
-        raise InputError(f"{what} has no rotation, expected ftqp.Target(pose=...)")
-    return row if isfinite(row.sum()) else NOTHING
+        row = np.concatenate([sized(what, getattr(value, "homogeneous", value), (4, 4)).ravel(), STILL])
+    else:
+        row = value.packed if value.packed.ndim == 1 else value.packed[value.row]
+        if turns and row[TARGET_HAS_ROTATION] <= 0.0:
+            raise InputError(f"{what} has no rotation, expected ftqp.Target(pose=...)")
+    if not isfinite(row.sum()):
+        return NOT_FINITE
+    return row if is_rotation(row[:12].tolist()) else NO_ROTATION
 
 
 def _moving_place(value: Target | Targets) -> FloatArray:
-    """A place, its velocity and its acceleration, (9,), of a target; nothing of one that is not finite."""
+    """A place, its velocity and its acceleration, (9,), of a target."""
     row: FloatArray = value.packed if value.packed.ndim == 1 else value.packed[value.row]
-    place = np.concatenate([row[[3, 7, 11]], row[16:19], row[22:25]])
-    return place if isfinite(place.sum()) else NOTHING
+    return np.concatenate([row[[3, 7, 11]], row[16:19], row[22:25]])
 
 
 def _mounts(terms: Any, at: int, task: SoftTask, robot: Robot) -> tuple[FloatArray, FloatArray]:

@@ -220,7 +220,7 @@ class Named(NamedTuple):
     Attributes:
         tasks: Of the further tasks, with how many numbers an error of each has.
         asked: Of the rows that a planner asks for, by kind.
-        failed: Why tasks were left out of the tick, by name; None where none can be.
+        failed: Why tasks were left out of the tick, or targets of them, by name; None where none can be.
         pairs: The names of pairs of bodies; None where none are kept apart.
         tip: What the task of the tip is called; None leaves it out of the reports.
         judged: Which numbers of a task's error are metres, and which are angles, by name; tasks of joints and
@@ -267,7 +267,7 @@ class Named(NamedTuple):
 
     def copy(self) -> "Named":
         """The same, which later ticks do not change."""
-        kept = self if self.failed is None else self._replace(failed=dict(self.failed))
+        kept = self if self.failed is None else self._replace(failed=dict(self.failed) or None)
         return kept if kept.pairs is None else kept._replace(pairs=KeptPairs(kept.pairs.names))
 
 
@@ -296,7 +296,8 @@ class SoftTaskReport(NamedTuple):
             that turns it onto its target, (6,) [m and rad]; of an axis the rotation that turns it onto its
             direction, (3,), its length the sine of the angle, 1 beyond a right angle; 0 of tasks of joints
             and of one's own.
-        failed: Why the task was left out of the step, in a sentence; None unless its own function failed.
+        failed: Why the task was left out of the step, or the last target that was given, in a sentence: its
+            own function failed, or that target was not finite, so that the one before stays. None of others.
         kept: Whether the rows that it asks for are within the tolerances of the tip's ``Task``; None of
             tasks of joints and of one's own.
         slack: J x - b of its rows, (m,) [m/s2 and rad/s2; m/s and rad/s at the velocity level]: what the

@@ -7,6 +7,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.planner.filled_rows import OwnRows, seen_of
+from ftqp.control.planner.given_arrays import sized
 from ftqp.control.planner.running_task import RunningTask, rows_of
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.control.planner.step_parts import Named
@@ -26,7 +27,6 @@ from ftqp.control.task.soft_tasks import (
     SoftTask,
 )
 from ftqp.control.task.task import Task, checked_gains, row_indices
-from ftqp.core.checks import array
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import COMPONENTS, HELD_ROWS, Asked
@@ -134,9 +134,11 @@ def target_of_tip(value: Any) -> Any:
     """
     if value is None or isinstance(value, Target | Targets | str | Mapping):
         return value
-    if np.shape(value) == (4, 4):
-        return Target(pose=value)
-    return Target(position=array("target of the tip", value, (3,), "ftqp.Target(pose=...), (4, 4) or (3,)"))
+    if np.shape(getattr(value, "homogeneous", value)) == (4, 4):
+        found = Target(pose=np.eye(4))
+        found.pose = value  # whatever it is by now is the world's doing
+        return found
+    return Target(position=sized("target of the tip", value, (3,), "ftqp.Target(pose=...), (4, 4) or (3,)"))
 
 
 @final
@@ -170,6 +172,7 @@ class TaskList(Mapping[str, RunningTask]):
         self._terms, self._robot = session.K.terms, robot
         self._main: Target | Targets | None = first
         found: dict[str, RunningTask] = {}
+        self._failed: dict[str, str] = {}
         terms = self._terms
         terms.length = length
         _refuse_contradictions(tasks)
@@ -181,12 +184,12 @@ class TaskList(Mapping[str, RunningTask]):
             terms.shares[at], terms.required[at] = STANDS.get(task.level, 0), task.counts
             terms.rows[at] = rows_of(task)
             terms.kp[at], terms.kv[at] = checked_gains(task, level, dt, f" of {name}")
-            found[name] = RunningTask(terms, at, task, name, robot)
+            found[name] = RunningTask(terms, at, task, name, robot, self._failed)
         terms.count = terms.own = len(tasks)
         terms.shared = sum(task.level == TIPS for task in tasks)
         self._by_name = MappingProxyType(found)
         own = [(at, one.label, one) for at, one in enumerate(tasks) if isinstance(one, OwnTask)]
-        self._own = OwnRows(terms, own, robot, seen_of(session, robot)) if own else None
+        self._own = OwnRows(terms, own, robot, seen_of(session, robot), self._failed) if own else None
 
     @property
     def stage(self) -> Stage:
@@ -196,8 +199,11 @@ class TaskList(Mapping[str, RunningTask]):
 
     @property
     def failed(self) -> Mapping[str, str] | None:
-        """Why tasks of one's own were left out of the last tick, by name; None without such tasks."""
-        return None if self._own is None else self._own.failed
+        """Why tasks of one's own were left out of the last tick, and targets of others, by name.
+
+        None without further tasks.
+        """
+        return self._failed if self._by_name else None
 
     @property
     def errors(self) -> tuple[tuple[str, int], ...]:
@@ -282,7 +288,8 @@ class TaskList(Mapping[str, RunningTask]):
         return main
 
     def _begin(self, start: Start, wanted: Wanted) -> None:
-        """Targets that nobody has given are where the arm is."""
+        """Targets that nobody has given are where the arm is, and none was left out so far."""
+        self._failed.clear()
         for one in self._by_name.values():
             one.begin(self._robot, wanted.fitting.robot, start.q)
 
