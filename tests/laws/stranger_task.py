@@ -151,6 +151,8 @@ def main(folder: Path) -> dict[str, Any]:
     planner.reset(robot.neutral)
     step = planner.step(robot.neutral, None, ftqp.Target(pose=robot.pose(robot.neutral)))
     found["step"] = [step.status.name, step.tasks["Distance"].failed, list(planner.constraints)]
+    reports = [one.tasks["Distance"].error.tolist() for one in (step, step.copy())]
+    found["own error"] = [*reports, [apart.error(robot, robot.neutral)]]
     targets = ftqp.Targets(np.repeat(robot.pose(robot.neutral)[None], 3, axis=0))
     batch = lambda: ftqp.batch.rollout(planner, robot.neutral[None], np.zeros((1, 7)), targets)  # noqa: E731
     found["batch"] = refused(batch)

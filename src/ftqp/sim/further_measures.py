@@ -1,11 +1,12 @@
 """How far an arm truly is from what its further tasks ask, and from what it keeps to."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, final
+from typing import NamedTuple, final
 
 import numpy as np
 
 from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.running_task import joints_of, joints_off
 from ftqp.control.scene.placed_shapes import CLOUD
 from ftqp.control.task.keep import BOX, CONE, PLANE, Keep
 from ftqp.control.task.own_constraint import OwnConstraint
@@ -14,10 +15,8 @@ from ftqp.control.task.soft_tasks import (
     AXES,
     AxisTask,
     CentreOfMass,
-    JointTask,
     PoseTask,
     PositionTask,
-    PostureTask,
     RelativeTask,
     SoftTask,
 )
@@ -236,17 +235,11 @@ def _errors_of(task: SoftTask, robot: Robot) -> list[_Error]:
         case OwnTask():
             return [_Error(task.unit, task.about, lambda target, q, T: task.error(robot, q))]
         case _:
-            at, endless = _joints(task, robot), robot.chain.continuous
-
-            def joints(target: FloatArray, q: FloatArray, _: FloatArray) -> float:
-                off = target - q
-                off = np.where(endless, np.remainder(off + np.pi, 2.0 * np.pi) - np.pi, off)
-                return _length(off[at])
-
+            at = joints_of(task, robot)
             slides = robot.chain.prismatic[at]
             unit = "m" if slides.all() else "rad or m" if slides.any() else "rad"
             about = "root of the sum of the squared distances of its joints from their places"
-            return [_Error(unit, about, joints)]
+            return [_Error(unit, about, lambda target, q, T: _length(joints_off(robot, at, target, q)))]
 
 
 def _pose_errors(task: PoseTask | RelativeTask) -> list[_Error]:
@@ -267,14 +260,6 @@ def _pose_errors(task: PoseTask | RelativeTask) -> list[_Error]:
 
         found.append(_Error("rad", about, angle, ROTATION if rows else ""))
     return found
-
-
-def _joints(task: Any, robot: Robot) -> list[int]:
-    """The joints of a task of joints."""
-    if isinstance(task, PostureTask):
-        return list(range(robot.nv))
-    assert isinstance(task, JointTask)
-    return [robot.joint(joint) for joint in task.joints]
 
 
 def _rows(names: str) -> list[int]:

@@ -1,12 +1,15 @@
 """Bad tasks and targets: one sentence when a planner is made, a status or a warning in its loop."""
 
 import logging
+import pickle
 import time
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 import ftqp
+from ftqp.control.task.own_task import OwnTask
 
 BODY = ftqp.robots.load("dual_panda")
 LEFT, RIGHT = BODY.tips
@@ -200,3 +203,47 @@ def test_a_pose_of_the_tip_that_is_none_is_a_status(bad):
     planner, home = planner_of(ftqp.PositionTask("left_joint4", name="elbow"))
     assert planner.step(BODY.neutral, None, {"tip": bad}).status is ftqp.StepStatus.INVALID_INPUT
     assert planner.step(BODY.neutral, None, {"tip": home}).status is ftqp.StepStatus.OK
+
+
+def test_reports_say_the_error_of_joints_and_know_no_error_of_least_squares():
+    q = BODY.neutral
+    places = {"left_joint3": float(q[BODY.joint("left_joint3")]) + 0.2}
+    rows = ftqp.LeastSquares(2, lambda state, J, b: None, name="own")
+    planner, home = planner_of(
+        ftqp.JointTask(places, name="some"), ftqp.PostureTask(q + 0.1, name="all"), rows
+    )
+    step = planner.step(q, None, {"tip": home})
+    for one in (step, step.copy(), pickle.loads(pickle.dumps(step))):
+        assert one.tasks["some"].error == pytest.approx([0.2])
+        assert one.tasks["all"].error == pytest.approx(np.full(14, 0.1))
+        assert np.isnan(one.tasks["own"].error).all() and one.tasks["own"].failed is None
+
+
+def test_an_error_of_ones_own_that_raises_is_not_known_and_says_why():
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class Mine(OwnTask):
+        @property
+        def count(self):
+            return 1
+
+        def filling(self, robot):
+            return lambda state, J, b: None
+
+        def error(self, robot, q):
+            raise RuntimeError("camera lost")
+
+    planner, home = planner_of(Mine())
+    report = planner.step(BODY.neutral, None, {"tip": home}).tasks["Mine"]
+    assert (
+        np.isnan(report.error).all() and report.failed == "error of 'Mine' raised RuntimeError: camera lost"
+    )
+
+
+def test_reports_are_looked_up_as_tasks_are():
+    planner, home = planner_of(ftqp.PositionTask("left_joint4", name="elbow"))
+    tasks = planner.step(BODY.neutral, None, {"tip": home}).tasks
+    assert list(tasks) == [LEFT, "elbow"] and "tip" in tasks and "elbw" not in tasks
+    assert np.array_equal(tasks["tip"].error, tasks[LEFT].error) and tasks.get("elbw") is None
+    for known, more in ((tasks, f"{LEFT}, elbow"), (planner.tasks, "elbow")):
+        with pytest.raises(ftqp.InputError, match=rf"no task 'elbw' \(did you mean 'elbow'\?\).*: {more}$"):
+            known["elbw"]

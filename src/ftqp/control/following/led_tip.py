@@ -9,7 +9,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, target_on
-from ftqp.control.planner.task_list import TIP
+from ftqp.control.planner.task_reports import TIP
 from ftqp.control.references.tip_limits import TipLimits
 from ftqp.control.references.tip_reference import TipReference
 from ftqp.core.checks import FloatArray, seen

@@ -54,6 +54,21 @@ def rows_of(task: SoftTask) -> int:
             return 0
 
 
+def joints_of(task: SoftTask, robot: Robot) -> list[int]:
+    """The joints of a task of joints; of those that follow another one that one."""
+    if isinstance(task, JointTask):
+        return [int(robot.chain.lead[robot.joint(joint)]) for joint in task.joints]
+    return list(range(robot.nv))
+
+
+def joints_off(robot: Robot, at: list[int], target: FloatArray, q: FloatArray) -> FloatArray:
+    """From joints to their places, the short way round where a joint turns without end, (k,) [rad or m]."""
+    off = target - q
+    endless = np.remainder(off + np.pi, 2.0 * np.pi) - np.pi
+    found: FloatArray = np.where(robot.chain.continuous, endless, off)[at]
+    return found
+
+
 @final
 class RunningTask:
     """A further task of a planner, whose weight and target may be changed between steps.
@@ -222,6 +237,17 @@ class RunningTask:
         goal[:] = T[:3, 3]
         np.matmul(T[:3, :3], self._mount[:3, :3].T, out=turn)
         rate[:], ahead[:] = value[16:22], value[22:28]
+
+    def error(self, robot: Robot, q: FloatArray) -> FloatArray:
+        """How far a task of joints is from its places, (k,) [rad or m]; of one's own what it says, (1,).
+
+        Args:
+            robot: The arm as it is loaded now.
+            q: Joint positions, (nv,) [rad or m].
+        """
+        if isinstance(self.given, OwnTask):
+            return np.array([float(self.given.error(robot, q))])
+        return joints_off(robot, joints_of(self.given, robot), self.target, q)
 
     def begin(self, robot: Robot, loaded: Robot, q: FloatArray) -> None:
         """Put a target that nobody has given where the arm is.

@@ -32,10 +32,9 @@ from ftqp.control.planner.step_parts import (
     QPReport,
     Reference,
     Said,
-    SoftTaskReport,
     measures_of,
-    task_status,
 )
+from ftqp.control.planner.task_reports import TaskReport, TaskReports, task_status
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.html_table import html_table
 from ftqp.kernel.entry.session import Session
@@ -257,24 +256,25 @@ class Step:
         return bool(self._number("holding"))
 
     @property
-    def tasks(self) -> dict[str, SoftTaskReport]:
+    def tasks(self) -> TaskReports:
         """How far each task was from its target before the step, by name; that of the tip by its frame's."""
-        named, errors, failed = self._named, self._parts["soft_error"], self._named.failed or {}
-        found = {} if named.tip is None else {named.tip: self.task_error}
-        found |= {name: errors[6 * k : 6 * k + size] for k, (name, size) in enumerate(named.tasks)}
-        parts, tip = self._parts, named.tip
-        said = {}
-        for name, error in found.items():
-            if name == tip:
-                slack, asked, share = self.slack, self._per_row(parts["asked"]), RELAXED_FROM
-            else:
-                slack, asked = (named.slack(name, parts[part]) for part in ("soft_slack", "soft_asked"))
-                share = RELAXED_FROM if name in named.held else MISSED_FROM
-            kept = named.kept(name, error)
-            said[name] = SoftTaskReport(
-                error, failed.get(name), kept, slack, task_status(kept, slack, asked, share)
-            )
-        return said
+        named = self._named
+        names = tuple(name for name, _ in named.tasks)
+        return TaskReports(names if named.tip is None else (named.tip, *names), named.tip, self._report)
+
+    def _report(self, name: str) -> TaskReport:
+        """What there is to say of one task."""
+        named, parts = self._named, self._parts
+        if name == named.tip:
+            error, why, failed = self.task_error, None, None
+            slack, asked, share = self.slack, self._per_row(parts["asked"]), RELAXED_FROM
+        else:
+            error, why = named.off(name, parts["soft_error"], parts["q_before"])
+            failed = None if named.failed is None else named.failed.get(name)
+            slack, asked = (named.slack(name, parts[part]) for part in ("soft_slack", "soft_asked"))
+            share = RELAXED_FROM if name in named.held else MISSED_FROM
+        kept = named.kept(name, error)
+        return TaskReport(error, failed or why, kept, slack, task_status(kept, slack, asked, share))
 
     @property
     def slack(self) -> FloatArray:
@@ -464,7 +464,7 @@ class Step:
             numbers[begin:end] = self._parts[name]
         layout["jacobian"] = (at, len(numbers))
         numbers[at:] = jacobian
-        named = self._named.copy()
+        named = self._named.copy(self._parts["q_before"])
         return _kept(self._arm, self._joints, layout, numbers, self.code, self.duration, named)
 
     def leave_arm(self) -> None:

@@ -1,17 +1,15 @@
 """The parts of a step: where they stand in the planner's record, what keeps them, what is read of them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import inf
 from typing import NamedTuple, Protocol, final
 
 import numpy as np
 
 from ftqp.control.planner.free_joint import PLACES
-from ftqp.control.planner.status import StepStatus
-from ftqp.core.checks import FloatArray, IntArray, frozen
+from ftqp.core.checks import FloatArray, IntArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import NOTHING_ASKED, Asked
-from ftqp.kernel.layout.thresholds import TASK_FLOOR
 from ftqp.qp.problem import SolveStatus
 
 PLACES_OF_A_STEP = {
@@ -87,6 +85,8 @@ JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", 
                 "q_before", "v_before", "q_measured", "bad", "code", "lower", "upper", "z_box", "q_min",
                 "q_max", "v_max", "prismatic", "lower_by", "upper_by", "tau_stop", "contact", "viscous",
                 "coulomb")  # fmt: skip
+Off = tuple[FloatArray, str | None]
+"""How far a task is from its target, and why nothing is known of that, in a sentence; None where it is."""
 RESIDUALS = ("residual_task", "residual_bounds", "residual_dual")
 
 
@@ -231,6 +231,8 @@ class Named(NamedTuple):
         length: What a radian counts there [m].
         required: Names of the further tasks that the status speaks of.
         held: Names of those on level 0.
+        measured: Of tasks of joints and of one's own what measures their errors at joint positions, or their
+            errors as they were, each with why nothing is known of it, by name.
     """
 
     tasks: tuple[tuple[str, int], ...] = ()
@@ -244,6 +246,21 @@ class Named(NamedTuple):
     length: float = 1.0
     required: tuple[str, ...] = ()
     held: tuple[str, ...] = ()
+    measured: Mapping[str, Callable[[FloatArray], Off] | Off] = {}
+
+    def off(self, name: str, errors: FloatArray, q: FloatArray) -> Off:
+        """How far a further task is from its target, read-only, and why nothing is known of that.
+
+        Args:
+            name: Of the task.
+            errors: Of all tasks, as they stand in the record.
+            q: Joint positions at which they were, (nv,) [rad or m].
+        """
+        found = self.measured.get(name)
+        if found is not None:
+            return found(q) if callable(found) else found
+        at, size = next((6 * k, size) for k, (other, size) in enumerate(self.tasks) if other == name)
+        return errors[at : at + size], None
 
     def slack(self, name: str, slacks: FloatArray) -> FloatArray:
         """What the command leaves of each row of a further task, or what they ask for, (m,).
@@ -265,54 +282,18 @@ class Named(NamedTuple):
         position, rotation = np.linalg.norm(error[list(places)]), np.linalg.norm(error[list(angles)])
         return bool(position <= self.tolerance[0] and rotation <= self.tolerance[1])
 
-    def copy(self) -> "Named":
-        """The same, which later ticks do not change."""
+    def copy(self, q: FloatArray) -> "Named":
+        """The same, which later ticks do not change.
+
+        Args:
+            q: Joint positions at which the errors are measured, (nv,) [rad or m].
+        """
         kept = self if self.failed is None else self._replace(failed=dict(self.failed) or None)
+        if kept.measured:
+            kept = kept._replace(
+                measured={name: one(q) if callable(one) else one for name, one in kept.measured.items()}
+            )
         return kept if kept.pairs is None else kept._replace(pairs=KeptPairs(kept.pairs.names))
-
-
-def task_status(kept: bool | None, slack: FloatArray, asked: FloatArray, share: float) -> StepStatus | None:
-    """The status of one task.
-
-    Args:
-        kept: Whether its error is within the tolerances; None where nothing is known of it.
-        slack: What the command leaves of each row, (m,).
-        asked: What each row asks for, (m,).
-        share: The share of it above which it counts as missed.
-    """
-    if kept is None:
-        return None
-    left, most = np.abs(slack).max(initial=0.0), np.abs(asked).max(initial=0.0)
-    if left > share * most + TASK_FLOOR:
-        return StepStatus.RELAXED
-    return StepStatus.OK if kept else StepStatus.LAGGING
-
-
-class SoftTaskReport(NamedTuple):
-    """How far a further task was from its target before a step.
-
-    Attributes:
-        error: Of a point from it to its target, along W, (3,) [m]; of a frame that and the rotation vector
-            that turns it onto its target, (6,) [m and rad]; of an axis the rotation that turns it onto its
-            direction, (3,), its length the sine of the angle, 1 beyond a right angle; 0 of tasks of joints
-            and of one's own.
-        failed: Why the task was left out of the step, or the last target that was given, in a sentence: its
-            own function failed, or that target was not finite, so that the one before stays. None of others.
-        kept: Whether the rows that it asks for are within the tolerances of the tip's ``Task``; None of
-            tasks of joints and of one's own.
-        slack: J x - b of its rows, (m,) [m/s2 and rad/s2; m/s and rad/s at the velocity level]: what the
-            command leaves of what they ask for; 0 while the arm is brought to rest, and none of tasks of
-            joints.
-        status: RELAXED where the command leaves more of it than counts as none (of the tip and of level 0 a
-            thousandth of what it asks for, of the others half), else LAGGING where it is not kept, else OK;
-            None of tasks of joints and of one's own. That of the step is about those that are required.
-    """
-
-    error: FloatArray
-    failed: str | None = None
-    kept: bool | None = None
-    slack: FloatArray = frozen(np.empty(0))
-    status: StepStatus | None = None
 
 
 class Measures(NamedTuple):

@@ -1,18 +1,20 @@
 """A planner's list of tasks: that of the tip, and further ones before it or with what it leaves."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from types import MappingProxyType
 from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.planner.filled_rows import OwnRows, seen_of
+from ftqp.control.planner.filled_rows import LETTERS, OwnRows, seen_of
 from ftqp.control.planner.given_arrays import sized
 from ftqp.control.planner.running_task import RunningTask, rows_of
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
-from ftqp.control.planner.step_parts import Named
+from ftqp.control.planner.step_parts import Named, Off
 from ftqp.control.planner.surroundings import Surroundings
 from ftqp.control.planner.target import Target, Targets
+from ftqp.control.planner.task_reports import TIP, no_task
 from ftqp.control.planner.wanted import Start, Wanted
 from ftqp.control.task.own_task import OwnTask
 from ftqp.control.task.soft_tasks import (
@@ -27,7 +29,8 @@ from ftqp.control.task.soft_tasks import (
     SoftTask,
 )
 from ftqp.control.task.task import Task, checked_gains, row_indices
-from ftqp.core.errors import InputError, nearest
+from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import COMPONENTS, HELD_ROWS, Asked
 from ftqp.kernel.layout.terms_room import BEFORE_SCHEME, BESIDE_TIP, TERMS
@@ -35,8 +38,9 @@ from ftqp.model.robot import Robot
 
 STANDS = {TIPS: BESIDE_TIP, NEXT: BEFORE_SCHEME}
 """How a task of a level stands in the objective; the others by their weights, or not at all."""
-TIP = "tip"
-"""What the task of the tip is called beside the name of its frame."""
+
+UNKNOWN = frozen(np.array([np.nan]))
+"""The error of a task of which nothing is known."""
 
 
 def split(
@@ -170,6 +174,7 @@ class TaskList(Mapping[str, RunningTask]):
         first: Target | None = None,
     ) -> None:
         self._terms, self._robot = session.K.terms, robot
+        self._fitted = robot
         self._main: Target | Targets | None = first
         found: dict[str, RunningTask] = {}
         self._failed: dict[str, str] = {}
@@ -195,7 +200,8 @@ class TaskList(Mapping[str, RunningTask]):
     def stage(self) -> Stage:
         """What they do in a planner's life."""
         fill = None if self._own is None else self._own.fill
-        return Stage(ticks=() if fill is None else (CLOCK, FREE, *LED), before=fill, begin=self._begin)
+        ticks = () if fill is None else (CLOCK, FREE, *LED)
+        return Stage(ticks=ticks, before=fill, mount=self._mount, begin=self._begin)
 
     @property
     def failed(self) -> Mapping[str, str] | None:
@@ -231,10 +237,18 @@ class TaskList(Mapping[str, RunningTask]):
         rows = {name: _rows_in_record(at, one.given) for at, (name, one) in enumerate(self.items())}
         required = tuple(name for name, one in self.items() if one.given.counts)
         held = tuple(name for name, one in self.items() if one.given.level == FIRST)
+        measured = {name: partial(self._off, one) for name, one in self.items() if name not in judged}
         return Named(
             self.errors, asked, self.failed, pairs, tip, judged, limits, rows, self._terms.length, required,
-            held,
+            held, measured,
         )  # fmt: skip
+
+    def _off(self, one: RunningTask, q: FloatArray) -> Off:
+        """The error of a task of joints or of one's own, and why nothing is known of it."""
+        try:
+            return frozen(one.error(self._fitted, q)), None
+        except Exception as error:  # whatever a kind of one's own raises
+            return UNKNOWN, f"error of {one.name!r} raised {type(error).__name__}: {error!s:.{LETTERS}}"
 
     @property
     def begin_where_they_are(self) -> tuple[str, ...]:
@@ -250,10 +264,7 @@ class TaskList(Mapping[str, RunningTask]):
         try:
             return self._by_name[name]
         except (KeyError, TypeError):
-            known = ", ".join(self._by_name) or "none beside that of the tip"
-            raise InputError(
-                f"there is no task {name!r:.60}{nearest(str(name), self._by_name)}; the planner's: {known}"
-            ) from None
+            raise no_task(name, self._by_name) from None
 
     def __contains__(self, name: object) -> bool:
         return name in self._by_name
@@ -286,6 +297,10 @@ class TaskList(Mapping[str, RunningTask]):
             one.write(target)
         self._main = main
         return main
+
+    def _mount(self, robot: Robot) -> None:
+        """Errors are those of the arm as it is fitted now."""
+        self._fitted = robot
 
     def _begin(self, start: Start, wanted: Wanted) -> None:
         """Targets that nobody has given are where the arm is, and none was left out so far."""
