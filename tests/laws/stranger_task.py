@@ -156,6 +156,9 @@ def main(folder: Path) -> dict[str, Any]:
     targets = ftqp.Targets(np.repeat(robot.pose(robot.neutral)[None], 3, axis=0))
     batch = lambda: ftqp.batch.rollout(planner, robot.neutral[None], np.zeros((1, 7)), targets)  # noqa: E731
     found["batch"] = refused(batch)
+    found["library"] = refused(planner.deployable)
+    tasks = [ftqp.Task("position"), apart]
+    found["ahead"] = refused(lambda: ftqp.Planner(robot, tasks=tasks, n_minus_one=ftqp.NMinusOne()))
     unknown = Distance(frame="nose", to="panda_joint7")
     found["frame"] = refused(lambda: ftqp.Planner(robot, tasks=[ftqp.Task(), unknown]))
     source = SteppedSource(str(file), seconds=0.1)

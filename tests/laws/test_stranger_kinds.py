@@ -47,7 +47,10 @@ def test_they_work_in_a_step_and_batches_refuse_them_in_a_sentence(found):
     assert found["step"] == ["OK", None, ["SpeedOf"]]
     live, kept, truth = found["own error"]
     assert live == kept == truth and truth[0] > 0.0
-    assert found["batch"].startswith("InputError") and "Python function" in found["batch"]
+    both = "InputError: task 'Distance', constraint 'SpeedOf' ask a Python function in every step, which"
+    assert found["batch"] == f"{both} a batch does not; make a planner without them"
+    assert found["library"] == f"{both} a library in C does not; leave them out"
+    assert found["ahead"].startswith("InputError: n_minus_one looks ahead in a batch: task 'Distance' asks")
     assert "frame is 'nose'" in found["frame"]
 
 

@@ -247,3 +247,31 @@ def test_reports_are_looked_up_as_tasks_are():
     for known, more in ((tasks, f"{LEFT}, elbow"), (planner.tasks, "elbow")):
         with pytest.raises(ftqp.InputError, match=rf"no task 'elbw' \(did you mean 'elbow'\?\).*: {more}$"):
             known["elbw"]
+
+
+def test_what_stopped_the_arm_is_the_constraint_that_failed_and_not_a_call_of_stop(caplog):
+    lost = []
+
+    def fill(state, C, l, u):
+        if lost:
+            raise RuntimeError("{camera} lost")
+
+    planner, home = planner_of(constraints=[ftqp.Rows(1, fill, name="cable")])
+    planner.step(BODY.neutral, None, {"tip": home})
+    lost.append(0)
+    planner.step(BODY.neutral, None, {"tip": home})
+    why = "fill of constraint 'cable' raised RuntimeError: {camera} lost, so that the arm is stopped"
+    assert planner.stopped_because == why and [record.message for record in caplog.records] == [why]
+    lost.clear()
+    assert planner.resume() and planner.stopped_because is None
+    planner.stop()
+    assert planner.stopped_because == "stop() was called"
+
+
+def test_a_task_without_a_target_may_stand_beside_n_minus_one():
+    panda = ftqp.robots.load("panda")
+    tasks = [ftqp.Task(), ftqp.PositionTask("panda_joint4", name="elbow")]
+    planner = ftqp.Planner(panda, tasks=tasks, n_minus_one=ftqp.NMinusOne())
+    planner.reset(panda.neutral)
+    target = ftqp.Target(pose=panda.pose(panda.neutral))
+    assert planner.step(panda.neutral, None, target).status is ftqp.StepStatus.OK

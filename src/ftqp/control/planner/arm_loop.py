@@ -35,10 +35,16 @@ class ArmLoop:
         self._session, self._orders = session, orders
         self._joints = tuple(joints)
         self._speed = self._caution = 1.0
-        self._named = 0
+        self._named, self._why = 0, ""
 
-    def stop(self) -> None:
-        """Latch a stop."""
+    def stop(self, why: str = "") -> None:
+        """Latch a stop; the reason of one that is latched stays.
+
+        Args:
+            why: The sentence for it, where it is more than that somebody asked.
+        """
+        if not self._session.K.watch.latched:
+            self._why = why
         self._orders.stop(StopReason.ASKED)
 
     def resume(self) -> bool:
@@ -109,7 +115,7 @@ class ArmLoop:
             named = ", ".join(self._joints[i] for i in lost) or "v, tau or the tip"
         if reason in (StopReason.OVERLOAD, StopReason.SECOND_FREE):
             named = self._joints[self._named]
-        said = sentence.format(joint=named)
+        said = (reason is StopReason.ASKED and self._why) or sentence.format(joint=named)
         moving = int(K.feedback.moving)
         return f"{said}; {self._joints[moving - 1]} is not seen to rest" if moving > 0 else said
 

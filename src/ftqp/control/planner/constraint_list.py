@@ -118,14 +118,14 @@ class Constraints(Mapping[str, Kept]):
         session: The planner's, whose record they are written into.
         robot: The arm.
         constraints: As they were given.
-        stop: What stops the arm.
+        stop: What stops the arm, and says why.
 
     Raises:
         InputError: An unknown frame, one that does not move, the name of a joint, or a function that fails.
     """
 
     def __init__(
-        self, session: Session, robot: Robot, constraints: Sequence[Constraint], stop: Callable[[], object]
+        self, session: Session, robot: Robot, constraints: Sequence[Constraint], stop: Callable[[str], object]
     ) -> None:
         self._room, self._stop, self._pace = session.K.keeps, stop, Pace(float(session.K.state.dt))
         self._given: dict[str, Constraint] = {one.label: one for one in constraints}
@@ -158,9 +158,9 @@ class Constraints(Mapping[str, Kept]):
         return Stage(ticks=(CLOCK, FREE, *LED) if self._own else (), before=fill)
 
     @property
-    def calls_python(self) -> bool:
-        """Whether a tick needs the interpreter."""
-        return bool(self._own)
+    def asking(self) -> tuple[str, ...]:
+        """Those that ask a Python function in every tick."""
+        return tuple(f"constraint {one.label!r}" for one in self._own)
 
     def _fill(self) -> None:
         """Ask the user's functions for their rows; one that fails has none in this tick and stops the arm."""
@@ -175,9 +175,10 @@ class Constraints(Mapping[str, Kept]):
             self._pace.look(f"constraint {one.label}", began)
             if why:
                 C[:], l[:], u[:] = 0.0, -np.inf, np.inf
+                sentence = f"fill of constraint {one.label!r} {why}, so that the arm is stopped"
                 if not self._failed[one.label]:
-                    _LOG.warning("fill of constraint %s %s, so that the arm is stopped", one.label, why)
-                self._stop()
+                    _LOG.warning("%s", sentence)
+                self._stop(sentence)
             self._failed[one.label] = why and f"fill {why}, so that the arm was stopped"
 
     def __getitem__(self, name: str) -> Kept:

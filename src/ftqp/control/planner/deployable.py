@@ -1,10 +1,12 @@
 """What a planner is without Python: its memory, and what of it a program in C does without."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ftqp.control.planner.filled_rows import refuse_asking
 from ftqp.control.planner.settings import Settings
 from ftqp.control.planner.solver.qp_solver import Solver
 from ftqp.control.planner.task_list import TaskList
@@ -38,7 +40,7 @@ class Deployable:
 
 def deployable(
     session: Session, orders: Orders, given: Settings, solver: Solver, wanted: Wanted, tasks: TaskList, *,
-    calls_python: bool, detector: Any, has_scene: bool,
+    asking: Sequence[str], detector: Any, has_scene: bool,
 ) -> Deployable:  # fmt: skip
     """The memory of a planner for programs in C.
 
@@ -53,10 +55,7 @@ def deployable(
         )
     if given.plan is not None:
         raise InputError("this planner follows a plan, which a library in C does not; leave the plan out")
-    if calls_python:
-        raise InputError(
-            "ftqp.LeastSquares and ftqp.Rows ask a Python function in every step; leave them out"
-        )
+    refuse_asking(asking, "a library in C", "leave {them} out")
     if len(tasks):
         raise InputError(
             f"the planner has further tasks ({', '.join(tasks)}), which no library in C has; leave them out"

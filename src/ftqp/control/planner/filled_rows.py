@@ -157,6 +157,25 @@ class OwnRows:
                 self._failed.pop(name, None)
 
 
+def refuse_asking(asking: Sequence[str], whom: str, remedy: str) -> None:
+    """Refuse a planner whose tasks or constraints ask Python, for somebody who does not.
+
+    Args:
+        asking: Which do, for example ``task 'reach'``.
+        whom: Who does not.
+        remedy: What to do about it, ``{them}`` being those that ask.
+
+    Raises:
+        InputError: Some do.
+    """
+    if asking:
+        ask, them = ("asks", "it") if len(asking) == 1 else ("ask", "them")
+        raise InputError(
+            f"{', '.join(asking)} {ask} a Python function in every step, which {whom} does not; "
+            f"{remedy.format(them=them)}"
+        )
+
+
 def tried(fill: Callable[..., object], state: Seen, *arrays: FloatArray) -> str:
     """Call a function that fills arrays; what is wrong with it, or nothing. Ctrl-C goes through.
 

@@ -221,7 +221,7 @@ class Planner(PlannerCopies):
         self._ordinary = self._solver.tick(CLOCK)
         self._heal()
         if n_minus_one is not None:
-            self.what_ifs()  # refused now, and not when it is looked ahead
+            self._refuse_looking_ahead()
 
     def _ticks(self) -> tuple[Tick, Tick | None]:
         free = None if self._free is None else self._free.tick
@@ -346,7 +346,7 @@ class Planner(PlannerCopies):
         None where a foreign solver or a clock takes part in every tick.
         """
         self._heal()
-        whole = self._solver.is_compiled and not self._timing and not self._calls_python
+        whole = self._solver.is_compiled and not self._timing and not self._asking
         return Blocks(self._session, self._tick, self.robot) if whole else None
 
     @guarded("step")

@@ -4,6 +4,7 @@ from abc import ABC
 
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.deployable import Deployable, deployable
+from ftqp.control.planner.filled_rows import refuse_asking
 from ftqp.control.planner.planner_changes import PlannerChanges
 from ftqp.control.planner.solver.qp_solver import Solver
 from ftqp.control.planner.ways.n_minus_one import Security
@@ -20,8 +21,22 @@ class PlannerCopies(PlannerChanges, ABC):
     _watch: SecurityWatch | None
 
     @property
-    def _calls_python(self) -> bool:
-        return self._tasks.calls_python or self._constraints.calls_python
+    def _asking(self) -> tuple[str, ...]:
+        return self._tasks.asking + self._constraints.asking
+
+    def _refuse_looking_ahead(self) -> None:
+        """Refuse at once what ``n_minus_one`` would refuse when it looks ahead.
+
+        Raises:
+            InputError: No batch takes this planner.
+        """
+        try:
+            refuse_asking(self._asking, "a batch", "make a planner without {them}")
+            self._what_ifs()
+        except InputError as error:
+            raise InputError(
+                f"n_minus_one looks ahead in a batch: {error}; or leave n_minus_one out"
+            ) from error
 
     def what_ifs(self) -> WhatIfs:
         """What other arms like this one would begin with, for ``ftqp.batch``; nothing here changes.
@@ -29,16 +44,15 @@ class PlannerCopies(PlannerChanges, ABC):
         Raises:
             InputError: A foreign solver, or a plan.
         """
-        if self._calls_python:
-            raise InputError(
-                "ftqp.LeastSquares and ftqp.Rows ask a Python function in every step, which a batch does "
-                "not; make a planner without them"
-            )
+        refuse_asking(self._asking, "a batch", "make a planner without {them}")
         if not self._session.K.state.is_reset and self._tasks.begin_where_they_are:
             raise InputError(
                 f"the task {self._tasks.begin_where_they_are[0]!r} has no target yet; give it one, or call "
                 "planner.reset(q) first"
             )
+        return self._what_ifs()
+
+    def _what_ifs(self) -> WhatIfs:
         return WhatIfs(
             self._session, self._orders, self.robot, self._given, self._solver, self._wanted.reserve,
             self.faults, self._surroundings, self._tasks,
@@ -75,7 +89,7 @@ class PlannerCopies(PlannerChanges, ABC):
             )
         return deployable(
             self._session, self._orders, self._given, self._solver, self._wanted, self._tasks,
-            calls_python=self._calls_python,
+            asking=self._asking,
             detector=None if self._fault_response is None else self._fault_response.detector.memory.copy(),
             has_scene=self._surroundings is not None,
         )  # fmt: skip

@@ -256,9 +256,9 @@ class TaskList(Mapping[str, RunningTask]):
         return tuple(one.name for one in self.values() if getattr(one.given, "target", self) is None)
 
     @property
-    def calls_python(self) -> bool:
-        """Whether a tick needs the interpreter."""
-        return self._own is not None
+    def asking(self) -> tuple[str, ...]:
+        """Those that ask a Python function in every tick."""
+        return tuple(f"task {name!r}" for name, one in self.items() if isinstance(one.given, OwnTask))
 
     def __getitem__(self, name: str) -> RunningTask:
         try:
