@@ -6,9 +6,18 @@ from functools import cache
 from inspect import Parameter, signature
 from typing import Any, Final, get_args, get_origin, get_type_hints
 
-from ftqp.core.checks import non_negative, positive
+import numpy as np
+
+from ftqp.core.checks import as_number, non_negative, numbers, positive
 from ftqp.core.errors import InputError
 
+BOUNDS: Final = (
+    ("above", "greater than"),
+    ("least", "at least"),
+    ("below", "less than"),
+    ("most", "at most"),
+)
+"""The bounds of a ``Setting``, in words."""
 SETTING: Final = "setting"
 """Where a field of a dataclass keeps its ``Setting``."""
 REQUIRED: Final = MISSING
@@ -201,24 +210,58 @@ def classes_in(hint: Any) -> Iterator[type[Any]]:
         yield from classes_in(inner)
 
 
-def refuse_out_of_range(made: Any, whose: str = "") -> None:
-    """Refuse numbers of a dataclass that are out of the ranges of its settings; None passes.
+def refuse_out_of_range(made: Any, whose: str = "", *, every: bool = False) -> None:
+    """Refuse numbers of a dataclass, or lists of them, that are out of its settings' ranges; None passes.
 
     Args:
         made: The object.
         whose: What to say behind a setting's name, for example `` of the drive``.
+        every: Whether bounds other than 0 are looked at, too, which some classes say in sentences of their
+            own.
 
     Raises:
         InputError: The first that is.
     """
     for name, key in keys_of(type(made)).items():
         value, says = getattr(made, name), key.says
-        if value is None or (says.above is None and says.least is None):
+        bounds = BOUNDS if every else BOUNDS[:2]
+        if value is None or all(getattr(says, bound) is None for bound, _ in bounds):
             continue
-        if int in (key.hint, *get_args(key.hint)):
-            if isinstance(value, bool) or not isinstance(value, int) or value < (says.least or 0):
-                raise InputError(f"{name} is {value!r:.40}, expected a whole number >= {says.least:g}")
-        elif says.above is None:
-            non_negative(f"{name}{whose}", value, says.unit)
-        else:
-            positive(f"{name}{whose}", value, says.unit)
+        whole = int in (key.hint, *get_args(key.hint))
+        if whole and (isinstance(value, bool) or not isinstance(value, int) or value < (says.least or 0)):
+            raise InputError(f"{name} is {value!r:.40}, expected a whole number >= {says.least or 0:g}")
+        if isinstance(value, str) and str in get_args(key.hint):
+            continue
+        value = list(value.values()) if isinstance(value, Mapping) else value
+        for one in numbers(f"{name}{whose}", value).flat if np.ndim(value) else (value,):
+            if says.infinite and one == float("inf"):
+                continue
+            if says.above is not None and says.above >= 0.0:
+                positive(f"{name}{whose}", one, says.unit)
+            elif says.least is not None and says.least >= 0.0:
+                non_negative(f"{name}{whose}", one, says.unit)
+            if every:
+                _refuse_beyond(f"{name}{whose}", one, says)
+
+
+def _refuse_beyond(name: str, value: Any, says: Setting) -> None:
+    """Refuse a number beyond any of its bounds."""
+    number = as_number(name, value, says.unit)
+    for bound, words in BOUNDS:
+        at = getattr(says, bound)
+        if at is not None and not within(bound, number, at):
+            expected = f"a number {words} {at:g} {says.unit}".rstrip()
+            raise InputError(f"{name} is {number:g}, expected {expected}")
+
+
+def within(bound: str, number: float, at: float) -> bool:
+    """Whether a number keeps a bound.
+
+    Args:
+        bound: One of those of ``BOUNDS``.
+        number: The number.
+        at: Where the bound is.
+    """
+    if bound in ("above", "below"):
+        return number > at if bound == "above" else number < at
+    return number >= at if bound == "least" else number <= at

@@ -12,7 +12,7 @@ from types import NoneType, UnionType
 from typing import Any, ClassVar, Final, Generic, Literal, TypeVar, Union, final, get_args, get_origin
 
 from ftqp.core.errors import InputError, ScenarioError, nearest
-from ftqp.core.setting import REQUIRED, Key, Setting, classes_in, keys_of, tables_of
+from ftqp.core.setting import BOUNDS, REQUIRED, Key, Setting, classes_in, keys_of, tables_of, within
 
 T = TypeVar("T")
 LONGEST_KEY = 60
@@ -28,13 +28,6 @@ KINDS: Final[dict[Any, str]] = {
     dict: "a table",
 }
 """What is expected, by type."""
-BOUNDS: Final = (
-    ("above", "greater than"),
-    ("least", "at least"),
-    ("below", "less than"),
-    ("most", "at most"),
-)
-"""The bounds of a ``Setting``, in words."""
 WRONG: Final = object()
 """What is read where something is wrong."""
 
@@ -298,17 +291,10 @@ class _Reader:
             return self._refuse(path, f"is {shown(got)}, expected a finite number{_unit(says)}")
         for name, words in BOUNDS:
             bound = getattr(says, name)
-            if bound is not None and not _within(name, number, bound):
+            if bound is not None and not within(name, number, bound):
                 expected = f"a number {words} {bound:g}{_unit(says)}"
                 return self._refuse(path, f"is {shown(got)}, expected {expected}")
         return number
-
-
-def _within(name: str, number: float, bound: float) -> bool:
-    """Whether a number keeps a bound."""
-    if name in ("above", "below"):
-        return number > bound if name == "above" else number < bound
-    return number >= bound if name == "least" else number <= bound
 
 
 def _unit(says: Setting) -> str:

@@ -5,9 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from ftqp.control.task.own_kinds import refuse_unfinished
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.core.setting import setting
+from ftqp.kernel.layout.rows import OWN_ROWS
 from ftqp.model.robot import Robot
 
 Fill = Callable[[Any, Any, Any, Any], None]
@@ -26,6 +28,9 @@ class OwnConstraint:
 
     Args:
         name: What ``planner.constraints`` and explanations call it; None is after its kind.
+
+    Raises:
+        InputError: A setting is out of its range, ``count`` is no number of rows, or ``filling`` is missing.
     """
 
     name: str | None = setting(None, "what it is called; after its kind if absent")
@@ -35,6 +40,7 @@ class OwnConstraint:
     def __post_init__(self) -> None:
         if self.name is not None and not (isinstance(self.name, str) and self.name):
             raise InputError(f"name is {self.name!r:.60}, expected a word such as 'cable', or None")
+        refuse_unfinished(self, OWN_ROWS)
 
     @property
     def label(self) -> str:

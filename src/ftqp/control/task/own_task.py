@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from ftqp.control.task.own_kinds import refuse_unfinished
 from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
@@ -24,11 +25,18 @@ class OwnTask(SoftTask):
     and ``filling``; an entry of ``KINDS`` in ``ftqp.control.task.task_kinds`` gives it a word in scenarios.
     Logs, reports and the page show its error where it has a ``unit``. ``about`` says what that error is.
     CONTRIBUTING.md says more.
+
+    Raises:
+        InputError: A setting is out of its range, ``count`` is no number of rows, or ``filling`` is missing.
     """
 
     code: ClassVar[int] = OWN
     unit: ClassVar[str] = ""
     about: ClassVar[str] = "error of the task"
+
+    def __post_init__(self) -> None:
+        SoftTask.__post_init__(self)
+        refuse_unfinished(self, TASK_ROWS)
 
     @property
     @abstractmethod
