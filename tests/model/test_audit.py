@@ -62,6 +62,14 @@ def test_unsafe_figure_is_refused(two_joints: Urdf, figures: dict[str, str], mes
         Robot.from_urdf(two_joints(**figures), "two")
 
 
+def test_a_misspelt_tip_is_all_that_is_said(two_joints: Urdf) -> None:
+    with pytest.raises(
+        ModelError, match=r"^two has no such tip\n  - 'twoo' is not a frame of .*'two'.*$"
+    ) as caught:
+        Robot.from_urdf(two_joints(), "twoo")
+    assert len(caught.value.findings) == 1 and "note" not in str(caught.value)
+
+
 def test_all_findings_come_at_once(two_joints: Urdf) -> None:
     text = two_joints(
         axis="0 0 0",

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -28,6 +28,10 @@ MAGNITUDES = (("v_max", "velocity"), ("a_max", "acceleration"), ("tau_max", "tor
 CORRECT = "correct the model or drop all masses with kinematics_only=True"
 
 
+WRONG_TIP: Final = "tip"
+"""What a finding is about that says that there is no frame of a name."""
+
+
 class Severity(Enum):
     """How bad a finding is."""
 
@@ -44,7 +48,7 @@ class Finding:
         severity: How bad it is.
         sentence: What, got, expected, remedy.
         about: What it is about: ``masses``, ``limits``, ``friction``, a limit that a file has or lacks
-            (``a_max``, ``j_max``), or nothing in particular.
+            (``a_max``, ``j_max``), a wrong name of a ``tip``, or nothing in particular.
     """
 
     severity: Severity
@@ -72,12 +76,16 @@ def note(sentence: str) -> Finding:
 
 
 def refuse_unsafe(name: str, findings: Iterable[Finding]) -> None:
-    """Raises when the robot is unsafe."""
+    """Raises when the robot is unsafe, or has no tip of a name: where that is all, it says only that."""
     every = sorted(findings, key=lambda finding: finding.severity is not Severity.UNSAFE)
-    if every and every[0].severity is Severity.UNSAFE:
-        marks = ["" if f.severity is Severity.UNSAFE else f"({f.severity.name.lower()}) " for f in every]
-        sentences = [f"{mark}{f.sentence}" for mark, f in zip(marks, every, strict=True)]
-        raise ModelError(f"{name} is unsafe", sentences)
+    unsafe_ones = [finding for finding in every if finding.severity is Severity.UNSAFE]
+    if not unsafe_ones:
+        return
+    if all(finding.about == WRONG_TIP for finding in unsafe_ones):
+        raise ModelError(f"{name} has no such tip", [finding.sentence for finding in unsafe_ones])
+    marks = ["" if f.severity is Severity.UNSAFE else f"({f.severity.name.lower()}) " for f in every]
+    sentences = [f"{mark}{f.sentence}" for mark, f in zip(marks, every, strict=True)]
+    raise ModelError(f"{name} is unsafe", sentences)
 
 
 def limit_findings(names: Sequence[str], limits: JointLimits, continuous: BoolArray) -> list[Finding]:

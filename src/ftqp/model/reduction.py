@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.core.errors import InputError, nearest, unknown
-from ftqp.model.audit import Finding, unsafe
+from ftqp.model.audit import WRONG_TIP, Finding, Severity, unsafe
 from ftqp.model.chain import frame_id, kind
 from ftqp.model.followers import Follower
 
@@ -199,7 +199,7 @@ def tips_of(
         sentence = (
             f"{tip!r} is not a frame of {model.name}{nearest(str(tip), valid)}; it has {_listed(valid)}"
         )
-        found.append(unsafe(sentence))
+        found.append(Finding(Severity.UNSAFE, sentence, WRONG_TIP))
     if wanted:
         return tuple(there), found
     if len(ends) > 1:
