@@ -305,3 +305,18 @@ def test_speed_slows_the_way_down_even_half_way_there():
     assert goto.status is ftqp.GoToStatus.REACHED and np.abs(steps[-1].q - HOME).max() <= 1e-6
     assert share[: round(0.2 / DT)].max() > 0.5
     assert 0.09 < share[round(0.6 / DT) :].max() <= 0.1
+
+
+def test_the_velocity_may_be_left_out_of_a_step_of_every_follower():
+    path = ftqp.paths.Circle(PANDA.pose(HOME), radius=0.05, duration=4.0)
+    planner = planner_at(HOME)
+    assert ftqp.GoTo(planner, q=AWAY).step(HOME).status is ftqp.StepStatus.OK
+    target = ftqp.Target(pose=PANDA.pose(HOME))
+    follower = ftqp.TargetFollower(planner)
+    assert follower.step(HOME, target=target).status is ftqp.StepStatus.OK
+    with pytest.raises(ftqp.InputError, match=r"target is NoneType, expected ftqp\.Target"):
+        follower.step(HOME)
+    scaled = ftqp.Planner(PANDA, task=ftqp.Task(mode="scaled"))
+    on_path = ftqp.PathFollower(scaled, path)
+    on_path.reset(HOME)
+    assert on_path.step(HOME).status is ftqp.StepStatus.OK

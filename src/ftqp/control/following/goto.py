@@ -183,12 +183,12 @@ class GoTo:
         self._planner.reset(q, v)
         self._begin()
 
-    def step(self, q: Any, v: Any, *, target: Any = None, tau: Any = None, tip: Any = None) -> Step:
+    def step(self, q: Any, v: Any = None, *, target: Any = None, tau: Any = None, tip: Any = None) -> Step:
         """The command for the next ``dt``; see ``Planner.step``.
 
         Args:
             q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
-            v: The measured velocity, (nv,) [rad/s or m/s].
+            v: The measured velocity, (nv,) [rad/s or m/s], or None: the planner observes it from q.
             target: What the others do meanwhile on the way to a pose: a table of targets by task, or the
                 tip's target where another task is led. None leaves them as they are, and a tip that is not
                 led where it was.

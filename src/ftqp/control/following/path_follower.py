@@ -175,12 +175,12 @@ class PathFollower:
         """Begin the path anew and leave the planner as it is."""
         self._begin()
 
-    def step(self, q: Any, v: Any, *, tau: Any = None, tip: Any = None) -> Step:
+    def step(self, q: Any, v: Any = None, *, tau: Any = None, tip: Any = None) -> Step:
         """The command for the next ``dt``, and the path's progress with it; see ``Planner.step``.
 
         Args:
             q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
-            v: The measured velocity, (nv,) [rad/s or m/s].
+            v: The measured velocity, (nv,) [rad/s or m/s], or None: the planner observes it from q.
             tau: The measured torque, (nv,) [N m or N], or None.
             tip: The measured pose of the tip, (4, 4), or None to take that of the model.
         """

@@ -92,12 +92,20 @@ class TargetFollower:
         self._planner.reset(q, v)
         self._begin()
 
-    def step(self, q: Any, v: Any, target: Target | Targets, *, tau: Any = None, tip: Any = None) -> Step:
+    def step(
+        self,
+        q: Any,
+        v: Any = None,
+        target: Target | Targets | None = None,
+        *,
+        tau: Any = None,
+        tip: Any = None,
+    ) -> Step:
         """The command for the next ``dt``; see ``Planner.step``.
 
         Args:
             q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
-            v: The measured velocity, (nv,) [rad/s or m/s].
+            v: The measured velocity, (nv,) [rad/s or m/s], or None: the planner observes it from q.
             target: Where the tip should be, however far away, and how fast that moves; or a twist alone. The
                 target's acceleration is not used.
             tau: The measured torque, (nv,) [N m or N], or None.

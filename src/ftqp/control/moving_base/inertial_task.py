@@ -236,8 +236,8 @@ class InertialTask:
     def step(
         self,
         q: Any,
-        v: Any,
-        target: Target | Targets,
+        v: Any = None,
+        target: Target | Targets | None = None,
         *,
         tip: Any = None,
         base: Any = None,
@@ -247,7 +247,7 @@ class InertialTask:
 
         Args:
             q: The measured configuration, (nv,) or (nq,) [rad or m].
-            v: The measured velocity, (nv,) [rad/s or m/s].
+            v: The measured velocity, (nv,) [rad/s or m/s], or None: the planner observes it from q.
             target: Where the tip should be, in the inertial frame I.
             tip: The measured pose of the tip in I, (4, 4), or its position, (3,), for a task without rotation
                 rows; NaN and None count as not seen.
