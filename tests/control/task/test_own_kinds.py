@@ -1,6 +1,7 @@
 """Kinds of tasks and constraints of one's own are checked when one is made, as scenarios check them."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -85,3 +86,23 @@ def test_a_kind_that_lacks_count_or_filling_is_one_sentence(over):
         without_filling()
     with pytest.raises(ftqp.InputError, match="Mine has no count, expected a property"):
         without_count()
+
+
+def test_the_example_of_contributing_is_whole_and_does_what_it_says():
+    text = (Path(__file__).parents[3] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    code = text.split("## Add a kind of task")[1].split("```python\n")[1].split("```")[0]
+    found = {"__name__": "reach"}
+    exec(code, found)
+    reach, panda = found["ReachTask"], ftqp.robots.load("panda")
+    with pytest.raises(ftqp.InputError, match="radius of ReachTask is 0"):
+        reach(frame="panda_joint4", radius=0.0)
+    task = reach(frame="panda_joint4", radius=0.2, level=2)
+    planner = ftqp.Planner(panda, tasks=[ftqp.Task("position"), task])
+    q, target = panda.neutral, ftqp.Target(pose=panda.pose(panda.neutral))
+    planner.reset(q)
+    before = task.error(panda, q)
+    for _ in range(1000):
+        step = planner.step(q, None, target)
+        q = step.q.copy()
+    decay = (1.0 + 2.0) * np.exp(-2.0)  # of kp = 4 and kv = 4 in 1 s, from rest
+    assert step.tasks["ReachTask"].error[0] == pytest.approx(decay * before, rel=0.05)
