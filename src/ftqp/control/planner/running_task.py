@@ -131,12 +131,18 @@ class RunningTask:
 
     @property
     def weight(self) -> float:
-        """How much it counts, >= 0; 0 leaves it out."""
+        """How much it counts, >= 0; 0 leaves it out, and on level 0 nothing else of it matters."""
         return float(self._terms.weight[self._at])
 
     @weight.setter
     def weight(self, value: float) -> None:
-        self._terms.weight[self._at] = self.given.check("weight", value)
+        number = self.given.check("weight", value)
+        if self.given.level == FIRST and number not in (0.0, 1.0, self.given.weight):
+            raise InputError(
+                f"weight of {self.name} is {number:g}, but a task of level 0 is an equation, which no weight "
+                "makes firmer; expected 0, which leaves it out, or 1"
+            )
+        self._terms.weight[self._at] = number
 
     @property
     def target(self) -> FloatArray:
@@ -353,6 +359,12 @@ def _write(one: RunningTask, robot: Robot) -> None:
             for joint, where in task.joints.items():
                 place = array(f"{joint} of {task.label}", [where], (1,), "a number")[0]
                 m = robot.joint(joint)
+                least, most = robot.limits.q_min[m], robot.limits.q_max[m]
+                if not least <= place <= most:
+                    raise InputError(
+                        f"{robot.joints[m]} of {task.label} is {place:g}, expected a place within its "
+                        f"limits, {least:g} to {most:g}"
+                    )
                 i = robot.chain.lead[m]  # where its leader has to be for it
                 terms.share[at, i] = 1.0
                 terms.q_goal[at, i] = (place - robot.chain.offset[m]) / robot.chain.ratio[m]
