@@ -89,14 +89,16 @@ def read(file: Path):
     return [MotionCase(**case) for case in json.loads(Path(file).read_text())]
 
 
-def run_all(make, cases, out: Path, versions) -> None:
+def run_all(make, cases, out: Path, versions, longest: float = 0.0) -> None:
     """Step every case with a program and keep its joints and times; what a program raises is kept, too.
 
     Args:
-        make: From a case to a function of the number of the tick that gives the next q, (n,).
+        make: From a case to a function of the number of the tick that gives the next q, (n,); where a
+            program takes its own time, None from when it has ended, after the case's steps.
         cases: The cases.
         out: Where q of case i goes as ``q_i``, us per tick as ``us``, errors as ``failed``.
         versions: Packages and their versions.
+        longest: How long a motion may take that does not end with the case's steps [s].
     """
     found, us, failed = {}, [], []
     for i, case in enumerate(cases):
@@ -104,8 +106,11 @@ def run_all(make, cases, out: Path, versions) -> None:
         try:
             step = make(case)
             began = perf_counter()
-            for k in range(case.steps):
-                q.append(np.array(step(k)))
+            for k in range(max(case.steps, round(longest / case.dt))):
+                there = step(k)
+                if there is None:
+                    break
+                q.append(np.array(there))
             taken = perf_counter() - began
         except Exception as error:
             why = f"{type(error).__name__}: {error}"[:200]

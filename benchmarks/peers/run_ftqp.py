@@ -1,4 +1,4 @@
-"""ftqp along the cases of a file: ``planner.step``, a ``PathFollower``, or ``GoTo``, straight or not."""
+"""ftqp along the cases of a file: ``planner.step``, a ``PathFollower`` with bridges or not, or ``GoTo``."""
 
 import sys
 
@@ -6,6 +6,9 @@ import numpy as np
 
 import ftqp
 from peers.motion_case import read, run_all
+
+LONGEST, WAITED = 60.0, 1.0
+"""A path with bridges may take so long, and is over when it is done or blocked for the second one [s]."""
 
 
 def maker(way):
@@ -18,7 +21,7 @@ def maker(way):
             robot = ftqp.Robot.from_urdf(case.urdf, tip=case.tip)
             robots[case.urdf] = robot.with_limits(q_min=low, q_max=high, v_max=speed, a_max=acceleration)
         robot = robots[case.urdf]
-        scaled = {"task": ftqp.Task(mode="scaled")} if way == "follower" else {}
+        scaled = {"task": ftqp.Task(mode="scaled")} if way in ("follower", "bridges") else {}
         planner = ftqp.Planner(robot, case.dt, **scaled)
         q, v = np.array(case.q), np.zeros(robot.nv)
         planner.reset(q)
@@ -28,15 +31,23 @@ def maker(way):
             accelerations = np.gradient(twists, case.dt, axis=0)
             targets = ftqp.Targets(poses, twists, accelerations)
             ask = lambda k: planner.step(q, v, targets.at(k))  # noqa: E731
-        elif way == "follower":
+        elif way in ("follower", "bridges"):
             line = ftqp.paths.PointToPoint(case.start, case.goal, duration=case.duration)
-            follower = ftqp.PathFollower(planner, line)
+            follower = ftqp.PathFollower(planner, line, bridges=way == "bridges")
             ask = lambda k: follower.step(q, v)  # noqa: E731
         else:
             goto = ftqp.GoTo(planner, pose=case.goal, straight=way == "straight")
             ask = lambda k: goto.step(q, v)  # noqa: E731
 
+        waited = 0.0
+
         def step(k):
+            nonlocal waited
+            if k >= case.steps:
+                if waited > WAITED:
+                    return None
+                ends = (ftqp.PathStatus.DONE, ftqp.PathStatus.BLOCKED)
+                waited = waited + case.dt if follower.status in ends else 0.0
             done = ask(k)
             q[:], v[:] = done.q, done.v
             return q
@@ -47,4 +58,8 @@ def maker(way):
 
 
 if __name__ == "__main__":
-    run_all(maker(sys.argv[3]), read(sys.argv[1]), sys.argv[2], {"ftqp": ftqp.__version__})
+    way = sys.argv[3]
+    run_all(
+        maker(way), read(sys.argv[1]), sys.argv[2], {"ftqp": ftqp.__version__},
+        LONGEST if way == "bridges" else 0.0,
+    )  # fmt: skip

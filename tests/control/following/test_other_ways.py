@@ -235,3 +235,33 @@ def test_ways_out_that_are_asked_for_at_the_last_moment_stop_before_the_limit():
     assert ways["stop"].clear
     assert (ways["stop"].places[-1] <= PANDA.limits.q_max).all()
     assert within_limits(go(ftqp.GoTo(planner, way=ways["stop"]), q, v))
+
+
+def test_tip_that_is_to_be_slow_goes_on_slowly_and_straight():
+    """A slow reference is no arm that comes no nearer: no joint may swing to another posture for it."""
+    start = PANDA.neutral
+    goal = PANDA.pose(start).copy()
+    goal[1, 3] -= 0.3
+    goto = ftqp.GoTo(planner_at(start), pose=goal, limits=ftqp.TipLimits(speed=4e-3))
+    steps = go(goto, start, longest=2.5)
+    assert goto.note == "the tip goes straight"
+    moved = PANDA.pose(steps[-1].q)[:3, 3] - PANDA.pose(start)[:3, 3]
+    assert np.linalg.norm(moved) < 0.011 and np.abs(moved[[0, 2]]).max() < 1e-5
+
+
+def test_arm_that_creeps_on_takes_the_other_way_where_that_is_sooner():
+    """Joint 5 is locked after 0.2 s; going straight, it takes 13 s, the rest at 1 to 4 % a second."""
+    start = np.array([-1.12697, 0.532292, -1.181144, -1.308069, 1.205326, 1.35239, 0.027195])
+    goal = np.array(
+        [[-0.5984999265, -0.3445334916, 0.7232527298, 0.1801212187],
+         [0.7706119857, -0.4943693186, 0.4021891837, 0.6394179080],
+         [0.2189863134, 0.7980574227, 0.5613816390, 0.9834504427], [0.0, 0.0, 0.0, 1.0]]
+    )  # fmt: skip
+    goto = ftqp.GoTo(planner_at(start), pose=goal)
+
+    def fail(k):
+        if k == 50:
+            goto.planner.report(ftqp.Locked(4))
+
+    steps = go(goto, start, longest=6.0, each=fail)
+    assert goto.status is STATUS.REACHED and len(steps) * 4e-3 < 5.0

@@ -5,6 +5,7 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.following.approach import HELD_BACK, PATIENCE, Approach
 from ftqp.control.following.goto_status import (
     ONLY_THE_TIP,
     GoToStatus,
@@ -37,8 +38,6 @@ SETTLED = 0.1
 """Share of the tolerances within which an arm at its pose is not waited for any longer. A guess that the
 campaigns have not contradicted."""
 
-PATIENCE = 1.0
-"""An arm that comes no nearer and is slow for so long rests as near as it gets [s]."""
 RESTLESS_PATIENCE = 5.0
 """One that comes no nearer for so long and is not slow is led to where it rests [s]."""
 DOUBT = 0.2
@@ -46,12 +45,9 @@ DOUBT = 0.2
 one is given up. A guess that `python benchmarks/bench_goals.py` has not contradicted."""
 TRIES = 4
 """So many other ways are gone before the arm stays where it is."""
-NEARER = 0.02
-"""Share of the distance, and of the tolerance, that counts as coming nearer."""
-SLOW = 0.02
-"""An arm whose joints are all slower than this share of their limit is slow. What these do stands in
-docs/theory/ways-to-a-goal.md, "When the arm has arrived". All of these are guesses that the campaigns have
-not contradicted."""
+CREEPS = 3.0
+"""A straight way that would take so many times as long as another one, at its pace of the last second, is
+given up for that one. A guess that `python benchmarks/peers_in_physics.py` has not contradicted."""
 
 HUNDRED = 100
 """Starts are told in steps of so many, so that what is told does not change in every tick. A convention."""
@@ -95,9 +91,9 @@ class GoTo:
     """
 
     __slots__ = (
-        "_aim", "_belief", "_best", "_counts", "_joints", "_least", "_leg", "_nearest", "_only_the_tip",
-        "_others", "_planner", "_pose", "_rotation_tolerance", "_settling", "_since", "_slow", "_status",
-        "_stopped", "_there", "_ticks", "_tip", "_to_posture", "_tolerance", "_turned_back", "_view", "_way",
+        "_aim", "_approach", "_belief", "_counts", "_joints", "_least", "_leg", "_nearest", "_only_the_tip",
+        "_others", "_planner", "_pose", "_rotation_tolerance", "_settling", "_status", "_stopped", "_ticks",
+        "_tip", "_to_posture", "_tolerance", "_turned_back", "_view", "_way",
     )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
@@ -156,14 +152,15 @@ class GoTo:
         self._way: list[FloatArray] = [] if way is None else list(way.places)
         if self._way:
             self._joints.aim(self._way.pop(0))
+        self._approach = Approach(planner.dt)
         self._begin()
 
     def _begin(self) -> None:
         self._status = GoToStatus.MOVING
         self._belief = self._view.belief
         self._ticks = -1
-        self._best = self._least = np.inf
-        self._since = self._slow = self._there = 0
+        self._least = np.inf
+        self._approach.begin()
         self._settling = self._turned_back = self._only_the_tip = False
         self._aim, self._nearest = self._pose, np.zeros(0)
         self._leg: LedTip | LedJoints = self._joints if self._tip is None else self._tip
@@ -305,52 +302,52 @@ class GoTo:
         if self._status is not GoToStatus.MOVING:
             return
         commanded, measured = self._distances(step)
-        speed = fastest(self._view)
-        self._slow = self._slow + 1 if speed < SLOW else 0
-        self._there = self._there + 1 if measured <= 1.0 else 0
+        approach, speed = self._approach, fastest(self._view)
+        approach.look(speed, measured <= 1.0)
         if commanded <= EXACT and speed < AT_REST and (measured <= 1.0 or self._failed_are_off):
             self._rest(measured)
             return
         distance = max(commanded / self._tolerance, measured)
         if self._settling and distance < self._least and is_held(self._view):
             self._least, self._nearest = distance, self._view.command.q
-        nearer = distance < self._best - NEARER * min(self._best, 1.0 + distance) or self._best == np.inf
-        if nearer:
-            self._best, self._since = distance, 0
-            return
-        self._since += 1
-        waited = self._since * self._planner.dt
         tip = self._leg if isinstance(self._leg, LedTip) else None
-        if tip is not None and waited > DOUBT and measured > 1.0 and self._thinks(waited > PATIENCE):
+        held_back = tip is not None and not self._settling and tip.behind > HELD_BACK
+        if approach.is_nearer(distance, held_back):
+            return
+        if tip is not None and not self._settling and not held_back and tip.reference.twist.any():
+            approach.rests_from_now()  # the reference is as slow as it is to be
+        waited = approach.waited
+        if tip is not None and waited > DOUBT and measured > 1.0 and self._thinks():
             return
         if tip is not None and not self._settling:
             if waited > PATIENCE or tip.frame.holds(step):
-                self._settling, self._since = True, 0  # the reference goes on and stands
+                self._settling = True  # the reference goes on and stands
+                approach.waits_from_now()
         elif tip is not None and tip.reference.twist.any():
-            self._since = self._slow = 0
-        elif min(self._since, self._slow) * self._planner.dt > PATIENCE:
+            approach.rests_from_now()
+        elif approach.stood > PATIENCE:
             self._rest(measured)
         elif waited > RESTLESS_PATIENCE:
-            self._end_swing(self._there * self._planner.dt > PATIENCE)
+            self._end_swing(approach.stayed > PATIENCE)
 
-    def _thinks(self, gives_up: bool) -> bool:
-        """Think of other ways for a tick; whether one is begun, or the verdict waits until there is one.
-
-        Args:
-            gives_up: Whether the straight way has been given up.
-        """
+    def _thinks(self) -> bool:
+        """Think of other ways for a tick; whether one is begun, or the verdict waits until there is one."""
         others = self._others
         if others is None or others.taken >= TRIES or others.is_over:
             return False
         if not others.has_begun:
             _LOG.info("the straight way comes no nearer to its goal; other postures of it are looked for")
         others.think()
-        if others.is_ready and (gives_up or self._settling):
+        if others.is_ready and (self._settling or self._gives_up_for(others.seconds)):
             self._way = list(others.take())
             _LOG.info("the joints go to another posture of the goal")
             self._begin_leg()
             return True
         return self._settling and not others.is_over
+
+    def _gives_up_for(self, seconds: float) -> bool:
+        """Whether the straight way is given up for another one that takes so long [s]."""
+        return self._approach.waited > PATIENCE or self._approach.left > CREEPS * seconds
 
     def _begin_leg(self) -> None:
         """Go to the next place of another way, or, behind the last one, straight on to the goal."""
@@ -361,8 +358,8 @@ class GoTo:
             assert self._tip is not None
             self._leg = self._tip
             self._tip.begin()
-        self._best = self._least = np.inf
-        self._since = self._slow = self._there = 0
+        self._least = np.inf
+        self._approach.begin()
         self._settling = self._turned_back = False
         self._aim = self._pose
 
@@ -400,7 +397,8 @@ class GoTo:
         else:
             rest = np.zeros(len(self._nearest))
             self._aim = self._tip.frame.state_at(JointState(self._nearest, rest, rest)).pose
-            self._best, self._since, self._settling, self._turned_back = np.inf, 0, False, True
+            self._approach.begin()
+            self._settling, self._turned_back = False, True
             self._tip.begin()
 
     def _distances(self, step: Step) -> tuple[float, float]:

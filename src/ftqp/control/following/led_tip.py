@@ -57,6 +57,7 @@ class LedTip:
         )
         self.reference = TipReference(limits, planner.dt)
         self.on_leash = False
+        self.behind = 0.0
         self.target = Target(pose=np.eye(4))
         self.shown = target_on(seen(self.target.packed))
         self._begun = -1
@@ -98,6 +99,7 @@ class LedTip:
             now = self.frame.state_at(view.command)
             reference.begin(now.pose, now.twist, now.acceleration)
             self.on_leash = False
+            self.behind = 0.0
         reference.pace(planner.pace)
         p, R, rate = reference.p, reference.R, reference.twist
         if pose is not None:
@@ -112,6 +114,7 @@ class LedTip:
         step = self.frame.step(q, v, self.target, beside, tau, tip)
         self._begun = -1 if step.code in OFF_TASK else view.ticks
         self.on_leash = False
+        self.behind = 0.0
         if waits and (pose is not None or twist.any() or reference.twist.any()):
             self._draw_back(step)
         return step
@@ -132,8 +135,8 @@ class LedTip:
 
     def _draw_back(self, step: Step) -> None:
         position, rotation = self.frame.distances(step)
-        far = max(position / LEASH, rotation / TURN_LEASH)
-        self.on_leash = far > 1.0
+        self.behind = max(position / LEASH, rotation / TURN_LEASH)
+        self.on_leash = self.behind > 1.0
         if self.on_leash:
             error = self.frame.error(step)
             now, twist = self.frame.state_at(self.view.command).twist, self.reference.twist.copy()

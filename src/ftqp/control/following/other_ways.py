@@ -109,6 +109,15 @@ class OtherWays:
         return way
 
     @property
+    def seconds(self) -> float:
+        """How long the way that is there takes the slowest joint at full speed [s]; 0 where there is none."""
+        if self._way is None:
+            return 0.0
+        legs = np.abs(np.diff(np.vstack([self._view.command.q, self._way]), axis=0))
+        top = np.where(self._view.working, self._view.limits.v, np.inf)
+        return float((legs / np.maximum(top, 1e-9)).max(axis=1).sum())
+
+    @property
     def sentence(self) -> str:
         """What was looked for and found."""
         if not self.has_begun:
