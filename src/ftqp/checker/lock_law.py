@@ -27,7 +27,7 @@ def failed(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
         if failure.kind != "locked":
             continue
         i, lasts = failure.joint, t < failure.until - 0.5 * run.dt
-        stood = _stands(arm, run, strict, failure) & lasts
+        stood = stands(arm, run, strict, failure) & lasts
         moved = np.zeros(len(t))
         if stood.any() and not failure.slips:
             moved = np.where(stood, np.abs(run.q[1:, i] - run.q[int(np.argmax(stood)), i]), 0.0)
@@ -38,8 +38,15 @@ def failed(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     return result
 
 
-def _stands(arm: ModelFile, run: Trace, strict: Strictness, failure: Failure) -> BoolArray:
-    """From which tick on a locked joint stands, (K,)."""
+def stands(arm: ModelFile, run: Trace, strict: Strictness, failure: Failure) -> BoolArray:
+    """From which tick on a locked joint stands, (K,).
+
+    Args:
+        arm: The arm.
+        run: The run.
+        strict: What is let pass.
+        failure: The lock.
+    """
     t, i = run.dt * np.arange(len(run.status)), failure.joint
     since = t >= failure.since + failure.closes
     came = np.cumsum(since & (np.abs(run.v[:-1, i]) <= strict.standing)) > 1

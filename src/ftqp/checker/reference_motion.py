@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.checker.model_file import ModelFile
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import BoolArray, FloatArray
 
 PERIOD: Final = 0.01
 """The motion is looked for every so many seconds, or every tick where ticks are longer [s]."""
@@ -21,6 +21,10 @@ ROOM: Final = 0.02
 """Distance that it keeps from the ends of a range, as a share of it."""
 LEAST: Final = 1e-3
 """A task is singular where a unit of motion along it takes more than 1/LEAST of the joints."""
+KEPT: Final = 0.9
+"""Share of its velocity that an arm keeps from sample to sample in what the task leaves free, ..."""
+PULLED: Final = 0.3
+"""... where a posture draws it, with up to this share of its speed limits."""
 ROWS: Final = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -40,25 +44,58 @@ def followable(arm: ModelFile, q: FloatArray, target: FloatArray, rows: Sequence
         dt: Between ticks [s].
     """
     every = max(1, round(PERIOD / dt))
-    h = every * dt
+    reached = followed(arm, q, np.zeros(len(q)), target[::every], rows, every * dt)
+    return len(target) * dt if reached == len(target[::every]) else max(0, reached - 1) * every * dt
+
+
+def followed(
+    arm: ModelFile,
+    q: FloatArray,
+    v: FloatArray,
+    target: FloatArray,
+    rows: Sequence[str],
+    h: float,
+    *,
+    moves: BoolArray | None = None,
+    drawn_to: FloatArray | None = None,
+    shares: tuple[float, float, float] = (SPEED, ACCELERATION, TORQUE),
+) -> int:
+    """How many samples of a target the joints follow by the least change, within shares of their limits.
+
+    Args:
+        arm: The arm, with the limits that are left.
+        q: Where it starts, (nv,) [rad or m].
+        v: How fast, (nv,) [rad/s or m/s].
+        target: What is asked, one after the other, (K, 4, 4) [m].
+        rows: The rows of the task, of x, y, z, rx, ry, rz.
+        h: Between samples [s].
+        moves: Which joints may move, (nv,); None are all.
+        drawn_to: A posture that joints are drawn to as far as the task leaves them, (nv,); None is none.
+        shares: Of the limits of speed, acceleration and torque, that the motion keeps to.
+    """
     wanted = np.array([row in rows for row in ROWS])
     data = arm.model.createData()
     low, high = _inner(arm)
-    at, v = np.array(q, dtype=np.float64), np.zeros(len(q))
-    for k in range(0, len(target), every):
-        after = _solved(arm, data, at, target[k], wanted)
+    free = np.ones(len(q), dtype=np.bool_) if moves is None else moves
+    low, high = np.where(free, low, -np.inf), np.where(free, high, np.inf)
+    at, before = np.array(q, dtype=np.float64), np.where(free, v, 0.0)
+    for k, pose in enumerate(target):
+        guess = at
+        if drawn_to is not None and k:
+            pull = np.where(free, np.clip(drawn_to - at, -PULLED * arm.v_max, PULLED * arm.v_max), 0.0)
+            guess = at + h * (KEPT * before + (1.0 - KEPT) * pull)
+        after = _solved(arm, data, guess, pose, wanted, free)
         if after is None or (after < low).any() or (after > high).any():
-            return max(0, k - every) * dt
+            return k
         now = (after - at) / h
-        a = (now - v) / h
         if k and not (
-            (np.abs(now) <= SPEED * arm.v_max).all()
-            and (np.abs(a) <= ACCELERATION * arm.a_max).all()
-            and _strong(arm, at, v, a)
+            (np.abs(now) <= shares[0] * arm.v_max)[free].all()
+            and (np.abs(now - before) <= h * shares[1] * arm.a_max)[free].all()
+            and _strong(arm, at, before, (now - before) / h, shares[2])
         ):
-            return max(0, k - every) * dt
-        at, v = after, now if k else v
-    return len(target) * dt
+            return k
+        at, before = after, now if k else before
+    return len(target)
 
 
 def _inner(arm: ModelFile) -> tuple[FloatArray, FloatArray]:
@@ -68,15 +105,17 @@ def _inner(arm: ModelFile) -> tuple[FloatArray, FloatArray]:
     return arm.q_min + width, arm.q_max - width
 
 
-def _strong(arm: ModelFile, q: FloatArray, v: FloatArray, a: FloatArray) -> bool:
+def _strong(arm: ModelFile, q: FloatArray, v: FloatArray, a: FloatArray, share: float) -> bool:
     """Whether the joints carry a motion with a part of their torques."""
     if not arm.has_masses:
         return True
     tau = arm.torques(q[None], v[None], a[None])[0]
-    return bool((np.abs(tau) <= TORQUE * arm.tau_max).all())
+    return bool((np.abs(tau) <= share * arm.tau_max).all())
 
 
-def _solved(arm: ModelFile, data: Any, q: FloatArray, target: FloatArray, wanted: Any) -> FloatArray | None:
+def _solved(
+    arm: ModelFile, data: Any, q: FloatArray, target: FloatArray, wanted: Any, free: Any
+) -> FloatArray | None:
     """The posture near q with its tip on a target; None where there is none, or the task is singular."""
     at = q.copy()
     for _ in range(STEPS):
@@ -85,9 +124,10 @@ def _solved(arm: ModelFile, data: Any, q: FloatArray, target: FloatArray, wanted
         error = error[wanted]
         if np.abs(error).max() < NEAR:
             return at
-        J = J[wanted]
+        J = J[wanted][:, free]
         U, sigma, V = np.linalg.svd(J, full_matrices=False)
         if len(sigma) < len(error) or sigma[-1] < LEAST * max(sigma[0], 1.0):
             return None
-        at = at + V.T @ ((U.T @ error) / sigma)
+        at = at.copy()
+        at[free] += V.T @ ((U.T @ error) / sigma)
     return None

@@ -11,6 +11,7 @@ from ftqp.checker.claim_laws import honesty, inside, obedience, tracking
 from ftqp.checker.lock_law import failed
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.motion_laws import acceleration, braking, position, speed
+from ftqp.checker.recovery_law import recovery
 from ftqp.checker.shaking_laws import chatter, rest
 from ftqp.checker.strictness import Strictness
 from ftqp.checker.task_law import tasks
@@ -43,6 +44,10 @@ LAWS: dict[str, tuple[Law, str]] = {
         "OK was claimed although a further task that counts is farther than the tolerance, by this share",
     ),
     "tracking": (tracking, "the target can be followed and was not, by this share of the tolerance"),
+    "recovery": (
+        recovery,
+        "the joints left can do the rest of the task and did not, by this share of the tolerance or path",
+    ),
     "inside": (inside, "OK was claimed although a joint is outside its range, by this [rad or m]"),
     "obedience": (obedience, "OK was claimed although a joint is not where it was sent, by this [rad or m]"),
     "chatter": (chatter, "jolts at full acceleration, so many times in a row more than a correction does"),

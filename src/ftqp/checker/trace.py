@@ -159,6 +159,27 @@ class HeldTask:
 
 
 @final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rest:
+    """What was left of a task after the last failure of a run, and what became of it.
+
+    Attributes:
+        joint: 0-based index of the joint that failed last.
+        since: At which share of the motion it did.
+        feasible: Whether a search found a motion of the joints left that does all that was left.
+        missed: By how much the arm missed its end: share of the tolerance beyond it, or of the path that is
+            left; 0 where it finished.
+        stopped: Whether it was stopped instead, and said so.
+    """
+
+    joint: int
+    since: float
+    feasible: bool
+    missed: float
+    stopped: bool
+
+
+@final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trace:
     """A run, tick by tick; the plant is asked, not the planner.
@@ -188,6 +209,11 @@ class Trace:
         things: What stands around them.
         watched: The names of the pairs that were to be kept apart, ...
         keep: ... and how far [m].
+        path: A path that waits for its arm, in steps of ``path_dt`` of its own time, (N, 4, 4) [m]; None
+            where the clock leads.
+        path_dt: [s].
+        progress: Of that path, the time that each tick has reached, (K,) [s].
+        rest: What was left of the task after the last failure, where somebody has looked.
     """
 
     dt: float
@@ -213,3 +239,7 @@ class Trace:
     things: Sequence[Thing] = ()
     watched: Sequence[tuple[str, str]] = ()
     keep: float = 0.0
+    path: FloatArray | None = None
+    path_dt: float = 0.0
+    progress: FloatArray = field(default_factory=lambda: np.zeros(0))
+    rest: Rest | None = None

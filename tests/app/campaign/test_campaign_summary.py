@@ -54,3 +54,30 @@ def test_broken_episodes_have_an_interval_and_laws_their_counts():
     assert found["broken_interval"] == pytest.approx((0.00243134, 0.0703839), rel=1e-4)
     assert (found["violations"], found["exceptions"], found["false_ok"], found["swings"]) == (1, 1, 1, 0)
     assert [one["episode"] for one in found["examples"]] == [98, 99]
+
+
+def test_failures_are_told_by_arm_joint_and_instant_and_those_without_a_motion_apart():
+    def failed(number, arm, joint, since, feasible=1, finished=1, stopped=0):
+        names = ("arm", "joint", "since", "feasible", "finished", "stopped")
+        given = (arm, joint, since, feasible, finished, stopped)
+        return row(number, {}, **{f"rest_{name}": one for name, one in zip(names, given, strict=True)})
+
+    rows = [
+        failed(0, "panda", 2, 0.1),
+        failed(1, "panda", 4, 0.5, finished=0),
+        failed(2, "iiwa14", 4, 1.0, finished=0, stopped=1),
+        failed(3, "iiwa14", 7, 0.9, feasible=0, finished=0, stopped=1),
+        row(4, {}),
+    ]
+    found = summary("x", rows)["after_failures"]
+    assert (found["all"]["failures"], found["all"]["finished"], found["stopped"]) == (3, 1, 1)
+    assert found["all"]["interval"] == pytest.approx((0.00840376, 0.905701), rel=1e-4)
+    assert list(found["by"]) == [
+        "iiwa14", "panda", "0 to 33 % of the motion", "33 to 66 % of the motion", "66 to 100 % of the motion",
+        "joint 2", "joint 4",
+    ]  # fmt: skip
+    assert found["by"]["joint 4"] == {
+        "failures": 2, "finished": 0, "interval": found["by"]["joint 4"]["interval"]
+    }  # fmt: skip
+    assert found["unproven"]["failures"] == 1
+    assert summary("x", [row(0, {})])["after_failures"] is None

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
+from ftqp.app.campaign.done_after_failures import recovery_summary
 from ftqp.app.campaign.found_failures import CONFIDENCE, detector_summary, share_interval
 from ftqp.checker.run_laws import LAWS
 from ftqp.control.planner.status import StepStatus
@@ -49,6 +50,7 @@ def summary(name: str, rows: Sequence[Row]) -> dict[str, Any]:
         "largest_ok_error": max((row["largest_ok_error"] or 0.0 for row in rows), default=0.0),
         "by_key": by_key(rows),
         "detection": detector_summary(rows),
+        "after_failures": recovery_summary(rows),
         "examples": [_shown(row) for row in bad[:SHOWN]],
         "refusals": [_shown(row) for row in rows if row["outcome"] == "refused"][:SHOWN],
     }

@@ -12,7 +12,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp import __version__
-from ftqp.app.campaign import found_failures
+from ftqp.app.campaign import done_after_failures, found_failures
 from ftqp.app.campaign.draws import episode, refuse_wrong
 from ftqp.app.campaign.known_arms import KnownArms
 from ftqp.app.campaign.named_files import named_files
@@ -23,6 +23,7 @@ from ftqp.app.schema.campaign_file import CampaignFile
 from ftqp.app.schema.reading import plain, read
 from ftqp.checker.checked_run import Verdict, verdict
 from ftqp.checker.model_file import ModelFile
+from ftqp.checker.recovery_law import rest_after
 from ftqp.checker.reference_motion import followable
 from ftqp.checker.run_laws import LAWS
 from ftqp.checker.strictness import KINEMATIC, PHYSICS, Strictness
@@ -42,6 +43,7 @@ COLUMNS = {
     "largest_ok_error": "REAL",
     "followable": "REAL",
     **{f"law_{name}": "REAL" for name in LAWS},
+    **done_after_failures.COLUMNS,
     **found_failures.COLUMNS,
     "sentences": "TEXT",
 }
@@ -186,6 +188,7 @@ class EpisodeWork:
             "followable": shown.until,
             "sentences": "\n".join(str(breach) for breach in seen.breaches),
             **by_law,
+            **done_after_failures.values(setup, shown.rest),
             **found_failures.detector_values(setup, ended.log),
         }
 
@@ -205,7 +208,9 @@ class EpisodeWork:
         free = not (run.planes or run.cones or run.watched)
         if run.axis is None and not setup.v.any() and free:
             until = followable(self._arm(setup), run.q[0], run.target[:ticks], run.rows, run.dt)
-        return replace(run, can_be_followed=True, until=until)
+        judged = run.axis is None and free and not blind and not run.held
+        rest = rest_after(self._arm(setup), run, self._strictness(setup)) if judged else None
+        return replace(run, can_be_followed=True, until=until, rest=rest)
 
     def _arm(self, setup: Setup) -> ModelFile:
         """The arm of an episode as the checker reads it."""

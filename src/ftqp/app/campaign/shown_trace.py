@@ -21,6 +21,10 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.plants.kinematic_plant import BRAKE_SHARE
 from ftqp.sim.plants.true_arm import TrueArm
 
+PATH_PERIOD = 0.01
+"""A path that waits for its arm is shown at about so many seconds of its own time, as often as the checker
+looks for motions."""
+
 
 def trace(setup: Setup, log: Log) -> Trace:
     """What is shown of a run; its last row is the state at which the last judged tick ends."""
@@ -52,7 +56,21 @@ def trace(setup: Setup, log: Log) -> Trace:
         things=things(log),
         watched=[(first, second) for first, second in log.metadata.get("watched", [])],
         keep=log.metadata.get("clearance", {}).get("keep", 0.0),
+        **_waiting_path(setup, log),
     )
+
+
+def _waiting_path(setup: Setup, log: Log) -> dict[str, Any]:
+    """The path of a run that goes along it by its progress; nothing of one that the clock leads."""
+    path = setup.path
+    if setup.follower is None or not np.isfinite(path.duration):
+        return {}
+    times = np.linspace(0.0, path.duration, max(2, round(path.duration / PATH_PERIOD)))
+    return {
+        "path": path.sample(times).pose,
+        "path_dt": float(times[1]),
+        "progress": np.nan_to_num(log["progress"][:-1]),
+    }
 
 
 def bodies(log: Log) -> list[Body]:

@@ -100,6 +100,8 @@ def _tell(facts: dict[str, Any], *, whole: bool) -> None:
         tell(f"  episode {item} was given up: {reason} each time; alone: {ALONE.format(item)}")
     if facts["bound"] is not None:
         tell(f"with 0 of {run} broken, the true share is below {facts['bound']:.2g} at 95 %")
+    if facts["after_failures"] is not None:
+        _tell_after_failures(facts["after_failures"])
     if facts["detection"] is not None:
         _tell_detection(facts["detection"])
     for example in facts["examples"]:
@@ -115,6 +117,19 @@ def _tell(facts: dict[str, Any], *, whole: bool) -> None:
             ]
             tell_table(key, heads, cells, numbers=heads[1:])
     tell(f"{facts['seconds']:.1f} s of work; files: {facts['folder']}")
+
+
+def _tell_after_failures(found: dict[str, Any]) -> None:
+    """What became of tasks after failures."""
+    failures, finished = found["all"]["failures"], found["all"]["finished"]
+    if not failures:
+        return
+    low, high = found["all"]["interval"]
+    tell(
+        f"{failures} failures after which a search finds that the joints left can do the rest: {finished} "
+        f"finished, {100 * finished / failures:.1f} % [{100 * low:.1f}, {100 * high:.1f}]; "
+        f"{found['stopped']} were stopped; {found['unproven']['failures']} more have no motion that it found"
+    )
 
 
 def _tell_detection(found: dict[str, Any]) -> None:

@@ -28,6 +28,7 @@ def campaign_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]
             heading(f"{label}: how often was any law broken?"),
             *(paragraph(line) for line in _sentences(facts)),
             _laws(facts),
+            *_after_failures(facts.get("after_failures")),
             *_detection(facts.get("detection")),
             *_pictures(facts),
             *(_by_key(key, values) for key, values in facts["by_key"].items()),
@@ -83,6 +84,24 @@ def _laws(facts: dict[str, Any]) -> str:
         rows.append((law, words, str(count), _percent(low), _percent(high)))
     heads = ("law", "broken where", "episodes", "at least", "at most (95 %)")
     return table(f"Laws, of {run} episodes that were run", heads, rows, numbers=heads[2:])
+
+
+def _after_failures(found: dict[str, Any] | None) -> list[str]:
+    """The table of failures whose rest is feasible, and how many were finished."""
+    if not found:
+        return []
+    rows = []
+    for name, one in [("all", found["all"]), *found["by"].items(), ("no motion found", found["unproven"])]:
+        low, high = one["interval"] or (0.0, 1.0)
+        rows.append((name, str(one["failures"]), str(one["finished"]), _percent(low), _percent(high)))
+    words = (
+        "After a failure that the planner was told of, a search of the checker's own asks whether the joints "
+        "left can do the rest of the task. Of those that can, these were finished, the tip within its "
+        f"tolerance at the end; {found['stopped']} of the others were stopped and said so. The last line has "
+        "those for which the search found no motion, which proves nothing."
+    )
+    heads = ("failures", "feasible", "finished", "share, at least", "at most (95 %)")
+    return [paragraph(words), table("Finished after a failure", heads, rows, numbers=heads[1:])]
 
 
 def _detection(found: dict[str, Any] | None) -> list[str]:
