@@ -141,3 +141,44 @@ def test_reset_on_a_bridge_begins_anew_and_bad_input_is_refused():
     assert leader.progress == 0.0 and leader.blocked is None
     with pytest.raises(ftqp.InputError, match="bridges"):
         follower(bridges="yes")
+
+
+def test_path_that_ends_in_a_wall_is_blocked_soon_and_names_the_wall():
+    """What is looked at ahead meets the scene, too: no motion on the spot is gone in vain."""
+    panda = ftqp.robots.load("panda")
+    pose = panda.pose(panda.neutral)
+    scene = ftqp.Scene()
+    scene.add("crate", ftqp.Box((0.1, 0.3, 0.3), tuple(pose[:3, 3] + [0.25, 0.0, 0.0])))
+    planner = ftqp.Planner(
+        panda, 4e-3, task=ftqp.Task(mode="scaled"), scene=scene, clearance=ftqp.Clearance(keep=0.02)
+    )
+    planner.reset(panda.neutral)
+    line = ftqp.paths.Line(pose, (0.2, 0.0, 0.0), duration=2.0)
+    follower = ftqp.PathFollower(planner, line, bridges=True)
+    q, v, bridged = panda.neutral.copy(), np.zeros(7), False
+    ticks = 0
+    while follower.status is not ftqp.PathStatus.BLOCKED and ticks < 750:
+        step = follower.step(q, v)
+        q, v, ticks = step.q.copy(), step.v.copy(), ticks + 1
+        bridged |= "another posture, from which" in (follower.blocked or "")
+    assert ticks < 750 and not bridged
+    assert "panda_link7 and crate are as near as they may be" in follower.blocked
+    assert "postures found" in follower.blocked
+    assert follower.blocked.endswith("and the path goes on from none")
+
+
+def test_arm_all_of_whose_joints_are_locked_says_that_none_works():
+    panda = ftqp.robots.load("panda")
+    planner = ftqp.Planner(panda, 4e-3, task=ftqp.Task(mode="scaled"), remember=5.0)
+    planner.reset(panda.neutral)
+    for joint in range(7):
+        planner.report(ftqp.Locked(joint, mode="instant"))
+    line = ftqp.paths.Line(panda.pose(panda.neutral), (0.1, 0.0, 0.0), duration=2.0)
+    follower = ftqp.PathFollower(planner, line, bridges=True)
+    q = panda.neutral.copy()
+    for _ in range(300):
+        follower.step(q, np.zeros(7))
+    assert follower.status is ftqp.PathStatus.BLOCKED
+    assert "no joint is left for a motion on the spot" in follower.blocked
+    assert "no joints work, and the goal has 6 rows" in follower.blocked
+    assert [way.kind for way in planner.ways_out()] == ["stop"]

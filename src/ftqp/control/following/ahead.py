@@ -1,6 +1,6 @@
 """The rest of a path: how far it can be followed in thought from a posture of the place where it was left."""
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Sequence
 from typing import Final, final
 
 import numpy as np
@@ -51,6 +51,8 @@ class Ahead:
         self._gap = float(times[1] - times[0])
         self.pose: FloatArray = self._poses[0]
         self._search: PostureSearch | None = None
+        self._passable = planner.passable()
+        self._room = 0.0
 
     def begin(self, rows: str | None = None) -> PostureSearch | None:
         """A search with the arm, limits and failures as believed now; None for arms that have none.
@@ -69,6 +71,8 @@ class Ahead:
         except InputError:
             return None
         limits = view.limits
+        if self._passable.looks_around:
+            self._room = min(0.0, float(self._passable.room(view.command.q[None])[0]))
         search.begin(view.command.q, working=view.working, q_min=limits.q_min, q_max=limits.q_max)
         self._search = search
         return search
@@ -106,14 +110,14 @@ class Ahead:
         assert self._search is not None
         for k in range(1, len(self._poses)):
             q, there = self._search.nearest(q, self._poses[k])
-            yield q, self.progress + k * self._gap, there
+            yield q, self.progress + k * self._gap, there and self._is_clear([q])
 
     def reached(
         self, q: FloatArray, search: PostureSearch | None = None, time: float | None = None
     ) -> Generator[None, None, float]:
         """The share of the rest of the path along which the joints can follow it from a posture.
 
-        Newton steps go from place to place, within the limits.
+        Newton steps go from place to place, within the limits and clear of what the planner keeps clear of.
 
         Args:
             q: The posture, (nv,) [rad or m].
@@ -124,11 +128,22 @@ class Ahead:
         assert search is not None
         most, working = SLACK * self._gap * self._view.limits.v, self._view.working
         first = 0 if time is None else round((time - self.progress) / self._gap)
+        gone: list[FloatArray] = []
         for k in range(first + 1, len(self._poses)):
             nearest = search.along(q, self._poses[k])
             if nearest is None or (np.abs(nearest - q) > most)[working].any():
-                return (k - 1) / self._count
+                return (k - 1 - (0 if self._is_clear(gone) else len(gone))) / self._count
             q = nearest
+            gone.append(q)
             if k % AT_ONCE == 0:
+                if not self._is_clear(gone):
+                    return (k - len(gone)) / self._count
+                gone.clear()
                 yield
-        return 1.0
+        return 1.0 if self._is_clear(gone) else 1.0 - len(gone) / self._count
+
+    def _is_clear(self, places: Sequence[FloatArray]) -> bool:
+        """Whether the arm meets nothing at some places, nor leaves what it is kept in."""
+        if not places or not self._passable.looks_around:
+            return True
+        return bool((self._passable.room(np.array(places)) >= self._room).all())

@@ -5,6 +5,7 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.planner.certificate import NEAR
 from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
@@ -71,6 +72,8 @@ class Blockage:
         at_limit = {}
         for text in step.limits_active:
             joint, _, kind = text.partition(" ")
+            if text.endswith(NEAR):
+                joint, kind = text.removesuffix(f" {NEAR}"), NEAR
             if kind.endswith(LASTING):  # others come and go
                 at_limit[joint] = kind
         stuck = [j in at_limit and "position" in at_limit[j] for j in planner.robot.joints]
@@ -105,9 +108,13 @@ class Blockage:
         wanted = _named(facts.tangent / max(float(np.linalg.norm(facts.tangent)), 1e-300), facts.rows)
         causes = [f"{joint} ({kind})" for joint, kind in facts.failed.items()]
         causes += [
-            f"{joint} ({kind} limit)" for joint, kind in facts.at_limit.items() if joint not in facts.failed
+            f"{joint} ({kind} limit)"
+            for joint, kind in facts.at_limit.items()
+            if joint not in facts.failed and kind != NEAR
         ]
-        held = f"joints {', '.join(causes)}" if causes else "the posture is singular"
+        near = [pair for pair, kind in facts.at_limit.items() if kind == NEAR]
+        pairs = [f"{pair} are as near as they may be" for pair in near]
+        held = ", ".join([f"joints {', '.join(causes)}"] * bool(causes) + pairs) or "the posture is singular"
         if ways != wanted:
             wanted = f"{wanted}, which takes a motion along {ways},"
         at = f"progress {self.progress:.3g} s of {self.duration:.3g} s"

@@ -111,6 +111,8 @@ class OnTheSpot:
     @property
     def sentence(self) -> str:
         """What was looked for."""
+        if self.is_over and not self.starts:
+            return f"no joint is left for a motion {'on the spot' if self._tube is None else 'near the path'}"
         many = f"{self.starts} posture{'s' * (self.starts != 1)}"
         where = "on the spot" if self._tube is None else "near the path"
         return f"{many} that can be reached {where} were looked at, and the path goes on from none"

@@ -80,6 +80,7 @@ class OtherWays:
         self._way: FloatArray | None = None
         self.is_over = False
         self.found, self.starts = 0, 0
+        self._goes_on_from: int | None = None
         self.taken = 0
 
     @property
@@ -122,12 +123,27 @@ class OtherWays:
         """What was looked for and found."""
         if not self.has_begun:
             return "no other way was looked for"
+        if not self.starts:
+            return f"no other way was looked for: {self._lacking}"
         if not self.found:
             return f"no other posture found in {self.starts} starts"
+        if self._goes_on_from == 0:
+            return f"{self.found} postures found in {self.starts} starts, and the path goes on from none"
         many = f"{self.found} posture{'s' * (self.found > 1)} of the goal found in {self.starts} starts"
         return (
             f"{many}, and {'no further' if self.taken else 'no'} way to {'them' if self.found > 1 else 'it'}"
         )
+
+    @property
+    def _lacking(self) -> str:
+        """Why nothing was looked for."""
+        if self.search is None:
+            return "arms with branches, and floating ones, go straight only"
+        works = int(self._view.working.sum())
+        if works < self.search.m:
+            joints = "joint works" if works == 1 else "joints work"
+            return f"{works or 'no'} {joints}, and the goal has {self.search.m} rows"
+        return "a joint swings freely"
 
     def _thoughts(self) -> Iterator[None]:
         """All pieces of thinking; it yields after each, and where a way is there."""
@@ -170,6 +186,7 @@ class OtherWays:
                 worth.append((yield from self._reach(posture.q)))
             order = sorted(range(len(found)), key=lambda k: -worth[k])
             found = tuple(found[k] for k in order if worth[k] >= WORTHLESS)
+            self._goes_on_from = len(found)
         for posture in found:
             here = view.command.q
             if (yield from passing(passable, here, posture.q, self._effort(passable, here))):

@@ -59,6 +59,7 @@ class Passable:
 
     Attributes:
         spacing: Places of a way that are looked at are nearer to each other than this [rad or m].
+        looks_around: Whether there is anything that the arm must not meet, or a side to be on.
     """
 
     def __init__(
@@ -76,6 +77,7 @@ class Passable:
         kept = None if surrounded is None else surrounded.clearance
         self._surrounded = None if kept is None else surrounded
         self._least = 0.0 if kept is None else kept.keep - NEARER
+        self.looks_around = bool(self._keeps) or self._surrounded is not None or walled is not None
         self._limit = np.where(counts, tau_max, np.inf)
         self._weighs = robot.has_inertia and bool(np.isfinite(self._limit).any())
         self._arm = ArmSession(robot.chain.constants())

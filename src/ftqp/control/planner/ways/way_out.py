@@ -187,7 +187,8 @@ def _found(
         found.append(_way(kind, rows, places, tried, view, twin.robot, passable, hang))
 
     swings = not hang and any(isinstance(fault, FreeSwinging) for fault in planner.faults.values())
-    if came is not None and len(came) > 1 and not swings:
+    only_stops = swings or not working.any()
+    if came is not None and len(came) > 1 and not only_stops:
         length = float(np.abs(np.diff(came, axis=0)).max(axis=1).sum())
         came = thinned(came, max(APART, length / MANY))
         back = corners(np.vstack([came, start.q])[::-1], OFF_RECORD)[1 : LONGEST + 1]
@@ -202,7 +203,7 @@ def _found(
                     if found[-1].clear:
                         break
     stand = np.where(working, np.clip(_resting(start, limits.a), limits.q_min, limits.q_max), start.q)
-    if not swings:  # else nothing but a stop is known to be possible
+    if not only_stops:  # as far as is known
         place = np.where(working, np.clip(home, limits.q_min, limits.q_max), start.q)
         add("home", place[None], trial.joints([place]))
         rest = halt_posture(start, stand, passable, view, twin.robot)
