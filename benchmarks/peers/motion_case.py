@@ -3,9 +3,12 @@
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 
 import numpy as np
+
+STOOD, STANDS = 25, 1e-9
+"""Joints that have gone less than the second [rad] in so many ticks stand."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,32 +92,39 @@ def read(file: Path):
     return [MotionCase(**case) for case in json.loads(Path(file).read_text())]
 
 
-def run_all(make, cases, out: Path, versions, longest: float = 0.0) -> None:
+def run_all(make, cases, out: Path, versions, longest: float = 0.0, *, remembers: bool = False) -> None:
     """Step every case with a program and keep its joints and times; what a program raises is kept, too.
 
     Args:
-        make: From a case to a function of the number of the tick that gives the next q, (n,); where a
-            program takes its own time, None from when it has ended, after the case's steps.
+        make: From a case to a function of the number of the tick that gives the next q, (n,), or None from
+            when nothing more will happen: joints then stay.
         cases: The cases.
         out: Where q of case i goes as ``q_i``, us per tick as ``us``, errors as ``failed``.
         versions: Packages and their versions.
         longest: How long a motion may take that does not end with the case's steps [s].
+        remembers: Whether a program may do something else on the same joints and target; one that does not,
+            and whose joints stand when the line is over, is not asked any more.
     """
     found, us, failed = {}, [], []
     for i, case in enumerate(cases):
         q, why, taken = [np.array(case.q)], "", 0.0
         try:
             step = make(case)
-            began = perf_counter()
+            began = process_time()
             for k in range(max(case.steps, round(longest / case.dt))):
                 there = step(k)
                 if there is None:
                     break
                 q.append(np.array(there))
-            taken = perf_counter() - began
+                still = k > STOOD and np.abs(q[-1] - q[-1 - STOOD]).max() < STANDS
+                if still and not remembers and k * case.dt > case.duration + STOOD * case.dt:
+                    break
+            taken = process_time() - began
         except Exception as error:
             why = f"{type(error).__name__}: {error}"[:200]
-        found[f"q_{i}"] = np.array(q)
         us.append(1e6 * taken / max(1, len(q) - 1))
+        if not why:
+            q += [q[-1]] * (case.steps + 1 - len(q))
+        found[f"q_{i}"] = np.array(q)
         failed.append(why)
     np.savez(out, us=us, failed=failed, versions=json.dumps(versions), **found)

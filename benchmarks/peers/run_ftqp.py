@@ -8,7 +8,12 @@ import ftqp
 from peers.motion_case import read, run_all
 
 LONGEST, WAITED = 60.0, 1.0
-"""A path with bridges may take so long, and is over when it is done or blocked for the second one [s]."""
+"""A path with bridges may take so long; a motion that is over stands for the second one [s]."""
+STANDS = 1e-6
+"""Joints slower than this stand [rad/s]."""
+ENDS = (
+    ftqp.PathStatus.DONE, ftqp.PathStatus.BLOCKED, ftqp.GoToStatus.REACHED, ftqp.GoToStatus.UNREACHABLE,
+)  # fmt: skip
 
 
 def maker(way):
@@ -36,18 +41,18 @@ def maker(way):
             follower = ftqp.PathFollower(planner, line, bridges=way == "bridges")
             ask = lambda k: follower.step(q, v)  # noqa: E731
         else:
-            goto = ftqp.GoTo(planner, pose=case.goal, straight=way == "straight")
+            follower = goto = ftqp.GoTo(planner, pose=case.goal, straight=way == "straight")
             ask = lambda k: goto.step(q, v)  # noqa: E731
 
         waited = 0.0
 
         def step(k):
             nonlocal waited
-            if k >= case.steps:
+            if way != "step":
                 if waited > WAITED:
                     return None
-                ends = (ftqp.PathStatus.DONE, ftqp.PathStatus.BLOCKED)
-                waited = waited + case.dt if follower.status in ends else 0.0
+                over = follower.status in ENDS and bool((np.abs(v) < STANDS).all())
+                waited = waited + case.dt if over else 0.0
             done = ask(k)
             q[:], v[:] = done.q, done.v
             return q
@@ -61,5 +66,5 @@ if __name__ == "__main__":
     way = sys.argv[3]
     run_all(
         maker(way), read(sys.argv[1]), sys.argv[2], {"ftqp": ftqp.__version__},
-        LONGEST if way == "bridges" else 0.0,
+        LONGEST if way == "bridges" else 0.0, remembers=True,
     )  # fmt: skip

@@ -147,8 +147,8 @@ class GoTo:
         if way is not None:
             way.close_brakes(planner)
         self._counts = np.ones(planner.robot.nv, dtype=np.bool_)
-        if way is not None:  # which says where joints that have failed stand, and not where they shall
-            self._counts = self._view.working
+        if way is not None:  # which says where joints that had failed stand, and not where they shall
+            self._counts = self._view.working | ~np.isin(planner.robot.joints, way.failed)
         self._way: list[FloatArray] = [] if way is None else list(way.places)
         if self._way:
             self._joints.aim(self._way.pop(0))

@@ -265,3 +265,15 @@ def test_way_is_reached_though_the_failed_joint_came_to_rest_somewhat_beside_whe
         if goto.done:
             break
     assert goto.status is ftqp.GoToStatus.REACHED
+
+
+def test_way_that_is_gone_after_another_failure_is_missed_where_that_joint_stands_off():
+    """The way was tried with the joint: whoever goes it all the same is told what is missing."""
+    planner, q, v = on_the_way(400, ftqp.Locked(3, mode="instant"), at=50)
+    way = by_kind(planner.ways_out())["home"]
+    assert way.failed == ("panda_joint4",)
+    planner.report(ftqp.Locked(0, mode="instant"))
+    goto = ftqp.GoTo(planner, way=way)
+    go(goto, q, v)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE
+    assert "off their goal are panda_joint1 (locked) by 0.6 rad" in goto.sentence

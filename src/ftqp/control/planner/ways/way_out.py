@@ -84,6 +84,7 @@ class WayOut:
         force: The largest force that the base bears on the way [N]; 0 of a model without masses.
         moment: The largest torque, about its origin [N m].
         brakes: Joints that swing freely, whose brakes are closed first: they are locked where they hang.
+        failed: Joints that had failed when it was tried; one that fails later is missed where it stands off.
         sentence: The same in words.
     """
 
@@ -101,6 +102,7 @@ class WayOut:
     force: float
     moment: float
     brakes: tuple[str, ...]
+    failed: tuple[str, ...]
     sentence: str
 
     def close_brakes(self, planner: Any) -> None:
@@ -182,9 +184,10 @@ def _found(
     twin = twins(None)
     trial = Trial(twin, start, passable)
     found: list[WayOut] = []
+    failed = tuple(planner.faults)
 
     def add(kind: str, places: FloatArray, tried: Tried, rows: str = "") -> None:
-        found.append(_way(kind, rows, places, tried, view, twin.robot, passable, hang))
+        found.append(_way(kind, rows, places, tried, view, twin.robot, passable, hang, failed))
 
     swings = not hang and any(isinstance(fault, FreeSwinging) for fault in planner.faults.values())
     only_stops = swings or not working.any()
@@ -267,6 +270,7 @@ def _way(
     robot: Robot,
     passable: Passable,
     hang: tuple[str, ...],
+    failed: tuple[str, ...],
 ) -> WayOut:
     """A way with what there is to say of it."""
     end, limits, working = tried.q[-1], view.limits, view.working
@@ -276,7 +280,7 @@ def _way(
         clear=tried.arrives and tried.passes, clearance=tried.clearance,
         effort=float(passable.effort(end[None])[0]), limit=float(ends.min(initial=np.inf)),
         still=_still(robot, end, np.asarray(working)), near=tried.near,
-        force=float(tried.borne[0]), moment=float(tried.borne[1]), brakes=hang, sentence="",
+        force=float(tried.borne[0]), moment=float(tried.borne[1]), brakes=hang, failed=failed, sentence="",
     )  # fmt: skip
     return replace(way, sentence=_sentence(way))
 
