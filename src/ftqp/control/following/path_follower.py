@@ -21,7 +21,6 @@ from ftqp.control.planner.target import Target, target_on
 from ftqp.core.checks import instance, seen
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
-from ftqp.core.pose import rotation_vector
 from ftqp.kernel.entry.session import PathMemory
 from ftqp.kernel.layout.enums import OK, RELAXED, SCALED
 from ftqp.kernel.layout.record import capacity_for
@@ -29,10 +28,6 @@ from ftqp.kernel.layout.thresholds import SCALED_FROM
 
 STANDS = 0.01
 """A mean rate below this is none: the path stands. A guess that the campaigns have not contradicted."""
-CREEPS, CREEPS_FOR = 0.001, 10.0
-"""Where the tip is within the tolerances of the path's end it may go on at this mean rate, for so many times
-the patience: it arrives, and its end is more than a verdict. Guesses that `python studies/lock_sets.py` has
-not contradicted."""
 LIMITED = 0.5
 """A rate that the path's next jump holds below this is no stall, unless it is below this share of that. A
 guess that the campaigns have not contradicted."""
@@ -274,18 +269,16 @@ class PathFollower:
             self._rest()
             return
         self._stood += self._planner.dt
-        arrives = self._is_at_the_end and self._stalled < CREEPS_FOR * stall.patience
-        stands = CREEPS if arrives else STANDS
-        if state.found or state.progress > self._stood_at + stands * self._standing:
+        if state.found or state.progress > self._stood_at + STANDS * self._standing:
             self._stood, self._stood_at = 0.0, state.progress
         if self._mean < stall.below and self._lead.given_up:
             self._stalled += self._planner.dt  # fewer rows help at once, or the next set goes
             if self._stalled > HELPS_WITHIN:
                 self._block(step)
         elif self._mean < stall.below:
-            tried = max(0.0 if arrives else self._stalled / stall.patience, self._stood / self._standing)
-            stood = self._stood > STANDS_FOR * self._standing
-            if (stood or self._stalled > DRAGS_FOR * stall.patience) and self._looks_on_the_spot():
+            tried = max(self._stalled / stall.patience, self._stood / self._standing)
+            stands = self._stood > STANDS_FOR * self._standing
+            if (stands or self._stalled > DRAGS_FOR * stall.patience) and self._looks_on_the_spot():
                 return
             self._stalled += self._planner.dt
             state.speed = stall.speed
@@ -296,15 +289,6 @@ class PathFollower:
                 self._pattern = FOUND
             else:
                 self._try(stall, int(min(tried, 0.999) * len(stall.patterns)))
-
-    @property
-    def _is_at_the_end(self) -> bool:
-        """Whether the place that has been reached is within the task's tolerances of the path's end."""
-        here, end = self._target.pose, self._path.sample([self._duration]).pose[0]
-        task = self._planner.task
-        turned = float(np.linalg.norm(rotation_vector(end[:3, :3] @ here[:3, :3].T)))
-        far = float(np.linalg.norm(end[:3, 3] - here[:3, 3]))
-        return far <= task.tolerance and turned <= task.rotation_tolerance
 
     def _looks_on_the_spot(self) -> bool:
         """Think of a motion on the spot, a piece of it; whether one is there, which is gone from now on."""
