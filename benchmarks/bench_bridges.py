@@ -28,7 +28,11 @@ import ftqp  # noqa: E402
 LONGEST = 60.0
 LEAVES = (0.0, 0.01, 0.05, np.inf)
 """How far the tip may leave its path [m]; the last is ``bridges=True``."""
-LIMITATIONS = ("That the end has a posture does not say that the path can be followed anywhere near it.",)
+LIMITATIONS = (
+    "That the end has a posture does not say that the path can be followed anywhere near it.",
+    "Finished is a path whose end is reached in all rows: with fewer rows, which a follower takes by itself, "
+    "the median path is gone to its end and not finished.",
+)
 
 
 def followed(case, arm, leave: float) -> dict[str, object]:

@@ -2,6 +2,7 @@
 
     python benchmarks/bench_retreats.py           50 motions of each of three arms
     python benchmarks/bench_retreats.py --quick   8 of each
+    python benchmarks/bench_retreats.py --only-mujoco 700   so many of each in MuJoCo, and nothing else
 
 A tip goes along a line of 0.1 to 0.4 m and up to 0.6 rad from a random posture that is neither near a
 singularity nor at limits; between a fifth and nine tenths of its time a random joint locks, is told at
@@ -23,8 +24,10 @@ from bench import command_line, docs  # noqa: E402
 from bench.results import circumstances  # noqa: E402
 from bench.tables import Table, quantity  # noqa: E402
 from peers.motion_case import turn  # noqa: E402
+from rich.console import Console  # noqa: E402
 
 import ftqp  # noqa: E402
+from ftqp.app.campaign.found_failures import share_interval  # noqa: E402
 
 ARMS = ("panda", "iiwa14", "xarm7")
 SEED, DT, LONGEST = 20261129, 2e-3, 30.0
@@ -94,6 +97,26 @@ def in_physics(robot, q, v, joint: int, way, seed: int) -> bool:
     return (goto.status is ftqp.GoToStatus.REACHED and off < IN_PHYSICS) == way.clear
 
 
+def mujoco_row(name: str, count: int, seed: int) -> tuple[str, ...]:
+    """Of so many motions of an arm, how many end in MuJoCo otherwise than announced, and an interval."""
+    robot, runs, wrong, k = ftqp.robots.load(name), 0, 0, -1
+    while runs < count:
+        k += 1
+        generator = np.random.default_rng([seed, ARMS.index(name), k])
+        start, path, joint, at = motion(robot, generator)
+        there = locked(robot, start, path, joint, at)
+        if there is None:
+            continue
+        planner, q, v = there
+        way = planner.ways_out()[0]
+        runs += 1
+        if not in_physics(robot, q, v, joint, way, k):
+            wrong += 1
+            sys.stderr.write(f"{name} {k} in MuJoCo: not so: {way.sentence}\n")
+    low, high = share_interval(wrong, runs) or (0.0, 1.0)
+    return name, str(runs), f"{wrong} ({100.0 * low:.2g} to {100.0 * high:.2g} %)"
+
+
 def measured(name: str, count: int) -> dict[str, object]:
     """Counts of one arm."""
     robot = ftqp.robots.load(name)
@@ -141,6 +164,12 @@ def measured(name: str, count: int) -> dict[str, object]:
 def main() -> int:
     """Measure, print, write; 0 when done, 2 for bad input."""
     options = _options()
+    if options.only_mujoco:
+        headings = ("arm", "motions", "not as announced in MuJoCo (95 %)")
+        lines = [mujoco_row(name, options.only_mujoco, options.seed) for name in ARMS]
+        table = Table(title="Ways out in MuJoCo", headings=headings, rows=lines)
+        Console(highlight=False).print(table.rich())
+        return 0
     count = 8 if options.quick else options.motions
     rows = [measured(name, count) for name in ARMS]
     result = {
@@ -168,6 +197,9 @@ def _options() -> argparse.Namespace:
     told = "of each arm (default 50)"
     parser.add_argument("--motions", type=command_line.at_least_one, default=50, metavar="N", help=told)
     parser.add_argument("--quick", action="store_true", help="8 of each arm")
+    told = "of each arm in MuJoCo and nothing else; prints only"
+    parser.add_argument("--only-mujoco", type=command_line.at_least_one, metavar="N", help=told)
+    parser.add_argument("--seed", type=int, default=SEED, help=f"of those (default {SEED})")
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()
     return options
