@@ -39,7 +39,8 @@ SETTLED = 0.1
 campaigns have not contradicted."""
 
 RESTLESS_PATIENCE = 5.0
-"""One that comes no nearer for so long and is not slow is led to where it rests [s]."""
+"""One that comes no nearer for so long and is not slow is led to where it rests [s]. A guess that the
+campaigns have not contradicted."""
 DOUBT = 0.2
 """One that comes no nearer for so long begins to think of other ways [s]; so they are known when the straight
 one is given up. A guess that `python benchmarks/bench_goals.py` has not contradicted."""
