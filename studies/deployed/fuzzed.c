@@ -7,7 +7,7 @@
 
 #include "ftqp.h"
 
-enum { HEAD = 120, RUNS_AT = 96 }; /* of a file: its head, and where that says how many runs follow */
+enum { HEAD = 128, RUNS_AT = 96 }; /* of a file: its head, and where that says how many runs follow */
 
 static uint64_t state;
 
@@ -76,6 +76,7 @@ static void any_calls(ftqp *p, int count) {
             case 7: ftqp_detect(p, NULL, (int)draw(3)); break;
             case 8: ftqp_watch(p, draw(2) ? v : NULL); break;
             case 9: ftqp_tip(p, draw(2) ? numbers : NULL), ftqp_joints(p), ftqp_drive(p), (void)ftqp_dt(p); break;
+            case 11: ftqp_brakes(p, NULL), ftqp_stop_reason_name(ftqp_stop_reason(p)); break;
             case 10: ftqp_follow(p, draw(2) ? q : NULL, v, (int)draw(4)), ftqp_begin(p), (void)ftqp_progress(p); break;
             default: {
                 const int ticks = (int)draw(9) - 1;
@@ -118,6 +119,7 @@ int main(int count, char **arguments) {
         size_t wanted = 0;
         const int code = ftqp_size(changed, length, &wanted);
         if (code == 0 && wanted <= need) opened += ftqp_open(p, changed, length) == 0;
+        if (ftqp_open_for(p, changed, length, 0, 0) == 0) abort(); /* no arm has 0 joints */
         if (ftqp_status_name(code)[0] == 0) abort();
         while (from > 0) from--, changed[places[from]] = whole[places[from]];
         memcpy(changed + HEAD - 8, whole + HEAD - 8, 8);

@@ -39,6 +39,7 @@ int main(int count, char **arguments) {
             case RESET:
                 if (!get(q, n) || !get(v, n)) return 4;
                 answer = ftqp_reset(p, q, v);
+                if (answer > 0.0) answer = 0.0; /* a warning, which Python does not give */
                 break;
             case STEP:
                 if (!get(q, n) || !get(numbers, NUMBERS + 1)) return 4;

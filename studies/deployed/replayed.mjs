@@ -12,7 +12,7 @@ const told = (call) => { try { const code = call(); return typeof code === 'bool
 while (at < stream.length) {
   const op = stream[at++];
   if (op === 0) break;
-  if (op === 1) { const q = get(n), v = get(n); out.push(told(() => planner.reset(q, v))); }
+  if (op === 1) { const q = get(n), v = get(n); out.push(told(() => { planner.reset(q, v); })); }
   if (op === 2) {
     const q = get(n), t = get(30);
     out.push(told(() => planner.step(q, t[28] > 0 ? t.subarray(0, 16) : [t[3], t[7], t[11]], { twist: t.subarray(16, 22), acceleration: t.subarray(22, 28), ticks: t[29] })));

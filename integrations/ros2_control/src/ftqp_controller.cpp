@@ -245,7 +245,7 @@ CallbackReturn FtqpController::on_activate(const rclcpp_lifecycle::State &) {
     }
     for (std::size_t i = 0; i < q_.size(); i++) q_[i] = state_interfaces_[reads_[i]].get_value();
     try {
-        planner_->reset(q_);
+        if (!planner_->reset(q_)) RCLCPP_WARN(logger, "the arm's positions: %s", ftqp_status_name(FTQP_BEYOND_LIMITS));
     } catch (const ftqp_cpp::Mistake &mistake) {
         RCLCPP_ERROR(logger, "the arm's positions: %s", mistake.what());
         return CallbackReturn::ERROR;

@@ -12,7 +12,7 @@ from ftqp.kernel.building.deployed import exported
 PROMISED = {
     "size", "open", "reset", "step", "report", "withdraw", "stop", "resume", "speed", "carry", "q", "v", "a",
     "tau", "status", "error", "status_name", "detect", "watch", "follow", "progress", "begin",
-    "tip", "joints", "drive", "dt",
+    "tip", "joints", "drive", "dt", "open_for", "brakes", "stop_reason", "stop_reason_name",
 }  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 import ctypes
 import json
+import re
 import subprocess
 
 import numpy as np
@@ -10,6 +11,10 @@ from deployed_library import compare, difference, fuzz, library, replayed, repla
 
 import ftqp
 from ftqp.app.deployment.arm_file import HEAD, arm_file, small_capacity
+from ftqp.app.deployment.built_folder import TEXTS
+from ftqp.app.deployment.headers import arm_header, fingerprint
+from ftqp.control.planner.status import StepStatus
+from ftqp.kernel.layout.enums import StopReason
 
 PANDA = ftqp.robots.load("panda")
 STRICT = ("-Wall", "-Wextra", "-Werror", "-pedantic", "-O2")
@@ -17,6 +22,7 @@ MISTAKES = {
     "NOT_RESET": -3, "NULL": -20, "MISALIGNED": -21, "NOT_OPEN": -22, "NO_FILE": -23, "OTHER_FORMAT": -24,
     "OTHER_KERNEL": -25, "CUT_SHORT": -26, "CHECKSUM": -27, "NO_JOINT": -29, "BAD_FAULT": -30,
     "BAD_LOAD": -31, "BAD_TICKS": -32, "NOT_FINITE": -33, "UNSUPPORTED": -34,
+    "BAD_SPEED": -35, "OTHER_ARM": -36, "BAD_LENGTH": -37,
 }  # fmt: skip
 
 
@@ -47,7 +53,7 @@ class Library:
 
     def __init__(self, built, file):
         self.code = ctypes.CDLL(str(built / "lib" / "libftqp.so"))
-        self.code.ftqp_status_name.restype = ctypes.c_char_p
+        self.code.ftqp_status_name.restype = self.code.ftqp_stop_reason_name.restype = ctypes.c_char_p
         self.code.ftqp_q.restype = ctypes.POINTER(ctypes.c_double)
         self.code.ftqp_error.restype = ctypes.c_double
         self.file = file
@@ -200,6 +206,126 @@ def test_a_file_that_is_not_the_arms_is_refused_by_a_number_with_a_text(panda, p
         assert panda.step() == MISTAKES["NOT_OPEN"]
     for code in MISTAKES.values():
         assert len(panda.code.ftqp_status_name(code)) > 15
+
+
+def test_the_file_of_another_arm_is_refused_where_the_program_names_its_own(built):
+    planner, others = ftqp.Planner(PANDA), ftqp.Planner(ftqp.robots.load("iiwa14"))
+    mark = fingerprint(planner)
+    assert mark != fingerprint(others) and mark == fingerprint(ftqp.Planner(PANDA))
+    assert f"#define FTQP_ARM_FINGERPRINT UINT64_C({mark:#018x})" in arm_header(
+        planner, "panda", b"", embedded=False
+    )
+    panda = Library(built, arm_file(planner.deployable(), 7, fingerprint=mark))
+    iiwa = arm_file(others.deployable(), 7, fingerprint=fingerprint(others))
+
+    def opened(file, joints=7):
+        return panda.call("open_for", file, ctypes.c_size_t(len(file)), joints, ctypes.c_uint64(mark))
+
+    assert (
+        opened(iiwa) == opened(panda.file, 14) == MISTAKES["OTHER_ARM"]
+        and panda.step() == MISTAKES["NOT_OPEN"]
+    )
+    assert opened(panda.file[:-1]) == MISTAKES["CUT_SHORT"]
+    assert opened(panda.file) == panda.reset() == panda.step() == 0
+    assert panda.open(iiwa) == 0, "as before"
+
+
+@pytest.mark.parametrize(
+    ("changed", "speed"), [(np.rad2deg, 0.0), (lambda q: np.where(q < -1.0, 2.0, q), 0.0), (np.copy, 50.0)]
+)
+def test_a_start_beyond_the_limits_is_a_warning_with_a_sentence(panda, changed, speed):
+    panda.open()
+    q = PANDA.neutral
+    assert panda.call("reset", numbers(changed(q)), numbers(np.full(7, speed))) == 100
+    assert b"expected rad" in panda.code.ftqp_status_name(100)
+    assert panda.step(changed(q)) >= 0, "it has begun there"
+    assert panda.reset() == 0
+
+
+@pytest.mark.parametrize(("brakes", "asked"), [("each", [2]), ("all", range(7)), ("none", [])])
+def test_brakes_that_are_asked_for_and_the_reason_of_a_stop_are_calls(built, brakes, asked):
+    """As ``step.brakes`` has them: an arm may have one brake for all joints."""
+    planner = ftqp.Planner(PANDA, drive=ftqp.Drive(brakes=brakes))
+    arm = Library(built, arm_file(planner.deployable(), 7))
+    asks = np.full(7, 9, np.int32)
+    at = asks.ctypes.data_as(ctypes.c_void_p)
+    assert arm.call("brakes", at) == arm.call("stop_reason") == MISTAKES["NOT_OPEN"]
+    arm.open()
+    arm.reset()
+    assert arm.call("brakes", at) == 0 and not asks.any() and arm.call("stop_reason") == 0
+    arm.call("stop")
+    assert arm.call("stop_reason") == StopReason.ASKED
+    q = PANDA.neutral.copy()
+    for _ in range(400):
+        arm.step(q)
+        q[2] += 0.002  # it falls although it is stopped
+    assert arm.call("brakes", at) == len(asked)
+    assert np.flatnonzero(asks).tolist() == list(asked)
+    assert arm.call("brakes", None) == len(asked)
+
+
+def test_every_reason_of_a_stop_has_its_number_and_a_sentence_of_c(panda):
+    header = (TEXTS / "ftqp.h").read_text()
+    for reason in StopReason:
+        assert re.search(rf"FTQP_STOP_{reason.name} = {reason.value}\b", header), reason
+        said = panda.code.ftqp_stop_reason_name(reason.value).decode()
+        assert len(said) > 15 and not re.search(r"[{}]|(?<!ftqp_)(resume|reset|stop)\(|step\.", said), said
+    for status in StepStatus:
+        assert "()" not in panda.code.ftqp_status_name(list(StepStatus).index(status)).decode()
+    assert b"ftqp_resume or ftqp_reset" in panda.code.ftqp_status_name(6)
+
+
+LENGTHS = """
+#include "arm.h"
+#include "ftqp.hpp"
+#include <cassert>
+template <class Call> void refused(Call call) {
+    try {
+        call();
+    } catch (const ftqp_cpp::Mistake &mistake) {
+        assert(mistake.code() == FTQP_BAD_LENGTH);
+        return;
+    }
+    assert(!"an array of another length was taken");
+}
+int main(int, char **arguments) {
+    auto p = ftqp_cpp::Planner::from_file(arguments[1], FTQP_ARM_JOINTS, FTQP_ARM_FINGERPRINT);
+    std::vector<double> q(std::begin(ftqp_arm_neutral), std::end(ftqp_arm_neutral)), two(2);
+    double right[FTQP_ARM_JOINTS] = {0.0}, wrong[FTQP_ARM_JOINTS + 1] = {0.0};
+    ftqp_target target{};
+    target.pose[0] = target.pose[5] = target.pose[10] = target.pose[15] = 1.0;
+    refused([&] { p.reset(two); });
+    refused([&] { p.reset(wrong); });
+    refused([&] { p.reset(q, two); });
+    refused([&] { p.step(two, target); });
+    refused([&] { p.step(q, two, target); });
+    refused([&] { p.follow(two); });
+    refused([&] { p.watch(two); });
+    std::vector<int> few(2), enough(FTQP_ARM_JOINTS);
+    refused([&] { p.brakes(few); });
+    assert(p.reset(q) && p.reset(q.data()) && p.reset(right, nullptr) && p.brakes(enough) == 0);
+    p.stop();
+    assert(p.stop_reason() == FTQP_STOP_ASKED && std::string(p.stopped_because()) == "ftqp_stop was called");
+    q[0] = 180.0;
+    assert(!p.reset(q));
+    try {
+        ftqp_cpp::Planner::from_file(arguments[1], FTQP_ARM_JOINTS, 1);
+    } catch (const ftqp_cpp::Mistake &mistake) {
+        return mistake.code() != FTQP_OTHER_ARM;
+    }
+    return 1;
+}
+"""
+
+
+@pytest.mark.long
+def test_cpp_refuses_arrays_of_another_length(built, tmp_path):
+    source, program = tmp_path / "lengths.cpp", tmp_path / "lengths"
+    source.write_text(LENGTHS)
+    made = [str(source), str(built / "lib" / "libftqp.a"), "-lm", "-o", str(program)]
+    subprocess.run(["g++", "-std=c++17", *STRICT, f"-I{built / 'include'}", f"-I{built}", *made], check=True)
+    done = subprocess.run([program, built / "arm.ftqp"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_what_the_world_does_is_a_status(panda):

@@ -16,12 +16,12 @@ from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, path_dtype, record_
 from ftqp.kernel.layout.told_memory import given_dtype
 
 MAGIC: Final = b"FTQPARM\0"
-FORMAT: Final = 3
+FORMAT: Final = 4
 """Of the file; a library takes files of its own format only."""
-HEAD: Final = struct.Struct("<8sII24sIIQQQQQQQQQ")
+HEAD: Final = struct.Struct("<8sII24sIIQQQQQQQQQQ")
 """Magic, format, its own size, hash of the kernel's source, joints, samples, sizes of record, given, arm,
-detector, path and its table, how many runs follow, size of the file, checksum. What a file does not have has
-0 bytes."""
+detector, path and its table, how many runs follow, size of the file, fingerprint of the arm, checksum. What a
+file does not have has 0 bytes."""
 RUN: Final = struct.Struct("<QQ")
 """The part in the highest byte and the offset in the others, and how many bytes follow."""
 PATH_PART: Final = 4
@@ -58,7 +58,7 @@ def small_capacity(joints: int) -> int:
 
 def arm_file(
     memory: Deployable, joints: int, capacity: int = CAPACITIES[0], *, detects: bool = False,
-    path: PathMemory | None = None,
+    path: PathMemory | None = None, fingerprint: int = 0,
 ) -> bytes:  # fmt: skip
     """The bytes of ``arm.ftqp``.
 
@@ -68,6 +68,7 @@ def arm_file(
         capacity: The most joints of an arm in the library.
         detects: Whether the detector is part of it.
         path: A path that is part of it.
+        fingerprint: Of the arm as its ``arm.h`` has it; 0 is that of no arm.
     """
     kinds = [record_dtype(capacity), given_dtype(capacity), arm_dtype(capacity)]
     kept = [memory.record, memory.given, memory.arm]
@@ -88,7 +89,7 @@ def arm_file(
     count = len(runs)
     fields = (
         MAGIC, FORMAT, HEAD.size, kernel_hash().encode(), joints, len(memory.states), *sizes, count,
-        HEAD.size + len(body),
+        HEAD.size + len(body), fingerprint,
     )  # fmt: skip
     head = HEAD.pack(*fields, 0)
     found = checksum(body, checksum(head[: HEAD.size - 8]))

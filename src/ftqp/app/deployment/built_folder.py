@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from ftqp import __version__
 from ftqp.app.deployment.arm_file import arm_file, kernel_hash, small_capacity
-from ftqp.app.deployment.headers import arm_header, layout_header
+from ftqp.app.deployment.headers import arm_header, fingerprint, layout_header
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths.path import Path as Way
 from ftqp.control.planner.planner import Planner
@@ -86,7 +86,7 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
     follower = None if wanted.path is None else PathFollower(wanted.planner, wanted.path, stall=None)
     file = arm_file(
         memory, wanted.planner.robot.nv, wanted.capacity, detects=wanted.detects,
-        path=None if follower is None else follower.memory,
+        path=None if follower is None else follower.memory, fingerprint=fingerprint(wanted.planner),
     )  # fmt: skip
     parent = folder.absolute().parent
     if not parent.is_dir():

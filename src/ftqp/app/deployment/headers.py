@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.app.deployment.arm_file import FORMAT, kernel_hash
+from ftqp.app.deployment.arm_file import FORMAT, checksum, kernel_hash
 from ftqp.control.planner.braking_reserve import SAMPLES
 from ftqp.control.planner.planner import Planner
-from ftqp.control.planner.status import StepStatus
+from ftqp.control.planner.status import STOP_REASONS, StepStatus
 from ftqp.control.task.task import row_indices
 from ftqp.kernel.entry.orders import LIMITS
 from ftqp.kernel.layout.detection_room import detection_dtype
-from ftqp.kernel.layout.enums import DriveKind, FaultKind, StopReason, ToldDetector
+from ftqp.kernel.layout.enums import Brakes, DriveKind, FaultKind, StopReason, ToldDetector
 from ftqp.kernel.layout.free_memory import free_dtype
 from ftqp.kernel.layout.path_table import COLUMNS
 from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, path_dtype, record_dtype
@@ -25,23 +25,35 @@ FIELDS = (
     "chain.n", "chain.floating", "chain.has_inertia", "feedback.q_sent", "feedback.v_sent",
     "feedback.tau_sent", "feedback.kind", "state.a_command", "state.tau", "kinematics.has_dynamics",
     "feedback.speed", "task.position_error", "state.dt", "kinematics.R_tip", "kinematics.o_tip",
+    "feedback.asks", "feedback.lost", "feedback.brakes", "watch.latched", "watch.reason",
 )  # fmt: skip
 """Fields of the record that the C interface reads."""
 PATH = ("progress", "rate", "end")
 """Fields of a path's record that the C interface reads."""
 DETECTOR = ("dt", "kinds", "onset", "since", "share")
 """Fields of the detector's record that the C interface reads."""
-GIVEN = ("samples", "may_swing", "q_min", "q_max")
+GIVEN = ("samples", "may_swing", "q_min", "q_max", "v_max")
 SHOWN = {
     "Q_REFERENCE": ("state.q_command", "double[n]: the planner's own positions"),
     "V_REFERENCE": ("state.v_command", "double[n]: the planner's own velocities"),
     "ROTATION_ERROR": ("task.rotation_error", "double: of the measured tip [rad]"),
-    "ASKS_FOR_BRAKE": ("feedback.asks", "int64_t[n]: 1 where a joint asks for its brake"),
+    "ASKS_FOR_BRAKE": (
+        "feedback.asks",
+        "int64_t[n]: which joints are out of hand; ftqp_brakes says what to close",
+    ),
     "HOLDING": ("calm.holding", "int64_t: 1 while the arm rests short of a target out of reach"),
-    "STOP_REASON": ("watch.reason", "int64_t: why a stop is latched, a StopReason of ftqp"),
+    "STOP_REASON": ("watch.reason", "int64_t: why a stop is latched; ftqp_stop_reason says it"),
 }
 """Fields of the record that users may want beside the C interface, and what they are."""
 
+NAMED_IN_C = (
+    (r"; \{joint\} is farthest.*|; see step\..*", ""),
+    (r"Clearance\(stop=\.\.\.\)", "the clearance that stops"),
+    (r"\{joint\}", "a joint"),
+    (r"\b(report|reset|resume|stop)\(\)", r"ftqp_\1"),
+    ("; report it,", "; ftqp_report it,"),
+)
+"""What of a sentence for Python is said otherwise in C."""
 
 PLAIN = re.compile(r"[^ -!#-\[\]-~]")
 """What may not stand in a text of C."""
@@ -72,6 +84,7 @@ def layout_header(capacity: int = CAPACITIES[0]) -> str:
         "MOST_SAMPLES": SAMPLES,
         "STOPPED_AS_ASKED": int(StopReason.ASKED),
         "TORQUE_DRIVE": int(DriveKind.TORQUE),
+        **{f"{kind.name}_BRAKES": int(kind) for kind in Brakes},
         "SIZE_OF_RECORD": record.itemsize,
         "SIZE_OF_GIVEN": given.itemsize,
         "SIZE_OF_ARM": arm.itemsize,
@@ -92,7 +105,8 @@ def layout_header(capacity: int = CAPACITIES[0]) -> str:
         **{place.replace(".", "_").upper(): offset(record, place) for place in FIELDS},
         **{f"GIVEN_{name.upper()}": offset(given, name) for name in GIVEN},
     }
-    sentences = " \\\n".join(f'    SENTENCE(FTQP_{status.name}, "{status.value}")' for status in StepStatus)
+    said = {status.name: status.value for status in StepStatus}
+    why = {f"STOP_{reason.name}": STOP_REASONS[reason] or "no stop is latched" for reason in StopReason}
     lines = [f"#define {name} {number}" for name, number in numbers.items()]
     return "\n".join(
         [
@@ -100,10 +114,23 @@ def layout_header(capacity: int = CAPACITIES[0]) -> str:
             f'#define KERNEL_HASH "{kernel_hash()}"',
             f"#define KERNEL(name) ftqp_c_##name##_{capacity}",
             *lines,
-            f"#define SENTENCES \\\n{sentences}",
+            f"#define SENTENCES{_sentences(said)}",
+            f"#define STOP_SENTENCES{_sentences(why)}",
             "",
         ]
     )
+
+
+def _sentences(said: dict[str, str]) -> str:
+    """Cases of a switch, each with its sentence as a program in C reads it."""
+    return "".join(f' \\\n    SENTENCE(FTQP_{name}, "{_in_c(text)}")' for name, text in said.items())
+
+
+def _in_c(text: str) -> str:
+    """A sentence of the planner in Python with the names of C, and without those of joints."""
+    for pattern, by in NAMED_IN_C:
+        text = re.sub(pattern, by, text)
+    return text
 
 
 def _array(name: str, values: Iterable[float]) -> str:
@@ -115,6 +142,28 @@ def _number(value: float) -> str:
     if np.isfinite(value):
         return repr(value)
     return "HUGE_VAL" if value > 0.0 else "-HUGE_VAL"
+
+
+def fingerprint(planner: Planner) -> int:
+    """A number of what ``arm.h`` says of an arm, 64 bits; its file has the same one."""
+    return checksum("\n".join(_arm(planner)).encode())
+
+
+def _arm(planner: Planner) -> list[str]:
+    """What a program may build upon: another arm says something else."""
+    robot, limits = planner.robot, planner.robot.limits
+    joints = ", ".join(f'"{PLAIN.sub("_", joint)}"' for joint in robot.joints)
+    rows = row_indices(planner.task.rows or robot.default_rows)
+    return [
+        f"#define FTQP_ARM_JOINTS {robot.nv}",
+        f"#define FTQP_ARM_DT {planner.dt!r} /* s */",
+        f'#define FTQP_ARM_DRIVE "{planner.drive.kind}" /* what is to be sent to the arm */',
+        f"static const char *const ftqp_arm_joints[] = {{{joints}}};",
+        _array("ftqp_arm_neutral", robot.neutral),
+        _array("ftqp_arm_tip", robot.pose(robot.neutral).ravel()),
+        f"#define FTQP_ARM_ROTATES {int(max(rows) >= 3)} /* has_rotation of a target */",
+        *(_array(f"ftqp_arm_{limit}", getattr(limits, limit)) for limit in LIMITS),
+    ]
 
 
 def arm_header(
@@ -131,24 +180,18 @@ def arm_header(
         capacity: The most joints of an arm in the library.
         duration: Of the path in the file [s]; None without one.
     """
-    robot, limits = planner.robot, planner.robot.limits
-    joints = ", ".join(f'"{PLAIN.sub("_", joint)}"' for joint in robot.joints)
+    robot = planner.robot
     head = 64 * -(-HEAD_OF_PLANNER // 64)
     record = record_dtype(capacity)
-    rows = row_indices(planner.task.rows or robot.default_rows)
     lines = [
         f"/* arm.h - {name}: {robot.name}, tip {robot.tip}. Made by ftqp build for the library beside it. */",
-        "#ifndef FTQP_ARM_H", "#define FTQP_ARM_H", "", "#include <math.h>", "",
-        f"#define FTQP_ARM_JOINTS {robot.nv}",
-        f"#define FTQP_ARM_DT {planner.dt!r} /* s */",
-        f'#define FTQP_ARM_DRIVE "{planner.drive.kind}" /* what is to be sent to the arm */',
+        "#ifndef FTQP_ARM_H", "#define FTQP_ARM_H", "", "#include <math.h>", "#include <stdint.h>", "",
+        "/* Of what is said of the arm here; ftqp_open_for refuses an arm.ftqp of another one. */",
+        f"#define FTQP_ARM_FINGERPRINT UINT64_C({fingerprint(planner):#018x})", "",
+        *_arm(planner),
         *([] if duration is None else [f"#define FTQP_ARM_PATH_DURATION {duration!r} /* s */"]),
-        f'#define FTQP_KERNEL_HASH "{kernel_hash()}"', "",
-        f"static const char *const ftqp_arm_joints[] = {{{joints}}};",
-        _array("ftqp_arm_neutral", robot.neutral),
-        _array("ftqp_arm_tip", robot.pose(robot.neutral).ravel()),
-        f"#define FTQP_ARM_ROTATES {int(max(rows) >= 3)} /* has_rotation of a target */",
-        *(_array(f"ftqp_arm_{limit}", getattr(limits, limit)) for limit in LIMITS),
+        "", "/* Of the formulas of library and arm.ftqp, for logs: ftqp_open compares theirs by itself. */",
+        f'#define FTQP_KERNEL_HASH "{kernel_hash()}"',
         "", "/* Where else in a planner's memory something lies [bytes from its begin]. */",
         *(
             f"#define FTQP_AT_{key} {head + offset(record, place)} /* {meaning} */"

@@ -49,7 +49,7 @@ typedef struct Head {
     uint32_t format, size;
     char kernel[24];
     uint32_t joints, samples;
-    uint64_t record, given, arm, detector, path, table, runs, bytes, checksum;
+    uint64_t record, given, arm, detector, path, table, runs, bytes, fingerprint, checksum;
 } Head;
 
 /* What a planner begins with; behind it lie, each from a line of the cache on, the parts below. */
@@ -60,7 +60,7 @@ struct ftqp {
     double shares[2];
 };
 
-_Static_assert(sizeof(Head) == 120, "the head of a file has no gaps");
+_Static_assert(sizeof(Head) == 128, "the head of a file has no gaps");
 
 static void *part(const ftqp *p, uint64_t offset) { return (char *)(uintptr_t)p + offset; }
 
@@ -213,9 +213,26 @@ int ftqp_open(ftqp *p, const void *file, size_t bytes) {
     return 0;
 }
 
+int ftqp_open_for(ftqp *p, const void *file, size_t bytes, int joints, uint64_t fingerprint) {
+    Head head;
+    const int code = read_head(file, bytes, &head);
+    if (code) return code;
+    if ((uint32_t)joints != head.joints || fingerprint != head.fingerprint) return FTQP_OTHER_ARM;
+    return ftqp_open(p, file, bytes);
+}
+
 static int all_finite(const double *numbers, int count) {
     for (int k = 0; k < count; k++)
         if (!isfinite(numbers[k])) return 0;
+    return 1;
+}
+
+/* Whether a healthy arm may be there, and as fast. */
+static int is_within(const ftqp *p, const double *q, const double *v) {
+    const double *q_min = part(p, p->given + GIVEN_Q_MIN), *q_max = part(p, p->given + GIVEN_Q_MAX);
+    const double *v_max = part(p, p->given + GIVEN_V_MAX);
+    for (int i = 0; i < p->joints; i++)
+        if (q[i] < q_min[i] || q[i] > q_max[i] || (v != NULL && fabs(v[i]) > v_max[i])) return 0;
     return 1;
 }
 
@@ -228,7 +245,8 @@ int ftqp_reset(ftqp *p, const double *q, const double *v) {
     p->status = FTQP_NOT_RESET;
     tell(p, -1, TOLD_ANEW);
     if (p->table_bytes) ftqp_begin(p);
-    return (int)KERNEL(start)(AT(part(p, p->record)), AT(part(p, p->given)), AT(q), AT(v == NULL ? rest : v));
+    const int64_t begun = KERNEL(start)(AT(part(p, p->record)), AT(part(p, p->given)), AT(q), AT(v == NULL ? rest : v));
+    return begun < 0 || is_within(p, q, v) ? (int)begun : FTQP_BEYOND_LIMITS;
 }
 
 int ftqp_step(ftqp *p, const double *q, const double *v, const ftqp_target *target, int ticks) {
@@ -444,6 +462,30 @@ int ftqp_status(const ftqp *p) {
     return code ? code : p->status;
 }
 
+int ftqp_brakes(const ftqp *p, int *asks) {
+    const int code = is_open(p);
+    if (code) return code;
+    const int64_t kind = whole(p, p->record, FEEDBACK_BRAKES);
+    const int blind = whole(p, p->record, FEEDBACK_KIND) == TORQUE_DRIVE; /* it cannot hold a joint that it does not see */
+    int count = 0;
+    for (int i = 0; i < p->joints; i++) {
+        const uint64_t at = 8 * (uint64_t)i;
+        const int one = whole(p, p->record, FEEDBACK_ASKS + at) || (blind && whole(p, p->record, FEEDBACK_LOST + at));
+        if (asks != NULL) asks[i] = kind == EACH_BRAKES && one;
+        count += one;
+    }
+    if (kind == EACH_BRAKES || !count) return count;
+    if (asks != NULL)
+        for (int i = 0; i < p->joints; i++) asks[i] = kind == ALL_BRAKES;
+    return kind == ALL_BRAKES ? p->joints : 0;
+}
+
+int ftqp_stop_reason(const ftqp *p) {
+    const int code = is_open(p);
+    if (code) return code;
+    return whole(p, p->record, WATCH_LATCHED) ? (int)whole(p, p->record, WATCH_REASON) : FTQP_STOP_NONE;
+}
+
 double ftqp_error(const ftqp *p) { return is_open(p) ? (double)NAN : *field(p, TASK_POSITION_ERROR); }
 
 int ftqp_tip(const ftqp *p, double *pose) {
@@ -511,10 +553,20 @@ int ftqp_detect(ftqp *p, ftqp_finding *out, int most) {
     return found;
 }
 
+#define SENTENCE(code, text) case code: return text;
+
+const char *ftqp_stop_reason_name(int reason) {
+    switch (reason) {
+        STOP_SENTENCES
+        default: return reason < 0 ? ftqp_status_name(reason) : "no reason for a stop of ftqp";
+    }
+}
+
 const char *ftqp_status_name(int status) {
     switch (status) {
-#define SENTENCE(code, text) case code: return text;
         SENTENCES
+        case FTQP_BEYOND_LIMITS:
+            return "the start is beyond the range or the speed of a joint; expected rad, rad/s, m and m/s within arm.h";
         case FTQP_NO_ROTATION: return "the task has rotation rows but the target has a position only";
         case FTQP_NOT_RESET: return "the planner has no start; call ftqp_reset before the first step";
         case FTQP_TWIST_ALONE: return "the target has a twist alone and no place to be at";
@@ -533,6 +585,8 @@ const char *ftqp_status_name(int status) {
         case FTQP_BAD_TICKS: return "ticks is below 1, expected how many periods the last step is ago";
         case FTQP_NOT_FINITE: return "the start is not finite";
         case FTQP_BAD_SPEED: return "the speed is not in (0, 1], a share of the path's own";
+        case FTQP_OTHER_ARM: return "the arm's file is of another arm than arm.h; take both from one build";
+        case FTQP_BAD_LENGTH: return "an array has another length than the arm has joints";
         case FTQP_UNSUPPORTED: return "this build, or this arm, does not have that; see bill.json";
         case FTQP_INTERNAL: return "compiled code has failed, which is a defect of ftqp; please report it";
         default: return "no status of ftqp";

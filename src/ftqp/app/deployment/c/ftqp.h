@@ -37,6 +37,9 @@ enum {
     FTQP_INVALID_INPUT = 7 /* what was measured or asked cannot be used; the command is safe */
 };
 
+/* What ftqp_reset warns of. */
+enum { FTQP_BEYOND_LIMITS = 100 };
+
 /* Mistakes of the program, below 0: nothing was done. */
 enum {
     FTQP_NO_ROTATION = -2, /* the task has rotation rows, the target a position only */
@@ -56,9 +59,26 @@ enum {
     FTQP_BAD_LOAD = -31,   /* no rigid body has that mass and inertia */
     FTQP_BAD_TICKS = -32,  /* ticks is below 1 */
     FTQP_NOT_FINITE = -33, /* a start that is not finite */
-    FTQP_BAD_SPEED = -35,  /* a speed is not in (0, 1] */
     FTQP_UNSUPPORTED = -34, /* this build or this arm does not have it */
+    FTQP_BAD_SPEED = -35,  /* a speed is not in (0, 1] */
+    FTQP_OTHER_ARM = -36,  /* the file is of another arm than the arm.h of the program */
+    FTQP_BAD_LENGTH = -37, /* an array in C++ has another length than the arm has joints */
     FTQP_INTERNAL = -999   /* a defect of ftqp */
+};
+
+/* Why a stop is latched. */
+enum {
+    FTQP_STOP_NONE = 0,
+    FTQP_STOP_ASKED = 1,       /* by ftqp_stop */
+    FTQP_STOP_ERROR = 2,       /* the task error was too large and rose */
+    FTQP_STOP_FALLBACKS = 3,   /* no usable command was found for too long */
+    FTQP_STOP_SENSOR = 4,      /* a sensor has said impossible things for too long */
+    FTQP_STOP_DEVIATION = 5,   /* the tip is too far from where it was sent */
+    FTQP_STOP_LAG = 6,         /* the arm does not follow */
+    FTQP_STOP_FREE_JOINT = 7,  /* a joint swings freely and nothing of the task can be kept */
+    FTQP_STOP_OVERLOAD = 8,    /* a weak joint cannot hold the arm */
+    FTQP_STOP_SECOND_FREE = 9, /* a second joint seems to swing freely */
+    FTQP_STOP_CLEARANCE = 10   /* two bodies came too near */
 };
 
 /* A planner: memory of ftqp_size bytes that you own, aligned to FTQP_ALIGNMENT. */
@@ -118,10 +138,17 @@ typedef struct ftqp_finding {
 /* How many bytes a planner from this file needs, into *need: 0, or a mistake. */
 int ftqp_size(const void *file, size_t bytes, size_t *need);
 
-/* Make a planner from the bytes of arm.ftqp: 0, or a mistake. It needs ftqp_reset before its first step. */
+/* Make a planner from the bytes of arm.ftqp: 0, or a mistake. It needs ftqp_reset before its first step. Whatever
+   arm the file is of is taken: a program that includes arm.h calls ftqp_open_for. */
 int ftqp_open(ftqp *p, const void *file, size_t bytes);
 
-/* Begin at joint positions and velocities; v may be NULL: at rest. Stops are released, faults stay. */
+/* The same for the arm of arm.h, FTQP_ARM_JOINTS and FTQP_ARM_FINGERPRINT: the file of another one is FTQP_OTHER_ARM,
+   and nothing is done. */
+int ftqp_open_for(ftqp *p, const void *file, size_t bytes, int joints, uint64_t fingerprint);
+
+/* Begin at joint positions and velocities; v may be NULL: at rest. Stops are released, faults stay. 0; or a warning,
+   FTQP_BEYOND_LIMITS, where a joint is beyond its range or faster than its limit, as with degrees in place of radians:
+   the planner has begun there, too, and leads such joints back; or a mistake. */
 int ftqp_reset(ftqp *p, const double *q, const double *v);
 
 /* The command for the next period: a status, or a mistake. q: measured positions; v: measured velocities, only
@@ -166,6 +193,16 @@ const double *ftqp_tau(const ftqp *p);
 
 /* The status of the last step, FTQP_NOT_RESET before the first. */
 int ftqp_status(const ftqp *p);
+
+/* Which joints ask for their brakes since the last step, 1 each into asks, n numbers, which may be NULL: how many, or
+   a mistake. Close those brakes: a joint that asks is out of hand. Where the arm has one brake for all, all ask. */
+int ftqp_brakes(const ftqp *p, int *asks);
+
+/* Why a stop is latched: FTQP_STOP_NONE while none is, another FTQP_STOP_..., or a mistake. */
+int ftqp_stop_reason(const ftqp *p);
+
+/* A sentence for what ftqp_stop_reason says; never NULL. */
+const char *ftqp_stop_reason_name(int reason);
 
 /* How far the measured tip was from its target before the last step [m]. */
 double ftqp_error(const ftqp *p);

@@ -12,6 +12,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "ftqp.h"
@@ -27,6 +28,7 @@ enum class Status : int {
 class Mistake : public std::runtime_error {
 public:
     explicit Mistake(int code) : std::runtime_error(ftqp_status_name(code)), code_(code) {}
+    Mistake(int code, const std::string &text) : std::runtime_error(text), code_(code) {}
     int code() const noexcept { return code_; }
 
 private:
@@ -38,20 +40,25 @@ inline const char *name(Status status) noexcept { return ftqp_status_name(static
 // A planner and its memory. Making it allocates; nothing else does.
 class Planner {
 public:
-    // From the bytes of arm.ftqp. Throws Mistake.
+    // From the bytes of arm.ftqp for the arm of arm.h: FTQP_ARM_JOINTS, FTQP_ARM_FINGERPRINT. Throws Mistake.
+    Planner(const void *file, std::size_t bytes, int joints, std::uint64_t fingerprint) {
+        make(file, bytes);
+        check(ftqp_open_for(get(), file, bytes, joints, fingerprint));
+    }
+
+    // The same for whatever arm the file is of.
     Planner(const void *file, std::size_t bytes) {
-        std::size_t need = 0;
-        check(ftqp_size(file, bytes, &need));
-        size_ = need;
-        memory_.reset(static_cast<unsigned char *>(::operator new(need, std::align_val_t{FTQP_ALIGNMENT})));
+        make(file, bytes);
         check(ftqp_open(get(), file, bytes));
     }
 
     // From a file. Throws Mistake, or std::runtime_error where it cannot be read.
+    static Planner from_file(const std::string &path, int joints, std::uint64_t fingerprint) {
+        const std::vector<char> bytes = read(path);
+        return Planner(bytes.data(), bytes.size(), joints, fingerprint);
+    }
     static Planner from_file(const std::string &path) {
-        std::ifstream in(path, std::ios::binary);
-        if (!in) throw std::runtime_error(path + " cannot be read");
-        const std::vector<char> bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+        const std::vector<char> bytes = read(path);
         return Planner(bytes.data(), bytes.size());
     }
 
@@ -64,8 +71,10 @@ public:
         return other;
     }
 
-    template <class Q> void reset(const Q &q) { check(ftqp_reset(get(), data(q), nullptr)); }
-    template <class Q, class V> void reset(const Q &q, const V &v) { check(ftqp_reset(get(), data(q), data(v))); }
+    // Arrays are vectors, std::array, C arrays and the like, of joints() numbers, else Mistake is thrown; or pointers to
+    // so many, which nobody checks. False warns of a start beyond the arm's limits, FTQP_BEYOND_LIMITS.
+    template <class Q> bool reset(const Q &q) { return checked(ftqp_reset(get(), data(q), nullptr)) == 0; }
+    template <class Q, class V> bool reset(const Q &q, const V &v) { return checked(ftqp_reset(get(), data(q), data(v))) == 0; }
 
     // One step. Throws Mistake only: what the world does is a status.
     template <class Q> Status step(const Q &q, const ftqp_target &target, int ticks = 1) {
@@ -89,7 +98,8 @@ public:
     void put_down() { check(ftqp_carry(get(), nullptr)); }
 
     // After each step, in a library with a detector: 0 quiet, 1 a suspicion, 2 a finding.
-    int watch(const double *tau = nullptr) { return checked(ftqp_watch(get(), tau)); }
+    int watch() { return checked(ftqp_watch(get(), nullptr)); }
+    template <class Tau> int watch(const Tau &tau) { return checked(ftqp_watch(get(), data(tau))); }
     std::vector<ftqp_finding> findings() {
         std::vector<ftqp_finding> found(static_cast<std::size_t>(joints()));
         found.resize(static_cast<std::size_t>(checked(ftqp_detect(get(), found.data(), joints()))));
@@ -100,6 +110,13 @@ public:
     const double *v() const noexcept { return ftqp_v(get()); }
     const double *a() const noexcept { return ftqp_a(get()); }
     const double *tau() const noexcept { return ftqp_tau(get()); }
+    // After each step: which joints ask for their brakes, 1 each into an array of ints; how many.
+    template <class Asks> int brakes(Asks &asks) const { return checked(ftqp_brakes(get(), data(asks))); }
+    int brakes() const { return checked(ftqp_brakes(get(), nullptr)); }
+
+    // Why a stop is latched, FTQP_STOP_...; and its sentence.
+    int stop_reason() const { return checked(ftqp_stop_reason(get())); }
+    const char *stopped_because() const noexcept { return ftqp_stop_reason_name(ftqp_stop_reason(get())); }
     double error() const noexcept { return ftqp_error(get()); }
     double dt() const noexcept { return ftqp_dt(get()); }
     int drive() const noexcept { return ftqp_drive(get()); }
@@ -121,8 +138,25 @@ private:
             ::operator delete(memory, std::align_val_t{FTQP_ALIGNMENT});
         }
     };
-    static const double *data(const double *numbers) noexcept { return numbers; }
-    template <class T> static const double *data(const T &numbers) noexcept { return std::data(numbers); }
+    static std::vector<char> read(const std::string &path) {
+        std::ifstream in(path, std::ios::binary);
+        if (!in) throw std::runtime_error(path + " cannot be read");
+        return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    }
+    void make(const void *file, std::size_t bytes) {
+        check(ftqp_size(file, bytes, &size_));
+        memory_.reset(static_cast<unsigned char *>(::operator new(size_, std::align_val_t{FTQP_ALIGNMENT})));
+    }
+    template <class T> auto data(T &numbers) const {
+        if constexpr (std::is_pointer_v<T> || std::is_null_pointer_v<T>) {
+            return numbers;
+        } else {
+            if (std::size(numbers) != static_cast<std::size_t>(joints()))
+                throw Mistake(FTQP_BAD_LENGTH, "an array has " + std::to_string(std::size(numbers)) + " numbers, expected " +
+                                                   std::to_string(joints()) + ", one a joint");
+            return std::data(numbers);
+        }
+    }
     static int checked(int code) {
         if (code < 0) throw Mistake(code);
         return code;

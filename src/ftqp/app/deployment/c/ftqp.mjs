@@ -42,7 +42,8 @@ export class Planner {
     this.foundAt = this.loadAt + LOAD;
   }
 
-  reset(q, v = null) { this.#check(this.c.ftqp_reset(this.p, this.#numbers(this.qAt, q), v ? this.#numbers(this.vAt, v) : 0)); }
+  // False warns of a start beyond the arm's limits.
+  reset(q, v = null) { return this.#check(this.c.ftqp_reset(this.p, this.#numbers(this.qAt, q), v ? this.#numbers(this.vAt, v) : 0)) === 0; }
 
   // The command for the next period: a status from 0 on. Throws Mistake for a mistake of the program.
   step(q, pose, { twist = null, acceleration = null, ticks = 1, v = null } = {}) {
@@ -107,19 +108,27 @@ export class Planner {
   get tau() { return this.#view(this.c.ftqp_tau(this.p), this.n); }
   get status() { return this.c.ftqp_status(this.p); }
   get error() { return this.c.ftqp_error(this.p); }
+  // Which joints ask for their brakes; close those.
+  get brakes() { this.#check(this.c.ftqp_brakes(this.p, this.targetAt)); return Array.from(new Int32Array(this.c.memory.buffer, this.targetAt, this.n), Boolean); }
+
+  // Why a stop is latched, 0 while none is; and its sentence.
+  get stopReason() { return this.c.ftqp_stop_reason(this.p); }
+  get stoppedBecause() { return this.#text(this.c.ftqp_stop_reason_name(this.stopReason)); }
   get dt() { return this.c.ftqp_dt(this.p); }
   get tip() { this.#check(this.c.ftqp_tip(this.p, this.targetAt)); return this.#view(this.targetAt, 16).slice(); }
 
   // A sentence for a status or a mistake.
-  name(status) {
-    const bytes = new Uint8Array(this.c.memory.buffer), at = this.c.ftqp_status_name(status);
-    return new TextDecoder().decode(bytes.slice(at, bytes.indexOf(0, at)));
+  name(status) { return this.#text(this.c.ftqp_status_name(status)); }
+
+  #text(at) {
+    const bytes = new Uint8Array(this.c.memory.buffer);
+    return new TextDecoder().decode(bytes.slice(at, bytes.indexOf(0, at))).replaceAll('ftqp_', '');
   }
 
   #bytes() { return new Uint8Array(this.c.memory.buffer, this.p, this.size); }
   #view(at, count) { return new Float64Array(this.c.memory.buffer, at, count); }
   #numbers(at, values) {
-    if (values.length !== this.n) throw new Mistake(-1, `got ${values.length} numbers, expected ${this.n}, one a joint`);
+    if (values.length !== this.n) throw new Mistake(-37, `got ${values.length} numbers, expected ${this.n}, one a joint`);
     this.#view(at, this.n).set(values);
     return at;
   }

@@ -38,8 +38,8 @@ int main(int count, char **arguments) {
     need = (need + FTQP_ALIGNMENT - 1) / FTQP_ALIGNMENT * FTQP_ALIGNMENT;
     ftqp *p = aligned_alloc(FTQP_ALIGNMENT, need); /* once, before the loop */
     if (p == NULL) return fprintf(stderr, "no memory\n"), EXIT_FAILURE;
-    code = ftqp_open(p, FILE_OF_ARM, BYTES_OF_ARM);
-    if (code) return failed("ftqp_open", code);
+    code = ftqp_open_for(p, FILE_OF_ARM, BYTES_OF_ARM, FTQP_ARM_JOINTS, FTQP_ARM_FINGERPRINT);
+    if (code) return failed("ftqp_open_for", code);
 
     double q[FTQP_ARM_JOINTS];
     memcpy(q, ftqp_arm_neutral, sizeof q);
@@ -54,6 +54,7 @@ int main(int count, char **arguments) {
     target.twist[0] = 0.02; /* 2 cm/s along x */
 
     double worst = 0.0;
+    int brakes[FTQP_ARM_JOINTS];
     int counts[FTQP_INVALID_INPUT + 1] = {0};
     for (int k = 0; k < STEPS; k++) {
         if (k == LOCKS_AT && LOCKED < FTQP_ARM_JOINTS) {
@@ -65,6 +66,11 @@ int main(int count, char **arguments) {
         code = ftqp_step(p, q, NULL, &target, 1);
         if (code < 0) return failed("ftqp_step", code);
         counts[code]++;
+        if (ftqp_brakes(p, brakes)) { /* joints out of hand: close their brakes before anything else */
+            for (int i = 0; i < FTQP_ARM_JOINTS; i++)
+                if (brakes[i]) fprintf(stderr, "close the brake of %s\n", ftqp_arm_joints[i]);
+            return fprintf(stderr, "%s\n", ftqp_stop_reason_name(ftqp_stop_reason(p))), EXIT_FAILURE;
+        }
         if (ftqp_error(p) > worst) worst = ftqp_error(p);
         memcpy(q, ftqp_q(p), sizeof q); /* to the drives, and back from the encoders */
     }

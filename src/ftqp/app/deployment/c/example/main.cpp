@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <stdexcept>
 #include <vector>
 
 #include "arm.h"
@@ -9,9 +10,10 @@
 
 int main(int count, char **arguments) {
     try {
-        auto planner = ftqp_cpp::Planner::from_file(count > 1 ? arguments[1] : "../arm.ftqp");
+        auto planner = ftqp_cpp::Planner::from_file(count > 1 ? arguments[1] : "../arm.ftqp", FTQP_ARM_JOINTS, FTQP_ARM_FINGERPRINT);
         std::vector<double> q(std::begin(ftqp_arm_neutral), std::end(ftqp_arm_neutral));
-        planner.reset(q);
+        if (!planner.reset(q)) throw std::runtime_error("the arm is beyond its limits");
+        std::vector<int> brakes(q.size());
         ftqp_target target{};
         std::copy(std::begin(ftqp_arm_tip), std::end(ftqp_arm_tip), target.pose);
         target.has_rotation = FTQP_ARM_ROTATES;
@@ -21,6 +23,7 @@ int main(int count, char **arguments) {
             if (k == 300) planner.report(ftqp_locked(0));
             if (k == 600) planner.withdraw(0);
             status = planner.step(q, target);
+            if (planner.brakes(brakes) > 0) throw std::runtime_error(planner.stopped_because());  // close them
             worst = std::max(worst, planner.error());
             std::copy_n(planner.q(), q.size(), q.begin());
         }
