@@ -79,12 +79,18 @@ def build(
             folder=Path(aside) / "library" if folder is None else folder, small=small,
             detects="detector" in (parts or ()), path=path if "path" in (parts or ()) else None,
         )  # fmt: skip
-        if page is None:
-            bill = build_folder(wanted)
-        else:
-            from ftqp.app.deployment.browser_page import write_page
+        try:
+            if page is None:
+                bill = build_folder(wanted)
+            else:
+                from ftqp.app.deployment.browser_page import write_page
 
-            bill = write_page(wanted, q, path, page)
+                bill = write_page(wanted, q, path, page)
+        except OSError as error:
+            raise InputError(
+                f"{page or folder} cannot be made: {error.strerror or error}; give a place that is writable "
+                f"with {'-o' if page is None else '--page'}"
+            ) from error
     made = {"folder": folder and str(folder), "page": page and str(page)}
     answer({**made, **bill}, as_json, lambda: tell(_said(folder or page, bill)))
     for sentence in bill["left_out"]:
@@ -95,6 +101,7 @@ def build(
 def _planner_of(source: str, tip: str | None, overrides: Any) -> tuple[str, Any, Any, Any]:
     """Name, planner, start and path of a scenario; of a robot the plain planner, and no path."""
     from ftqp.app.commands.inspection import MODELS, robot_of
+    from ftqp.app.scenario.document import bundled
     from ftqp.control.planner.planner import Planner
     from ftqp.model import catalog
 
@@ -104,6 +111,8 @@ def _planner_of(source: str, tip: str | None, overrides: Any) -> tuple[str, Any,
             raise InputError(f"{source} is a robot, no scenario, so that --set has nothing to change")
         planner = Planner(robot_of(source, [] if tip is None else [tip], []))
         return source if known else planner.robot.name, planner, planner.robot.neutral, None
+    if not Path(source).suffix and not Path(source).exists() and source not in bundled():
+        raise unknown("robot, scenario or file", source, "ftqp", [*catalog.names(), *bundled()])
     if tip is not None:
         raise InputError(f"{source} is a scenario, whose [robot] has the tip; leave --tip out")
     from ftqp.app.scenario.setup import load

@@ -24,6 +24,7 @@ def write_page(wanted: Wanted, q: FloatArray, path: Way | None, page: Path) -> d
 
     Raises:
         InputError: The file is there already, its folder is missing, or the page cannot draw such an arm.
+        OSError: The file's folder cannot be written, which is found out first.
         CannotBuild: Something that building needs is not here.
         MissingPackage: viser is not installed.
     """
@@ -31,20 +32,19 @@ def write_page(wanted: Wanted, q: FloatArray, path: Way | None, page: Path) -> d
         raise InputError(f"file {page} is there already; give a new one with --page")
     if not page.absolute().parent.is_dir():
         raise InputError(f"folder {page.absolute().parent} is missing, in which {page.name} would be made")
-    bill = build_folder(wanted)
-    played = Played(
-        title=wanted.name,
-        planner=wanted.planner,
-        q=q,
-        path=path,
-        kernel=kernel_hash(),
-        wasm=(wanted.folder / "lib" / "ftqp.wasm").read_bytes(),
-        arm=(wanted.folder / "arm.ftqp").read_bytes(),
-        loader=(TEXTS / "ftqp.mjs").read_text(encoding="utf-8"),
-    )
-    text = playground_page(played)
     with tempfile.TemporaryDirectory(prefix=f".{page.name}.", dir=page.absolute().parent) as part:
+        bill = build_folder(wanted)
+        played = Played(
+            title=wanted.name,
+            planner=wanted.planner,
+            q=q,
+            path=path,
+            kernel=kernel_hash(),
+            wasm=(wanted.folder / "lib" / "ftqp.wasm").read_bytes(),
+            arm=(wanted.folder / "arm.ftqp").read_bytes(),
+            loader=(TEXTS / "ftqp.mjs").read_text(encoding="utf-8"),
+        )
         made = Path(part) / "page"
-        made.write_text(text, encoding="utf-8")
+        made.write_text(playground_page(played), encoding="utf-8")
         os.rename(made, page)
     return bill

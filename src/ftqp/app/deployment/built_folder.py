@@ -73,6 +73,7 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
 
     Raises:
         InputError: The planner cannot be without Python, or the folder is there already.
+        OSError: The folder cannot be made, which is found out before anything is compiled.
         CannotBuild: Something that building needs is not here.
     """
     folder = wanted.folder
