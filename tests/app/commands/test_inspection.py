@@ -197,3 +197,16 @@ def test_several_tips_are_given_with_commas_and_the_first_is_judged(tmp_path: Pa
     assert (len(found["joints"]), found["base_to_tip"], found["redundancy"]["pose"]) == (14, 7, 1)
     result = invoke(file, "--tip", "left_hand,right_hand", "--out", tmp_path / "told")
     assert "7 of 14 joints from base to left_hand" in " ".join(result.output.split())
+
+
+def test_a_folder_of_a_robots_name_hides_no_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As ``ftqp build panda-circle -o panda`` leaves one; nothing is written where no picture is wanted."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "panda").mkdir()
+    result = invoke("panda", "--no-figures")
+    assert result.exit_code == 0 and "Picture" not in result.stdout
+    assert [path.name for path in tmp_path.rglob("*")] == ["panda"]
+    (tmp_path / "arm").mkdir()
+    assert "'arm' is a folder, expected a file" in invoke("arm").stderr
+    drawn = invoke("panda").stdout.strip().splitlines()[-1]
+    assert drawn.startswith("Picture: runs/inspect-panda-") and "--no-figures draws none" in drawn

@@ -235,6 +235,7 @@ def inspect(
     capsules: Annotated[
         bool, typer.Option("--capsules", help="List its bodies, as they are kept clear of a scene.")
     ] = False,
+    no_figures: NoFigures = False,
     as_json: Json = False,
 ) -> ExitCode:
     """Say what was read of an arm: limits, findings, margins, which joints it can lose; draws it."""
@@ -244,7 +245,7 @@ def inspect(
     tips, held = (
         [name.strip() for name in (given or "").split(",") if name.strip()] for given in (tip, locked)
     )
-    folder = free_folder(out, f"inspect-{Path(source).stem}")
+    folder = None if no_figures else free_folder(out, f"inspect-{Path(source).stem}")
     return inspection.inspect(
         source, tips, held, folder, as_json=as_json, survival=survival, capsules=capsules
     )

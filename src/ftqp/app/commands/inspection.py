@@ -39,8 +39,9 @@ def robot_of(source: str, tips: list[str], locked: list[str]) -> Robot:
         ModelError: The robot is unsafe; the error carries every finding.
     """
     file = Path(source)
-    if not file.exists() and file.suffix.lower() not in MODELS:
-        if source.partition("(")[0] not in catalog.names():
+    known = source.partition("(")[0] in catalog.names()
+    if not file.is_file() and file.suffix.lower() not in MODELS and (known or not file.exists()):
+        if not known:
             raise unknown("robot or file", source, "ftqp", catalog.names())
         if tips or locked:
             raise InputError(
@@ -56,13 +57,13 @@ def inspect(
     source: str,
     tips: list[str],
     locked: list[str],
-    folder: Path,
+    folder: Path | None,
     *,
     as_json: bool,
     survival: bool = False,
     capsules: bool = False,
 ) -> ExitCode:
-    """Say what an arm is and draw it into ``folder``; with ``survival`` also where locks are survived.
+    """Say what an arm is, draw it into ``folder``, if any; with ``survival`` also where locks are survived.
 
     With ``capsules`` also of which bodies it is made, and how much larger they are than what they contain.
 
@@ -76,7 +77,7 @@ def inspect(
         found["survival"] = _survival(robot, found["possible"])
     if capsules:
         found["capsules"], found["pairs_left_out"] = _bodies(robot)
-    found["figure"] = _picture(robot, folder)
+    found["figure"] = None if folder is None else _picture(robot, folder)
     answer(found, as_json, lambda: _tell(found))
     return ExitCode.DONE
 
@@ -281,7 +282,7 @@ def _tell(found: dict[str, Any]) -> None:
     for finding in found["findings"]:
         tell(f"{finding['severity']}: {finding['sentence']}")
     if found["figure"] is not None:
-        tell(f"Picture: {found['figure']}")
+        tell(f"Picture: {found['figure']} (--out DIR puts it elsewhere, --no-figures draws none)")
 
 
 def _capsule_row(one: dict[str, Any]) -> tuple[str, ...]:

@@ -22,7 +22,8 @@ def whole_number(text: str) -> int:
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.")]
 NoFigures = Annotated[
-    bool, typer.Option("--no-figures", help="Draw nothing: a short run takes less time than its figures.")
+    bool,
+    typer.Option("--no-figures", help="Draw nothing: a short run, or the facts of an arm, take less time."),
 ]
 Source = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="A scenario file, or the name of a bundled one.")
