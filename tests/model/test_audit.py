@@ -51,6 +51,7 @@ UNSAFE = [
         r"'a' mimics 'c', but that is no joint that moves; or hold it with locked=\['a'\]",
     ),
     ({"mass": "-1"}, "link 'one' has a mass of -1 kg, expected > 0"),
+    ({"mass": "0,5"}, "not finite: <mass value='0,5'>, expected numbers such as 0.5"),
     ({"mass": "nan"}, "link 'one' has a mass, centre of mass or inertia that is not finite"),
     ({"ixx": "-0.01"}, "body behind joint 'a' has a negative principal moment of inertia"),
 ]

@@ -190,6 +190,15 @@ def test_check_without_scenario_lists_the_bundled_ones() -> None:
     assert "panda-circle" in invoke("check").stdout
 
 
+def test_a_fault_that_never_happens_is_a_warning_before_and_said_after(short: Path, tmp_path: Path) -> None:
+    late = short.read_text(encoding="utf-8").replace("at = 0.2", "at = 30")
+    short.write_text(late, encoding="utf-8")
+    checked = invoke("check", short)
+    assert checked.exit_code == 0 and "warning: the fault of j2 at 30 s comes too late" in checked.stderr
+    ran = invoke("run", "--no-figures", short, "--out", tmp_path / "out")
+    assert "j2 locks at 30 s only, behind the end of the run" in ran.stdout
+
+
 def test_keys_of_a_scenario_come_with_default_and_unit() -> None:
     rows = {row["key"]: row for row in json.loads(invoke("check", "--keys", "--json").stdout)["keys"]}
     assert rows["planner.dt"] == {

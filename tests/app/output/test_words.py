@@ -2,7 +2,7 @@
 
 import pytest
 
-from ftqp.app.output.words import ending, fault_sentence, further_sentences, limits_sentence
+from ftqp.app.output.words import ending, fault_sentence, further_sentences, late_sentence, limits_sentence
 
 
 def test_rounding_is_no_exceeded_limit() -> None:
@@ -24,6 +24,12 @@ def test_every_exceeded_limit_is_named_with_its_excess() -> None:
 )
 def test_fault_tells_what_when_and_who_knows(kind: str, announced: float | None, sentence: str) -> None:
     assert fault_sentence({"kind": kind, "joint": "j1", "at": 2.0, "announced": announced}) == sentence
+
+
+def test_a_fault_behind_the_end_never_happens() -> None:
+    said = late_sentence("j1", 30.0, 6.0, may_take_longer=False)
+    assert "of j1 at 30 s comes too late: the run ends at 6 s, so that it never happens" in said
+    assert "only where the arm is so much slower" in late_sentence("j1", 30.0, 6.0, may_take_longer=True)
 
 
 def test_ending_tells_interruption_completion_and_stop_apart() -> None:

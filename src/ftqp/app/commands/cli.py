@@ -200,6 +200,7 @@ def check(
         return tell_rows("keys", "Keys of a scenario", tables.keys(), as_json)
     if scenario is None:
         return tell_bundled("scenario", "scenarios", as_json)
+    from ftqp.app.output.words import late_sentence
     from ftqp.app.scenario.setup import load
 
     setup = load(scenario, overrides or (), backend=backend, scheme=scheme)
@@ -207,6 +208,11 @@ def check(
     answer(facts, as_json, lambda: tell_text(setup.toml))
     for finding in setup.robot.findings:
         say(f"note: {setup.robot.name}: {finding}")
+    end = setup.path.duration if setup.duration is None else setup.duration
+    for event in setup.schedule.events:
+        if event.at > end:
+            slower = setup.duration is None
+            say(f"warning: {late_sentence(str(event.fault.joint), event.at, end, may_take_longer=slower)}")
     say(f"{setup.name} is valid")
     return ExitCode.DONE
 

@@ -19,7 +19,7 @@ def report(facts: Mapping[str, Any]) -> list[str]:
     return [
         f"{facts['scenario']}: {facts['robot']}, scheme {facts['scheme']}, backend {facts['backend']}, "
         f"{facts['level']} level, dt {1e3 * facts['dt']:g} ms",
-        *(f"  {fault_sentence(fault)}" for fault in facts["faults"]),
+        *(f"  {_happened(fault, facts)}" for fault in facts["faults"]),
         f"  {ending(facts)}",
         f"  the tool was at most {length(facts['max_position_error'])} from its path"
         + ("" if not turned else f" and turned away by at most {turned:.2g} rad"),
@@ -61,6 +61,22 @@ def fault_sentence(fault: Mapping[str, Any]) -> str:
     else:
         heard = "the planner is told at once"
     return f"{fault['joint']} {what} at {fault['at']:g} s; {heard}{found_sentence(fault)}"
+
+
+def _happened(fault: Mapping[str, Any], facts: Mapping[str, Any]) -> str:
+    """A fault in words, or that the run has ended before it."""
+    end = facts["steps"] * facts["dt"]
+    if fault["at"] <= end:
+        return fault_sentence(fault)
+    what = kind_of(fault["kind"]).happens
+    return f"{fault['joint']} {what} at {fault['at']:g} s only, behind the end of the run at {end:g} s"
+
+
+def late_sentence(joint: str, at: float, end: float, *, may_take_longer: bool) -> str:
+    """That a fault of a scenario comes behind the end of its run."""
+    ends = f"the path ends at {end:g} s" if may_take_longer else f"the run ends at {end:g} s"
+    then = "it happens only where the arm is so much slower" if may_take_longer else "it never happens"
+    return f"the fault of {joint} at {at:g} s comes too late: {ends}, so that {then}; give it an earlier at"
 
 
 def found_sentence(fault: Mapping[str, Any]) -> str:

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, ModelError
-from ftqp.model.audit import Finding, body_findings, note, unsafe
+from ftqp.model.audit import Finding, Severity, body_findings, note, unsafe
 from ftqp.model.capsules import Collision
 from ftqp.model.followers import Follower
 from ftqp.model.reading import srdf
@@ -251,6 +251,12 @@ def _audit_links(tree: Tree) -> None:
         inertial = link.find("inertial")
         if inertial is None:
             continue
+        if written := _unreadable(inertial):
+            said = f"link {name!r} has a mass, centre of mass or inertia that is not finite: {written}"
+            tree.findings.append(
+                Finding(Severity.UNSAFE, f"{said}, expected numbers such as 0.5; correct the model", "masses")
+            )
+            continue
         m, c, moments = _inertial(inertial)
         if m == 0.0 and not moments.any():
             continue
@@ -259,6 +265,16 @@ def _audit_links(tree: Tree) -> None:
         com.append(c)
         inertia.append(moments)
     tree.findings += body_findings("link", names, np.array(mass), np.array(com), np.array(inertia))
+
+
+def _unreadable(inertial: Element) -> str | None:
+    """The first attribute of a link's masses that is not finite numbers, as it is written."""
+    for tag, keys in (("mass", ("value",)), ("inertia", SYMMETRIC), ("origin", ("xyz", "rpy"))):
+        for key in keys:
+            text = _attribute(inertial, tag, key)
+            if not np.isfinite([_number(word) for word in text.split()]).all():
+                return f"<{tag} {key}={text!r:.80}>"
+    return None
 
 
 def _inertial(element: Element) -> tuple[float, FloatArray, FloatArray]:
