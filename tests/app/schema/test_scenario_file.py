@@ -19,6 +19,7 @@ from ftqp.model.payload import Payload
 
 ENDINGS = {
     "canadarm2-wrist": (True, 2e-6),
+    "dual-panda-bar": (True, 2e-5),
     "iiwa-line": (True, 5e-6),
     "iiwa-moving-base-locked": (True, 1e-5),
     "iiwa-out-of-reach": (True, 0.03),
@@ -100,7 +101,7 @@ def test_bundled_scenario_ends_as_it_tells(name: str, summary_of: Callable[[str]
         expected = {"OK", "LAGGING", "STOPPING", "STOPPED"}
     if name == "panda-glitches":
         expected = {"OK", "INVALID_INPUT"}
-    if name.startswith("modular11"):
+    if name.startswith(("dual", "modular11")):
         expected = set(summary["status_counts"]) & {"OK", "SCALED", "RELAXED"}
     assert set(summary["status_counts"]) == expected
 
