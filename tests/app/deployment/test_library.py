@@ -240,6 +240,8 @@ def test_a_start_beyond_the_limits_is_a_warning_with_a_sentence(panda, changed, 
     assert b"expected rad" in panda.code.ftqp_status_name(100)
     assert panda.step(changed(q)) >= 0, "it has begun there"
     assert panda.reset() == 0
+    at_the_end = PANDA.limits.q_max + 1e-9
+    assert panda.reset(at_the_end) == 0, "an encoder is no finer than that"
 
 
 @pytest.mark.parametrize(("brakes", "asked"), [("each", [2]), ("all", range(7)), ("none", [])])

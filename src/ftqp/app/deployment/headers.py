@@ -17,6 +17,7 @@ from ftqp.kernel.layout.enums import Brakes, DriveKind, FaultKind, StopReason, T
 from ftqp.kernel.layout.free_memory import free_dtype
 from ftqp.kernel.layout.path_table import COLUMNS
 from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, path_dtype, record_dtype
+from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
 from ftqp.kernel.layout.told_memory import FAULT, LOAD, given_dtype
 
 CHAIN = ("n", "floating", "tip_joint", "parent")
@@ -82,6 +83,7 @@ def layout_header(capacity: int = CAPACITIES[0]) -> str:
         "FORMAT": FORMAT,
         "CAPACITY": capacity,
         "MOST_SAMPLES": SAMPLES,
+        "OUTSIDE_FROM": OUTSIDE_FROM,
         "STOPPED_AS_ASKED": int(StopReason.ASKED),
         "TORQUE_DRIVE": int(DriveKind.TORQUE),
         **{f"{kind.name}_BRAKES": int(kind) for kind in Brakes},

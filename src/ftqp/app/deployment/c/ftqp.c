@@ -227,12 +227,14 @@ static int all_finite(const double *numbers, int count) {
     return 1;
 }
 
-/* Whether a healthy arm may be there, and as fast. */
+/* Whether a healthy arm may be there, and as fast; who stands at the end of a range may be a little beyond. */
 static int is_within(const ftqp *p, const double *q, const double *v) {
     const double *q_min = part(p, p->given + GIVEN_Q_MIN), *q_max = part(p, p->given + GIVEN_Q_MAX);
     const double *v_max = part(p, p->given + GIVEN_V_MAX);
     for (int i = 0; i < p->joints; i++)
-        if (q[i] < q_min[i] || q[i] > q_max[i] || (v != NULL && fabs(v[i]) > v_max[i])) return 0;
+        if (q[i] < q_min[i] - OUTSIDE_FROM || q[i] > q_max[i] + OUTSIDE_FROM ||
+            (v != NULL && fabs(v[i]) > v_max[i] * (1.0 + OUTSIDE_FROM)))
+            return 0;
     return 1;
 }
 
