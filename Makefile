@@ -39,9 +39,12 @@ help:
 	@echo "make wheels     that wheel and all that it needs, into dist/wheels: for machines without a network"
 	@echo "make clean      removes the environment, caches and runs"
 
-# What the demo does not need of the kernel is built when it has been shown; other targets wait for it.
+# What further parts need of the kernel is built while the first one is told, and the rest when all have been; other
+# targets wait for it.
 demo: $(VENV)/.has-viz,sim
-	$(BIN)/ftqp demo
+	@$(MAKER) --part demo --jobs 1 > $(VENV)/kernel.txt 2>&1 & \
+	$(BIN)/ftqp demo brake; told=$$?; wait; [ $$told -eq 0 ] || exit $$told; \
+	$(BIN)/ftqp demo box goal
 	@echo "the rest of the kernel is built in the background, a minute or two; make kernel waits for it"
 	@nohup $(MAKER) > $(VENV)/kernel.txt 2>&1 &
 
@@ -122,13 +125,14 @@ clean:
 	rm -rf $(VENV) build dist src/ftqp/_kernel runs site .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# One stamp an extra: set up once, and again when pyproject.toml changes. What the demo needs of the kernel is built
-# beside the rest of the installation, as it needs numpy, numba and a linker only, and the rest of it afterwards.
+# One stamp an extra: set up once, and again when pyproject.toml changes. What the demo's first picture needs of the
+# kernel is compiled beside the rest of the installation, as that needs numpy and numba only; it is linked at the end of
+# its input, when pip has brought a linker, too.
 $(VENV)/.has-%: pyproject.toml | $(BIN)/python
-	$(PIP) "numpy>=2.2" "numba>=0.61.2" "ziglang>=0.13"
-	PYTHONPATH=src $(MAKER) --first & \
-	FTQP_LEVELS=none $(PIP) --editable ".[$*]"; done=$$?; wait; exit $$done
-	@touch $@
+	$(PIP) "numpy>=2.2" "numba>=0.61.2" "hatchling>=1.24" editables
+	{ FTQP_LEVELS=none $(PIP) --no-build-isolation "ziglang>=0.13" --editable ".[$*]" >&2 && touch $@; } | \
+	PYTHONPATH=src $(MAKER) --part first --after-stdin || true
+	@test -e $@
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; v = sys.version_info; v >= (3, 11) or sys.exit("ftqp needs Python 3.11 or newer, $(PYTHON) is %d.%d; call make with PYTHON=/path/to/a/newer/python3" % v[:2])'

@@ -82,7 +82,7 @@ def built(folder: Path) -> dict[str, float]:
     source = folder / "src"
     shutil.copytree(ROOT / "src", source, ignore=shutil.ignore_patterns("__pycache__", "_kernel"))
     maker = ("-m", "ftqp.kernel.building", "--store", str(folder / "store"))
-    first = spent(source, *maker, "--first")
+    first = spent(source, *maker, "--part", "first")
     rest = spent(source, *maker)
     path = source / "ftqp" / "kernel" / EDIT[0]
     before, found, after = path.read_text().partition(EDIT[1])

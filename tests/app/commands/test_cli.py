@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import ftqp
 from ftqp.app.commands.cli import app
-from ftqp.app.commands.demo import FINDS, OWN_TOLD, RIVAL_NEVER, RIVAL_TOLD
+from ftqp.app.demo.story_part import FINDS, OWN_TOLD, RIVAL_NEVER, RIVAL_TOLD
 from ftqp.core.extras import remedy_for_extra
 
 COMMANDS = (
@@ -316,31 +316,37 @@ def test_a_full_disk_is_said_and_the_run_is_not_finished(short: Path, tmp_path: 
 
 
 ASKED = """
-import atexit, sys
+import sys
 from ftqp.__main__ import main
 from ftqp.kernel.compiled.kernel import Kernel
-from ftqp.kernel.entry.table import FIRST
+from ftqp.kernel.entry.table import PARTS
 
-load, first = Kernel.load, {(entry.name, capacity) for entry, capacity in FIRST}
+load, there = Kernel.load, {(entry.name, capacity) for entry, capacity in PARTS[sys.argv.pop(1)]}
 
 def noted(self, entry, capacity):
-    if (entry.name, capacity) not in first:
+    if (entry.name, capacity) not in there:
         sys.stderr.write(f"not built first: {entry.name} for {capacity} joints\\n")
     return load(self, entry, capacity)
 
 Kernel.load = noted
 main()
 """
-"""The command line, which names what it asks of the kernel and ``make demo`` does not wait for."""
+"""The command line, which names what it asks of the kernel beside the part that ``make demo`` waits for."""
 
 
-def test_demo_tells_the_story(tmp_path: Path) -> None:
+def told(part: str, *arguments: str) -> str:
+    """What the demo tells, with no more of the kernel than that part."""
     result = subprocess.run(
-        [sys.executable, "-P", "-c", ASKED, "demo", "--out", str(tmp_path / "out")],
+        [sys.executable, "-P", "-c", ASKED, part, "demo", *arguments],
         capture_output=True, text=True, timeout=300, check=False, env=os.environ | {"COLUMNS": "200"},
     )  # fmt: skip
     assert result.returncode == 0, result.stderr
     assert "not built first" not in result.stderr, result.stderr
+    return result.stdout
+
+
+def test_demo_tells_of_the_brake(tmp_path: Path) -> None:
+    said = told("first", "brake", "--out", str(tmp_path / "out"))
     for words in (
         "panda_joint3",
         "every limit was kept",
@@ -348,19 +354,33 @@ def test_demo_tells_the_story(tmp_path: Path) -> None:
         "completed",
         "damped resolved rates, not told",
         "less than ftqp",
-        "stays 20 mm from it, as asked",
-        "and run into it",
         "rivals.png",
         "ftqp report",
         str(tmp_path / "out"),
     ):
-        assert words in result.stdout
-    assert result.stdout.rstrip().endswith("ftqp view")
+        assert words in said
     assert (tmp_path / "out" / "figures" / "rivals.png").stat().st_size > 20_000
     assert ftqp.load_log(tmp_path / "out").metadata["faults"][0]["announced"] is None
     assert ftqp.load_log(tmp_path / "out" / "told").metadata["faults"][0]["announced"] == 2.2
-    rows = re.findall(r"^(\w[\w, ]+?) +([\d.]+ [mu]m) +([\d.]+ [mu]m) +([\d.]+ [mu]m)$", result.stdout, re.M)
+    rows = re.findall(r"^(\w[\w, ]+?) +([\d.]+ [mu]m) +([\d.]+ [mu]m) +([\d.]+ [mu]m)$", said, re.M)
     assert [name for name, *_ in rows] == [FINDS, OWN_TOLD, RIVAL_NEVER, RIVAL_TOLD]
+
+
+def test_demo_goes_on_with_a_box_and_a_goal(tmp_path: Path) -> None:
+    said = told("demo", "box", "goal", "--out", str(tmp_path / "out"))
+    assert "stays 20 mm from it, as asked" in said and "and run into it" in said
+    ends = re.findall(r"([\d.]+ [mu]m) and ([\d.]+) degrees off", said)
+    assert len(ends) == 2 and float(ends[0][1]) < 0.1 and float(ends[1][1]) > 30.0
+    assert "finds out (panda_joint1)" in said
+    assert said.rstrip().endswith("ftqp view")
+    assert ftqp.load_log(tmp_path / "out" / "box").metadata["faults"][0]["announced"] is None
+
+
+def test_a_part_that_the_demo_does_not_have_is_refused(tmp_path: Path) -> None:
+    refused = invoke("demo", "breaks", "--out", tmp_path / "out")
+    assert refused.exit_code == 2
+    assert "'breaks' is no part of the demo; it has brake, box, goal" in refused.stderr
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("name", ["panda-circle", "puma-step-10"])

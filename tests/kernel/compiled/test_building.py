@@ -1,5 +1,6 @@
 """Building: what an edit compiles anew, and what is left when it is interrupted, raced or impossible."""
 
+import json
 import os
 import signal
 import subprocess
@@ -73,10 +74,11 @@ def test_code_that_allocates_is_refused(tiny: Any) -> None:
     [
         ("sys.modules['numba'] = None", "building needs numba and llvmlite"),
         ("import platform; platform.machine = lambda: 'm68k'", "no class of processors is named for m68k"),
-        ("from ftqp.kernel.entry import table; table.FIRST = table.FIRST[:1];"
+        ("from ftqp.kernel.entry import table; table.PARTS['first'] = table.FIRST[:1];"
          "import platform; platform.system = lambda: 'Windows'", "nothing links it on Windows"),
-        ("from ftqp.kernel.entry import table; table.FIRST = table.FIRST[:1]; sys.modules['ziglang'] = None;"
-         "import os; os.environ['PATH'] = ''", "neither ziglang nor cc is here"),
+        ("from ftqp.kernel.entry import table; table.PARTS['first'] = table.FIRST[:1];"
+         "sys.modules['ziglang'] = None; import os; os.environ['PATH'] = ''",
+         "neither ziglang nor cc is here"),
     ],
 )  # fmt: skip
 def test_machine_that_cannot_build_gets_plain_python_and_the_reason(
@@ -85,7 +87,8 @@ def test_machine_that_cannot_build_gets_plain_python_and_the_reason(
     code = (
         f"import sys; {hidden}\n"
         "from ftqp.kernel.building.__main__ import main\n"
-        f"sys.exit(main(['--first', '--out', {str(tmp_path / 'out')!r}, '--store', {str(tmp_path / 's')!r}]))"
+        f"sys.exit(main(['--part', 'first', '--out', {str(tmp_path / 'out')!r}, "
+        f"'--store', {str(tmp_path / 's')!r}]))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code],
@@ -104,7 +107,7 @@ def test_machine_that_cannot_build_gets_plain_python_and_the_reason(
 def test_folder_that_cannot_be_written_costs_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     done = subprocess.run(
-        [sys.executable, "-m", "ftqp.kernel.building", "--first",
+        [sys.executable, "-m", "ftqp.kernel.building", "--part", "first",
          "--out", str(tmp_path / "file" / "out"), "--store", str(tmp_path / "file" / "store")],
         env={**os.environ, "PYTHONPATH": str(SOURCE)},
         capture_output=True,
@@ -113,3 +116,32 @@ def test_folder_that_cannot_be_written_costs_one_sentence(tmp_path: Path) -> Non
     )  # fmt: skip
     assert done.returncode == 1 and "Traceback" not in done.stderr
     assert done.stderr.startswith("the kernel is not built: ") and done.stderr.count("\n") == 1
+
+
+@pytest.mark.long
+def test_what_links_may_come_while_the_rest_is_compiled(tmp_path: Path) -> None:
+    code = (
+        "import sys\n"
+        "from ftqp.kernel.compiled import mode\n"
+        "mode.BUILDING = True\n"
+        "from ftqp.kernel.building import store\n"
+        "from ftqp.kernel.building.__main__ import main\n"
+        "from ftqp.kernel.entry import table\n"
+        "table.PARTS['first'], linkers, read = table.FIRST[:1], store.linkers, sys.stdin.read\n"
+        "store.linkers = list\n"
+        "def comes(): store.linkers = linkers; return read()\n"
+        "sys.stdin.read = comes\n"
+        f"sys.exit(main(['--part', 'first', '--after-stdin', '--out', {str(tmp_path / 'out')!r}, "
+        f"'--store', {str(tmp_path / 's')!r}]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "PYTHONPATH": str(SOURCE)},
+        input="pip is done",
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    (library,) = json.loads((tmp_path / "out" / MANIFEST).read_text())["libraries"]
+    assert list(library["entries"]) == ["ftqp_write_target_0"]

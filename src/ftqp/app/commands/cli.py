@@ -75,11 +75,18 @@ def _program(
 
 @app.command(epilog="Example: ftqp demo --out pictures")
 @command
-def demo(out: Out = None, as_json: Json = False) -> ExitCode:
-    """Tell the story: a Panda loses a joint on its way round a circle and finishes it."""
+def demo(
+    parts: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[PART]...", help="brake, box or goal; all of them if left out."),
+    ] = None,
+    out: Out = None,
+    as_json: Json = False,
+) -> ExitCode:
+    """Tell the story: a Panda loses a joint and goes on; then beside a box, and to a goal by another way."""
     from ftqp.app.commands import demo as story
 
-    return story.tell_story(out, as_json=as_json)
+    return story.tell_story(parts or [], out, as_json=as_json)
 
 
 @app.command(epilog="Example: ftqp run panda-circle --backend daqp --set faults.0.at=5.0")

@@ -28,8 +28,15 @@ def main(arguments: list[str] | None = None) -> int:
     add = parser.add_argument
     add("--out", type=Path, default=KERNEL.parent / "_kernel", help="the folder of the library (%(default)s)")
     add("--store", type=Path, default=ROOT / "build" / "kernel", help="folder of object files (%(default)s)")
-    add("--first", action="store_true", help="only what the demo and a planner that is given targets need")
+    add(
+        "--part",
+        choices=("first", "demo", "all"),
+        default="all",
+        help="first: what the demo's first picture and a planner that is given targets need; demo: what the "
+        "whole demo needs; all if absent",
+    )
     add("--levels", default="", help="classes of processors, with commas between; this machine's if absent")
+    add("--after-stdin", action="store_true", help="link once standard input ends, as pip brings what links")
     add("--wheel", action="store_true", help="the library is taken to be as new as the source it lies with")
     add(
         "--jobs",
@@ -49,7 +56,7 @@ def _built(given: argparse.Namespace) -> int:
     mode.BUILDING = True  # before the formulas are imported
     try:
         from ftqp.kernel.compiled.levels import LEVELS, level_here
-        from ftqp.kernel.entry.table import BUILT, FIRST
+        from ftqp.kernel.entry.table import PARTS
 
         levels = [name for name in (given.levels or level_here() or "").split(",") if name]
         known = LEVELS.get(platform.machine(), {})
@@ -57,7 +64,7 @@ def _built(given: argparse.Namespace) -> int:
             return _told(
                 given, f"no class of processors is named for {platform.machine()} ({levels or known})"
             )
-        wanted: dict[str, Any] = {name: FIRST if given.first else BUILT for name in levels}
+        wanted: dict[str, Any] = dict.fromkeys(levels, PARTS[given.part])
         if _is_there(given, wanted):
             return 0
         try:
@@ -72,7 +79,7 @@ def _built(given: argparse.Namespace) -> int:
                     return 0
                 made = build(
                     given.out, wanted, [target(name) for name in levels], KERNEL, store, jobs=given.jobs,
-                    checked=not given.wheel,
+                    checked=not given.wheel, ready=sys.stdin.read if given.after_stdin else None,
                 )  # fmt: skip
         except CannotBuild as error:
             return _told(given, str(error))

@@ -16,7 +16,7 @@ import platform
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +34,8 @@ from ftqp.kernel.compiled.making import emit
 from ftqp.kernel.compiled.making.helper import Part
 from ftqp.kernel.compiled.making.processor import Target
 from ftqp.kernel.compiled.source_text import code_key, file_key
+
+NO_LINKER = "neither ziglang nor cc is here to link it"
 
 Wanted = tuple[EntryPoint, int]
 """An entry point and the capacity of the records that it works on."""
@@ -243,10 +245,12 @@ def linked(files: Sequence[Path]) -> bytes:
     Raises:
         CannotBuild: there is no linker here, or none that can do it.
     """
-    said = ""
+    said, found = "", linkers()
+    if not found:
+        raise CannotBuild(NO_LINKER)
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "kernel.so"
-        for linker in linkers():
+        for linker in found:
             done = subprocess.run(
                 [*linker, "-o", str(out), *map(str, files)], capture_output=True, text=True, check=False
             )
@@ -258,7 +262,7 @@ def linked(files: Sequence[Path]) -> bytes:
 
 def build(
     out: Path, wanted: dict[str, Sequence[Wanted]], targets: Sequence[Target], source: Path, store: Store, *,
-    jobs: int, checked: bool,
+    jobs: int, checked: bool, ready: Callable[[], object] | None = None,
 ) -> int:  # fmt: skip
     """Build a library for each class of processors and put them with their manifest into a folder.
 
@@ -270,6 +274,7 @@ def build(
         store: of object files.
         jobs: how many processes compile.
         checked: whether a process that loads the library looks whether it is older than the source.
+        ready: waits, once all is compiled, until what links is there; None looks for it at the beginning.
 
     Returns:
         How many units were compiled.
@@ -280,8 +285,8 @@ def build(
     """
     if platform.system() not in ("Linux", "Darwin"):
         raise CannotBuild(f"nothing links it on {platform.system()}")
-    if not linkers():
-        raise CannotBuild("neither ziglang nor cc is here to link it")
+    if ready is None and not linkers():
+        raise CannotBuild(NO_LINKER)
     before, made = code_key(source), 0
     libraries: list[dict[str, Any]] = []
     be_quicker()
@@ -289,6 +294,9 @@ def build(
     for target in targets:
         keys, count = compiled(wanted[target.cpu], target, store, jobs)
         made += count
+        if ready is not None:
+            ready()
+            importlib.invalidate_caches()
         with tempfile.TemporaryDirectory() as folder:
             shared = {"frame": emit.frame_code(target)}
             for capacity in sorted({unit.capacity for unit in keys} - {0}):

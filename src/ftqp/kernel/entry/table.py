@@ -117,23 +117,31 @@ FIRST: Final = (
             "watch",
             "tell_detector",
             "detect",
-            "pair_distances",
         )
     ),
 )
-"""What the demo and a planner of a small arm need that is given targets."""
+"""What the demo's first picture and a planner of a small arm need that is given targets."""
+
+DEMO: Final = (
+    *FIRST,
+    *((ENTRIES[name], CAPACITIES[0]) for name in ("pair_distances", "step_joints", "study_solutions")),
+)
+"""What all of the demo needs: the box, and the goal that needs another way, too."""
 
 BUILT: Final = (
-    *FIRST,
+    *DEMO,
     *(
         (entry, capacity)
         for capacity in CAPACITIES
         for name, entry in ENTRIES.items()
-        if name not in ALONE and (entry, capacity) not in FIRST
+        if name not in ALONE and (entry, capacity) not in DEMO
     ),
     *((ENTRIES[name], ANY_SIZE) for name in ALONE[1:]),
 )
 """What is built: entry points with the capacities of their records."""
+
+PARTS: Final = {"first": FIRST, "demo": DEMO, "all": BUILT}
+"""What may be built by itself, each part with those before it."""
 
 DEPLOYED: Final = tuple(
     replace(entry, caller="c")
