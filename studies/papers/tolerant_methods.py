@@ -98,7 +98,8 @@ class NoiseTolerantNetwork:
     itself does not do.
 
     Source: Jin, Zhang and Li 2016, the integration-enhanced design formula; Guo et al. 2018, on redundant
-    arms.
+    arms. Neither text was at hand, only their abstracts and a review that calls the structure one of a single
+    integral of the error: the formula is the simplest with that structure, and both gains are ours.
     """
 
     def __init__(self, robot: ftqp.Robot, dt: float) -> None:
