@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from ftqp.core import extras
-from ftqp.core.extras import remedy_for_extra
+from ftqp.core.extras import missing_library, remedy_for_extra
 
 ROOT = Path(__file__).parents[2]
 PROMISES_AN_INDEX = re.compile(r"pip3? install\b[^\n]*?(?<![\w./@-])ftqp(\[[^\]\n]*\])?(?![\w/.\[-])(?! @)")
@@ -99,3 +99,18 @@ def test_no_text_promises_that_an_index_has_ftqp() -> None:
         for found in PROMISES_AN_INDEX.finditer(file.read_text(encoding="utf-8"))
     ]
     assert not said, "\n".join(said)
+
+
+@pytest.mark.parametrize(
+    ("file", "package"),
+    [("libgomp.so.1", "libgomp1"), ("libstdc++.so.6", "libstdc++6"), ("libEGL_x2.so.1", "libegl_x2-1")],
+)
+def test_a_library_that_a_slim_system_lacks_is_named_with_its_package(file, package):
+    error = ImportError(f"{file}: cannot open shared object file: No such file or directory")
+    said = missing_library(error)
+    assert said is not None and said.startswith(f"{file} is not on this machine")
+    assert said.endswith(f"apt install {package}")
+
+
+def test_a_module_that_is_missing_is_no_such_library():
+    assert missing_library(ModuleNotFoundError("No module named 'pinocchio'")) is None

@@ -1,8 +1,30 @@
-"""How to install what is optional: from the place that ftqp itself came from, as no index has it."""
+"""How to install what is missing: extras from the place that ftqp itself came from, as no index has it."""
 
+import re
 from pathlib import Path
 
 NAME = "ftqp"
+SHARED = re.compile(r"\b(lib([\w+-]+)\.so\.(\d+))\S*: cannot open shared object file")
+"""What the loader of a system says of a library that is not there."""
+
+
+def missing_library(error: ImportError) -> str | None:
+    """A sentence on the library of the system that a package lacks; None where that is not why it failed.
+
+    Slim systems leave libraries out that packages of pip build on; pinocchio's needs ``libgomp.so.1``.
+
+    Args:
+        error: What was raised when the package was imported.
+    """
+    found = SHARED.search(str(error))
+    if found is None:
+        return None
+    file, name, number = found.groups()
+    package = f"lib{name}{'-' if name[-1].isdigit() else ''}{number}".lower()
+    return (
+        f"{file} is not on this machine, a library of the system that a package of Python needs; "
+        f"Debian, Ubuntu: apt install {package}"
+    )
 
 
 def remedy_for_extra(extra: str) -> str:

@@ -73,3 +73,16 @@ def test_what_is_only_on_the_path_says_so(monkeypatch):
 def test_requirements_of_other_systems_are_left_out(line, elsewhere, monkeypatch):
     monkeypatch.setattr(doctor.sys, "platform", "linux")
     assert doctor.elsewhere(line) is elsewhere
+
+
+def test_a_library_that_a_slim_system_lacks_is_said_in_one_sentence(monkeypatch):
+    def lacking(*_, **__):
+        raise ImportError("libgomp.so.1: cannot open shared object file: No such file or directory")
+
+    monkeypatch.setattr(doctor.ftqp.robots, "load", lacking)
+    code, _, checks = found()
+    assert code == 1 and checks["trial"]["remedy"].endswith("apt install libgomp1")
+    monkeypatch.setattr(doctor, "_trial", lacking)
+    said = CliRunner().invoke(app, ["doctor"])
+    assert said.exit_code == 2 and "Traceback" not in said.stderr
+    assert said.stderr.startswith("error: libgomp.so.1 is not on this machine")

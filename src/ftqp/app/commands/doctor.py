@@ -14,7 +14,7 @@ import ftqp
 from ftqp.app.output.console import ExitCode, answer, tell
 from ftqp.core import clock
 from ftqp.core.errors import FtqpError
-from ftqp.core.extras import NAME, remedy_for_extra
+from ftqp.core.extras import NAME, missing_library, remedy_for_extra
 from ftqp.kernel.compiled import mode
 from ftqp.kernel.compiled.kernel import BUILT
 from ftqp.kernel.compiled.levels import level_here
@@ -184,7 +184,9 @@ def _trial() -> Check:
             times.append(clock.now() - began)
             q = step.q.copy()
     except (FtqpError, ImportError, OSError) as error:
-        return Check(name="trial", found=f"failed: {error}", state="wrong", remedy="see what is wrong above")
+        lacking = missing_library(error) if isinstance(error, ImportError) else None
+        remedy = lacking or "see what is wrong above"
+        return Check(name="trial", found=f"failed: {error}", state="wrong", remedy=remedy)
     still = step.status is ftqp.StepStatus.OK and step.position_error < DIGITS and bool(np.isfinite(q).all())
     found = (
         f"{TRIES} steps, a joint locked, {step.status.name}, {1e-3 * statistics.median(times):.1f} us a step"

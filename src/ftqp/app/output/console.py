@@ -19,6 +19,7 @@ from rich.table import Table
 from ftqp.app.output.termination import INTERRUPTED, Termination
 from ftqp.core.clock import now
 from ftqp.core.errors import FtqpError, ModelError, ScenarioError, printable
+from ftqp.core.extras import missing_library
 
 PATIENCE = 1_000_000_000
 """Work that takes longer than this gets a progress bar [ns]."""
@@ -191,6 +192,12 @@ def command(body: Callable[Parameters, ExitCode]) -> Callable[Parameters, None]:
                 termination.over()
                 say("interrupted")
                 code = ExitCode.INTERRUPTED
+            except ImportError as error:
+                lacking = missing_library(error)
+                if lacking is None:
+                    raise
+                say(f"error: {lacking}")
+                code = ExitCode.BAD_INPUT
             except FtqpError as error:
                 say(f"error: {error}")
                 if kwargs.get("as_json"):
