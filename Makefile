@@ -130,9 +130,9 @@ clean:
 # its input, when pip has brought a linker, too.
 $(VENV)/.has-%: pyproject.toml | $(BIN)/python
 	$(PIP) "numpy>=2.2" "numba>=0.61.2" "hatchling>=1.24" editables
-	{ FTQP_LEVELS=none $(PIP) --no-build-isolation "ziglang>=0.13" --editable ".[$*]" >&2 && touch $@; } | \
+	{ FTQP_LEVELS=none $(PIP) --no-build-isolation "ziglang>=0.13" --editable ".[$*]" >&2 && touch $@.new; } | \
 	PYTHONPATH=src $(MAKER) --part first --after-stdin || true
-	@test -e $@
+	@mv $@.new $@
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; v = sys.version_info; v >= (3, 11) or sys.exit("ftqp needs Python 3.11 or newer, $(PYTHON) is %d.%d; call make with PYTHON=/path/to/a/newer/python3" % v[:2])'

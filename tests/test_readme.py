@@ -104,8 +104,13 @@ def test_the_loop_in_mujoco_finds_the_brake_that_nobody_announced(shown):
         ("how-to/two-arms.md", ["OK True", r"1\.0"]),
         ("teleoperation.md", [ftqp.TargetStatus.STALE.value]),
         ("time-scaling.md", [f"{ftqp.PathStatus.DONE.value} "]),
+        ("batches.md", []),
+        ("how-to/identify.md", [r"\[0\.10.* None"]),
+        pytest.param("planning.md", [r".*\d"], marks=pytest.mark.slow),
+        pytest.param("evidence/zhang2016.md", [".*coverage=0.8832.*", ".*coverage=1.0000.*", ".*"],
+                     marks=pytest.mark.slow),
     ],
-)
+)  # fmt: skip
 def test_the_lines_of_a_page_run_and_say_what_it_tells(shown, page, says):
     lines = shown(f"docs/{page}")
     assert len(lines) == len(says)
@@ -121,6 +126,14 @@ def test_the_lines_that_keep_points_behind_planes_print_what_the_page_says(capsy
     exec(compile(code, "obstacle.md", "exec"), said)
     assert "RELAXED 0.35 " in capsys.readouterr().out
     assert said["planner"].constraints["elbow off the wall"].distance > 0.0
+
+
+def test_the_planner_of_every_choice_is_made():
+    page = (ROOT / "docs/choosing.md").read_text("utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.S)
+    said = {"ftqp": ftqp, "robot": ftqp.robots.load("panda")}
+    exec(compile(code, "choosing.md", "exec"), said)
+    assert said["planner"].task.mode == "scaled" and said["planner"].backend == "active_set"
 
 
 def test_the_lines_of_several_tasks_run(capsys):
