@@ -18,6 +18,8 @@ ASKED = "FTQP_PLAYGROUND"
 PAGES = {"panda": "panda-circle", "canadarm2": "canadarm2-wrist"}
 """Names of the pages and the scenarios in them."""
 PLACE = "playground.md"
+HOME, BEFORE = "index.md", "## Three commands"
+"""The site's first page, and the part of it before which a visitor may break a joint."""
 FRAME = (
     '<iframe src="playground/{name}.html" title="{scenario}" loading="lazy" '
     'style="width:100%;height:42rem;border:1px solid #ccc"></iframe>'
@@ -39,6 +41,12 @@ def on_files(files: Files, config: Any) -> Files:
 
 def on_page_markdown(markdown: str, page: Any, files: Files, **_: Any) -> str:
     """Put the pages in their places."""
+    if page.file.src_uri == HOME:
+        name, scenario = next(iter(PAGES.items()))
+        if files.get_file_from_path(f"playground/{name}.html") is None:
+            return markdown
+        frame = FRAME.format(name=name, scenario=scenario)
+        return markdown.replace(BEFORE, f"## Break a joint here\n\n{frame}\n\n{BEFORE}", 1)
     if page.file.src_uri != PLACE:
         return markdown
     for name, scenario in PAGES.items():
