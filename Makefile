@@ -127,10 +127,12 @@ clean:
 
 # One stamp an extra: set up once, and again when pyproject.toml changes. What the demo's first picture needs of the
 # kernel is compiled beside the rest of the installation, as that needs numpy and numba only; it is linked at the end of
-# its input, when pip has brought a linker, too.
+# its input, when pip has brought a linker, too. ftqp is built beside what builds it, not in a second environment with all
+# of that; its extras come afterwards, as what they need may have to be built, too.
 $(VENV)/.has-%: pyproject.toml | $(BIN)/python
 	$(PIP) "numpy>=2.2" "numba>=0.61.2" "hatchling>=1.24" editables
-	{ FTQP_LEVELS=none $(PIP) --no-build-isolation "ziglang>=0.13" --editable ".[$*]" >&2 && touch $@.new; } | \
+	{ FTQP_LEVELS=none $(PIP) --no-build-isolation --no-deps --editable . >&2 && \
+	$(PIP) "ziglang>=0.13" "ftqp[$*]" >&2 && touch $@.new; } | \
 	PYTHONPATH=src $(MAKER) --part first --after-stdin || true
 	@mv $@.new $@
 
