@@ -20,13 +20,19 @@ def pose(value: Any, name: str = "pose") -> FloatArray:
     """
     result = array(name, getattr(value, "homogeneous", value), (4, 4))
     rotation = result[:3, :3]
-    off = float(np.abs(rotation.T @ rotation - np.eye(3)).max())
-    if off > ORTHONORMAL_TOLERANCE or np.linalg.det(rotation) < 0.0:
+    if not is_rotation_matrix(rotation):
+        off = float(np.abs(rotation.T @ rotation - np.eye(3)).max())
         raise InputError(
             f"{name} has a rotation part that is not a rotation (|R'R - I| = {off:.1e}, "
             f"det = {np.linalg.det(rotation):.3f}); expected an orthonormal, right-handed matrix"
         )
     return result
+
+
+def is_rotation_matrix(R: FloatArray) -> bool:
+    """Whether |R'R - I| <= ORTHONORMAL_TOLERANCE entry by entry and det R > 0, of a finite R, (3, 3)."""
+    off = np.abs(R.T @ R - np.eye(3)).max()
+    return bool(off <= ORTHONORMAL_TOLERANCE and np.linalg.det(R) > 0.0)
 
 
 def transform(rotation: FloatArray, translation: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ from ftqp.control.references.tip_limits import TipLimits
 from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
-from ftqp.core.pose import ORTHONORMAL_TOLERANCE
+from ftqp.core.pose import is_rotation_matrix
 from ftqp.kernel.layout.enums import (
     STOPPED,
     STOPPING,
@@ -166,9 +166,7 @@ class TargetFollower:
             pose[:3, :3] = self._led.reference.R
         if not np.isfinite(pose).all():
             return None
-        R = pose[:3, :3]
-        off = float(np.abs(R.T @ R - np.eye(3)).max())
-        return None if off > ORTHONORMAL_TOLERANCE or np.linalg.det(R) < 0.0 else pose
+        return pose if is_rotation_matrix(pose[:3, :3]) else None
 
     def __repr__(self) -> str:
         return f"TargetFollower({self._planner.robot.name}, {self._status.name})"

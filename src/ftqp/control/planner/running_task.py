@@ -24,9 +24,8 @@ from ftqp.control.task.soft_tasks import (
 )
 from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError
-from ftqp.core.pose import transform
+from ftqp.core.pose import is_rotation_matrix, transform
 from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION
-from ftqp.kernel.maths.rotation import is_rotation
 from ftqp.model.body_frames import centre_of_mass, frame_pose, mount_of
 from ftqp.model.robot import Robot
 
@@ -297,7 +296,7 @@ def _moving_pose(what: str, value: Any, turns: bool) -> FloatArray | str:
             raise InputError(f"{what} has no rotation, expected ftqp.Target(pose=...)")
     if not isfinite(row.sum()):
         return NOT_FINITE
-    return row if is_rotation(row[:12].tolist()) else NO_ROTATION
+    return row if is_rotation_matrix(row[:16].reshape(4, 4)[:3, :3]) else NO_ROTATION
 
 
 def _moving_place(value: Target | Targets) -> FloatArray:
