@@ -32,7 +32,7 @@ log: Log
 """What goes without saying in texts that show pieces."""
 USAGE: Any = typer.BadParameter.__base__
 """What is raised of a wrong use; versions of typer have it from click, or as their own."""
-PIECES = ("detection.md", "choosing.md")
+PIECES = ("detection.md", "choosing.md", "go-to-a-goal.md")
 FOREIGN = ("rclpy.pyi", "sensor_msgs/msg.pyi", "trajectory_msgs/msg.pyi")
 """Packages of ROS, which pip does not install, as mypy is told of them."""
 INDENTED = re.compile(r"^ {4}(ftqp [a-z].*)$", re.M)

@@ -192,17 +192,17 @@ def command(body: Callable[Parameters, ExitCode]) -> Callable[Parameters, None]:
                 termination.over()
                 say("interrupted")
                 code = ExitCode.INTERRUPTED
-            except ImportError as error:
-                lacking = missing_library(error)
-                if lacking is None:
-                    raise
-                say(f"error: {lacking}")
-                code = ExitCode.BAD_INPUT
             except FtqpError as error:
                 say(f"error: {error}")
                 if kwargs.get("as_json"):
                     facts = {"error": str(error).partition("\n")[0]}
                     tell_json({**facts, "errors": list(_details(error))})
+                code = ExitCode.BAD_INPUT
+            except ImportError as error:
+                lacking = missing_library(error)
+                if lacking is None:
+                    raise
+                say(f"error: {lacking}")
                 code = ExitCode.BAD_INPUT
         if code is ExitCode.INTERRUPTED and termination.received:
             code = ExitCode.TERMINATED

@@ -43,7 +43,8 @@ def not_a_target(given: Any, more: object = None) -> InputError:
         return InputError(f"target.row is {shown(row)}, expected a whole number; take targets.at(k)")
     if given is None:
         return InputError(
-            "step got no target; its second argument is the measured velocity, or None: step(q, None, target)"
+            "step got no target; its second argument is the measured velocity, or None: step(q, None, "
+            "target), or step(q, target=target)"
         )
     return InputError(f"target is {type(given).__name__}, expected ftqp.Target(pose=...)")
 

@@ -209,11 +209,13 @@ class WatchedArm:
             InputError: There is nothing of that name, or no such place.
         """
         scene = self._player.planner.scene
-        if scene is not None and name in scene:
-            self._going[name] = array("position", position, (3,), f"(3,), where {name} is to go")
-            self._stood.setdefault(name, scene[name].place)
+        stands = None if scene is None else scene.get(name)
+        if stands is not None:
+            self._going[name] = array(f"position of {name}", position, (3,), "(3,)")
+            self._stood.setdefault(name, stands.place)
             return
         task = self._player.planner.tasks[name]
+        position = array(f"position of {name}", position, (3,), "(3,)")
         before = task.target
         task.target = self._moved(task, before, position)
         self._placed.setdefault(name, before)
