@@ -128,6 +128,48 @@ def test_the_lines_that_keep_points_behind_planes_print_what_the_page_says(capsy
     assert said["planner"].constraints["elbow off the wall"].distance > 0.0
 
 
+def pieces_of(page):
+    return re.findall(r"```python\n(.*?)```", (ROOT / "docs" / page).read_text("utf-8"), re.S)
+
+
+def test_the_lines_of_a_goal_reach_it_another_way_and_go_a_way_out(capsys):
+    said: dict = {}
+    for code in pieces_of("how-to/go-to-a-goal.md"):
+        exec(compile(code, "go-to-a-goal.md", "exec"), said)
+    lines = capsys.readouterr().out.splitlines()
+    assert any("the straight way comes no nearer" in line for line in lines)
+    assert lines.count(ftqp.GoToStatus.REACHED.value) == 2 and any(
+        line.startswith("clear - ") for line in lines
+    )
+
+
+def test_the_detectors_of_the_page_are_made_and_asked(monkeypatch):
+    """With no calibration in the place of an hour's log."""
+    panda = ftqp.robots.load("panda")
+    monkeypatch.setattr(ftqp.Calibration, "load", staticmethod(lambda file: None))
+    monkeypatch.setattr(ftqp.Detector, "calibrate", lambda self, log, false_alarms_per_hour: self)
+    q, target = panda.neutral, ftqp.Target(pose=panda.pose(panda.neutral))
+    said = {"ftqp": ftqp, "robot": panda, "q": q, "v": None, "tau": None, "target": target, "log": None}
+    for code in pieces_of("detection.md"):
+        if "planner" in said:
+            said["planner"].reset(q)
+        exec(compile(code, "detection.md", "exec"), said)
+    assert said["diagnosis"].isolated == {}
+
+
+def test_the_logs_of_a_long_run_are_read_by_its_lines(tmp_path, monkeypatch):
+    """Of a run of a second, whose last half stands for the minute at the end of a day."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "runs" / "day").mkdir(parents=True)
+    panda = ftqp.robots.load("panda")
+    path = ftqp.paths.Line(panda.pose(panda.neutral), displacement=(0.0, 0.05, 0.0), duration=1.0)
+    ftqp.Simulation(ftqp.Planner(panda, 1e-3), path, q=panda.neutral, log="runs/day/log.sqlite").run()
+    (code,) = pieces_of("long-runs.md")
+    said: dict = {}
+    exec(compile(code.replace("86000.0", "0.5").replace("86060.0", "1.0"), "long-runs.md", "exec"), said)
+    assert len(said["log"]["t"]) > 100
+
+
 def test_the_planner_of_every_choice_is_made():
     page = (ROOT / "docs/choosing.md").read_text("utf-8")
     (code,) = re.findall(r"```python\n(.*?)```", page, re.S)
