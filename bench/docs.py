@@ -41,7 +41,7 @@ def shown(result: dict[str, Any], report: Path, places: Mapping[Path, Sequence[T
 
 
 def told(result: dict[str, Any], title: str, tables: Sequence[Table], chosen: argparse.Namespace) -> None:
-    """Print a result and, where asked for, write its report and its part of docs/evidence/speed.md."""
+    """Print a result and, where asked for, write its report and what speed.md in docs/evidence has of it."""
     if chosen.json:
         sys.stdout.write(json.dumps(result) + "\n")
     else:
@@ -54,7 +54,7 @@ def told(result: dict[str, Any], title: str, tables: Sequence[Table], chosen: ar
     lines = [*preamble(title, result), *(line for table in tables for line in table.markdown())]
     text = "\n".join([*lines, *appendix(result)])
     files = written(result, text, out, result["benchmark"])
-    if chosen.update_docs:
+    if chosen.update_docs and f"<!-- begin {result['benchmark']} -->" in SPEED.read_text(encoding="utf-8"):
         files += shown(result, files[0], {SPEED: tables})
     for file in files:
         sys.stderr.write(f"wrote {file}\n")
