@@ -70,7 +70,7 @@ def _built(given: argparse.Namespace) -> int:
         try:
             from ftqp.kernel.building.store import CannotBuild, Store, build
             from ftqp.kernel.compiled.making.processor import target
-        except ImportError as error:
+        except (ImportError, AttributeError) as error:  # none, or one that is made otherwise inside
             return _told(given, f"building needs numba and llvmlite ({error})")
         try:
             store = Store(given.store)

@@ -83,7 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     mode.BUILDING = True  # before the formulas are imported
     try:
         from ftqp.kernel.building.store import CannotBuild
-    except ImportError as error:
+    except (ImportError, AttributeError) as error:  # none, or one that is made otherwise inside
         return _told(f"building needs numba and ziglang ({error}); {remedy_for_extra('build')}")
     try:
         made = _built(given)
