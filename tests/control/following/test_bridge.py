@@ -133,6 +133,28 @@ def test_stop_on_the_bridge_is_a_stop_and_resume_goes_on():
     assert told and seen[-1] is STATUS.DONE and np.abs(PANDA.pose(rows[-1]) - goal()).max() < 1e-3
 
 
+def test_rows_that_were_given_up_stay_so_over_a_bridge_and_the_tip_stays_on_its_path():
+    """The posture that is gone to is one of the rows that are kept; all of them would throw the tip off."""
+    q, v, off, stopped = np.array([0.32, -0.816, -0.615, -2.476, 2.073, 1.224, 1.931]), np.zeros(7), 0.0, 0
+    T = PANDA.pose(q).copy()
+    T[:3, 3] += [0.189, -0.197, -0.07]
+    T[:3, :3] = rotation_exp(np.array([-0.087, 0.295, -0.228])) @ T[:3, :3]
+    planner = ftqp.Planner(PANDA, DT, task=ftqp.Task(mode="scaled"))
+    planner.reset(q)
+    planner.report(ftqp.Locked(3, mode="instant"))
+    line = ftqp.paths.PointToPoint(PANDA.pose(q), T, duration=2.111)
+    leader, led, rows = ftqp.PathFollower(planner, line, bridges=True), False, set()
+    for _ in range(round(9.0 / DT)):
+        on_bridge = "the joints go" in (leader.blocked or "")
+        step = leader.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+        led |= on_bridge
+        if led and not on_bridge:
+            off, stopped = max(off, step.position_error), stopped + (step.status is ftqp.StepStatus.STOPPED)
+            rows.add(len(planner.task_rows))
+    assert led and rows == {3} and not stopped and off < 5e-3
+
+
 def test_reset_on_a_bridge_begins_anew_and_bad_input_is_refused():
     leader = follower(bridges=True)
     follow(leader, longest=DT * 710)

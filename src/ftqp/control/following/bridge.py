@@ -46,7 +46,7 @@ class Bridge:
         self._leave = leave
         self._tube = PathTube(planner, path, leave) if np.isfinite(leave) else None
         self._ways = self._thoughts()
-        self._joints = LedJoints(planner, self._view.command.q, RISE_TIME, ahead.pose)
+        self._joints = LedJoints(planner, self._view.command.q, RISE_TIME, ahead.pose, whole=False)
         self._way: list[FloatArray] = []
         self.leads = self.done = self.failed = self._waits = False
 

@@ -25,10 +25,18 @@ class LedJoints:
         goal: The posture to go to, (nv,) [rad or m].
         rise_time: How long an acceleration takes to reach its limit, > 0 [s].
         meant: Where the tip is meant to be meanwhile, (4, 4), see ``Planner.lead``.
+        whole: Whether every motion begins with the whole task. Without, rows of it that were given up stay so
+            behind the motion, until they can be held.
     """
 
     def __init__(
-        self, planner: Planner, goal: FloatArray, rise_time: float, meant: FloatArray | None = None
+        self,
+        planner: Planner,
+        goal: FloatArray,
+        rise_time: float,
+        meant: FloatArray | None = None,
+        *,
+        whole: bool = True,
     ) -> None:
         self.planner = planner
         self.view: PlannerView = planner.view()
@@ -36,13 +44,15 @@ class LedJoints:
         self._motion.goal = goal
         self._lead = planner.lead(self._motion.memory, meant)
         self._t = 0.0
+        self._whole = whole
         self._begun, self._belief, self._speed = -1, b"", 1.0
 
     def begin(self) -> None:
         """Let the next step begin at the arm."""
         self._begun = -1
         self._motion.forget()
-        self.view.keep_rows()
+        if self._whole:
+            self.view.keep_rows()
 
     def aim(self, goal: FloatArray) -> None:
         """Go to another posture from the next step on.
