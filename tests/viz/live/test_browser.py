@@ -9,6 +9,7 @@ import pytest
 from tests.viz.live.stepped_source import SteppedSource
 
 from ftqp.sim.session.session_commands import Aim, TakeWay
+from ftqp.viz.live.colours import WAYS
 from ftqp.viz.live.heard import is_taken
 from ftqp.viz.live.live_page import Page
 
@@ -224,6 +225,24 @@ def test_the_target_can_be_dragged(source, page, tab):
 
     until(lambda: left() < 0.3 * np.linalg.norm(led()), lambda: f"{led()=} {left()=} {source.frame()=}")
     insist(tab.get_by_role("button", name="to path", exact=True).click, lambda: aimed() is None)
+
+
+def test_labels_and_buttons_of_ways_out_tell_by_their_colour_which_ghost_is_meant(source, page, tab):
+    tab.get_by_role("tab", name="Ways out").click()
+    insist(lambda: click(tab, "look", 0), lambda: "go home" in tab.inner_text("#ftqp-ways"))
+    nodes, ways = page._server.scene._handle_from_node_name, source.session.facts.ways
+    for number, way in enumerate(ways):
+        if not way.clear:
+            continue
+        root, colour = f"/ways/{number}/", WAYS[number % len(WAYS)]
+        (thread,), (said,) = ([one for name, one in nodes.items() if f"{root}{part}" in name]
+                              for part in ("thread", "said"))  # fmt: skip
+        assert (np.unique(thread.colors.reshape(-1, 3), axis=0) == colour).all()
+        assert np.allclose(thread.points[0, 1], said.position, atol=1e-5)
+        button = tab.get_by_role("button", name=f"{number + 1} {way.kind}: {way.price}", exact=True)
+        shown = button.evaluate("e => getComputedStyle(e).backgroundColor")
+        assert shown == "rgb({}, {}, {})".format(*colour)
+    insist(lambda: click(tab, "forget", 0), lambda: "go home" not in tab.inner_text("#ftqp-ways"))
 
 
 def test_ways_out_are_ghosts_with_a_price_and_a_click_on_one_takes_it(source, page, tab):

@@ -14,7 +14,9 @@ SHADE = 0.3
 """Opacity of a ghost."""
 PULL = 0.12
 """The label of a ghost is so far above its tip, as a share of the arm's size; those of one tip one above the
-other."""
+other. A thread leads from the tip to it."""
+THREAD = 0.003
+"""How thick that is, as a share of the arm's size: half of the tip's way."""
 
 
 @final
@@ -59,7 +61,7 @@ class GhostNodes:
 
     def _add(self, name: str, number: int, ghost: Ghost, tips: list[Any]) -> None:
         """One way; labels of ends that are near each other are put one above the other."""
-        colour = colours.WAYS[number % len(colours.WAYS)]
+        colour = colour_of(number)
         self._server.scene.add_frame(name, show_axes=False)
         if len(ghost.tips) > 1:
             pieces = _pieces(ghost.tips)
@@ -74,12 +76,21 @@ class GhostNodes:
         above = 1 + sum(float(abs(end - other).max()) < PULL * self._size for other in tips)
         tips.append(end)
         place = (float(end[0]), float(end[1]), float(end[2]) + above * PULL * self._size)
-        self._server.scene.add_label(f"{name}/said", label_of(number, ghost), position=place)
+        thread = np.array([[end, place]], dtype=np.float32)
+        self._server.scene.add_line_segments(f"{name}/thread", thread, colour, thickness=THREAD * self._size)
+        self._server.scene.add_label(
+            f"{name}/said", label_of(number, ghost), position=place, anchor="bottom-center"
+        )
 
 
 def _pieces(points: Any) -> Any:
     """Points one after the other as pieces of a line, (k - 1, 2, 3)."""
     return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def colour_of(number: int) -> colours.Colour:
+    """The colour of a way: of its ghost, the thread to its label, its button and its line in the table."""
+    return colours.WAYS[number % len(colours.WAYS)]
 
 
 def label_of(number: int, ghost: Ghost) -> str:
@@ -103,4 +114,4 @@ def ways_table(ghosts: Sequence[Ghost]) -> str:
 
 def _shade(number: int, ghost: Ghost) -> str:
     """The colour of a way's line in the table."""
-    return colours.hexadecimal(colours.WAYS[number % len(colours.WAYS)]) if ghost.way.clear else "#999"
+    return colours.hexadecimal(colour_of(number)) if ghost.way.clear else "#999"

@@ -5,7 +5,7 @@ from typing import Any, final
 
 from ftqp.sim.session.session_commands import Command, LookForWays, TakeWay
 from ftqp.viz.live.frame import Ghost
-from ftqp.viz.live.ghosts import label_of, ways_table
+from ftqp.viz.live.ghosts import colour_of, label_of, ways_table
 
 LOOK, FORGET = "look", "forget"
 
@@ -54,8 +54,8 @@ class WaysTab:
         self._put(TakeWay(number))
 
     def _add(self, number: int, words: str) -> None:
-        """A button that takes a way."""
-        button = self._gui.add_button(words)
+        """A button that takes a way, in the colour of its ghost."""
+        button = self._gui.add_button(words, color=colour_of(number))
 
         async def clicked(_event: Any) -> None:
             self.take(number)
