@@ -5,6 +5,7 @@ import pytest
 
 import ftqp
 from ftqp.core.errors import InputError
+from ftqp.core.pose import rotation_exp
 
 PANDA = ftqp.robots.load("panda")
 SCALED = ftqp.Task(mode="scaled")
@@ -168,3 +169,25 @@ def test_other_task_modes_are_refused(mode):
         InputError, match=rf"leader 'path' does not go with mode '{mode}'.*Task\(mode=\"scaled\"\)"
     ):
         follower_of(task=ftqp.Task(mode=mode))
+
+
+def test_arm_that_gave_up_its_attitude_rests_within_a_second_of_the_end_of_its_path():
+    """The tip is drawn to the attitude at the pace of the task, whatever the scheme would rather do."""
+    robot, dt = ftqp.robots.load("xarm7"), 4e-3
+    q, v = np.array([-2.786, -1.466, 0.146, 1.84, -4.28, 2.439, -2.151]), np.zeros(7)
+    goal = robot.pose(q).copy()
+    goal[:3, 3] += [-0.023, 0.273, 0.051]
+    goal[:3, :3] = rotation_exp(np.array([-0.131, -0.299, -0.148])) @ goal[:3, :3]
+    planner = ftqp.Planner(robot, dt, task=SCALED)
+    planner.reset(q)
+    planner.report(ftqp.Locked(0, mode="instant"))
+    path = ftqp.paths.PointToPoint(robot.pose(q), goal, duration=2.091)
+    follower, ended, fastest = ftqp.PathFollower(planner, path), 0, 0.0
+    for _ in range(round(6.0 / dt)):
+        step = follower.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+        ended += follower.status is ftqp.PathStatus.DONE
+        if ended > 1.0 / dt:
+            fastest = max(fastest, np.abs(v / robot.limits.v_max).max())
+    assert ended > 2.0 / dt and len(planner.task_rows) == 3 and step.position_error < 1e-6
+    assert fastest < 1e-3

@@ -1,7 +1,8 @@
 """Rows of the task that were given up: the tip is drawn to them, and it is seen whether they can be held.
 
-They come last, as a term of the objective, so that as much of them is kept as the rows that are left allow,
-and the tip comes back to them where it can. Source: docs/theory/ways-out.md, "Fewer rows".
+They go before the scheme, as a further task of level 2, so that as much of them is kept as the rows that are
+left allow, and the tip comes back to them where it can, at the pace of the task.
+Source: docs/theory/ways-out.md, "Fewer rows".
 """
 
 from math import atan2, cos, sqrt
@@ -9,12 +10,9 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import TARGET_ACCELERATION, TARGET_TWIST
-from ftqp.kernel.layout.terms_room import FRAME
+from ftqp.kernel.layout.terms_room import BEFORE_SCHEME, FRAME
 from ftqp.kernel.rows.further_tasks import TURNS
 
-DRAWN = 10.0
-"""A radian of what was given up weighs so much beside a radian of the joints: enough to leave a tenth of the
-motion that is asked for. A guess that tests/control/planner/test_degrading.py has not contradicted."""
 THERE_SHARE = 0.1
 """Rows come back where the tip is within this share of the task's tolerance of them, ..."""
 NEAR_SHARE = 0.5
@@ -31,10 +29,9 @@ def draw_to_rows(K: Any) -> None:
     """Let the term behind the planner's own draw the tip's rotation to that of the target.
 
     An arm that holds, as even what is left is out of reach, is not drawn: it would creep; nor is one beside a
-    joint that swings freely, which that would speed up. It needs the
-    diagonal of H.
+    joint that swings freely, which that would speed up.
     """
-    task, terms, chain, qp = K.task, K.terms, K.chain, K.qp
+    task, terms, chain = K.task, K.terms, K.chain
     at = terms.own
     T, P = task.target, chain.tip_rotation
     for i in range(3):  # how the body of the tip would have to stand: R_target R_tip'
@@ -45,14 +42,12 @@ def draw_to_rows(K: Any) -> None:
     for k in range(3, 6):
         terms.rate[at, k] = T[TARGET_TWIST + k]
         terms.rate_change[at, k] = T[TARGET_ACCELERATION + k]
-    mean = 0.0
-    for i in range(chain.n):
-        mean += (qp.H[i, i] if qp.dense else qp.H_diagonal[i]) / chain.n
     terms.kind[at], terms.rows[at], terms.hard[at] = FRAME, TURNS, 0
     terms.body[at], terms.other[at] = chain.tip_joint, -1
     terms.kp[at], terms.kv[at] = task.kp, task.kv
     rests = K.calm.holding or K.free.joint >= 0
-    terms.weight[at] = 0.0 if rests else DRAWN * mean / (terms.length * terms.length)
+    terms.shares[at] = BEFORE_SCHEME
+    terms.weight[at] = 0.0 if rests else 1.0
 
 
 @jit
