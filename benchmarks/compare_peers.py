@@ -231,7 +231,9 @@ def main() -> int:
     options = _options()
     count, restarts = (6, 500) if options.quick else (options.cases, 1000)
     drawn_cases, versions, left_out, rows, begun = {}, {}, {}, [], os.times().elapsed
-    for kind in KINDS:
+    asked = options.only or tuple(PROGRAMS)
+    kinds = [kind for kind in KINDS if any(kind in PROGRAMS[name][0].split() for name in asked)]
+    for kind in kinds:
         pairs = [drawn(name, kind, k) for name in ARMS for k in range(count)]
         for k, (case, arm) in enumerate(pairs):
             _say(f"{kind} {k + 1} of {len(pairs)}: what the oracle says")
@@ -240,10 +242,10 @@ def main() -> int:
         drawn_cases[kind] = pairs
     _say("")
     with tempfile.TemporaryDirectory() as folder:
-        for kind in KINDS:
+        for kind in kinds:
             cases = [case for case, _ in drawn_cases[kind]]
-            for name, (kinds, *_) in PROGRAMS.items():
-                if kind not in kinds.split() or (options.only and name not in options.only):
+            for name, (made_for, *_) in PROGRAMS.items():
+                if kind not in made_for.split() or name not in asked:
                     continue
                 _say(f"{kind}s: {name}")
                 try:
@@ -269,7 +271,8 @@ def main() -> int:
     }
     result["versions"] |= versions
     result["left_out"] |= left_out
-    docs.told(result, "After a lock, beside other programs", [_table(kind, rows) for kind in KINDS], options)
+    tables = [_table(kind, rows) for kind in kinds if any(row["kind"] == kind for row in rows)]
+    docs.told(result, "After a lock, beside other programs", tables, options)
     return 0
 
 
@@ -320,6 +323,8 @@ def _table(kind, rows) -> Table:
             "Finished is a tip that never leaves the line. 'All places passed' counts tips that pass "
             f"{PLACES} places of the line in order and end at its end, and may leave it between them, by the "
             "largest distance of the third column; 'all positions' forgets the rotation.",
+            f"All are looked at {REST:g} s behind the end of the line, a PathFollower so long behind its "
+            "own: it waits for the arm, and then the tip is drawn to the rotation that was given up.",
         ) if kind == "path" else ()),
     )  # fmt: skip
     return Table(

@@ -8,9 +8,12 @@ import ftqp
 from peers.motion_case import read, run_all
 
 LONGEST, WAITED = 60.0, 1.0
-"""A path with bridges may take so long; a motion that is over stands for the second one [s]."""
+"""A path that is followed by its progress may take so long; a motion that is over and stands for the second
+one has ended [s]."""
 STANDS = 1e-6
 """Joints slower than this stand [rad/s]."""
+FOLLOWERS = ("follower", "bridges")
+"""Ways that end by themselves, and have the case's rest behind their end."""
 ENDS = (
     ftqp.PathStatus.DONE, ftqp.PathStatus.BLOCKED, ftqp.GoToStatus.REACHED, ftqp.GoToStatus.UNREACHABLE,
 )  # fmt: skip
@@ -26,7 +29,7 @@ def maker(way):
             robot = ftqp.Robot.from_urdf(case.urdf, tip=case.tip)
             robots[case.urdf] = robot.with_limits(q_min=low, q_max=high, v_max=speed, a_max=acceleration)
         robot = robots[case.urdf]
-        scaled = {"task": ftqp.Task(mode="scaled")} if way in ("follower", "bridges") else {}
+        scaled = {"task": ftqp.Task(mode="scaled")} if way in FOLLOWERS else {}
         planner = ftqp.Planner(robot, case.dt, **scaled)
         q, v = np.array(case.q), np.zeros(robot.nv)
         planner.reset(q)
@@ -36,7 +39,7 @@ def maker(way):
             accelerations = np.gradient(twists, case.dt, axis=0)
             targets = ftqp.Targets(poses, twists, accelerations)
             ask = lambda k: planner.step(q, v, targets.at(k))  # noqa: E731
-        elif way in ("follower", "bridges"):
+        elif way in FOLLOWERS:
             line = ftqp.paths.PointToPoint(case.start, case.goal, duration=case.duration)
             follower = ftqp.PathFollower(planner, line, bridges=way == "bridges")
             ask = lambda k: follower.step(q, v)  # noqa: E731
@@ -44,15 +47,16 @@ def maker(way):
             follower = goto = ftqp.GoTo(planner, pose=case.goal, straight=way == "straight")
             ask = lambda k: goto.step(q, v)  # noqa: E731
 
-        waited = 0.0
+        waited = ended = 0.0
 
         def step(k):
-            nonlocal waited
+            nonlocal waited, ended
             if way != "step":
-                if waited > WAITED:
+                if waited > WAITED or (way in FOLLOWERS and k >= case.steps and ended > case.rest):
                     return None
-                over = follower.status in ENDS and bool((np.abs(v) < STANDS).all())
-                waited = waited + case.dt if over else 0.0
+                over = follower.status in ENDS
+                ended = ended + case.dt if over else 0.0
+                waited = waited + case.dt if over and bool((np.abs(v) < STANDS).all()) else 0.0
             done = ask(k)
             q[:], v[:] = done.q, done.v
             return q
@@ -66,5 +70,5 @@ if __name__ == "__main__":
     way = sys.argv[3]
     run_all(
         maker(way), read(sys.argv[1]), sys.argv[2], {"ftqp": ftqp.__version__},
-        LONGEST if way == "bridges" else 0.0, remembers=True,
+        LONGEST if way in FOLLOWERS else 0.0, remembers=True,
     )  # fmt: skip
