@@ -26,6 +26,32 @@ REFUSES = (
 """Who has to say that he cannot serve a kind of fault that nobody wrote a case for."""
 
 
+CAP = '''"""A cap on the speed of every joint."""
+
+from math import inf
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import HEALTHY, VELOCITY
+
+
+@jit
+def fill(K: Any, at: int) -> int:
+    """-0.05 <= v + dt a <= 0.05, one row a joint from row ``at`` of C on; the next free row."""
+    n, qp, state = K.chain.n, K.qp, K.state
+    for i in range(n):
+        qp.C[at + i, : n + 1] = 0.0
+        if K.faults.code[i] != HEALTHY:
+            qp.l[at + i], qp.u[at + i] = -inf, inf
+            continue
+        qp.C[at + i, i] = 1.0
+        v, per = (0.0, 1.0) if state.level == VELOCITY else (state.v[i], state.dt)
+        qp.l[at + i], qp.u[at + i] = (-0.05 - v) / per, (0.05 - v) / per
+    return at + n
+'''
+"""A kind of rows as a stranger writes it."""
+
+
 def said_by(script, *arguments, source=ROOT / "src", **environment):
     """What a process says as JSON in its last line."""
     done = subprocess.run(
@@ -99,6 +125,24 @@ def test_mypy_names_every_place_that_a_new_kind_has_no_case_in(tmp_path):
         re.findall(r"(\w+)\.py:\d+: error: Argument 1 to \"not_served\" has incompatible", done.stdout)
     )
     assert places == {"belief", "kinematic_plant", "servo_plant", "mujoco_plant"}, done.stdout[-3000:]
+
+
+@pytest.mark.long
+def test_rows_of_a_stranger_hold_in_step_backend_and_batch_alike(tmp_path):
+    """A copy of the source with a new kind of rows as CONTRIBUTING says, run as plain Python."""
+    source = tmp_path / "src"
+    shutil.copytree(ROOT / "src", source, ignore=shutil.ignore_patterns("__pycache__", "_kernel"))
+    kernel = source / "ftqp" / "kernel"
+    (kernel / "rows" / "cap_rows.py").write_text(CAP, encoding="utf-8")
+    file = kernel / "layout" / "rows.py"
+    before = "OWN_ROW, CLEARANCE)"
+    assert file.read_text().count(before) == 1
+    units = "unit='rad/s', sliding_unit='m/s', symmetric=True, needs_inertia=False"
+    cap = f"RowKind(name='cap', {units}, module='cap_rows')"
+    file.write_text(file.read_text().replace(before, f"OWN_ROW, {cap}, CLEARANCE)"))
+    found = said_by("stranger_rows.py", source=source)
+    assert set(found) == {"acceleration", "velocity", "no torque limits", "kept point", "daqp", "batch"}
+    assert all(0.0499 < fastest <= 0.05 + 1e-9 for fastest in found.values()), found
 
 
 def test_coefficient_that_declares_nothing_makes_no_promise():

@@ -12,7 +12,7 @@ from ftqp.kernel.arm.newton_euler import torques_of
 from ftqp.kernel.arm.torque_bound import torque_bound
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import VELOCITY
-from ftqp.kernel.layout.rows import ROW_KINDS, RowKind
+from ftqp.kernel.layout.rows import ROW_KINDS, TORQUE, RowKind
 from ftqp.kernel.maths.elementary import any_of, select
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, put, several
 
@@ -39,8 +39,10 @@ def _then(first: Any, kind: RowKind) -> Any:
 
 fill_all: Any = reduce(_then, ROW_KINDS, _nothing)
 """All rows of C, kind by kind."""
-fill_asked: Any = reduce(_then, [kind for kind in ROW_KINDS if kind.most is not None], _nothing)
-"""The rows that a planner asks for, behind those of joints."""
+fill_others: Any = reduce(_then, [kind for kind in ROW_KINDS if kind is not TORQUE], _nothing)
+"""All rows but those of torques, behind them."""
+IN_EVERY_TICK = any(kind.most is None for kind in ROW_KINDS if kind is not TORQUE)
+"""Whether there are rows, beside those of torques, that no planner has to ask for."""
 
 
 @rare_jit
@@ -56,13 +58,13 @@ def add_constraints(K: Any) -> None:
 
 
 @part_jit
-def add_asked_rows(K: Any) -> None:
-    """The rows of C that the planner asks for, in their places; those of torques, before them, are open."""
+def add_other_rows(K: Any) -> None:
+    """All rows of C but those of torques, in their places; those of torques, before them, are open."""
     qp = K.qp
     qp.rigid = K.chain.n if K.chain.has_inertia else 0
     for i in range(qp.rigid):
         qp.l[i], qp.u[i] = -inf, inf
-    qp.nc = fill_asked(K, qp.rigid)
+    qp.nc = fill_others(K, qp.rigid)
 
 
 @jit

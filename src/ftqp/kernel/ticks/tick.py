@@ -43,7 +43,12 @@ from ftqp.kernel.layout.enums import (
     TORQUE_DRIVE,
 )
 from ftqp.kernel.layout.thresholds import LAST
-from ftqp.kernel.rows.constraint_rows import add_asked_rows, add_constraints, stood_at_torque_limit
+from ftqp.kernel.rows.constraint_rows import (
+    IN_EVERY_TICK,
+    add_constraints,
+    add_other_rows,
+    stood_at_torque_limit,
+)
 from ftqp.kernel.rows.drive import add_drive
 from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_instantly, prescribed_motion, sort_joints
 from ftqp.kernel.rows.inertial_target import follow_base, reduce_by_lead
@@ -140,8 +145,8 @@ def _limit(K: Any) -> None:
         look_around(K)
     if K.limits.dynamic and (not K.limits.on_demand or stood_at_torque_limit(K.qp)):
         add_constraints(K)
-    elif K.keeps.asked > 0 or K.scene.held > 0:
-        add_asked_rows(K)
+    elif IN_EVERY_TICK or K.keeps.asked > 0 or K.scene.held > 0:
+        add_other_rows(K)
 
 
 @jit
