@@ -9,7 +9,7 @@ from ftqp.analysis.survival.continuing import continuation_study
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.core.checks import FloatArray
-from ftqp.faults.kinds import Degraded, Fault, Locked
+from ftqp.faults.kinds import Fault, Locked
 from ftqp.kernel.layout.continuation_room import FAILED_JOINTS
 from ftqp.kernel.layout.survival import SURVIVED
 from ftqp.model.robot import Robot
@@ -54,7 +54,7 @@ def remaining(task: TaskPath, q: FloatArray, at: float, faults: Sequence[Fault])
         kind="stop", rows="", until=at, q=q[None].copy(), sentence=f"stop and stand at {at:.3g} s of the path"
     )
     failed = [robot.joint(fault.joint) for fault in faults if isinstance(fault, Locked)]
-    weak = [fault for fault in faults if isinstance(fault, Degraded) and fault.torque == 1.0]
+    weak = [fault for fault in faults if fault.works and _left(fault, "tau_max") == 1.0]
     if len(failed) + len(weak) < len(faults) or len(failed) > FAILED_JOINTS:
         return (stand,)
     if weak:
@@ -84,15 +84,21 @@ def remaining(task: TaskPath, q: FloatArray, at: float, faults: Sequence[Fault])
     return (*found, stand)
 
 
-def weakened(robot: Robot, faults: Sequence[Degraded]) -> Robot:
+def _left(fault: Fault, limit: str) -> float:
+    """The share of a limit that a fault leaves."""
+    return float(getattr(fault, fault.shares[limit])) if limit in fault.shares else 1.0
+
+
+def weakened(robot: Robot, faults: Sequence[Fault]) -> Robot:
     """The arm with the speeds and ranges that are left of it."""
     limits = robot.limits
     q_min, q_max, v_max = limits.q_min.copy(), limits.q_max.copy(), limits.v_max.copy()
     for fault in faults:
         i = robot.joint(fault.joint)
-        v_max[i] *= fault.velocity
-        q_min[i] = q_min[i] if fault.q_min is None else max(q_min[i], fault.q_min)
-        q_max[i] = q_max[i] if fault.q_max is None else min(q_max[i], fault.q_max)
+        v_max[i] *= _left(fault, "v_max")
+        least, most = getattr(fault, "q_min", None), getattr(fault, "q_max", None)
+        q_min[i] = q_min[i] if least is None else max(q_min[i], least)
+        q_max[i] = q_max[i] if most is None else min(q_max[i], most)
     return robot.with_limits(q_min=q_min, q_max=q_max, v_max=v_max)
 
 

@@ -109,7 +109,7 @@ def coverage_case(
             failures=failures,
             speeds=_speeds(robot, motion, task.dt, lock, deceleration),
             rule=rule,
-            share=float(velocity) if fault == "degraded" else None,
+            share=float(velocity) if _is_slower(fault) else None,
             told=told,
             deceleration=None if deceleration is None else _decelerations(robot, deceleration),
             tolerance=(limits[0], limits[1]),
@@ -265,19 +265,26 @@ def _rule(
     """How the other joints go on."""
     if post not in (None, "exact", "qp", "planner"):
         raise InputError(f"post is {post!r}, expected 'exact', 'qp', 'planner' or None")
-    if post == "planner" or fault == "free_swinging":
+    slower = _is_slower(fault)
+    if post == "planner" or not (slower or fault == "locked"):
         if post not in (None, "planner") or len(failures[0]) > 1:
             raise InputError(
-                "the planner goes on after one failure at a time, and always after that of a free-swinging "
-                "joint; leave post out, and give single joints"
+                f"the planner goes on after one failure at a time, and always after one that is {fault!r}, "
+                "unless that is 'locked' or has less speed; leave post out, and give single joints"
             )
         return "planner"
-    left = robot.nv - (len(failures[0]) if fault == "locked" else 0)
+    left = robot.nv - (0 if slower else len(failures[0]))
     if post == "exact" and left != task.m:
         raise InputError(
             f"post is 'exact' and {left} joints are left for {task.m} rows; expected as many, or post='qp'"
         )
     return "exact" if left == task.m and post != "qp" else "qp"
+
+
+def _is_slower(fault: str) -> bool:
+    """Whether joints with that kind of fault go on with a share of their speed."""
+    kind = kinds.KINDS[fault]
+    return kind.works and "v_max" in kind.shares
 
 
 def _told(

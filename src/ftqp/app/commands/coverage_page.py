@@ -16,7 +16,8 @@ def write_page(folder: Path, facts: dict[str, Any], figures: Sequence[Path]) -> 
     """Write the page."""
     heat_map, motion = figures
     share = 100.0 * facts["coverage"]
-    what = "loses speed" if facts["fault"] == "degraded" else KINDS[facts["fault"]].happens
+    kind = KINDS[facts["fault"]]
+    what = "loses speed" if "v_max" in kind.shares else kind.happens
     instants = f"{facts['instants']} instants"
     parts = [
         paragraph(

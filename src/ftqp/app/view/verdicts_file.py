@@ -10,6 +10,7 @@ import numpy as np
 from ftqp.app.output.console import json_text
 from ftqp.app.run.runs import SCENARIO, write
 from ftqp.core.errors import InputError
+from ftqp.faults.kinds import KINDS
 from ftqp.kernel.layout.survival import Survival
 from ftqp.viz.live.frame_source import HeatMap
 
@@ -59,8 +60,8 @@ def write_verdicts(
     settings: dict[str, Any] = {}
     if rep.fault == "locked":
         settings = {"mode": rep.lock}
-    elif rep.fault == "degraded" and share is not None:
-        settings = {"velocity": share}
+    elif share is not None and "v_max" in KINDS[rep.fault].shares:
+        settings = {KINDS[rep.fault].shares["v_max"]: share}
     content = {
         "format": FORMAT,
         "scenario": name,
