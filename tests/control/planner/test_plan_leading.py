@@ -153,6 +153,16 @@ def test_a_start_off_the_plan_is_drawn_onto_it(panda):
     assert np.abs(q - plan.q[-1]).max() < 5e-3
 
 
+def test_options_beside_constraints_are_ways_out_as_a_plan_knows_of_no_constraint(panda):
+    plan = made(panda, ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION))
+    kept = ftqp.Keep("panda_joint7", above=(-2.0, 0.0, 0.0), normal=(1.0, 0.0, 0.0))
+    for constraints in ((), (kept,)):
+        planner = ftqp.Planner(panda, DT, plan=plan, constraints=constraints)
+        planner.reset(Q0)
+        kinds = {option.kind for option in planner.options()}
+        assert (len(plan.asked), "stop" in kinds) == (1, bool(constraints)), kinds
+
+
 @pytest.mark.long
 def test_what_a_plan_cannot_lead_is_refused(panda):
     path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)

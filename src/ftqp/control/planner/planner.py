@@ -311,9 +311,10 @@ class Planner(PlannerCopies):
     def options(self) -> tuple[Remaining, ...]:
         """What can still be done after faults, least lost first; without a plan the clear ``ways_out()``.
 
-        With one, of its path: all of it, with fewer rows, a part of it, the way back, and to stop.
+        With one, of its path: all of it, with fewer rows, a part of it, the way back, and to stop. A plan is
+        looked ahead on without constraints: a planner that has some answers as one without a plan.
         """
-        if self._leading is None:
+        if self._leading is None or self._constraints:
             return tuple(way.remaining for way in self.ways_out() if way.clear or way.kind == "stop")
         q = self._session.K.state.q_command[: self.robot.nv].copy()
         return self._leading.options(q, self.faults)
