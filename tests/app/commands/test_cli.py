@@ -64,7 +64,7 @@ def test_run_writes_log_summary_and_resolved_scenario(short: Path, tmp_path: Pat
     assert {"log.sqlite", "scenario.toml", "summary.json"} <= {file.name for file in out.iterdir()}
     assert len(ftqp.load_log(out)["t"]) == 51
     assert len(list((out / "figures").glob("*.png"))) >= 3
-    assert "every limit was kept" in result.stdout
+    assert "every joint limit was kept" in result.stdout
     assert str(out) in result.stdout
 
 
@@ -349,7 +349,7 @@ def test_demo_tells_of_the_brake(tmp_path: Path) -> None:
     said = told("first", "brake", "--out", str(tmp_path / "out"))
     for words in (
         "panda_joint3",
-        "every limit was kept",
+        "every joint limit was kept",
         "its detector found it out after",
         "completed",
         "damped resolved rates, not told",

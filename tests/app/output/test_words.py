@@ -6,7 +6,7 @@ from ftqp.app.output.words import ending, fault_sentence, further_sentences, lat
 
 
 def test_rounding_is_no_exceeded_limit() -> None:
-    assert limits_sentence({"q": 1e-12, "v": 0.0, "a": 0.0, "tau": 0.0}) == "every limit was kept"
+    assert limits_sentence({"q": 1e-12, "v": 0.0, "a": 0.0, "tau": 0.0}) == "every joint limit was kept"
 
 
 def test_every_exceeded_limit_is_named_with_its_excess() -> None:

@@ -28,6 +28,8 @@ from ftqp.checker.reference_motion import followable
 from ftqp.checker.run_laws import LAWS
 from ftqp.checker.strictness import KINEMATIC, PHYSICS, Strictness
 from ftqp.checker.trace import Trace
+from ftqp.control.task.keep import Keep
+from ftqp.control.task.torque_limits import TorqueLimits
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.loop import MEMORY
@@ -258,17 +260,34 @@ def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:
     return made
 
 
+def _say_what_is_not_judged(setup: Setup) -> None:
+    """Constraints that the checker has no law of are kept by the planner alone."""
+    names = [
+        repr(name)
+        for name, kept in setup.planner.constraints.items()
+        if not isinstance(kept.given, Keep | TorqueLimits)
+    ]
+    if names:
+        logging.getLogger("ftqp").warning(
+            "no law of the checker is about the constraint%s %s: whether the arm keeps to it is not judged",
+            "s" if len(names) > 1 else "",
+            ", ".join(names),
+        )
+
+
 def _try_some(made: Campaign, origin: str) -> None:
     """What is drawn may be no scenario, and such episodes are counted; but not all of the first are to be."""
     tried = min(TRIED, made.tables.campaign.episodes) if made.tables.vary else 1
     for number in range(tried):
         try:
-            made.setup(number)
-            return
+            setup = made.setup(number)
         except InputError as error:  # an arm that cannot be, for example a load on one without masses
             refused = ScenarioError(f"episode {number} has errors:", [str(error)])
         except ScenarioError as error:
             refused = error
+        else:
+            _say_what_is_not_judged(setup)
+            return
     if not made.tables.vary:
         raise refused
     what = f"{origin} draws no scenario: none of its first {tried} episodes can be run, the last because"

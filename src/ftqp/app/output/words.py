@@ -93,7 +93,7 @@ def limits_sentence(violation: Mapping[str, float]) -> str:
     """Whether the limits were kept, in words."""
     names = {"q": "position", "v": "velocity", "a": "acceleration", "tau": "torque"}
     broken = [f"{names[key]} by {value:.2g}" for key, value in violation.items() if value > KEPT]
-    return f"limits exceeded: {', '.join(broken)}" if broken else "every limit was kept"
+    return f"limits exceeded: {', '.join(broken)}" if broken else "every joint limit was kept"
 
 
 def further_sentences(facts: Mapping[str, Any]) -> list[str]:
