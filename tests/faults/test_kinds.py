@@ -86,11 +86,8 @@ def test_every_kind_is_exported():
 
 def test_numbers_of_kinds_in_logs_stay_what_they_are():
     """Logs of earlier releases are read by them."""
-    assert {name: kind.number for name, kind in KINDS.items()} == {
-        "locked": 1,
-        "free_swinging": 2,
-        "degraded": 3,
-    }
+    numbers = {name: kind.number for name, kind in KINDS.items()}
+    assert {"locked": 1, "free_swinging": 2, "degraded": 3}.items() <= numbers.items()
 
 
 def test_a_setting_may_be_what_its_table_says_and_nothing_beyond():
@@ -106,7 +103,7 @@ def test_a_setting_may_be_what_its_table_says_and_nothing_beyond():
                 assert getattr(kind(0, **{name: bound + beside}), name) == bound + beside
                 with pytest.raises(InputError, match=name):
                     kind(0, **{name: bound + beyond})
-    assert seen == 9
+    assert seen >= 9
 
 
 def test_what_a_kind_takes_from_the_limits_is_a_setting_of_it():

@@ -115,7 +115,7 @@ def log_with(number: int, **said: Any) -> Log:
 
 def shown(folder: Path, fault: Any) -> dict[str, Any]:
     """What is made of the table alone."""
-    log = log_with(4, kind="sticky", grip=1.0)
+    log = log_with(fault.number, kind="sticky", grip=1.0)
     replay = ReplaySource(log, "run", clock=lambda: 0.0)
     replay.put(Seek(0.08))
     frame = replay.frame()
@@ -125,11 +125,14 @@ def shown(folder: Path, fault: Any) -> dict[str, Any]:
         "moved": JOINT in summary(log)["max_failed_joint_motion"],
         "figures": all(file.stat().st_size for file in save_figures(log, folder)),
         "page": "sticky" in joint_table(frame, ROBOT.joints),
-        "condition": CONDITIONS[4],
+        "condition": CONDITIONS[fault.number],
         "legend": "sticky joint" in legend(),
         "button": ACTIONS["stick"],
-        "colours": [CONDITION_COLOURS[4], colours.hexadecimal(colours.joint_colour(4, False, False))],
-        "bag": "JOINT_STICKY=4" in step_definition(),
+        "colours": [
+            CONDITION_COLOURS[fault.number],
+            colours.hexadecimal(colours.joint_colour(fault.number, False, False)),
+        ],
+        "bag": f"JOINT_STICKY={fault.number}" in step_definition(),
     }
 
 
