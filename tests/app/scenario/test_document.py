@@ -85,6 +85,13 @@ def test_override_makes_tables_that_are_not_there() -> None:
     ] == {"samples": 1}
 
 
+def test_a_part_of_an_override_in_quotes_may_have_dots() -> None:
+    vary = document.read(
+        "wrong-model", ['vary."robot.name"=', 'vary."path.radius"=[0.05]'], "campaign"
+    ).content["vary"]
+    assert "robot.name" not in vary and "robot" not in vary and vary["path.radius"] == [0.05]
+
+
 def test_empty_override_takes_a_key_out() -> None:
     assert "faults" not in document.read("panda-circle", ["faults="]).content
 
@@ -92,7 +99,7 @@ def test_empty_override_takes_a_key_out() -> None:
 @pytest.mark.parametrize(
     ("override", "said"),
     [
-        *((override, r"a\.b=value") for override in ("dt", "=1", "planner..dt=1")),
+        *((override, r"a\.b=value") for override in ("dt", "=1", "planner..dt=1", "a\rb.c=1")),
         *(
             (override, "--set")
             for override in ("faults.3.at=1", "faults.x.at=1", "planner.dt.x=1", "faults.7=1")

@@ -1,5 +1,6 @@
 """The text of a scenario or study: found by path or name, read within limits, overridden, written as TOML."""
 
+import csv
 import json
 import stat
 import tomllib
@@ -162,8 +163,8 @@ def entry(part: str, entries: Any) -> int | None:
 def _override(content: dict[str, Any], text: str, kind: str) -> str | None:
     """Puts ``a.b=value`` into ``content``, or takes out ``a.b=``; returns what is wrong with it."""
     key, equals, raw = text.partition("=")
-    parts = [part.strip() for part in key.split(".")]
-    if not equals or not all(parts):
+    parts = _parts(key)
+    if not equals or not parts or not all(parts):
         return f"--set {text!r:.100} is not of the form a.b=value, for example --set planner.dt=0.002"
     table: Any = content
     for part in parts[:-1]:
@@ -183,6 +184,14 @@ def _override(content: dict[str, Any], text: str, kind: str) -> str | None:
     else:
         table[last] = value
     return None
+
+
+def _parts(key: str) -> list[str]:
+    """The parts of a dotted key; one in double quotes may have dots, as ``vary."robot.name"`` has."""
+    try:
+        return [part.strip() for part in next(csv.reader([key], delimiter="."), [])]
+    except csv.Error:
+        return []
 
 
 def _child(table: Any, part: str) -> Any:
