@@ -56,6 +56,25 @@ def test_dry_friction_is_learned_joint_by_joint():
     np.testing.assert_allclose(planner.learned.friction[moved], 0.3, atol=0.15)
 
 
+@pytest.mark.parametrize("late", [0, 2, 4])
+def test_samples_that_come_later_than_stated_are_known_to_from_how_the_arm_shakes(late):
+    planner, ride = ridden(seconds=2.0, rotors=0.1, mass=2.0, noise=1e-5, latency=late)
+    assert set(ride.status) == {"OK"}
+    assert planner.learned.delay == pytest.approx(late * DT, abs=1.01 * DT)
+    planner.reset(START)
+    planner.step(START, None, ftqp.Target(pose=PANDA.pose(START)))
+    assert planner.learned.delay == 0.0
+
+
+def test_a_delay_that_is_stated_is_not_learned_again():
+    drive = ftqp.Drive(kind="torque", latency=4 * DT)
+    planner = ftqp.Planner(PANDA, DT, drive=drive, noise=ftqp.Noise(q=1e-5))
+    arm = geared(PANDA, START, 0.1, mass=2.0, sigma=1e-5, latency=4)
+    ride = Ride(PANDA, planner, arm, circle(PANDA, START), 2.0)
+    assert set(ride.status) == {"OK"}
+    assert planner.learned.delay <= 1.01 * DT
+
+
 def test_reset_forgets_what_was_learned():
     planner, _ = ridden(seconds=1.0, rotors=0.1, mass=1.0)
     assert planner.learned.payload is not None

@@ -1,16 +1,18 @@
 """What the arm takes, and with it who closes which loop."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, exp, inf, isfinite, sqrt
 from typing import Any
 
 import numpy as np
 
 from ftqp.control.drive.noise import Noise
+from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.setting import refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import DELAYS, Brakes, DriveKind
+from ftqp.kernel.layout.learned_room import LATER, PACES
 from ftqp.kernel.layout.thresholds import LATELY, NOISE_OF_D
 
 KINDS = {kind.name.lower(): kind for kind in DriveKind}
@@ -86,7 +88,8 @@ class Drive:
         lead: How far ahead of the reference positions are sent, >= 0 [s]; None is 2/bandwidth for a servo on
             positions only whose bandwidth is known, else 0.
         latency: How late samples are when ``step`` gets them, >= 0 [s]; it is rounded to whole ticks. A
-            larger one lowers every loop's bandwidth.
+            larger one lowers every loop's bandwidth. A torque arm that learns its inertia learns, too, that
+            samples come up to five ticks later than is said here.
         stiffness: Bandwidth of the loop around the reference of a torque arm, > 0 [1/s]; None is
             min(80, 0.24/(latency + dt)). A larger one holds better against friction and loads, and less well
             against a wrong model.
@@ -147,6 +150,16 @@ class Drive:
                 f"takes_velocity=False is for drive 'position', but the drive is {self.kind!r}; leave it out"
             )
 
+    @property
+    def doubt(self) -> float:
+        """Rotor inertia that a joint's model may lack [kg m2 or kg]."""
+        return ROTORS if self.inertia_error is None else self.inertia_error
+
+    @property
+    def learns(self) -> bool:
+        """Whether what the model lacks is learned, and how late samples come."""
+        return self.kind == "torque" and self.doubt > 0.0
+
     def ticks(self, dt: float) -> int:
         """The latency in whole ticks.
 
@@ -202,6 +215,23 @@ class Drive:
             "patience": PATIENCE,
         }
 
+    def paces(self, dt: float, noise: Noise, reach: float, a_max: float) -> FloatArray:
+        """What a torque arm's gains are where samples come some ticks later than stated, (ticks, PACES).
+
+        Args:
+            dt: The sampling period [s].
+            noise: What is measured, how noisily.
+            reach: The arm's reach [m].
+            a_max: The smallest acceleration limit of the arm's joints [rad/s2 or m/s2].
+        """
+        most = min(LATER, DELAYS - 2 - self.ticks(dt)) if self.learns else -1
+        rows = []
+        for later in range(most + 1):
+            drive = replace(self, latency=self.latency + later * dt)
+            gains = drive.gains(dt, noise, reach, a_max) | {"gain": drive.learning(dt, noise)["gain"]}
+            rows.append([gains[name] for name in PACES])
+        return np.reshape(np.array(rows), (most + 1, len(PACES)))
+
     def learning(self, dt: float, noise: Noise) -> dict[str, float]:
         """How the arm is learned, by the names of the record's room ``learned``.
 
@@ -210,19 +240,18 @@ class Drive:
             noise: What is measured, how noisily.
         """
         w = self.gains(dt, noise, 1.0)["stiffness"]
-        doubt = ROTORS if self.inertia_error is None else self.inertia_error
         rate = min(LEARNING, LEARNING_DT / dt)
         if noise.q > 0.0:
             rate = min(rate, (FELT / (NOISE_OF_D * noise.q * sqrt(dt))) ** 0.4)
         every = max(1, round(ESTIMATED / dt))
         gain = 1.0 - exp(-FEED_FORWARD_SHARE * w * dt)
         return {
-            "on": int(self.kind == "torque" and doubt > 0.0),
+            "on": int(self.learns),
             "start": ceil(FORGOTTEN / (rate * dt)),
             "every": every,
             "pole": 1.0 - exp(-rate * dt),
             "forget": exp(-every * dt / REMEMBERED),
-            "doubt": doubt,
+            "doubt": self.doubt,
             "gain": gain,
             "felt": noise.q * felt(rate, dt),
             "slowness": gain,

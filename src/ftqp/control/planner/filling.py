@@ -86,12 +86,15 @@ def filled(
     K.cascade.accept = ACCEPT
     feedback = K.feedback
     feedback.kind, feedback.latency = KINDS[drive.kind], drive.ticks(dt)
-    feedback.span = feedback.latency + 2
+    a_max = float(np.min(robot.limits.a_max))
+    paces = drive.paces(dt, noise, 6.0 * robot.length, a_max)
+    K.learned.by_delay[: len(paces)] = paces
+    feedback.span = feedback.latency + 1 + max(len(paces), 1)
     feedback.brakes = BRAKES[drive.brakes]
     feedback.stride = int(REMEMBERED / ((HISTORY - 2) * dt)) + 1
     feedback.speed = 1.0
     feedback.tolerance, feedback.rotation_tolerance = task.tolerance, task.rotation_tolerance
-    gains = drive.gains(dt, noise, 6.0 * robot.length, float(np.min(robot.limits.a_max)))
+    gains = drive.gains(dt, noise, 6.0 * robot.length, a_max)
     K.gate.lead = gains.pop("lead")
     for name, value in gains.items():
         setattr(feedback, name, value)

@@ -25,12 +25,15 @@ class Learned:
         rotors_error: Their standard deviations, (nv,); large for joints that were hardly accelerated.
         friction: Dry friction of each joint, (nv,) [N m or N], that of the model included, as it is not fed
             forward.
+        delay: How much later samples come than the drive's ``latency`` says [s], as far as the arm has
+            shaken, which alone tells.
         payload: The load at the tip beside what the planner carries, as a point mass; None is none.
     """
 
     rotors: FloatArray
     rotors_error: FloatArray
     friction: FloatArray
+    delay: float
     payload: Payload | None
 
     def facts(self) -> dict[str, Any]:
@@ -40,6 +43,7 @@ class Learned:
             "rotors": self.rotors.tolist(),
             "rotors_error": self.rotors_error.tolist(),
             "friction": self.friction.tolist(),
+            "delay": self.delay,
             "payload": None if load is None else {"mass": load.mass, "com": load.com.tolist()},
         }
 
@@ -63,5 +67,6 @@ def learned(session: Session, joints: int) -> Learned | None:
         rotors=frozen(room.rotor[:joints]),
         rotors_error=frozen(room.sigma[:joints]),
         friction=frozen(room.friction[:joints]),
+        delay=float(room.later) * float(K.state.dt),
         payload=payload,
     )

@@ -14,6 +14,7 @@ from typing import Any
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.arm.newton_euler import torques_of
 from ftqp.kernel.arm.points import moves, point_column
+from ftqp.kernel.feedback.learned_delay import hear_delay
 from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
@@ -99,6 +100,7 @@ def hear(K: Any) -> None:
         supposed.q[i], supposed.v[i] = last, (q - oldest) / (2.0 * dt)
         learned.a[i] = (q - 2.0 * last + oldest) / (dt * dt)
         learned.sent[i] = 0.5 * (tau + learned.tau_was[i])
+        learned.slope[i] = (tau - learned.tau_was[i]) / dt
         learned.q_was[1, i], learned.q_was[0, i] = last, q
         learned.tau_was[i] = tau
     learned.heard += 1
@@ -192,6 +194,7 @@ def take(K: Any) -> None:
         weight = 1.0 / (noise * noise + sticks * sticks) if says else 0.0
         off = learned.sent[i] - kinematics.tau[i] + (learned.used[i] - learned.rotor[i]) * a[i]
         off -= learned.friction[i] * row[1]
+        hear_delay(K, i, off, weight)
         learned.missed[i] += (1.0 - learned.forget) * (weight * off * off - learned.missed[i])
         for k in range(UNKNOWNS):
             moment[k] = learned.forget * moment[k] + weight * row[k] * y

@@ -12,6 +12,7 @@ from typing import Any
 from ftqp.kernel.arm.joined_bodies import join
 from ftqp.kernel.feedback.inertia_equations import SENSE, bounded_limit, hear, take
 from ftqp.kernel.feedback.inertia_squares import solve
+from ftqp.kernel.feedback.learned_delay import follow_delay, forget_delay
 from ftqp.kernel.feedback.touch import adopt
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.learned_room import KEPT, UNKNOWNS
@@ -49,6 +50,7 @@ def forget_learned(K: Any) -> None:
         learned.load[k] = 0.0
     if learned.based:
         _apply(K)
+    forget_delay(K)
     learned.based = learned.estimates = 0
 
 
@@ -202,6 +204,7 @@ def _estimate(K: Any) -> None:
     learned = K.learned
     take(K)
     solve(K)
+    follow_delay(K)
     learned.estimates += 1
     learned.until_kept -= 1
     if learned.until_kept <= 0:

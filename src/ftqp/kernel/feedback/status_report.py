@@ -32,13 +32,14 @@ def see_error(task: Any, feedback: Any, kinematics: Any, past: Any) -> None:
 
     That is the reference's error to the given target at that time, less d.
     """
+    if feedback.span > 2:
+        for k in range(6):
+            past.error[feedback.now, k] = task.error[k]
     if feedback.latency == 0:
         for k in range(6):
             task.seen[k] = task.error[k] - feedback.off[k]
     else:
         then = slot(feedback, feedback.latency)
-        for k in range(6):
-            past.error[feedback.now, k] = task.error[k]
         source = then if past.known[then] else feedback.now
         for k in range(6):
             task.seen[k] = past.error[source, k] - feedback.off[k]

@@ -10,6 +10,11 @@ load."""
 KEPT = 2
 """So many earlier estimates are kept, so that one can be gone back to that a fault has not touched."""
 
+LATER = 5
+"""Samples may come so many ticks later than was stated: the latency of common arms."""
+PACES = ("stiffness", "pole", "kappa", "felt_noise", "missing_noise", "gain")
+"""What changes with the delay, the last in the room ``learned``, the others in ``feedback``."""
+
 
 def learned_fields(N: int) -> Fields:
     """What ``ftqp.kernel.feedback.learned_inertia`` needs.
@@ -27,10 +32,17 @@ def learned_fields(N: int) -> Fields:
     wrong the rotor may be, ``missed``: mean square of what the equations miss, in units of what is taken
     for noise; ``fixed``: whether rotor and friction are at a bound; ``used``: the rotor that counts.
     ``slowness``: of d_slow of each joint.
+
+    ``later``: ticks that samples come later than was stated; ``until_later``: estimates until the delay is
+    learned again; ``delay_known`` and ``delay_moment``: information of what is left of it [1/ticks2] and its
+    product with that; ``slope``: of the filtered torque [N m/s or N/s]; ``slope_mean``, ``off_mean``,
+    ``a_mean``: slow means of it, of what the equation misses, and of ``a``. ``by_delay``: what the loop's
+    gains are with each number of ticks, in the order of ``PACES``; a stiffness of 0 is none.
     """
     return [
-        *scalars("i8", "on based heard wait start every estimates until_kept working"),
+        *scalars("i8", "on based heard wait start every estimates until_kept working later until_later"),
         *scalars("f8", "pole forget doubt gain begun felt reach base_mass base_lever base_stoutness"),
+        *scalars("f8", "delay_known delay_moment"),
         *integers({"fixed": (N,)}),
         *floats(dict.fromkeys(("q", "tau", "sense"), (POLES, N))),
         *floats(
@@ -42,5 +54,7 @@ def learned_fields(N: int) -> Fields:
         *floats({"one": (POLES,), "q_was": (2, N), "tau_was": (N,), "moment": (N, UNKNOWNS)}),
         *floats({"information": (N, UNKNOWNS, UNKNOWNS), "row": (UNKNOWNS,)}),
         *floats({"load": (4,), "base_com": (3,), "base_inertia": (6,), "S": (4, 4), "total": (4,)}),
+        *floats(dict.fromkeys(("slope", "slope_mean", "off_mean", "a_mean"), (N,))),
+        *floats({"by_delay": (LATER + 1, len(PACES))}),
         *floats({"kept_rotor": (KEPT, N), "kept_friction": (KEPT, N), "kept_load": (KEPT, 4)}),
     ]

@@ -1,0 +1,102 @@
+"""How much later samples come than was stated, learned from a torque arm that shakes.
+
+A loop that does not know its delay is too stiff for it, and takes every motion for a following error. The
+torque that led to a sample was then sent a time delta earlier than is supposed, so that the equation of each
+joint misses
+
+    y = delta dtau/dt,
+
+in which delta is the same for all joints: one more unknown, by least squares. It is looked for only in what
+shakes, because there y is large and nothing else that the model lacks has the phase of dtau/dt.
+Source: docs/theory/feedback.md, "Samples that come later than stated".
+"""
+
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.learned_room import LATER
+
+SLOWLY = 0.2
+"""Share of the difference by which the slow means follow at each estimate: what changes within 25 ms is
+looked at, and not what a motion asks for. A guess that the campaigns have not contradicted."""
+SHAKES = 2.0
+"""A joint tells something where its acceleration is farther than this from its slow mean [rad/s2 or m/s2],
+twenty times what noise alone may make of it: noise goes through the loop into the torques, too, and would
+look like a delay of 1/(2 w). Chosen by `ftqp campaign wrong-model`."""
+UNSURE = 3.0
+"""An equation that misses more than any delay explains and so many times what is taken for noise says
+something of a fault. A guess that the campaigns have not contradicted."""
+ADOPTED = 0.75
+"""A tick more counts, or one less, once the delay is so many ticks from what counts: beyond a half, so that
+it does not go to and fro."""
+STAYS = 1.0
+"""Information of staying with the delay that counts [1/ticks2]: it is known to about a tick. A guess that the
+campaigns have not contradicted."""
+MOST_KNOWN = 100.0
+"""Information that is kept [1/ticks2]: a tenth of a tick is as well as it need be known, and one that changes
+is then learned anew."""
+SETTLES = 8
+"""So many estimates after a change the filters hold torques of both delays: eight of their time constants. A
+guess that the campaigns have not contradicted."""
+
+
+@jit
+def forget_delay(K: Any) -> None:
+    """Samples come when it was stated."""
+    learned = K.learned
+    _set_delay(K, -learned.later)
+    learned.until_later = 0
+    learned.delay_known = learned.delay_moment = 0.0
+
+
+@jit
+def _set_delay(K: Any, change: int) -> None:
+    """Samples come so many ticks later than has counted until now; the loop is as stiff as that allows."""
+    learned, feedback = K.learned, K.feedback
+    if change == 0:
+        return
+    learned.later += change
+    feedback.latency += change
+    paces = learned.by_delay[learned.later]
+    feedback.stiffness, feedback.pole, feedback.kappa = paces[0], paces[1], paces[2]
+    feedback.felt_noise, feedback.missing_noise = paces[3], paces[4]
+    learned.gain = paces[5]
+
+
+@jit
+def hear_delay(K: Any, i: int, off: float, weight: float) -> None:
+    """The equation of joint i misses ``off``, which counts ``weight``: what that says of the delay."""
+    learned = K.learned
+    y, a = off - learned.off_mean[i], learned.a[i] - learned.a_mean[i]
+    x = (learned.slope[i] - learned.slope_mean[i]) * K.state.dt
+    learned.off_mean[i] += SLOWLY * y
+    learned.a_mean[i] += SLOWLY * a
+    learned.slope_mean[i] += SLOWLY * (learned.slope[i] - learned.slope_mean[i])
+    if learned.until_later > 0 or weight <= 0.0 or abs(a) < SHAKES or K.feedback.unresponsive[i]:
+        return
+    far = max(abs(y) - 2.0 * LATER * abs(x), 0.0)
+    if weight * far * far < UNSURE * UNSURE:
+        learned.delay_known += weight * x * x
+        learned.delay_moment += weight * x * y
+
+
+@jit
+def follow_delay(K: Any) -> None:
+    """A tick more or less counts once it is likely."""
+    learned = K.learned
+    if learned.until_later > 0:
+        learned.until_later -= 1
+        return
+    if learned.delay_known > MOST_KNOWN:
+        learned.delay_moment *= MOST_KNOWN / learned.delay_known
+        learned.delay_known = MOST_KNOWN
+    left = learned.delay_moment / (STAYS + learned.delay_known)
+    change = 0
+    if left > ADOPTED and learned.later < LATER and learned.by_delay[learned.later + 1, 0] > 0.0:
+        change = 1
+    elif left < -ADOPTED and learned.later > 0:
+        change = -1
+    if change != 0:
+        learned.delay_moment -= change * learned.delay_known
+        learned.until_later = SETTLES
+        _set_delay(K, change)
