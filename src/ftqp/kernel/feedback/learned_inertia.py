@@ -35,8 +35,9 @@ guess that the campaigns have not contradicted."""
 FARTHEST = 0.15
 """A load's centre is at most so far beyond the tip [m], as a wrong one has inertia by the square. A
 guess that the campaigns have not contradicted."""
-KEPT_FOR = 100
-"""Estimates from one that is kept to the next: half a second, longer than a fault goes unnoticed."""
+KEPT_FOR = 20
+"""Estimates from one that is kept to the next: a tenth of a second. The oldest one that is kept, which is
+gone back to, so is from half a second ago, longer than a fault goes unnoticed."""
 
 
 @jit
@@ -80,8 +81,7 @@ def _begin(K: Any) -> None:
         learned.base_armature[i] = chain.armature[i]
     learned.working = _trusted(K)
     _forget_news(K)
-    _keep(K)
-    _keep(K)
+    _keep_alone(K)
     _apply(K)
 
 
@@ -102,15 +102,25 @@ def _keep(K: Any) -> None:
     """The present estimates are kept, and the oldest kept ones are not any more."""
     learned = K.learned
     learned.until_kept = KEPT_FOR
+    for at in range(KEPT - 1, 0, -1):
+        for i in range(K.chain.n):
+            learned.kept_rotor[at, i] = learned.kept_rotor[at - 1, i]
+            learned.kept_friction[at, i] = learned.kept_friction[at - 1, i]
+            learned.kept_sigma[at, i] = learned.kept_sigma[at - 1, i]
+        for k in range(4):
+            learned.kept_load[at, k] = learned.kept_load[at - 1, k]
     for i in range(K.chain.n):
-        learned.kept_rotor[1, i], learned.kept_friction[1, i] = (
-            learned.kept_rotor[0, i],
-            learned.kept_friction[0, i],
-        )
         learned.kept_rotor[0, i], learned.kept_friction[0, i] = learned.rotor[i], learned.friction[i]
+        learned.kept_sigma[0, i] = learned.sigma[i]
     for k in range(4):
-        learned.kept_load[1, k] = learned.kept_load[0, k]
         learned.kept_load[0, k] = learned.load[k]
+
+
+@jit
+def _keep_alone(K: Any) -> None:
+    """Of all that is kept nothing but the present estimates is left."""
+    for _ in range(KEPT):
+        _keep(K)
 
 
 @jit
@@ -122,11 +132,11 @@ def _go_back(K: Any) -> None:
             learned.kept_rotor[KEPT - 1, i],
             learned.kept_friction[KEPT - 1, i],
         )
+        learned.sigma[i] = learned.kept_sigma[KEPT - 1, i]
     for k in range(4):
         learned.load[k] = learned.kept_load[KEPT - 1, k]
     _forget_news(K)
-    _keep(K)
-    _keep(K)
+    _keep_alone(K)
     _apply(K)
 
 
@@ -200,14 +210,19 @@ def _pace(K: Any) -> None:
 
 @jit
 def _estimate(K: Any) -> None:
-    """The least squares have the equations of this tick, too; every half a second their solution is kept."""
+    """The least squares have the equations of this tick, too; every tenth of a second their solution is kept.
+
+    The first one takes the place of the model, which is known to be wrong where the first one is.
+    """
     learned = K.learned
     take(K)
     solve(K)
     follow_delay(K)
     learned.estimates += 1
     learned.until_kept -= 1
-    if learned.until_kept <= 0:
+    if learned.estimates == KEPT_FOR:
+        _keep_alone(K)
+    elif learned.until_kept <= 0:
         _keep(K)
     _apply(K)
 

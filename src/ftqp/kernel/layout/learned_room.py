@@ -7,7 +7,7 @@ POLES = 4
 UNKNOWNS = 6
 """What the torque of one joint says something of: its rotor, its dry friction, mass and first moment of a
 load."""
-KEPT = 2
+KEPT = 6
 """So many earlier estimates are kept, so that one can be gone back to that a fault has not touched."""
 
 LATER = 5
@@ -56,5 +56,7 @@ def learned_fields(N: int) -> Fields:
         *floats({"load": (4,), "base_com": (3,), "base_inertia": (6,), "S": (4, 4), "total": (4,)}),
         *floats(dict.fromkeys(("slope", "slope_mean", "off_mean", "a_mean"), (N,))),
         *floats({"by_delay": (LATER + 1, len(PACES))}),
-        *floats({"kept_rotor": (KEPT, N), "kept_friction": (KEPT, N), "kept_load": (KEPT, 4)}),
+        *floats(
+            {"kept_load": (KEPT, 4)} | dict.fromkeys(("kept_rotor", "kept_friction", "kept_sigma"), (KEPT, N))
+        ),
     ]
