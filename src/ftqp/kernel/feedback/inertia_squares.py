@@ -64,6 +64,20 @@ def _inverse(learned: Any, i: int, p00: float, p01: float, p11: float) -> tuple[
 
 
 @jit
+def _bring_within_reach(learned: Any) -> None:
+    """A load's centre is no farther than ``reach``, also where rotors and friction are made beside it.
+
+    Else they would make up for a first moment that the arm is not taken to have.
+    """
+    load = learned.load
+    most = learned.reach * load[0]
+    away = sqrt(load[1] * load[1] + load[2] * load[2] + load[3] * load[3])
+    if away > most:
+        for k in range(1, 4):
+            load[k] *= most / away
+
+
+@jit
 def _solve_load(K: Any) -> None:
     """The load, whatever rotors and friction are then: they are eliminated joint by joint."""
     learned, limits = K.learned, K.limits
@@ -91,6 +105,7 @@ def _solve_load(K: Any) -> None:
         solve_factored(S, 4, total)
         for k in range(4):
             learned.load[k] = total[k] if total[0] > 0.0 else 0.0
+        _bring_within_reach(learned)
 
 
 @jit

@@ -161,9 +161,6 @@ def _apply(K: Any) -> None:
             chain.inertia[body, k] = learned.base_inertia[k]
         return
     x, y, z = learned.load[1] / m, learned.load[2] / m, learned.load[3] / m
-    away = sqrt(x * x + y * y + z * z)
-    if away > learned.reach:
-        x, y, z = x * learned.reach / away, y * learned.reach / away, z * learned.reach / away
     join(
         chain,
         body,
