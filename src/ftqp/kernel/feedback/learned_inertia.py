@@ -13,6 +13,7 @@ from ftqp.kernel.arm.joined_bodies import join
 from ftqp.kernel.feedback.inertia_equations import SENSE, bounded_limit, hear, take
 from ftqp.kernel.feedback.inertia_squares import solve
 from ftqp.kernel.feedback.learned_delay import follow_delay, forget_delay
+from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.touch import adopt
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.learned_room import KEPT, UNKNOWNS
@@ -141,6 +142,24 @@ def _go_back(K: Any) -> None:
 
 
 @jit
+def _weigh(K: Any, i: int, more: float) -> None:
+    """Joint i counts so much heavier from now on: torques that were sent and are fed forward stay.
+
+    With m = M/(M + more) what was sent made m a, the disturbance beside it is d + (1 - m) a, and what is fed
+    forward of it is m d.
+    """
+    feedback, past = K.feedback, K.past
+    heavier = feedback.M[i, i] + more
+    if more == 0.0 or not feedback.M[i, i] > 0.0 or not heavier > 0.0 or feedback.unresponsive[i]:
+        return
+    m = feedback.M[i, i] / heavier
+    feedback.d_hat[i] += (1.0 - m) * past.a[slot(feedback, feedback.latency + 1), i]
+    feedback.d_slow[i] *= m
+    for s in range(feedback.span):
+        past.a[s, i] *= m
+
+
+@jit
 def _apply(K: Any) -> None:
     """The arm that formulas see is the model with what was learned.
 
@@ -149,8 +168,10 @@ def _apply(K: Any) -> None:
     learned, chain = K.learned, K.chain
     for i in range(chain.n):
         least = max(abs(learned.rotor[i]) - learned.sigma[i], 0.0)
-        learned.used[i] = least if learned.rotor[i] > 0.0 else -least
-        chain.armature[i] = learned.base_armature[i] + learned.used[i]
+        used = least if learned.rotor[i] > 0.0 else -least
+        _weigh(K, i, used - learned.used[i])
+        learned.used[i] = used
+        chain.armature[i] = learned.base_armature[i] + used
     body, m = chain.tip_joint, learned.load[0]
     if not m > LEAST_MASS:
         chain.mass[body] = learned.base_mass

@@ -56,7 +56,6 @@ def learned_fields(N: int) -> Fields:
         *floats({"load": (4,), "base_com": (3,), "base_inertia": (6,), "S": (4, 4), "total": (4,)}),
         *floats(dict.fromkeys(("slope", "slope_mean", "off_mean", "a_mean"), (N,))),
         *floats({"by_delay": (LATER + 1, len(PACES))}),
-        *floats(
-            {"kept_load": (KEPT, 4)} | dict.fromkeys(("kept_rotor", "kept_friction", "kept_sigma"), (KEPT, N))
-        ),
+        *floats({"kept_load": (KEPT, 4)}),
+        *floats(dict.fromkeys(("kept_rotor", "kept_friction", "kept_sigma"), (KEPT, N))),
     ]
