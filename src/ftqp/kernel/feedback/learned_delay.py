@@ -11,6 +11,7 @@ shakes, because there y is large and nothing else that the model lacks has the p
 Source: docs/theory/feedback.md, "Samples that come later than stated".
 """
 
+from math import floor
 from typing import Any
 
 from ftqp.kernel.jit import jit
@@ -27,7 +28,7 @@ UNSURE = 3.0
 """An equation that misses more than any delay explains and so many times what is taken for noise says
 something of a fault. A guess that the campaigns have not contradicted."""
 ADOPTED = 0.75
-"""A tick more counts, or one less, once the delay is so many ticks from what counts: beyond a half, so that
+"""Another delay counts once it is so many ticks from the one that does: beyond a half, so that
 it does not go to and fro."""
 STAYS = 1.0
 """Information of staying with the delay that counts [1/ticks2]: it is known to about a tick. A guess that the
@@ -82,7 +83,7 @@ def hear_delay(K: Any, i: int, off: float, weight: float) -> None:
 
 @jit
 def follow_delay(K: Any) -> None:
-    """A tick more or less counts once it is likely."""
+    """Another number of ticks counts once it is likely."""
     learned = K.learned
     if learned.until_later > 0:
         learned.until_later -= 1
@@ -91,12 +92,11 @@ def follow_delay(K: Any) -> None:
         learned.delay_moment *= MOST_KNOWN / learned.delay_known
         learned.delay_known = MOST_KNOWN
     left = learned.delay_moment / (STAYS + learned.delay_known)
-    change = 0
-    if left > ADOPTED and learned.later < LATER and learned.by_delay[learned.later + 1, 0] > 0.0:
-        change = 1
-    elif left < -ADOPTED and learned.later > 0:
-        change = -1
-    if change != 0:
+    likely = min(max(learned.later + int(floor(left + 0.5)), 0), LATER)
+    while learned.by_delay[likely, 0] <= 0.0:  # so late a sample is beyond what is kept of the past
+        likely -= 1
+    change = likely - learned.later
+    if abs(left) > ADOPTED and change != 0:
         learned.delay_moment -= change * learned.delay_known
         learned.until_later = SETTLES
         _set_delay(K, change)
