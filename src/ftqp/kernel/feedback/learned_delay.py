@@ -92,7 +92,7 @@ def follow_delay(K: Any) -> None:
         learned.delay_moment *= MOST_KNOWN / learned.delay_known
         learned.delay_known = MOST_KNOWN
     left = learned.delay_moment / (STAYS + learned.delay_known)
-    likely = min(max(learned.later + int(floor(left + 0.5)), 0), LATER)
+    likely = min(max(learned.later + floor(left + 0.5), 0), LATER)
     while learned.by_delay[likely, 0] <= 0.0:  # so late a sample is beyond what is kept of the past
         likely -= 1
     change = likely - learned.later

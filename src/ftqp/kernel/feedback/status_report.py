@@ -9,18 +9,13 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import INVALID_INPUT, LAGGING, NO_BRAKES, OK, RELAXED, SCALED, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import FOLLOWS, LAGS, MEAN_TIME
-from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, OUTSIDE_SIGMAS
+from ftqp.kernel.layout.thresholds import GOES_ON, OUTSIDE_FROM, OUTSIDE_SIGMAS, STANDS
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.side_by_side import WIDTH, several
 
 BACK = 0.5
 """The lag is over when every error is below this share of its tolerance for a while, so that a report does
 not flicker. A guess that the campaigns have not contradicted."""
-GOES_ON = 0.05
-"""A joint that is seen to be faster than this share of its limit while its command rests goes on ..."""
-STANDS = 0.02
-"""... until it is slower than this, in a mean that noise does not count in. Guesses that the campaigns have
-not contradicted."""
 NOISE_LEVELS = 6.0
 """Standard deviations of the noise of an observed speed that do not count either, because noise alone exceeds
 six twice in 1e9 samples."""

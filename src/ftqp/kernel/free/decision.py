@@ -34,7 +34,7 @@ from ftqp.kernel.free.look_ahead import (
     weigh_holding,
 )
 from ftqp.kernel.free.rest_posture import begin_start, seek, take_nearest
-from ftqp.kernel.free.swept import HARMLESS, mark_places
+from ftqp.kernel.free.swept import HARMLESS, WORTH, mark_places
 from ftqp.kernel.free.swinging import viscous_friction
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.latches.stop_latch import latch
@@ -276,7 +276,7 @@ def _may_rest(K: Any, F: Any) -> bool:
     for j in range(K.chain.n):
         F.base_q[j], F.base_v[j] = F.q[j], F.v[j]
     if not braking_is_safe(K, F):
-        return False
+        return damped and over and weigh_holding(K, F)[1] < WORTH
     return (damped and over) or F.highest - F.lowest < (LEFT_SWING if over else CALM_SWING)
 
 

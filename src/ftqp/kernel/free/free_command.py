@@ -8,6 +8,7 @@ from ftqp.kernel.free.holding import led
 from ftqp.kernel.free.look_ahead import planned, shift_plan
 from ftqp.kernel.free.swinging import braked
 from ftqp.kernel.jit import jit
+from ftqp.kernel.latches.stop_latch import slow_enough
 from ftqp.kernel.layout.enums import (
     ARREST,
     HOLD,
@@ -19,7 +20,7 @@ from ftqp.kernel.layout.enums import (
     STOPPING,
     VELOCITY,
 )
-from ftqp.kernel.layout.thresholds import AT_REST, FREE_SHARE, HANGS
+from ftqp.kernel.layout.thresholds import FREE_SHARE
 from ftqp.kernel.rows.one_variable import draw
 
 REACHED, ATTAINED = 0.01, 0.05
@@ -68,12 +69,13 @@ def outcome_beside_free(K: Any) -> int:
     """STOPPING and STOPPED where the task is given up, OK where nothing of it is, else RELAXED."""
     limits, faults, state, task, free = K.limits, K.faults, K.state, K.task, K.free
     if K.watch.latched:
-        if free.mode == ARREST or (free.mode == HOLD and abs(state.v[free.joint]) > HANGS):
+        if free.mode == ARREST:
             return STOPPING
-        for k in range(faults.working):
+        slow = slow_enough(K)
+        for k in range(faults.movable if free.mode == HOLD else faults.working):
             j = faults.order[k]
             top = limits.v_max[j] if limits.v_max[j] < inf else 1.0
-            if abs(state.v[j]) > AT_REST * top:
+            if abs(state.v[j]) > slow * top:
                 return STOPPING
         K.watch.stopped = 1
         return STOPPED

@@ -41,7 +41,7 @@ from ftqp.kernel.judge.stage_problems import (
     clip_rest,
 )
 from ftqp.kernel.judge.straight import straight
-from ftqp.kernel.latches.stop_latch import latch
+from ftqp.kernel.latches.stop_latch import latch, slow_enough
 from ftqp.kernel.layout.enums import (
     CALM_ELASTIC_STAGE,
     CALM_STAGE,
@@ -71,7 +71,7 @@ from ftqp.kernel.layout.enums import (
     STOPPED_BY_FALLBACKS,
     STOPPING,
 )
-from ftqp.kernel.layout.thresholds import AT_REST, RELAXED_FROM, SCALED_FROM, TASK_FLOOR
+from ftqp.kernel.layout.thresholds import RELAXED_FROM, SCALED_FROM, TASK_FLOOR
 from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
 from ftqp.kernel.rows.task_terms import judge_terms
 
@@ -100,10 +100,11 @@ def _outcome_of_solved(task: Any, cascade: Any, terms: Any) -> int:
 def _sets_out(K: Any) -> bool:
     """Whether joints that were at rest are sent to move: beside one that swings freely, or off a limit."""
     limits, faults, state = K.limits, K.faults, K.state
+    slow = slow_enough(K)
     for k in range(faults.working):
         i = faults.order[k]
         top = limits.v_max[i] if limits.v_max[i] < inf else 1.0
-        if abs(state.v_command[i]) > AT_REST * top:
+        if abs(state.v_command[i]) > slow * top:
             return True
     return False
 

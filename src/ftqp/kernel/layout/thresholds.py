@@ -9,6 +9,11 @@ less."""
 AT_REST: Final = 1e-3
 """A joint that moves slower than this share of its velocity limit is at rest. A guess that the campaigns have
 not contradicted."""
+GOES_ON: Final = 0.05
+"""A joint that is seen to be faster than this share of its limit while its command rests goes on ..."""
+STANDS: Final = 0.02
+"""... until it is slower than this, in a mean that noise does not count in; so is one that holds a joint that
+swings freely in balance. Guesses that the campaigns have not contradicted."""
 TIME_SLACK: Final = 1e-9
 """Times nearer to each other than this count as equal [s], so that 3 * 0.1 s is 0.3 s. Some ten thousand
 units of rounding of a path's time."""
