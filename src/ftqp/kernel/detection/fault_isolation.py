@@ -5,7 +5,15 @@ from typing import Any
 
 from ftqp.kernel.detection.culprit import culprit
 from ftqp.kernel.detection.encoders import cannot_tell_frozen
-from ftqp.kernel.detection.standing import FEWEST, LONG, is_slow, speed_of, stands, takes_up_speed
+from ftqp.kernel.detection.standing import (
+    FEWEST,
+    LONG,
+    follows_late,
+    is_slow,
+    speed_of,
+    stands,
+    takes_up_speed,
+)
 from ftqp.kernel.detection.torque_share import fit_share
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.detection_room import BANKS, FAST, SLOW, WINDOW
@@ -206,8 +214,10 @@ def _lost_torque(D: Any, K: Any, i: int, then: int) -> int:
     if D.watch < D.patience or is_slow(D, i) or _model_may_be_it(D, i, then):
         return 0
     weak = IS_FREE + IS_DEGRADED
-    if _another_has_failed(D) and takes_up_speed(D, i):
-        weak = IS_DEGRADED  # what a fault does to its neighbours looks most like lost torque
+    if _another_has_failed(D):  # what a fault does to its neighbours looks most like lost torque
+        if not (D.has_effort and D.known) and follows_late(D, i):
+            return 0
+        weak = IS_DEGRADED if takes_up_speed(D, i) else weak
     share = D.fit_share
     least = LEAST_SHARE if D.has_effort and D.known and D.asked else LEAST_UNTOLD
     if (

@@ -23,6 +23,10 @@ convention, because a bend of half the size must already show."""
 LEAST_CHANGE, TAKEN_UP = 0.05, 0.5
 """The least change of the asked speed [rad/s or m/s] that shows whether a joint follows, and the share of it
 that one which follows late has taken up. Guesses that `python studies/detection.py` has not contradicted."""
+AS_LATE = 0.2
+"""A joint without torque that goes on at the speed that it had is farther behind a command that changes its
+own; within this share of the time that is looked at it is not. A guess that `python studies/detection.py` has
+not contradicted."""
 LEAD = 5
 """Ticks from a failure to the suspicion."""
 FINEST = 1e-6
@@ -100,6 +104,37 @@ def takes_up_speed(D: Any, i: int) -> bool:
     if high - low < LEAST_CHANGE or v < low or v > high:
         return False
     return abs(v - _fit(D, i, WINDOW - 1 - BRIEF, BRIEF)[0]) > TAKEN_UP * (high - low)
+
+
+@jit
+def _behind(D: Any, i: int, ago: int) -> float:
+    """How many ticks joint i was behind its command so many ticks ago, or -1 where it never was there."""
+    q = D.kept[step_back(D, ago), i]
+    off = D.kept_e[step_back(D, ago), i]
+    for k in range(1, WINDOW - ago):
+        s = step_back(D, ago + k)
+        before = q - (D.kept[s, i] - D.kept_e[s, i])
+        if before * off <= 0.0:
+            return k - (before / (before - off) if before != off else 0.0)
+        off = before
+    return -1.0
+
+
+@jit
+def follows_late(D: Any, i: int) -> bool:
+    """Whether joint i goes where its command has gone before, as far behind it as it was: a motor does that.
+
+    Of one that was behind all that is kept of its command nothing else can be said. It is asked where another
+    joint has failed before.
+
+    Source: docs/theory/detection.md, "Lost torque".
+    """
+    if D.ticks <= WINDOW:
+        return False
+    now, then = _behind(D, i, 0), _behind(D, i, FEWEST)
+    if then < 0.0:
+        return D.kept_e[step_back(D, FEWEST), i] * D.kept_v[step_back(D, FEWEST), i] < 0.0
+    return now > 0.0 and abs(now - then) < AS_LATE * FEWEST
 
 
 @jit
