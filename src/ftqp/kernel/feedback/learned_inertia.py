@@ -143,7 +143,7 @@ def _go_back(K: Any) -> None:
 
 @jit
 def _weigh(K: Any, i: int, more: float) -> None:
-    """Joint i counts so much heavier from now on: torques that were sent and are fed forward stay.
+    """Joint i counts so much heavier from now on: beside a failed joint torques that were fed forward stay.
 
     With m = M/(M + more) what was sent made m a, the disturbance beside it is d + (1 - m) a, and what is fed
     forward of it is m d.
@@ -169,7 +169,8 @@ def _apply(K: Any) -> None:
     for i in range(chain.n):
         least = max(abs(learned.rotor[i]) - learned.sigma[i], 0.0)
         used = least if learned.rotor[i] > 0.0 else -least
-        _weigh(K, i, used - learned.used[i])
+        if K.faults.working < chain.n:
+            _weigh(K, i, used - learned.used[i])
         learned.used[i] = used
         chain.armature[i] = learned.base_armature[i] + used
     body, m = chain.tip_joint, learned.load[0]
