@@ -16,6 +16,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.learned_room import LATER
+from ftqp.kernel.layout.thresholds import STANDS
 
 SLOWLY = 0.2
 """Share of the difference by which the slow means follow at each estimate: what changes within 25 ms is
@@ -35,7 +36,13 @@ STAYS = 1.0
 campaigns have not contradicted."""
 MOST_KNOWN = 100.0
 """Information that is kept [1/ticks2]: a tenth of a tick is as well as it need be known, and one that changes
-is then learned anew."""
+is then learned anew. A guess that the campaigns have not contradicted."""
+EXPLAINS = 0.5
+"""A delay is one that explains at least this share of what the equations miss, squared: what pushes or holds
+an arm shakes it, too, and is no delay. By convention half, where it explains more than it leaves."""
+QUIET = 100
+"""So many estimates in a row, half a second, in which the arm moves and nothing shakes say that the delay is
+right. A guess that the campaigns have not contradicted."""
 SETTLES = 8
 """So many estimates after a change the filters hold torques of both delays: eight of their time constants. A
 guess that the campaigns have not contradicted."""
@@ -46,8 +53,8 @@ def forget_delay(K: Any) -> None:
     """Samples come when it was stated."""
     learned = K.learned
     _set_delay(K, -learned.later)
-    learned.until_later = 0
-    learned.delay_known = learned.delay_moment = 0.0
+    learned.until_later = learned.quiet = learned.shook = 0
+    learned.delay_known = learned.delay_moment = learned.delay_missed = 0.0
 
 
 @jit
@@ -75,28 +82,62 @@ def hear_delay(K: Any, i: int, off: float, weight: float) -> None:
     learned.slope_mean[i] += SLOWLY * (learned.slope[i] - learned.slope_mean[i])
     if learned.until_later > 0 or weight <= 0.0 or abs(a) < SHAKES or K.feedback.unresponsive[i]:
         return
+    learned.shook = 1
     far = max(abs(y) - 2.0 * LATER * abs(x), 0.0)
     if weight * far * far < UNSURE * UNSURE:
         learned.delay_known += weight * x * x
         learned.delay_moment += weight * x * y
+        learned.delay_missed += weight * y * y
+
+
+@jit
+def _is_believed(K: Any) -> bool:
+    """Whether the arm has moved for a while and nothing shook: the delay that counts is right, and stays.
+
+    What shakes later is pushed, or held, or a fault; unless it goes on for as long. ``quiet`` is above
+    ``QUIET`` while the delay is believed.
+    """
+    learned, state = K.learned, K.state
+    shook, moves = learned.shook, False
+    for i in range(K.chain.n):
+        moves = moves or abs(state.v_command[i]) > STANDS * K.limits.v_max[i]
+    learned.shook = 0
+    if learned.quiet <= QUIET:
+        learned.quiet = 0 if shook else learned.quiet + int(moves)
+        if learned.quiet < QUIET:
+            return False
+        learned.quiet = 2 * QUIET
+    learned.quiet = learned.quiet - 1 if shook else min(learned.quiet + 1, 2 * QUIET)
+    learned.delay_known = learned.delay_moment = learned.delay_missed = 0.0
+    if learned.quiet <= QUIET:
+        learned.quiet = 0
+    return True
 
 
 @jit
 def follow_delay(K: Any) -> None:
     """Another number of ticks counts once it is likely."""
     learned = K.learned
+    if _is_believed(K):
+        return
     if learned.until_later > 0:
         learned.until_later -= 1
         return
     if learned.delay_known > MOST_KNOWN:
-        learned.delay_moment *= MOST_KNOWN / learned.delay_known
+        less = MOST_KNOWN / learned.delay_known
+        learned.delay_moment *= less
+        learned.delay_missed *= less
         learned.delay_known = MOST_KNOWN
     left = learned.delay_moment / (STAYS + learned.delay_known)
     likely = min(max(learned.later + floor(left + 0.5), 0), LATER)
     while learned.by_delay[likely, 0] <= 0.0:  # so late a sample is beyond what is kept of the past
         likely -= 1
     change = likely - learned.later
+    explained = learned.delay_moment * learned.delay_moment
+    if explained < EXPLAINS * learned.delay_missed * learned.delay_known:
+        return
     if abs(left) > ADOPTED and change != 0:
+        learned.delay_missed += change * (change * learned.delay_known - 2.0 * learned.delay_moment)
         learned.delay_moment -= change * learned.delay_known
         learned.until_later = SETTLES
         _set_delay(K, change)

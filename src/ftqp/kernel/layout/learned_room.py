@@ -35,14 +35,18 @@ def learned_fields(N: int) -> Fields:
 
     ``later``: ticks that samples come later than was stated; ``until_later``: estimates until the delay is
     learned again; ``delay_known`` and ``delay_moment``: information of what is left of it [1/ticks2] and its
-    product with that; ``slope``: of the filtered torque [N m/s or N/s]; ``slope_mean``, ``off_mean``,
-    ``a_mean``: slow means of it, of what the equation misses, and of ``a``. ``by_delay``: what the loop's
-    gains are with each number of ticks, in the order of ``PACES``; a stiffness of 0 is none.
+    product with that; ``delay_missed``: squares of what the equations miss; ``quiet``: estimates in which the
+    arm has moved and nothing shook; ``shook``: whether something did lately; ``slope``: of the filtered
+    torque [N m/s or N/s]; ``slope_mean``, ``off_mean``, ``a_mean``: slow means of it, of what the equation
+    misses, and of ``a``. ``by_delay``: what the loop's gains are with each number of ticks, in the order of
+    ``PACES``; a stiffness of 0 is none.
     """
     return [
-        *scalars("i8", "on based heard wait start every estimates until_kept working later until_later"),
+        *scalars(
+            "i8", "on based heard wait start every estimates until_kept working later until_later quiet shook"
+        ),
         *scalars("f8", "pole forget doubt gain begun felt reach base_mass base_lever base_stoutness"),
-        *scalars("f8", "delay_known delay_moment"),
+        *scalars("f8", "delay_known delay_moment delay_missed"),
         *integers({"fixed": (N,)}),
         *floats(dict.fromkeys(("q", "tau", "sense"), (POLES, N))),
         *floats(
