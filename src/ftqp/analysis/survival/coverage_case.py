@@ -269,8 +269,8 @@ def _rule(
     if post == "planner" or not (slower or fault == "locked"):
         if post not in (None, "planner") or len(failures[0]) > 1:
             raise InputError(
-                f"the planner goes on after one failure at a time, and always after one that is {fault!r}, "
-                "unless that is 'locked' or has less speed; leave post out, and give single joints"
+                "the planner goes on after one failure at a time, and always after one that is no lock "
+                "and no loss of speed, as of a free-swinging joint; leave post out, and give single joints"
             )
         return "planner"
     left = robot.nv - (0 if slower else len(failures[0]))
