@@ -51,3 +51,30 @@ def test_pair_of_which_one_was_held_for_a_moment_follows_again():
         arm.command(SimpleNamespace(tau=tau, brakes=arm.braked.copy()))
     assert planner.stopped_because is None
     assert np.linalg.norm(robot.pose(arm.q)[:3, 3] - target.position) < 2e-3
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("elbow", [-0.9, -1.6])
+def test_pair_of_a_healthy_arm_learns_its_rotors_while_it_is_soft_and_goes_on(elbow):
+    """Weak motors with rotors that nobody told of, on nearly one axis, look like motors that fail."""
+    pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
+    dt, n, noise = 1e-3, 7, 4e-5
+    robot = ftqp.robots.load("panda").with_limits(tau_max=[45.0] * 4 + [9.0] * 3)
+    q, rng = np.array([0.1, 0.1, 0.2, elbow, -0.1, 1.6, 0.1]), np.random.default_rng(2)
+    truth = ftqp.TrueArm(rotors=0.27, coulomb=0.2)
+    plant = ftqp.MujocoPlant(robot, dt, ftqp.JointServo(robot, "torque"), truth)
+    plant.reset(q, np.zeros(n))
+    task, stated = ftqp.Task(rows="position"), ftqp.Noise(q=1e-5)
+    planner = ftqp.Planner(robot, dt, drive="torque", noise=stated, task=task)
+    planner.reset(q)
+    path = ftqp.paths.Circle(robot.pose(q), 0.05, duration=3.5, axes=("x", "y"))
+    said, softened = set(), False
+    for k in range(3500):
+        measured = plant.q + noise * rng.standard_normal(n)
+        step = planner.step(measured, None, target_at(path, k * dt))
+        softened = softened or bool(planner._session.K.feedback.softened)
+        said.add(step.status.name)
+        plant.advance(step)
+    assert softened
+    assert said == {"OK"}
+    assert planner.learned.rotors[[0, 2]] == pytest.approx(0.27, abs=0.05)

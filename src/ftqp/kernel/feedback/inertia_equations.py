@@ -147,9 +147,9 @@ def _add_load(K: Any, i: int, share: float, A: Any, alpha: Any, w: Any) -> None:
 def take(K: Any) -> None:
     """The equations of this tick, one a joint, are added to the least squares.
 
-    A joint that has failed, whose number repeats oddly, that mimics another, or of a soft pair says nothing,
-    nor does any while something pushes the tip of an arm that has moved for a while; one that seems not to
-    obey says something of its own rotor, which may be why, and nothing of the load.
+    A joint that has failed, whose number repeats oddly, or that mimics another says nothing, nor does any
+    while something pushes the tip of an arm that has moved for a while; one that seems not to obey, or of a
+    soft pair, says something of its own rotor, which may be why, and nothing of the load.
     """
     learned, feedback, supposed = K.learned, K.feedback, K.supposed
     chain, kinematics, a = K.chain, K.kinematics, learned.a
@@ -181,10 +181,10 @@ def take(K: Any) -> None:
         information, moment = learned.information[i], learned.moment[i]
         says = K.faults.code[i] == HEALTHY and not feedback.bad[i] and not feedback.asks[i]
         says = says and not (pushed and learned.estimates > EXPERIENCED)
-        says = says and not is_soft(feedback, i) and chain.lead[i] == i
+        says = says and chain.lead[i] == i
         _load_row(K, i, A, alpha, w)
         row[0], row[1] = a[i], learned.sense[POLES - 1, i]
-        if feedback.unresponsive[i]:
+        if feedback.unresponsive[i] or is_soft(feedback, i):
             row[2] = row[3] = row[4] = row[5] = 0.0
         y = learned.sent[i] - kinematics.tau[i] + learned.used[i] * a[i]
         for k in range(4):

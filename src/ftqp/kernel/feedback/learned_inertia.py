@@ -13,6 +13,7 @@ from ftqp.kernel.arm.joined_bodies import join
 from ftqp.kernel.feedback.inertia_equations import SENSE, bounded_limit, hear, take
 from ftqp.kernel.feedback.inertia_squares import solve
 from ftqp.kernel.feedback.learned_delay import follow_delay, forget_delay
+from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.touch import adopt
 from ftqp.kernel.jit import jit, rare_jit
@@ -36,6 +37,10 @@ guess that the campaigns have not contradicted."""
 FARTHEST = 0.15
 """A load's centre is at most so far beyond the tip [m], as a wrong one has inertia by the square. A
 guess that the campaigns have not contradicted."""
+SUSPECTED_TIME = 0.3
+"""The rotor of a joint of a soft pair counts for all that may be missing after this time [s] at the earliest:
+a motor that is dead looks like a rotor, too, but for less than 0.1 s (tests/control/test_pairs.py). A guess
+that `ftqp campaign wrong-model` has not contradicted."""
 KEPT_FOR = 20
 """Estimates from one that is kept to the next: a tenth of a second. The oldest one that is kept, which is
 gone back to, so is from half a second ago, longer than a fault goes unnoticed."""
@@ -57,13 +62,6 @@ def forget_learned(K: Any) -> None:
 
 
 @jit
-def _trusted(K: Any) -> int:
-    """How many joints are taken to obey: those that work, less a soft pair."""
-    trusted: int = K.faults.working - 2 * K.feedback.softened
-    return trusted
-
-
-@jit
 def _begin(K: Any) -> None:
     """What the model says now is the base; what was learned beside it stays."""
     learned, chain = K.learned, K.chain
@@ -80,7 +78,7 @@ def _begin(K: Any) -> None:
         learned.base_inertia[k] = chain.inertia[body, k]
     for i in range(chain.n):
         learned.base_armature[i] = chain.armature[i]
-    learned.working = _trusted(K)
+    learned.working = K.faults.working
     _forget_news(K)
     _keep_alone(K)
     _apply(K)
@@ -164,11 +162,14 @@ def _apply(K: Any) -> None:
     """The arm that formulas see is the model with what was learned.
 
     Of a rotor its least likely value counts: a loop that takes a joint for lighter than it is stays stable.
+    That of a joint of a soft pair counts for more little by little.
     """
     learned, chain = K.learned, K.chain
     for i in range(chain.n):
         least = max(abs(learned.rotor[i]) - learned.sigma[i], 0.0)
         used = least if learned.rotor[i] > 0.0 else -least
+        if is_soft(K.feedback, i):
+            used = min(used, learned.used[i] + learned.doubt * learned.every * K.state.dt / SUSPECTED_TIME)
         if K.faults.working < chain.n:
             _weigh(K, i, used - learned.used[i])
         learned.used[i] = used
@@ -238,7 +239,7 @@ def _estimate(K: Any) -> None:
     solve(K)
     follow_delay(K)
     learned.estimates += 1
-    learned.until_kept -= 1
+    learned.until_kept -= 1 - K.feedback.softened  # what a suspected pair says is not gone back to
     if learned.estimates == KEPT_FOR:
         _keep_alone(K)
     elif learned.until_kept <= 0:
@@ -250,9 +251,8 @@ def _estimate(K: Any) -> None:
 def learn(K: Any, told: bool, first: bool) -> None:
     """Learn from this tick's samples what the model lacks, and let the arm that formulas see have it.
 
-    Every few ticks; the others only go through the filters. When a joint fails, is suspected in a pair,
-    or works again, what was learned lately is forgotten. A sample that was refused begins the filters
-    anew.
+    Every few ticks; the others only go through the filters. When a joint fails, or works again, what was
+    learned lately is forgotten. A sample that was refused begins the filters anew.
     """
     learned, feedback = K.learned, K.feedback
     if not learned.on:
@@ -261,8 +261,8 @@ def learn(K: Any, told: bool, first: bool) -> None:
         forget_learned(K)
     if not learned.based:
         _begin(K)
-    if _trusted(K) != learned.working:
-        learned.working = _trusted(K)
+    if K.faults.working != learned.working:
+        learned.working = K.faults.working
         _go_back(K)
     if feedback.refused or first:
         learned.heard = 0

@@ -6,7 +6,7 @@ from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.feedback.error_band import part_with
 from ftqp.kernel.feedback.inertia_equations import sense
-from ftqp.kernel.feedback.pairs import is_soft
+from ftqp.kernel.feedback.pairs import is_soft, soft_share
 from ftqp.kernel.feedback.reference import return_to_work
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
@@ -85,8 +85,8 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
         q, v = predicted(K.state, K.limits, feedback, q, v, past.a, i, feedback.d_hat[i])
     feedback.q_now[i], feedback.v_now[i] = q, v
     if healthy and not feedback.unresponsive[i]:
-        if not is_soft(feedback, i):
-            feedback.d_slow[i] += K.learned.slowness[i] * (feedback.d_hat[i] - feedback.d_slow[i])
+        pace = K.learned.slowness[i] * (soft_share(feedback, i) if is_soft(feedback, i) else 1.0)
+        feedback.d_slow[i] += pace * (feedback.d_hat[i] - feedback.d_slow[i])
     else:
         feedback.d_slow[i] = 0.0
 
