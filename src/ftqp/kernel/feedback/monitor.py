@@ -18,7 +18,7 @@ from ftqp.kernel.feedback.unresponsive import leave_out, may_suspect, unusual, w
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.stop_latch import latch
 from ftqp.kernel.layout.enums import ALL_BRAKES, HEALTHY, NO_BRAKES, STOPPED_BY_LAG, TORQUE_DRIVE
-from ftqp.kernel.layout.hypotheses import LEFT_BAND, SILENT, TOO_FAST
+from ftqp.kernel.layout.hypotheses import LEFT_BAND, SILENT, TOO_FAST, TOUCHED
 
 OVERSPEED = 0.2
 """A joint that goes on faster than asked, and than its limit, by this share of the limit is too fast. A guess
@@ -49,6 +49,8 @@ def watch_torques(K: Any) -> None:
     if is_known(K.state, K.learned):
         if K.faults.working == K.chain.n:
             feel_touch(K, NOISE_LEVELS)
+        else:  # what looked like one was the failure
+            feedback.touched = feedback.lasting[TOUCHED, 0] = 0
         if suspect >= 0 and (
             not may_suspect(K.faults, feedback, K.chain, K.state) or is_push(K, feedback.odd)
         ):
