@@ -6,7 +6,7 @@ from typing import Any
 from ftqp.kernel.feedback.error_band import part_with
 from ftqp.kernel.feedback.lasting import has_lasted, lasts
 from ftqp.kernel.feedback.observer import advanced, corrected, plausible, predicted
-from ftqp.kernel.feedback.pairs import ALONE, NOISE_LEVELS, heeds, partner
+from ftqp.kernel.feedback.pairs import ALONE, NOISE_LEVELS, heeds, is_soft, partner
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY
@@ -163,7 +163,7 @@ def unusual(state: Any, faults: Any, limits: Any, feedback: Any, chain: Any) -> 
         total += energy
         if energy > most:
             worst, most, found = i, energy, rho
-    if worst < 0 or feedback.touched or partner(feedback, chain, worst) >= 0:
+    if worst < 0 or feedback.touched or is_soft(feedback, worst) or partner(feedback, chain, worst) >= 0:
         return -1
     if most < ALONE * total or abs(found) < MISSING_SHARE * limits.tau_max[worst]:
         return -1
