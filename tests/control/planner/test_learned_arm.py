@@ -56,6 +56,14 @@ def test_dry_friction_is_learned_joint_by_joint():
     np.testing.assert_allclose(planner.learned.friction[moved], 0.3, atol=0.15)
 
 
+def test_an_arm_that_rests_keeps_what_it_knows_of_its_rotors():
+    """Noise of the samples had let them fade to nothing within two seconds; a factor of two is enough."""
+    planner, ride = ridden(seconds=8.0, rotors=0.1, noise=5e-5, friction=0.2)
+    assert set(ride.status) == {"OK"}
+    assert planner.learned.rotors.min() > 0.05
+    assert planner.learned.rotors.max() < 0.2
+
+
 @pytest.mark.parametrize("late", [0, 2, 4])
 def test_samples_that_come_later_than_stated_are_known_to_from_how_the_arm_shakes(late):
     planner, ride = ridden(seconds=2.0, rotors=0.1, mass=2.0, noise=1e-5, latency=late)

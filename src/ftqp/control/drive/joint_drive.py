@@ -253,7 +253,7 @@ class Drive:
             "forget": exp(-every * dt / REMEMBERED),
             "doubt": self.doubt,
             "gain": gain,
-            "felt": noise.q * felt(rate, dt),
+            "felt": felt(rate, dt),
             "slowness": gain,
         }
 

@@ -26,7 +26,8 @@ def learned_fields(N: int) -> Fields:
     joints that worked at the last tick. ``pole``: of the filters; ``forget``: what an estimate leaves of
     the information of the one before; ``doubt``: rotor inertia that the model may lack [kg m2 or kg];
     ``gain``: of d_slow. ``q``, ``tau``, ``sense``: filters in a row, of samples, torques and the sense of
-    motion; ``q_was``, ``tau_was``: their last outputs; ``a``, ``sent``: acceleration and torque that are
+    motion; ``felt``: what they make of the noise of samples, as an acceleration, ``noise``: its variance,
+    from the samples ``raw``; ``q_was``, ``tau_was``: their last outputs; ``a``, ``sent``: acceleration and torque that are
     looked at. ``information`` and ``moment``: of the least squares of a joint's torque, in the order
     rotor, friction, mass, first moment. ``rotor``, ``friction``, ``load``: estimates; ``sigma``: how
     wrong the rotor may be, ``missed``: mean square of what the equations miss, in units of what is taken
@@ -51,11 +52,14 @@ def learned_fields(N: int) -> Fields:
         *floats(dict.fromkeys(("q", "tau", "sense"), (POLES, N))),
         *floats(
             dict.fromkeys(
-                ("rotor", "friction", "sigma", "used", "slowness", "missed", "base_armature", "a", "sent"),
+                (
+                    *("rotor", "friction", "sigma", "used", "slowness", "missed", "base_armature"),
+                    *("a", "sent", "noise"),
+                ),
                 (N,),
             )
         ),
-        *floats({"one": (POLES,), "q_was": (2, N), "tau_was": (N,), "moment": (N, UNKNOWNS)}),
+        *floats({"one": (POLES,), "raw": (3, N), "q_was": (2, N), "tau_was": (N,), "moment": (N, UNKNOWNS)}),
         *floats({"information": (N, UNKNOWNS, UNKNOWNS), "row": (UNKNOWNS,)}),
         *floats({"load": (4,), "base_com": (3,), "base_inertia": (6,), "S": (4, 4), "total": (4,)}),
         *floats(dict.fromkeys(("slope", "slope_mean", "off_mean", "a_mean"), (N,))),
