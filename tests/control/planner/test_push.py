@@ -10,8 +10,16 @@ DT = 0.002
 PANDA = ftqp.robots.load("panda")
 
 
-def pushed(drive, force, detector=None, seconds=1.4):
-    """A Panda that holds its place is pushed from 0.8 to 1.1 s: the planner, and the forces it named."""
+def pushed(drive, force, detector=None, seconds=1.4, locks=None):
+    """A Panda that holds its place is pushed from 0.8 to 1.1 s: the planner, and the forces it named.
+
+    Args:
+        drive: What it takes.
+        force: That pushes [N].
+        detector: Of the planner.
+        seconds: How long.
+        locks: The joint that locks at 1 s, which is told.
+    """
     planner = ftqp.Planner(PANDA, DT, drive=drive, noise=ftqp.Noise(q=1e-5), detector=detector)
     plant = ftqp.MujocoPlant(PANDA, DT, ftqp.JointServo(PANDA, drive))
     plant.reset(PANDA.neutral, np.zeros(7))
@@ -23,6 +31,9 @@ def pushed(drive, force, detector=None, seconds=1.4):
     for k in range(round(seconds / DT)):
         if k in (400, 550):
             plant.push(force if k == 400 else np.zeros(3))
+        if k == 500 and locks is not None:
+            plant.fail(ftqp.Locked(locks))
+            planner.report(ftqp.Locked(locks))
         target.pose[:], target.twist[:] = way.pose[k], way.twist[k]
         target.acceleration[:] = way.acceleration[k]
         step = planner.step(plant.q + 1e-5 * rng.standard_normal(7), None, target)
@@ -48,6 +59,13 @@ def test_a_detector_finds_no_joint(drive):
     planner, _, felt = pushed(drive, (0.0, 10.0, -50.0), ftqp.Detector())
     assert felt and min(felt) < 430
     assert not planner.findings and planner.stopped_because is None
+
+
+def test_a_push_is_over_once_a_failure_is_known():
+    """It may have been the failure; while it went on for good nothing was learned any more."""
+    planner, named, _ = pushed("torque", (0.0, 30.0, 0.0), locks=3)
+    assert 490 in named
+    assert max(named) <= 501 and planner.touch is None
 
 
 def test_a_push_that_is_none_is_refused():

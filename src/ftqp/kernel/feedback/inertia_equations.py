@@ -69,7 +69,7 @@ def _filtered(learned: Any, filters: Any, i: int, x: float) -> float:
 
 @jit
 def _measure_noise(learned: Any, i: int, q: float, dt: float) -> None:
-    """The variance of a joint's samples, from their third difference, which of white noise has 20 times it."""
+    """The variance of a joint's samples; the third difference of white noise has 20 times that."""
     raw = learned.raw
     third = q - 3.0 * raw[0, i] + 3.0 * raw[1, i] - raw[2, i]
     raw[2, i], raw[1, i], raw[0, i] = raw[1, i], raw[0, i], q

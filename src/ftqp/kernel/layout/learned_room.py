@@ -27,11 +27,11 @@ def learned_fields(N: int) -> Fields:
     the information of the one before; ``doubt``: rotor inertia that the model may lack [kg m2 or kg];
     ``gain``: of d_slow. ``q``, ``tau``, ``sense``: filters in a row, of samples, torques and the sense of
     motion; ``felt``: what they make of the noise of samples, as an acceleration, ``noise``: its variance,
-    from the samples ``raw``; ``q_was``, ``tau_was``: their last outputs; ``a``, ``sent``: acceleration and torque that are
-    looked at. ``information`` and ``moment``: of the least squares of a joint's torque, in the order
-    rotor, friction, mass, first moment. ``rotor``, ``friction``, ``load``: estimates; ``sigma``: how
-    wrong the rotor may be, ``missed``: mean square of what the equations miss, in units of what is taken
-    for noise; ``fixed``: whether rotor and friction are at a bound; ``used``: the rotor that counts.
+    from the samples ``raw``; ``q_was``, ``tau_was``: their last outputs; ``a``, ``sent``: acceleration and
+    torque that are looked at. ``information`` and ``moment``: of the least squares of a joint's torque, in
+    the order rotor, friction, mass, first moment. ``rotor``, ``friction``, ``load``: estimates; ``sigma``:
+    how wrong the rotor may be, ``missed``: mean square of what the equations miss, in units of what is
+    taken for noise; ``fixed``: whether rotor and friction are at a bound; ``used``: the rotor that counts.
     ``slowness``: of d_slow of each joint.
 
     ``later``: ticks that samples come later than was stated; ``until_later``: estimates until the delay is
