@@ -12,6 +12,7 @@ from ftqp.core.errors import InputError, MissingPackage
 from ftqp.model.audit import Finding, note, unsafe
 from ftqp.model.chain import kind
 from ftqp.model.followers import Follower
+from ftqp.model.reading.mjcf_motors import motor_limits
 from ftqp.model.reading.safe_xml import xml_of
 from ftqp.model.reading.source import Source, source_of
 
@@ -59,11 +60,16 @@ def read(source: Any) -> Source:
         if joint.get("active", "true") == "true"
     }
     read_model = source_of(model)
+    most, wrong = motor_limits(root)
+    limits = {
+        name: {**written, "tau_max": min(written["tau_max"], most.get(name, np.inf))}
+        for name, written in read_model.limits.items()
+    }
     return Source(
         model=model,
-        limits=read_model.limits,
+        limits=limits,
         followers=followers,
-        findings=findings,
+        findings=[*findings, *wrong],
         postures=read_model.postures,
     )
 
