@@ -109,9 +109,9 @@ class Readers:
     ) -> Self:
         """A robot from a MuJoCo model file; the tip may be a body or a site.
 
-        MJCF has no limits of velocity or acceleration: give ``limits={"v_max": ...}``. Those of torque are the
-        ``actuatorfrcrange`` of a joint, or what its actuators give together, whatever is less: their range of
-        force, and of control where they are motors, times their gear.
+        MJCF has no limits of velocity or acceleration: give ``limits={"v_max": ...}``. Those of torque are
+        the ``actuatorfrcrange`` of a joint, or what its actuators give together, whatever is less: their
+        range of force, and of control where they are motors, times their gear.
 
         Args:
             source: The path of a file, or the XML itself.
