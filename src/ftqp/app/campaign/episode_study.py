@@ -160,7 +160,7 @@ class EpisodeWork:
     def row_of(self, number: int, content: dict[str, Any]) -> dict[str, Any]:
         """What came of an episode, by column, from its tables."""
         try:
-            with _quietly():
+            with quietly():
                 return self._judged(self.campaign.setup_of(number, content))
         except ScenarioError as error:
             return {"outcome": REFUSED, "sentences": str(error), "ticks": 0}
@@ -235,7 +235,7 @@ class EpisodeWork:
 
 
 @contextmanager
-def _quietly() -> Iterator[None]:
+def quietly() -> Iterator[None]:
     """What a planner tells its operator is not shown meanwhile."""
     log = logging.getLogger("ftqp")
     before = log.level

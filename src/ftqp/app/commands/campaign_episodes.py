@@ -7,7 +7,7 @@ from typing import Any, Final
 from ftqp import __version__
 from ftqp.app.campaign.campaign_summary import fallback_share, summary
 from ftqp.app.campaign.episode_rows import episode_rows
-from ftqp.app.campaign.episode_study import COLUMNS, KIND, Campaign, EpisodeWork
+from ftqp.app.campaign.episode_study import COLUMNS, KIND, Campaign, EpisodeWork, quietly
 from ftqp.app.campaign.kept_campaign import STUDY
 from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
 from ftqp.app.output.console import ExitCode, answer, json_text, tell, tell_table
@@ -66,7 +66,9 @@ def replay_episode(made: Campaign, number: int, out: Path | None, *, as_json: bo
     setup, (_, drawn) = made.setup(number), made.drawn(number)
     folder = runs.free_folder(out, setup.name)
     result = runs.run(setup, folder)
-    seen = EpisodeWork(campaign=made).verdict(made.setup(number), load_log(folder))
+    with quietly():  # the same was said of the run
+        again = made.setup(number)
+    seen = EpisodeWork(campaign=made).verdict(again, load_log(folder))
     facts: dict[str, Any] = {
         "campaign": made.name,
         "episode": number,
