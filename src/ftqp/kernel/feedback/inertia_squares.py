@@ -19,6 +19,11 @@ MASS_PACE = 0.3
 """... mass [kg] ..."""
 MOMENT_PACE = 0.02
 """... and first moment [kg m] of a load. Guesses that the campaigns have not contradicted."""
+BESIDE_TIP = 0.02
+"""First moment [kg m] that a load is taken to have beside the tip, across the last joint's axis, as long as
+nothing says more: a kilogram two centimetres off. An arm that hardly moves says nothing of one along gravity,
+and beside the axis of a light wrist it would be most of its inertia. A guess that `ftqp campaign wrong-model`
+has not contradicted."""
 MOST_DOUBTS = 10.0
 """A rotor may be so many times what is said to be doubtful. A guess that the campaigns have not
 contradicted."""
@@ -82,6 +87,7 @@ def _solve_load(K: Any) -> None:
     """The load, whatever rotors and friction are then: they are eliminated joint by joint."""
     learned, limits = K.learned, K.limits
     S, total = learned.S, learned.total
+    firm = 1.0 / (BESIDE_TIP * BESIDE_TIP)
     for k in range(4):
         pace = MASS_PACE if k == 0 else MOMENT_PACE
         stay = 1.0 / (pace * pace)
@@ -89,6 +95,11 @@ def _solve_load(K: Any) -> None:
             S[k, l] = 0.0
         S[k, k] = stay
         total[k] = stay * learned.load[k]
+    for k in range(2):  # across the last joint's axis, which is z
+        t = K.chain.tip_translation[k]
+        S[1 + k, 1 + k] += firm
+        S[1 + k, 0] -= firm * t
+        S[0, 0] += firm * t * t
     for i in range(K.chain.n):
         information, moment = learned.information[i], learned.moment[i]
         p00, p01, p11, r0, r1 = _own(learned, limits, i)
