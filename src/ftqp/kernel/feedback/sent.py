@@ -150,9 +150,9 @@ def _send_to_unresponsive(limits: Any, feedback: Any, chain: Any, past: Any, i: 
 
 
 @jit
-def _feedback(limits: Any, i: int, w: float, off: float, v: float, seen: float) -> float:
-    """w^2 e + 2 w (v_r - v^), which is 2 w (v_r + w/2 e - v^): it seeks no speed beyond the joint's limit."""
-    top, sought = max(limits.v_max[i], abs(v)), v + 0.5 * w * off
+def _feedback(top: float, w: float, off: float, v: float, seen: float) -> float:
+    """w^2 e + 2 w (v_r - v^) = 2 w (v_r + w/2 e - v^); it seeks no speed that the reference may not have."""
+    top, sought = max(top, abs(v)), v + 0.5 * w * off
     if abs(sought) > top:
         return 2.0 * w * ((top if sought > 0.0 else -top) - seen)
     return w * w * off + 2.0 * w * (v - seen)
@@ -175,7 +175,8 @@ def _torques(K: Any) -> None:
         wanted[i] = state.a_command[i]
         feedback.softly[i] = 0.0
         if faults.code[i] == HEALTHY and not feedback.bad[i]:
-            back = _feedback(limits, i, w, state.q[i] - feedback.q_now[i], state.v[i], feedback.v_now[i])
+            top = (1.0 - feedback.speed_margin) * limits.v_max[i]
+            back = _feedback(top, w, state.q[i] - feedback.q_now[i], state.v[i], feedback.v_now[i])
             most = FEEDBACK_SHARE * limits.tau_max[i] / M[i, i]
             back = min(max(back, -most), most)
             if is_soft(feedback, i):
