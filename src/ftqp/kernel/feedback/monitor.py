@@ -74,12 +74,16 @@ def watch_torques(K: Any) -> None:
 
 @jit
 def watch_motion(K: Any) -> None:
-    """The joints that are out of hand, whatever the drive: out of their bands in a stop, or too fast."""
+    """The joints that are out of hand, whatever the drive: out of their bands in a stop, or too fast.
+
+    What an impact has thrown is brought back, and is not out of hand: a brake that closed now would be a
+    second impact for the others.
+    """
     feedback, past, top = K.feedback, K.past, K.limits.v_max
     feedback.any_counted = 0
     then = slot(feedback, feedback.latency)
     for i in range(K.chain.n):
-        if K.faults.code[K.chain.lead[i]] != HEALTHY:
+        if K.faults.code[K.chain.lead[i]] != HEALTHY or feedback.thrown > 0.0:
             feedback.lasting[LEFT_BAND, i] = feedback.lasting[TOO_FAST, i] = 0
             continue
         band = error_band(feedback, past, i)

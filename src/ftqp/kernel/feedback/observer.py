@@ -86,7 +86,8 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
     feedback.q_now[i], feedback.v_now[i] = q, v
     if healthy and not feedback.unresponsive[i]:
         pace = K.learned.slowness[i] * (soft_share(feedback, i) if is_soft(feedback, i) else 1.0)
-        feedback.d_slow[i] += pace * (feedback.d_hat[i] - feedback.d_slow[i])
+        if feedback.thrown == 0.0:  # an impact is no disturbance that lasts
+            feedback.d_slow[i] += pace * (feedback.d_hat[i] - feedback.d_slow[i])
     else:
         feedback.d_slow[i] = 0.0
 
@@ -135,6 +136,7 @@ def observe(K: Any, first: bool) -> None:
     feedback = K.feedback
     then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
     together = feedback.latency == 0 and not first and not feedback.softened
+    together = together and feedback.thrown == 0.0
     for at in range(0, K.chain.n, WIDTH):
         if not together or not _observe_block(
             K.state, K.faults, K.limits, feedback, K.past, K.learned, at, before

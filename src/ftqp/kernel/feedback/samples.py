@@ -75,7 +75,7 @@ def begin(K: Any) -> None:
     feedback.now = 0
     feedback.refused = feedback.holding = feedback.exact = feedback.lagging = feedback.far = 0
     feedback.gap = feedback.rate_change = feedback.late = feedback.up = 0.0
-    feedback.wide = feedback.gap_filtered = feedback.waited = feedback.spent_elsewhere = 0.0
+    feedback.wide = feedback.thrown = feedback.gap_filtered = feedback.waited = feedback.spent_elsewhere = 0.0
     feedback.rate = 1.0
     feedback.speed_margin = 0.0
     feedback.quiet = feedback.unresponsive_count = feedback.heard = 0
@@ -206,7 +206,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
         return
     possible = _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
     if not possible and feedback.wide == 0.0 and _struck(K):
-        feedback.wide = IMPACT_TIME
+        feedback.wide = feedback.thrown = IMPACT_TIME
         possible = _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
     if healthy or feedback.sigma > 0.0:
         look_at_repeats(state, K.limits, feedback, i, sample, v)
@@ -279,6 +279,7 @@ def believe(K: Any) -> None:
     feedback.refused = feedback.holding = 0
     if feedback.wide > 0.0:
         feedback.wide = max(0.0, feedback.wide - K.state.dt)
+        feedback.thrown = max(0.0, feedback.thrown - K.state.dt)
     elsewhere = _drop_broken_tip(K.task) or state.unusable == NOT_FINITE
     together = feedback.sigma == 0.0 and faults.movable == faults.working  # noise: frozen sensors are counted
     together = together and state.unusable != NOTHING_HEARD

@@ -20,7 +20,8 @@ def feedback_fields(N: int) -> Fields:
     ``moved``; ``increment``: the smallest step between samples, ``way``: the farthest that the reference
     went while a working sensor repeated itself, ``restless``: samples that jittered at rest; ``held``:
     samples that repeat are looked through, see ``ftqp.kernel.feedback.repeats``, ``holding`` of them;
-    ``wide``: for how long samples may still be those of an impact [s]; ``spent``: patience that bad ones
+    ``wide``: for how long samples may still be far off, after an impact or a late loop, ``thrown``: the
+    same after an impact alone [s]; ``spent``: patience that bad ones
     have cost [s]; ``lasting``: ticks for which each hypothesis of the monitor has had evidence, those of
     the whole arm at joint 0; ``any_counted``: some joint is out of hand; ``asks``: for its brake, as
     ``brakes`` says that the
@@ -51,7 +52,7 @@ def feedback_fields(N: int) -> Fields:
         *scalars(
             "f8", "tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed"
         ),
-        *scalars("f8", "waited spent_elsewhere speed_margin wide strongest"),
+        *scalars("f8", "waited spent_elsewhere speed_margin wide thrown strongest"),
         *floats(dict.fromkeys(("c", "c_rate", "push", "off", "left"), (6,))),
         *floats(dict.fromkeys(names, (N,))),
         *integers(dict.fromkeys(("age", "held", "lost", "bad", "still", "known_failed"), (N,))),
