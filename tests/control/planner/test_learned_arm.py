@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio
 import pytest
 from tests.ride import DT, START, Ride, circle
-from tests.servo_arm import TorqueArm
+from tests.servo_arm import TorqueArm, Unheeding
 
 import ftqp
 
@@ -122,6 +122,17 @@ def test_a_motor_that_has_lost_nearly_all_its_torque_leaves_numbers():
 
     planner, _ = ridden(seconds=1.5, rotors=0.05, events={700: [weaken]})
     assert np.isfinite(planner.learned.rotors).all() and np.isfinite(planner.learned.friction).all()
+
+
+def test_friction_of_a_joint_that_swings_freely_is_learned_as_no_motor_moves_it():
+    def let_go(planner, arm):
+        arm.dead = 1
+        planner.report(ftqp.FreeSwinging(1))
+
+    planner = ftqp.Planner(PANDA, DT, drive="torque", noise=ftqp.Noise(q=1e-5))
+    arm = Unheeding(PANDA, START, DT, friction=1.0, sigma=1e-5)
+    Ride(PANDA, planner, arm, circle(PANDA, START), 1.4, {1000: [let_go]})
+    assert planner.learned.friction[1] == pytest.approx(1.0, abs=0.3)
 
 
 def test_what_was_learned_just_before_a_failure_is_taken_back():

@@ -18,7 +18,7 @@ from ftqp.kernel.feedback.learned_delay import hear_delay
 from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.kernel.layout.enums import FREE, HEALTHY
 from ftqp.kernel.layout.hypotheses import TOUCHED
 from ftqp.kernel.layout.learned_room import POLES, UNKNOWNS
 from ftqp.kernel.maths.vectors import cross
@@ -29,6 +29,10 @@ campaigns have not contradicted."""
 TORQUE_NOISE = 0.01
 """Share of a joint's torque limit that the equation misses for other reasons. A guess that the campaigns
 have not contradicted."""
+STANDS_STILL = 0.005
+"""A joint with friction that is seen, and is to be, slower than this [rad/s or m/s] says nothing of its
+rotor: friction holds it, and its accelerations are noise, which the loop passes on to its torques. Twice the
+speed that noise of 5e-5 rad makes of one that stands. A guess that the campaigns have not contradicted."""
 AT_REST = 1e-3
 """Slower than this [rad/s or m/s] an arm is taken to begin at rest. A guess that the campaigns have not
 contradicted."""
@@ -50,6 +54,17 @@ def bounded_limit(limits: Any, i: int) -> float:
     """The torque limit of joint i of which shares are taken [N m or N]."""
     limit: float = min(max(limits.tau_max[i], LEAST_LIMIT), UNBOUNDED)
     return limit
+
+
+@jit
+def is_heard(K: Any, i: int) -> bool:
+    """Whether the torque of joint i is known: it works, or swings freely, away from its stops, without any.
+
+    Not before the filters have forgotten what its motor gave; and after an impact nothing is heard.
+    """
+    code = K.faults.code[i]
+    heard: bool = code == HEALTHY or (code == FREE and K.free.contact[i] == 0 and K.learned.until_free == 0)
+    return heard and K.feedback.thrown == 0.0
 
 
 @jit
@@ -121,6 +136,7 @@ def hear(K: Any) -> None:
         learned.q_was[1, i], learned.q_was[0, i] = last, q
         learned.tau_was[i] = tau
     learned.heard += 1
+    learned.until_free = max(learned.until_free - 1, 0)
 
 
 @jit
@@ -164,7 +180,7 @@ def _add_load(K: Any, i: int, share: float, A: Any, alpha: Any, w: Any) -> None:
 def take(K: Any) -> None:
     """The equations of this tick, one a joint, are added to the least squares.
 
-    A joint that has failed, whose number repeats oddly, or that mimics another says nothing, nor does any
+    A joint that is locked, whose number repeats oddly, or that mimics another says nothing, nor does any
     while something pushes the tip of an arm that has moved for a while; one that seems not to obey, or of a
     soft pair, says something of its own rotor, which may be why, and nothing of the load.
     """
@@ -196,7 +212,7 @@ def take(K: Any) -> None:
     row = learned.row
     for i in range(chain.n):
         information, moment = learned.information[i], learned.moment[i]
-        says = K.faults.code[i] == HEALTHY and not feedback.bad[i] and not feedback.asks[i]
+        says = is_heard(K, i) and not feedback.bad[i] and not feedback.asks[i]
         says = says and not (pushed and learned.estimates > EXPERIENCED)
         says = says and chain.lead[i] == i
         _load_row(K, i, A, alpha, w)
@@ -205,13 +221,14 @@ def take(K: Any) -> None:
             row[2] = row[3] = row[4] = row[5] = 0.0
         y = learned.sent[i] - kinematics.tau[i] + learned.used[i] * a[i]
         noise_of_a = learned.felt * learned.felt * learned.noise[i]
-        if learned.sigma[i] * a[i] * a[i] < feedback.M[i, i] * noise_of_a:
+        noise = TORQUE_NOISE * bounded_limit(K.limits, i)
+        sticks = learned.friction[i] * (learned.begun - abs(row[1]))
+        stands = sticks > noise and max(abs(supposed.v[i]), abs(K.state.v_command[i])) < STANDS_STILL
+        if stands or learned.sigma[i] * a[i] * a[i] < feedback.M[i, i] * noise_of_a:
             row[0] = 0.0
             y -= learned.rotor[i] * a[i]
         for k in range(4):
             y += row[2 + k] * learned.load[k]
-        noise = TORQUE_NOISE * bounded_limit(K.limits, i)
-        sticks = learned.friction[i] * (learned.begun - abs(row[1]))
         weight = 1.0 / (noise * noise + sticks * sticks) if says else 0.0
         off = learned.sent[i] - kinematics.tau[i] + (learned.used[i] - learned.rotor[i]) * a[i]
         off -= learned.friction[i] * row[1]

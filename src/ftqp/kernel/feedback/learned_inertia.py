@@ -17,6 +17,7 @@ from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.touch import adopt
 from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.layout.enums import FREE, HEALTHY
 from ftqp.kernel.layout.learned_room import KEPT, UNKNOWNS
 from ftqp.kernel.layout.thresholds import PUSHED
 
@@ -86,15 +87,20 @@ def _begin(K: Any) -> None:
 
 
 @jit
+def _forget_joint(learned: Any, i: int) -> None:
+    """What joint i said counts no more."""
+    for k in range(UNKNOWNS):
+        learned.moment[i, k] = 0.0
+        for l in range(UNKNOWNS):
+            learned.information[i, k, l] = 0.0
+
+
+@jit
 def _forget_news(K: Any) -> None:
     """The filters begin anew, and what was heard so far counts no more."""
-    learned = K.learned
-    learned.heard = 0
+    K.learned.heard = 0
     for i in range(K.chain.n):
-        for k in range(UNKNOWNS):
-            learned.moment[i, k] = 0.0
-            for l in range(UNKNOWNS):
-                learned.information[i, k, l] = 0.0
+        _forget_joint(K.learned, i)
 
 
 @jit
@@ -125,7 +131,11 @@ def _keep_alone(K: Any) -> None:
 
 @jit
 def _go_back(K: Any) -> None:
-    """A joint has failed, or works again: what was learned while nobody knew of it counts no more."""
+    """A joint has failed, or works again: what was learned while nobody knew of it counts no more.
+
+    What the others have said holds all the same, as their torques were what was sent, and is heard again at
+    once: a wrist that has to move now has no time to wait for other news.
+    """
     learned = K.learned
     for i in range(K.chain.n):
         learned.rotor[i], learned.friction[i] = (
@@ -135,7 +145,11 @@ def _go_back(K: Any) -> None:
         learned.sigma[i] = learned.kept_sigma[KEPT - 1, i]
     for k in range(4):
         learned.load[k] = learned.kept_load[KEPT - 1, k]
-    _forget_news(K)
+    for i in range(K.chain.n):
+        if K.faults.code[i] != HEALTHY or K.feedback.unresponsive[i]:
+            _forget_joint(learned, i)
+        if K.faults.code[i] == FREE:
+            learned.friction[i], learned.until_free = K.faults.coulomb[i], learned.start
     _keep_alone(K)
     _apply(K)
 
@@ -175,6 +189,8 @@ def _apply(K: Any) -> None:
             _weigh(K, i, used - learned.used[i])
         learned.used[i] = used
         chain.armature[i] = learned.base_armature[i] + used
+        if K.faults.code[i] == FREE:
+            K.faults.coulomb[i] = learned.friction[i]
     body, m = chain.tip_joint, learned.load[0]
     if not m > LEAST_MASS:
         chain.mass[body] = learned.base_mass

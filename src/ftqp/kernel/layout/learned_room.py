@@ -22,17 +22,18 @@ def learned_fields(N: int) -> Fields:
     ``on``: it is learned; ``based``: ``base_`` holds the model; ``heard``: ticks since the filters began;
     ``start``: ticks until they have forgotten how they began in motion, ``wait``: until they count;
     ``begun``: what they make of a constant, ``one`` its filter; ``every``: ticks between two estimates;
-    ``estimates``: how many there were; ``until_kept``: estimates until the next one is kept; ``working``:
-    joints that worked at the last tick. ``pole``: of the filters; ``forget``: what an estimate leaves of
-    the information of the one before; ``doubt``: rotor inertia that the model may lack [kg m2 or kg];
-    ``gain``: of d_slow. ``q``, ``tau``, ``sense``: filters in a row, of samples, torques and the sense of
-    motion; ``felt``: what they make of the noise of samples, as an acceleration, ``noise``: its variance,
-    from the samples ``raw``; ``q_was``, ``tau_was``: their last outputs; ``a``, ``sent``: acceleration and
-    torque that are looked at. ``information`` and ``moment``: of the least squares of a joint's torque, in
-    the order rotor, friction, mass, first moment. ``rotor``, ``friction``, ``load``: estimates; ``sigma``:
-    how wrong the rotor may be, ``missed``: mean square of what the equations miss, in units of what is
-    taken for noise; ``fixed``: whether rotor and friction are at a bound; ``used``: the rotor that counts.
-    ``slowness``: of d_slow of each joint.
+    ``estimates``: how many there were; ``until_kept``: estimates until the next one is kept; ``until_free``:
+    ticks until a joint that swings freely is heard; ``working``: joints that worked at the last tick.
+    ``pole``: of the filters; ``forget``: what an estimate leaves of the information of the one before;
+    ``doubt``: rotor inertia that the model may lack [kg m2 or kg]; ``gain``: of d_slow. ``q``, ``tau``,
+    ``sense``: filters in a row, of samples, torques and the sense of motion; ``felt``: what they make of the
+    noise of samples, as an acceleration, ``noise``: its variance, from the samples ``raw``; ``q_was``,
+    ``tau_was``: their last outputs; ``a``, ``sent``: acceleration and torque that are looked at.
+    ``information`` and ``moment``: of the least squares of a joint's torque, in the order rotor, friction,
+    mass, first moment. ``rotor``, ``friction``, ``load``: estimates; ``sigma``: how wrong the rotor may be,
+    ``missed``: mean square of what the equations miss, in units of what is taken for noise; ``fixed``:
+    whether rotor and friction are at a bound; ``used``: the rotor that counts. ``slowness``: of d_slow of
+    each joint.
 
     ``later``: ticks that samples come later than was stated; ``until_later``: estimates until the delay is
     learned again; ``delay_known`` and ``delay_moment``: information of what is left of it [1/ticks2] and its
@@ -43,9 +44,8 @@ def learned_fields(N: int) -> Fields:
     ``PACES``; a stiffness of 0 is none.
     """
     return [
-        *scalars(
-            "i8", "on based heard wait start every estimates until_kept working later until_later quiet shook"
-        ),
+        *scalars("i8", "on based heard wait start every estimates until_kept until_free working"),
+        *scalars("i8", "later until_later quiet shook"),
         *scalars("f8", "pole forget doubt gain begun felt reach base_mass base_lever base_stoutness"),
         *scalars("f8", "delay_known delay_moment delay_missed"),
         *integers({"fixed": (N,)}),
