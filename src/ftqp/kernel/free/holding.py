@@ -54,6 +54,9 @@ that `python studies/study_free_swinging.py` has not contradicted."""
 STUCK, STICKS = 0.02, 0.9
 """Coulomb friction holds a joint slower than this [rad/s] against this share of itself. A guess that
 `python studies/study_free_swinging.py` has not contradicted."""
+OVERCOME = 0.8
+"""Share of the free joint's Coulomb friction that is made up for: what is learned of it may be too much. A
+guess that `ftqp campaign wrong-model` has not contradicted."""
 LENIENCE = 2.0
 """While the arm is being led, both may be so much larger before it is given up. Two thresholds, so that an
 arm near the first does not go to and fro between both. A guess that `python studies/study_free_swinging.py`
@@ -129,26 +132,47 @@ def finish_gain(faults: Any, limits: Any, F: Any) -> None:
         top = limits.a_max[F.moving[a]]
         for b in range(2 * n):
             F.gain[a, b] = top * top / EFFORT * (F.H[n + a, b] + F.step[a] * F.H[2 * n - 1, b])
+    total = 0.0
+    for a in range(w):
+        top = limits.a_max[F.moving[a]]
+        F.lever[a] = top * top * F.step[a]
+        total += F.lever[a] * F.step[a]
+    for a in range(w):
+        F.lever[a] = F.lever[a] / total if total > 0.0 else 0.0
+
+
+@jit
+def _sticks(v: float, h: float, mu: float) -> float:
+    """How surely Coulomb friction holds the free joint, in [0, 1]: it hardly moves, and little pulls at it.
+
+    Between no and yes it changes evenly, so that noise does not throw the others to and fro.
+    """
+    if mu == 0.0:
+        return 0.0
+    slow = min(max(2.0 - abs(v) / STUCK, 0.0), 1.0)
+    return slow * min(max((1.0 - abs(h) / mu) / (1.0 - STICKS), 0.0), 1.0)
 
 
 @jit
 def led(state: Any, faults: Any, limits: Any, kinematics: Any, F: Any, dt: float) -> None:
-    """u = clip(-K x) at the record's state: the accelerations of the healthy joints, into ``F.a``.
+    """u = clip(-K x + l mu sgn v_i/M_ii) at the record's state: what the healthy joints do, into ``F.a``.
 
-    All brake where Coulomb friction holds a free joint that hardly moves: the feedback knows no stiction.
+    The second part makes up for the Coulomb friction of the free joint, which linear feedback does not know:
+    else it would go to and fro about the rest posture for ever. All brake where that friction holds it.
     """
-    w, mu = faults.working, faults.coulomb[F.joint]
-    n = w + 1
-    if mu > 0.0 and abs(state.v[F.joint]) < STUCK and abs(kinematics.h[F.joint]) <= STICKS * mu:
-        for a in range(w):
-            F.a[F.moving[a]] = braked(state, limits, F.moving[a], dt)
-        return
+    w, i = faults.working, F.joint
+    n, mu, v = w + 1, faults.coulomb[i], state.v[i]
+    stuck = _sticks(v, kinematics.h[i], mu)
+    helped = OVERCOME * mu * min(max(v / STUCK, -1.0), 1.0) / kinematics.M[i, i]
     for a in range(w):
-        u = 0.0
+        k = F.moving[a]
+        u = helped * F.lever[a]
         for b in range(n):
             j = F.moving[b]
             u -= F.gain[a, b] * (state.q[j] - F.rest[j]) + F.gain[a, n + b] * state.v[j]
-        F.a[F.moving[a]] = within_limits(state, limits, F.moving[a], u, dt)
+        if stuck > 0.0:
+            u += stuck * (braked(state, limits, k, dt) - u)
+        F.a[k] = within_limits(state, limits, k, u, dt)
 
 
 @jit

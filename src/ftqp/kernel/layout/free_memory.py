@@ -59,6 +59,7 @@ def free_dtype(capacity: int) -> np.dtype[Any]:
         "V": (D, D),
         "column": (D,),
         "gain": (N, D),
+        "lever": (N,),
         "rests": (STARTS, N),
         "rest_costs": (STARTS,),
         "roll_q": (N,),
