@@ -37,6 +37,22 @@ def test_lead_sends_no_position_beyond_the_range_that_is_left(level):
     assert most <= 1e-9
 
 
+def test_velocity_arm_that_slips_as_fast_as_a_quarter_of_its_limit_is_held():
+    """A wrist that an unknown load drew away stayed 16 mrad behind, and the path waited for it for ever."""
+    robot = ftqp.robots.load("panda")
+    drive = ftqp.Drive(kind="velocity", bandwidth=94.0)
+    planner = ftqp.Planner(robot, DT, drive=drive, task=ftqp.Task(rows="position"))
+    arm = ServoArm(robot.neutral, DT, takes="velocity", wn=94.0)
+    arm.push[5] = 94.0 * 0.25 * robot.limits.v_max[5]
+    planner.reset(arm.q)
+    target = ftqp.Target(pose=robot.pose(robot.neutral))
+    for _ in range(750):
+        step = planner.step(arm.measured(), None, target)
+        arm.command(step)
+    assert np.abs(arm.q - step.reference.q).max() < 1e-3
+    assert step.status.name == "OK"
+
+
 def test_refused_sample_takes_feedback_of_a_velocity_arm_away_by_its_acceleration_limit():
     """A servo that slips under a load is sent more than the reference; a bad frame took all of it at once."""
     robot = ftqp.robots.load("panda")

@@ -23,9 +23,6 @@ SLIPS, SLIP_SIGMAS = 0.1, 10.0
 """A locked joint observed to be faster than this [rad/s or m/s], beside so many standard deviations of noise,
 has a brake that slips: a Panda shook itself at twice its speed limits beside one (docs/theory/feedback.md,
 "The torque drive"). A guess that the campaigns have not contradicted."""
-SLIP_SHARE = 0.1
-"""The integral part of a velocity arm's hold is at most this share of the velocity limit. A guess that the
-campaigns have not contradicted."""
 
 
 @jit
@@ -234,13 +231,15 @@ def _torques(K: Any) -> None:
 
 @jit
 def _held(state: Any, limits: Any, feedback: Any, i: int, off: float) -> float:
-    """v_r + k_q e + k_q^2/8 int e, within the velocity limit: a load unknown to a servo makes it slip."""
+    """v_r + k_q e + k_q^2/8 int e, within the velocity limit: a load unknown to a servo makes it slip.
+
+    The integral part is never more than brings v to the limit, so that it does not wind up.
+    """
     top = limits.v_max[i]
-    most = SLIP_SHARE * top
+    asked = state.v_command[i] + feedback.hold * off
     wound = feedback.wound[i] + 0.125 * feedback.hold * feedback.hold * state.dt * off
-    feedback.wound[i] = min(max(wound, -most), most)
-    v = state.v_command[i] + feedback.hold * off + feedback.wound[i]
-    return min(max(v, -top), top)
+    feedback.wound[i] = min(max(wound, min(-top - asked, 0.0)), max(top - asked, 0.0))
+    return min(max(asked + feedback.wound[i], -top), top)
 
 
 @jit
