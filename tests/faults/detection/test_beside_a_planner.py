@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from tests.ride import circle, target_at
+from tests.servo_arm import TorqueArm
 
 import ftqp
 
@@ -41,3 +43,20 @@ def test_a_joint_that_works_is_not_named_for_friction_and_rotors_that_nobody_tol
 def test_a_joint_of_such_an_arm_that_locks_is_named(robot, rubbing):
     planner = shown(robot, 1.2, ("x", "y"), ftqp.Locked(3), **rubbing)
     assert [(one.joint, "locked" in one.kinds) for one in planner.findings] == [("panda_joint4", True)]
+
+
+@pytest.mark.parametrize("joint", [0, 2])
+def test_soft_joint_that_stops_on_its_way_is_named_whatever_friction_it_may_have(joint):
+    """Its motor is not pushed as far as friction might hold: the arm went on until it stopped 0.16 m away."""
+    robot, task = ftqp.robots.load("iiwa14"), ftqp.Task(rows="position")
+    noise, detector = ftqp.Noise(q=NOISE), ftqp.Detector()
+    planner = ftqp.Planner(robot, DT, drive="torque", noise=noise, task=task, detector=detector)
+    true = robot.with_rotors(robot.chain.armature + 0.1)
+    arm = TorqueArm(true, robot.neutral, DT, mass=0.9, friction=0.3, sigma=NOISE)
+    planner.reset(arm.q.copy())
+    path = circle(robot, robot.neutral, 0.08)
+    for k in range(1600):
+        arm.braked[joint] = k >= 1500
+        arm.command(planner.step(arm.measured(), None, target_at(path, DT * k)))
+    named = [(one.joint, "locked" in one.kinds) for one in planner.findings]
+    assert named == [(robot.joints[joint], True)]

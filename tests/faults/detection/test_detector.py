@@ -35,6 +35,17 @@ def test_joint_that_stops_is_locked_or_held_by_friction(detector, motion, joint)
     assert abs(found.onset - AT * DT) < 0.01
 
 
+@pytest.mark.parametrize(("held", "named"), [(0.012, set()), (np.inf, {"panda_joint7"})])
+def test_joint_that_stood_when_its_reference_turned_is_locked_only_if_friction_would_let_it_go(
+    detector, robot, held, named
+):
+    motion = Shaken(robot, 2000)
+    q, turned = motion.q, 1770
+    behind = np.clip(motion.true[turned:, 6] - motion.true[turned, 6], -held, held)
+    q[turned:, 6] -= behind
+    assert set(watch(detector, motion, q).isolated) == named
+
+
 @pytest.mark.parametrize(
     ("kind", "within"), [("sensor_dropped", 4), ("sensor_frozen", 6), ("sensor_biased", 5)]
 )

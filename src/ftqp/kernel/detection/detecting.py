@@ -8,6 +8,7 @@ from ftqp.kernel.detection.carried import begin_load
 from ftqp.kernel.detection.effort import compare_torques, feel_arm
 from ftqp.kernel.detection.encoders import read_encoders
 from ftqp.kernel.detection.fault_isolation import isolate_fault
+from ftqp.kernel.detection.standing import follow_motion
 from ftqp.kernel.detection.suspicion import CALM_AGAIN, remember, suspect
 from ftqp.kernel.detection.usual import begin_usual, take_usual
 from ftqp.kernel.jit import jit, part_jit, rare_jit
@@ -59,6 +60,7 @@ def begin(D: Any) -> None:
         D.good[i] = D.q[i] if is_finite(D.q[i]) else q
         D.raw[i] = D.good[i]
         D.step[i] = D.travel[i] = D.hop[i] = D.deviation[i] = 0.0
+        D.went[i] = D.gone[i] = 0.0
         D.same[i] = D.missing[i] = D.off[i] = D.turns[i] = D.sensor[i] = 0
         D.kinds[i] = 0
         D.blind[i] = 1 if D.believed[i] else 0
@@ -202,6 +204,7 @@ def detect_tick(D: Any, K: Any) -> int:
     take_usual(D)
     z = suspect(D)
     remember(D, then)
+    follow_motion(D, then)
     D.now = D.now + 1 if D.now + 1 < D.span else 0
     _keep_command(D)
     answer = ALL_QUIET

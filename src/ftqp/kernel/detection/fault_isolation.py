@@ -9,6 +9,7 @@ from ftqp.kernel.detection.standing import (
     FEWEST,
     LONG,
     follows_late,
+    friction_may_hold,
     is_slow,
     speed_of,
     stands,
@@ -166,8 +167,11 @@ def _held(D: Any, K: Any, i: int, then: int) -> int:
     for j in range(D.n):
         if j != i:
             load += K.kinematics.M[i, j] * D.past_a[then, j]
-    if _model_may_be_it(D, i, then):
-        return 0
+    if friction_may_hold(D, i) or D.told_coulomb[i] >= 0.0:
+        if _model_may_be_it(D, i, then):
+            return 0
+    elif D.holds[i] > 0.0 and abs(D.x[TORQUE_SLOW, i]) < STICKY * friction:
+        return 0  # it went along, but friction that was learned stops it where its motor gives way
     kinds = IS_LOCKED
     if abs(load) < 2.0 * friction + HELD:
         kinds += IS_FREE
@@ -260,7 +264,8 @@ def _standing(D: Any, joint: int) -> tuple[int, int]:
         explains = D.z[i] > 1.0 and D.score[i] > PARALLEL * best
         likely = explains or D.z[i] == D.worst
         window = FEWEST if explains and not D.touched else LONG
-        if likely and not D.blind[i] and D.deviation[i] > 1.0 and stands(D, i, window):
+        likely = likely and not D.blind[i] and D.deviation[i] > 1.0
+        if likely and stands(D, i, window) and (D.has_effort != 0 or not friction_may_hold(D, i)):
             D.standing[i] = 1
             count += 1
             if D.score[i] > most:

@@ -5,8 +5,11 @@ from typing import Any
 
 from ftqp.kernel.detection.suspicion import step_back
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.detection_room import WINDOW
+from ftqp.kernel.layout.detection_room import SLOW, WINDOW
+from ftqp.kernel.layout.enums import ERROR_RESIDUAL
 from ftqp.kernel.layout.thresholds import LEAST_SPEED
+from ftqp.kernel.maths.elementary import select
+from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
 FEWEST, LONG, BRIEF = 16, 44, 8
 """Samples of the windows: the shortest and the longest for a joint that stands, and that of its speed."""
@@ -27,6 +30,15 @@ AS_LATE = 0.2
 """A joint without torque that goes on at the speed that it had is farther behind a command that changes its
 own; within this share of the time that is looked at it is not. A guess that `python studies/detection.py` has
 not contradicted."""
+OBEYS = 0.5
+"""A joint whose speed is within this share of its reference's goes along with it ..."""
+FOLLOWED = 0.01
+"""... if that is faster than this [rad/s or m/s], ten standard deviations of an observed speed where encoders
+have 1e-4 rad at 1 kHz. Guesses that `ftqp campaign detection` has not contradicted."""
+HELD_BY_FRICTION = 3.0
+"""Dry friction may hold a joint that stood until its reference has gone away by so many thresholds of the
+position, of 6.2 mrad where nothing is known: an iiwa14 stood for 15 in good health. A guess that
+`ftqp campaign detection` has not contradicted."""
 LEAD = 5
 """Ticks from a failure to the suspicion."""
 FINEST = 1e-6
@@ -146,8 +158,51 @@ def is_slow(D: Any, i: int) -> bool:
 
 
 @jit
+def follow_motion(D: Any, then: int) -> None:
+    """``went``: how far each joint has gone along with its reference; ``gone``: how far that has gone away.
+
+    Both begin anew when the reference turns round; ``went`` also where the joint stops before it is a
+    threshold of the position, ``gone`` once it is one, and where the reference comes nearer.
+    Source: docs/theory/detection.md, "Standstill".
+    """
+    for at in range(0, D.n, WIDTH):
+        v, w, room = several(D.past_v[then], at), several(D.w[SLOW], at), several(D.room[ERROR_RESIDUAL], at)
+        went, gone, way = several(D.went, at), several(D.gone, at), D.dt * v
+        along = (abs(w) < OBEYS * abs(v)) & (abs(v) > FOLLOWED)
+        went = select(went * v < 0.0, 0.0, went)
+        went = select(along, went + way, select(abs(went) < room, 0.0, went))
+        gone = select(gone * v < 0.0, 0.0, gone) + way
+        leaves = (several(D.e, at) * v < 0.0) & ~(along & (abs(went) >= room))
+        put(D.went, at, went)
+        put(D.gone, at, select(leaves, gone, 0.0))
+
+
+@jit
+def _is_left_behind(D: Any, i: int) -> bool:
+    """Whether the reference has gone away from joint i, which stands, farther than friction explains.
+
+    Where its torque is known that says more.
+    """
+    left: bool = abs(D.gone[i]) >= HELD_BY_FRICTION * D.room[ERROR_RESIDUAL, i]
+    return D.has_effort == 0 and left
+
+
+@jit
+def friction_may_hold(D: Any, i: int) -> bool:
+    """Whether dry friction that nobody knows of may be why joint i stands.
+
+    It holds a joint that stood when its reference turned round, and stops none that goes along with it.
+    Source: docs/theory/detection.md, "Standstill".
+    """
+    went: bool = abs(D.went[i]) >= D.room[ERROR_RESIDUAL, i]
+    return D.told_coulomb[i] < 0.0 and not went and not _is_left_behind(D, i)
+
+
+@jit
 def stands(D: Any, i: int, least: int) -> bool:
     """Whether joint i stands though its reference moves with v: slope and curvature of n samples are nil.
+
+    Where that has left it behind it need not move any more, as a path waits for a joint that does not come.
 
     A joint that is thrown back stands for a moment, too, but bends by v/T, with T the time since it was
     suspected. n is the least that shows half of that, n^(5/2) = 6 sqrt(720) sigma T/(v dt^2), but not below
@@ -155,6 +210,8 @@ def stands(D: Any, i: int, least: int) -> bool:
     Source: docs/theory/detection.md, "Standstill".
     """
     asked = _asked_to_move(D, i, FEWEST)
+    if _is_left_behind(D, i):
+        asked = max(asked, LEAST_SPEED)
     if asked < LEAST_SPEED or D.ticks <= LONG:
         return False
     since = max(D.watch + LEAD, FEWEST)

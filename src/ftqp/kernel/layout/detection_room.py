@@ -44,7 +44,8 @@ def detection_fields(N: int) -> Fields:
     ``touched``: ticks in which a force at the tip explained them better than any joint, by the columns
     ``along`` and their
     ``gram``, ``pushed``; ``bank``: the observers that were looked at.
-    ``deviation``: how odd a joint's motion was during this suspicion. ``room``:
+    ``deviation``: how odd a joint's motion was during this suspicion; ``went``: how far it has gone along
+    with its reference since that turned round; ``gone``: how far that has gone away since. ``room``:
     largest healthy size of each residual, ``sharp`` its inverse; ``excess``: what it has beside friction, and
     z of a joint is the largest excess/room; ``peak``: the largest since it was last set to zero. ``blind``:
     joints whose sensor or motion tells nothing; ``jump``: largest jump of a sample that motion explains,
@@ -56,7 +57,7 @@ def detection_fields(N: int) -> Fields:
              "e", "psi", "psi_before", "tau_before", "loose", "loose_before", "coulomb", "viscous", "tau_max",
              "motor_torque", "side", "usual", "usual_e", "usual_side", "deviation", "z", "jump", "onset",
              "share", "told_coulomb", "holds", "doubt", "light", "faint", "column", "odd", "score", "spread",
-             "finest")  # fmt: skip
+             "finest", "went", "gone")  # fmt: skip
     counts = ("same", "missing", "off", "turns", "sensor", "blind", "believed", "kinds", "since", "standing")
     return [
         *scalars("i8", "n fresh latency span now ticks at has_effort asked from_command has_motor"),
