@@ -28,6 +28,14 @@ def test_failure_that_is_not_named_is_missed():
     assert (seen.unannounced, seen.found, seen.delay, seen.said) == (1, 0, None, "")
 
 
+def test_failure_showed_if_it_made_a_difference_or_was_found():
+    quiet, other = lock(), lock(joint=3)
+    assert detection([], [quiet], 4.0).showed == 0
+    assert detection([], [quiet, other], 4.0, [other]).showed == 1
+    assert detection([alarm(2, 1.25)], [quiet], 4.0).showed == 1
+    assert detection([], [lock(told=2.0)], 4.0, [lock(told=2.0)]).showed == 0
+
+
 def test_right_joint_with_another_kind_is_found_with_the_wrong_kind():
     seen = detection([alarm(2, 1.1, "degraded")], [lock()], 4.0)
     assert (seen.found, seen.right_kind) == (1, 0)

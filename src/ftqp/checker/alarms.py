@@ -1,6 +1,6 @@
 """What a detector said of a run, held against what really failed and when."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -37,7 +37,8 @@ class Detection:
         healthy: How long nothing had failed and the detector was watching [s].
         false_alarms: Alarms of that time.
         unannounced: Failures of which nobody told the detector before it could find them.
-        found: Those of them whose joint it named.
+        showed: Those of them that made a difference, or were found.
+        found: Those whose joint it named.
         right_kind: Those whose kind was among those named as well.
         wrong_joint: Alarms after a failure that name a joint which works.
         delay: From the first failure to its alarm [s]; None where it was not found.
@@ -47,6 +48,7 @@ class Detection:
     healthy: float
     false_alarms: int
     unannounced: int
+    showed: int
     found: int
     right_kind: int
     wrong_joint: int
@@ -54,7 +56,9 @@ class Detection:
     said: str
 
 
-def detection(alarms: Sequence[Alarm], failures: Sequence[Failure], end: float) -> Detection:
+def detection(
+    alarms: Sequence[Alarm], failures: Sequence[Failure], end: float, visible: Collection[Failure] = ()
+) -> Detection:
     """Hold what was said against what failed.
 
     An alarm of a joint that has failed belongs to that failure, the first one counts, and later ones of the
@@ -64,10 +68,11 @@ def detection(alarms: Sequence[Alarm], failures: Sequence[Failure], end: float) 
         alarms: What was said.
         failures: What failed.
         end: Of the run [s].
+        visible: The failures that made a difference to what the arm did.
     """
     real = [failure for failure in failures if failure.since < end]
     first = min((failure.since for failure in real), default=end)
-    found, right, delay, said, unannounced = 0, 0, None, "", 0
+    found, right, delay, said, unannounced, showed = 0, 0, None, "", 0, 0
     for failure in sorted(real, key=lambda one: one.since):
         its = sorted(
             (alarm for alarm in alarms if alarm.joint == failure.joint and alarm.at >= failure.since),
@@ -78,6 +83,7 @@ def detection(alarms: Sequence[Alarm], failures: Sequence[Failure], end: float) 
         if its and its[0].at >= failure.told:
             continue
         unannounced += 1
+        showed += bool(its) or failure in visible
         if not its:
             continue
         found += 1
@@ -93,6 +99,7 @@ def detection(alarms: Sequence[Alarm], failures: Sequence[Failure], end: float) 
         healthy=first,
         false_alarms=sum(alarm.at < first for alarm in strange),
         unannounced=unannounced,
+        showed=showed,
         found=found,
         right_kind=right,
         wrong_joint=sum(alarm.at >= first for alarm in strange),

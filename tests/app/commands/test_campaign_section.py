@@ -12,6 +12,7 @@ from ftqp.app.campaign.episode_study import COLUMNS
 from ftqp.app.commands.cli import app
 from ftqp.app.study.results_file import ResultsFile
 
+COUNTS = ("false_alarms", "unannounced", "showed", "found", "right_kind", "wrong_joint")
 NONE = dict.fromkeys(("episode", *COLUMNS))
 
 
@@ -26,7 +27,7 @@ def episode(number):
         "law_honesty": 0.5 if bad else 0.0,
         "sentences": "honesty from tick 3 on, 1 ticks: OK was claimed <wrongly>: 0.5" if bad else "",
         "healthy_time": 360.0,
-        **dict.fromkeys(("false_alarms", "unannounced", "found", "right_kind", "wrong_joint"), 1),
+        **dict.fromkeys(COUNTS, 1),
         "delay": 0.1,
         "found_as": "locked",
     }

@@ -86,6 +86,7 @@ EXPECTED: Final[tuple[Expected, ...]] = (
         if kind != "TEXT" and name not in _COUNTS
     ),
     *((name, "how many there were", _count(name)) for name in _COUNTS),
-    ("found", "at most the unannounced", _share("found", "unannounced")),
+    ("showed", "at most the unannounced", _share("showed", "unannounced")),
+    ("found", "at most those that showed", _share("found", "showed")),
     ("right_kind", "at most the found", _share("right_kind", "found")),
 )

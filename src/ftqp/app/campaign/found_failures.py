@@ -3,15 +3,19 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
+import numpy as np
+
 from ftqp.app.campaign.shown_trace import failures
 from ftqp.app.scenario.setup import Setup
 from ftqp.checker.alarms import Alarm, detection
+from ftqp.checker.trace import Failure
 from ftqp.sim.log.log_arrays import Log
 
 COLUMNS: Final = {
     "healthy_time": "REAL",
     "false_alarms": "INTEGER",
     "unannounced": "INTEGER",
+    "showed": "INTEGER",
     "found": "INTEGER",
     "right_kind": "INTEGER",
     "wrong_joint": "INTEGER",
@@ -21,6 +25,11 @@ COLUMNS: Final = {
 """Empty for episodes without a detector; times in seconds."""
 HOUR: Final = 3600.0
 CONFIDENCE: Final = 0.95
+STRAYS: Final = 0.01
+"""A joint that was farther than this from its reference [rad or m] after it failed did not do as a healthy
+one does. A convention: half of what a healthy joint may be away (``ERROR_BAND``)."""
+AT_ITS_END: Final = 0.99
+"""A weakened motor that gave this share of what it has left was asked for that or for more: rounding."""
 
 
 def detector_values(setup: Setup, log: Log) -> dict[str, Any]:
@@ -32,17 +41,35 @@ def detector_values(setup: Setup, log: Log) -> dict[str, Any]:
         Alarm(joint=setup.robot.joint(one["joint"]), at=one["detected_at"], kinds=frozenset(one["kinds"]))
         for one in said
     ]
-    found = detection(alarms, failures(setup), setup.planner.dt * (len(log) - 1))
+    real = failures(setup)
+    seen = [failure for failure in real if _is_visible(setup, log, failure)]
+    found = detection(alarms, real, setup.planner.dt * (len(log) - 1), seen)
     return {
         "healthy_time": found.healthy,
         "false_alarms": found.false_alarms,
         "unannounced": found.unannounced,
+        "showed": found.showed,
         "found": found.found,
         "right_kind": found.right_kind,
         "wrong_joint": found.wrong_joint,
         "delay": found.delay,
         "found_as": found.said,
     }
+
+
+def _is_visible(setup: Setup, log: Log, failure: Failure) -> bool:
+    """Whether a failure made a difference: its joint strays, or its motor gives all that it has left.
+
+    A joint that stands where it should stand may as well be locked, and a motor with half of its torque is a
+    healthy one as long as it is asked for less.
+    """
+    joint = setup.robot.joints[failure.joint]
+    after = log["t"] >= failure.since
+    if failure.kind == "degraded":
+        left = failure.shares.get("tau_max", 1.0) * setup.robot.limits.tau_max[failure.joint]
+        return bool((np.abs(log[f"tau.{joint}"][after]) > AT_ITS_END * left).any())
+    away = np.abs(log[f"q.{joint}"] - log[f"q_reference.{joint}"])[after]
+    return bool((away > STRAYS).any())
 
 
 def detector_summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
@@ -54,7 +81,6 @@ def detector_summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None
     watched = [row for row in rows if row["healthy_time"] is not None]
     if not watched:
         return None
-    import numpy as np
     from scipy.stats import chi2  # slow to load
 
     hours = sum(row["healthy_time"] for row in watched) / HOUR
@@ -74,6 +100,7 @@ def detector_summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None
         if hours > 0.0
         else None,
         "unannounced": total,
+        "showed": sum(row["showed"] for row in watched),
         "found": found,
         "found_interval": share_interval(found, total),
         "right_kind": sum(row["right_kind"] for row in watched),

@@ -140,7 +140,8 @@ def _tell_detection(found: dict[str, Any]) -> None:
         low, high = found["found_interval"]
         delay = found["delay"]
         tell(
-            f"{found['unannounced']} failures that nobody announced: {found['found']} found by their joint, "
+            f"{found['unannounced']} failures that nobody announced, of which {found['showed']} made a "
+            f"difference: {found['found']} found by their joint, "
             f"{100 * found['found'] / found['unannounced']:.1f} % [{100 * low:.1f}, {100 * high:.1f}], "
             f"{found['right_kind']} of them with the right kind"
             + (

@@ -111,6 +111,7 @@ def _detection(found: dict[str, Any] | None) -> list[str]:
     delay = found["delay"] or {}
     rows = [
         ("failures that nobody announced", str(found["unannounced"])),
+        ("of those, failures that made a difference", str(found["showed"])),
         ("found by their joint", str(found["found"])),
         ("with the right kind among those named", str(found["right_kind"])),
         ("alarms after a failure that name a joint that works", str(found["wrong_joint"])),
