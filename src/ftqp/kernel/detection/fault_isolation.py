@@ -265,7 +265,8 @@ def _standing(D: Any, joint: int) -> tuple[int, int]:
         likely = explains or D.z[i] == D.worst
         window = FEWEST if explains and not D.touched else LONG
         likely = likely and not D.blind[i] and D.deviation[i] > 1.0
-        if likely and stands(D, i, window) and (D.has_effort != 0 or not friction_may_hold(D, i)):
+        counts = D.has_effort != 0 or D.probed != 0 or not friction_may_hold(D, i)
+        if likely and counts and stands(D, i, window):
             D.standing[i] = 1
             count += 1
             if D.score[i] > most:

@@ -71,6 +71,7 @@ def watch(capacity: int) -> Callable[..., int]:
         see_arm(D, A, K)
         D.got_tau = n if tau_at != 0 else 0
         D.got_effort = n if K.feedback.kind == TORQUE_DRIVE else 0
+        D.probed = K.criteria.sways
         tau = carray(pointer(tau_at), (D.got_tau,), FLOAT)
         for i in range(n):
             D.q[i], D.q_ref[i] = state.given_q[i], state.q_command[i]

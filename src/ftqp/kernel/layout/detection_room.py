@@ -44,14 +44,14 @@ def detection_fields(N: int) -> Fields:
     ``touched``: ticks in which a force at the tip explained them better than any joint, by the columns
     ``along`` and their
     ``gram``, ``pushed``; ``bank``: the observers that were looked at.
-    ``deviation``: how odd a joint's motion was during this suspicion; ``went``: how far it has gone along
-    with its reference since that turned round; ``gone``: how far that has gone away since. ``room``:
-    largest healthy size of each residual, ``sharp`` its inverse; ``excess``: what it has beside friction, and
-    z of a joint is the largest excess/room; ``peak``: the largest since it was last set to zero. ``blind``:
-    joints whose sensor or motion tells nothing; ``jump``: largest jump of a sample that motion explains,
-    ``hop`` that of one that was refused; ``light``: 1/M_ii; ``faint``: share of its room below which a
-    residual of torque is not divided by M_ii. ``kinds``, ``since``, ``onset``, ``share``: what
-    was found.
+    ``probed``: the planner moves joints to see whether they stand; ``deviation``: how odd a joint's motion
+    was during this suspicion; ``went``: how far it has gone along with its reference since that turned
+    round; ``gone``: how far that has gone away since. ``room``: largest healthy size of each residual,
+    ``sharp`` its inverse; ``excess``: what it has beside friction, and z of a joint is the largest
+    excess/room; ``peak``: the largest since it was last set to zero. ``blind``: joints whose sensor or
+    motion tells nothing; ``jump``: largest jump of a sample that motion explains, ``hop`` that of one that
+    was refused; ``light``: 1/M_ii; ``faint``: share of its room below which a residual of torque is not
+    divided by M_ii. ``kinds``, ``since``, ``onset``, ``share``: what was found.
     """
     names = ("q", "tau", "q_ref", "v_ref", "a_ref", "effort", "good", "step", "raw", "travel", "hop", "seen",
              "e", "psi", "psi_before", "tau_before", "loose", "loose_before", "coulomb", "viscous", "tau_max",
@@ -60,7 +60,7 @@ def detection_fields(N: int) -> Fields:
              "finest", "went", "gone")  # fmt: skip
     counts = ("same", "missing", "off", "turns", "sensor", "blind", "believed", "kinds", "since", "standing")
     return [
-        *scalars("i8", "n fresh latency span now ticks at has_effort asked from_command has_motor"),
+        *scalars("i8", "n fresh latency span now ticks at has_effort asked from_command has_motor probed"),
         *scalars("i8", "got_tau got_effort has_inertia has_dynamics suspect said said_of agreed"),
         *scalars(
             "i8", "touched bank fitted fit_best watch quiet held taken known waiting pause patience settle"
