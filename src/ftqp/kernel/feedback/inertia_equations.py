@@ -219,7 +219,10 @@ def take(K: Any) -> None:
         row[0], row[1] = a[i], learned.sense[POLES - 1, i]
         if feedback.unresponsive[i] or is_soft(feedback, i):
             row[2] = row[3] = row[4] = row[5] = 0.0
-        y = learned.sent[i] - kinematics.tau[i] + learned.used[i] * a[i]
+        missed = learned.sent[i] - kinematics.tau[i]
+        if K.faults.code[i] == FREE:  # what was told of its friction is no news
+            missed -= K.faults.friction[i] * supposed.v[i]
+        y = missed + learned.used[i] * a[i]
         noise_of_a = learned.felt * learned.felt * learned.noise[i]
         noise = TORQUE_NOISE * bounded_limit(K.limits, i)
         sticks = learned.friction[i] * (learned.begun - abs(row[1]))
@@ -230,8 +233,7 @@ def take(K: Any) -> None:
         for k in range(4):
             y += row[2 + k] * learned.load[k]
         weight = 1.0 / (noise * noise + sticks * sticks) if says else 0.0
-        off = learned.sent[i] - kinematics.tau[i] + (learned.used[i] - learned.rotor[i]) * a[i]
-        off -= learned.friction[i] * row[1]
+        off = missed + (learned.used[i] - learned.rotor[i]) * a[i] - learned.friction[i] * row[1]
         hear_delay(K, i, off, weight)
         learned.missed[i] += (1.0 - learned.forget) * (weight * off * off - learned.missed[i])
         for k in range(UNKNOWNS):
