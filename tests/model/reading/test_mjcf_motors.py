@@ -28,6 +28,7 @@ def limits_of(actuators, settings="", more=""):
         ('<motor joint="a" ctrlrange="-1 1" gear="50"/>', "", [50.0, np.inf]),
         ('<motor joint="a" ctrlrange="-3 3"/><motor joint="a" ctrlrange="-4 4"/>', "", [7.0, np.inf]),
         ('<motor joint="a" ctrlrange="-3 3"/><motor joint="a"/>', "", [np.inf, np.inf]),
+        ('<motor joint="a" ctrlrange="-3 3"/><motor joint="a" gear="0"/>', "", [3.0, np.inf]),
         ('<position joint="a" kp="100" ctrlrange="-1 1"/>', "", [np.inf, np.inf]),
         ('<general joint="a" gainprm="20" ctrlrange="-2 2" forcerange="-30 35"/>', "", [30.0, np.inf]),
         ('<general class="big" joint="a"/><general class="small" joint="b"/>', CLASSES, [87.0, 12.0]),

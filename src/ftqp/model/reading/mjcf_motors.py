@@ -44,7 +44,7 @@ def motor_limits(root: ElementTree.Element) -> tuple[dict[str, float], list[Find
             gain = given.get("gainprm", "1") if one.tag == "general" else "1"
             force = abs(_first(gain, "gainprm", label, findings))
             bounds.append(force * _least(given["ctrlrange"], "ctrlrange", label, findings))
-        most[joint] = most.get(joint, 0.0) + abs(gear) * min(bounds)
+        most[joint] = most.get(joint, 0.0) + (abs(gear) * min(bounds) if gear else 0.0)
     return most, findings
 
 
