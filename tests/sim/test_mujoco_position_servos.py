@@ -7,8 +7,8 @@ import pytest
 import ftqp
 
 DT, FAILS = 0.002, 900
-BRAKE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
-"""How hard MuJoCo's friction is, so that the brake does not creep."""
+BRAKE, STIFF = (0.9999, 0.9999, 0.001, 0.5, 2.0), (2 * DT, 1.0)
+"""How hard and how stiff MuJoCo's friction is, so that the brake neither creeps nor slips."""
 
 
 def finished(robot, joint, kp, kv, file):
@@ -37,6 +37,7 @@ def finished(robot, joint, kp, kv, file):
     for k in range(2000):
         if k == FAILS:
             model.dof_frictionloss[joint], model.dof_solimp[joint] = 500.0, BRAKE
+            model.dof_solref[joint] = STIFF
             model.actuator_forcelimited[joint], model.actuator_forcerange[joint] = 1, 0.0
         data.ctrl[:] = planner.step(data.qpos, None, targets.at(k)).q
         mujoco.mj_step(model, data)
