@@ -43,3 +43,29 @@ def interrupted(call: Callable[[], Any], line: int, act: Callable[[], Any] = sto
     finally:
         sys.settrace(before)
     return count >= line
+
+
+def lines_of(call: Callable[[], Any]) -> list[int]:
+    """When each line of ftqp is run for the first and for the last time, as ``interrupted`` counts."""
+    first: dict[tuple[str, int], int] = {}
+    last: dict[tuple[str, int], int] = {}
+    count = -1
+
+    def look(frame: Any, event: str, _: Any) -> Any:
+        nonlocal count
+        file = frame.f_code.co_filename
+        if not file.startswith(SOURCE) or file.startswith(LOADING):
+            return None
+        if event == "line":
+            count += 1
+            first.setdefault((file, frame.f_lineno), count)
+            last[file, frame.f_lineno] = count
+        return look
+
+    before = sys.gettrace()
+    sys.settrace(look)
+    try:
+        call()
+    finally:
+        sys.settrace(before)
+    return sorted({*first.values(), *last.values()})

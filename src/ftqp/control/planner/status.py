@@ -47,6 +47,10 @@ STOP_REASONS: Final[dict[StopReason, str | None]] = {
         "{joint} seems to swing freely beside a joint that had failed before, which is not believed without "
         "you; report it, or call resume() where it works"
     ),
+    StopReason.SCENE: (
+        "something stands in the scene that no body of the arm is watched against; the scene was changed in "
+        "another process or thread, or while a step was under way"
+    ),
     StopReason.CLEARANCE: (
         "two bodies were nearer than Clearance(stop=...) and still came nearer; see step.nearest"
     ),

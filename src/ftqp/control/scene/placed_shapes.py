@@ -10,6 +10,7 @@ import numpy as np
 from ftqp.control.scene.solid_shapes import EXAMPLE, Shape, pose_of, shape_of
 from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError, nearest
+from ftqp.kernel.entry.session import write_together
 from ftqp.kernel.layout.scene_room import BALLS, SHAPES
 from ftqp.model.capsules import Capsule, Collision
 from ftqp.model.placed_collisions import placed_collisions
@@ -36,11 +37,38 @@ class Placed(NamedTuple):
     twist: FloatArray
 
 
+class Content(NamedTuple):
+    """What stands in a scene at one time.
+
+    Attributes:
+        placed: What has a name.
+        balls: x, y, z and radius of each ball of a cloud, (K, 4) [m]; nobody writes into them.
+    """
+
+    placed: dict[str, Placed]
+    balls: FloatArray
+
+    @property
+    def things(self) -> int:
+        """How many things stand there, the cloud counted as one."""
+        return len(self.placed) + bool(len(self.balls))
+
+
+Told = Callable[[Content, str, Any], list[tuple[Any, Any]]]
+"""From what will stand in a scene, what has moved (nothing where others are there then) and the number that
+the scene will have, to the arrays that are written then and what into each."""
+
+
 @final
 class Scene(Mapping[str, Placed]):
     """What stands around arms, by name.
 
-    Planners that were given it see every change in their next step. Use it in the thread of its planners.
+    Planners that were given it see every change in their next step. Use it in the thread of its planners. A
+    change is one whatever comes: where a planner refuses it, or an exception ends it, the scene and all its
+    planners are as before or as after.
+
+    Attributes:
+        version: How often it was changed, (1,); planners compare it at every step. It is only read.
     """
 
     @classmethod
@@ -88,9 +116,17 @@ class Scene(Mapping[str, Placed]):
         return found
 
     def __init__(self) -> None:
-        self._placed: dict[str, Placed] = {}
-        self._balls = NONE
-        self._watchers: list[WeakMethod[Callable[[str], None]]] = []
+        self._begin(Content({}, NONE))
+
+    def _begin(self, content: Content) -> None:
+        self.version = np.zeros(1, dtype=np.int64)
+        self._contents = {0: content}
+        self._watchers: list[WeakMethod[Told]] = []
+
+    @property
+    def content(self) -> Content:
+        """What stands there now."""
+        return self._contents[int(self.version[0])]
 
     def add(self, name: str, shape: Shape) -> None:
         """Put something into the scene; the name is free again once it is removed.
@@ -113,21 +149,16 @@ class Scene(Mapping[str, Placed]):
             )
         if name == CLOUD:
             raise InputError(f"{CLOUD!r} stands for the balls of scene.update(balls); give this another name")
-        if name in self._placed:
+        placed = self.content.placed
+        if name in placed:
             raise InputError(
                 f"there is a {name!r} in the scene; remove it, move it, or give this another name"
             )
-        if len(self._placed) >= SHAPES:
+        if len(placed) >= SHAPES:
             raise InputError(
                 f"the scene has {SHAPES} shapes, and no room for {name!r}; put several into one box"
             )
-        self._placed[name] = Placed(shape, shape.place, STANDS)
-        try:
-            self._tell("")
-        except InputError:
-            del self._placed[name]
-            self._tell("")
-            raise
+        self._change(placed | {name: Placed(shape, shape.place, STANDS)}, self.balls)
 
     def move(self, name: str, place: Any, twist: Any = None) -> None:
         """Say where something is now, and how fast it goes on.
@@ -148,8 +179,7 @@ class Scene(Mapping[str, Placed]):
             T[:3, :3] = was.place[:3, :3]
             T.flags.writeable = False
         speed = STANDS if twist is None else array("twist", twist, (6,), "(6,)")
-        self._placed[name] = Placed(was.shape, T, speed)
-        self._tell(name)
+        self._change(self.content.placed | {name: Placed(was.shape, T, speed)}, self.balls, name)
 
     def update(self, balls: Any) -> None:
         """Say where a cloud of balls is now, as a camera sees a room; those of before are gone.
@@ -172,13 +202,12 @@ class Scene(Mapping[str, Placed]):
         if not (found[:, 3] > 0.0).all():
             at = int(np.argmin(found[:, 3] > 0.0))
             raise InputError(f"ball {at} has the radius {found[at, 3]:g}, expected > 0 [m]")
-        self._balls = frozen(np.array(found, dtype=np.float64))
-        self._tell(CLOUD)
+        self._change(self.content.placed, frozen(np.array(found, dtype=np.float64, order="C")), CLOUD)
 
     @property
     def balls(self) -> FloatArray:
         """The balls of the cloud, x, y, z and radius, (K, 4) [m]."""
-        return self._balls
+        return self.content.balls
 
     def remove(self, name: str) -> None:
         """Take something out of the scene.
@@ -187,53 +216,63 @@ class Scene(Mapping[str, Placed]):
             name: Which.
 
         Raises:
-            InputError: There is nothing of that name.
+            InputError: There is nothing of that name, or a planner's ``Clearance(ignore=...)`` names it; then
+                nothing changes.
         """
         self[name]
-        del self._placed[name]
-        self._tell("")
+        left = {other: placed for other, placed in self.content.placed.items() if other != name}
+        self._change(left, self.balls)
 
     def copy(self) -> Self:
         """A scene of its own with the same things in it, that nobody watches."""
         other = type(self)()
-        other._placed, other._balls = dict(self._placed), self._balls
+        other._begin(self.content)
         return other
 
-    def watch(self, told: Callable[[str], None]) -> None:
-        """Be told of changes: by the name of what has moved, ``cloud``, or nothing where others are there.
+    def watch(self, told: Told) -> None:
+        """Let someone say what else is written with every change.
 
         Args:
             told: A method, which is forgotten with its object.
         """
         self._watchers.append(WeakMethod(told))
 
-    def _tell(self, name: str) -> None:
-        alive = [(one, told) for one in self._watchers if (told := one()) is not None]
-        self._watchers = [one for one, _ in alive]
-        for _, told in alive:
-            told(name)
+    def _change(self, placed: dict[str, Placed], balls: FloatArray, name: str = "") -> None:
+        """Work out a change for all who watch, and write it by one call; nothing changes before that.
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {"_placed": dict(self._placed), "_balls": self._balls, "_watchers": []}
+        What stands there is looked up by the number that the same call writes.
+        """
+        self._watchers = [one for one in self._watchers if one() is not None]
+        content, version = Content(placed, balls), self.version + 1
+        self._contents = {int(self.version[0]): self.content, int(version[0]): content}
+        watching = [told for one in self._watchers if (told := one()) is not None]
+        changes = [change for told in watching for change in told(content, name, version)]
+        write_together([*changes, (self.version, version)])
+
+    def __getstate__(self) -> Content:
+        return self.content
+
+    def __setstate__(self, content: Content) -> None:
+        self._begin(content)
 
     def __getitem__(self, name: str) -> Placed:
         try:
-            return self._placed[name]
+            return self.content.placed[name]
         except (KeyError, TypeError):
-            known = ", ".join(self._placed) or "nothing"
+            known = ", ".join(self) or "nothing"
             raise InputError(
-                f"there is no {name!r:.60} in the scene{nearest(str(name), self._placed)}; there is {known}"
+                f"there is no {name!r:.60} in the scene{nearest(str(name), self)}; there is {known}"
             ) from None
 
     def __contains__(self, name: object) -> bool:
-        return name in self._placed
+        return name in self.content.placed
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._placed)
+        return iter(self.content.placed)
 
     def __len__(self) -> int:
-        return len(self._placed)
+        return len(self.content.placed)
 
     def __repr__(self) -> str:
         """What stands there."""
-        return f"Scene({', '.join(self._placed)})"
+        return f"Scene({', '.join(self)})"

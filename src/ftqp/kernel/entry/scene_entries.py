@@ -2,10 +2,14 @@
 
 from collections.abc import Callable
 
+import numpy as np
+
 from ftqp.kernel.jit import carray, pointer
 from ftqp.kernel.layout.record import record_dtype
 from ftqp.kernel.scene.clearance import measure
 from ftqp.kernel.ticks.steps import FLOAT
+
+WORD = np.dtype(np.int64)
 
 
 def pair_distances(capacity: int) -> Callable[..., int]:
@@ -21,3 +25,21 @@ def pair_distances(capacity: int) -> Callable[..., int]:
         return 0
 
     return pair_distances
+
+
+def write_together(_capacity: int) -> Callable[..., int]:
+    """Words from some places to others, (rows, 3) of addresses to and from and how many, in one call.
+
+    No exception comes between two of them, so that what they write belongs together at any time.
+    """
+
+    def write_together(table_at: int, rows: int) -> int:
+        table = carray(pointer(table_at), (rows, 3), WORD)
+        for k in range(rows):
+            to = carray(pointer(table[k, 0]), (table[k, 2],), WORD)
+            given = carray(pointer(table[k, 1]), (table[k, 2],), WORD)
+            for i in range(table[k, 2]):
+                to[i] = given[i]
+        return 0
+
+    return write_together

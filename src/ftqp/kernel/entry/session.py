@@ -4,7 +4,7 @@ Whoever drives the kernel from Python holds a session, reads and writes its room
 (``session.K.task.kp``) and calls what ``bind`` gives. No address leaves this module but inside such a call.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -29,6 +29,8 @@ from ftqp.kernel.layout.reduced_problem import memory
 from ftqp.kernel.layout.servo_memory import servo_dtype
 
 Call = Callable[..., int]
+WORD = 8
+"""Bytes of a word, which every number of a record takes. A convention of the layout."""
 
 
 def rooms(memory: Any) -> Any:
@@ -53,6 +55,18 @@ def writer_of(target: FloatArray) -> Call:
     return bound("write_target", ANY_SIZE, target)
 
 
+def write_together(changes: Sequence[tuple[Any, Any]]) -> None:
+    """Write arrays into others in one compiled call: all of them, or none where an exception comes before.
+
+    Args:
+        changes: Where to, and what, pairs of contiguous arrays of as many bytes, whole words of eight.
+    """
+    table = np.array(
+        [(to.ctypes.data, given.ctypes.data, given.nbytes // WORD) for to, given in changes], dtype=np.int64
+    )
+    bound("write_together", ANY_SIZE, table, len(table))()
+
+
 class Session:
     """A planner's record.
 
@@ -64,11 +78,12 @@ class Session:
     def __init__(self, joints: int) -> None:
         self.capacity = capacity_for(joints)
         self._memory = record(self.capacity)
-        self._begin()
+        self._begin(())
 
-    def _begin(self) -> None:
+    def _begin(self, lent: tuple[FloatArray, ...]) -> None:
         self.K: Any = rooms(self._memory)
         self._twin: Session | None = None
+        self._lent = lent
 
     @property
     def memory(self) -> Any:
@@ -89,12 +104,28 @@ class Session:
         return seen(self.field(room, name))
 
     def copy(self) -> "Session":
-        """A session of its own that holds the same."""
+        """A session of its own that holds the same, with the scene as it is now for good."""
         other = Session.__new__(Session)
         other.capacity = self.capacity
         other._memory = in_line(self._memory)
-        other._begin()
+        other._begin(self._balls)
+        other.K.scene.version_at = 0
         return other
+
+    @property
+    def _balls(self) -> tuple[FloatArray, ...]:
+        """The balls at which the record looks now."""
+        at = int(self.K.scene.cloud_at)
+        return tuple(one for one in self._lent if one.ctypes.data == at)
+
+    def lend(self, balls: FloatArray) -> int:
+        """The address of balls of a cloud, (K, 4), which live while this record or a copy looks at them.
+
+        Args:
+            balls: Nobody writes into them any more.
+        """
+        self._lent = (balls, *self._balls)
+        return int(balls.ctypes.data)
 
     def torques(self) -> Call:
         """What fills in the torques of the last command, where the tick did without them."""
@@ -115,11 +146,14 @@ class Session:
         return found
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"capacity": self.capacity, "memory": self._memory}
+        return {"capacity": self.capacity, "memory": self._memory, "balls": self._balls}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.capacity, self._memory = state["capacity"], in_line(state["memory"])
-        self._begin()
+        self._begin(state["balls"])
+        self.K.scene.version_at = 0
+        for balls in state["balls"]:
+            self.K.scene.cloud_at = balls.ctypes.data
 
 
 class Reduced:

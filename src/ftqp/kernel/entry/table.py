@@ -47,6 +47,7 @@ ENTRIES: Final = {
         _entry("torques", _ARM, "i"),
         _entry("servo_torques", _ARM, "iiooo"),
         _entry("pair_distances", "ftqp.kernel.entry.scene_entries", "iiii", nogil=True),
+        _entry("write_together", "ftqp.kernel.entry.scene_entries", "ii"),
         _entry("block", "ftqp.kernel.ticks.block_of_ticks", "iooooiiiiiii"),
         _entry("rollout", "ftqp.kernel.entry.rollout", "i" * 6, nogil=True),
         _entry("write_target", "ftqp.kernel.entry.target_entry", "iooo"),
@@ -90,7 +91,7 @@ ENTRIES: Final = {
 ANY_SIZE: Final = 0
 """The capacity of entries that know no robot."""
 
-ALONE: Final = ("write_target", "solve_qp", "kkt", "solve_network", "solve_network_batch")
+ALONE: Final = ("write_target", "write_together", "solve_qp", "kkt", "solve_network", "solve_network_batch")
 """The entry points that know no robot."""
 
 FIRST: Final = (

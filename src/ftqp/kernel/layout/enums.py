@@ -139,6 +139,7 @@ class StopReason(IntEnum):
     OVERLOAD = 8
     SECOND_FREE = 9
     CLEARANCE = 10
+    SCENE = 11
 
 
 (
@@ -153,6 +154,7 @@ class StopReason(IntEnum):
     STOPPED_BY_OVERLOAD,
     STOPPED_BY_SECOND_FREE,
     STOPPED_BY_CLEARANCE,
+    STOPPED_BY_SCENE,
 ) = map(int, StopReason)
 
 

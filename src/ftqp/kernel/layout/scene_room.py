@@ -65,12 +65,16 @@ def scene_fields(N: int) -> Fields:
     ``cloud_pair`` on each body has NEAREST pairs; ``ball`` is which ball an obstacle stands for, -1 none.
     They were chosen in tick ``chosen_tick``, when ``way`` was ``chosen_way``. ``away`` and ``taken`` are
     memory.
+
+    The scene has so many ``things``, its cloud counted as one. ``laid`` counts how often the room was laid
+    out, and ``version`` is that of the scene then; its version now lies at the address ``version_at``, 0 for
+    a copy, whose scene stays as it is.
     """
     return [
         *scalars(
             "i8",
             "pairs capsules obstacles held nearest closing crowded stamp "
-            "cloud cloud_at cloud_pair chosen_tick",
+            "cloud cloud_at cloud_pair chosen_tick things laid version version_at",
         ),
         *scalars("f8", "keep halt gain share way distance chosen_way"),
         *integers({"body": (CAPSULES,), "stamped": (CAPSULES,), "solid": (OBSTACLES,)}),

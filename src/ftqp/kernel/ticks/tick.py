@@ -62,6 +62,7 @@ from ftqp.kernel.rows.task_rows import compliance, path_scale, softness, task_ro
 from ftqp.kernel.rows.task_terms import share
 from ftqp.kernel.rows.turned_rows import fade_feedback, turn_rows
 from ftqp.kernel.scene.clearance import look_around
+from ftqp.kernel.scene.watched_scene import stop_unwatched
 from ftqp.kernel.ticks.accepted_inputs import state_is_finite, target_is_usable
 from ftqp.kernel.ticks.going_on import may_go_on, may_go_on_as_measured, may_go_on_by_the_clock
 
@@ -141,6 +142,7 @@ def _limit(K: Any) -> None:
     """The rows of C, where every tick needs them, or where the last command stood at one."""
     K.qp.nc = 0
     K.kinematics.has_dynamics = 0
+    stop_unwatched(K.scene, K.watch)
     if K.scene.pairs > 0:
         look_around(K)
     if K.limits.dynamic and (not K.limits.on_demand or stood_at_torque_limit(K.qp)):

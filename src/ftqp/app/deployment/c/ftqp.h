@@ -78,7 +78,8 @@ enum {
     FTQP_STOP_FREE_JOINT = 7,  /* a joint swings freely and nothing of the task can be kept */
     FTQP_STOP_OVERLOAD = 8,    /* a weak joint cannot hold the arm */
     FTQP_STOP_SECOND_FREE = 9, /* a second joint seems to swing freely */
-    FTQP_STOP_CLEARANCE = 10   /* two bodies came too near */
+    FTQP_STOP_CLEARANCE = 10,  /* two bodies came too near */
+    FTQP_STOP_SCENE = 11       /* something stands in the scene that nothing is watched against */
 };
 
 /* A planner: memory of ftqp_size bytes that you own, aligned to FTQP_ALIGNMENT. */
