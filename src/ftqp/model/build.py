@@ -74,7 +74,8 @@ def robot_fields(
         raise InputError(f"locked is {locked!r}, expected a list of joints, [{locked!r}]")
     tips, findings = tips_of(source.model, wanted_tips, locked)
     followers = {**source.followers, **_mimics(wishes.get("mimics"), source.model)}
-    arm = reduced(source.model, tips, locked, wishes.get("q_locked"), followers)
+    locked = [*locked, *source.held]
+    arm = reduced(source.model, tips, locked, wishes.get("q_locked"), followers, source.rest)
     arm.name = wishes.get("name") or source.model.name or "robot"
     gravity, kinematics_only = wishes.get("gravity"), wishes.get("kinematics_only", False)
     if gravity is not None:

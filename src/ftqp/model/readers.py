@@ -1,13 +1,14 @@
 """The ways in which a robot is made: from a pinocchio model, a URDF, a MuJoCo file, or a DH table."""
 
 from collections.abc import Sequence
+from importlib import import_module
 from typing import Any, Self, Unpack
 
 import pinocchio as pin
 
 from ftqp.core.checks import instance
 from ftqp.model.build import Shape, Wishes, robot_fields
-from ftqp.model.reading import dh, mjcf, urdf
+from ftqp.model.reading import dh, urdf
 from ftqp.model.reading.source import source_of
 from ftqp.model.reduction import wanted_tips
 from ftqp.model.serial import EARTH, Inertial
@@ -127,7 +128,9 @@ class Readers:
                 given, or a shape is wrong.
             ModelError: The robot is unsafe or cannot be expressed; the error carries every finding.
         """
-        return cls(**robot_fields(mjcf.read(source), wanted_tips(tip, tips), locked, wishes))
+        wanted = wanted_tips(tip, tips)
+        read = import_module("ftqp.model.reading.mjcf").read  # MuJoCo is optional
+        return cls(**robot_fields(read(source, wanted, locked), wanted, locked, wishes))
 
     @classmethod
     def from_dh(

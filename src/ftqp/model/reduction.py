@@ -15,6 +15,8 @@ from ftqp.model.followers import Follower
 MARK = "\x1f"
 """Separates a frame's number from its name while a model is reduced."""
 
+FREE = 6
+"""Degrees of freedom of a joint that holds nothing."""
 MOST_NAMES = 20
 """Most valid names that an error about a tip lists."""
 SHOWN = 11
@@ -27,16 +29,18 @@ def reduced(
     locked: Sequence[str | int] = (),
     q_locked: Mapping[str, float] | None = None,
     followers: Mapping[str, Follower] | None = None,
+    rest: Mapping[str, float] | None = None,
 ) -> Any:
     """The model with every joint held that is ``locked`` or not between the base and one of ``tips``.
 
-    Held joints stand at ``q_locked`` or, without an entry, at neutral; their bodies' inertia is lumped into
-    the body that carries them. Their rotor inertias and friction are dropped, for they
+    Held joints stand at ``q_locked`` or, without an entry, at ``rest``, else at neutral; their bodies'
+    inertia is lumped into the body that carries them. Their rotor inertias and friction are dropped, for they
     stand still. A joint that moves keeps the leader that it follows; one whose leader is ``locked`` is held
     where that puts it.
 
-    Joints in ``locked`` are given by name or 0-based index, ``q_locked`` holds positions by name [rad or m].
-    The model handed in is not changed; in the new one the joints of a branch stand one after the other.
+    Joints in ``locked`` are given by name or 0-based index, ``q_locked`` and ``rest`` hold positions by name
+    [rad or m]. The model handed in is not changed; in the new one the joints of a branch stand one after
+    the other.
 
     Raises:
         InputError: An unknown joint, or a position of a joint that is not held or has several degrees of
@@ -58,12 +62,16 @@ def reduced(
         leader = names.index(follower.leader) + 1
         if leader in held and not follower.otherwise:
             held.add(names.index(name) + 1)
-            places.setdefault(name, follower.ratio * places.get(follower.leader, 0.0) + follower.offset)
+            at = places.get(follower.leader, (rest or {}).get(follower.leader, 0.0))
+            places.setdefault(name, follower.ratio * at + follower.offset)
         moving.add(leader)
     held |= {i for i in range(1, model.njoints) if i not in moving}
     order = _depth_first(model)
     plain = _plain(model, order)
     q = pin.neutral(plain)
+    for name, value in (rest or {}).items():
+        if names.index(name) + 1 in held:
+            places.setdefault(name, value)
     for joint, value in places.items():
         i = joint_index(names, joint, model.name) + 1
         if i not in held:
@@ -225,11 +233,16 @@ def named_frame(model: Any, name: Any) -> int:
 
 
 def _ends(model: Any, held: set[int]) -> list[str]:
-    """Bodies and operational frames with no other frame behind them, not carried by a held joint."""
+    """Bodies and operational frames with no other frame behind them, not carried by a held joint.
+
+    What only a free joint carries is a thing that lies there.
+    """
     kinds = (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
     parents = {f.parentFrame for f in model.frames}
+    arm = {i for i in range(1, model.njoints) if model.nvs[i] < FREE}
     ends = [f for i, f in enumerate(model.frames) if i not in parents and f.type in kinds]
-    return [str(f.name) for f in ends if f.parentJoint > 0 and not held & set(model.supports[f.parentJoint])]
+    carried = [(f, arm & set(model.supports[f.parentJoint])) for f in ends]
+    return [str(f.name) for f, joints in carried if joints and not held & joints]
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -1,4 +1,7 @@
-"""Reading MJCF."""
+"""Reading MJCF, beside MuJoCo itself."""
+
+from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -6,18 +9,92 @@ import pytest
 from ftqp.core.errors import InputError, ModelError
 from ftqp.model.robot import Robot
 
+mujoco = pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
+
+from tests.model.reading.mjcf_judge import differences  # noqa: E402  # it needs MuJoCo
+from tests.model.reading.random_mjcf import TIP, random_mjcf  # noqa: E402
+
+PACKAGES = ("mujoco", "gymnasium", "gymnasium_robotics", "dm_control", "robosuite", "metaworld")
+"""Packages that bring MJCF files, read where they are installed."""
 ARM = """<mujoco model="arm"><compiler angle="{angle}"/><worldbody>
 <body name="one" pos="0 0 0.3"><inertial pos="0 0 0.1" mass="2" diaginertia="0.01 0.01 0.005"/>
 <joint name="a" type="hinge" axis="{axis}" range="{turn}" armature="{armature}" actuatorfrcrange="-30 30"/>
 <body name="two" pos="0 0 0.3"><inertial pos="0 0 0.1" mass="1" diaginertia="0.01 0.01 0.005"/>
 <joint name="b" type="slide" axis="1 1 0" range="0.1 0.4"/><site name="tcp" pos="0.1 0 0"/></body></body>
-</worldbody>{more}</mujoco>"""
+{things}</worldbody>{more}</mujoco>"""
 
 
 def arm(
-    *, angle: str = "degree", axis: str = "0 0 1", turn: str = "-90 90", armature: str = "0", more: str = ""
+    *,
+    angle: str = "degree",
+    axis: str = "0 0 1",
+    turn: str = "-90 90",
+    armature: str = "0",
+    more: str = "",
+    things: str = "",
 ) -> str:
-    return ARM.format(angle=angle, axis=axis, turn=turn, armature=armature, more=more)
+    return ARM.format(angle=angle, axis=axis, turn=turn, armature=armature, more=more, things=things)
+
+
+def sentences(text: str, tip: str = "tcp") -> str:
+    return " ".join(map(str, Robot.from_mjcf(text, tip=tip, limits={"v_max": 1.0}).findings))
+
+
+def files_at_hand() -> list[Path]:
+    folders = [
+        Path(folder)
+        for name in PACKAGES
+        if (found := find_spec(name)) is not None
+        for folder in found.submodule_search_locations or ()
+    ]
+    files = [file for folder in folders for file in sorted(folder.rglob("*.xml"))]
+    return [file for file in files if "<mujoco" in file.read_text(encoding="utf-8", errors="replace")]
+
+
+def ends_of(model) -> list[str]:
+    """The deepest named body behind the joints of each tree."""
+    joints, parents, best = [0] * model.nbody, set(map(int, model.body_parentid[1:])), dict[int, int]()
+    for b in range(1, model.nbody):
+        first = model.body_jntadr[b]
+        kinds = model.jnt_type[first : first + model.body_jntnum[b]]
+        joints[b] = joints[model.body_parentid[b]] + int(np.sum(kinds >= 2))
+        tree = int(model.body_rootid[b])
+        if b not in parents and model.body(b).name and joints[b] > joints[best.get(tree, 0)]:
+            best[tree] = b
+    return [str(model.body(b).name) for b in best.values()]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(60))
+def test_random_file_is_read_as_mujoco_reads_it(seed: int) -> None:
+    text = random_mjcf(np.random.default_rng(seed))
+    robot = Robot.from_mjcf(text, tip=TIP, limits={"v_max": 1.0})
+    model = mujoco.MjModel.from_xml_string(text)
+    assert differences(model, robot) == {}
+    assert set(robot.joints) >= {
+        model.joint(j).name for j in range(model.njnt) if model.joint(j).name[:1] == "j"
+    }
+    motors = {model.joint(int(model.actuator_trnid[a, 0])).name: a for a in range(model.nu)}
+    assert robot.limits.tau_max.tolist() == [
+        2.0 * abs(model.actuator_gear[motors[name], 0])
+        if name in motors and robot.chain.lead[i] == i
+        else np.inf
+        for i, name in enumerate(robot.joints)
+    ]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("file", files_at_hand(), ids=lambda file: file.name)
+def test_file_at_hand_is_read_as_mujoco_reads_it(file: Path) -> None:
+    try:
+        model = mujoco.MjModel.from_xml_path(str(file))
+    except ValueError:
+        with pytest.raises((InputError, ModelError)):
+            Robot.from_mjcf(file)
+        return
+    for tip in ends_of(model):
+        robot = Robot.from_mjcf(file, tip=tip, limits={"v_max": 1.0, "tau_max": 1e3})
+        assert differences(model, robot) == {}, tip
 
 
 def test_site_is_the_tip_and_limits_are_in_radians_and_metres() -> None:
@@ -34,12 +111,15 @@ def test_site_is_the_tip_and_limits_are_in_radians_and_metres() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (arm(axis="0 0 0"), "joint 'a' has a zero axis"),
-        (arm(axis="0 0"), "joint 'a' has axis '0 0', expected 3 finite numbers"),
-        (arm(armature="much"), "joint 'a' has armature 'much', expected a finite number"),
+        (arm(axis="0 0 0"), "axis too small in joint Element name 'a', id 0, line 3; correct it until"),
+        (arm(armature="much"), "bad format in attribute 'armature' Element 'joint', line 3"),
+        (arm(axis="nan 0 1"), "numbers among jnt_axis that are not finite"),
         (arm(armature="-1"), r"joint 'a' has a rotor inertia \(armature\) of -1, expected >= 0"),
-        (arm(turn="low high"), "joint 'a' has range 'low high', expected 2 finite numbers"),
         (arm(turn="90 -90"), "joint 'a' has crossed limits"),
+        (arm(turn="-90 nan"), "joint 'a' has a position limit that is missing or not a number"),
+        (arm(armature='0" damping="inf'), r"joint 'a' has a viscous friction \(damping\) of inf"),
+        ("<mujoco/>", "robot has no joint that moves; expected an arm"),
+        (arm(more="<extras/>"), "unrecognized element Element 'extras'"),
         (
             arm(more='<equality><joint joint1="b" joint2="a" polycoef="0 1 0.5 0 0"/></equality>'),
             "joint 'b' mimics 'a', but along the curve '0 1 0.5 0 0'",
@@ -52,11 +132,21 @@ def test_site_is_the_tip_and_limits_are_in_radians_and_metres() -> None:
             arm().replace('type="slide"', 'type="ball"').replace('axis="1 1 0" range="0.1 0.4"', ""),
             "'b' is of type",
         ),
+        (
+            arm(things='<replicate count="9999999" offset="1 0 0"><geom size="1"/></replicate>'),
+            "stands for more than 100,000 parts",
+        ),
+        (arm(more='<size nuser_body="99999999"/>'), "stands for more than 100,000 parts"),
     ],
 )
 def test_unsafe_files_are_refused(text: str, message: str) -> None:
-    with pytest.raises(ModelError, match=message):
+    with pytest.raises((InputError, ModelError), match=message):
         Robot.from_mjcf(text)
+
+
+def test_a_ball_joint_that_is_locked_is_held() -> None:
+    text = arm(things='<body name="three"><joint name="c" type="ball"/><geom size=".1"/></body>')
+    assert Robot.from_mjcf(text, tip="tcp", locked=["c"]).joints == ("a", "b")
 
 
 def test_a_joint_of_an_equality_follows_the_other_one() -> None:
@@ -67,9 +157,16 @@ def test_a_joint_of_an_equality_follows_the_other_one() -> None:
     assert (robot.chain.ratio[1], robot.chain.offset[1]) == (0.1, 0.2)
 
 
-def test_what_pinocchio_refuses_is_an_input_error() -> None:
-    with pytest.raises(InputError, match=r"was refused by pinocchio: .*body"):
-        Robot.from_mjcf("<mujoco/>")
+def test_joints_in_a_chain_of_equalities_follow_the_first_one() -> None:
+    third = '<body name="three"><joint name="c" axis="0 1 0"/><geom size=".1"/><site name="end"/></body>'
+    text = arm(
+        more='<equality><joint joint1="c" joint2="b" polycoef="0.5 2"/>'
+        '<joint joint1="b" joint2="a" polycoef="0.2 0.1"/></equality>'
+    ).replace('<site name="tcp" pos="0.1 0 0"/>', third)
+    robot = Robot.from_mjcf(text, tip="end", limits={"v_max": 1.0})
+    assert robot.chain.lead.tolist() == [0, 0, 0]
+    assert robot.chain.ratio.tolist() == pytest.approx([1.0, 0.1, 0.2])
+    assert robot.chain.offset.tolist() == pytest.approx([0.0, 0.2, 0.9])
 
 
 def test_damping_and_frictionloss_are_read_with_the_defaults_of_their_class() -> None:
@@ -81,31 +178,155 @@ def test_damping_and_frictionloss_are_read_with_the_defaults_of_their_class() ->
     assert robot.coulomb.tolist() == [0.4, 0.4]
 
 
-@pytest.mark.parametrize("figure", ["much", "1 2 3", "inf"])
-def test_damping_that_pinocchio_would_take_for_none_is_refused(figure: str) -> None:
-    with pytest.raises(ModelError, match=f"joint 'a' has damping '{figure}', expected a finite number"):
-        Robot.from_mjcf(arm(armature=f'0" damping="{figure}'))
+CUP = '<body name="cup" pos="1 0 0"><freejoint/><geom size=".05" mass=".2"/></body>'
 
 
-def test_masses_that_stand_in_geoms_are_those_of_mujoco():
-    mujoco = pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
-    text = """<mujoco><compiler angle="radian"/><worldbody><body name="a" pos="0 0 .2">
-    <joint name="j1" axis="0 0 1" range="-2 2"/>
-    <geom type="capsule" fromto="0 0 0 .1 0 .3" size=".03" mass="2"/>
-    <body name="b" pos=".1 0 .3" euler=".3 0 0">
-    <joint name="j2" axis="0 1 0" pos="0 .02 0" range="-2 2" armature=".1"/>
-    <geom type="box" size=".05 .03 .1" density="800"/>
-    <body name="fixed" pos="0 .1 .1" euler="0 .4 .2">
-    <geom type="sphere" size=".04" mass=".7"/><site name="tool"/>
-    </body></body></body></worldbody></mujoco>"""
-    robot = Robot.from_mjcf(text, tip="tool", limits={"v_max": 1.0})
-    model = mujoco.MjModel.from_xml_string(text)
-    data = mujoco.MjData(model)
-    for q in ([0.0, 0.0], [0.4, -0.9]):
-        data.qpos[:] = q
-        data.qvel[:] = [0.3, -0.5]
-        mujoco.mj_forward(model, data)
-        M = np.empty((2, 2))
-        mujoco.mj_fullM(model, data, M)
-        assert np.allclose(robot.mass_matrix(q), M, atol=1e-12)
-        assert np.allclose(robot.bias(q, [0.3, -0.5]), data.qfrc_bias, atol=1e-12)
+def test_keyframe_of_a_scene_is_a_posture_of_the_arm_and_its_objects_are_no_tips() -> None:
+    text = arm(things=CUP, more='<keyframe><key name="home" qpos=".1 .2 0 0 0 1 0 0 0"/></keyframe>')
+    robot = Robot.from_mjcf(text, limits={"v_max": 1.0})
+    assert robot.joints == ("a", "b")
+    assert robot.neutral.tolist() == [0.1, 0.2]
+
+
+def test_free_base_is_held_at_its_place() -> None:
+    text = arm().replace('<body name="one" pos="0 0 0.3">', '<body pos="1 0 0"><freejoint name="float"/>'
+                         '<geom size=".1"/><body name="one" pos="0 0 0.3">')  # fmt: skip
+    text = text.replace("</body></body>", "</body></body></body>")
+    robot = Robot.from_mjcf(text, limits={"v_max": 1.0})
+    assert robot.joints == ("a", "b")
+    assert robot.pose([0.0, 0.0])[:3, 3] == pytest.approx([1.1, 0.0, 0.6])
+    assert "the free joint 'float' is held at its place in the file" in sentences(text)
+    assert Robot.from_mjcf(text, tip="tcp", locked=["float"], limits={"v_max": 1.0}).joints == ("a", "b")
+
+
+def test_joint_that_is_held_stands_where_the_file_has_it() -> None:
+    text = arm(axis='0 0 1" ref="30', turn="0 90")
+    held = Robot.from_mjcf(text, locked=["a"], limits={"v_max": 1.0}, tip="tcp")
+    assert held.pose([0.0])[:3, 3] == pytest.approx([0.1, 0.0, 0.6])
+    assert Robot.from_mjcf(text, limits={"v_max": 1.0}).limits.q_max[0] == pytest.approx(np.pi / 2)
+
+
+def test_site_goes_before_the_body_of_its_name() -> None:
+    text = arm().replace('site name="tcp"', 'site name="two"')
+    assert Robot.from_mjcf(text, tip="two", limits={"v_max": 1.0}).pose([0.0, 0.0])[0, 3] == 0.1
+    assert "both a site and a body are called 'two'" in sentences(text, "two")
+
+
+def test_frame_with_a_name_can_be_the_tip() -> None:
+    text = arm().replace('<site name="tcp" pos="0.1 0 0"/>', '<frame name="grip" pos="0 0 0.2"/>')
+    robot = Robot.from_mjcf(text, tip="grip", limits={"v_max": 1.0})
+    assert robot.pose([0.0, 0.0])[:3, 3] == pytest.approx([0.0, 0.0, 0.8])
+
+
+def test_joints_without_names_are_called_after_their_bodies() -> None:
+    text = arm().replace('name="a" ', "").replace('name="b" type="slide"', '/><joint type="slide"')
+    assert Robot.from_mjcf(text, limits={"v_max": 1.0}).joints == ("one_joint", "two_joint", "two_joint 2")
+
+
+FIXED = '<fixed name="t"><joint joint="a" coef="1"/></fixed>'
+ROPE = '<body name="rope"><freejoint/><geom size=".1"/></body>'
+BESIDE = {
+    "gravcomp carries the weight of 'two' in MuJoCo": ('body name="two"', 'body name="two" gravcomp="1"'),
+    "joint 'b' has a spring (stiffness 5)": ('axis="1 1 0"', 'axis="1 1 0" stiffness="5"'),
+    "joint 'b' has a range that its limited": ('range="0.1 0.4"', 'range="0.1 0.4" limited="false"'),
+    "a medium with a density of 1.2": ("<worldbody>", '<option density="1.2"/><worldbody>'),
+    "the tendon 't' moves the arm (stiffness)": (
+        "</mujoco>",
+        f"<tendon>{FIXED}</tendon></mujoco>".replace('"t"', '"t" stiffness="1"'),
+    ),
+    "the tendon 't' moves the arm (an actuator)": (
+        "</mujoco>",
+        f'<tendon>{FIXED}</tendon><actuator><motor tendon="t"/></actuator></mujoco>',
+    ),
+    "the equality 'tie' (tendon) ties the arm": (
+        "</mujoco>",
+        f'<tendon>{FIXED}</tendon><equality><tendon name="tie" tendon1="t"/></equality></mujoco>',
+    ),
+    "the equality 'grip' (weld) ties the arm": (
+        "</mujoco>",
+        '<equality><weld name="grip" body1="two"/></equality></mujoco>',
+    ),
+    "the equality 'hook' (connect) ties the arm": (
+        "</worldbody>",
+        f'{ROPE}</worldbody><equality><connect name="hook" body1="rope" body2="two" anchor="0 0 0"/>'
+        "</equality>",
+    ),
+    "the actuator 'jet' pushes at body 'two'": (
+        "</mujoco>",
+        '<actuator><motor name="jet" site="tcp" gear="1 0 0 0 0 0"/></actuator></mujoco>',
+    ),
+}
+
+
+@pytest.mark.parametrize("said", BESIDE)
+def test_what_moves_the_arm_beside_its_motors_is_a_finding(said: str) -> None:
+    assert said not in sentences(arm())
+    assert said in sentences(arm().replace(*BESIDE[said]))
+
+
+def test_loop_inside_a_hand_that_is_held_is_no_finding() -> None:
+    finger = '<body name="{n}"><joint name="{n}" axis="0 1 0" stiffness="3"/><geom size=".01"/></body>'
+    text = arm(
+        more='<equality><connect body1="f" body2="g" anchor="0 0 0"/></equality><tendon><fixed name="t" '
+        'stiffness="2"><joint joint="f" coef="1"/><joint joint="g" coef="1"/></fixed></tendon>'
+    ).replace('<site name="tcp"', finger.format(n="f") + finger.format(n="g") + '<site name="tcp"')
+    said = sentences(text)
+    assert "ties" not in said
+    assert "spring" not in said
+    assert "tendon" not in said
+
+
+def test_mesh_of_a_body_with_an_inertial_need_not_be_there() -> None:
+    mesh = '<asset><mesh name="m" file="nowhere.stl"/><texture name="t" type="2d" file="no.png"/></asset>'
+    text = arm(more=mesh).replace("<site", '<geom type="mesh" mesh="m"/><site')
+    assert Robot.from_mjcf(text, limits={"v_max": 1.0}).joints == ("a", "b")
+    with pytest.raises(
+        InputError, match=r"'nowhere.stl'; put that file where .* <inertial>, with which no mesh"
+    ):
+        Robot.from_mjcf(text.replace("<inertial", "<!-- <inertial").replace('0.005"/>', '0.005"/> -->'))
+
+
+MOTORS = """<mujoco>{settings}<worldbody>
+<body name="one"><inertial pos="0 0 0.1" mass="2" diaginertia="0.01 0.01 0.005"/>
+<joint name="a" axis="0 0 1" range="-1 1" {more}/>
+<body name="two" pos="0 0 0.3"><inertial pos="0 0 0.1" mass="1" diaginertia="0.01 0.01 0.005"/>
+<joint name="b" axis="0 1 0" range="-1 1"/><site name="tcp" pos="0.1 0 0"/></body></body>
+</worldbody><actuator>{actuators}</actuator></mujoco>"""
+CLASSES = """<default><default class="big"><general biastype="affine" forcerange="-87 87"/>
+<default class="small"><position forcerange="-12 12"/></default></default></default>"""
+
+
+def torques(actuators: str, settings: str = "", more: str = "") -> list[float]:
+    text = MOTORS.format(actuators=actuators, settings=settings, more=more)
+    return Robot.from_mjcf(text, limits={"v_max": 1.0}).limits.tau_max.tolist()
+
+
+@pytest.mark.parametrize(
+    ("actuators", "settings", "expected"),
+    [
+        ('<motor joint="a" ctrlrange="-32 32"/><motor joint="b" ctrlrange="-13 13"/>', "", [32.0, 13.0]),
+        ('<motor joint="a" ctrlrange="-1 1" gear="50"/>', "", [50.0, np.inf]),
+        ('<motor joint="a" ctrlrange="-3 3"/><motor joint="a" ctrlrange="-4 4"/>', "", [7.0, np.inf]),
+        ('<motor joint="a" ctrlrange="-3 3"/><motor joint="a"/>', "", [np.inf, np.inf]),
+        ('<motor joint="a" ctrlrange="-3 3"/><motor joint="a" gear="0"/>', "", [3.0, np.inf]),
+        ('<position joint="a" kp="100" ctrlrange="-1 1"/>', "", [np.inf, np.inf]),
+        ('<general joint="a" gainprm="20" ctrlrange="-2 2" forcerange="-30 35"/>', "", [30.0, np.inf]),
+        ('<general class="big" joint="a"/><general class="small" joint="b"/>', CLASSES, [87.0, 12.0]),
+        (
+            '<motor joint="a" ctrlrange="-3 3" ctrllimited="true"/>',
+            '<compiler autolimits="false"/>',
+            [3.0, np.inf],
+        ),
+        ('<motor joint="a" ctrlrange="-3 3" ctrllimited="false"/>', "", [np.inf, np.inf]),
+    ],
+)
+def test_the_most_that_actuators_give(actuators: str, settings: str, expected: list[float]) -> None:
+    on = ' limited="true"' if "autolimits" in settings else ""
+    text = MOTORS.format(actuators=actuators, settings=settings, more="").replace('"-1 1"', f'"-1 1"{on}')
+    assert Robot.from_mjcf(text, limits={"v_max": 1.0}).limits.tau_max.tolist() == expected
+
+
+def test_the_smaller_one_counts_of_joint_and_actuator() -> None:
+    assert torques('<motor joint="a" ctrlrange="-40 40"/>', more='actuatorfrcrange="-30 30"')[0] == 30.0
+    off = 'actuatorfrcrange="-30 30" actuatorfrclimited="false"'
+    assert torques('<motor joint="a" ctrlrange="-40 40"/>', more=off)[0] == 40.0

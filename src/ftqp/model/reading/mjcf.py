@@ -1,165 +1,267 @@
-"""Reading MJCF, MuJoCo's model files."""
+"""Reading MJCF: MuJoCo compiles the file, and a pinocchio model is built of what it made."""
 
-from pathlib import Path
-from tempfile import TemporaryDirectory
+from collections.abc import Iterable, Sequence
+from itertools import count
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
 
-from ftqp.core.errors import InputError, MissingPackage
-from ftqp.model.audit import Finding, note, unsafe
-from ftqp.model.chain import kind
+from ftqp.core.checks import FloatArray
+from ftqp.model.audit import Finding, note
 from ftqp.model.followers import Follower
-from ftqp.model.reading.mjcf_motors import motor_limits
-from ftqp.model.reading.safe_xml import xml_of
-from ftqp.model.reading.source import Source, source_of
+from ftqp.model.reading.compiled_mjcf import compiled
+from ftqp.model.reading.mjcf_findings import beside_joints
+from ftqp.model.reading.mujoco_package import mujoco
+from ftqp.model.reading.source import Source
+from ftqp.model.reduction import joint_index, tips_of
 
-PROBE = """<mujoco><worldbody><body name="b"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
-<joint name="j" type="slide" range="0 1"/></body></worldbody></mujoco>"""
-"""One joint that slides from 0 m to 1 m; pinocchio 4.1 takes metres for degrees, as angles are by default."""
-
-NUMBERS = {
-    "axis": 3,
-    "pos": 3,
-    "range": 2,
-    "actuatorfrcrange": 2,
-    "armature": 1,
-    "damping": 1,
-    "frictionloss": 1,
-}
-"""Attributes of a joint that are finite numbers, and how many."""
+DISABLE = mujoco.mjtDisableBit
+FREE, BALL, SLIDE, HINGE = (
+    int(getattr(mujoco.mjtJoint, f"mjJNT_{w}")) for w in ("FREE", "BALL", "SLIDE", "HINGE")
+)
+ONE_AXIS = (HINGE, SLIDE)
+"""Types of joints with one degree of freedom."""
+DIRECT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+"""Actuators that stand at a joint."""
+MOTOR = (int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtDyn.mjDYN_NONE))
+"""Gain, bias and dynamics of an actuator whose force is its control times a number."""
 
 
-def read(source: Any) -> Source:
-    """An MJCF file or text as it was read.
+def read(source: Any, wanted: Sequence[str] = (), locked: Sequence[str | int] = ()) -> Source:
+    """An MJCF file or text as MuJoCo reads it, in MuJoCo's world and with MuJoCo's joint positions.
+
+    Args:
+        source: The path of a file, or the XML itself.
+        wanted: Frames that will be tips, none where the user leaves the choice.
+        locked: Joints that will be held.
 
     Raises:
-        InputError: The file cannot be read, includes others, or pinocchio does not understand it.
+        InputError: The file cannot be read, MuJoCo refuses it, or it has no joints.
     """
-    text, root, path = xml_of(source, "MJCF", "mujoco")
-    _refuse_parts(root, path)
-    name = root.get("model") or "robot"
-    model = _model(text, path)
+    mj, name = compiled(source, whole=False)
+    names = _named(mj.joint, mj.njnt, [_label(mj.body, int(b)) + "_joint" for b in mj.jnt_bodyid])
+    model, joints = _tree(mj, names, wanted)
     model.name = name
-    findings = _audit(root)
-    if (
-        not findings
-        and not any(one.mass for one in model.inertias)
-        and next(root.iter("geom"), None) is not None
-    ):
-        findings += _weighed(model, text, path)
-    compiler = root.find("compiler")
-    if compiler is None or compiler.get("angle", "degree") == "degree":
-        _restore_slides(model)
-    moved = {joint.get("name") for joint in root.iter("joint") if "ref" in joint.attrib}
-    followers = {
-        joint.get("joint1", ""): _follower(joint, moved)
-        for joint in root.iterfind("equality/joint")
-        if joint.get("active", "true") == "true"
-    }
-    read_model = source_of(model)
-    most, wrong = motor_limits(root)
-    limits = {
-        name: {**written, "tau_max": min(written["tau_max"], most.get(name, np.inf))}
-        for name, written in read_model.limits.items()
-    }
+    simple = [j for j in range(mj.njnt) if mj.jnt_type[j] in ONE_AXIS]
+    free = [names[j] for j in range(mj.njnt) if mj.jnt_type[j] == FREE]
+    rest = {names[j]: float(mj.qpos0[mj.jnt_qposadr[j]]) for j in simple}
+    followers = _followers(mj, names, rest)
+    held = {joint_index(names, joint, name) for joint in [*locked, *free]}
+    moving = {
+        int(i) - 1
+        for tip in tips_of(model, wanted, locked)[0]
+        for frame in model.frames
+        if frame.name == tip
+        for i in model.supports[frame.parentJoint]
+    } - {-1, *held}
+    carrier = [max(({-1, *(int(i) - 1 for i in model.supports[at])} & moving), default=-1) for at in joints]
+    findings = [*_ambiguous(mj, wanted), *beside_joints(mj, names, moving, carrier)]
+    based = [one for one in free if any(names.index(one) + 1 in model.supports[j + 1] for j in moving)]
+    findings += [
+        note(
+            f'joint {names[j]!r} has a range that its limited="false" switches off; give '
+            f"limits={{'q_min': {{{names[j]!r}: ...}}, 'q_max': ...}} to keep one"
+        )
+        for j in sorted(moving)
+        if not mj.jnt_limited[j] and mj.jnt_range[j, 0] < mj.jnt_range[j, 1]
+    ]
+    for one in based:
+        findings.append(note(f"the free joint {one!r} is held at its place in the file"))
     return Source(
         model=model,
-        limits=limits,
+        limits={names[j]: _limits(mj, j) for j in simple},
         followers=followers,
-        findings=[*findings, *wrong],
-        postures=read_model.postures,
+        findings=findings,
+        postures={
+            mj.key(k).name: {names[j]: float(mj.key_qpos[k, mj.jnt_qposadr[j]]) for j in simple}
+            for k in range(mj.nkey)
+            if mj.key(k).name
+        },
+        held=free,
+        rest=rest,
     )
 
 
-def _weighed(model: Any, text: str, path: Path | None) -> list[Finding]:
-    """Takes the masses of geoms from MuJoCo; says so where it is missing."""
-    try:
-        from ftqp.model.reading.mjcf_masses import weigh  # MuJoCo is optional
-    except MissingPackage as error:
-        return [note(f"its masses may stand in its geoms, which MuJoCo reads: {error}")]
-    weigh(model, text, path)
-    return []
-
-
-def _follower(joint: ElementTree.Element, moved: set[str | None]) -> Follower:
-    """How a joint of an equality follows another one: y = a_0 + a_1 x, unless it is something else."""
-    leader = joint.get("joint2")
-    values = _numbers(joint.get("polycoef", "0 1 0 0 0")) or [0.0, np.nan]
-    offset, ratio, *more = [*values, 0.0, 0.0][: max(len(values), 2)]
-    why = ""
-    if leader is None:
-        why = "a constant moves no joint"
-    elif any(more):
-        why = f"along the curve {joint.get('polycoef')!r:.60}, not in proportion"
-    elif leader in moved or joint.get("joint1") in moved:
-        why = "one of them has a ref, by which angles are counted from elsewhere"
-    return Follower(leader=leader or "a constant", ratio=ratio, offset=offset, otherwise=why)
-
-
-def _refuse_parts(root: ElementTree.Element, path: Path | None) -> None:
-    """Pinocchio would leave out what stands in other files, limits among it, without a word."""
-    part = next(root.iter("include"), None)
-    if part is None:
-        return
-    name = "MJCF" if path is None else f"MJCF {str(path)!r}"
-    file = "FILE" if path is None else path.name
-    raise InputError(
-        f"{name} includes {part.get('file')!r:.80}, expected one file with the whole arm; name the file that "
-        "has the arm itself, or let MuJoCo make one of all: "
-        f"mujoco.mj_saveLastXML('whole.xml', mujoco.MjModel.from_xml_path({file!r}))"
-    )
-
-
-def _model(text: str, path: Path | None) -> Any:
-    if path is None:
-        with TemporaryDirectory() as folder:
-            written = Path(folder, "robot.xml")
-            written.write_text(text, encoding="utf-8")
-            return _model(text, written)
-    try:
-        return pin.buildModelFromMJCF(str(path))
-    except (ValueError, RuntimeError, IndexError) as error:
-        reason = str(error).rpartition("message:")[2].strip()
-        raise InputError(f"MJCF {str(path)!r} was refused by pinocchio: {reason:.300}") from error
-
-
-def _audit(root: ElementTree.Element) -> list[Finding]:
-    """Joints and masses whose figures pinocchio would read as something else without a word."""
-    found: list[Finding] = []
-    for joint in root.iter("joint"):
-        label = f"joint {joint.get('name') or joint.get('class') or 'without a name'!r}"
-        for key, count in NUMBERS.items():
-            if key not in joint.attrib:
-                continue
-            values = _numbers(joint.attrib[key])
-            expected = "a finite number" if count == 1 else f"{count} finite numbers"
-            if values is None or len(values) != count:
-                found.append(unsafe(f"{label} has {key} {joint.attrib[key]!r:.60}, expected {expected}"))
-            elif key == "axis" and not any(values):
-                found.append(unsafe(f"{label} has a zero axis, expected a direction"))
-    for inertial in root.iter("inertial"):
-        mass = _numbers(inertial.get("mass", ""))
-        if mass is None or len(mass) != 1 or mass[0] < 0.0:
-            found.append(unsafe(f"a body has a mass of {inertial.get('mass')!r:.60}, expected kg > 0"))
+def _named(of: Any, number: int, otherwise: Sequence[str]) -> list[str]:
+    """The names of some elements; one without gets a name that no other one has."""
+    found = [str(of(i).name) for i in range(number)]
+    for i, word in enumerate(otherwise):
+        if not found[i]:
+            found[i] = next(w for k in count(1) if (w := word if k == 1 else f"{word} {k}") not in found)
     return found
 
 
-def _numbers(text: str) -> list[float] | None:
-    try:
-        values = [float(word) for word in text.split()]
-    except ValueError:
-        return None
-    return values if np.isfinite(values).all() else None
+def _label(of: Any, at: int) -> str:
+    return str(of(at).name) or f"body {at}"
 
 
-def _restore_slides(model: Any) -> None:
-    """Brings ranges of sliding joints back to metres where pinocchio took them for degrees."""
-    probe = float(_model(PROBE, None).upperPositionLimit[0])
-    for i in range(1, model.njoints):
-        if kind(model.joints[i]).startswith("P") and model.nqs[i] == 1:
-            at = model.idx_qs[i]
-            model.lowerPositionLimit[at] /= probe
-            model.upperPositionLimit[at] /= probe
+def _tree(mj: Any, names: Sequence[str], wanted: Sequence[str]) -> tuple[Any, list[int]]:
+    """The pinocchio model of all that hangs on the world, and the last joint before each body.
+
+    A joint's frame stands at its anchor and is turned, or moved, back by its ``ref``, so that positions are
+    those of MuJoCo.
+    """
+    model = pin.Model()
+    off = mj.opt.disableflags & DISABLE.mjDSBL_GRAVITY
+    model.gravity = pin.Motion(np.r_[np.zeros(3) if off else mj.opt.gravity, np.zeros(3)])
+    bodies = _named(mj.body, mj.nbody, [f"body {b}" for b in range(mj.nbody)])
+    sites = [str(mj.site(s).name) for s in range(mj.nsite)]
+    joints, places, frames = [0], [pin.SE3.Identity()], [0]
+    for b in range(1, mj.nbody):
+        above = int(mj.body_parentid[b])
+        at, frame = joints[above], frames[above]
+        place = places[above] * _pose(mj.body_pos[b], mj.body_quat[b])
+        for j in range(mj.body_jntadr[b], mj.body_jntadr[b] + mj.body_jntnum[b]):
+            kind, back = _joint(mj, j)
+            anchor = pin.SE3(np.eye(3), mj.jnt_pos[j].copy())
+            at = model.addJoint(at, kind, place * anchor * back, names[j])
+            frame, place = model.addJointFrame(at, frame), anchor.inverse()
+        if at:
+            turn = _pose(np.zeros(3), mj.body_iquat[b]).rotation
+            moments = turn @ np.diag(mj.body_inertia[b]) @ turn.T
+            body = pin.Inertia(float(mj.body_mass[b]), mj.body_ipos[b].copy(), moments)
+            model.appendBodyToJoint(at, body, place)
+        # a site goes before the body of its name, as it is there to be a tip
+        sort = pin.FrameType.FIXED_JOINT if bodies[b] in sites else pin.FrameType.BODY
+        joints.append(at)
+        places.append(place)
+        frames.append(model.addFrame(pin.Frame(bodies[b], at, frame, place, sort)))
+    for s, name in enumerate(sites):
+        if name:
+            b = int(mj.site_bodyid[s])
+            place = places[b] * _pose(mj.site_pos[s], mj.site_quat[s])
+            model.addFrame(pin.Frame(name, joints[b], frames[b], place, pin.FrameType.OP_FRAME))
+    model.armature, model.damping, model.friction = _rotors(mj)
+    return model, joints
+
+
+def _pose(place: Any, quaternion: Any) -> Any:
+    w, x, y, z = quaternion
+    return pin.SE3(pin.Quaternion(w, x, y, z).toRotationMatrix(), np.array(place))
+
+
+def _joint(mj: Any, j: int) -> tuple[Any, Any]:
+    """pinocchio's joint, and the way back from where the file has it to position 0."""
+    axis, ref = mj.jnt_axis[j].copy(), mj.qpos0[mj.jnt_qposadr[j]]
+    if mj.jnt_type[j] == HINGE:
+        return pin.JointModelRevoluteUnaligned(axis), pin.SE3(pin.exp3(-ref * axis), np.zeros(3))
+    if mj.jnt_type[j] == SLIDE:
+        return pin.JointModelPrismaticUnaligned(axis), pin.SE3(np.eye(3), -ref * axis)
+    ball = mj.jnt_type[j] == BALL
+    return pin.JointModelSpherical() if ball else pin.JointModelFreeFlyer(), pin.SE3.Identity()
+
+
+def _rotors(mj: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Rotor inertia, viscous and dry friction of every degree of freedom, those of actuators among them."""
+    off, flags = mj.opt.disableflags, DISABLE
+    armature = mj.dof_armature.copy()
+    damping = mj.dof_damping * (not off & flags.mjDSBL_DAMPER)
+    friction = mj.dof_frictionloss * (not off & flags.mjDSBL_FRICTIONLOSS)
+    for a, j in _at_joints(mj):
+        at, square = mj.jnt_dofadr[j], mj.actuator_gear[a, 0] ** 2
+        for name, total in (("actuator_armature", armature), ("actuator_damping", damping)):
+            own = getattr(mj, name, None)  # of MuJoCo 3.5 and later
+            total[at] += 0.0 if own is None else square * own[a]
+    return armature, damping, friction
+
+
+def _at_joints(mj: Any) -> Iterable[tuple[int, int]]:
+    """The actuators that stand at a joint with one degree of freedom, each with it."""
+    for a in range(len(mj.actuator_trntype)):
+        j = int(mj.actuator_trnid[a, 0])
+        if mj.actuator_trntype[a] in DIRECT and mj.jnt_type[j] in ONE_AXIS:
+            yield a, j
+
+
+def _limits(mj: Any, j: int) -> dict[str, float]:
+    """Limits of a joint; its torque is what its own range and its actuators allow, whichever is less.
+
+    The range of an actuator's force counts, and that of its control where the force is in proportion to it,
+    as a ``motor``'s is; both times its gear. A joint that one of its actuators leaves without a limit has
+    none.
+    """
+    low, high = mj.jnt_range[j]
+    if not mj.jnt_limited[j] and (low < high or low == high == 0.0):  # else it is one that MuJoCo ignores
+        low, high = -np.inf, np.inf
+    own = _either_way(mj.jnt_actfrcrange[j]) if mj.jnt_actfrclimited[j] else np.inf
+    motors = [_most(mj, a) for a, at in _at_joints(mj) if at == j]
+    return {
+        "q_min": float(low),
+        "q_max": float(high),
+        "v_max": np.inf,
+        "tau_max": float(min(own, sum(motors) if motors else np.inf)),
+    }
+
+
+def _most(mj: Any, a: int) -> float:
+    """The most that an actuator gives its joint [N m or N]."""
+    gear, most = abs(mj.actuator_gear[a, 0]), np.inf
+    if mj.actuator_forcelimited[a]:
+        most = _either_way(mj.actuator_forcerange[a])
+    kinds = (mj.actuator_gaintype[a], mj.actuator_biastype[a], mj.actuator_dyntype[a])
+    if mj.actuator_ctrllimited[a] and kinds == MOTOR:
+        most = min(most, abs(mj.actuator_gainprm[a, 0]) * _either_way(mj.actuator_ctrlrange[a]))
+    return float(gear * most) if gear else 0.0
+
+
+def _either_way(ends: FloatArray) -> float:
+    """What a range allows either way, or the one way that it allows."""
+    return float(np.abs(ends).min() or np.abs(ends).max())
+
+
+def _followers(mj: Any, names: Sequence[str], rest: dict[str, float]) -> dict[str, Follower]:
+    """Joints that equalities tie to others: y - y0 = a0 + a1 (x - x0), each followed to the one that leads.
+
+    Where an equality holds a joint at a constant, that is where it rests.
+    """
+    found: dict[str, Follower] = {}
+    if mj.opt.disableflags & DISABLE.mjDSBL_EQUALITY:
+        return found
+    for e in np.flatnonzero((mj.eq_type == int(mujoco.mjtEq.mjEQ_JOINT)) & mj.eq_active0):
+        y = names[mj.eq_obj1id[e]]
+        a0, a1, *more = (float(a) for a in mj.eq_data[e, :5])
+        if mj.eq_obj2id[e] < 0:
+            rest[y] += a0
+            found[y] = Follower(leader="a constant", otherwise="a constant moves no joint")
+            continue
+        x = names[mj.eq_obj2id[e]]
+        offset = rest[y] + a0 - a1 * rest[x]
+        if any(more):
+            curve = " ".join(f"{a:g}" for a in (a0, a1, *more))
+            found[y] = Follower(leader=x, otherwise=f"along the curve {curve!r}, not in proportion")
+        elif y not in found and _leader(found, x) != y:
+            found[y] = Follower(leader=x, ratio=a1, offset=offset)
+        elif x not in found and a1 and _leader(found, y) != x:
+            found[x] = Follower(leader=y, ratio=1.0 / a1, offset=-offset / a1)
+        else:
+            found[y] = Follower(leader=x, otherwise="equalities tie it to others already")
+    return {joint: _resolved(found, joint) for joint in found}
+
+
+def _leader(found: dict[str, Follower], joint: str) -> str:
+    """The joint that leads another one in the end."""
+    while joint in found and not found[joint].otherwise:
+        joint = found[joint].leader
+    return joint
+
+
+def _resolved(found: dict[str, Follower], joint: str) -> Follower:
+    """How a joint follows the one that leads it in the end."""
+    one = found[joint]
+    while not one.otherwise and one.leader in found and not found[one.leader].otherwise:
+        above = found[one.leader]
+        one = Follower(
+            leader=above.leader, ratio=one.ratio * above.ratio, offset=one.ratio * above.offset + one.offset
+        )
+    return one
+
+
+def _ambiguous(mj: Any, wanted: Sequence[str]) -> list[Finding]:
+    bodies = {str(mj.body(b).name) for b in range(mj.nbody)}
+    sites = {str(mj.site(s).name) for s in range(mj.nsite)}
+    return [
+        note(f"both a site and a body are called {tip!r}; the site is taken")
+        for tip in wanted
+        if tip in bodies & sites
+    ]

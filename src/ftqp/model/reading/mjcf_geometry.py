@@ -1,17 +1,13 @@
-"""Geometry of an MJCF file that things collide with, where it stands while its joints are where they begin.
+"""Geometry of an MJCF file that things collide with, where its joints begin."""
 
-MuJoCo itself reads it, with defaults, angles and meshes: pinocchio loses the pose of a body without joints.
-"""
-
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ftqp.core.errors import InputError
 from ftqp.model.capsules import Collision
+from ftqp.model.reading.compiled_mjcf import compiled
 from ftqp.model.reading.mujoco_package import mujoco
-from ftqp.model.reading.safe_xml import xml_of
 
 GEOM = mujoco.mjtGeom
 
@@ -22,8 +18,7 @@ def mjcf_collisions(source: Any) -> list[Collision]:
     Raises:
         InputError: The file cannot be read, MuJoCo refuses it, or it has geometry without a size or hull.
     """
-    text, _, path = xml_of(source, "MJCF", "mujoco")
-    model = compiled(text, path)
+    model, _ = compiled(source)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     return [
@@ -31,24 +26,6 @@ def mjcf_collisions(source: Any) -> list[Collision]:
         for at in range(model.ngeom)
         if model.geom_contype[at] or model.geom_conaffinity[at]
     ]
-
-
-def compiled(text: str, path: Path | None) -> Any:
-    """The model as MuJoCo reads it.
-
-    Args:
-        text: The MJCF.
-        path: Its file, or None.
-
-    Raises:
-        InputError: MuJoCo refuses it.
-    """
-    try:
-        return (
-            mujoco.MjModel.from_xml_string(text) if path is None else mujoco.MjModel.from_xml_path(str(path))
-        )
-    except ValueError as error:
-        raise InputError(f"MJCF {str(path)!r} was refused by MuJoCo: {error!s:.300}") from error
 
 
 def _piece(model: Any, data: Any, at: int) -> Collision:

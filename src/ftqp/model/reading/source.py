@@ -25,6 +25,8 @@ class Source:
         findings: What the reader has to say.
         postures: Postures that the model names, positions by joint [rad or m].
         shapes: Collision geometry of the links.
+        held: Joints that are held anyway, those of a base that is free in a simulator.
+        rest: Where joints are held that nobody says a place for, 0 where absent [rad or m].
     """
 
     model: Any
@@ -33,6 +35,8 @@ class Source:
     findings: Sequence[Finding] = ()
     postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     shapes: Sequence[Capsule | Collision] = ()
+    held: Sequence[str] = ()
+    rest: Mapping[str, float] = field(default_factory=dict)
 
 
 def source_of(model: Any) -> Source:

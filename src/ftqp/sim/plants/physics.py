@@ -1,6 +1,5 @@
 """Rigid bodies with friction, brakes and end stops, in MuJoCo."""
 
-import logging
 from collections.abc import Sequence
 from typing import Any, NamedTuple, final
 
@@ -110,8 +109,6 @@ class Physics:
 
     def reset(self, q: FloatArray, v: FloatArray) -> None:
         """Begin at (q, v), each (nv,), every joint released and free of torque."""
-        if mujoco.get_mju_user_warning() is None:  # else MuJoCo writes MUJOCO_LOG.TXT where the user works
-            mujoco.set_mju_user_warning(logging.getLogger("ftqp").warning)
         mujoco.mj_resetData(self._model, self._data)
         self._data.eq_active[: len(self._names)] = 0  # behind them stand those of joints that follow others
         self._push[:] = 0.0
