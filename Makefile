@@ -19,7 +19,7 @@ QUICK  ?= -m "not slow and not long" --few 2 tests/core tests/faults tests/model
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo kernel pictures test test-all quick test-pythons test-lowest licences docs campaign bench bench-first-use wheel wheels clean
+.PHONY: help demo kernel papers pictures test test-all quick test-pythons test-lowest licences docs campaign bench bench-first-use wheel wheels clean
 
 help:
 	@echo "make demo       an arm in physics loses a joint, finds out and finishes, beside a rival; writes pictures"
@@ -30,6 +30,7 @@ help:
 	@echo "make test-pythons   make test with each of $(PYTHONS) that is on this machine"
 	@echo "make test-lowest    the quick tests with the oldest version of each dependency that pyproject.toml allows"
 	@echo "make licences       what is installed and under which licence, into dist/sbom.json (CycloneDX) and a table"
+	@echo "make papers     every figure and table of the five papers that shows a result, into its page"
 	@echo "make pictures   README's picture and animation, made by the live page in a browser (needs Chromium)"
 	@echo "make campaign   ten minutes of random episodes, judged from outside: a sample of each bundled campaign"
 	@echo "make bench      step, batches, memory, first use: measures them and rewrites docs/evidence/speed.md"
@@ -96,6 +97,10 @@ licences: $(VENV)/.has-viz
 	mkdir -p dist
 	$(BIN)/cyclonedx-py environment $(BIN)/python --output-file dist/sbom.json
 	$(BIN)/pip-licenses --order=license
+papers: $(VENV)/.has-viz
+	@$(MAKER)
+	$(BIN)/python studies/paper_figures.py
+
 pictures: $(VENV)/.has-dev
 	$(BIN)/python docs/making/live_pictures.py
 

@@ -2,6 +2,7 @@
 
     python studies/goel2005.py           all of it, about a minute; pictures beside the report
     python studies/goel2005.py --quick   a quarter of the configurations and a hundredth of the brute force
+    python studies/goel2005.py --figures DIR [--only 7]   its figures one by one
 
 Expected figures are those of an independent program; docs/evidence/goel2005.md says what the paper prints and
 what does not reproduce. CPU times are those of one thread, compilation apart. Report and numbers go
@@ -11,9 +12,11 @@ to ``--out``.
 import json
 import sys
 import time
+from functools import cache, partial
 
 import numpy as np
 from bench import command_line, results
+from papers.beside import Sheet, add_figures, drawn_sheets
 
 import ftqp
 from ftqp.analysis import (
@@ -231,6 +234,61 @@ def pictures(found_map, found_basins):
     return draw
 
 
+@cache
+def measured():
+    """Map and basins, made once: what is told of them, and what draws all pictures."""
+    found, arrays = maps(quick=False)
+    told, fields = figure_8()
+    return found, told, cache(partial(pictures(arrays, fields), None))
+
+
+def sheet(part, ours):
+    """A figure, which is drawn with all others; ``ours`` says what is found, of the map and the basins."""
+    found, told, draw = measured()
+    said, file = ours(found, told), f"goel2005-{part}.png"
+    return Sheet(said, {"said": said}, lambda path, _: draw(path.parent, "goel2005"), file=file)
+
+
+def case_ends(*names):
+    """What is found of some cases."""
+    rows = [row for row in ends() if row["case"].startswith(names)]
+    found = [
+        f"every {row['period']:.6g} s" if row["period"] else f"error {row['error']:.6f} m" for row in rows
+    ]
+    return "; ".join(f"{row['case']}: {row['kind']}, {end}" for row, end in zip(rows, found, strict=True))
+
+
+def basin_shares(_, told):
+    """Areas of the basins, and how many saddles part them."""
+    shares = " and ".join(f"{100.0 * share:.2f}" for share in told["share"])
+    return f"{shares} % of the area, {len(told['saddles'])} saddles"
+
+
+def rest_changes(*_):
+    """Where the goal is within reach with joint 1 locked, and where the arm rests off it [degrees]."""
+    within = np.degrees(joint_ranges(arm(3), GOAL, rows="position")["j1"].intervals)
+    off = np.degrees(rest_curves(arm(3), GOAL, "j1").sink_intervals().intervals)
+    return f"within reach at {within.round(4).tolist()}, it rests off it at {off.round(4).tolist()}"
+
+
+def map_means(found, _):
+    """The two points in print, and the means of the map."""
+    two, one = found["printed"]["R100"][0][1], found["printed"]["R100"][1][0]
+    means = ", ".join(f"{value:.2f}" for value in found["means"]["R100"])
+    return f"{two:.0f} and {one:.0f} % at the two points; means of R100 {means} % (joints 1, 2, 3, any)"
+
+
+SHEETS = {
+    "3 and 4": partial(sheet, "two-links", lambda *_: case_ends("2R, goal")),
+    "5 and 6": partial(sheet, "motions", lambda *_: case_ends("Fig. 5", "Fig. 6, 150")),
+    "7": partial(sheet, "cycle", lambda *_: case_ends("Fig. 7, 30")),
+    "8": partial(sheet, "basins", basin_shares),
+    "9": partial(sheet, "rests-j1", rest_changes),
+    "10": partial(sheet, "map-R", map_means),
+}
+"""The figures of the paper that show a result."""
+
+
 def two_links():
     """Where the error falls and which way joint 2 turns, for goals at two distances from joint 2."""
     from ftqp.viz.figures.failure_pictures import SignPanel
@@ -337,7 +395,10 @@ def main() -> int:
     parser.add_argument("--quick", action="store_true", help="fewer configurations, a hundredth of the runs")
     results.add_out(parser, "goel2005")
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    add_figures(parser)
     given = parser.parse_args()
+    if given.figures is not None:
+        return drawn_sheets("goel2005", SHEETS, given.figures, given.only)
     found, arrays = maps(given.quick)
     rests, fields = figure_8()
     result = results.circumstances("goel2005", (), {"quick": given.quick}) | {

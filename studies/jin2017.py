@@ -4,18 +4,19 @@ E1 has no fault, in E2 joint 1 locks at 15 s, in E3 joints 1 to 5 do; E4 is the 
 The settings are those of the bundled scenario planar6-square.
 
     python studies/jin2017.py [--quick] [--out DIR] [--json]
+    python studies/jin2017.py --figures DIR [--only E2]
 
 Seconds on one core. Quick leaves the velocity level out. The report and its pictures go to studies/results.
 """
 
+import sys
 from functools import partial
 from typing import Any
 
 import numpy as np
-from papers.beside import Found, Row, told
+from papers.beside import Found, Row, Sheet, draw_loop, told
 
 from ftqp.app.scenario.setup import load
-from ftqp.viz.figures.loop_picture import draw_loop
 
 LOCK = '{{kind="locked", joint={}, at=15.0, mode="instant", reset="kinematic"}}'
 CASES = {
@@ -40,11 +41,20 @@ def said(result: Any) -> str:
     return error if result.stopped_at is None else f"stop at {result.stopped_at:.2f} s"
 
 
+PUBLISHED = {"E1": "torque curves", "E2": "below 4e-6 m", "E3": "stop near 16 s"}
+
+
+def sheet(name: str) -> Sheet:
+    """Joint velocities, torques and the tip's error of a case."""
+    result = run(CASES[name][1])
+    values = {"most": float(result.log["position_error"].max()), "stopped": result.stopped_at}
+    return Sheet(said(result), values, lambda file, _: picture(name, result, file))
+
+
 def work(quick: bool) -> Found:
     """All cases, and their figures."""
     runs = {name: run(joints) for name, (_, joints) in CASES.items()}
-    published = {"E1": "torque curves", "E2": "below 4e-6 m", "E3": "stop near 16 s"}
-    rows = [Row(f"{name}, {CASES[name][0]}", published[name], said(result)) for name, result in runs.items()]
+    rows = [Row(f"{name}, {CASES[name][0]}", PUBLISHED[name], said(result)) for name, result in runs.items()]
     two = runs["E2"].log
     late = two["t"] > 15.0 + 2 * 0.01
     still = max(float(np.abs(two[name][late, 0]).max()) for name in ("v", "a"))
@@ -72,4 +82,5 @@ def picture(name: str, result: Any, file: Any) -> None:
 
 
 if __name__ == "__main__":
-    told("jin2017", "Jin et al. 2017, made again", __doc__ or "", "jin2017.md", work)
+    sheets = {name: partial(sheet, name) for name in CASES}
+    sys.exit(told("jin2017", "Jin et al. 2017, made again", __doc__ or "", "jin2017.md", work, sheets))

@@ -2,6 +2,7 @@
 
     python studies/zhang2016.py           all of it, some minutes
     python studies/zhang2016.py --quick   coarse grids, few speeds, few readings of the example
+    python studies/zhang2016.py --figures DIR [--only 3]   its figures one by one, in seconds
 
 Expected figures are those of an independent program; docs/evidence/zhang2016.md says what the paper prints
 and what does not reproduce. Times are wall clock on all cores, compilation apart. Report and numbers go
@@ -11,10 +12,12 @@ to ``--out``.
 import json
 import sys
 import time
+from functools import cache, partial
 from itertools import product
 
 import numpy as np
 from bench import command_line, results
+from papers.beside import Sheet, add_figures, draw_loop, drawn_sheets
 from scipy.spatial.transform import Rotation
 
 import ftqp
@@ -304,8 +307,6 @@ def markdown(result):
 
 def pictures(result, folder, stem):
     """Draws the sweep, and which failures the example survives without self-motion and with the best one."""
-    from ftqp.viz.figures.loop_picture import draw_loop
-
     rows = sorted(result["sweep"], key=lambda row: row["theta"])
     theta = [row["theta"] for row in rows]
     curves = {
@@ -329,13 +330,57 @@ def pictures(result, folder, stem):
     return files
 
 
+@cache
+def planned():
+    """The example's plan with the one speed of self-motion that survives most, see SWEEP."""
+    return plan(example_arm(), example(), Q0, "constant", settings=PlanSettings(thetas=(0.10,)))
+
+
+def lock_sheet(joint, at):
+    """Joints of the plan, and of what follows a lock, with the errors of the tip."""
+    made, task = planned(), example()
+    after = made.continue_after(joint - 1, at)
+    late, goals = task.t[-len(after) :], task.goals[-len(after) :]
+    tips = np.array([task.robot.pose(q) for q in after])
+    off = float(np.linalg.norm(tips[:, :3, 3] - goals[:, :3, 3], axis=1).max())
+    turns = Rotation.from_matrix(goals[:, :3, :3]) * Rotation.from_matrix(tips[:, :3, :3]).inv()
+    most = float(np.rad2deg(np.abs(after)).max())
+    values = {"off": off, "turned": float(turns.magnitude().max()), "most": most}
+    curves = {}
+    for i in range(7):
+        curves[f"joint {i + 1}"] = (task.t, np.rad2deg(made.q[:, i]))
+        curves[f"joint {i + 1}, after"] = (late, np.rad2deg(after[:, i]))
+    styles = {name: ":" for name in curves if "after" in name}
+    fault = (at, f"joint {joint} locks")
+    draw = partial(draw_loop, panels={"joint angles [deg]": curves}, styles=styles, fault=fault)
+    ours = "finished, at most {off:.2g} m and {turned:.2g} rad off, joints within {most:.0f} of 150 deg"
+    return Sheet(ours.format(**values), values, draw)
+
+
+def path_sheet():
+    """The path of the tip."""
+    t, place = example().t, example().goals[:, :3, 3]
+    curves = {axis: (t, values) for axis, values in zip("xyz", place.T, strict=True)}
+    ends = {"start": place[0].tolist(), "end": place[-1].tolist()}
+    ours = " to ".join("({:.3f}, {:.3f}, {:.3f})".format(*end) for end in ends.values())
+    draw = partial(draw_loop, panels={"tip [m]": curves}, styles={"y": "--", "z": ":"})
+    return Sheet(f"from {ours} m", ends, draw)
+
+
+SHEETS = {"2": path_sheet, "3": partial(lock_sheet, 4, 5.0), "4": partial(lock_sheet, 2, 10.0)}
+"""The figures of the paper that show a result."""
+
+
 def main() -> int:
     """Runs, prints, writes; 0 when done, 2 for bad input."""
     parser = command_line.parser(__doc__)
     parser.add_argument("--quick", action="store_true", help="coarse grids, few speeds, few readings")
     results.add_out(parser, "zhang2016")
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    add_figures(parser)
     given = parser.parse_args()
+    if given.figures is not None:
+        return drawn_sheets("zhang2016", SHEETS, given.figures, given.only)
     result = results.circumstances("zhang2016", (), {"quick": given.quick}) | {
         "sweep": sweep(),
         "compared": compared(given.quick),

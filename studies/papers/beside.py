@@ -1,11 +1,11 @@
-"""A paper's figures beside ours: a table, pictures, and a report of both."""
+"""A paper's figures beside ours: a table, pictures, and a report of both; and each figure by itself."""
 
 import argparse
 import json
 import platform
 import sys
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from datetime import date
 from importlib import metadata
 from pathlib import Path
@@ -13,6 +13,16 @@ from typing import Any
 
 from bench import results
 
+from ftqp.core.errors import FtqpError, InputError
+
+PAPERS = {
+    "bedrossian1993": "Bedrossian 1993",
+    "holt1994": "Holt and Desrochers 1994",
+    "goel2005": "Goel et al. 2005",
+    "zhang2016": "Zhang et al. 2016",
+    "jin2017": "Jin et al. 2017",
+}
+"""The papers, by the names of their scripts."""
 PACKAGES = ("ftqp", "numpy", "numba", "pin")
 
 
@@ -33,8 +43,67 @@ class Found:
     pictures: dict[str, Callable[[Path], Any]]
 
 
-def told(name: str, title: str, doc: str, page: str, work: Callable[[bool], Found]) -> None:
-    """The command line of a script: do the work, draw, and write or print the table.
+@dataclass(frozen=True)
+class Sheet:
+    """A figure or table of a paper, made again.
+
+    Attributes:
+        ours: What it shows, in numbers.
+        values: The same by name, for whoever checks them.
+        draw: Draws it to a file under a title; None where it is a table.
+        table: Its rows, the head first.
+        file: The picture; after its script and its name if empty.
+    """
+
+    ours: str
+    values: dict[str, Any]
+    draw: Callable[[Path, str], Any] | None = None
+    table: Sequence[Sequence[str]] = ()
+    file: str = ""
+
+
+Sheets = Mapping[str, Callable[[], Sheet]]
+"""What makes each figure (``"7"``) and table (``"table 2"``) of a paper, in its order."""
+
+
+def draw_loop(*given: Any, **options: Any) -> Any:
+    """`ftqp.viz.figures.loop_picture.draw_loop`; matplotlib is loaded, or missed, here."""
+    from ftqp.viz.figures.loop_picture import draw_loop as draw
+
+    return draw(*given, **options)
+
+
+def add_figures(parser: argparse.ArgumentParser) -> None:
+    """Add the folder of the figures, and which one is wanted."""
+    told = "draw the paper's figures and tables one by one into DIR, and nothing else"
+    parser.add_argument("--figures", type=Path, metavar="DIR", help=told)
+    parser.add_argument("--only", metavar="NAME", help="that figure or table alone: 7, or 'table 2'")
+
+
+def drawn_sheets(name: str, sheets: Sheets, folder: Path, only: str | None) -> int:
+    """Draw the figures of a paper, and print as JSON what they show; 0, or 2 for bad input."""
+    found = {}
+    try:
+        if only is not None and only not in sheets:
+            raise InputError(f"--only {only}: no such figure of {name}; it has {', '.join(sheets)}")
+        from ftqp.viz.figures.canvas import made_folder
+
+        made_folder(folder)
+        for key in sheets if only is None else [only]:
+            sheet = sheets[key]()
+            file = sheet.file or f"{name}-{key.replace(' ', '-')}.png"
+            if sheet.draw is not None:
+                sheet.draw(folder / file, f"{PAPERS[name]}, figure {key}")
+            found[key] = asdict(replace(sheet, draw=None, file=file if sheet.draw else ""))
+    except FtqpError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    print(json.dumps(found))
+    return 0
+
+
+def told(name: str, title: str, doc: str, page: str, work: Callable[[bool], Found], sheets: Sheets) -> int:
+    """The command line of a script: do the work, draw, write or print the table; 0, or 2 for bad input.
 
     Args:
         name: Of the script.
@@ -42,12 +111,16 @@ def told(name: str, title: str, doc: str, page: str, work: Callable[[bool], Foun
         doc: What --help says.
         page: The page that explains what differs.
         work: Does it, a part of it where it is to be quick.
+        sheets: What makes each figure and table of the paper.
     """
     parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="a part of it")
     parser.add_argument("--json", action="store_true", help="print the table as JSON and write nothing")
     results.add_out(parser, name)
+    add_figures(parser)
     given = parser.parse_args()
+    if given.figures is not None:
+        return drawn_sheets(name, sheets, given.figures, given.only)
     found = work(given.quick)
     result = {
         "command": " ".join(["python", f"studies/{name}.py", *sys.argv[1:]]),
@@ -59,7 +132,7 @@ def told(name: str, title: str, doc: str, page: str, work: Callable[[bool], Foun
     }
     if given.json:
         print(json.dumps(result))
-        return
+        return 0
     text = _markdown(title, page, result)
 
     def drawn(_: dict[str, Any], folder: Path, stem: str) -> list[Path]:
@@ -70,8 +143,13 @@ def told(name: str, title: str, doc: str, page: str, work: Callable[[bool], Foun
         return files
 
     stem = results.stem(name, name=None, quick=given.quick)
-    results.written(result, text, given.out, stem, drawn)
+    try:
+        results.written(result, text, given.out, stem, drawn)
+    except FtqpError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
     print(text)
+    return 0
 
 
 def _markdown(title: str, page: str, result: dict[str, Any]) -> str:

@@ -16,6 +16,8 @@ from ftqp.sim.plants.servo_plant import ServoPlant
 DEG = np.pi / 180.0
 FAST = {"v_max": 1e3, "a_max": 1e9}
 """The ideal loop has no limits."""
+SERVO = 0.115
+"""Time constant of the joint servos, as studies/holt1994.py fits it to the published step of 10 deg [s]."""
 
 
 def puma(**limits):
@@ -89,7 +91,7 @@ def run(
     plan, dt = follower.planner, follower.planner.dt
     arm, q, v = Arm(plan.robot), np.array(q0, dtype=float), np.zeros(plan.robot.nv)
     goal = motion.pose[0] @ arm.tip(q) if target is None else target
-    plant = None if servo is None else ServoPlant(servo, dt)
+    plant = None if servo is None else ServoPlant(servo, dt, time_constant=SERVO)
     if plant is not None:
         plant.reset(q, v)
     follower.reset(q)

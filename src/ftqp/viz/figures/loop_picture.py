@@ -30,6 +30,7 @@ def draw_loop(
     *,
     x_label: str = "time [s]",
     logarithmic: Sequence[str] = (),
+    styles: Mapping[str, str] | None = None,
     arm: tuple[Robot, Any] | None = None,
     fault: tuple[float, str] | None = None,
 ) -> Path:
@@ -41,6 +42,8 @@ def draw_loop(
         panels: By the label of its axis, with the unit, the curves of each panel: by name, (x, y), each (K,).
         x_label: What x is, with its unit.
         logarithmic: Labels of panels whose axis is logarithmic.
+        styles: Lines by the name of the curve, ``"-"``, ``"--"``, ``":"`` or ``"-."``, where readers expect
+            certain ones; curves of a panel that begin with the same two words share a colour. None: by order.
         arm: The robot and its configurations, (K, nv): it is drawn at six instants. None: no arm.
         fault: When a joint failed, and how that is called; a line in every panel. None: no line.
 
@@ -56,19 +59,27 @@ def draw_loop(
         _draw_arm(before, *arm)
     axes = np.atleast_1d(beside.subplots(len(panels), 1, sharex=True))
     for panel, (label, lines) in zip(axes, panels.items(), strict=True):
-        _draw_curves(panel, lines, fault)
+        _draw_curves(panel, lines, fault, styles)
         tidy(panel, x_label if panel is axes[-1] else "", label)
         if label in logarithmic:
             panel.set_yscale("log")
     return save(figure, path)
 
 
-def _draw_curves(panel: Axes, lines: Mapping[str, tuple[Any, Any]], fault: tuple[float, str] | None) -> None:
+def _draw_curves(
+    panel: Axes,
+    lines: Mapping[str, tuple[Any, Any]],
+    fault: tuple[float, str] | None,
+    styles: Mapping[str, str] | None,
+) -> None:
     """Curves, of a few the first ones wider so that later ones do not hide them, and what they are."""
     few = len(lines) <= FEW
+    families = list(dict.fromkeys(_family(name) for name in lines))
     for index, (name, (x, y)) in enumerate(lines.items()):
         colour, style = look(index)
         width = 1.6 + (1.6 * (len(lines) - 1 - index) if few else 0.0)
+        if styles is not None:
+            colour, style, width = look(families.index(_family(name)))[0], styles.get(name, "-"), 1.8
         panel.plot(x, y, color=colour, linestyle=style, linewidth=width, label=name)
     if fault is not None:
         panel.axvline(fault[0], color=RED, linewidth=1.2, linestyle="--", label=fault[1])
@@ -76,6 +87,11 @@ def _draw_curves(panel: Axes, lines: Mapping[str, tuple[Any, Any]], fault: tuple
         panel.legend(frameon=False, fontsize=9)
     elif not few:
         panel.legend(frameon=False, fontsize=8.5, loc="center left", bbox_to_anchor=(1.0, 0.5))
+
+
+def _family(name: str) -> str:
+    """The two words that curves of one joint share: ``"joint 4, locked"`` goes with ``"joint 4"``."""
+    return " ".join(name.replace(",", " ").split()[:2])
 
 
 def _draw_arm(figure: Figure, robot: Robot, q: Any) -> None:

@@ -1,0 +1,130 @@
+"""Numbers behind the figures that studies draw of the papers, and what the command says to bad input."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from tests.scripts import ROOT, ran, told
+
+PAPERS = ("bedrossian1993", "holt1994", "goel2005", "zhang2016", "jin2017")
+
+
+@pytest.fixture(scope="module")
+def figures(tmp_path_factory):
+    """What every figure of a paper shows, by its name; the pictures are looked for."""
+    found = {}
+
+    def of(name):
+        if name not in found:
+            folder = tmp_path_factory.mktemp(name)
+            found[name] = json.loads(told(f"studies/{name}.py", "--figures", folder))
+            for sheet in found[name].values():
+                assert sheet["table"] or (folder / sheet["file"]).stat().st_size > 5_000
+        return {key: sheet["values"] for key, sheet in found[name].items()}
+
+    return of
+
+
+def test_locks_of_bedrossians_first_manoeuvre_leave_the_tip_as_it_was(figures):
+    values = figures("bedrossian1993")
+    assert list(values) == ["2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12"]
+    assert values["4"]["apart"] < 0.01 and values["4"]["share"] == pytest.approx(1.0, abs=1e-3)
+    assert values["5"]["still"] == [1, 6, 7] and values["3"]["still"] == []
+
+
+def test_bedrossians_second_manoeuvre_runs_into_a_singularity_and_is_damped(figures):
+    values = figures("bedrossian1993")
+    assert values["7"]["most"] == pytest.approx(5.02, abs=0.01)
+    assert values["9"]["most"] > 150.0 and values["8"]["off"] < 0.1
+    assert values["10"]["share"] == pytest.approx(0.597, abs=0.001)
+    assert values["10"]["off"] == pytest.approx(37.3, abs=0.1) and values["10"]["turned"] == pytest.approx(
+        27.4, abs=0.1
+    )
+    assert values["11"]["most"] <= 50.0
+    assert values["12"]["first"] == pytest.approx(2.21, abs=0.02)
+
+
+def test_holts_inverses_have_the_wells_of_the_paper(figures):
+    values = figures("holt1994")
+    assert values["1"]["pseudoinverse"] == pytest.approx(9.98, abs=0.05)
+    assert values["1"]["J‡"] == pytest.approx(20.6, abs=0.2)
+    assert values["7"]["weak"] == pytest.approx(30.5, abs=0.3)
+    assert values["table 1"]["ratios"][0] == 1.0 and min(values["table 1"]["ratios"][1:]) > 1.0
+
+
+def test_holts_steps_overshoot_as_a_servo_fitted_to_one_row_says(figures):
+    values = figures("holt1994")
+    assert values["table 2"]["overshoot"] == pytest.approx([0.959, 3.331, 0.0016, 2.034], abs=0.01)
+    assert values["table 2"]["settled"] == pytest.approx([1.5, 0.9, 0.9, 0.9])
+    assert values["table 3"]["overshoot"] == pytest.approx([4.35, 16.84, 12.61, 11.45], abs=0.02)
+    assert values["table 3"]["settled"] == pytest.approx([3.2, 3.0, 2.3, 2.4])
+
+
+def test_servo_of_holts_steps_is_the_one_that_is_nearest_to_the_published_row(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "studies"))
+    import holt1994
+
+    assert holt1994.fit() == holt1994.SERVO
+
+
+@pytest.mark.parametrize(("figure", "most"), [("3", 131.0), ("4", 103.0)])
+def test_zhangs_two_failures_are_survived_on_the_path(figures, figure, most):
+    values = figures("zhang2016")[figure]
+    assert values["off"] < 1.3e-4 and values["turned"] < 0.15e-4
+    assert values["most"] == pytest.approx(most, abs=1.0)
+
+
+def test_jins_cases_end_as_published_or_as_documented(figures):
+    values = figures("jin2017")
+    assert values["E1"]["most"] == pytest.approx(3.69e-6, rel=0.01)
+    assert values["E2"]["most"] < 4e-6
+    assert values["E3"]["stopped"] == pytest.approx(16.83, abs=0.02)
+
+
+def test_goels_figures_show_the_published_ends(figures):
+    values = {key: one["said"] for key, one in figures("goel2005").items()}
+    assert "goal D (2, 60): none, every 3.6276 s" in values["3 and 4"]
+    assert "every 7.74332 s" in values["7"] and "2 saddles" in values["8"]
+    assert "114.2952" in values["9"]
+
+
+def test_page_shows_every_figure(figures):
+    page = (ROOT / "docs" / "evidence" / "paper-figures.md").read_text(encoding="utf-8")
+    for name in PAPERS:
+        for key in figures(name):
+            part = page.partition(f"<!-- begin {name} {key} -->")[2].partition("<!-- end")[0]
+            assert "**Ours**" in part and ("![" in part or "|---|" in part), (name, key)
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_unknown_figure_is_answered_with_those_that_there_are(name, tmp_path):
+    done = ran(f"studies/{name}.py", "--figures", tmp_path, "--only", "99")
+    assert done.returncode == 2
+    assert f"--only 99: no such figure of {name}; it has " in done.stderr and "Traceback" not in done.stderr
+
+
+def test_folder_that_cannot_be_made_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+    done = ran("studies/jin2017.py", "--figures", tmp_path / "file" / "figures", "--only", "E2")
+    assert done.returncode == 2 and "cannot be made" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_one_figure_is_drawn_alone(tmp_path):
+    found = json.loads(told("studies/holt1994.py", "--figures", tmp_path, "--only", "table 2"))
+    assert list(found) == ["table 2"] and not list(Path(tmp_path).iterdir())
+
+
+def test_missing_matplotlib_is_answered_with_the_command_that_brings_it(tmp_path):
+    script = f"""
+import runpy, sys
+sys.modules["matplotlib"] = None
+sys.path.insert(0, {str(ROOT / "studies")!r})
+sys.argv = ["jin2017.py", "--figures", {str(tmp_path)!r}, "--only", "E2"]
+runpy.run_path({str(ROOT / "studies" / "jin2017.py")!r}, run_name="__main__")
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and "pip install" in done.stderr and "Traceback" not in done.stderr, (
+        done.stderr
+    )
