@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = tuple(ROOT / name for name in ("solvers", "benchmarks", "studies"))
 """Where scripts are, each beside the folder of its results."""
 README = ROOT / "solvers" / "README.md"
-PLACES = ("--out", "--file", "--keep", "--env-dir")
+PLACES = ("--out", "--file", "--keep", "--env-dir", "--environments", "--sets")
 """Options that name a folder or a file."""
 ALWAYS = ("ftqp", "numpy", "numba", "scipy")
 """Packages whose versions matter whoever takes part."""

@@ -133,3 +133,30 @@ def compliant(seed: int, soft: float = 1e-8, unreachable: float = 0.0) -> QP:
     box = np.concatenate([np.full(n, 1.0), np.full(m, np.inf)])
     g = np.concatenate([rng.normal(size=n), np.zeros(m)])
     return QP(np.eye(n + m), g, np.hstack([A, c * np.eye(m)]), b, lb=-box, ub=box)
+
+
+def flat_qp(seed: int) -> QP:
+    """A QP with a solution, an H of any rank below full at any scale, and no box."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(3, 31))
+    rank, m, p = int(rng.integers(1, n)), int(rng.integers(0, n // 3 + 2)), int(rng.integers(0, 2 * n))
+    F = rng.normal(size=(rank, n))
+    H = F.T @ F * 10.0 ** rng.uniform(-3.0, 3.0)
+    A, C, x = rng.normal(size=(m, n)), rng.normal(size=(p, n)), rng.normal(size=n)
+    l, u, z = C @ x - rng.uniform(0.0, 1.0, p), C @ x + rng.uniform(0.0, 1.0, p), np.zeros(p)
+    active = rng.random(p) < 0.3
+    u[active], z[active] = (C @ x)[active], rng.uniform(0.1, 2.0, int(active.sum()))
+    rows = (C, l, u) if p else ()
+    return QP(H, -(H @ x + A.T @ rng.normal(size=m) + C.T @ z), A, A @ x, *rows)
+
+
+def contradicting_qp(seed: int, margin: float, size: float = 1.0) -> QP:
+    """A QP whose rows, weighted and added, ask for less than 0 by a margin, of points far off by ``size``."""
+    rng = np.random.default_rng(seed)
+    n, p = int(rng.integers(2, 12)), int(rng.integers(2, 20))
+    m, some = int(rng.integers(0, n // 2 + 1)), int(rng.integers(1, p))
+    A, C, x = rng.normal(size=(m, n)), rng.normal(size=(p, n)), size * rng.normal(size=n)
+    weights = np.where(np.arange(p) < some, rng.uniform(0.1, 1.0, p), 0.0)
+    u, b, mu = C @ x + np.where(weights > 0.0, 0.0, rng.uniform(0.0, 1.0, p)), A @ x, rng.normal(size=m)
+    last, below = -(weights @ C + mu @ A), -(weights @ u + mu @ b) - margin
+    return QP(np.eye(n), rng.normal(size=n), A, b, np.vstack([C, last]), None, np.append(u, below))

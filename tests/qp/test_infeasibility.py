@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from planted import infeasible, planted
+from planted import contradicting_qp, infeasible, planted
 
 from ftqp.qp import QP
 from ftqp.qp.answer_check import infeasibility
@@ -67,7 +67,22 @@ def test_an_inexact_least_squares_proves_nothing_false(monkeypatch):
     for _ in range(20):
         qp = planted(rng, 6, 2, 4, unbounded=0.0).problem
         with monkeypatch.context() as patch:
-            patch.setattr(
-                module, "_bounded_least_squares", lambda matrix, *_: rng.normal(size=matrix.shape[1])
-            )
+            patch.setattr(module, "_nearest", lambda rows, *_: rng.normal(size=rows.shape[1]))
             assert infeasibility(qp) is None
+
+
+@pytest.mark.parametrize("size", [1.0, 1e3])
+@pytest.mark.parametrize("margin", [1.0, 1e-3])
+def test_a_margin_is_enough_for_a_proof(margin, size):
+    for seed in range(40):
+        qp = contradicting_qp(seed, margin, size)
+        proof = infeasibility(qp)
+        assert proof is not None, seed
+        assert proof_value(qp, proof) < 0.0
+
+
+def test_the_search_for_a_proof_ends_where_hundreds_of_rows_meet():
+    rng = np.random.default_rng(5)
+    rows, point = 1e3 * rng.normal(size=(500, 9)), rng.normal(size=9)
+    beyond = np.where(rng.random(500) < 0.5, 0.0, rng.uniform(0.0, 1.0, 500))
+    assert infeasibility(QP(np.eye(9), np.zeros(9), C=rows, u=rows @ point + beyond)) is None

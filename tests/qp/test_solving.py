@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from planted import infeasible, planted
+from planted import flat_qp, infeasible, planted
 from solvers import ADAPTED, NATIVE, tolerance
 
 from ftqp import InputError
@@ -99,3 +99,48 @@ def test_a_qp_beyond_the_capacity_of_the_kernel_names_the_way_out():
     with pytest.raises(InputError, match="use backend 'daqp'"):
         solve(QP(np.eye(200), np.zeros(200)))
     assert solve(QP(np.eye(200), np.ones(200)), "daqp").status is SolveStatus.SOLVED
+
+
+def squares(rows, aims, **limits):
+    """The QP of least squares, without the constant."""
+    rows, aims = np.array(rows, dtype=float), np.array(aims, dtype=float)
+    return QP(2.0 * rows.T @ rows, -2.0 * rows.T @ aims, **limits)
+
+
+FIVE = {"A": [[1, 3, 0, 0, 0], [0, 0, 1, 1, -2], [0, 1, 0, 0, -1]]}
+"""The equality rows of problems 51 to 53 of Hock and Schittkowski."""
+HS51 = [[1, -1, 0, 0, 0], [0, 1, 1, 0, 0], [0, 0, 0, 1, 0], [0, 0, 0, 0, 1]]
+HS52 = [[4, -1, 0, 0, 0], *HS51[1:]]
+CHAIN = {"A": np.eye(8, 10) + 2 * np.eye(8, 10, 1) + 3 * np.eye(8, 10, 2), "b": np.ones(8)}
+
+
+@pytest.mark.parametrize(
+    ("problem", "constant", "optimum"),
+    [
+        (squares(HS51, [0, 2, 1, 1], **FIVE, b=[4, 0, 0]), 6.0, 0.0),
+        (squares(HS52, [0, 2, 1, 1], **FIVE, b=[0, 0, 0]), 6.0, 1859 / 349),
+        (squares(HS51, [0, 2, 1, 1], **FIVE, b=[0, 0, 0], lb=[-10] * 5, ub=[10] * 5), 6.0, 176 / 43),
+        (squares(np.eye(9, 10) + np.eye(9, 10, 1), np.zeros(9), **CHAIN), 0.0, 0.927173693766),
+    ],
+    ids=["HS51", "HS52", "HS53", "GENHS28"],
+)
+def test_flat_problems_of_the_literature_reach_their_optimum(problem, constant, optimum):
+    found = solve(problem)
+    assert found.status is SolveStatus.SOLVED
+    assert problem.objective(found.x) + constant == pytest.approx(optimum, abs=1e-8)
+
+
+def test_the_active_set_solves_semidefinite_qps_without_a_box():
+    for seed in range(300):
+        found = solve(flat_qp(seed))
+        assert found.status is SolveStatus.SOLVED, seed
+        assert found.iterations < 500, seed
+
+
+def test_the_active_set_holds_512_rows():
+    rng = np.random.default_rng(4)
+    rows = rng.normal(size=(512, 8))
+    qp = QP(np.zeros((8, 8)), rng.normal(size=8), C=rows, u=np.ones(512))
+    ours, other = solve(qp), solve(qp, "daqp")
+    assert ours.status is SolveStatus.SOLVED
+    assert qp.objective(ours.x) == pytest.approx(qp.objective(other.x), abs=1e-7)

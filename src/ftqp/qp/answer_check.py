@@ -9,8 +9,14 @@ from ftqp.qp.problem import QP, Certificate, Residuals
 
 ACCEPTANCE = 1e-6
 """Largest residual that counts as solved, relative to 1 + the size of what is compared (see ``scales``)."""
-PROOF_TOLERANCE = 1e-6
-"""Least violation, relative to max(1, |x|, |Cx|, |b|), that proves infeasibility; below it lies rounding."""
+PROOF_TOLERANCE = 1e-9
+"""Least |value| of a certificate, relative to the sum of the sizes of its terms, that proves infeasibility:
+they cancel to all but this share. Below it may lie rounding of the data, some 1e-12."""
+NEWTON_STEPS = 100
+"""Steps in search of a proof at most, so that none goes on for ever. A guess that
+``python solvers/compare_semidefinite.py`` has not contradicted."""
+HALVINGS = 40
+"""How often a step is halved at most: what is left then, 1e-12 of it, is rounding."""
 RAY_TOLERANCE = 1e-9
 """Largest entry of A'y + C'z, relative to the certificate, along a variable without a bound on that side."""
 
@@ -79,52 +85,66 @@ def _size(values: FloatArray) -> float:
 def infeasibility(problem: QP) -> Certificate | None:
     """The Farkas certificate of an infeasible QP, or None when there is none.
 
-    The point within lb <= x <= ub closest to the other constraints is found by bounded least squares,
-
-        min |Ax - b|^2 + |Cx - s|^2   over lb <= x <= ub, l <= s <= u;
-
-    what remains there, y = Ax - b, z = Cx - s and z_box = -(A'y + C'z), is the certificate, of value
-    -(|y|^2 + |z|^2). The value is recomputed from y and z alone, so an inexact least-squares answer cannot
-    prove anything false.
+    At the point within lb <= x <= ub closest to the other constraints (``_nearest``) what remains of them,
+    y = Ax - b, z = Cx - clip(Cx, l, u) and z_box = -(A'y + C'z), is the certificate, of value
+    -(|y|^2 + |z|^2). The value is recomputed from y and z alone, so an inexact point cannot prove anything
+    false.
     """
-    low, high = np.concatenate([problem.lb, problem.l]), np.concatenate([problem.ub, problem.u])
-    n, m, p = problem.n, problem.m, problem.p
-    if m + p == 0:
+    q, m = problem, problem.m
+    if m + q.p == 0:
         return None
-    matrix = np.zeros((m + p, n + p))
-    matrix[:m, :n], matrix[m:, :n] = problem.A, problem.C
-    matrix[m:, n:] = -np.eye(p)
-    right = np.concatenate([problem.b, np.zeros(p)])
-    nearest = _bounded_least_squares(matrix, right, low, high)
-    rest = matrix @ nearest - right
-    scale = max(1.0, *np.abs(nearest), *np.abs(problem.b))
-    violation = float(np.abs(rest).max())
-    if not violation > PROOF_TOLERANCE * scale:
-        return None
-    y, z = rest[:m], rest[m:]
-    z_box = -(problem.A.T @ y + problem.C.T @ z)
-    multipliers = np.concatenate([z_box, z])
-    bounds = np.where(multipliers > 0.0, high, low)
+    rows = np.vstack([q.A, q.C])
+    below, above = np.concatenate([q.b, q.l]), np.concatenate([q.b, q.u])
+    point = _nearest(rows, below, above, q.lb, q.ub)
+    rest = _missed(rows @ point, below, above)
+    out, free = rest != 0.0, (point > q.lb) & (point < q.ub)
+    missed = rows[np.ix_(out, free)]  # what they pull free variables by is rounding: it is taken out
+    rest[out] -= missed @ np.linalg.lstsq(missed, rest[out], rcond=None)[0]
+    violation = _size(rest)
+    z_box = -(rows.T @ rest)
+    multipliers = np.concatenate([z_box, rest])
+    bounds = np.where(multipliers > 0.0, np.concatenate([q.ub, above]), np.concatenate([q.lb, below]))
     open_side = ~np.isfinite(bounds)
     # On a side without a bound a multiplier is rounding of the least squares, or nothing is proven.
-    negligible = RAY_TOLERANCE * violation * max(1.0, float(np.abs(matrix).max()))
-    if np.abs(multipliers[open_side]).max(initial=0.0) > negligible:
+    negligible = RAY_TOLERANCE * violation * max(1.0, _size(rows))
+    if _size(multipliers[open_side]) > negligible:
         return None
-    value = float(problem.b @ y + multipliers[~open_side] @ bounds[~open_side])
-    if not value < -0.5 * float(rest @ rest):
+    terms = multipliers[~open_side] * bounds[~open_side]
+    least = max(0.5 * float(rest @ rest), PROOF_TOLERANCE * float(np.abs(terms).sum()))
+    if not float(terms.sum()) < -least:
         return None
-    return Certificate(y=y, z=z, z_box=z_box, violation=violation)
+    return Certificate(y=rest[:m], z=rest[m:], z_box=z_box, violation=violation)
 
 
-def _bounded_least_squares(
-    matrix: FloatArray, right: FloatArray, low: FloatArray, high: FloatArray
+def _missed(values: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    return values - np.clip(values, low, high)
+
+
+def _nearest(
+    rows: FloatArray, below: FloatArray, above: FloatArray, lb: FloatArray, ub: FloatArray
 ) -> FloatArray:
-    """min |matrix v - right|^2 over low <= v <= high, where equal bounds are allowed."""
-    from scipy.optimize import lsq_linear  # a second to load, needed only when a solve did not succeed
+    """The x within lb <= x <= ub closest to below <= rows x <= above, by projected Newton steps.
 
-    free = low < high
-    best = np.where(free, 0.0, low)
-    if free.any():
-        left, bounds = right - matrix[:, ~free] @ low[~free], (low[free], high[free])
-        best[free] = lsq_linear(matrix[:, free], left, bounds, method="bvls", tol=1e-14).x
-    return best
+        min 1/2 |rows x - clip(rows x, below, above)|^2
+
+    is piecewise quadratic: a step is the least squares of the rows that are missed, over the variables that
+    no bound holds. It ends where nothing is gained any more, and after ``NEWTON_STEPS`` at the latest.
+    """
+    x = np.clip(np.zeros(len(lb)), lb, ub)
+    rest = _missed(rows @ x, below, above)
+    for _ in range(NEWTON_STEPS):
+        slope = rows.T @ rest
+        free, out = ~(((x <= lb) & (slope >= 0.0)) | ((x >= ub) & (slope <= 0.0))), rest != 0.0
+        if not (free.any() and out.any()):
+            break
+        step = np.zeros(len(x))
+        step[free] = np.linalg.lstsq(rows[np.ix_(out, free)], -rest[out], rcond=None)[0]
+        for share in 0.5 ** np.arange(HALVINGS):
+            to = np.clip(x + share * step, lb, ub)
+            left = _missed(rows @ to, below, above)
+            if left @ left < rest @ rest:
+                break
+        else:
+            break
+        x, rest = to, left
+    return np.asarray(x)

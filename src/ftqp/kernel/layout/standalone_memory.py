@@ -7,9 +7,9 @@ import numpy as np
 
 from ftqp.kernel.layout.rooms import qp_fields
 
-VARIABLES = 64
+VARIABLES = 128
 ROWS = 64
-CONSTRAINTS = 128
+CONSTRAINTS = 512
 """Capacity of a QP that the active set solves alone."""
 
 
@@ -21,6 +21,7 @@ def standalone_dtype() -> np.dtype[Any]:
             *qp_fields(VARIABLES, ROWS, CONSTRAINTS),
             ("centre", "f8", (VARIABLES,)),
             ("g_given", "f8", (VARIABLES,)),
+            ("diagonal_given", "f8", (VARIABLES,)),
         ],
         align=True,
     )

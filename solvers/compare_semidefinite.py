@@ -1,0 +1,165 @@
+"""QPs that no planner poses: H may be semidefinite, nothing need be bounded, some have no solution.
+
+    python solvers/compare_semidefinite.py [--sets DIR] [--quick] [--out DIR] [--json]
+
+Random QPs of 3 to 30 variables with a solution that is known: H = F'F of any rank below full, times 1e-3 to
+1e3, hard equalities, two-sided rows, no box. Random QPs whose rows contradict each other by a margin. And,
+with --sets, what fits ``active_set`` of the sets of Maros and Meszaros and of model predictive control, as
+qpsolvers keeps them; clone them into DIR:
+
+    git clone https://github.com/qpsolvers/maros_meszaros_qpbenchmark DIR/maros_meszaros_qpbenchmark
+    git clone https://github.com/qpsolvers/mpc_qpbenchmark DIR/mpc_qpbenchmark
+
+Backends are taken with their default settings, cold, through ``ftqp.qp.solve``, which judges by residuals.
+Half a minute on one core. Results go to ``solvers/results`` unless --out says otherwise.
+"""
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from bench import command_line, results
+from bench.contenders import Contender
+from bench.tables import Table
+from scipy.io import loadmat
+
+from ftqp.qp import QP, SolveStatus, solve
+
+BACKENDS = ("active_set", "daqp", "qpsolvers:clarabel")
+VARIABLES, EQUALITIES, TWO_SIDED = 128, 64, 512
+"""What ``active_set`` holds."""
+COUNT, QUICK = 1000, 20
+MARGINS = (1.0, 1e-1, 1e-2, 1e-3, 1e-4)
+INFINITE, EQUAL = 9e19, 1e-10
+"""In the sets of Maros and Meszaros a bound from here on is none, and bounds this near are one."""
+LIMITATIONS = (
+    "Settings are defaults; a maintainer of a solver may know better ones. One cold solve of each QP.",
+    "Times are those of `ftqp.qp.solve` as a whole: set-up, conversion, solve and the check of the answer.",
+)
+
+
+def flat_qp(seed: int) -> QP:
+    """A QP with a semidefinite H, no box, and a solution."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(3, 31))
+    rank, m, p = int(rng.integers(1, n)), int(rng.integers(0, n // 3 + 2)), int(rng.integers(0, 2 * n))
+    F = rng.normal(size=(rank, n))
+    H = F.T @ F * 10.0 ** rng.uniform(-3.0, 3.0)
+    A, C, x = rng.normal(size=(m, n)), rng.normal(size=(p, n)), rng.normal(size=n)
+    l, u, z = C @ x - rng.uniform(0.0, 1.0, p), C @ x + rng.uniform(0.0, 1.0, p), np.zeros(p)
+    active = rng.random(p) < 0.3
+    u[active], z[active] = (C @ x)[active], rng.uniform(0.1, 2.0, active.sum())
+    return QP(
+        H, -(H @ x + A.T @ rng.normal(size=m) + C.T @ z), A, A @ x, C if p else None, *((l, u) if p else ())
+    )
+
+
+def contradicting_qp(seed: int, margin: float) -> QP:
+    """A QP whose rows, weighted and added, ask for less than 0 by a margin; half have a box, too."""
+    rng = np.random.default_rng(seed)
+    n, p = int(rng.integers(2, 12)), int(rng.integers(2, 20))
+    m, some = int(rng.integers(0, n // 2 + 1)), int(rng.integers(1, p))
+    A, C, x = rng.normal(size=(m, n)), rng.normal(size=(p, n)), rng.normal(size=n)
+    weights = np.where(np.arange(p) < some, rng.uniform(0.1, 1.0, p), 0.0)
+    u, b, mu = C @ x + np.where(weights > 0.0, 0.0, rng.uniform(0.0, 1.0, p)), A @ x, rng.normal(size=m)
+    last, below = -(weights @ C + mu @ A), -(weights @ u + mu @ b) - margin
+    box = (x - 10.0, x + 10.0) if rng.random() < 0.5 else (None, None)
+    return QP(np.eye(n), rng.normal(size=n), A, b, np.vstack([C, last]), None, np.append(u, below), *box)
+
+
+def maros_meszaros(folder: Path) -> Iterator[QP]:
+    """What fits ``active_set`` of the sets of Maros and Meszaros."""
+    for path in sorted((folder / "maros_meszaros_qpbenchmark" / "data").glob("*.mat")):
+        data = loadmat(path)
+        n = int(data["n"].item())
+        low, high = (np.array(data[name], float).ravel() for name in ("l", "u"))
+        low[low < -INFINITE], high[high > INFINITE] = -np.inf, np.inf
+        equal = high[:-n] - low[:-n] < EQUAL
+        if n <= VARIABLES and equal.sum() <= EQUALITIES and (~equal).sum() <= TWO_SIDED:
+            rows = data["A"].toarray().astype(float)[:-n]
+            yield QP(
+                data["P"].toarray().astype(float), np.array(data["q"], float).ravel(),
+                rows[equal], high[:-n][equal], rows[~equal], low[:-n][~equal], high[:-n][~equal],
+                low[-n:], high[-n:],
+            )  # fmt: skip
+
+
+def predictive_control(folder: Path) -> Iterator[QP]:
+    """What fits ``active_set`` of the set of model predictive control."""
+    for path in sorted((folder / "mpc_qpbenchmark" / "data").glob("*.npz")):
+        with np.load(path, allow_pickle=True) as data:
+            given = {name: data[name] if data[name].ndim else None for name in data.files}
+        if len(given["q"]) <= VARIABLES and len(given["h"]) <= TWO_SIDED:
+            part = given.get
+            yield QP(
+                part("P"), part("q"), part("A"), part("b"), part("G"), None, part("h"), part("lb"), part("ub")
+            )
+
+
+def row(title: str, backend: str, problems: list[QP], wanted: SolveStatus) -> dict[str, Any]:
+    """How a backend ended on problems, and how long it took [ms]."""
+    ends, times = [], []
+    for problem in problems:
+        began = time.perf_counter()
+        ends.append(solve(problem, backend).status)
+        times.append(1e3 * (time.perf_counter() - began))
+    return {
+        "set": title, "backend": backend, "right": sum(one is wanted for one in ends), "of": len(ends),
+        "ends": sorted({one.name for one in ends}), "median": float(np.median(times)), "worst": max(times),
+    }  # fmt: skip
+
+
+def main() -> int:
+    """Solve, print, write; 0 when done, 2 where a file cannot be written."""
+    options = _options()
+    count, solved, empty = QUICK if options.quick else COUNT, SolveStatus.SOLVED, SolveStatus.INFEASIBLE
+    sets: list[tuple[str, Callable[[], Iterator[QP]], SolveStatus]] = [
+        ("random, semidefinite", lambda: (flat_qp(k) for k in range(count)), solved)
+    ]
+    if options.sets is not None:
+        sets += [("Maros and Meszaros", lambda: maros_meszaros(options.sets), solved)]
+        sets += [("model predictive control", lambda: predictive_control(options.sets), solved)]
+    for margin in MARGINS:
+        made = lambda margin=margin: (contradicting_qp(k, margin) for k in range(count // 10))  # noqa: E731
+        sets.append((f"infeasible by {margin:g}", made, empty))
+    found = []
+    for title, problems, wanted in sets:
+        given = list(problems())
+        found += [row(title, backend, given, wanted) for backend in BACKENDS if given]
+    contenders = [Contender(name=name, settings={"name": name}) for name in BACKENDS]
+    chosen = {"random": count, "sets": "random" if options.sets is None else "all"}
+    result = results.circumstances("compare_semidefinite", contenders, chosen)
+    result |= {"rows": found, "limitations": list(LIMITATIONS)}
+    table = Table(
+        title="QPs that no planner poses",
+        headings=("set", "backend", "right", "median [ms]", "worst [ms]"),
+        rows=[
+            (one["set"], one["backend"], f"{one['right']} of {one['of']}", f"{one['median']:.2f}",
+             f"{one['worst']:.1f}")
+            for one in found
+        ],
+        notes=("Right: solved to the residuals of `ftqp.qp.accepted`, or proven infeasible.",),
+    )  # fmt: skip
+    lines = [*results.preamble(table.title, result), *table.markdown(), *results.appendix(result)]
+    name = results.stem("compare_semidefinite", name=None, quick=options.quick)
+    return results.told(result, "\n".join(lines), options.out, name, as_json=options.json)
+
+
+def _options() -> argparse.Namespace:
+    parser = command_line.parser(__doc__)
+    parser.add_argument(
+        "--sets", type=Path, metavar="DIR", help="where the two sets were cloned (default: neither)"
+    )
+    parser.add_argument("--quick", action="store_true", help=f"{QUICK} random QPs in place of {COUNT}")
+    parser.add_argument("--json", action="store_true", help="print one JSON object in place of the report")
+    results.add_out(parser, "compare_semidefinite")
+    options: argparse.Namespace = parser.parse_args()
+    return options
+
+
+if __name__ == "__main__":
+    sys.exit(main())
