@@ -5,8 +5,10 @@ import json
 import os
 import platform
 import shlex
+import shutil
+import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -87,13 +89,32 @@ def versions(taking_part: Sequence[Contender]) -> dict[str, str]:
         if contender.settings["name"].startswith("qpsolvers:"):
             solver = contender.settings["name"].removeprefix("qpsolvers:")
             names.append(DISTRIBUTIONS.get(solver, solver))
-    found = {"python": platform.python_version()}
+    return {"python": platform.python_version()} | packages(names)
+
+
+def packages(names: Iterable[str]) -> dict[str, str]:
+    """Versions of packages by name; one may be absent, as numba where the kernel is built."""
+    found = {}
     for name in dict.fromkeys(names):
         try:
             found[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "unknown"
+            found[name] = "not there"
     return found
+
+
+def commit() -> str:
+    """The commit that this checkout stands at, and whether its files differ from it."""
+    git = shutil.which("git")
+    if git is None or not (ROOT / ".git").exists():
+        return "unknown"
+
+    def said(*arguments: str) -> str:
+        done = subprocess.run([git, *arguments], cwd=ROOT, capture_output=True, text=True, check=False)
+        return done.stdout.strip() if done.returncode == 0 else "unknown"
+
+    changed = said("status", "--porcelain", "--untracked-files=no")
+    return said("rev-parse", "--short=10", "HEAD") + (" with changes" if changed else "")
 
 
 def stem(benchmark: str, *, name: str | None, quick: bool) -> str:
@@ -117,6 +138,8 @@ def written(
 ) -> list[Path]:
     """Write ``<name>.md`` with its pictures, and ``<name>.json``; a result of the same name is replaced.
 
+    Both say at the end which commit they were made at.
+
     Args:
         result: The result, which goes into the JSON file.
         markdown: The report; pictures that it does not show are added at its end.
@@ -130,9 +153,11 @@ def written(
         pictures = [] if figures is None else figures(result, out, name)
         hidden = [picture.name for picture in pictures if picture.name not in markdown]
         shown = [f"![{_caption(picture, name)}]({picture})" for picture in hidden]
-        text = "\n\n".join([markdown.rstrip("\n"), *(["## Figures", *shown] if shown else [])])
+        at = commit()
+        signed = f"Made at commit {at}."
+        text = "\n\n".join([markdown.rstrip("\n"), *(["## Figures", *shown] if shown else []), signed])
         files[0].write_text(text + "\n", encoding="utf-8")
-        files[1].write_text(json.dumps(result, allow_nan=False) + "\n", encoding="utf-8")
+        files[1].write_text(json.dumps(result | {"commit": at}, allow_nan=False) + "\n", encoding="utf-8")
     except OSError as error:
         raise InputError(f"results cannot be written to {out}: {error.strerror}") from error
     return [*files, *pictures]

@@ -14,12 +14,11 @@ import platform
 import sys
 import tempfile
 from datetime import date
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bench import cases, command_line
+from bench import cases, command_line, results
 from bench.urdf import TIP, Arm, text
 from bench.worker import Case
 from steps import environments
@@ -81,7 +80,7 @@ def measured(case: Case, workers: list[Worker], settings: Settings, file: Path) 
 
 def table(rows: list[tuple[str, str, dict[str, Any]]]) -> str:
     """The report."""
-    versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("ftqp", "numpy", "numba", "pin"))
+    versions = ", ".join(map(" ".join, results.packages(("ftqp", "numpy", "numba", "pin")).items()))
     lines = [
         "# Several tasks at once",
         "",
@@ -138,7 +137,7 @@ def main() -> int:
     for robot, level, found in rows:
         print(robot, level, {name: one["said"] for name, one in found.items()})
     if not given.quick:
-        RESULTS.write_text(report)
+        results.written({"rows": rows}, report, RESULTS.parent, RESULTS.stem)
     return 0
 
 

@@ -16,12 +16,12 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable
-from importlib.metadata import version
 from pathlib import Path
 from threading import Event, Thread
 from time import monotonic, perf_counter, process_time, sleep
 
 import numpy as np
+from bench import results
 
 from ftqp import __version__
 from ftqp.app.view.arms_of_scenario import arms_of
@@ -52,7 +52,7 @@ def main() -> None:
     parser.add_argument("--no-browser", action="store_true")
     options = parser.parse_args()
     text = measure(options.minutes, None if options.no_browser else shutil.which("chromium"))
-    (RESULTS / f"{options.name}.md").write_text(text, encoding="utf-8")
+    results.written({"report": text}, text, RESULTS, options.name)
     print(text)
 
 
@@ -190,7 +190,7 @@ def _report(
     ratio = quantiles[True] / quantiles[False]
     half = len(memory) // 2
     load = ", ".join(f"{value:.1f}" for value in os.getloadavg())
-    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "viser"))
+    packages = ", ".join(map(" ".join, results.packages(("numpy", "numba", "viser")).items()))
     return f"""# What the live page costs
 
 Made by `python benchmarks/bench_view.py`: scenario panda-circle with its rival for {minutes:g} minutes.

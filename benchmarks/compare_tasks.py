@@ -18,10 +18,10 @@ import subprocess
 import sys
 import tempfile
 from datetime import date
-from importlib import metadata
 from pathlib import Path
 
 import numpy as np
+from bench import results
 from posed import with_ftqp
 from steps import environments
 
@@ -157,13 +157,13 @@ def main():
     print(said)
     if options.quick:
         return
-    versions = f"numpy {metadata.version('numpy')}, numba {metadata.version('numba')}"
-    RESULTS.write_text(
+    versions = ", ".join(map(" ".join, results.packages(("numpy", "numba")).items()))
+    text = (
         f"# Several tasks beside pink and placo\n\n{inspect.cleandoc(__doc__)}\n\n"
         f"{date.today()}, Python {platform.python_version()}, {versions}; {STEPS} steps of 5 ms.\n\n"
-        + "\n".join(rows) + f"\n\n{said}\n",
-        encoding="utf-8",
+        + "\n".join(rows) + f"\n\n{said}\n"
     )  # fmt: skip
+    results.written({"rows": rows}, text, RESULTS.parent, RESULTS.stem)
 
 
 if __name__ == "__main__":

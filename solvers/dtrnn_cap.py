@@ -17,7 +17,6 @@ import platform
 import sys
 from collections import Counter
 from datetime import date
-from importlib import metadata
 from typing import Any
 
 import numpy as np
@@ -125,8 +124,7 @@ def main() -> None:
         "command": results.command("dtrnn_cap", sys.argv[1:]),
         "date": date.today().isoformat(),
         "machine": f"{platform.machine()} {platform.system()}",
-        "versions": {"python": platform.python_version()}
-        | {name: metadata.version(name) for name in PACKAGES},
+        "versions": {"python": platform.python_version()} | results.packages(PACKAGES),
         "rows": rows,
         "capped": at_cap,
         "ill_conditioned": of,

@@ -16,7 +16,6 @@ import platform
 import sys
 import time
 from datetime import date
-from importlib import metadata
 from typing import NamedTuple
 
 import numpy as np
@@ -166,13 +165,13 @@ def study(count, seed, verbose):
 
 def report(rows, seed, command):
     """The page of the results."""
-    versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("ftqp", "numpy", "mujoco", "pin"))
+    versions = ", ".join(map(" ".join, results.packages(("ftqp", "numpy", "mujoco", "pin", "numba")).items()))
     named = [name for name in rows[0] if name != "seconds"]
     lines = [
         "# Arms past boxes in MuJoCo",
         "",
         f"`{command}`, {date.today()}, {platform.machine()} {platform.system()}, "
-        f"Python {platform.python_version()}, {versions}, numba {metadata.version('numba')}; "
+        f"Python {platform.python_version()}, {versions}; "
         f"{sum(row.get('seconds', 0) for row in rows)} s of CPU, seed {seed}. Three boxes beside the way, "
         f"`Clearance(keep={KEEP:g})`, arms that begin {1e3 * CLEAR:g} mm clear; the true arm has up to 10 % "
         "other masses, rotors up to 0.3 kg m2, dry friction up to 0.5 N m, brakes that take up to 50 ms; "

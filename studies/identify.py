@@ -12,7 +12,6 @@ import argparse
 import json
 import platform
 from datetime import date
-from importlib import metadata
 from time import perf_counter
 from typing import Any
 
@@ -85,7 +84,7 @@ COLUMNS = {
 
 def table(rows: list[dict[str, Any]], seconds: float) -> str:
     """The report."""
-    versions = ", ".join(f"{name} {metadata.version(name)}" for name in PACKAGES)
+    versions = ", ".join(map(" ".join, results.packages(PACKAGES).items()))
     lines = [
         "# What a motion tells of an arm",
         "",

@@ -16,7 +16,6 @@ import json
 import platform
 import sys
 from datetime import date
-from importlib import metadata
 from itertools import combinations
 from time import perf_counter
 from typing import Any
@@ -166,8 +165,7 @@ def main() -> None:
         "command": " ".join(["python", "studies/lock_sets.py", *sys.argv[1:]]),
         "date": date.today().isoformat(),
         "machine": f"{platform.machine()} {platform.system()}",
-        "versions": {"python": platform.python_version()}
-        | {name: metadata.version(name) for name in PACKAGES},
+        "versions": {"python": platform.python_version()} | results.packages(PACKAGES),
         "dt": given.dt,
         "seconds": perf_counter() - began,
         **result,

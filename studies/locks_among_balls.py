@@ -15,7 +15,6 @@ import platform
 import sys
 import time
 from datetime import date
-from importlib import metadata
 from typing import NamedTuple
 
 import numpy as np
@@ -147,13 +146,13 @@ def study(counts, seed, verbose):
 
 def report(rows, seed):
     """The page of the results."""
-    versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("ftqp", "numpy", "pin"))
+    versions = ", ".join(map(" ".join, results.packages(("ftqp", "numpy", "pin", "numba")).items()))
     named = [name for name in rows[0] if name != "seconds"]
     lines = [
         "# Locks on the way past balls",
         "",
         f"`python studies/locks_among_balls.py`, {date.today()}, {platform.machine()} {platform.system()}, "
-        f"Python {platform.python_version()}, {versions}, numba {metadata.version('numba')}; "
+        f"Python {platform.python_version()}, {versions}; "
         f"{sum(row['seconds'] for row in rows)} s on one core, seed {seed}. Lines of 0.15 to 0.35 m among "
         f"{BALLS} balls of {1e3 * RADIUS:.0f} mm, `Clearance(keep={KEEP:g})`. A lock is harmless where the "
         f"arm that knows of no ball touches nothing and keeps its task within {1e3 * KEPT:g} mm.",

@@ -17,7 +17,6 @@ import argparse
 import platform
 import sys
 from datetime import date
-from importlib import metadata
 from typing import Any
 
 import numpy as np
@@ -271,8 +270,7 @@ def main() -> int:
         "command": results.command("tolerant_methods", sys.argv[1:]),
         "date": date.today().isoformat(),
         "machine": f"{platform.machine()} {platform.system()}",
-        "versions": {"python": platform.python_version()}
-        | {name: metadata.version(name) for name in PACKAGES},
+        "versions": {"python": platform.python_version()} | results.packages(PACKAGES),
         "rows": summary(found),
     }
     return results.told(result, markdown(result), given.out, "tolerant_methods", as_json=given.json)

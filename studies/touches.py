@@ -14,7 +14,6 @@ import json
 import logging
 import platform
 from datetime import date
-from importlib import metadata
 from time import perf_counter
 from typing import Any
 
@@ -115,7 +114,7 @@ def study(quick: bool) -> list[dict[str, Any]]:
 
 def table(rows: list[dict[str, Any]], seconds: float) -> str:
     """The report."""
-    versions = ", ".join(f"{name} {metadata.version(name)}" for name in PACKAGES)
+    versions = ", ".join(map(" ".join, results.packages(PACKAGES).items()))
     lines = [
         "# Pushed, or failed?",
         "",

@@ -14,7 +14,6 @@ import argparse
 import json
 import platform
 from datetime import date
-from importlib import metadata
 from time import perf_counter
 from typing import Any
 
@@ -100,7 +99,7 @@ def study(count: int) -> list[dict[str, Any]]:
 
 def table(runs: list[dict[str, Any]], seconds: float) -> str:
     """The report."""
-    versions = ", ".join(f"{name} {metadata.version(name)}" for name in PACKAGES)
+    versions = ", ".join(map(" ".join, results.packages(PACKAGES).items()))
     lines = [
         "# Two arms carry a bar, and a joint locks",
         "",

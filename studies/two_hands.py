@@ -16,7 +16,6 @@ import json
 import platform
 import sys
 from datetime import date
-from importlib import metadata
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -106,7 +105,7 @@ def study(pairs: int) -> list[dict[str, Any]]:
 
 def table(runs: list[dict[str, Any]], seconds: float) -> str:
     """The report."""
-    versions = ", ".join(f"{name} {metadata.version(name)}" for name in PACKAGES)
+    versions = ", ".join(map(" ".join, results.packages(PACKAGES).items()))
     lines = [
         "# Upper bodies reach with both hands, and a joint locks",
         "",

@@ -16,7 +16,6 @@ import json
 import platform
 import sys
 from datetime import date
-from importlib import metadata
 from typing import Any
 
 import numpy as np
@@ -130,8 +129,7 @@ def main() -> None:
         "command": " ".join(["python", "studies/well_wired.py", *sys.argv[1:]]),
         "date": date.today().isoformat(),
         "machine": f"{platform.machine()} {platform.system()}",
-        "versions": {"python": platform.python_version()}
-        | {name: metadata.version(name) for name in PACKAGES},
+        "versions": {"python": platform.python_version()} | results.packages(PACKAGES),
         "rows": by_joint(given.quick),
     }
     if given.json:

@@ -2,11 +2,11 @@
 
 from collections.abc import Callable
 from functools import partial
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 from bench import cases
+from bench.results import packages
 from bench.urdf import TIP, Arm
 from bench.worker import Array, Case, Variant, serve
 
@@ -132,7 +132,7 @@ def driven(
 def versions() -> dict[str, str]:
     """Versions of what was measured."""
     names = ("numpy", "numba", "pin", "daqp", "proxsuite", "osqp", "quadprog")
-    return {"ftqp": ftqp.__version__, **{name: version(name) for name in names}}
+    return {"ftqp": ftqp.__version__, **packages(names)}
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import date
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -126,8 +125,7 @@ def told(name: str, title: str, doc: str, page: str, work: Callable[[bool], Foun
         "command": " ".join(["python", f"studies/{name}.py", *sys.argv[1:]]),
         "date": date.today().isoformat(),
         "machine": f"{platform.machine()} {platform.system()}",
-        "versions": {"python": platform.python_version()}
-        | {package: metadata.version(package) for package in PACKAGES},
+        "versions": {"python": platform.python_version()} | results.packages(PACKAGES),
         "rows": [asdict(row) for row in found.rows],
     }
     if given.json:
