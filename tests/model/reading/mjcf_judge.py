@@ -18,7 +18,7 @@ def differences(model: Any, robot: Robot, postures: int = 100, seed: int = 0) ->
     Joints on the way to no tip stand where the file has them.
     """
     data, rng = mujoco.MjData(model), np.random.default_rng(seed)
-    joints = [model.joint(name) for name in robot.joints]
+    joints = [_joint(model, name) for name in robot.joints]
     at, dof = ([int(getattr(j, word)[0]) for j in joints] for word in ("qposadr", "dofadr"))
     E = np.eye(robot.nv)
     for i, l in enumerate(robot.chain.lead):
@@ -50,8 +50,16 @@ def differences(model: Any, robot: Robot, postures: int = 100, seed: int = 0) ->
             true = model.jnt_range[joint.id] if model.jnt_limited[joint.id] else np.array([-np.inf, np.inf])
             if (robot.limits.q_min[i], robot.limits.q_max[i]) != tuple(true):
                 see("range", [robot.limits.q_min[i], robot.limits.q_max[i]], true)
-    assert all(model.jnt(a).id < model.jnt(b).id for a, b in pairwise(robot.joints))
+    assert all(a.id < b.id for a, b in pairwise(joints))
     return {what: size for what, size in worst.items() if not size <= TOLERANCE}
+
+
+def _joint(model: Any, name: str) -> Any:
+    """A joint; one without a name is called after its body, with its number where that has several."""
+    if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name) >= 0:
+        return model.joint(name)
+    body, _, number = name.rpartition("_joint")
+    return model.joint(int(model.body(body).jntadr[0]) + int(number or 1) - 1)
 
 
 def _mass_matrix(model: Any, data: Any) -> Any:

@@ -1,12 +1,15 @@
 """Reading MJCF, beside MuJoCo itself."""
 
+import sys
 from importlib.util import find_spec
 from pathlib import Path
+from re import escape
 
 import numpy as np
 import pytest
 
-from ftqp.core.errors import InputError, ModelError
+from ftqp.core.errors import InputError, MissingPackage, ModelError
+from ftqp.core.extras import remedy_for_extra
 from ftqp.model.robot import Robot
 
 mujoco = pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
@@ -136,6 +139,7 @@ def test_site_is_the_tip_and_limits_are_in_radians_and_metres() -> None:
             arm(things='<replicate count="9999999" offset="1 0 0"><geom size="1"/></replicate>'),
             "stands for more than 100,000 parts",
         ),
+        (arm(things='<body><composite type="cable" count="9999999 1 1"/></body>'), "more than 100,000 parts"),
         (arm(more='<size nuser_body="99999999"/>'), "stands for more than 100,000 parts"),
     ],
 )
@@ -145,8 +149,33 @@ def test_unsafe_files_are_refused(text: str, message: str) -> None:
 
 
 def test_a_ball_joint_that_is_locked_is_held() -> None:
-    text = arm(things='<body name="three"><joint name="c" type="ball"/><geom size=".1"/></body>')
-    assert Robot.from_mjcf(text, tip="tcp", locked=["c"]).joints == ("a", "b")
+    text = arm().replace('<site name="tcp"', '<joint name="c" type="ball" pos="0 .1 0"/><site name="tcp"')
+    with pytest.raises(ModelError, match=r"joint 'c' is of type Spherical; .* hold it with locked="):
+        Robot.from_mjcf(text, tip="tcp")
+    robot = Robot.from_mjcf(text, tip="tcp", locked=["c"], limits={"v_max": 1.0})
+    assert differences(mujoco.MjModel.from_xml_string(text), robot) == {}
+
+
+def test_without_mujoco_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in list(sys.modules):
+        if name.startswith("ftqp.model.reading.") and ("mjcf" in name or "mujoco" in name):
+            monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    needs = "MuJoCo, which reads MJCF and simulates arms, needs the package 'mujoco', which is not installed"
+    with pytest.raises(MissingPackage, match=escape(f"{needs}; {remedy_for_extra('sim')}")):
+        Robot.from_mjcf(arm())
+
+
+def test_joints_with_ref_follow_by_the_law_of_mujoco() -> None:
+    text = arm(more='<equality><joint joint1="b" joint2="a" polycoef="0.1 -0.5"/></equality>', angle="radian")
+    text = text.replace('range="-90 90"', 'range="-3 3" ref="0.3"').replace('"0.1 0.4"', '"-9 9" ref="0.2"')
+    robot = Robot.from_mjcf(text, limits={"v_max": 1.0})
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    for a in (-1.0, 0.4):
+        data.qpos[:] = a, robot.chain.ratio[1] * a + robot.chain.offset[1]
+        mujoco.mj_forward(model, data)
+        assert data.efc_pos[data.efc_type == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)] == pytest.approx(0.0)
 
 
 def test_a_joint_of_an_equality_follows_the_other_one() -> None:
@@ -229,6 +258,10 @@ BESIDE = {
     "gravcomp carries the weight of 'two' in MuJoCo": ('body name="two"', 'body name="two" gravcomp="1"'),
     "joint 'b' has a spring (stiffness 5)": ('axis="1 1 0"', 'axis="1 1 0" stiffness="5"'),
     "joint 'b' has a range that its limited": ('range="0.1 0.4"', 'range="0.1 0.4" limited="false"'),
+    "the ball joint 'c' swings on the arm and is held here": (
+        '<site name="tcp"',
+        '<body><joint name="c" type="ball"/><geom size=".1"/></body><site name="tcp"',
+    ),
     "a medium with a density of 1.2": ("<worldbody>", '<option density="1.2"/><worldbody>'),
     "the tendon 't' moves the arm (stiffness)": (
         "</mujoco>",
@@ -238,15 +271,15 @@ BESIDE = {
         "</mujoco>",
         f'<tendon>{FIXED}</tendon><actuator><motor tendon="t"/></actuator></mujoco>',
     ),
-    "the equality 'tie' (tendon) ties the arm": (
+    "the equality 'tie' (tendon) of 't' closes a loop": (
         "</mujoco>",
         f'<tendon>{FIXED}</tendon><equality><tendon name="tie" tendon1="t"/></equality></mujoco>',
     ),
-    "the equality 'grip' (weld) ties the arm": (
+    "the equality 'grip' (weld) of 'two' and 'world' closes a loop": (
         "</mujoco>",
         '<equality><weld name="grip" body1="two"/></equality></mujoco>',
     ),
-    "the equality 'hook' (connect) ties the arm": (
+    "the equality 'hook' (connect) of 'rope' and 'two' closes a loop": (
         "</worldbody>",
         f'{ROPE}</worldbody><equality><connect name="hook" body1="rope" body2="two" anchor="0 0 0"/>'
         "</equality>",
@@ -271,7 +304,7 @@ def test_loop_inside_a_hand_that_is_held_is_no_finding() -> None:
         'stiffness="2"><joint joint="f" coef="1"/><joint joint="g" coef="1"/></fixed></tendon>'
     ).replace('<site name="tcp"', finger.format(n="f") + finger.format(n="g") + '<site name="tcp"')
     said = sentences(text)
-    assert "ties" not in said
+    assert "loop" not in said
     assert "spring" not in said
     assert "tendon" not in said
 

@@ -63,11 +63,22 @@ def compiled(source: Any, whole: bool = True) -> tuple[Any, str]:
     return model, root.get("model") or "robot"
 
 
+def is_off(model: Any, what: str) -> bool:
+    """Whether a flag of the file switches something off, for example ``GRAVITY``.
+
+    Older ones than MuJoCo 3.3.7 have one flag for springs and dampers.
+    """
+    bits = mujoco.mjtDisableBit
+    bit = getattr(bits, f"mjDSBL_{what}", None) or bits.mjDSBL_PASSIVE
+    return bool(model.opt.disableflags & int(bit))
+
+
 def _keep_masses(spec: Any) -> None:
     """Leaves out the geometry that no mass comes from, with its files."""
     forced = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
     for geom in spec.geoms:
-        body, rules = geom.parent, geom.parent.compiler
+        body = geom.parent
+        rules = getattr(body, "compiler", spec.compiler)  # its own from MuJoCo 3.4 on
         low, high = rules.inertiagrouprange
         weighs = not (body.explicitinertial and rules.inertiafromgeom != forced) and low <= geom.group <= high
         weightless = geom.mass == 0.0 or (isnan(geom.mass) and geom.density == 0.0)
@@ -86,7 +97,7 @@ def _keep_masses(spec: Any) -> None:
         texture.width = texture.height = 1
         for side in range(len(texture.cubefiles)):
             texture.cubefiles[side] = ""
-    spec.compiler.fusestatic, spec.memory = False, -1  # bodies that stand may be tips, and nothing runs
+    spec.compiler.fusestatic = False  # its bodies may be tips
 
 
 def _name_frames(spec: Any) -> None:
@@ -119,9 +130,9 @@ def _parts(root: ElementTree.Element, path: Path | None) -> Iterator[tuple[Eleme
     left, read = [(root, 1.0)], set[Path]()
     while left:
         element, copies = left.pop()
-        yield element, copies
         if element.tag in COPIES:
             copies *= _product(element.get("count", "1"))
+        yield element, copies
         left += [(inner, copies) for inner in element]
         file = element.get("file")
         if path is not None and element.tag in ("include", "model") and file:

@@ -10,13 +10,12 @@ import pinocchio as pin
 from ftqp.core.checks import FloatArray
 from ftqp.model.audit import Finding, note
 from ftqp.model.followers import Follower
-from ftqp.model.reading.compiled_mjcf import compiled
+from ftqp.model.reading.compiled_mjcf import compiled, is_off
 from ftqp.model.reading.mjcf_findings import beside_joints
 from ftqp.model.reading.mujoco_package import mujoco
 from ftqp.model.reading.source import Source
 from ftqp.model.reduction import joint_index, tips_of
 
-DISABLE = mujoco.mjtDisableBit
 FREE, BALL, SLIDE, HINGE = (
     int(getattr(mujoco.mjtJoint, f"mjJNT_{w}")) for w in ("FREE", "BALL", "SLIDE", "HINGE")
 )
@@ -103,8 +102,7 @@ def _tree(mj: Any, names: Sequence[str], wanted: Sequence[str]) -> tuple[Any, li
     those of MuJoCo.
     """
     model = pin.Model()
-    off = mj.opt.disableflags & DISABLE.mjDSBL_GRAVITY
-    model.gravity = pin.Motion(np.r_[np.zeros(3) if off else mj.opt.gravity, np.zeros(3)])
+    model.gravity = pin.Motion(np.r_[np.zeros(3) if is_off(mj, "GRAVITY") else mj.opt.gravity, np.zeros(3)])
     bodies = _named(mj.body, mj.nbody, [f"body {b}" for b in range(mj.nbody)])
     sites = [str(mj.site(s).name) for s in range(mj.nsite)]
     joints, places, frames = [0], [pin.SE3.Identity()], [0]
@@ -154,10 +152,9 @@ def _joint(mj: Any, j: int) -> tuple[Any, Any]:
 
 def _rotors(mj: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Rotor inertia, viscous and dry friction of every degree of freedom, those of actuators among them."""
-    off, flags = mj.opt.disableflags, DISABLE
     armature = mj.dof_armature.copy()
-    damping = mj.dof_damping * (not off & flags.mjDSBL_DAMPER)
-    friction = mj.dof_frictionloss * (not off & flags.mjDSBL_FRICTIONLOSS)
+    damping = mj.dof_damping * (not is_off(mj, "DAMPER"))
+    friction = mj.dof_frictionloss * (not is_off(mj, "FRICTIONLOSS"))
     for a, j in _at_joints(mj):
         at, square = mj.jnt_dofadr[j], mj.actuator_gear[a, 0] ** 2
         for name, total in (("actuator_armature", armature), ("actuator_damping", damping)):
@@ -216,7 +213,7 @@ def _followers(mj: Any, names: Sequence[str], rest: dict[str, float]) -> dict[st
     Where an equality holds a joint at a constant, that is where it rests.
     """
     found: dict[str, Follower] = {}
-    if mj.opt.disableflags & DISABLE.mjDSBL_EQUALITY:
+    if is_off(mj, "EQUALITY"):
         return found
     for e in np.flatnonzero((mj.eq_type == int(mujoco.mjtEq.mjEQ_JOINT)) & mj.eq_active0):
         y = names[mj.eq_obj1id[e]]

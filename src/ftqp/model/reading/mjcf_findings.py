@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from ftqp.model.audit import Finding, warning
+from ftqp.model.reading.compiled_mjcf import is_off
 from ftqp.model.reading.mujoco_package import mujoco
 
-DISABLE, EQUALITY = mujoco.mjtDisableBit, mujoco.mjtEq
+EQUALITY = mujoco.mjtEq
 TIED_JOINTS, TIED_TENDONS = int(EQUALITY.mjEQ_JOINT), int(EQUALITY.mjEQ_TENDON)
 BODY, SITE = int(mujoco.mjtObj.mjOBJ_BODY), int(mujoco.mjtObj.mjOBJ_SITE)
 AT_TENDON, AT_BODY = int(mujoco.mjtTrn.mjTRN_TENDON), int(mujoco.mjtTrn.mjTRN_BODY)
@@ -29,15 +30,14 @@ def beside_joints(
         carrier: The last of them before each body, -1 for what stands.
     """
     said = [*_weights(mj, carrier), *_springs(mj, names, moving), *_surroundings(mj, carrier)]
-    said += _tendons(mj, moving, carrier)
+    said += [*_tendons(mj, moving, carrier), *_balls(mj, names, carrier)]
     said += [*_ties(mj, moving, carrier), *_pushes(mj, carrier)]
     return [warning(sentence) for sentence in said]
 
 
 def _weights(mj: Any, carrier: list[int]) -> Iterator[str]:
     lifted = [mj.body(b).name for b in range(mj.nbody) if carrier[b] >= 0 and mj.body_gravcomp[b]]
-    off = mj.opt.disableflags & DISABLE.mjDSBL_GRAVITY
-    if lifted and not off and np.any(mj.opt.gravity):
+    if lifted and not is_off(mj, "GRAVITY") and np.any(mj.opt.gravity):
         yield (
             f"gravcomp carries the weight of {_listed(lifted)} in MuJoCo, which step.tau and robot.bias "
             "carry as well; send step.tau less data.qfrc_gravcomp, or take gravcomp out of the file"
@@ -48,10 +48,16 @@ def _springs(mj: Any, names: Sequence[str], moving: Collection[int]) -> Iterator
     for j in sorted(moving):
         at = mj.jnt_dofadr[j]
         spring = mj.jnt_stiffness[j] or np.any(getattr(mj, "jnt_stiffnesspoly", np.zeros(mj.njnt))[j])
-        if spring and not mj.opt.disableflags & DISABLE.mjDSBL_SPRING:
+        if spring and not is_off(mj, "SPRING"):
             yield f"joint {names[j]!r} has a spring (stiffness {mj.jnt_stiffness[j]:g}): {UNKNOWN}"
         if np.any(getattr(mj, "dof_dampingpoly", np.zeros(mj.nv))[at]):
             yield f"joint {names[j]!r} has damping that is not in proportion to its speed: {UNKNOWN}"
+
+
+def _balls(mj: Any, names: Sequence[str], carrier: list[int]) -> Iterator[str]:
+    for j in np.flatnonzero(mj.jnt_type == int(mujoco.mjtJoint.mjJNT_BALL)):
+        if carrier[mj.jnt_bodyid[j]] >= 0:
+            yield f"the ball joint {names[int(j)]!r} swings on the arm and is held here: {UNKNOWN}"
 
 
 def _surroundings(mj: Any, carrier: list[int]) -> Iterator[str]:
@@ -92,21 +98,25 @@ def _pulls(mj: Any, t: int, moving: Collection[int], carrier: list[int]) -> bool
 
 def _ties(mj: Any, moving: Collection[int], carrier: list[int]) -> Iterator[str]:
     """Equalities beside those of joints, which close loops."""
-    if mj.opt.disableflags & DISABLE.mjDSBL_EQUALITY:
+    if is_off(mj, "EQUALITY"):
         return
     for e in np.flatnonzero(mj.eq_active0 & (mj.eq_type != TIED_JOINTS)):
         kind = EQUALITY(int(mj.eq_type[e])).name.removeprefix("mjEQ_").lower()
         ends = [int(i) for i in (mj.eq_obj1id[e], mj.eq_obj2id[e])]
         if mj.eq_type[e] == TIED_TENDONS:
-            tied = any(t >= 0 and _pulls(mj, t, moving, carrier) for t in ends)
+            of, there = mj.tendon, [i for i in ends if i >= 0]
+            tied = any(_pulls(mj, t, moving, carrier) for t in there)
         elif mj.eq_objtype[e] in (BODY, SITE):
             site = mj.eq_objtype[e] == SITE
-            bodies = [int(mj.site_bodyid[i]) if site else max(i, 0) for i in ends]
+            of, there = (mj.site if site else mj.body), [max(i, 0) for i in ends]
+            bodies = [int(mj.site_bodyid[i]) if site else i for i in there]
             tied = carrier[bodies[0]] != carrier[bodies[1]]
         else:
             continue  # of a flex, which is said above
         if tied:
-            yield f"the equality {_name(mj.equality, int(e))} ({kind}) ties the arm: {UNKNOWN}"
+            between = " and ".join(_name(of, i) for i in there)
+            called = f" {mj.equality(int(e)).name!r}" if mj.equality(int(e)).name else ""
+            yield f"the equality{called} ({kind}) of {between} closes a loop with the arm: {UNKNOWN}"
 
 
 def _pushes(mj: Any, carrier: list[int]) -> Iterator[str]:
