@@ -89,7 +89,7 @@ def robot_fields(
     given = _given(wishes, arm.nv)
     dropped = {*given, "masses"} if kinematics_only else {*given}
     findings += [f for f in source.findings if f.about not in dropped]
-    findings += dynamics_findings(arm)
+    findings += dynamics_findings(arm, source.bodiless)
     try:
         chain = chain_of(arm, *tips, followers=followers)
     except ModelError as error:

@@ -1,5 +1,6 @@
 """What follows from an arm's shape and masses: reach, a sensible start, whether its inertia is sound."""
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -81,8 +82,13 @@ def random_postures(
     return generator.uniform(low, np.maximum(low, high), (count, len(limits)))
 
 
-def dynamics_findings(model: Any) -> list[Finding]:
-    """What is wrong with rotors, bodies and joint-space inertia at neutral of a reduced model."""
+def dynamics_findings(model: Any, bodiless: Collection[str] = ()) -> list[Finding]:
+    """What is wrong with rotors, bodies and joint-space inertia at neutral of a reduced model.
+
+    Args:
+        model: The model.
+        bodiless: Joints behind which no body is expected.
+    """
     bodies = [model.inertias[i] for i in range(1, model.njoints)]
     names = [str(model.names[i]) for i in range(1, model.njoints)]
     each = [name for i, name in enumerate(names, 1) for _ in range(model.nvs[i])]
@@ -97,7 +103,10 @@ def dynamics_findings(model: Any) -> list[Finding]:
     if not mass.any() and not inertia.any():
         return [note(f"{model.name} has no masses; torques are neither limited nor minimised")]
     com = np.array([b.lever for b in bodies])
-    found = body_findings("the body behind joint", names, mass, com, inertia)
+    real = [i for i, name in enumerate(names) if mass[i] or name not in bodiless]
+    found = body_findings(
+        "the body behind joint", [names[i] for i in real], mass[real], com[real], inertia[real]
+    )
     if any(finding.severity is Severity.UNSAFE for finding in found):
         return found
     M = pin.crba(model, model.createData(), pin.neutral(model))

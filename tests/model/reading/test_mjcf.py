@@ -241,6 +241,21 @@ def test_site_goes_before_the_body_of_its_name() -> None:
     assert "both a site and a body are called 'two'" in sentences(text, "two")
 
 
+def test_joints_of_one_body_are_no_bodies_without_mass() -> None:
+    base = '<joint name="x" type="slide"/><joint name="y" type="slide" axis="0 1 0"/><joint name="a"'
+    text = arm().replace('<joint name="a"', base)
+    assert Robot.from_mjcf(text, tip="tcp", limits={"v_max": 1.0}).joints == ("x", "y", "a", "b")
+    assert "no mass" not in sentences(text)
+
+
+def test_sensor_of_a_mesh_that_is_left_out_does_not_matter() -> None:
+    text = arm(
+        more='<asset><mesh name="m" vertex="0 0 0  .1 0 0  0 .1 0  0 0 .1"/></asset>'
+        '<sensor><tactile geom="g" mesh="m"/></sensor>'
+    ).replace("<site", '<geom name="g" type="mesh" mesh="m"/><site')
+    assert Robot.from_mjcf(text, limits={"v_max": 1.0}).joints == ("a", "b")
+
+
 def test_frame_with_a_name_can_be_the_tip() -> None:
     text = arm().replace('<site name="tcp" pos="0.1 0 0"/>', '<frame name="grip" pos="0 0 0.2"/>')
     robot = Robot.from_mjcf(text, tip="grip", limits={"v_max": 1.0})

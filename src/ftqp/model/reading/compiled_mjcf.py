@@ -82,16 +82,16 @@ def _keep_masses(spec: Any) -> None:
         low, high = rules.inertiagrouprange
         weighs = not (body.explicitinertial and rules.inertiafromgeom != forced) and low <= geom.group <= high
         weightless = geom.mass == 0.0 or (isnan(geom.mass) and geom.density == 0.0)
-        if body is not spec.worldbody and body.name != "world" and weighs and not weightless:
+        if body.name != "world" and weighs and not weightless:
             continue
-        if geom.meshname or geom.hfieldname:
+        if (geom.meshname or geom.hfieldname) and geom.type != mujoco.mjtGeom.mjGEOM_SDF:
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_SPHERE, (1.0, 0.0, 0.0)
             geom.meshname = geom.hfieldname = ""
     needed = {getattr(one, "meshname", "") for one in (*spec.geoms, *spec.sites)}
     needed |= {geom.hfieldname for geom in spec.geoms}
-    for one in (*spec.meshes, *spec.hfields, *spec.skins):
-        if one.name not in needed:
-            spec.delete(one)
+    unneeded = [one for one in (*spec.meshes, *spec.hfields, *spec.skins) if one.name not in needed]
+    for one in (*spec.sensors, *unneeded):  # sensors first, for they may name meshes
+        spec.delete(one)
     for texture in spec.textures:
         texture.file, texture.builtin = "", mujoco.mjtBuiltin.mjBUILTIN_FLAT
         texture.width = texture.height = 1

@@ -79,6 +79,7 @@ def read(source: Any, wanted: Sequence[str] = (), locked: Sequence[str | int] = 
         },
         held=free,
         rest=rest,
+        bodiless=[names[j] for j in range(mj.njnt - 1) if mj.jnt_bodyid[j] == mj.jnt_bodyid[j + 1]],
     )
 
 

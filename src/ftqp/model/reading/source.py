@@ -1,6 +1,6 @@
 """What a reader hands over: a pinocchio model, its limits as written, and what is wrong with the file."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -27,6 +27,7 @@ class Source:
         shapes: Collision geometry of the links.
         held: Joints that are held anyway, those of a base that is free in a simulator.
         rest: Where joints are held that nobody says a place for, 0 where absent [rad or m].
+        bodiless: Joints that have no body of their own, as the next joint moves the same one.
     """
 
     model: Any
@@ -37,6 +38,7 @@ class Source:
     shapes: Sequence[Capsule | Collision] = ()
     held: Sequence[str] = ()
     rest: Mapping[str, float] = field(default_factory=dict)
+    bodiless: Collection[str] = ()
 
 
 def source_of(model: Any) -> Source:
