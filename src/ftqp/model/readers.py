@@ -108,7 +108,11 @@ class Readers:
         tips: Sequence[str] | None = None,
         **wishes: Unpack[Wishes],
     ) -> Self:
-        """A robot from a MuJoCo model file; the tip may be a body or a site.
+        """A robot from a MuJoCo model file, as MuJoCo compiles it; the tip is a site, body or named frame.
+
+        Positions are those of MuJoCo's ``qpos`` and poses those in its world. The arm is what moves the tip;
+        the rest of a scene stands where the file has it, a free base too. What moves the arm beside the
+        motors of its joints, such as ``gravcomp``, springs, tendons and loops, is a finding.
 
         MJCF has no limits of velocity or acceleration: give ``limits={"v_max": ...}``. Those of torque are
         the ``actuatorfrcrange`` of a joint, or what its actuators give together, whatever is less: their
@@ -127,6 +131,7 @@ class Readers:
             InputError: The file cannot be read, a tip or joint is unknown, both ``tip`` and ``tips`` are
                 given, or a shape is wrong.
             ModelError: The robot is unsafe or cannot be expressed; the error carries every finding.
+            MissingPackage: MuJoCo is not installed, which the extra ``sim`` brings.
         """
         wanted = wanted_tips(tip, tips)
         read = import_module("ftqp.model.reading.mjcf").read  # MuJoCo is optional
