@@ -126,7 +126,7 @@ def test_the_error_that_may_stop_is_that_to_the_target_that_is_followed(what):
     K.watch.stop_position, K.watch.stop_rotation, K.watch.stop_samples = 1.0, 1.0, 100
     if what != "nothing":
         K.feedback[what] = 1
-    assert not going_on._emergency(K.task, K.watch, K.feedback, K.kinematics, K.terms)
+    assert not going_on._emergency(K)
     assert K.watch.last_position_error == pytest.approx(9.0 if what == "nothing" else 0.5)
     assert K.watch.rising == (1 if what == "nothing" else 0)
 

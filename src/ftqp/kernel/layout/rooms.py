@@ -197,10 +197,11 @@ def _watch(N: int) -> Fields:
     """What may stop the arm: thresholds, and what has been seen of them.
 
     ``stopped``: the stop has come to rest; ``rise``: time in which a stop brings the deceleration up [s].
+    ``left``: of the task's error, what limits that move the arm have left of it [thresholds].
     """
     return [
         *scalars("i8", "stop_samples rising latched stopped reason fallbacks fallback_limit"),
-        *scalars("f8", "stop_position stop_rotation last_position_error last_rotation_error rise"),
+        *scalars("f8", "stop_position stop_rotation last_position_error last_rotation_error left rise"),
     ]
 
 

@@ -10,17 +10,91 @@ from ftqp.kernel.feedback.tip_correction import displace
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.judge.stage_problems import begin_stop
 from ftqp.kernel.latches.stop_latch import latch
-from ftqp.kernel.layout.enums import INVALID_INPUT, REST_STAGE, STOPPED_BY_ERROR
+from ftqp.kernel.layout.enums import (
+    ACCELERATION,
+    BRAKING,
+    BY_POSITION,
+    INVALID_INPUT,
+    REST_STAGE,
+    STOPPED_BY_ERROR,
+)
 from ftqp.kernel.rows.further_tasks import error_of
 from ftqp.kernel.rows.task_rows import task_rows
 
+NO_MOTION = 1e-9
+"""A limit that asks for less than this moves nothing [rad/s, m/s or a row's own unit]. Rounding."""
+
 
 @jit
-def _emergency(task: Any, watch: Any, feedback: Any, kinematics: Any, terms: Any) -> bool:
+def _speed_of(state: Any, x: float, v: float) -> float:
+    """The velocity after the tick that x gives to what has the velocity v: v + dt x, or x itself."""
+    return v + state.dt * x if state.level == ACCELERATION else x
+
+
+@rare_jit
+def limits_move(K: Any) -> bool:
+    """Whether a limit moves the arm, whatever the task asks for: it does not let it rest after the tick.
+
+    So a joint is led back into its range, a point to its side and bodies apart, and so a lock brakes.
+    Limits of speed, acceleration and torque only keep the arm from resting at once, and do not count.
+    """
+    state, faults, limits, qp = K.state, K.faults, K.limits, K.qp
+    for i in range(K.chain.n):
+        v = state.v[i]
+        if faults.code[i] == BRAKING and abs(v) > NO_MOTION:
+            return True
+        if limits.upper_by[i] == BY_POSITION and _speed_of(state, qp.ub[i], v) < -NO_MOTION:
+            return True
+        if limits.lower_by[i] == BY_POSITION and _speed_of(state, qp.lb[i], v) > NO_MOTION:
+            return True
+    for k in range(qp.rigid, qp.nc):
+        v = 0.0
+        for i in range(K.chain.n):
+            v += qp.C[k, i] * state.v[i]
+        if _speed_of(state, qp.l[k], v) > NO_MOTION or _speed_of(state, qp.u[k], v) < -NO_MOTION:
+            return True
+    return False
+
+
+@jit
+def _stopping_time(K: Any) -> float:
+    """How long the slowest joint takes to brake from its speed [s]."""
+    time = 0.0
+    for k in range(K.faults.working):
+        i = K.faults.order[k]
+        time = max(time, abs(K.state.v[i]) / K.limits.a_brake[i])
+    return time
+
+
+@rare_jit
+def _count_off(K: Any, e: float, r: float) -> None:
+    """``left``: what a limit that moves the arm has left of the error, and the task has not taken back yet.
+
+    That is the error (e, r) itself, and half of what it would grow by while the joints brake, as a motion
+    that a limit has begun goes on beyond it. Both are counted in thresholds, the larger one: on its way back
+    a tip may trade some of its place for its attitude.
+    """
+    watch = K.watch
+    worst = max(e / watch.stop_position, r / watch.stop_rotation)
+    if limits_move(K):
+        rises = max(
+            (e - watch.last_position_error) / watch.stop_position,
+            (r - watch.last_rotation_error) / watch.stop_rotation,
+            0.0,
+        )
+        watch.left = worst + 0.5 * rises * _stopping_time(K) / K.state.dt
+    elif e <= watch.last_position_error and r <= watch.last_rotation_error:
+        watch.left = min(watch.left, worst)
+
+
+@jit
+def _emergency(K: Any) -> bool:
     """Latch when the reference's error is beyond its threshold and has risen on ``stop_samples`` ticks.
 
     Errors of tasks that go before the tip's count as its own, and so do those beside it that are required.
+    What a limit that moves the arm has left of it does not count, until both are within thresholds again.
     """
+    task, watch, feedback, kinematics, terms = K.task, K.watch, K.feedback, K.kinematics, K.terms
     e, r = task.position_error, task.rotation_error
     if feedback.displaced or feedback.late > 0.0 or feedback.latency > 0:
         e, r = norms(task, kinematics, task.error)
@@ -28,8 +102,12 @@ def _emergency(task: Any, watch: Any, feedback: Any, kinematics: Any, terms: Any
         if (terms.hard[t] or (terms.shares[t] and terms.required[t])) and terms.weight[t] > 0.0:
             position, rotation = error_of(terms, t)
             e, r = max(e, position), max(r, rotation)
-    beyond = (e > watch.stop_position and e > watch.last_position_error) or (
-        r > watch.stop_rotation and r > watch.last_rotation_error
+    if e > watch.stop_position or r > watch.stop_rotation:
+        _count_off(K, e, r)
+    else:
+        watch.left = 0.0
+    beyond = (e > (1.0 + watch.left) * watch.stop_position and e > watch.last_position_error) or (
+        r > (1.0 + watch.left) * watch.stop_rotation and r > watch.last_rotation_error
     )
     watch.rising = watch.rising + 1 if beyond else 0
     watch.last_position_error, watch.last_rotation_error = e, r
@@ -67,7 +145,7 @@ def may_go_on(K: Any, valid: bool) -> bool:
     pose_error(K)
     see_error(K.task, K.feedback, K.kinematics, K.past)
     displace(K.task, K.feedback)
-    return not _emergency(K.task, K.watch, K.feedback, K.kinematics, K.terms) or _stop(K)
+    return not _emergency(K) or _stop(K)
 
 
 @jit
@@ -83,7 +161,7 @@ def may_go_on_by_the_clock(K: Any, valid: bool) -> bool:
     else:
         return _refuse_target(K)
     displace(K.task, K.feedback)
-    return not _emergency(K.task, K.watch, K.feedback, K.kinematics, K.terms) or _stop(K)
+    return not _emergency(K) or _stop(K)
 
 
 @jit
@@ -95,4 +173,4 @@ def may_go_on_as_measured(K: Any, valid: bool) -> bool:
     for k in range(6):
         K.task.seen[k] = K.task.error[k]
     K.task.position_error, K.task.rotation_error = norms(K.task, K.kinematics, K.task.error)
-    return not _emergency(K.task, K.watch, K.feedback, K.kinematics, K.terms) or _stop(K)
+    return not _emergency(K) or _stop(K)

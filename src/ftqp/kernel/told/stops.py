@@ -25,6 +25,7 @@ def release(watch: Any, feedback: Any, chain: Any) -> None:
     for i in range(chain.n):
         feedback.going[i] = 0.0
     watch.last_position_error = watch.last_rotation_error = inf
+    watch.left = 0.0
     watch.latched = 0  # the last thing, so that whoever is interrupted has still stopped
     watch.reason = NOT_STOPPED
 
