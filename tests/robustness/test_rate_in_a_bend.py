@@ -57,3 +57,40 @@ q = [-0.1031, 0.4635, 1.0909, -1.3436, -1.3714, 1.5567, 0.411]
 @pytest.mark.parametrize("scenario", [HEALTHY, BESIDE_A_JOINT_THAT_LOCKS])
 def test_no_joint_jolts_where_a_bend_limits_the_rate(scenario: str) -> None:
     assert not broken_laws(scenario), "before, 46 and 37 jolts at full acceleration in a row too many"
+
+
+AT_THE_EDGE_OF_CALM = """
+[path]
+kind = "circle"
+duration = 0.8699736066319688
+radius = 0.02961755146142744
+
+[[faults]]
+kind = "locked"
+joint = 3
+at = 0.1266030602370072
+mode = "ramp"
+
+[simulation]
+duration = 2.4
+
+[robot]
+name = "panda"
+
+[planner]
+dt = 0.01
+level = "velocity"
+scheme = "mvn"
+task = { mode = "scaled" }
+
+[start]
+q = [
+    -0.47650177518905756, -0.3153154969948552, 0.43745539548541806, -2.1208218199915176, 0.7878514591590483,
+    1.4388088517373498, 0.16662749876883198,
+]
+"""
+
+
+def test_no_joint_jolts_where_a_path_waits_at_the_edge_of_calm() -> None:
+    """Found by ``ftqp campaign safety``, episode 1132."""
+    assert not broken_laws(AT_THE_EDGE_OF_CALM), "before, 4 jolts at full acceleration in a row too many"
