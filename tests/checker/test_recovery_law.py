@@ -101,3 +101,15 @@ def test_weakened_joints_have_what_is_left_of_their_limits():
     assert not rest_after(ARM, stood(rows=POSE, failures=(weak,)), KINEMATIC).feasible
     weak = replace(weak, shares={"v_max": 0.8})
     assert rest_after(ARM, stood(rows=POSE, failures=(weak,)), KINEMATIC).feasible
+
+
+def test_an_arm_that_is_on_its_way_is_given_the_time_that_the_search_took():
+    """The search goes four times as slowly, for longer than the run; who stands is still blamed."""
+    times = np.linspace(0.0, SMALL.duration, 301)
+    slow = stood(path_dt=float(times[1]), progress=0.5 * T, target=np.tile(SMALL.start, (TICKS, 1, 1)))
+    slow = replace(slow, path=SMALL.sample(times).pose)
+    rest, broken = judged(slow)
+    assert slow.progress[-1] < 2.0 < SMALL.duration
+    assert rest.feasible and rest.missed == 0.0 and not broken
+    rest, broken = judged(replace(slow, progress=np.minimum(0.5 * T, 1.9)))
+    assert rest.feasible and broken and rest.missed == pytest.approx(1.1 / 3.0, abs=0.01)

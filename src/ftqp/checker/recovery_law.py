@@ -82,7 +82,7 @@ def rest_after(arm: ModelFile, run: Trace, strict: Strictness) -> Rest | None:
             == len(aimed)
             for posture in _drawn_to(left, q, int(moves.sum()) > len(run.rows))
         ),
-        missed=_missed(arm, run),
+        missed=_missed(arm, run, k),
         stopped=run.status[-1] in STOPS,
     )
 
@@ -142,12 +142,19 @@ def _drawn_to(arm: ModelFile, q: FloatArray, several: bool) -> Iterator[FloatArr
         yield generator.uniform(low, high)
 
 
-def _missed(arm: ModelFile, run: Trace) -> float:
-    """By how much the arm misses the end of its task, as a share of the tolerance, or of the path."""
+def _missed(arm: ModelFile, run: Trace, k: int) -> float:
+    """By how much the arm misses the end of its task, as a share of the tolerance, or of the path.
+
+    The search takes ``SLOWED`` times the time of the path that is left at tick k. Where the run ends sooner,
+    the arm is given that time, too, in which it goes on at the pace that it has in the end.
+    """
     position, rotation = errors(arm, run)
     share = max(position[-1] / run.tolerance[0], rotation[-1] / run.tolerance[1]) - 1.0
     if run.path is not None:
-        share = max(share, 1.0 - (run.progress[-1] + run.path_dt) / (run.path_dt * (len(run.path) - 1)))
+        length = run.path_dt * (len(run.path) - 1)
+        time = max(0.0, SLOWED * (length - run.progress[k]) - run.dt * (len(run.progress) - 1 - k))
+        pace = max(0.0, run.progress[-1] - run.progress[-2]) / run.dt
+        share = max(share, 1.0 - (run.progress[-1] + time * pace + run.path_dt) / length)
     return max(0.0, float(share))
 
 
