@@ -265,3 +265,20 @@ def test_arm_that_creeps_on_takes_the_other_way_where_that_is_sooner():
 
     steps = go(goto, start, longest=6.0, each=fail)
     assert goto.status is STATUS.REACHED and len(steps) * 4e-3 < 5.0
+
+
+@pytest.mark.parametrize("locked", [(2, 4), (1, 5), (0, 3), (4, 6)])
+def test_beside_two_locks_postures_are_asked_for_though_fewer_joints_work_than_there_are_rows(locked):
+    here, generator = PANDA.neutral, np.random.default_rng([3, *locked])
+    there = here + generator.uniform(-0.4, 0.4, 7)
+    there[list(locked)] = here[list(locked)]
+    goal = PANDA.pose(np.clip(there, PANDA.limits.q_min + 0.05, PANDA.limits.q_max - 0.05))
+    faults = [ftqp.Locked(joint, mode="instant") for joint in locked]
+    assert ftqp.postures(PANDA, goal, faults=faults, near=here)
+    planner = planner_at(here)
+    for fault in faults:
+        planner.report(fault)
+    goto = ftqp.GoTo(planner, pose=goal)
+    go(goto, here, longest=20.0)
+    assert "was looked for" not in goto.sentence
+    assert goto.status is STATUS.REACHED, goto.sentence

@@ -176,7 +176,7 @@ def test_below_the_stop_distance_an_arm_that_still_comes_nearer_is_stopped():
         step = planner.step(q, None, ftqp.Target(pose=TIP))
         q = step.q.copy()
     assert step.status in (ftqp.StepStatus.STOPPED, ftqp.StepStatus.STOPPING)
-    assert "nearer than Clearance(stop=...)" in planner.stopped_because
+    assert " and ".join(step.nearest) + " were nearer than Clearance(stop=...)" in planner.stopped_because
 
 
 def test_the_nearest_pair_is_the_nearest_of_all_whatever_was_looked_at():

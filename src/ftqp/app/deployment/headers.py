@@ -48,9 +48,10 @@ SHOWN = {
 """Fields of the record that users may want beside the C interface, and what they are."""
 
 NAMED_IN_C = (
-    (r"; \{joint\} is farthest.*|; see step\..*", ""),
+    (r"; \{joint\} is farthest.*", ""),
     (r"Clearance\(stop=\.\.\.\)", "the clearance that stops"),
     (r"\{joint\}", "a joint"),
+    (r"\{pair\}", "two bodies"),
     (r"\b(report|reset|resume|stop)\(\)", r"ftqp_\1"),
     ("; report it,", "; ftqp_report it,"),
 )

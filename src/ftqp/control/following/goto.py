@@ -11,6 +11,7 @@ from ftqp.control.following.goto_status import (
     GoToStatus,
     fastest,
     is_held,
+    missed_by,
     missed_joints,
     posture_inside,
 )
@@ -21,6 +22,7 @@ from ftqp.control.following.other_ways import OtherWays
 from ftqp.control.planner.joint_motion import EXACT
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
+from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.ways.way_out import WayOut
 from ftqp.control.references.jerk_limit import RISE_TIME
@@ -239,42 +241,53 @@ class GoTo:
     @property
     def position_error(self) -> float:
         """How far the command is from the goal, which for a posture is where that puts the tip [m]."""
-        return float(np.linalg.norm(self._pose[:3, 3] - self._now[:3, 3]))
+        return self._errors_at(self._view.command.q)[0]
 
     @property
     def rotation_error(self) -> float:
         """Angle of the commanded tip, or frame, from its goal [rad]."""
-        turn = self._pose[:3, :3] @ self._now[:3, :3].T
-        return float(np.linalg.norm(rotation_vector(turn)))
+        return self._errors_at(self._view.command.q)[1]
 
     @property
     def _who(self) -> str:
         return "the tip" if self._tip is None else self._tip.frame.label
 
-    @property
-    def _now(self) -> FloatArray:
-        """The commanded pose of what goes to the goal."""
-        if self._tip is None:
-            return self._view.tip.pose
-        return self._tip.frame.state_at(self._view.command).pose
+    def _errors_at(self, q: FloatArray) -> tuple[float, float]:
+        """How far what goes to the goal is from it with the joints at q [m], and its angle [rad]."""
+        rest = np.zeros(len(q))
+        joints = JointState(q, rest, rest)
+        pose = (self._view.tip_at(joints) if self._tip is None else self._tip.frame.state_at(joints)).pose
+        way = float(np.linalg.norm(self._pose[:3, 3] - pose[:3, 3]))
+        return way, float(np.linalg.norm(rotation_vector(self._pose[:3, :3] @ pose[:3, :3].T)))
 
     @property
     def sentence(self) -> str:
-        """Where the arm stands, by how much it misses its goal, and which joints miss theirs."""
-        text = self._status.value
+        """Where the arm stands and why, which joints miss their goal, and by how much the tip does."""
         if self._status is GoToStatus.REACHED:
-            return ONLY_THE_TIP if self._only_the_tip else text
-        text += (
-            f": {self._who} is {1e3 * self.position_error:.3g} mm and {self.rotation_error:.3g} rad from it"
-        )
-        if not self._to_posture:
-            return f"{text}; {self.note}"
-        robot, faults = self._planner.robot, self._planner.faults
-        missing = missed_joints(robot, self._joints.way, faults, self._tolerance)
-        if missing:
-            text += f"; off their goal are {', '.join(missing)}"
+            return ONLY_THE_TIP if self._only_the_tip else self._status.value
+        if self._status is GoToStatus.HALTED:
+            return "; ".join([with_reason(self._status.value, self._planner.stopped_because), *self._missed])
         heavy = self._joints.too_heavy
-        return text if heavy is None else f"{text}; {heavy} is too weak to hold the arm farther on"
+        weak = [] if heavy is None else [f"{heavy} is too weak to hold the arm farther on"]
+        said = [*self._missed, *(weak if self._to_posture else [self.note])]
+        return f"{self._status.value}: {'; '.join(said)}" if said else self._status.value
+
+    @property
+    def _missed(self) -> list[str]:
+        """What the arm, as it is measured, misses of its goal: its joints, and then the tip."""
+        view, joints, robot = self._view, self._joints, self._planner.robot
+        measured, whose = view.measured, "goal"
+        way = joints.way_from(measured)
+        if not self._to_posture:  # its joints are at fault where they are not where they were sent
+            led = self._status is GoToStatus.UNREACHABLE
+            way, whose = joints.way_from(measured) - joints.way if led else np.zeros(len(measured)), "command"
+        off = missed_joints(robot, way, self._planner.faults, self._tolerance)
+        turns = self._to_posture or any(row.startswith("r") for row in self._planner.task_rows)
+        tip = missed_by(
+            *self._errors_at(measured), (self._tolerance, self._rotation_tolerance if turns else np.inf)
+        )
+        said = [f"off their {whose} are {', '.join(off)}"] if off else []
+        return [*said, f"{self._who} is {tip} from it"] if tip else said
 
     @property
     def note(self) -> str:

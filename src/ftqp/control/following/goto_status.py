@@ -24,7 +24,22 @@ class GoToStatus(Enum):
     MOVING = "the arm is on its way"
     REACHED = "the arm rests at its goal"
     UNREACHABLE = "the arm rests as near to its goal as it gets"
-    HALTED = "the planner brakes or has stopped the arm; the step's status says why"
+    HALTED = "the planner brakes or has stopped the arm"
+
+
+def missed_by(position: float, rotation: float, tolerances: tuple[float, float]) -> str:
+    """By how much a frame misses its goal, in words; empty where it does not.
+
+    Args:
+        position: How far it is [m].
+        rotation: How far it is turned [rad].
+        tolerances: What counts as missing [m], [rad].
+    """
+    parts = (
+        (position > tolerances[0], f"{1e3 * position:.3g} mm"),
+        (rotation > tolerances[1], f"{rotation:.3g} rad"),
+    )
+    return " and ".join(text for misses, text in parts if misses)
 
 
 def missed_joints(robot: Robot, way: FloatArray, faults: Mapping[str, Fault], tolerance: float) -> list[str]:

@@ -9,6 +9,7 @@ import numpy as np
 from ftqp.control.following.led_tip import LedTip
 from ftqp.control.planner.given_arrays import not_a_target
 from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.references.tip_limits import TipLimits
@@ -32,7 +33,7 @@ class TargetStatus(Enum):
     WAITING = "the arm stays behind; the reference waits for it within a leash"
     STALE = "no fresh twist has come for the dead-man time; the tip comes to rest, or rests"
     INVALID = "the target is no pose; the arm brakes"
-    HALTED = "the planner brakes or has stopped the arm; the step's status says why"
+    HALTED = "the planner brakes or has stopped the arm"
 
 
 @final
@@ -167,6 +168,12 @@ class TargetFollower:
         if not np.isfinite(pose).all():
             return None
         return pose if is_rotation_matrix(pose[:3, :3]) else None
+
+    @property
+    def sentence(self) -> str:
+        """How the target is followed, and why the planner has stopped the arm where it has."""
+        halted = self._status is TargetStatus.HALTED
+        return with_reason(self._status.value, self._planner.stopped_because if halted else None)
 
     def __repr__(self) -> str:
         return f"TargetFollower({self._planner.robot.name}, {self._status.name})"

@@ -9,6 +9,7 @@ import numpy as np
 from ftqp.control.moving_base.base_gain import Observer, checked_gain
 from ftqp.control.planner.given_arrays import not_a_target
 from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.task.compatibility import refuse
@@ -43,7 +44,7 @@ class BaseStatus(Enum):
     STALE = (
         "no valid measurement of base or tip; the last base pose is held for a moment, then the arm brakes"
     )
-    HALTED = "the planner brakes or has stopped the arm; the step's status says why"
+    HALTED = "the planner brakes or has stopped the arm"
 
 
 _STATUSES = tuple(BaseStatus[code.name] for code in BaseCode)
@@ -206,6 +207,12 @@ class InertialTask:
     def status(self) -> BaseStatus:
         """How the inertial task goes."""
         return _STATUSES[self.code]
+
+    @property
+    def sentence(self) -> str:
+        """How the inertial task goes, and why the planner has stopped the arm where it has."""
+        halted = self.status is BaseStatus.HALTED
+        return with_reason(self.status.value, self._planner.stopped_because if halted else None)
 
     @property
     def code(self) -> int:

@@ -9,6 +9,7 @@ import numpy as np
 from ftqp.control.drive.joint_drive import Drive, by_name
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.status import REPEATS, STOP_REASONS
+from ftqp.control.planner.step_parts import Pairs
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.orders import Orders
@@ -29,11 +30,12 @@ class ArmLoop:
         session: The planner's.
         orders: The planner's.
         joints: Names of the joints, (nv,).
+        pairs: What knows the names of pairs of bodies; None keeps none apart.
     """
 
-    def __init__(self, session: Session, orders: Orders, joints: Sequence[str]) -> None:
+    def __init__(self, session: Session, orders: Orders, joints: Sequence[str], pairs: Pairs | None) -> None:
         self._session, self._orders = session, orders
-        self._joints = tuple(joints)
+        self._joints, self._pairs = tuple(joints), pairs
         self._speed = self._caution = 1.0
         self._named, self._why = 0, ""
 
@@ -115,7 +117,10 @@ class ArmLoop:
             named = ", ".join(self._joints[i] for i in lost) or "v, tau or the tip"
         if reason in (StopReason.OVERLOAD, StopReason.SECOND_FREE):
             named = self._joints[self._named]
-        said = (reason is StopReason.ASKED and self._why) or sentence.format(joint=named)
+        names = () if self._pairs is None else self._pairs.names
+        at = int(K.scene.nearest)
+        pair = " and ".join(names[at]) if 0 <= at < len(names) else "two bodies"
+        said = (reason is StopReason.ASKED and self._why) or sentence.format(joint=named, pair=pair)
         moving = int(K.feedback.moving)
         return f"{said}; {self._joints[moving - 1]} is not seen to rest" if moving > 0 else said
 

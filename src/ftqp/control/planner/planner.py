@@ -194,7 +194,7 @@ class Planner(PlannerCopies):
                 self._said,
                 self._tasks.named(asked, self._surroundings, given.task),
             ),
-            ArmLoop(self._session, self._orders, robot.joints),
+            ArmLoop(self._session, self._orders, robot.joints, self._surroundings),
         )
         self._constraints = Constraints(self._session, robot, given_constraints, self._loop.stop)
         degrading = Degrading(self._session, given.task.kept_sets)

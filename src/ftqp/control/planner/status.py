@@ -51,14 +51,22 @@ STOP_REASONS: Final[dict[StopReason, str | None]] = {
         "something stands in the scene that no body of the arm is watched against; the scene was changed in "
         "another process or thread, or while a step was under way"
     ),
-    StopReason.CLEARANCE: (
-        "two bodies were nearer than Clearance(stop=...) and still came nearer; see step.nearest"
-    ),
+    StopReason.CLEARANCE: "{pair} were nearer than Clearance(stop=...) and still came nearer",
 }
-"""Why a stop is latched; ``{joint}`` is the joint that is meant."""
+"""Why a stop is latched; ``{joint}`` is the joint that is meant, ``{pair}`` the two bodies."""
 
 REPEATS: Final = (
     "the encoder of {joint} repeats its number: it is frozen, or the joint stands; call reset() once it is "
     "mended, or report what befell the joint and call resume()"
 )
 """Why a stop is latched for the sensor of a joint that may as well stand behind a brake."""
+
+
+def with_reason(said: str, reason: str | None) -> str:
+    """What is said of an arm that was stopped, with why.
+
+    Args:
+        said: What has happened.
+        reason: Why, as ``planner.stopped_because`` has it; None where no stop is latched.
+    """
+    return said if reason is None else f"{said}: {reason}"
