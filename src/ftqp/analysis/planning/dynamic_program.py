@@ -73,10 +73,14 @@ def grid_plan(case: PlanCase) -> GridPlan:
     if not np.isfinite(ways.values[0][first]):
         starts = np.arange(len(nodes[0])) == 0 if q0 is not None else np.ones(len(nodes[0]), dtype=np.bool_)
         last = farthest_waypoint(nodes, starts, task.dt * farthest, study.turning)
+        remedies = [
+            *(["raise share"] if settings.share < 1.0 else []),
+            "give the path more time",
+            "start elsewhere" if q0 is not None else "take another seed",
+        ]
         raise InputError(
             f"no way along the path is found beyond t = {task.t[last]:g} s that joints of {study.robot.name} "
-            f"follow at {settings.share:g} of their speed; raise share, give the path more time, or start "
-            "elsewhere"
+            f"follow at {settings.share:g} of their speed; {', '.join(remedies[:-1])}, or {remedies[-1]}"
         )
     way = ways.from_node(first)
     kept = [survives[k][way[k]] for k in range(task.N)]

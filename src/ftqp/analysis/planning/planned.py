@@ -213,9 +213,10 @@ def _by_grid(case: PlanCase) -> _Found:
     grid = grid_plan(case)
     tried = list(smooth_trajectories(case.study, case.task, grid.q))
     if not tried:
+        finer = "a smaller spacing" if case.study.redundancy == 1 else "more nodes"
         raise InputError(
             f"the way through {grid.nodes} nodes does not join to a trajectory on all samples of the path; "
-            "take more waypoints or a smaller spacing"
+            f"take more waypoints or {finer}"
         )
     rated = survivals(case.task, np.stack([q for _, q in tried]), case.settings.stride, case.weights)
     best = _smoothest(rated)

@@ -81,9 +81,10 @@ def refuse_illegal(task: TaskPath, q: FloatArray, method: str) -> None:
     ):
         if excess.max() > least:
             k, i = np.unravel_index(int(excess.argmax()), excess.shape)
+            other = "" if method == "dp" else "take 'dp', "
             raise InputError(
                 f"with the method {method!r} no plan keeps all limits: {robot.joints[i]!r} would be "
-                f"{told.format(excess[k, i])} at sample {k} (t = {task.t[k]:g} s); take 'dp', start "
+                f"{told.format(excess[k, i])} at sample {k} (t = {task.t[k]:g} s); {other}start "
                 "elsewhere or give the path more time"
             )
     if not np.all(task.clearances(q) >= _keep(task) - FOLLOWED[0]):

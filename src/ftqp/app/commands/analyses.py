@@ -149,6 +149,13 @@ def plan(
     spacing: Annotated[
         float | None, typer.Option(metavar="RAD", help="Of dp: arc length between postures.")
     ] = None,
+    nodes: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Of dp with two or more joints to spare: postures of a waypoint."),
+    ] = None,
+    share: Annotated[
+        float | None, typer.Option(metavar="S", help="Of dp: share of the joints' speed that is used, to 1.")
+    ] = None,
     stride: Annotated[int | None, typer.Option(metavar="N", help="Verify every so-many-th sample.")] = None,
     seed: Annotated[int, typer.Option(metavar="K", help="Of random starts.")] = 0,
     mtbf: Mtbf = None,
@@ -166,7 +173,7 @@ def plan(
     from ftqp.app.run.runs import free_folder
 
     folder = None if report is None else free_folder(report, "plan")
-    given = {"waypoints": waypoints, "spacing": spacing, "stride": stride}
+    given = {"waypoints": waypoints, "spacing": spacing, "nodes": nodes, "share": share, "stride": stride}
     knobs = {name: value for name, value in given.items() if value is not None}
     return make_plan(
         scenario, overrides or (), file, folder, method=method, start=start, optimise=optimise, seed=seed,

@@ -31,10 +31,11 @@ SIDE = 230
 INVITATION = (
     '<div style="font:13px/1.45 system-ui,sans-serif;color:#1b4f72;background:#eaf3fb;padding:4px 10px">'
     "<b>Drag the arrows at the tip</b>, and the arm follows; <b>to path</b> gives it its path back. "
-    "Click <b>lock</b> beside a joint: nothing fails but what you break. "
-    "Put <b>a box in the way</b> and drag it.</div>"
+    "Click <b>lock</b> beside a joint: nothing fails but what you break.{further}</div>"
 )
-"""What a visitor is told first."""
+"""What a visitor is told first, and what a page has beside that."""
+BOX = " Put <b>a box in the way</b> and drag it."
+"""The same of a page with a box."""
 FASTEST = 5.0
 """Highest speed that the slider offers, simulated seconds a second."""
 
@@ -58,7 +59,7 @@ class Panel:
         self._pressed = PressedButtons(self._gui)
         self._kept(self._pressed.sheet)
         if stage.live:
-            self._kept(self._gui.add_html(INVITATION))
+            self._kept(self._gui.add_html(INVITATION.format(further=BOX)))
         self._head = self._kept(self._gui.add_html(""))
         if stage.live:
             self._clock((PAUSE, RESUME, RESET, PATH))

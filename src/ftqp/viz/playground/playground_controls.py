@@ -47,7 +47,7 @@ def add_controls(server: Any, scene: Scene, joints: tuple[str, ...], speed: floa
     gui = server.gui
     acts: dict[str, list[Any]] = {}
     texts = {"pressed": uuid(gui.add_html(sheet("")))}
-    gui.add_html(INVITATION)
+    gui.add_html(INVITATION.format(further=""))
     texts["head"] = uuid(gui.add_html(""))
     acts[uuid(gui.add_button_group("time", (PAUSE, RESUME, RESET, TO_PATH)))] = ["time"]
     slider = gui.add_slider("speed", min=0.1, max=FASTEST, step=0.1, initial_value=speed)
