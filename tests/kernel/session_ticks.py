@@ -13,6 +13,7 @@ from ftqp.control.task.task import Task
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.enums import FREE, MEASURED
 from ftqp.model.robot import Robot
 
 
@@ -74,6 +75,7 @@ class Ticks:
         K.criteria.posture[:n] = q if self.posture is None else self.posture
         K.qp.warm, state.ticks, state.is_reset = 0, 0, 1
         K.feedback.fresh = 1
+        K.faults.code[K.faults.code == MEASURED] = FREE  # as at every start, until a sample says otherwise
 
     def tick(self, q: Any, v: Any, target: Any) -> int:
         """One tick from (q, v): the status."""

@@ -109,3 +109,27 @@ def test_arm_ends_stopped_or_holds_what_it_can_of_the_task(fall):
         assert led.final in (ftqp.StepStatus.OK, ftqp.StepStatus.RELAXED)
     else:
         assert led.stopped < 1.5 and led.final is ftqp.StepStatus.STOPPED
+
+
+@pytest.mark.parametrize(("name", "joint", "dry"), [("xarm7", 7, 1.0), ("xarm7", 5, 1.5), ("panda", 7, 1.0)])
+def test_circle_goes_on_beside_a_joint_that_its_gear_holds(name, joint, dry):
+    """Dry friction that nobody knows of holds the joint, which is told to be free."""
+    robot = ftqp.robots.load(name)
+    q = robot.neutral
+    gear = TrueArm(coulomb={robot.joints[joint - 1]: dry})
+    plant = MujocoPlant(robot, DT, JointServo(robot, "position"), gear)
+    plant.reset(q, np.zeros(robot.nv))
+    planner = ftqp.Planner(robot, DT)
+    planner.reset(q)
+    way = ftqp.paths.Circle(robot.pose(q), 0.05, duration=2.0).sample(DT * np.arange(2001))
+    target, errors = ftqp.Target(pose=robot.pose(q)), []
+    for k in range(2001):
+        if k == 600:
+            plant.fail(ftqp.FreeSwinging(joint - 1))
+            planner.report(ftqp.FreeSwinging(joint - 1))
+        target.at(way.pose[k], way.twist[k], way.acceleration[k])
+        step = planner.step(plant.q, None, target)
+        errors.append(step.position_error + robot.length * step.rotation_error)
+        plant.advance(step)
+    assert planner.stopped_because is None and step.rows == planner.task_rows
+    assert max(errors) < 0.01 and errors[-1] < 2e-3

@@ -86,6 +86,8 @@ class Locked:
 class FreeSwinging:
     """The joint has lost its motor and its brake: friction and its end stops are all that is left.
 
+    A planner only measures the joint at first, and counts it as swinging once it is seen to.
+
     Args:
         joint: The joint's name or its 0-based index.
         damping: Viscous friction beside the robot's own, >= 0 [N m s/rad or N s/m]: tau = -damping v. The

@@ -16,6 +16,7 @@ from ftqp.kernel.layout.enums import (
     FREE,
     HEALTHY,
     LOCKED,
+    MEASURED,
     VELOCITY,
     Limit,
 )
@@ -319,6 +320,8 @@ def obstacles(
         z = float(parts["z_box"][i])
         if int(parts["code"][i]) in (LOCKED, BRAKING):
             found.append((joint, "locked", abs(z)))
+        elif int(parts["code"][i]) == MEASURED:
+            found.append((joint, "free-swinging", abs(z)))
         elif z != 0.0:
             by = Limit(int(parts["upper_by"][i] if z > 0.0 else parts["lower_by"][i]))
             side = "upper" if z > 0.0 else "lower"

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple, final
 from ftqp.control.planner.stages import FREE, Stage, Tick
 from ftqp.faults.belief import Belief
 from ftqp.kernel.entry.session import FreeMemory, PathMemory, Session
-from ftqp.kernel.layout.enums import ARREST, DECIDE, FOLLOW, HOLD, STOPPED, TARGET_HAS_ROTATION, Kept
+from ftqp.kernel.layout.enums import ARREST, DECIDE, FOLLOW, HOLD, MAKE_UP, STOPPED, TARGET_HAS_ROTATION, Kept
+from ftqp.kernel.layout.enums import FREE as SWINGS
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
@@ -31,6 +32,8 @@ PLACES = {
     "coulomb": ("faults", "coulomb"),
 }
 """What a step can say of a free-swinging joint, and where it stands in the record."""
+ON_TASK = (FOLLOW, MAKE_UP)
+"""What the others do where the task goes on."""
 STILL_SWING = 0.01
 """A joint that swings no farther than this hangs at rest [rad or m] ..."""
 STILL_DRIFT = 1e-3
@@ -89,8 +92,10 @@ class FreeJoint:
     @property
     def leads(self) -> bool:
         """Whether a free-swinging joint, and not the task, leads the arm, or that is yet to be seen."""
+        if not self._on or not (self._session.K.faults.code == SWINGS).any():
+            return False
         free = self._session.K.free
-        return self._on and not (free.joint >= 0 and free.mode == FOLLOW)
+        return not (free.joint >= 0 and free.mode == FOLLOW)
 
     def held_target(self, leader: PathMemory) -> Any:
         """The packed target at which a path stops; None where it has not begun.
@@ -158,6 +163,8 @@ def notice(parts: Any, joints: tuple[str, ...]) -> str | None:
         return f"{joint} swings freely: the others brake while it is decided what can be kept"
     if mode == HOLD:
         return f"{joint} swings freely: {HELD[Kept(int(parts['free_rows'][0]))]}"
+    if mode == MAKE_UP:
+        return f"{joint} has no motor: the others keep the task and make up for where it is seen to go"
     if mode == FOLLOW:
         return _drifting(joint, float(parts["drift"][0]), float(parts["drift_time"][0]))
     if hit is not None and hit.speed > 0.0 and not parts["contact"][i]:

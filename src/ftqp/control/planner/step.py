@@ -19,7 +19,7 @@ from ftqp.control.planner.certificate import (
     unused,
     without_bound,
 )
-from ftqp.control.planner.free_joint import Impact, impact, notice
+from ftqp.control.planner.free_joint import ON_TASK, Impact, impact, notice
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.control.planner.step_parts import (
     JOINTS_ONLY,
@@ -42,7 +42,6 @@ from ftqp.kernel.layout.enums import (
     ALL_BRAKES,
     EACH_BRAKE,
     FALLBACK,
-    FOLLOW,
     HARD,
     HEALTHY,
     INVALID_INPUT,
@@ -197,7 +196,7 @@ class Step:
         if self.status not in _ON_TASK:
             return ()
         own = tuple(COMPONENTS[int(c)] for c in parts["components"][: int(parts["m"][0])])
-        if parts["free_joint"][0] < 0 or parts["free_mode"][0] == FOLLOW:
+        if parts["free_joint"][0] < 0 or parts["free_mode"][0] in ON_TASK:
             return own
         return own[: _ROWS_OF[Kept(int(parts["free_rows"][0]))]]
 

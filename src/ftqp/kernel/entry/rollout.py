@@ -9,7 +9,7 @@ from ftqp.kernel.free.end_stop import stop_torques
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.fallback_cascade import run_cascade
 from ftqp.kernel.layout.batch_memory import batch_dtype
-from ftqp.kernel.layout.enums import AS_TOLD, FREE, INVALID_INPUT, OK, SOLVED, TARGET_SIZE, Status
+from ftqp.kernel.layout.enums import AS_TOLD, FREE, INVALID_INPUT, MEASURED, OK, SOLVED, TARGET_SIZE, Status
 from ftqp.kernel.layout.free_memory import free_dtype
 from ftqp.kernel.layout.record import belief_dtype, record_dtype
 from ftqp.kernel.maths.finite import is_finite
@@ -17,7 +17,7 @@ from ftqp.kernel.rows.turned_rows import turn_back
 from ftqp.kernel.ticks.accepted_inputs import accept_state
 from ftqp.kernel.ticks.steps import FLOAT
 from ftqp.kernel.ticks.tick import prepare_free, prepare_rich
-from ftqp.kernel.told.believed import look_again
+from ftqp.kernel.told.believed import falls, look_again
 
 WHOLE = np.dtype(np.int64)
 STATUSES = len(Status)
@@ -38,17 +38,10 @@ def believe_event(faults: Any, limits: Any, chain: Any, qp: Any, free: Any, B: A
     faults.lock_velocity[joint] = theirs.lock_velocity[joint]
     faults.friction[joint], faults.coulomb[joint] = theirs.friction[joint], theirs.coulomb[joint]
     qp.warm = 0
+    if faults.code[joint] == MEASURED:
+        faults.code[joint] = FREE  # nobody measures: it swings as its dynamics say
     if faults.code[joint] == FREE:
         free.joint = -1
-
-
-@jit
-def _frees(faults: Any, chain: Any) -> bool:
-    """Whether a joint swings freely."""
-    for i in range(chain.n):
-        if faults.code[i] == FREE:
-            return True
-    return False
 
 
 @jit
@@ -61,7 +54,7 @@ def _tick(K: Any, F: Any, target: Any) -> int:
     for i in range(TARGET_SIZE):
         K.task.target[i] = target[i]
     accept_state(state, K.chain, n)
-    if _frees(K.faults, K.chain):
+    if falls(K.faults, K.chain):
         code = run_cascade(K, prepare_free(K, F), SOLVED)
         stop_torques(state, K.faults, K.kinematics, K.chain, K.free)
     else:

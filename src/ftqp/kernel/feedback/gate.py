@@ -23,6 +23,7 @@ from ftqp.kernel.layout.enums import (
     HEALTHY,
     INVALID_INPUT,
     LOCKED,
+    MEASURED,
     OK,
     RELAXED,
     SCALED,
@@ -152,7 +153,8 @@ def _send_to_held(K: Any) -> None:
 
     A locked joint is sent where it came to rest, and to where it is seen once it is seen to stand there. A
     sensor that drifts moves the estimate, and with it what is told to the others, but not what is sent. Of a
-    joint that swings freely, which no motor moves, the estimate itself is said.
+    joint that swings freely, which no motor moves, the estimate itself is said, in its range of one that is
+    only measured.
     """
     gate, state, faults, feedback = K.gate, K.state, K.faults, K.feedback
     for k in range(faults.movable, K.chain.n):
@@ -161,6 +163,8 @@ def _send_to_held(K: Any) -> None:
         if faults.code[i] == LOCKED and feedback.still[i] < STILL_SAMPLES:
             wanted = gate.sent[i]
         top = min(K.limits.v_max[i], UNLIMITED)
+        if faults.code[i] == MEASURED:
+            top = max(top, 2.0 * FASTEST)
         feedback.q_sent[i] = place_of(K.limits, gate, i, _toward(gate.sent[i], wanted, state.dt * top))
         feedback.v_sent[i] = min(max(feedback.v_sent[i], -top), top)
 
@@ -195,7 +199,7 @@ def _brake(K: Any) -> None:
         after = v
         if faults.code[i] == LOCKED:
             after = 0.0
-        elif faults.code[i] != FREE:
+        elif faults.code[i] != FREE and faults.code[i] != MEASURED:
             after = braked_velocity(v, limits.a_max[i], dt)
         way = 0.5 * dt * (v + after) if state.level == ACCELERATION else dt * after
         low, high = min(limits.q_min[i], q), max(limits.q_max[i], q)

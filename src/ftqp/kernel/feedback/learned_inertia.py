@@ -17,7 +17,7 @@ from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.touch import adopt
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.enums import FREE, HEALTHY
+from ftqp.kernel.layout.enums import FREE, HEALTHY, MEASURED
 from ftqp.kernel.layout.learned_room import KEPT, UNKNOWNS
 from ftqp.kernel.layout.thresholds import PUSHED
 
@@ -148,7 +148,7 @@ def _go_back(K: Any) -> None:
     for i in range(K.chain.n):
         if K.faults.code[i] != HEALTHY or K.feedback.unresponsive[i]:
             _forget_joint(learned, i)
-        if K.faults.code[i] == FREE:
+        if K.faults.code[i] == FREE or K.faults.code[i] == MEASURED:
             learned.friction[i], learned.until_free = K.faults.coulomb[i], learned.start
     _keep_alone(K)
     _apply(K)

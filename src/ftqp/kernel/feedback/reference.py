@@ -5,7 +5,7 @@ from typing import Any
 from ftqp.kernel.arm.mimicry import mimic, mimic_places
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.enums import HEALTHY, LOCKED, POSITION_DRIVE
+from ftqp.kernel.layout.enums import HEALTHY, LOCKED, MEASURED, POSITION_DRIVE
 from ftqp.kernel.layout.thresholds import STILL_SAMPLES, UNLIMITED
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.finite import is_finite
@@ -46,12 +46,14 @@ def refer(state: Any, faults: Any, feedback: Any, chain: Any, past: Any) -> None
     for k in range(faults.working, chain.n):
         i = faults.order[k]
         q, v = feedback.q_now[i], feedback.v_now[i]
-        if faults.code[i] == LOCKED:
+        if faults.code[i] == LOCKED or faults.code[i] == MEASURED:
             feedback.still[i] = feedback.still[i] + 1 if abs(feedback.v_hat[i]) < rest else 0
             if feedback.still[i] >= STILL_SAMPLES:
                 held = state.q_command[i]
                 q = held + FOLLOW * (feedback.seen[i] - held)
-            v = 0.0
+                v = 0.0
+            if faults.code[i] == LOCKED:
+                v = 0.0
         past.q[now, i], past.v[now, i] = q, v
         state.q[i], state.v[i] = q, v
     if chain.mimics and faults.working < chain.n:

@@ -21,6 +21,7 @@ from ftqp.kernel.layout.enums import (
     FROZEN,
     HEALTHY,
     LOOKED_THROUGH,
+    MEASURED,
     NOT_FINITE,
     NOTHING_HEARD,
     STOPPED_BY_SENSOR,
@@ -120,7 +121,7 @@ def _is_possible(
         return False
     t = feedback.age[i] * dt
     top = max(limits.v_max[i], abs(v), abs(feedback.v_hat[i]))  # a limit that has just been lowered
-    if faults.code[i] == FREE:
+    if faults.code[i] == FREE or faults.code[i] == MEASURED:
         top = max(top, FREE_SPEED)
     if feedback.wide > 0.0:
         top = max(top, FASTEST)
@@ -197,7 +198,8 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     feedback, past, state = K.feedback, K.past, K.state
     sample = state.q[i]
     healthy = K.faults.code[K.chain.lead[i]] == HEALTHY
-    v = past.v[then, i] if K.faults.code[K.chain.lead[i]] != FREE else feedback.v_hat[i]
+    code = K.faults.code[K.chain.lead[i]]
+    v = feedback.v_hat[i] if code == FREE or code == MEASURED else past.v[then, i]
     feedback.age[i] += 1
     if state.unusable == NOTHING_HEARD:
         feedback.bad[i] = 1

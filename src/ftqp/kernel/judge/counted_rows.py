@@ -24,6 +24,7 @@ def count_rows(K: Any, status: int) -> None:
     has. They come back after ``wait`` ticks in which they could be held.
     """
     task, terms = K.task, K.terms
+    swings = K.faults.movable > K.faults.working
     if status != RELAXED:
         task.late = task.held = 0
         return
@@ -34,14 +35,14 @@ def count_rows(K: Any, status: int) -> None:
             keep_rows(task, terms, K.qp, 0 if is_whole(K) else task.given_up - 1)
             task.wait = min(2 * task.wait, LONGEST * task.patience)
             return
-    if K.cascade.missed == 0 or (task.healthy_too == 0 and K.free.joint < 0):
+    if K.cascade.missed == 0 or (task.healthy_too == 0 and not swings):
         task.late = 0
         return
     feedback = K.feedback
     e = task.position_error / feedback.tolerance + task.rotation_error / feedback.rotation_tolerance
     if task.late == 0:
         task.nearest = e
-    elif e < NEARER * task.nearest and K.free.joint < 0:
+    elif e < NEARER * task.nearest and not swings:
         task.nearest, task.late = e, 0
     task.late += 1
     if task.late > task.patience:

@@ -49,16 +49,21 @@ VIABILITY, JIN, ONE_STEP = map(int, Conversion)
 
 
 class JointCode(IntEnum):
-    """What is believed of a joint; an INSTANT lock jumps to LOCKED at the next tick."""
+    """What is believed of a joint; an INSTANT lock jumps to LOCKED at the next tick.
+
+    A joint without motor and brake is MEASURED: nobody commands it, and the others make up for where it is
+    seen to go. It is FREE where it swings as its dynamics say.
+    """
 
     HEALTHY = 0
     BRAKING = 1
     LOCKED = 2
     FREE = 3
     INSTANT = 4
+    MEASURED = 5
 
 
-HEALTHY, BRAKING, LOCKED, FREE, INSTANT = map(int, JointCode)
+HEALTHY, BRAKING, LOCKED, FREE, INSTANT, MEASURED = map(int, JointCode)
 
 
 class Reset(IntEnum):
@@ -262,9 +267,11 @@ class FreeMode(IntEnum):
     """They hold still."""
     FOLLOW = 4
     """They follow the task: gravity does not move the free joint."""
+    MAKE_UP = 5
+    """They follow the task and make up for where the joint is seen to go: nobody knows yet that it swings."""
 
 
-DECIDE, HOLD, ARREST, STILL, FOLLOW = map(int, FreeMode)
+DECIDE, HOLD, ARREST, STILL, FOLLOW, MAKE_UP = map(int, FreeMode)
 
 
 class Kept(IntEnum):

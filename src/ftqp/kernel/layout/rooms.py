@@ -325,12 +325,19 @@ def _free(N: int) -> Fields:
     ``reach``: how far the tip goes, both in the next 0.8 s. ``drift``: speed of a joint that gravity does not
     move, once the others rest, ``drift_time``: until its stop. ``contact``: 1 at the lower stop, -1 at the
     upper one; ``tau_stop``: torque of the stop.
+
+    ``trust``: for so many ticks more a joint counts as swinging only while each sample is as foretold.
+    ``window``: ticks of the present comparison of joints that are measured; ``begun_at`` is where they began
+    it, ``halfway`` where they were in its middle, ``swung`` and ``swung_v`` where and how fast they would be
+    had they swung since, ``v_before`` the velocities a tick ago; ``coasting`` and ``swinging`` are the sums
+    of y, t y and y^2 of what each leaves.
     """
     return [
-        *scalars("i8", "mode joint rows allowed impact_side"),
+        *scalars("i8", "mode joint rows allowed impact_side window"),
         *scalars("f8", "impact_time impact_speed impact_energy swing reach drift drift_time"),
-        *integers({"contact": (N,)}),
-        *floats({"tau_stop": (N,)}),
+        *integers({"contact": (N,), "trust": (N,)}),
+        *floats({"tau_stop": (N,), "begun_at": (N,), "halfway": (N,), "swung": (N,), "swung_v": (N,)}),
+        *floats({"v_before": (N,), "coasting": (N, 3), "swinging": (N, 3)}),
     ]
 
 

@@ -11,6 +11,7 @@ from ftqp.kernel.layout.enums import (
     HEALTHY,
     INSTANT,
     LOCKED,
+    MEASURED,
     RESET_MOMENTUM,
     RESET_TASK,
     VELOCITY,
@@ -86,8 +87,9 @@ def prescribed_motion(state: Any, faults: Any, limits: Any, chain: Any, qp: Any)
     """x_F of every locked or braking joint, as the degenerate interval lb = ub.
 
     While it brakes, x_F = -sign(v_F) min(rate, |v_F|/dt) until v_F is exactly zero, the last step partial;
-    then it is locked for ever. The rate is that of ``lock_rate``. v_F follows that model, or the measured
-    velocity where the joint stops sooner, so that noise cannot keep it braking.
+    then it is locked for ever. A joint that is only measured goes on as fast as it is seen. The rate is that
+    of ``lock_rate``. v_F follows that model, or the measured velocity where the joint stops sooner, so that
+    noise cannot keep it braking.
     Source: docs/theory/joint-failures.md, "Locked".
     """
     dt = state.dt
@@ -107,6 +109,8 @@ def prescribed_motion(state: Any, faults: Any, limits: Any, chain: Any, qp: Any)
                 state.v[i] = vf
                 faults.lock_velocity[i] = after
                 fix(qp, i, x)
+        if faults.code[i] == MEASURED:
+            fix(qp, i, state.v[i] if state.level == VELOCITY else 0.0)
         if faults.code[i] == LOCKED:
             state.v[i] = 0.0
             faults.lock_velocity[i] = 0.0

@@ -19,6 +19,7 @@ from ftqp.kernel.rows.path_sample import look_up
 from ftqp.kernel.ticks.accepted_inputs import accept_numbers
 from ftqp.kernel.ticks.deployed_step import tick_as_told
 from ftqp.kernel.ticks.tick import prepare_on_path
+from ftqp.kernel.told.believed import falls
 
 FLOAT = np.dtype(np.float64)
 
@@ -26,7 +27,7 @@ FLOAT = np.dtype(np.float64)
 @jit
 def _follow(K: Any, given: Any, F: Any, path: Any, table: Any, q: Any, v: Any) -> int:
     """The tick along the path; where a joint swings freely, the path stands and the tip is held on it."""
-    if given.swings:
+    if given.swings and falls(K.faults, K.chain):
         path.rate = 0.0
         return tick_as_told(K, given, F, q, v, path.target)
     look_up(path, table, len(table), path.target)

@@ -22,6 +22,7 @@ from ftqp.kernel.feedback.status_report import see_error
 from ftqp.kernel.feedback.tip_correction import correct, look_at_tip
 from ftqp.kernel.free.decision import think
 from ftqp.kernel.free.end_stop import end_stops
+from ftqp.kernel.free.foretelling import foretell
 from ftqp.kernel.free.free_command import ask_for_motion, outcome_beside_free
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.judge.stage_problems import begin_first_stage, begin_rest
@@ -112,6 +113,8 @@ def _see(K: Any) -> bool:
         learn(K, told, first)
         feel(K)
     monitor(K)
+    if K.faults.working < K.chain.n:
+        foretell(K, first)
     refer(K.state, K.faults, feedback, K.chain, K.past)
     look_at_tip(K)
     leave_margin(K.faults, feedback, K.chain, K.past)
@@ -301,9 +304,14 @@ def prepare_on_base(K: Any, base: Any) -> int:
 def prepare_free(K: Any, F: Any) -> int:
     """A tick of an arm with a free-swinging joint: its policy in the place of the task.
 
-    Where gravity does not move the joint, the task is followed, with the joint's row and its end stop.
+    Where gravity does not move the joint, the task is followed, with the joint's row and its end stop; where
+    it is only measured, with neither.
     """
     valid = _see(K)
+    if K.faults.movable == K.faults.working:
+        _bound(K)
+        _limit(K)
+        return _follow(K, valid)
     think(K, F)
     forward_kinematics(K, K.state)
     _bound(K)

@@ -3,9 +3,10 @@
 from math import inf
 from typing import Any
 
+from ftqp.kernel.free.foretelling import who_leads, window_ticks
 from ftqp.kernel.jit import jit
 from ftqp.kernel.latches.giving_up import restore
-from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
+from ftqp.kernel.layout.enums import AS_TOLD, BRAKING, FREE, HEALTHY, INSTANT, LOCKED, MEASURED
 from ftqp.kernel.layout.told_memory import IS_LOCKED_NOW, SWINGS_NOW
 
 LOCK_SHARE = 0.25
@@ -57,7 +58,8 @@ def believe(faults: Any, limits: Any, given: Any, fault: Any, goes_on: int) -> N
     if fault.kind == IS_LOCKED_NOW:
         _lock(faults, given, fault, i, was)
     elif fault.kind == SWINGS_NOW:
-        faults.code[i] = FREE
+        if faults.code[i] != FREE:  # else it is known to swing, and only its friction is told
+            faults.code[i] = MEASURED
         faults.friction[i] = fault.damping
         faults.coulomb[i] = fault.friction + given.coulomb[i]
     else:
@@ -66,11 +68,31 @@ def believe(faults: Any, limits: Any, given: Any, fault: Any, goes_on: int) -> N
 
 @jit
 def swings(faults: Any, chain: Any) -> bool:
-    """Whether a joint is believed to swing freely."""
+    """Whether a joint is believed to have neither motor nor brake."""
+    for i in range(chain.n):
+        if faults.code[i] == FREE or faults.code[i] == MEASURED:
+            return True
+    return False
+
+
+@jit
+def falls(faults: Any, chain: Any) -> bool:
+    """Whether one of them is held to swing as its dynamics say."""
     for i in range(chain.n):
         if faults.code[i] == FREE:
             return True
     return False
+
+
+@jit
+def swing_as_foretold(K: Any) -> None:
+    """Of joints that are measured it is foretold that they swing, until a sample says that they do not.
+
+    So it is where every sample has been the command: such an arm is a model, or it rests; and at the begin.
+    """
+    for i in range(K.chain.n):
+        if K.faults.code[i] == MEASURED:
+            K.faults.code[i], K.free.trust[i] = FREE, window_ticks(K.state.dt)
 
 
 @jit
@@ -91,8 +113,12 @@ def begin_to_believe(K: Any, given: Any) -> None:
     if not now and not given.swings:
         return
     free.joint = -1
+    free.window = 0
     for i in range(K.chain.n):
         free.contact[i], free.tau_stop[i] = 0, 0.0
+    if K.feedback.fresh == AS_TOLD or K.feedback.exact:
+        swing_as_foretold(K)
+    who_leads(K.faults, K.chain, free)
     if now:
         free.allowed = given.allowed
         K.cascade.external = 0

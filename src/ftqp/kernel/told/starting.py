@@ -8,7 +8,7 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.latches.giving_up import restore
 from ftqp.kernel.latches.settling import forget_settling
 from ftqp.kernel.layout.enums import AS_TOLD
-from ftqp.kernel.told.believed import look_again
+from ftqp.kernel.told.believed import look_again, swing_as_foretold
 from ftqp.kernel.told.stops import release
 
 
@@ -50,6 +50,7 @@ def start(K: Any, given: Any, q: Any, v: Any) -> None:
     state.is_reset = 1
     release(K.watch, K.feedback, K.chain)
     K.feedback.fresh = AS_TOLD
+    swing_as_foretold(K)
     forget_settling(K.calm)
     if K.scene.pairs > 0:
         forget_distances(K.scene)
