@@ -43,7 +43,7 @@ RARELY = 100
 """Steps between two messages of how the arm fares."""
 MOST_TICKS = 5
 """So many periods at most are made up for after a delay."""
-WARNS, FAILS = ("RELAXED", "SCALED", "LAGGING"), ("FALLBACK", "STOPPING", "STOPPED", "INVALID_INPUT")
+WARNS, FAILS = ("RELAXED", "SCALED", "LAGGING", "HELD"), ("FALLBACK", "STOPPING", "STOPPED", "INVALID_INPUT")
 
 
 def named(package, name):

@@ -14,7 +14,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.references.jerk_limit import RISE_TIME
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.layout.enums import STOPPED, STOPPING
+from ftqp.kernel.layout.enums import HELD, STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST
 
 ARRIVED: Final = 1e-4
@@ -95,7 +95,7 @@ class Bridge:
             self._joints.aim(self._view.command.q)  # another joint has failed: think anew, from here
             self._waits = True
         step = self._joints.step(q, v, tau, tip)
-        if step.code in (STOPPING, STOPPED):
+        if step.code in (STOPPING, STOPPED, HELD):
             return step
         if self._waits:
             self.think()

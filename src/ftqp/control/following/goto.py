@@ -32,7 +32,7 @@ from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import pose as checked_pose
 from ftqp.core.pose import rotation_vector
-from ftqp.kernel.layout.enums import STOPPED, STOPPING
+from ftqp.kernel.layout.enums import HELD, STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST
 
 _LOG = logging.getLogger("ftqp")
@@ -313,7 +313,7 @@ class GoTo:
         if self._status is GoToStatus.HALTED:
             self._begin()
             self._ticks = self._view.ticks
-        if self._status is not GoToStatus.MOVING:
+        if self._status is not GoToStatus.MOVING or step.code == HELD:
             return
         commanded, measured = self._distances(step)
         approach, speed = self._approach, fastest(self._view)

@@ -7,9 +7,9 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.layout.enums import INVALID_INPUT, STOPPED, STOPPING
+from ftqp.kernel.layout.enums import HELD, INVALID_INPUT, STOPPED, STOPPING
 
-OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT)
+OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT, HELD)
 """Codes of steps that are no part of the motion, which begins anew after them."""
 
 

@@ -14,7 +14,7 @@ from ftqp.control.references.tip_limits import TipLimits
 from ftqp.control.references.tip_reference import TipReference
 from ftqp.core.checks import FloatArray, seen
 from ftqp.core.pose import rotation_vector
-from ftqp.kernel.layout.enums import INVALID_INPUT, STOPPED, STOPPING
+from ftqp.kernel.layout.enums import HELD, INVALID_INPUT, STOPPED, STOPPING
 
 LEASH = 0.02
 """How far the reference may be ahead of the tip [m]; less than half the emergency stop's default, so that the
@@ -25,7 +25,7 @@ campaigns have not contradicted."""
 STANDING = 1e-3
 """A tip slower than this on its leash stands, and its target with it [m/s, rad/s]. A guess that the campaigns
 have not contradicted."""
-OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT)
+OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT, HELD)
 """Codes of steps that do not attempt the task: the reference begins anew at the arm after them."""
 
 
@@ -113,6 +113,8 @@ class LedTip:
             view.keep_rows()
         step = self.frame.step(q, v, self.target, beside, tau, tip)
         self._begun = -1 if step.code in OFF_TASK else view.ticks
+        if step.code == HELD:
+            view.forget_lateness()
         self.on_leash = False
         self.behind = 0.0
         if waits and (pose is not None or twist.any() or reference.twist.any()):

@@ -22,7 +22,7 @@ from ftqp.core.checks import instance, seen
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
 from ftqp.kernel.entry.session import PathMemory
-from ftqp.kernel.layout.enums import OK, RELAXED, SCALED
+from ftqp.kernel.layout.enums import HELD, OK, RELAXED, SCALED
 from ftqp.kernel.layout.record import capacity_for
 from ftqp.kernel.layout.thresholds import SCALED_FROM
 
@@ -191,7 +191,7 @@ class PathFollower:
             self._go_on_the_spot(spot)
         self._planner.foresee(self._path, self.progress)
         step = self._lead.step(q, v, (), tau, tip)
-        if self._stall is not None and self._pattern != ON_THE_SPOT:
+        if self._stall is not None and self._pattern != ON_THE_SPOT and step.code != HELD:
             self._mean += self._share * (self._rate[0] - self._mean)
             if self._mean < self._below or self._stalled > 0.0:
                 self._watch(self._stall, step)

@@ -15,7 +15,7 @@ from ftqp.control.planner.task_reports import TIP
 from ftqp.core.checks import instance, positive, seen
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
-from ftqp.kernel.layout.enums import STOPPED, STOPPING
+from ftqp.kernel.layout.enums import HELD, STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import SCALED_FROM
 
 LEASH, TURN_LEASH = 0.004, 0.02
@@ -131,7 +131,7 @@ class TaskPaths:
         for name, path in self._paths.items():
             table[name] = self._aimed(name, path, change)
         step = self._planner.step(q, v, table, tau=tau, tip=tip)
-        if step.code in (STOPPING, STOPPED):
+        if step.code in (STOPPING, STOPPED, HELD):
             self._rate = 0.0
             return step
         self._progress = min(self._progress + 0.5 * (before + self._rate) * dt, self._duration)

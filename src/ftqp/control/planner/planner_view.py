@@ -106,6 +106,12 @@ class PlannerView:
         watch = self._session.K.watch
         watch.last_position_error = watch.last_rotation_error = np.inf
 
+    def forget_lateness(self) -> None:
+        """Let the next target be followed as it is given, however late the arm was: its leader has waited."""
+        feedback = self._session.K.feedback
+        feedback.late = feedback.up = 0.0
+        feedback.stored = feedback.until_stored = 0
+
     def keep_rows(self) -> None:
         """Let the next step ask for the whole task, however long it has been infeasible."""
         K = self._session.K

@@ -26,6 +26,7 @@ class StepStatus(Enum):
         "a measurement or the target cannot be true and is not used; the arm goes on without the one for a "
         "moment, and waits for the other at rest"
     )
+    HELD = "the whole arm is held, as by a protective stop; the planner waits, and goes on when it is let go"
 
 
 STATUSES = tuple(StepStatus[status.name] for status in Status)

@@ -5,7 +5,7 @@ from typing import Any
 from ftqp.kernel.feedback.error_band import error_band
 from ftqp.kernel.feedback.lasting import lasts
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.stop_latch import latch
 from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_DEVIATION, STOPPED_BY_LAG
 from ftqp.kernel.layout.hypotheses import LAGS
@@ -85,6 +85,14 @@ def measure_gap(K: Any) -> None:
     feedback.far = feedback.far + 1 if beyond else 0
     if feedback.far >= DEVIATION_SAMPLES and watch.latched == 0:
         latch(watch, STOPPED_BY_DEVIATION)
+
+
+@rare_jit
+def stand_by(feedback: Any) -> None:
+    """The whole arm is held: there is no gap to be closed, nobody's patience ends, and the path stands."""
+    feedback.gap = feedback.gap_filtered = feedback.waited = 0.0
+    feedback.rate = feedback.rate_change = 0.0
+    feedback.far = 0
 
 
 @jit

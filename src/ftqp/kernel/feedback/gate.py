@@ -126,7 +126,8 @@ def _lets_through(K: Any, at: int) -> bool:
             tau = several(feedback.tau_sent, at)
             near = near & _keeps(tau, several(limits.tau_max, at)) & (abs(tau) < inf)
         elif gate.lead != 0.0:
-            way = dt * larger(abs(v), abs(v_last)) + gate.lead * abs(v - v_last)
+            top = larger(smaller(v_max, UNLIMITED), larger(abs(v), abs(v_last)))
+            way = dt * top + gate.lead * abs(v - v_last)
             near = near & _keeps(several(feedback.q_sent, at) - several(gate.sent, at), way)
             near = near & (abs(several(feedback.v_sent, at)) < inf)
     else:

@@ -18,6 +18,10 @@ LATEST = 1.0
 """Targets are played back at most this late [s]; then the arm is stopped. A guess that the campaigns have not
 contradicted."""
 
+LONGEST = 60.0
+"""Of the time for which the whole arm was held, so much is made up for [s]: what is kept is then a second
+apart. A guess that `python studies/held_arm.py` has not contradicted."""
+
 CATCHING_UP = 0.25
 """While the arm follows again, lost time is made up with at most this much beside the targets' speed ..."""
 CATCHING_UP_RATE = 2.0
@@ -32,16 +36,41 @@ contradicted."""
 @jit
 def _store(state: Any, task: Any, feedback: Any, history: Any) -> None:
     """Keep every few of the given targets, the newest at ``history.newest``."""
+    if feedback.stored == 0:
+        history.halved = 0
+        history.held = 0.0
     if feedback.until_stored > 0:
         feedback.until_stored -= 1
         history.age += state.dt
         return
-    feedback.until_stored = feedback.stride - 1
+    feedback.until_stored = (feedback.stride << history.halved) - 1
     history.newest = history.newest + 1 if history.newest + 1 < HISTORY else 0
     feedback.stored = min(feedback.stored + 1, HISTORY)
     history.age = 0.0
     for k in range(TARGET_SIZE):
         history.target[history.newest, k] = task.target[k]
+
+
+@rare_jit
+def _halve(feedback: Any, history: Any) -> None:
+    """Drop every second target that is kept, so that twice the time is; the newest stays."""
+    feedback.until_stored += feedback.stride << history.halved
+    history.halved += 1
+    feedback.stored = (feedback.stored + 1) // 2
+    for k in range(1, feedback.stored):
+        to, of = (history.newest - k) % HISTORY, (history.newest - 2 * k) % HISTORY
+        for at in range(TARGET_SIZE):
+            history.target[to, at] = history.target[of, at]
+
+
+@rare_jit
+def _count_held(K: Any) -> None:
+    """The whole arm is held: that this time is lost is nobody's fault, and no target of it is forgotten."""
+    feedback, history, dt = K.feedback, K.history, K.state.dt
+    history.held = min(history.held + dt, LONGEST)
+    spacing = (feedback.stride << history.halved) * dt
+    if feedback.stored == HISTORY and feedback.late > (HISTORY - 3) * spacing:
+        _halve(feedback, history)
 
 
 @jit
@@ -82,7 +111,7 @@ def _between(A: Any, B: Any, s: float, h: float, history: Any, out: Any) -> None
 def _look_up(K: Any, late: float) -> None:
     """The target that was given ``late`` seconds ago, into the task."""
     feedback, history, task = K.feedback, K.history, K.task
-    spacing = feedback.stride * K.state.dt
+    spacing = (feedback.stride << history.halved) * K.state.dt
     if late <= history.age or feedback.stored < 2:
         newer, older, h, back = -1, history.newest, history.age, late
         if h == 0.0:
@@ -118,7 +147,8 @@ def play_back(K: Any) -> None:
     """The target of ``late`` seconds ago at the speed r = rate + up.
 
     Its twist is r x', its acceleration r^2 x'' + r' x', and late' = 1 - r. While nothing is late the target
-    is the given one, untouched. It stops the arm when it would be later than a second.
+    is the given one, untouched. It stops the arm when it would be later than a second, beside the
+    time for which the whole arm was held.
     Source: docs/theory/feedback.md, "Late targets".
     """
     feedback, task, watch, dt = K.feedback, K.task, K.watch, K.state.dt
@@ -130,12 +160,15 @@ def play_back(K: Any) -> None:
     if watch.latched == 0:
         change += _catch_up(K)
         feedback.late += dt * (1.0 - feedback.rate - feedback.up)
+        if K.held.on:
+            _count_held(K)
+        K.history.held = min(K.history.held, max(feedback.late, 0.0))
     if feedback.late <= 0.0:
         feedback.late = 0.0
         if feedback.rate == 1.0:
             return
-    if feedback.late > LATEST:
-        feedback.late = LATEST
+    if feedback.late > LATEST + K.history.held:
+        feedback.late = LATEST + K.history.held
         if watch.stop_samples > 0 and watch.latched == 0:
             latch(watch, STOPPED_BY_LAG)
     if feedback.late > 0.0:

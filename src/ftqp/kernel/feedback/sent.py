@@ -3,6 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.arm.mimicry import mimic
+from ftqp.kernel.feedback.held import CREEPS
 from ftqp.kernel.feedback.pairs import is_soft, softly
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.unresponsive import inform_unresponsive, predict_unresponsive
@@ -10,6 +11,7 @@ from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, TORQUE_DRIVE, VELOCITY_DRIVE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
+from ftqp.kernel.rows.lead_bound import hold_back
 
 FEED_FORWARD_SHARE = 0.3
 """The disturbance is fed forward up to this share of a joint's torque limit. A guess that the campaigns have
@@ -251,11 +253,17 @@ def _faded(state: Any, limits: Any, i: int, extra: float) -> float:
     return min(max(v, -top), top)
 
 
+@jit
+def _creep(limits: Any, feedback: Any, held: Any, i: int) -> float:
+    """What a held arm is sent: what it needed lately to stand, and a little the way that was asked for."""
+    return min(max(feedback.wound[i] + held.way[i] * CREEPS, -limits.v_max[i]), limits.v_max[i])
+
+
 @part_jit
 def send(K: Any) -> None:
     """q, v and tau for the arm's interface, from the reference that the planner has just commanded.
 
-    position:  q_r + lead v_r within the range of the joint,  v_r + lead a_r
+    position:  q_r + lead v_r within the range of the joint, see also ``hold_back``;  v_r + lead a_r
     velocity:  v_r + k_q e + k_q^2/8 int e, e = q_r - q^ at the samples' time, within the velocity limit
     torque:    see ``_torques``
 
@@ -282,14 +290,20 @@ def send(K: Any) -> None:
         then = slot(feedback, feedback.latency)
         for k in range(faults.working):
             i = faults.order[k]
-            if feedback.bad[i]:
+            if K.held.on:
+                feedback.v_sent[i] = _creep(limits, feedback, K.held, i)
+            elif feedback.bad[i]:
                 feedback.v_sent[i] = _faded(state, limits, i, feedback.bent[i])
             else:
                 feedback.v_sent[i] = _held(state, limits, feedback, i, past.q[then, i] - feedback.q_hat[i])
-    elif lead != 0.0:
+        return
+    if lead != 0.0:
         for k in range(faults.working):
             i = faults.order[k]
             q = state.q_command[i]
             low, high = min(limits.q_min[i], q), max(limits.q_max[i], q)
             feedback.q_sent[i] = min(max(q + lead * state.v_command[i], low), high)
             feedback.v_sent[i] += lead * state.a_command[i]
+    if not feedback.exact and not K.held.on:
+        for k in range(faults.working):
+            hold_back(K, slot(feedback, feedback.latency), faults.order[k])

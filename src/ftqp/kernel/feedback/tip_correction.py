@@ -109,12 +109,13 @@ def _rests(feedback: Any, calm: Any) -> bool:
 
 
 @jit
-def correct(state: Any, task: Any, watch: Any, feedback: Any, calm: Any) -> None:
+def correct(state: Any, task: Any, watch: Any, feedback: Any, calm: Any, held: int) -> None:
     """c'' = -kappa^2 (c + d) - 2 kappa c', and what it adds to the task: c to its error, the rest to b.
 
-    It rests while a sample is refused, during a stop, near a target that stands, when the arm holds, and when
-    it has swung for so long that it gives up. The task's own gains do not see c: its velocity and its
-    acceleration are fed forward, so that kappa alone decides how fast the arm's error is taken back.
+    It rests while a sample is refused, while the whole arm is ``held``, during a stop, near a target that
+    stands, when the arm holds, and when it has swung for so long that it gives up. The task's own gains do
+    not see c: its velocity and its acceleration are fed forward, so that kappa alone decides how fast the
+    arm's error is taken back.
     Source: docs/theory/feedback.md, "The tip".
     """
     c, rate, kappa, dt = feedback.c, feedback.c_rate, feedback.kappa, state.dt
@@ -126,6 +127,7 @@ def correct(state: Any, task: Any, watch: Any, feedback: Any, calm: Any) -> None
         return
     blind = feedback.refused > 0 or feedback.holding > 0
     frozen = blind or watch.latched != 0 or _rests(feedback, calm) or calm.holding or gives_up(calm)
+    frozen = frozen or held != 0
     for k in range(6):
         if frozen:
             rate[k] = feedback.push[k] = 0.0

@@ -101,9 +101,10 @@ class Status(IntEnum):
     STOPPING = 5
     STOPPED = 6
     INVALID_INPUT = 7
+    HELD = 8
 
 
-OK, RELAXED, SCALED, LAGGING, FALLBACK, STOPPING, STOPPED, INVALID_INPUT = map(int, Status)
+OK, RELAXED, SCALED, LAGGING, FALLBACK, STOPPING, STOPPED, INVALID_INPUT, HELD = map(int, Status)
 
 
 class Unusable(IntEnum):

@@ -78,9 +78,13 @@ def past_fields(N: int) -> Fields:
 
 
 def history_fields(N: int) -> Fields:
-    """Given targets of the last second, every few ticks; ``age`` of the newest [s]."""
+    """Given targets of the last second, every few ticks; ``age`` of the newest [s].
+
+    ``halved``: how often every second one was dropped, as the arm was held for longer; ``held``: for how long
+    of the lateness it was [s].
+    """
     return [
-        *scalars("i8", "newest"),
-        *scalars("f8", "age"),
+        *scalars("i8", "newest halved"),
+        *scalars("f8", "age held"),
         *floats({"given": (TARGET_SIZE,), "turn": (9,), "target": (HISTORY, TARGET_SIZE)}),
     ]

@@ -6,6 +6,7 @@ from ftqp.kernel.layout.enums import SETS, TARGET_SIZE, TASK_ROWS
 from ftqp.kernel.layout.feedback_rooms import feedback_fields, history_fields, past_fields
 from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
 from ftqp.kernel.layout.gate_room import gate_fields
+from ftqp.kernel.layout.held_room import held_fields
 from ftqp.kernel.layout.keeps_room import keeps_fields
 from ftqp.kernel.layout.learned_room import learned_fields
 from ftqp.kernel.layout.rows import constraint_capacity
@@ -366,6 +367,7 @@ ROOMS = {
     "cascade": _cascade,
     "feedback": feedback_fields,
     "gate": gate_fields,
+    "held": held_fields,
     "kinematics": _kinematics,
     "chain": _chain,
     "qp": _qp,

@@ -14,6 +14,7 @@ from ftqp.kernel.layout.enums import (
     ACCELERATION,
     BRAKING,
     BY_POSITION,
+    HELD,
     INVALID_INPUT,
     REST_STAGE,
     STOPPED_BY_ERROR,
@@ -126,6 +127,15 @@ def _stop(K: Any) -> bool:
 
 
 @rare_jit
+def _stay(K: Any) -> bool:
+    """The whole arm is held: it stays where it is, and that is no stop."""
+    _stop(K)
+    if K.watch.latched == 0:
+        K.cascade.outcome = HELD
+    return False
+
+
+@rare_jit
 def _refuse_target(K: Any) -> bool:
     """A target that cannot be used: the arm is brought to rest until one can; its error is what it was."""
     _stop(K)
@@ -145,6 +155,8 @@ def may_go_on(K: Any, valid: bool) -> bool:
     pose_error(K)
     see_error(K.task, K.feedback, K.kinematics, K.past)
     displace(K.task, K.feedback)
+    if K.held.on:
+        return _stay(K)
     return not _emergency(K) or _stop(K)
 
 
@@ -161,6 +173,8 @@ def may_go_on_by_the_clock(K: Any, valid: bool) -> bool:
     else:
         return _refuse_target(K)
     displace(K.task, K.feedback)
+    if K.held.on:
+        return _stay(K)
     return not _emergency(K) or _stop(K)
 
 

@@ -12,7 +12,8 @@ from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.calm_qp import begin_calm, calms
 from ftqp.kernel.calm.path_outlook import outlook
 from ftqp.kernel.calm.waiting import begin_calm_on_path, leave_calm, stand_still, waits
-from ftqp.kernel.feedback.gap import measure_gap, wait
+from ftqp.kernel.feedback.gap import measure_gap, stand_by, wait
+from ftqp.kernel.feedback.held import watch_arm
 from ftqp.kernel.feedback.learned_inertia import learn
 from ftqp.kernel.feedback.monitor import monitor
 from ftqp.kernel.feedback.observer import feel, observe
@@ -55,6 +56,7 @@ from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_instantly, pre
 from ftqp.kernel.rows.inertial_target import follow_base, reduce_by_lead
 from ftqp.kernel.rows.joint_intervals import intervals
 from ftqp.kernel.rows.joint_reference import aim_at_reference, joint_objective
+from ftqp.kernel.rows.lead_bound import keep_near
 from ftqp.kernel.rows.lost_velocity import give_back, loses
 from ftqp.kernel.rows.manipulability import add_manipulability
 from ftqp.kernel.rows.objective import objective
@@ -108,19 +110,25 @@ def _see(K: Any) -> bool:
     first, told = feedback.fresh != 0, feedback.fresh == AS_TOLD
     valid = target_is_usable(K.task)
     believe(K)
+    watch_arm(K, first)
     observe(K, first)
     if feedback.kind == TORQUE_DRIVE:
-        learn(K, told, first)
+        if not K.held.on:
+            learn(K, told, first)
         feel(K)
-    monitor(K)
+    if not K.held.on:
+        monitor(K)
     if K.faults.working < K.chain.n:
         foretell(K, first)
     refer(K.state, K.faults, feedback, K.chain, K.past)
     look_at_tip(K)
     leave_margin(K.faults, feedback, K.chain, K.past)
-    correct(K.state, K.task, K.watch, feedback, K.calm)
-    measure_gap(K)
-    wait(K.state, K.watch, feedback)
+    correct(K.state, K.task, K.watch, feedback, K.calm, K.held.on)
+    if K.held.on:
+        stand_by(feedback)
+    else:
+        measure_gap(K)
+        wait(K.state, K.watch, feedback)
     return valid
 
 
@@ -138,6 +146,7 @@ def _bound(K: Any) -> None:
     if loses(K):
         give_back(K)
     intervals(K)
+    keep_near(K)
 
 
 @jit

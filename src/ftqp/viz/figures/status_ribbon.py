@@ -24,7 +24,7 @@ from ftqp.viz.figures.canvas import (
     save,
     tidy,
 )
-from ftqp.viz.figures.palette import GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW
+from ftqp.viz.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW
 
 WIDTH = 12.0
 """Of the figure [inches]."""
@@ -36,6 +36,7 @@ COLOURS = {
     "STOPPING": ORANGE,
     "STOPPED": "black",
     "INVALID_INPUT": RED,
+    "HELD": BLUE,
 }
 STATUS_COLOURS = tuple(COLOURS.get(status.name, GREY) for status in STATUSES)
 """Colours of the statuses, in the order of their codes."""

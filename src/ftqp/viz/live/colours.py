@@ -52,6 +52,7 @@ STATUS: Mapping[str, Colour] = MappingProxyType(
         "STOPPING": (230, 140, 0),
         "STOPPED": (20, 20, 20),
         "INVALID_INPUT": (213, 94, 0),
+        "HELD": (150, 120, 190),
     }
 )
 """Colour of a step by the name of its status."""

@@ -34,7 +34,8 @@ enum {
     FTQP_FALLBACK = 4,  /* no usable answer was found; the last command is braked */
     FTQP_STOPPING = 5,  /* a stop is latched and the arm brakes */
     FTQP_STOPPED = 6,   /* a stop is latched and the arm rests */
-    FTQP_INVALID_INPUT = 7 /* what was measured or asked cannot be used; the command is safe */
+    FTQP_INVALID_INPUT = 7, /* what was measured or asked cannot be used; the command is safe */
+    FTQP_HELD = 8       /* the whole arm is held; the planner waits, and goes on when it is let go */
 };
 
 /* What ftqp_reset warns of. */

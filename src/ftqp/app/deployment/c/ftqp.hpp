@@ -21,7 +21,8 @@ namespace ftqp_cpp {
 
 enum class Status : int {
     ok = FTQP_OK, relaxed = FTQP_RELAXED, scaled = FTQP_SCALED, lagging = FTQP_LAGGING, fallback = FTQP_FALLBACK,
-    stopping = FTQP_STOPPING, stopped = FTQP_STOPPED, invalid_input = FTQP_INVALID_INPUT
+    stopping = FTQP_STOPPING, stopped = FTQP_STOPPED, invalid_input = FTQP_INVALID_INPUT,
+    held = FTQP_HELD
 };
 
 // A mistake of the program; what() is the library's sentence.

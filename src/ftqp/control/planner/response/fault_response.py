@@ -19,7 +19,7 @@ from ftqp.faults.detection.detector import Detector
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import HEALTHY, DriveKind
+from ftqp.kernel.layout.enums import HEALTHY, HELD, DriveKind
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
@@ -89,7 +89,7 @@ class FaultResponse:
         self._reference = K.state.q_command[:n], K.state.v_command[:n], K.state.a_command[:n]
         self._turns = robot.nq != n
         self._harmless: set[str] = set()
-        self._suspected = 0
+        self._suspected, self._held = 0, False
 
     @property
     def diagnosis(self) -> Diagnosis:
@@ -109,11 +109,17 @@ class FaultResponse:
     def look(self, code: int, inputs: tuple[Any, ...]) -> None:
         """Let the detector look at the arm after a tick, and act upon what it sees.
 
+        It looks away while the whole arm is held, and begins anew when that is let go.
+
         Args:
             code: The tick's status or mistake.
             inputs: What the step was given, the measured configuration first.
         """
         if code < 0:
+            return
+        if code == HELD or self._held:
+            self._held = code == HELD
+            self.go_on()
             return
         if self._turns:
             self._q[:] = self._angles(inputs[0])

@@ -55,7 +55,7 @@ int main(int count, char **arguments) {
 
     double worst = 0.0;
     int brakes[FTQP_ARM_JOINTS];
-    int counts[FTQP_INVALID_INPUT + 1] = {0};
+    int counts[FTQP_HELD + 1] = {0};
     for (int k = 0; k < STEPS; k++) {
         if (k == LOCKS_AT && LOCKED < FTQP_ARM_JOINTS) {
             const ftqp_fault fault = ftqp_locked(LOCKED);
@@ -76,7 +76,7 @@ int main(int count, char **arguments) {
     }
     printf("%d steps, worst error %.4f mm, %s locked half-way\n", STEPS, 1e3 * worst,
            LOCKED < FTQP_ARM_JOINTS ? ftqp_arm_joints[LOCKED] : "no joint");
-    for (int status = 0; status <= FTQP_INVALID_INPUT; status++)
+    for (int status = 0; status <= FTQP_HELD; status++)
         if (counts[status]) printf("%6d  %s\n", counts[status], ftqp_status_name(status));
     free(p);
     return EXIT_SUCCESS;

@@ -1,0 +1,227 @@
+"""The whole arm is held: one hypothesis before all others, which accuses no joint.
+
+All joints that work stand, at once, though some of them should move: a protective stop, a dead-man's switch,
+a power dip. Nothing is learned then, nobody is suspected, no leader's time runs, and what is sent goes back
+to where the arm stands and a little ahead of that, so that it shows when it is let go.
+Source: docs/theory/feedback.md, "A whole arm that is held".
+"""
+
+from typing import Any
+
+from ftqp.kernel.arm.mimicry import mimic_places
+from ftqp.kernel.feedback.lasting import drop
+from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.layout.enums import NOTHING_HEARD, POSITION_DRIVE, TORQUE_DRIVE
+from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
+from ftqp.kernel.maths.finite import is_finite
+
+FILTER = 0.006
+"""Time constant [s] of the speed that samples show ..."""
+STANDS, STANDS_SIGMAS = 0.012, 3.0
+"""A joint slower than this [rad/s or m/s], and so many standard deviations of a sample over the filter's
+time, stands ..."""
+SHOULD = 4.0
+"""... and one that is sent so many times as fast, or as far, should move, or is seen to move."""
+STOOD = 0.012
+"""For so long [s] all joints have to stand, ..."""
+JUST = 0.05
+"""... those that moved not longer ago than this [s] ..."""
+ASKED, FAR = 0.1, 0.005
+"""... or that were sent so far [rad or m], beside noise, while all have stood for so long [s], as the slowest
+servos need to show that they move. All of these are guesses that `python studies/held_arm.py` has not
+contradicted."""
+USUAL_TIME = 0.2
+"""Time constant [s] of how far ahead of an arm that moves its command usually is, or of what disturbs it. A
+guess that `python studies/held_arm.py` has not contradicted."""
+EXCESS, EXCESS_SIGMAS = 0.002, 12.0
+"""So far [rad or m] beside noise, which is more than twice ``GONE``, is a held arm sent ahead, ..."""
+MOST = 0.015
+"""... at most so far, ..."""
+GROWS, GROWS_BY_TORQUE = 5e-4, 0.02
+"""... and so much farther a second [rad/s or m/s], because dry friction may hold an arm that was let go; more
+on an arm that takes torques, whose spring is soft; ..."""
+CREEPS = 0.02
+"""... or so fast where it takes velocities [rad/s or m/s]."""
+BACK = 0.5
+"""Share of its speed limit at which the command goes back to a joint that is held."""
+GONE, GONE_SIGMAS = 6e-4, 8.0
+"""A joint that goes so far ahead [rad or m], and so many standard deviations of a sample, was let go."""
+MOVED = 0.01
+"""A held joint that is farther from its place than it goes at its limit in this time [s] was moved there. All
+of these are guesses that `python studies/held_arm.py` has not contradicted."""
+
+
+@jit
+def _forget(held: Any, n: int) -> None:
+    """Nothing has been seen of the arm lately."""
+    held.stood = held.still = held.since = 0.0
+    held.sees = 0
+    for i in range(n):
+        held.asked[i] = held.went[i] = 0.0
+
+
+@rare_jit
+def _begin(K: Any, then: int) -> None:
+    """The first sample of an arm that does not follow to the last bit: it has followed until now."""
+    held, should = K.held, SHOULD * STANDS
+    held.sees = 1
+    for i in range(K.chain.n):
+        v = K.past.v[then, i]
+        held.last[i] = K.state.q[i] if is_finite(K.state.q[i]) else K.state.q_command[i]
+        held.speed[i] = v
+        held.usual[i] = 0.0
+        held.begun[i], held.at[i] = K.past.q[then, i], held.last[i]
+        held.went[i] = 0.0 if abs(v) < should else (JUST if v > 0.0 else -JUST)
+
+
+@jit
+def _toward(value: float, end: float, most: float) -> float:
+    """``value`` brought nearer to ``end`` by no more than ``most``."""
+    return min(max(end, value - most), value + most)
+
+
+@jit
+def _stands(K: Any, then: int, dt: float) -> bool:
+    """Whether all joints that work stand, and enough of them though they should move."""
+    held, feedback, faults = K.held, K.feedback, K.faults
+    still = STANDS + STANDS_SIGMAS * feedback.sigma / FILTER
+    share, slow, should = min(1.0, dt / FILTER), min(1.0, dt / USUAL_TIME), SHOULD * still
+    asked, all_stand = 0, True
+    for k in range(faults.working):
+        i = faults.order[k]
+        sample = K.state.q[i]
+        if not is_finite(sample):
+            all_stand = False
+            continue
+        speed = min(max((sample - held.last[i]) / dt, -FASTEST), FASTEST)
+        held.speed[i] = speed = held.speed[i] + share * (speed - held.speed[i])
+        held.last[i] = sample
+        if held.on:
+            continue
+        if abs(speed) > still:
+            all_stand = False
+            usual = feedback.d_slow[i] if feedback.kind == TORQUE_DRIVE else K.past.q[then, i] - sample
+            held.usual[i] += slow * (usual - held.usual[i])
+        if abs(speed) > should:
+            held.went[i] = JUST if speed > 0.0 else -JUST
+        else:
+            held.went[i] = _toward(held.went[i], 0.0, dt)
+        v, gone = K.past.v[then, i], K.past.q[then, i] - held.begun[i]
+        just = abs(v) > should and v * held.went[i] > 0.0
+        most = FAR + EXCESS_SIGMAS * feedback.sigma + SHOULD * abs(sample - held.at[i])
+        far = held.still > ASKED and abs(gone) > most
+        held.way[i] = 1.0 if (v if just else gone) > 0.0 else -1.0
+        held.asked[i] = 1.0 if just or far else 0.0
+        asked += 1 if (just or far) and K.chain.lead[i] == i else 0
+    held.still += dt
+    if not all_stand:
+        held.still = 0.0
+        for i in range(K.chain.n):
+            held.begun[i], held.at[i] = K.past.q[then, i], held.last[i]
+    return all_stand and asked >= min(1 + held.alone, faults.working)
+
+
+@rare_jit
+def _hold(K: Any) -> None:
+    """From now on the arm is held where it is: the reference rests where the arm was sent last.
+
+    What was suspected of joints since it stands is taken back, whatever it led to but a stop.
+    """
+    held, feedback, faults, gate = K.held, K.feedback, K.faults, K.gate
+    held.on, held.ahead = 1, EXCESS
+    for k in range(faults.working):
+        i = faults.order[k]
+        held.at[i] = held.last[i]
+        if feedback.kind != POSITION_DRIVE:
+            gate.q[i] = held.at[i]
+        else:
+            gate.q[i] = gate.sent[i]
+        feedback.held[i] = 0
+        feedback.unresponsive[i] = 0
+        drop(feedback, i)
+    feedback.unresponsive_count = 0
+
+
+@jit
+def _stay(K: Any, dt: float) -> bool:
+    """A tick of an arm that is held: where it is sent, and whether it is still held."""
+    held, feedback, faults, gate, limits = K.held, K.feedback, K.faults, K.gate, K.limits
+    grows = GROWS_BY_TORQUE if feedback.kind == TORQUE_DRIVE else GROWS
+    held.ahead = min(held.ahead + grows * dt, MOST)
+    ahead, far = held.ahead + EXCESS_SIGMAS * feedback.sigma, GONE + GONE_SIGMAS * feedback.sigma
+    gone = asked = 0
+    for k in range(faults.working):
+        i = faults.order[k]
+        top = min(limits.v_max[i], UNLIMITED)
+        off = held.last[i] - held.at[i]
+        if held.way[i] * off > far:
+            gone += 1
+            asked += 1 if held.asked[i] != 0.0 else 0
+        elif abs(off) > MOVED * top + far:
+            held.at[i] = held.last[i]
+        q = held.at[i] + held.way[i] * ahead
+        if feedback.kind == POSITION_DRIVE:
+            q = _toward(gate.q[i], q + held.usual[i], BACK * top * dt)
+        low, high = min(limits.q_min[i], gate.q[i]), max(limits.q_max[i], gate.q[i])
+        gate.q[i] = min(max(q, low), high)
+    if gone < min(2, faults.working):
+        return True
+    held.alone = 1 if asked == 0 else 0
+    return False
+
+
+@rare_jit
+def _stand(K: Any) -> None:
+    """The reference rests at where the arm is sent, and every sample is good that is a number."""
+    held, feedback, past, state, gate = K.held, K.feedback, K.past, K.state, K.gate
+    feedback.refused = feedback.holding = 0
+    if K.chain.mimics:
+        mimic_places(K.chain, gate.q)
+    for k in range(K.faults.working):
+        i = K.faults.order[k]
+        q = gate.q[i]
+        gate.v[i] = state.v_command[i] = 0.0
+        gate.sent[i] = state.q_command[i] = q
+        for s in range(feedback.span):
+            past.q[s, i], past.v[s, i], past.a[s, i] = q, 0.0, 0.0
+        if not feedback.lost[i]:
+            feedback.seen[i] = feedback.good[i] = held.last[i]
+            feedback.offset[i] = held.last[i] - q
+            feedback.bad[i] = feedback.age[i] = 0
+            feedback.spent[i] = 0.0
+        if feedback.kind == TORQUE_DRIVE:
+            feedback.d_hat[i] = feedback.d_slow[i] = held.usual[i]
+
+
+@jit
+def watch_arm(K: Any, first: bool) -> None:
+    """Whether the whole arm is held, or was let go; beside a free-swinging joint nobody knows.
+
+    Samples are looked at as they came, before anybody believes or doubts them.
+    """
+    held, feedback, faults = K.held, K.feedback, K.faults
+    if first or faults.movable > faults.working or (feedback.exact and not held.on):
+        held.on = 0
+        if held.sees or first:
+            held.alone = 0
+            _forget(held, K.chain.n)
+        return
+    held.since += K.state.dt
+    if K.state.unusable == NOTHING_HEARD:
+        return
+    then, dt = slot(feedback, feedback.latency), held.since
+    held.since = 0.0
+    if not held.sees:
+        _begin(K, then)
+    stands = _stands(K, then, dt)
+    if not held.on:
+        held.stood = held.stood + dt if stands else 0.0
+        if held.stood <= STOOD:
+            return
+        _hold(K)
+    stays = _stay(K, dt)
+    _stand(K)
+    if not stays:
+        held.on = 0
+        _forget(held, K.chain.n)

@@ -1,0 +1,72 @@
+"""The lead has a bound: the reference never runs away from a joint that does not follow it.
+
+What counts is how far the reference is ahead of the sample of its time, beside how far off it usually is.
+Where that would exceed the bound the joint brakes, and what is sent goes no farther.
+Source: docs/theory/feedback.md, "A whole arm that is held".
+"""
+
+from math import inf
+from typing import Any
+
+from ftqp.kernel.feedback.error_band import BAND_SIGMAS, BAND_TIME, ERROR_BAND
+from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.jit import jit, part_jit
+from ftqp.kernel.layout.enums import ACCELERATION, TORQUE_DRIVE, VIABILITY
+from ftqp.kernel.layout.thresholds import UNLIMITED
+from ftqp.kernel.rows.joint_intervals import braking, viability
+from ftqp.kernel.rows.one_variable import narrow
+
+REST_TIME = 0.01
+"""The reference may be so far ahead of a joint at rest as that goes at its limit in this time [s], ..."""
+LEAST = 1.1 * ERROR_BAND
+"""... or so far [rad or m], so that a joint that stands leaves its error band and is seen to lag; what the
+joint goes in ``BAND_TIME`` comes on top. Guesses that `python studies/held_arm.py` has not contradicted."""
+
+
+@jit
+def beyond(K: Any, then: int, i: int, v: float) -> float:
+    """How much farther than the bound the reference is ahead of joint i, < 0 where it is not; towards v."""
+    off = K.past.q[then, i] - K.feedback.seen[i]
+    top = min(K.limits.v_max[i], UNLIMITED)
+    most = max(REST_TIME * top, LEAST) + BAND_SIGMAS * K.feedback.sigma + BAND_TIME * abs(v)
+    if K.feedback.kind != TORQUE_DRIVE:
+        most += abs(K.held.usual[i])
+    return (off if v > 0.0 else -off) - most
+
+
+@part_jit
+def keep_near(K: Any) -> None:
+    """The end of a joint's interval where its lead would exceed the bound, which goes with the joint.
+
+    The law is that of the ends of ranges, for the speed and the way beside those of the joint; it brakes a
+    reference that runs away, and never turns it back.
+    """
+    state, feedback, limits, qp = K.state, K.feedback, K.limits, K.qp
+    if not feedback.active or feedback.exact or K.held.on or limits.conversion != VIABILITY:
+        return
+    then, dt = slot(feedback, feedback.latency), state.dt
+    for k in range(K.faults.working):
+        i = K.faults.order[k]
+        v = state.v[i]
+        sign = 1.0 if v > 0.0 else -1.0
+        own = sign * feedback.v_hat[i]
+        away, room = sign * v - own, -beyond(K, then, i, v)
+        a_max, a_brake = limits.a_max[i], limits.a_brake[i]
+        if away <= 0.0 or K.chain.lead[i] != i or away * away <= 2.0 * a_brake * (room - 1.5 * dt * away):
+            continue
+        if state.level == ACCELERATION:
+            most = max(viability(away, room, inf, a_max, a_brake, dt)[0], -sign * v / dt)
+        else:
+            most = max(braking(away, room, inf, a_max, a_brake, dt)[0] + own, 0.0)
+        narrow(qp, i, -inf if v > 0.0 else -most, most if v > 0.0 else inf)
+
+
+@jit
+def hold_back(K: Any, then: int, i: int) -> None:
+    """What is sent to joint i goes no farther ahead than the bound, nor back after a joint that falls."""
+    feedback = K.feedback
+    wanted, last = feedback.q_sent[i], K.gate.sent[i]
+    ahead = 1.0 if wanted > last else -1.0
+    over = beyond(K, then, i, ahead * max(abs(K.state.v_command[i]), 1e-12))
+    if over > 0.0:
+        feedback.q_sent[i] = last if ahead * (wanted - last) < over else wanted - ahead * over

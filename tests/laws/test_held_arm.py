@@ -1,0 +1,162 @@
+"""An arm whose joints are all held for a while, as by a protective stop, is let go without a leap."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.control.planner.status import StepStatus
+from ftqp.model import catalog
+
+DT, AT = 1e-3, 0.8
+PANDA = catalog.load("panda")
+URDF = """<robot name="stranger"><link name="base"/>{}</robot>"""
+LINK = """<link name="l{i}"><inertial><origin xyz="0 0 0.1"/><mass value="1.5"/>
+<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="j{i}" type="revolute"><parent link="{p}"/><child link="l{i}"/><origin xyz="0 0 0.22"/>
+<axis xyz="{axis}"/><limit lower="-2.6" upper="2.6" velocity="2.6" effort="90"/></joint>"""
+AXES = ("0 0 1", "0 1 0", "0 0 1", "0 1 0", "0 0 1", "0 1 0", "1 0 0")
+
+
+def stranger(folder):
+    """An arm of nobody's catalog."""
+    links = (LINK.format(i=i, p=f"l{i - 1}" if i else "base", axis=axis) for i, axis in enumerate(AXES))
+    file = folder / "stranger.urdf"
+    file.write_text(URDF.format("".join(links)), encoding="utf-8")
+    return ftqp.Robot.from_urdf(file, tip="l6")
+
+
+class Arm:
+    """Joints behind a servo: of second order, or of first order where it takes velocities."""
+
+    def __init__(self, robot, drive="position", w=50.0, fed=True):
+        self.robot, self.drive, self.w, self.fed = robot, drive, w, fed
+        self.q, self.v = robot.neutral.copy(), np.zeros(robot.nv)
+
+    def move(self, step, held):
+        before, w = self.q, self.w
+        if held:
+            self.v = np.zeros(self.robot.nv)
+            return 0.0
+        if self.drive == "torque":
+            bias = self.robot.bias(self.q, self.v)
+            self.v = self.v + DT * np.linalg.solve(self.robot.mass_matrix(self.q), step.tau - bias)
+        elif self.drive == "velocity":
+            self.v = self.v + (step.v - self.v) * -np.expm1(-w * DT)
+        else:
+            fed = step.v if self.fed else 0.0
+            self.v = self.v + DT * (w * w * (step.q - self.q) - 2.0 * w * (self.v - fed))
+        self.q = self.q + DT * self.v
+        return float((np.abs(self.q - before) / DT / self.robot.limits.v_max).max())
+
+
+def leader(planner, kind, path, goal):
+    if kind == "clock":
+        last = round(path.duration / DT)
+        s = path.sample(DT * np.arange(last + 1))
+        targets = ftqp.Targets(s.pose, s.twist, s.acceleration)
+        return lambda q, k: planner.step(q, None, targets.at(min(k, last)))
+    if kind == "path":
+        follower = ftqp.PathFollower(planner, path)
+        return lambda q, k: follower.step(q)
+    if kind == "goto":
+        way = ftqp.GoTo(planner, pose=goal)
+        return lambda q, k: way.step(q)
+    led = ftqp.TargetFollower(planner, ftqp.TipLimits(speed=0.25))
+    return lambda q, k: led.step(q, None, ftqp.Target(pose=goal))
+
+
+def motion(robot, kind, hold, drive="position", w=50.0, fed=True, noise=0.0, seconds=None):
+    """The steps' statuses, the fastest joint after the hold, what was asked of brakes, and the error [m]."""
+    start = robot.pose(robot.neutral)
+    path, goal = ftqp.paths.Circle(start, radius=0.05, duration=3.0), start.copy()
+    goal[:3, 3] += [-0.1, 0.15, -0.1]
+    takes = ftqp.Drive(takes_velocity=fed) if drive == "position" else drive
+    task = ftqp.Task(mode="scaled") if kind == "path" else None
+    planner = ftqp.Planner(robot, drive=takes, task=task, noise=ftqp.Noise(q=noise))
+    planner.reset(robot.neutral)
+    tick, arm = leader(planner, kind, path, goal), Arm(robot, drive, w, fed)
+    rng, said, fastest, brakes, leads = np.random.default_rng(1), [], 0.0, False, []
+    for k in range(int((AT + hold + 8.0 if seconds is None else seconds) / DT)):
+        step = tick(arm.q + rng.normal(0.0, noise, robot.nv) if noise else arm.q, k)
+        speed = arm.move(step, AT <= k * DT < AT + hold)
+        fastest = max(fastest, speed if k * DT >= AT + hold else 0.0)
+        said.append(step.status)
+        brakes = brakes or bool(step.brakes.any())
+        leads.append(float(np.abs(step.q - arm.q).max()))
+    end = path.sample([path.duration]).pose[0] if kind in ("clock", "path") else goal
+    error = float(np.linalg.norm(robot.pose(arm.q)[:3, 3] - end[:3, 3]))
+    return said, fastest, brakes, error, leads, planner
+
+
+@pytest.mark.parametrize("kind", ["clock", "path", "target", "goto"])
+@pytest.mark.parametrize("hold", [0.1, 1.0])
+@pytest.mark.parametrize(("w", "fed"), [(20.0, True), (300.0, False)])
+def test_arm_that_was_held_goes_on_without_a_leap_and_finishes(kind, hold, w, fed):
+    _, fastest, brakes, error, _, planner = motion(PANDA, kind, hold, w=w, fed=fed)
+    assert fastest < 1.1
+    assert error < 2e-3 and planner.stopped_because is None
+    assert not brakes and not planner.faults
+
+
+@pytest.mark.parametrize("drive", ["velocity", "torque"])
+@pytest.mark.parametrize("hold", [0.1, 1.0])
+def test_held_arm_on_other_drives_asks_for_no_brake_and_finishes(drive, hold):
+    said, fastest, brakes, error, _, planner = motion(PANDA, "clock", hold, drive)
+    assert StepStatus.HELD in said
+    assert fastest < 1.1 and error < 2e-3
+    assert not brakes and planner.stopped_because is None
+
+
+def test_hold_is_said_soon_and_ends_when_the_arm_follows_again():
+    said, _, _, _, leads, _ = motion(PANDA, "clock", 1.0)
+    first, last = said.index(StepStatus.HELD), len(said) - 1 - said[::-1].index(StepStatus.HELD)
+    assert AT < first * DT < AT + 0.06
+    assert AT + 1.0 <= last * DT < AT + 1.1
+    assert set(said[first : last + 1]) == {StepStatus.HELD}
+    assert max(leads[round((AT + 0.5) / DT) : round((AT + 1.0) / DT)]) < 0.02
+
+
+def test_path_is_not_cut_short_by_a_long_hold():
+    _, fastest, _, error, _, planner = motion(PANDA, "clock", 9.0)
+    assert fastest < 1.1 and error < 2e-3 and planner.stopped_because is None
+
+
+@pytest.mark.parametrize("fed", [True, False])
+def test_arm_of_a_stranger_with_noise_is_held_and_let_go(tmp_path, fed):
+    said, fastest, brakes, error, _, planner = motion(stranger(tmp_path), "clock", 1.0, fed=fed, noise=1e-4)
+    assert StepStatus.HELD in said
+    assert fastest < 1.1 and error < 2e-3 and planner.stopped_because is None and not brakes
+
+
+def test_stop_of_a_held_arm_is_resumed():
+    robot, arm = PANDA, Arm(PANDA)
+    planner = ftqp.Planner(robot)
+    planner.reset(robot.neutral)
+    s = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.05, duration=3.0).sample(DT * np.arange(3001))
+    targets, fastest = ftqp.Targets(s.pose, s.twist, s.acceleration), 0.0
+    for k in range(8000):
+        if k == 1200:
+            planner.stop()
+        if k == 3000:
+            assert planner.resume()
+        step = planner.step(arm.q, None, targets.at(min(k, 3000)))
+        fastest = max(fastest, arm.move(step, 800 <= k < 2000))
+        if 1300 <= k < 3000:
+            assert step.status in (StepStatus.STOPPING, StepStatus.STOPPED)
+    assert step.status is StepStatus.OK and step.position_error < 1e-3 and fastest < 1.1
+
+
+def test_locked_joint_is_no_held_arm():
+    robot, arm = PANDA, Arm(PANDA)
+    planner = ftqp.Planner(robot)
+    planner.reset(robot.neutral)
+    s = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.1, duration=3.0).sample(DT * np.arange(3001))
+    targets, held = ftqp.Targets(s.pose, s.twist, s.acceleration), 0
+    for k in range(2500):
+        step = planner.step(arm.q, None, targets.at(k))
+        locked = arm.q[3]
+        arm.move(step, False)
+        if k >= 800:
+            arm.q[3], arm.v[3] = locked, 0.0
+        held += step.status is StepStatus.HELD
+    assert held == 0
