@@ -127,3 +127,51 @@ def test_wish_of_the_user_comes_first(two_joints):
     assert Robot.from_urdf(two_joints(), neutral=[0.1, 0.2]).neutral.tolist() == [0.1, 0.2]
     with pytest.raises(InputError, match="two names no posture, got 'home'"):
         Robot.from_urdf(two_joints(), neutral="home")
+
+
+SIX = [
+    (0.0, 0.2, "0 0 1"), (0.0, 0.2, "0 1 0"), (0.0, 0.2, "0 1 0"), (0.2, 0.0, "1 0 0"), (0.2, 0.0, "0 1 0"),
+    (0.2, 0.0, "1 0 0"),
+]  # fmt: skip
+"""Where the joints of an arm whose zero is singular stand, x and z, and their axes."""
+
+
+def with_narrow_joint(kind, low, high, place):
+    """That arm with one more joint of a small range, before the joint of that number."""
+    rows = [(x, z, axis, "revolute", -2.0, 2.0) for x, z, axis in SIX]
+    rows.insert(place, (0.05, 0.0, "1 0 0", kind, low, high))
+    parts = ['<robot name="narrow"><link name="l0"/>']
+    for i, (x, z, axis, joint, a, b) in enumerate(rows, 1):
+        parts.append(
+            f'<link name="l{i}"><inertial><mass value="1"/><inertia ixx=".01" iyy=".01" izz=".01" ixy="0" '
+            f'ixz="0" iyz="0"/></inertial></link><joint name="j{i}" type="{joint}"><parent link="l{i - 1}"/>'
+            f'<child link="l{i}"/><origin xyz="{x} 0 {z}"/><axis xyz="{axis}"/>'
+            f'<limit lower="{a}" upper="{b}" velocity="1" effort="60"/></joint>'
+        )
+    return Robot.from_urdf("".join(parts) + "</robot>")
+
+
+@pytest.mark.parametrize("place", [0, 3, 6])
+@pytest.mark.parametrize(
+    ("low", "high"),
+    [
+        (0.0, 0.02),
+        (0.0, 0.049),
+        (-0.01, 0.01),
+        (0.001, 0.004),
+        (0.05, 0.1),
+        (-0.06, 0.0),
+        (0.3, 0.33),
+        (0.0, 0.1),
+    ],
+)
+@pytest.mark.parametrize("kind", ["prismatic", "revolute"])
+def test_a_joint_with_hardly_any_range_does_not_spoil_the_search(kind, low, high, place):
+    robot = with_narrow_joint(kind, low, high, place)
+    arm = [i for i in range(7) if i != place]
+    J = robot.jacobian(robot.neutral)[:, arm] * np.r_[1, 1, 1, [robot.length] * 3][:, None]
+    assert np.linalg.svd(J, compute_uv=False)[-1] > 0.2 * robot.length
+    load = np.abs(robot.bias(robot.neutral, 0 * robot.neutral)) / robot.limits.tau_max
+    assert load.max() <= 1.0
+    share = (robot.neutral - robot.limits.q_min) / (robot.limits.q_max - robot.limits.q_min)
+    assert (np.abs(share - 0.5) < 0.45).all()

@@ -16,8 +16,8 @@ pytestmark = pytest.mark.skipif(
 )
 MOVING = ("revolute", "continuous", "prismatic")
 NO_ARM = "no joint that moves|there are no links"
-ZERO = "cannot move: both limits are 0", "zero velocity limit"
-"""What files hold that is refused: no joints, nothing at all, or limits of zero."""
+ZERO = "cannot move: both limits are 0", "position limit that is missing", "zero velocity limit"
+"""What files hold that is refused: no joints, nothing at all, or limits that are zero or missing."""
 PARTLY = "joints move; expected 1 to", "mimics", "not positive definite", "negative principal moment"
 """Other reasons why not all ends of a file can be tips at once."""
 

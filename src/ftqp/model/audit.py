@@ -19,6 +19,18 @@ LARGEST_FIGURE = 1e15
 LARGEST_LIMIT = 1e100
 """No limit of a joint that is meant to be one is larger [SI units]."""
 
+IN_DEGREES = 25.0
+"""A turning joint with an end stop beyond this, four turns [rad], is probably written in degrees: wrists of
+known arms turn by up to 450 deg from their zero, and smaller ranges than +-25 deg are rare."""
+MOST_DEGREES = 3600.0
+"""Beyond so much a range is no one's degrees but somebody's way to write that there is none. A convention."""
+FASTEST = {"turns": 60.0, "slides": 10.0}
+"""A joint that is faster [rad/s, m/s] is probably written in degrees or millimetres a second: motors of legs,
+the fastest joints of the URDFs at hand, reach 52 rad/s, and linear axes 5 m/s."""
+LONGEST = 20.0
+"""Joints that are farther apart, and slides that are longer [m], are probably written in millimetres: the
+links of the longest arm of the catalog have 7 m. A convention."""
+
 NO_INERTIA = 1e-12
 """Moments of inertia [kg m2] this small are rounding."""
 
@@ -30,6 +42,10 @@ CORRECT = "correct the model or drop all masses with kinematics_only=True"
 
 WRONG_TIP: Final = "tip"
 """What a finding is about that says that there is no frame of a name."""
+OPEN_TIP: Final = "which tip"
+"""What a finding is about that asks which of several ends is the tip."""
+UNKNOWN_TORQUE: Final = "tau_max"
+"""What a finding is about that says that a file has no torque limits, and that none are kept."""
 
 
 class Severity(Enum):
@@ -48,7 +64,8 @@ class Finding:
         severity: How bad it is.
         sentence: What, got, expected, remedy.
         about: What it is about: ``masses``, ``limits``, ``friction``, a limit that a file has or lacks
-            (``a_max``, ``j_max``), a wrong name of a ``tip``, or nothing in particular.
+            (``a_max``, ``j_max``, ``tau_max``), a wrong name of a ``tip``, the question ``which tip``, or
+            nothing in particular.
     """
 
     severity: Severity
@@ -76,20 +93,32 @@ def note(sentence: str) -> Finding:
 
 
 def refuse_unsafe(name: str, findings: Iterable[Finding]) -> None:
-    """Raises when the robot is unsafe, or has no tip of a name: where that is all, it says only that."""
+    """Raises when the robot is unsafe, or has no tip of a name: where that is all, it says only that.
+
+    Where the tip is still to be chosen that question comes first: what else is found is of any of the arms.
+    """
     every = sorted(findings, key=lambda finding: finding.severity is not Severity.UNSAFE)
     unsafe_ones = [finding for finding in every if finding.severity is Severity.UNSAFE]
     if not unsafe_ones:
         return
     if all(finding.about == WRONG_TIP for finding in unsafe_ones):
         raise ModelError(f"{name} has no such tip", [finding.sentence for finding in unsafe_ones])
+    questions = [finding for finding in unsafe_ones if finding.about == OPEN_TIP]
+    if questions:
+        others = [finding for finding in unsafe_ones if finding.about != OPEN_TIP]
+        raise ModelError(f"{name} needs a tip", [f.sentence for f in (*questions, *others)])
     marks = ["" if f.severity is Severity.UNSAFE else f"({f.severity.name.lower()}) " for f in every]
     sentences = [f"{mark}{f.sentence}" for mark, f in zip(marks, every, strict=True)]
     raise ModelError(f"{name} is unsafe", sentences)
 
 
-def limit_findings(names: Sequence[str], limits: JointLimits, continuous: BoolArray) -> list[Finding]:
-    """What is wrong with the limits of every joint: NaN, crossed, empty, zero, negative or missing ones."""
+def limit_findings(
+    names: Sequence[str], limits: JointLimits, continuous: BoolArray, prismatic: BoolArray
+) -> list[Finding]:
+    """What is wrong with the limits of every joint.
+
+    NaN, crossed, empty, zero, negative or missing ones, and those that look like another unit.
+    """
     found: list[Finding] = []
     for i, joint in enumerate(names):
         low, high = float(limits.q_min[i]), float(limits.q_max[i])
@@ -105,7 +134,91 @@ def limit_findings(names: Sequence[str], limits: JointLimits, continuous: BoolAr
                 found.append(unsafe(f"joint {joint!r} has {wrong}"))
             elif value == np.inf and field == "v_max":
                 found.append(warning(f"joint {joint!r} has no velocity limit; {_remedy(joint, field)}"))
+    found += _unit_findings(names, limits, prismatic)
     return [replace(finding, about="limits") for finding in found]
+
+
+def _unit_findings(names: Sequence[str], limits: JointLimits, prismatic: BoolArray) -> list[Finding]:
+    """Ranges and speeds that look like degrees or millimetres, a sentence for all joints of a kind."""
+    ends = np.stack([limits.q_min, limits.q_max])
+    far = np.max(np.abs(ends), axis=0, where=np.isfinite(ends), initial=0.0)
+    fast = np.where(np.isfinite(limits.v_max), limits.v_max, 0.0)
+    found = []
+    for slides, unit, other, factor in (
+        (False, "rad", "degrees", "np.radians(...)"),
+        (True, "m", "millimetres", "0.001 times that"),
+    ):
+        kind = prismatic == slides
+        wide = kind & (far > (LONGEST if slides else IN_DEGREES)) & (far <= MOST_DEGREES)
+        for these, key, what in (
+            (wide, "q_min and q_max", "a range"),
+            (kind & (fast > FASTEST["slides" if slides else "turns"]), "v_max", "a speed"),
+        ):
+            joints = np.flatnonzero(these).tolist()
+            if not joints:
+                continue
+            per = "/s" if key == "v_max" else ""
+            figures = ", ".join(
+                f"{names[i]} {fast[i]:g}" if per else f"{names[i]} {ends[0, i]:g} to {ends[1, i]:g}"
+                for i in joints
+            )
+            found.append(
+                warning(
+                    f"{what} looks like {other}{' a second' if per else ''} in place of {unit}{per}: "
+                    f"{figures}; correct the file, or give limits={{...}} with {key}, {factor}"
+                )
+            )
+    return found
+
+
+def soft_limits(
+    joints: Sequence[str], written: Sequence[Mapping[str, float]], limits: JointLimits
+) -> list[Finding]:
+    """That a file has soft limits within those that are kept, in a sentence for all joints.
+
+    Args:
+        joints: The names of the joints, (nv,).
+        written: The limits of each joint in the file, by name; ``soft_min`` and ``soft_max`` where it has
+            them.
+        limits: Those that are kept.
+    """
+    sides = (("q_min", "soft_min", 1.0), ("q_max", "soft_max", -1.0))
+    inside: dict[str, dict[str, float]] = {
+        kept: {
+            joint: own[soft]
+            for i, (joint, own) in enumerate(zip(joints, written, strict=True))
+            if sign * own.get(soft, np.nan) > sign * getattr(limits, kept)[i]
+        }
+        for kept, soft, sign in sides
+    }
+    given = ", ".join(f"{kept!r}: {values}" for kept, values in inside.items() if values)
+    if not given:
+        return []
+    named = ", ".join(dict.fromkeys(joint for values in inside.values() for joint in values))
+    return [
+        warning(
+            f"the soft limits of {named} (safety_controller) are narrower than the limits, at which "
+            f"ROS controllers stop; the limits are kept, and to keep the soft ones give limits={{{given}}}"
+        )
+    ]
+
+
+def unknown_torques(joints: Sequence[str], every: bool, has_masses: bool) -> list[Finding]:
+    """That a file has no torque limits (effort 0, or none) where nothing uses them: one sentence.
+
+    Args:
+        joints: The joints without one.
+        every: Whether those are all joints.
+        has_masses: Whether torques are computed.
+    """
+    if not joints:
+        return []
+    named = "every joint" if every else ", ".join(joints)
+    says = f"no torque limit is known of {named} (effort 0 or missing)"
+    if not has_masses:
+        return [Finding(Severity.NOTE, f"{says}; without masses nothing uses one", UNKNOWN_TORQUE)]
+    more = "so torques are not limited, and drive 'torque' is refused; give limits={'tau_max': ...}"
+    return [Finding(Severity.WARNING, f"{says}, {more}", UNKNOWN_TORQUE)]
 
 
 def widened(
@@ -139,11 +252,12 @@ def _wrong_range(low: float, high: float, joint: str) -> str:
     """What is wrong with position limits, after the joint's name; empty where nothing is."""
     remedy = _remedy(joint, "q_min", "q_max")
     if np.isnan(low) or np.isnan(high):
-        return f"has a position limit that is missing or not a number; {remedy}"
+        remedy = _remedy(joint, "q_min", "q_max", extra="-inf and inf = no limit")
+        return f"has a position limit that is missing or not a number, in rad or m; {remedy}"
     if low > high:
         return f"has crossed limits {low:g} > {high:g}; {remedy}"
     if low == high or low == np.inf or high == -np.inf:
-        return f"cannot move: both limits are {low:g}; hold it with locked=[{joint!r}]"
+        return f"cannot move: both limits are {low:g}; hold it with locked=[{joint!r}], or {remedy}"
     if any(LARGEST_LIMIT < abs(end) < np.inf for end in (low, high)):
         remedy = _remedy(joint, "q_min", "q_max", extra="inf = no limit")
         return f"has the range {low:g} to {high:g}, which no joint has; {remedy}"
@@ -210,11 +324,21 @@ def length_findings(names: Sequence[str], offset: FloatArray) -> list[Finding]:
 
     ``offset`` is the place of each in the joint before it, (count, 3) [m].
     """
-    return [
+    found = [
         unsafe(f"{name!r} is {np.abs(place).max():g} m from the joint before it; correct the model")
         for name, place in zip(names, offset, strict=True)
         if not (np.abs(place) <= LARGEST_FIGURE).all()
     ]
+    far = np.abs(offset).max(axis=1, initial=0.0)
+    most = int(np.argmax(far)) if len(far) else 0
+    if not found and len(far) and far[most] > LONGEST:
+        found.append(
+            warning(
+                f"{names[most]!r} is {far[most]:g} m from the joint before it, which looks like millimetres; "
+                "lengths are in m: correct the file, as by a scale of 0.001"
+            )
+        )
+    return found
 
 
 def _body_finding(what: str, mass: float, com: FloatArray, inertia: FloatArray) -> Finding | None:

@@ -100,8 +100,11 @@ def robot_fields(
     written = [source.limits[name] for name in chain.names]
     bounds, crossed = coupled_limits(chain.names, chain, _limits(written, given, chain.names))
     findings += crossed
+    bounds, unknown = _without_unknown_torques(arm, chain, bounds, given)
+    findings += unknown
+    findings += audit.soft_limits(chain.names, written, bounds)
     findings += audit.widened(chain.names, written, given)
-    findings += audit.limit_findings(chain.names, bounds, chain.continuous)
+    findings += audit.limit_findings(chain.names, bounds, chain.continuous, chain.prismatic)
     findings += friction_findings(arm, bounds)
     audit.refuse_unsafe(arm.name, findings)
     led = is_led(chain)
@@ -170,6 +173,25 @@ def _limits(
     rule = JointLimits.of(len(written), **own).a_max
     own["a_max"] = np.array([joint.get("a_max", by) for joint, by in zip(written, rule, strict=True)])
     return JointLimits.of(len(written), **own).replaced({"a_max": own["a_max"], **given}, joints)
+
+
+def _without_unknown_torques(
+    arm: Any, chain: Chain, limits: JointLimits, given: Mapping[str, Any]
+) -> tuple[JointLimits, list[Finding]]:
+    """Limits in which a torque that is 0, or no number, in the file is none, if nothing uses torques.
+
+    Torques are used where the arm has masses and a joint has a limit of them: then 0 is refused later.
+    """
+    told = given.get("tau_max", {})
+    told = told if isinstance(told, Mapping) else chain.names
+    tau, motors = limits.tau_max, ~is_led(chain)
+    missing = motors & (np.isnan(tau) | (tau == 0.0)) & ~np.isin(chain.names, list(told))
+    heavy = has_masses(arm)
+    if heavy and (np.isfinite(tau) & (tau != 0.0))[motors].any():
+        return limits, []
+    names = [chain.names[i] for i in np.flatnonzero(missing)]
+    kept = limits.replaced({"tau_max": np.where(missing, np.inf, tau)})
+    return kept, audit.unknown_torques(names, bool(missing[motors].all()), heavy)
 
 
 def _guess(arm: Any, chain: Chain, limits: JointLimits, guessed: Sequence[int]) -> Finding:

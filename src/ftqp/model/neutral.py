@@ -28,7 +28,11 @@ FARTHEST = 2.0
 SLIDE = 0.5
 """Largest distance of a candidate from the middle of an endless slide [m]."""
 ROUND = 0.05
-"""Candidates are multiples of this [rad or m]."""
+"""Candidates are multiples of this [rad or m] ..."""
+NARROW = 0.2
+"""... but for joints with less range [rad or m], such as fingers: they keep off their limits unrounded, and
+do not make a posture regular, as there is little that they can do. Rounding moves a wider one by ROUND/2 at
+most, which is less than the (0.5 - SPREAD) NARROW that its candidates are away from its limits."""
 WORTH = 0.85
 """A joint goes back to its simple position when that keeps this share of the merit."""
 HANDICAP = 0.5
@@ -46,14 +50,19 @@ class Arm:
         self._data, self._tip = model.createData(), frame_id(model, tip)
         way = chain.way(int(model.frames[self._tip].parentJoint) - 1)
         self.way = np.unique(chain.lead[way])  # who follows is where the leader puts it
+        wide = self.way[(limits.q_max - limits.q_min)[self.way] >= NARROW]
+        self._useful = wide if wide.size else self.way
         bounded = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
         self._bounded = self.way[bounded[self.way]]
 
     def regularity(self, q: FloatArray) -> float:
-        """sigma_min of the task's Jacobian over the characteristic length; 0 is singular."""
+        """sigma_min of the task's Jacobian over the characteristic length; 0 is singular.
+
+        Joints that can hardly move do not count.
+        """
         q = configuration_of(self.model, self.chain.continuous, coupled_places(self.chain, q))
         J = scaled_jacobian(self.model, self._data, self._tip, q, self._rows, self._length)
-        return least_singular_value(coupled_columns(self.chain, J)[:, self.way]) / self._length
+        return least_singular_value(coupled_columns(self.chain, J)[:, self._useful]) / self._length
 
     def merit(self, q: FloatArray) -> float:
         """The regularity, less where a limit is near, a motor too weak or the arm below its base.
@@ -165,10 +174,14 @@ def _candidates(arm: Arm, simple: FloatArray, joints: IntArray) -> FloatArray:
     bounded = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
     with np.errstate(invalid="ignore"):
         middle = np.where(bounded, 0.5 * (limits.q_min + limits.q_max), simple)
-        span = np.where(bounded, SPREAD * (limits.q_max - limits.q_min), np.inf)
+        open_side = np.minimum(middle - limits.q_min, limits.q_max - middle)
+        span = SPREAD * np.where(bounded, limits.q_max - limits.q_min, 2.0 * open_side)
     span = np.minimum(span, np.where(arm.chain.prismatic & ~bounded, SLIDE, FARTHEST))
     q = middle[joints] + span[joints] * (2.0 * unit - 1.0)
-    result: FloatArray = np.clip(ROUND * np.round(q / ROUND), limits.q_min[joints], limits.q_max[joints])
+    with np.errstate(invalid="ignore"):
+        narrow = (limits.q_max - limits.q_min)[joints] < NARROW
+    rounded = np.where(narrow, q, ROUND * np.round(q / ROUND))
+    result: FloatArray = np.clip(rounded, limits.q_min[joints], limits.q_max[joints])
     return result
 
 

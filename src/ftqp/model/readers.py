@@ -1,17 +1,38 @@
 """The ways in which a robot is made: from a pinocchio model, a URDF, a MuJoCo file, or a DH table."""
 
+import logging
 from collections.abc import Sequence
+from functools import lru_cache
 from importlib import import_module
 from typing import Any, Self, Unpack
 
 import pinocchio as pin
 
 from ftqp.core.checks import instance
+from ftqp.model.audit import Finding, Severity
 from ftqp.model.build import Shape, Wishes, robot_fields
 from ftqp.model.reading import dh, urdf
 from ftqp.model.reading.source import source_of
 from ftqp.model.reduction import wanted_tips
 from ftqp.model.serial import EARTH, Inertial
+
+_LOG = logging.getLogger("ftqp")
+KEPT = 1024
+"""Findings that are remembered to have been said. A convention."""
+
+
+def _told(fields: dict[str, Any]) -> dict[str, Any]:
+    """The fields of a robot that was just read, once its findings are logged."""
+    for finding in fields["findings"]:
+        _say(fields["name"], finding)
+    return fields
+
+
+@lru_cache(KEPT)
+def _say(name: str, finding: Finding) -> None:
+    """Logs a finding; one that was said of a robot of that name is not said again."""
+    level = logging.WARNING if finding.severity is Severity.WARNING else logging.INFO
+    _LOG.log(level, "%s: %s", name, finding)
 
 
 class Readers:
@@ -97,7 +118,7 @@ class Readers:
             ModelError: The robot is unsafe or cannot be expressed; the error carries every finding.
         """
         wanted = wanted_tips(tip, tips)
-        return cls(**robot_fields(urdf.read(source, wanted, locked), wanted, locked, wishes))
+        return cls(**_told(robot_fields(urdf.read(source, wanted, locked), wanted, locked, wishes)))
 
     @classmethod
     def from_mjcf(
@@ -135,7 +156,7 @@ class Readers:
         """
         wanted = wanted_tips(tip, tips)
         read = import_module("ftqp.model.reading.mjcf").read  # MuJoCo is optional
-        return cls(**robot_fields(read(source, wanted, locked), wanted, locked, wishes))
+        return cls(**_told(robot_fields(read(source, wanted, locked), wanted, locked, wishes)))
 
     @classmethod
     def from_dh(

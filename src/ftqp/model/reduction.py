@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.core.errors import InputError, nearest, unknown
-from ftqp.model.audit import WRONG_TIP, Finding, Severity, unsafe
+from ftqp.model.audit import OPEN_TIP, WRONG_TIP, Finding, Severity
 from ftqp.model.chain import frame_id, kind
 from ftqp.model.followers import Follower
 
@@ -212,7 +212,8 @@ def tips_of(
         return tuple(there), found
     if len(ends) > 1:
         several = f"{len(ends)} possible tips; choose one with tip=, or several with tips=(...)"
-        found.append(unsafe(f"{model.name} has {several}: {_listed(ends)}"))
+        question = f"{model.name} has {several}: {_listed(ends)}"
+        found.append(Finding(Severity.UNSAFE, question, OPEN_TIP))
     return (ends[0],), found
 
 

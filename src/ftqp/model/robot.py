@@ -10,7 +10,7 @@ import pinocchio as pin
 from ftqp.core.checks import BoolArray, FloatArray, array
 from ftqp.core.errors import InputError
 from ftqp.core.picture import Picture
-from ftqp.model.audit import Finding
+from ftqp.model.audit import UNKNOWN_TORQUE, Finding
 from ftqp.model.chain import Chain, configuration_of, frame_id, positions_of
 from ftqp.model.embodied import Shapes
 from ftqp.model.followers import (
@@ -269,6 +269,21 @@ class Robot(Variants):
             raise InputError(
                 f"{what} a base that stands, but {self.name} floats (on_free_base), and nothing there keeps "
                 "its momentum; take the robot without that base"
+            )
+
+    def refuse_unknown_torques(self, what: str) -> None:
+        """Refuses a robot whose file has a torque limit of 0, or none, for every joint that has a motor.
+
+        Args:
+            what: What would use torques, the beginning of the sentence.
+
+        Raises:
+            InputError: Nobody has said since what the motors can give.
+        """
+        if any(finding.about == UNKNOWN_TORQUE for finding in self.findings):
+            raise InputError(
+                f"{what}, and the file of {self.name} has no torque limits (effort 0 or missing); give them "
+                "by robot.with_limits(tau_max=...), inf where a motor has none"
             )
 
     def _frame(self, name: str | None) -> int:

@@ -96,15 +96,16 @@ def dynamics_findings(model: Any, bodiless: Collection[str] = ()) -> list[Findin
     places += [frame.placement.translation for frame in model.frames]
     found = rotor_findings(each, model.armature)
     found += length_findings([*names, *(str(frame.name) for frame in model.frames)], np.array(places))
-    if found:
+    if any(finding.severity is Severity.UNSAFE for finding in found):
         return found
+    far = found
     mass = np.array([b.mass for b in bodies])
     inertia = np.array([b.inertia for b in bodies])
     if not mass.any() and not inertia.any():
-        return [note(f"{model.name} has no masses; torques are neither limited nor minimised")]
+        return [*far, note(f"{model.name} has no masses; torques are neither limited nor minimised")]
     com = np.array([b.lever for b in bodies])
     real = [i for i, name in enumerate(names) if mass[i] or name not in bodiless]
-    found = body_findings(
+    found = far + body_findings(
         "the body behind joint", [names[i] for i in real], mass[real], com[real], inertia[real]
     )
     if any(finding.severity is Severity.UNSAFE for finding in found):

@@ -89,7 +89,7 @@ class Variants(Embodied, Readers):
         found += audit.widened(
             names, [{key: getattr(self.limits, key)[i] for key in given} for i in range(len(names))], changes
         )
-        found += audit.limit_findings(self.chain.names, limits, self.chain.continuous)
+        found += audit.limit_findings(names, limits, self.chain.continuous, self.chain.prismatic)
         found += friction_findings(model, limits)
         audit.refuse_unsafe(self.name, found)
         start = frozen(coupled_places(self.chain, neutral_of(limits, self.neutral)))

@@ -1,6 +1,7 @@
 """ftqp inspect: what it says of an arm, in which form, and what it draws."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -210,3 +211,33 @@ def test_a_folder_of_a_robots_name_hides_no_robot(tmp_path: Path, monkeypatch: p
     assert "'arm' is a folder, expected a file" in invoke("arm").stderr
     drawn = invoke("panda").stdout.strip().splitlines()[-1]
     assert drawn.startswith("Picture: runs/inspect-panda-") and "--no-figures draws none" in drawn
+
+
+def test_a_tip_that_is_still_to_be_chosen_is_asked_for_by_the_option_that_chooses_it(tmp_path: Path) -> None:
+    file = tmp_path / "crane.urdf"
+    more = '<link name="eye"/><joint name="d" type="fixed"><parent link="two"/><child link="eye"/></joint>'
+    file.write_text(URDF.replace("</robot>", f"{more}</robot>"), encoding="utf-8")
+    asked = invoke(file, "--no-figures")
+    assert asked.exit_code == 2
+    assert "unsafe" not in asked.stderr and "tip=" not in asked.stderr
+    assert "crane has 2 possible tips; choose one with --tip: hand, eye" in asked.stderr
+    assert invoke(file, "--tip", "eye", "--no-figures").exit_code == 0
+
+
+def test_a_joint_that_cannot_move_is_held_by_the_option_that_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "crane.urdf"
+    file.write_text(URDF.replace('lower="-1" upper="2"', 'lower="0" upper="0"'), encoding="utf-8")
+    refused = invoke(file, "--no-figures")
+    assert refused.exit_code == 2 and "hold it with --locked a" in refused.stderr
+    assert invoke(file, "--locked", "a", "--no-figures").exit_code == 0
+
+
+@pytest.mark.parametrize("masses", [True, False])
+def test_an_arm_whose_file_has_no_torque_limits_is_told_of_once(tmp_path: Path, masses: bool) -> None:
+    text = URDF.replace('effort="40"', 'effort="0"').replace('effort="10"', 'effort="0"')
+    if not masses:
+        text = re.sub("<inertial>.*?</inertial>", "", text, flags=re.DOTALL)
+    (tmp_path / "crane.urdf").write_text(text, encoding="utf-8")
+    result = invoke(tmp_path / "crane.urdf", "--no-figures")
+    assert result.exit_code == 0
+    assert (result.stdout + result.stderr).count("torque limit is known") == 1

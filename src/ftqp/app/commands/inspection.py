@@ -2,6 +2,7 @@
 
 from itertools import combinations
 from pathlib import Path
+from re import sub
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,8 @@ import numpy as np
 from ftqp.app.output.console import ExitCode, answer, say, tell, tell_table
 from ftqp.control.planner.planner import Planner
 from ftqp.control.scene.keeping_clear import Clearance
-from ftqp.core.errors import InputError, MissingPackage, unknown
+from ftqp.core.errors import InputError, MissingPackage, ModelError, unknown
+from ftqp.core.quiet import quiet
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model import catalog
 from ftqp.model.chain import frame_id
@@ -26,13 +28,20 @@ TASKS = {"pose": COMPONENTS, "position": COMPONENTS[:3]}
 """Tasks whose locks are looked at, by name."""
 MODELS = (".urdf", ".xml", ".mjcf")
 """How names of files end that describe an arm."""
+IN_THE_SHELL = (
+    (r"choose one with tip=, or several with tips=\(\.\.\.\)", "choose one with --tip"),
+    (r"locked=\['([^']*)'\]", r"--locked \1"),
+)
+"""How a remedy that names an argument of Python is spelled in the shell."""
 PICTURE = Path("figures") / "arm.png"
 LIMITS = ("q_min", "q_max", "v_max", "a_max", "j_max", "tau_max")
 NUMBERS = (*LIMITS, "a by torque", "neutral", "gravity", "of tau_max")
 
 
-def robot_of(source: str, tips: list[str], locked: list[str]) -> Robot:
+def robot_of(source: str, tips: list[str], locked: list[str], *, holds: bool = False) -> Robot:
     """The robot of the catalog, or that of a URDF or MJCF file.
+
+    ``holds`` says that the command has an option ``--locked``, as all have ``--tip``.
 
     Raises:
         InputError: There is neither such a robot nor such a file.
@@ -50,7 +59,19 @@ def robot_of(source: str, tips: list[str], locked: list[str]) -> Robot:
         return catalog.load(source)
     head = file.read_bytes()[:4096].decode("utf-8", "replace") if file.is_file() else ""
     read = Robot.from_mjcf if "<mujoco" in head else Robot.from_urdf
-    return read(file, None, locked, tips or None)
+    try:
+        with quiet():  # findings are the commands' to tell
+            return read(file, None, locked, tips or None)
+    except ModelError as error:
+        what = str(error).partition("\n")[0]
+        raise ModelError(what, [_in_the_shell(sentence, holds) for sentence in error.findings]) from error
+
+
+def _in_the_shell(sentence: str, holds: bool) -> str:
+    """A finding with its remedies as options of a command, in place of arguments of Python."""
+    for python, shell in IN_THE_SHELL[: None if holds else 1]:
+        sentence = sub(python, shell, sentence)
+    return sentence
 
 
 def inspect(
@@ -71,7 +92,7 @@ def inspect(
         InputError: An unknown robot, file, tip or joint.
         ModelError: The robot is unsafe; the error carries every finding.
     """
-    robot = robot_of(source, tips, locked)
+    robot = robot_of(source, tips, locked, holds=True)
     found = facts(robot, "file" if Path(source).is_file() else "catalog")
     if survival:
         found["survival"] = _survival(robot, found["possible"])

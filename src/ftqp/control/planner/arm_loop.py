@@ -146,7 +146,8 @@ def accepted_drive(
     """What the arm takes and how noisy it is, if that can be driven.
 
     Raises:
-        InputError: A wrong drive or noise, or torques for a robot without inertia.
+        InputError: A wrong drive or noise, or torques for a robot without inertia, or whose file has no
+            torque limits.
     """
     if noise is not None and not isinstance(noise, Noise):
         raise InputError(f"noise is {noise!r:.60}, expected an ftqp.Noise or None")
@@ -156,4 +157,6 @@ def accepted_drive(
             f"drive 'torque' needs inertia, which {robot.name} has not; give the model its masses, or "
             "take drive 'position' or 'velocity'"
         )
+    if found.kind == "torque":
+        robot.refuse_unknown_torques("drive 'torque' sends torques")
     return found, Noise() if noise is None else noise

@@ -1,18 +1,27 @@
 """Reading the XML of a robot file safely: what cannot be a robot is refused before any parser sees it."""
 
+import re
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
+from xml.parsers import expat
 
 from ftqp.core.errors import InputError
 
 LARGEST = 20 * 2**20
 """Largest robot file [bytes]; robots without meshes take some hundred kilobytes."""
 
+DRAKE = "http://drake.mit.edu"
+"""The namespace of Drake's extensions, which say what URDF has no word for."""
+KNOWN = {"xml": "http://www.w3.org/XML/1998/namespace", "drake": DRAKE}
+"""Prefixes that mean something where a file does not declare them, too."""
+
 
 def xml_of(source: Any, kind: str, root: str) -> tuple[str, ElementTree.Element, Path | None]:
-    """The XML of a robot.
+    """The XML of a robot, read as ROS and pinocchio read it.
+
+    A prefix need not be declared, a comment may have ``--`` in it, and the declaration need not come first.
 
     Args:
         source: Path of a file, or the XML itself (text whose first character is ``<``).
@@ -33,9 +42,9 @@ def xml_of(source: Any, kind: str, root: str) -> tuple[str, ElementTree.Element,
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise InputError(f"{label} declares a document type or an entity, which no {kind} needs; remove it")
     try:
-        tree = ElementTree.fromstring(text)
-    except (ElementTree.ParseError, ValueError) as error:
-        raise InputError(f"{label} is not well-formed XML: {error}") from error
+        tree = _tree_of(text)
+    except (expat.ExpatError, ValueError) as error:
+        raise InputError(f"{label} is not well-formed XML: {error}; correct it there") from error
     if tree.tag != root:
         raise InputError(f"{label} has the root element <{tree.tag!s:.60}>, expected <{root}>")
     for element in tree.iter():
@@ -76,7 +85,47 @@ def _text_of(source: Any, kind: str) -> tuple[str, Path | None]:
     return text.lstrip(), path
 
 
+_SKIPPED = re.compile(r"<!\[CDATA\[.*?\]\]>|<!--.*?-->|<\?xml\s.*?\?>", re.DOTALL)
+"""Comments and the declaration, beside them texts in which neither is one."""
+
+
+def _blank(found: re.Match[str]) -> str:
+    """A comment or declaration as empty lines, so that messages name the lines of the file."""
+    text = found.group()
+    return text if text.startswith("<![") else "\n" * text.count("\n")
+
+
+def _tree_of(text: str) -> ElementTree.Element:
+    """The root of the XML; names with a declared prefix are ``{namespace}name``, others stay as written.
+
+    The namespace of names without a prefix is left out, as ROS and pinocchio know of none.
+    """
+    builder, parser = ElementTree.TreeBuilder(), expat.ParserCreate()
+    parser.buffer_text = True
+    scopes = [KNOWN]
+
+    def named(name: str) -> str:
+        prefix, colon, local = name.partition(":")
+        space = scopes[-1].get(prefix) if colon else None
+        return name if space is None else f"{{{space}}}{local}"
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        new = {key[6:]: value for key, value in attributes.items() if key.startswith("xmlns:")}
+        scopes.append({**scopes[-1], **new} if new else scopes[-1])
+        kept = {named(key): value for key, value in attributes.items() if not key.startswith("xmlns")}
+        builder.start(named(tag), kept)
+
+    def end(tag: str) -> None:
+        builder.end(named(tag))
+        scopes.pop()
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler = builder.data
+    parser.Parse(_SKIPPED.sub(_blank, text).encode(), True)
+    return builder.close()
+
+
 def _is_xacro(element: ElementTree.Element) -> bool:
     tag = str(element.tag)
-    in_namespace = tag.startswith("{") and "xacro" in tag.partition("}")[0]
+    in_namespace = tag.startswith("xacro:") or (tag.startswith("{") and "xacro" in tag.partition("}")[0])
     return in_namespace or any("${" in value or value.startswith("$(") for value in element.attrib.values())

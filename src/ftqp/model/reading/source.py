@@ -11,7 +11,10 @@ from ftqp.model.capsules import Capsule, Collision
 from ftqp.model.followers import Follower
 
 Written = Mapping[str, float]
-"""q_min, q_max, v_max, tau_max of a joint as a file has them, NaN where missing; a_max, j_max if there."""
+"""q_min, q_max, v_max, tau_max of a joint as a file has them, NaN where missing.
+
+a_max, j_max, soft_min and soft_max where they are there.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -15,7 +15,7 @@ from ftqp.model.audit import Finding, Severity, body_findings, note, unsafe
 from ftqp.model.capsules import Collision
 from ftqp.model.followers import Follower
 from ftqp.model.reading import srdf
-from ftqp.model.reading.safe_xml import xml_of
+from ftqp.model.reading.safe_xml import DRAKE, xml_of
 from ftqp.model.reading.source import Source, unlimited
 
 KINDS = ("revolute", "prismatic", "continuous", "fixed", "floating", "planar")
@@ -23,10 +23,7 @@ KINDS = ("revolute", "prismatic", "continuous", "fixed", "floating", "planar")
 
 MOVING = ("revolute", "prismatic", "continuous")
 
-DRAKE = "{http://drake.mit.edu}"
-"""The namespace of Drake's extensions, which say what URDF has no word for."""
-
-RATES = ("acceleration", "deceleration", f"{DRAKE}acceleration")
+RATES = ("acceleration", "deceleration", f"{{{DRAKE}}}acceleration")
 """Attributes of a limit that bound the acceleration: those of URDF 1.2, and Drake's."""
 
 GEOMETRY = {
@@ -37,6 +34,12 @@ GEOMETRY = {
     "mesh": ("scale",),
 }
 """What a link is made of for collisions, and the attributes that are its sizes; capsules are of URDF 1.2."""
+
+MOST_IN_A_ROW = 1500
+"""Joints in a row at most, fixed ones included: pinocchio calls itself for each; 5,000 end the process."""
+MOST_MOVING = 300
+"""Joints that move in a file at most, for which pinocchio takes three seconds: 500 in a row take minutes, and
+of 2,000 the memory does not suffice."""
 
 SYMMETRIC = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
@@ -76,6 +79,8 @@ def read(source: Any, tips: Sequence[str], locked: Sequence[str | int]) -> Sourc
     _, root, path = xml_of(source, "URDF", "robot")
     tree = _tree(root)
     is_tree = not tree.findings
+    if is_tree:
+        _refuse_long(tree)
     known = is_tree and tips and all(tip in tree.links or tip in tree.joints for tip in tips)
     moving = {name for tip in tips for name in tree.chain(tip)} if known else set(tree.joints)
     _audit_joints(tree, moving, locked)
@@ -183,6 +188,32 @@ def _tree(root: Element) -> Tree:
     return tree
 
 
+def _refuse_long(tree: Tree) -> None:
+    """Refuses what is no robot before pinocchio, which walks down a tree by recursion, falls over it.
+
+    Raises:
+        ModelError: Too many links hang on one another, or too many joints move.
+    """
+    below: dict[str, list[str]] = {}
+    for joint in tree.joints.values():
+        below.setdefault(_attribute(joint, "parent", "link"), []).append(_attribute(joint, "child", "link"))
+    level, deep = set(tree.links) - {link for links in below.values() for link in links}, 0
+    while level and deep <= MOST_IN_A_ROW:
+        deep += 1
+        level = {child for link in level for child in below.get(link, ())}
+    moving = sum(joint.get("type") in MOVING for joint in tree.joints.values())
+    if moving > MOST_MOVING:
+        raise ModelError(
+            f"{tree.name} has {moving} joints that move, expected at most {MOST_MOVING}; give those that "
+            "stand still the type fixed, or write a file of one arm"
+        )
+    if deep > MOST_IN_A_ROW:
+        raise ModelError(
+            f"{tree.name} has more than {MOST_IN_A_ROW} joints in a row, which are more than can be read; "
+            "write fixed joints that follow one another as one"
+        )
+
+
 def _audit_joints(tree: Tree, moving: Container[str], locked: Sequence[str | int]) -> None:
     """Origins of all joints, and axes of those in ``moving`` that will move."""
     for name, joint in tree.joints.items():
@@ -190,6 +221,7 @@ def _audit_joints(tree: Tree, moving: Container[str], locked: Sequence[str | int
             tree.findings.append(unsafe(f"joint {name!r} has an origin that is not finite numbers"))
         if name not in moving or name in locked or joint.get("type") not in MOVING:
             continue
+        _audit_range(tree, name, joint)
         if not np.isfinite(_friction(joint)).all():
             tree.findings.append(unsafe(f"joint {name!r} has damping or friction that is no finite number"))
         _audit_rates(tree, name, joint)
@@ -198,6 +230,35 @@ def _audit_joints(tree: Tree, moving: Container[str], locked: Sequence[str | int
             tree.findings.append(unsafe(f"joint {name!r} has an axis that is not three finite numbers"))
         elif not axis.any():
             tree.findings.append(unsafe(f"joint {name!r} has a zero axis, expected a direction"))
+
+
+def _audit_range(tree: Tree, name: str, joint: Element) -> None:
+    """A range of which one side is missing, and so 0."""
+    limit = joint.find("limit")
+    if limit is None or joint.get("type") == "continuous":
+        return
+    missing = [key for key in ("lower", "upper") if key not in limit.attrib]
+    low, high = _range(limit)
+    if len(missing) == 1 and low < high:
+        about = "q_min" if missing == ["lower"] else "q_max"
+        tree.findings.append(
+            Finding(
+                Severity.WARNING,
+                f"joint {name!r} has no {missing[0]} limit, which means 0 in a URDF: its range is {low:g} to "
+                f"{high:g}; correct the file, or give limits={{'q_min': {{{name!r}: ...}}, "
+                f"'q_max': {{{name!r}: ...}}}}",
+                about,
+            )
+        )
+
+
+def _range(limit: Element) -> tuple[float, float]:
+    """The range as written; a side that is missing is 0 where that leaves a range, else NaN as both are."""
+    low, high = (_number(limit.get(key, "0")) for key in ("lower", "upper"))
+    absent = [key not in limit.attrib for key in ("lower", "upper")]
+    if all(absent) or (any(absent) and low >= high):
+        return (np.nan if absent[0] else low), (np.nan if absent[1] else high)
+    return low, high
 
 
 def _audit_rates(tree: Tree, name: str, joint: Element) -> None:
@@ -226,7 +287,7 @@ def _audit_rates(tree: Tree, name: str, joint: Element) -> None:
 
 
 def _plain(key: str) -> str:
-    return key.replace(DRAKE, "drake:")
+    return key.replace(f"{{{DRAKE}}}", "drake:")
 
 
 def _axis(joint: Element) -> FloatArray:
@@ -290,8 +351,8 @@ def _write_rotors(model: Any, root: Element, tree: Tree) -> None:
         actuator = transmission.find("actuator")
         if actuator is None or name not in tree.joints or tree.joints[name].get("type") not in MOVING:
             continue
-        inertia = _number(_attribute(actuator, f"{DRAKE}rotor_inertia", "value") or "0")
-        ratio = _number(_attribute(actuator, f"{DRAKE}gear_ratio", "value") or "1")
+        inertia = _number(_attribute(actuator, f"{{{DRAKE}}}rotor_inertia", "value") or "0")
+        ratio = _number(_attribute(actuator, f"{{{DRAKE}}}gear_ratio", "value") or "1")
         model.armature[model.idx_vs[model.getJointId(name)]] = inertia * ratio**2
 
 
@@ -309,7 +370,7 @@ def _limits(joint: Element) -> dict[str, float]:
     if limit is None:
         return {"q_min": low, "q_max": high, "v_max": default, "tau_max": default}
     if joint.get("type") != "continuous":
-        low, high = (_number(limit.get(key, "0")) for key in ("lower", "upper"))
+        low, high = _range(limit)
     speed, effort = (_number(limit.get(key, str(default))) for key in ("velocity", "effort"))
     found = {"q_min": low, "q_max": high, "v_max": speed, "tau_max": effort}
     rates = [_number(limit.get(key, "")) for key in RATES if key in limit.attrib]
@@ -317,7 +378,20 @@ def _limits(joint: Element) -> dict[str, float]:
         found["a_max"] = min(rates)
     if (jerk := limit.get("jerk")) is not None:
         found["j_max"] = _number(jerk)
-    return {key: unlimited(value) for key, value in found.items()}
+    return {key: unlimited(value) for key, value in (found | _soft_limits(joint)).items()}
+
+
+def _soft_limits(joint: Element) -> dict[str, float]:
+    """The ends of the range at which ROS controllers stop, by ``soft_min`` and ``soft_max``, where written.
+
+    Both 0, or crossed, are none: files have such for joints whose speed alone is controlled.
+    """
+    written = {
+        key: _number(_attribute(joint, "safety_controller", name))
+        for key, name in (("soft_min", "soft_lower_limit"), ("soft_max", "soft_upper_limit"))
+    }
+    found = {key: value for key, value in written.items() if np.isfinite(value)}
+    return {} if len(found) == 2 and found["soft_min"] >= found["soft_max"] else found
 
 
 def _cleaned(tree: Tree) -> Element:
