@@ -9,16 +9,22 @@ from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
 
 ORTHONORMAL_TOLERANCE = 1e-6
-"""Largest entry of |R'R - I| that still counts as a rotation."""
+"""Largest entry of |R'R - I| that still counts as a rotation, and so far may the last row be from 0 0 0 1."""
 
 
 def pose(value: Any, name: str = "pose") -> FloatArray:
     """A homogeneous transform (4, 4) from an array or from anything with ``.homogeneous`` (pinocchio's SE3).
 
     Raises:
-        InputError: Wrong shape, not finite, or its rotation part is not a rotation.
+        InputError: Wrong shape, not finite, its rotation part is not a rotation, or its last row not 0 0 0 1.
     """
     result = array(name, getattr(value, "homogeneous", value), (4, 4))
+    if not has_last_row(result):
+        row, column = (" ".join(f"{x:.4g}" for x in part) for part in (result[3], result[:3, 3]))
+        raise InputError(
+            f"{name} has the last row {row} and the position {column}, expected the last row 0 0 0 1; if it "
+            "is transposed, give its .T"
+        )
     rotation = result[:3, :3]
     if not is_rotation_matrix(rotation):
         off = float(np.abs(rotation.T @ rotation - np.eye(3)).max())
@@ -33,6 +39,16 @@ def is_rotation_matrix(R: FloatArray) -> bool:
     """Whether |R'R - I| <= ORTHONORMAL_TOLERANCE entry by entry and det R > 0, of a finite R, (3, 3)."""
     off = np.abs(R.T @ R - np.eye(3)).max()
     return bool(off <= ORTHONORMAL_TOLERANCE and np.linalg.det(R) > 0.0)
+
+
+def has_last_row(T: FloatArray) -> bool:
+    """Whether the last row of a finite T, (4, 4), is 0 0 0 1, as that of a transposed pose is not."""
+    return bool(np.abs(T[3] - (0.0, 0.0, 0.0, 1.0)).max() <= ORTHONORMAL_TOLERANCE)
+
+
+def is_pose(T: FloatArray) -> bool:
+    """Whether a finite T, (4, 4), is a homogeneous transform: its rotation is one, its last row 0 0 0 1."""
+    return has_last_row(T) and is_rotation_matrix(T[:3, :3])
 
 
 def transform(rotation: FloatArray, translation: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ from scipy.spatial import ConvexHull, QhullError
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.model.capsules import Capsule, Collision, named_apart, turned_along
+from ftqp.model.mesh_file import refuse_other_than_mesh
 
 SPLIT = 2.0
 """A capsule with more than so many times the volume of its hull is replaced by two of its halves ..."""
@@ -91,12 +92,17 @@ def mesh_corners(file: Any, scale: float) -> FloatArray:
         InputError: The file is missing, cannot be read, or holds nothing that has a volume.
     """
     if not (isinstance(file, str | Path) and (path := Path(file)).is_file()):
-        raise InputError(f"mesh {str(file)!r:.200} is no file, expected one in STL, OBJ or DAE")
+        raise InputError(f"mesh {str(file)!r:.200} is no file, expected one in STL, OBJ, PLY, GLB or DAE")
     return _outermost(_read(path, (scale,) * 3), str(path))
 
 
 def _read(path: Path, scale: Sequence[float]) -> FloatArray | str:
-    """The points of a mesh, (N, 3) [m], or why it has none."""
+    """The points of a mesh, (N, 3) [m], or why it has none.
+
+    Raises:
+        InputError: The file is no mesh by its name, or an archive.
+    """
+    refuse_other_than_mesh(path)
     try:
         return np.array(coal.MeshLoader().load(str(path), np.array(scale)).vertices())
     except (RuntimeError, ValueError) as error:  # it says where in coal it was raised, and then what is wrong

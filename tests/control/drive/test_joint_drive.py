@@ -157,3 +157,43 @@ def test_slower_observer_costs_less_than_a_softer_loop_for_as_much_noise():
     assert asked(80.0, 1.5, 1e-4) == pytest.approx(asked(41.0, 5.0, 1e-4), rel=0.1)
     far = [1e6 * given_way(w, x) for w, x in ((80.0, 5.0), (80.0, 1.5), (41.0, 5.0))]
     assert far == pytest.approx([90.0, 216.0, 347.0], rel=0.02)
+
+
+@pytest.mark.parametrize("kind", ["position", "velocity"])
+def test_a_bandwidth_of_each_joint_is_that_of_the_slowest_in_loops_and_of_the_fastest_ahead(kind):
+    each = [94.0, 94.0, 60.0, 94.0, 94.0, 120.0, 120.0]
+    several, slow = ftqp.Drive(kind=kind, bandwidth=each), ftqp.Drive(kind=kind, bandwidth=60.0)
+    assert several.gains(1e-3, ftqp.Noise(), 0.9) == slow.gains(1e-3, ftqp.Noise(), 0.9)
+    ahead = ftqp.Drive(bandwidth=np.array(each), takes_velocity=False).gains(1e-3, ftqp.Noise(), 0.9)["lead"]
+    assert ahead == 2.0 / 120.0
+    assert ftqp.Drive(bandwidth=(50.0,) * 7).gains(1e-3, ftqp.Noise(), 0.9) == ftqp.Drive(
+        bandwidth=50.0
+    ).gains(1e-3, ftqp.Noise(), 0.9)
+
+
+def test_an_arm_whose_servos_differ_follows_a_path_on_its_own_drive():
+    robot = ftqp.robots.load("panda")
+    each = np.array([94.0, 94.0, 60.0, 94.0, 94.0, 120.0, 120.0])
+    planner = ftqp.Planner(robot, drive=ftqp.Drive(bandwidth=each, takes_velocity=False))
+    q = robot.neutral.copy()
+    planner.reset(q)
+    path = ftqp.paths.Circle(robot.pose(q), radius=0.05, duration=2.0)
+    s = path.sample(0.001 * np.arange(2000))
+    targets = ftqp.Targets(s.pose, s.twist, s.acceleration)
+    for k in range(2000):
+        step = planner.step(q, None, targets.at(k))
+        q = q + (step.q - q) * np.minimum(0.5 * each * 1e-3, 1.0)
+    assert step.status.name == "OK"
+    assert np.linalg.norm(robot.pose(q)[:3, 3] - path.sample(1.999).pose[0, :3, 3]) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("bandwidth", "words"),
+    [
+        ([94.0] * 6, r"shape \(6,\), expected \(nv,\) = \(7,\)"), ([94.0] * 6 + [0.0], "bandwidth"),
+        ([], "shape"), ([[94.0] * 7], "shape"), ([94.0] * 6 + [np.nan], "bandwidth"),
+    ],
+)  # fmt: skip
+def test_a_bandwidth_of_other_joints_is_refused(bandwidth, words):
+    with pytest.raises(ftqp.InputError, match=words):
+        ftqp.Planner(ftqp.robots.load("panda"), drive=ftqp.Drive(bandwidth=bandwidth))

@@ -1,6 +1,6 @@
 """What the arm takes, and with it who closes which loop."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, exp, inf, isfinite, sqrt
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.drive.noise import Noise
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, numbers
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.setting import refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import DELAYS, Brakes, DriveKind
@@ -81,8 +81,10 @@ class Drive:
     Attributes:
         kind: ``position``: send ``step.q``, and ``step.v`` where the arm takes it as well. ``velocity``: send
             ``step.v``. ``torque``: send ``step.tau``.
-        bandwidth: Of the arm's own servo, > 0 [rad/s]; None is unknown. A larger one lets the tip's error be
-            taken back faster; stating more than the servo has makes the loop ring.
+        bandwidth: Of the arm's own servo, > 0 [rad/s], or one of each joint, (nv,); None is unknown. A larger
+            one lets the tip's error be taken back faster; stating more than the servo has makes the loop
+            ring. Of several the slowest counts for loops, and the fastest for ``lead``, so that no joint is
+            sent farther ahead than it lags.
         takes_velocity: Whether the servo of a position arm is fed ``step.v``, too. One that is not lags by
             2/bandwidth, which ``lead`` makes up for.
         lead: How far ahead of the reference positions are sent, >= 0 [s]; None is 2/bandwidth for a servo on
@@ -109,8 +111,8 @@ class Drive:
     """
 
     kind: str = setting("position", "what the arm takes", choices=tuple(KINDS))
-    bandwidth: float | None = setting(
-        None, "of the arm's own servo, > 0; unknown if absent", unit="rad/s", above=0.0
+    bandwidth: float | Sequence[float] | None = setting(
+        None, "of the arm's own servo, > 0; unknown if absent", of=float | None, unit="rad/s", above=0.0
     )
     takes_velocity: bool = setting(True, "whether a position servo is given velocities, too")
     lead: float | None = setting(
@@ -144,10 +146,42 @@ class Drive:
                 raise InputError(
                     f"{name} is for drive {owner!r}, but the drive is {self.kind!r}; leave it out"
                 )
+        if not isinstance(self.bandwidth, int | float | None):
+            each = numbers("bandwidth of the drive", self.bandwidth)
+            if each.ndim > 1 or not each.size:
+                raise InputError(
+                    f"bandwidth of the drive has shape {each.shape}, expected a number or one of each joint"
+                )
+            object.__setattr__(self, "bandwidth", tuple(each.tolist()) if each.ndim else float(each))
         refuse_out_of_range(self, " of the drive")
         if not self.takes_velocity and self.kind != "position":
             raise InputError(
                 f"takes_velocity=False is for drive 'position', but the drive is {self.kind!r}; leave it out"
+            )
+
+    @property
+    def slowest(self) -> float | None:
+        """The bandwidth of the slowest servo [rad/s]; None where it is unknown."""
+        return min(self.bandwidth) if isinstance(self.bandwidth, Sequence) else self.bandwidth
+
+    @property
+    def fastest(self) -> float | None:
+        """The bandwidth of the fastest servo [rad/s]; None where it is unknown."""
+        return max(self.bandwidth) if isinstance(self.bandwidth, Sequence) else self.bandwidth
+
+    def refuse_others(self, joints: Sequence[str]) -> None:
+        """Refuse a drive of another number of joints.
+
+        Args:
+            joints: The names of the robot's joints, (nv,).
+
+        Raises:
+            InputError: It has a bandwidth of each joint, and there are more or fewer.
+        """
+        if isinstance(self.bandwidth, Sequence) and len(self.bandwidth) != len(joints):
+            raise InputError(
+                f"bandwidth of the drive has shape ({len(self.bandwidth)},), expected (nv,) = "
+                f"({len(joints)},), of {', '.join(joints)}, or one number"
             )
 
     @property
@@ -190,15 +224,15 @@ class Drive:
         w = min(STIFFNESS_MOST, STIFFNESS_DELAY / delay) if self.stiffness is None else self.stiffness
         if self.kind == "torque":
             own = 0.5 * w
-        elif self.bandwidth is None:
+        elif self.slowest is None:
             own = KAPPA_UNKNOWN
         else:
-            own = self.bandwidth / (2.0 if self.takes_velocity else 4.0)
+            own = self.slowest / (2.0 if self.takes_velocity else 4.0)
         rattles = sqrt(KAPPA_RATTLE / (noise.q * reach)) if noise.q > 0.0 else float("inf")
-        hold = HOLD_UNKNOWN if self.bandwidth is None else self.bandwidth / 4.0
+        hold = HOLD_UNKNOWN if self.slowest is None else self.slowest / 4.0
         lead = self.lead
         if lead is None:
-            lead = 2.0 / self.bandwidth if self.bandwidth is not None and not self.takes_velocity else 0.0
+            lead = 2.0 / self.fastest if self.fastest is not None and not self.takes_velocity else 0.0
         observer = observer_of(w, SHAKEN * a_max, noise.q * sqrt(dt)) if self.kind == "torque" else OBSERVER
         felt = NOISE_OF_D * noise.q * observer**2 * sqrt(observer * dt)
         return {

@@ -1,8 +1,13 @@
 """How noisy the measurements are."""
 
+import logging
 from dataclasses import dataclass
 
 from ftqp.core.setting import refuse_out_of_range, setting
+
+_LOG = logging.getLogger("ftqp")
+DOUBTFUL = 0.05
+"""Noise of positions above this [rad or m], 3 deg or 5 cm, is no encoder's. A convention."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -12,7 +17,7 @@ class Noise:
     Attributes:
         q: Of joint positions, >= 0 [rad or m]. A larger one lets samples differ more from what is expected
             and corrects the tip more slowly; where it is stated, a sensor that repeats its number while the
-            joint moves counts as frozen sooner.
+            joint moves counts as frozen sooner. More than 0.05 is a warning on the logger ``ftqp``.
         tau: Of joint torques, >= 0 [N m or N].
 
     Raises:
@@ -24,3 +29,9 @@ class Noise:
 
     def __post_init__(self) -> None:
         refuse_out_of_range(self, " of the noise")
+        if self.q > DOUBTFUL:
+            _LOG.warning(
+                "Noise(q=%g) is more than any encoder has, so that nearly every sample is believed; it is a "
+                "standard deviation in rad or m, such as 1e-4: is it in degrees or in counts?",
+                self.q,
+            )

@@ -22,6 +22,7 @@ from ftqp.control.following.other_ways import OtherWays
 from ftqp.control.planner.joint_motion import EXACT
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
+from ftqp.control.planner.start import in_millimetres
 from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.ways.way_out import WayOut
@@ -133,6 +134,8 @@ class GoTo:
             raise InputError(f"task={task!r:.60} goes to a pose; give pose=..., or leave task out")
         if pose is not None:
             self._pose = frozen(checked_pose(pose, "pose"))
+            if said := in_millimetres(planner.robot, self._pose[:3, 3]):
+                _LOG.warning("%s: %s", planner.robot.name, said)
             self._tip = LedTip(planner, TipLimits() if limits is None else limits, task, whole=True)
             self._view = self._tip.view
             self._joints = LedJoints(planner, self._view.command.q, rise_time)

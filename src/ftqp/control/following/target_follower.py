@@ -1,5 +1,6 @@
 """Following targets that jump and twists of an operator, with limited jerk and a dead-man time."""
 
+import logging
 from enum import Enum
 from math import inf
 from typing import Any, final
@@ -9,6 +10,7 @@ import numpy as np
 from ftqp.control.following.led_tip import LedTip
 from ftqp.control.planner.given_arrays import not_a_target
 from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.start import in_millimetres
 from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
@@ -16,7 +18,7 @@ from ftqp.control.references.tip_limits import TipLimits
 from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
-from ftqp.core.pose import is_rotation_matrix
+from ftqp.core.pose import has_last_row, is_rotation_matrix
 from ftqp.kernel.layout.enums import (
     STOPPED,
     STOPPING,
@@ -24,6 +26,8 @@ from ftqp.kernel.layout.enums import (
     TARGET_POSE,
     TARGET_TWIST,
 )
+
+_LOG = logging.getLogger("ftqp")
 
 
 class TargetStatus(Enum):
@@ -61,7 +65,10 @@ class TargetFollower:
     Source: docs/theory/ways-to-a-goal.md.
     """
 
-    __slots__ = ("_age", "_dead_man", "_led", "_nowhere", "_planner", "_stamp", "_status", "_turns", "_twist")
+    __slots__ = (
+        "_age", "_dead_man", "_led", "_looked", "_nowhere", "_planner", "_stamp", "_status", "_turns",
+        "_twist",
+    )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
 
@@ -81,6 +88,7 @@ class TargetFollower:
         self._led.begin()
         self._status = TargetStatus.FOLLOWING
         self._stamp, self._age = -inf, inf
+        self._looked = False
         self._twist = np.zeros(6)
 
     def reset(self, q: Any, v: Any = None) -> None:
@@ -128,6 +136,8 @@ class TargetFollower:
                 self._status = TargetStatus.INVALID
                 self._led.begin()
                 return self._planner.step(q, v, self._nowhere, tau=tau, tip=tip)
+            if not self._looked:
+                self._look(pose)
             self._status = TargetStatus.FOLLOWING
             step = self._led.step(q, v, pose=pose, twist=twist, tau=tau, tip=tip)
         if step.code in (STOPPING, STOPPED):
@@ -160,12 +170,18 @@ class TargetFollower:
             self._twist = np.zeros(6)
         return fresh
 
+    def _look(self, pose: FloatArray) -> None:
+        """Warn of the first target where it must be in millimetres."""
+        self._looked = True
+        if said := in_millimetres(self._planner.robot, pose[:3, 3]):
+            _LOG.warning("%s: %s", self._planner.robot.name, said)
+
     def _pose(self, given: FloatArray, has_rotation: bool) -> FloatArray | None:
         """The goal, or None where it is no pose; a task without rotation keeps the reference's attitude."""
         pose = given.copy()
         if not (has_rotation and self._turns):
             pose[:3, :3] = self._led.reference.R
-        if not np.isfinite(pose).all():
+        if not (np.isfinite(pose).all() and has_last_row(pose)):
             return None
         return pose if is_rotation_matrix(pose[:3, :3]) else None
 

@@ -152,6 +152,7 @@ def accepted_drive(
     if noise is not None and not isinstance(noise, Noise):
         raise InputError(f"noise is {noise!r:.60}, expected an ftqp.Noise or None")
     found = by_name(drive)
+    found.refuse_others(robot.joints)
     if found.kind == "torque" and not robot.has_inertia:
         raise InputError(
             f"drive 'torque' needs inertia, which {robot.name} has not; give the model its masses, or "

@@ -198,7 +198,7 @@ class Planner(PlannerCopies):
         )
         self._constraints = Constraints(self._session, robot, given_constraints, self._loop.stop)
         degrading = Degrading(self._session, given.task.kept_sets)
-        self._rest, self._timing = Rest(self._session, degrading), timing
+        self._rest, self._timing = Rest(self._session, degrading, robot), timing
         self._at_rest = np.zeros(robot.nv)
         self._free = FreeJoint(self._session, robot) if self._solver.has_qp else None
         self._leading = None if given.plan is None else PlanLeading(given.plan, self._session, robot)
@@ -215,7 +215,8 @@ class Planner(PlannerCopies):
             self._watch = SecurityWatch(n_minus_one, self._session, robot, given.dt, self.what_ifs)
         parts = (
             self._watch, self._tasks, self._constraints, self._solver, self._leading, degrading, self._free,
-            StartWatch(self._session.K), self._fault_response, self._surroundings, self._remembered,
+            self._fault_response, self._surroundings, self._remembered,
+            StartWatch(self._session.K, None if self._surroundings is None else self.distances),
         )  # fmt: skip
         self._stages = tuple(part.stage for part in parts if part is not None)
         self._ordinary = self._solver.tick(CLOCK)

@@ -1,6 +1,7 @@
 """What the log says of the posture where a planner begins, and of an arm that holds short of its target."""
 
 import logging
+from collections.abc import Callable, Mapping
 from typing import Any, final
 
 import numpy as np
@@ -11,7 +12,7 @@ from ftqp.control.planner.step import Step
 from ftqp.control.planner.wanted import weight_sentence
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.kernel.layout.enums import HEALTHY, TARGET_POSE, TARGET_TWIST
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
 from ftqp.model.chain import frame_id
@@ -24,15 +25,28 @@ FULL_TURN = 2.0 * np.pi
 """A start that is farther beyond a range [rad] was written in degrees. A convention."""
 
 
+FAR = 0.05
+"""A first target that is farther from the tip [m] is no beginning of a motion from where the arm is: the
+default of the emergency stop's threshold."""
+LENGTHS_OF_REACH = 6.0
+"""Reach by characteristic length, which is a sixth of it unless the user has said otherwise."""
+REACHES = 20.0
+"""A target farther from the base than so many reaches is probably in millimetres. A convention."""
+
+
 class StartWatch:
     """Says once of a start what is wrong with it, as one warning on the logger ``ftqp``.
 
     Args:
         K: The planner's rooms: its task, and what it believes of the joints.
+        distances: The distance of each pair of bodies that are kept apart, by their names, at a posture; None
+            where none are.
     """
 
-    def __init__(self, K: Any) -> None:
-        self._K, self._said = K, ""
+    def __init__(
+        self, K: Any, distances: Callable[[FloatArray], Mapping[tuple[str, str], Any]] | None = None
+    ) -> None:
+        self._K, self._said, self._distances = K, "", distances
 
     @property
     def stage(self) -> Stage:
@@ -46,7 +60,10 @@ class StartWatch:
             robot: The arm as it is fitted.
             q: Joint positions, (nv,) [rad or m].
         """
-        sentence = "; ".join(_sentences(robot, self._K, q))
+        found = _sentences(robot, self._K, q)
+        if self._distances is not None:
+            found += _within(self._distances(q))
+        sentence = "; ".join(found)
         if sentence and sentence != self._said:
             _LOG.warning("%s: %s", robot.name, sentence)
         self._said = sentence
@@ -93,6 +110,35 @@ def _beyond(robot: Robot, q: FloatArray) -> list[str]:
     return [f"the start is beyond the range of {said}, which the arm is led back into first{degrees}"]
 
 
+def _within(distances: Mapping[tuple[str, str], Any]) -> list[str]:
+    """That bodies which are kept apart overlap at the start, the deepest first."""
+    inside = sorted((float(d), pair) for pair, d in distances.items() if d < 0.0)
+    if not inside:
+        return []
+    said = ", ".join(f"{a} and {b} by {-1e3 * d:.3g} mm" for d, (a, b) in inside)
+    return [
+        f"the arm starts within what it is to keep clear of: {said}; start elsewhere, or correct where they "
+        "stand, in m"
+    ]
+
+
+def in_millimetres(robot: Robot, place: FloatArray) -> str:
+    """What is to be said of a target that is so far away that it must be in millimetres; empty of others.
+
+    Args:
+        robot: The arm; one whose base moves without end reaches everything.
+        place: Where the tip should be, (3,) [m].
+    """
+    endless = robot.chain.prismatic & ~(np.isfinite(robot.limits.q_min) & np.isfinite(robot.limits.q_max))
+    reach, away = robot.length * LENGTHS_OF_REACH, float(np.linalg.norm(place))
+    if robot.chain.floating or endless.any() or not away > REACHES * reach:
+        return ""
+    return (
+        f"the target is {away:.4g} m from the base of an arm that reaches {reach:.2g} m; targets are in m, "
+        "and this looks like millimetres: multiply it by 0.001"
+    )
+
+
 @final
 class Rest:
     """Says when the arm begins and ends to hold, and when rows of its task go and come back, once each.
@@ -100,13 +146,15 @@ class Rest:
     Args:
         session: The planner's.
         degrading: Who says the latter.
+        robot: The arm.
 
     Attributes:
         held: Whether the arm held when this was last asked.
     """
 
-    def __init__(self, session: Session, degrading: Degrading) -> None:
-        self._degrading = degrading
+    def __init__(self, session: Session, degrading: Degrading, robot: Robot) -> None:
+        self._degrading, self._robot, self._K = degrading, robot, session.K
+        self._ticks = session.field("state", "ticks")
         self._holding = session.field("calm", "holding")
         self.held = False
 
@@ -117,6 +165,8 @@ class Rest:
             step: The last step.
         """
         self._degrading.tell()
+        if self._ticks[0] == 1:
+            self._look_at_first_target(step)
         held = bool(self._holding[0])
         if held == self.held:
             return
@@ -126,3 +176,17 @@ class Rest:
             _LOG.info("holding, out of reach by %.3g mm%s", 1e3 * step.position_error, turned)
         else:
             _LOG.info("no longer holding: the target, the working joints or the place of the arm has changed")
+
+    def _look_at_first_target(self, step: Step) -> None:
+        """Warn of a first target that is far from where the arm is: nobody leads it there."""
+        away = step.position_error
+        if not away > FAR:
+            return
+        target = self._K.task.target[TARGET_POSE:TARGET_TWIST]
+        _LOG.warning(
+            "%s: %s",
+            self._robot.name,
+            in_millimetres(self._robot, target[[3, 7, 11]])
+            or f"the first target is {1e3 * away:.3g} mm from the tip, which goes straight there as fast as "
+            "its limits let it; begin where the arm is, or lead it by ftqp.GoTo or ftqp.TargetFollower",
+        )

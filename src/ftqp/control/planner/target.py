@@ -27,8 +27,9 @@ class Target:
 
     In a loop that makes its targets as it goes, ``planner.step(q, v, target.at(T, twist))`` rewrites one
     target instead of making a new one every tick. The arrays are views of one buffer, so that single numbers
-    can be written, too (``target.pose[2, 3] += 0.001``). A target that is not finite, or whose rotation part
-    is none by the time of the step, is the world's doing: the step's status is INVALID_INPUT.
+    can be written, too (``target.pose[2, 3] += 0.001``). A target that is not finite, whose rotation part is
+    none or whose last row is not 0 0 0 1 by the time of the step, is the world's doing: the step's status is
+    INVALID_INPUT.
 
     A twist alone, as a joystick gives it, says where the tip should go and not where it should be: an
     ``ftqp.TargetFollower`` takes it. It needs the stamp of the message that it came from, as only a new stamp
@@ -53,7 +54,8 @@ class Target:
 
     Raises:
         InputError: neither or both of pose and position, no numbers, a wrong shape, a finite pose whose
-            rotation part is none, or a stamp without a twist alone or the other way round.
+            rotation part is none or whose last row is not 0 0 0 1, or a stamp without a twist alone or the
+            other way round.
     """
 
     __slots__ = ("_write", "acceleration", "packed", "pose", "position", "stamp", "twist")
@@ -126,8 +128,8 @@ class Target:
         """This target, moved: what ``planner.step`` takes in a loop that makes its targets as it goes.
 
         Arrays of float64 are copied in one compiled call; anything else that Target takes is converted. NaN,
-        infinities and a rotation part that is none are taken, too: they are the world's doing, and the step's
-        status says so.
+        infinities and what is no pose are taken, too: they are the world's doing, and the step's status says
+        so.
 
         Args:
             pose: Where the tip should be, as for Target: (4, 4); of a target with a position only, (3,) [m].
@@ -246,7 +248,8 @@ class Targets:
         acceleration: (K, 6), [m/s2], [rad/s2]; None is zero.
 
     Raises:
-        InputError: a wrong shape, not finite, or a rotation part that is not a rotation.
+        InputError: a wrong shape, not finite, a rotation part that is not a rotation, or a last row that is
+            not 0 0 0 1.
     """
 
     __slots__ = ("_count", "packed", "row")
@@ -258,9 +261,8 @@ class Targets:
             raise InputError(f"pose has shape {poses.shape}, expected (K, 4, 4), at least one pose")
         packed = np.zeros((count, TARGET_SIZE))
         poses = array("pose", poses, (count, 4, 4), "(K, 4, 4)")
-        worst = int(
-            np.argmax(np.abs(np.swapaxes(poses[:, :3, :3], 1, 2) @ poses[:, :3, :3] - np.eye(3)).max((1, 2)))
-        )
+        off = np.abs(np.swapaxes(poses[:, :3, :3], 1, 2) @ poses[:, :3, :3] - np.eye(3)).max((1, 2))
+        worst = int(np.argmax(np.maximum(off, np.abs(poses[:, 3] - (0.0, 0.0, 0.0, 1.0)).max(1))))
         checked_pose(poses[worst], f"pose[{worst}]")
         packed[:, TARGET_POSE:TARGET_TWIST] = poses.reshape(count, 16)
         packed[:, TARGET_HAS_ROTATION] = 1.0

@@ -186,7 +186,7 @@ class Hull:
 
     Args:
         corners: Points in its own frame, (N, 3) [m], N at least 4; None where ``mesh`` is given.
-        mesh: In place of that, a file with a mesh, in STL, OBJ or DAE.
+        mesh: In place of that, a file with a mesh, in STL, OBJ, PLY, GLB or DAE by its name.
         scale: By what the numbers of the mesh are multiplied: 0.001 for millimetres.
         place: Where its own origin is, (3,) [m], or its pose, (4, 4).
         rpy: How it is turned in place of that, (3,) [rad]: roll, pitch and yaw as in a URDF.

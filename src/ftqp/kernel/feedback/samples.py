@@ -30,6 +30,7 @@ from ftqp.kernel.layout.enums import (
 from ftqp.kernel.layout.thresholds import FASTEST
 from ftqp.kernel.maths.elementary import any_of, larger
 from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.maths.rotation import has_last_row
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, several
 
 SPEED_SHARE = 1.3
@@ -149,15 +150,17 @@ def _spend(state: Any, watch: Any, feedback: Any, spent: float, cost: float) -> 
 
 @jit
 def _drop_broken_tip(task: Any) -> bool:
-    """Whether a tip was measured that is not finite; it then counts as not measured."""
+    """Whether a tip was measured that is not finite, or is transposed; it then counts as not measured."""
     if not task.has_tip_measured:
         return False
+    T = task.tip_measured
+    good = has_last_row(T[3, 0], T[3, 1], T[3, 2], T[3, 3])
     for r in range(4):
         for c in range(4):
-            if not is_finite(task.tip_measured[r, c]):
-                task.has_tip_measured = 0
-                return True
-    return False
+            good = good and is_finite(T[r, c])
+    if not good:
+        task.has_tip_measured = 0
+    return not good
 
 
 @rare_jit

@@ -1,4 +1,4 @@
-"""Whether nine numbers of a pose are a rotation."""
+"""Whether the numbers of a pose are one."""
 
 from typing import Any
 
@@ -22,3 +22,13 @@ def is_rotation(pose: Any) -> bool:
     off = max(off, max(abs(a0 * c0 + a1 * c1 + a2 * c2), abs(b0 * c0 + b1 * c1 + b2 * c2)))
     volume = a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0)
     return bool(off <= ORTHONORMAL_TOLERANCE and volume > 0.0)
+
+
+@jit
+def has_last_row(a: float, b: float, c: float, d: float) -> bool:
+    """Whether the last row of a pose is 0 0 0 1 to ORTHONORMAL_TOLERANCE.
+
+    That of a transposed pose is its place, and its place is the base.
+    """
+    off = max(max(abs(a), abs(b)), max(abs(c), abs(d - 1.0)))
+    return bool(off <= ORTHONORMAL_TOLERANCE)

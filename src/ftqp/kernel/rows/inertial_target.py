@@ -39,6 +39,7 @@ from ftqp.kernel.layout.enums import (
 from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.kernel.maths.cholesky import factor
 from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.maths.rotation import has_last_row
 from ftqp.kernel.maths.vectors import cross
 from ftqp.kernel.rows.one_variable import narrow
 
@@ -60,12 +61,13 @@ def base_from_tip(E: Any, arm: Any, T: Any) -> None:
 
 
 @jit
-def _all_finite(T: Any, rows: int, columns: int) -> bool:
-    for r in range(rows):
-        for c in range(columns):
+def _is_measured(T: Any) -> bool:
+    """Whether a pose, (4, 4), is finite, and not transposed."""
+    for r in range(3):
+        for c in range(4):
             if not is_finite(T[r, c]):
                 return False
-    return True
+    return has_last_row(T[3, 0], T[3, 1], T[3, 2], T[3, 3])
 
 
 @jit
@@ -75,7 +77,7 @@ def _measure(base: Any, arm: Any) -> bool:
     A tip position alone gives p_b with the nominal attitude: T_b = (R_o, p_E - R_o p_arm).
     """
     T, has = base.now, base.has
-    if has & HAS_BASE and not _all_finite(base.given, 3, 4):
+    if has & HAS_BASE and not _is_measured(base.given):
         return False
     if has & HAS_TIP:
         E = base.tip_world
@@ -87,7 +89,7 @@ def _measure(base: Any, arm: Any) -> bool:
                     E[r, c] = 0.0
                     for k in range(3):
                         E[r, c] += base.nominal[3 * r + k] * arm[3 * k + c]
-        elif not _all_finite(E, 3, 4):
+        elif not _is_measured(E):
             return False
         base_from_tip(E, arm, T)
         return True

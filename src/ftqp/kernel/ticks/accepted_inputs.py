@@ -18,7 +18,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.layout.thresholds import MOST_ROWS
 from ftqp.kernel.maths.finite import is_finite
-from ftqp.kernel.maths.rotation import is_rotation
+from ftqp.kernel.maths.rotation import has_last_row, is_rotation
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, several
 
 MOST_TURNS = 1e9
@@ -136,7 +136,7 @@ def accept_state(state: Any, chain: Any, nq: int) -> None:
 
 @jit
 def target_is_usable(task: Any) -> bool:
-    """Whether the target is finite and the rotation of its pose, if it has one, is one.
+    """Whether the target is finite and its pose, if it has one, is one: its rotation and its last row.
 
     |x| < inf of each: fast math may fold a sum of x - x into zero, NaN or not.
     """
@@ -146,7 +146,7 @@ def target_is_usable(task: Any) -> bool:
         here = several(target, min(at, TARGET_HAS_ROTATION - WIDTH))
         good = good and all_of(abs(here) < inf)
     if good and task.target[TARGET_HAS_ROTATION] > 0.0:
-        return is_rotation(task.target)
+        return has_last_row(target[12], target[13], target[14], target[15]) and is_rotation(target)
     return good
 
 

@@ -14,6 +14,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import FtqpError, InputError
 from ftqp.core.pose import rotation_exp, transform
 from ftqp.model.chain import axis_rotation, frame_id
+from ftqp.model.mesh_file import refuse_other_than_mesh
 from ftqp.model.reading.safe_xml import xml_of
 from ftqp.model.robot import Robot
 from ftqp.viz.live.shapes import BASE, Part, arm_parts
@@ -150,6 +151,7 @@ def read_mesh(file: Path) -> Mesh:
     """The triangles of a file that trimesh reads: STL, OBJ, PLY, GLB; DAE where pycollada is installed."""
     import trimesh  # comes with viser; half a second that no other page waits for
 
+    refuse_other_than_mesh(file)
     if file.stat().st_size > LARGEST:
         raise InputError(f"mesh {file.name!r} has more than {LARGEST // 2**20} MB")
     try:

@@ -261,7 +261,7 @@ def _push(drive: Drive, stiffness: float) -> float:
     far = LEAST_SHARE * FARTHEST
     if drive.kind == "torque":
         return stiffness * stiffness * far
-    wn = SLOWEST_SERVO if drive.bandwidth is None else drive.bandwidth
+    wn = SLOWEST_SERVO if drive.slowest is None else drive.slowest
     if drive.kind == "velocity":
         return wn * 2.0 / PEAK * (2.0 * pi / DURATION) * far
     return wn * wn * far

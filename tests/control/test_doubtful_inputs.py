@@ -1,0 +1,117 @@
+"""What looks like another unit or another place is a warning, and never an error in a loop."""
+
+import logging
+
+import numpy as np
+import pytest
+
+import ftqp
+
+PANDA = ftqp.robots.load("panda")
+POSE = PANDA.pose(PANDA.neutral)
+
+
+def moved(x, y=0.0, z=0.0):
+    T = POSE.copy()
+    T[:3, 3] += x, y, z
+    return T
+
+
+def in_millimetres():
+    T = POSE.copy()
+    T[:3, 3] *= 1000.0
+    return T
+
+
+def said(caplog, words):
+    return [record for record in caplog.records if words in record.getMessage()]
+
+
+@pytest.fixture(autouse=True)
+def heard(caplog):
+    caplog.set_level(logging.WARNING, "ftqp")
+
+
+def run(step, ticks=20):
+    q = PANDA.neutral.copy()
+    for _ in range(ticks):
+        q = step(q).q.copy()
+        assert np.isfinite(q).all()
+
+
+def test_a_target_in_millimetres_is_one_warning(caplog):
+    planner, target = ftqp.Planner(PANDA), ftqp.Target(pose=in_millimetres())
+    planner.reset(PANDA.neutral)
+    run(lambda q: planner.step(q, None, target))
+    assert len(said(caplog, "millimetres")) == 1
+
+
+def test_a_goal_in_millimetres_is_a_warning(caplog):
+    planner = ftqp.Planner(PANDA)
+    planner.reset(PANDA.neutral)
+    ftqp.GoTo(planner, pose=moved(0.1))
+    assert not said(caplog, "millimetres")
+    ftqp.GoTo(planner, pose=in_millimetres())
+    assert len(said(caplog, "millimetres")) == 1
+
+
+def test_a_followed_target_in_millimetres_is_one_warning(caplog):
+    planner = ftqp.Planner(PANDA)
+    led = ftqp.TargetFollower(planner)
+    led.reset(PANDA.neutral)
+    target = ftqp.Target(pose=in_millimetres())
+    run(lambda q: led.step(q, None, target))
+    assert len(said(caplog, "millimetres")) == 1
+
+
+@pytest.mark.parametrize("led", [True, False])
+def test_a_path_that_starts_354_mm_away_is_one_warning(caplog, led):
+    path = ftqp.paths.Circle(moved(-0.25, 0.25), radius=0.05, duration=4.0)
+    planner = ftqp.Planner(PANDA, task=ftqp.Task(mode="scaled") if led else None)
+    if led:
+        follower = ftqp.PathFollower(planner, path)
+        follower.reset(PANDA.neutral)
+        run(lambda q: follower.step(q, None))
+    else:
+        planner.reset(PANDA.neutral)
+        targets, tick = ftqp.Targets(path.sample(0.001 * np.arange(30)).pose), iter(range(30))
+        run(lambda q: planner.step(q, None, targets.at(next(tick))))
+    (one,) = said(caplog, "from the tip")
+    assert "354 mm" in one.getMessage() and "GoTo" in one.getMessage()
+
+
+def test_a_path_that_starts_where_the_arm_is_is_no_warning(caplog):
+    planner = ftqp.Planner(PANDA, task=ftqp.Task(mode="scaled"))
+    follower = ftqp.PathFollower(planner, ftqp.paths.Circle(POSE, radius=0.05, duration=4.0))
+    follower.reset(PANDA.neutral)
+    run(lambda q: follower.step(q, None))
+    assert not said(caplog, "from the tip")
+
+
+def test_a_scene_in_which_the_arm_stands_is_a_warning_that_names_both(caplog):
+    robot = PANDA.with_capsules(
+        [ftqp.Capsule([0, 0, -0.1], [0, 0, 0.1], 0.06, frame="panda_joint4", name="elbow")]
+    )
+    place = robot.pose(robot.neutral, "panda_joint4")[:3, 3]
+    for where, count in ((place, 1), (place + 5.0, 0)):
+        caplog.clear()
+        scene = ftqp.Scene()
+        scene.add("post", ftqp.Sphere(0.1, where))
+        planner = ftqp.Planner(robot, scene=scene)
+        planner.reset(robot.neutral)
+        found = said(caplog, "the arm starts within")
+        assert len(found) == count
+        assert all("elbow" in one.getMessage() and "post" in one.getMessage() for one in found)
+
+
+def test_noise_of_half_a_radian_is_a_warning(caplog):
+    ftqp.Noise(q=1e-3)
+    assert not caplog.records
+    ftqp.Noise(q=0.5)
+    assert len(said(caplog, "0.5")) == 1
+
+
+def test_a_speed_of_80_rad_a_second_is_a_finding():
+    found = PANDA.with_limits(v_max=80.0).findings
+    assert any("looks like degrees a second" in one.sentence for one in found)
+    assert not any("looks like" in one.sentence for one in PANDA.with_limits(v_max=3.0).findings)
