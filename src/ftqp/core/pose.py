@@ -19,18 +19,18 @@ def pose(value: Any, name: str = "pose") -> FloatArray:
         InputError: Wrong shape, not finite, its rotation part is not a rotation, or its last row not 0 0 0 1.
     """
     result = array(name, getattr(value, "homogeneous", value), (4, 4))
-    if not has_last_row(result):
-        row, column = (" ".join(f"{x:.4g}" for x in part) for part in (result[3], result[:3, 3]))
-        raise InputError(
-            f"{name} has the last row {row} and the position {column}, expected the last row 0 0 0 1; if it "
-            "is transposed, give its .T"
-        )
     rotation = result[:3, :3]
     if not is_rotation_matrix(rotation):
         off = float(np.abs(rotation.T @ rotation - np.eye(3)).max())
         raise InputError(
             f"{name} has a rotation part that is not a rotation (|R'R - I| = {off:.1e}, "
             f"det = {np.linalg.det(rotation):.3f}); expected an orthonormal, right-handed matrix"
+        )
+    if not has_last_row(result):
+        row, column = (" ".join(f"{x:.4g}" for x in part) for part in (result[3], result[:3, 3]))
+        raise InputError(
+            f"{name} has the last row {row} and the position {column}, expected the last row 0 0 0 1; if it "
+            "is transposed, give its .T"
         )
     return result
 
@@ -44,11 +44,6 @@ def is_rotation_matrix(R: FloatArray) -> bool:
 def has_last_row(T: FloatArray) -> bool:
     """Whether the last row of a finite T, (4, 4), is 0 0 0 1, as that of a transposed pose is not."""
     return bool(np.abs(T[3] - (0.0, 0.0, 0.0, 1.0)).max() <= ORTHONORMAL_TOLERANCE)
-
-
-def is_pose(T: FloatArray) -> bool:
-    """Whether a finite T, (4, 4), is a homogeneous transform: its rotation is one, its last row 0 0 0 1."""
-    return has_last_row(T) and is_rotation_matrix(T[:3, :3])
 
 
 def transform(rotation: FloatArray, translation: FloatArray) -> FloatArray:

@@ -24,7 +24,7 @@ from ftqp.control.task.soft_tasks import (
 )
 from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError
-from ftqp.core.pose import is_pose, transform
+from ftqp.core.pose import has_last_row, is_rotation_matrix, transform
 from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION
 from ftqp.model.body_frames import centre_of_mass, frame_pose, mount_of
 from ftqp.model.robot import Robot
@@ -33,7 +33,8 @@ _LOG = logging.getLogger("ftqp")
 STILL = np.zeros(12)
 """Twist and acceleration of a target that does not move."""
 NOT_FINITE: Final = "is not finite"
-NO_POSE: Final = "has a rotation part that is none, or a last row other than 0 0 0 1"
+NO_ROTATION: Final = "has a rotation part that is none"
+TRANSPOSED: Final = "has a last row other than 0 0 0 1, as a transposed pose has"
 NO_DIRECTION: Final = "has no direction"
 """Why a target is left out, and the last one stays: the world's doing, and no mistake of the program."""
 
@@ -296,7 +297,10 @@ def _moving_pose(what: str, value: Any, turns: bool) -> FloatArray | str:
             raise InputError(f"{what} has no rotation, expected ftqp.Target(pose=...)")
     if not isfinite(row.sum()):
         return NOT_FINITE
-    return row if is_pose(row[:16].reshape(4, 4)) else NO_POSE
+    T = row[:16].reshape(4, 4)
+    if not is_rotation_matrix(T[:3, :3]):
+        return NO_ROTATION
+    return row if has_last_row(T) else TRANSPOSED
 
 
 def _moving_place(value: Target | Targets) -> FloatArray:
