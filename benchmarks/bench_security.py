@@ -63,7 +63,7 @@ def drawn(arm: str, k: int):
 def planner_of(robot, way: str):
     """A planner that follows by the clock."""
     task = ftqp.Task(degrade=())
-    more = {"n_minus_one": ftqp.NMinusOne()} if way == "N-1" else {"scheme": way}
+    more = {"n_minus_one": ftqp.NMinusOne(waits=True)} if way == "N-1" else {"scheme": way}
     return ftqp.Planner(robot, DT, task=task, emergency=None, **more)
 
 

@@ -8,6 +8,7 @@ import subprocess
 import numpy as np
 import pytest
 from deployed_library import compare, difference, fuzz, library, replayed, replayer, run
+from tests.telescope import telescope
 
 import ftqp
 from ftqp.app.deployment.arm_file import HEAD, arm_file, small_capacity
@@ -437,3 +438,55 @@ def test_another_processor_gives_the_same_commands_but_for_rounding(target, tmp_
         pytest.skip(f"LEFT OUT: nothing here runs programs for {target}")
     _, within, worst, _, as_rounding, others = found
     assert within >= 9 and within + as_rounding == 10 and not others and worst < 1e-8, found
+
+
+FAULTS_OF_THE_ELBOW = {
+    "locked": ((1, {}), ftqp.Locked("elbow")),
+    "weak": ((3, {"velocity": 0.25, "q_max": 0.5}), ftqp.Degraded("elbow", velocity=0.25, q_max=0.5)),
+}
+
+
+@pytest.mark.parametrize("kind", FAULTS_OF_THE_ELBOW)
+def test_a_fault_of_a_joint_that_mimics_is_that_of_its_leader_as_in_python(built, kind):
+    robot = ftqp.Robot.from_urdf(telescope(), "tool")  # the elbow mimics the shoulder
+    (number, left), fault = FAULTS_OF_THE_ELBOW[kind]
+    planner = ftqp.Planner(robot, task=ftqp.Task("position"))
+    arm = Library(built, arm_file(planner.deployable(), robot.nv))
+    q = np.array([0.3, 0.2, 0.0, 0.5, 0.0, 0.2, 0.9, 0.3])
+    q = robot.chain.ratio * q[robot.chain.lead] + robot.chain.offset
+    arm.open()
+    arm.reset(q)
+    planner.reset(q)
+    path = ftqp.paths.Line(robot.pose(q), displacement=(0.0, 0.08, 0.0), duration=0.5)
+    sampled = path.sample(1e-3 * np.arange(600))
+    targets = ftqp.Targets(sampled.pose, sampled.twist, sampled.acceleration)
+    for k in range(600):
+        if k == 200:
+            planner.report(fault)
+            assert arm.call("report", fault_of(4, number, **left)) == 0
+        if k == 500:
+            planner.withdraw("elbow")
+            assert arm.call("withdraw", 4) == 0
+        step = planner.step(q, None, targets.at(k))
+        assert arm.step(q, targets.packed[k]) >= 0
+        q = np.array(arm.call("q")[:8])
+        np.testing.assert_array_equal(q, step.q)
+        if kind == "locked" and k == 499:
+            assert step.v[3] == step.v[4] == 0.0
+
+
+def test_what_the_library_hands_out_may_be_handed_to_it(panda, panda_file, built):
+    plain = Library(built, panda_file)
+    goal = PANDA.pose(PANDA.neutral)
+    goal[:3, 3] += [0.02, -0.03, 0.01]
+    target = ftqp.Target(pose=goal).packed
+    for arm in (panda, plain):
+        arm.code.ftqp_v.restype = ctypes.POINTER(ctypes.c_double)
+        arm.open()
+        arm.reset()
+    for _ in range(200):
+        at = [panda.call(name) for name in ("q", "v")]
+        copies = [numbers(np.array(plain.call(name)[:7])) for name in ("q", "v")]
+        assert panda.call("step", *at, numbers(target), 1) == plain.call("step", *copies, numbers(target), 1)
+        assert panda.call("q")[:7] == plain.call("q")[:7]
+    assert panda.call("reset", panda.call("q"), None) == plain.call("reset", copies[0], None) == 0

@@ -20,10 +20,11 @@ from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, path_dtype, record_
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
 from ftqp.kernel.layout.told_memory import FAULT, LOAD, given_dtype
 
-CHAIN = ("n", "floating", "tip_joint", "parent")
+CHAIN = ("n", "floating", "tip_joint", "parent", "lead")
 """Fields of a chain by which memory is addressed, for files whose contents make no sense."""
 FIELDS = (
-    "chain.n", "chain.floating", "chain.has_inertia", "feedback.q_sent", "feedback.v_sent",
+    "chain.n", "chain.floating", "chain.has_inertia", "chain.lead", "chain.ratio", "chain.offset",
+    "feedback.q_sent", "feedback.v_sent",
     "feedback.tau_sent", "feedback.kind", "state.a_command", "state.tau", "kinematics.has_dynamics",
     "feedback.speed", "task.position_error", "state.dt", "kinematics.R_tip", "kinematics.o_tip",
     "feedback.asks", "feedback.lost", "feedback.brakes", "watch.latched", "watch.reason",

@@ -50,7 +50,7 @@ STOP_REASONS: Final[dict[StopReason, str | None]] = {
     ),
     StopReason.SCENE: (
         "something stands in the scene that no body of the arm is watched against; the scene was changed in "
-        "another process or thread, or while a step was under way"
+        "another thread, or while a step was under way"
     ),
     StopReason.CLEARANCE: "{pair} were nearer than Clearance(stop=...) and still came nearer",
 }

@@ -67,9 +67,8 @@ class WhatIfs:
         self.session, self.robot, self.given = session, robot, given
         self.told, self._reserve, self.around = tuple(faults.values()), reserve, around
         self.tasks, self.constraints = tasks, tuple(constraints)
-        K, begun = session.K, orders.on(session)
-        self._orders = orders
-        begun.start(np.zeros(robot.nv), np.zeros(robot.nv))
+        K, self._orders = session.K, orders.on(session)  # its own: others may ask it from another thread
+        self._orders.start(np.zeros(robot.nv), np.zeros(robot.nv))
         self.return_to_start = given.posture is None and float(K.criteria.norm_q) != 0.0
         K.cascade.external = K.criteria.sways = 0
         K.free.joint, K.free.allowed = -1, orders.given.allowed

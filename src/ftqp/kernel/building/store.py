@@ -11,7 +11,6 @@ import importlib.util
 import json
 import multiprocessing
 import os
-import pickle
 import platform
 import subprocess
 import sys
@@ -25,11 +24,12 @@ from typing import Any
 
 from numba.core.errors import NumbaError
 
+from ftqp.kernel.building import kept_parts
 from ftqp.kernel.building.fingerprint import fingerprint as key_of
 from ftqp.kernel.building.quicker import be_quicker
 from ftqp.kernel.compiled.entry_point import EntryPoint
 from ftqp.kernel.compiled.facts import FIRST, LAST
-from ftqp.kernel.compiled.library import MANIFEST, fingerprint, platform_facts
+from ftqp.kernel.compiled.library import MANIFEST, fingerprint, platform_facts, problem_of
 from ftqp.kernel.compiled.making import emit
 from ftqp.kernel.compiled.making.helper import Part
 from ftqp.kernel.compiled.making.processor import Target
@@ -87,11 +87,20 @@ class Store:
 
     Args:
         folder: where they are kept; it is made if it is missing.
+
+    Raises:
+        CannotBuild: another user could have put files there, which would be linked.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o755, parents=True, exist_ok=True)
+        problem = problem_of(folder)
+        if problem:
+            raise CannotBuild(
+                f"{folder} {problem}, expected one of your own, as object files in it are linked; remove "
+                "it, or set XDG_CACHE_HOME to another place"
+            )
 
     def object_file(self, key: str) -> Path:
         """Where the object file of a key is."""
@@ -99,24 +108,28 @@ class Store:
 
     def parts(self, key: str) -> list[Part] | None:
         """The parts that the unit of a key needs; ``None`` where it has to be compiled."""
+        code, said = self.object_file(key), self._folder / f"{key}.json"
+        if problem_of(code) or problem_of(said):
+            return None
         try:
-            if self.object_file(key).stat().st_size:
-                parts: list[Part] = pickle.loads((self._folder / f"{key}.parts").read_bytes())
-                return parts
-        except (OSError, pickle.UnpicklingError, EOFError, AttributeError, ImportError):
-            pass
-        return None
+            return kept_parts.read(code.read_bytes(), said.read_bytes())
+        except (OSError, ValueError):
+            return None
 
     def keep(self, key: str, code: bytes, parts: list[Part]) -> None:
         """Keep an object file."""
-        put(self._folder / f"{key}.parts", pickle.dumps(parts))
+        put(self._folder / f"{key}.json", kept_parts.written(code, parts))
         put(self.object_file(key), code)
 
     def sweep(self, keys: set[str]) -> None:
         """Remove what has not been used for a month and is of no use now."""
         oldest = max((self.object_file(key).stat().st_mtime for key in keys), default=0.0) - 30 * 86_400
         for path in self._folder.glob("*.*"):
-            if path.stem not in keys and path.suffix in (".o", ".parts") and path.stat().st_mtime < oldest:
+            if (
+                path.stem not in keys
+                and path.suffix in (".o", ".json", ".parts")
+                and path.stat().st_mtime < oldest
+            ):
                 path.unlink(missing_ok=True)
 
     @contextlib.contextmanager

@@ -121,7 +121,7 @@ def library_in(folder: Path, source: Path) -> Library:
     chosen = fitting[0]
     path = folder / chosen["file"]
     for place in (folder, folder / MANIFEST, path):
-        problem = _problem(place)
+        problem = problem_of(place)
         if problem:
             raise NoLibrary(f"{place} {problem}, so its machine code is not loaded")
     try:
@@ -171,7 +171,7 @@ def _loaded(path: Path, described: dict[str, Any]) -> Library:
     return Library(code, described["entries"], described["level"])
 
 
-def _problem(place: Path) -> str:
+def problem_of(place: Path) -> str:
     """Why somebody else could have changed a file or folder of the installation; empty where nobody could.
 
     It must belong to us, to root, or to whoever installed this very Python file, and no other user may write.

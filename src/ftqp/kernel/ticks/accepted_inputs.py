@@ -3,7 +3,6 @@
 from math import atan2, inf, pi
 from typing import Any
 
-from ftqp.kernel.arm.mimicry import mimic, mimic_places
 from ftqp.kernel.compiled.taking import take
 from ftqp.kernel.feedback.gate import open_gate
 from ftqp.kernel.jit import jit
@@ -97,11 +96,11 @@ def whole_turns(angle: float) -> float:
 
 
 @jit
-def _accept_values(state: Any, chain: Any, nq: int) -> None:
+def accept_state(state: Any, chain: Any, nq: int) -> None:
     """The given state as joint values: n of them, or nq with (cos, sin) for each continuous joint.
 
     The angle of a continuous joint, as it is or by cosine and sine, is unwrapped to the turn of the last
-    command: an encoder may begin anew with every turn.
+    command: an encoder may begin anew with every turn. Joints that mimic others are measured as any.
     """
     n, given = chain.n, state.given_q
     for i in range(n):
@@ -123,15 +122,6 @@ def _accept_values(state: Any, chain: Any, nq: int) -> None:
         else:
             state.q[i] = given[k]
             k += 1
-
-
-@jit
-def accept_state(state: Any, chain: Any, nq: int) -> None:
-    """The given state as joint values; those of joints that mimic others follow from their leaders'."""
-    _accept_values(state, chain, nq)
-    if chain.mimics:
-        mimic_places(chain, state.q)
-        mimic(chain, state.v)
 
 
 @jit

@@ -1,9 +1,17 @@
 """N-1 on line: what the lock of each joint would cost, and a null space that is led by it."""
 
+import os
+import signal
+import subprocess
+import sys
+from threading import Event
+from time import sleep
+
 import numpy as np
 import pytest
 
 import ftqp
+from ftqp.control.planner.ways.security_watch import SecurityWatch
 from ftqp.core.errors import InputError
 
 PANDA = ftqp.robots.load("panda")
@@ -35,7 +43,7 @@ def followed(planner, line=None, seconds=1.0, faults=()):
 
 
 def planner_with(**given):
-    return ftqp.Planner(PANDA, DT, n_minus_one=ftqp.NMinusOne(horizon=1.0, **given))
+    return ftqp.Planner(PANDA, DT, n_minus_one=ftqp.NMinusOne(**{"horizon": 1.0, "waits": True} | given))
 
 
 def test_what_is_foretold_of_each_lock_is_what_happens():
@@ -81,7 +89,9 @@ def test_after_a_failure_the_next_one_is_looked_at():
 
 
 def test_a_follower_says_itself_what_it_follows():
-    planner = ftqp.Planner(PANDA, DT, task=ftqp.Task(mode="scaled"), n_minus_one=ftqp.NMinusOne(horizon=1.0))
+    planner = ftqp.Planner(
+        PANDA, DT, task=ftqp.Task(mode="scaled"), n_minus_one=ftqp.NMinusOne(horizon=1.0, waits=True)
+    )
     leader = ftqp.PathFollower(planner, path())
     leader.reset(PANDA.neutral)
     q, v = PANDA.neutral.copy(), np.zeros(7)
@@ -101,10 +111,81 @@ def test_nothing_that_is_measured_ends_the_look_ahead():
     assert planner.security is not None
 
 
+def test_a_look_that_takes_more_than_the_budget_is_the_same_and_older():
+    (_, whole), (_, parts) = (
+        followed(planner_with(budget=budget), path(), 0.9) for budget in (25_000, 1_500)
+    )
+    first = next(one for one in parts if one is not None)
+    assert first.losses == next(one for one in whole if one is not None).losses
+    assert 0.0 < whole[-1].age < 0.11 < parts[-1].age < 0.5
+    assert f"as of {parts[-1].age:.2g} s ago" in parts[-1].sentence
+
+
+def test_by_default_no_step_waits_and_the_age_of_what_is_known_is_said(monkeypatch):
+    gate = Event()
+    seen = SecurityWatch._seen
+    monkeypatch.setattr(SecurityWatch, "_seen", lambda self, look: (gate.wait(30.0), seen(self, look))[1])
+    planner = planner_with(waits=False)
+    planner.reset(PANDA.neutral)
+    target = ftqp.Target(pose=PANDA.pose(PANDA.neutral))
+    for _ in range(200):
+        planner.step(PANDA.neutral, None, target)
+    assert planner.security is None  # the thread stands, and the arm went on
+    gate.set()
+    while planner.security is None:
+        planner.step(PANDA.neutral, None, target)
+    assert planner.security.tick == 0 and planner.security.age >= 200 * DT
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+@pytest.mark.parametrize("waits", [False, True])
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_forked_process_goes_on_looking(waits):
+    planner = planner_with(waits=waits)
+    planner.reset(PANDA.neutral)
+    target = ftqp.Target(pose=PANDA.pose(PANDA.neutral))
+    planner.step(PANDA.neutral, None, target)  # a look is under way
+    child = os.fork()
+    if child == 0:
+        signal.alarm(60)
+        for _ in range(2000):
+            planner.step(PANDA.neutral, None, target)
+            if planner.security is not None and planner.security.tick > 0:
+                os._exit(7)
+            sleep(0.0 if waits else 1e-3)
+        os._exit(1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+
+
+@pytest.mark.long
+def test_a_cloud_that_comes_and_goes_while_it_is_looked_at_ends_nothing():
+    code = """
+import gc, numpy as np, ftqp
+robot = ftqp.robots.load("panda")
+scene = ftqp.Scene()
+planner = ftqp.Planner(robot, 4e-3, scene=scene, n_minus_one=ftqp.NMinusOne(horizon=0.2, rate=200.0))
+planner.reset(robot.neutral)
+target, rng = ftqp.Target(pose=robot.pose(robot.neutral)), np.random.default_rng(0)
+for k in range(1500):
+    count = 4000 if k % 3 else 0
+    scene.update(np.column_stack([rng.uniform(0.8, 1.2, (count, 3)), np.full(count, 0.01)]))
+    if k % 50 == 0:
+        scene.add(f"{k}", ftqp.Sphere(0.05, (2.0, 0.0, 0.0))); scene.remove(f"{k}")
+    planner.step(robot.neutral, None, target)
+    gc.collect(0)
+assert planner.security is not None
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=200, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.parametrize(
     ("make", "said"),
     [
         (lambda: ftqp.NMinusOne(horizon=0.0), "horizon"),
+        (lambda: ftqp.NMinusOne(budget=0), "budget is 0, expected a number of ticks"),
         (lambda: ftqp.NMinusOne(rate=1000.0), "rate is 1000 Hz, expected 1 to 200"),
         (lambda: ftqp.Planner(PANDA, scheme="mvn", n_minus_one=ftqp.NMinusOne()), "leads to no posture"),
         (lambda: ftqp.Planner(PANDA, n_minus_one=True), "ftqp.NMinusOne or None"),

@@ -182,8 +182,8 @@ static int is_chain(const ftqp *p, uint64_t at) {
     const int64_t n = p->joints, tip = whole(p, at, IN_CHAIN_TIP_JOINT), floating = whole(p, at, IN_CHAIN_FLOATING);
     if (whole(p, at, IN_CHAIN_N) != n || tip < 0 || tip >= n || floating < 0 || floating > n) return 0;
     for (int64_t i = 0; i < n; i++) {
-        const int64_t parent = whole(p, at, IN_CHAIN_PARENT + 8 * (uint64_t)i);
-        if (parent < -1 || parent >= i) return 0;
+        const int64_t parent = whole(p, at, IN_CHAIN_PARENT + 8 * (uint64_t)i), lead = whole(p, at, IN_CHAIN_LEAD + 8 * (uint64_t)i);
+        if (parent < -1 || parent >= i || lead < 0 || lead >= n) return 0;
     }
     return 1;
 }
@@ -221,6 +221,23 @@ int ftqp_open_for(ftqp *p, const void *file, size_t bytes, int joints, uint64_t 
     return ftqp_open(p, file, bytes);
 }
 
+/* The joint whose motor moves joint i: itself, or the leader that it mimics. */
+static int leader_of(const ftqp *p, int i) { return (int)whole(p, p->record, CHAIN_LEAD + 8 * (uint64_t)i); }
+
+/* What a caller hands to a step, copied: it may be what the planner itself has handed out. */
+typedef struct Inputs {
+    double q[CAPACITY], v[CAPACITY];
+    ftqp_target target;
+} Inputs;
+
+static void copy_inputs(const ftqp *p, Inputs *own, const double *q, const double *v, const ftqp_target *target) {
+    const size_t bytes = (size_t)p->joints * sizeof(double);
+    memset(own->v, 0, bytes);
+    memcpy(own->q, q, bytes);
+    if (v != NULL) memcpy(own->v, v, bytes);
+    if (target != NULL) own->target = *target;
+}
+
 static int all_finite(const double *numbers, int count) {
     for (int k = 0; k < count; k++)
         if (!isfinite(numbers[k])) return 0;
@@ -243,12 +260,13 @@ int ftqp_reset(ftqp *p, const double *q, const double *v) {
     if (code) return code;
     if (q == NULL) return FTQP_NULL;
     if (!all_finite(q, p->joints) || (v != NULL && !all_finite(v, p->joints))) return FTQP_NOT_FINITE;
-    const double *rest = (const double *)part(p, p->work) + NUMBERS + p->joints;
+    Inputs own;
+    copy_inputs(p, &own, q, v, NULL);
     p->status = FTQP_NOT_RESET;
     tell(p, -1, TOLD_ANEW);
     if (p->table_bytes) ftqp_begin(p);
-    const int64_t begun = KERNEL(start)(AT(part(p, p->record)), AT(part(p, p->given)), AT(q), AT(v == NULL ? rest : v));
-    return begun < 0 || is_within(p, q, v) ? (int)begun : FTQP_BEYOND_LIMITS;
+    const int64_t begun = KERNEL(start)(AT(part(p, p->record)), AT(part(p, p->given)), AT(own.q), AT(own.v));
+    return begun < 0 || is_within(p, own.q, own.v) ? (int)begun : FTQP_BEYOND_LIMITS;
 }
 
 int ftqp_step(ftqp *p, const double *q, const double *v, const ftqp_target *target, int ticks) {
@@ -256,10 +274,11 @@ int ftqp_step(ftqp *p, const double *q, const double *v, const ftqp_target *targ
     if (code) return code;
     if (q == NULL || target == NULL) return FTQP_NULL;
     if (ticks < 1) return FTQP_BAD_TICKS;
-    const double *rest = (const double *)part(p, p->work) + NUMBERS + p->joints;
+    Inputs own;
+    copy_inputs(p, &own, q, v, target);
     const int64_t status = KERNEL(deployed_step)(
-        AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->free)), AT(q), AT(v == NULL ? rest : v),
-        AT(target), ticks, AT(part(p, p->work)));
+        AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->free)), AT(own.q), AT(own.v), AT(&own.target), ticks,
+        AT(part(p, p->work)));
     if (status >= 0) p->status = (int32_t)status;
     return (int)status;
 }
@@ -275,10 +294,24 @@ static int same(const ftqp_fault *a, const ftqp_fault *b) {
 
 static int is_share(double share) { return share > 0.0 && share <= 1.0; }
 
+/* A fault as it is of the joint whose motor it concerns, as ftqp.faults.belief has it. */
+static void to_leader(const ftqp *p, ftqp_fault *fault) {
+    const int follower = fault->joint, leader = leader_of(p, follower);
+    if (leader == follower) return;
+    const double ratio = field(p, CHAIN_RATIO)[follower], offset = field(p, CHAIN_OFFSET)[follower];
+    const double q_min = (fault->q_min - offset) / ratio, q_max = (fault->q_max - offset) / ratio;
+    fault->joint = leader;
+    fault->q_min = ratio > 0.0 ? q_min : q_max;
+    fault->q_max = ratio > 0.0 ? q_max : q_min;
+}
+
 /* What is said of a fault of its kind, all else as of a healthy joint: 0, or why it is none. */
-static int accepted(const ftqp *p, const ftqp_fault *given, ftqp_fault *fault) {
-    if (given->joint < (int)whole(p, p->record, CHAIN_FLOATING) || given->joint >= p->joints)
-        return FTQP_NO_JOINT;
+static int accepted(const ftqp *p, const ftqp_fault *told, ftqp_fault *fault) {
+    if (told->joint < 0 || told->joint >= p->joints) return FTQP_NO_JOINT;
+    ftqp_fault own = *told;
+    to_leader(p, &own);
+    const ftqp_fault *given = &own;
+    if (given->joint < (int)whole(p, p->record, CHAIN_FLOATING)) return FTQP_NO_JOINT;
     *fault = ftqp_fault_of(given->joint, given->kind);
     if (given->kind == FTQP_LOCKED) {
         if (given->mode < FTQP_RAMP || given->mode > FTQP_INSTANT) return FTQP_BAD_FAULT;
@@ -351,8 +384,9 @@ int ftqp_withdraw(ftqp *p, int joint) {
     const int code = is_open(p);
     if (code) return code;
     if (joint < 0 || joint >= p->joints) return FTQP_NO_JOINT;
-    if (((const ftqp_fault *)part(p, p->faults))[joint].kind == KERNEL_WORKS) return 0;
-    const ftqp_fault healthy = ftqp_fault_of(joint, KERNEL_WORKS);
+    const int leader = leader_of(p, joint);
+    if (((const ftqp_fault *)part(p, p->faults))[leader].kind == KERNEL_WORKS) return 0;
+    const ftqp_fault healthy = ftqp_fault_of(leader, KERNEL_WORKS);
     believe(p, &healthy);
     return 0;
 }
@@ -386,10 +420,11 @@ int ftqp_follow(ftqp *p, const double *q, const double *v, int ticks) {
     if (q == NULL) return FTQP_NULL;
     if (ticks < 1) return FTQP_BAD_TICKS;
 #ifdef FTQP_WITH_PATH
-    const double *rest = (const double *)part(p, p->work) + NUMBERS + p->joints;
+    Inputs own;
+    copy_inputs(p, &own, q, v, NULL);
     const int64_t status = KERNEL(deployed_follow)(
         AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->free)), AT(part(p, p->path)), AT(part(p, p->table)),
-        (int64_t)(p->table_bytes / SIZE_OF_INTERVAL), AT(q), AT(v == NULL ? rest : v), ticks, AT(part(p, p->work)));
+        (int64_t)(p->table_bytes / SIZE_OF_INTERVAL), AT(own.q), AT(own.v), ticks, AT(part(p, p->work)));
     if (status >= 0) p->status = (int32_t)status;
     return (int)status;
 #else
@@ -435,8 +470,8 @@ int ftqp_carry(ftqp *p, const ftqp_load *load) {
     if (code) return code;
     if (load != NULL && !whole(p, p->record, CHAIN_HAS_INERTIA)) return FTQP_UNSUPPORTED;
     if (load != NULL && !is_body(load)) return FTQP_BAD_LOAD;
-    const ftqp_load *told = load == NULL ? &nothing : load;
-    KERNEL(carry)(AT(part(p, p->record)), AT(part(p, p->arm)), AT(part(p, p->given)), AT(told));
+    const ftqp_load told = load == NULL ? nothing : *load;
+    KERNEL(carry)(AT(part(p, p->record)), AT(part(p, p->arm)), AT(part(p, p->given)), AT(&told));
     if (p->samples) KERNEL(sample_reserve)(AT(part(p, p->arm)), AT(part(p, p->rows)), p->samples);
     count_on(p);
     tell(p, -1, TOLD_LOAD);
@@ -523,7 +558,10 @@ int ftqp_watch(ftqp *p, const double *tau) {
     if (p->sight == p->detector) return FTQP_UNSUPPORTED;
     if (p->status < 0) return FTQP_NOT_RESET;
 #ifdef FTQP_WITH_DETECTOR
-    return (int)KERNEL(watch)(AT(part(p, p->record)), AT(part(p, p->detector)), AT(part(p, p->sight)), AT(tau));
+    double own[CAPACITY];
+    if (tau != NULL) memcpy(own, tau, (size_t)p->joints * sizeof(double));
+    return (int)KERNEL(watch)(
+        AT(part(p, p->record)), AT(part(p, p->detector)), AT(part(p, p->sight)), AT(tau == NULL ? NULL : own));
 #else
     (void)tau;
     return FTQP_UNSUPPORTED;

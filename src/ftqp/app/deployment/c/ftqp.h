@@ -187,6 +187,7 @@ int ftqp_speed(ftqp *p, double share);
 int ftqp_carry(ftqp *p, const ftqp_load *load);
 
 /* The command of the last step, n numbers each, valid until the next one; NULL of memory that holds no planner.
+   They may be handed back to ftqp_step: what a call is given is copied.
    q: positions to send; v: velocities to send; a: accelerations; tau: torques to send, NaN without masses. */
 const double *ftqp_q(const ftqp *p);
 const double *ftqp_v(const ftqp *p);

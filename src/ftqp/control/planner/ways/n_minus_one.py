@@ -19,8 +19,11 @@ class NMinusOne:
         tolerance: The largest error of the tip with which a loss counts as survived, > 0 [m].
         rotation_tolerance: The same of its rotation, > 0 [rad].
         leads: Whether the null space is led; else it is only looked.
-        waits: Whether what is looked for in a thread is waited for at the tick that takes it, so that the
-            same ticks have the same answers. False takes it at the first tick that has it.
+        waits: Whether a step waits for what the thread computes, so that the same ticks have the same
+            answers: for studies. False takes it at the first tick that has it, and no step waits.
+        budget: So many ticks are rolled out each time at most, >= 1, but never less than one lock; a look
+            that takes more is spread over several times, and is as old as that when it is known. A step of a
+            Panda takes some 3 us, so that the default is 75 ms of a processor.
 
     Raises:
         InputError: A number is out of its range.
@@ -33,12 +36,15 @@ class NMinusOne:
     tolerance: float = 2e-3
     rotation_tolerance: float = 0.02
     leads: bool = True
-    waits: bool = True
+    waits: bool = False
+    budget: int = 25_000
 
     def __post_init__(self) -> None:
         positive("horizon", self.horizon, "s")
         positive("tolerance", self.tolerance, "m")
         positive("rotation_tolerance", self.rotation_tolerance, "rad")
+        if not isinstance(self.budget, int) or self.budget < 1:
+            raise InputError(f"budget is {self.budget!r:.60}, expected a number of ticks, 1 or more")
         if not LEAST_RATE <= positive("rate", self.rate, "Hz") <= MOST_RATE:
             raise InputError(
                 f"rate is {self.rate:g} Hz, expected {LEAST_RATE:g} to {MOST_RATE:g} looks a second"
@@ -75,11 +81,13 @@ class Security:
         tick: The tick at whose begin each joint was locked in thought.
         horizon: How far it was looked ahead [s].
         losses: One for each joint that works, in their order.
+        age: How long ago that was when it was asked for [s].
     """
 
     tick: int
     horizon: float
     losses: tuple[Loss, ...]
+    age: float = 0.0
 
     @property
     def survived(self) -> float:
@@ -91,10 +99,13 @@ class Security:
         """The same in words."""
         lost = [loss for loss in self.losses if not loss.survived]
         if not lost:
-            return f"any one joint may lock now, and the tip stays on its way for {self.horizon:g} s"
+            return (
+                f"any one joint may lock, and the tip stays on its way for {self.horizon:g} s; as of "
+                f"{self.age:.2g} s ago"
+            )
         said = [
             f"{loss.joint} (off by {1e3 * loss.position_error:.3g} mm and {loss.rotation_error:.2g} rad, "
             f"from {loss.after:.2g} s on)"
             for loss in lost
         ]
-        return f"not secure against a lock of {', '.join(said)}"
+        return f"not secure against a lock of {', '.join(said)}; as of {self.age:.2g} s ago"

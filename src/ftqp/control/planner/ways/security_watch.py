@@ -1,25 +1,28 @@
 """Looks ahead, beside the ticks, at what the loss of each joint would cost, and leads the null space."""
 
 import logging
+import os
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple, final
+from weakref import WeakSet
 
 import numpy as np
 
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.stages import CLOCK, LED, Stage
-from ftqp.control.planner.target import Targets
 from ftqp.control.planner.ways.n_minus_one import Loss, NMinusOne, Security
+from ftqp.control.planner.ways.targets_ahead import give_way, targets_ahead
 from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import InputError
-from ftqp.core.pose import rotation_exp, rotation_vector, transform
+from ftqp.core.pose import rotation_vector
 from ftqp.faults.kinds import Locked
 from ftqp.kernel.entry.rollouts import Batch, beliefs_of
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import SLACK, TARGET_POSE, TARGET_TWIST, Status
+from ftqp.kernel.layout.enums import SLACK, Status
 from ftqp.kernel.layout.free_memory import free_dtype
 from ftqp.kernel.layout.record import record_dtype
 from ftqp.model.robot import Robot
@@ -44,7 +47,7 @@ costs of joints add up. A guess that the same benchmark has not contradicted."""
 
 
 class _Now(NamedTuple):
-    """What is looked at: the tick, joints, speeds and limits, directions to the sides, and targets ahead."""
+    """What is looked at: the tick, joints, speeds and limits, the target and the tip, and the path ahead."""
 
     tick: int
     q: FloatArray
@@ -52,8 +55,9 @@ class _Now(NamedTuple):
     low: FloatArray
     high: FloatArray
     working: BoolArray
-    sides: FloatArray
-    targets: Targets
+    packed: FloatArray
+    tip: FloatArray
+    path: tuple[Path, float] | None
 
 
 class _Seen(NamedTuple):
@@ -63,13 +67,39 @@ class _Seen(NamedTuple):
     lead: FloatArray | None
 
 
+@dataclass(slots=True)
+class _Look:
+    """One look, which may take several portions.
+
+    Attributes:
+        now: What is looked at.
+        what_ifs: What every arm begins with; a copy that nobody else writes into.
+        belief: What is believed there.
+        lost: The joints that are locked in thought.
+        sides: Directions along self-motions, (k, nv).
+        batch: Every start with every lock, the present posture first, then those aside; None before the
+            first portion.
+        done: So many arms of it were rolled out.
+    """
+
+    now: _Now
+    what_ifs: WhatIfs
+    belief: bytes
+    lost: tuple[int, ...]
+    sides: FloatArray
+    batch: Batch | None = None
+    done: int = 0
+
+
 @final
 class SecurityWatch:
     """Locks each joint in thought and rolls the arm out, in a thread, so many times a second.
 
-    It begins at one tick and is taken at the tick where the next one begins, whatever the machine: the same
-    ticks have the same answers. Beside the present posture those a little to both sides along each
-    self-motion are rolled out, and the null space is led to the side that costs less.
+    A tick hands a portion of a look over, no larger than the budget, and takes what was found: where the
+    settings say ``waits``, at the tick where the next portion is due, whatever the machine, so that the same
+    ticks have the same answers; else at the first tick that has it. Beside the present posture those a little
+    to both sides along each self-motion are rolled out, and the null space is led to the side that costs
+    less. The thread works on copies alone, and a forked process makes one of its own.
 
     Args:
         settings: How far, how often.
@@ -77,9 +107,6 @@ class SecurityWatch:
         robot: The arm.
         dt: The sampling period [s].
         what_ifs: Says what other arms like this one begin with, as believed when it is called.
-
-    Attributes:
-        security: What was found last; None before the first time.
 
     Source: docs/theory/ways-out.md, "N-1 on line".
     """
@@ -97,26 +124,42 @@ class SecurityWatch:
         self._view = PlannerView(session, robot)
         self._every = max(1, round(1.0 / (settings.rate * dt)))
         self._ticks = max(2, round(settings.horizon / dt))
-        self._pool = ThreadPoolExecutor(1)
-        self._running: Future[_Seen] | None = None
+        self._pool: ThreadPoolExecutor | None = None
+        self._running: Future[_Seen | None] | None = None
+        self._look: _Look | None = None
         self._what_ifs: WhatIfs | None = None
         self._belief = b""
-        self._rooms: dict[int, dict[str, Any]] = {}
+        self._beliefs: tuple[bytes, Any] | None = None  # the thread's: what is believed with each lock
         self._path: tuple[Path, float] | None = None
         self._count = 0
         task = session.K.task
         self._rows = tuple(int(row) for row in task.rows[: int(task.m)])
-        self.security: Security | None = None
+        self._found: Security | None = None
+        _WATCHING.add(self)
 
     @property
     def stage(self) -> Stage:
         """Its part in a planner's life."""
         return Stage(ticks=(CLOCK, *LED), before=self.look, begin=lambda *_: self._forget())
 
+    @property
+    def security(self) -> Security | None:
+        """What was found last, and how old it is; None before the first time."""
+        found = self._found
+        ticks = int(self._session.K.state.ticks)
+        return None if found is None else replace(found, age=(ticks - found.tick) * self._dt)
+
+    def forked(self) -> None:
+        """In a process that was forked off: the thread stayed behind, and its look is begun anew."""
+        self._pool = self._running = self._beliefs = None
+        if self._look is not None:
+            self._look = replace(self._look, batch=None, done=0)
+
     def _forget(self) -> None:
-        if self._running is not None:
-            self._running.exception()
-        self._running, self._count, self.security = None, 0, None
+        """What is under way is left to itself: it works on copies."""
+        self._running = self._look = self._found = None
+        self._count = 0
+        self._thread().submit(give_way)  # so that no tick waits for the thread to begin
         if self._path is not None:
             self._path = self._path[0], 0.0
 
@@ -124,102 +167,96 @@ class SecurityWatch:
         """What the tip will follow, from a time of it on [s]; None goes on with the target's twist."""
         self._path = None if path is None else (path, at)
 
-    def _know(self) -> None:
-        """Make sure that other arms like this one begin with what is believed now."""
+    def _know(self) -> WhatIfs:
+        """What other arms like this one begin with, as it is believed now."""
         scene = self._session.K.scene
-        belief = self._view.belief + (scene.place.tobytes() if scene.pairs > 0 else b"")
-        if self._what_ifs is not None and self._belief == belief:
-            return
-        self._what_ifs, self._belief = self._make(), belief
-        task = self._what_ifs.session.K.task
-        task.mode, task.sets = SLACK, 0
-        working, chain = self._view.working, self._robot.chain
-        self._rooms = {
-            i: self._what_ifs.believing((Locked(name),))
-            for i, name in enumerate(self._robot.joints)
-            if working[i] and i >= chain.floating and chain.lead[i] == i  # joints with a motor of their own
-        }
+        told = np.array([scene.laid, scene.version]).tobytes() + scene.place.tobytes()
+        belief = self._view.belief + (told if scene.pairs > 0 else b"")
+        if self._what_ifs is None or self._belief != belief:
+            self._what_ifs, self._belief = self._make(), belief
+            task = self._what_ifs.session.K.task
+            task.mode, task.sets = SLACK, 0
+        return self._what_ifs
+
+    def _thread(self) -> ThreadPoolExecutor:
+        """Of this process."""
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(1)
+        return self._pool
 
     def look(self) -> None:
-        """Before a tick: take what was found, and look again, where it is time."""
+        """Before a tick: take what was found, and look on, where it is time."""
         due = self._count % self._every == 0
         self._count += 1
         running = self._running
-        if running is not None and (running.done() if not self._settings.waits else due):
+        if running is not None and (due if self._settings.waits else running.done()):
             self._running = None
             error = running.exception()
-            if error is None:
-                self._take(running.result())
-            else:  # the arm goes on without being looked after
+            if error is not None:  # the arm goes on without being looked after
                 _LOG.warning("what a lock would cost is not known: %.200r", error)
+            seen = None if error is not None else running.result()
+            if seen is not None:
+                self._take(seen)
+            if error is not None or seen is not None:
+                self._look = None
         if due and self._running is None and self._view.is_reset:
-            self._know()
-            self._running = self._pool.submit(self._seen, self._now())
+            if self._look is None:
+                self._look = self._begun()
+            self._running = self._thread().submit(self._seen, self._look)
         if self._path is not None:
             self._path = self._path[0], self._path[1] + self._dt
 
     def _take(self, seen: _Seen) -> None:
-        self.security = seen.security
+        self._found = seen.security
         if self._settings.leads:
             n = self._robot.nv
             posture = self._session.K.criteria.posture
             posture[:n] = self._view.command.q if seen.lead is None else seen.lead
 
-    def _now(self) -> _Now:
-        """The present state, copied in the thread of the ticks."""
-        command, K = self._view.command, self._session.K
-        packed = np.array(K.task.target)
-        limits = self._view.limits
-        return _Now(
-            int(K.state.ticks), command.q, command.v, limits.q_min, limits.q_max, self._view.working,
-            self._sides(command.q), self._targets(packed),
+    def _begun(self) -> _Look:
+        """A look that begins now: all that it needs, copied in the thread of the ticks."""
+        command, limits, chain = self._view.command, self._view.limits, self._robot.chain
+        working, K = self._view.working, self._session.K
+        now = _Now(
+            int(K.state.ticks), command.q, command.v, limits.q_min, limits.q_max, working,
+            np.array(K.task.target), self._view.tip.pose, self._path,
         )  # fmt: skip
+        lost = tuple(  # joints with a motor of their own
+            i for i in range(chain.floating, self._robot.nv) if working[i] and chain.lead[i] == i
+        )
+        return _Look(now, self._know(), self._view.belief, lost, np.zeros((0, self._robot.nv)))
 
-    def _sides(self, q: FloatArray) -> FloatArray:
+    def _sides(self, now: _Now) -> FloatArray:
         """Directions along self-motions to both sides, (k, nv), the largest entry 1; none where not led."""
-        working = np.asarray(self._view.working)
+        working = np.asarray(now.working)
         if not self._settings.leads:
-            return np.zeros((0, len(q)))
-        A = self._robot.jacobian(q)[np.array(self._rows)][:, working]
+            return np.zeros((0, len(now.q)))
+        A = self._robot.jacobian(now.q)[np.array(self._rows)][:, working]
         null = np.linalg.svd(A)[2][A.shape[0] :]
-        sides = np.zeros((2 * len(null), len(q)))
+        sides = np.zeros((2 * len(null), len(now.q)))
         for k, along in enumerate(null):
             sides[2 * k, working] = along / np.abs(along).max()
             sides[2 * k + 1] = -sides[2 * k]
         return sides
 
-    def _targets(self, packed: FloatArray) -> Targets:
-        """Targets to the end of the horizon."""
-        t = self._dt * np.arange(self._ticks)
-        if self._path is not None:
-            path, at = self._path
-            sample = path.sample(np.minimum(at + t, path.duration))
-            ends = (at + t > path.duration)[:, None]
-            return Targets(
-                sample.pose, np.where(ends, 0.0, sample.twist), np.where(ends, 0.0, sample.acceleration)
-            )
-        pose = packed[TARGET_POSE : TARGET_POSE + 16].reshape(4, 4)
-        twist = packed[TARGET_TWIST : TARGET_TWIST + 6]
-        if not np.isfinite(pose).all() or np.linalg.det(pose[:3, :3]) < 0.5:
-            pose, twist = self._view.tip.pose, np.zeros(6)
-        if not twist.any():
-            return Targets(np.repeat(pose[None], self._ticks, axis=0))
-        poses = np.array(
-            [transform(rotation_exp(twist[3:] * s) @ pose[:3, :3], pose[:3, 3] + twist[:3] * s) for s in t]
-        )
-        return Targets(poses, np.repeat(twist[None], self._ticks, axis=0))
-
-    def _seen(self, now: _Now) -> _Seen:
-        """Roll out, in the thread beside: every lock from here, and from a little to each side."""
-        low, high = now.low, now.high
-        starts = np.array([(now.q, now.v), *(self._aside(now, side) for side in now.sides)])
-        joints = list(self._rooms)
-        batch = self._rolled(starts, now, joints)
-        shape = len(starts), len(joints)
+    def _seen(self, look: _Look) -> _Seen | None:
+        """Roll out a portion, in the thread beside: what was found, or None where more is to be done."""
+        now = look.now
+        if look.batch is None:
+            look.sides, starts = self._sides(now), [np.stack([now.q, now.v])]
+            for side in look.sides:
+                starts.append(self._aside(now, side))
+                give_way()
+            look.batch = self._batch(look, np.array(starts))
+        self._roll_on(look)
+        batch, joints = look.batch, look.lost
+        if look.done < len(batch.q):
+            return None
+        shape = 1 + len(look.sides), len(joints)
         position, rotation = batch.position_error.reshape(shape), batch.rotation_error.reshape(shape)
         losses = tuple(self._loss(batch, k, self._robot.joints[i]) for k, i in enumerate(joints))
         security = Security(tick=now.tick, horizon=self._settings.horizon, losses=losses)
-        if len(starts) == 1 or not joints:
+        if not len(look.sides) or not joints:
             return _Seen(security, None)
         off = np.maximum(position / self._settings.tolerance, rotation / self._settings.rotation_tolerance)
         off[batch.clearance.reshape(shape) <= 0.0] = np.inf
@@ -227,7 +264,7 @@ class SecurityWatch:
         k = int(np.argmin(costs[1:]))
         if costs[1 + k] > costs[0] - WORTH:
             return _Seen(security, None)
-        return _Seen(security, np.clip(now.q + AHEAD * now.sides[k], low, high))
+        return _Seen(security, np.clip(now.q + AHEAD * look.sides[k], now.low, now.high))
 
     def _aside(self, now: _Now, side: FloatArray) -> FloatArray:
         """A posture a little to one side with the tip where it is and as fast, and its speeds, (2, nv)."""
@@ -246,29 +283,41 @@ class SecurityWatch:
         v[at] += A.T @ np.linalg.solve(A @ A.T + DAMPED * np.eye(len(A)), wrong)
         return np.stack([np.clip(q, now.low, now.high), v])
 
-    def _rolled(self, starts: FloatArray, now: _Now, joints: list[int]) -> Batch:
-        """What becomes of every start and lock, the locks of the first start first."""
-        what_ifs = self._what_ifs
-        assert what_ifs is not None
-        n, arms = self._robot.nv, len(starts) * len(joints)
+    def _batch(self, look: _Look, starts: FloatArray) -> Batch:
+        """Every start with every lock, the locks of the first start first."""
+        n, joints, arms = self._robot.nv, look.lost, len(starts) * len(look.lost)
+        if self._beliefs is None or self._beliefs[0] != look.belief:
+            rooms = []
+            for i in joints:
+                rooms.append(look.what_ifs.believing((Locked(self._robot.joints[i]),)))
+                give_way()
+            self._beliefs = look.belief, beliefs_of(look.what_ifs.session.capacity, rooms)
         events = np.array(
             [(0, k % len(joints), joints[k % len(joints)]) for k in range(arms)], dtype=np.int64
         )
-        batch = Batch(
-            q=np.repeat(starts[:, 0], len(joints), axis=0), v=np.repeat(starts[:, 1], len(joints), axis=0),
-            targets=now.targets.packed,
-            beliefs=beliefs_of(what_ifs.session.capacity, list(self._rooms.values())),
+        return Batch(
+            q=np.repeat(starts[:, 0], len(joints), axis=0),
+            v=np.repeat(starts[:, 1], len(joints), axis=0),
+            targets=targets_ahead(
+                look.now.path, look.now.packed, look.now.tip,
+                self._dt * np.arange(self._ticks, dtype=np.float64),
+            ), beliefs=self._beliefs[1],
             events=events.reshape(-1, 3), starts=np.arange(arms + 1, dtype=np.int64),
             skipped=np.zeros(arms, dtype=np.int64), returns=True, every=0,
             position_error=np.zeros(arms), rotation_error=np.zeros(arms), clearance=np.full(arms, np.inf),
             counts=np.zeros((arms, len(Status)), dtype=np.int64), first_bad=np.full(arms, -1, dtype=np.int64),
             trace=np.zeros((arms, 0, n)),
         )  # fmt: skip
-        if arms:
-            capacity = what_ifs.session.capacity
-            shop = np.zeros(1, record_dtype(capacity)), np.zeros(1, free_dtype(capacity))
-            what_ifs.session.bind("rollout", batch.record(), *shop, 0, arms)()
-        return batch
+
+    def _roll_on(self, look: _Look) -> None:
+        """What becomes of the next arms of a look, as many as the budget has."""
+        batch, session = look.batch, look.what_ifs.session
+        assert batch is not None
+        last = min(look.done + max(1, self._settings.budget // self._ticks), len(batch.q))
+        if last > look.done:
+            shop = np.zeros(1, record_dtype(session.capacity)), np.zeros(1, free_dtype(session.capacity))
+            session.bind("rollout", batch.record(), *shop, look.done, last)()
+        look.done = last
 
     def _loss(self, batch: Batch, k: int, joint: str) -> Loss:
         """What the lock of arm k of a batch costs."""
@@ -305,3 +354,16 @@ def refuse_led(n_minus_one: NMinusOne, criterion: Any, scheme: str, plan: Any) -
             f"scheme {scheme!r} leads to no posture, so that n_minus_one cannot lead it; use rmp, dlsm or a "
             "mix with one of them, or NMinusOne(leads=False)"
         )
+
+
+_WATCHING: Final[WeakSet[SecurityWatch]] = WeakSet()
+"""Those of this process."""
+
+
+def _forked() -> None:
+    for watch in list(_WATCHING):
+        watch.forked()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forked)
