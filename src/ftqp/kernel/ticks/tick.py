@@ -14,6 +14,7 @@ from ftqp.kernel.calm.path_outlook import outlook
 from ftqp.kernel.calm.waiting import begin_calm_on_path, leave_calm, stand_still, waits
 from ftqp.kernel.feedback.gap import measure_gap, stand_by, wait
 from ftqp.kernel.feedback.held import watch_arm
+from ftqp.kernel.feedback.lead_bound import keep_near
 from ftqp.kernel.feedback.learned_inertia import learn
 from ftqp.kernel.feedback.monitor import monitor
 from ftqp.kernel.feedback.observer import feel, observe
@@ -56,7 +57,6 @@ from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_instantly, pre
 from ftqp.kernel.rows.inertial_target import follow_base, reduce_by_lead
 from ftqp.kernel.rows.joint_intervals import intervals
 from ftqp.kernel.rows.joint_reference import aim_at_reference, joint_objective
-from ftqp.kernel.rows.lead_bound import keep_near
 from ftqp.kernel.rows.lost_velocity import give_back, loses
 from ftqp.kernel.rows.manipulability import add_manipulability
 from ftqp.kernel.rows.objective import objective

@@ -34,31 +34,44 @@ def beyond(K: Any, then: int, i: int, v: float) -> float:
     return (off if v > 0.0 else -off) - most
 
 
+@jit
+def _may_brake(K: Any, then: int, i: int) -> bool:
+    """Whether joint i is about to be farther behind its reference than it may, by their speeds."""
+    v, dt = K.state.v[i], K.state.dt
+    away, room = abs(v) - (1.0 if v > 0.0 else -1.0) * K.feedback.v_hat[i], -beyond(K, then, i, v)
+    far = away * away <= 2.0 * K.limits.a_brake[i] * (room - 1.5 * dt * away)
+    return away > 0.0 and K.chain.lead[i] == i and not far
+
+
 @part_jit
 def keep_near(K: Any) -> None:
     """The end of a joint's interval where its lead would exceed the bound, which goes with the joint.
 
     The law is that of the ends of ranges, for the speed and the way beside those of the joint; it brakes a
-    reference that runs away, and never turns it back.
+    reference that runs away, and never turns it back. One joint that stays behind alone has failed, and the
+    monitor looks at it; two are an arm that is held.
     """
-    state, feedback, limits, qp = K.state, K.feedback, K.limits, K.qp
+    state, feedback, limits, faults = K.state, K.feedback, K.limits, K.faults
     if not feedback.active or feedback.exact or K.held.on or limits.conversion != VIABILITY:
         return
-    then, dt = slot(feedback, feedback.latency), state.dt
-    for k in range(K.faults.working):
-        i = K.faults.order[k]
+    then, dt, behind = slot(feedback, feedback.latency), state.dt, 0
+    for k in range(faults.working):
+        behind += 1 if _may_brake(K, then, faults.order[k]) else 0
+    if behind < min(2, faults.working):
+        return
+    for k in range(faults.working):
+        i = faults.order[k]
+        if not _may_brake(K, then, i):
+            continue
         v = state.v[i]
         sign = 1.0 if v > 0.0 else -1.0
-        own = sign * feedback.v_hat[i]
-        away, room = sign * v - own, -beyond(K, then, i, v)
-        a_max, a_brake = limits.a_max[i], limits.a_brake[i]
-        if away <= 0.0 or K.chain.lead[i] != i or away * away <= 2.0 * a_brake * (room - 1.5 * dt * away):
-            continue
+        own, room = sign * feedback.v_hat[i], -beyond(K, then, i, v)
+        away, a_max, a_brake = sign * v - own, limits.a_max[i], limits.a_brake[i]
         if state.level == ACCELERATION:
             most = max(viability(away, room, inf, a_max, a_brake, dt)[0], -sign * v / dt)
         else:
             most = max(braking(away, room, inf, a_max, a_brake, dt)[0] + own, 0.0)
-        narrow(qp, i, -inf if v > 0.0 else -most, most if v > 0.0 else inf)
+        narrow(K.qp, i, -inf if v > 0.0 else -most, most if v > 0.0 else inf)
 
 
 @jit
