@@ -1,21 +1,26 @@
-"""pink, placo and resolved rates on the arm of the demo, in physics, told of the lock and not, beside ftqp.
+"""pink, placo, mink, OInK and resolved rates on the arm of the demo, in physics, told of the lock and not.
 
-    python benchmarks/peers_in_physics.py           every joint, a box in the way, eight goals: some minutes
+    python benchmarks/peers_in_physics.py           every joint, a box in the way, eight goals: half an hour
+    python benchmarks/peers_in_physics.py --jobs 4  the same in four processes
     python benchmarks/peers_in_physics.py --quick   the demo's joint, the box, one goal
-    python benchmarks/peers_in_physics.py --env-dir DIR   where placo and pink are, or are installed
+    python benchmarks/peers_in_physics.py --env-dir DIR   where the peers are, or are installed
 
 A Panda behind servos of 15 Hz in MuJoCo, with gravity and noisy encoders. First it goes round the circle of
 `panda-unannounced` while the brake of one joint closes. Then the same with a box where the elbow goes after
 the lock of joint 3. Then it goes to poses that need another posture once a joint is locked.
-All peers are wired well: they solve at the measured joints with feedback and the target's twist, and their
-speeds are integrated to what the servos are sent, within range, speed and acceleration. Told of a lock, they
-take that joint out. Rows in which a peer is as good or better are published like all others.
+All peers are wired well: they solve at the measured joints with feedback and the target's twist, a radian of
+the tip weighs what it weighs for ftqp (``robot.length``), and their speeds are integrated to what the servos
+are sent, within range, speed and acceleration. Told of a lock, they take that joint out. Each is tried with
+three gains on the locks of joints 2 and 4, where peers stray most, and keeps the one that strays least in
+these weights, one when told and one when not. Rows in which a peer is as good or better are published like
+all others, and the best of each row is bold.
 """
 
 import argparse
 import os
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -34,27 +39,30 @@ from steps.environments import DEFAULT, NotInstalled  # noqa: E402
 
 import ftqp  # noqa: E402
 from ftqp.app.scenario.setup import load  # noqa: E402
+from ftqp.model.skeleton import Skeleton  # noqa: E402
 from ftqp.sim.rival.beside import ride, strayed  # noqa: E402
 from ftqp.sim.rival.resolved_rates import ResolvedRates  # noqa: E402
 
 SCENARIO, DEMO = "panda-unannounced", "panda_joint3"
-GAINS = (60.0, 120.0)
-"""Feedback of the rivals [1/s]: that of `studies/well_wired.py`, and twice that."""
+GAINS = (60.0, 30.0, 120.0)
+"""Feedback of the rivals [1/s]: that of `studies/well_wired.py`, half and twice it."""
+TRIED = ("panda_joint2", "panda_joint4")
+"""The locks on which a gain is chosen: six joints then cannot keep the task at every instant."""
 BOX = (0.12, 0.12, 0.12, -0.2, -0.3, 0.5)
 """Edges and middle [m]: the elbow would come to stand in it after the lock of joint 3, and not before."""
 KEEP = 0.02
 GOALS, RESTARTS, BRAKES_AT, GOAL_DT, BANDWIDTH, NOISE = 8, 500, 0.2, 2e-3, 94.0, 1e-4
+STOPPED = {"STOPPED", "STOPPING"}
 ARRIVED, TURNED = 2e-3, 2e-2
 """A goal counts as reached within these at the end [m, rad]."""
-RIVALS = (
-    ("resolved rates", None, GAINS[0]),
-    *((f"{peer}, {gain:g} 1/s", peer, gain) for peer in ("pink", "placo") for gain in GAINS),
-)
+RIVALS = (("resolved rates", None), ("pink", "pink"), ("placo", "placo"), ("mink", "mink"), ("OInK", "oink"))
+SEE_THE_BOX = (None, "pink", "mink")
+"""Who rides past the box; resolved rates do not know of it."""
 LIMITATIONS = (
-    "Peers are wired by us; the gain of 60 1/s was chosen for resolved rates, that of 120 1/s is tried, too.",
-    "placo's kinematics solver has no limit of acceleration; changes of speed are scaled to it afterwards.",
-    "pink knows of the box by its barrier; resolved rates do not; placo is left out there, as its collision "
-    "constraint is for bodies of the URDF.",
+    "Peers are wired by us; their authors may know better.",
+    "placo and mink have no limit of acceleration; speeds of all peers are held to it afterwards.",
+    "pink knows of the box by its barrier, mink by its limit; resolved rates do not; placo and OInK are left "
+    "out there, as theirs are for bodies of the URDF.",
     "Peers and resolved rates are led along the straight line to a goal; none of them claims to do more.",
     "ftqp's detector has its defaults; one arm, one noise, one servo, no delay.",
 )
@@ -89,7 +97,7 @@ def leading(rival, robot, q, dt: float, env_dir: Path, box=()) -> Iterator:
     limits = [robot.limits.q_min, robot.limits.q_max, robot.limits.v_max, robot.limits.a_max]
     charge = Charge(
         urdf=robot.to_urdf(), tip=robot.tip, joints=list(robot.joints), q=np.array(q).tolist(),
-        limits=[row.tolist() for row in limits], dt=dt, gain=gain, fed_back=True,
+        limits=[row.tolist() for row in limits], dt=dt, gain=gain, length=robot.length, fed_back=True,
         rods=rods_of(robot) if box else [], box=list(box), keep=KEEP,
     )  # fmt: skip
     with PeerRival(peer, robot, charge, env_dir) as found:
@@ -106,12 +114,16 @@ def choices(joint: str, told: bool, box: bool) -> list[str]:
 
 
 def facts(program: str, joint: str, told: bool, log, said: str = "") -> dict[str, object]:
-    """A row: t, error, q and v of a run that broke at 2.2 s come to figures."""
-    t, error, q, v, at, robot = log
-    since = error[t >= at]
+    """A row: t, error, target poses, q and v of a run whose joint broke come to figures."""
+    t, error, poses, q, v, at, robot = log
+    tips = Skeleton.of(robot.chain).frames(q)[:, -1, :3, :3]
+    cosine = 0.5 * (np.einsum("kij,kij->k", tips, poses[:, :3, :3]) - 1.0)
+    since, turned = error[t >= at], np.arccos(np.clip(cosine, -1.0, 1.0))[t >= at]
     return {
         "program": program, "joint": joint, "told": told, "before": float(error[t < at].max()),
         "after": float(since.max()), "end": float(since[-1]),
+        "turned": float(turned.max()), "turned_end": float(turned[-1]),
+        "weighted": float(np.hypot(since, robot.length * turned).max()),
         "speed": float((np.abs(v) / robot.limits.v_max).max()), "said": said, "q": q,
     }  # fmt: skip
 
@@ -121,7 +133,8 @@ def own(joint: str, told: bool, box: bool) -> dict[str, object]:
     setup = load(SCENARIO, choices(joint, told, box))
     result = setup.simulation(log="memory").run()
     (event,), log = setup.schedule, result.log
-    run = (log["t"], strayed(log), log["q"], log["v"], event.at, setup.robot)
+    poses = setup.path.sample(log["t"]).pose
+    run = (log["t"], strayed(log), poses, log["q"], log["v"], event.at, setup.robot)
     return facts("ftqp", joint, told, run, result.final_status.name)
 
 
@@ -137,8 +150,8 @@ def rivals_row(
             sensors=setup.sensors, schedule=setup.schedule, told=told,
         )  # fmt: skip
         versions = getattr(leads, "versions", {})
-    run = (done.t, done.error, done.q, done.v, event.at, setup.robot)
-    return facts(rival[0], joint, told, run), plant.force, versions
+    run = (done.t, done.error, setup.path.sample(done.t).pose, done.q, done.v, event.at, setup.robot)
+    return facts(rival[0], joint, told, run) | {"gain": rival[2]}, plant.force, versions
 
 
 def nearest(q) -> float:
@@ -200,42 +213,69 @@ def to_goal(case, program, told: bool, env_dir: Path) -> dict[str, float]:
     return {"off": float(np.linalg.norm(T[:3, 3] - goal[:3, 3])), "turned": float(turned)}
 
 
+def ridden(job) -> tuple[dict[str, object], dict]:
+    """What a program did round the circle, past the box or not, and its versions."""
+    program, joint, told, box, env_dir = job
+    if program == "ftqp":
+        row, force, versions = own(joint, told, box), 0.0, {}
+    else:
+        row, force, versions = rivals_row(program, joint, told, box, env_dir)
+    if box:
+        near = nearest(row["q"])
+        row |= {"near": near, "force": float("inf") if program == "ftqp" and near <= 0.0 else force}
+    del row["q"]
+    return row, versions
+
+
+def led(job) -> dict[str, float]:
+    """Where a program ended that was led to a goal."""
+    return to_goal(*job)
+
+
+def tuned(rivals, joints, told: bool, pool, env_dir: Path):
+    """The rivals, each with its best gain, and what they did on the locks that were tried."""
+    tried = [joint for joint in TRIED if joint in joints] or joints[:1]
+    wired = [(*rival, gain) for rival in rivals for gain in (GAINS if rival[1] else GAINS[:1])]
+    jobs = [(program, joint, told, False, env_dir) for program in wired for joint in tried]
+    done = dict(zip(jobs, pool.map(ridden, jobs), strict=True))
+    strays = {one: sum(row["weighted"] for job, (row, _) in done.items() if job[0] == one) for one in wired}
+    best = [min((one for one in wired if one[:2] == rival), key=strays.__getitem__) for rival in rivals]
+    return best, done
+
+
 def main() -> int:
     """Run, print, write; 0 when done, 2 for bad input."""
     options = _options()
     joints = [DEMO] if options.quick else list(ftqp.robots.load("panda").joints)
     versions, left_out = {}, {}
-    there = [one for one in RIVALS if one[1] is None or _there(one, options.env_dir, left_out)]
-    circle, box = [], []
-    for told in (False, True):
-        for joint in joints:
-            _say(f"{joint}, {'told' if told else 'not told'}")
-            circle.append(own(joint, told, False))
-            for rival in there:
-                row, _, found = rivals_row(rival, joint, told, False, options.env_dir)
-                circle.append(row)
-                versions |= found
-        _say("a box in the way")
-        row = own(DEMO, told, True)
-        near = nearest(row["q"])
-        box.append(row | {"near": near, "force": 0.0 if near > 0.0 else float("inf")})
-        for rival in there:
-            if rival[1] != "placo":
-                row, force, _ = rivals_row(rival, DEMO, told, True, options.env_dir)
-                box.append(row | {"near": nearest(row["q"]), "force": force})
-    cases = goals(1 if options.quick else GOALS)
-    ends = []
-    for program in ("ftqp", *(one for one in there if one[2] == GAINS[0])):
+    rivals = [one for one in RIVALS if one[1] is None or _there(one, options.env_dir, left_out)]
+    cases = goals(1 if options.quick else options.goals)
+    circle, box, arrivals = [], [], []
+    with ProcessPoolExecutor(options.jobs) as pool:
+        rides, trips, done = [], [], {}
         for told in (False, True):
-            name = program if isinstance(program, str) else program[0]
-            _say(f"goals: {name}")
-            done = [to_goal(case, program, told, options.env_dir) for case in cases]
-            reached = sum(one["off"] <= ARRIVED and one["turned"] <= TURNED for one in done)
-            off = float(np.median([one["off"] for one in done]))
-            ends.append({"program": name, "told": told, "reached": reached, "of": len(done), "off": off})
+            there, tried = tuned(rivals, joints, told, pool, options.env_dir)
+            done |= tried
+            programs = ["ftqp", *there]
+            rides += [(who, joint, told, False, options.env_dir) for who in programs for joint in joints]
+            past = [who for who in programs if who == "ftqp" or who[1] in SEE_THE_BOX]
+            rides += [(who, DEMO, told, True, options.env_dir) for who in past]
+            trips += [(case, who, told, options.env_dir) for who in programs for case in cases]
+        new = [one for one in rides if one not in done]
+        done |= zip(new, pool.map(ridden, new), strict=True)
+        for one in rides:
+            row, found = done[one]
+            (box if one[3] else circle).append(row)
+            versions |= found
+        arrivals += pool.map(led, trips)
     _say("")
-    for row in (*circle, *box):
-        del row["q"]
+    ends = []
+    for k in range(0, len(trips), max(1, len(cases))):
+        (_, who, told, _), done = trips[k], arrivals[k : k + len(cases)]
+        reached = sum(one["off"] <= ARRIVED and one["turned"] <= TURNED for one in done)
+        off = float(np.median([one["off"] for one in done]))
+        name = who if isinstance(who, str) else who[0]
+        ends.append({"program": name, "told": told, "reached": reached, "of": len(done), "off": off})
     settings = {"joints": len(joints), "goals": len(cases), "gains": list(GAINS)}
     result = {
         **circumstances("peers_in_physics", [], settings),
@@ -243,7 +283,8 @@ def main() -> int:
     }  # fmt: skip
     result["versions"] |= versions
     result["left_out"] |= left_out
-    tables = [*(_circle_table(circle, told) for told in (False, True)), _box_table(box), _goal_table(ends)]
+    told_and_not = [circle_tables(circle, told) for told in (False, True)]
+    tables = [*(one for pair in told_and_not for one in pair), _box_table(box), _goal_table(ends)]
     docs.told(result, "Peers on the arm of the demo, in physics", tables, options)
     return 0
 
@@ -252,45 +293,60 @@ def _there(rival, env_dir: Path, left_out: dict) -> bool:
     """Whether the environment of a peer is there; notes why not."""
     robot = ftqp.robots.load("panda")
     try:
-        with leading(rival, robot, robot.neutral, GOAL_DT, env_dir):
+        with leading((*rival, GAINS[0]), robot, robot.neutral, GOAL_DT, env_dir):
             return True
     except NotInstalled as error:
         left_out[rival[1]] = str(error)
         return False
 
 
-def _circle_table(rows, told: bool) -> Table:
-    """Every joint's lock: a column a program, largest and last distance."""
+def circle_tables(rows, told: bool) -> list[Table]:
+    """Every joint's lock, a column a program: largest and last distance, and the same of the attitude."""
     programs = list(dict.fromkeys(row["program"] for row in rows))
     joints = list(dict.fromkeys(row["joint"] for row in rows))
     at = {(row["program"], row["joint"]): row for row in rows if row["told"] == told}
-    lines = []
-    for joint in joints:
-        of = [at[program, joint] for program in programs]
-        said = [f"{1e3 * one['after']:.2f}, then {1e3 * one['end']:.2f}" for one in of]
-        stops = {"STOPPED", "STOPPING"}
-        said = [
-            f"{text}: stopped" if one["said"] in stops else text for text, one in zip(said, of, strict=True)
-        ]
-        lines.append((joint.removeprefix("panda_joint"), *said))
-    fastest = [max(at[program, joint]["speed"] for joint in joints) for program in programs]
-    lines.append(("fastest joint", *(f"{100 * one:.0f} %" for one in fastest)))
     title = f"The brake of one joint closes, {'told at once' if told else 'not told'}"
-    note = (
-        "Largest distance of the tip from its target after the brake has closed, and the last one [mm]; the "
-        "last line is the largest share of its speed limit that any joint truly had."
-    )
-    return Table(title=title, headings=("joint", *programs), rows=lines, notes=(note,))
+    tables = []
+    for largest, last, unit, what in (
+        ("after", "end", "mm", "distance of the tip from its target"),
+        ("turned", "turned_end", "mrad", "turn of the tip away from its target"),
+    ):
+        lines = []
+        for joint in joints:
+            of = [at[program, joint] for program in programs]
+            ends = ["stopped" if one["said"] in STOPPED else f"then {1e3 * one[last]:.2f}" for one in of]
+            said = [f"{1e3 * one[largest]:.2f}, {end}" for one, end in zip(of, ends, strict=True)]
+            least = min(one[largest] for one in of)
+            said = [
+                f"**{text}**" if one[largest] == least else text for text, one in zip(said, of, strict=True)
+            ]
+            lines.append((joint.removeprefix("panda_joint"), *said))
+        note = (
+            f"Largest {what} after the brake has closed, and the last one [{unit}]. Gains: "
+            + ", ".join(f"{name} {at[name, joints[0]]['gain']:g}" for name in programs[1:])
+            + " 1/s."
+        )
+        if largest == "turned":
+            fastest = [max(at[program, joint]["speed"] for joint in joints) for program in programs]
+            lines.append(("fastest joint", *(f"{100 * one:.0f} %" for one in fastest)))
+            note += " The last line is the largest share of its speed limit that any joint truly had."
+        tables.append(
+            Table(title=f"{title} [{unit}]", headings=("joint", *programs), rows=lines, notes=(note,))
+        )
+    return tables
 
 
 def _box_table(rows) -> Table:
     """The box."""
     lines = [
         (row["program"], "yes" if row["told"] else "no", f"{1e3 * row['near']:.1f}", f"{row['force']:.0f}",
-         f"{1e3 * row['after']:.1f}", f"{1e3 * row['end']:.1f}")
+         f"{1e3 * row['after']:.1f}", f"{1e3 * row['end']:.1f}", f"{1e3 * row['turned']:.0f}")
         for row in rows
     ]  # fmt: skip
-    headings = ("program", "told", "nearest [mm]", "force [N]", "off at most [mm]", "off at the end [mm]")
+    headings = (
+        "program", "told", "nearest [mm]", "force [N]", "off at most [mm]", "off at the end [mm]",
+        "turned at most [mrad]",
+    )  # fmt: skip
     note = (
         "The brake of joint 3 closes; a box stands where the elbow then goes, and six joints cannot keep "
         f"the tip's pose and pass it, too. Asked were {1e3 * KEEP:g} mm; the force is the hardest contact."
@@ -323,7 +379,9 @@ def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
     add = parser.add_argument
     add("--quick", action="store_true", help="the demo's joint, the box and one goal")
-    add("--env-dir", type=Path, default=DEFAULT, metavar="DIR", help=f"of placo and pink (default {DEFAULT})")
+    add("--env-dir", type=Path, default=DEFAULT, metavar="DIR", help=f"of the peers (default {DEFAULT})")
+    add("--goals", type=int, default=GOALS, metavar="N", help=f"how many (default {GOALS})")
+    add("--jobs", type=command_line.at_least_one, default=1, metavar="N", help="processes (default 1)")
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()
     return options

@@ -6,12 +6,14 @@ import subprocess
 from pathlib import Path
 
 import numpy as np
-from steps.environments import PEERS, python_of
+from steps.environments import PEERS, Peer, python_of
 
 import ftqp
 from peers.servant import Charge
 
 HERE = Path(__file__).resolve().parents[1]
+OINK = Peer(name="oink", module="peers.serve_oink", packages=("roboplan-oink==0.7.*", "numpy"))
+"""roboplan's OInK, which leads an arm only here."""
 
 
 class PeerRival:
@@ -28,7 +30,7 @@ class PeerRival:
     """
 
     def __init__(self, peer: str, robot: ftqp.Robot, charge: Charge, environments: Path) -> None:
-        python = python_of(next(one for one in PEERS if one.name == peer), environments)
+        python = python_of(next(one for one in (*PEERS, OINK) if one.name == peer), environments)
         path = os.pathsep.join([str(HERE), str(HERE.parent / "src")])
         self._program = subprocess.Popen(
             [str(python), "-m", f"peers.serve_{peer}"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,

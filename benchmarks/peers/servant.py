@@ -27,6 +27,7 @@ class Charge:
         limits: q_min, q_max, v_max and a_max, (4, n).
         dt: Sampling period [s].
         gain: Feedback of the tip's error [1/s].
+        length: What one radian of the tip's error weighs as [m].
         fed_back: Whether it solves at the measured joints, or at its own integral as examples do.
         rods: The arm's bodies as in `NearCase`.
         box: Edges and middle of a box in the way, (6,), or nothing.
@@ -40,6 +41,7 @@ class Charge:
     limits: list
     dt: float
     gain: float
+    length: float
     fed_back: bool
     rods: list
     box: list

@@ -31,7 +31,7 @@ def make(charge):
         model, model.createData(), q.copy(), collision_model=shapes,
         collision_data=None if shapes is None else shapes.createData(),
     )  # fmt: skip
-    task = FrameTask(charge.tip, position_cost=1.0, orientation_cost=1.0)
+    task = FrameTask(charge.tip, position_cost=1.0, orientation_cost=charge.length)
     damping = DampingTask(cost=DAMPING_COST)
     limits = [ConfigurationLimit(model), VelocityLimit(model), AccelerationLimit(model, acceleration)]
 

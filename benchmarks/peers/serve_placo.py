@@ -20,7 +20,7 @@ def make(charge):
     solver.enable_joint_limits(True)
     solver.enable_velocity_limits(True)
     task = solver.add_frame_task(charge.tip, np.eye(4))
-    task.configure(charge.tip, "soft", 1.0, 1.0)
+    task.configure(charge.tip, "soft", 1.0, charge.length**2)
     solver.add_regularization_task(REGULARIZATION)
     masked = set()
 

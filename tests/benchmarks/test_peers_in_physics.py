@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import peers_in_physics
 from peers.servant import Charge, aimed
 
 import ftqp
@@ -14,6 +15,7 @@ ROOT = Path(__file__).parents[2]
 DT, N = 1e-3, 3
 ASKS_TOO_MUCH = """
 import numpy as np
+import peers_in_physics
 from peers.servant import serve
 
 def make(charge):
@@ -39,8 +41,8 @@ def test_the_tip_is_asked_to_make_good_its_error_at_the_gain_and_to_move_as_its_
 def test_what_a_peer_asks_for_is_sent_within_limits_and_a_lock_stands_at_once():
     limits = [[-1.0] * N, [0.05, 1.0, 1.0], [2.0] * N, [10.0] * N]
     charge = Charge(
-        urdf="", tip="", joints=list("abc"), q=[0.0] * N, limits=limits, dt=DT, gain=60.0, fed_back=True,
-        rods=[], box=[], keep=0.0,
+        urdf="", tip="", joints=list("abc"), q=[0.0] * N, limits=limits, dt=DT, gain=60.0, length=0.2,
+        fed_back=True, rods=[], box=[], keep=0.0,
     )  # fmt: skip
     program = subprocess.Popen(
         [sys.executable, "-P", "-c", ASKS_TOO_MUCH], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
@@ -66,3 +68,43 @@ def test_what_a_peer_asks_for_is_sent_within_limits_and_a_lock_stands_at_once():
     program.stdin.close()
     program.stdout.close()
     assert program.wait() == 0 and unsolved == 1 and q[0] <= 0.05
+
+
+class Rides:
+    """In place of a pool: how far each gain strays is known."""
+
+    def __init__(self, strays: dict[float, float]) -> None:
+        self._strays = strays
+
+    def map(self, _, jobs):
+        """A row a job."""
+        return [({"weighted": self._strays[job[0][2]]}, {}) for job in jobs]
+
+
+def test_a_rival_keeps_the_gain_that_strays_least_in_the_weights_of_the_task():
+    strays = {gain: abs(gain - 31.0) for gain in peers_in_physics.GAINS}
+    rivals, done = peers_in_physics.tuned([("pink", "pink")], ["panda_joint4"], True, Rides(strays), ROOT)
+    assert rivals == [("pink", "pink", 30.0)] and len(done) == len(peers_in_physics.GAINS)
+
+
+def test_a_turn_of_the_tip_counts_as_much_as_its_length_says():
+    robot = ftqp.robots.load("panda")
+    q = np.tile(robot.neutral, (3, 1))
+    poses = np.tile(robot.pose(robot.neutral), (3, 1, 1))
+    poses[2, :3, :3] = poses[2, :3, :3] @ np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    log = (np.arange(3.0), np.array([0.0, 0.0, 0.03]), poses, q, np.zeros_like(q), 1.0, robot)
+    row = peers_in_physics.facts("one", "panda_joint1", True, log)
+    turned = np.arcsin(0.6)
+    assert np.isclose(row["turned"], turned) and np.isclose(row["turned_end"], turned)
+    assert np.isclose(row["weighted"], np.hypot(0.03, robot.length * turned))
+
+
+def test_the_best_of_each_row_is_bold():
+    shared = {"joint": "panda_joint1", "told": True, "end": 0.0, "turned_end": 0.0, "speed": 0.5, "said": ""}
+    rows = [
+        {"program": "ftqp", "after": 1e-3, "turned": 2e-3, **shared},
+        {"program": "pink", "after": 2e-3, "turned": 1e-3, "gain": 60.0, **shared},
+    ]
+    near, straight = peers_in_physics.circle_tables(rows, True)
+    assert near.rows[0] == ("1", "**1.00, then 0.00**", "2.00, then 0.00")
+    assert straight.rows[0] == ("1", "2.00, then 0.00", "**1.00, then 0.00**")
