@@ -15,6 +15,7 @@ from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import HEALTHY, TARGET_POSE, TARGET_TWIST
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
+from ftqp.model.build import LENGTH_FRACTION
 from ftqp.model.chain import frame_id
 from ftqp.model.followers import coupled_columns, is_led
 from ftqp.model.posture import NEAR_SINGULAR, least_singular_value, scaled_jacobian
@@ -26,10 +27,8 @@ FULL_TURN = 2.0 * np.pi
 
 
 FAR = 0.05
-"""A first target that is farther from the tip [m] is no beginning of a motion from where the arm is: the
-default of the emergency stop's threshold."""
-LENGTHS_OF_REACH = 6.0
-"""Reach by characteristic length, which is a sixth of it unless the user has said otherwise."""
+"""A first target that is farther from the tip [m] is no beginning of a motion from where the arm is. A
+convention: the default of the emergency stop's threshold."""
 REACHES = 20.0
 """A target farther from the base than so many reaches is probably in millimetres. A convention."""
 
@@ -130,7 +129,7 @@ def in_millimetres(robot: Robot, place: FloatArray) -> str:
         place: Where the tip should be, (3,) [m].
     """
     endless = robot.chain.prismatic & ~(np.isfinite(robot.limits.q_min) & np.isfinite(robot.limits.q_max))
-    reach, away = robot.length * LENGTHS_OF_REACH, float(np.linalg.norm(place))
+    reach, away = robot.length / LENGTH_FRACTION, float(np.linalg.norm(place))
     if robot.chain.floating or endless.any() or not away > REACHES * reach:
         return ""
     return (
