@@ -1,0 +1,242 @@
+"""Joints that lose motor and brake on the way, told at once, on arms of which nobody described the friction.
+
+Arms in MuJoCo behind position servos of 15 Hz go round a circle; after ``AT`` one joint has nothing but its
+dry friction, and who leads the arm is told. Beside ftqp goes the damped least squares of
+``ftqp.sim.rival``, which leaves the joint out. An episode is finished where no stop was latched, the tip ends
+within 10 mm and 0.1 rad of its target, and no healthy joint was more than 2 % beyond its speed limit.
+
+    python studies/told_free_joints.py [--quick] [--out DIR] [--json]     needs pip install -e ".[sim,robots]"
+
+Full study: some ten minutes on one core. Results go to ``studies/results`` unless --out says otherwise.
+"""
+
+import argparse
+import json
+import logging
+import platform
+import re
+import sys
+import tempfile
+from datetime import date
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from bench import results
+
+import ftqp
+from ftqp.core.pose import rotation_vector
+from ftqp.sim.rival.resolved_rates import ResolvedRates
+
+DT, SECONDS, AT, RADIUS = 0.001, 4.0, 1.5, 0.08
+FRICTIONS = {"none": 0.0, "1 %": 0.01, "5 %": 0.05}
+"""Dry friction of every joint, as a share of its torque limit."""
+CATALOG = ("panda", "iiwa14", "xarm7")
+FILES = {
+    "ur10": ("ur_description/urdf/ur10_robot.urdf", "tool0"),
+    "ur5": ("ur_description/urdf/ur5_robot.urdf", "tool0"),
+    "z1": ("z1_description/urdf/z1.urdf", "link06"),
+}
+ARMS = (*CATALOG, "gen3", *FILES)
+PACKAGES = ("ftqp", "numpy", "numba", "mujoco", "pin")
+NEAR, TURNED, FAST = 0.01, 0.1, 1.02
+"""How near to its target a tip has to end [m] and [rad], and the share of a speed limit that is kept."""
+CONTROLLERS = ("ftqp", "least squares")
+
+
+def gen3() -> ftqp.Robot:
+    """A seven-joint arm with the lengths, masses and limits of a Kinova Gen3, its links as rods."""
+    lengths = (0.2848, 0.2104, 0.2104, 0.2084, 0.1059, 0.1059, 0.0615)
+    masses = (1.38, 1.16, 1.16, 0.93, 0.68, 0.68, 0.36)
+    said, at = ['<link name="l0"/>'], 0.0
+    for i, (length, mass) in enumerate(zip(lengths, masses, strict=True), start=1):
+        thin, long = mass * 0.04**2, mass * (0.04**2 + length**2 / 12.0)
+        axis, most = ("0 1 0", 2.3) if i % 2 == 0 else ("0 0 1", 6.0)
+        speed, effort = (1.39, 54) if i < 5 else (1.22, 34)
+        said.append(
+            f'<link name="l{i}"><inertial><origin xyz="0 0 {length / 2}"/><mass value="{mass}"/>'
+            f'<inertia ixx="{long}" iyy="{long}" izz="{thin}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+            f'<joint name="j{i}" type="revolute"><parent link="l{i - 1}"/><child link="l{i}"/>'
+            f'<origin xyz="0 0 {at}"/><axis xyz="{axis}"/>'
+            f'<limit lower="{-most}" upper="{most}" velocity="{speed}" effort="{effort}"/></joint>'
+        )
+        at = length
+    said.append(
+        '<link name="tip"/><joint name="end" type="fixed"><parent link="l7"/><child link="tip"/>'
+        '<origin xyz="0 0 0.12"/></joint>'
+    )
+    return _read("gen3", f'<robot name="gen3">{"".join(said)}</robot>', "tip")
+
+
+def _read(name: str, text: str, tip: str) -> ftqp.Robot:
+    """A robot of that URDF, without its shapes."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{name}.urdf"
+        path.write_text(re.sub(r"<(visual|collision)\b[^>]*>.*?</\1>", "", text, flags=re.DOTALL))
+        return ftqp.Robot.from_urdf(path, tip=tip)
+
+
+def arm(name: str) -> ftqp.Robot:
+    """The arm of that name."""
+    if name in CATALOG:
+        return ftqp.robots.load(name)
+    if name == "gen3":
+        return gen3()
+    rods = find_spec("pinocchio")
+    assert rods is not None and rods.origin is not None
+    file, tip = FILES[name]
+    share = Path(rods.origin).parents[4] / "share/example-robot-data/robots"
+    return _read(name, (share / file).read_text(), tip)
+
+
+def start(robot: ftqp.Robot, rng: np.random.Generator) -> Any:
+    """A posture well inside the ranges and far from singular."""
+    low, high = robot.limits.q_min, robot.limits.q_max
+    while True:
+        q = np.clip(robot.neutral + rng.uniform(-0.6, 0.6, robot.nv), low + 0.3, high - 0.3)
+        if np.linalg.svd(_scaled(robot, q), compute_uv=False)[-1] > 0.1:
+            return q
+
+
+def _scaled(robot: ftqp.Robot, q: Any) -> Any:
+    J = robot.jacobian(q).copy()
+    J[:3] /= robot.length
+    return J
+
+
+def episode(robot: ftqp.Robot, joint: int, share: float, seed: int, controller: str) -> dict[str, Any]:
+    """How one arm ends."""
+    rng = np.random.default_rng(seed)
+    q, limits, n = start(robot, rng), robot.limits, robot.nv
+    mass = np.diag(robot.mass_matrix(q))
+    most = np.minimum(np.where(np.isfinite(limits.tau_max), limits.tau_max, 100.0), 200.0 * mass / mass.max())
+    dry = dict(zip(robot.joints, share * most, strict=True))
+    plant = ftqp.MujocoPlant(
+        robot, DT, ftqp.JointServo(robot, "position"), ftqp.TrueArm(coulomb=dry), substeps=2
+    )
+    plant.reset(q, np.zeros(n))
+    turned = np.linalg.qr(rng.standard_normal((3, 3)))[0]
+    path = ftqp.paths.Circle(robot.pose(q), RADIUS, duration=SECONDS, axes=(turned[0], turned[1]))
+    way = path.sample(DT * np.arange(round(SECONDS / DT) + 1))
+    rows = "pose" if n > 6 else "position"
+    planner = ftqp.Planner(robot, DT, task=ftqp.Task(rows=rows))
+    rates = ResolvedRates(robot, DT, rows=planner.task_rows)
+    planner.reset(q)
+    rates.reset(q)
+    target, healthy = ftqp.Target(pose=robot.pose(q)), np.arange(n) != joint
+    fast, far, before = 0.0, 0.0, None
+    for k in range(len(way.pose)):
+        if k == round(AT / DT):
+            plant.fail(ftqp.FreeSwinging(joint))
+            planner.report(ftqp.FreeSwinging(joint))
+            rates.tell(joint)
+            before = plant.q.copy()
+        target.at(way.pose[k], way.twist[k], way.acceleration[k])
+        if controller == "ftqp":
+            command = planner.step(plant.q, None, target)
+        else:
+            command = rates.step(plant.q, way.pose[k], way.twist[k])
+        plant.advance(command)
+        fast = max(fast, float((np.abs(plant.v) / limits.v_max)[healthy].max()))
+        if k % 20 == 0:
+            far = max(far, float(np.linalg.norm(robot.pose(plant.q)[:3, 3] - way.pose[k][:3, 3])))
+    end = robot.pose(plant.q)
+    off = float(np.linalg.norm(end[:3, 3] - way.pose[-1][:3, 3]))
+    turn = float(np.linalg.norm(rotation_vector(end[:3, :3] @ way.pose[-1][:3, :3].T)))
+    stopped = planner.stopped_because if controller == "ftqp" else None
+    kept = off < NEAR and (rows == "position" or turn < TURNED)
+    assert before is not None
+    return {
+        "finished": bool(kept and fast <= FAST and stopped is None),
+        "far": far,
+        "end": off,
+        "turned": turn,
+        "fast": fast,
+        "swung": float(abs(plant.q[joint] - before[joint])),
+        "stopped": stopped,
+    }
+
+
+def study(names: list[str], seeds: int) -> list[dict[str, Any]]:
+    """Every arm, joint and friction."""
+    rows = []
+    for name in names:
+        robot = arm(name)
+        for joint in range(robot.nv):
+            for label, share in FRICTIONS.items():
+                for seed in range(seeds):
+                    for controller in CONTROLLERS:
+                        found = episode(robot, joint, share, 100 * joint + seed, controller)
+                        case = {"arm": name, "joint": joint + 1, "friction": label, "seed": seed}
+                        rows.append(case | {"controller": controller} | found)
+    return rows
+
+
+def _cell(rows: list[dict[str, Any]]) -> str:
+    """finished, median and largest distance, broken limits."""
+    far = [1e3 * row["far"] for row in rows]
+    fast = sum(row["fast"] > FAST for row in rows)
+    done = sum(row["finished"] for row in rows)
+    return f"{done} of {len(rows)} | {np.median(far):.0f}, {max(far):.0f} | {fast}"
+
+
+def table(rows: list[dict[str, Any]], seconds: float) -> str:
+    """The report."""
+    versions = ", ".join(f"{name} {metadata.version(name)}" for name in PACKAGES)
+    head = " | ".join(f"{name}: finished | farthest [mm] p50, max | too fast" for name in CONTROLLERS)
+    lines = [
+        "# Joints without motor and brake, told at once",
+        "",
+        f"`{results.command('told_free_joints', sys.argv[1:])}`, {date.today()}, "
+        f"{platform.machine()} {platform.system()}, Python {platform.python_version()}, {versions}; "
+        f"{seconds:.0f} s.",
+        "",
+        f"Circles of {RADIUS:g} m in {SECONDS:g} s; the joint fails after {AT:g} s. Friction is dry, a share",
+        "of the torque limit, unknown to both.",
+        "",
+        f"| arm | friction | {head} |",
+        "|---|---|" + "---|" * 3 * len(CONTROLLERS),
+    ]
+    for name in [*dict.fromkeys(row["arm"] for row in rows), "all"]:
+        for label in FRICTIONS:
+            own = [r for r in rows if (name in ("all", r["arm"])) and r["friction"] == label]
+            cells = [_cell([r for r in own if r["controller"] == who]) for who in CONTROLLERS]
+            lines.append(f"| {name} | {label} | " + " | ".join(cells) + " |")
+    lines += [
+        "",
+        f"Finished: no stop, the tip within {1e3 * NEAR:g} mm and {TURNED:g} rad of its target in the end,",
+        f"no healthy joint above {FAST:g} times its limit. Arms of six joints are asked for a position only.",
+        "What this does not say: other drives, noise, loads, arms at other speeds.",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(ARMS), help="which (default all)")
+    parser.add_argument("--quick", action="store_true", help="xarm7 alone")
+    parser.add_argument("--seeds", type=int, default=1, help="circles of each (default %(default)s)")
+    results.add_out(parser, "told_free_joints")
+    parser.add_argument("--json", action="store_true", help="print every row as JSON and write nothing")
+    given = parser.parse_args()
+    logging.getLogger("ftqp").setLevel(logging.ERROR)
+    began = perf_counter()
+    rows = study(["xarm7"] if given.quick else given.arms, given.seeds)
+    if given.json:
+        print(json.dumps(rows))
+        return
+    report = table(rows, perf_counter() - began)
+    stem = results.stem("told_free_joints", name=None, quick=given.quick)
+    results.written({"rows": rows}, report, given.out, stem)
+    print(report)
+
+
+if __name__ == "__main__":
+    main()
