@@ -10,8 +10,8 @@ qpsolvers keeps them; clone them into DIR:
     git clone https://github.com/qpsolvers/maros_meszaros_qpbenchmark DIR/maros_meszaros_qpbenchmark
     git clone https://github.com/qpsolvers/mpc_qpbenchmark DIR/mpc_qpbenchmark
 
-Backends are taken with their default settings, cold, through ``ftqp.qp.solve``, which judges by residuals.
-Half a minute on one core. Results go to ``solvers/results`` unless --out says otherwise.
+Backends are taken with default settings or a profile, cold, through ``ftqp.qp.solve``, which judges by
+residuals. Half a minute on one core. Results go to ``solvers/results`` unless --out says otherwise.
 """
 
 import argparse
@@ -23,13 +23,14 @@ from typing import Any
 
 import numpy as np
 from bench import command_line, results
-from bench.contenders import Contender
+from bench.contenders import Contender, contenders
 from bench.tables import Table
 from scipy.io import loadmat
 
 from ftqp.qp import QP, SolveStatus, solve
 
-BACKENDS = ("active_set", "daqp", "qpsolvers:clarabel")
+CONTENDERS = ("active_set", "daqp", "daqp-accurate", "qpsolvers:clarabel", "clarabel-accurate")
+"""Backends with their default settings, and the accurate profiles of two of them."""
 VARIABLES, EQUALITIES, TWO_SIDED = 128, 64, 512
 """What ``active_set`` holds."""
 COUNT, QUICK = 1000, 20
@@ -37,7 +38,7 @@ MARGINS = (1.0, 1e-1, 1e-2, 1e-3, 1e-4)
 INFINITE, EQUAL = 9e19, 1e-10
 """In the sets of Maros and Meszaros a bound from here on is none, and bounds this near are one."""
 LIMITATIONS = (
-    "Settings are defaults; a maintainer of a solver may know better ones. One cold solve of each QP.",
+    "Settings are defaults or the profiles here; a maintainer may know better. One cold solve each.",
     "Times are those of `ftqp.qp.solve` as a whole: set-up, conversion, solve and the check of the answer.",
 )
 
@@ -100,15 +101,15 @@ def predictive_control(folder: Path) -> Iterator[QP]:
             )
 
 
-def row(title: str, backend: str, problems: list[QP], wanted: SolveStatus) -> dict[str, Any]:
+def row(title: str, who: Contender, problems: list[QP], wanted: SolveStatus) -> dict[str, Any]:
     """How a backend ended on problems, and how long it took [ms]."""
     ends, times = [], []
     for problem in problems:
         began = time.perf_counter()
-        ends.append(solve(problem, backend).status)
+        ends.append(solve(problem, who.settings).status)
         times.append(1e3 * (time.perf_counter() - began))
     return {
-        "set": title, "backend": backend, "right": sum(one is wanted for one in ends), "of": len(ends),
+        "set": title, "backend": who.name, "right": sum(one is wanted for one in ends), "of": len(ends),
         "ends": sorted({one.name for one in ends}), "median": float(np.median(times)), "worst": max(times),
     }  # fmt: skip
 
@@ -126,13 +127,12 @@ def main() -> int:
     for margin in MARGINS:
         made = lambda margin=margin: (contradicting_qp(k, margin) for k in range(count // 10))  # noqa: E731
         sets.append((f"infeasible by {margin:g}", made, empty))
-    found = []
+    found, chosen = [], contenders(CONTENDERS)
     for title, problems, wanted in sets:
         given = list(problems())
-        found += [row(title, backend, given, wanted) for backend in BACKENDS if given]
-    contenders = [Contender(name=name, settings={"name": name}) for name in BACKENDS]
-    chosen = {"random": count, "sets": "random" if options.sets is None else "all"}
-    result = results.circumstances("compare_semidefinite", contenders, chosen)
+        found += [row(title, who, given, wanted) for who in chosen if given]
+    settings = {"random": count, "sets": "random" if options.sets is None else "all"}
+    result = results.circumstances("compare_semidefinite", chosen, settings)
     result |= {"rows": found, "limitations": list(LIMITATIONS)}
     table = Table(
         title="QPs that no planner poses",
