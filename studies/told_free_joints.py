@@ -136,7 +136,7 @@ def episode(robot: ftqp.Robot, joint: int, share: float, seed: int, controller: 
             before = plant.q.copy()
         target.at(way.pose[k], way.twist[k], way.acceleration[k])
         if controller == "ftqp":
-            command = planner.step(plant.q, None, target)
+            command: Any = planner.step(plant.q, None, target)
         else:
             command = rates.step(plant.q, way.pose[k], way.twist[k])
         plant.advance(command)
