@@ -220,8 +220,8 @@ def rate_variable(K: Any, path: Any) -> None:
     draw(qp, n, weight, wanted)
     qp.H[n, n] = weight
     low, high = 0.0, min(path.limit, path.left, path.ahead, in_bend, max(allowed, slowest))
-    if K.calm.entered != 0:
-        high = min(high, path.rate + RISE_SHARE * brake * state.dt)
+    if K.calm.entered != 0 and brake < inf:
+        high = min(high, path.rate + RISE_SHARE * brake * min(1.0, path.rate / LEAST_RATE) * state.dt)
     pace = sqrt(speed) * (state.dt if state.level == ACCELERATION else 1.0)
     if pace * (path.end - path.progress) < NO_WAY * K.task.length:
         low = max(0.0, high)

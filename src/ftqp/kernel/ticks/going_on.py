@@ -1,5 +1,6 @@
 """Whether a tick goes on to the task: its error is looked at, and a stop or a target without use ends it."""
 
+from math import inf
 from typing import Any
 
 from ftqp.kernel.arm.pose_error import pose_error
@@ -69,23 +70,24 @@ def _stopping_time(K: Any) -> float:
 
 @rare_jit
 def _count_off(K: Any, e: float, r: float) -> None:
-    """``left``: what a limit that moves the arm has left of the error, and the task has not taken back yet.
+    """``left``: what a limit that moves the arm has left of the error, until it can rest within thresholds.
 
-    That is the error (e, r) itself, and half of what it would grow by while the joints brake, as a motion
-    that a limit has begun goes on beyond it. Both are counted in thresholds, the larger one: on its way back
-    a tip may trade some of its place for its attitude.
+    That is the error (e, r) itself, and half of what it changes by while the joints brake, as a motion that a
+    limit has begun goes on beyond it, and overshoots. Both are counted in thresholds, the larger one: on its
+    way back a tip may trade some of its place for its attitude.
     """
     watch = K.watch
-    worst = max(e / watch.stop_position, r / watch.stop_rotation)
-    if limits_move(K):
-        rises = max(
-            (e - watch.last_position_error) / watch.stop_position,
-            (r - watch.last_rotation_error) / watch.stop_rotation,
-            0.0,
+    worst, change = max(e / watch.stop_position, r / watch.stop_rotation), 0.0
+    if watch.last_position_error < inf:
+        change = max(
+            abs(e - watch.last_position_error) / watch.stop_position,
+            abs(r - watch.last_rotation_error) / watch.stop_rotation,
         )
-        watch.left = worst + 0.5 * rises * _stopping_time(K) / K.state.dt
-    elif e <= watch.last_position_error and r <= watch.last_rotation_error:
-        watch.left = min(watch.left, worst)
+    ahead = worst + 0.5 * change * _stopping_time(K) / K.state.dt
+    if worst > 1.0 and limits_move(K):
+        watch.left = ahead
+    elif ahead <= 1.0:
+        watch.left = 0.0
 
 
 @jit
@@ -93,7 +95,7 @@ def _emergency(K: Any) -> bool:
     """Latch when the reference's error is beyond its threshold and has risen on ``stop_samples`` ticks.
 
     Errors of tasks that go before the tip's count as its own, and so do those beside it that are required.
-    What a limit that moves the arm has left of it does not count, until both are within thresholds again.
+    What a limit that moves the arm has left of it does not count, see ``_count_off``.
     """
     task, watch, feedback, kinematics, terms = K.task, K.watch, K.feedback, K.kinematics, K.terms
     e, r = task.position_error, task.rotation_error
@@ -103,10 +105,8 @@ def _emergency(K: Any) -> bool:
         if (terms.hard[t] or (terms.shares[t] and terms.required[t])) and terms.weight[t] > 0.0:
             position, rotation = error_of(terms, t)
             e, r = max(e, position), max(r, rotation)
-    if e > watch.stop_position or r > watch.stop_rotation:
+    if e > watch.stop_position or r > watch.stop_rotation or watch.left > 0.0:
         _count_off(K, e, r)
-    else:
-        watch.left = 0.0
     beyond = (e > (1.0 + watch.left) * watch.stop_position and e > watch.last_position_error) or (
         r > (1.0 + watch.left) * watch.stop_rotation and r > watch.last_rotation_error
     )
