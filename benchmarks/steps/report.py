@@ -203,7 +203,7 @@ def contenders(result: dict[str, Any]) -> list[Table]:
 
 
 def details(result: dict[str, Any]) -> list[Table]:
-    """A table a robot, level and state: p50, p99.9 and ratio of every variant in every way [us, mm]."""
+    """A table a robot, level and state: p50, p99.9, longest and ratio of every variant and way [us, mm]."""
     tables = []
     for name in dict.fromkeys(title(case) for case in result["cases"]):
         found = {case["way"]: case["variants"] for case in result["cases"] if title(case) == name}
@@ -213,15 +213,15 @@ def details(result: dict[str, Any]) -> list[Table]:
             for variants in found.values():
                 row, reference = variants.get(variant), variants.get(REFERENCE)
                 if row is None:
-                    cells += ["-"] * 3
+                    cells += ["-"] * 4
                     continue
                 ratio = row["p50"] / reference["p50"] if reference else None
-                cells += [_us(row["p50"]), _us(row["p999"]), _ratio(ratio)]
+                cells += [_us(row["p50"]), _us(row["p999"]), _us(row["max"]), _ratio(ratio)]
             last = [variants[variant] for variants in found.values() if variant in variants]
             moved = max(row["position_error"] for row in last)
             said = dict.fromkeys(status for row in last for status in row["statuses"] if status)
             rows.append((variant, *cells, f"{1e3 * moved:.3f}" if said else "-", ", ".join(said)))
-        headings = [f"{way} {part}" for way in found for part in ("p50", "p99.9", "ratio")]
+        headings = [f"{way} {part}" for way in found for part in ("p50", "p99.9", "longest", "ratio")]
         tables.append(
             Table(
                 title=name,
