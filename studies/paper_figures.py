@@ -2,9 +2,9 @@
 
     python studies/paper_figures.py [--out DIR] [--page FILE]     or: make papers
 
-Half a minute on two cores. Pictures go to studies/results, the page is docs/evidence/paper-figures.md: what
-stands there between markers is written anew. A single figure: ``python studies/holt1994.py --figures DIR
---only 7``.
+Half a minute on two cores. Pictures go to docs/pictures/papers, the page is docs/evidence/paper-figures.md:
+what stands there between markers is written anew. A single figure: ``python studies/holt1994.py --figures
+DIR --only 7``.
 """
 
 import json
@@ -17,12 +17,13 @@ from pathlib import Path
 from typing import Any
 
 from bench import command_line
-from bench.results import ROOT, add_out, inserted
+from bench.results import ROOT, inserted
 from papers.beside import PAPERS
 
 from ftqp.core.errors import FtqpError
 
 PAGE = ROOT / "docs" / "evidence" / "paper-figures.md"
+PICTURES = ROOT / "docs" / "pictures" / "papers"
 
 
 def made(name: str, folder: Path) -> dict[str, Any]:
@@ -49,7 +50,7 @@ def lines(sheet: dict[str, Any], folder: Path, page: Path) -> list[str]:
 def main() -> int:
     """Draw all and fill the page; 0, or 2 for bad input."""
     parser = command_line.parser(__doc__)
-    add_out(parser, "paper_figures")
+    parser.add_argument("--out", type=Path, default=PICTURES, metavar="DIR", help="where pictures go")
     parser.add_argument(
         "--page", type=Path, default=PAGE, metavar="FILE", help="the page (default: that of the docs)"
     )
