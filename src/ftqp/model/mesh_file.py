@@ -22,7 +22,8 @@ def refuse_other_than_mesh(file: Path) -> None:
     if file.suffix.lower() not in MESHES:
         kinds = ", ".join(end[1:].upper() for end in MESHES)
         raise InputError(
-            f"mesh {str(file)!r:.200} ends in {file.suffix!r:.20}, expected one of {kinds}; convert it to STL"
+            f"mesh {str(file)!r:.200} is packed, or is no mesh (it ends in {file.suffix!r:.20}, expected one "
+            f"of {kinds}); convert it to STL"
         )
     try:
         with file.open("rb") as opened:
