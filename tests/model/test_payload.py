@@ -27,11 +27,28 @@ V = [0.4, -0.3, 0.5, 0.2, -0.6, 0.7, -0.8]
         ({"mass": 1.0, "inertia": np.diag([1.0, 1.0, -0.1])}, "principal moments -0.1, 1, 1 kg m2, which no"),
         ({"mass": 1.0, "inertia": np.diag([1.0, 1.0, 3.0])}, "principal moments 1, 1, 3 kg m2, which no"),
         ({"mass": 1.0, "inertia": [[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]}, "inertia is not symmetric"),
+        ({"mass": 1e308}, r"mass of a payload is 1e\+308 kg, expected at most 1e\+06 kg; look at its unit"),
+        ({"mass": 1.0, "com": (0.0, -1e308, 0.0)}, r"com of a payload is 1e\+308 m, expected at most 1000 m"),
+        (
+            {"mass": 1.0, "inertia": 1e308 * np.eye(3)},
+            r"inertia of a payload is 1e\+308 kg m2, expected at most",
+        ),
     ],
 )
 def test_what_no_rigid_body_is_is_refused(given, sentence):
     with pytest.raises(InputError, match=sentence):
         ftqp.Payload(**given)
+
+
+def test_the_heaviest_load_has_torques_that_are_numbers():
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(robot, 1e-3, drive="torque")
+    planner.carry(ftqp.Payload(1e6, com=(1e3, 1e3, 1e3), inertia=1e12 * np.eye(3)))
+    planner.reset(robot.neutral)
+    for _ in range(20):
+        step = planner.step(robot.neutral, None, ftqp.Target(pose=robot.pose(robot.neutral)))
+        assert (abs(step.tau) <= robot.limits.tau_max).all()
+    assert np.isfinite(planner.robot.bias(robot.neutral, V)).all()
 
 
 def test_loaded_arm_has_the_dynamics_that_pinocchio_gives_its_model():

@@ -451,10 +451,14 @@ int ftqp_begin(ftqp *p) {
 /* Whether a rigid body can have the inertia: symmetric, no principal moment below 0 or above the sum of the others.
    That is: the matrix of second moments, half its trace times 1 less itself, is positive semidefinite. */
 static int is_body(const ftqp_load *load) {
+    const double heaviest = 1e6, farthest = 1e3; /* kg, m: as ftqp.Payload has it */
     const double *I = load->inertia;
     double most = 0.0;
     if (!(load->mass > 0.0) || !isfinite(load->mass) || !all_finite(load->com, 3) || !all_finite(I, 9)) return 0;
     for (int k = 0; k < 9; k++) most = fmax(most, fabs(I[k]));
+    if (load->mass > heaviest || most > heaviest * farthest * farthest) return 0;
+    for (int k = 0; k < 3; k++)
+        if (fabs(load->com[k]) > farthest) return 0;
     const double slack = 1e-9 * most;
     if (fabs(I[1] - I[3]) > slack || fabs(I[2] - I[6]) > slack || fabs(I[5] - I[7]) > slack) return 0;
     const double half = 0.5 * (I[0] + I[4] + I[8]) + slack;
@@ -621,7 +625,7 @@ const char *ftqp_status_name(int status) {
         case FTQP_DAMAGED: return "the arm's file makes no sense; build it anew";
         case FTQP_NO_JOINT: return "the arm has no such joint, or that joint has no motor; see arm.h";
         case FTQP_BAD_FAULT: return "a number of the fault is out of its range; see ftqp_fault in ftqp.h";
-        case FTQP_BAD_LOAD: return "no rigid body has that mass and inertia";
+        case FTQP_BAD_LOAD: return "no rigid body has that mass and inertia, or no arm carries it";
         case FTQP_BAD_TICKS: return "ticks is below 1, expected how many periods the last step is ago";
         case FTQP_NOT_FINITE: return "the start is not finite";
         case FTQP_BAD_SPEED: return "the speed is not in (0, 1], a share of the path's own";
