@@ -258,3 +258,45 @@ def test_a_second_thread_inside_a_call_is_refused_with_a_sentence(second):
         first.join()
     assert ride.planner.faults == {} and ride.step().status is ftqp.StepStatus.OK
     calls[second]()
+
+
+@pytest.mark.parametrize("kind", ["task", "constraint", "configuration"])
+def test_a_function_that_steps_the_planner_whose_step_asks_it_is_refused(kind):
+    asked = {}
+
+    def again(*_):
+        if asked:
+            asked["said"] = None
+            try:
+                asked["planner"].step(PANDA.neutral, None, target)
+            except ftqp.InputError as error:
+                asked["said"] = str(error)
+                raise
+
+    class Again:
+        def __array__(self, dtype=None, copy=None):
+            again()
+            return np.asarray(PANDA.neutral)
+
+    target = ftqp.Target(pose=PANDA.pose(PANDA.neutral))
+    rows = {
+        "task": {"tasks": [ftqp.Task(), ftqp.LeastSquares(1, again)]},
+        "constraint": {"constraints": [ftqp.Rows(1, again)]},
+        "configuration": {},
+    }[kind]
+    planner = ftqp.Planner(PANDA, **rows)
+    planner.reset(PANDA.neutral)
+    ticks = [planner.step(PANDA.neutral, None, target).code]
+    asked["planner"] = planner
+    if kind == "configuration":
+        with pytest.raises(ftqp.InputError, match="q is not an array of numbers"):
+            planner.step(Again(), None, target)
+    else:
+        step = planner.step(PANDA.neutral, None, target)
+        said = step.tasks["LeastSquares"].failed if kind == "task" else planner.stopped_because
+        assert "planner.step is called inside planner.step, by a function that it asks" in said
+        assert planner.session().K.state.ticks == len(ticks) + 1, "one step is one tick"
+    assert "fill in its arrays" in asked["said"]
+    asked.clear()
+    expected = ftqp.StepStatus.STOPPED if kind == "constraint" else ftqp.StepStatus.OK
+    assert planner.step(PANDA.neutral, None, target).status is expected

@@ -1,4 +1,7 @@
-"""One planner, one thread: a call that comes while another thread is inside one is refused."""
+"""One planner, one thread: a call that comes while another thread is inside one is refused.
+
+So is a step that comes from inside a step, of a function that the step asks.
+"""
 
 from collections.abc import Callable
 from functools import update_wrapper
@@ -41,18 +44,26 @@ class OneThread:
             stay: What lives as long as it does.
 
         Raises:
-            InputError: Another thread is inside.
+            InputError: Another thread is inside, or this one is inside a step and wants another.
         """
         me = get_ident(), call, ref(stay)
         found = self._inside.setdefault("owner", me)
+        if found is me:
+            return True
+        if found[2]() is None:
+            self._inside["owner"] = me
+            return True
         if found[0] != me[0]:
-            if found[2]() is not None:
-                raise InputError(
-                    f"planner.{call} is called while another thread is inside planner.{found[1]}; a planner "
-                    "belongs to one thread: let the others hand over to it what they want, by a queue.Queue"
-                )
-            self._inside["owner"] = found = me
-        return found is me
+            raise InputError(
+                f"planner.{call} is called while another thread is inside planner.{found[1]}; a planner "
+                "belongs to one thread: let the others hand over to it what they want, by a queue.Queue"
+            )
+        if call == found[1] == "step":
+            raise InputError(
+                "planner.step is called inside planner.step, by a function that it asks; let that only fill "
+                "in its arrays, and step another planner to look ahead"
+            )
+        return False
 
     def leave(self) -> None:
         """Nobody is inside any more."""
