@@ -72,7 +72,7 @@ def _begin(
     good = True
     for i in range(chain.n):
         gate.q[i] = gate.sent[i] = state.q_command[i] = q[i]
-        gate.v[i] = state.v_command[i] = v[i]
+        gate.v[i] = gate.speed[i] = state.v_command[i] = v[i]
         if returns:
             criteria.posture[i] = q[i]
         good = good and is_finite(q[i]) and is_finite(v[i])

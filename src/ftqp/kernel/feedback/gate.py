@@ -33,7 +33,7 @@ from ftqp.kernel.layout.enums import (
     VELOCITY_DRIVE,
     VIABILITY,
 )
-from ftqp.kernel.layout.thresholds import FASTEST, STILL_SAMPLES, UNLIMITED
+from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
 from ftqp.kernel.maths.elementary import larger, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, put, several
 from ftqp.kernel.rows.failed_joints import braked_velocity
@@ -149,25 +149,25 @@ def _toward(last: Any, wanted: Any, most: Any) -> Any:
 
 
 @jit
-def _send_to_held(K: Any) -> None:
-    """Where joints that are held are sent, beside where they are believed to be: always inside their range.
+def _send_to_failed(K: Any) -> None:
+    """What joints that have failed are sent, beside where they are believed to be.
 
-    A locked joint is sent where it came to rest, and to where it is seen once it is seen to stand there. A
-    sensor that drifts moves the estimate, and with it what is told to the others, but not what is sent. Of a
-    joint that swings freely, which no motor moves, the estimate itself is said, in its range of one that is
-    only measured.
+    A joint that is held goes on from what it was sent last, by no more than it takes to brake, and stays
+    there: a sensor that is noisy or drifts moves the estimate, and with it what is told to the others, but
+    not what is sent. Of a joint without motor and brake the estimate itself is said, as far as anything moves
+    in a tick, be it beyond the range: there it begins when its motor works again.
     """
-    gate, state, faults, feedback = K.gate, K.state, K.faults, K.feedback
-    for k in range(faults.movable, K.chain.n):
+    gate, state, faults, feedback, dt = K.gate, K.state, K.faults, K.feedback, K.state.dt
+    for k in range(faults.working, K.chain.n):
         i = faults.order[k]
-        wanted = state.q_command[i]
-        if faults.code[i] == LOCKED and feedback.still[i] < STILL_SAMPLES:
-            wanted = gate.sent[i]
-        top = min(K.limits.v_max[i], UNLIMITED)
-        if faults.code[i] == MEASURED:
-            top = max(top, 2.0 * FASTEST)
-        feedback.q_sent[i] = place_of(K.limits, gate, i, _toward(gate.sent[i], wanted, state.dt * top))
-        feedback.v_sent[i] = min(max(feedback.v_sent[i], -top), top)
+        if faults.code[i] == FREE or faults.code[i] == MEASURED:
+            feedback.q_sent[i] = _toward(gate.sent[i], state.q_command[i], 2.0 * FASTEST * dt)
+            continue
+        before = gate.speed[i]
+        after = _toward(before, state.v_command[i], dt * K.limits.a_max[i])
+        way = 0.5 * dt * (before + after) if state.level == ACCELERATION else dt * after
+        feedback.q_sent[i] = place_of(K.limits, gate, i, gate.sent[i] + way)
+        feedback.v_sent[i] = after
 
 
 @rare_jit
@@ -255,21 +255,19 @@ def pass_gate(K: Any) -> bool:
         outcome = K.cascade.outcome
         if outcome == OK or outcome == RELAXED or outcome == SCALED:
             K.cascade.outcome = INVALID_INPUT
-    _send_to_held(K)
+    _send_to_failed(K)
     if K.chain.mimics:
         mimic_places(K.chain, feedback.q_sent)
         mimic(K.chain, feedback.v_sent)
-    limits, place = K.limits, K.scratch.joints
-    for k in range(K.faults.working, K.faults.movable):  # where it may be sent once its motor works again
-        i = K.faults.order[k]
-        near = _toward(gate.sent[i], feedback.q_sent[i], 2.0 * FASTEST * state.dt)
-        place[i] = min(max(near, limits.q_min[i]), limits.q_max[i])
     for at in range(0, K.chain.n, WIDTH):
         put(gate.q, at, several(state.q_command, at))
         put(gate.v, at, several(state.v_command, at))
         put(gate.sent, at, several(feedback.q_sent, at))
+        put(gate.speed, at, several(feedback.v_sent, at))
         if feedback.kind == TORQUE_DRIVE:
             put(gate.tau, at, several(feedback.tau_sent, at))
-    for k in range(K.faults.working, K.faults.movable):
-        gate.sent[K.faults.order[k]] = place[K.faults.order[k]]
+    for k in range(K.faults.working, K.chain.n):
+        i = K.faults.order[k]
+        if K.faults.code[i] == FREE or K.faults.code[i] == MEASURED:
+            gate.speed[i] = 0.0  # nothing is sent that moves it
     return through

@@ -31,6 +31,13 @@ contradicted."""
 
 
 @jit
+def rest_speed(feedback: Any) -> float:
+    """A failed joint that is observed to be slower than this [rad/s or m/s] may as well stand."""
+    rest: float = STILL + 6.0 * feedback.sigma * feedback.failed_noise
+    return rest
+
+
+@jit
 def refer(state: Any, faults: Any, feedback: Any, chain: Any, past: Any) -> None:
     """(q_r, v_r) into ``state``: the last command; of failed joints the observed state.
 
@@ -39,7 +46,7 @@ def refer(state: Any, faults: Any, feedback: Any, chain: Any, past: Any) -> None
     Source: docs/theory/feedback.md, "The reference".
     """
     now = feedback.now
-    rest = STILL + 6.0 * feedback.sigma * feedback.failed_noise
+    rest = rest_speed(feedback)
     for at in range(0, chain.n, WIDTH):
         put(state.q, at, several(state.q_command, at))
         put(state.v, at, several(state.v_command, at))
@@ -76,19 +83,21 @@ def return_to_work(K: Any, i: int) -> None:
     """A joint that had failed works again: where it begins, within its speed limit, and what it is sent.
 
     An arm that takes positions stands where it was sent, if the joint obeys; the lead is added again when it
-    is sent. Another begins where it is predicted, which is as near to its sample as it can have moved since,
-    and in its range. At the end of its range, where a stop holds it, it is not on its way out.
+    is sent. Another begins where it is predicted, which is as near to its sample as it can have moved since.
+    Either may be beyond the range: it is led back from there as after a reset. At the end of its range, where
+    a stop holds it, it is not on its way out; what noise makes of its velocity is none.
     """
     gate, state, feedback, limits, past = K.gate, K.state, K.feedback, K.limits, K.past
     top = min(limits.v_max[i], UNLIMITED)
-    gate.v[i] = state.v_command[i] = v = min(max(gate.v[i], -top), top)
+    v = min(max(gate.v[i], -top), top) if abs(gate.v[i]) > rest_speed(feedback) else 0.0
+    gate.v[i] = state.v_command[i] = v
     if feedback.kind == POSITION_DRIVE:
-        q = gate.sent[i] - gate.lead * v
+        q = place_of(limits, gate, i, gate.sent[i] - gate.lead * v)
     else:
         good = feedback.bad[i] == 0 and is_finite(state.q[i])
         most, seen = (feedback.latency + 1) * state.dt * top, state.q[i] if good else gate.sent[i]
         q = min(max(gate.q[i], seen - most), seen + most)
-    gate.q[i] = state.q_command[i] = place_of(limits, gate, i, q)
+    gate.q[i] = state.q_command[i] = q
     if (gate.q[i] <= limits.q_min[i] and v < 0.0) or (gate.q[i] >= limits.q_max[i] and v > 0.0):
         gate.v[i] = state.v_command[i] = 0.0
     for s in range(feedback.span):

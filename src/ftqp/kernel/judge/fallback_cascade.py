@@ -55,6 +55,7 @@ from ftqp.kernel.layout.enums import (
     LEAST_EXCESS_STAGE,
     LEXICOGRAPHIC,
     MAIN_STAGE,
+    MEASURED,
     OK,
     PLAIN_STAGE,
     QP_READY,
@@ -71,7 +72,7 @@ from ftqp.kernel.layout.enums import (
     STOPPED_BY_FALLBACKS,
     STOPPING,
 )
-from ftqp.kernel.layout.thresholds import RELAXED_FROM, SCALED_FROM, TASK_FLOOR
+from ftqp.kernel.layout.thresholds import AT_REST, RELAXED_FROM, SCALED_FROM, TASK_FLOOR
 from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
 from ftqp.kernel.rows.task_terms import judge_terms
 
@@ -98,13 +99,19 @@ def _outcome_of_solved(task: Any, cascade: Any, terms: Any) -> int:
 
 @rare_jit
 def _sets_out(K: Any) -> bool:
-    """Whether joints that were at rest are sent to move: beside one that swings freely, or off a limit."""
-    limits, faults, state = K.limits, K.faults, K.state
+    """Whether something is sent that moves: beside a joint that swings freely, off a limit, or to brake.
+
+    What a joint that is held is sent goes on until it has braked.
+    """
+    limits, faults, state, feedback = K.limits, K.faults, K.state, K.feedback
     slow = slow_enough(K)
-    for k in range(faults.working):
+    for k in range(K.chain.n):
         i = faults.order[k]
         top = limits.v_max[i] if limits.v_max[i] < inf else 1.0
-        if abs(state.v_command[i]) > slow * top:
+        if k < faults.working and abs(state.v_command[i]) > slow * top:
+            return True
+        held = k >= faults.movable and faults.code[i] != MEASURED
+        if held and abs(feedback.v_sent[i]) > AT_REST * top:
             return True
     return False
 

@@ -88,17 +88,17 @@ def prescribed_motion(state: Any, faults: Any, limits: Any, chain: Any, qp: Any)
 
     While it brakes, x_F = -sign(v_F) min(rate, |v_F|/dt) until v_F is exactly zero, the last step partial;
     then it is locked for ever. A joint that is only measured goes on as fast as it is seen. The rate is that
-    of ``lock_rate``. v_F follows that model, or the measured velocity where the joint stops sooner, so that
-    noise cannot keep it braking.
+    of ``lock_rate``. v_F begins at what was commanded last and follows that model, or the measured velocity
+    where the joint stops sooner, so that noise neither sets a joint that stands in motion nor keeps one
+    braking.
     Source: docs/theory/joint-failures.md, "Locked".
     """
     dt = state.dt
     for k in range(faults.movable, chain.n):
         i = faults.order[k]
         if faults.code[i] == BRAKING:
-            vf = faults.lock_velocity[i]
-            if abs(state.v[i]) < abs(vf):
-                vf = state.v[i]
+            model = state.v_command[i]
+            vf = min(max(state.v[i], min(model, 0.0)), max(model, 0.0))
             if abs(vf) <= STANDS:
                 faults.code[i] = LOCKED
             else:
@@ -250,7 +250,7 @@ def lock_instantly(K: Any) -> None:
             K.gate.v[i] += share * delta[i]
     for i in range(n):
         if faults.code[i] == INSTANT:
-            state.v[i] = K.gate.v[i] = 0.0
+            state.v[i] = K.gate.v[i] = K.gate.speed[i] = 0.0
             faults.code[i] = LOCKED
     if K.chain.mimics:
         mimic(K.chain, state.v)

@@ -36,8 +36,6 @@ def _lock(faults: Any, given: Any, fault: Any, i: int, was: int) -> None:
     if was == LOCKED:
         return
     faults.code[i] = INSTANT if fault.mode == 1 else BRAKING
-    if was != BRAKING:
-        faults.lock_velocity[i] = inf
 
 
 @jit
