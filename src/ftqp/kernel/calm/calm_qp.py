@@ -134,6 +134,6 @@ def pose_calm(K: Any, kp: float) -> None:
     _lean(state, K.faults, K.limits, qp, calm, kp, kv)
     qp.dense = 1
     qp.meq = 0
-    if calm.entered <= 0:
+    if calm.entered == 0:
         qp.warm = 0
     calm.entered = 1

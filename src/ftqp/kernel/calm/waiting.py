@@ -12,11 +12,6 @@ SLOW = 0.5
 """Rate of a path below which its ticks may be posed in calm. Faster paths are posed as if there were no calm
 (docs/theory/calm.md, "Paths that wait"). A guess that `python studies/study_calm.py` has not contradicted."""
 
-AFTER_CALM = 0.2
-"""For so long after calm [s] a path gathers speed with a share of the acceleration limits only. With all of
-them the path left calm and fell back into it within some ticks, again and again, at the full acceleration
-of its joints either way. A guess that the campaigns have not contradicted."""
-
 
 @jit
 def waits(K: Any, path: Any) -> bool:
@@ -35,15 +30,10 @@ def stand_still(task: Any, calm: Any, path: Any) -> bool:
 
 
 @jit
-def leave_calm(state: Any, qp: Any, calm: Any) -> None:
-    """The codes of a working set depend on how many rows there are: after a tick in calm it is of no use.
-
-    ``entered`` then counts the ticks of AFTER_CALM, from below zero.
-    """
-    if calm.entered > 0:
-        calm.entered, qp.warm = -round(AFTER_CALM / state.dt), 0
-    elif calm.entered < 0:
-        calm.entered += 1
+def leave_calm(qp: Any, calm: Any) -> None:
+    """The codes of a working set depend on how many rows there are: after a tick in calm it is of no use."""
+    if calm.entered:
+        calm.entered, qp.warm = 0, 0
 
 
 @rare_jit

@@ -8,15 +8,14 @@ from ftqp.kernel.layout.enums import TASK_ROWS
 def calm_fields(N: int) -> list[Any]:
     """What brings the arm to rest, see ``ftqp.kernel.calm``.
 
-    ``on``: whether the planner wants it; ``entered``: 1 where the last tick was posed in calm, on a path
-    below zero for a while after it; ``stood``: how long the target has stood [s]; ``sure``: how long it has
-    been clear that little can be gained [s]; ``holding``: the arm no longer tries, at the error ``held``.
-    ``hushed``: how often it has been seen to swing; ``way`` and ``long_way``: of its joints within the
-    present ``window`` [s], which began at ``q_window`` and ``q_long_window``. ``rho``: share of the error
-    e'e that can be removed; ``beta``: share of the error that feedback asks for; ``soft``: weight of the
-    scheme's objective; ``psi``: how much of the metric there is; ``count``: how many joints are free.
-    ``anchor``: pose where the target stands. ``known``: the joints that worked at the last tick, so many as
-    ``known_working``.
+    ``on``: whether the planner wants it; ``entered``: whether the last tick was posed in calm; ``stood``:
+    how long the target has stood [s]; ``sure``: how long it has been clear that little can be gained [s];
+    ``holding``: the arm no longer tries, at the error ``held``. ``hushed``: how often it has been seen to
+    swing; ``way`` and ``long_way``: of its joints within the present ``window`` [s], which began at
+    ``q_window`` and ``q_long_window``. ``rho``: share of the error e'e that can be removed; ``beta``: share
+    of the error that feedback asks for; ``soft``: weight of the scheme's objective; ``psi``: how much of
+    the metric there is; ``count``: how many joints are free. ``anchor``: pose where the target stands.
+    ``known``: the joints that worked at the last tick, so many as ``known_working``.
 
     ``reach`` and ``lipschitz`` bound the curvature and the change of the rows; ``sigma_seen`` is the smallest
     singular value when it was last looked at, at ``q_seen`` with ``seen_working`` joints.

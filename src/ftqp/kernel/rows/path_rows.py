@@ -39,9 +39,6 @@ STOP_SHARE_NEAR = 0.8
 """... this is the share for coming down to the rate of a bend, what the bend itself takes included
 (docs/theory/path-progress.md, "How fast the rate may be"). Both are guesses that
 `python studies/study_calm.py` has not contradicted."""
-RISE_SHARE = 0.5
-"""In calm, and for a while after it, the rate rises by this share of what it may fall by. A guess that the
-campaigns have not contradicted."""
 BEND_SHARE = 0.5
 """Share of the acceleration limits that the bend of the path may use. The other half is that of STOP_SHARE,
 because both act at once."""
@@ -220,8 +217,6 @@ def rate_variable(K: Any, path: Any) -> None:
     draw(qp, n, weight, wanted)
     qp.H[n, n] = weight
     low, high = 0.0, min(path.limit, path.left, path.ahead, in_bend, max(allowed, slowest))
-    if K.calm.entered != 0 and brake < inf:
-        high = min(high, path.rate + RISE_SHARE * brake * min(1.0, path.rate / LEAST_RATE) * state.dt)
     pace = sqrt(speed) * (state.dt if state.level == ACCELERATION else 1.0)
     if pace * (path.end - path.progress) < NO_WAY * K.task.length:
         low = max(0.0, high)

@@ -169,7 +169,7 @@ def _ask(K: Any) -> int:
     task, terms, turned, qp = K.task, K.terms, K.turned, K.qp
     ratio = task.slack_ratio
     K.cascade.stage = MAIN_STAGE
-    leave_calm(K.state, qp, K.calm)
+    leave_calm(qp, K.calm)
     for k in range(task.m):
         task.asked[k] = qp.b[k]
     if task.mode == HARD:
@@ -278,7 +278,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
     if calm:
         begin_calm_on_path(K, path, task.kp)
         return SOLVE
-    leave_calm(K.state, qp, K.calm)
+    leave_calm(qp, K.calm)
     if K.terms.shared:
         share(K, 1.0 / softness(task, K.terms, K.chain, qp, ratio))
     return QP_READY
