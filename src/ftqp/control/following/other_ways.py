@@ -143,7 +143,9 @@ class OtherWays:
         """Why nothing was looked for."""
         if self.search is None:
             return "arms with branches, and floating ones, go straight only"
-        return "a joint swings freely" if self._view.working.any() else "no joint works"
+        if not self._view.working.any():
+            return f"no joints work, and the goal has {self.search.m} rows"
+        return "a joint swings freely"
 
     def _thoughts(self) -> Iterator[None]:
         """All pieces of thinking; it yields after each, and where a way is there."""
