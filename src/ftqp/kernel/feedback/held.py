@@ -23,13 +23,14 @@ STANDS, STANDS_SIGMAS = 0.012, 3.0
 time, stands ..."""
 SHOULD = 4.0
 """... and one that is sent so many times as fast, or as far, should move, or is seen to move."""
-STOOD = 0.012
-"""For so long [s] all joints have to stand, ..."""
+STOOD, SAMPLES = 0.012, 2.0
+"""For so long [s], and for more than so many ticks, all joints have to stand, as one sample that comes twice
+shows nothing, ..."""
 JUST = 0.05
 """... those that moved not longer ago than this [s] ..."""
 ASKED, FAR = 0.1, 0.005
 """... or that were sent so far [rad or m], beside noise, while all have stood for so long [s], as the slowest
-servos need to show that they move. All of these are guesses that `python studies/held_arm.py` has not
+servos need to show that they move; one such joint alone is locked, while the others rest. All of these are guesses that `python studies/held_arm.py` has not
 contradicted."""
 USUAL_TIME = 0.2
 """Time constant [s] of how far ahead of an arm that moves its command usually is, or of what disturbs it. A
@@ -87,7 +88,8 @@ def _stands(K: Any, then: int, dt: float) -> bool:
     held, feedback, faults = K.held, K.feedback, K.faults
     still = STANDS + STANDS_SIGMAS * feedback.sigma / FILTER
     share, slow, should = min(1.0, dt / FILTER), min(1.0, dt / USUAL_TIME), SHOULD * still
-    asked, all_stand = 0, True
+    asked = moved = 0
+    all_stand = True
     for k in range(faults.working):
         i = faults.order[k]
         sample = K.state.q[i]
@@ -114,12 +116,14 @@ def _stands(K: Any, then: int, dt: float) -> bool:
         held.way[i] = 1.0 if (v if just else gone) > 0.0 else -1.0
         held.asked[i] = 1.0 if just or far else 0.0
         asked += 1 if (just or far) and K.chain.lead[i] == i else 0
+        moved += 1 if just and K.chain.lead[i] == i else 0
     held.still += dt
     if not all_stand:
         held.still = 0.0
         for i in range(K.chain.n):
             held.begun[i], held.at[i] = K.past.q[then, i], held.last[i]
-    return all_stand and asked >= min(1 + held.alone, faults.working)
+    alone = moved > 0 and held.alone == 0
+    return all_stand and asked >= min(1 if alone else 2, faults.working)
 
 
 @rare_jit
@@ -214,10 +218,11 @@ def watch_arm(K: Any, first: bool) -> None:
     held.since = 0.0
     if not held.sees:
         _begin(K, then)
+        return
     stands = _stands(K, then, dt)
     if not held.on:
         held.stood = held.stood + dt if stands else 0.0
-        if held.stood <= STOOD:
+        if held.stood <= max(STOOD, SAMPLES * K.state.dt):
             return
         _hold(K)
     stays = _stay(K, dt)
