@@ -72,20 +72,21 @@ def _stopping_time(K: Any) -> float:
 def _count_off(K: Any, e: float, r: float) -> None:
     """``left``: what a limit that moves the arm has left of the error, until it can rest within thresholds.
 
-    That is the error (e, r) itself, and half of what it changes by while the joints brake, as a motion that a
-    limit has begun goes on beyond it, and overshoots. Both are counted in thresholds, the larger one: on its
-    way back a tip may trade some of its place for its attitude.
+    That is what the error (e, r) rises by while a limit moves the arm, and as much again, as a motion that a
+    limit has begun goes on beyond it, and overshoots; but no more than the error itself, and half of what it
+    changes by while the joints brake. An error that was there before, as of a task out of reach, is not the
+    limit's. All is counted in thresholds, the larger one: on its way back a tip may trade some of its place
+    for its attitude.
     """
     watch = K.watch
-    worst, change = max(e / watch.stop_position, r / watch.stop_rotation), 0.0
+    worst, change, rise = max(e / watch.stop_position, r / watch.stop_rotation), 0.0, 0.0
     if watch.last_position_error < inf:
-        change = max(
-            abs(e - watch.last_position_error) / watch.stop_position,
-            abs(r - watch.last_rotation_error) / watch.stop_rotation,
-        )
+        last_e, last_r = watch.last_position_error, watch.last_rotation_error
+        rise = max(worst - max(last_e / watch.stop_position, last_r / watch.stop_rotation), 0.0)
+        change = max(abs(e - last_e) / watch.stop_position, abs(r - last_r) / watch.stop_rotation)
     ahead = worst + 0.5 * change * _stopping_time(K) / K.state.dt
     if worst > 1.0 and limits_move(K):
-        watch.left = ahead
+        watch.left = min(watch.left + 2.0 * rise, ahead)
     elif ahead <= 1.0:
         watch.left = 0.0
 
