@@ -149,7 +149,8 @@ def test_target_that_is_no_number_stops_all_arms(study):
     memory.setflags(write=True)
     memory[150:, 3] = np.nan
     done = ftqp.batch.rollout(planner, q[:2], targets=broken)
-    assert np.isfinite(done.q).all() and (done.counts[:, -1] > 0).all()
+    bad = done.counts[:, STATUSES.index(ftqp.StepStatus.INVALID_INPUT)]
+    assert np.isfinite(done.q).all() and (bad == TICKS - 150).all()
 
 
 def test_arms_rest_at_a_target_that_stands_and_go_on_when_it_leaves(study):
