@@ -30,8 +30,8 @@ JUST = 0.05
 """... those that moved not longer ago than this [s] ..."""
 ASKED, FAR = 0.1, 0.005
 """... or that were sent so far [rad or m], beside noise, while all have stood for so long [s], as the slowest
-servos need to show that they move; one such joint alone is locked, while the others rest. All of these are guesses that `python studies/held_arm.py` has not
-contradicted."""
+servos need to show that they move; one such joint alone is locked, while the others rest. All of these are
+guesses that `python studies/held_arm.py` has not contradicted."""
 USUAL_TIME = 0.2
 """Time constant [s] of how far ahead of an arm that moves its command usually is, or of what disturbs it. A
 guess that `python studies/held_arm.py` has not contradicted."""
