@@ -86,7 +86,8 @@ class Locked:
 class FreeSwinging:
     """The joint has lost its motor and its brake: friction and its end stops are all that is left.
 
-    A planner only measures the joint at first, and counts it as swinging once it is seen to.
+    A planner only measures the joint at first, and counts it as swinging once it is seen to; with torque
+    drives it counts as swinging at once.
 
     Args:
         joint: The joint's name or its 0-based index.

@@ -53,7 +53,11 @@ OFF_Q, OFF_V = 1e-11, 1e-10
 
 
 def alone(planner_of, robot, q, entry, targets):
-    """The same arm tick by tick: final q, v, largest errors, ticks per status, the first that was not OK."""
+    """The same arm tick by tick: final q, v, largest errors, ticks per status, the first that was not OK.
+
+    It goes on from the reference, as a batch does: what a failed joint is sent is not where it is believed
+    to be.
+    """
     planner, v = planner_of(), np.zeros(robot.nv)
     entry = [] if entry is None else entry if isinstance(entry, list) else [entry]
     told = [one if isinstance(one, tuple) else (one, 0) for one in entry]
@@ -64,7 +68,7 @@ def alone(planner_of, robot, q, entry, targets):
             if at == k:
                 planner.report(fault)
         step = planner.step(q, v, targets.at(k))
-        q, v = step.q.copy(), step.v.copy()
+        q, v, _ = (part.copy() for part in step.reference)
         counts[STATUSES.index(step.status)] += 1
         if bad < 0 and step.status is not ftqp.StepStatus.OK:
             bad = k

@@ -5,7 +5,7 @@ from typing import Any
 from ftqp.kernel.arm.mimicry import mimic, mimic_places
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.enums import HEALTHY, LOCKED, MEASURED, POSITION_DRIVE
+from ftqp.kernel.layout.enums import FREE, HEALTHY, LOCKED, MEASURED, POSITION_DRIVE
 from ftqp.kernel.layout.thresholds import STILL_SAMPLES, UNLIMITED
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.finite import is_finite
@@ -26,8 +26,8 @@ SPEED_MARGIN = 0.04
 a_max/(e w_n): 2 to 3 % of the limits of common arms at 15 Hz (docs/theory/feedback.md, "The reference"),
 beside noise and loads ..."""
 SWINGING_MARGIN = 0.12
-"""... and while a joint swings freely, whose pull they do not know. A guess that the campaigns have not
-contradicted."""
+"""... and beside a joint without motor and brake, measured or swinging, whose pull they do not know. A guess
+that the campaigns have not contradicted."""
 
 
 @jit
@@ -131,7 +131,11 @@ def leave_margin(faults: Any, feedback: Any, chain: Any, past: Any) -> None:
             if faults.code[chain.lead[i]] == HEALTHY and abs(feedback.seen[i] - past.q[then, i]) > BESIDE:
                 feedback.speed_margin = SPEED_MARGIN
     else:
-        feedback.speed_margin = SWINGING_MARGIN if faults.movable > faults.working else SPEED_MARGIN
+        feedback.speed_margin = SPEED_MARGIN
+        for k in range(faults.working, chain.n):
+            code = faults.code[faults.order[k]]
+            if code == FREE or code == MEASURED:
+                feedback.speed_margin = SWINGING_MARGIN
 
 
 @jit

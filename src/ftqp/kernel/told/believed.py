@@ -6,7 +6,7 @@ from typing import Any
 from ftqp.kernel.free.foretelling import who_leads, window_ticks
 from ftqp.kernel.jit import jit
 from ftqp.kernel.latches.giving_up import restore
-from ftqp.kernel.layout.enums import AS_TOLD, BRAKING, FREE, HEALTHY, INSTANT, LOCKED, MEASURED
+from ftqp.kernel.layout.enums import AS_TOLD, BRAKING, FREE, HEALTHY, INSTANT, LOCKED, MEASURED, TORQUE_DRIVE
 from ftqp.kernel.layout.told_memory import IS_LOCKED_NOW, SWINGS_NOW
 
 LOCK_SHARE = 0.25
@@ -87,10 +87,12 @@ def swing_as_foretold(K: Any) -> None:
     """Of joints that are measured it is foretold that they swing, until a sample says that they do not.
 
     So it is where every sample has been the command: such an arm is a model, or it rests; and at the begin.
+    Beside torque drives it is foretold whatever is seen: they do not make up for a joint that falls.
     """
     for i in range(K.chain.n):
         if K.faults.code[i] == MEASURED:
-            K.faults.code[i], K.free.trust[i] = FREE, window_ticks(K.state.dt)
+            K.faults.code[i] = FREE
+            K.free.trust[i] = 0 if K.feedback.kind == TORQUE_DRIVE else window_ticks(K.state.dt)
 
 
 @jit
@@ -114,7 +116,7 @@ def begin_to_believe(K: Any, given: Any) -> None:
     free.window = 0
     for i in range(K.chain.n):
         free.contact[i], free.tau_stop[i] = 0, 0.0
-    if K.feedback.fresh == AS_TOLD or K.feedback.exact:
+    if K.feedback.kind == TORQUE_DRIVE or K.feedback.fresh == AS_TOLD or K.feedback.exact:
         swing_as_foretold(K)
     who_leads(K.faults, K.chain, free)
     if now:
