@@ -125,6 +125,7 @@ FIRST: Final = (
 
 DEMO: Final = (
     *FIRST,
+    (ENTRIES["write_together"], ANY_SIZE),
     *((ENTRIES[name], CAPACITIES[0]) for name in ("pair_distances", "step_joints", "study_solutions")),
 )
 """What all of the demo needs: the box, and the goal that needs another way, too."""
@@ -137,7 +138,7 @@ BUILT: Final = (
         for name, entry in ENTRIES.items()
         if name not in ALONE and (entry, capacity) not in DEMO
     ),
-    *((ENTRIES[name], ANY_SIZE) for name in ALONE[1:]),
+    *((ENTRIES[name], ANY_SIZE) for name in ALONE[2:]),
 )
 """What is built: entry points with the capacities of their records."""
 

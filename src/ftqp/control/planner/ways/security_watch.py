@@ -14,9 +14,10 @@ from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.stages import CLOCK, LED, Stage
 from ftqp.control.planner.ways.n_minus_one import Loss, NMinusOne, Security
-from ftqp.control.planner.ways.targets_ahead import give_way, targets_ahead
+from ftqp.control.planner.ways.targets_ahead import targets_ahead
 from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.core.clock import give_way
 from ftqp.core.errors import InputError
 from ftqp.core.pose import rotation_vector
 from ftqp.faults.kinds import Locked

@@ -1,6 +1,5 @@
 """Where the tip is to be over a horizon, worked out beside the ticks without holding them up."""
 
-from time import sleep
 from typing import Final
 
 import numpy as np
@@ -8,17 +7,13 @@ import numpy as np
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.target import Targets
 from ftqp.core.checks import FloatArray
+from ftqp.core.clock import give_way
 from ftqp.core.pose import rotation_exp, transform
 from ftqp.kernel.layout.enums import TARGET_POSE, TARGET_TWIST
 
 AT_ONCE: Final = 200
 """So many ticks are worked out at once: 0.2 ms in which the thread holds Python's lock. A guess that
 `python benchmarks/bench_step.py` has not contradicted."""
-
-
-def give_way() -> None:
-    """Let go of Python's lock, so that a tick that waits for it goes on at once."""
-    sleep(0.0)
 
 
 def targets_ahead(
