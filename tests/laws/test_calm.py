@@ -198,9 +198,7 @@ def test_a_hold_is_said_once_and_ends_when_the_target_moves(caplog):
         step = stands(planner, far, robot.neutral, np.zeros(7), 1500)
         assert step.holding and step.status is ftqp.StepStatus.RELAXED
         warned, *said = caplog.records
-        assert (
-            warned.levelno == logging.WARNING and "first target is 900 mm" in warned.message
-        )
+        assert warned.levelno == logging.WARNING and "first target is 900 mm" in warned.message
         assert [r.message.startswith("holding, out of reach by") for r in said] == [True]
         step = stands(planner, robot.pose(robot.neutral), step.q, step.v, 1500)
     assert not step.holding and step.status is ftqp.StepStatus.OK and step.position_error < 1e-4

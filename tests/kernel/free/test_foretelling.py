@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from ftqp.kernel.free.foretelling import BETTER, FALLS, LEAST_SAMPLES, WINDOW, left_by_a_line, window_ticks
+from ftqp.kernel.free.foretelling import BETTER, FALLS, left_by_a_line
+from ftqp.kernel.told.measured import LEAST_SAMPLES, WINDOW, window_ticks
 
 
 @pytest.mark.parametrize("samples", [LEAST_SAMPLES, 50])

@@ -13,14 +13,11 @@ from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.free.swinging import free_velocity, viscous_friction
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.enums import FREE, MAKE_UP, MEASURED, STOPPED_BY_FREE_JOINT
+from ftqp.kernel.layout.enums import FREE, MEASURED, STOPPED_BY_FREE_JOINT
 from ftqp.kernel.rows.failed_joints import sort_joints
+from ftqp.kernel.told.measured import who_leads, window_ticks
 from ftqp.kernel.told.stops import release
 
-WINDOW = 0.05
-"""Motion that is looked at as a whole [s]. A convention: a joint that falls has gone 12 mrad by then."""
-LEAST_SAMPLES = 8
-"""Samples of a window at least, because a line through fewer leaves hardly anything of their noise."""
 BETTER = 2.0
 """The swing leaves less than one in so many of the squares that coasting leaves, so that it is believed of
 a joint that friction robs of up to 0.41 of what pulls at it, 0.59^2 = 2 0.41^2, and noise is no reason."""
@@ -30,26 +27,6 @@ a WINDOW^2/(12 sqrt 5), so that it is 1 rad/s2. What accelerates less is made up
 AGREES = 1e-9
 """A sample so near to what was foretold a tick ago is no measurement [rad or m]: rounding is less, and a
 joint that friction holds is off by a dt^2/2. Plant ``kinematic`` agrees to as much, by convention."""
-
-
-@jit
-def window_ticks(dt: float) -> int:
-    """Ticks of a window."""
-    return max(LEAST_SAMPLES, int(WINDOW / dt + 0.5))
-
-
-@jit
-def who_leads(faults: Any, chain: Any, free: Any) -> None:
-    """The search begins anew where a joint swings; where joints are only measured, the task leads."""
-    measured = -1
-    for i in range(chain.n):
-        if faults.code[i] == FREE:
-            free.joint = -1
-            return
-        if faults.code[i] == MEASURED and measured < 0:
-            measured = i
-    if measured >= 0:
-        free.joint, free.mode, free.impact_side = measured, MAKE_UP, 0
 
 
 @rare_jit

@@ -3,11 +3,11 @@
 from math import inf
 from typing import Any
 
-from ftqp.kernel.free.foretelling import who_leads, window_ticks
 from ftqp.kernel.jit import jit
 from ftqp.kernel.latches.giving_up import restore
 from ftqp.kernel.layout.enums import AS_TOLD, BRAKING, FREE, HEALTHY, INSTANT, LOCKED, MEASURED, TORQUE_DRIVE
 from ftqp.kernel.layout.told_memory import IS_LOCKED_NOW, SWINGS_NOW
+from ftqp.kernel.told.measured import who_leads, window_ticks
 
 LOCK_SHARE = 0.25
 """Default deceleration of a joint that is being locked, as a share of its acceleration limit.
