@@ -87,7 +87,7 @@ def swing_as_foretold(K: Any) -> None:
     """Of joints that are measured it is foretold that they swing, until a sample says that they do not.
 
     So it is where every sample has been the command: such an arm is a model, or it rests; and at the begin.
-    Beside torque drives it is foretold whatever is seen: they do not make up for a joint that falls.
+    Beside torque drives it is foretold whatever is seen (docs/theory/free-swinging.md, "Measured first").
     """
     for i in range(K.chain.n):
         if K.faults.code[i] == MEASURED:
