@@ -8,7 +8,7 @@ from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
+from ftqp.kernel.layout.enums import BRAKING, HEALTHY, INSTANT, LOCKED, MEASURED
 from ftqp.kernel.layout.record import load_chain
 from ftqp.kernel.told.believed import LOCK_SHARE
 from ftqp.model import catalog
@@ -75,7 +75,7 @@ def test_healthy_record_holds_the_limits_of_the_robot(belief, K):
     [
         (Locked(3), BRAKING),
         (Locked(3, mode="instant"), INSTANT),
-        (FreeSwinging(3), FREE),
+        (FreeSwinging(3), MEASURED),
         (Degraded(3), HEALTHY),
     ],
     ids=str,
@@ -164,7 +164,7 @@ def test_withdrawn_joint_that_locks_again_brakes_again(belief, K):
     K.faults.code[3] = LOCKED
     belief.withdraw(3)
     belief.report(Locked(3))
-    assert K.faults.code[3] == BRAKING and K.faults.lock_velocity[3] == np.inf
+    assert K.faults.code[3] == BRAKING
 
 
 def test_fault_of_an_empty_range_is_refused_and_what_was_believed_stays(belief, K):

@@ -9,13 +9,13 @@ from typing import Any, final
 import numpy as np
 
 import ftqp
-from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
+from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED, MEASURED
 
 Array = np.ndarray[Any, Any]
 ROUNDING = 1e-8
 """A position, a speed or a torque may be so much beyond its limit: this, and this share of it."""
 KIND = np.full(8, -1)
-KIND[[HEALTHY, BRAKING, LOCKED, INSTANT, FREE]] = 0, 1, 1, 1, 2
+KIND[[HEALTHY, BRAKING, LOCKED, INSTANT, FREE, MEASURED]] = 0, 1, 1, 1, 2, 2
 """What each code of a joint is to a user: it works, it is held, it swings."""
 LIMITS = ("q_min", "q_max", "v_max", "a_max", "tau_max")
 BEYOND = ("the position that is sent is beyond the range", "the position that is sent jumps",
@@ -55,6 +55,7 @@ class Watch:
         self._low = self._healthy["q_min"] - ROUNDING
         self._high = self._healthy["q_max"] + ROUNDING
         self._block = np.zeros((6, n))
+        self._v_sent, self._was_held = np.zeros(n), False
         self._over = np.zeros((6, n))
         self.told: dict[str, Any] | None = None
         self._of_torques = 0
@@ -123,6 +124,7 @@ class Watch:
         self._judge(planner, tick, step.status.name)
         self._agree(planner, tick)
         self._sent, self.q, self.v = block[0].copy(), block[3].copy(), block[4].copy()
+        self._v_sent, self._was_held = block[1].copy(), step.status.name == "HELD"
         self._tick, self._jumped = tick, False
         self._was_failed, self._was_free = self._kinds != 0, self._kinds == 2
         self._was_locked, self._a_was = self._code == LOCKED, self._a_max
@@ -157,6 +159,10 @@ class Watch:
             over[5] = _over(block[5], self._tau_max)
         elif self._drive == "velocity":
             over[5] = _over(block[1], np.maximum(v_max, v))
+        if (
+            status == "HELD" or self._was_held
+        ):  # the reference of an arm that is held rests at once where it is sent
+            over[3:5] = -1.0
         if not self._viable or self._jumped:
             over[4] = -1.0
             if self._lead > 0.0:  # what is sent ahead changes with the speed, which is free to jump there
@@ -199,7 +205,8 @@ class Watch:
             if not np.array_equal(self._order[: len(self._drives)], self._drives):
                 self._say("disagreements", tick, f"joints {self._order.tolist()} work, told {self.told}")
             held = self._was_locked & (code == LOCKED)
-            if self._block[[1, 2, 4]][:, held].any():
+            faster = np.abs(self._block[1]) > np.abs(self._v_sent)  # what was sent ahead may brake, no more
+            if self._block[4, held].any() or faster[held].any():
                 self._say("disagreements", tick, "a locked joint is told to move")
 
     def say_disagreement(self, sentence: str) -> None:

@@ -13,6 +13,7 @@ from ftqp.kernel.layout.enums import (
     HEALTHY,
     INSTANT,
     LOCKED,
+    MEASURED,
     RESET_MOMENTUM,
     RESET_TASK,
     JointCode,
@@ -47,7 +48,7 @@ def test_joints_are_listed_by_what_they_can_do_each_once_and_in_rising_order():
     rng = np.random.default_rng(5)
     for _ in range(400):
         n = int(rng.integers(1, 9))
-        codes = rng.choice([int(code) for code in JointCode], n, p=[0.4, 0.15, 0.15, 0.2, 0.1])
+        codes = rng.choice([int(code) for code in JointCode], n, p=[0.4, 0.12, 0.12, 0.2, 0.1, 0.06])
         faults = listed(codes).faults
         order, working, movable = faults.order[:n], int(faults.working), int(faults.movable)
         assert sorted(order) == list(range(n)) and np.all(faults.order[n:] == -1)
@@ -55,7 +56,7 @@ def test_joints_are_listed_by_what_they_can_do_each_once_and_in_rising_order():
         for part, members in (
             (order[:working], {HEALTHY}),
             (order[working:movable], {FREE}),
-            (order[movable:], {BRAKING, LOCKED, INSTANT}),
+            (order[movable:], {BRAKING, LOCKED, INSTANT, MEASURED}),
         ):
             assert set(codes[part]) <= members and np.all(np.diff(part) > 0)
 
@@ -78,7 +79,7 @@ def test_a_joint_that_recovers_is_listed_as_working_again():
 def test_an_instant_lock_is_noticed_wherever_it_is():
     rng = np.random.default_rng(6)
     for _ in range(100):
-        codes = rng.choice([int(code) for code in JointCode], 8, p=[0.5, 0.15, 0.15, 0.15, 0.05])
+        codes = rng.choice([int(code) for code in JointCode], 8, p=[0.5, 0.12, 0.12, 0.15, 0.05, 0.06])
         K = listed(codes)
         assert any_instant_lock(K.faults, K.chain) == (INSTANT in codes)
 
@@ -290,7 +291,7 @@ def test_a_ramp_ends_exactly_at_rest_and_stays_there(level, start):
         step = planner.step(q, v, aim)
         q, v = step.q.copy(), step.v.copy()
         slowed = abs(before) - abs(v[2])
-        assert abs(slowed - min(0.7 * DT, abs(before))) < 1e-15
+        assert abs(slowed - min(0.7 * DT, abs(before))) < 4e-15  # rounding of what was sent until then, once
         if v[2] == 0.0 and before == 0.0:
             assert step.a[2] == 0.0
             assert held is None or q[2] == held  # bitwise
