@@ -300,3 +300,26 @@ def test_a_function_that_steps_the_planner_whose_step_asks_it_is_refused(kind):
     asked.clear()
     expected = ftqp.StepStatus.STOPPED if kind == "constraint" else ftqp.StepStatus.OK
     assert planner.step(PANDA.neutral, None, target).status is expected
+
+
+def test_a_step_while_the_exception_of_an_interrupted_one_is_handled_is_made():
+    planner, target, nothing = ftqp.Planner(PANDA), ftqp.Target(pose=PANDA.pose(PANDA.neutral)), np.zeros(7)
+    planner.reset(PANDA.neutral)
+
+    def step():
+        return planner.step(PANDA.neutral, None, target, tau=nothing)
+
+    def stop():
+        raise KeyboardInterrupt
+
+    step()
+    kept = []  # as who reports them later does
+    for line in itertools.count():
+        try:
+            if not interrupted(step, line, stop):
+                break
+        except KeyboardInterrupt as error:
+            kept.append(error)
+            assert step().status is ftqp.StepStatus.OK, line
+            assert step().status is ftqp.StepStatus.OK, line
+    assert len(kept) == line > 20

@@ -3,9 +3,11 @@
 So is a step that comes from inside a step, of a function that the step asks.
 """
 
+import sys
 from collections.abc import Callable
 from functools import update_wrapper
 from threading import get_ident
+from types import FrameType
 from typing import Any, Concatenate, ParamSpec, TypeVar, final
 from weakref import ref
 
@@ -23,12 +25,22 @@ class Stay:
     __slots__ = ("__weakref__",)
 
 
+def _runs(stay: Stay | None) -> bool:
+    """Whether the call of this thread with that ``Stay`` still runs; else an exception alone holds it."""
+    frame: FrameType | None = sys._getframe()
+    while frame is not None:
+        if frame.f_code.co_name == "guard" and frame.f_locals.get("stay") is stay:
+            return True
+        frame = frame.f_back
+    return False
+
+
 @final
 class OneThread:
     """Who is inside a planner.
 
     A thread that an exception has carried out of a call before it could say so is no longer inside: its
-    ``Stay`` is gone.
+    ``Stay`` is gone. While it handles the exception, which still holds that, its stack says so.
     """
 
     __slots__ = ("_inside",)
@@ -59,6 +71,9 @@ class OneThread:
                 "belongs to one thread: let the others hand over to it what they want, by a queue.Queue"
             )
         if call == found[1] == "step":
+            if not _runs(found[2]()):
+                self._inside["owner"] = me
+                return True
             raise InputError(
                 "planner.step is called inside planner.step, by a function that it asks; let that only fill "
                 "in its arrays, and step another planner to look ahead"
