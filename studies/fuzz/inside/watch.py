@@ -1,7 +1,8 @@
 """What leaves a planner is held, after every step, against the model, the last command and what was told.
 
 Nothing here asks the kernel what a limit is: limits are those of the model and the shares of what was
-reported. The record is read for one question only, whether it says the same as ``planner.faults``.
+reported. The record is read for two questions only: whether it says the same as ``planner.faults``, and
+whether the arm is held, which other statuses hide.
 """
 
 from typing import Any, final
@@ -49,6 +50,7 @@ class Watch:
         self._code = session.view("faults", "code")[:n]
         self._order, self._working = session.view("faults", "order"), session.view("faults", "working")
         self._limits = [session.view("limits", name)[:n] for name in LIMITS]
+        self._held = session.view("held", "on")
         self._has_inertia, self._dt = robot.has_inertia, planner.dt
         self._lead = float(session.K.gate.lead)
         self._floats = robot.chain.floating
@@ -124,7 +126,7 @@ class Watch:
         self._judge(planner, tick, step.status.name)
         self._agree(planner, tick)
         self._sent, self.q, self.v = block[0].copy(), block[3].copy(), block[4].copy()
-        self._v_sent, self._was_held = block[1].copy(), step.status.name == "HELD"
+        self._v_sent, self._was_held = block[1].copy(), bool(self._held[0])
         self._tick, self._jumped = tick, False
         self._was_failed, self._was_free = self._kinds != 0, self._kinds == 2
         self._was_locked, self._a_was = self._code == LOCKED, self._a_max
@@ -159,9 +161,7 @@ class Watch:
             over[5] = _over(block[5], self._tau_max)
         elif self._drive == "velocity":
             over[5] = _over(block[1], np.maximum(v_max, v))
-        if (
-            status == "HELD" or self._was_held
-        ):  # the reference of an arm that is held rests at once where it is sent
+        if self._held[0] or self._was_held:  # its reference rests at once where it is sent
             over[3:5] = -1.0
         if not self._viable or self._jumped:
             over[4] = -1.0
