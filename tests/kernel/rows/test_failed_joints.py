@@ -285,18 +285,20 @@ def test_a_ramp_ends_exactly_at_rest_and_stays_there(level, start):
     v[2] = start
     planner.report(ftqp.Locked(2, deceleration=0.7))
     planner.reset(q, v)
-    aim, held = ftqp.Target(position=robot.pose(q)[:3, 3]), None
+    aim, held, off = ftqp.Target(position=robot.pose(q)[:3, 3]), None, []
     for _ in range(int(abs(start) / (0.7 * DT)) + 5):
         before = v[2]
         step = planner.step(q, v, aim)
         q, v = step.q.copy(), step.v.copy()
         slowed = abs(before) - abs(v[2])
-        assert abs(slowed - min(0.7 * DT, abs(before))) < 4e-15  # rounding of what was sent until then, once
+        off.append(abs(slowed - min(0.7 * DT, abs(before))))
         if v[2] == 0.0 and before == 0.0:
             assert step.a[2] == 0.0
             assert held is None or q[2] == held  # bitwise
             held = q[2]
     assert held is not None
+    most, *others = sorted(off, reverse=True)
+    assert most < 4e-15 and max(others) < 1e-15  # once: rounding of what was sent until then
 
 
 @pytest.mark.parametrize(("speed", "code"), [(0.0, LOCKED), (-7e-22, LOCKED), (1e-9, BRAKING)])
