@@ -1,7 +1,7 @@
 """Draws files by their grammar, near what is valid, and judges what is made of them.
 
-Scenarios, campaigns, studies and profiles in TOML, overrides of a command line, tables in CSV, logs and
-results in SQLite, plans in NPZ, verdicts, calibrations and summaries in JSON: keys dropped, doubled,
+Scenarios, campaigns, studies and profiles in TOML, overrides of a command line, tables in CSV, logs as
+tables, results in SQLite, plans in NPZ, verdicts, calibrations and summaries in JSON: keys dropped, doubled,
 renamed, nested, values of the schema at and beyond their bounds, NaN, 1e308, whole numbers of 400 digits,
 dates, digits of other scripts, control characters, views without end, right checksums over wrong numbers. A
 file is taken, and then what a user does with it works, or it is refused in a clear sentence; nothing hangs,

@@ -38,8 +38,7 @@ from ftqp.app.run import runs
 from ftqp.app.scenario.setup import Setup, load
 from ftqp.app.study.results_file import ResultsFile
 from ftqp.core.errors import InputError
-from ftqp.sim.log.log_parts import log_files
-from ftqp.sim.log.log_writer import LogWriter
+from ftqp.sim.log.log_writer import LogWriter, log_files
 from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.plants.plant import Plant
 

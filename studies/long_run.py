@@ -25,7 +25,7 @@ from bench.results import add_out, appendix, circumstances, preamble, stem, told
 from bench.tables import Table, exponent, quantity
 
 import ftqp
-from ftqp.sim.log.log_parts import FILE_NAME, log_files
+from ftqp.sim.log.log_writer import FILE_NAME, log_files
 
 HOUR = 3600.0
 PERIOD = 0.5

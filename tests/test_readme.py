@@ -164,7 +164,7 @@ def test_the_logs_of_a_long_run_are_read_by_its_lines(tmp_path, monkeypatch):
     (tmp_path / "runs" / "day").mkdir(parents=True)
     panda = ftqp.robots.load("panda")
     path = ftqp.paths.Line(panda.pose(panda.neutral), displacement=(0.0, 0.05, 0.0), duration=1.0)
-    ftqp.Simulation(ftqp.Planner(panda, 1e-3), path, q=panda.neutral, log="runs/day/log.sqlite").run()
+    ftqp.Simulation(ftqp.Planner(panda, 1e-3), path, q=panda.neutral, log="runs/day/log.npy").run()
     (code,) = pieces_of("long-runs.md")
     said: dict = {}
     exec(compile(code.replace("86000.0", "0.5").replace("86060.0", "1.0"), "long-runs.md", "exec"), said)

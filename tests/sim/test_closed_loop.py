@@ -60,7 +60,7 @@ def test_free_swinging_joint_of_a_planner_told_at_once_moves_as_commanded(panda,
 def test_tip_follows_the_path_through_a_locked_joint(panda, path, tmp_path):
     schedule = Schedule([FaultEvent(AT, Locked("panda_joint3"))])
     planner = Planner(panda, dt=DT)
-    Simulation(planner, path, q=panda.neutral, schedule=schedule, log=tmp_path / "log.sqlite").run()
+    Simulation(planner, path, q=panda.neutral, schedule=schedule, log=tmp_path / "log.npy").run()
     result = summary(load_log(tmp_path))
     assert result["completed"]
     assert result["max_position_error"] < 2e-4
@@ -73,7 +73,7 @@ def test_tip_follows_the_path_through_a_locked_joint(panda, path, tmp_path):
 def test_log_shows_the_interval_of_the_locked_joint_closed(panda, path, tmp_path):
     schedule = Schedule([FaultEvent(AT, Locked("panda_joint3"))])
     Simulation(
-        Planner(panda, dt=DT), path, q=panda.neutral, schedule=schedule, log=tmp_path / "log.sqlite"
+        Planner(panda, dt=DT), path, q=panda.neutral, schedule=schedule, log=tmp_path / "log.npy"
     ).run()
     log = load_log(tmp_path)
     rest = (log["t"] > AT) & (log["v.panda_joint3"] == 0.0)
@@ -110,8 +110,8 @@ def test_path_led_by_its_progress_ends_when_it_is_done(tmp_path, level):
     planner = Planner(robot, 5e-3, level=level, task=Task(mode="scaled"))
     path = Circle(robot.pose(robot.neutral), 0.1, duration=0.6, axes=("y", "z"))
     follower = PathFollower(planner, path)
-    result = Simulation(planner, path, q=robot.neutral, follower=follower, log=tmp_path / "log.sqlite").run()
-    log = load_log(tmp_path / "log.sqlite")
+    result = Simulation(planner, path, q=robot.neutral, follower=follower, log=tmp_path / "log.npy").run()
+    log = load_log(tmp_path / "log.npy")
     facts = summary(log)
     assert result.completed and result.progress == 0.6 and result.blocked is None
     assert 0.6 < facts["path_completed_at"] < 1.8 and facts["path_progress"] == 1.0
@@ -125,8 +125,8 @@ def test_blocked_path_ends_the_run_and_says_why(tmp_path):
     planner = Planner(robot, 0.01, level="velocity", task=Task(mode="scaled", rows=("x", "y")))
     path = Line(robot.pose(robot.neutral), (0.0, 9.0, 0.0), duration=9.0)
     follower = PathFollower(planner, path, stall=StallEscape(patience=1.0))
-    result = Simulation(planner, path, q=robot.neutral, follower=follower, log=tmp_path / "log.sqlite").run()
-    facts = summary(load_log(tmp_path / "log.sqlite"))
+    result = Simulation(planner, path, q=robot.neutral, follower=follower, log=tmp_path / "log.npy").run()
+    facts = summary(load_log(tmp_path / "log.npy"))
     assert not result.completed and not facts["completed"] and result.steps < 2000
     assert facts["blocked"] == result.blocked and "cannot go on along +y" in result.blocked
     assert facts["path_completed_at"] is None and facts["path_progress"] < 0.5

@@ -122,7 +122,7 @@ def test_interrupt_leaves_a_complete_log(fake, panda, path, tmp_path):
         if k == 30:
             raise KeyboardInterrupt
 
-    result = Simulation(fake(panda, before=before), path, q=panda.neutral, log=tmp_path / "log.sqlite").run()
+    result = Simulation(fake(panda, before=before), path, q=panda.neutral, log=tmp_path / "log.npy").run()
     assert (result.interrupted, result.completed, result.steps) == (True, False, 30)
     log = load_log(tmp_path)
     assert len(log) == 30
@@ -137,7 +137,7 @@ def test_log_tells_the_whole_run(fake, panda, path, tmp_path):
     ]
     planner = fake(panda, a=MOVING)
     Simulation(
-        planner, path, q=panda.neutral, schedule=Schedule(events), log=tmp_path / "log.sqlite",
+        planner, path, q=panda.neutral, schedule=Schedule(events), log=tmp_path / "log.npy",
         metadata={"scenario": "test"},
     ).run()  # fmt: skip
     log = load_log(tmp_path)
@@ -207,10 +207,10 @@ def test_wrong_arguments_are_clear_sentences(fake, panda, path, tmp_path):
         Simulation(planner, path, q=panda.neutral, duration=0.001)
     with pytest.raises(InputError, match="q has shape"):
         Simulation(planner, path, q=[0.0])
-    (tmp_path / "log.sqlite").write_text("mine")
+    (tmp_path / "log.npy").write_text("mine")
     with pytest.raises(InputError, match="exists already"):
-        Simulation(planner, path, q=panda.neutral, log=tmp_path / "log.sqlite").run()
-    assert (tmp_path / "log.sqlite").read_text() == "mine"
+        Simulation(planner, path, q=panda.neutral, log=tmp_path / "log.npy").run()
+    assert (tmp_path / "log.npy").read_text() == "mine"
 
 
 def test_log_in_memory_has_the_same_arrays_as_the_file(fake, panda, path, tmp_path):
@@ -221,7 +221,7 @@ def test_log_in_memory_has_the_same_arrays_as_the_file(fake, panda, path, tmp_pa
         ).run()  # fmt: skip
 
     kept = run("memory").log
-    assert run(tmp_path / "log.sqlite").log is None
+    assert run(tmp_path / "log.npy").log is None
     file = load_log(tmp_path)
     assert kept is not None and kept.names == file.names
     for name in set(kept.names) - {"step_time"}:
@@ -270,6 +270,6 @@ def test_rows_are_on_file_half_a_second_later(fake, panda, path, tmp_path, monke
         seen.append(len(load_log(tmp_path)))
 
     monkeypatch.setattr("ftqp.sim.log.tick_recorder.clock.now", lambda: now[0])
-    Simulation(fake(panda, before=before), path, q=panda.neutral, log=tmp_path / "log.sqlite").run()
+    Simulation(fake(panda, before=before), path, q=panda.neutral, log=tmp_path / "log.npy").run()
     assert all(k - rows <= 6 for k, rows in enumerate(seen))
     assert len(load_log(tmp_path)) == 51

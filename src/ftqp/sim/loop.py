@@ -27,8 +27,7 @@ from ftqp.sim.led_arm import LedArm
 from ftqp.sim.log.description import description
 from ftqp.sim.log.further_signals import further_columns
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.log_parts import LogParts, PartedLog
-from ftqp.sim.log.log_writer import LogWriter
+from ftqp.sim.log.log_writer import LogParts, LogWriter, PartedLog
 from ftqp.sim.log.row_sink import MemoryRows, RowSink
 from ftqp.sim.log.signals import Column, base_columns, columns, sensed_columns
 from ftqp.sim.log.tallied_rows import TalliedRows

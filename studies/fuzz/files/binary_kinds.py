@@ -9,7 +9,6 @@ import sqlite3
 import tempfile
 import warnings
 import zipfile
-import zlib
 from contextlib import closing
 from functools import cache
 from pathlib import Path
@@ -32,7 +31,7 @@ from ftqp.app.study.results_file import ResultsFile
 from ftqp.app.view.replay_source import ReplaySource
 from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts
 from ftqp.sim.log.log_file import load_log
-from ftqp.sim.log.log_parts import FILE_NAME
+from ftqp.sim.log.log_writer import FILE_NAME
 from ftqp.sim.session.session_commands import Seek
 from fuzz.files.grammar import NUMBERS, WORDS, anything, spoiled
 from fuzz.files.kinds import Case, few_ticks, json_text
@@ -47,8 +46,15 @@ ENDLESS: Final = "WITH RECURSIVE c(x) AS (SELECT 0 UNION ALL SELECT x + 1 FROM c
 def log(rng: Random, folder: Path) -> Case:
     """The log of a run: looked at, told in words, played, and written in one of the forms of export."""
     file = folder / FILE_NAME
-    shutil.copy(workshop() / RUN / FILE_NAME, file)
-    _spoil_database(file, rng, _of_a_log)
+    for name in (file.name, file.with_suffix(".json").name):
+        shutil.copy(workshop() / RUN / name, folder / name)
+    if rng.random() < 0.3:
+        _spoil_bytes(file, rng)
+    else:
+        about = file.with_suffix(".json")
+        content = json.loads(about.read_text(encoding="utf-8"))
+        spoiled(content, rng)
+        about.write_text(json.dumps(content, default=str), encoding="utf-8")
     form = rng.choice([name for name in FORMATS if name != "mcap" or rng.random() < 0.3])
 
     def use() -> None:
@@ -100,83 +106,30 @@ def _reported(folder: Path, drawn: bool) -> None:
         campaign_section.campaign_parts("campaign", facts, folder)
 
 
+def _spoil_bytes(file: Path, rng: Random) -> None:
+    """Cut, made longer, or with other bytes."""
+    data = bytearray(file.read_bytes())
+    change = rng.randrange(4)
+    if change == 0:
+        data = data[: rng.randrange(len(data) + 1)]
+    elif change == 1:
+        data += bytes(rng.randrange(256) for _ in range(rng.randrange(5000)))
+    else:
+        for _ in range(rng.choice((1, 5, 200))):
+            data[rng.randrange(len(data) if change == 2 else 4096)] = rng.randrange(256)
+    file.write_bytes(data)
+
+
 def _spoil_database(file: Path, rng: Random, by_statement: Any) -> None:
     """As bytes, or as tables."""
     if rng.random() < 0.15:
-        data = bytearray(file.read_bytes())
-        change = rng.randrange(4)
-        if change == 0:
-            data = data[: rng.randrange(len(data) + 1)]
-        elif change == 1:
-            data += bytes(rng.randrange(256) for _ in range(rng.randrange(5000)))
-        else:
-            for _ in range(rng.choice((1, 5, 200))):
-                data[rng.randrange(len(data) if change == 2 else 4096)] = rng.randrange(256)
-        file.write_bytes(data)
+        _spoil_bytes(file, rng)
         return
     with closing(sqlite3.connect(file, isolation_level=None)) as connection:
         connection.execute("PRAGMA journal_mode = DELETE")
         for _ in range(rng.choice((1, 1, 2))):
             with contextlib.suppress(sqlite3.Error, OverflowError, UnicodeError, ValueError, TypeError):
                 by_statement(connection, rng)
-
-
-def _of_a_log(connection: sqlite3.Connection, rng: Random) -> None:
-    """One change of a log by its own rules."""
-    change = rng.randrange(10)
-    if change < 5:
-        key, value = rng.choice(connection.execute("SELECT key, value FROM metadata").fetchmany(200))
-        content = json.loads(value)
-        if key == "resolved" and rng.random() < 0.7:
-            content = content.replace(
-                *rng.choice((("[robot]", "[robott]"), ("=", "= nan"), ("planar", "panda")))
-            )
-        elif isinstance(content, dict | list) and content:
-            spoiled(content, rng)
-        else:
-            content = anything(rng)
-        said = rng.choice(
-            (
-                json.dumps(content, default=str),
-                json.dumps(content, default=str),
-                None,
-                b"\xff",
-                "[" * 5000,
-                "1" * 6000,
-            )
-        )
-        connection.execute("UPDATE metadata SET value = ? WHERE key = ?", (said, key))
-    elif change == 5:
-        key = rng.choice(connection.execute("SELECT key FROM metadata").fetchmany(200))[0]
-        connection.execute("DELETE FROM metadata WHERE key = ?", (key,))
-    elif change == 6:
-        column = rng.choice(("name", "unit", "description", "integer", "place"))
-        value = rng.choice((*WORDS, *NUMBERS[:8], None, b"\0", "q.j1", "t", "q", "status", "a" * 300))
-        place = rng.randrange(60)
-        connection.execute(f"UPDATE columns SET {column} = ? WHERE place = ?", (value, place))
-    elif change == 7:
-        _spoil_rows(connection, rng)
-    elif change == 8:
-        value = rng.choice((-1, 0, 1, 2**40, None, "x", 1.5, b""))
-        connection.execute(f"UPDATE chunks SET {rng.choice(('first', 'rows', 'crc', 'data'))} = ?", (value,))
-    else:
-        _spoil_tables(connection, rng, ("metadata", "columns", "chunks"))
-
-
-def _spoil_rows(connection: sqlite3.Connection, rng: Random) -> None:
-    """Other numbers in the rows, with a checksum that is right."""
-    first, data = rng.choice(connection.execute("SELECT first, data FROM chunks").fetchmany(200))
-    numbers = np.frombuffer(data, dtype="<f8").copy()
-    width = len(connection.execute("SELECT name FROM columns").fetchmany(200))
-    for _ in range(rng.choice((1, 1, 5))):
-        value = rng.choice([float(x) for x in NUMBERS if isinstance(x, float) or abs(x) < 2**70])
-        at = rng.randrange(len(numbers))
-        if rng.random() < 0.5:
-            numbers[at] = value
-        else:
-            numbers[at % width :: width] = value
-    data = numbers.tobytes()
-    connection.execute("UPDATE chunks SET data = ?, crc = ? WHERE first = ?", (data, zlib.crc32(data), first))
 
 
 def _of_results(connection: sqlite3.Connection, rng: Random) -> None:

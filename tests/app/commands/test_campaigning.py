@@ -88,7 +88,7 @@ def test_any_episode_is_run_alone_by_its_number(study, tmp_path):
     facts = json.loads(out)
     assert code == 0 and facts["broken"] == []
     assert facts["drawn"] == json.loads(rows(tmp_path / "c")[3][1])
-    assert (tmp_path / "r" / "log.sqlite").exists()
+    assert (tmp_path / "r" / "log.npy").exists()
     with shown(Choice(scenario=str(tmp_path / "r"))) as (kind, source):
         assert kind == "replay" and source.stage().duration == pytest.approx(0.4)
         assert source.stage().title == "short-3, a finished run" and source.frame().message == ""

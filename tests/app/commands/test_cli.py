@@ -61,7 +61,7 @@ def test_run_writes_log_summary_and_resolved_scenario(short: Path, tmp_path: Pat
     out = tmp_path / "deep" / "out"
     result = invoke("run", short, "--out", out)
     assert result.exit_code == 0, result.output
-    assert {"log.sqlite", "scenario.toml", "summary.json"} <= {file.name for file in out.iterdir()}
+    assert {"log.npy", "scenario.toml", "summary.json"} <= {file.name for file in out.iterdir()}
     assert len(ftqp.load_log(out)["t"]) == 51
     assert len(list((out / "figures").glob("*.png"))) >= 3
     assert "every joint limit was kept" in result.stdout
@@ -300,7 +300,7 @@ def test_a_full_disk_is_said_and_the_run_is_not_finished(short: Path, tmp_path: 
 
     def small_files() -> None:
         _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, hard))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
 
     run = subprocess.run(
         [sys.executable, "-m", "ftqp", "run", str(short), "--out", str(tmp_path / "out")],

@@ -2,9 +2,7 @@
 
 import json
 import os
-import sqlite3
 import sys
-from contextlib import closing
 
 import numpy as np
 import pytest
@@ -67,9 +65,9 @@ def test_run_is_written_beside_its_log_or_where_it_is_wanted(run, tmp_path, form
     facts = json.loads(out)
     assert facts["file"] == str(run / FORMATS[form]) and facts["bytes"] > 1000
     assert facts["ticks"] == len(ftqp.load_log(run))
-    code, _, errors = ftqp_command("export", run / "log.sqlite", "--format", form)
+    code, _, errors = ftqp_command("export", run / "log.npy", "--format", form)
     assert code == 2 and "exists already; choose another name" in errors
-    code, out, _ = ftqp_command("export", run / "log.sqlite", "--format", form, "-o", tmp_path / "new")
+    code, out, _ = ftqp_command("export", run / "log.npy", "--format", form, "-o", tmp_path / "new")
     assert code == 0 and str(tmp_path / "new") in out
 
 
@@ -127,7 +125,7 @@ def test_sliding_joint_is_written(tmp_path):
         (("panda", "--format", "csv"), "panda is a robot, no run"),
         (("pandaa", "--format", "urdf"), "did you mean 'panda'"),
         (("nowhere/run", "--format", "csv"), "is not a run or robot"),
-        ((".", "--format", "csv"), "does not exist; expected a log.sqlite"),
+        ((".", "--format", "csv"), "does not exist; expected a log.npy"),
         (("panda", "--format", "bag"), "'bag' is not a format of ftqp export"),
     ],
 )
@@ -139,13 +137,11 @@ def test_what_cannot_be_exported_is_said(tmp_path, monkeypatch, arguments, messa
 
 
 def test_run_cut_short_and_of_another_version_is_written_and_noted(run, tmp_path):
-    data = (run / "log.sqlite").read_bytes()
-    (tmp_path / "log.sqlite").write_bytes(data)
-    with closing(sqlite3.connect(tmp_path / "log.sqlite")) as connection, connection:
-        connection.execute("""UPDATE metadata SET value = '"running"' WHERE key = 'state'""")
-        (text,) = connection.execute("SELECT value FROM metadata WHERE key = 'versions'").fetchone()
-        versions = json.dumps(json.loads(text) | {"ftqp": "99.0"})
-        connection.execute("UPDATE metadata SET value = ? WHERE key = 'versions'", (versions,))
+    data = (run / "log.npy").read_bytes()
+    (tmp_path / "log.npy").write_bytes(data)
+    about = json.loads((run / "log.json").read_text())
+    about["metadata"]["versions"]["ftqp"], about["metadata"]["state"] = "99.0", "running"
+    (tmp_path / "log.json").write_text(json.dumps(about))
     code, out, errors = ftqp_command("export", tmp_path, "--format", "mcap", "--json")
     notes = json.loads(out)["notes"]
     assert code == 0 and len(notes) == 2

@@ -24,7 +24,7 @@ def asked(*arguments):
 @pytest.fixture
 def folder(tmp_path):
     (tmp_path / "empty").mkdir()
-    (tmp_path / "text.sqlite").write_text("this is no database")
+    (tmp_path / "text.npy").write_text("this is no database")
     (tmp_path / "there.html").write_text("x")
     (tmp_path / "bad").mkdir()
     (tmp_path / "bad" / "verdicts.json").write_text("[" * 100_000)
@@ -35,8 +35,8 @@ def folder(tmp_path):
     ("arguments", "said"),
     [
         (["nowhere"], "neither a file nor a bundled scenario"),
-        (["{}/empty"], "holds neither a run (log.sqlite) nor a coverage report (verdicts.json)"),
-        (["{}/text.sqlite"], "is not a log of ftqp"),
+        (["{}/empty"], "holds neither a run (log.npy) nor a coverage report (verdicts.json)"),
+        (["{}/text.npy"], "is not a log of ftqp"),
         (["{}/bad"], "is not the list of verdicts of a coverage report"),
         (["{}/bad", "--scheme", "mke"], "--scheme is for scenarios"),
         (["--speed", "0"], "speed is 0, expected a factor above 0 and at most 100"),
@@ -47,7 +47,7 @@ def folder(tmp_path):
         (["--backend", "abacus"], "abacus"),
         (["iiwa-moving-base-locked"], "has a moving base"),
         (["--port", "99999"], "99999"),
-        (["a" * 300 + ".sqlite"], "does not exist"),
+        (["a" * 300 + ".npy"], "does not exist"),
     ],
 )
 def test_bad_input_is_one_sentence_and_exit_code_2(folder, arguments, said):

@@ -48,9 +48,7 @@ def test_json_is_one_object_with_a_summary_for_every_run(compared: tuple[Any, Pa
 def test_every_run_has_the_folder_that_run_writes(compared: tuple[Any, Path]) -> None:
     _, out = compared
     for name in ("short-mvn-active_set", "short-mvn-osqp"):
-        assert {"log.sqlite", "scenario.toml", "summary.json"} <= {
-            file.name for file in (out / name).iterdir()
-        }
+        assert {"log.npy", "scenario.toml", "summary.json"} <= {file.name for file in (out / name).iterdir()}
         assert len(ftqp.load_log(out / name)) == 51
 
 
@@ -137,7 +135,7 @@ def test_ctrl_c_keeps_finished_runs_and_shows_what_there_is(short: Path, tmp_pat
         text=True,
         preexec_fn=_heed_interrupts if os.name != "nt" else None,
     )
-    log = out / "long-mvn-active_set" / "log.sqlite"
+    log = out / "long-mvn-active_set" / "log.npy"
     for _ in range(1200):
         time.sleep(0.1)
         if process.poll() is not None or (log.exists() and log.stat().st_size > 500_000):

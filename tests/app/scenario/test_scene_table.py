@@ -81,8 +81,8 @@ def test_a_scene_is_made_of_its_tables(made):
 
 def test_a_run_keeps_how_near_the_arm_came_and_is_judged_by_it(made, tmp_path):
     setup = made(AROUND)
-    setup.simulation(log=tmp_path / "log.sqlite").run()
-    log = ftqp.load_log(tmp_path / "log.sqlite")
+    setup.simulation(log=tmp_path / "log.npy").run()
+    log = ftqp.load_log(tmp_path / "log.npy")
     names = [name for name in log.names if name.startswith("clearance.")]
     assert names == [f"clearance.{name}" for name in (*setup.planner.scene, "itself")]
     near = log["clearance.post"]
@@ -162,8 +162,8 @@ def test_links_are_judged_by_their_meshes_where_the_file_has_some(tmp_path):
         'duration = 0.5\n[[scene]]\nkind = "sphere"\nradius = 0.05\nplace = [0.0, -1.0, 0.0]\nname = "ball"\n'
     )
     setup = load(str(tmp_path / "run.toml"))
-    setup.simulation(log=tmp_path / "log.sqlite").run()
-    shown, arm = trace(setup, ftqp.load_log(tmp_path / "log.sqlite")), model_file(setup)
+    setup.simulation(log=tmp_path / "log.npy").run()
+    shown, arm = trace(setup, ftqp.load_log(tmp_path / "log.npy")), model_file(setup)
     (blade,) = arm.links
     assert blade.joint == 1 and blade.reach > 0.4 and "touched" not in verdict(arm, shown).laws
     # Capsules that leave the blade out: they stay clear of a ball that the blade goes through.

@@ -49,7 +49,7 @@ def test_it_is_an_entry_like_any_other():
 def test_a_log_names_it_and_can_be_read_again(tmp_path):
     planner = ftqp.Planner(PANDA, constraints=LIMITS)
     path = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), 0.05, duration=0.05)
-    Simulation(planner, path, q=PANDA.neutral, log=tmp_path / "log.sqlite").run()
+    Simulation(planner, path, q=PANDA.neutral, log=tmp_path / "log.npy").run()
     log = load_log(tmp_path)
     assert log.metadata["constraints"] == [{"name": "torque limits", "kind": "torque"}]
 

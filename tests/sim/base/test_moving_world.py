@@ -43,16 +43,16 @@ SENSING = {
     ("name", "worst"), [("unknown", 2e-3), ("observed", 3e-5), ("known", 1e-5), ("late", 5e-4)]
 )
 def test_tip_stays_in_space_however_the_base_is_measured(panda, tmp_path, name, worst):
-    result, _ = simulate(panda, SENSING[name], tmp_path / "log.sqlite")
-    found = summary(load_log(tmp_path / "log.sqlite"))["inertial"]
+    result, _ = simulate(panda, SENSING[name], tmp_path / "log.npy")
+    found = summary(load_log(tmp_path / "log.npy"))["inertial"]
     assert result.completed and 0.0 < found["max_position_error"] < worst
     assert found["status_counts"]["TRACKING"] > 290
 
 
 def test_log_tells_true_pose_disturbance_error_and_status(panda, tmp_path):
     schedule = Schedule([FaultEvent(1.0, Locked("panda_joint3"))])
-    simulate(panda, SENSING["observed"], tmp_path / "log.sqlite", schedule)
-    log = load_log(tmp_path / "log.sqlite")
+    simulate(panda, SENSING["observed"], tmp_path / "log.npy", schedule)
+    log = load_log(tmp_path / "log.npy")
     t = log["t"]
     np.testing.assert_allclose(log["disturbance.x"], 0.05 * (1.0 - np.cos(2 * np.pi * 0.3 * t)), atol=1e-12)
     np.testing.assert_allclose(log["base"][:, :3], log["disturbance"][:, :3], atol=1e-15)

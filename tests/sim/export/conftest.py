@@ -57,7 +57,7 @@ def write_to():
     """Writes a log in blocks of 100 rows into a folder; returns its file and its numbers by column."""
 
     def write(folder, signals, table, **metadata):
-        file = folder / "log.sqlite"
+        file = folder / "log.npy"
         with LogWriter(
             file, signals, {"dt": DT, "level": "acceleration", "joints": list(NAMES)} | metadata
         ) as log:

@@ -158,9 +158,9 @@ def test_frames_of_a_robot_with_two_tips_lead_to_both(tmp_path):
     robot = ftqp.robots.load("dual_panda")
     path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.05, duration=0.1)
     planner = ftqp.Planner(robot, dt=5e-3)
-    ftqp.Simulation(planner, path, q=robot.neutral, log=tmp_path / "log.sqlite").run()
-    exported(tmp_path / "log.sqlite", tmp_path / "bag", robot)
-    messages, q = read(tmp_path / "bag")["/tf"], ftqp.load_log(tmp_path / "log.sqlite")["q"]
+    ftqp.Simulation(planner, path, q=robot.neutral, log=tmp_path / "log.npy").run()
+    exported(tmp_path / "log.npy", tmp_path / "bag", robot)
+    messages, q = read(tmp_path / "bag")["/tf"], ftqp.load_log(tmp_path / "log.npy")["q"]
     assert len(messages) == len(q)
     for (_, message), row in zip(messages, q, strict=True):
         placed = {"base": np.eye(4)}
@@ -240,7 +240,7 @@ def test_nothing_is_overwritten(write, tmp_path):
         exported(file, tmp_path / "bag")
     with pytest.raises(InputError, match="cannot be written"):
         exported(file, tmp_path / "none" / "bag")
-    assert sorted(os.listdir(tmp_path)) == ["bag", "log.sqlite"]
+    assert sorted(os.listdir(tmp_path)) == ["bag", "log.json", "log.npy"]
 
 
 def test_ctrl_c_leaves_nothing(write, tmp_path):
@@ -250,7 +250,7 @@ def test_ctrl_c_leaves_nothing(write, tmp_path):
     file, _ = write(signals(), numbers(signals(), 300))
     with pytest.raises(KeyboardInterrupt):
         exported(file, tmp_path / "bag", told=stop)
-    assert os.listdir(tmp_path) == ["log.sqlite"]
+    assert set(os.listdir(tmp_path)) == {"log.npy", "log.json"}
 
 
 @pytest.mark.parametrize(
@@ -266,7 +266,7 @@ def test_log_that_no_bag_can_hold_is_refused(write, tmp_path, change, message):
     file, _ = write(*change(signals(), numbers(signals(), 5)))
     with pytest.raises(InputError, match=message):
         exported(file, tmp_path / "bag")
-    assert os.listdir(tmp_path) == ["log.sqlite"]
+    assert set(os.listdir(tmp_path)) == {"log.npy", "log.json"}
 
 
 @pytest.fixture

@@ -25,7 +25,7 @@ def summarised(fake, panda, start, tmp_path):
         path = Circle(start, 0.05, duration=0.5)
         simulation = Simulation(
             fake(panda, **keywords), path, q=panda.neutral if q is None else q, v=v,
-            schedule=Schedule(events), log=tmp_path / "log.sqlite", metadata={"scenario": "s"},
+            schedule=Schedule(events), log=tmp_path / "log.npy", metadata={"scenario": "s"},
         )  # fmt: skip
         simulation.run()
         return summary(load_log(tmp_path))

@@ -6,15 +6,11 @@ from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from ftqp.app.study.results_file import ResultsFile, locked, read_only
 from ftqp.core.errors import InputError
-from ftqp.sim.log.log_file import load_log
-from ftqp.sim.log.log_writer import LogWriter
 from ftqp.sim.log.side_files import SIDES
-from ftqp.sim.log.signals import Column
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes among its files")
 PATIENCE = 20.0
@@ -36,20 +32,6 @@ def refusal(call: Callable[[], object]) -> str:
     user.join(PATIENCE)
     assert said, "it hangs, or does not refuse"
     return said[0]
-
-
-@pytest.mark.parametrize("side", SIDES)
-@pytest.mark.parametrize("way", ["file", "folder", "link"])
-def test_pipe_beside_a_log_is_refused_at_once(tmp_path: Path, side: str, way: str) -> None:
-    file = tmp_path / "log.sqlite"
-    with LogWriter(file, [Column("t", "s", "time")], {}) as log:
-        log.write(0, np.zeros((3, 1)))
-    os.mkfifo(f"{file}{side}")
-    (tmp_path / "elsewhere").symlink_to(file)
-    given = {"file": file, "folder": tmp_path, "link": tmp_path / "elsewhere"}[way]
-    assert f"not a log of ftqp: log.sqlite{side} beside it is no regular file; delete" in refusal(
-        lambda: load_log(given)
-    )
 
 
 @pytest.mark.parametrize("side", SIDES)

@@ -28,7 +28,7 @@ def run(fake, panda, start, tmp_path):
         Circle(start, 0.05, duration=0.5),
         q=panda.neutral,
         schedule=Schedule([FaultEvent(0.1, Locked(2), 0.2), FaultEvent(0.1, Degraded(4, velocity=0.01))]),
-        log=tmp_path / "log.sqlite",
+        log=tmp_path / "log.npy",
     )
     return simulation.run(), load_log(tmp_path)
 

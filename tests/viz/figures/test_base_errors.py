@@ -26,7 +26,7 @@ def log(tmp_path_factory):
         InertialTask(planner, MovingBase()), Platform(), [Step("rotation", 0.3, at=0.2, rate=2.0)]
     )
     path = Hold(world.start() @ robot.pose(robot.neutral), duration=1.0)
-    file = tmp_path_factory.mktemp("runs") / "log.sqlite"
+    file = tmp_path_factory.mktemp("runs") / "log.npy"
     Simulation(planner, path, q=robot.neutral, world=world, log=file).run()
     return load_log(file)
 

@@ -38,9 +38,9 @@ def planar_log(file: Path, scheme: str, *, failing: int = 1) -> Log:
 def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Log]:
     """Two runs that coincide, one that does not, one that stops."""
     folder = tmp_path_factory.mktemp("runs")
-    first = planar_log(folder / "a.sqlite", "mvn")
-    other = planar_log(folder / "b.sqlite", "mtn")
-    stopped = planar_log(folder / "c.sqlite", "mvn", failing=5)
+    first = planar_log(folder / "a.npy", "mvn")
+    other = planar_log(folder / "b.npy", "mtn")
+    stopped = planar_log(folder / "c.npy", "mvn", failing=5)
     return {"one": first, "same": first, "mtn": other, "stops": stopped}
 
 

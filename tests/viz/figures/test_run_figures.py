@@ -43,7 +43,7 @@ def panda_log(folder):
             FaultEvent(9.0, Locked("panda_joint1")),
         ]
     )
-    file = folder / "panda.sqlite"
+    file = folder / "panda.npy"
     Simulation(Planner(panda, dt=0.01), path, q=panda.neutral, schedule=schedule, log=file).run()
     return load_log(file)
 
@@ -54,7 +54,7 @@ def stopped_log(folder):
     q = np.full(6, np.pi / 12)
     path = Square(Arm(planar).tip(q).copy(), 0.3, duration=4.0)
     schedule = Schedule([FaultEvent(1.0, Locked(i)) for i in range(5)])
-    file = folder / "planar.sqlite"
+    file = folder / "planar.npy"
     Simulation(Planner(planar, dt=0.01), path, q=q, schedule=schedule, log=file).run()
     return load_log(file)
 

@@ -105,7 +105,7 @@ def run(
     no_figures: NoFigures = False,
     as_json: Json = False,
 ) -> ExitCode:
-    """Run a scenario; writes summary.json, log.sqlite and figures."""
+    """Run a scenario; writes summary.json, log.npy and figures."""
     from ftqp.app.output import words
     from ftqp.app.run import runs
     from ftqp.app.scenario.setup import load

@@ -19,7 +19,7 @@ from ftqp.core.errors import FtqpError, InputError, MissingPackage
 from ftqp.sim.log.description import versions
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log
-from ftqp.sim.log.log_parts import FILE_NAME, log_files
+from ftqp.sim.log.log_writer import FILE_NAME, log_files
 from ftqp.sim.log.metrics import summary
 from ftqp.viz.pages.page import page
 

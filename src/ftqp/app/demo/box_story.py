@@ -9,7 +9,7 @@ from ftqp.app.run import runs
 from ftqp.app.scenario.setup import Setup, load
 from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_file import load_log
-from ftqp.sim.log.log_parts import FILE_NAME
+from ftqp.sim.log.log_writer import FILE_NAME
 from ftqp.sim.rival.beside import strayed
 
 BOX, KEPT = (

@@ -22,7 +22,7 @@ from ftqp.app.scenario.setup import load
 from ftqp.core.errors import MissingPackage
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log
-from ftqp.sim.log.log_parts import FILE_NAME
+from ftqp.sim.log.log_writer import FILE_NAME
 from ftqp.sim.rival.beside import Ride, strayed
 
 TOLD, FOLDER = "faults.0.announced=", "told"

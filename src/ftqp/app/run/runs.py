@@ -15,7 +15,7 @@ from ftqp.core.errors import FtqpError, InputError, MissingPackage
 from ftqp.qp.recording.recording_file import free_file
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log, open_log
-from ftqp.sim.log.log_parts import FILE_NAME, LogParts
+from ftqp.sim.log.log_writer import FILE_NAME, LogParts
 from ftqp.sim.log.recorded_run import recorded
 
 LONGEST = 200
@@ -135,7 +135,7 @@ def run(
     *,
     drawn: bool = True,
 ) -> Run:
-    """Simulates ``setup`` and writes ``scenario.toml``, ``log.sqlite``, ``summary.json`` and ``figures/``.
+    """Simulates ``setup`` and writes ``scenario.toml``, ``log.npy``, ``summary.json`` and ``figures/``.
 
     Args:
         setup: the run; with a recorder when ``record`` is given.

@@ -11,8 +11,8 @@ from ftqp.app.view.live_source import LiveSource
 from ftqp.app.view.replay_source import ReplaySource
 from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts
 from ftqp.core.errors import InputError
-from ftqp.sim.log.log_file import load_log
-from ftqp.sim.log.log_parts import FILE_NAME, log_files
+from ftqp.sim.log.log_file import OLD, load_log
+from ftqp.sim.log.log_writer import FILE_NAME, log_files
 from ftqp.sim.session.live_session import FASTEST, Session
 from ftqp.sim.session.session_arms import Choice
 from ftqp.sim.session.session_commands import Speed
@@ -43,7 +43,7 @@ def shown(choice: Choice, *, speed: float = 1.0, rival: bool = True) -> Iterator
         session.put(Speed(speed))
         with LiveSource(session, report=report) as source:
             yield "coverage", source
-    elif folder or given.name == FILE_NAME or given.suffix == ".sqlite":
+    elif folder or given.name == FILE_NAME or given.suffix in (File(FILE_NAME).suffix, OLD):
         if folder and not log_files(given):
             if (given / STUDY).is_file():
                 raise InputError(

@@ -1,7 +1,6 @@
 """What a log says about its run: robot, limits, faults and versions, in values that JSON can hold."""
 
 import platform
-import sqlite3
 from collections.abc import Mapping
 from dataclasses import fields
 from functools import cache
@@ -229,7 +228,7 @@ def versions() -> dict[str, str]:
 @cache
 def _installed() -> dict[str, str]:
     """The same, looked up once in a process: that takes milliseconds."""
-    found = {"python": platform.python_version(), "sqlite": sqlite3.sqlite_version}
+    found = {"python": platform.python_version()}
     for package in PACKAGES:
         try:
             found[package] = metadata.version(package)

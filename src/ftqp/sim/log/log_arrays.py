@@ -13,9 +13,8 @@ from ftqp.core.errors import unknown
 from ftqp.core.html_table import html_table
 from ftqp.core.picture import Picture
 from ftqp.core.small_picture import curves_svg
-from ftqp.sim.log.log_rows import LogRows, whole_numbers
+from ftqp.sim.log.log_rows import LogRows, RunFacts, whole_numbers
 from ftqp.sim.log.raw_rows import BLOCK
-from ftqp.sim.log.run_facts import RunFacts
 from ftqp.sim.log.signals import Column
 from ftqp.sim.log.table_files import write_csv, write_mat, write_npz
 

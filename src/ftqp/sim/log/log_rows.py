@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from re import fullmatch
-from typing import Any, final
+from typing import Any, NoReturn, final
 
 import numpy as np
 
@@ -14,6 +14,16 @@ from ftqp.sim.log.signals import Column
 
 EXACT = 2.0**53
 """Whole numbers below this are exact as float64."""
+
+
+@final
+class RunFacts(dict[str, Any]):
+    """What a log says of its run, by key; it is an error in a sentence to ask for what it does not say."""
+
+    def __missing__(self, key: str) -> NoReturn:
+        raise InputError(
+            f"the log does not say {key!r} of its run, as every log of ftqp does; make it anew by ftqp run"
+        )
 
 
 @final

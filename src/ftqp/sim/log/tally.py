@@ -101,7 +101,8 @@ class Tally:
             self._inertial = {"position": Extremes(), "rotation": Extremes()}
         if not len(rows):
             return
-        t, status = rows["t"], np.asarray(rows["status"]).astype(np.int64)
+        known = np.clip(np.nan_to_num(rows["status"]), 0, len(STATUSES) - 1)  # of a damaged file, too
+        t, status = rows["t"], known.astype(np.int64)
         self.count += len(rows)
         self._counts = self._counts + np.bincount(status, minlength=len(STATUSES))
         self._final = int(status[-1])
