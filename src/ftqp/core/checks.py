@@ -191,3 +191,30 @@ def _number(name: str, value: Any, unit: str, *, least: float, strict: bool) -> 
             f"{name} is {number:g}, expected a finite number {bound}{' ' + unit if unit else ''}"
         )
     return number
+
+
+_MEANS = {
+    ("pose", (4, 4)): ", a homogeneous matrix; for a point alone give position=",
+    ("twist", (6,)): ", vx, vy, vz [m/s] and wx, wy, wz [rad/s]",
+}
+"""What numbers of a target are, for whom their shape says too little."""
+
+
+def sized(name: str, value: Any, shape: tuple[int, ...], symbol: str = "") -> FloatArray:
+    """``value`` as a contiguous array of ``shape``; NaN and infinities pass.
+
+    Args:
+        name: How the user knows the value.
+        value: Anything numpy can turn into numbers.
+        shape: The shape expected.
+        symbol: That shape in symbols, for the message.
+
+    Raises:
+        InputError: not numbers, or another shape.
+    """
+    result = numbers(name, value)
+    if result.shape != shape:
+        expected = f"{shape}" if symbol in ("", f"{shape}") else f"{symbol} = {shape}"
+        means = _MEANS.get((name, shape), "")
+        raise InputError(f"{name} has shape {result.shape}, expected {expected}{means}")
+    return result

@@ -75,9 +75,9 @@ def test_code_that_allocates_is_refused(tiny: Any) -> None:
         ("sys.modules['numba'] = None", "building needs numba and llvmlite"),
         ("from numba.core import ir; del ir.Inst._rec_list_vars", "building needs numba and llvmlite"),
         ("import platform; platform.machine = lambda: 'm68k'", "no class of processors is named for m68k"),
-        ("from ftqp.kernel.entry import table; table.PARTS['first'] = table.FIRST[:1];"
+        ("from ftqp.kernel.entry import table; table.PARTS['first'] = table.PARTS['first'][:1];"
          "import platform; platform.system = lambda: 'Windows'", "nothing links it on Windows"),
-        ("from ftqp.kernel.entry import table; table.PARTS['first'] = table.FIRST[:1];"
+        ("from ftqp.kernel.entry import table; table.PARTS['first'] = table.PARTS['first'][:1];"
          "sys.modules['ziglang'] = None; import os; os.environ['PATH'] = ''",
          "neither ziglang nor cc is here"),
     ],
@@ -128,7 +128,8 @@ def test_what_links_may_come_while_the_rest_is_compiled(tmp_path: Path) -> None:
         "from ftqp.kernel.building import store\n"
         "from ftqp.kernel.building.__main__ import main\n"
         "from ftqp.kernel.entry import table\n"
-        "table.PARTS['first'], linkers, read = table.FIRST[:1], store.linkers, sys.stdin.read\n"
+        "table.PARTS['first'] = table.PARTS['first'][:1]\n"
+        "linkers, read = store.linkers, sys.stdin.read\n"
         "store.linkers = list\n"
         "def comes(): store.linkers = linkers; return read()\n"
         "sys.stdin.read = comes\n"

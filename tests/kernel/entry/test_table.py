@@ -1,55 +1,24 @@
-"""The table of entry points says how each is called, and every one is built."""
+"""The table of entry points says what each takes and calls, and every one is built."""
 
-import inspect
 import logging
 
 import pytest
-from records import SMALL
 
 from ftqp.kernel.compiled.kernel import level, load
-from ftqp.kernel.entry.table import ANY_SIZE, BUILT, ENTRIES
-
-ANY = {"solve_qp", "kkt", "solve_network", "solve_network_batch", "write_target"}
-"""Those that know no robot."""
-OBJECTS = {
-    "q",
-    "v",
-    "target",
-    "targets",
-    "tick",
-    "pose",
-    "twist",
-    "acceleration",
-    "limit",
-    "tau",
-    "q_ref",
-    "v_ref",
-    "a_ref",
-    "effort",
-}
-"""What compiled code takes as Python objects: what a caller hands to a step, and the step itself."""
-
-
-def capacity_of(name):
-    """The class of records that a test makes it for."""
-    return ANY_SIZE if name in ANY else SMALL
-
-
-@pytest.mark.parametrize("name", ENTRIES)
-def test_an_entry_point_takes_as_many_arguments_as_the_table_says_and_objects_in_their_places(name):
-    entry = ENTRIES[name]
-    function = entry.function(capacity_of(name))
-    parameters = list(inspect.signature(function).parameters)
-    assert function.__name__ == entry.name == name == entry.factory
-    assert len(parameters) == len(entry.signature)
-    objects = {p for p, letter in zip(parameters, entry.signature, strict=True) if letter == "o"}
-    assert objects == OBJECTS & set(parameters)
+from ftqp.kernel.entry.spec import Spec
+from ftqp.kernel.entry.table import ENTRIES, PARTS
 
 
 @pytest.mark.skipif(not level(), reason="no built kernel is in use")
 def test_every_entry_point_is_built(caplog):
     """Built means: its code allocates nothing and needs nothing of numba, else it is refused."""
-    assert {entry.name for entry, _ in BUILT} == set(ENTRIES)
+    built = PARTS["all"]
+    assert {entry.name for entry, _ in built} | {"deployed_step", "deployed_follow"} == set(ENTRIES)
     with caplog.at_level(logging.WARNING, "ftqp"):
-        assert all(isinstance(load(*one), type(len)) for one in BUILT)
+        assert all(isinstance(load(*one), type(len)) for one in built)
     assert not caplog.records
+
+
+def test_a_kind_of_argument_that_is_none_is_refused():
+    with pytest.raises(ValueError, match="'K:recrod' in 'n K:recrod' is no argument"):
+        _ = Spec("ftqp.kernel.told.stops", "n K:recrod", "stop(K)").signature

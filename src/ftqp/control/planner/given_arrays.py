@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, numbers, shown
+from ftqp.core.checks import FloatArray, numbers, shown, sized
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import Mistake
 from ftqp.kernel.layout.thresholds import MOST_ROWS
+
+__all__ = ["sized"]
 
 _MISTAKES: dict[int, str] = {
     Mistake.NOT_RESET: "the planner has no start; call planner.reset(q) before the first step",
@@ -22,13 +24,6 @@ _MISTAKES: dict[int, str] = {
     ),
     Mistake.NOT_READ: "target.packed is no longer an array of (29,) float64 numbers; make a new Target",
 }
-
-
-_MEANS = {
-    ("pose", (4, 4)): ", a homogeneous matrix; for a point alone give position=",
-    ("twist", (6,)): ", vx, vy, vz [m/s] and wx, wy, wz [rad/s]",
-}
-"""What numbers of a target are, for whom their shape says too little."""
 
 
 def not_a_target(given: Any, more: object = None) -> InputError:
@@ -66,26 +61,6 @@ def vector(name: str, value: Any) -> FloatArray:
     result = numbers(name, value)
     if result.ndim != 1:
         raise InputError(f"{name} has shape {result.shape}, expected a vector (nv,)")
-    return result
-
-
-def sized(name: str, value: Any, shape: tuple[int, ...], symbol: str = "") -> FloatArray:
-    """``value`` as a contiguous array of ``shape``; NaN and infinities pass.
-
-    Args:
-        name: How the user knows the value.
-        value: Anything numpy can turn into numbers.
-        shape: The shape expected.
-        symbol: That shape in symbols, for the message.
-
-    Raises:
-        InputError: not numbers, or another shape.
-    """
-    result = numbers(name, value)
-    if result.shape != shape:
-        expected = f"{shape}" if symbol in ("", f"{shape}") else f"{symbol} = {shape}"
-        means = _MEANS.get((name, shape), "")
-        raise InputError(f"{name} has shape {result.shape}, expected {expected}{means}")
     return result
 
 

@@ -101,7 +101,6 @@ def _told(reason: str) -> int:
 def _built(given: argparse.Namespace) -> dict[str, Any]:
     from ftqp.kernel.building.quicker import be_quicker
     from ftqp.kernel.building.store import CannotBuild, Store, compiled
-    from ftqp.kernel.compiled.making import emit
     from ftqp.kernel.compiled.making.processor import Target, target
     from ftqp.kernel.entry.table import DEPLOYED, FOLLOWING, WATCHING
     from ftqp.kernel.layout.record import CAPACITIES
@@ -132,8 +131,6 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
         keys, count = compiled([(entry, capacity) for entry in wanted_entries], processor, store, given.jobs)
     given.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
-        frame = Path(folder) / "frame.o"
-        frame.write_bytes(emit.frame_code(processor))
         objects = [str(store.object_file(key)) for key in keys.values()]
         glue = str(Path(folder) / "ftqp.o")
         shared = [] if given.target == "wasm32" else ["-fPIC", "-fvisibility=hidden"]

@@ -26,9 +26,8 @@ _MAKERS = (
     f"{_MAKING}/helper.py",
     f"{_MAKING}/joint_lanes.py",
     f"{_MAKING}/lane_numbers.py",
-    f"{_MAKING}/process_calls.py",
-    f"{_MAKING}/array_reading.py",
-    "compiled/facts.py",
+    "compiled/taking.py",
+    "compiled/calling.py",
     "jit.py",
 )
 """The files that say how a function becomes machine code."""

@@ -28,13 +28,14 @@ from ftqp.kernel.building import kept_parts
 from ftqp.kernel.building.fingerprint import fingerprint as key_of
 from ftqp.kernel.building.quicker import be_quicker
 from ftqp.kernel.compiled.entry_point import EntryPoint
-from ftqp.kernel.compiled.facts import FIRST, LAST
 from ftqp.kernel.compiled.library import MANIFEST, fingerprint, platform_facts, problem_of
 from ftqp.kernel.compiled.making import emit
 from ftqp.kernel.compiled.making.helper import Part
 from ftqp.kernel.compiled.making.processor import Target
 from ftqp.kernel.compiled.source_text import code_key, file_key
 
+GLUE = Path(emit.__file__).parents[1] / "glue.c"
+"""Compiled beside the units whenever they are linked."""
 NO_LINKER = "neither ziglang nor cc is here to link it"
 
 Wanted = tuple[EntryPoint, int]
@@ -213,43 +214,12 @@ def compiled(
     return keys, made
 
 
-def in_order(keys: dict[Unit, str], store: Store, shared: dict[str, Path]) -> list[Path]:
-    """The object files in the order of the library: the code of common ticks of one capacity lies together.
-
-    Args:
-        keys: of all units.
-        store: where their files are.
-        shared: the marks around that code by their symbols, and what else belongs to every library.
-    """
-    files: list[Path] = []
-    by_symbol = {unit.symbol: unit for unit in keys}
-    for capacity in sorted({unit.capacity for unit in keys} - {0}):
-        files.append(shared.pop(f"{FIRST}{capacity}"))
-        step = by_symbol.get(f"ftqp_step_{capacity}")
-        waiting = [] if step is None else [step]
-        while waiting:
-            unit = waiting.pop(0)
-            path = store.object_file(keys[unit])
-            if path not in files:
-                files.append(path)
-                parts = [by_symbol[part.symbol] for part in store.parts(keys[unit]) or ()]
-                waiting += [part for part in parts if not part.function().rare]
-        files.append(shared.pop(f"{LAST}{capacity}"))
-    return list(dict.fromkeys([*files, *shared.values(), *(store.object_file(key) for key in keys.values())]))
-
-
 def linkers() -> list[list[str]]:
     """The beginnings of the commands that may link a library on this machine, the best first."""
-    found = []
-    zig = [sys.executable, "-m", "ziglang"] if importlib.util.find_spec("ziglang") else None
-    if platform.system() == "Darwin":
-        shared = ["-shared", "-undefined", "dynamic_lookup"]
-        found += [[name, *shared] for name in ("cc", "clang") if which(name)]
-        found += [[*zig, "cc", *shared]] if zig else []
-    elif platform.system() == "Linux":
-        found += [[*zig, "ld.lld", "-shared"]] if zig else []
-        found += [[name, "-shared", "-nostdlib"] for name in ("cc", "gcc", "clang") if which(name)]
-    return found
+    zig = [[sys.executable, "-m", "ziglang", "cc"]] if importlib.util.find_spec("ziglang") else []
+    found = zig + [[name] for name in ("cc", "gcc", "clang") if which(name)]
+    free = {"Darwin": ["-undefined", "dynamic_lookup"], "Linux": []}.get(platform.system())
+    return [] if free is None else [[*one, "-shared", "-fPIC", "-O2", "-s", *free] for one in found]
 
 
 def linked(files: Sequence[Path]) -> bytes:
@@ -265,11 +235,14 @@ def linked(files: Sequence[Path]) -> bytes:
         out = Path(folder) / "kernel.so"
         for linker in found:
             done = subprocess.run(
-                [*linker, "-o", str(out), *map(str, files)], capture_output=True, text=True, check=False
+                [*linker, str(GLUE), "-o", str(out), *map(str, files)],
+                capture_output=True,
+                text=True,
+                check=False,
             )
             if done.returncode == 0:
                 return out.read_bytes()
-            said = f"{' '.join(linker[-2:])} failed: {done.stderr.strip()[-300:]}"
+            said = f"{linker[0]} failed: {done.stderr.strip()[-300:]}"
     raise CannotBuild(said)
 
 
@@ -310,15 +283,7 @@ def build(
         if ready is not None:
             ready()
             importlib.invalidate_caches()
-        with tempfile.TemporaryDirectory() as folder:
-            shared = {"frame": emit.frame_code(target)}
-            for capacity in sorted({unit.capacity for unit in keys} - {0}):
-                for end in (FIRST, LAST):
-                    shared[f"{end}{capacity}"] = emit.mark_code(f"{end}{capacity}", target)
-            files = {name: Path(folder) / f"{name}.o" for name in shared}
-            for name, path in files.items():
-                path.write_bytes(shared[name])
-            code = linked(in_order(keys, store, files))
+        code = linked([store.object_file(key) for key in keys.values()])
         store.sweep(set(keys.values()))
         sha256 = fingerprint(code)
         file = f"kernel-{sha256[:12]}.so"

@@ -8,12 +8,14 @@ is RELAXED. When that QP cannot be solved, the cascade goes on (``ftqp.kernel.ju
 from typing import Any
 
 from ftqp.kernel.closed_forms.approximate_inverse import approximate_inverse, wrist_jacobian
+from ftqp.kernel.closed_forms.damping_factor import damping_factor
 from ftqp.kernel.closed_forms.gathering import gather
 from ftqp.kernel.closed_forms.pseudoinverses import closed_form
 from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.fallback_cascade import run_cascade
 from ftqp.kernel.layout.enums import ANSWERED, FREE, MAIN_STAGE, OK, QP_READY, RELAXED, SOLVE, SOLVED
 from ftqp.kernel.layout.method_codes import APPROXIMATE
+from ftqp.kernel.maths.svd import svd
 from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
 from ftqp.kernel.rows.one_variable import draw
 
@@ -203,3 +205,21 @@ def resolve(K: Any, P: Any, prepared: int) -> int:
             cascade.missed = 1
             cascade.status = code = RELAXED
     return code
+
+
+@jit
+def resolve_reduced(P: Any) -> None:
+    """x of a reduced problem alone, by its method."""
+    if P.method == APPROXIMATE:
+        approximate_inverse(P)
+    else:
+        gather(P, P.A, P.b, 1.0)
+        closed_form(P)
+
+
+@jit
+def damp_reduced(P: Any) -> None:
+    """kappa of a reduced problem by its rule, whether or not the undamped rates break the limit."""
+    gather(P, P.A, P.b, 1.0)
+    svd(P)
+    P.kappa = damping_factor(P)

@@ -3,11 +3,16 @@
 from typing import Any
 
 from ftqp.core import clock
-from ftqp.kernel.compiled.facts import CALL_FAILED
 from ftqp.kernel.compiled.mode import BUILDING
 
+CALL_FAILED = -1_000
+"""The Python function raised or gave no whole number; the error is forgotten."""
+
 if BUILDING:
-    from ftqp.kernel.compiled.making.process_calls import nanoseconds, tick_of
+    from numba.types import ExternalFunction, int64
+
+    tick_of = ExternalFunction("ftqp_tick_of", int64(int64, int64, int64, int64, int64))
+    nanoseconds = ExternalFunction("ftqp_nanoseconds", int64())
 
 else:
 

@@ -7,20 +7,24 @@ import os
 import platform
 import re
 import stat
+import struct
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ftqp.kernel.compiled.entry_point import EntryPoint
-from ftqp.kernel.compiled.facts import SYMBOL, fill
 from ftqp.kernel.compiled.levels import belongs
 from ftqp.kernel.compiled.source_text import code_key, file_key
 
-FORMAT = 3
+FORMAT = 4
 MANIFEST = "manifest.json"
 _NAME = re.compile(r"kernel-[0-9a-f]{12}\.so")
 METH_FASTCALL = 0x80
+MOST = 64
+"""Arguments of an entry point at most, as in ``glue.c``."""
 REMEDY = "`make kernel` in the source, or installing ftqp anew, builds it"
 
 
@@ -58,23 +62,16 @@ class Library:
         symbol = entry.symbol(capacity)
         if self._entries.get(symbol) != [entry.signature, entry.nogil]:
             return None
-        return _function_at(ctypes.cast(getattr(self._code, symbol), ctypes.c_void_p).value, symbol)
-
-
-def _function_at(address: int | None, name: str) -> Callable[..., int]:
-    """The C function at an address (``METH_FASTCALL``) as a Python function.
-
-    Args:
-        address: of ``PyObject *f(PyObject *self, PyObject **arguments, Py_ssize_t count)``.
-        name: what the function is called.
-    """
-    definition = _MethodDefinition(name.encode(), address, METH_FASTCALL, None)
-    ctypes.pythonapi.Py_IncRef(ctypes.py_object(definition))
-    new = ctypes.pythonapi["PyCFunction_NewEx"]
-    new.restype = ctypes.py_object
-    new.argtypes = (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
-    function: Callable[..., int] = new(ctypes.addressof(definition), None, None)
-    return function
+        at = ctypes.cast(getattr(self._code, symbol), ctypes.c_void_p).value
+        letters = entry.signature.encode()
+        what = struct.pack(f"=qqq{MOST}s", at, entry.nogil, len(letters), letters) + symbol.encode() + b"\0"
+        call = ctypes.cast(self._code.ftqp_call, ctypes.c_void_p).value
+        definition = _MethodDefinition(symbol.encode(), call, METH_FASTCALL, None)
+        new = ctypes.pythonapi["PyCFunction_NewEx"]
+        new.restype, new.argtypes = ctypes.py_object, (ctypes.c_void_p, ctypes.py_object, ctypes.c_void_p)
+        function: Callable[..., int] = new(ctypes.addressof(definition), what, None)
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(definition))
+        return function
 
 
 def platform_facts() -> dict[str, Any]:
@@ -162,8 +159,9 @@ def _loaded(path: Path, described: dict[str, Any]) -> Library:
                 break
             except OSError:
                 continue
-        code = ctypes.CDLL(str(path))
-        fill(ctypes.addressof(ctypes.c_int64.in_dll(code, SYMBOL)))
+        code, probe = ctypes.CDLL(str(path)), np.zeros((2, 3))
+        kinds = (ctypes.c_void_p(id(one)) for one in (np.ndarray, probe.dtype, probe))
+        code.ftqp_begin(*kinds, ctypes.c_int64(probe.ctypes.data))
         for symbol in described["entries"]:
             code[symbol]
     except (OSError, AttributeError, ValueError) as error:

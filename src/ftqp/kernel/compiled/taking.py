@@ -3,11 +3,15 @@
 import ctypes
 from typing import Any
 
-from ftqp.kernel.compiled.facts import BAD_BUFFER
 from ftqp.kernel.compiled.mode import BUILDING
 
+BAD_BUFFER = -1
+"""The object is no readable C-contiguous buffer of float64 in this machine's byte order."""
+
 if BUILDING:
-    from ftqp.kernel.compiled.making.array_reading import take
+    from numba.types import ExternalFunction, int64
+
+    take = ExternalFunction("ftqp_take", int64(int64, int64, int64, int64, int64))
 
 else:
 

@@ -122,7 +122,7 @@ class ContinuationStudy:
         def work(portion: int) -> None:
             session, memory = self._session.copy(), self._prepared(bounded, whole, share)
             first, last = portion * count // portions, (portion + 1) * count // portions
-            session.bind(entry, memory, call.table)(first, last)
+            session.bind(entry, memory, *call.things, first, last)()
 
         _share_out(work, portions, workers)
         facts = call.facts
@@ -165,7 +165,7 @@ class ContinuationStudy:
         )
         entry = "bounded_continuations" if bounded else "exact_continuations"
         session, memory = self._session.copy(), self._prepared(bounded, whole, share)
-        session.bind(entry, memory, call.table)(0, 1)
+        session.bind(entry, memory, *call.things, 0, 1)()
         path[0] = q
         return path[: len(self._goals) - sample]
 
@@ -194,14 +194,14 @@ class ContinuationStudy:
             )
         q, facts = np.full((count, samples, self._session.nv), np.nan), np.zeros((count, 2))
         q[:, 0] = starts
-        table = _table([count, samples], self._goals, speeds, q, facts)
         workers = thread_count() if threads is None else threads
         portions = max(1, min(count, PORTIONS * workers))
 
         def work(portion: int) -> None:
             session, memory = self._session.copy(), self._memory.copy()
             first, last = portion * count // portions, (portion + 1) * count // portions
-            session.bind("self_speed_tracks", memory, table)(first, last)
+            things = count, samples, self._goals, speeds, q, facts, first, last
+            session.bind("self_speed_tracks", memory, *things)()
 
         _share_out(work, portions, workers)
         return q, facts[:, 0].astype(np.int64), facts[:, 1].copy()
@@ -248,7 +248,7 @@ class ContinuationStudy:
 
 
 class _Call:
-    """The arrays of continuations, kept alive beside the table of their addresses."""
+    """The arrays of continuations, and all that their entry points take but which."""
 
     def __init__(
         self, goals: FloatArray, q: Any, samples: Any, failed: Any, speed: Any, path: FloatArray | None
@@ -263,14 +263,10 @@ class _Call:
         if speed is not None:
             self._speed[:, : given.shape[1]] = np.asarray(speed, dtype=np.float64).reshape(k, -1)
         self.facts = np.zeros((k, FACTS))
-        arrays = (goals, self.q, self.samples, self.failed, self._speed, self.facts, path)
-        addresses = [0 if array is None else array.ctypes.data for array in arrays]
-        self.table = np.array([k, len(goals), path is not None, *addresses], dtype=np.int64)
-
-
-def _table(sizes: list[int], *arrays: Any) -> IntArray:
-    """Sizes, then the addresses of arrays."""
-    return np.array([*sizes, *(array.ctypes.data for array in arrays)], dtype=np.int64)
+        self.things = (
+            k, len(goals), int(path is not None), goals, self.q, self.samples, self.failed, self._speed,
+            self.facts, path,
+        )  # fmt: skip
 
 
 def _share_out(work: Callable[[int], None], portions: int, workers: int) -> None:

@@ -85,20 +85,10 @@ class DetectionSession:
         """
         kept = [columns[name] for name in COLUMNS]
         rows = len(kept[0]) if kept[0] is not None else 0
-        table = np.array([0 if one is None else one.ctypes.data for one in kept], dtype=np.int64)
         peaks = np.zeros((max(rows // block, 1), RESIDUALS, len(self.D.q)))
-        trace = np.zeros(rows)
-        call = bound("detect_log", self.capacity, self._memory, self._arm)
-        done = call(
-            table.ctypes.data,
-            rows,
-            first,
-            rows if end is None else end,
-            block,
-            peaks.ctypes.data,
-            trace.ctypes.data,
-            until,
-        )
+        trace, last = np.zeros(rows), rows if end is None else end
+        things = (self._memory, self._arm, *kept, rows, first, last, block, peaks, trace, until)
+        done = bound("detect_log", self.capacity, *things)()
         return done, peaks[: rows // block], trace
 
     def copy(self) -> "DetectionSession":

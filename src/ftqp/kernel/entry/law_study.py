@@ -138,7 +138,8 @@ class LawStudy:
         count = len(starts)
         endings, ends, facts = np.zeros(count, np.int64), np.zeros(starts.shape), np.zeros((count, 3))
         if count:
-            self._call("study_runs", [count, len(trace)], (starts, locked, endings, ends, facts, trace))
+            things = count, len(trace), starts, locked, endings, ends, facts, trace, 0, count
+            self._session.bind("study_runs", self._law, *things)()
         return endings, ends, facts
 
     def lines(
@@ -179,13 +180,9 @@ class LawStudy:
         nodes = np.zeros((kept, steps + 1, n))
         within = np.zeros((kept, steps + 1, n + 1), np.int8)
         if count:
-            arrays = (starts, box_of, turns, inside, failed, nodes, within)
-            self._call("study_lines", [count, steps, keep], arrays)
+            things = (count, steps, int(keep), starts, box_of, turns, inside, failed, nodes, within, 0, count)
+            self._session.bind("study_lines", self._law, *things)()
         return np.clip(inside, 0.0, 1.0), failed != 0, nodes, within != 0
-
-    def _call(self, name: str, numbers: list[int], arrays: tuple[Any, ...]) -> None:
-        table = np.array([*numbers, *(array.ctypes.data for array in arrays)], dtype=np.int64)
-        self._session.bind(name, self._law, table)(0, numbers[0])
 
     def __getstate__(self) -> dict[str, Any]:
         return {"session": self._session, "law": self._law}

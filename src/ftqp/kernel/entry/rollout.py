@@ -1,6 +1,5 @@
 """Many arms through one trajectory in closed loop, one after the other, without Python inside."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -8,10 +7,8 @@ import numpy as np
 from ftqp.kernel.free.end_stop import stop_torques
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.fallback_cascade import run_cascade
-from ftqp.kernel.layout.batch_memory import batch_dtype
 from ftqp.kernel.layout.enums import AS_TOLD, FREE, INVALID_INPUT, MEASURED, OK, SOLVED, TARGET_SIZE, Status
-from ftqp.kernel.layout.free_memory import free_dtype
-from ftqp.kernel.layout.record import belief_dtype, record_dtype
+from ftqp.kernel.layout.record import CAPACITIES, belief_dtype
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.rows.turned_rows import turn_back
 from ftqp.kernel.ticks.accepted_inputs import accept_state
@@ -20,6 +17,7 @@ from ftqp.kernel.ticks.tick import prepare_free, prepare_rich
 from ftqp.kernel.told.believed import falls, look_again
 
 WHOLE = np.dtype(np.int64)
+BELIEF = belief_dtype(CAPACITIES[0])
 STATUSES = len(Status)
 
 
@@ -80,70 +78,61 @@ def _begin(
     return good
 
 
-def rollout(capacity: int) -> Callable[..., int]:
-    """Arms one after the other, each with a start and faults of its own."""
-    dtype, beliefs_are = record_dtype(capacity), belief_dtype(capacity)
-    words = dtype.itemsize // 8
-    batch, free = batch_dtype(), free_dtype(capacity)
+@jit
+def rollout(model: Any, B: Any, own: Any, K: Any, F: Any, n: int, first: int, last: int) -> int:
+    """How many of the arms ``first`` to ``last - 1`` were driven to the end; fewer when told to stop.
 
-    def rollout(model_at: int, batch_at: int, own_at: int, free_at: int, first: int, last: int) -> int:
-        """How many of the arms ``first`` to ``last - 1`` were driven to the end; fewer when told to stop.
-
-        The record at ``model_at`` is what every arm begins with; what it becomes is worked in at ``own_at``,
-        and at ``free_at`` while a joint swings freely. Arms that are skipped are neither touched nor counted.
-        """
-        model, own = carray(pointer(model_at), (words,), WHOLE), carray(pointer(own_at), (words,), WHOLE)
-        K, F = carray(pointer(own_at), 1, dtype)[0], carray(pointer(free_at), 1, free)[0]
-        B = carray(pointer(batch_at), 1, batch)[0]
-        n, arms, ticks = carray(pointer(model_at), 1, dtype)[0].chain.n, B.arms, B.ticks
-        kept = ticks // B.every if B.every > 0 else 0
-        q, v = carray(pointer(B.q_at), (arms, n), FLOAT), carray(pointer(B.v_at), (arms, n), FLOAT)
-        targets = carray(pointer(B.targets_at), (ticks, TARGET_SIZE), FLOAT)
-        beliefs = carray(pointer(B.beliefs_at), B.believed, beliefs_are)
-        starts = carray(pointer(B.starts_at), (arms + 1,), WHOLE)
-        events = carray(pointer(B.events_at), (starts[arms], 3), WHOLE)
-        skipped = carray(pointer(B.skipped_at), (arms,), WHOLE)
-        far = carray(pointer(B.position_error_at), (arms,), FLOAT)
-        turned = carray(pointer(B.rotation_error_at), (arms,), FLOAT)
-        clear = carray(pointer(B.clearance_at), (arms,), FLOAT)
-        counts = carray(pointer(B.counts_at), (arms, STATUSES), WHOLE)
-        first_bad = carray(pointer(B.first_bad_at), (arms,), WHOLE)
-        trace = carray(pointer(B.trace_at), (arms, kept, n), FLOAT)
-        done = 0
-        for r in range(first, last):
-            if skipped[r]:
-                continue
-            for w in range(words):
-                own[w] = model[w]
-            at, present = (
-                starts[r],
-                _begin(K.state, K.criteria, K.feedback, K.gate, K.chain, q[r], v[r], B.returns),
-            )
-            for k in range(ticks):
-                if B.stop != 0:
-                    return done
-                while at < starts[r + 1] and events[at, 0] <= k:
-                    believe_event(
-                        K.faults, K.limits, K.chain, K.qp, K.free, beliefs[events[at, 1]], events[at, 2]
-                    )
-                    look_again(K.scene)
-                    at += 1
-                code = INVALID_INPUT
-                if present:
-                    code = _tick(K, F, targets[k])
-                    far[r] = max(far[r], K.task.position_error)
-                    turned[r] = max(turned[r], K.task.rotation_error)
-                    if K.scene.pairs > 0:
-                        clear[r] = min(clear[r], K.scene.distance)
-                counts[r, code] += 1
-                if code != OK and first_bad[r] < 0:
-                    first_bad[r] = k
-                if kept > 0 and (k + 1) % B.every == 0:
-                    for i in range(n):
-                        trace[r, k // B.every, i] = K.state.q_command[i]
-            for i in range(n):
-                q[r, i], v[r, i] = K.state.q_command[i], K.state.v_command[i]
-            done += 1
-        return done
-
-    return rollout
+    The words of ``model`` are the record that every arm, of n joints, begins with; what it becomes is worked
+    in those of ``own``, which are K, and in F while a joint swings freely. Arms that are skipped are neither
+    touched nor counted.
+    """
+    arms, ticks = B.arms, B.ticks
+    kept = ticks // B.every if B.every > 0 else 0
+    q, v = carray(pointer(B.q_at), (arms, n), FLOAT), carray(pointer(B.v_at), (arms, n), FLOAT)
+    targets = carray(pointer(B.targets_at), (ticks, TARGET_SIZE), FLOAT)
+    beliefs = carray(pointer(B.beliefs_at), B.believed, BELIEF)
+    starts = carray(pointer(B.starts_at), (arms + 1,), WHOLE)
+    events = carray(pointer(B.events_at), (starts[arms], 3), WHOLE)
+    skipped = carray(pointer(B.skipped_at), (arms,), WHOLE)
+    far = carray(pointer(B.position_error_at), (arms,), FLOAT)
+    turned = carray(pointer(B.rotation_error_at), (arms,), FLOAT)
+    clear = carray(pointer(B.clearance_at), (arms,), FLOAT)
+    counts = carray(pointer(B.counts_at), (arms, STATUSES), WHOLE)
+    first_bad = carray(pointer(B.first_bad_at), (arms,), WHOLE)
+    trace = carray(pointer(B.trace_at), (arms, kept, n), FLOAT)
+    done = 0
+    for r in range(first, last):
+        if skipped[r]:
+            continue
+        for w in range(len(own)):
+            own[w] = model[w]
+        at, present = (
+            starts[r],
+            _begin(K.state, K.criteria, K.feedback, K.gate, K.chain, q[r], v[r], B.returns),
+        )
+        for k in range(ticks):
+            if B.stop != 0:
+                return done
+            while at < starts[r + 1] and events[at, 0] <= k:
+                believe_event(
+                    K.faults, K.limits, K.chain, K.qp, K.free, beliefs[events[at, 1]], events[at, 2]
+                )
+                look_again(K.scene)
+                at += 1
+            code = INVALID_INPUT
+            if present:
+                code = _tick(K, F, targets[k])
+                far[r] = max(far[r], K.task.position_error)
+                turned[r] = max(turned[r], K.task.rotation_error)
+                if K.scene.pairs > 0:
+                    clear[r] = min(clear[r], K.scene.distance)
+            counts[r, code] += 1
+            if code != OK and first_bad[r] < 0:
+                first_bad[r] = k
+            if kept > 0 and (k + 1) % B.every == 0:
+                for i in range(n):
+                    trace[r, k // B.every, i] = K.state.q_command[i]
+        for i in range(n):
+            q[r, i], v[r, i] = K.state.q_command[i], K.state.v_command[i]
+        done += 1
+    return done

@@ -110,7 +110,8 @@ def drive(session: Session, batch: Batch, *, threads: int, progress: Progress | 
 
     def work() -> None:
         """Do portions until none is left; None is put when this thread has ended, well or not."""
-        shop = np.zeros(1, record_dtype(session.capacity)), np.zeros(1, free_dtype(session.capacity))
+        own, free = np.zeros(1, record_dtype(session.capacity)), np.zeros(1, free_dtype(session.capacity))
+        shop = (own, own, free, batch.q.shape[1])
         try:
             for first in portions:
                 done.put(session.bind("rollout", record, *shop, first, min(first + size, arms))())

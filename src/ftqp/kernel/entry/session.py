@@ -39,12 +39,18 @@ def rooms(memory: Any) -> Any:
 
 
 def bound(name: str, capacity: int, *things: Any) -> Call:
-    """An entry point with its first arguments given: whole numbers as they are, arrays by their address.
+    """An entry point with its first arguments given: numbers as they are, arrays by their address, None as 0.
 
     The caller keeps the arrays alive as long as it may call.
     """
-    given = [thing if isinstance(thing, int) else int(thing.ctypes.data) for thing in things]
-    return partial(load(ENTRIES[name], capacity), *given)
+    return partial(load(ENTRIES[name], capacity), *map(_number, things))
+
+
+def _number(thing: Any) -> int:
+    """A whole number as it is, an array as its address, and nothing as 0."""
+    if thing is None or isinstance(thing, int):
+        return thing or 0
+    return int(thing.ctypes.data)
 
 
 def writer_of(target: FloatArray) -> Call:

@@ -142,7 +142,7 @@ class StudySession:
         k, m, n = len(q), self.m, self.nv
         e, A, D = np.empty((k, m)), np.empty((k, m, n)), np.empty((k, m, n))
         H = np.empty((k if rates else 0, n, m, n))
-        self.bind("study_values")(k, *(a.ctypes.data for a in (q, e, A, D, H)), int(rates))
+        self.bind("study_values", k, q, e, A, D, H, int(rates))()
         return e, A, D, H
 
     def keep_clear(self, room: Any) -> None:
@@ -161,7 +161,7 @@ class StudySession:
         """
         q = np.ascontiguousarray(q, dtype=np.float64)
         found = np.empty(len(q))
-        self.bind("study_clearances")(len(q), q.ctypes.data, found.ctypes.data)
+        self.bind("study_clearances", len(q), q, found)()
         return found
 
     def solutions(
@@ -179,9 +179,7 @@ class StudySession:
         goal = self.S.study.goal[None].copy() if goals is None else packed_goals(goals)
         left = np.empty((len(q), 2))
         before = self.S.study.goal.copy()
-        self.bind("study_solutions")(
-            len(q), q.ctypes.data, len(goal), goal.ctypes.data, left.ctypes.data, int(bounded), int(near)
-        )
+        self.bind("study_solutions", len(q), q, len(goal), goal, left, int(bounded), int(near))()
         self.S.study.goal[:] = before
         return q, left[:, 0].copy(), left[:, 1].copy()
 
@@ -194,7 +192,7 @@ class StudySession:
         """
         path, parts = np.empty((most, self.nv)), np.empty(most)
         q = np.ascontiguousarray(start, dtype=np.float64)
-        rows = self.bind("study_curve")(q.ctypes.data, path.ctypes.data, most, parts.ctypes.data)
+        rows = self.bind("study_curve", q, path, most, parts)()
         study = self.S.study
         return TracedCurve(
             q=path[:rows].copy(),
@@ -318,8 +316,7 @@ class _Many:
         self.facts = np.zeros((k, curves, 4))
         self.windings = np.zeros((k, curves, n), np.int64)
         arrays = (self._goals, self._starts, self.q, self.counts, self.facts, self.windings)
-        sizes = [k, len(self._starts), quiet, curves, points]
-        self._table = np.array(sizes + [array.ctypes.data for array in arrays], dtype=np.int64)
+        self._things = (k, len(self._starts), quiet, curves, points, *arrays)
 
     def call(
         self,
@@ -331,6 +328,5 @@ class _Many:
         last: int,
     ) -> None:
         """Fill in the goals ``first`` to ``last - 1``."""
-        session.bind("study_self_motions", self._table, path)(
-            len(path), parts.ctypes.data, firsts.ctypes.data, first, last
-        )
+        things = path, len(path), parts, firsts, first, last
+        session.bind("study_self_motions", *self._things, *things)()

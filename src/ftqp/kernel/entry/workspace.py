@@ -7,9 +7,8 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
-from ftqp.kernel.compiled.kernel import load
-from ftqp.kernel.entry.session import rooms
-from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
+from ftqp.kernel.entry.session import bound, rooms
+from ftqp.kernel.entry.table import ANY_SIZE
 from ftqp.kernel.entry.threads import thread_count
 from ftqp.kernel.layout.network_memory import standalone_memory_size
 from ftqp.kernel.layout.standalone_memory import CONSTRAINTS, ROWS, VARIABLES, standalone_dtype
@@ -56,13 +55,13 @@ class Workspace:
         self.H, self.g, self.A, self.b = Q.H[:n, :n], Q.g[:n], Q.A[:m, :n], Q.b[:m]
         self.C, self.l, self.u, self.lb, self.ub = Q.C[:p, :n], Q.l[:p], Q.u[:p], Q.lb[:n], Q.ub[:n]
         self.x, self.y, self.z, self.z_box = Q.x[:n], Q.y[:m], Q.z[:p], Q.z_box[:n]
-        self._solve = load(ENTRIES["solve_qp"], ANY_SIZE)
+        self._solve = bound("solve_qp", ANY_SIZE, self._memory)
 
     def solve(self, cold: bool = False) -> int:
         """Solve what the arrays hold now: 0 solved, 1 iteration limit, 2 infeasible, 3 failed."""
         if cold:
             self._Q.warm = 0
-        return self._solve(self._memory.ctypes.data)
+        return self._solve()
 
     @property
     def iterations(self) -> int:
@@ -85,7 +84,6 @@ class NetworkMemory:
     def __init__(self, n: int, m: int, p: int) -> None:
         self._sizes = (n, m, p)
         self._memory = np.zeros(standalone_memory_size(n, m, p))
-        self._solve = load(ENTRIES["solve_network"], ANY_SIZE)
 
     def solve(
         self, flat: FloatArray, solution: FloatArray, numbers: FloatArray, trace: FloatArray, warm: bool
@@ -99,18 +97,8 @@ class NetworkMemory:
             trace: (k, 4), filled as far as it reaches.
             warm: Whether to start from ``solution``.
         """
-        memory = self._memory
-        return self._solve(
-            flat.ctypes.data,
-            solution.ctypes.data,
-            memory.ctypes.data,
-            len(memory),
-            numbers.ctypes.data,
-            trace.ctypes.data,
-            len(trace),
-            *self._sizes,
-            int(warm),
-        )
+        things = flat, solution, self._memory, len(self._memory), numbers, trace, len(trace), *self._sizes
+        return bound("solve_network", ANY_SIZE, *things, int(warm))()
 
 
 PARTS_PER_THREAD = 8
@@ -130,19 +118,16 @@ def solve_many(
     n, m, p = (parts[k].shape[1] for k in (1, 3, 5))
     x, y, z, z_box = (np.full((count, size), np.nan) for size in (n, m, p, n))
     codes, iterations, residual = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count)
-    table = [n, m, p]
-    for part in parts:
-        table += [part.ctypes.data, len(part)]
-    table += [array.ctypes.data for array in (numbers, x, y, z, z_box, codes, iterations, residual)]
-    arguments = np.array(table, dtype=np.int64)
-    call, size = load(ENTRIES["solve_network_batch"], ANY_SIZE), standalone_memory_size(n, m, p)
+    each = [thing for part in parts for thing in (part, len(part))]
+    things = (n, m, p, count, *each, numbers, x, y, z, z_box, codes, iterations, residual)
+    size = standalone_memory_size(n, m, p)
     threads = thread_count()
     portions = max(1, min(count, PARTS_PER_THREAD * threads))
 
     def work(portion: int) -> None:
         memory = np.zeros(size)
         first, last = portion * count // portions, (portion + 1) * count // portions
-        call(arguments.ctypes.data, memory.ctypes.data, size, first, last, count)
+        bound("solve_network_batch", ANY_SIZE, *things, memory, size, first, last)()
 
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(work, range(portions)))
@@ -160,5 +145,5 @@ def kkt(flat: FloatArray, solution: FloatArray, n: int, m: int, p: int) -> Float
         p: Two-sided rows.
     """
     out = np.empty(4)
-    load(ENTRIES["kkt"], ANY_SIZE)(flat.ctypes.data, solution.ctypes.data, out.ctypes.data, n, m, p)
+    bound("kkt", ANY_SIZE, flat, solution, out, n, m, p)()
     return out

@@ -5,8 +5,12 @@ Source: docs/theory/following-a-plan.md.
 
 from typing import Any
 
-from ftqp.kernel.jit import jit
+import numpy as np
+
+from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.layout.enums import VELOCITY
+
+FLOAT = np.dtype(np.float64)
 
 STANDS = 1e-9
 """Rows whose tips are nearer than this are passed by the clock [m]. A million units of rounding of forward
@@ -127,3 +131,11 @@ def follow(state: Any, criteria: Any, kinematics: Any, chain: Any, P: Any, q: An
         P.at = found
     P.begun = 1
     refer(state, criteria, chain, P, q)
+
+
+@jit
+def follow_plan(K: Any, P: Any) -> None:
+    """The posture of a planner's next tick, from the plan's record."""
+    q = carray(pointer(P.q_at), (P.rows, K.chain.n), FLOAT)
+    tips = carray(pointer(P.tip_at), (P.rows, 12), FLOAT)
+    follow(K.state, K.criteria, K.kinematics, K.chain, P, q, tips)

@@ -309,3 +309,10 @@ def look_around(K: Any) -> None:
             scene.held += 1
     if scene.distance < scene.halt and scene.closing and watch.latched == 0:
         latch(watch, STOPPED_BY_CLEARANCE)
+
+
+@jit
+def measure_all(K: Any, q: Any, out: Any) -> None:
+    """The distance of every pair at each of S postures, (S, n) into (S, pairs)."""
+    for k in range(len(q)):
+        measure(K, q[k], out[k])

@@ -1,14 +1,9 @@
 """Straight lines of the tip of a healthy arm, eight at once, and how far the joints stay in boxes."""
 
-from collections.abc import Callable
 from math import pi
 from typing import Any, Final
 
-import numpy as np
-
-from ftqp.kernel.jit import carray, jit, pointer
-from ftqp.kernel.layout.law_room import law_dtype
-from ftqp.kernel.layout.study_room import study_dtype
+from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.elementary import any_of, floor, larger, select, smaller, sqrt
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 from ftqp.kernel.study.law_rates import TINY, resolve, towards_goal, values, weigh
@@ -26,7 +21,6 @@ EDGE: Final = -1e-9
 OUTSIDE: Final = -10.0
 """The margin where there is no interval; that of a joint which all values suit is its opposite [rad or m]. A
 convention: more than half a turn."""
-FLOAT, WHOLE = np.dtype(np.float64), np.dtype(np.int64)
 
 
 @jit
@@ -133,9 +127,19 @@ def _account(S: Any, L: Any, boxes: Any, turns: Any, weight: Any, first: bool) -
 
 @jit
 def eight_lines(
-    S: Any, L: Any, starts: Any, first: int, last: int, K: int, boxes: Any, turns: Any, inside: Any,
-    failed: Any, q: Any, within: Any,
-) -> None:  # fmt: skip
+    S: Any,
+    L: Any,
+    starts: Any,
+    first: int,
+    last: int,
+    K: int,
+    boxes: Any,
+    turns: Any,
+    inside: Any,
+    failed: Any,
+    q: Any,
+    within: Any,
+) -> None:
     """Up to eight lines from starts to the goal in K equal parts; rotations are those of the goal all along.
 
     Args:
@@ -214,28 +218,21 @@ def _keep(S: Any, L: Any, k: int, first: int, last: int, q: Any, within: Any) ->
             within[first + seat, k, i] = 1 if L.margin[i * WIDTH + seat] >= EDGE else 0
 
 
-def study_lines(capacity: int) -> Callable[..., int]:
-    """Straight lines of a healthy arm."""
-    study, law, small = study_dtype(capacity), law_dtype(capacity), np.dtype(np.int8)
-
-    def study_lines(address: int, law_at: int, table_at: int, first: int, last: int) -> int:
-        """Lines ``first`` to ``last - 1``.
-
-        The table holds the number of all starts, K, whether nodes are kept, and the addresses of starts,
-        boxes, turns, inside, failed, q and within.
-        """
-        S, L = carray(pointer(address), 1, study)[0], carray(pointer(law_at), 1, law)[0]
-        table, n = carray(pointer(table_at), (10,), WHOLE), S.chain.n
-        count, K, kept = table[0], table[1], table[0] * table[2]
-        starts = carray(pointer(table[3]), (count, n), FLOAT)
-        boxes = carray(pointer(table[4]), (L.boxes, n, L.intervals, 2), FLOAT)
-        turns = carray(pointer(table[5]), (n,), WHOLE)
-        inside = carray(pointer(table[6]), (count, n + 1), FLOAT)
-        failed = carray(pointer(table[7]), (count,), WHOLE)
-        q = carray(pointer(table[8]), (kept, K + 1, n), FLOAT)
-        within = carray(pointer(table[9]), (kept, K + 1, n + 1), small)
-        for at in range(first, last, WIDTH):
-            eight_lines(S, L, starts, at, min(at + WIDTH, last), K, boxes, turns, inside, failed, q, within)
-        return 0
-
-    return study_lines
+@jit
+def lines(
+    S: Any,
+    L: Any,
+    starts: Any,
+    parts: int,
+    boxes: Any,
+    turns: Any,
+    inside: Any,
+    failed: Any,
+    q: Any,
+    within: Any,
+    first: int,
+    last: int,
+) -> None:
+    """Lines ``first`` to ``last - 1`` of a healthy arm, each in so many parts."""
+    for at in range(first, last, WIDTH):
+        eight_lines(S, L, starts, at, min(at + WIDTH, last), parts, boxes, turns, inside, failed, q, within)

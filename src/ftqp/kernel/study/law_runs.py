@@ -1,14 +1,10 @@
 """Runs after failures that nobody was told of: eight seats, which go to the next runs as they end."""
 
-from collections.abc import Callable
 from typing import Any, Final
 
-import numpy as np
-
-from ftqp.kernel.jit import carray, jit, pointer
+from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.endings import CORRECT, NONE, UNRESOLVED
-from ftqp.kernel.layout.law_room import LONG_WAY, SHARE, law_dtype
-from ftqp.kernel.layout.study_room import study_dtype
+from ftqp.kernel.layout.law_room import LONG_WAY, SHARE
 from ftqp.kernel.maths.elementary import any_of, select
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 from ftqp.kernel.study.creeping import creep
@@ -29,7 +25,6 @@ from ftqp.kernel.study.law_steps import LOOKS, NEVER, begin, note, step
 PATIENCE: Final = 10
 """A run that is given a time may take so many times as many steps as another before it creeps."""
 EMPTY: Final = -1
-FLOAT, WHOLE = np.dtype(np.float64), np.dtype(np.int64)
 
 
 @jit
@@ -157,33 +152,3 @@ def drive(
             ending = MOVING if L.run[seat] == EMPTY else _ending(S, L, seat, trace)
             if ending != MOVING:
                 _write(S, L, seat, ending, L.there, 0, 1, endings, ends, facts)
-
-
-def study_runs(capacity: int) -> Callable[..., int]:
-    """Runs of an arm after failures."""
-    study, law = study_dtype(capacity), law_dtype(capacity)
-
-    def study_runs(address: int, law_at: int, table_at: int, first: int, last: int) -> int:
-        """Runs ``first`` to ``last - 1``.
-
-        The table holds the number of all runs, of rows of the trace, and the addresses of starts, locked,
-        endings, ends, facts and trace.
-        """
-        S, L = carray(pointer(address), 1, study)[0], carray(pointer(law_at), 1, law)[0]
-        table, n = carray(pointer(table_at), (8,), WHOLE), S.chain.n
-        count = table[0]
-        drive(
-            S,
-            L,
-            carray(pointer(table[2]), (count, n), FLOAT),
-            carray(pointer(table[3]), (count,), WHOLE),
-            first,
-            last,
-            carray(pointer(table[4]), (count,), WHOLE),
-            carray(pointer(table[5]), (count, n), FLOAT),
-            carray(pointer(table[6]), (count, 3), FLOAT),
-            carray(pointer(table[7]), (table[1], n + 3), FLOAT),
-        )
-        return 0
-
-    return study_runs

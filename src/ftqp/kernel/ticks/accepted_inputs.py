@@ -5,13 +5,17 @@ from typing import Any
 
 from ftqp.kernel.compiled.taking import take
 from ftqp.kernel.feedback.gate import open_gate
+from ftqp.kernel.feedback.late_loop import miss
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import (
     NO_ROTATION,
     NOT_READ,
     NOT_RESET,
+    TARGET_ACCELERATION,
     TARGET_HAS_ROTATION,
+    TARGET_POSE,
     TARGET_SIZE,
+    TARGET_TWIST,
     TWIST_ALONE,
     WRONG_SHAPE,
 )
@@ -152,3 +156,29 @@ def state_is_finite(state: Any, chain: Any) -> bool:
             state.q[i] = state.q_command[i]
             state.v[i] = state.v_command[i]
     return good
+
+
+@jit
+def miss_tick(K: Any, target: Any, row: int, left: int, q: Any, later: Any, out: Any) -> int:
+    """The next tick is one that a late loop has missed: 0 and what it is given (q, out), or a mistake."""
+    if row < 0 or row > MOST_ROWS:
+        return NOT_READ
+    if take(target, row * TARGET_SIZE, later.ctypes.data, TARGET_SIZE, 0) < TARGET_SIZE:
+        return NOT_READ
+    miss(K, later, left, q, out)
+    return 0
+
+
+@jit
+def write_target(target_at: int, pose: Any, twist: Any, acceleration: Any) -> int:
+    """Pose, twist and acceleration into a packed target: 0, or a mistake, and then nothing is written."""
+    pose_at, twist_at = target_at + 8 * TARGET_POSE, target_at + 8 * TARGET_TWIST
+    acceleration_at = target_at + 8 * TARGET_ACCELERATION
+    for copied in range(2):  # how many there are, before any is copied
+        if (
+            take(pose, 0, pose_at, 16 * copied, 2) != 16
+            or take(twist, 0, twist_at, 6 * copied, 1) != 6
+            or take(acceleration, 0, acceleration_at, 6 * copied, 1) != 6
+        ):
+            return NOT_READ
+    return 0

@@ -1,19 +1,17 @@
 """Blocks of ticks in closed loop on an arm that does what it is told, with a row of numbers kept of each."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from ftqp.kernel.arm.kinematics import motion
 from ftqp.kernel.compiled.calling import nanoseconds, tick_of
-from ftqp.kernel.jit import carray, jit, pointer
+from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.solution_check import torques_without_inertia
 from ftqp.kernel.layout.block_row import PLACES
 from ftqp.kernel.layout.enums import FAILED, FALLBACK, HARD, INFEASIBLE, RELAXED, SOLVED, VELOCITY
-from ftqp.kernel.layout.record import record_dtype
 
-FLOAT, WHOLE = np.dtype(np.float64), np.dtype(np.int64)
+__all__ = ["PLACES"]
 
 
 @jit
@@ -74,49 +72,38 @@ def keep(K: Any, places: Any, row: Any) -> None:
     row[rest + 8] = cascade.kappa
 
 
-def block(capacity: int) -> Callable[..., int]:
-    """Ticks one after the other, every command the next state."""
-    dtype = record_dtype(capacity)
+@jit
+def block(
+    K: Any,
+    tick: Any,
+    q: Any,
+    v: Any,
+    targets: Any,
+    state: Any,
+    first: int,
+    has_inertia: int,
+    rows: Any,
+    place: Any,
+) -> int:
+    """How many ticks were done; fewer than there are rows when the tick raised or the inputs were mistaken.
 
-    def block(
-        address: int,
-        tick: Any,
-        q: Any,
-        v: Any,
-        targets: Any,
-        state_at: int,
-        first: int,
-        count: int,
-        has_inertia: int,
-        rows_at: int,
-        width: int,
-        places_at: int,
-    ) -> int:
-        """How many ticks were done; fewer than ``count`` when the tick raised or the inputs were mistaken.
-
-        q and v are arrays on the memory at ``state_at``, (2 n,), which holds the next state on return. The
-        tick takes them and row ``first + k`` of ``targets``. Row k of the block of rows gets the k-th tick.
-        """
-        K = carray(pointer(address), 1, dtype)[0]
-        n = K.chain.n
-        state = carray(pointer(state_at), (2 * n,), FLOAT)
-        rows = carray(pointer(rows_at), (count, width), FLOAT)
-        place = carray(pointer(places_at), (PLACES,), WHOLE)
-        places = (
-            place[0], place[1], place[2], place[3], place[4], place[5], place[6], place[7], place[8],
-            place[9], place[10],
-        )  # fmt: skip
-        for k in range(count):
-            begin = nanoseconds()
-            code = tick_of(tick, q, v, targets, first + k)
-            elapsed = nanoseconds() - begin
-            if code < 0:
-                return k
-            complete_torques(K, has_inertia)
-            keep(K, places, rows[k])
-            rows[k, places[10] + 7] = elapsed
-            for i in range(n):
-                state[i], state[n + i] = K.feedback.q_sent[i], K.feedback.v_sent[i]
-        return count
-
-    return block
+    q and v are arrays on the memory of ``state``, (2 n,), which holds the next state on return. The tick
+    takes them and row ``first + k`` of ``targets``. Row k of the rows gets the k-th tick.
+    """
+    n = K.chain.n
+    places = (
+        place[0], place[1], place[2], place[3], place[4], place[5], place[6], place[7], place[8],
+        place[9], place[10],
+    )  # fmt: skip
+    for k in range(len(rows)):
+        begin = nanoseconds()
+        code = tick_of(tick, q, v, targets, first + k)
+        elapsed = nanoseconds() - begin
+        if code < 0:
+            return k
+        complete_torques(K, has_inertia)
+        keep(K, places, rows[k])
+        rows[k, places[10] + 7] = elapsed
+        for i in range(n):
+            state[i], state[n + i] = K.feedback.q_sent[i], K.feedback.v_sent[i]
+    return len(rows)

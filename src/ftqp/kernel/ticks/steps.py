@@ -1,23 +1,32 @@
-"""A whole tick with the in-kernel solver, one factory for each leader of the arm.
+"""Whole ticks: what takes their inputs, who solves their QP, and what is done at their end.
 
-A factory makes the entry point of one class of records; ``ftqp.kernel.entry.table`` lists them with the
-kinds of their arguments. Arguments that end in ``_at`` are addresses of memory that the session keeps alive;
-q, v and target are the caller's own objects, which are copied and not remembered. Every entry returns a
-status, or a mistake (negative).
+``ftqp.kernel.entry.table`` puts them together, every leader with every solver. Each returns a status, or a
+mistake (negative).
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from ftqp.kernel.closed_forms.closed_form_tick import resolve
+from ftqp.kernel.dtrnn.planner_qp import solve_planner_qp
 from ftqp.kernel.free.end_stop import stop_torques
 from ftqp.kernel.jit import carray, jit, part_jit, pointer
+from ftqp.kernel.judge.external_qp import pack, packed_size, solution_size, unpack
 from ftqp.kernel.judge.fallback_cascade import run_cascade
-from ftqp.kernel.layout.enums import HEALTHY, OK, RELAXED, SLACK, SOLVED, TARGET_SIZE
-from ftqp.kernel.layout.free_memory import free_dtype
+from ftqp.kernel.layout.enums import (
+    ANSWERED,
+    HEALTHY,
+    MAIN_STAGE,
+    OK,
+    QP_READY,
+    RELAXED,
+    SLACK,
+    SOLVED,
+    TARGET_SIZE,
+)
+from ftqp.kernel.layout.network_memory import VALID
 from ftqp.kernel.layout.path_table import COLUMNS
-from ftqp.kernel.layout.record import base_dtype, joints_dtype, path_dtype, record_dtype
 from ftqp.kernel.layout.thresholds import RELAXED_FROM, TASK_FLOOR
 from ftqp.kernel.rows.inertial_target import base_verdict
 from ftqp.kernel.rows.path_rows import advance
@@ -34,6 +43,17 @@ from ftqp.kernel.ticks.tick import (
 )
 
 FLOAT = np.dtype(np.float64)
+
+__all__ = [
+    "COLUMNS",
+    "FLOAT",
+    "prepare_free",
+    "prepare_on_base",
+    "prepare_on_path",
+    "prepare_plain",
+    "prepare_rich",
+    "resolve",
+]
 
 
 @part_jit
@@ -63,14 +83,6 @@ def accept_on_path(K: Any, path: Any, table: Any, q: Any, v: Any) -> int:
 
 
 @jit
-def settle_on_base(K: Any, base: Any) -> None:
-    """After a tick above a moving base: the slack along the task's rows, the set point, and the verdict."""
-    if K.turned.on:
-        turn_back(K.task, K.scratch, K.turned)
-    base.code = base_verdict(K, base)
-
-
-@jit
 def accept_on_joints(state: Any, task: Any, gate: Any, chain: Any, q: Any, v: Any) -> int:
     """Copy the state, which is all that a motion of the joints is given: 0, or a mistake."""
     nq = accept_arrays(state, gate, chain, q, v)
@@ -80,6 +92,76 @@ def accept_on_joints(state: Any, task: Any, gate: Any, chain: Any, q: Any, v: An
         task.target[k] = 0.0
     accept_state(state, chain, nq)
     return 0
+
+
+@jit
+def settle(K: Any, code: int) -> int:
+    """After a tick led by the clock: the slack along the task's rows."""
+    if code != QP_READY and K.turned.on:
+        turn_back(K.task, K.scratch, K.turned)
+    return code
+
+
+@jit
+def settle_beside_free(K: Any, code: int) -> int:
+    """The same beside a free-swinging joint, and the torque of its end stop."""
+    settle(K, code)
+    stop_torques(K.state, K.faults, K.kinematics, K.chain, K.free)
+    return code
+
+
+@jit
+def settle_on_path(K: Any, path: Any, code: int) -> int:
+    """After a tick led by the progress along a path, which goes on."""
+    if code != QP_READY:
+        advance(K.state, K.task, K.kinematics, K.chain, K.qp, path)
+    return code
+
+
+@jit
+def settle_on_base(K: Any, base: Any, code: int) -> int:
+    """After a tick above a moving base: the slack along the task's rows, the set point, and the verdict."""
+    if code != QP_READY:
+        settle(K, code)
+        base.code = base_verdict(K, base)
+    return code
+
+
+@jit
+def hand_over(K: Any, prepared: int, flat_at: int) -> int:
+    """The QP into memory when it waits for a solver: QP_READY, or the status of a tick that needed none."""
+    code = run_cascade(K, prepared, SOLVED)
+    if code == QP_READY:
+        flat = carray(pointer(flat_at), (packed_size(K.task, K.cascade, K.chain),), FLOAT)
+        pack(K.task, K.cascade, K.chain, K.qp, flat)
+    return code
+
+
+@jit
+def take_back(K: Any, solution_at: int, claim: int, iterations: int) -> int:
+    """Check and clamp what the solver answered, and turn it into a command: the status."""
+    solution = carray(pointer(solution_at), (solution_size(K.task, K.cascade, K.chain),), FLOAT)
+    unpack(K.task, K.cascade, K.chain, K.qp, solution)
+    K.cascade.qp_iterations = iterations
+    return run_cascade(K, ANSWERED, claim)
+
+
+@jit
+def solve_by_network(K: Any, memory: Any, warm: int, prepared: int) -> int:
+    """A prepared tick with the network in the place of the active set: the status.
+
+    The other stages of the cascade use the active set. The warm start lives in the network's own memory and
+    is dropped when ``warm`` is 0 (a fault, a reset), when the last tick did not end with a solved QP of the
+    task, or when which variables are fixed has changed.
+    """
+    cascade, qp = K.cascade, K.qp
+    if warm == 0:
+        memory[VALID] = 0.0
+    code = run_cascade(K, prepared, SOLVED)
+    while code == QP_READY:
+        code = run_cascade(K, ANSWERED, solve_planner_qp(cascade, qp, memory))
+    qp.warm = 1 if cascade.stage == MAIN_STAGE and memory[VALID] != 0.0 else 0
+    return code
 
 
 @jit
@@ -100,102 +182,3 @@ def step_on_joints(K: Any, joints: Any) -> int:
         if worst > RELAXED_FROM * size + TASK_FLOOR:
             cascade.status = code = RELAXED
     return code
-
-
-def step(capacity: int) -> Callable[..., int]:
-    """A tick led by the clock."""
-    dtype = record_dtype(capacity)
-
-    def step(address: int, q: Any, v: Any, target: Any, row: int) -> int:
-        K = carray(pointer(address), 1, dtype)[0]
-        code = accept(K, q, v, target, row)
-        if code < 0:
-            return code
-        return run_cascade(K, prepare_plain(K), SOLVED)
-
-    return step
-
-
-def step_rich(capacity: int) -> Callable[..., int]:
-    """A tick led by the clock, with directional damping or a gradient of the manipulability."""
-    dtype = record_dtype(capacity)
-
-    def step_rich(address: int, q: Any, v: Any, target: Any, row: int) -> int:
-        K = carray(pointer(address), 1, dtype)[0]
-        code = accept(K, q, v, target, row)
-        if code < 0:
-            return code
-        code = run_cascade(K, prepare_rich(K), SOLVED)
-        if K.turned.on:
-            turn_back(K.task, K.scratch, K.turned)
-        return code
-
-    return step_rich
-
-
-def step_free(capacity: int) -> Callable[..., int]:
-    """A tick of an arm with a free-swinging joint, whoever led it before."""
-    dtype, work = record_dtype(capacity), free_dtype(capacity)
-
-    def step_free(address: int, free_at: int, q: Any, v: Any, target: Any, row: int) -> int:
-        K = carray(pointer(address), 1, dtype)[0]
-        F = carray(pointer(free_at), 1, work)[0]
-        code = accept(K, q, v, target, row)
-        if code < 0:
-            return code
-        code = run_cascade(K, prepare_free(K, F), SOLVED)
-        if K.turned.on:
-            turn_back(K.task, K.scratch, K.turned)
-        stop_torques(K.state, K.faults, K.kinematics, K.chain, K.free)
-        return code
-
-    return step_free
-
-
-def step_path(capacity: int) -> Callable[..., int]:
-    """A tick led by the progress along a path."""
-    dtype, lead = record_dtype(capacity), path_dtype(capacity)
-
-    def step_path(address: int, path_at: int, table_at: int, rows: int, q: Any, v: Any) -> int:
-        K = carray(pointer(address), 1, dtype)[0]
-        path = carray(pointer(path_at), 1, lead)[0]
-        code = accept_on_path(K, path, carray(pointer(table_at), (rows, COLUMNS), FLOAT), q, v)
-        if code < 0:
-            return code
-        code = run_cascade(K, prepare_on_path(K, path), SOLVED)
-        advance(K.state, K.task, K.kinematics, K.chain, K.qp, path)
-        return code
-
-    return step_path
-
-
-def step_base(capacity: int) -> Callable[..., int]:
-    """A tick led by an inertial target above a base that moves."""
-    dtype, lead = record_dtype(capacity), base_dtype(capacity)
-
-    def step_base(address: int, base_at: int, q: Any, v: Any, target: Any, row: int) -> int:
-        K = carray(pointer(address), 1, dtype)[0]
-        base = carray(pointer(base_at), 1, lead)[0]
-        code = accept(K, q, v, target, row)
-        if code < 0:
-            return code
-        code = run_cascade(K, prepare_on_base(K, base), SOLVED)
-        settle_on_base(K, base)
-        return code
-
-    return step_base
-
-
-def step_joints(capacity: int) -> Callable[..., int]:
-    """A tick led by a motion of the joints."""
-    dtype, lead = record_dtype(capacity), joints_dtype(capacity)
-
-    def step_joints(address: int, joints_at: int, q: Any, v: Any) -> int:
-        K = carray(pointer(address), 1, dtype)[0]
-        joints = carray(pointer(joints_at), 1, lead)[0]
-        code = accept_on_joints(K.state, K.task, K.gate, K.chain, q, v)
-        if code < 0:
-            return code
-        return step_on_joints(K, joints)
-
-    return step_joints

@@ -37,8 +37,9 @@ def load(chain: Any, given: Any, payload: Any) -> None:
 
 
 @jit
-def carry(K: Any, given: Any, payload: Any) -> None:
-    """The record's arm with a load; what was learned of the arm before is learned anew."""
+def carry(K: Any, A: Any, given: Any, payload: Any) -> None:
+    """The arm by itself and the record's with a load; what was learned of it before is learned anew."""
+    load(A.chain, given, payload)
     learned, chain = K.learned, K.chain
     if learned.based:
         for i in range(chain.n):

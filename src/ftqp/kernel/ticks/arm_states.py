@@ -1,0 +1,52 @@
+"""Kinematics and dynamics of an arm alone, for set-up, simulation and studies."""
+
+from typing import Any
+
+from ftqp.kernel.arm.dynamics import dynamics
+from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.arm.servo import ask, wanted
+from ftqp.kernel.compiled.taking import take
+from ftqp.kernel.jit import jit
+from ftqp.kernel.judge.solution_check import torques_without_inertia
+from ftqp.kernel.layout.enums import WRONG_SHAPE
+from ftqp.kernel.ticks.accepted_inputs import accept_state
+
+
+@jit
+def kinematics(K: Any, nq: int) -> None:
+    """Tip pose, J and drift at the state that the arm's record was given."""
+    accept_state(K.state, K.chain, nq)
+    forward_kinematics(K, K.state)
+    motion(K, K.state)
+
+
+@jit
+def inverse_dynamics(K: Any, nq: int) -> None:
+    """Everything of ``kinematics``, and M and h."""
+    kinematics(K, nq)
+    dynamics(K, K.state)
+
+
+@jit
+def torques(K: Any) -> None:
+    """The torques of the command in the record, when the tick itself did without M and h."""
+    forward_kinematics(K, K.state)  # the record may hold a kept step's state
+    motion(K, K.state)
+    torques_without_inertia(K)
+
+
+@jit
+def servo_torques(K: Any, S: Any, q: Any, v: Any, limit: Any) -> int:
+    """The torques of joint servos at a state: 1 if a motor is at its limit, 0 if none is, or a mistake."""
+    n = K.chain.n
+    if (
+        take(q, 0, K.state.q.ctypes.data, n, 1) != n
+        or take(v, 0, K.state.v.ctypes.data, n, 1) != n
+        or take(limit, 0, S.limit.ctypes.data, n, 1) != n
+    ):
+        return WRONG_SHAPE
+    forward_kinematics(K, K.state)
+    motion(K, K.state)
+    dynamics(K, K.state)
+    wanted(K.state, K.chain, S)
+    return ask(K.kinematics, K.chain, S)
