@@ -8,7 +8,7 @@ from typing import Any
 from ftqp import FtqpError
 from ftqp.core.errors import InputError, MissingPackage, unknown
 from ftqp.qp import Backend, backend, backend_names
-from ftqp.qp.adapters.profile import profile
+from ftqp.qp.adapters.registry import profile
 
 PROFILES = Path(__file__).resolve().parents[1] / "solvers" / "profiles"
 REFERENCE = "active_set"

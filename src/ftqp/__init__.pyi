@@ -31,8 +31,9 @@ from ftqp.control.moving_base.inertial_task import BaseStatus as BaseStatus
 from ftqp.control.moving_base.inertial_task import InertialTask as InertialTask
 from ftqp.control.moving_base.inertial_task import MovingBase as MovingBase
 from ftqp.control.planner.certificate import Certificate as Certificate
-from ftqp.control.planner.learned_arm import Learned as Learned
+from ftqp.control.planner.constraint_list import Rows as Rows
 from ftqp.control.planner.planner import Planner as Planner
+from ftqp.control.planner.planner_facts import Learned as Learned
 from ftqp.control.planner.status import StepStatus as StepStatus
 from ftqp.control.planner.step import Step as Step
 from ftqp.control.planner.target import Target as Target
@@ -57,10 +58,8 @@ from ftqp.control.task import schemes as schemes
 from ftqp.control.task.bounds import Jin as Jin
 from ftqp.control.task.bounds import OneStep as OneStep
 from ftqp.control.task.bounds import Viability as Viability
-from ftqp.control.task.directional_damping import DirectionalDamping as DirectionalDamping
 from ftqp.control.task.emergency import EmergencyStop as EmergencyStop
 from ftqp.control.task.keep import Keep as Keep
-from ftqp.control.task.linear_rows import Rows as Rows
 from ftqp.control.task.own_constraint import OwnConstraint as OwnConstraint
 from ftqp.control.task.own_task import LeastSquares as LeastSquares
 from ftqp.control.task.own_task import OwnTask as OwnTask
@@ -73,6 +72,7 @@ from ftqp.control.task.soft_tasks import PoseTask as PoseTask
 from ftqp.control.task.soft_tasks import PositionTask as PositionTask
 from ftqp.control.task.soft_tasks import PostureTask as PostureTask
 from ftqp.control.task.soft_tasks import RelativeTask as RelativeTask
+from ftqp.control.task.task import DirectionalDamping as DirectionalDamping
 from ftqp.control.task.task import Task as Task
 from ftqp.control.task.torque_limits import TorqueLimits as TorqueLimits
 from ftqp.core.errors import FtqpError as FtqpError

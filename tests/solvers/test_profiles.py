@@ -10,7 +10,7 @@ from tests.solvers.stand_ins import SOLVABLE, sequence
 
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.qp import backend, backend_names, backends, residuals
-from ftqp.qp.adapters.profile import profile
+from ftqp.qp.adapters.registry import profile
 from ftqp.qp.answer_check import scales
 
 FILES = sorted(PROFILES.glob("*.toml"))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ftqp.analysis.planning.plan_case import planning_study
-from ftqp.analysis.planning.refined_trajectory import WIDTHS, smooth_trajectories
+from ftqp.analysis.planning.planned import WIDTHS, smooth_trajectories
 from ftqp.analysis.survival.continuing import track
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line

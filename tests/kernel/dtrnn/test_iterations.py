@@ -6,12 +6,11 @@ from networks import PRODUCT, network_of, problem
 from random_qps import FEASIBLE, INFEASIBLE, feasible, infeasible
 
 from ftqp.kernel.dtrnn.infeasible import proven_infeasible
-from ftqp.kernel.dtrnn.iterations import dtrnn, factor_implicit, iterate, scaling_rule
+from ftqp.kernel.dtrnn.iterations import drift, dtrnn, factor_implicit, iterate, scaling_rule
 from ftqp.kernel.dtrnn.network_of_qp import start
 from ftqp.kernel.dtrnn.newton_jump import jump
 from ftqp.kernel.dtrnn.projection import rescale, residual
 from ftqp.kernel.dtrnn.stopping import quality
-from ftqp.kernel.dtrnn.straight_stretch import drift
 from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.layout.method_codes import E47, IMPLICIT, LVI94
 from ftqp.qp import QP, solve

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.kernel.entry.arm_in_view import see_arm
+from ftqp.kernel.entry.detect_entries import see_arm
 from ftqp.kernel.entry.detection_session import DetectionSession
 from ftqp.kernel.entry.session import Session, rooms
 from ftqp.kernel.layout.record import arm_dtype, load_chain

@@ -3,7 +3,7 @@
 import numpy as np
 from planted import buffers, compliant, planted
 
-from ftqp.qp.adapters.eased import compliance
+from ftqp.qp.adapters.polished_backend import compliance
 
 
 def test_slacks_are_recognised_and_nothing_else_is():

@@ -4,7 +4,7 @@ import numpy as np
 from planted import buffers, compliant
 
 from ftqp.qp import Claim, backend
-from ftqp.qp.adapters.eased import EasedQP, compliance
+from ftqp.qp.adapters.polished_backend import EasedQP, compliance
 
 
 def test_other_units_pose_the_same_qp():

@@ -5,8 +5,8 @@ import pytest
 from planted import buffers, compliant, planted
 
 from ftqp.qp import QP, backend
-from ftqp.qp.adapters.eased import compliance
 from ftqp.qp.adapters.polish import polished
+from ftqp.qp.adapters.polished_backend import compliance
 
 
 def ready(problem):

@@ -4,7 +4,7 @@ import pytest
 
 from ftqp import InputError
 from ftqp.qp import backend
-from ftqp.qp.adapters.profile import profile
+from ftqp.qp.adapters.registry import profile
 
 
 def test_a_profile_becomes_a_backend(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from ftqp.core.pose import transform
-from ftqp.sim.sensors.pose_sensor import PoseSensor
+from ftqp.sim.base.moving_world import PoseSensor
 
 
 def test_sensor_is_late_by_whole_samples_and_begins_with_its_first():

@@ -1,21 +1,22 @@
 """Plans: the door to all methods, and what each makes of a task."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, get_args
+from typing import Any, Final, get_args
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
+from scipy.ndimage import gaussian_filter1d
 
+from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.planning.dynamic_program import grid_plan
 from ftqp.analysis.planning.fault_plan import Plan, plan_of
-from ftqp.analysis.planning.gradient_climb import gradient_plan
 from ftqp.analysis.planning.placement import Freedom, better_placed
 from ftqp.analysis.planning.plan_case import PlanCase, silent
 from ftqp.analysis.planning.plan_settings import Method, PlanSettings, Told
 from ftqp.analysis.planning.portions import Here, Portions
-from ftqp.analysis.planning.refined_trajectory import smooth_trajectories
 from ftqp.analysis.planning.refusals import refuse_illegal, refuse_near, unreached
-from ftqp.analysis.planning.self_motion_speeds import constant_plan, spline_plan
+from ftqp.analysis.planning.self_motion_speeds import SpeedPlan, constant_plan, null_vectors, spline_plan
 from ftqp.analysis.planning.survival_labels import Survivals, survivals
 from ftqp.analysis.planning.waypoint_nodes import curve_nodes
 from ftqp.analysis.spatial_map import whole_number
@@ -27,6 +28,118 @@ from ftqp.core.checks import FloatArray, instance, non_negative
 from ftqp.core.errors import InputError, unknown
 from ftqp.model.arm_on_way import on_way
 from ftqp.model.robot import Robot
+
+WIDTHS: Final = (0.0, 0.5, 1.0, 2.0, 4.0)
+"""Standard deviations of the smoothing that are tried [waypoints]."""
+REACH: Final = 4.0
+"""Where the smoothing ends [standard deviations]."""
+
+
+def smooth_trajectories(
+    study: GoalStudy, task: TaskPath, waypoints: FloatArray
+) -> Iterator[tuple[float, FloatArray]]:
+    """Trajectories through a plan's waypoints, from the smoothest to that which keeps them: width and q.
+
+    Waypoints are averaged with a Gaussian of some width, interpolated (piecewise cubic without overshoot),
+    and brought back onto the path by Newton steps. Both ends stay where they are. A width with which the path
+    is not met everywhere is left out. Source: docs/theory/fault-tolerant-plans.md, "Refinement".
+
+    Args:
+        study: Of the arm and the task rows.
+        task: On the samples that are wanted.
+        waypoints: Configurations at even times, (K + 1, nv) [rad or m].
+    """
+    for width in sorted(WIDTHS, reverse=True):
+        q = _between(_averaged(waypoints, width), task.t)
+        exact, left = onto_path(study, task, q)
+        if left <= study.tolerance:
+            yield width, exact
+
+
+def onto_path(study: GoalStudy, task: TaskPath, q: FloatArray) -> tuple[FloatArray, float]:
+    """Configurations near a path brought onto it, (N + 1, nv), and the largest error left [m].
+
+    Args:
+        study: Of the arm and the task rows.
+        task: The path.
+        q: A configuration for each sample, (N + 1, nv) [rad or m].
+    """
+    exact, left, _ = study.limited.solutions(q, goals=task.goals, near=True)
+    return exact, float(left.max())
+
+
+def _averaged(waypoints: FloatArray, width: float) -> FloatArray:
+    """A Gaussian average over waypoints; behind an end, values go on mirrored in its point, which stays."""
+    reach = min(int(REACH * width), len(waypoints) - 1)
+    if reach < 1:
+        return waypoints
+    first = 2.0 * waypoints[0] - waypoints[reach:0:-1]
+    last = 2.0 * waypoints[-1] - waypoints[-2 : -reach - 2 : -1]
+    longer = np.vstack([first, waypoints, last])
+    smooth = gaussian_filter1d(longer, width, axis=0, truncate=REACH)
+    return np.asarray(smooth[reach : reach + len(waypoints)])
+
+
+def _between(waypoints: FloatArray, t: FloatArray) -> FloatArray:
+    """Piecewise cubic between waypoints at even times."""
+    times = np.linspace(t[0], t[-1], len(waypoints))
+    return np.asarray(PchipInterpolator(times, waypoints, axis=0)(t))
+
+
+FLOOR = 1e-4
+"""Added to n_j^2 so that the measure is finite at a singularity."""
+BARRIER = 0.01
+"""Weight of the distances from limits, each as a share of half the joint's range."""
+EPSILON = 1e-4
+"""Step of the slope [rad or m]."""
+
+
+def gradient_plan(case: PlanCase, start: FloatArray) -> SpeedPlan:
+    """The plan with theta = clip(gain dH/ds, fastest), s the way along the self-motion.
+
+    H = sum_j w_j log(n_j^2 + 1e-4) + 0.01 sum_j log(1 - r_j^2), r_j = -1 and 1 at the limits of joint j, w_j
+    its weight. It looks at each instant alone. Source: docs/theory/fault-tolerant-plans.md, "A gradient".
+
+    Args:
+        case: What is planned for.
+        start: Where the arm starts, (nv,) [rad or m].
+    """
+    study, task, settings = case.study, case.task, case.settings
+    q, speeds = np.empty((task.N + 1, study.robot.nv)), np.empty(task.N)
+    q[0] = start
+    for k in range(task.N):
+        n = null_vectors(study, q[k][None])[0]
+        either = measure(study, np.stack([q[k] - EPSILON * n, q[k] + EPSILON * n]), case.weights)
+        slope = (either[1] - either[0]) / (2.0 * EPSILON)
+        speeds[k] = np.clip(settings.gain * slope, -settings.fastest, settings.fastest)
+        ahead = q[k] + task.dt * speeds[k] * n
+        exact, left, _ = study.limited.solutions(ahead[None], goals=task.goals[k + 1][None], near=True)
+        if left[0] > study.tolerance:
+            raise InputError(
+                f"{study.robot.name} does not follow the path beyond sample {k} (t = {task.t[k]:g} s) with "
+                "the method 'gradient'; take 'dp', or start elsewhere"
+            )
+        q[k + 1] = exact[0]
+        case.told(k + 1, task.N, "samples")
+    return SpeedPlan(q=q, speeds=speeds)
+
+
+def measure(study: GoalStudy, q: FloatArray, weights: FloatArray) -> FloatArray:
+    """H of ``gradient_plan``, (k,).
+
+    Args:
+        study: Of the arm and the task rows.
+        q: Configurations, (k, nv) [rad or m].
+        weights: Of the joints, (nv,), with the mean 1.
+    """
+    limits = study.robot.limits
+    n = null_vectors(study, q)
+    value = (weights * np.log(n * n + FLOOR)).sum(axis=1)
+    both = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
+    low, high = limits.q_min[both], limits.q_max[both]
+    r = (2.0 * q[:, both] - low - high) / (high - low)
+    return np.asarray(value + BARRIER * np.log(np.maximum(1.0 - r * r, FLOOR)).sum(axis=1))
+
 
 START_SPACING = 0.1
 """Arc length between free starts of a method that is no grid [rad or m]."""

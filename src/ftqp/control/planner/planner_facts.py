@@ -1,6 +1,7 @@
 """What can be read of a planner between its steps."""
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, final
 
 import numpy as np
 
@@ -11,8 +12,6 @@ from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.constraint_list import Constraints
 from ftqp.control.planner.degrading import fewer_rows
 from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading
-from ftqp.control.planner.learned_arm import Learned, learned
-from ftqp.control.planner.planner_table import planner_html
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.settings import Settings
@@ -27,15 +26,110 @@ from ftqp.control.task.keep import Keep
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
-from ftqp.core.checks import FloatArray, array
+from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import Fixed
+from ftqp.core.html_table import html_table
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
+from ftqp.model.robot_table import arm_svg
+
+LEAST_LOAD = 0.05
+"""A load lighter than this [kg] is not named, because friction that is not learned yet looks like so much. A
+guess that the campaigns have not contradicted."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Learned:
+    """What the arm has beside its model, as learned since ``reset``.
+
+    Attributes:
+        rotors: Inertia of each joint's rotor beside that of the model, (nv,) [kg m2 or kg]; negative where
+            the model has too much.
+        rotors_error: Their standard deviations, (nv,); large for joints that were hardly accelerated.
+        friction: Dry friction of each joint, (nv,) [N m or N], that of the model included, as it is not fed
+            forward.
+        delay: How much later samples come than the drive's ``latency`` says [s], as far as the arm has
+            shaken, which alone tells.
+        payload: The load at the tip beside what the planner carries, as a point mass; None is none.
+    """
+
+    rotors: FloatArray
+    rotors_error: FloatArray
+    friction: FloatArray
+    delay: float
+    payload: Payload | None
+
+    def facts(self) -> dict[str, Any]:
+        """The same as anything JSON can hold, for logs: ``payload`` has its mass and its centre."""
+        load = self.payload
+        return {
+            "rotors": self.rotors.tolist(),
+            "rotors_error": self.rotors_error.tolist(),
+            "friction": self.friction.tolist(),
+            "delay": self.delay,
+            "payload": None if load is None else {"mass": load.mass, "com": load.com.tolist()},
+        }
+
+
+def learned(session: Session, joints: int) -> Learned | None:
+    """What the planner of this session has learned; None where it does not learn, or has not begun.
+
+    Args:
+        session: The planner's.
+        joints: How many the arm has.
+    """
+    K = session.K
+    room, chain = K.learned, K.chain
+    if not room.on or not room.based:
+        return None
+    mass, payload = float(room.load[0]), None
+    if mass > LEAST_LOAD:
+        away = np.array(room.load[1:4]) / mass - chain.tip_translation
+        payload = Payload(mass, np.reshape(chain.tip_rotation, (3, 3)).T @ away)
+    return Learned(
+        rotors=frozen(room.rotor[:joints]),
+        rotors_error=frozen(room.sigma[:joints]),
+        friction=frozen(room.friction[:joints]),
+        delay=float(room.later) * float(K.state.dt),
+        payload=payload,
+    )
+
+
+def planner_html(planner: Any) -> str:
+    """What a planner was made with, its tasks and constraints, and what it believes now.
+
+    Args:
+        planner: The ``ftqp.Planner``.
+    """
+    robot, task = planner.robot, planner.task
+    rows = [
+        ("robot", f"{robot.name}, {robot.nv} joints"),
+        ("tick", f"{1e3 * planner.dt:g} ms, {planner.level} level"),
+        ("scheme, solver", f"{planner.scheme.name}, {planner.backend}"),
+        (f"task of {robot.tip}", f"{', '.join(planner.task_rows)}; {task.mode}"),
+    ]
+    rows += [
+        (f"task {name}", f"{type(one.given).__name__}, level {one.given.level}, weight {one.weight:g}")
+        for name, one in planner.tasks.items()
+    ]
+    rows += [(f"constraint {name}", type(one.given).__name__) for name, one in planner.constraints.items()]
+    believed = [f"{joint} {fault.happens}" for joint, fault in planner.faults.items()]
+    note = f"It believes that {', '.join(believed)}." if believed else "It believes that every joint works."
+    stopped = planner.stopped_because
+    return html_table(
+        f"Planner of {robot.name}",
+        (),
+        rows,
+        f"{note} Stopped: {stopped}." if stopped else note,
+        arm_svg(robot, robot.neutral),
+    )
+
 
 ANEW = "the planner was laid out for it; make another one, ftqp.Planner(robot, {name}=...)"
 """What to do about an attribute that a planner was made with."""

@@ -3,9 +3,145 @@
 from math import inf, sqrt
 from typing import Any
 
-from ftqp.kernel.dtrnn.projection import Network, network
-from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.enums import FAILED, INFEASIBLE, SOLVED
+from ftqp.kernel.dtrnn.iterations import dtrnn
+from ftqp.kernel.dtrnn.projection import Network, is_number, network, residual
+from ftqp.kernel.dtrnn.stopping import options_of
+from ftqp.kernel.jit import jit, part_jit
+from ftqp.kernel.layout.enums import FAILED, INFEASIBLE, MAX_ITERATIONS, SOLVED
+from ftqp.kernel.layout.network_memory import KEPT, SIZES, VALID
+from ftqp.kernel.maths.cholesky import factor
+from ftqp.kernel.maths.matrix_view import matrix_view
+
+
+@jit
+def _row_kind(low: float, high: float) -> float:
+    """2 for an equality, 1 for an inequality."""
+    return 2.0 if low == high else 1.0
+
+
+@jit
+def _same_structure(qp: Any, kept: Any) -> bool:
+    """Whether sizes, fixed variables and equality rows are those of the warm start; from now on they are."""
+    same = kept[SIZES] == qp.nx and kept[SIZES + 1] == qp.meq and kept[SIZES + 2] == qp.nc
+    kept[SIZES], kept[SIZES + 1], kept[SIZES + 2] = qp.nx, qp.meq, qp.nc
+    for i in range(qp.nx):
+        kind = _row_kind(qp.lb[i], qp.ub[i])
+        same = same and kept[KEPT + i] == kind
+        kept[KEPT + i] = kind
+    for j in range(qp.nc):
+        kind = _row_kind(qp.l[j], qp.u[j])
+        same = same and kept[KEPT + qp.nx + j] == kind
+        kept[KEPT + qp.nx + j] = kind
+    return same
+
+
+@part_jit
+def solve_planner_qp(cascade: Any, qp: Any, memory: Any) -> int:
+    """The QP that stands in a planner's record, from the warm start if there is one; the claim."""
+    n, m, p = qp.nx, qp.meq, qp.nc
+    at = KEPT + n + p
+    x, y, z = memory[at : at + n], memory[at + n : at + n + m], memory[at + n + m : at + n + m + p]
+    rest = memory[at + n + m + p :]
+    warm = _same_structure(qp, memory) and memory[VALID] != 0.0
+    memory[VALID] = 0.0
+    code, net = assemble(
+        rest,
+        n,
+        m,
+        p,
+        qp.dense,
+        qp.H,
+        qp.H_diagonal,
+        qp.g,
+        qp.A,
+        qp.b,
+        qp.soft,
+        qp.C,
+        qp.l,
+        qp.u,
+        qp.lb,
+        qp.ub,
+    )
+    cascade.qp_iterations = 0
+    if code != SOLVED:
+        return code
+    if warm:
+        start(net, n, m, x, y, z)
+    code, cascade.qp_iterations = dtrnn(net, options_of(memory), matrix_view(rest, 0, 0, 4))
+    publish(
+        net, n, m, p, qp.dense, qp.H, qp.H_diagonal, qp.g, qp.A, qp.C, qp.lb, qp.ub, qp.x, qp.y, qp.z,
+        qp.z_box
+    )  # fmt: skip
+    if code == SOLVED:
+        memory[VALID] = 1.0
+        for i in range(n):
+            x[i] = qp.x[i]
+        for k in range(m):
+            y[k] = qp.y[k]
+        for j in range(p):
+            z[j] = qp.z[j]
+    return code
+
+
+CONVEX = 1e-9
+"""H + CONVEX max(H_ii) I has a Cholesky factor when H counts as positive semidefinite: rounding makes
+eigenvalues of zero some 1e-15 of the largest."""
+
+
+@jit
+def _is_convex(net: Network) -> bool:
+    """Whether W is positive semidefinite, up to rounding."""
+    n, S = net.variables, net.jump
+    largest = 0.0
+    for i in range(n):
+        largest = max(largest, abs(net.Gamma[i, i]))
+    for i in range(n):
+        for j in range(i + 1):
+            S[i, j] = net.Gamma[i, j]
+        S[i, i] += CONVEX * largest
+    return largest == 0.0 or factor(S, n)
+
+
+@jit
+def solve_network_standalone(
+    memory: Any,
+    numbers: Any,
+    trace: Any,
+    n: int,
+    m: int,
+    p: int,
+    warm: int,
+    H: Any,
+    g: Any,
+    A: Any,
+    b: Any,
+    C: Any,
+    l: Any,
+    u: Any,
+    lb: Any,
+    ub: Any,
+    x: Any,
+    y: Any,
+    z: Any,
+    z_box: Any,
+) -> tuple[int, int, float]:
+    """One QP with hard rows: code, iterations and |e|; outputs are written for SOLVED and MAX_ITERATIONS."""
+    soft = memory[len(memory) - m :]
+    for k in range(m):
+        soft[k] = 0.0
+    code, net = assemble(memory, n, m, p, 1, H, g, g, A, b, soft, C, l, u, lb, ub)
+    iterations, size = 0, 0.0
+    if code == SOLVED and not (is_number(net) and _is_convex(net)):
+        code = FAILED
+    if code == SOLVED:
+        if warm:
+            start(net, n, m, x, y, z)
+        code, iterations = dtrnn(net, options_of(numbers), trace)
+        size = residual(net, net.u)
+    if code == SOLVED or code == MAX_ITERATIONS:
+        publish(net, n, m, p, 1, H, g, g, A, C, lb, ub, x, y, z, z_box)
+    return code, iterations, size
+
 
 CONTRADICTION = 1e-8
 """A row without free variables that is violated by more than this share of its terms has no solution. The

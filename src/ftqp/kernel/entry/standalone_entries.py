@@ -3,7 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.active_set.standalone import solve_standalone
-from ftqp.kernel.dtrnn.standalone_qp import solve_network_standalone
+from ftqp.kernel.dtrnn.network_of_qp import solve_network_standalone
 from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.kkt import kkt_residuals
 from ftqp.kernel.layout.network_memory import OPTIONS

@@ -11,7 +11,7 @@ row asks for what they can do in the tick, and no more.
 Source: docs/theory/clearance.md.
 """
 
-from math import inf, sqrt
+from math import cos, inf, sin, sqrt
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import frames
@@ -25,10 +25,26 @@ from ftqp.kernel.layout.scene_room import HALF_SPACE, HULL, SEGMENT
 from ftqp.kernel.maths.nearest_hull import of_segment_and_hull
 from ftqp.kernel.maths.nearest_points import of_segment_and_body, of_segments, to_body
 from ftqp.kernel.maths.trigonometry import joint_sines
-from ftqp.kernel.maths.turning import turn_by
 from ftqp.kernel.maths.vectors import cross
 from ftqp.kernel.rows.joint_intervals import braking_velocity
 from ftqp.kernel.scene.cloud import choose_balls, is_stale
+
+
+@jit
+def turn_by(R: Any, w0: float, w1: float, w2: float) -> None:
+    """R <- exp(w) R, for nine numbers by rows and a rotation vector w along W [rad] (Rodrigues)."""
+    angle = sqrt(w0 * w0 + w1 * w1 + w2 * w2)
+    if angle == 0.0:
+        return
+    c, s = cos(angle), sin(angle)
+    k0, k1, k2 = w0 / angle, w1 / angle, w2 / angle
+    for j in range(3):
+        x, y, z = R[j], R[3 + j], R[6 + j]
+        u0, u1, u2 = cross(k0, k1, k2, x, y, z)
+        along = (k0 * x + k1 * y + k2 * z) * (1.0 - c)
+        R[j], R[3 + j] = c * x + s * u0 + along * k0, c * y + s * u1 + along * k1
+        R[6 + j] = c * z + s * u2 + along * k2
+
 
 TOUCHING = 1e-9
 """Axes that are nearer than this have no direction between them [m]; upwards is taken then. Rounding."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.closed_forms.closed_form_tick import resolve
-from ftqp.kernel.dtrnn.planner_qp import solve_planner_qp
+from ftqp.kernel.dtrnn.network_of_qp import solve_planner_qp
 from ftqp.kernel.free.end_stop import stop_torques
 from ftqp.kernel.jit import carray, jit, part_jit, pointer
 from ftqp.kernel.judge.external_qp import pack, packed_size, solution_size, unpack

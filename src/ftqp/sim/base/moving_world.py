@@ -1,6 +1,6 @@
 """A world in which the base moves: its truth at every tick, and what an inertial task gets to see of it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import final
 
 import numpy as np
@@ -8,13 +8,97 @@ import numpy as np
 from ftqp.control.moving_base.inertial_task import InertialTask
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target
-from ftqp.core.checks import FloatArray
-from ftqp.core.errors import InputError
-from ftqp.sim.base.base_motion import BaseMotion
+from ftqp.core.checks import FloatArray, non_negative, positive
+from ftqp.core.errors import InputError, unknown
+from ftqp.core.pose import rotation_exp, rotation_vectors
 from ftqp.sim.base.carriers import Base
 from ftqp.sim.base.disturbances import Disturbance
 from ftqp.sim.plants.arm_model import Arm
-from ftqp.sim.sensors.pose_sensor import PoseSensor
+
+
+@final
+class PoseSensor:
+    """Measures a pose in I with white noise, some samples late.
+
+    Args:
+        position: standard deviation of each axis [m].
+        rotation: standard deviation about each axis [rad].
+        late: samples of delay.
+        generator: where the noise comes from.
+    """
+
+    def __init__(
+        self,
+        *,
+        position: float = 0.0,
+        rotation: float = 0.0,
+        late: int = 0,
+        generator: np.random.Generator | None = None,
+    ) -> None:
+        self._position = non_negative("position noise", position, "m")
+        self._rotation = non_negative("rotation noise", rotation, "rad")
+        self._generator = np.random.default_rng(0) if generator is None else generator
+        self._waiting: list[FloatArray] = []
+        self._late = int(non_negative("delay of the sensor", late))
+
+    def reset(self) -> None:
+        """Forget what has been seen."""
+        self._waiting.clear()
+
+    def measure(self, truth: FloatArray) -> FloatArray:
+        """The pose that is measured now, (4, 4); until something has come through the delay, the first one.
+
+        Args:
+            truth: The true pose, (4, 4) [m].
+        """
+        seen = truth.copy()
+        if self._position > 0.0:
+            seen[:3, 3] += self._position * self._generator.standard_normal(3)
+        if self._rotation > 0.0:
+            noise = rotation_exp(self._rotation * self._generator.standard_normal(3))
+            seen[:3, :3] = noise @ seen[:3, :3]
+        self._waiting.append(seen)
+        if len(self._waiting) > self._late + 1:
+            self._waiting.pop(0)
+        return self._waiting[0]
+
+
+@final
+class BaseMotion:
+    """How a base really moves in a run: its pose at every tick, its mean twist in every sample.
+
+    Args:
+        base: the base.
+        disturbances: what moves it; deviations of the same coordinate add up.
+        dt: sampling period [s].
+        ticks: how many ticks the run has.
+
+    Attributes:
+        eta: coordinates at the ticks, (ticks, count) [m or rad].
+        pose: of B in I at the ticks, (ticks, 4, 4).
+        twist: mean twist at B's origin along I over the sample that begins at each tick, (ticks, 6) [m/s,
+            rad/s].
+
+    Raises:
+        InputError: a disturbance of a coordinate that the base has not.
+    """
+
+    def __init__(self, base: Base, disturbances: Iterable[Disturbance], dt: float, ticks: int) -> None:
+        step = positive("dt", dt, "s")
+        names = base.coordinates
+        t: FloatArray = np.arange(ticks + 1, dtype=np.float64) * step
+        eta = np.zeros((ticks + 1, len(names)))
+        for disturbance in disturbances:
+            for name, value in disturbance.sample(t).items():
+                if name not in names:
+                    raise unknown("coordinate", name, "the base", names)
+                eta[:, names.index(name)] += value
+        poses = base.pose(eta)
+        self.eta, self.pose = eta[:-1], poses[:-1]
+        self.twist: FloatArray = np.zeros((ticks, 6))
+        self.twist[:, :3] = np.diff(poses[:, :3, 3], axis=0) / step
+        turns = poses[1:, :3, :3] @ np.swapaxes(poses[:-1, :3, :3], 1, 2)
+        self.twist[:, 3:] = rotation_vectors(turns) / step
 
 
 @final

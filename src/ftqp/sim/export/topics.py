@@ -1,22 +1,119 @@
-"""What of a run goes onto which topic: joints, poses, frames, and what the planner said of each step."""
+"""What of a run goes onto which topic: joints, poses, frames, and what the planner said of each step.
 
-from collections.abc import Mapping
+A number that changes is left open with a mark, a bit pattern that occurs in no text (UTF-8 has no byte 0xFF)
+and nowhere else in the message. Where the marks lie in the serialised bytes is where the numbers go.
+"""
+
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ftqp.control.planner.status import STATUSES
 from ftqp.core.checks import FloatArray
+from ftqp.core.errors import FtqpError
+from ftqp.core.pose import quaternions
 from ftqp.model.chain import Chain, ends_of
 from ftqp.model.robot import Robot
 from ftqp.model.urdf_text import BASE, link_names
-from ftqp.sim.export.form import Form, Values
-from ftqp.sim.export.link_poses import fixed_pose, joint_poses
 from ftqp.sim.export.ros_bag import RosBag
 from ftqp.sim.export.ticks import Ticks
 from ftqp.sim.log.further_signals import PLANES, TASKS
 from ftqp.sim.log.signals import CONDITIONS
+
+Values = Callable[[Ticks], Any]
+"""Numbers of a field for some ticks, (K, count)."""
+REAL, WHOLE = 0x3FF000000000FFFF, 0x7F0000FF
+"""Marks: the low two bytes, or the lowest and the highest, are fixed, and 16 bits above count."""
+MOST = 0x7F00
+"""Numbers that can be left open in a message."""
+UNKNOWN = -1
+"""A whole number that a log does not have."""
+
+
+@final
+class Form:
+    """The open numbers of a message."""
+
+    def __init__(self) -> None:
+        self._open: list[tuple[bytes, str, Values]] = []
+        self._count = 0
+
+    def reals(self, count: int, values: Values) -> FloatArray:
+        """An array of float64 for a message, left open, (count,)."""
+        marks = np.array([REAL + (k << 16) for k in self._next(count)], dtype="<u8").view("<f8")
+        self._open.append((marks.tobytes(), "<f8", values))
+        return marks
+
+    def wholes(self, count: int, values: Values) -> NDArray[np.int32]:
+        """An array of int32 or uint32 for a message, left open, (count,).
+
+        Args:
+            count: Its length.
+            values: What it will hold; what is not finite becomes -1.
+        """
+        marks = np.array([WHOLE + (k << 8) for k in self._next(count)], dtype="<u4").view("<i4")
+        self._open.append((marks.tobytes(), "<i4", values))
+        return marks
+
+    def real(self, values: Values) -> float:
+        """A float64 for a message, left open."""
+        return float(self.reals(1, values)[0])
+
+    def whole(self, values: Values) -> int:
+        """An int32 or uint32 for a message, left open."""
+        return int(self.wholes(1, values)[0])
+
+    def _next(self, count: int) -> range:
+        self._count += count
+        if self._count > MOST:
+            raise FtqpError(f"a message has more than {MOST} numbers, which is more than an arm has")
+        return range(self._count - count, self._count)
+
+    def filled(self, data: bytes, ticks: Ticks) -> NDArray[np.uint8]:
+        """The serialised messages of some ticks, (K, size)."""
+        result = np.tile(np.frombuffer(data, dtype=np.uint8), (len(ticks.block), 1))
+        for marks, kind, values in self._open:
+            if data.count(marks) != 1:
+                raise FtqpError("a number of a message was not serialised as it should be")
+            numbers = np.asarray(values(ticks))
+            if kind == "<i4":
+                numbers = np.where(np.isfinite(numbers), numbers, UNKNOWN)
+            at = data.index(marks)
+            put = np.ascontiguousarray(numbers.astype(kind)).view(np.uint8)
+            result[:, at : at + len(marks)] = put.reshape(len(result), -1)
+        return result
+
+
+def joint_poses(chain: Chain, i: int, q: FloatArray) -> FloatArray:
+    """Pose of joint frame i in that of its parent, position and unit quaternion x, y, z, w, (K, 7) [m].
+
+    (rotation_i, translation_i) Rz(q), or Tz(q) for a joint that slides.
+
+    Args:
+        chain: The arm's constants.
+        i: 0-based index of the joint.
+        q: Its positions, (K,) [rad or m].
+    """
+    result = np.empty((len(q), 7))
+    result[:, :3] = chain.translation[i]
+    x, y, z, w = quaternions(chain.rotation[i][None])[0]
+    if chain.prismatic[i]:
+        result[:, :3] += np.outer(q, chain.rotation[i][:, 2])
+        result[:, 3:] = x, y, z, w
+        return result
+    s, c = np.sin(0.5 * q), np.cos(0.5 * q)
+    result[:, 3], result[:, 4] = x * c + y * s, y * c - x * s
+    result[:, 5], result[:, 6] = z * c + w * s, w * c - z * s
+    return result
+
+
+def fixed_pose(rotation: FloatArray, translation: FloatArray) -> FloatArray:
+    """Position and unit quaternion x, y, z, w, (7,) [m], of a rotation (3, 3) and a translation (3,)."""
+    return np.concatenate([translation, quaternions(rotation[None])[0]])
+
 
 WORLD = "world"
 """The frame in which a base moves."""
