@@ -107,6 +107,39 @@ def test_held_arm_on_other_drives_asks_for_no_brake_and_finishes(drive, hold):
     assert not brakes and planner.stopped_because is None
 
 
+@pytest.mark.parametrize("hold", [0.1, 1.0, 9.0])
+def test_hold_of_a_torque_arm_that_goes_to_a_target_comes_before_its_encoders_are_doubted(hold):
+    said, fastest, brakes, error, _, planner = motion(PANDA, "target", hold, "torque")
+    assert said.index(StepStatus.HELD) * DT < AT + 0.02
+    assert not set(said) & {StepStatus.STOPPING, StepStatus.STOPPED}
+    assert fastest < 1.1 and error < 2e-3
+    assert not brakes and planner.stopped_because is None
+
+
+def creeping(v, step=0.0, noise=0.0, seconds=3.0):
+    """How often an arm is called held whose first two joints go at v [rad/s], seen in steps of an encoder."""
+    arm, rng, held = Arm(PANDA, w=40.0), np.random.default_rng(3), 0
+    planner = ftqp.Planner(PANDA, noise=ftqp.Noise(q=noise))
+    ways = np.array([v, v, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+    def seen():
+        q = step * np.round(arm.q / step) if step else arm.q
+        return q + rng.normal(0.0, noise, PANDA.nv) if noise else q
+
+    planner.reset(seen())
+    for k in range(round(seconds / DT)):
+        one = planner.step(seen(), None, ftqp.Target(pose=PANDA.pose(PANDA.neutral + ways * k * DT)))
+        arm.move(one, False)
+        held += one.status is StepStatus.HELD
+    return held
+
+
+@pytest.mark.parametrize("v", [0.02, 0.05, 0.1])
+@pytest.mark.parametrize(("step", "noise"), [(0.0, 0.0), (1e-3, 0.0), (2e-3, 0.0), (0.0, 1e-4), (0.0, 1e-3)])
+def test_arm_that_goes_slowly_is_not_held_however_coarse_its_encoders(v, step, noise):
+    assert creeping(v, step, noise) == 0
+
+
 def test_hold_is_said_soon_and_ends_when_the_arm_follows_again():
     said, _, _, _, leads, _ = motion(PANDA, "clock", 1.0)
     first, last = said.index(StepStatus.HELD), len(said) - 1 - said[::-1].index(StepStatus.HELD)
