@@ -29,6 +29,9 @@ LEADERS = ("clock", "path", "target", "goto")
 DRIVES = ("position", "position without velocity", "position, first order", "velocity", "torque")
 SHARE = 1.3
 """So much faster than without a hold, or than its limit, a joint may be."""
+DONE, RESTS, LOOKS = 0.002, 1e-4, 0.25
+"""A motion is finished within so many metres, and is over when all joints have been slower than this [rad/s]
+there on two looks at this distance [s]."""
 
 
 class Outcome(NamedTuple):
@@ -111,6 +114,11 @@ def leader(planner: Any, kind: str, path: Any, goal: Any) -> Callable[[Any, int]
     return lambda q, k: led.step(q, None, ftqp.Target(pose=goal))
 
 
+def _error(robot: Any, plant: Servo, end: Any) -> float:
+    """How far the tip is from where the motion ends [m]."""
+    return float(np.linalg.norm(robot.pose(plant.q)[:3, 3] - end[:3, 3]))
+
+
 def run(robot: Any, kind: str, drive: str, w: float, hold: float, noise: float = 0.0) -> Outcome:
     """One motion; ``kind`` "rival" is damped least squares."""
     start = robot.pose(robot.neutral)
@@ -126,7 +134,8 @@ def run(robot: Any, kind: str, drive: str, w: float, hold: float, noise: float =
         planner = ftqp.Planner(robot, drive=takes, task=task, noise=ftqp.Noise(q=noise))
         planner.reset(robot.neutral)
         tick = leader(planner, kind, path, goal)
-    rng, fastest, accused, step = np.random.default_rng(0), 0.0, False, None
+    end = path.sample([path.duration]).pose[0] if kind in ("clock", "path", "rival") else goal
+    rng, fastest, accused, step, over = np.random.default_rng(0), 0.0, False, None, 0
     for k in range(int((AT + hold + path.duration + TAIL) / DT)):
         step = tick(plant.q + rng.normal(0.0, noise, robot.nv) if noise else plant.q, k)
         q = plant.q
@@ -137,8 +146,12 @@ def run(robot: Any, kind: str, drive: str, w: float, hold: float, noise: float =
             fastest = max(fastest, float((np.abs(plant.q - q) / DT / robot.limits.v_max).max()))
         if planner is not None:
             accused = accused or bool(step.brakes.any()) or bool(planner.faults)
-    end = path.sample([path.duration]).pose[0] if kind in ("clock", "path", "rival") else goal
-    error = float(np.linalg.norm(robot.pose(plant.q)[:3, 3] - end[:3, 3]))
+        if k % round(LOOKS / DT) == 0 and k * DT > AT + hold:
+            there = np.abs(plant.v).max() < RESTS and _error(robot, plant, end) < DONE
+            over = over + 1 if there and (planner is None or step.status.name == "OK") else 0
+            if over == 2:
+                break
+    error = _error(robot, plant, end)
     return Outcome(fastest, error, "" if planner is None else step.status.name, accused)
 
 
@@ -165,7 +178,7 @@ def main() -> None:
                     free = run(robot, kind, drive, w, 0.0)
                     found = [run(robot, kind, drive, w, hold) for hold in holds]
                     within = [one.fastest <= SHARE * max(1.0, free.fastest) for one in found]
-                    done = [one.error < 0.002 and one.status == "OK" for one in found]
+                    done = [one.error < DONE and one.status == "OK" for one in found]
                     ill = [
                         f"{hold:g}" for hold, a, b in zip(holds, within, done, strict=True) if not (a and b)
                     ]
@@ -174,7 +187,7 @@ def main() -> None:
                         f"| {name} | {kind} | {drive} | {w:g} | {sum(within)} of {len(found)} | "
                         f"{sum(done)} | {sum(one.accused for one in found)} | {' '.join(ill) or '-'} | "
                         f"{max(one.fastest for one in found):.2f} | {free.fastest:.2f} | "
-                        f"{sum(one.error < 0.002 for one in rivals)} | "
+                        f"{sum(one.error < DONE for one in rivals)} | "
                         f"{max((one.fastest for one in rivals), default=0.0):.2f} |",
                         flush=True,
                     )

@@ -116,6 +116,57 @@ def test_hold_of_a_torque_arm_that_goes_to_a_target_comes_before_its_encoders_ar
     assert not brakes and planner.stopped_because is None
 
 
+@pytest.mark.parametrize("hold", [0.0, 0.3, 3.0])
+def test_target_is_reached_behind_a_slow_servo_that_nobody_told_of(hold):
+    _, fastest, _, error, _, planner = motion(PANDA, "target", hold, w=20.0, fed=False)
+    assert planner.stopped_because is None
+    assert fastest < 1.1 and error < 2e-3
+
+
+@pytest.mark.parametrize("dt", [0.02, 0.025, 0.04])
+def test_hold_is_said_within_a_few_samples_of_a_slow_loop(dt):
+    planner, arm = ftqp.Planner(PANDA, dt=dt), Arm(PANDA, w=20.0)
+    planner.reset(PANDA.neutral)
+    path = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), radius=0.05, duration=3.0)
+    s = path.sample(dt * np.arange(round(3.0 / dt) + 1))
+    targets, said = ftqp.Targets(s.pose, s.twist, s.acceleration), []
+    for k in range(round(2.0 / dt)):
+        step = planner.step(arm.q, None, targets.at(k))
+        for _ in range(round(dt / DT)):
+            arm.move(step, k * dt >= AT)
+        said.append(step.status)
+    assert AT < said.index(StepStatus.HELD) * dt < AT + 4.5 * dt
+
+
+def reach(told):
+    """How far the tip falls behind, a joint being at 95 % of its speed behind a servo of 20 rad/s [m]."""
+    planner, arm = ftqp.Planner(PANDA, drive=ftqp.Drive(bandwidth=told)), Arm(PANDA, w=20.0)
+    planner.reset(PANDA.neutral)
+    begin, ramp, speed, angle, fastest, behind = PANDA.pose(PANDA.neutral), 0.5, 3.85, 0.0, 0.0, 0.0
+    for k in range(750):
+        s = min(1.0, k * DT / ramp)
+        rate, change = speed * s * s * (3.0 - 2.0 * s), speed * 6.0 * s * (1.0 - s) / ramp
+        turn = np.eye(4)
+        turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+        pose = turn @ begin
+        x, y = pose[:2, 3]
+        twist = np.array([-rate * y, rate * x, 0.0, 0.0, 0.0, rate])
+        bends = np.array([-rate * twist[1], rate * twist[0], 0.0, 0.0, 0.0, 0.0])
+        acceleration = np.array([-change * y, change * x, 0.0, 0.0, 0.0, change]) + bends
+        step = planner.step(arm.q, None, ftqp.Target(pose=pose, twist=twist, acceleration=acceleration))
+        fastest = max(fastest, arm.move(step, False))
+        angle += DT * (rate + 0.5 * DT * change)
+        behind = max(behind, float(np.linalg.norm(PANDA.pose(arm.q)[:2, 3] - pose[:2, 3])))
+        assert step.status is StepStatus.OK
+    assert fastest > 0.94
+    return behind
+
+
+def test_joint_near_its_speed_limit_falls_no_farther_behind_by_a_bound_of_its_lead():
+    assert reach(20.0) == pytest.approx(reach(None), abs=1e-9)
+    assert reach(20.0) < 9e-3
+
+
 def creeping(v, step=0.0, noise=0.0, seconds=3.0):
     """How often an arm is called held whose first two joints go at v [rad/s], seen in steps of an encoder."""
     arm, rng, held = Arm(PANDA, w=40.0), np.random.default_rng(3), 0

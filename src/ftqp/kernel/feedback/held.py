@@ -34,7 +34,7 @@ STOOD, SAMPLES = 0.012, 2.0
 """For so long [s], and for more than so many ticks, all joints have to stand, as one sample that comes twice
 shows nothing, ..."""
 JUST = 0.05
-"""... those that moved not longer ago than this [s] ..."""
+"""... those that moved not longer ago than this [s], or than twice so many ticks, ..."""
 ASKED, FAR = 0.1, 0.005
 """... or that were sent so far [rad or m], beside noise, while all have stood for so long [s], as the slowest
 servos need to show that they move; one such joint alone is locked, while the others rest. All of these are
@@ -95,7 +95,7 @@ def _stands(K: Any, then: int, dt: float) -> bool:
     held, feedback, faults = K.held, K.feedback, K.faults
     still = STANDS + STANDS_SIGMAS * feedback.sigma / FILTER
     share, slow, should = min(1.0, dt / FILTER), min(1.0, dt / USUAL_TIME), SHOULD * still
-    asked = moved = 0
+    lately, asked, moved = max(JUST, 2.0 * SAMPLES * K.state.dt), 0, 0
     all_stand = True
     for k in range(faults.working):
         i = faults.order[k]
@@ -116,7 +116,7 @@ def _stands(K: Any, then: int, dt: float) -> bool:
             usual = feedback.d_slow[i] if feedback.kind == TORQUE_DRIVE else K.past.q[then, i] - sample
             held.usual[i] += slow * (usual - held.usual[i])
         if abs(speed) > should:
-            held.went[i] = JUST if speed > 0.0 else -JUST
+            held.went[i] = lately if speed > 0.0 else -lately
         else:
             held.went[i] = _toward(held.went[i], 0.0, dt)
         v, gone = K.past.v[then, i], K.past.q[then, i] - held.begun[i]
