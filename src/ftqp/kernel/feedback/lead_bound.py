@@ -20,10 +20,10 @@ REST_TIME = 0.01
 """The reference may be so far ahead of a joint at rest as that goes at its limit in this time [s], ..."""
 LEAST = 1.1 * ERROR_BAND
 """... or so far [rad or m], so that a joint that stands leaves its error band and is seen to lag; what the
-joint goes in ``BAND_TIME`` comes on top. Guesses that `python studies/held_arm.py` has not contradicted; ..."""
+joint goes in ``BAND_TIME`` comes on top, ..."""
 LAGS = 2.0
 """... but no farther than a servo of a known bandwidth w lags at the joint's limit without velocities,
-2 v_max/w (docs/theory/feedback.md)."""
+2 v_max/w. Guesses that `python studies/held_arm.py` has not contradicted."""
 
 
 @jit
