@@ -37,7 +37,7 @@ class Hold:
 class HeldPlant(Plant):
     """Another plant, each joint of which is locked at once by every hold, and repaired when that is over.
 
-    What befell a joint before or meanwhile befalls it anew then.
+    What befell a joint meanwhile befalls it then; one whose brake closed meanwhile goes on standing.
 
     Args:
         plant: The arm; one that does exactly what it is told cannot be held.
@@ -117,12 +117,14 @@ class HeldPlant(Plant):
         held = self._is_held(self._tick)
         if held != self._is_held(self._tick - 1):
             for i in range(self._robot.nv):
+                fault = self._failed.get(self._leader(i))
+                if isinstance(fault, Locked):  # stands already, or a brake has closed meanwhile
+                    continue
                 if held:
                     self._plant.fail(Locked(i, mode="instant"))
-                else:
-                    self._plant.repair(i)
-            if not held:
-                for fault in self._failed.values():
+                    continue
+                self._plant.repair(i)
+                if fault is not None:
                     self._plant.fail(fault)
         self._plant.advance(command)
         self._tick += 1
