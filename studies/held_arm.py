@@ -23,7 +23,8 @@ import numpy as np
 
 import ftqp
 
-DT, AT, TAIL = 0.001, 0.8, 8.0
+DT, AT, AT_GOTO, TAIL = 0.001, 0.8, 0.4, 8.0
+"""Period [s], when the arm is held (a `GoTo` has nearly arrived by 0.8 s), and the longest end of a run."""
 HOLDS, SERVOS = (0.1, 0.3, 1.0, 3.0, 9.0), (20.0, 50.0, 94.0, 300.0)
 LEADERS = ("clock", "path", "target", "goto")
 DRIVES = ("position", "position without velocity", "position, first order", "velocity", "torque")
@@ -125,7 +126,7 @@ def run(robot: Any, kind: str, drive: str, w: float, hold: float, noise: float =
     path = ftqp.paths.Circle(start, radius=0.05, duration=4.0)
     goal = start.copy()
     goal[:3, 3] += [-0.1, 0.2, -0.1]
-    plant, planner = Servo(robot, drive, w), None
+    plant, planner, at = Servo(robot, drive, w), None, AT_GOTO if kind == "goto" else AT
     if kind == "rival":
         tick = rival(robot, path)
     else:
@@ -136,17 +137,17 @@ def run(robot: Any, kind: str, drive: str, w: float, hold: float, noise: float =
         tick = leader(planner, kind, path, goal)
     end = path.sample([path.duration]).pose[0] if kind in ("clock", "path", "rival") else goal
     rng, fastest, accused, step, over = np.random.default_rng(0), 0.0, False, None, 0
-    for k in range(int((AT + hold + path.duration + TAIL) / DT)):
+    for k in range(int((at + hold + path.duration + TAIL) / DT)):
         step = tick(plant.q + rng.normal(0.0, noise, robot.nv) if noise else plant.q, k)
         q = plant.q
-        plant.move(step, AT <= k * DT < AT + hold)
+        plant.move(step, at <= k * DT < at + hold)
         if not np.isfinite(plant.q).all():
             return Outcome(np.inf, np.inf, "not finite", accused)
-        if k * DT >= AT + hold:
+        if k * DT >= at + hold:
             fastest = max(fastest, float((np.abs(plant.q - q) / DT / robot.limits.v_max).max()))
         if planner is not None:
             accused = accused or bool(step.brakes.any()) or bool(planner.faults)
-        if k % round(LOOKS / DT) == 0 and k * DT > AT + hold:
+        if k % round(LOOKS / DT) == 0 and k * DT > at + hold:
             there = np.abs(plant.v).max() < RESTS and _error(robot, plant, end) < DONE
             over = over + 1 if there and (planner is None or step.status.name == "OK") else 0
             if over == 2:
