@@ -10,7 +10,7 @@ that go on meanwhile, on the circle of the clock, with the same servo (finished 
 
     python studies/held_arm.py [--quick] [--robot NAME ...]
 
-Full study: a quarter of an hour on one core.
+Full study: half an hour on one core.
 """
 
 import argparse
@@ -184,12 +184,13 @@ def main() -> None:
                         f"{hold:g}" for hold, a, b in zip(holds, within, done, strict=True) if not (a and b)
                     ]
                     rivals = [other(drive, w, hold) for hold in holds] if w else []
+                    best = f"{sum(one.error < DONE for one in rivals)}" if rivals else "-"
+                    worst = f"{max(one.fastest for one in rivals):.2f}" if rivals else "-"
                     print(
                         f"| {name} | {kind} | {drive} | {w:g} | {sum(within)} of {len(found)} | "
                         f"{sum(done)} | {sum(one.accused for one in found)} | {' '.join(ill) or '-'} | "
                         f"{max(one.fastest for one in found):.2f} | {free.fastest:.2f} | "
-                        f"{sum(one.error < DONE for one in rivals)} | "
-                        f"{max((one.fastest for one in rivals), default=0.0):.2f} |",
+                        f"{best} | {worst} |",
                         flush=True,
                     )
 
