@@ -73,13 +73,15 @@ def thrown(arm: ModelFile, run: Trace, strict: Strictness) -> BoolArray:
 
 
 def _locks(run: Trace) -> BoolArray:
-    """Ticks in which a joint is stopped by an impulse, in the world or in what the planner believes, (K,)."""
+    """Ticks in which joints are stopped by an impulse, in the world or in what the planner believes, (K,)."""
     t = run.dt * np.arange(len(run.status))
     result = np.zeros(len(t), dtype=np.bool_)
     for failure in run.failures:
         if failure.jumps:
             for moment in (failure.since, failure.told):
                 result |= np.abs(t - moment) < 1.5 * run.dt
+    for begin, _ in run.holds:
+        result |= np.abs(t - begin) < 1.5 * run.dt
     return result
 
 

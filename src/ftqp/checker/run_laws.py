@@ -8,6 +8,7 @@ import numpy as np
 from ftqp.checker.body_law import touched
 from ftqp.checker.boundary_laws import cone, plane
 from ftqp.checker.claim_laws import honesty, inside, obedience, tracking
+from ftqp.checker.hold_law import held
 from ftqp.checker.lock_law import failed
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.motion_laws import acceleration, braking, position, speed
@@ -51,6 +52,7 @@ LAWS: dict[str, tuple[Law, str]] = {
     "inside": (inside, "OK was claimed although a joint is outside its range, by this [rad or m]"),
     "obedience": (obedience, "OK was claimed although a joint is not where it was sent, by this [rad or m]"),
     "chatter": (chatter, "jolts at full acceleration, so many times in a row more than a correction does"),
+    "held": (held, "was held with all others and leaps, by this share, or is blamed for it"),
     "rest": (rest, "the target rests and the joint swings, at this share of its speed limit"),
 }
 """Laws by name: how much each is broken by, at which tick and joint, and what to say of it."""

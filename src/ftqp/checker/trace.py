@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import unknown
 
 KINDS = ("locked", "free", "degraded")
@@ -214,6 +214,8 @@ class Trace:
         path_dt: [s].
         progress: Of that path, the time that each tick has reached, (K,) [s].
         rest: What was left of the task after the last failure, where somebody has looked.
+        holds: When all joints were held at once, and until when [s].
+        blamed: Which joints the planner believes to have failed, (K, nv); a row of one for all where none.
     """
 
     dt: float
@@ -243,3 +245,5 @@ class Trace:
     path_dt: float = 0.0
     progress: FloatArray = field(default_factory=lambda: np.zeros(0))
     rest: Rest | None = None
+    holds: Sequence[tuple[float, float]] = ()
+    blamed: BoolArray = field(default_factory=lambda: np.zeros((1, 1), dtype=np.bool_))

@@ -204,13 +204,14 @@ class EpisodeWork:
         sensors = setup.tables.sensors
         blind = () if sensors is None else sensors["faults"]
         failing = [*(failure.since for failure in run.failures), *(fault["at"] for fault in blind)]
+        failing += [begin for begin, _ in run.holds]
         healthy = min(failing, default=np.inf)
         ticks = int(min(len(run.target), np.ceil(healthy / run.dt - 1e-9)))
         until = 0.0
         free = not (run.planes or run.cones or run.watched)
         if run.axis is None and not setup.v.any() and free:
             until = followable(self._arm(setup), run.q[0], run.target[:ticks], run.rows, run.dt)
-        judged = run.axis is None and free and not blind and not run.held
+        judged = run.axis is None and free and not blind and not run.held and not run.holds
         rest = rest_after(self._arm(setup), run, self._strictness(setup)) if judged else None
         return replace(run, can_be_followed=True, until=until, rest=rest)
 

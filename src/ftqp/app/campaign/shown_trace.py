@@ -18,6 +18,7 @@ from ftqp.core.errors import InputError
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.urdf_text import link_names
 from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.signals import HEALTHY
 from ftqp.sim.plants.kinematic_plant import BRAKE_SHARE
 from ftqp.sim.plants.true_arm import TrueArm
 
@@ -56,6 +57,8 @@ def trace(setup: Setup, log: Log) -> Trace:
         things=things(log),
         watched=[(first, second) for first, second in log.metadata.get("watched", [])],
         keep=log.metadata.get("clearance", {}).get("keep", 0.0),
+        holds=[(one.at, one.at + one.duration) for one in setup.tables.simulation.holds],
+        blamed=log["belief"][:-1] != HEALTHY,
         **_waiting_path(setup, log),
     )
 

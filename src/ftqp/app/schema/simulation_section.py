@@ -10,6 +10,7 @@ from ftqp.core.setting import REQUIRED, like, setting
 from ftqp.faults.kinds import KINDS, Fault
 from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
+from ftqp.sim.plants.held_plant import HeldPlant, Hold
 from ftqp.sim.plants.joint_servo import JointServo
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
@@ -55,6 +56,14 @@ class MujocoTable(Table):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class HoldTable(Table):
+    """All joints are held at once, as by a protective stop, and nobody is told."""
+
+    at: float = setting(REQUIRED, "when it happens, >= 0", unit="s", least=0.0)
+    duration: float = setting(REQUIRED, "for how long, > 0", unit="s", above=0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SimulationTable(Table):
     """What stands for the world."""
 
@@ -71,6 +80,7 @@ class SimulationTable(Table):
         "the path's acceleration at a tick, or its mean until the next one",
         choices=("sampled", "mean"),
     )
+    holds: tuple[HoldTable, ...] = setting((), "when all joints are held at once")
     duration: float | None = setting(
         None, "end of the run, > 0; the path's duration if absent", unit="s", above=0.0
     )
@@ -92,11 +102,15 @@ class SimulationTable(Table):
             InputError: This kind of plant cannot move the robot, a joint is unknown, a value out of range.
             MissingPackage: MuJoCo is needed and not installed.
         """
+        plant: Plant
         if self.plant == "servo":
-            return self.servo.made(arm, dt, drive=None if moving else drive)
-        if self.plant == "mujoco":
-            return self.mujoco.plant(arm, dt, drive, self.seed, scene)
-        return KinematicPlant(arm, dt, level)
+            plant = self.servo.made(arm, dt, drive=None if moving else drive)
+        elif self.plant == "mujoco":
+            plant = self.mujoco.plant(arm, dt, drive, self.seed, scene)
+        else:
+            plant = KinematicPlant(arm, dt, level)
+        holds = [Hold(one.at, one.duration) for one in self.holds]
+        return HeldPlant(plant, arm, dt, holds) if holds else plant
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

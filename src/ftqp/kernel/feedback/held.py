@@ -19,15 +19,22 @@ from ftqp.kernel.maths.finite import is_finite
 FILTER = 0.006
 """Time constant [s] of the speed that samples show ..."""
 STANDS, STANDS_SIGMAS = 0.012, 3.0
-"""A joint slower than this [rad/s or m/s], and so many standard deviations of a sample over the filter's
-time, stands ..."""
+"""A joint whose filtered speed is below this [rad/s or m/s], and so many standard deviations of a sample over
+the filter's time, is slow; ..."""
+PLACE_SIGMAS = 6.0
+"""... one that stays within so many standard deviations of a sample, four and more of the difference of two,
+of a place which goes after it at this speed, stands, at once and not when a filter has forgotten, ..."""
+ROUNDING = 1e-12
+"""Differences of samples below this [rad or m] are rounding."""
 SHOULD = 4.0
-"""... and one that is sent so many times as fast, or as far, should move, or is seen to move."""
+"""... and one that is sent so many times as fast, or as far, should move, or is seen to move; ..."""
+STEPS = 2.0
+"""... once it was sent by so many of its encoder's smallest steps, as a slow one repeats itself."""
 STOOD, SAMPLES = 0.012, 2.0
 """For so long [s], and for more than so many ticks, all joints have to stand, as one sample that comes twice
 shows nothing, ..."""
 JUST = 0.05
-"""... those that moved not longer ago than this [s] ..."""
+"""... those that moved not longer ago than this [s], or than twice so many ticks, ..."""
 ASKED, FAR = 0.1, 0.005
 """... or that were sent so far [rad or m], beside noise, while all have stood for so long [s], as the slowest
 servos need to show that they move; one such joint alone is locked, while the others rest. All of these are
@@ -72,7 +79,7 @@ def _begin(K: Any, then: int) -> None:
         held.last[i] = K.state.q[i] if is_finite(K.state.q[i]) else K.state.q_command[i]
         held.speed[i] = v
         held.usual[i] = 0.0
-        held.begun[i], held.at[i] = K.past.q[then, i], held.last[i]
+        held.begun[i], held.at[i], held.near[i] = K.past.q[then, i], held.last[i], held.last[i]
         held.went[i] = 0.0 if abs(v) < should else (JUST if v > 0.0 else -JUST)
 
 
@@ -88,7 +95,7 @@ def _stands(K: Any, then: int, dt: float) -> bool:
     held, feedback, faults = K.held, K.feedback, K.faults
     still = STANDS + STANDS_SIGMAS * feedback.sigma / FILTER
     share, slow, should = min(1.0, dt / FILTER), min(1.0, dt / USUAL_TIME), SHOULD * still
-    asked = moved = 0
+    lately, asked, moved = max(JUST, 2.0 * SAMPLES * K.state.dt), 0, 0
     all_stand = True
     for k in range(faults.working):
         i = faults.order[k]
@@ -101,16 +108,19 @@ def _stands(K: Any, then: int, dt: float) -> bool:
         held.last[i] = sample
         if held.on:
             continue
-        if abs(speed) > still:
+        held.near[i] = _toward(held.near[i], sample, STANDS * dt)
+        if abs(sample - held.near[i]) > PLACE_SIGMAS * feedback.sigma + ROUNDING:
             all_stand = False
+            held.near[i] = sample
+        if abs(speed) > still:
             usual = feedback.d_slow[i] if feedback.kind == TORQUE_DRIVE else K.past.q[then, i] - sample
             held.usual[i] += slow * (usual - held.usual[i])
         if abs(speed) > should:
-            held.went[i] = JUST if speed > 0.0 else -JUST
+            held.went[i] = lately if speed > 0.0 else -lately
         else:
             held.went[i] = _toward(held.went[i], 0.0, dt)
         v, gone = K.past.v[then, i], K.past.q[then, i] - held.begun[i]
-        just = abs(v) > should and v * held.went[i] > 0.0
+        just = abs(v) > should and v * held.went[i] > 0.0 and abs(gone) > STEPS * feedback.increment[i]
         most = FAR + EXCESS_SIGMAS * feedback.sigma + SHOULD * abs(sample - held.at[i])
         far = held.still > ASKED and abs(gone) > most
         held.way[i] = 1.0 if (v if just else gone) > 0.0 else -1.0

@@ -20,7 +20,10 @@ REST_TIME = 0.01
 """The reference may be so far ahead of a joint at rest as that goes at its limit in this time [s], ..."""
 LEAST = 1.1 * ERROR_BAND
 """... or so far [rad or m], so that a joint that stands leaves its error band and is seen to lag; what the
-joint goes in ``BAND_TIME`` comes on top. Guesses that `python studies/held_arm.py` has not contradicted."""
+joint goes in ``BAND_TIME`` comes on top, ..."""
+LAGS = 2.0
+"""... but no farther than a servo of a known bandwidth w lags at the joint's limit without velocities,
+2 v_max/w. Guesses that `python studies/held_arm.py` has not contradicted."""
 
 
 @jit
@@ -28,7 +31,10 @@ def beyond(K: Any, then: int, i: int, v: float) -> float:
     """How much farther than the bound the reference is ahead of joint i, < 0 where it is not; towards v."""
     off = K.past.q[then, i] - K.feedback.seen[i]
     top = min(K.limits.v_max[i], UNLIMITED)
-    most = max(REST_TIME * top, LEAST) + BAND_SIGMAS * K.feedback.sigma + BAND_TIME * abs(v)
+    most = max(REST_TIME * top, LEAST) + BAND_TIME * abs(v)
+    if K.feedback.servo < inf:
+        most = min(most, max(LAGS * top / K.feedback.servo, LEAST))
+    most += BAND_SIGMAS * K.feedback.sigma
     if K.feedback.kind != TORQUE_DRIVE:
         most += abs(K.held.usual[i])
     return (off if v > 0.0 else -off) - most

@@ -12,7 +12,8 @@ def feedback_fields(N: int) -> Fields:
     the arm takes; ``latency``: ticks by which samples are late; ``span``, ``now``: length and place of the
     ring ``past``; ``refused``: bad samples now; ``stride``: ticks between kept targets; ``culprit``: the
     joint that is farthest from its command, -1 none; ``kappa``, ``hold``, ``stiffness``: bandwidth of the
-    tip's, a velocity arm's and a torque arm's loop [1/s]; ``pole``, ``pole_failed``: of the
+    tip's, a velocity arm's and a torque arm's loop [1/s]; ``servo``: of the slowest servo, inf if it is
+    not known [rad/s]; ``pole``, ``pole_failed``: of the
     observer; ``sigma``: noise of the samples; ``c``: displacement of the target; ``off``: measured tip
     less that of the reference; ``left``: their sum; ``push``: what the displacement feeds forward;
     ``seen``: samples as believed; ``good``: last good ones, ``age`` ticks old, ``offset`` from the
@@ -47,7 +48,7 @@ def feedback_fields(N: int) -> Fields:
         *scalars("i8", "lagging far stored until_stored stride culprit any_counted"),
         *scalars("i8", "brakes moving"),
         *scalars("i8", "unresponsive_count heard place_taken softened touched soft_one soft_other"),
-        *scalars("f8", "kappa hold stiffness pole pole_failed sigma patience"),
+        *scalars("f8", "kappa hold servo stiffness pole pole_failed sigma patience"),
         *scalars("f8", "failed_noise felt_noise missing_noise"),
         *scalars(
             "f8", "tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed"

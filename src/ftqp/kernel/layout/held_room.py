@@ -14,9 +14,9 @@ def held_fields(N: int) -> Fields:
     ``went``: for how long it still counts as one that has just moved, with its sign [s]; ``begun``: its
     reference when all began to stand; ``usual``: how far ahead of its sample it is sent in the
     mean, or by what it is disturbed where it takes torques; ``at``: where it is held, or began to
-    stand; ``way``: the sign of where it was to go.
+    stand; ``near``: where it stands now, as this may go slowly; ``way``: the sign of where it was to go.
     """
-    names = ("last", "speed", "asked", "went", "begun", "usual", "at", "way")
+    names = ("last", "speed", "asked", "went", "begun", "usual", "at", "near", "way")
     return [
         *scalars("i8", "on sees alone"),
         *scalars("f8", "stood still ahead since"),

@@ -1,0 +1,130 @@
+"""An arm that is held as a whole for a while, as by a protective stop, whatever it is sent."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+from ftqp.core.checks import FloatArray, non_negative, positive
+from ftqp.core.errors import InputError
+from ftqp.faults.kinds import Fault, Locked
+from ftqp.model.robot import Robot
+from ftqp.sim.plants.plant import Command, Motors, Plant
+from ftqp.sim.schedule import first_tick
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """All joints stand at once, and follow again later; nobody announces it: ``Hold(2.0, 0.5)``.
+
+    Attributes:
+        at: When it happens, >= 0 [s].
+        duration: For how long, > 0 [s].
+
+    Raises:
+        InputError: A time that is out of its range.
+    """
+
+    at: float
+    duration: float
+
+    def __post_init__(self) -> None:
+        non_negative("time of the hold", self.at, "s")
+        positive("duration of the hold", self.duration, "s")
+
+
+@final
+class HeldPlant(Plant):
+    """Another plant, each joint of which is locked at once by every hold, and repaired when that is over.
+
+    What befell a joint meanwhile befalls it then; one whose brake closed meanwhile goes on standing.
+
+    Args:
+        plant: The arm; one that does exactly what it is told cannot be held.
+        robot: Its robot.
+        dt: Sampling period [s].
+        holds: When all joints stand.
+    """
+
+    __slots__ = ("_failed", "_plant", "_robot", "_spans", "_tick")
+
+    def __init__(self, plant: Plant, robot: Robot, dt: float, holds: Sequence[Hold]) -> None:
+        if plant.drive is None:
+            raise InputError(
+                "this plant does exactly what it is told, so nothing can hold it; take plant 'servo' with a "
+                "base that stands, or 'mujoco'"
+            )
+        self._plant, self._robot, self._tick = plant, robot, 0
+        self._spans = [(first_tick(one.at, dt), first_tick(one.at + one.duration, dt)) for one in holds]
+        self._failed: dict[int, Fault] = {}
+
+    @property
+    def q(self) -> FloatArray:
+        """True joint positions, (nv,) [rad or m]; belongs to the plant."""
+        return self._plant.q
+
+    @property
+    def v(self) -> FloatArray:
+        """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
+        return self._plant.v
+
+    @property
+    def drive(self) -> str | None:
+        """What the arm takes."""
+        return self._plant.drive
+
+    @property
+    def tolerance(self) -> float:
+        """How far a joint that a brake holds may creep in a run [rad or m]."""
+        return self._plant.tolerance
+
+    @property
+    def motors(self) -> Motors | None:
+        """What its motors did in the last time step; None where there are none."""
+        return self._plant.motors
+
+    @property
+    def failure(self) -> str | None:
+        """Why the simulation of the arm cannot go on, or None."""
+        return self._plant.failure
+
+    def reset(self, q: FloatArray, v: FloatArray) -> None:
+        """Put the healthy arm at (q, v), (nv,) each, before the first hold."""
+        self._plant.reset(q, v)
+        self._tick = 0
+        self._failed.clear()
+
+    def fail(self, fault: Fault) -> None:
+        """From now on, or when the hold is over, the joint of ``fault`` behaves as it says."""
+        self._failed[self._leader(fault.joint)] = fault
+        if not self._is_held(self._tick):
+            self._plant.fail(fault)
+
+    def repair(self, joint: str | int) -> None:
+        """From now on, or when the hold is over, the joint works as if it had never failed."""
+        self._failed.pop(self._leader(joint), None)
+        if not self._is_held(self._tick):
+            self._plant.repair(joint)
+
+    def _leader(self, joint: str | int) -> int:
+        return int(self._robot.chain.lead[self._robot.joint(joint)])
+
+    def _is_held(self, tick: int) -> bool:
+        return any(begin <= tick < end for begin, end in self._spans)
+
+    def advance(self, command: Command) -> None:
+        """Move on by dt, or stand."""
+        held = self._is_held(self._tick)
+        if held != self._is_held(self._tick - 1):
+            for i in range(self._robot.nv):
+                fault = self._failed.get(self._leader(i))
+                if isinstance(fault, Locked):  # stands already, or a brake has closed meanwhile
+                    continue
+                if held:
+                    self._plant.fail(Locked(i, mode="instant"))
+                    continue
+                self._plant.repair(i)
+                if fault is not None:
+                    self._plant.fail(fault)
+        self._plant.advance(command)
+        self._tick += 1
