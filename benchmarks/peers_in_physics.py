@@ -40,8 +40,7 @@ from steps.environments import DEFAULT, NotInstalled  # noqa: E402
 
 import ftqp  # noqa: E402
 from ftqp.app.scenario.setup import load  # noqa: E402
-from ftqp.model.skeleton import Skeleton  # noqa: E402
-from ftqp.sim.rival.beside import ride, strayed  # noqa: E402
+from ftqp.sim.rival.beside import ride, strayed, turned  # noqa: E402
 from ftqp.sim.rival.resolved_rates import ResolvedRates  # noqa: E402
 
 SCENARIO, DEMO = "panda-unannounced", "panda_joint3"
@@ -115,14 +114,12 @@ def choices(joint: str, told: bool, box: bool) -> list[str]:
 def facts(program: str, joint: str, told: bool, log, said: str = "") -> dict[str, object]:
     """A row: t, error, target poses, q and v of a run whose joint broke come to figures."""
     t, error, poses, q, v, at, robot = log
-    tips = Skeleton.of(robot.chain).frames(q)[:, -1, :3, :3]
-    cosine = 0.5 * (np.einsum("kij,kij->k", tips, poses[:, :3, :3]) - 1.0)
-    since, turned = error[t >= at], np.arccos(np.clip(cosine, -1.0, 1.0))[t >= at]
+    since, turn = error[t >= at], turned(robot, q, poses)[t >= at]
     return {
         "program": program, "joint": joint, "told": told, "before": float(error[t < at].max()),
         "after": float(since.max()), "end": float(since[-1]),
-        "turned": float(turned.max()), "turned_end": float(turned[-1]),
-        "weighted": float(np.hypot(since, robot.length * turned).max()),
+        "turned": float(turn.max()), "turned_end": float(turn[-1]),
+        "weighted": float(np.hypot(since, robot.length * turn).max()),
         "speed": float((np.abs(v) / robot.limits.v_max).max()), "said": said, "q": q,
     }  # fmt: skip
 
