@@ -28,7 +28,6 @@ from functools import cache
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -213,7 +212,7 @@ def _cell(rows: list[dict[str, Any]], most: bool) -> str:
     return f"{text} | {np.median(far):.0f}, {max(far):.0f} | {fast}"
 
 
-def table(rows: list[dict[str, Any]], seconds: float) -> str:
+def table(rows: list[dict[str, Any]]) -> str:
     """The report."""
     versions = ", ".join(f"{name} {metadata.version(name)}" for name in PACKAGES)
     per = "finished, of so many that are without a failure | farthest [mm] p50, max | too fast"
@@ -222,8 +221,7 @@ def table(rows: list[dict[str, Any]], seconds: float) -> str:
         "# Joints without motor and brake, told at once",
         "",
         f"`{results.command('told_free_joints', sys.argv[1:])}`, {date.today()}, "
-        f"{platform.machine()} {platform.system()}, Python {platform.python_version()}, {versions}; "
-        f"{seconds:.0f} s.",
+        f"{platform.machine()} {platform.system()}, Python {platform.python_version()}, {versions}.",
         "",
         f"Circles of {RADIUS:g} m in {SECONDS:g} s; the joint fails after {AT:g} s. Friction is dry, a share",
         "of the torque limit, unknown to both. Beside a torque drive damped least squares lead a",
@@ -277,14 +275,13 @@ def main() -> None:
     results.add_out(parser, "told_free_joints")
     parser.add_argument("--json", action="store_true", help="print every row as JSON and write nothing")
     given = parser.parse_args()
-    began = perf_counter()
     names, drives = (["xarm7"], ["position"]) if given.quick else (given.arms, given.drives)
     with ProcessPoolExecutor(given.jobs) as pool:
         rows = list(pool.map(_of, episodes(names, drives, given.seeds)))
     if given.json:
         print(json.dumps(rows))
         return
-    report = table(rows, perf_counter() - began)
+    report = table(rows)
     stem = results.stem("told_free_joints", name=None, quick=given.quick)
     results.written({"rows": rows}, report, given.out, stem)
     print(report)
