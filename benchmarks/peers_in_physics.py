@@ -1,6 +1,6 @@
 """pink, placo, mink, OInK and resolved rates on the arm of the demo, in physics, told of the lock and not.
 
-    python benchmarks/peers_in_physics.py           every joint, a box in the way, eight goals: half an hour
+    python benchmarks/peers_in_physics.py           every joint, a box in the way, eight goals: an hour
     python benchmarks/peers_in_physics.py --jobs 4  the same in four processes
     python benchmarks/peers_in_physics.py --quick   the demo's joint, the box, one goal
     python benchmarks/peers_in_physics.py --env-dir DIR   where the peers are, or are installed
@@ -11,9 +11,9 @@ the lock of joint 3. Then it goes to poses that need another posture once a join
 All peers are wired well: they solve at the measured joints with feedback and the target's twist, a radian of
 the tip weighs what it weighs for ftqp (``robot.length``), and their speeds are integrated to what the servos
 are sent, within range, speed and acceleration. Told of a lock, they take that joint out. Each is tried with
-three gains on the locks of joints 2 and 4, where peers stray most, and keeps the one that strays least in
-these weights, one when told and one when not. Rows in which a peer is as good or better are published like
-all others, and the best of each row is bold.
+three gains in every row, on every joint and on the way to every goal, and the one that strays least there in
+these weights is published, as nobody could know it before. Rows in which a peer is as good or better are
+published like all others, and the best of each row is bold.
 """
 
 import argparse
@@ -22,6 +22,7 @@ import sys
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from itertools import repeat
 from pathlib import Path
 
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
@@ -39,15 +40,12 @@ from steps.environments import DEFAULT, NotInstalled  # noqa: E402
 
 import ftqp  # noqa: E402
 from ftqp.app.scenario.setup import load  # noqa: E402
-from ftqp.model.skeleton import Skeleton  # noqa: E402
-from ftqp.sim.rival.beside import ride, strayed  # noqa: E402
+from ftqp.sim.rival.beside import ride, strayed, turned  # noqa: E402
 from ftqp.sim.rival.resolved_rates import ResolvedRates  # noqa: E402
 
 SCENARIO, DEMO = "panda-unannounced", "panda_joint3"
 GAINS = (60.0, 30.0, 120.0)
 """Feedback of the rivals [1/s]: that of `studies/well_wired.py`, half and twice it."""
-TRIED = ("panda_joint2", "panda_joint4")
-"""The locks on which a gain is chosen: six joints then cannot keep the task at every instant."""
 BOX = (0.12, 0.12, 0.12, -0.2, -0.3, 0.5)
 """Edges and middle [m]: the elbow would come to stand in it after the lock of joint 3, and not before."""
 KEEP = 0.02
@@ -116,14 +114,12 @@ def choices(joint: str, told: bool, box: bool) -> list[str]:
 def facts(program: str, joint: str, told: bool, log, said: str = "") -> dict[str, object]:
     """A row: t, error, target poses, q and v of a run whose joint broke come to figures."""
     t, error, poses, q, v, at, robot = log
-    tips = Skeleton.of(robot.chain).frames(q)[:, -1, :3, :3]
-    cosine = 0.5 * (np.einsum("kij,kij->k", tips, poses[:, :3, :3]) - 1.0)
-    since, turned = error[t >= at], np.arccos(np.clip(cosine, -1.0, 1.0))[t >= at]
+    since, turn = error[t >= at], turned(robot, q, poses)[t >= at]
     return {
         "program": program, "joint": joint, "told": told, "before": float(error[t < at].max()),
         "after": float(since.max()), "end": float(since[-1]),
-        "turned": float(turned.max()), "turned_end": float(turned[-1]),
-        "weighted": float(np.hypot(since, robot.length * turned).max()),
+        "turned": float(turn.max()), "turned_end": float(turn[-1]),
+        "weighted": float(np.hypot(since, robot.length * turn).max()),
         "speed": float((np.abs(v) / robot.limits.v_max).max()), "said": said, "q": q,
     }  # fmt: skip
 
@@ -210,12 +206,13 @@ def to_goal(case, program, told: bool, env_dir: Path) -> dict[str, float]:
             ).q[-1]  # fmt: skip
     T = robot.pose(end)
     turned = np.arccos(np.clip(0.5 * (np.trace(T[:3, :3].T @ goal[:3, :3]) - 1.0), -1.0, 1.0))
-    return {"off": float(np.linalg.norm(T[:3, 3] - goal[:3, 3])), "turned": float(turned)}
+    off = float(np.linalg.norm(T[:3, 3] - goal[:3, 3]))
+    return {"off": off, "turned": float(turned), "weighted": float(np.hypot(off, robot.length * turned))}
 
 
-def ridden(job) -> tuple[dict[str, object], dict]:
+def ridden(job, env_dir: Path) -> tuple[dict[str, object], dict]:
     """What a program did round the circle, past the box or not, and its versions."""
-    program, joint, told, box, env_dir = job
+    program, joint, told, box = job
     if program == "ftqp":
         row, force, versions = own(joint, told, box), 0.0, {}
     else:
@@ -227,20 +224,19 @@ def ridden(job) -> tuple[dict[str, object], dict]:
     return row, versions
 
 
-def led(job) -> dict[str, float]:
+def led(job, env_dir: Path) -> dict[str, float]:
     """Where a program ended that was led to a goal."""
-    return to_goal(*job)
+    return to_goal(*job, env_dir)
 
 
-def tuned(rivals, joints, told: bool, pool, env_dir: Path):
-    """The rivals, each with its best gain, and what they did on the locks that were tried."""
-    tried = [joint for joint in TRIED if joint in joints] or joints[:1]
-    wired = [(*rival, gain) for rival in rivals for gain in (GAINS if rival[1] else GAINS[:1])]
-    jobs = [(program, joint, told, False, env_dir) for program in wired for joint in tried]
-    done = dict(zip(jobs, pool.map(ridden, jobs), strict=True))
-    strays = {one: sum(row["weighted"] for job, (row, _) in done.items() if job[0] == one) for one in wired}
-    best = [min((one for one in wired if one[:2] == rival), key=strays.__getitem__) for rival in rivals]
-    return best, done
+def wired(program) -> list:
+    """A program with every gain that it is tried with; ftqp has none."""
+    return [program] if program == "ftqp" else [(*program, gain) for gain in GAINS]
+
+
+def best(rows):
+    """Of one program's rows of one case, a gain each, the one that strays least in the task's weights."""
+    return min(rows, key=lambda row: row["weighted"])
 
 
 def main() -> int:
@@ -250,32 +246,33 @@ def main() -> int:
     versions, left_out = {}, {}
     rivals = [one for one in RIVALS if one[1] is None or _there(one, options.env_dir, left_out)]
     cases = goals(1 if options.quick else options.goals)
-    circle, box, arrivals = [], [], []
+    programs = ["ftqp", *rivals]
+    circles = [(who, joint, told, False) for told in (False, True) for who in programs for joint in joints]
+    past = [who for who in programs if who == "ftqp" or who[1] in SEE_THE_BOX]
+    boxes = [(who, DEMO, told, True) for told in (False, True) for who in past]
+    trips = [(case, who, told) for told in (False, True) for who in programs for case in cases]
+    rides = [(one, *case) for who, *case in circles + boxes for one in wired(who)]
+    ways = [(case, one, told) for case, who, told in trips for one in wired(who)]
     with ProcessPoolExecutor(options.jobs) as pool:
-        rides, trips, done = [], [], {}
-        for told in (False, True):
-            there, tried = tuned(rivals, joints, told, pool, options.env_dir)
-            done |= tried
-            programs = ["ftqp", *there]
-            rides += [(who, joint, told, False, options.env_dir) for who in programs for joint in joints]
-            past = [who for who in programs if who == "ftqp" or who[1] in SEE_THE_BOX]
-            rides += [(who, DEMO, told, True, options.env_dir) for who in past]
-            trips += [(case, who, told, options.env_dir) for who in programs for case in cases]
-        new = [one for one in rides if one not in done]
-        done |= zip(new, pool.map(ridden, new), strict=True)
-        for one in rides:
-            row, found = done[one]
-            (box if one[3] else circle).append(row)
-            versions |= found
-        arrivals += pool.map(led, trips)
+        found = iter(list(pool.map(ridden, rides, repeat(options.env_dir))))
+        arrived = iter(list(pool.map(led, ways, repeat(options.env_dir))))
+    rows = []
+    for who, *_ in circles + boxes:
+        tried = [next(found) for _ in wired(who)]
+        rows.append(best([row for row, _ in tried]))
+        versions |= tried[0][1]
+    circle, box = rows[: len(circles)], rows[len(circles) :]
+    arrivals = [best([next(arrived) for _ in wired(who)]) for _, who, _ in trips]
     _say("")
     ends = []
     for k in range(0, len(trips), max(1, len(cases))):
-        (_, who, told, _), done = trips[k], arrivals[k : k + len(cases)]
+        (_, who, told), done = trips[k], arrivals[k : k + len(cases)]
         reached = sum(one["off"] <= ARRIVED and one["turned"] <= TURNED for one in done)
-        off = float(np.median([one["off"] for one in done]))
         name = who if isinstance(who, str) else who[0]
-        ends.append({"program": name, "told": told, "reached": reached, "of": len(done), "off": off})
+        off, turned = (float(np.median([one[what] for one in done])) for what in ("off", "turned"))
+        ends.append(
+            {"program": name, "told": told, "reached": reached, "of": len(done), "off": off, "turned": turned}
+        )
     settings = {"joints": len(joints), "goals": len(cases), "gains": list(GAINS)}
     result = {
         **circumstances("peers_in_physics", [], settings),
@@ -300,8 +297,14 @@ def _there(rival, env_dir: Path, left_out: dict) -> bool:
         return False
 
 
+def _bold(texts, values) -> tuple[str, ...]:
+    """The texts of a row, those of its least value bold."""
+    least = min(values)
+    return tuple(f"**{one}**" if at == least else one for one, at in zip(texts, values, strict=True))
+
+
 def circle_tables(rows, told: bool) -> list[Table]:
-    """Every joint's lock, a column a program: largest and last distance, and the same of the attitude."""
+    """Every joint's lock, a column a program: largest and last distance, the same of the attitude, gains."""
     programs = list(dict.fromkeys(row["program"] for row in rows))
     joints = list(dict.fromkeys(row["joint"] for row in rows))
     at = {(row["program"], row["joint"]): row for row in rows if row["told"] == told}
@@ -315,17 +318,10 @@ def circle_tables(rows, told: bool) -> list[Table]:
         for joint in joints:
             of = [at[program, joint] for program in programs]
             ends = ["stopped" if one["said"] in STOPPED else f"then {1e3 * one[last]:.2f}" for one in of]
-            said = [f"{1e3 * one[largest]:.2f}, {end}" for one, end in zip(of, ends, strict=True)]
-            least = min(one[largest] for one in of)
-            said = [
-                f"**{text}**" if one[largest] == least else text for text, one in zip(said, of, strict=True)
-            ]
-            lines.append((joint.removeprefix("panda_joint"), *said))
-        note = (
-            f"Largest {what} after the brake has closed, and the last one [{unit}]. Gains: "
-            + ", ".join(f"{name} {at[name, joints[0]]['gain']:g}" for name in programs[1:])
-            + " 1/s."
-        )
+            most = [f"{1e3 * one[largest]:.2f}" for one in of]
+            said = [f"{one}, {end}" for one, end in zip(most, ends, strict=True)]
+            lines.append((joint.removeprefix("panda_joint"), *_bold(said, [float(one) for one in most])))
+        note = f"Largest {what} after the brake has closed, and the last one [{unit}]."
         if largest == "turned":
             fastest = [max(at[program, joint]["speed"] for joint in joints) for program in programs]
             lines.append(("fastest joint", *(f"{100 * one:.0f} %" for one in fastest)))
@@ -333,40 +329,72 @@ def circle_tables(rows, told: bool) -> list[Table]:
         tables.append(
             Table(title=f"{title} [{unit}]", headings=("joint", *programs), rows=lines, notes=(note,))
         )
+    gains = [
+        (joint.removeprefix("panda_joint"), *(f"{at[program, joint]['gain']:g}" for program in programs[1:]))
+        for joint in joints
+    ]
+    tried = ", ".join(f"{gain:g}" for gain in sorted(GAINS))
+    note = f"Of {tried} 1/s the one that strays least in that row, distance and turn together."
+    tables.append(
+        Table(title=f"{title}: gains [1/s]", headings=("joint", *programs[1:]), rows=gains, notes=(note,))
+    )
     return tables
+
+
+def _compared(rows, columns) -> list[tuple[str, ...]]:
+    """Lines of a table, told and not apart: (text of a row, what is least for the best, or None)."""
+    lines = []
+    for told in (False, True):
+        of = [row for row in rows if row["told"] == told]
+        cells = [[row["program"] for row in of], ["yes" if told else "no"] * len(of)]
+        for text, least in columns:
+            texts = [text(row) for row in of]
+            cells.append(texts if least is None else _bold(texts, [least(row) for row in of]))
+        lines += list(zip(*cells, strict=True))
+    return lines
+
+
+def _in_thousandths(what: str):
+    """A column of that entry in mm or mrad, the least being the best."""
+    return (lambda row: f"{1e3 * row[what]:.1f}", lambda row: round(1e3 * row[what], 1))
 
 
 def _box_table(rows) -> Table:
     """The box."""
-    lines = [
-        (row["program"], "yes" if row["told"] else "no", f"{1e3 * row['near']:.1f}", f"{row['force']:.0f}",
-         f"{1e3 * row['after']:.1f}", f"{1e3 * row['end']:.1f}", f"{1e3 * row['turned']:.0f}")
-        for row in rows
-    ]  # fmt: skip
+    columns = [
+        (lambda row: f"{1e3 * row['near']:.1f}", lambda row: -round(1e3 * row["near"], 1)),
+        (lambda row: f"{row['force']:.0f}", None),
+        *(_in_thousandths(what) for what in ("after", "end", "turned", "turned_end")),
+    ]
     headings = (
         "program", "told", "nearest [mm]", "force [N]", "off at most [mm]", "off at the end [mm]",
-        "turned at most [mrad]",
+        "turned at most [mrad]", "turned at the end [mrad]",
     )  # fmt: skip
     note = (
         "The brake of joint 3 closes; a box stands where the elbow then goes, and six joints cannot keep "
-        f"the tip's pose and pass it, too. Asked were {1e3 * KEEP:g} mm; the force is the hardest contact."
+        f"the tip's pose and pass it, too. Asked were {1e3 * KEEP:g} mm; the force is the hardest contact. "
+        "A peer has the gain that strays least; bold is the best of a column, told and not."
     )
-    return Table(title="A box in the way", headings=headings, rows=lines, notes=(note,))
+    return Table(title="A box in the way", headings=headings, rows=_compared(rows, columns), notes=(note,))
 
 
 def _goal_table(rows) -> Table:
     """The goals."""
-    lines = [
-        (row["program"], "yes" if row["told"] else "no", f"{row['reached']} of {row['of']}",
-         f"{1e3 * row['off']:.1f}")
-        for row in rows
-    ]  # fmt: skip
+    columns = [
+        (lambda row: f"{row['reached']} of {row['of']}", lambda row: -row["reached"]),
+        *(_in_thousandths(what) for what in ("off", "turned")),
+    ]
     note = (
         f"A brake closes {BRAKES_AT:g} s after the start. Six joints reach the goal, but not straight on. "
-        f"Reached is within {1e3 * ARRIVED:g} mm and {TURNED:g} rad at the end; 'off' is the median."
+        f"Reached is within {1e3 * ARRIVED:g} mm and {TURNED:g} rad at the end; the others are medians. At "
+        "each goal a peer has the gain that ends nearest; bold is the best of a column, told and not."
     )
-    headings = ("program", "told", "goals reached", "off at the end [mm]")
-    return Table(title="Goals that need another posture", headings=headings, rows=lines, notes=(note,))
+    return Table(
+        title="Goals that need another posture",
+        headings=("program", "told", "goals reached", "off at the end [mm]", "turned at the end [mrad]"),
+        rows=_compared(rows, columns),
+        notes=(note,),
+    )
 
 
 def _say(text: str) -> None:

@@ -70,21 +70,12 @@ def test_what_a_peer_asks_for_is_sent_within_limits_and_a_lock_stands_at_once():
     assert program.wait() == 0 and unsolved == 1 and q[0] <= 0.05
 
 
-class Rides:
-    """In place of a pool: how far each gain strays is known."""
-
-    def __init__(self, strays: dict[float, float]) -> None:
-        self._strays = strays
-
-    def map(self, _, jobs):
-        """A row a job."""
-        return [({"weighted": self._strays[job[0][2]]}, {}) for job in jobs]
-
-
-def test_a_rival_keeps_the_gain_that_strays_least_in_the_weights_of_the_task():
-    strays = {gain: abs(gain - 31.0) for gain in peers_in_physics.GAINS}
-    rivals, done = peers_in_physics.tuned([("pink", "pink")], ["panda_joint4"], True, Rides(strays), ROOT)
-    assert rivals == [("pink", "pink", 30.0)] and len(done) == len(peers_in_physics.GAINS)
+def test_a_rival_is_tried_with_every_gain_and_keeps_in_each_row_the_one_that_strays_least():
+    tried = peers_in_physics.wired(("pink", "pink"))
+    assert [gain for *_, gain in tried] == list(peers_in_physics.GAINS)
+    assert peers_in_physics.wired("ftqp") == ["ftqp"]
+    rows = [{"gain": gain, "weighted": abs(gain - 31.0)} for *_, gain in tried]
+    assert peers_in_physics.best(rows)["gain"] == 30.0
 
 
 def test_a_turn_of_the_tip_counts_as_much_as_its_length_says():
@@ -105,6 +96,7 @@ def test_the_best_of_each_row_is_bold():
         {"program": "ftqp", "after": 1e-3, "turned": 2e-3, **shared},
         {"program": "pink", "after": 2e-3, "turned": 1e-3, "gain": 60.0, **shared},
     ]
-    near, straight = peers_in_physics.circle_tables(rows, True)
+    near, straight, gains = peers_in_physics.circle_tables(rows, True)
     assert near.rows[0] == ("1", "**1.00, then 0.00**", "2.00, then 0.00")
     assert straight.rows[0] == ("1", "2.00, then 0.00", "**1.00, then 0.00**")
+    assert gains.rows == [("1", "60")]

@@ -167,3 +167,51 @@ def test_path_goes_on_beside_a_joint_that_friction_holds():
         q = np.where(np.arange(7) == WRIST, q if k >= 300 else step.q, step.q)
     assert np.diff(progress).min() > 0.0 and progress[-1] > progress[299] + 0.2
     assert planner.stopped_because is None
+
+
+def _said(drive, joint, *, reported_at=None):
+    """What a planner says when of a Panda whose joint has no motor from tick 700 on, and its findings.
+
+    It has a detector, or is told at a tick and has none.
+    """
+    robot = ftqp.robots.load("panda")
+    plant = ftqp.MujocoPlant(robot, DT, ftqp.JointServo(robot, drive))
+    detector = ftqp.Detector() if reported_at is None else None
+    planner = ftqp.Planner(robot, DT, drive=drive, noise=ftqp.Noise(q=1e-4), detector=detector)
+    planner.reset(robot.neutral)
+    plant.reset(robot.neutral, np.zeros(7))
+    path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.1, duration=4.0)
+    way, target, rng = (
+        path.sample(DT * np.arange(1000)),
+        ftqp.Target(pose=path.start),
+        np.random.default_rng(1),
+    )
+    said = []
+    for k in range(1000):
+        if k == 700:
+            plant.fail(ftqp.FreeSwinging(joint))
+        if k == reported_at:
+            planner.report(ftqp.FreeSwinging(joint))
+        target.at(way.pose[k], way.twist[k], way.acceleration[k])
+        step = planner.step(plant.q + 1e-4 * rng.standard_normal(7), None, target)
+        plant.advance(step)
+        for what in ("has no motor", "swings freely"):
+            if what in (step.notice or "") and what not in dict(said):
+                said.append((what, k))
+    return said, planner.findings
+
+
+@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
+@pytest.mark.parametrize("joint", [3, 4])
+def test_joint_that_a_detector_finds_goes_the_way_of_one_that_is_told(drive, joint):
+    found, (finding,) = _said(drive, joint)
+    assert finding.joint == f"panda_joint{joint + 1}" and finding.kinds == {"free_swinging"}
+    at = found[0][1]
+    told, _ = _said(drive, joint, reported_at=at)
+    assert [what for what, _ in told] == [what for what, _ in found]
+    assert all(abs(k - m) <= 1 for (_, k), (_, m) in zip(told, found, strict=True))
+    if drive == "torque":
+        assert [what for what, _ in found] == ["swings freely"]
+    else:
+        (_, measured), (_, swings) = found
+        assert 45 <= swings - measured <= 60

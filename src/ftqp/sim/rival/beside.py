@@ -63,6 +63,19 @@ def strayed(log: Log) -> FloatArray:
     return np.asarray(np.linalg.norm(log["tip"][:, :3] - log["target"][:, :3], axis=1))
 
 
+def turned(robot: Robot, q: FloatArray, poses: FloatArray) -> FloatArray:
+    """How far the tip of an arm was turned away from where it should have been, (K,) [rad].
+
+    Args:
+        robot: The arm.
+        q: Where its joints truly were, (K, nv) [rad or m].
+        poses: Where its tip should have been, (K, 4, 4).
+    """
+    tips = Skeleton.of(robot.chain).frames(q)[:, -1, :3, :3]
+    cosine = 0.5 * (np.einsum("kij,kij->k", tips, poses[:, :3, :3]) - 1.0)
+    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
 def ride(
     rival: Rival,
     robot: Robot,
