@@ -127,11 +127,32 @@ def test_at_an_exact_singularity_the_modes_are_those_of_the_modulus_with_its_flo
     modulus = A.T @ A + S  # S > 0 there: the target is beyond the stretched arm
     floors = [max(abs(x), 0.1 * z @ modulus @ z, 0.15 * s) for x, z in zip(mu, Z.T, strict=True)]
     v = A[1] / np.linalg.norm(A[1])
-    phi = max(0.0, 1.0 - A[1] @ A[1] / s)
+    phi = max(0.0, 1.0 - A[1] @ A[1] / spread(K.chain, K.calm))
     T = np.eye(4) - (1.0 - np.sqrt(phi)) * np.outer(v, v)
     expected = T @ (Z @ np.diag(floors) @ Z.T - A.T @ A) @ T
     np.testing.assert_allclose(K.calm.D[:4, :4], expected, atol=1e-12)
     assert not K.calm.kick[:4].any()
+
+
+@pytest.mark.parametrize("name", ["panda", "iiwa14", "planar(4)"])
+def test_the_metric_sets_in_at_zero(name):
+    """With the norm of S in place of its bound it began with a part of itself, and ticks took turns."""
+    robot, K = record_of(name)
+    m, rng = int(K.task.m), np.random.default_rng(6)
+    q, pose = near(robot, rng, 0.01)
+    way = pose[:3, 3] - robot.pose(q)[:3, 3]
+    low, high = 0.0, 1e3
+    for _ in range(80):  # the least share of the way at which there is a metric
+        share = 0.5 * (low + high)
+        pose[:3, 3] = robot.pose(q)[:3, 3] + share * way
+        look(K, robot, q, pose)
+        square = weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.calm)
+        s = curvature(K.faults, K.task, K.kinematics, K.chain, K.calm)
+        count = find_metric(K, s, square)
+        low, high, psi = (low, share, float(K.calm.psi)) if count >= m else (share, high, np.inf)
+        if count >= m and high - low < 1e-9 * high:
+            break
+    assert psi < 1e-6 and np.abs(K.calm.D).max() < 1e-6 * s
 
 
 @pytest.mark.slow
@@ -151,7 +172,7 @@ def test_there_is_no_kick_while_the_rows_can_remove_most_of_the_error():
             continue
         A, e = K.calm.A[:6, K.calm.free[:count]], K.calm.e[:6]
         U, sigma, _ = np.linalg.svd(A)
-        lost = np.maximum(0.0, 1.0 - sigma**2 / s) @ (U.T @ e) ** 2
+        lost = np.maximum(0.0, 1.0 - sigma**2 / spread(K.chain, K.calm)) @ (U.T @ e) ** 2
         modes = np.linalg.eigvalsh(A.T @ A + K.calm.S[np.ix_(K.calm.free[:count], K.calm.free[:count])])
         if lost < 0.49 * square and modes[0] < -0.05 * s:
             seen += 1

@@ -7,6 +7,7 @@ from ftqp.kernel.calm.calm_qp import pose_calm
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, TARGET_HAS_ROTATION, TARGET_TWIST
 from ftqp.kernel.maths.cholesky import factor, solve_factored
+from ftqp.kernel.rows.path_rows import LEAST_IN_CALM
 
 SLOW = 0.5
 """Rate of a path below which its ticks may be posed in calm. Faster paths are posed as if there were no calm
@@ -72,6 +73,29 @@ def begin_calm_on_path(K: Any, path: Any, kp: float) -> None:
             for j in range(n):
                 qp.g[i] -= kv * calm.D[i, j] * path.drive[j]
     _hold_rate(K.faults, K.chain, qp, calm, path, weight)
+    if state.level != ACCELERATION:
+        _approach(state, task, K.chain, qp, calm, path, kp)
+
+
+@jit
+def _approach(state: Any, task: Any, chain: Any, qp: Any, calm: Any, path: Any, kp: float) -> None:
+    """Velocity level: in a tick joints and rate go a share of the way to the optimum, critically damped.
+
+        g <- c g - (1 - c) (H (v, s') + (A, -x')'(x'' s'^2 - Jdot v) dt),  c = 4 kp dt/(1 + 4 kp dt)
+
+    s' is the last rate. The last term is what the rows of the motion (v, s') change by in a tick.
+    Source: docs/theory/calm.md, "Paths that wait".
+    """
+    n, near = chain.n, 1.0 / (1.0 + 4.0 * kp * state.dt)
+    own = max(path.rate, LEAST_IN_CALM)
+    for i in range(n + 1):
+        x = qp.H[i, n] * path.rate
+        for j in range(n):
+            x += qp.H[i, j] * state.v[j]
+        for k in range(task.m):
+            row = calm.rate[k] if i == n else calm.A[k, i]
+            x += row * own * own * path.bend[k] * state.dt / sqrt(task.yielding[task.rows[k]])
+        qp.g[i] = (1.0 - near) * qp.g[i] - near * x
 
 
 @jit
