@@ -99,12 +99,12 @@ def _see_singular_directions(task: Any, calm: Any, count: int) -> None:
 
 
 @jit
-def _lost(task: Any, calm: Any, bound: float) -> float:
+def _lost(task: Any, calm: Any, s: float) -> float:
     """sum_k phi_k (u_k'e)^2: what of e'e lies where the curvature outweighs the rows, see ``_fade``."""
     m = task.m
     lost = 0.0
     for k in range(m):
-        phi = 1.0 - max(calm.squares[k], 0.0) / bound
+        phi = 1.0 - max(calm.squares[k], 0.0) / s
         if phi > 0.0:
             x = 0.0
             for r in range(m):
@@ -114,9 +114,7 @@ def _lost(task: Any, calm: Any, bound: float) -> float:
 
 
 @jit
-def _newton_metric(
-    faults: Any, task: Any, calm: Any, count: int, s: float, bound: float, square: float
-) -> None:
+def _newton_metric(faults: Any, task: Any, calm: Any, count: int, s: float, square: float) -> None:
     """D <- P - A'A from D = |S|, and the kick.
 
         P_FF = Z diag(max(|mu_k|, FLOOR z_k'(A'A + |S|)z_k, nu_k s)) Z',  P_BB = (A'A + |S|)_BB,  P_FB = 0
@@ -135,7 +133,7 @@ def _newton_metric(
             G[a, b] = G[b, a] = gain
             W[a, b] = gain + calm.S[i, j]
     eigensystem(W, count, calm.values, calm.beside, Z)
-    stuck = square > LEAST and _lost(task, calm, bound) >= LOST * square
+    stuck = square > LEAST and _lost(task, calm, s) >= LOST * square
     for k in range(count):
         mu, z = calm.values[k], Z[k]
         along = stiff = 0.0
@@ -183,21 +181,20 @@ def _kick(calm: Any, count: int, mode: int, along: float, size: float) -> None:
 
 
 @jit
-def _fade(faults: Any, task: Any, calm: Any, count: int, bound: float) -> None:
+def _fade(faults: Any, task: Any, calm: Any, count: int, s: float) -> None:
     """D <- psi T D T and kick <- psi T kick: the metric is there only where it is needed.
 
-        T = 1 - sum_k (1 - sqrt(phi_k)) v_k v_k',  phi_k = max(0, 1 - sigma_k^2/bound),
-        psi = max(0, 1 - sigma_min^2/bound)
+        T = 1 - sum_k (1 - sqrt(phi_k)) v_k v_k',  phi_k = max(0, 1 - sigma_k^2/s),
+        psi = max(0, 1 - sigma_min^2/s)
 
-    sigma_k and v_k are those of A over the free joints, ``bound`` is that on the eigenvalues of S from which
-    on there is a metric, so that it sets in at zero.
+    sigma_k and v_k are those of A over the free joints.
     """
     m, w, D, U = task.m, faults.working, calm.D, calm.U
     least = calm.squares[0]
     for k in range(m):
         square = max(calm.squares[k], 0.0)
         least = min(least, square)
-        phi = max(0.0, 1.0 - square / bound)
+        phi = max(0.0, 1.0 - square / s)
         t = 1.0 - sqrt(phi)
         if t <= 0.0 or square <= 0.0:
             continue
@@ -211,7 +208,7 @@ def _fade(faults: Any, task: Any, calm: Any, count: int, bound: float) -> None:
                 x += U[k, r] * calm.A[r, i]
             v[i] = x * inverse
         _project(faults, calm, t)
-    psi = max(0.0, 1.0 - max(least, 0.0) / bound)
+    psi = max(0.0, 1.0 - max(least, 0.0) / s)
     calm.psi = psi
     for a in range(w):
         i = faults.order[a]
@@ -254,15 +251,13 @@ def find_metric(K: Any, s: float, square: float) -> int:
         gram_of_rows(K.task, K.calm, count)
         if exceeds(K.task, K.calm, s):
             return -1
-    bound = spread(K.chain, K.calm)
-    if count >= K.task.m:
         gram_of_rows(K.task, K.calm, count)
-        if exceeds(K.task, K.calm, bound):
+        if exceeds(K.task, K.calm, spread(K.chain, K.calm)):
             return -1
     _add_modulus(K.faults, K.chain, K.calm)
     K.calm.psi = 1.0
     if count > 0:
         _see_singular_directions(K.task, K.calm, count)
-        _newton_metric(K.faults, K.task, K.calm, count, s, bound, square)
-        _fade(K.faults, K.task, K.calm, count, bound)
+        _newton_metric(K.faults, K.task, K.calm, count, s, square)
+        _fade(K.faults, K.task, K.calm, count, s)
     return count

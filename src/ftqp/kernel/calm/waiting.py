@@ -4,6 +4,7 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.calm.calm_qp import pose_calm
+from ftqp.kernel.calm.curvature import spread
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, TARGET_HAS_ROTATION, TARGET_TWIST
 from ftqp.kernel.maths.cholesky import factor, solve_factored
@@ -37,6 +38,29 @@ def leave_calm(qp: Any, calm: Any) -> None:
         calm.entered, qp.warm = 0, 0
 
 
+@jit
+def set_in_at_zero(faults: Any, task: Any, chain: Any, calm: Any) -> None:
+    """D <- D psi_t/psi, and the kick: a metric that begins with a step where it begins is 0 there.
+
+        psi_t = max(0, 1 - sigma_min^2/t),  t = (tr S^4)^(1/4)
+
+    A path would take turns at that step: it waits for what D holds back, and leaves D as it waits. It needs
+    ``find_metric``.
+    """
+    least = calm.squares[0] if calm.count > 0 else 0.0
+    for k in range(1, task.m):
+        least = min(least, calm.squares[k])
+    psi = max(0.0, 1.0 - max(least, 0.0) / spread(chain, calm))
+    if not psi < calm.psi:
+        return
+    share, calm.psi = psi / calm.psi, psi
+    for a in range(faults.working):
+        i = faults.order[a]
+        calm.kick[i] *= share
+        for b in range(faults.working):
+            calm.D[i, faults.order[b]] *= share
+
+
 @rare_jit
 def begin_calm_on_path(K: Any, path: Any, kp: float) -> None:
     """The QP of calm with the path rate as the last variable: A x - x' s - b in place of A x - b.
@@ -51,6 +75,7 @@ def begin_calm_on_path(K: Any, path: Any, kp: float) -> None:
     s, g = weight, calm.soft * qp.g[n]
     for k in range(task.m):
         task.asked[k] = qp.b[k]
+    set_in_at_zero(K.faults, task, K.chain, calm)
     pose_calm(K, kp)
     for k in range(task.m):
         calm.rate[k] = qp.A[k, n] / sqrt(task.yielding[task.rows[k]])
