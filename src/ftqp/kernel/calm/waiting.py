@@ -98,7 +98,7 @@ def begin_calm_on_path(K: Any, path: Any, kp: float) -> None:
             for j in range(n):
                 qp.g[i] -= kv * calm.D[i, j] * path.drive[j]
     _hold_rate(K.faults, K.chain, qp, calm, path, weight)
-    if state.level != ACCELERATION:
+    if state.level != ACCELERATION and calm.count == K.faults.working:
         _approach(state, task, K.chain, qp, calm, path, kp)
 
 
@@ -108,6 +108,7 @@ def _approach(state: Any, task: Any, chain: Any, qp: Any, calm: Any, path: Any, 
 
         g <- c g - (1 - c) (H (v, s') + (A, -x')'(x'' s'^2 - Jdot v) dt),  c = 4 kp dt/(1 + 4 kp dt)
 
+    Not where a joint is pressed against its range: there the path has to stop at once, or the tip leaves it.
     s' is the last rate. The last term is what the rows of the motion (v, s') change by in a tick.
     Source: docs/theory/calm.md, "Paths that wait".
     """

@@ -42,7 +42,7 @@ STOP_SHARE_NEAR = 0.8
 BEND_SHARE = 0.5
 """Share of the acceleration limits that the bend of the path may use. The other half is that of STOP_SHARE,
 because both act at once."""
-FOLLOWS_BEND = 0.02
+FOLLOWS_BEND = 0.01
 """The rate goes to the limit of a bend with this time constant [s]. The limit depends on what the rate moves:
 with half of the way in every tick the two went to and fro at 2 and 5 ms (docs/theory/path-progress.md, "How
 fast the rate may be"). A guess that the campaigns have not contradicted."""
