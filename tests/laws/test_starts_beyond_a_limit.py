@@ -63,6 +63,17 @@ def test_an_arm_that_starts_beyond_a_limit_comes_back_and_is_not_stopped(name, l
         )
 
 
+def test_so_does_a_slow_arm_whose_tip_passes_its_target():
+    """As it passed, its error neither rose nor fell, and what the way back has left was taken for gone."""
+    robot = ftqp.robots.load("canadarm2")
+    planner = ftqp.Planner(robot, 5.0 * DT)
+    q = robot.neutral.copy()
+    q[2] = robot.limits.q_min[2] - 0.4
+    planner.reset(q)
+    *_, last = led(planner, q, ftqp.Target(pose=robot.pose(q)), 4000)
+    assert planner.stopped_because is None and farthest(robot, last.q) <= 1e-6
+
+
 @pytest.mark.parametrize("drive", ["velocity", "torque"])
 def test_so_does_one_whose_drives_take_velocities_or_torques(drive):
     robot = ftqp.robots.load("iiwa14")

@@ -146,7 +146,11 @@ def _missed(arm: ModelFile, run: Trace, k: int) -> float:
     """By how much the arm misses the end of its task, as a share of the tolerance, or of the path.
 
     The search takes ``SLOWED`` times the time of the path that is left at tick k. Where the run ends sooner,
-    the arm is given that time, too, in which it goes on at the pace that it has in the end.
+    the arm is given that time, too, in which it goes on at the pace that it has in the end. What a search
+    does in 4.1 s nobody can ask for in 2.4 s: of `ftqp campaign safety` episode 376 has done 0.76 of its path
+    then, on its way past a singularity with the acceleration of a bend, and all of it after 3.0 s (``--replay
+    376 --set scenario.simulation.duration=3.0``). An arm that stands in the end is given nothing. One that
+    would only come to stand later is not seen; a longer run sees it.
     """
     position, rotation = errors(arm, run)
     share = max(position[-1] / run.tolerance[0], rotation[-1] / run.tolerance[1]) - 1.0

@@ -10,6 +10,7 @@ from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.curvature import curvature, spread, weigh_rows
 from ftqp.kernel.calm.metric import find_metric
 from ftqp.kernel.calm.trigger import curvature_bound, is_regular, largest_curvature
+from ftqp.kernel.calm.waiting import set_in_at_zero
 from ftqp.kernel.feedback.status_report import see_error
 from ftqp.kernel.rows.task_rows import task_rows
 
@@ -132,6 +133,30 @@ def test_at_an_exact_singularity_the_modes_are_those_of_the_modulus_with_its_flo
     expected = T @ (Z @ np.diag(floors) @ Z.T - A.T @ A) @ T
     np.testing.assert_allclose(K.calm.D[:4, :4], expected, atol=1e-12)
     assert not K.calm.kick[:4].any()
+
+
+@pytest.mark.parametrize("name", ["panda", "iiwa14", "planar(4)"])
+def test_the_metric_of_a_path_sets_in_at_zero(name):
+    """It began with a part of itself, and ticks took turns."""
+    robot, K = record_of(name)
+    m, rng = int(K.task.m), np.random.default_rng(6)
+    q, pose = near(robot, rng, 0.01)
+    way = pose[:3, 3] - robot.pose(q)[:3, 3]
+    low, high = 0.0, 1e3
+    for _ in range(80):  # the least share of the way at which there is a metric
+        share = 0.5 * (low + high)
+        pose[:3, 3] = robot.pose(q)[:3, 3] + share * way
+        look(K, robot, q, pose)
+        square = weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.calm)
+        s = curvature(K.faults, K.task, K.kinematics, K.chain, K.calm)
+        count = find_metric(K, s, square)
+        if count >= m:
+            K.calm.count = count
+            set_in_at_zero(K.faults, K.task, K.chain, K.calm)
+        low, high, psi = (low, share, float(K.calm.psi)) if count >= m else (share, high, np.inf)
+        if count >= m and high - low < 1e-9 * high:
+            break
+    assert psi < 1e-6 and np.abs(K.calm.D).max() < 1e-6 * s
 
 
 @pytest.mark.slow

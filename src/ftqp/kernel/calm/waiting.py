@@ -4,9 +4,11 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.calm.calm_qp import pose_calm
+from ftqp.kernel.calm.curvature import spread
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, TARGET_HAS_ROTATION, TARGET_TWIST
 from ftqp.kernel.maths.cholesky import factor, solve_factored
+from ftqp.kernel.rows.path_rows import LEAST_IN_CALM
 
 SLOW = 0.5
 """Rate of a path below which its ticks may be posed in calm. Faster paths are posed as if there were no calm
@@ -36,6 +38,29 @@ def leave_calm(qp: Any, calm: Any) -> None:
         calm.entered, qp.warm = 0, 0
 
 
+@jit
+def set_in_at_zero(faults: Any, task: Any, chain: Any, calm: Any) -> None:
+    """D <- D psi_t/psi, and the kick: a metric that begins with a step where it begins is 0 there.
+
+        psi_t = max(0, 1 - sigma_min^2/t),  t = (tr S^4)^(1/4)
+
+    A path would take turns at that step: it waits for what D holds back, and leaves D as it waits. It needs
+    ``find_metric``.
+    """
+    least = calm.squares[0] if calm.count > 0 else 0.0
+    for k in range(1, task.m):
+        least = min(least, calm.squares[k])
+    psi = max(0.0, 1.0 - max(least, 0.0) / spread(chain, calm))
+    if not psi < calm.psi:
+        return
+    share, calm.psi = psi / calm.psi, psi
+    for a in range(faults.working):
+        i = faults.order[a]
+        calm.kick[i] *= share
+        for b in range(faults.working):
+            calm.D[i, faults.order[b]] *= share
+
+
 @rare_jit
 def begin_calm_on_path(K: Any, path: Any, kp: float) -> None:
     """The QP of calm with the path rate as the last variable: A x - x' s - b in place of A x - b.
@@ -50,6 +75,7 @@ def begin_calm_on_path(K: Any, path: Any, kp: float) -> None:
     s, g = weight, calm.soft * qp.g[n]
     for k in range(task.m):
         task.asked[k] = qp.b[k]
+    set_in_at_zero(K.faults, task, K.chain, calm)
     pose_calm(K, kp)
     for k in range(task.m):
         calm.rate[k] = qp.A[k, n] / sqrt(task.yielding[task.rows[k]])
@@ -72,6 +98,30 @@ def begin_calm_on_path(K: Any, path: Any, kp: float) -> None:
             for j in range(n):
                 qp.g[i] -= kv * calm.D[i, j] * path.drive[j]
     _hold_rate(K.faults, K.chain, qp, calm, path, weight)
+    if state.level != ACCELERATION and calm.count == K.faults.working:
+        _approach(state, task, K.chain, qp, calm, path, kp)
+
+
+@jit
+def _approach(state: Any, task: Any, chain: Any, qp: Any, calm: Any, path: Any, kp: float) -> None:
+    """Velocity level: in a tick joints and rate go a share of the way to the optimum, critically damped.
+
+        g <- c g - (1 - c) (H (v, s') + (A, -x')'(x'' s'^2 - Jdot v) dt),  c = 4 kp dt/(1 + 4 kp dt)
+
+    Not where a joint is pressed against its range: there the path has to stop at once, or the tip leaves it.
+    s' is the last rate. The last term is what the rows of the motion (v, s') change by in a tick.
+    Source: docs/theory/calm.md, "Paths that wait".
+    """
+    n, near = chain.n, 1.0 / (1.0 + 4.0 * kp * state.dt)
+    own = max(path.rate, LEAST_IN_CALM)
+    for i in range(n + 1):
+        x = qp.H[i, n] * path.rate
+        for j in range(n):
+            x += qp.H[i, j] * state.v[j]
+        for k in range(task.m):
+            row = calm.rate[k] if i == n else calm.A[k, i]
+            x += row * own * own * path.bend[k] * state.dt / sqrt(task.yielding[task.rows[k]])
+        qp.g[i] = (1.0 - near) * qp.g[i] - near * x
 
 
 @jit

@@ -1,6 +1,6 @@
 """Whether a tick goes on to the task: its error is looked at, and a stop or a target without use ends it."""
 
-from math import inf
+from math import inf, sqrt
 from typing import Any
 
 from ftqp.kernel.arm.pose_error import pose_error
@@ -19,6 +19,7 @@ from ftqp.kernel.layout.enums import (
     INVALID_INPUT,
     REST_STAGE,
     STOPPED_BY_ERROR,
+    TARGET_TWIST,
 )
 from ftqp.kernel.rows.further_tasks import error_of
 from ftqp.kernel.rows.task_rows import task_rows
@@ -68,6 +69,25 @@ def _stopping_time(K: Any) -> float:
     return time
 
 
+@jit
+def _change_by_motion(K: Any) -> float:
+    """By how many thresholds the motion of the arm changes the tip's error in a tick, in whatever direction.
+
+    A tip that passes its target has an error that neither rises nor falls, and overshoots.
+    """
+    task, J, state = K.task, K.kinematics.J, K.state
+    linear = angular = 0.0
+    for c in range(6 if task.uses_rotation else 3):
+        x = -task.target[TARGET_TWIST + c]
+        for i in range(K.chain.n):
+            x += J[c, i] * state.v[i]
+        if c < 3:
+            linear += x * x
+        else:
+            angular += x * x
+    return max(sqrt(linear) / K.watch.stop_position, sqrt(angular) / K.watch.stop_rotation) * state.dt
+
+
 @rare_jit
 def _count_off(K: Any, e: float, r: float) -> None:
     """``left``: what a limit that moves the arm has left of the error, until it can rest within thresholds.
@@ -79,11 +99,12 @@ def _count_off(K: Any, e: float, r: float) -> None:
     for its attitude.
     """
     watch = K.watch
-    worst, change, rise = max(e / watch.stop_position, r / watch.stop_rotation), 0.0, 0.0
+    worst, rise = max(e / watch.stop_position, r / watch.stop_rotation), 0.0
+    change = _change_by_motion(K)
     if watch.last_position_error < inf:
         last_e, last_r = watch.last_position_error, watch.last_rotation_error
         rise = max(worst - max(last_e / watch.stop_position, last_r / watch.stop_rotation), 0.0)
-        change = max(abs(e - last_e) / watch.stop_position, abs(r - last_r) / watch.stop_rotation)
+        change = max(change, abs(e - last_e) / watch.stop_position, abs(r - last_r) / watch.stop_rotation)
     ahead = worst + 0.5 * change * _stopping_time(K) / K.state.dt
     if worst > 1.0 and limits_move(K):
         watch.left = min(watch.left + 2.0 * rise, ahead)
