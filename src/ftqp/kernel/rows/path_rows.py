@@ -129,8 +129,8 @@ def _limit_in_bend(K: Any, path: Any) -> float:
     damped inverse: sqrt(min BEND_SHARE a_max_i/|c_i|). The rest of the limits is left for slowing down. The
     rate goes down half of the way to that, as c is that of the rate before, and up dt/FOLLOWS_BEND of it, and
     comes down no faster than min_i STOP_SHARE a_max_i sigma'/|v_i|. In calm s^2 |c_i| adds to the share where
-    it is along v_i, as what speeds a joint up towards a singularity has to be braked, too; near one the share may
-    be STOP_SHARE_NEAR a_max_i + s^2 c_i sign(v_i). It needs the singular directions of ``fade_feedback``,
+    it is along v_i, as what speeds a joint up towards a singularity has to be braked, too; near one the share
+    may be STOP_SHARE_NEAR a_max_i + s^2 c_i sign(v_i). It needs the singular directions of ``fade_feedback``,
     and diag(sigma) V' in ``scratch.wide``.
     """
     limits, faults, task, turned, scratch, v = K.limits, K.faults, K.task, K.turned, K.scratch, K.state.v
