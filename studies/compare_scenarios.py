@@ -27,7 +27,7 @@ LARGEST = 1e-12
 CLOCK = ("step_time",)
 """Signals that a clock measures, which no two runs have in common."""
 STAYS = "a locked joint is sent where it came to rest, and no longer follows its sensor while that moves"
-BEND = "the rate of a path goes to the limit of a bend in 10 ms, in place of half of the way in a tick"
+BEND = "the rate of a path rises to the limit of a bend in 20 ms, in place of half of the way in a tick"
 MEANT = {
     ("dual-panda-bar", "*"): BEND,
     ("modular11-singular", "*"): BEND,

@@ -75,7 +75,8 @@ def begin_calm_on_path(K: Any, path: Any, kp: float) -> None:
     s, g = weight, calm.soft * qp.g[n]
     for k in range(task.m):
         task.asked[k] = qp.b[k]
-    set_in_at_zero(K.faults, task, K.chain, calm)
+    if state.level != ACCELERATION:
+        set_in_at_zero(K.faults, task, K.chain, calm)
     pose_calm(K, kp)
     for k in range(task.m):
         calm.rate[k] = qp.A[k, n] / sqrt(task.yielding[task.rows[k]])

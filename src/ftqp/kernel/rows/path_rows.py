@@ -42,10 +42,11 @@ STOP_SHARE_NEAR = 0.8
 BEND_SHARE = 0.5
 """Share of the acceleration limits that the bend of the path may use. The other half is that of STOP_SHARE,
 because both act at once."""
-FOLLOWS_BEND = 0.01
-"""The rate goes to the limit of a bend with this time constant [s]. The limit depends on what the rate moves:
-with half of the way in every tick the two went to and fro at 2 and 5 ms (docs/theory/path-progress.md, "How
-fast the rate may be"). A guess that the campaigns have not contradicted."""
+FOLLOWS_BEND = 0.02
+"""The rate rises to the limit of a bend with this time constant [s], and falls by half of the way in a tick.
+The limit depends on what the rate moves: with half of the way both ways the two went to and fro at 2 and 5 ms
+(docs/theory/path-progress.md, "How fast the rate may be"). A guess that the campaigns have not
+contradicted."""
 
 LEAST_RATE = 0.1
 """Below this rate a joint's motion is not taken for that of the path alone ..."""
@@ -126,10 +127,10 @@ def _limit_in_bend(K: Any, path: Any) -> float:
 
     At a constant rate s the joints accelerate by s^2 c, c = J_f^+ (x'' - Jdot q'), q' = v/sigma', with the
     damped inverse: sqrt(min BEND_SHARE a_max_i/|c_i|). The rest of the limits is left for slowing down. The
-    rate goes the share dt/(dt + FOLLOWS_BEND) of the way to that, as c is that of the rate before, and comes
-    down no faster than min_i STOP_SHARE a_max_i sigma'/|v_i|. In calm s^2 |c_i| adds to the share where it is
-    along v_i, as what speeds a joint up towards a singularity has to be braked, too; near one the share may
-    be STOP_SHARE_NEAR a_max_i + s^2 c_i sign(v_i). It needs the singular directions of ``fade_feedback``,
+    rate goes down half of the way to that, as c is that of the rate before, and up dt/FOLLOWS_BEND of it, and
+    comes down no faster than min_i STOP_SHARE a_max_i sigma'/|v_i|. In calm s^2 |c_i| adds to the share where
+    it is along v_i, as what speeds a joint up towards a singularity has to be braked, too; near one the share
+    may be STOP_SHARE_NEAR a_max_i + s^2 c_i sign(v_i). It needs the singular directions of ``fade_feedback``,
     and diag(sigma) V' in ``scratch.wide``.
     """
     limits, faults, task, turned, scratch, v = K.limits, K.faults, K.task, K.turned, K.scratch, K.state.v
@@ -161,7 +162,8 @@ def _limit_in_bend(K: Any, path: Any) -> float:
                     share = max(share, STOP_SHARE_NEAR * limits.a_max[i] + along)
             brake = min(brake, share * own / abs(v[i]))
     if limit < 1.0:
-        limit = path.rate + (limit - path.rate) * K.state.dt / (K.state.dt + FOLLOWS_BEND)
+        share = 0.5 if limit < path.rate else min(0.5, K.state.dt / FOLLOWS_BEND)
+        limit = path.rate + share * (limit - path.rate)
     return max(limit, path.rate - brake * K.state.dt) if brake < inf else limit
 
 
