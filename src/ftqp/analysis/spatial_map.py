@@ -153,14 +153,7 @@ def spatial_task(
 
 
 def whole_number(name: str, value: Any, least: int, most: int | None = None) -> None:
-    """Refuses what is no whole number from a least one to a largest one.
-
-    Args:
-        name: How the user knows it.
-        value: What was given.
-        least: The least that will do.
-        most: The largest that will do; None is any.
-    """
+    """Refuses what is no whole number from a least one to a largest one."""
     whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not whole or value < least or (most is not None and value > most):
         to = "" if most is None else f" to {most}"

@@ -35,12 +35,6 @@ def farther(
 
     What begins beyond may not go farther, and none again once it has come back. No motor keeps what a freely
     swinging joint moves; where it is in the end counts as its beginning.
-
-    Args:
-        arm: The model file.
-        run: What was done.
-        passes: How far beyond is let pass.
-        beyond: The joint that moves each thing, and how far beyond it was.
     """
     result = np.zeros((len(run.status), len(arm.names)))
     for joint, far in beyond:

@@ -62,13 +62,7 @@ class Verdict:
 
 
 def verdict(arm: ModelFile, run: Trace, strict: Strictness = KINEMATIC) -> Verdict:
-    """Hold a run against every law.
-
-    Args:
-        arm: The arm, from its model file.
-        run: What is known of the run.
-        strict: What is let pass.
-    """
+    """Hold a run against every law."""
     breaches = []
     with np.errstate(invalid="ignore", over="ignore"):
         for name, (law, _) in LAWS.items():

@@ -18,10 +18,6 @@ def health(arm: ModelFile, run: Trace) -> tuple[BoolArray, dict[str, FloatArray]
 
     A weakened joint has its lower limits from when the planner is told; until then nobody knows that it does
     not do what it is told.
-
-    Args:
-        arm: The arm.
-        run: The run.
     """
     t = run.dt * np.arange(len(run.status))
     obeys = np.ones((len(t), len(arm.names)), dtype=np.bool_)
@@ -46,11 +42,6 @@ def jumps(arm: ModelFile, run: Trace, strict: Strictness) -> BoolArray:
     One that locks so does, and one that swings freely into its end stop: outside its range it loses more than
     half of its speed in a tick. What that does to the others is mechanics, and no command's doing; in physics
     they swing for a while.
-
-    Args:
-        arm: The arm.
-        run: The run.
-        strict: What is let pass.
     """
     after = max(1, round(strict.grace / run.dt))
     spread = np.convolve(_blows(arm, run), np.ones(after + 1))[: len(run.status)] > 0.0
@@ -61,11 +52,6 @@ def thrown(arm: ModelFile, run: Trace, strict: Strictness) -> BoolArray:
     """Ticks in which others are thrown by such a joint, (K,): what they are given then, they may have.
 
     Those of ``jumps``, but of the time in which an arm in physics swings only the blow itself.
-
-    Args:
-        arm: The arm.
-        run: The run.
-        strict: What is let pass.
     """
     after = max(1, round(strict.blow / run.dt))
     spread = np.convolve(_blows(arm, run), np.ones(after + 1))[: len(run.status)] > 0.0
@@ -101,12 +87,7 @@ def _blows(arm: ModelFile, run: Trace) -> BoolArray:
 
 
 def told_anew(obeys: BoolArray, limits: dict[str, FloatArray]) -> BoolArray:
-    """Ticks from which a joint has other limits than before, or obeys for the first time, (K, nv).
-
-    Args:
-        obeys: As of ``health``.
-        limits: As of ``health``.
-    """
+    """Ticks from which a joint has other limits than before, or obeys for the first time, (K, nv)."""
     result = np.zeros_like(obeys)
     result[0] = True
     result[1:] = ~obeys[:-1]

@@ -31,15 +31,7 @@ class LinkShape(NamedTuple):
 
 
 def link_shapes(file: Path, joints: Sequence[str]) -> tuple[LinkShape, ...]:
-    """The links of a URDF that have collision geometry; joints that are not named are held where they begin.
-
-    Args:
-        file: The path of the URDF; meshes are looked for beside it and in the folders above.
-        joints: Names of the joints that move, base to tip.
-
-    Raises:
-        InputError: The file or one of its meshes cannot be read.
-    """
+    """The links of a URDF that have collision geometry; joints that are not named stay where they begin."""
     folders = [str(folder) for folder in (file.parent, *file.parent.parents)]
     try:
         model = pin.buildModelFromUrdf(str(file))

@@ -39,14 +39,7 @@ def failed(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
 
 
 def stands(arm: ModelFile, run: Trace, strict: Strictness, failure: Failure) -> BoolArray:
-    """From which tick on a locked joint stands, (K,).
-
-    Args:
-        arm: The arm.
-        run: The run.
-        strict: What is let pass.
-        failure: The lock.
-    """
+    """From which tick on a locked joint stands, (K,)."""
     t, i = run.dt * np.arange(len(run.status)), failure.joint
     since = t >= failure.since + failure.closes
     came = np.cumsum(since & (np.abs(run.v[:-1, i]) <= strict.standing)) > 1

@@ -59,9 +59,6 @@ class ModelFile:
             source: The path of a file, or its text.
             tip: The link that carries out the task.
             gravity: In the base frame, which a URDF does not say, (3,) [m/s2].
-
-        Raises:
-            InputError: The file is no URDF of a serial arm, or has no such link.
         """
         text = source if isinstance(source, str) and "<" in source else Path(source).read_text("utf-8")
         try:

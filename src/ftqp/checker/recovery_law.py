@@ -50,15 +50,6 @@ def rest_after(arm: ModelFile, run: Trace, strict: Strictness) -> Rest | None:
     follows it to the end, within ``SHARES`` of the limits of speed, acceleration and torque and 2 % away
     from the ends of the ranges. Where the task leaves joints free, these are drawn to one posture after the
     other.
-
-    Args:
-        arm: The arm.
-        run: The run.
-        strict: What is let pass.
-
-    Returns:
-        None where nothing failed, somebody was not told, a joint swings freely, or there is too little left
-        to come back in.
     """
     k = _begins(arm, run, strict)
     if k is None:

@@ -22,7 +22,7 @@ UNDER_WAY = 0.75
 """An arm that comes farther than this share of the way that it goes is led somewhere."""
 FULL = 0.5
 """An acceleration counts as full from this share of its limit on: a joint that chatters saturates, and noise
-that shakes one so hard is found in the same way. A guess that the campaigns have not contradicted."""
+that shakes one so hard is found in the same way."""
 NEAR_TICKS = 3
 """Full accelerations of opposite signs that lie no more than so many ticks apart are one jolt."""
 JOLTS = 10

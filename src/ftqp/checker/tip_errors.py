@@ -19,10 +19,6 @@ def errors(arm: ModelFile, run: Trace) -> tuple[FloatArray, FloatArray]:
     """Distance [m] and angle [rad] from the true tip to its target along the rows of the task, each (K,).
 
     Several laws ask for those of one run, so the last ones are kept.
-
-    Args:
-        arm: The arm.
-        run: The run.
     """
     tip, target = arm.tips(run.q[:-1]), run.target
     wanted = [row in run.rows for row in ROWS]
@@ -41,9 +37,6 @@ def rotation_vectors(R: FloatArray) -> FloatArray:
     """The rotation vectors log(R) of rotations, (K, 3) [rad]; of (K, 3, 3).
 
     log(R) = t w / |w| with w = (R32 - R23, R13 - R31, R21 - R12) / 2 and t = atan2(|w|, (tr R - 1) / 2).
-
-    Args:
-        R: Rotations.
     """
     w = 0.5 * np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
     sine, cosine = np.linalg.norm(w, axis=1), 0.5 * (np.trace(R, axis1=1, axis2=2) - 1.0)

@@ -29,9 +29,6 @@ def array(
         shape: The shape expected.
         symbol: That shape in symbols, for the message, for example ``(nv,)``.
         finite: Whether NaN and infinity are refused; NaN always is.
-
-    Raises:
-        InputError: Not numbers, another shape, NaN, or infinite where it must be finite.
     """
     result = numbers(name, value, f"; expected shape {shape}")
     if result.shape != shape:
@@ -51,14 +48,6 @@ def numbers(name: str, value: Any, expected: str = "") -> FloatArray:
 
     Texts are refused, which numpy would read as numbers, ``1_000`` and digits of other scripts included, and
     so are complex numbers and dates, which it would cut.
-
-    Args:
-        name: How the user knows the value.
-        value: Anything numpy can turn into numbers.
-        expected: What to give, for the message.
-
-    Raises:
-        InputError: Not numbers.
     """
     try:
         given = np.asarray(value)
@@ -71,12 +60,7 @@ def numbers(name: str, value: Any, expected: str = "") -> FloatArray:
 
 
 def is_number(value: Any, most: float = LARGEST) -> TypeGuard[float]:
-    """Whether a value that was read from a file is a plain number and its size is one to compute with.
-
-    Args:
-        value: What was read; true, false, NaN, infinities and whole numbers beyond floats are none.
-        most: The largest size that counts.
-    """
+    """Whether a value that was read from a file is a plain number and its size is one to compute with."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= most
 
 
@@ -84,10 +68,6 @@ def beyond(content: Any, key: str = "") -> Iterator[str]:
     """The dotted keys of whole numbers that are larger than any number of a file.
 
     Python does not even write those of more than 4,300 digits, which files may have as hexadecimal ones.
-
-    Args:
-        content: Tables, lists and values as a TOML or JSON file has them, not nested deeply.
-        key: Where the content stands.
     """
     if isinstance(content, Mapping):
         for name, inner in content.items():
@@ -130,17 +110,7 @@ def read_only(record: Any) -> None:
 
 
 def instance(name: str, value: Any, kind: type | UnionType, expected: str) -> None:
-    """Refuses a ``value`` that is not of a ``kind``.
-
-    Args:
-        name: How the user knows the value.
-        value: Anything.
-        kind: The class expected.
-        expected: What to give, in words, for the message.
-
-    Raises:
-        InputError: The value is of another kind.
-    """
+    """Refuses a ``value`` that is not of a ``kind``."""
     if not isinstance(value, kind):
         short = isinstance(value, str | int | float | type) or value is None
         what = f"{value!r:.60}" if short else f"of type {type(value).__name__}"
@@ -166,11 +136,7 @@ def non_negative(name: str, value: Any, unit: str = "") -> float:
 
 
 def as_number(name: str, value: Any, unit: str = "") -> float:
-    """``value`` as a float, which may be infinite or NaN; a text is none, whatever digits are in it.
-
-    Raises:
-        InputError: Not a number.
-    """
+    """``value`` as a float, which may be infinite or NaN; a text is none, whatever digits are in it."""
     try:
         if not isinstance(value, str | bytes | bytearray) and not np.ndim(value):
             return float(value)
@@ -201,17 +167,7 @@ _MEANS = {
 
 
 def sized(name: str, value: Any, shape: tuple[int, ...], symbol: str = "") -> FloatArray:
-    """``value`` as a contiguous array of ``shape``; NaN and infinities pass.
-
-    Args:
-        name: How the user knows the value.
-        value: Anything numpy can turn into numbers.
-        shape: The shape expected.
-        symbol: That shape in symbols, for the message.
-
-    Raises:
-        InputError: not numbers, or another shape.
-    """
+    """``value`` as a contiguous array of ``shape``; NaN and infinities pass."""
     result = numbers(name, value)
     if result.shape != shape:
         expected = f"{shape}" if symbol in ("", f"{shape}") else f"{symbol} = {shape}"

@@ -20,13 +20,9 @@ LONGEST_WORD: Final = 300
 
 
 def printable(text: str, keep: str = "\n") -> str:
-    """A text in which characters that are not seen are written as escapes, for example ``\\x1b``.
+    """A text in which characters that are not seen are written as escapes, for example ``\x1b``.
 
     Words from files of others get into messages, and terminals obey such characters.
-
-    Args:
-        text: What is to be shown.
-        keep: Characters that stay as they are.
     """
     if text.isprintable():
         return text

@@ -12,9 +12,6 @@ def missing_library(error: ImportError) -> str | None:
     """A sentence on the library of the system that a package lacks; None where that is not why it failed.
 
     Slim systems leave libraries out that packages of pip build on; pinocchio's needs ``libgomp.so.1``.
-
-    Args:
-        error: What was raised when the package was imported.
     """
     found = SHARED.search(str(error))
     if found is None:
@@ -32,9 +29,6 @@ def remedy_for_extra(extra: str) -> str:
 
     It names the checkout that this module belongs to, else what pip installed ftqp from; where neither is
     known any more it says to go to a clone.
-
-    Args:
-        extra: Its name in ``pyproject.toml``.
     """
     checkout = Path(__file__).parents[3]
     if (checkout / "pyproject.toml").is_file() and (checkout / "src" / NAME / "core").is_dir():

@@ -9,15 +9,7 @@ _CELL = 'style="text-align:{};padding:1px 8px"'
 def html_table(
     title: str, headings: Sequence[str], rows: Sequence[Sequence[object]], note: str = "", picture: str = ""
 ) -> str:
-    """A titled table; the first column is text, the others are numbers or short words.
-
-    Args:
-        title: Stands above.
-        headings: One a column; none leaves the line of headings out.
-        rows: One a line.
-        note: A sentence below; empty without one.
-        picture: A small one of ``ftqp.core.small_picture``, below the table; empty without one.
-    """
+    """A titled table; the first column is text, the others are numbers or short words."""
 
     def line(tag: str, cells: Sequence[object]) -> str:
         sides = ["left", *["right"] * (len(cells) - 1)]

@@ -25,14 +25,6 @@ def npz_arrays(file: Path, largest: float) -> dict[str, NDArray[Any]]:
 
     Nothing is unpacked that the file does not need for arrays of the sizes that it states, and those are
     added up first: a small file cannot fill the memory.
-
-    Args:
-        file: The file.
-        largest: Bytes that all arrays together may have.
-
-    Raises:
-        ValueError: It is no NPZ file, is damaged, holds objects, or arrays of more bytes.
-        OSError: It cannot be read.
     """
     try:
         with file.open("rb") as stream, zipfile.ZipFile(stream) as archive:

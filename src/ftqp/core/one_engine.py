@@ -9,14 +9,7 @@ NAMES = ("kernel", "numba")
 
 
 def check_engine(engine: str | None) -> None:
-    """Warn whoever still names the only engine, and refuse any other.
-
-    Args:
-        engine: As given; None where nothing was given.
-
-    Raises:
-        InputError: It is not a name of the compiled engine.
-    """
+    """Warn whoever still names the only engine, and refuse any other."""
     if engine is None:
         return
     if engine == "jax":

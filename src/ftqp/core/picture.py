@@ -31,14 +31,7 @@ class Picture:
         return self._png
 
     def save(self, path: str | Path) -> Path:
-        """Write the picture to a PNG file, whose folder must be there.
-
-        Args:
-            path: The file to write; one that is there is replaced.
-
-        Raises:
-            InputError: The file cannot be written.
-        """
+        """Write the picture to a PNG file, whose folder must be there."""
         try:
             Path(path).write_bytes(self._png)
         except OSError as error:

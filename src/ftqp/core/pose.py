@@ -13,11 +13,7 @@ ORTHONORMAL_TOLERANCE = 1e-6
 
 
 def pose(value: Any, name: str = "pose") -> FloatArray:
-    """A homogeneous transform (4, 4) from an array or from anything with ``.homogeneous`` (pinocchio's SE3).
-
-    Raises:
-        InputError: Wrong shape, not finite, its rotation part is not a rotation, or its last row not 0 0 0 1.
-    """
+    """A homogeneous transform (4, 4) from an array or anything with ``.homogeneous`` (pinocchio's SE3)."""
     result = array(name, getattr(value, "homogeneous", value), (4, 4))
     rotation = result[:3, :3]
     if not is_rotation_matrix(rotation):

@@ -72,14 +72,7 @@ Settings = Mapping[str, Setting]
 
 
 def setting(default: Any, about: str, *, kw_only: bool | None = None, **says: Any) -> Any:
-    """A field of a dataclass that is a setting.
-
-    Args:
-        default: The value of an object that does not give it; ``REQUIRED`` where each has to.
-        about: The meaning in a few words, for ``ftqp check --keys``.
-        kw_only: Whether it is given by name only; None is as its class has it.
-        says: Further attributes of a ``Setting``.
-    """
+    """A field of a dataclass that is a setting."""
     return _field(default, Setting(about, **says), **({} if kw_only is None else {"kw_only": kw_only}))
 
 
@@ -114,13 +107,7 @@ def tables_of(
     kinds: Mapping[str, type[Any]] | None = None,
     usual: str | None = None,
 ) -> dict[str, Mapping[str, Key]]:
-    """The keys of a class whose objects are tables of a file, by their kind.
-
-    Args:
-        owner: The class; None where the kind says it all.
-        kinds: The classes among which the kind chooses; None is those that the class's own ``kind`` names.
-        usual: The kind of a table that does not say its own; None where each has to.
-    """
+    """The keys of a class whose objects are tables of a file, by their kind."""
     shared = {} if owner is None else keys_of(owner)
     if kinds is None and "kind" in shared:
         kinds = shared["kind"].says.kinds
@@ -133,12 +120,7 @@ def tables_of(
 
 
 def every_key(keys: Mapping[str, Key], above: str = "") -> Iterator[tuple[str, Key]]:
-    """The keys of a table and of those within it, by their dotted path, ``path(circle).radius``.
-
-    Args:
-        keys: Of the table.
-        above: How the path begins.
-    """
+    """The keys of a table and of those within it, by their dotted path, ``path(circle).radius``."""
     for name, key in keys.items():
         if name == "kind" and not key.says.choices:  # which stands in the path of the others
             continue
@@ -153,9 +135,6 @@ def keys_of(owner: type[Any]) -> Mapping[str, Key]:
 
     Those of a dataclass are its fields made by ``setting``; those of another class are in its ``settings``,
     and their defaults are those of its arguments.
-
-    Args:
-        owner: The class.
     """
     listed: Any = owner
     return _keys_of(listed)
@@ -184,12 +163,7 @@ def _keys_of(owner: Any) -> Mapping[str, Key]:
 
 
 def like(owner: type[Any], name: str) -> Any:
-    """A field that is the setting of another class.
-
-    Args:
-        owner: The class that declares it.
-        name: Its name.
-    """
+    """A field that is the setting of another class."""
     key = keys_of(owner)[name]
     return _field(key.default, key.says)
 
@@ -211,17 +185,7 @@ def classes_in(hint: Any) -> Iterator[type[Any]]:
 
 
 def refuse_out_of_range(made: Any, whose: str = "", *, every: bool = False) -> None:
-    """Refuse numbers of a dataclass, or lists of them, that are out of its settings' ranges; None passes.
-
-    Args:
-        made: The object.
-        whose: What to say behind a setting's name, for example `` of the drive``.
-        every: Whether bounds other than 0 are looked at, too, which some classes say in sentences of their
-            own.
-
-    Raises:
-        InputError: The first that is.
-    """
+    """Refuse numbers of a dataclass, or lists of them, that are out of its settings' ranges; None passes."""
     for name, key in keys_of(type(made)).items():
         value, says = getattr(made, name), key.says
         bounds = BOUNDS if every else BOUNDS[:2]
@@ -255,13 +219,7 @@ def _refuse_beyond(name: str, value: Any, says: Setting) -> None:
 
 
 def within(bound: str, number: float, at: float) -> bool:
-    """Whether a number keeps a bound.
-
-    Args:
-        bound: One of those of ``BOUNDS``.
-        number: The number.
-        at: Where the bound is.
-    """
+    """Whether a number keeps a bound."""
     if bound in ("above", "below"):
         return number > at if bound == "above" else number < at
     return number >= at if bound == "least" else number <= at

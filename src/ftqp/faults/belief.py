@@ -51,13 +51,6 @@ class Belief:
         """This belief and a fault, which replaces what was believed of that joint.
 
         A fault of a joint that follows another one is that of its leader, whose motor moves both.
-
-        Args:
-            fault: The fault, of one of the kinds in ``ftqp.faults.kinds.KINDS``.
-
-        Raises:
-            InputError: The joint is unknown or has no motor, this is no fault, or a joint is to swing freely
-                of a robot without inertia, with branches, or that floats.
         """
         refuse_unknown(fault)
         fault = self._of_leader(fault)
@@ -91,14 +84,7 @@ class Belief:
         return self._but({j: fault for j, fault in self._faults.items() if j != i})
 
     def write(self, orders: Orders, before: "Belief | None" = None) -> None:
-        """Tell a record what follows from the belief; as often as one likes, before the next tick.
-
-        Args:
-            orders: What tells the record.
-            before: What was believed at the last tick, so that a joint of which nothing else is believed goes
-                on as it is, and one that is being locked does so under another fault of the kind; None is
-                nothing, and every joint begins anew.
-        """
+        """Tell a record what follows from the belief; as often as one likes, before the next tick."""
         for i in range(self._robot.nv):
             was, fault = (None if before is None else before._faults.get(i)), self._faults.get(i)
             if before is not None and was == fault:

@@ -21,11 +21,7 @@ def way_to(robot: Any, frame: str) -> IntArray:
 
 
 def on_way(robot: Any, frame: str, q: Any, name: str = "q") -> FloatArray:
-    """The joints on the way to a frame in positions of all, (..., nv) [rad or m].
-
-    Raises:
-        InputError: The positions are none of this robot.
-    """
+    """The joints on the way to a frame in positions of all, (..., nv) [rad or m]."""
     given = np.asarray(q, dtype=np.float64)
     if given.ndim not in (1, 2) or given.shape[-1] != robot.nv:
         raise InputError(

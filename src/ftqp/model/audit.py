@@ -204,13 +204,7 @@ def soft_limits(
 
 
 def unknown_torques(joints: Sequence[str], every: bool, has_masses: bool) -> list[Finding]:
-    """That a file has no torque limits (effort 0, or none) where nothing uses them: one sentence.
-
-    Args:
-        joints: The joints without one.
-        every: Whether those are all joints.
-        has_masses: Whether torques are computed.
-    """
+    """That a file has no torque limits (effort 0, or none) where nothing uses them: one sentence."""
     if not joints:
         return []
     named = "every joint" if every else ", ".join(joints)

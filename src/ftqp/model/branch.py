@@ -20,9 +20,6 @@ def within_branch(robot: Robot, limits: Mapping[str | int, Any]) -> Robot:
         robot: The arm.
         limits: Joint, by name or 0-based index, to (low, high) [rad or m]; -inf and inf keep the joint's own
             end.
-
-    Raises:
-        InputError: An unknown joint, not two numbers, or a range that leaves nothing of the joint's own.
     """
     instance("branch_limits", limits, Mapping, "joints with their (low, high), {joint: (low, high)}")
     low, high = robot.limits.q_min.copy(), robot.limits.q_max.copy()

@@ -60,12 +60,7 @@ KEYWORDS = tuple(get_type_hints(Wishes))
 def robot_fields(
     source: Source, wanted_tips: Sequence[str], locked: Sequence[str | int], wishes: Wishes
 ) -> dict[str, Any]:
-    """The fields of a ``Robot``.
-
-    Raises:
-        InputError: An unknown tip or joint, or a wrong shape.
-        ModelError: The robot is unsafe or cannot be expressed; carries every finding.
-    """
+    """The fields of a ``Robot``."""
     for word in wishes:
         if word not in KEYWORDS:
             near = f"{nearest(word, KEYWORDS)}; there are {', '.join(KEYWORDS)}"

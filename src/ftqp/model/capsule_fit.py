@@ -22,11 +22,7 @@ SAVES = 0.8
 
 
 def fitted(shapes: Sequence[Capsule | Collision]) -> tuple[Capsule, ...]:
-    """Capsules that contain every shape.
-
-    Raises:
-        InputError: A mesh is missing, or holds nothing.
-    """
+    """Capsules that contain every shape."""
     found: list[Capsule] = []
     for shape in shapes:
         found += [shape] if isinstance(shape, Capsule) else _of(shape)
@@ -52,11 +48,7 @@ def _of(shape: Collision) -> list[Capsule]:
 
 
 def volume_of(shape: Collision) -> float:
-    """The volume of a shape, of a mesh that of its hull [m3].
-
-    Raises:
-        InputError: A mesh is missing, or holds nothing.
-    """
+    """The volume of a shape, of a mesh that of its hull [m3]."""
     match shape.kind:
         case "mesh":
             return float(ConvexHull(vertices(shape)).volume)
@@ -70,11 +62,7 @@ def volume_of(shape: Collision) -> float:
 
 
 def vertices(shape: Collision) -> FloatArray:
-    """The corners of the hull of a mesh, (V, 3) [m].
-
-    Raises:
-        InputError: The file is missing, cannot be read, or holds nothing that has a volume.
-    """
+    """The corners of the hull of a mesh, (V, 3) [m]."""
     if shape.corners is not None:
         return _outermost(shape.corners, shape.link)
     path = _found(shape)
@@ -82,26 +70,14 @@ def vertices(shape: Collision) -> FloatArray:
 
 
 def mesh_corners(file: Any, scale: float) -> FloatArray:
-    """The corners of the hull of a mesh in a file, (V, 3) [m].
-
-    Args:
-        file: Its path.
-        scale: By what its numbers are multiplied.
-
-    Raises:
-        InputError: The file is missing, cannot be read, or holds nothing that has a volume.
-    """
+    """The corners of the hull of a mesh in a file, (V, 3) [m]."""
     if not (isinstance(file, str | Path) and (path := Path(file)).is_file()):
         raise InputError(f"mesh {str(file)!r:.200} is no file, expected one in STL, OBJ, PLY, GLB or DAE")
     return _outermost(_read(path, (scale,) * 3), str(path))
 
 
 def _read(path: Path, scale: Sequence[float]) -> FloatArray | str:
-    """The points of a mesh, (N, 3) [m], or why it has none.
-
-    Raises:
-        InputError: The file is no mesh by its name, or an archive.
-    """
+    """The points of a mesh, (N, 3) [m], or why it has none."""
     refuse_other_than_mesh(path)
     try:
         return np.array(coal.MeshLoader().load(str(path), np.array(scale)).vertices())

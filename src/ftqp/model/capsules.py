@@ -22,11 +22,7 @@ THICKNESS = 0.05
 
 
 def length_of(name: str, value: Any) -> float:
-    """A length > 0 [m].
-
-    Raises:
-        InputError: It is none, or so long that it was written in millimetres.
-    """
+    """A length > 0 [m]."""
     found = positive(name, value, "m")
     if found > LARGEST:
         raise InputError(f"{name} is {found:g} m, expected at most {LARGEST:g} m; are these millimetres?")
@@ -142,11 +138,7 @@ class HullParts(NamedTuple):
 
 
 def checked(capsules: Iterable[Any]) -> tuple[Capsule, ...]:
-    """The capsules that a robot is given.
-
-    Raises:
-        InputError: This is no list of capsules with frames, or two have one name.
-    """
+    """The capsules that a robot is given."""
     if isinstance(capsules, Capsule | str) or not isinstance(capsules, Iterable):
         raise InputError(
             f"capsules is {type(capsules).__name__}, expected a list, "
@@ -173,11 +165,7 @@ def named_apart(capsules: Sequence[Capsule]) -> tuple[Capsule, ...]:
 
 
 def estimated(robot: Any) -> tuple[Capsule, ...]:
-    """A capsule from each joint to those that hang on it, and from the last ones to the tips.
-
-    Args:
-        robot: An ``ftqp.Robot`` of which nothing but its joints is known.
-    """
+    """A capsule from each joint to those that hang on it, and from the last ones to the tips."""
     chain, zero = robot.chain, np.zeros(robot.nv)
     places = [robot.pose(zero, name) for name in robot.joints]
     ends: list[list[FloatArray]] = [[] for _ in places]

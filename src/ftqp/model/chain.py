@@ -142,9 +142,6 @@ def chain_of(model: Any, tip: str, *others: str, followers: Mapping[str, Followe
 
     Joints on the way to no tip must be held already (``reduction.reduced``). ``others`` are the robot's
     further tips, which joints have to move, too; ``followers`` are the joints that follow others.
-
-    Raises:
-        ModelError: A tip that no joint moves, more than 64 joints, or joints that the kernel cannot express.
     """
     frame = model.frames[frame_id(model, tip)]
     ids = range(1, model.njoints)

@@ -28,9 +28,6 @@ def hull_of(points: FloatArray, most: int = CORNERS) -> HullParts:
     Args:
         points: (N, 3) [m].
         most: The most corners that it may have. More of them stand out less, and cost more in each tick.
-
-    Raises:
-        InputError: The points are in one plane, or fewer than four.
     """
     size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     try:

@@ -78,12 +78,7 @@ class Embodied:
 
 
 def carried(shapes: Shapes, joint: str) -> Shapes:
-    """The bodies of an arm that is put on a base: what stood still moves with the last joint of the base.
-
-    Args:
-        shapes: The bodies as they were given or read.
-        joint: That joint, at whose frame the arm stands.
-    """
+    """The bodies of an arm that is put on a base: what stood still moves with the last joint of the base."""
     return tuple(
         replace(one, frame=joint) if isinstance(one, Capsule) and one.frame == "universe" else one
         for one in shapes
@@ -91,11 +86,7 @@ def carried(shapes: Shapes, joint: str) -> Shapes:
 
 
 def volume_ratios(robot: Any) -> dict[str, float]:
-    """How many times larger the capsules of a link are than the collision geometry that they contain.
-
-    Args:
-        robot: The robot; links whose capsules were given or estimated are left out.
-    """
+    """How many times larger the capsules of a link are than the collision geometry that they contain."""
     shapes = [one for one in robot.shapes if isinstance(one, Collision)]
     if not shapes:
         return {}

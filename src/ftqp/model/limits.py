@@ -137,9 +137,6 @@ def by_joint(name: str, value: Any, joints: Sequence[str], now: Any) -> Any:
         value: The limits that are given.
         joints: The names of the joints, (nv,).
         now: The limits there are, (nv,).
-
-    Raises:
-        InputError: A joint is unknown, or what it gets is no number.
     """
     if not isinstance(value, Mapping) or now is None:
         return value

@@ -11,14 +11,7 @@ ARCHIVES = (b"PK", b"\x1f\x8b", b"BZh", b"7z", b"Rar!", b"\xfd7zXZ", b"\x28\xb5\
 
 
 def refuse_other_than_mesh(file: Path) -> None:
-    """Refuse a file that no reader of meshes is to see.
-
-    Args:
-        file: A file that exists.
-
-    Raises:
-        InputError: Its name is not that of a mesh, or it is an archive.
-    """
+    """Refuse a file that no reader of meshes is to see."""
     if file.suffix.lower() not in MESHES:
         kinds = ", ".join(end[1:].upper() for end in MESHES)
         raise InputError(

@@ -14,12 +14,7 @@ from ftqp.model.reduction import frame_names
 
 
 def placed_collisions(source: Any) -> list[Collision]:
-    """The pieces of a URDF, each with its pose in the world in place of that in its link.
-
-    Raises:
-        InputError: The file cannot be read.
-        ModelError: Its links and joints do not make a tree.
-    """
+    """The pieces of a URDF, each with its pose in the world in place of that in its link."""
     found = urdf.read(source, (), ())
     model = found.model
     data, there = model.createData(), frame_names(model)
@@ -34,10 +29,6 @@ def placed_collisions(source: Any) -> list[Collision]:
 
 
 def vertices(shape: Collision) -> FloatArray:
-    """The corners of the hull of a mesh in its own frame, (V, 3) [m].
-
-    Raises:
-        InputError: The file is missing, cannot be read, or holds nothing that has a volume.
-    """
+    """The corners of the hull of a mesh in its own frame, (V, 3) [m]."""
     corners: FloatArray = import_module("ftqp.model.capsule_fit").vertices(shape)  # it loads scipy
     return corners

@@ -41,10 +41,6 @@ def reduced(
     Joints in ``locked`` are given by name or 0-based index, ``q_locked`` and ``rest`` hold positions by name
     [rad or m]. The model handed in is not changed; in the new one the joints of a branch stand one after
     the other.
-
-    Raises:
-        InputError: An unknown joint, or a position of a joint that is not held or has several degrees of
-            freedom.
     """
     names = [str(name) for name in model.names][1:]
     for joint in model.joints.tolist()[1:]:
@@ -160,11 +156,7 @@ def frame_names(model: Any) -> list[str]:
 
 
 def wanted_tips(tip: Any, tips: Any) -> tuple[str, ...]:
-    """The names of tips that a user gives, one or several; none where the choice is left open.
-
-    Raises:
-        InputError: Both are given, or ``tips`` is no list of different names.
-    """
+    """The names of tips that a user gives, one or several; none where the choice is left open."""
     if tips is None:
         return () if tip is None else (tip,)
     if tip is not None:
@@ -218,11 +210,7 @@ def tips_of(
 
 
 def named_frame(model: Any, name: Any) -> int:
-    """pinocchio's number of a frame that a user names.
-
-    Raises:
-        InputError: The model has no such frame; the message names the nearest.
-    """
+    """pinocchio's number of a frame that a user names."""
     valid = frame_names(model)
     if name not in (*valid, "universe"):
         more = ", ..." if len(valid) > SHOWN else ""

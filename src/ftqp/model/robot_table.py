@@ -11,11 +11,7 @@ HEADINGS = ("joint", "from", "to", "speed", "acceleration", "torque")
 
 
 def robot_html(robot: Any) -> str:
-    """Joints with their limits, degrees where they turn and metres where they slide, and what was found.
-
-    Args:
-        robot: The ``ftqp.Robot``.
-    """
+    """Joints with their limits, degrees where they turn and metres where they slide, and what was found."""
     limits, slides = robot.limits, robot.chain.prismatic
     rows = []
     for i, name in enumerate(robot.joints):

@@ -83,12 +83,7 @@ def random_postures(
 
 
 def dynamics_findings(model: Any, bodiless: Collection[str] = ()) -> list[Finding]:
-    """What is wrong with rotors, bodies and joint-space inertia at neutral of a reduced model.
-
-    Args:
-        model: The model.
-        bodiless: Joints behind which no body is expected.
-    """
+    """What is wrong with rotors, bodies and joint-space inertia at neutral of a reduced model."""
     bodies = [model.inertias[i] for i in range(1, model.njoints)]
     names = [str(model.names[i]) for i in range(1, model.njoints)]
     each = [name for i, name in enumerate(names, 1) for _ in range(model.nvs[i])]

@@ -35,11 +35,7 @@ DRAKE = "http://drake.mit.edu"
 
 
 def urdf_text(name: str, model: Any, tips: Sequence[str], chain: Chain, limits: JointLimits) -> str:
-    """The URDF of a robot, see ``Robot.to_urdf``.
-
-    Raises:
-        InputError: A name cannot stand in XML, or joints would share a link.
-    """
+    """The URDF of a robot, see ``Robot.to_urdf``."""
     joints = chain.names
     for one in (name, *tips, *joints):
         _refuse_unprintable(one)

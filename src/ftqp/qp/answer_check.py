@@ -13,8 +13,7 @@ PROOF_TOLERANCE = 1e-9
 """Least |value| of a certificate, relative to the sum of the sizes of its terms, that proves infeasibility:
 they cancel to all but this share. Below it may lie rounding of the data, some 1e-12."""
 NEWTON_STEPS = 100
-"""Steps in search of a proof at most, so that none goes on for ever. A guess that
-``python solvers/compare_semidefinite.py`` has not contradicted."""
+"""Steps in search of a proof at most, so that none goes on for ever."""
 HALVINGS = 40
 """How often a step is halved at most: what is left then, 1e-12 of it, is rounding."""
 RAY_TOLERANCE = 1e-9

@@ -39,11 +39,7 @@ def joint_ranges(robot: Robot, pose: Any, rows: Any = "position") -> dict[str, C
 
 
 def ranges_of(study: GoalStudy) -> dict[str, CircularIntervals]:
-    """The same of a study.
-
-    Raises:
-        InputError: The goal is outside the workspace.
-    """
+    """The same of a study."""
     wide = _wide(study)
     if wide.any():
         return _copied(study, wide)

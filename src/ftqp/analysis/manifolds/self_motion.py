@@ -76,11 +76,7 @@ def traced_curves(study: GoalStudy) -> list[TracedCurve]:
 
 
 def samples(study: GoalStudy) -> FloatArray:
-    """Solutions of a goal inside the joint limits, from evenly spread starts, (k, nv) [rad or m].
-
-    Raises:
-        InputError: None was found.
-    """
+    """Solutions of a goal inside the joint limits, from evenly spread starts, (k, nv) [rad or m]."""
     q, errors, _ = study.limited.solutions(study.starts(SAMPLES, limited=True), bounded=True)
     done = errors <= study.tolerance
     if not done.any():

@@ -108,11 +108,7 @@ class Plan:
 
     @cached_property
     def task(self) -> TaskPath:
-        """The path on its samples.
-
-        Raises:
-            InputError: The plan was read without its robot.
-        """
+        """The path on its samples."""
         if self.robot is None:
             raise InputError(
                 f"this plan was read without its robot, {self.robot_name}; give it one with plan.of(robot)"
@@ -163,11 +159,7 @@ class Plan:
 
     @cached_property
     def report(self) -> CoverageReport:
-        """Everything about what the plan survives, verified again at its stride.
-
-        Raises:
-            InputError: The plan was read without its robot.
-        """
+        """Everything about what the plan survives, verified again at its stride."""
         return coverage_case(self.task.robot, self.task, self.q, stride=self.stride).verify()
 
     def continue_after(self, joint: str | int, time: float) -> FloatArray:

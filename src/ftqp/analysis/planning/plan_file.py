@@ -31,13 +31,7 @@ KEYS: Final = {*TEXTS, *NUMBERS, *LISTS, "axis", "stride", "settings", "content"
 
 
 def write_plan(path: str | Path, arrays: Mapping[str, FloatArray], about: Mapping[str, Any]) -> None:
-    """Write a file, whole or not at all; one of the same name is replaced.
-
-    Args:
-        path: The file, which ends in ``.npz``.
-        arrays: Those of ``ARRAYS``.
-        about: The rest, anything JSON can hold, by the keys of ``KEYS`` but for the content's hash.
-    """
+    """Write a file, whole or not at all; one of the same name is replaced."""
     file = Path(path)
     if file.suffix != ".npz":
         raise InputError(f"plan {str(path)!r} has to end in .npz; name it {file.stem or 'plan'}.npz")

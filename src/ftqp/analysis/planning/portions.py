@@ -24,13 +24,7 @@ class Portions(Protocol):
         """The texts of all items of a stage, in order; items do not depend on each other."""
 
     def one(self, stage: str, item: int, work: Callable[[], str]) -> str:
-        """The text of one item of a stage whose items come one after the other.
-
-        Args:
-            stage: Its name.
-            item: Its number, from 0.
-            work: Computes it.
-        """
+        """The text of one item of a stage whose items come one after the other."""
 
 
 @final

@@ -56,9 +56,6 @@ def constant_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
     Args:
         case: What is planned for.
         starts: Where the arm may start, (s, nv) [rad or m].
-
-    Raises:
-        InputError: With no speed the path is followed to its end.
     """
     thetas = np.array(case.settings.thetas)
     if len(starts) > FINALISTS:
@@ -78,9 +75,6 @@ def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
     Args:
         case: What is planned for.
         starts: Where the arm may start, (s, nv) [rad or m].
-
-    Raises:
-        InputError: With no constant speed the path is followed to its end.
     """
     task, settings, weights = case.task, case.settings, case.weights
     begin = constant_plan(case, starts)

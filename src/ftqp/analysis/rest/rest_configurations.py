@@ -97,15 +97,7 @@ def rests_at(study: GoalStudy, M: FloatArray, i: int, value: float) -> FloatArra
 def rest_study(
     robot: Robot, goal: Any, joint: str | int, W: Any, rows: Any
 ) -> tuple[GoalStudy, FloatArray, int]:
-    """The study of a goal, W^-1 and the index of the locked joint, checked; see ``rest_configurations``.
-
-    Args:
-        robot: The arm.
-        goal: Of the task.
-        joint: Name or index.
-        W: Weights or None.
-        rows: Of the task.
-    """
+    """The study of a goal, W^-1 and the index of the locked joint, checked; see ``rest_configurations``."""
     study = goal_study(robot, goal, rows)
     i, M = robot.joint(joint), weights_inverse(W, robot.nv)
     if study.redundancy < 1:

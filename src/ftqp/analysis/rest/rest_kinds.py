@@ -54,9 +54,6 @@ def kind_of(eigenvalues: NDArray[np.complex128]) -> RestKind:
 
     A sign of the determinant alone, as in goel2005, misses pairs that cross the imaginary axis, and all
     eigenvalues that change sign together where J is singular.
-
-    Args:
-        eigenvalues: Of the linearisation, (n - 1,).
     """
     if is_neutral(eigenvalues):
         return RestKind.DEGENERATE
@@ -64,20 +61,12 @@ def kind_of(eigenvalues: NDArray[np.complex128]) -> RestKind:
 
 
 def is_neutral(eigenvalues: NDArray[np.complex128]) -> bool:
-    """Whether a real part is zero beside the largest eigenvalue.
-
-    Args:
-        eigenvalues: Of the linearisation, (n - 1,).
-    """
+    """Whether a real part is zero beside the largest eigenvalue."""
     return bool(np.abs(eigenvalues.real).min() < NEUTRAL * np.abs(eigenvalues).max())
 
 
 def kind_by_signs(eigenvalues: NDArray[np.complex128]) -> RestKind:
-    """Sink, saddle or source, by the signs of the real parts alone.
-
-    Args:
-        eigenvalues: Of the linearisation, (n - 1,).
-    """
+    """Sink, saddle or source, by the signs of the real parts alone."""
     real = eigenvalues.real
     positive = int((real > 0.0).sum())
     if positive == 0:

@@ -81,13 +81,7 @@ class RestTracer:
         return TracedRests(z=points, closed=False, branches=tuple(sorted(both)))
 
     def between(self, one: FloatArray, other: FloatArray, share: float) -> FloatArray:
-        """The point of the curve beside a share of the chord between two neighbours.
-
-        Args:
-            one: A point.
-            other: The next.
-            share: Of the way, in [0, 1].
-        """
+        """The point of the curve beside a share of the chord between two neighbours."""
         chord = other - one
         z = self._corrected(one + share * chord, chord / np.linalg.norm(chord))
         return one + share * chord if z is None else z

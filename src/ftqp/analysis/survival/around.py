@@ -34,11 +34,7 @@ class Around:
     room: Any
 
     def on(self, robot: Robot) -> Self:
-        """The same around another arm.
-
-        Args:
-            robot: The arm.
-        """
+        """The same around another arm."""
         return type(self)(scene=self.scene, clearance=self.clearance, room=_room(robot, self))
 
     def moved(self, robot: Robot, by: FloatArray) -> Self:
@@ -68,19 +64,7 @@ class Around:
 
 
 def around_of(robot: Robot, scene: Scene | None, clearance: Clearance | None) -> Around | None:
-    """What an arm keeps clear of, as it stands now.
-
-    Args:
-        robot: The arm.
-        scene: What stands around it; None is nothing.
-        clearance: How far it keeps; None is ``Clearance()`` beside a scene.
-
-    Raises:
-        InputError: Something in the scene moves, or a planner would refuse it.
-
-    Returns:
-        None where neither is given.
-    """
+    """What an arm keeps clear of, as it stands now."""
     instance("scene", scene, Scene | None, "an ftqp.Scene or None")
     instance("clearance", clearance, Clearance | None, "an ftqp.Clearance or None")
     if scene is None and clearance is None:

@@ -28,11 +28,7 @@ def task_session(task: TaskPath) -> StudySession:
 
 
 def rows_session(robot: Robot, rows: Any) -> StudySession:
-    """Studies of an arm with some task rows, within its limits.
-
-    Raises:
-        InputError: They are unknown, or the arm has fewer joints.
-    """
+    """Studies of an arm with some task rows, within its limits."""
     names, axis = task_rows(robot, rows)
     return robot_session(robot, [COMPONENTS.index(name) for name in names], axis=axis)
 

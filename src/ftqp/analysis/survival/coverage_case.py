@@ -141,11 +141,7 @@ class CoverageCase:
     lock: str
 
     def verify(self, threads: int | None = None) -> CoverageReport:
-        """The report, with every pair followed here and now.
-
-        Args:
-            threads: How many threads share the work; None is one a core.
-        """
+        """The report, with every pair followed here and now."""
         found, bound = self.pairs.runs(range(self.pairs.count), threads), self.bound
         return self.report(found, None if bound is None else bound.counts(range(len(bound.samples)), threads))
 

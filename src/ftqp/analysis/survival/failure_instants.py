@@ -66,12 +66,7 @@ class Pairs:
         return PlannerRuns(self.task, self.q)
 
     def runs(self, items: Sequence[int], threads: int | None = None) -> Continuations:
-        """What becomes of some pairs.
-
-        Args:
-            items: Their numbers.
-            threads: How many threads share the work; None is one a core.
-        """
+        """What becomes of some pairs."""
         column, row = np.divmod(np.asarray(items, dtype=np.int64), len(self.failures))
         at = self.samples[column]
         if self.rule == "planner":

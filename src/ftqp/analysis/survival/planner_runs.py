@@ -47,13 +47,7 @@ class PlannerRuns:
     def at(
         self, sample: int, faults: Sequence[Fault], threads: int | None = None
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The largest errors after each of some faults at a sample, and the least clearance, (faults,) each.
-
-        Args:
-            sample: At which joints fail.
-            faults: How they fail, each on its own.
-            threads: How many threads share the work; None is one a core.
-        """
+        """The largest errors after each of some faults at a sample, and least clearances, (faults,) each."""
         done = rollout(
             self._planner,
             np.tile(self._q[sample], (len(faults), 1)),

@@ -43,12 +43,7 @@ class Bound:
     joints: IntArray
 
     def counts(self, items: Sequence[int], threads: int | None = None) -> IntArray:
-        """How many joints the best posture found can do without, at some of the samples, (items,).
-
-        Args:
-            items: Which samples, by their place in ``samples``.
-            threads: How many threads share the work; None is one a core.
-        """
+        """How many joints the best posture found can do without, at some of the samples, (items,)."""
         samples = self.samples[list(items)]
         points = sample_postures(self.grid, samples, threads)
         at = np.repeat(samples, [len(found) for found in points])
@@ -62,11 +57,6 @@ def bound_of(task: TaskPath, waypoints: int, *, joints: Sequence[int] | None = N
     Self-motions at each sample are cut at the joint limits; each of their points is continued to the end of
     the path without each joint, on a coarser grid of the same path. Fewer joints than the arm has prove that
     no posture that was found can do without all of them there, whatever plan leads to it.
-
-    Args:
-        task: The task, of an arm with one joint more than rows.
-        waypoints: How many samples, spread evenly from the first on.
-        joints: Joints that are looked at, by index; None is all.
     """
     if task.redundancy != 1:
         raise InputError(
@@ -85,29 +75,13 @@ def bound_of(task: TaskPath, waypoints: int, *, joints: Sequence[int] | None = N
 def tolerable_joints(
     task: TaskPath, waypoints: int, *, joints: Sequence[int] | None = None, threads: int | None = None
 ) -> tuple[IntArray, IntArray]:
-    """The samples, (K,), and how many joints the best posture found there can do without, (K,).
-
-    Args:
-        task: As in ``bound_of``.
-        waypoints: As there.
-        joints: As there.
-        threads: How many threads share the work; None is one a core.
-
-    Raises:
-        InputError: The arm has not one joint to spare.
-    """
+    """The samples, (K,), and how many joints the best posture found there can do without, (K,)."""
     bound = bound_of(task, waypoints, joints=joints)
     return bound.samples * bound.stride, bound.counts(range(len(bound.samples)), threads)
 
 
 def sample_postures(task: TaskPath, samples: IntArray, threads: int | None = None) -> list[FloatArray]:
-    """Points of the self-motions at some samples, within the limits, (points, nv) each [rad or m].
-
-    Args:
-        task: The task.
-        samples: Which.
-        threads: How many threads share the work; None is one a core.
-    """
+    """Points of the self-motions at some samples, within the limits, (points, nv) each [rad or m]."""
     session: StudySession = task_session(task)
     starts = random_postures(task.robot, STARTS)
     found = session.spread_curves(

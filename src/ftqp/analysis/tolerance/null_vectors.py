@@ -47,12 +47,7 @@ def minors(J: Any) -> FloatArray:
 
 
 def jacobians(J: Any, *, spare: int | None = None) -> FloatArray:
-    """J as an array (..., m, n) of finite numbers.
-
-    Args:
-        J: Anything numpy can turn into numbers.
-        spare: How many columns more than rows are expected; None takes any number from 0.
-    """
+    """J as an array (..., m, n) of finite numbers."""
     try:
         matrices = np.asarray(J, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:

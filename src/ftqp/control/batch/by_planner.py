@@ -54,13 +54,7 @@ class ByPlanner:
         self._what_ifs, self._targets, self._every = what_ifs, targets, every
 
     def drive(self, result: Any, arm: int, told: list[tuple[Fault, int]]) -> None:
-        """Drive an arm from its start in a ``Rollout`` to the end, without a word on the logger.
-
-        Args:
-            result: The rollout, which is filled in.
-            arm: The index of the arm.
-            told: Its faults and their ticks, by tick.
-        """
+        """Drive an arm from its start in a ``Rollout`` to the end, without a word on the logger."""
         with quiet():
             planner = self._planner()
             q, v = result.q[arm].copy(), result.v[arm].copy()

@@ -60,11 +60,7 @@ class OwnFaults:
         self.beliefs = beliefs_of(what_ifs.session.capacity, self._rooms)
 
     def told(self, arm: int) -> list[tuple[Fault, int]]:
-        """What one arm is told and at which tick, by tick.
-
-        Args:
-            arm: Its index.
-        """
+        """What one arm is told and at which tick, by tick."""
         return sorted(_told(self._entries[arm], arm), key=lambda pair: pair[1])
 
     def _events_of(self, arm: int) -> tuple[list[tuple[int, int, int]], list[int], bool]:

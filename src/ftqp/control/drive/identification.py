@@ -14,13 +14,13 @@ BLOCK = 21
 (docs/theory/feedback.md, "Bandwidth from a log")."""
 SLOWEST = 0.02
 """Joints slower than this [rad/s or m/s] tell nothing of a lag. Encoder noise and friction hide the lag
-there. A guess that the tests have not contradicted."""
+there."""
 FEWEST = 40
-"""Averaged samples that the regression needs at least. A guess that the tests have not contradicted."""
+"""Averaged samples that the regression needs at least."""
 SIGNIFICANT = 3.0
 """A lag below so many standard deviations is none, because noise alone makes that in 0.3 % of logs ..."""
 LEAST = 2e-3
-"""... and neither is one below this [s]. A guess that the tests have not contradicted."""
+"""... and neither is one below this [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

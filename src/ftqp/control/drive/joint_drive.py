@@ -25,15 +25,13 @@ KAPPA_DELAY = 0.25
 """... and as a share of the inverse of the delay at most: so that the largest sensitivity stays below 2
 (docs/theory/feedback.md, "The tip"), which tests/control/drive/test_joint_drive.py computes."""
 KAPPA_RATTLE = 0.05
-"""Acceleration [m/s2] that the noise of the tip may cause. A guess that the campaigns have not
-contradicted."""
+"""Acceleration [m/s2] that the noise of the tip may cause."""
 
 HOLD_UNKNOWN, HOLD_MOST, HOLD_DELAY = 10.0, 50.0, 0.3
 """Position loop around a velocity arm: where its servo is not known and at most [1/s], and as a share of the
 inverse of the delay ..."""
 STIFFNESS_MOST, STIFFNESS_DELAY = 80.0, 0.24
-"""... and the loop around a torque arm, at most [1/s] and as that share. A guess that the campaigns have not
-contradicted."""
+"""... and the loop around a torque arm, at most [1/s] and as that share."""
 
 OBSERVER = 200.0
 """Bandwidth of the observer of position and velocity arms [1/s] ..."""
@@ -43,35 +41,30 @@ contradicted, and at least, so that a joint that is as heavy as the model says h
 2.3, which tests/control/drive/test_joint_drive.py computes."""
 SHAKEN = 0.2
 """Noise alone may ask a torque arm for this share of its smallest acceleration limit (standard deviation):
-half of that limit is then beyond two of them. A guess that `ftqp campaign detection` has not contradicted."""
+half of that limit is then beyond two of them."""
 
 OBSERVER_FAILED = 300.0
-"""Bandwidth of the observer of a failed joint [1/s]. A guess that the campaigns have not contradicted."""
+"""Bandwidth of the observer of a failed joint [1/s]."""
 FEED_FORWARD_SHARE = 0.5
-"""Bandwidth of the disturbance that is fed forward, as a share of the stiffness. A guess that the campaigns
-have not contradicted."""
+"""Bandwidth of the disturbance that is fed forward, as a share of the stiffness."""
 ROTORS = 0.3
-"""Rotor inertia that a model may lack [kg m2 or kg]: the largest of common arms behind their gears. A
-guess that the campaigns have not contradicted."""
+"""Rotor inertia that a model may lack [kg m2 or kg]: the largest of common arms behind their gears."""
 LEARNING = 200.0
 """Bandwidth of the filters by which a torque arm is learned [1/s]: a wrist that falls under a load that
 nobody has told of is known before it has fallen far ..."""
 LEARNING_DT = 0.2
 """... as a share of the sampling rate at most ..."""
 FELT = 0.1
-"""... and so low that noise alone is an acceleration of no more than this [rad/s2 or m/s2]. Guesses that the
-campaigns have not contradicted."""
+"""... and so low that noise alone is an acceleration of no more than this [rad/s2 or m/s2]."""
 FORGOTTEN = 16.0
 """After so many of their time constants filters have forgotten how they began, because 16^3/6 e^-16 is
-8e-5. A guess that the campaigns have not contradicted."""
+8e-5."""
 ESTIMATED = 0.005
-"""From one estimate to the next [s]; a tick that makes one takes a microsecond more. A guess that the
-campaigns have not contradicted."""
+"""From one estimate to the next [s]; a tick that makes one takes a microsecond more."""
 REMEMBERED = 0.7
-"""What was heard so long ago [s] counts e times less. A guess that the campaigns have not contradicted."""
+"""What was heard so long ago [s] counts e times less."""
 PATIENCE = 0.02
-"""How long a sensor may be refused before the arm is stopped [s]. A guess that the campaigns have not
-contradicted."""
+"""How long a sensor may be refused before the arm is stopped [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -336,11 +329,7 @@ def felt(rate: float, dt: float) -> float:
 
 
 def by_name(drive: Drive | str | Mapping[str, Any]) -> Drive:
-    """The drive of that name or table.
-
-    Raises:
-        InputError: An unknown name or key, or a number out of its range.
-    """
+    """The drive of that name or table."""
     if isinstance(drive, Drive):
         return drive
     if isinstance(drive, str):

@@ -15,12 +15,12 @@ SAMPLES: Final = 200
 """Places of a path at which it is asked whether a posture goes on along it."""
 LITTLE, FEWER = 0.01, 20
 """With less than the first share of a path left there are so many, so that arms just out of reach of the end
-get their verdict soon. Guesses that tests/laws/test_calm.py has not contradicted."""
+get their verdict soon."""
 AT_ONCE: Final = 4
 """Places of them that are looked at in one tick: some 0.1 ms."""
 SLACK: Final = 20.0
-"""The path may take so many times its time, because a follower waits where joints are at their speed limits.
-A guess that `python benchmarks/bench_bridges.py` has not contradicted."""
+"""The path may take so many times its time, because a follower waits where joints are at their speed
+limits."""
 
 
 @final
@@ -55,11 +55,7 @@ class Ahead:
         self._room = 0.0
 
     def begin(self, rows: str | None = None) -> PostureSearch | None:
-        """A search with the arm, limits and failures as believed now; None for arms that have none.
-
-        Args:
-            rows: Which rows count; None are those that are kept now.
-        """
+        """A search with the arm, limits and failures as believed now; None for arms that have none."""
         planner, view = self._planner, self._view
         self._search = None
         if planner.robot.chain.floating or not planner.robot.is_serial:

@@ -11,8 +11,7 @@ NEARER = 0.02
 """Share of the distance, and of the tolerance, that counts as coming nearer."""
 SLOW = 0.02
 """An arm whose joints are all slower than this share of their limit is slow. What these do stands in
-docs/theory/ways-to-a-goal.md, "When the arm has arrived". All of these are guesses that the campaigns have
-not contradicted."""
+docs/theory/ways-to-a-goal.md, "When the arm has arrived"."""
 HELD_BACK = 0.5
 """An arm that is more than this share of the leash behind its reference holds it back. A guess that
 `python benchmarks/peers_in_physics.py` has not contradicted: there creeping arms are 0.9 to 1.1 leashes
@@ -56,12 +55,7 @@ class Approach:
         self._there = self._there + 1 if is_there else 0
 
     def is_nearer(self, distance: float, held_back: bool) -> bool:
-        """Whether a distance is less than all before, by enough; it is counted since when none was.
-
-        Args:
-            distance: From the goal, in tolerances.
-            held_back: Whether it is the arm that sets the pace, and not its reference.
-        """
+        """Whether a distance is less than all before, by enough; it is counted since when none was."""
         self._held = self._held + 1 if held_back else 0
         if not held_back:
             self._marked, self.left = np.inf, 0.0

@@ -15,10 +15,9 @@ from ftqp.kernel.layout.rows import COMPONENTS, ROW_KINDS
 
 SINGULAR = 0.03
 """A singular value of the scaled reduced Jacobian [characteristic lengths] below this is a direction in which
-the tip cannot move. A guess that the campaigns have not contradicted."""
+the tip cannot move."""
 NOTICEABLE = 0.05
-"""A share of the path's direction, or of a direction's components, below this is left out. A guess that the
-campaigns have not contradicted."""
+"""A share of the path's direction, or of a direction's components, below this is left out."""
 ALONG_ONE = 0.98
 """A direction with this cosine to a row of the task goes by the row's name. A cosine of 0.98 is 11 degrees,
 for a sentence to an operator: a convention."""

@@ -11,8 +11,7 @@ from ftqp.faults.kinds import FreeSwinging
 FARTHER: Final = 0.02
 """Fewer rows are worth it where the path goes on for this share of its rest with them, by convention."""
 PIECE: Final = 1e-3
-"""One piece of thinking for so much time between two ticks [s]. A guess that
-tests/control/following/test_on_the_spot.py has not contradicted."""
+"""One piece of thinking for so much time between two ticks [s]."""
 
 
 def fewer_rows_hold(

@@ -38,20 +38,18 @@ from ftqp.kernel.layout.thresholds import AT_REST
 
 _LOG = logging.getLogger("ftqp")
 SETTLED = 0.1
-"""Share of the tolerances within which an arm at its pose is not waited for any longer. A guess that the
-campaigns have not contradicted."""
+"""Share of the tolerances within which an arm at its pose is not waited for any longer."""
 
 RESTLESS_PATIENCE = 5.0
-"""One that comes no nearer for so long and is not slow is led to where it rests [s]. A guess that the
-campaigns have not contradicted."""
+"""One that comes no nearer for so long and is not slow is led to where it rests [s]."""
 DOUBT = 0.2
 """One that comes no nearer for so long begins to think of other ways [s]; so they are known when the straight
-one is given up. A guess that `python benchmarks/bench_goals.py` has not contradicted."""
+one is given up."""
 TRIES = 4
 """So many other ways are gone before the arm stays where it is."""
 CREEPS = 3.0
 """A straight way that would take so many times as long as another one, at its pace of the last second, is
-given up for that one. A guess that `python benchmarks/peers_in_physics.py` has not contradicted."""
+given up for that one."""
 
 HUNDRED = 100
 """Starts are told in steps of so many, so that what is told does not change in every tick. A convention."""

@@ -9,8 +9,7 @@ from ftqp.control.inverse_kinematics.passable import Passable
 from ftqp.core.checks import BoolArray, FloatArray
 
 REACH = 0.6
-"""Longest edge of a tree, in the joint that goes farthest [rad or m]. A guess that
-tests/control/following/test_joint_tree.py has not contradicted."""
+"""Longest edge of a tree, in the joint that goes farthest [rad or m]."""
 AT_ONCE = 8
 """Places that are looked at in one piece."""
 GROWTHS = 600

@@ -20,11 +20,9 @@ LEASH = 0.02
 """How far the reference may be ahead of the tip [m]; less than half the emergency stop's default, so that the
 stop is never reached ..."""
 TURN_LEASH = 0.1
-"""... and its rotation [rad] (docs/theory/ways-to-a-goal.md, "To a pose, or along a twist"). A guess that the
-campaigns have not contradicted."""
+"""... and its rotation [rad] (docs/theory/ways-to-a-goal.md, "To a pose, or along a twist")."""
 STANDING = 1e-3
-"""A tip slower than this on its leash stands, and its target with it [m/s, rad/s]. A guess that the campaigns
-have not contradicted."""
+"""A tip slower than this on its leash stands, and its target with it [m/s, rad/s]."""
 OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT, HELD)
 """Codes of steps that do not attempt the task: the reference begins anew at the arm after them."""
 

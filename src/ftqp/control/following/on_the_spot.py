@@ -16,8 +16,7 @@ from ftqp.faults.kinds import FreeSwinging
 
 STRIDE: Final = 0.15
 """Longest step of a joint from one posture to the next [rad or m]: plain Newton steps come back from it, and
-the feedback of the path keeps the tip there between. A guess that `python studies/lock_sets.py` has not
-contradicted."""
+the feedback of the path keeps the tip there between."""
 NODES: Final = 200
 """Postures that are looked at before a path is called blocked, a quarter of them where little is left, ..."""
 WALKS: Final = 40
@@ -25,8 +24,7 @@ WALKS: Final = 40
 STEPS: Final = 40
 """... each of so many steps at most, ..."""
 REACHES: Final = (1.5, 0.4)
-"""... in turn towards places drawn so far away in every joint [rad or m, standard deviation]. Guesses that
-the same study has not contradicted."""
+"""... in turn towards places drawn so far away in every joint [rad or m, standard deviation]."""
 STALLED: Final = 0.05
 """A walk is over where the self-motion goes so little of the way, as a share of it, by convention."""
 FARTHER: Final = 0.02
@@ -34,20 +32,17 @@ FARTHER: Final = 0.02
 hardly anything is left, for all of it."""
 PIECE, NEAR_PIECE = 5e-4, 2e-3
 """One piece of thinking, which takes some 0.15 ms, for so much time between two ticks [s]: so the verdict on
-a path comes within a second. A guess that tests/laws/test_calm.py has not contradicted."""
+a path comes within a second."""
 SHARE: Final = 0.5
 """Joints go there at this share of their speed limits at most, ..."""
 BRAKE: Final = 4.0
 """... slower near the place: by this [1/s] times what is left, ..."""
 NEAR: Final = 0.02
-"""... and at this distance the next place, or the path, follows [rad or m]. Guesses that the same study has
-not contradicted."""
+"""... and at this distance the next place, or the path, follows [rad or m]."""
 WAITS: Final = 1.0
-"""A motion that has come no nearer for so long is given up [s]. A guess that the same study has not
-contradicted."""
+"""A motion that has come no nearer for so long is given up [s]."""
 BACK: Final = 0.1
-"""In a tube walks begin so much of the path farther back at most. A guess that the same study has not
-contradicted."""
+"""In a tube walks begin so much of the path farther back at most."""
 MERGED: Final = 24
 """So many steps of a way in a tube may become one at most."""
 

@@ -17,7 +17,7 @@ from ftqp.faults.kinds import FreeSwinging
 
 STARTS_EVERY = 1e-3
 """One start of the search, which takes some 0.2 ms, for so much time between two ticks [s]: a fifth of a
-processor. A guess that `python benchmarks/bench_goals.py` has not contradicted."""
+processor."""
 ENOUGH = 64
 """Starts after which it is enough to have found one posture where motors hold the arm."""
 MOST = 640

@@ -27,10 +27,9 @@ from ftqp.kernel.layout.record import capacity_for
 from ftqp.kernel.layout.thresholds import SCALED_FROM
 
 STANDS = 0.01
-"""A mean rate below this is none: the path stands. A guess that the campaigns have not contradicted."""
+"""A mean rate below this is none: the path stands."""
 LIMITED = 0.5
-"""A rate that the path's next jump holds below this is no stall, unless it is below this share of that. A
-guess that the campaigns have not contradicted."""
+"""A rate that the path's next jump holds below this is no stall, unless it is below this share of that."""
 FOUND, ON_THE_SPOT = -1, -2
 """Stand for a pattern where the kernel has found a way past a singularity, and where a search has."""
 ON_TASK = (OK, RELAXED, SCALED)
@@ -39,11 +38,10 @@ ON_TASK = (OK, RELAXED, SCALED)
 
 STANDS_FOR, DRAGS_FOR = 0.2, 0.5
 """A motion on the spot is looked for where the path has stood for the first share of the time after which it
-is called blocked, or has been stalled for the second one. Guesses that `python studies/lock_sets.py` has not
-contradicted."""
+is called blocked, or has been stalled for the second one."""
 HELPS_WITHIN = 0.3
 """A path from which rows were given up and that is stalled for so long gives up the next ones, or is blocked
-[s]. A guess that `python benchmarks/bench_fewer_rows.py` has not contradicted."""
+[s]."""
 MOST_BRIDGES = 5
 """So many bridges are gone on one path before the tip waits, ..."""
 MOST_SPOTS = 12

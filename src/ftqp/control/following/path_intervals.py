@@ -15,7 +15,7 @@ TOLERANCE = 2e-10
 """Largest error of the pose at the points that are checked [m, rad]; between them it stays below 1e-9. What
 lies between is measured by tests/control/following/test_path_intervals.py."""
 RATE_TOLERANCE = 1e-8
-"""Largest error of the twist there [m/s, rad/s]. A guess that the tests have not contradicted."""
+"""Largest error of the twist there [m/s, rad/s]."""
 NARROWEST = 1e-8
 """An interval as short as this holds a jump and is left alone [s]. Some million units of rounding of a path's
 time."""
@@ -31,7 +31,7 @@ RATE_TOLERANCE, because errors of the table are no jumps."""
 LARGEST = 1 << 18
 """Intervals at most."""
 CHECKED = (0.2, 0.5, 0.8)
-"""Where in an interval its error is looked at. A guess that the tests have not contradicted."""
+"""Where in an interval its error is looked at."""
 
 
 def path_table(path: Path) -> FloatArray:
@@ -40,9 +40,6 @@ def path_table(path: Path) -> FloatArray:
     Position: the quintic with the position, velocity and acceleration of both ends. Rotation: the cubic
     rotation vector with the turn and its rate at both ends. An interval is halved until its error is small;
     what remains is at most 1e-9 m and 1e-9 rad except within 1e-8 s of a jump.
-
-    Raises:
-        InputError: The path has more corners than a table can hold.
     """
     edges = np.linspace(0.0, path.duration, FIRST_INTERVALS + 1)
     begin, end = edges[:-1], edges[1:]

@@ -13,14 +13,12 @@ SAMPLES: Final = 200
 """Pieces of the path that are taken for straight."""
 STRIDE: Final = 0.5
 """A straight way of the joints is at most so many rad times the root of what the tip may leave the path by,
-in characteristic lengths: it bends away from a path by about its square. A guess that
-tests/control/following/test_leave.py has not contradicted."""
+in characteristic lengths: it bends away from a path by about its square."""
 FINER: Final = 6.0
-"""Places of a way that are looked at are so many times nearer to each other. A guess that the same tests have
-not contradicted."""
+"""Places of a way that are looked at are so many times nearer to each other."""
 KEPT: Final = 0.8
 """The joints are led within this share of the tube: what is left is for their way between places that were
-looked at, and for a motion that limits bend. A guess that the same tests have not contradicted."""
+looked at, and for a motion that limits bend."""
 LONGEST: Final = 0.6
 """Longest straight way of the joints within a tube, however wide it is [rad or m]. A convention."""
 

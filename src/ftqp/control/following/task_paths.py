@@ -20,17 +20,16 @@ from ftqp.kernel.layout.thresholds import SCALED_FROM
 
 LEASH, TURN_LEASH = 0.004, 0.02
 """Errors at which paths wait [m, rad], by default: below the tolerance of a task, 0.01 and 0.05, so that a
-path that waits is still followed. Guesses that tests/control/following/test_task_paths.py has not
-contradicted."""
+path that waits is still followed."""
 FREE = 0.25
-"""Share of the leash up to which paths run at full speed. A guess that the same test has not contradicted."""
+"""Share of the leash up to which paths run at full speed."""
 RISE = 0.2
 """How long the rate takes from 0 to 1, at least [s]: the tips' accelerations along their paths change by
-speed over that. A guess that the same test has not contradicted."""
+speed over that."""
 STANDS = 0.01
 """A rate below this is none, as of a ``PathFollower``. A convention."""
 PATIENCE = 1.0
-"""Paths that stand for so long are blocked [s]. A guess that the same test has not contradicted."""
+"""Paths that stand for so long are blocked [s]."""
 
 
 @final

@@ -15,7 +15,7 @@ from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.robot import Robot
 
 STEP = 0.05
-"""Largest step of a traced curve [rad or m]. A guess that the tests of self-motions have not contradicted."""
+"""Largest step of a traced curve [rad or m]."""
 
 SPAN_BY_LENGTH = 6.0
 """Sliding joints without limits start within so many characteristic lengths of zero: the reach, exactly."""
@@ -32,9 +32,6 @@ def robot_session(
         limited: Whether joints that turn have their limits; without, their values count modulo one turn.
         step: Largest step of a traced curve [rad or m].
         axis: Whether rx and ry are the shortest turn of the tool's z axis.
-
-    Raises:
-        InputError: The robot has branches.
     """
     robot.refuse_tree("a study of an arm's postures needs")
     limits, slides = robot.limits, robot.chain.prismatic

@@ -14,13 +14,12 @@ from ftqp.model.robot import Robot
 
 HELD = 0.98
 """A motor may need this share of its torque limit to hold the arm at rest. Two per cent are left to the
-feedback. A guess that the campaigns have not contradicted."""
+feedback."""
 NEARER: Final = 1e-3
 """Bodies may be nearer than a planner keeps them by so much [m], so that an arm that rests as near as it gets
 may go away from there. A convention, far below what anybody keeps."""
 SPACING: Final = 0.1
-"""Places of a way that are looked at are nearer to each other than this in every joint [rad or m]. A guess
-that tests/control/following/test_joint_tree.py has not contradicted."""
+"""Places of a way that are looked at are nearer to each other than this in every joint [rad or m]."""
 
 
 class Walled(Protocol):

@@ -21,13 +21,13 @@ SAME = 0.05
 """Two solutions nearer to each other than this in every joint are one posture [rad or m], by convention."""
 STRIDE = 0.2
 """Longest step of a joint along a self-motion to larger margins [rad or m]: plain Newton steps come back from
-it. A guess that tests/control/inverse_kinematics/test_postures.py has not contradicted."""
+it."""
 DAMPED, FEW = 1e-2, 12
 """Steps to the nearest posture are damped so much at first, in squares of the characteristic length, and
-there are so few of them. Guesses that tests/control/following/test_leave.py has not contradicted."""
+there are so few of them."""
 ROOMY = 0.2
 """A posture with this share of half of every joint's range to its nearest limit is not led further from
-limits. A guess that tests/control/inverse_kinematics/test_postures.py has not contradicted."""
+limits."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -116,11 +116,7 @@ class PostureSearch:
         self.q, self._sigma = np.zeros((0, n)), np.zeros(0)
 
     def look(self, count: int) -> int:
-        """Try so many further starts; returns how many postures they brought that were not known.
-
-        Args:
-            count: From 1.
-        """
+        """Try so many further starts; returns how many postures they brought that were not known."""
         low, high = self._whole
         low, high = np.maximum(low, self._low), np.minimum(high, self._high)
         starts = low + self._random.random((count, self.robot.nv)) * (high - low)
@@ -222,9 +218,6 @@ class PostureSearch:
 
         The step is the gradient of -sum_i ((q_i - middle_i)/half range_i)² in the null space of the task,
         and it is taken back where the least share of a range to its limit has not grown.
-
-        Args:
-            rounds: From 1.
         """
         at = self._working
         spare = int(at.sum()) - self.m

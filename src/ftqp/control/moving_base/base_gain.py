@@ -57,11 +57,7 @@ def best_gain(alpha: float) -> float:
 
 
 def checked_gain(gain: Any) -> float:
-    """``gain`` as a float inside the limit of stability for a base attitude that is right.
-
-    Raises:
-        InputError: Outside (0, 2).
-    """
+    """``gain`` as a float inside the limit of stability for a base attitude that is right."""
     value = positive("gain", gain)
     if value >= LARGEST_GAIN:
         raise InputError(

@@ -31,11 +31,7 @@ AXES = Setting(
 
 
 def axis(value: Any, name: str = "axis") -> FloatArray:
-    """The unit vector (3,) of a named or given direction in W.
-
-    Raises:
-        InputError: An unknown name, or a vector without a direction.
-    """
+    """The unit vector (3,) of a named or given direction in W."""
     if isinstance(value, str):
         if value not in _NAMED:
             raise unknown("direction", value, f"the {name}", _NAMED)
@@ -49,11 +45,7 @@ def axis(value: Any, name: str = "axis") -> FloatArray:
 
 
 def plane(axes: Any) -> tuple[FloatArray, FloatArray]:
-    """The two perpendicular unit vectors, (3,) each, that span the plane of a path.
-
-    Raises:
-        InputError: Not two directions, or not perpendicular.
-    """
+    """The two perpendicular unit vectors, (3,) each, that span the plane of a path."""
     if isinstance(axes, str) or not isinstance(axes, Sequence | np.ndarray) or len(axes) != 2:
         raise InputError(f'axes is {axes!r:.60}, expected two directions such as ("x", "y")')
     first, second = axis(axes[0], "first axis"), axis(axes[1], "second axis")

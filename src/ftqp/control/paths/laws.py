@@ -140,11 +140,7 @@ def names() -> tuple[str, ...]:
 
 
 def by_name(law: str | Mapping[str, Any] | Law) -> Law:
-    """The law for a name, for a table such as ``{"name": "trapezoid", "ramp": 0.1}``, or a law itself.
-
-    Raises:
-        InputError: An unknown name or key, or a parameter out of its range.
-    """
+    """The law for a name, for a table such as ``{"name": "trapezoid", "ramp": 0.1}``, or a law itself."""
     if isinstance(law, Law):
         return law
     table: Mapping[str, Any] = {"name": law} if isinstance(law, str) else law

@@ -18,8 +18,7 @@ from ftqp.kernel.layout.enums import FROZEN, DriveKind, StopReason
 from ftqp.model.robot import Robot
 
 STEP: Final = 0.05
-"""What is planned ahead is planned anew when a suspicion leaves it more or less by so much of its speed. A
-guess that the campaigns have not contradicted."""
+"""What is planned ahead is planned anew when a suspicion leaves it more or less by so much of its speed."""
 
 
 @final
@@ -40,11 +39,7 @@ class ArmLoop:
         self._named, self._why = 0, ""
 
     def stop(self, why: str = "") -> None:
-        """Latch a stop; the reason of one that is latched stays.
-
-        Args:
-            why: The sentence for it, where it is more than that somebody asked.
-        """
+        """Latch a stop; the reason of one that is latched stays."""
         if not self._session.K.watch.latched:
             self._why = why
         self._orders.stop(StopReason.ASKED)
@@ -143,12 +138,7 @@ class ArmLoop:
 def accepted_drive(
     robot: Robot, drive: Drive | str | Mapping[str, Any], noise: Noise | None
 ) -> tuple[Drive, Noise]:
-    """What the arm takes and how noisy it is, if that can be driven.
-
-    Raises:
-        InputError: A wrong drive or noise, or torques for a robot without inertia, or whose file has no
-            torque limits.
-    """
+    """What the arm takes and how noisy it is, if that can be driven."""
     if noise is not None and not isinstance(noise, Noise):
         raise InputError(f"noise is {noise!r:.60}, expected an ftqp.Noise or None")
     found = by_name(drive)

@@ -10,9 +10,9 @@ from ftqp.model.followers import coupled_places
 from ftqp.model.robot import Robot
 
 SAMPLES = 400
-"""Random configurations that are looked at. A guess that the tests have not contradicted."""
+"""Random configurations that are looked at."""
 SPEED_SHARE = 0.5
-"""Velocities are sampled up to this share of the limits. A guess that the tests have not contradicted."""
+"""Velocities are sampled up to this share of the limits."""
 SEED = 20170511
 """Of the samples: so that an arm always has the same reserve."""
 

@@ -145,12 +145,10 @@ NEAR = "their clearance"
 """What holds two bodies that are kept apart."""
 BY = {KEEP: KEPT, HOLD: HELD, OWN_ROW: OWN, CLEARANCE: NEAR}
 ACTIVE = 1e-9
-"""A multiplier above this share of the largest counts as active. A guess that the tests have not
-contradicted."""
+"""A multiplier above this share of the largest counts as active."""
 _LIMIT_NAMES = {limit: limit.name.lower() for limit in (Limit.ACCELERATION, Limit.VELOCITY, Limit.POSITION)}
 LEAST_SHARE = 1e-3
-"""A direction of which less is missing than this share of the largest is left out. A guess that the tests
-have not contradicted."""
+"""A direction of which less is missing than this share of the largest is left out."""
 
 
 def unreached(parts: Any, slack: FloatArray) -> list[Unreached]:
@@ -172,12 +170,7 @@ def unreached(parts: Any, slack: FloatArray) -> list[Unreached]:
 
 
 def missed_tasks(parts: Any, named: Named) -> tuple[str, ...]:
-    """Which further tasks that the status speaks of the command misses, and by how much, in sentences.
-
-    Args:
-        parts: Those of a step.
-        named: Names beside those of joints.
-    """
+    """Which further tasks that the status speaks of the command misses, and by how much, in sentences."""
     if not parts["soft_missed"][0]:
         return ()
     per = "m/s" if int(parts["level"][0]) == VELOCITY else "m/s2"
@@ -209,12 +202,7 @@ def without_bound(parts: Any, jacobian: FloatArray, code: int) -> str:
 
 
 def too_near(parts: Any, nearest: tuple[str, str] | None) -> tuple[str, ...]:
-    """Which bodies are nearer to each other than they are to be kept, and whether all are watched.
-
-    Args:
-        parts: Those of a step.
-        nearest: The names of the pair that is nearest, or None.
-    """
+    """Which bodies are nearer to each other than they are to be kept, and whether all are watched."""
     distance, keep = float(parts["distance"][0]), float(parts["keep"][0])
     if nearest is None:
         return ()
@@ -250,12 +238,7 @@ def instead(parts: Any, beside_free: str | None, excess: float) -> tuple[str, ..
 
 
 def unused(parts: Any, joints: Sequence[str]) -> str:
-    """Which input of a step is not used.
-
-    Args:
-        parts: Those of a step.
-        joints: Names of the joints.
-    """
+    """Which input of a step is not used."""
     bad = [k for k in range(len(joints)) if parts["bad"][k]] if parts["active"][0] else []
     if not bad:
         return (
@@ -306,15 +289,7 @@ def obstacles(
     asked: Asked = NOTHING_ASKED,
     pairs: Sequence[tuple[str, str]] = (),
 ) -> list[Obstacle]:
-    """Which bounds and rows of C hold the command back, the one that matters most first.
-
-    Args:
-        parts: Those of a step.
-        joints: Names of the joints.
-        has_inertia: Whether the arm has masses, and so torque rows.
-        asked: Names of the rows that the planner asks for.
-        pairs: Names of the pairs of bodies that are kept apart.
-    """
+    """Which bounds and rows of C hold the command back, the one that matters most first."""
     found: list[tuple[str, str, float]] = []
     for i, joint in enumerate(joints):
         z = float(parts["z_box"][i])

@@ -74,11 +74,7 @@ Constraint = Keep | Rows | OwnConstraint | TorqueLimits
 
 
 def listed(constraints: Any) -> tuple[Constraint, ...]:
-    """The constraints that a planner was given.
-
-    Raises:
-        InputError: This is no list of them, too many, or two of one name.
-    """
+    """The constraints that a planner was given."""
     if constraints is None:
         return ()
     if isinstance(constraints, Constraint | str | Mapping) or not isinstance(constraints, Sequence):
@@ -120,11 +116,7 @@ def own_of(constraints: Sequence[Constraint]) -> tuple[Rows | OwnConstraint, ...
 
 
 def refuse_without_effect(constraints: Sequence[Constraint], robot: Robot, torque_limits: bool) -> None:
-    """Refuse torque limits that are asked for and could not be kept.
-
-    Raises:
-        InputError: The planner is told to leave them out, or the arm has no masses or no torque limits.
-    """
+    """Refuse torque limits that are asked for and could not be kept."""
     for one in constraints:
         if isinstance(one, TorqueLimits):
             one.refuse_without_effect(robot, torque_limits)
@@ -253,11 +245,7 @@ class Constraints(Mapping[str, Kept]):
 
 
 def _write(room: Any, at: int, keep: Keep, side: Side, robot: Robot) -> None:
-    """A side of something that is kept.
-
-    Raises:
-        InputError: An unknown frame, one that does not move, or the name of a joint.
-    """
+    """A side of something that is kept."""
     if keep.label in robot.joints and keep.name is not None:
         raise InputError(f"two things are called {keep.label!r}; give the constraint another name=")
     room.body[at], T = mount_of(robot, keep.frame)

@@ -11,8 +11,7 @@ from ftqp.kernel.layout.enums import SETS
 
 _LOG = logging.getLogger("ftqp")
 PATIENCE: Final = 0.2
-"""How long a task is RELAXED, and no nearer, before rows of it are given up [s]. A guess that the campaigns
-have not contradicted."""
+"""How long a task is RELAXED, and no nearer, before rows of it are given up [s]."""
 SENTENCES: Final = {
     "position_axis": "the task stays infeasible: the rotation about the tool axis is given up",
     "position": "the task stays infeasible: the attitude is given up",

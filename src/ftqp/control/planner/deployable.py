@@ -42,12 +42,7 @@ def deployable(
     session: Session, orders: Orders, given: Settings, solver: Solver, wanted: Wanted, tasks: TaskList, *,
     asking: Sequence[str], detector: Any, has_scene: bool,
 ) -> Deployable:  # fmt: skip
-    """The memory of a planner for programs in C.
-
-    Raises:
-        InputError: A foreign solver, a network, a closed form, a plan, further tasks, functions in Python, or
-            faults that it already believes in.
-    """
+    """The memory of a planner for programs in C."""
     if not solver.sizes_may_change:
         raise InputError(
             f"this planner is solved by {given.backend!r}, expected the backend 'active_set' and a scheme "

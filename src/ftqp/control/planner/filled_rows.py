@@ -38,12 +38,7 @@ class Seen(NamedTuple):
 
 
 def seen_of(session: Session, robot: Robot) -> Seen:
-    """What functions see of a planner, the memory itself.
-
-    Args:
-        session: The planner's.
-        robot: The arm.
-    """
+    """What functions see of a planner, the memory itself."""
     q, v, a = (session.view("state", name)[: robot.nv] for name in ("q_command", "v_command", "a_command"))
     state = session.K.state
     return Seen(q, v, a, "velocity" if state.level == VELOCITY else "acceleration", float(state.dt))
@@ -57,7 +52,7 @@ class _Own(NamedTuple):
 
 
 SLOW_TIMES = 5
-"""A function that takes longer than a tick so often in a row is slow. A guess that no test contradicts."""
+"""A function that takes longer than a tick so often in a row is slow."""
 
 
 @final
@@ -158,16 +153,7 @@ class OwnRows:
 
 
 def refuse_asking(asking: Sequence[str], whom: str, remedy: str) -> None:
-    """Refuse a planner whose tasks or constraints ask Python, for somebody who does not.
-
-    Args:
-        asking: Which do, for example ``task 'reach'``.
-        whom: Who does not.
-        remedy: What to do about it, ``{them}`` being those that ask.
-
-    Raises:
-        InputError: Some do.
-    """
+    """Refuse a planner whose tasks or constraints ask Python, for somebody who does not."""
     if asking:
         ask, them = ("asks", "it") if len(asking) == 1 else ("ask", "them")
         raise InputError(

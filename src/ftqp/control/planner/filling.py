@@ -16,19 +16,17 @@ from ftqp.model.robot import Robot
 
 LEVELS = {level.name.lower(): level for level in Level}
 PATIENCE = 0.1
-"""Time [s] of fallback commands in a row after which the arm is stopped. A guess that the campaigns have not
-contradicted."""
+"""Time [s] of fallback commands in a row after which the arm is stopped."""
 STOP_RISE = 0.05
 """A stop brings the deceleration up to the acceleration limit within this time [s]. So that a stop ends at
-rest without a step of the acceleration, which makes servos overshoot (docs/theory/feedback.md, "Stops"). A
-guess that the campaigns have not contradicted."""
+rest without a step of the acceleration, which makes servos overshoot (docs/theory/feedback.md, "Stops")."""
 REMEMBERED = 1.05
 """How long given targets are kept [s]. LATEST, after which the arm is stopped, and 50 ms, so that the oldest
 one is still there."""
 TOLERANCE = 1e-10
 """Largest violation of a bound that the active set counts as none. Some million units of rounding."""
 ACCEPT = 1e-6
-"""Largest scaled residual of a QP that counts as solved. A guess that the campaigns have not contradicted."""
+"""Largest scaled residual of a QP that counts as solved."""
 
 
 def filled(
@@ -44,11 +42,7 @@ def filled(
     noise: Noise = Noise(),  # noqa: B008  frozen
     asked: Asked = NOTHING_ASKED,
 ) -> Session:
-    """The session of a healthy robot; what is believed of its joints is another's to write.
-
-    Raises:
-        InputError: unknown rows, gains too high for dt, or a latency that is too long.
-    """
+    """The session of a healthy robot; what is believed of its joints is another's to write."""
     session = Session(robot.nv)
     K = session.K
     load_chain(K, **robot.chain.constants())

@@ -37,8 +37,7 @@ ON_TASK = (FOLLOW, MAKE_UP)
 STILL_SWING = 0.01
 """A joint that swings no farther than this hangs at rest [rad or m] ..."""
 STILL_DRIFT = 1e-3
-"""... and one that drifts no faster than this rests [rad/s or m/s]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""... and one that drifts no faster than this rests [rad/s or m/s]."""
 HELD = {
     Kept.NOTHING: "the task is given up, the others lead it to where it can rest",
     Kept.POSE: "tip held at its pose",
@@ -98,11 +97,7 @@ class FreeJoint:
         return not (free.joint >= 0 and free.mode == FOLLOW)
 
     def held_target(self, leader: PathMemory) -> Any:
-        """The packed target at which a path stops; None where it has not begun.
-
-        Args:
-            leader: The memory of the path, whose progress stands from now on.
-        """
+        """The packed target at which a path stops; None where it has not begun."""
         task, target = self._session.K.task, leader.path.target
         leader.path.rate = 0.0
         return None if task.uses_rotation and not target[TARGET_HAS_ROTATION] else target
@@ -116,12 +111,7 @@ class FreeJoint:
         self._said = None
 
     def tell(self, code: int, _inputs: tuple[Any, ...]) -> None:
-        """Log a change of what the operator should know after a tick.
-
-        Args:
-            code: The tick's status or mistake.
-            _inputs: What the step was given, which does not matter here.
-        """
+        """Log a change of what the operator should know after a tick."""
         parts = self._parts
         key = (*(int(parts[name][0]) for name in ("free_mode", "free_rows", "impact_side")), code == STOPPED)
         if key != self._said and code >= 0:
@@ -132,11 +122,7 @@ class FreeJoint:
 
 
 def impact(parts: Any) -> Impact | None:
-    """The expected impact, or None.
-
-    Args:
-        parts: The parts of a step, by the names of ``PLACES``.
-    """
+    """The expected impact, or None."""
     side = int(parts["impact_side"][0])
     if parts["free_joint"][0] < 0 or side == 0:
         return None
@@ -145,12 +131,7 @@ def impact(parts: Any) -> Impact | None:
 
 
 def notice(parts: Any, joints: tuple[str, ...]) -> str | None:
-    """What the operator should know of a free-swinging joint now; None without one.
-
-    Args:
-        parts: The parts of a step, by the names of ``PLACES``.
-        joints: Names of the joints.
-    """
+    """What the operator should know of a free-swinging joint now; None without one."""
     i = int(parts["free_joint"][0])
     if i < 0:
         return None

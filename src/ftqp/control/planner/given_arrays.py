@@ -53,11 +53,7 @@ def is_row(row: Any) -> bool:
 
 
 def vector(name: str, value: Any) -> FloatArray:
-    """``value`` as a contiguous vector of whatever size; NaN and infinities pass, they are the world's doing.
-
-    Raises:
-        InputError: not numbers, or not one-dimensional.
-    """
+    """``value`` as a contiguous vector of any size; NaN and infinities pass, they are the world's doing."""
     result = numbers(name, value)
     if result.ndim != 1:
         raise InputError(f"{name} has shape {result.shape}, expected a vector (nv,)")
@@ -65,15 +61,7 @@ def vector(name: str, value: Any) -> FloatArray:
 
 
 def mistake(code: int, q: Any, v: Any, nv: int, nq: int) -> InputError:
-    """The error for a mistake that the kernel has found in what a step was given.
-
-    Args:
-        code: The mistake.
-        q: What was given as the configuration.
-        v: What was given as the velocity.
-        nv: Number of joints.
-        nq: Size of pinocchio's configuration.
-    """
+    """The error for a mistake that the kernel has found in what a step was given."""
     if code in _MISTAKES:
         return InputError(_MISTAKES[code])
     expected = f"(nv,) = ({nv},)" if nq == nv else f"(nv,) = ({nv},) or (nq,) = ({nq},)"

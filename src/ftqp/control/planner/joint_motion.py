@@ -19,20 +19,18 @@ BANDWIDTH = 20.0
 """How fast an error to the motion decays, at most [1/s] ..."""
 BANDWIDTH_STEPS = 0.2
 """... and times dt, at most: a fifth of it is taken off in a tick, so that the sampled loop does not
-overshoot. A guess that the campaigns have not contradicted."""
+overshoot."""
 
 DEVIATION = 0.01
 """A command so far from the motion begins it anew, because limits have held the arm back: by its place [rad
 or m] ..."""
 SPEED_DEVIATION = 0.05
-"""... or by its speed, as a share of v_max. A guess that the campaigns have not contradicted."""
+"""... or by its speed, as a share of v_max."""
 
 SPEED_SHARE, ACCELERATION_SHARE = 0.999, 0.99
-"""Shares of the limits that the motion uses: what is left corrects errors at full speed. A guess that the
-campaigns have not contradicted."""
+"""Shares of the limits that the motion uses: what is left corrects errors at full speed."""
 LEAST_ACCELERATION = 0.05
-"""Share of a_max that the motion uses even where gravity leaves less, so that it ends. A guess that the
-campaigns have not contradicted."""
+"""Share of a_max that the motion uses even where gravity leaves less, so that it ends."""
 
 PLACES = 17
 """Whether motors hold the arm is looked at in so many places of a motion, ..."""
@@ -111,11 +109,7 @@ class JointMotion:
         return np.where(turns, np.remainder(way + np.pi, 2.0 * np.pi) - np.pi, way)
 
     def plan(self, speed: float = 1.0) -> None:
-        """Plan the motion from the last command to the goal.
-
-        Args:
-            speed: Share of the speed limits, in (0, 1].
-        """
+        """Plan the motion from the last command to the goal."""
         command, limits, robot = self._view.command, self._view.limits, self._robot
         self._later = None
         working = np.flatnonzero(self._view.working)

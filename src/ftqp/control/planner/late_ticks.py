@@ -12,11 +12,7 @@ from ftqp.kernel.layout.thresholds import MOST_TICKS
 
 
 def whole_ticks(ticks: Any) -> int:
-    """How many periods have passed, checked.
-
-    Raises:
-        InputError: This is no whole number from 1 on.
-    """
+    """How many periods have passed, checked."""
     try:
         count = index(ticks)
     except TypeError:
@@ -37,9 +33,6 @@ def made_up_for(orders: Orders, tick: Tick, target: tuple[Any, ...], ticks: int,
         target: The packed target of the tick that comes late, and its row.
         ticks: How many periods have passed.
         v: Zeros, (nv,).
-
-    Raises:
-        InputError: The target is none.
     """
     packed, row = target
     for left in range(min(ticks, MOST_TICKS) - 1, 0, -1):

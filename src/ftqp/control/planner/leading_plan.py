@@ -63,15 +63,7 @@ class LeadingPlan(Protocol):
 
 
 def plan_for(plan: LeadingPlan, robot: Robot) -> LeadingPlan:
-    """A plan with its arm.
-
-    Args:
-        plan: The plan.
-        robot: The arm.
-
-    Raises:
-        InputError: It is no plan, or one of another arm.
-    """
+    """A plan with its arm."""
     for name in ("q", "t", "of", "remaining", "continuation"):
         if not hasattr(plan, name):
             raise InputError(

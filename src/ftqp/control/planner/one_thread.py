@@ -49,15 +49,7 @@ class OneThread:
         self._inside: dict[str, tuple[int, str, ref[Stay]]] = {}
 
     def enter(self, call: str, stay: Stay) -> bool:
-        """Enter a call: whether the thread was outside before.
-
-        Args:
-            call: Its name.
-            stay: What lives as long as it does.
-
-        Raises:
-            InputError: Another thread is inside, or this one is inside a step and wants another.
-        """
+        """Enter a call: whether the thread was outside before."""
         me = get_ident(), call, ref(stay)
         found = self._inside.setdefault("owner", me)
         if found is me:
@@ -86,11 +78,7 @@ class OneThread:
 
 
 def guarded(name: str) -> Callable[[Call[P, R]], Call[P, R]]:
-    """Lets one thread at a time into a method of a planner, which has an ``OneThread`` as ``_inside``.
-
-    Args:
-        name: What the user calls.
-    """
+    """Lets one thread at a time into a method of a planner, which has an ``OneThread`` as ``_inside``."""
 
     def with_guard(call: Call[P, R]) -> Call[P, R]:
         def guard(planner: Any, /, *args: P.args, **kwargs: P.kwargs) -> R:

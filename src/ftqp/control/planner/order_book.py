@@ -9,13 +9,7 @@ from ftqp.kernel.entry.session import ArmSession, Session
 
 
 def orders_of(session: Session, given: Settings, solver: Solver) -> Orders:
-    """The orders of a planner.
-
-    Args:
-        session: The planner's, filled.
-        given: What it was made with.
-        solver: Who solves its QPs.
-    """
+    """The orders of a planner."""
     K, robot, kept = session.K, given.robot, given.task.kept_sets
     fewer = kept if solver.sizes_may_change else ()
     allow(K, fewer, given.dt, asked=given.task.degrade is not None)

@@ -39,8 +39,7 @@ from ftqp.model.robot import Robot
 from ftqp.model.robot_table import arm_svg
 
 LEAST_LOAD = 0.05
-"""A load lighter than this [kg] is not named, because friction that is not learned yet looks like so much. A
-guess that the campaigns have not contradicted."""
+"""A load lighter than this [kg] is not named, because friction that is not learned yet looks like so much."""
 
 
 @final
@@ -78,12 +77,7 @@ class Learned:
 
 
 def learned(session: Session, joints: int) -> Learned | None:
-    """What the planner of this session has learned; None where it does not learn, or has not begun.
-
-    Args:
-        session: The planner's.
-        joints: How many the arm has.
-    """
+    """What the planner of this session has learned; None where it does not learn, or has not begun."""
     K = session.K
     room, chain = K.learned, K.chain
     if not room.on or not room.based:
@@ -102,11 +96,7 @@ def learned(session: Session, joints: int) -> Learned | None:
 
 
 def planner_html(planner: Any) -> str:
-    """What a planner was made with, its tasks and constraints, and what it believes now.
-
-    Args:
-        planner: The ``ftqp.Planner``.
-    """
+    """What a planner was made with, its tasks and constraints, and what it believes now."""
     robot, task = planner.robot, planner.task
     rows = [
         ("robot", f"{robot.name}, {robot.nv} joints"),

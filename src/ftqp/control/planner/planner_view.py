@@ -154,11 +154,7 @@ class PlannerView:
         return poses
 
     def tip_at(self, joints: JointState) -> TipState:
-        """The tip's motion with a motion of the joints.
-
-        Args:
-            joints: Positions, velocities and accelerations.
-        """
+        """The tip's motion with a motion of the joints."""
         arm = self._arm
         arm.adopt(self._session)
         arm.kinematics(joints.q, joints.v)

@@ -186,11 +186,7 @@ class RunningTask:
         return 6 if isinstance(self.given, PoseTask) else 3
 
     def taken(self, value: Any) -> FloatArray | str:
-        """A target as numbers, checked; or why it is left out, which is the world's doing.
-
-        Raises:
-            InputError: A wrong shape, no numbers, or a task without a target.
-        """
+        """A target as numbers, checked; or why it is left out, which is the world's doing."""
         what = f"target of {self.name}"
         match self.given:
             case OwnTask():
@@ -310,11 +306,7 @@ def _moving_place(value: Target | Targets) -> FloatArray:
 
 
 def _mounts(terms: Any, at: int, task: SoftTask, robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Poses of the frame of a task, and of the frame that its goal moves with, in those of their joints.
-
-    Raises:
-        InputError: A frame is unknown, does not move, or moves with the other.
-    """
+    """Poses of the frame of a task, and of the frame that its goal moves with, in those of their joints."""
     frame, other = getattr(task, "frame", None), None
     if isinstance(task, RelativeTask):
         other = task.to

@@ -63,14 +63,7 @@ class Layout:
         self.has_cloud = False
 
     def lay(self, before: Mapping[str, Placed]) -> None:
-        """Write capsules, obstacles and pairs anew; what moves on by itself stays where it is by now.
-
-        Args:
-            before: What the record was laid out for.
-
-        Raises:
-            InputError: Too many bodies, an unknown name in ``ignore``, or nothing to keep clear of the scene.
-        """
+        """Write capsules, obstacles and pairs anew; what moves on by itself stays where it is by now."""
         capsules, things = self._bodies(), self._content.placed
         if len(capsules) > CAPSULES:
             raise InputError(

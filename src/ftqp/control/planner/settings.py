@@ -94,12 +94,7 @@ def settled(
     noise: Noise | None,
     plan: LeadingPlan | None = None,
 ) -> Settings:
-    """The arguments of a ``Planner``, checked in their order; see there.
-
-    Raises:
-        InputError: A parameter is wrong, or two of them exclude each other.
-        ModelError: The robot cannot be driven safely.
-    """
+    """The arguments of a ``Planner``, checked in their order; see there."""
     if level not in LEVELS:
         raise InputError(
             f"level is {level!r}{nearest(str(level), LEVELS)}, expected one of {', '.join(LEVELS)}"
@@ -167,11 +162,7 @@ def settled(
 
 
 def _refuse_plan(scheme: Scheme | Resolver, criterion: Any, posture: FloatArray | None) -> None:
-    """Refuse what a plan cannot lead.
-
-    Raises:
-        InputError: The scheme leads to no posture, or a posture is given beside the plan.
-    """
+    """Refuse what a plan cannot lead."""
     if not getattr(criterion, "norm_q", 0.0) > 0.0:
         raise InputError(
             f"scheme {scheme.name!r} leads to no posture, so that a plan has no effect on it; use rmp, dlsm "
@@ -185,12 +176,7 @@ EXAMPLE = 'ftqp.robots.load("panda")'
 
 
 def accepted(robot: Robot) -> Robot:
-    """The robot, if a planner can drive it.
-
-    Raises:
-        InputError: This is no robot.
-        ModelError: It has too many joints, or no acceleration limits.
-    """
+    """The robot, if a planner can drive it."""
     instance("robot", robot, Robot, f"an ftqp.Robot, for example {EXAMPLE} or ftqp.Robot.from_urdf(file)")
     if robot.nv > JOINTS:
         raise ModelError(

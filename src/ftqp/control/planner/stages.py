@@ -40,13 +40,7 @@ class Stage:
 
 
 def staged(tick: Tick, kind: str, stages: Iterable[Stage]) -> Tick:
-    """A tick with what its stages do before and after it, in their order; itself where they do nothing.
-
-    Args:
-        tick: The solver's.
-        kind: One of CLOCK, FREE and LED.
-        stages: The planner's.
-    """
+    """A tick with what its stages do before and after it, in their order; itself where they do nothing."""
     own: Sequence[Stage] = [stage for stage in stages if kind in stage.ticks]
     before = tuple(stage.before for stage in own if stage.before is not None)
     after = tuple(stage.after for stage in own if stage.after is not None)

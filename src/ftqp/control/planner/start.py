@@ -158,11 +158,7 @@ class Rest:
         self.held = False
 
     def tell(self, step: Step) -> None:
-        """Log a change.
-
-        Args:
-            step: The last step.
-        """
+        """Log a change."""
         self._degrading.tell()
         if self._ticks[0] == 1:
             self._look_at_first_target(step)

@@ -64,10 +64,5 @@ REPEATS: Final = (
 
 
 def with_reason(said: str, reason: str | None) -> str:
-    """What is said of an arm that was stopped, with why.
-
-    Args:
-        said: What has happened.
-        reason: Why, as ``planner.stopped_because`` has it; None where no stop is latched.
-    """
+    """What is said of an arm that was stopped, with why."""
     return said if reason is None else f"{said}: {reason}"

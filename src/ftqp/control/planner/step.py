@@ -62,8 +62,7 @@ _ROWS_OF = {Kept.NOTHING: 0, Kept.POSITION: 3, Kept.POSITION_AXIS: 5, Kept.POSE:
 _SOLVE_STATUSES = tuple(SolveStatus[claim.name] for claim in Claim)
 """What the residuals made of an answer, in the order of the kernel's claims."""
 ROUNDING = 10.0
-"""A torque excess below so many tolerances of the solver is rounding. A guess that the tests have not
-contradicted."""
+"""A torque excess below so many tolerances of the solver is rounding."""
 
 
 class Step:

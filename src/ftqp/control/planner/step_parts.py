@@ -146,11 +146,7 @@ class ArmOfSteps:
         self.session = self.session.copy()
 
     def fill_in_torques(self, parts: KeptParts) -> None:
-        """The torques of a step that is kept, by a session of its own in the state of that step.
-
-        Args:
-            parts: Those of the step.
-        """
+        """The torques of a step that is kept, by a session of its own in the state of that step."""
         session, n = self.session.copy(), len(parts["tau"])
         state = session.K.state
         state.q[:n], state.v[:n], state.a_command[:n] = parts["q_before"], parts["v_before"], parts["a"]
@@ -263,12 +259,7 @@ class Named(NamedTuple):
         return errors[at : at + size], None
 
     def slack(self, name: str, slacks: FloatArray) -> FloatArray:
-        """What the command leaves of each row of a further task, or what they ask for, (m,).
-
-        Args:
-            name: Of the task.
-            slacks: Of all tasks, as they stand in the record.
-        """
+        """What the command leaves of each row of a further task, or what they ask for, (m,)."""
         rows, turns = self.rows[name]
         result: FloatArray = slacks[list(rows)]
         result[list(turns)] /= self.length

@@ -24,15 +24,7 @@ def clearance_rows(asked: bool) -> tuple[str, ...]:
 
 
 def refuse_moving_base(leader: str, surroundings: "Surroundings | None") -> None:
-    """Refuse an inertial task beside a scene.
-
-    Args:
-        leader: Who leads the planner.
-        surroundings: What it keeps clear of; None is nothing.
-
-    Raises:
-        InputError: They do not go together.
-    """
+    """Refuse an inertial task beside a scene."""
     if leader == "base" and surroundings is not None:
         raise InputError(
             "a scene stands where the base does, and an inertial task has a base that moves; make a "
@@ -124,9 +116,6 @@ class Surroundings:
             content: What will stand there.
             name: What has moved; ``cloud``; or nothing where others are there then.
             version: The number of the scene that it will have, (1,).
-
-        Raises:
-            InputError: The arm has no room for it.
         """
         now = self._now
         if name == CLOUD and now.has_cloud:
@@ -143,15 +132,7 @@ class Surroundings:
         return [*changes, self._number("version", version), self._number("laid", self._next)]
 
     def attach(self, name: str, shapes: Any) -> None:
-        """Count on more bodies that move with the arm.
-
-        Args:
-            name: What they are called together.
-            shapes: Capsules, those without a frame in that of the robot's own tip.
-
-        Raises:
-            InputError: These are no capsules, the name is taken, or they touch the arm; nothing changes then.
-        """
+        """Count on more bodies that move with the arm."""
         if not (isinstance(name, str) and name):
             raise InputError(f"name is {name!r:.60}, expected a word such as 'tray'")
         given = [shapes] if isinstance(shapes, Capsule) else shapes
@@ -165,14 +146,7 @@ class Surroundings:
         write_together(self._lay(now.content, now.attached | {name: own}))
 
     def detach(self, name: str) -> None:
-        """Forget bodies that were attached.
-
-        Args:
-            name: What they are called.
-
-        Raises:
-            InputError: Nothing of that name is attached, or ``ignore`` names it; nothing changes then.
-        """
+        """Forget bodies that were attached."""
         now = self._now
         if name not in now.attached:
             known = ", ".join(now.attached) or "nothing"

@@ -46,11 +46,7 @@ UNKNOWN = frozen(np.array([np.nan]))
 def split(
     tip: str | None, task: Task | None, tasks: Any
 ) -> tuple[Task | None, tuple[SoftTask, ...], Target | None]:
-    """The task of the tip and the further ones, of what a planner was given, and the tip's target, if any.
-
-    Raises:
-        InputError: This is no list of tasks, it has two of the tip, or too many.
-    """
+    """The task of the tip and the further ones, of what a planner was given, and the tip's target, if any."""
     if tasks is None:
         return task, (), None
     if isinstance(tasks, SoftTask | Task | str | Mapping) or not isinstance(tasks, Sequence):
@@ -86,11 +82,7 @@ def is_of_tip(task: Any, tip: str | None) -> bool:
 
 
 def as_of_tip(task: SoftTask) -> tuple[Task, Target | None]:
-    """The task of the tip that is written as one of its frame, and its target, if it has one.
-
-    Raises:
-        InputError: It has a weight, which the task of the tip has not.
-    """
+    """The task of the tip that is written as one of its frame, and its target, if it has one."""
     assert isinstance(task, PoseTask | PositionTask)
     if task.weight != 1.0:
         raise InputError(
@@ -131,11 +123,7 @@ def split_rows(bits: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
 
 
 def target_of_tip(value: Any) -> Any:
-    """A target of the tip; a pose (4, 4) or a place (3,) is one that stands still.
-
-    Raises:
-        InputError: The array is neither.
-    """
+    """A target of the tip; a pose (4, 4) or a place (3,) is one that stands still."""
     if value is None or isinstance(value, Target | Targets | str | Mapping):
         return value
     if np.shape(getattr(value, "homogeneous", value)) == (4, 4):
@@ -219,13 +207,7 @@ class TaskList(Mapping[str, RunningTask]):
         )
 
     def named(self, asked: Asked, pairs: Surroundings | None, main: Task) -> Named:
-        """What a step says of its tasks.
-
-        Args:
-            asked: The rows that the planner asks for.
-            pairs: What knows the names of pairs of bodies; None keeps none apart.
-            main: The task of the tip, whose tolerances count.
-        """
+        """What a step says of its tasks."""
         tip = self._robot.tip
         judged = {tip: split_rows(sum(1 << k for k in row_indices(main.rows or self._robot.default_rows)))}
         for name, one in self.items():
@@ -276,11 +258,7 @@ class TaskList(Mapping[str, RunningTask]):
         return len(self._by_name)
 
     def distributed(self, targets: Mapping[str, Any]) -> Target | Targets:
-        """The target of the tip, of targets by task; those of the soft tasks are written when all are good.
-
-        Raises:
-            InputError: An unknown task, a wrong target, or none of the tip so far.
-        """
+        """The target of the tip, of targets by task; those of soft tasks are written when all are good."""
         main, others = self._main, []
         for name, target in targets.items():
             if name in (TIP, self._robot.tip):
@@ -310,11 +288,7 @@ class TaskList(Mapping[str, RunningTask]):
 
 
 def _refuse_contradictions(tasks: Sequence[SoftTask]) -> None:
-    """Refuse two equations for one thing.
-
-    Raises:
-        InputError: Two tasks of level 0 ask the same rows of one frame, or of one of the other and back.
-    """
+    """Refuse two equations for one thing."""
     seen: dict[frozenset[str], tuple[str, int]] = {}
     for task in tasks:
         if task.level != FIRST or not isinstance(task, PoseTask | PositionTask | RelativeTask):

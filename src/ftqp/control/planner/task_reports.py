@@ -70,12 +70,7 @@ class TaskReports(Mapping[str, TaskReport]):
         return name in self._names or (name == TIP and self._tip is not None)
 
     def get(self, name: str, default: TaskReport | None = None) -> TaskReport | None:  # type: ignore[override]
-        """The report of a task, or something else where there is no such task.
-
-        Args:
-            name: Of the task.
-            default: What else.
-        """
+        """The report of a task, or something else where there is no such task."""
         if name not in self:
             return default
         return self[name]

@@ -46,19 +46,11 @@ class Fitting:
         self.load = NO_LOAD if payload is None else Load(payload.mass, payload.com, payload.inertia)
 
     def carrying(self, payload: Payload | None) -> "Fitting":
-        """The robot with another load.
-
-        Raises:
-            InputError: This is no payload, or a robot without masses.
-        """
+        """The robot with another load."""
         return Fitting(self._bare, payload, self._place)
 
     def holding(self, T: Any) -> "Fitting":
-        """The robot with another controlled point, (4, 4) in the frame of the bare robot's tip.
-
-        Raises:
-            InputError: T is no pose.
-        """
+        """The robot with another controlled point, (4, 4) in the frame of the bare robot's tip."""
         return Fitting(self._bare, self.payload, None if T is None else pose(T, "T"))
 
 

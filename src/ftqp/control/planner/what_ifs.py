@@ -75,14 +75,7 @@ class WhatIfs:
         K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
 
     def believing(self, faults: tuple[Fault, ...]) -> dict[str, Any]:
-        """The rooms of limits and faults, by name, of a planner that was told of these, one after the other.
-
-        Args:
-            faults: Beside those that the planner believes in.
-
-        Raises:
-            InputError: An unknown joint, no fault, or one that the robot's model has too little for.
-        """
+        """The rooms of limits and faults, by name, of a planner that was told of these, in turn."""
         session = self.session.copy()
         orders, K = self._orders.on(session), session.K
         belief = Belief(self.robot)

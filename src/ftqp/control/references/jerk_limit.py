@@ -8,8 +8,8 @@ import ruckig
 from ftqp.core.checks import FloatArray
 
 RISE_TIME = 0.05
-"""The time [s] in which the acceleration rises from zero to its limit, where nobody says another. A guess
-that the campaigns have not contradicted. It is that of a stop (``STOP_RISE``)."""
+"""The time [s] in which the acceleration rises from zero to its limit, where nobody says another. It is that
+of a stop (``STOP_RISE``)."""
 ENDLESS = 1e3
 """What an infinite limit of speed counts as [rad/s or m/s]. So that ruckig is never asked for infinite
 numbers, far beyond any joint."""

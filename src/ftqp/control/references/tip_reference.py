@@ -12,10 +12,9 @@ from ftqp.core.pose import rotation_exp, rotation_vector, skew
 
 LEAST_SHARE = 0.2
 """Share of a limit that every axis has at least, before the shares are made one vector of length 1. So that
-no axis is so slow that it prolongs the motion of the others. A guess that the tests have not contradicted."""
+no axis is so slow that it prolongs the motion of the others."""
 FARTHEST = 100.0
-"""A goal beyond so many seconds at full speed is neared as if it were there. A guess that the tests have not
-contradicted."""
+"""A goal beyond so many seconds at full speed is neared as if it were there."""
 FLAT = 1e-4
 """An angle [rad] below which a series takes the place of the formula, because 1 - cos has lost half of its
 digits there."""
@@ -62,11 +61,7 @@ class TipReference:
         self._goal: FloatArray | None = None
 
     def pace(self, share: float) -> None:
-        """Move at a share of the limits of speed from the next sample on, and of a twist alone.
-
-        Args:
-            share: In (0, 1].
-        """
+        """Move at a share of the limits of speed from the next sample on, and of a twist alone."""
         if share != self._share:
             self._share, self._v_max, self._goal = share, share * self._fastest, None
 

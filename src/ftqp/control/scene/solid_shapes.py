@@ -31,11 +31,7 @@ BOX_CORNERS = 8
 
 
 def pose_of(name: str, value: Any) -> FloatArray:
-    """A pose, (4, 4) [m], from one or from a place, (3,) [m].
-
-    Raises:
-        InputError: It is neither.
-    """
+    """A pose, (4, 4) [m], from one or from a place, (3,) [m]."""
     if np.shape(value) == (3,):
         T = np.eye(4)
         T[:3, 3] = array(name, value, (3,), "(3,)")
@@ -44,11 +40,7 @@ def pose_of(name: str, value: Any) -> FloatArray:
 
 
 def turned(name: str, place: Any, rpy: Any) -> FloatArray:
-    """A pose, (4, 4) [m], from one, or from a place and the angles by which a body is turned there.
-
-    Raises:
-        InputError: It is neither, or a pose is given beside angles.
-    """
+    """A pose, (4, 4) [m], from one, or from a place and the angles by which a body is turned there."""
     T = pose_of(name, place)
     if rpy is None:
         return T
@@ -239,11 +231,7 @@ Shape = Sphere | Capsule | Box | Cylinder | HalfSpace | Hull
 
 
 def fitting(hulls: Sequence[HullParts]) -> list[HullParts]:
-    """The hulls of a scene, or as simple ones around them as there is room for.
-
-    Args:
-        hulls: All of them.
-    """
+    """The hulls of a scene, or as simple ones around them as there is room for."""
     found, most = list(hulls), max(len(one.corners) for one in hulls)
     simpler = import_module("ftqp.model.convex_hulls").hull_of
     while most > BOX_CORNERS and not all(
@@ -255,11 +243,7 @@ def fitting(hulls: Sequence[HullParts]) -> list[HullParts]:
 
 
 def shape_of(one: Collision) -> Shape:
-    """The shape of a piece of collision geometry, which stands where its link does.
-
-    Raises:
-        InputError: A mesh is missing, or holds nothing, or a size is one of millimetres.
-    """
+    """The shape of a piece of collision geometry, which stands where its link does."""
     match one.kind:
         case "sphere":
             return Sphere(one.size[0], one.place)

@@ -39,12 +39,7 @@ class Rule:
     remedy: str
 
     def sentence(self, value: str, given: Mapping[str, str] | None = None) -> str:
-        """The error when the excluded choice has a value.
-
-        Args:
-            value: The value.
-            given: What the user wrote for a choice, such as the name of a scheme, where it says more.
-        """
+        """The error when the excluded choice has a value."""
         said = given or {}
         choice, own = self.of
         other, _ = self.excludes
@@ -147,15 +142,7 @@ def broken_rule(**chosen: str) -> tuple[Rule, str] | None:
 
 
 def refuse(given: Mapping[str, str] | None = None, /, **chosen: str) -> None:
-    """Raise when choices exclude each other.
-
-    Args:
-        given: What the user wrote for a choice, where it says more than the table's value.
-        chosen: Values of the table by choice; a choice that is left out breaks no rule.
-
-    Raises:
-        InputError: one sentence from the table.
-    """
+    """Raise when choices exclude each other."""
     found = broken_rule(**chosen)
     if found is not None:
         rule, value = found

@@ -7,15 +7,7 @@ from ftqp.core.setting import keys_of, refuse_out_of_range
 
 
 def refuse_unfinished(made: Any, most: int) -> None:
-    """Refuse one whose settings are not as they say, whose ``count`` is none, or that lacks ``filling``.
-
-    Args:
-        made: A task or constraint of a kind of one's own.
-        most: How many rows it may have.
-
-    Raises:
-        InputError: The first thing that is wrong.
-    """
+    """Refuse one whose settings are not as they say, whose ``count`` is none, or that lacks ``filling``."""
     kind = type(made).__name__
     for name in ("count", "filling"):
         if getattr(getattr(type(made), name), "__isabstractmethod__", False):

@@ -38,11 +38,7 @@ class Damping:
 
 
 def rule_code(rule: Any) -> int:
-    """The kernel's code of a rule.
-
-    Raises:
-        InputError: Unknown rule.
-    """
+    """The kernel's code of a rule."""
     if not isinstance(rule, str) or rule not in RULES:
         raise InputError(
             f"damping rule is {rule!r}{nearest(str(rule), RULES)}, expected one of {', '.join(RULES)}"
@@ -94,11 +90,7 @@ class Resolver:
 
 
 def positive_weights(weights: Any) -> tuple[float, ...]:
-    """Weights as numbers.
-
-    Raises:
-        InputError: Not a sequence of numbers, or one of them is not positive.
-    """
+    """Weights as numbers."""
     try:
         values = tuple(weights)
     except TypeError as error:

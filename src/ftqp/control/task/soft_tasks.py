@@ -18,8 +18,7 @@ from ftqp.kernel.layout.terms_room import AXIS, FRAME, JOINT_PLACES, MASS, OWN
 AXES = "xyz"
 GENTLE = {"acceleration": 4.0, "velocity": 2.0}
 """kp at each level: an error decays by 2 1/s, five times as slowly as that of the tip, so that a soft task
-does not take the arm into limits that the tip's task needs. A guess that `python examples/11_look_at.py` has
-not contradicted."""
+does not take the arm into limits that the tip's task needs."""
 Three = tuple[float, float, float] | None
 WHERE = "where it should be; where it is at the start if absent"
 WHICH = "a frame, link or joint of the robot's model"
@@ -312,11 +311,7 @@ class AxisTask(SoftTask):
 
 
 def direction(name: str, value: Any) -> Any:
-    """A unit vector along ``value``.
-
-    Raises:
-        InputError: It is none of (3,), or has no length.
-    """
+    """A unit vector along ``value``."""
     found = array(name, value, (3,), "(3,)")
     length = float(np.linalg.norm(found))
     if not 1e-12 < length < np.inf:

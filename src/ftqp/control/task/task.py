@@ -190,11 +190,7 @@ class Task:
 
 
 def row_indices(rows: Any) -> tuple[int, ...]:
-    """0-based components of a row set, in order.
-
-    Raises:
-        InputError: Unknown or repeated name, or none.
-    """
+    """0-based components of a row set, in order."""
     instance("rows", rows, str | Iterable, "pose, position, position_axis or names of rows")
     names = ROW_SETS.get(rows) if isinstance(rows, str) else tuple(rows)
     if names is None:

@@ -23,21 +23,17 @@ from ftqp.kernel.layout.enums import Residual
 from ftqp.model.robot import Robot
 
 STATED_SHARE = 0.5
-"""Noise stated below this share of what the log shows is far too small. A guess that
-`python studies/detection.py` has not contradicted."""
+"""Noise stated below this share of what the log shows is far too small."""
 LEAST_WAY = 0.02
-"""A joint whose reference moves by less [rad or m] never moves. A guess that `python studies/detection.py`
-has not contradicted."""
+"""A joint whose reference moves by less [rad or m] never moves."""
 OUTLIER = 4.0
-"""A residual that exceeds the next largest, apart from its own second, by so many times is no healthy one. A
-guess that `python studies/detection.py` has not contradicted."""
+"""A residual that exceeds the next largest, apart from its own second, by so many times is no healthy one."""
 APART = 40
 """Blocks around the largest value that belong to it."""
 EVERY = 3.0
 """No event in a time T bounds its rate by 3/T, 95 %, because exp(-3) is 0.05 (the rule of three)."""
 GRID = 0.05
-"""How exactly the steps of a quantised encoder are whole [quanta], because logs are rounded, too. A guess
-that `python studies/detection.py` has not contradicted."""
+"""How exactly the steps of a quantised encoder are whole [quanta], because logs are rounded, too."""
 
 
 def calibrated(
@@ -48,9 +44,6 @@ def calibrated(
 
     The session's record is used up; samples are ``delay`` ticks late, and ``rate`` alarms an hour are wanted,
     fewer than the log can show only with ``extrapolate``.
-
-    Raises:
-        InputError: As ``ftqp.Detector.calibrate``.
     """
     _refuse_unfit(robot, logs)
     hours = sum(len(log) for log in logs) * dt / 3600.0

@@ -14,19 +14,15 @@ from ftqp.model.followers import is_led
 from ftqp.model.robot import Robot
 
 MEAN = 0.2
-"""Time constant of the means that are taken from residuals [s]. A guess that `python studies/detection.py`
-has not contradicted."""
+"""Time constant of the means that are taken from residuals [s]."""
 LOAD = 3.0
-"""Time constant by which what was seen of an unknown load fades [s]. A guess that
-`python studies/detection.py` has not contradicted."""
+"""Time constant by which what was seen of an unknown load fades [s]."""
 FINEST = 1e-3
-"""Residuals of torque below this share of a joint's largest torque tell no more of a load. A guess that
-`python studies/detection.py` has not contradicted."""
+"""Residuals of torque below this share of a joint's largest torque tell no more of a load."""
 SETTLE = 150
 """Ticks after a reset before measured torques are looked at, and means are begun."""
 FAINT = 0.5
-"""A residual of torque below this share of its threshold shows no acceleration of a light joint either. A
-guess that `python studies/detection.py` has not contradicted."""
+"""A residual of torque below this share of its threshold shows no acceleration of a light joint either."""
 
 LEAST_ROOM = 1e-100
 """A residual with less room than this is none to decide by. So that a quotient by it stays finite; any number

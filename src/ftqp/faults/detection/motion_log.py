@@ -108,12 +108,7 @@ class RecordedRun(Protocol):
 
 
 def motion_of(log: RecordedRun, joints: tuple[str, ...], dt: float, drive: str) -> MotionLog:
-    """What a detector would have been given in a healthy run.
-
-    Raises:
-        InputError: It is a run of another arm, drive or period, a joint fails or is believed to, or it does
-            not keep what was measured and referred to.
-    """
+    """What a detector would have been given in a healthy run."""
     about, first = log.metadata, joints[0]
     of = (
         ("joints", tuple(about.get("joints", ())), joints),

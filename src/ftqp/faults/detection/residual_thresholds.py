@@ -19,8 +19,7 @@ TOP = 0.01
 FEWEST = 20
 """... but to so many at least, because an exponential's mean is then known to a fifth or so."""
 ROOM = 1.15
-"""A threshold is at least so many times the largest healthy value. A guess that `python studies/detection.py`
-has not contradicted."""
+"""A threshold is at least so many times the largest healthy value."""
 FOLDS = 3
 """Parts of a log that are tested with thresholds of the others."""
 
@@ -30,15 +29,12 @@ SIGMAS = 12.0
 ERROR_UNKNOWN = 5e-3
 """... beside this error of position [rad or m] ..."""
 SHARES_UNKNOWN = (0.05, 0.15)
-"""... and beside these shares of its largest acceleration or torque, slow and fast. All of these are guesses
-that `python studies/detection.py` has not contradicted."""
+"""... and beside these shares of its largest acceleration or torque, slow and fast."""
 
 JUMP_MOST = 8e-3
-"""A sample that jumps by more than this [rad or m] was not moved by a motor. A guess that
-`python studies/detection.py` has not contradicted."""
+"""A sample that jumps by more than this [rad or m] was not moved by a motor."""
 JUMP_MARGIN = 1.3
-"""A motor may give so many times its torque limit for a tick. A guess that `python studies/detection.py` has
-not contradicted."""
+"""A motor may give so many times its torque limit for a tick."""
 JUMP_SIGMAS = 8.0 * sqrt(6.0)
 """Eight standard deviations of the second difference of noise, which is sqrt(1 + 4 + 1) of noise's own: so
 that noise is none."""
@@ -46,7 +42,7 @@ JUMP_QUANTA = 3.0
 """Second differences of rounded numbers are below so many steps, because (1 + 2 + 1)/2 of them is the
 most."""
 JUMP_LEAST = 1e-4
-"""A smaller jump [rad or m] is none. A guess that `python studies/detection.py` has not contradicted."""
+"""A smaller jump [rad or m] is none."""
 
 
 def noise_of_acceleration(sigma: float, bandwidth: float, dt: float) -> float:

@@ -16,8 +16,7 @@ DEPENDENT = 1e-12
 pivot is a difference of which rounding leaves some 1e-16, so that four digits are left at the bound."""
 
 SOFTER = 1e4
-"""Where all rows of C give way, the last of them are so many times softer. A guess that
-tests/control/planner/test_clearance.py has not contradicted."""
+"""Where all rows of C give way, the last of them are so many times softer."""
 REFINE_FROM = 1e-12
 """Residual of an active row, in its own unit, above which the solution is refined: two digits below 1e-10,
 the tolerance of ``ftqp.control.planner.filling``, so that rows that were solved well cost nothing."""

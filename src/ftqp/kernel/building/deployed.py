@@ -158,11 +158,7 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def _refuse_unknown(cpu: str, name: str, wanted: Platform) -> None:
-    """Refuse a processor that the target's architecture does not have; zig writes names with underscores.
-
-    Raises:
-        CannotBuild: There is no such processor.
-    """
+    """Refuse a processor that the target's architecture does not have; zig writes names with underscores."""
     from ftqp.kernel.building.store import CannotBuild
 
     with tempfile.TemporaryDirectory() as folder:
@@ -213,11 +209,7 @@ def exported(header: Path) -> list[str]:
 
 
 def _zig(*arguments: Any) -> str:
-    """Run zig: what it printed.
-
-    Raises:
-        CannotBuild: It failed.
-    """
+    """Run zig: what it printed."""
     from ftqp.kernel.building.store import CannotBuild
 
     command = [sys.executable, "-P", "-m", "ziglang", *map(str, arguments)]

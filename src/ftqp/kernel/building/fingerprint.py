@@ -35,12 +35,7 @@ _NAMES = ("__module__", "__qualname__")
 
 
 def fingerprint(function: Any, *beside: Any) -> str:
-    """A hash of a function and of everything that its code is made from, in hexadecimal.
-
-    Args:
-        function: a helper, or the Python function of an entry point.
-        beside: what else tells its code from other code, as texts.
-    """
+    """A hash of a function and of everything that its code is made from, in hexadecimal."""
     text = "\n".join([_maker(), *map(str, beside), *_function(getattr(function, "py_func", function), set())])
     return hashlib.sha256(text.encode()).hexdigest()[:24]
 

@@ -25,11 +25,7 @@ def written(code: bytes, parts: Sequence[Part]) -> bytes:
 
 
 def read(code: bytes, said: bytes) -> list[Part]:
-    """The parts that an object file needs.
-
-    Raises:
-        ValueError: This is no such JSON, or it is of another object file.
-    """
+    """The parts that an object file needs."""
     try:
         found = json.loads(said)
         if found["sha256"] != fingerprint(code):

@@ -170,11 +170,7 @@ def _work(unit: Unit, key: str, target: Target, store: Store) -> list[Part]:
 def compiled(
     wanted: Sequence[Wanted], target: Target, store: Store, jobs: int
 ) -> tuple[dict[Unit, str], int]:
-    """Keys of all units that the wanted entry points need, every one compiled, and how many were just now.
-
-    Raises:
-        CannotBuild: one of them cannot be compiled.
-    """
+    """Keys of all units that the wanted entry points need, every one compiled, and how many were just now."""
     keys: dict[Unit, str] = {}
     running: dict[Future[list[Part]], Unit] = {}
     todo = [Unit(*one) for one in wanted]
@@ -223,11 +219,7 @@ def linkers() -> list[list[str]]:
 
 
 def linked(files: Sequence[Path]) -> bytes:
-    """The library of object files.
-
-    Raises:
-        CannotBuild: there is no linker here, or none that can do it.
-    """
+    """The library of object files."""
     said, found = "", linkers()
     if not found:
         raise CannotBuild(NO_LINKER)
@@ -250,25 +242,7 @@ def build(
     out: Path, wanted: dict[str, Sequence[Wanted]], targets: Sequence[Target], source: Path, store: Store, *,
     jobs: int, checked: bool, ready: Callable[[], object] | None = None,
 ) -> int:  # fmt: skip
-    """Build a library for each class of processors and put them with their manifest into a folder.
-
-    Args:
-        out: the folder; it is made if it is missing.
-        wanted: for each class the entry points with capacities.
-        targets: the classes.
-        source: the folder of the kernel's Python source.
-        store: of object files.
-        jobs: how many processes compile.
-        checked: whether a process that loads the library looks whether it is older than the source.
-        ready: waits, once all is compiled, until what links is there; None looks for it at the beginning.
-
-    Returns:
-        How many units were compiled.
-
-    Raises:
-        CannotBuild: it cannot be built here.
-        OSError: a file cannot be written.
-    """
+    """Build a library for each class of processors and put them with their manifest into a folder."""
     if platform.system() not in ("Linux", "Darwin"):
         raise CannotBuild(f"nothing links it on {platform.system()}")
     if ready is None and not linkers():

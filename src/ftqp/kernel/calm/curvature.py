@@ -13,7 +13,7 @@ STRAIGHT = 1e-4
 the plain one at most, 3e-9."""
 STEEPEST = 3.0
 """Most that the curvature of an axis error counts across its own direction, as a multiple of the plain one;
-at a half turn it is endless. A guess that `python studies/study_calm.py` has not contradicted."""
+at a half turn it is endless."""
 
 
 @jit

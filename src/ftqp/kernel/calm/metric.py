@@ -11,8 +11,7 @@ from ftqp.kernel.maths.symmetric_eigen import eigensystem
 
 FLOOR = 0.1
 """Least stiffness of a mode, as a share of what it would be were all signs the same (kappa). Modes between
-rows and curvature become slower with it (docs/theory/calm.md, "Constants"). A guess that the campaigns have
-not contradicted."""
+rows and curvature become slower with it (docs/theory/calm.md, "Constants")."""
 
 SWIVEL = 0.15
 """Least stiffness of a mode that can hardly remove error, as a share of ||S|| (nu), ..."""
@@ -24,8 +23,7 @@ speed for tenths of a millimetre (docs/theory/calm.md, "The metric"); all three 
 campaigns have not contradicted."""
 
 SADDLE = 0.05
-"""A mode of less than -SADDLE ||S|| leads away from a saddle; there the kick is this displacement [rad]. A
-guess that the campaigns have not contradicted."""
+"""A mode of less than -SADDLE ||S|| leads away from a saddle; there the kick is this displacement [rad]."""
 LOST = 0.5
 """There is a kick only where at least this share of e'e is lost to the rows. An arm of 30 joints that lagged
 behind by 2 mm was thrown about by its self-motions without it (docs/theory/calm.md, "Saddles"); the half is a

@@ -11,11 +11,9 @@ from ftqp.kernel.layout.enums import TARGET_TWIST
 from ftqp.kernel.maths.symmetric_eigen import eigensystem
 
 SINGULAR = 0.1
-"""Singular value [characteristic lengths] below which the tip counts as not moved by a direction. A guess
-that the campaigns have not contradicted."""
+"""Singular value [characteristic lengths] below which the tip counts as not moved by a direction."""
 NOTICEABLE = 0.02
-"""A share of the path's tangent below this, along directions that are lost, is not what holds the path. A
-guess that the campaigns have not contradicted."""
+"""A share of the path's tangent below this, along directions that are lost, is not what holds the path."""
 AHEAD = 1e-4
 """How far along that share it is looked at [characteristic lengths]: so near that rotations do not bend. A
 rotation by so much bends by its square only, so that 1e-8 of it is left out."""

@@ -11,15 +11,13 @@ from ftqp.kernel.layout.enums import TARGET_TWIST
 STANDS_WITHIN = 5e-4
 """A target that stays within this of where it came to stand [m; rotations times the length] does stand ..."""
 STANDS_BELOW = 2e-3
-"""... if it is not said to move faster than this [m/s; rotations times the length]. A guess that the
-campaigns have not contradicted."""
+"""... if it is not said to move faster than this [m/s; rotations times the length]."""
 
 STOOD = 0.5
 """How long the target stands before the arm may hold [s]."""
 GAIN = 0.02
 """Share of the error below which what can be removed counts as hardly anything (rho). What a hold gives up
-was a few per cent of a large miss at most (docs/theory/calm.md, "Holding"). A guess that the campaigns have
-not contradicted."""
+was a few per cent of a large miss at most (docs/theory/calm.md, "Holding")."""
 SLOW = 0.2
 """Share of the velocity limits below which the arm may hold at first ..."""
 IMPATIENT = 1.4
@@ -27,8 +25,8 @@ IMPATIENT = 1.4
 without end is ended, too."""
 NEAR_SHARE = 0.5
 """Within this share of the task's tolerances no joint goes on faster than SLOW that long, because a wrist
-turned half round for the last degree of an error that was tolerated already (docs/theory/calm.md, "Holding").
-All of these are guesses that the campaigns have not contradicted."""
+turned half round for the last degree of an error that was tolerated already (docs/theory/calm.md,
+"Holding")."""
 
 LEAST = 1e-6
 """An error e'e below this, a millimetre, is never held: a target in reach is not given up so near [m2]. The
@@ -36,7 +34,7 @@ square of a millimetre, which is a convention."""
 DISTURBED = 1.5
 """An error that has grown by this factor since the arm held, and ..."""
 PUSHED_BY = 0.01
-"""... by this [m], ends the hold: it was pushed. A guess that the campaigns have not contradicted."""
+"""... by this [m], ends the hold: it was pushed."""
 
 
 @jit

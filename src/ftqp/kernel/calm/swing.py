@@ -6,8 +6,7 @@ from typing import Any
 from ftqp.kernel.jit import jit, rare_jit
 
 SETTLED = 1.0
-"""How long the target has stood before a swing counts [s]: until then the arm arrives. A guess that the
-campaigns have not contradicted."""
+"""How long the target has stood before a swing counts [s]: until then the arm arrives."""
 WINDOW, LONG_WINDOW = 1.0, 4.0
 """Over how long a motion is looked at [s], second by second and, for slow swings, four seconds at once. The
 long one because greatest manipulability swung slowly without end
@@ -15,12 +14,10 @@ long one because greatest manipulability swung slowly without end
 TO_AND_FRO = 0.5
 """It is a swing where the joints come no farther than this share of the way that they go ..."""
 LEAST_WAY = 0.005
-"""... and that is more than what one joint goes in a window at this share of its velocity limit. A guess that
-the campaigns have not contradicted. What they must tell apart is in
-tests/robustness/test_schemes_that_swing.py."""
+"""... and that is more than what one joint goes in a window at this share of its velocity limit. What they
+must tell apart is in tests/robustness/test_schemes_that_swing.py."""
 TIMES = 2
-"""An arm that swings once comes to rest beside its task; seen so often, it no longer asks for its error. A
-guess that the campaigns have not contradicted."""
+"""An arm that swings once comes to rest beside its task; seen so often, it no longer asks for its error."""
 
 
 @jit

@@ -13,8 +13,7 @@ from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, numbers
 from ftqp.kernel.maths.vectors import cross
 
 NEAR = 0.01
-"""A joint so near to its position limit [rad; times the characteristic length m] may be pressed on it. A
-guess that the campaigns have not contradicted."""
+"""A joint so near to its position limit [rad; times the characteristic length m] may be pressed on it."""
 STEP = 0.05
 """How far each joint may go [rad; times the characteristic length m] before the smallest singular value is
 looked at anew, ..."""

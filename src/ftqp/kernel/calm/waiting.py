@@ -12,7 +12,7 @@ from ftqp.kernel.rows.path_rows import LEAST_IN_CALM
 
 SLOW = 0.5
 """Rate of a path below which its ticks may be posed in calm. Faster paths are posed as if there were no calm
-(docs/theory/calm.md, "Paths that wait"). A guess that `python studies/study_calm.py` has not contradicted."""
+(docs/theory/calm.md, "Paths that wait")."""
 
 
 @jit

@@ -13,7 +13,7 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.method_codes import BOUND, BOUND_2, EXACT_2, ROW, TIGHT
 
 ITERATIONS = 200
-"""Newton steps at most. A guess that the tests have not contradicted."""
+"""Newton steps at most."""
 CLOSE = 1e-13
 """Relative distance to the limit at which a root counts as found. Some 500 units of rounding, because sums of
 products that cancel leave that much of a norm."""

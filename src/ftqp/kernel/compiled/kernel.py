@@ -33,12 +33,7 @@ class Kernel:
         self._warned = False
 
     def load(self, entry: EntryPoint, capacity: int) -> Callable[..., int]:
-        """An entry point for records of a capacity: built, or as plain Python, which a warning says once.
-
-        Args:
-            entry: which.
-            capacity: how many joints the records have room for.
-        """
+        """An entry point for records of a capacity: built, or as plain Python, which a warning says once."""
         function = self._ready.get((entry, capacity))
         if function is None:
             library = self._sought()

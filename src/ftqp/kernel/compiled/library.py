@@ -95,13 +95,6 @@ def library_in(folder: Path, source: Path) -> Library:
 
     A library that is damaged, or that another user could have changed, is not loaded: machine code that is
     damaged ends the process, or computes other commands without a word.
-
-    Args:
-        folder: with the manifest and the libraries; it need not exist.
-        source: the folder with the kernel's Python source.
-
-    Raises:
-        NoLibrary: there is none that can be used here; the message says why.
     """
     manifest = _manifest(folder)
     built_for = {name: manifest.get(name) for name in platform_facts()}

@@ -16,16 +16,7 @@ if BUILDING:
 else:
 
     def take(source: Any, first: int, into: int, count: int, dimensions: int) -> int:
-        """Copy numbers out of a Python object: how many it has from ``first`` on, or ``BAD_BUFFER``.
-
-        Args:
-            source: the object; an array of float64, or any other C-contiguous buffer of them with at least
-                one dimension.
-            first: index of the first number, in the order of memory.
-            into: the address that the numbers go to.
-            count: how many fit there; of more, only the first are copied.
-            dimensions: how many the buffer must have; 0 takes any, and 2 takes square matrices only.
-        """
+        """Copy numbers out of a Python object: how many it has from ``first`` on, or ``BAD_BUFFER``."""
         try:
             view = memoryview(source)
         except (TypeError, ValueError, BufferError):

@@ -26,11 +26,9 @@ CORRECTIONS = 6
 CONVERGED = 1e-10
 """Largest entry of an error that counts as none [m]. Newton's error falls to rounding one step later."""
 LONGEST = 0.5
-"""Largest entry of a Newton step [rad or m]. A guess that tests/analysis/survival/test_continuing.py has not
-contradicted."""
+"""Largest entry of a Newton step [rad or m]."""
 DEPENDENT = 1e-9
-"""A pivot below this share of the largest means that the joints that are left cannot move the task. A guess
-that tests/analysis/survival/test_continuing.py has not contradicted."""
+"""A pivot below this share of the largest means that the joints that are left cannot move the task."""
 
 
 @jit

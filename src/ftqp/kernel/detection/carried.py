@@ -12,13 +12,11 @@ from ftqp.kernel.maths.vectors import cross
 
 UNLIKELY = (1.0, 0.1)
 """A load of so many kg, or of so many kg m beside the tip, takes evidence: the prior
-(docs/theory/detection.md, "Loads"). A guess that `python studies/detection.py` has not contradicted."""
+(docs/theory/detection.md, "Loads")."""
 AT_FIRST = 100.0
-"""The mean square of a residual begins at so many times the least that counts. A guess that
-`python studies/detection.py` has not contradicted."""
+"""The mean square of a residual begins at so many times the least that counts."""
 ALIKE = 6.0
-"""So many neighbouring samples of the slow residual tell as much as one. A guess that
-`python studies/detection.py` has not contradicted."""
+"""So many neighbouring samples of the slow residual tell as much as one."""
 
 
 @jit
@@ -62,14 +60,7 @@ def weigh(D: Any, K: Any, then: int) -> None:
 
 @jit
 def feel_load(D: Any, at: int, late: int, share: float) -> Any:
-    """``strain``: F[pull] + jolt less its mean, of a block of joints; what the load makes of their residuals.
-
-    Args:
-        D: The detector.
-        at: The block.
-        late: Place in the rings of what the means take next.
-        share: Of the means.
-    """
+    """``strain``: F[pull] + jolt less its mean, of a block of joints: what a load makes of residuals."""
     total = 0.0 * several(D.e, at)
     for k in range(LOADS):
         drawn = through(D.drawn[k], at, several(D.pull[k], at), D.pole[SLOW]) + several(D.jolt[k], at)

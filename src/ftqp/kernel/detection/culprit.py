@@ -9,20 +9,18 @@ from ftqp.kernel.layout.hypotheses import SURE_OF_PUSH
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 MODEL_SHARE = 0.1
-"""Error of the inertia's model: a residual of torque may have so much of what all joints ask of it. A guess
-that `python studies/detection.py` has not contradicted."""
+"""Error of the inertia's model: a residual of torque may have so much of what all joints ask of it."""
 
 
 PUSH_SHARE = 0.85
 """A force at the tip explains this share of the disturbance ..."""
 PUSH_BETTER = 0.3
 """... and leaves no more than this share of what the best joint leaves, because three numbers explain more
-than one by themselves. Guesses that `python studies/touches.py` has not contradicted."""
+than one by themselves."""
 FEWEST = 5
 """Of fewer joints three numbers explain nearly everything."""
 LONGEST_PUSH = 1.0
-"""A push explains a whole suspicion, because it is clearest when it begins, but for no longer [s]. A guess
-that `python studies/touches.py` has not contradicted."""
+"""A push explains a whole suspicion, because it is clearest when it begins, but for no longer [s]."""
 RIDGE = 1e-6
 """Of the trace, so that a direction in which the arm is singular has a force, too: rounding."""
 

@@ -30,12 +30,10 @@ from ftqp.kernel.maths.side_by_side import WIDTH, all_of, put, several
 ALL_QUIET, WATCHING, FOUND = 0, 1, 2
 """What a tick answers: nothing to see, a suspicion, a new finding."""
 TORQUE_COUNTS = 0.5
-"""What is odd about a joint's torque tells half as much of its motion as what is odd about the motion. A
-guess that `python studies/detection.py` has not contradicted."""
+"""What is odd about a joint's torque tells half as much of its motion as what is odd about the motion."""
 AFTER_START = 0.1
-"""Lost torque is not found sooner after a reset [s], because friction and servos that come loose look so,
-and so does what a reset leaves in observers. A guess that `python studies/detection.py` has not
-contradicted."""
+"""Lost torque is not found sooner after a reset [s], because friction and servos that come loose look so, and
+so does what a reset leaves in observers."""
 
 
 @rare_jit

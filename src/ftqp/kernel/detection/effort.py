@@ -14,8 +14,7 @@ from ftqp.kernel.maths.elementary import larger, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
 UNSURE = 2.0
-"""A joint slower than so many times the speed of sticking may have any friction up to that of its motion. A
-guess that `python studies/detection.py` has not contradicted."""
+"""A joint slower than so many times the speed of sticking may have any friction up to that of its motion."""
 
 
 @jit

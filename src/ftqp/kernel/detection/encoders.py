@@ -10,8 +10,7 @@ from ftqp.kernel.layout.thresholds import FROZEN_SIGMAS
 from ftqp.kernel.maths.finite import is_finite
 
 ALIKE = 0.5
-"""Offsets that differ by less than this share of the first one are the same. A guess that
-`python studies/detection.py` has not contradicted."""
+"""Offsets that differ by less than this share of the first one are the same."""
 
 
 @jit

@@ -30,16 +30,14 @@ from ftqp.kernel.layout.enums import (
 )
 
 HELD = 0.02
-"""A torque below this [N m or N] beside twice the friction holds no joint that could not rest without. A
-guess that `python studies/detection.py` has not contradicted."""
+"""A torque below this [N m or N] beside twice the friction holds no joint that could not rest without."""
 BEYOND = 0.15
 """A runaway joint is so much faster than its reference, or against it [rad/s or m/s] ..."""
 PUSHED = 0.45
 """... while its motion takes this share of its largest torque ..."""
 JUMPED = 0.25
 """... of which this share came at once, because a brake that closes implies large torques, too, but never
-such a speed (docs/theory/detection.md, "Runaway"). The three values are guesses that
-`python studies/detection.py` has not contradicted."""
+such a speed (docs/theory/detection.md, "Runaway")."""
 LEAD = 3
 """Ticks from a failure to the suspicion."""
 
@@ -47,41 +45,31 @@ LEAST_SHOWN = 0.1
 """Less than this of a step is not extrapolated from. The observer's step response is divided by, so that a
 tenth makes ten times the noise of it."""
 FULL = 0.85
-"""A motor that gives this share of its largest torque unasked runs away. A guess that
-`python studies/detection.py` has not contradicted."""
+"""A motor that gives this share of its largest torque unasked runs away."""
 
 NOTHING_LEFT = 0.27
-"""A share of the torque below this is none. A guess that `python studies/detection.py` has not
-contradicted."""
+"""A share of the torque below this is none."""
 LEAST_SHARE, LEAST_UNTOLD = -0.25, -0.6
-"""Shares below are no lost torque; the second where the demand is not told. A guess that
-`python studies/detection.py` has not contradicted."""
+"""Shares below are no lost torque; the second where the demand is not told."""
 
 STICKY = 2.0
-"""A demand below so many times its friction moves no joint, and does not show lost torque. A guess that
-`python studies/detection.py` has not contradicted."""
+"""A demand below so many times its friction moves no joint, and does not show lost torque."""
 PLAIN = 0.67
-"""The difference of two torques of a motor is noise only: this share of its largest healthy size is odd. A
-guess that `python studies/detection.py` has not contradicted."""
+"""The difference of two torques of a motor is noise only: this share of its largest healthy size is odd."""
 UNSURE = 1.3
-"""Two standard deviations of a share, beside the square root of the sum that it was fitted over. A guess that
-`python studies/detection.py` has not contradicted."""
+"""Two standard deviations of a share, beside the square root of the sum that it was fitted over."""
 LONGEST_WAIT = 3
 """A share that is not clear after so many times the patience will not be waited for."""
 HALF = 0.5
-"""A motor with this share of its torque may be stuck where it would not overcome friction with it. A guess
-that `python studies/detection.py` has not contradicted."""
+"""A motor with this share of its torque may be stuck where it would not overcome friction with it."""
 EXPLAINED, FLEETING = 0.6, 0.3
-"""A fit that explains less of the squares is no loss of torque; the second behind a servo, which hides it. A
-guess that `python studies/detection.py` has not contradicted."""
+"""A fit that explains less of the squares is no loss of torque; the second behind a servo, which hides it."""
 UNTOUCHED = 0.85
-"""A share above this is healthy. A guess that `python studies/detection.py` has not contradicted."""
+"""A share above this is healthy."""
 PARALLEL = 0.8
-"""A joint that stands is the culprit if it explains this share of what the best one explains. A guess that
-`python studies/detection.py` has not contradicted."""
+"""A joint that stands is the culprit if it explains this share of what the best one explains."""
 FAINT = 2.0
-"""A demand below so many rooms of its residual does not show its share. A guess that
-`python studies/detection.py` has not contradicted."""
+"""A demand below so many rooms of its residual does not show its share."""
 
 
 @jit
@@ -249,10 +237,6 @@ def _standing(D: Any, joint: int) -> tuple[int, int]:
 
     Where a push at the tip is believed a joint has to stand for the longer window, and to stand alone: a hand
     that holds an arm holds every joint that carries it, but a brake holds one.
-
-    Args:
-        D: the detector's record.
-        joint: which explains the residuals best, or -1.
     """
     best = D.score[joint] if joint >= 0 else 0.0
     for i in range(D.n):

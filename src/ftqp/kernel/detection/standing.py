@@ -25,20 +25,18 @@ BEND_SHARE = 0.5
 convention, because a bend of half the size must already show."""
 LEAST_CHANGE, TAKEN_UP = 0.05, 0.5
 """The least change of the asked speed [rad/s or m/s] that shows whether a joint follows, and the share of it
-that one which follows late has taken up. Guesses that `python studies/detection.py` has not contradicted."""
+that one which follows late has taken up."""
 AS_LATE = 0.2
 """A joint without torque that goes on at the speed that it had is farther behind a command that changes its
-own; within this share of the time that is looked at it is not. A guess that `python studies/detection.py` has
-not contradicted."""
+own; within this share of the time that is looked at it is not."""
 OBEYS = 0.5
 """A joint whose speed is within this share of its reference's goes along with it ..."""
 FOLLOWED = 0.01
 """... if that is faster than this [rad/s or m/s], ten standard deviations of an observed speed where encoders
-have 1e-4 rad at 1 kHz. Guesses that `ftqp campaign detection` has not contradicted."""
+have 1e-4 rad at 1 kHz."""
 HELD_BY_FRICTION = 3.0
 """Dry friction may hold a joint that stood until its reference has gone away by so many thresholds of the
-position, of 6.2 mrad where nothing is known: an iiwa14 stood for 15 in good health. A guess that
-`ftqp campaign detection` has not contradicted."""
+position, of 6.2 mrad where nothing is known: an iiwa14 stood for 15 in good health."""
 LEAD = 5
 """Ticks from a failure to the suspicion."""
 FINEST = 1e-6

@@ -20,8 +20,7 @@ from ftqp.kernel.maths.side_by_side import WIDTH, is_set, largest_of, put, sever
 SETTLED = 100
 """Ticks after a reset that the slow observer needs to forget the noise of its first sample."""
 CALM_AGAIN = 0.5
-"""A suspicion calms down while z is below this. A guess that `python studies/detection.py` has not
-contradicted."""
+"""A suspicion calms down while z is below this."""
 
 
 @jit

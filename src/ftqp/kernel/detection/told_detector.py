@@ -7,7 +7,7 @@ from ftqp.kernel.layout.enums import TOLD_ANEW, TOLD_FAILED, TOLD_LOAD
 
 PAUSE = 150
 """Ticks without verdicts after a joint was believed to have failed: what is left of its fault has passed by
-then. A guess that `python studies/detection.py` has not contradicted."""
+then."""
 
 
 @jit

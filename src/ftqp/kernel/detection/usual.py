@@ -17,11 +17,9 @@ LEARNED = 140
 LONGEST_HOLD = 200
 """The means stand still during a suspicion, but for so many ticks at most: what stays so long is usual."""
 FRICTION_UNSURE = 0.3
-"""Friction may be so much of itself larger or smaller than it was when it was identified. A guess that
-`python studies/detection.py` has not contradicted."""
+"""Friction may be so much of itself larger or smaller than it was when it was identified."""
 UNLEARNED = 0.5
-"""Before its mean is known, this share of the distance from the reference counts. A guess that
-`python studies/detection.py` has not contradicted."""
+"""Before its mean is known, this share of the distance from the reference counts."""
 
 
 @jit

@@ -17,7 +17,7 @@ VIOLATION = 1e-8
 QP, because what is less counts as kept."""
 RAY = 1e-10
 """Largest share of its terms that A'y may keep along a variable without a bound on that side. Five digits
-above the rounding of a sum. A guess that `python solvers/study_dtrnn.py` has not contradicted."""
+above the rounding of a sum."""
 
 
 @jit

@@ -34,8 +34,7 @@ from ftqp.kernel.maths.lu import lu_factor, lu_solve
 STEADY = 1e-2
 """Largest change of e in a step, as a share of e, that counts as a straight stretch at first ..."""
 STRICTER = 0.1
-"""... and the factor on that share after a stretch that made |e| larger. A guess that
-`python solvers/study_dtrnn.py` has not contradicted."""
+"""... and the factor on that share after a stretch that made |e| larger."""
 NEARLY = 0.99
 """Share of the way to the next bound that is taken. Short of it, so that rounding takes no component past its
 bound."""
@@ -63,11 +62,6 @@ def drift(net: Network, gamma: float, steady: float) -> bool:
     Then u <- u + t d, with t d short of the first change of a side and t |change of e| <= |e|: this is the
     method's own path, walked faster.
     Source: docs/theory/recurrent-network.md, "Straight stretches".
-
-    Args:
-        net: its F and e are those of u.
-        gamma: step size.
-        steady: largest change of e in a step, as a share of e.
     """
     N = len(net.u)
     d = net.direction

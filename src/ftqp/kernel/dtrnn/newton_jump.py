@@ -18,8 +18,7 @@ LONG_STEPS = 4
 TRIES = 3
 """Newton steps of a long jump without fewer wrong sides, before only one side is changed at a time."""
 YIELDING = 1e-8
-"""Compliance of hard rows in a long jump, relative to the QP's own magnitude. A guess that
-`python solvers/study_dtrnn.py` has not contradicted."""
+"""Compliance of hard rows in a long jump, relative to the QP's own magnitude."""
 
 
 @jit
@@ -179,12 +178,6 @@ def jump(net: Network, o: Options, size: float, long: bool) -> bool:
 
     A long jump finds the sides of the QP whose hard rows yield a little, which always ends, and steps on from
     there.
-
-    Args:
-        net: its F and e are those of u.
-        o: options.
-        size: |e(u)|.
-        long: whether it is a long jump; not in paper mode.
 
     Source: docs/theory/recurrent-network.md, "Newton jumps".
     """

@@ -15,8 +15,7 @@ from ftqp.kernel.entry.threads import thread_count
 from ftqp.kernel.layout.continuation_room import FACTS, FAILED_JOINTS, continuation_dtype
 
 EXACT_ERROR = 1e-5
-"""An error from which on an exact continuation is lost [m, rad]. A guess that
-tests/analysis/survival/test_continuing.py has not contradicted."""
+"""An error from which on an exact continuation is lost [m, rad]."""
 LOCKED = -1.0
 """The share of a joint that is locked. A convention: shares of joints that move are positive."""
 
@@ -108,10 +107,6 @@ class ContinuationStudy:
             whole: Whether a bounded continuation that is lost is followed to the end all the same.
             share: What is left of the speed limit of joints that are degraded; None: they are locked.
             threads: How many; None is ``thread_count``.
-
-        Raises:
-            InputError: A shape is wrong, a sample or joint does not exist, or an exact continuation is asked
-                for and not as many joints as rows are left.
         """
         call = self._call(q, samples, failed, speed, None, exact=not bounded)
         count = len(call.q)
@@ -179,9 +174,6 @@ class ContinuationStudy:
             speeds: Self-motion speed at each sample, (k, N) [rad/s].
             threads: How many; None is ``thread_count``.
 
-        Raises:
-            InputError: A shape is wrong.
-
         Returns:
             q (k, N + 1, n), NaN behind the last sample that was reached; last samples (k,); errors (k,) [m].
         """
@@ -216,12 +208,7 @@ class ContinuationStudy:
     def _call(
         self, q: Any, samples: Any, failed: Any, speed: Any, path: FloatArray | None, *, exact: bool
     ) -> "_Call":
-        """The arrays of a call.
-
-        Raises:
-            InputError: A shape is wrong, a sample or a joint does not exist, or, where the others are to
-                go on ``exact``, not as many as rows are left.
-        """
+        """The arrays of a call."""
         call = _Call(self._goals, q, samples, failed, speed, path)
         n, m, k, last = self._session.nv, self._session.m, len(call.q), len(self._goals) - 1
         if call.q.shape != (k, n) or call.samples.shape != (k,):

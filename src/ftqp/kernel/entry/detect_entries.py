@@ -15,13 +15,13 @@ BEYOND_FRICTION = 0.8
 the torque limit. Less than one, so that a joint that is pushed harder and harder gets there."""
 UNSURE = 1.3
 """Friction that is known may hold so many times itself, as it may have changed by 30 % (``FRICTION_UNSURE``)
-since it was identified. A guess that `python studies/detection.py` has not contradicted."""
+since it was identified."""
 LEAST_HELD = 0.02
-"""And any joint this [N m or N]. A guess that `python studies/detection.py` has not contradicted."""
+"""And any joint this [N m or N]."""
 
 DOUBTS = 3.0
 """A rotor may be so many standard deviations heavier than it counts: two, as usual for errors, and one by
-which it counts less than its estimate. A guess that `python studies/healthy_arms.py` has not contradicted."""
+which it counts less than its estimate."""
 
 
 @jit

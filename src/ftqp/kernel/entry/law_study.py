@@ -16,11 +16,9 @@ Intervals = tuple[tuple[float, float], ...]
 """Intervals (low, high) of a joint [rad or m]."""
 
 COARSE, FINE = 1e-5, 1e-9
-"""Of a step of a run that is told from others, and of one that is followed [rad or m]. A guess that
-tests/kernel/study/test_law_runs.py has not contradicted."""
+"""Of a step of a run that is told from others, and of one that is followed [rad or m]."""
 ANY, CLOSE = 0.05, 1e-6
-"""How near such a run must be to one of many ends that is taken for its own [rad or m]. A guess that
-tests/kernel/study/test_law_runs.py has not contradicted."""
+"""How near such a run must be to one of many ends that is taken for its own [rad or m]."""
 STEPS = 1000
 """Of a coarse run before it goes on by a method for stiff equations; fine ones are shorter and have more."""
 

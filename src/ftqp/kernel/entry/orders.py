@@ -129,13 +129,7 @@ class Orders:
         return found
 
     def believe(self, joint: int, said: Mapping[str, float], goes_on: bool) -> None:
-        """Believe a fault of a joint, or that it works.
-
-        Args:
-            joint: Which.
-            said: Fields of ``FAULT``, by name; what is left out is healthy.
-            goes_on: Whether it was being locked before, and goes on from where it is.
-        """
+        """Believe a fault of a joint, or that it works."""
         fault = np.zeros(1, FAULT)  # its own: a signal handler may tell something meanwhile
         fault["joint"] = joint
         fault["velocity"], fault["acceleration"], fault["torque"] = 1.0, 1.0, 1.0
@@ -186,11 +180,6 @@ class Orders:
         """Let the next tick be one that a late loop has missed: 0, or a mistake.
 
         ``expected`` and ``target`` are then what it is given.
-
-        Args:
-            target: Packed, of the tick that comes late; a row of it counts.
-            row: Which.
-            left: How many periods before that tick.
         """
         found = self._call("miss_tick")
         addresses = (self.expected.ctypes.data, self._later.ctypes.data, self.target.ctypes.data)

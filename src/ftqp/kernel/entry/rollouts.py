@@ -73,12 +73,7 @@ class Batch:
 
 
 def beliefs_of(capacity: int, rooms: list[dict[str, Any]]) -> Any:
-    """What is believed after each event, in one array.
-
-    Args:
-        capacity: The class of the record.
-        rooms: The rooms of limits and faults of each, by name.
-    """
+    """What is believed after each event, in one array."""
     beliefs = np.zeros(max(len(rooms), 1), belief_dtype(capacity))
     for k, believed in enumerate(rooms):
         for room, value in believed.items():
@@ -97,9 +92,6 @@ def drive(session: Session, batch: Batch, *, threads: int, progress: Progress | 
         batch: The arms; it is filled in.
         threads: How many threads share the arms out, >= 1.
         progress: Called with the number of arms that are done.
-
-    Returns:
-        How many arms were driven.
     """
     load(ENTRIES["rollout"], session.capacity)
     arms, ticks, record = len(batch.q), len(batch.targets), batch.record()

@@ -62,11 +62,7 @@ def writer_of(target: FloatArray) -> Call:
 
 
 def write_together(changes: Sequence[tuple[Any, Any]]) -> None:
-    """Write arrays into others in one compiled call: all of them, or none where an exception comes before.
-
-    Args:
-        changes: Where to, and what, pairs of contiguous arrays of as many bytes, whole words of eight.
-    """
+    """Write arrays into others in one compiled call: all of them, or none where an exception comes before."""
     table = np.array(
         [(to.ctypes.data, given.ctypes.data, given.nbytes // WORD) for to, given in changes], dtype=np.int64
     )
@@ -125,11 +121,7 @@ class Session:
         return tuple(one for one in self._lent if one.ctypes.data == at)
 
     def lend(self, balls: FloatArray) -> int:
-        """The address of balls of a cloud, (K, 4), which live while this record or a copy looks at them.
-
-        Args:
-            balls: Nobody writes into them any more.
-        """
+        """The address of balls of a cloud, (K, 4), which live while this record or a copy looks at them."""
         self._lent = (balls, *self._balls)
         return int(balls.ctypes.data)
 

@@ -214,9 +214,6 @@ class StudySession:
             quiet: It ends when so many solutions in a row lay on known curves.
             curves: Curves at most.
             most: Points at most, of all curves together.
-
-        Raises:
-            InputError: There are more curves or points.
         """
         path, parts, firsts = np.empty((most, self.nv)), np.empty(most), np.zeros(curves + 1, np.int64)
         goal = self.S.study.goal.reshape(1, GOAL_SIZE).copy()

@@ -135,15 +135,7 @@ def solve_many(
 
 
 def kkt(flat: FloatArray, solution: FloatArray, n: int, m: int, p: int) -> FloatArray:
-    """The KKT residuals of a solution, (4,); see ``ftqp.kernel.judge.kkt.kkt_residuals``.
-
-    Args:
-        flat: The whole QP in one piece.
-        solution: x, z_box, y, z in one piece.
-        n: Variables.
-        m: Equality rows.
-        p: Two-sided rows.
-    """
+    """The KKT residuals of a solution, (4,); see ``ftqp.kernel.judge.kkt.kkt_residuals``."""
     out = np.empty(4)
     bound("kkt", ANY_SIZE, flat, solution, out, n, m, p)()
     return out

@@ -13,15 +13,14 @@ from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.rows.task_rows import component_of
 
 FILTER = 0.01
-"""Time constant of the gap's low-pass filter [s]. A guess that the campaigns have not contradicted."""
+"""Time constant of the gap's low-pass filter [s]."""
 FULL_SPEED_TO = 0.6
-"""Up to this gap the path runs at full speed; it stands at a gap of 1. A guess that the campaigns have not
-contradicted."""
+"""Up to this gap the path runs at full speed; it stands at a gap of 1."""
 RATE_TIME = 0.05
 """The rate approaches what is wanted with this time constant [s] ..."""
 FASTEST_FALL = 5.0
 FASTEST_RISE = 2.0
-"""... but falls and rises by no more than these [1/s]. Guesses that the campaigns have not contradicted."""
+"""... but falls and rises by no more than these [1/s]."""
 FULL = 1e-6
 """A rate nearer to 1 than this is 1. So that a rate that approaches 1 gets there, and its target is the given
 one, untouched."""
@@ -31,7 +30,7 @@ DEVIATION_SAMPLES = 4
 WAITING = 0.05
 """A rate below this is waiting ..."""
 PATIENCE = 1.0
-"""... which is given up after this time [s]. A guess that the campaigns have not contradicted."""
+"""... which is given up after this time [s]."""
 
 
 @jit

@@ -44,8 +44,7 @@ rounding, and far below what an encoder shows."""
 FARTHEST = ROUNDING * 2.0**52
 """Nothing turns or slides so far: of a place beyond, rounding alone is more than ``ROUNDING`` [rad or m]."""
 FULL = 0.999
-"""Who brakes by this share of a_max brakes as hard as it can. A guess that the campaigns have not
-contradicted."""
+"""Who brakes by this share of a_max brakes as hard as it can."""
 
 
 @jit

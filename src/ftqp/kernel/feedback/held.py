@@ -37,11 +37,9 @@ JUST = 0.05
 """... those that moved not longer ago than this [s], or than twice so many ticks, ..."""
 ASKED, FAR = 0.1, 0.005
 """... or that were sent so far [rad or m], beside noise, while all have stood for so long [s], as the slowest
-servos need to show that they move; one such joint alone is locked, while the others rest. All of these are
-guesses that `python studies/held_arm.py` has not contradicted."""
+servos need to show that they move; one such joint alone is locked, while the others rest."""
 USUAL_TIME = 0.2
-"""Time constant [s] of how far ahead of an arm that moves its command usually is, or of what disturbs it. A
-guess that `python studies/held_arm.py` has not contradicted."""
+"""Time constant [s] of how far ahead of an arm that moves its command usually is, or of what disturbs it."""
 EXCESS, EXCESS_SIGMAS = 0.002, 12.0
 """So far [rad or m] beside noise, which is more than twice ``GONE``, is a held arm sent ahead, ..."""
 MOST = 0.015
@@ -56,8 +54,7 @@ BACK = 0.5
 GONE, GONE_SIGMAS = 6e-4, 8.0
 """A joint that goes so far ahead [rad or m], and so many standard deviations of a sample, was let go."""
 MOVED = 0.01
-"""A held joint that is farther from its place than it goes at its limit in this time [s] was moved there. All
-of these are guesses that `python studies/held_arm.py` has not contradicted."""
+"""A held joint that is farther from its place than it goes at its limit in this time [s] was moved there."""
 
 
 @jit

@@ -24,29 +24,26 @@ from ftqp.kernel.layout.learned_room import POLES, UNKNOWNS
 from ftqp.kernel.maths.vectors import cross
 
 SENSE = 0.02
-"""Slower than this [rad/s or m/s] a joint's dry friction is less than its whole. A guess that the
-campaigns have not contradicted."""
+"""Slower than this [rad/s or m/s] a joint's dry friction is less than its whole."""
 TORQUE_NOISE = 0.01
-"""Share of a joint's torque limit that the equation misses for other reasons. A guess that the campaigns
-have not contradicted."""
+"""Share of a joint's torque limit that the equation misses for other reasons."""
 STANDS_STILL = 0.005
 """A joint with friction that is seen, and is to be, slower than this [rad/s or m/s] says nothing of its
 rotor: friction holds it, and its accelerations are noise, which the loop passes on to its torques. Twice the
-speed that noise of 5e-5 rad makes of one that stands. A guess that the campaigns have not contradicted."""
+speed that noise of 5e-5 rad makes of one that stands."""
 AT_REST = 1e-3
-"""Slower than this [rad/s or m/s] an arm is taken to begin at rest. A guess that the campaigns have not
-contradicted."""
+"""Slower than this [rad/s or m/s] an arm is taken to begin at rest."""
 LEAST_LIMIT, UNBOUNDED = 1e-6, 1e3
 """Torque limits beyond these [N m or N] count as these where shares of them are noise, because some arms have
-none, and some motors have lost theirs. Guesses that the campaigns have not contradicted."""
+none, and some motors have lost theirs."""
 EXPERIENCED = 600
 """After so many estimates a push is no load that has not been learned yet: loads of 1 to 3 kg are, in the
-campaigns, within some tenths of that. A guess that `ftqp campaign wrong-model` has not contradicted."""
+campaigns, within some tenths of that."""
 
 
 NOISE_TIME = 0.1
 """The noise of the samples is measured in the mean over this time [s]: a hundred samples at 1 kHz, which know
-it to a tenth. A guess that the campaigns have not contradicted."""
+it to a tenth."""
 
 
 @jit

@@ -8,25 +8,21 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 LEAST_MISSED = 1e-3
-"""Mean square of what the equations miss at least, in units of ``TORQUE_NOISE``. A guess that the
-campaigns have not contradicted."""
+"""Mean square of what the equations miss at least, in units of ``TORQUE_NOISE``."""
 FRICTION_PACE = 0.006
-"""Share of the torque limit by which an estimate of the friction may change without news. A guess that the
-campaigns have not contradicted."""
+"""Share of the torque limit by which an estimate of the friction may change without news."""
 ROTOR_PACE = 0.03
 """Inertia [kg m2 or kg] by which an estimate of a rotor may change without news ..."""
 MASS_PACE = 0.3
 """... mass [kg] ..."""
 MOMENT_PACE = 0.02
-"""... and first moment [kg m] of a load. Guesses that the campaigns have not contradicted."""
+"""... and first moment [kg m] of a load."""
 BESIDE_TIP = 0.02
 """First moment [kg m] that a load is taken to have beside the tip, across the last joint's axis, as long as
 nothing says more: a kilogram two centimetres off. An arm that hardly moves says nothing of one along gravity,
-and beside the axis of a light wrist it would be most of its inertia. A guess that `ftqp campaign wrong-model`
-has not contradicted."""
+and beside the axis of a light wrist it would be most of its inertia."""
 MOST_DOUBTS = 10.0
-"""A rotor may be so many times what is said to be doubtful. A guess that the campaigns have not
-contradicted."""
+"""A rotor may be so many times what is said to be doubtful."""
 
 
 @jit

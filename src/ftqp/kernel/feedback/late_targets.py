@@ -15,12 +15,11 @@ from ftqp.kernel.layout.enums import (
 )
 
 LATEST = 1.0
-"""Targets are played back at most this late [s]; then the arm is stopped. A guess that the campaigns have not
-contradicted."""
+"""Targets are played back at most this late [s]; then the arm is stopped."""
 
 LONGEST = 60.0
 """Of the time for which the whole arm was held, so much is made up for [s]: what is kept is then a second
-apart. A guess that `python studies/held_arm.py` has not contradicted."""
+apart."""
 
 CATCHING_UP = 0.25
 """While the arm follows again, lost time is made up with at most this much beside the targets' speed ..."""
@@ -29,8 +28,7 @@ CATCHING_UP_RATE = 2.0
 CATCHING_UP_LEAST = 0.01
 """... but no slower than this, so that it ends."""
 FOLLOWS_FROM = 0.98
-"""A rate above this counts as following again. All of these are guesses that the campaigns have not
-contradicted."""
+"""A rate above this counts as following again."""
 
 
 @jit

@@ -22,8 +22,8 @@ LEAST = 1.1 * ERROR_BAND
 """... or so far [rad or m], so that a joint that stands leaves its error band and is seen to lag; what the
 joint goes in ``BAND_TIME`` comes on top, ..."""
 LAGS = 2.0
-"""... but no farther than a servo of a known bandwidth w lags at the joint's limit without velocities,
-2 v_max/w. Guesses that `python studies/held_arm.py` has not contradicted."""
+"""... but no farther than a servo of a known bandwidth w lags at the joint's limit without velocities, 2
+v_max/w."""
 
 
 @jit

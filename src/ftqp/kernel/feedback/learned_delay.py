@@ -20,32 +20,30 @@ from ftqp.kernel.layout.thresholds import STANDS
 
 SLOWLY = 0.2
 """Share of the difference by which the slow means follow at each estimate: what changes within 25 ms is
-looked at, and not what a motion asks for. A guess that the campaigns have not contradicted."""
+looked at, and not what a motion asks for."""
 SHAKES = 2.0
 """A joint tells something where its acceleration is farther than this from its slow mean [rad/s2 or m/s2],
 twenty times what noise alone may make of it: noise goes through the loop into the torques, too, and would
 look like a delay of 1/(2 w). Chosen by `ftqp campaign wrong-model`."""
 UNSURE = 3.0
 """An equation that misses more than any delay explains and so many times what is taken for noise says
-something of a fault. A guess that the campaigns have not contradicted."""
+something of a fault."""
 ADOPTED = 0.75
 """Another delay counts once it is so many ticks from the one that does: beyond a half, so that
 it does not go to and fro."""
 STAYS = 1.0
-"""Information of staying with the delay that counts [1/ticks2]: it is known to about a tick. A guess that the
-campaigns have not contradicted."""
+"""Information of staying with the delay that counts [1/ticks2]: it is known to about a tick."""
 MOST_KNOWN = 100.0
 """Information that is kept [1/ticks2]: a tenth of a tick is as well as it need be known, and one that changes
-is then learned anew. A guess that the campaigns have not contradicted."""
+is then learned anew."""
 EXPLAINS = 0.5
 """A delay is one that explains at least this share of what the equations miss, squared: what pushes or holds
 an arm shakes it, too, and is no delay. By convention half, where it explains more than it leaves."""
 QUIET = 100
 """So many estimates in a row, half a second, in which the arm moves and nothing shakes say that the delay is
-right. A guess that the campaigns have not contradicted."""
+right."""
 SETTLES = 8
-"""So many estimates after a change the filters hold torques of both delays: eight of their time constants. A
-guess that the campaigns have not contradicted."""
+"""So many estimates after a change the filters hold torques of both delays: eight of their time constants."""
 
 
 @jit

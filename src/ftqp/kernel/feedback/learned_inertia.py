@@ -22,26 +22,20 @@ from ftqp.kernel.layout.learned_room import KEPT, UNKNOWNS
 from ftqp.kernel.layout.thresholds import PUSHED
 
 STUCK = 0.25
-"""A joint slower than this share of ``SENSE`` sticks, if it should move. A guess that the campaigns have not
-contradicted."""
+"""A joint slower than this share of ``SENSE`` sticks, if it should move."""
 PUSHED_TIME = 0.5
-"""Its friction is then taken for more and more, up to ``PUSHED`` of its torque limit within this time [s]. A
-guess that the campaigns have not contradicted."""
+"""Its friction is then taken for more and more, up to ``PUSHED`` of its torque limit within this time [s]."""
 KNOWN_AFTER = 50
-"""So many estimates, a quarter of a second, tell the model's errors from a motor that fails. A guess that the
-campaigns have not contradicted."""
+"""So many estimates, a quarter of a second, tell the model's errors from a motor that fails."""
 AT_LAST = 1.0
-"""After this time [s] they count as told apart. A guess that the campaigns have not contradicted."""
+"""After this time [s] they count as told apart."""
 LEAST_MASS = 1e-3
-"""A load lighter than this [kg] is none, because its place, its first moment by its mass, is noise. A
-guess that the campaigns have not contradicted."""
+"""A load lighter than this [kg] is none, because its place, its first moment by its mass, is noise."""
 FARTHEST = 0.15
-"""A load's centre is at most so far beyond the tip [m], as a wrong one has inertia by the square. A
-guess that the campaigns have not contradicted."""
+"""A load's centre is at most so far beyond the tip [m], as a wrong one has inertia by the square."""
 SUSPECTED_TIME = 0.3
 """The rotor of a joint of a soft pair counts for all that may be missing after this time [s] at the earliest:
-a motor that is dead looks like a rotor, too, but for less than 0.1 s (tests/control/test_pairs.py). A guess
-that `ftqp campaign wrong-model` has not contradicted."""
+a motor that is dead looks like a rotor, too, but for less than 0.1 s (tests/control/test_pairs.py)."""
 KEPT_FOR = 20
 """Estimates from one that is kept to the next: a tenth of a second. The oldest one that is kept, which is
 gone back to, so is from half a second ago, longer than a fault goes unnoticed."""

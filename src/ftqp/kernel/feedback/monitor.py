@@ -21,8 +21,7 @@ from ftqp.kernel.layout.enums import ALL_BRAKES, HEALTHY, NO_BRAKES, STOPPED_BY_
 from ftqp.kernel.layout.hypotheses import LEFT_BAND, SILENT, TOO_FAST, TOUCHED
 
 OVERSPEED = 0.2
-"""A joint that goes on faster than asked, and than its limit, by this share of the limit is too fast. A guess
-that the campaigns have not contradicted."""
+"""A joint that goes on faster than asked, and than its limit, by this share of the limit is too fast."""
 
 
 @jit

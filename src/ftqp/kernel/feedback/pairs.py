@@ -16,15 +16,13 @@ LACKING = 0.02
 ALONE = 0.8
 """... which is this share of all that is unusual. Then the feedback of both is soft until both are where
 their commands are. An iiwa14 whose joint 1 or 3 had lost its motor was shaken by noise without it, a Panda
-went to six times its speed limits (docs/theory/feedback.md, "The torque drive"). The values are guesses that
-the campaigns have not contradicted."""
+went to six times its speed limits (docs/theory/feedback.md, "The torque drive")."""
 
 NEAR, SLOW = 0.3, 0.05
-"""A joint obeys when its error is below these shares of its band and of its speed limit, beside noise. A
-guess that the campaigns have not contradicted."""
+"""A joint obeys when its error is below these shares of its band and of its speed limit, beside noise."""
 NOISE_LEVELS = 4.0
 """So many standard deviations are noise, here and where one joint is suspected: in 6e-5 of the samples it
-exceeds them by itself. A guess that the campaigns have not contradicted."""
+exceeds them by itself."""
 
 
 @jit

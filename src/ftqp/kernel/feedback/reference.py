@@ -13,10 +13,10 @@ from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
 STILL = 0.01
 """A locked joint that is observed to be slower than this [rad/s or m/s], beside noise, rests after
-``STILL_SAMPLES``. A guess that the campaigns have not contradicted."""
+``STILL_SAMPLES``."""
 FOLLOW = 0.05
 """A resting joint's place in the reference takes this share of what the sensor says each tick, so that noise
-does not reach the others. A guess that the campaigns have not contradicted."""
+does not reach the others."""
 
 BESIDE = 1e-6
 """A healthy joint farther than this from its command [rad or m] belongs to an arm with servos. More than
@@ -26,8 +26,7 @@ SPEED_MARGIN = 0.04
 a_max/(e w_n): 2 to 3 % of the limits of common arms at 15 Hz (docs/theory/feedback.md, "The reference"),
 beside noise and loads ..."""
 SWINGING_MARGIN = 0.12
-"""... and beside a joint without motor and brake, measured or swinging, whose pull they do not know. A guess
-that the campaigns have not contradicted."""
+"""... and beside a joint without motor and brake, measured or swinging, whose pull they do not know."""
 
 
 @jit

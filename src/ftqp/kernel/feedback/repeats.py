@@ -26,30 +26,26 @@ GOES_ALONG = 0.25
 to come loose; ..."""
 SUDDEN = 0.01
 """... and within this time [s] of its first repeat, because a joint that sticks while the reference turns
-round has stood for longer when that is fast again. All of these are guesses that
-`python studies/frozen_encoders.py` has not contradicted."""
+round has stood for longer when that is fast again."""
 STICKS = 20.0
 """A number that is looked through counts as frozen when the reference is so far away that the feedback of a
 torque drive would ask for so much [rad/s2 or m/s2]; one whose joint was not seen to go along may be that of a
 joint that dry friction holds, ..."""
 FRICTION = 0.2
-"""... with this share of its largest torque, or until it is far outside its error band. Both are guesses that
-`python studies/frozen_encoders.py` has not contradicted."""
+"""... with this share of its largest torque, or until it is far outside its error band."""
 BAND, BAND_TIME = 0.06, 0.3
 """Three error bands [rad or m] and [s], of ``ftqp.kernel.feedback.error_band``. A guess: a joint of 0.001 kg
 m2 with friction of 0.5 N m came loose before."""
 FAR_INCREMENTS = 4.0
 """... and so many times the encoder's smallest step ..."""
 FAR_WAYS = 3.0
-"""... and so many times as far as it normally does. Both are guesses that `python studies/frozen_encoders.py`
-has not contradicted."""
+"""... and so many times as far as it normally does."""
 RESTING = 1e-3
 """A reference slower than this [rad/s or m/s] rests. A convention: a tick of 1 ms then moves it less than
 encoders show."""
 RESTLESS = 20.0
 """An encoder whose number has gone so often against the reference at rest, and never stayed the same there,
-does not repeat it while it works. A guess that
-`python studies/frozen_encoders.py` has not contradicted."""
+does not repeat it while it works."""
 IN_DOUBT = 0.25
 """Of patience a sample costs this share where the joint may as well stand, so that a detector has 80 ms to
 find a lock. Four times what it takes in the median (docs/evidence/detection.md)."""

@@ -34,26 +34,22 @@ from ftqp.kernel.maths.rotation import has_last_row
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, several
 
 SPEED_SHARE = 1.3
-"""A joint may be this many times as fast as its velocity limit for one sample. A guess that the campaigns
-have not contradicted."""
+"""A joint may be this many times as fast as its velocity limit for one sample."""
 SIGMAS = 8.5
 """6 sqrt(2) standard deviations of a sample, because the test looks at the difference of two: noise alone
 exceeds six twice in 1e9 samples."""
 ROOM = 1e-4
-"""Room [rad or m] that is left whatever else is known. A guess that the campaigns have not contradicted."""
+"""Room [rad or m] that is left whatever else is known."""
 FREE_SPEED = 15.0
-"""A free-swinging joint may be this fast [rad/s] although its own limit is lower. A guess that the campaigns
-have not contradicted."""
+"""A free-swinging joint may be this fast [rad/s] although its own limit is lower."""
 IMPACT_TIME = 0.1
 """After an impact at the end of a range joints may be faster than their limits for so long [s] ..."""
 HITS = 0.3
 """... if one was seen to come there at this speed [rad/s or m/s] ..."""
 NEAR_END = 5e-3
-"""... and to be so near to it [rad or m], beside what it goes in two ticks. All three are guesses that the
-campaigns have not contradicted."""
+"""... and to be so near to it [rad or m], beside what it goes in two ticks."""
 RECOVERY = 0.2
-"""A good sample takes back this share of what a bad one costs. A guess that the campaigns have not
-contradicted."""
+"""A good sample takes back this share of what a bad one costs."""
 
 
 @jit

@@ -14,8 +14,7 @@ from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
 FEED_FORWARD_SHARE = 0.3
-"""The disturbance is fed forward up to this share of a joint's torque limit. A guess that the campaigns have
-not contradicted."""
+"""The disturbance is fed forward up to this share of a joint's torque limit."""
 FEEDBACK_SHARE = 0.6
 """The feedback of a joint asks its own inertia for up to this share of its torque limit. Without a bound a
 Panda whose joint 4 braked unannounced went to eight times its speed limits (docs/theory/feedback.md, "The
@@ -24,7 +23,7 @@ torque drive"); with 0.3 arms did not withstand a push, and 0.6 is a guess."""
 SLIPS, SLIP_SIGMAS = 0.1, 10.0
 """A locked joint observed to be faster than this [rad/s or m/s], beside so many standard deviations of noise,
 has a brake that slips: a Panda shook itself at twice its speed limits beside one (docs/theory/feedback.md,
-"The torque drive"). A guess that the campaigns have not contradicted."""
+"The torque drive")."""
 
 
 @jit

@@ -15,7 +15,7 @@ from ftqp.kernel.maths.side_by_side import WIDTH, several
 
 BACK = 0.5
 """The lag is over when every error is below this share of its tolerance for a while, so that a report does
-not flicker. A guess that the campaigns have not contradicted."""
+not flicker."""
 NOISE_LEVELS = 6.0
 """Standard deviations of the noise of an observed speed that do not count either, because noise alone exceeds
 six twice in 1e9 samples."""

@@ -14,14 +14,14 @@ from ftqp.kernel.layout.enums import ACCELERATION
 FARTHEST = 0.03
 """Largest displacement of the target [m] for an error that forward kinematics tells ..."""
 LARGEST_TURN = 0.15
-"""... and its largest turn [rad]. A guess that the campaigns have not contradicted."""
+"""... and its largest turn [rad]."""
 
 STOOD = 0.3
 """How long the target has stood [s] before the displacement may rest, ..."""
 QUIET, LOUD = 0.04, 0.1
 """... when what is left of the error is below the first share of tolerance, until it is above the second. Two
 shares, so that it does not flicker: dry friction would make an integrator hunt (docs/theory/feedback.md, "The
-tip"). A guess that the campaigns have not contradicted."""
+tip")."""
 
 
 @jit

@@ -15,8 +15,7 @@ BETTER = 0.3
 more than one by themselves ..."""
 SLIGHT = 0.02
 """... of torques that are this share of a limit in some joint, beside noise; a touch is over once they are
-half of that, or a quarter of the most that they were. Guesses that `python studies/touches.py` has not
-contradicted."""
+half of that, or a quarter of the most that they were."""
 HALF, QUARTER = 0.5, 0.25
 RIDGE = 1e-6
 """Of the trace, so that a direction in which the arm is singular has a force, too: rounding."""
@@ -86,10 +85,6 @@ def feel_touch(K: Any, noise_levels: float) -> None:
 
     It is looked for in the mean over 20 ms.
     Source: docs/theory/feedback.md, "The monitor".
-
-    Args:
-        K: The planner's record.
-        noise_levels: So many standard deviations are noise.
     """
     feedback = K.feedback
     _, size = _one_motor(K.limits, K.chain.n, feedback.missing)

@@ -15,25 +15,20 @@ from ftqp.kernel.layout.thresholds import LATELY, STILL_SAMPLES
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 USUAL_TIME = 0.1
-"""What has disturbed a joint for so long [s] is a load, not a fault. A guess that the campaigns have not
-contradicted."""
+"""What has disturbed a joint for so long [s] is a load, not a fault."""
 
 MISSING_SHARE = 0.03
 """A joint is suspected when it lacks this share of its torque limit, beside noise. Without this a joint whose
-motor fails unannounced throws the others off, too (docs/theory/feedback.md, "The torque drive"). A guess that
-the campaigns have not contradicted."""
+motor fails unannounced throws the others off, too (docs/theory/feedback.md, "The torque drive")."""
 
 UNRESPONSIVE_STILL = 0.03
-"""Slower than this [rad/s or m/s], beside noise, it rests. A guess that the campaigns have not
-contradicted."""
+"""Slower than this [rad/s or m/s], beside noise, it rests."""
 CLEARER, COMPARED_TIME = 4.0, 0.015
 """It obeys again when it moves as predicted, so much better (squared), in the mean over this time [s] ..."""
 MOVES = 0.1
-"""... and by at least this speed [rad/s or m/s], beside noise. A guess that the campaigns have not
-contradicted."""
+"""... and by at least this speed [rad/s or m/s], beside noise."""
 SMALL = 1e-6
-"""Predictions as good as this [rad or m] are not compared. A guess that the campaigns have not
-contradicted."""
+"""Predictions as good as this [rad or m] are not compared."""
 
 
 @jit

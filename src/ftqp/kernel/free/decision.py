@@ -68,40 +68,31 @@ ITERATION_WORK, DOUBLING_WORK, MODEL_WORK = 1, 25, 25
 SLICE = 20
 """Iterations of the rest posture, or steps of a rollout, between two looks at what work is left."""
 BRAKING_TIME = 0.4
-"""The tip is to be held where it comes to rest after so much time [s]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""The tip is to be held where it comes to rest after so much time [s]."""
 NEAR = 0.03
-"""A target that is nearer to the tip than this is what is to be held [m]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""A target that is nearer to the tip than this is what is to be held [m]."""
 
 SEARCH_TIME, MORE_TIME, LONGEST_SEARCH = 1.0, 0.1, 3.5
 """How long the look-ahead goes on, how much longer each time while to hold still would be worse by then than
-it was when the joint failed, and until when at most [s]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+it was when the joint failed, and until when at most [s]."""
 DAMPED = 0.5
-"""Viscous friction below this is little [N m s/rad]. A guess that `python studies/study_free_swinging.py`
-has not contradicted."""
+"""Viscous friction below this is little [N m s/rad]."""
 REPEAT = 0.05
-"""The rollout of an arm that is led is repeated so often [s]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""The rollout of an arm that is led is repeated so often [s]."""
 CALM_SWING = 0.02
-"""A free joint that swings no farther than this is calm [rad or m]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""A free joint that swings no farther than this is calm [rad or m]."""
 RETRY = 0.1
 """A posture in which the free joint can rest is looked for so often [s] ..."""
 LONGER = 0.3
-"""... and for so long after the search [s]. A guess that `python studies/study_free_swinging.py` has not
-contradicted."""
+"""... and for so long after the search [s]."""
 LED_FOR, LED_FOR_UNDAMPED = 1.2, 4.5
 """So long after the task was given up the others rest where the free joint still swings [s] ..."""
 LEFT_SWING = 0.2
-"""... and, with little friction, no farther than this [rad or m]: it would swing so for long. A guess that
-`python studies/study_free_swinging.py` has not contradicted. Without the second an arm let a balanced joint
-tip over when its time was over."""
+"""... and, with little friction, no farther than this [rad or m]: it would swing so for long. Without the
+second an arm let a balanced joint tip over when its time was over."""
 HARDER = 0.1
 """Speed that following a task may add to an impact [rad/s or m/s]. Holding the tip by turning the free joint
-speeds that up without end near some postures (docs/theory/free-swinging.md, "Decision"). A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+speeds that up without end near some postures (docs/theory/free-swinging.md, "Decision")."""
 
 
 @jit

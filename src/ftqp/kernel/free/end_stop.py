@@ -10,11 +10,9 @@ from ftqp.kernel.rows.one_variable import fix
 TOUCHES = 1e-3
 """A joint so near to its stop may be in contact [rad or m] ..."""
 LEAVES = 5e-3
-"""... and one in contact loses it beyond this, so that contact does not flicker. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""... and one in contact loses it beyond this, so that contact does not flicker."""
 BOUNCE = 0.05
-"""A joint that leaves its stop faster than this is not in contact [rad/s or m/s]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""A joint that leaves its stop faster than this is not in contact [rad/s or m/s]."""
 
 
 @jit

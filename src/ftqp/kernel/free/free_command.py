@@ -24,8 +24,7 @@ from ftqp.kernel.layout.thresholds import FREE_SHARE
 from ftqp.kernel.rows.one_variable import draw
 
 REACHED, ATTAINED = 0.01, 0.05
-"""A tip that is nearer to its target than this counts as there [m] and [rad]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""A tip that is nearer to its target than this counts as there [m] and [rad]."""
 
 
 @jit

@@ -26,14 +26,12 @@ WEIGHT_V, WEIGHT_V_FREE = 0.05, 0.3
 WEIGHT_TIP = 400.0
 """... a metre of the tip [1/m2] ..."""
 EFFORT = 10.0
-"""... and an acceleration of a_max (docs/theory/free-swinging.md, "Keeping the task"). All are guesses that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""... and an acceleration of a_max (docs/theory/free-swinging.md, "Keeping the task")."""
 POLE_SHIFT = 1e-3
 """Taken from the diagonal of the positions [1/s]. So that a pole at zero is a stable one, and the equation
 has a solution."""
 SPRING, DASHPOT = 1e-2, 1e-3
-"""Added to the free joint [N m/rad and N m s/rad]: the equation has a solution where gravity is weak, too. A
-guess that `python studies/study_free_swinging.py` has not contradicted."""
+"""Added to the free joint [N m/rad and N m s/rad]: the equation has a solution where gravity is weak, too."""
 RATE = 6.0
 """Rate of the doubling, of the size of the closed loop's eigenvalues [1/s]. Any rate leads to the same P,
 because the doubling is exact: the nearer to those eigenvalues, the fewer doublings."""
@@ -49,18 +47,14 @@ END_ERROR = 0.02
 WAY_ERROR = 0.10
 """... by how much it may be farther on the way than at its begin [m] ..."""
 END_SPEED = 0.3
-"""... and speed of the free joint at the end up to which it counts as led to rest [rad/s or m/s]. A guess
-that `python studies/study_free_swinging.py` has not contradicted."""
+"""... and speed of the free joint at the end up to which it counts as led to rest [rad/s or m/s]."""
 STUCK, STICKS = 0.02, 0.9
-"""Coulomb friction holds a joint slower than this [rad/s] against this share of itself. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""Coulomb friction holds a joint slower than this [rad/s] against this share of itself."""
 OVERCOME = 0.8
-"""Share of the free joint's Coulomb friction that is made up for: what is learned of it may be too much. A
-guess that `ftqp campaign wrong-model` has not contradicted."""
+"""Share of the free joint's Coulomb friction that is made up for: what is learned of it may be too much."""
 LENIENCE = 2.0
 """While the arm is being led, both may be so much larger before it is given up. Two thresholds, so that an
-arm near the first does not go to and fro between both. A guess that `python studies/study_free_swinging.py`
-has not contradicted."""
+arm near the first does not go to and fro between both."""
 
 
 @jit

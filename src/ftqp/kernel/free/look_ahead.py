@@ -26,23 +26,18 @@ from ftqp.kernel.layout.free_memory import SEGMENTS
 LONG_STEPS = 200
 """Steps of the rollout that says whether it is safe to hold still ..."""
 LATER_STEP, LATER_STEPS = 0.02, 1000
-"""... and length [s] and number of those that follow the free joint alone after that. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""... and length [s] and number of those that follow the free joint alone after that."""
 SOFTLY = 0.3
-"""A stop that is met later, no faster than this, is not worth moving the others for [rad/s or m/s]. A guess
-that `python studies/study_free_swinging.py` has not contradicted."""
+"""A stop that is met later, no faster than this, is not worth moving the others for [rad/s or m/s]."""
 HANGING = 1e-3
-"""A joint slower than this hangs where gravity draws it [rad/s or m/s]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""A joint slower than this hangs where gravity draws it [rad/s or m/s]."""
 NO_SLOPE = 1e-9
 """A change of gravity's torque below this is none [N m/rad]. Rounding leaves less, 1e-13 of a torque of 1e3 N
 m."""
 TOUCH_SPEED = 0.05
-"""A stop that is met no faster than this is touched [rad/s or m/s]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""A stop that is met no faster than this is touched [rad/s or m/s]."""
 SEGMENT = 0.2
-"""Length of a segment of the plan [s]. A guess that `python studies/study_free_swinging.py` has not
-contradicted."""
+"""Length of a segment of the plan [s]."""
 HORIZON_STEPS = 80
 """Steps of a look-ahead's rollout."""
 BRAKE = 2.0
@@ -52,21 +47,17 @@ ROLLOUTS = 3
 VALUES = 3
 """Other values than the plan's own that a segment of a joint may have."""
 BOUNDARY = 0.005
-"""The present plan is rolled out from the present state so often [s]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""The present plan is rolled out from the present state so often [s]."""
 GAIN_NEEDED = 1e-3
 """A trial is kept when it lowers the cost by that much. Less would not be seen, as the cost is a speed
-[rad/s]. A guess that `python studies/study_free_swinging.py` has not contradicted."""
+[rad/s]."""
 CALM_COST = 0.02
-"""Nothing is tried while there is no impact ahead and the cost is no more than that. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""Nothing is tried while there is no impact ahead and the cost is no more than that."""
 FINAL_SPEED, TOP_SPEED, TRAVEL = 0.05, 0.02, 0.01
 """Weights of the free joint's speed in the end, its largest speed, and the way of the healthy joints. The
-speed of an impact has the weight 1. A guess that `python studies/study_free_swinging.py` has not
-contradicted."""
+speed of an impact has the weight 1."""
 TORQUE_SHARE = 0.95
-"""Share of a torque limit beyond which torque costs. A guess that `python studies/study_free_swinging.py` has
-not contradicted."""
+"""Share of a torque limit beyond which torque costs."""
 
 
 @jit
@@ -108,8 +99,7 @@ TOO_FAR = 1e6
 is so fast."""
 CLEAR_FOR = 20
 """After so many looks ahead without an impact none is told of any more, a tenth of a second: a search that
-goes to and fro between two plans is told of as one. A guess that `python studies/study_free_swinging.py` has
-not contradicted."""
+goes to and fro between two plans is told of as one."""
 
 
 @part_jit

@@ -14,36 +14,29 @@ TORQUE_UNIT = 10.0
 """A torque of so many N m counts as a metre ..."""
 TURN_LENGTH = 0.3
 """... and a radian as so many, because a posture is found by least squares over all three: it ends where all
-are zero, so that they weigh only on the way there. A guess that `python studies/study_free_swinging.py` has
-not contradicted."""
+are zero, so that they weigh only on the way there."""
 COULOMB_SHARE = 0.8
-"""Share of the Coulomb friction that is relied on to hold the joint. Identified friction is not that exact. A
-guess that `python studies/study_free_swinging.py` has not contradicted."""
+"""Share of the Coulomb friction that is relied on to hold the joint. Identified friction is not that
+exact."""
 DAMPING = 1e-6
 """Of a Gauss-Newton step: far below the square of a singular value that matters, so that steps keep their
-direction and stay finite. A guess that `python studies/study_free_swinging.py` has not contradicted."""
+direction and stay finite."""
 LONGEST_STEP = 0.25
-"""Longest step of a joint in one iteration [rad or m]. A guess that `python studies/study_free_swinging.py`
-has not contradicted."""
+"""Longest step of a joint in one iteration [rad or m]."""
 MARGIN = 0.03
-"""Margin to the ends of the range [rad or m]. So that the feedback has room on either side. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""Margin to the ends of the range [rad or m]. So that the feedback has room on either side."""
 ITERATIONS = 60
-"""Of a search at most. A guess that `python studies/study_free_swinging.py` has not contradicted."""
+"""Of a search at most."""
 PRECISION = 1e-5
-"""Residual, in metres, from which a posture counts as found. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""Residual, in metres, from which a posture counts as found."""
 APART = 0.02
-"""Postures nearer to each other than this are one [rad or m]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""Postures nearer to each other than this are one [rad or m]."""
 RUN_UP = 0.1
-"""The search begins where the arm would be after so much time at its present speed [s]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""The search begins where the arm would be after so much time at its present speed [s]."""
 FREE_TRAVEL = 0.3
 """What a radian of the free joint's way costs beside the seconds of the others [s/rad] ..."""
 UPRIGHT = 0.3
-"""... and an unstable posture [s]. Guesses that `python studies/study_free_swinging.py` has not
-contradicted."""
+"""... and an unstable posture [s]."""
 
 
 @jit

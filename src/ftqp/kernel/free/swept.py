@@ -5,15 +5,13 @@ from typing import Any
 from ftqp.kernel.jit import jit
 
 WORTH = 10.0
-"""Links may go farther than they would if the others held still where that takes so much from an impact [J].
-A guess that `python studies/study_free_swinging.py` has not contradicted."""
+"""Links may go farther than they would if the others held still where that takes so much from an impact
+[J]."""
 HARMLESS = 5.0
-"""An impact below this is not worth moving for [J]: the others hold still. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""An impact below this is not worth moving for [J]: the others hold still."""
 
 ROUGH = 0.02
-"""Rollouts of 10 ms are wrong by so much [m]. A guess that `python studies/study_free_swinging.py` has not
-contradicted."""
+"""Rollouts of 10 ms are wrong by so much [m]."""
 
 
 @jit

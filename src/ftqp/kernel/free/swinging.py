@@ -10,7 +10,7 @@ from ftqp.kernel.rows.joint_intervals import viability
 
 ROLLOUT_STEP = 0.01
 """Step of a rollout [s]. Long enough for 200 steps in a tenth of a millisecond, short beside the second that
-a joint falls for. A guess that `python studies/study_free_swinging.py` has not contradicted."""
+a joint falls for."""
 
 
 @jit
@@ -70,9 +70,6 @@ def swing_on(
 
     Semi-implicit: v' = v + dt a, q' = q + dt v'. A joint that is held slows down at its brake's rate. The
     free joint stops where it meets its stop, and stays there as long as it is pressed against it.
-
-    Returns:
-        The speed at which the stop was met, 0 without impact, and the largest share of a torque limit.
     """
     n, i = chain.n, F.joint
     for k in range(faults.movable, n):

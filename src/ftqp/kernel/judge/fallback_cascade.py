@@ -78,8 +78,7 @@ from ftqp.kernel.rows.rows_given_up import is_whole, more_rows_hold
 from ftqp.kernel.rows.task_terms import judge_terms
 
 NEARER = 0.99
-"""A task whose error is below this share of the least one so far is still being approached. A guess that
-tests/control/planner/test_degrading.py has not contradicted."""
+"""A task whose error is below this share of the least one so far is still being approached."""
 LONGEST = 64
 """Rows are taken back after so many times the patience at most: it doubles whenever they come back. A
 convention."""
@@ -315,14 +314,7 @@ def _advance(K: Any, claim: int) -> int:
 
 @part_jit
 def run_cascade(K: Any, code: int, claim: int) -> int:
-    """Run the cascade until it has a command, or, with an external solver, until the QP itself is ready.
-
-    Args:
-        K: the record, its stage prepared.
-        code: QP_READY or SOLVE when the solver is to run first, anything else when ``claim`` is already an
-            answer.
-        claim: the answer of an external solver.
-    """
+    """Run the cascade until it has a command, or, with an external solver, until the QP itself is ready."""
     cascade, qp = K.cascade, K.qp
     cascade.checked = 0
     while True:

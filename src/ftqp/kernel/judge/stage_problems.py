@@ -34,11 +34,11 @@ The powers of ten are guesses that tests/robustness/test_torque_against_box.py h
 REST_ELASTIC = 1e-12
 """Compliance of torque rows beside |x - x_rest|^2 when the arm is brought to rest ..."""
 CALM_ELASTIC = 1e-6
-"""... and in calm, beside that of the task, which is 1 there: so that torque limits go before rest and task.
-A guess that the campaigns have not contradicted."""
+"""... and in calm, beside that of the task, which is 1 there: so that torque limits go before rest and
+task."""
 
 DECAY_TIME = 0.05
-"""Time constant [s] of the fallback command. A guess that the campaigns have not contradicted."""
+"""Time constant [s] of the fallback command."""
 
 
 @rare_jit

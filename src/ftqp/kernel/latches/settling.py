@@ -16,8 +16,7 @@ from typing import Any, Final, NamedTuple
 from ftqp.kernel.jit import jit
 
 SURE = 0.1
-"""How long it must be clear that hardly anything can be gained [s]. A guess that the campaigns have not
-contradicted."""
+"""How long it must be clear that hardly anything can be gained [s]."""
 
 
 class Finding(IntEnum):

@@ -11,13 +11,7 @@ from ftqp.core.errors import InputError
 
 
 def _coefficient(*, weight: bool = False, inertia: bool = False, steady: bool = False) -> Any:
-    """A field of a criterion.
-
-    Args:
-        weight: Whether it weighs a quadratic form.
-        inertia: Whether its term needs M or h.
-        steady: Whether H is the same at every tick, however large it is.
-    """
+    """A field of a criterion."""
     return field(default=0.0, metadata={"weight": weight, "inertia": inertia, "steady": steady})
 
 

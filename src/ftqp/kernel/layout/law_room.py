@@ -13,9 +13,9 @@ WIDTH: Final = 8
 LINE: Final = 64
 """Bytes of a line of the processor's cache."""
 SHARE: Final = 0.5
-"""c of the variable s with dq/ds = v / (c + |v|). A guess that the tests have not contradicted."""
+"""c of the variable s with dq/ds = v / (c + |v|)."""
 LONG_WAY: Final = 60.0
-"""A run that went further without rest has none [rad]. A guess that the tests have not contradicted."""
+"""A run that went further without rest has none [rad]."""
 
 
 @cache

@@ -90,11 +90,7 @@ CAPACITIES = (JOINTS,)
 
 
 def capacity_for(joints: int) -> int:
-    """The smallest class of records that holds so many joints.
-
-    Raises:
-        InputError: more joints than any class holds.
-    """
+    """The smallest class of records that holds so many joints."""
     for capacity in CAPACITIES:
         if joints <= capacity:
             return capacity

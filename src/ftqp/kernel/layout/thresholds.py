@@ -1,4 +1,8 @@
-"""Thresholds that several rooms, or compiled code and Python, read alike."""
+"""Thresholds that several rooms, or compiled code and Python, read alike.
+
+A tuned number that gives no reason, here and elsewhere, is a guess that campaigns and tests have not
+contradicted.
+"""
 
 from math import sqrt
 from typing import Final
@@ -7,19 +11,17 @@ SCALED_FROM: Final = 0.999
 """A path scale or a path rate below this counts as scaled. A convention: what a solver leaves of 1 is
 less."""
 AT_REST: Final = 1e-3
-"""A joint that moves slower than this share of its velocity limit is at rest. A guess that the campaigns have
-not contradicted."""
+"""A joint that moves slower than this share of its velocity limit is at rest."""
 GOES_ON: Final = 0.05
 """A joint that is seen to be faster than this share of its limit while its command rests goes on ..."""
 STANDS: Final = 0.02
 """... until it is slower than this, in a mean that noise does not count in; so is one that holds a joint that
-swings freely in balance. Guesses that the campaigns have not contradicted."""
+swings freely in balance."""
 TIME_SLACK: Final = 1e-9
 """Times nearer to each other than this count as equal [s], so that 3 * 0.1 s is 0.3 s. Some ten thousand
 units of rounding of a path's time."""
 SINGULAR_FROM: Final = 0.02
-"""Singular value of the Jacobian [characteristic lengths] below which a direction counts as singular. A guess
-that the campaigns have not contradicted."""
+"""Singular value of the Jacobian [characteristic lengths] below which a direction counts as singular."""
 PROOF_SHARE: Final = 1e-9
 """What a proof of infeasibility must exceed, as a share of the sum of its terms: a million units of
 rounding."""
@@ -28,11 +30,11 @@ RELAXED_FROM: Final = 1e-3
 """A task residual above this share of the task's right side, plus ..."""
 TASK_FLOOR: Final = 1e-4
 """... this in the task's own unit [m/s2 or m/s, rad alike], counts as relaxed. Both are far above what a
-solver may leave, so that backends agree. A guess that the campaigns have not contradicted."""
+solver may leave, so that backends agree."""
 
 MISSED_FROM: Final = 0.5
 """A task beside the tip's, or after it, is missed where so much of what it asks for is left: D leaves some
-while it has far to go. A guess that tests/control/planner/test_shared_tasks.py has not contradicted."""
+while it has far to go."""
 
 OUTSIDE_FROM: Final = 1e-6
 """A joint beyond its range by more than this [rad or m], or faster by more than this share, is outside ..."""
@@ -54,30 +56,26 @@ NOISE_OF_D: Final = sqrt(3.0) / 4.0
 """sigma_d = 0.43 sigma w^(5/2) dt^(1/2) is the noise of an observed acceleration. Derived, and compared with
 a Monte Carlo (docs/theory/detection.md, "Observers")."""
 LEAST_SPEED: Final = 0.03
-"""A reference slower than this [rad/s or m/s] does not tell whether a joint stands. A guess that
-`python studies/detection.py` has not contradicted."""
+"""A reference slower than this [rad/s or m/s] does not tell whether a joint stands."""
 LATELY: Final = 0.02
 """Torques that two joints on one axis lack are looked at in the mean over such a time [s], so that noise
-falls (docs/theory/feedback.md, "The torque drive"). A guess that the campaigns have not contradicted."""
+falls (docs/theory/feedback.md, "The torque drive")."""
 PUSHED: Final = 0.1
 """A torque arm's joint that sticks is taken for one with more and more friction, up to this share of its
-torque limit. A guess that the campaigns have not contradicted."""
+torque limit."""
 STILL_SAMPLES: Final = 8
 """A locked joint that has been seen to rest for so many samples stands."""
 
 FREE_SHARE: Final = 1e-3
-"""Weight of a free-swinging joint as a share of the others': its own row decides what it does. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""Weight of a free-swinging joint as a share of the others': its own row decides what it does."""
 HANGS: Final = 0.05
-"""A free joint slower than this may be hanging where it can rest [rad/s or m/s]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
+"""A free joint slower than this may be hanging where it can rest [rad/s or m/s]."""
 
 NEARER = 1e-3
-"""Bodies that are nearer than they are to be kept by more than this [m] are said to be. A guess that the
-campaigns have not contradicted."""
+"""Bodies that are nearer than they are to be kept by more than this [m] are said to be."""
 LAST = 1e-8
 """Compliance of rows that keep bodies apart beside |x - x_rest|^2 and the like, whose weight is 1: where they
-cannot be kept apart, the excess costs more than any way to rest. A guess, as above."""
+cannot be kept apart, the excess costs more than any way to rest."""
 MOST_TICKS = 5
 """A gap of more periods counts as one of so many. A convention: until then an arm that holds its last command
 is at most five periods of motion behind it, which samples may be (``python studies/late_loops.py``)."""

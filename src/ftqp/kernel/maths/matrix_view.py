@@ -11,12 +11,5 @@ _FLOAT = np.dtype(np.float64)
 
 @jit
 def matrix_view(vector: Any, first: int, rows: int, columns: int) -> Any:
-    """The numbers of a vector from ``first`` on as a matrix by rows; the caller keeps the vector alive.
-
-    Args:
-        vector: Contiguous float64, of at least first + rows * columns numbers.
-        first: Index of the first number.
-        rows: Rows of the matrix.
-        columns: Columns of the matrix.
-    """
+    """The numbers of a vector from ``first`` on as a matrix by rows; the caller keeps the vector alive."""
     return carray(pointer(vector.ctypes.data + 8 * first), (rows, columns), _FLOAT)

@@ -7,8 +7,7 @@ from ftqp.kernel.layout.enums import HEALTHY, VELOCITY
 from ftqp.kernel.rows.objective import draw_to
 
 DRIVE_GAIN = 4.0
-"""How fast the null-space velocity approaches the drive at least, where it is a state [1/s]. A guess that the
-tests have not contradicted."""
+"""How fast the null-space velocity approaches the drive at least, where it is a state [1/s]."""
 
 
 @jit

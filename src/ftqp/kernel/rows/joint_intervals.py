@@ -32,7 +32,7 @@ RETURN_GAIN = 4.0
 RETURN_SLOWEST = 0.01
 """... at no less than this share of its velocity limit ..."""
 RETURN_FASTEST = 0.25
-"""... and no more than this share. A guess that the campaigns have not contradicted."""
+"""... and no more than this share."""
 
 
 @jit

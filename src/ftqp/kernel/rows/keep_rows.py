@@ -11,16 +11,14 @@ from ftqp.kernel.maths.vectors import cross
 from ftqp.kernel.rows.joint_intervals import braking, return_velocity, viability
 
 HARDEST = 4.0
-"""A point that is beyond its plane is braked by at most so many times what it is braked by before it. A guess
-that tests/control/planner/test_keep.py has not contradicted."""
+"""A point that is beyond its plane is braked by at most so many times what it is braked by before it."""
 RETURN_SPEED = 1.0
 """The speed whose share a point, or an axis, comes back with [m/s or rad/s]. A convention; how the share
 follows from the distance is said in ``joint_intervals.return_velocity``."""
 
 NEAR = 4.0
 """An axis that is nearer to the middle of its cone than it turns in so many ticks has no row: to which side
-it leaves the middle is known only behind it. A guess that tests/control/planner/test_keep_cone.py has not
-contradicted."""
+it leaves the middle is known only behind it."""
 SMALLEST = 1e-9
 """An axis that is nearer to the middle of its cone, or to the opposite of it, than this has no row [rad].
 Rounding."""

@@ -8,8 +8,7 @@ from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.vectors import cross
 
 FLOOR = 0.01
-"""Singular values below FLOOR lengths count as about that, so that the gradient stays finite. A guess that
-the tests have not contradicted."""
+"""Singular values below FLOOR lengths count as about that, so that the gradient stays finite."""
 
 
 @jit

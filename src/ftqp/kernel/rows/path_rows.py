@@ -21,14 +21,12 @@ NO_WAY = 3e-6
 """What is left of a path is not waited for where it is shorter than this share of the length: some
 micrometres, because slow paths did not end in calm with 1e-7."""
 STIFFNESS = 1e-10
-"""Compliance of the rows, as a share of the QP's own magnitude. A guess that the tests have not
-contradicted."""
+"""Compliance of the rows, as a share of the QP's own magnitude."""
 LEAST_WEIGHT = 1e-12
 """Least cost of 1 - s, as a share of the objective's largest value: the QP stays strictly convex. Four digits
 above rounding."""
 RISE = 0.1
-"""Acceleration level: the rate approaches 1 with this time constant [s]. A guess that the tests have not
-contradicted."""
+"""Acceleration level: the rate approaches 1 with this time constant [s]."""
 
 STOP_SHARE = 0.5
 """Share of the acceleration limits that slowing down may use. The other half is left for what the bend takes
@@ -37,22 +35,19 @@ NEAR_SINGULAR = 0.2
 """Where in calm a singular value is below this [characteristic lengths] ..."""
 STOP_SHARE_NEAR = 0.8
 """... this is the share for coming down to the rate of a bend, what the bend itself takes included
-(docs/theory/path-progress.md, "How fast the rate may be"). Both are guesses that
-`python studies/study_calm.py` has not contradicted."""
+(docs/theory/path-progress.md, "How fast the rate may be")."""
 BEND_SHARE = 0.5
 """Share of the acceleration limits that the bend of the path may use. The other half is that of STOP_SHARE,
 because both act at once."""
 FOLLOWS_BEND = 0.02
 """The rate rises to the limit of a bend with this time constant [s], and falls by half of the way in a tick.
 The limit depends on what the rate moves: with half of the way both ways the two went to and fro at 2 and 5 ms
-(docs/theory/path-progress.md, "How fast the rate may be"). A guess that the campaigns have not
-contradicted."""
+(docs/theory/path-progress.md, "How fast the rate may be")."""
 
 LEAST_RATE = 0.1
 """Below this rate a joint's motion is not taken for that of the path alone ..."""
 LEAST_IN_CALM = 0.01
-"""... in calm, which leaves little other motion; so the bend is braked down to there. A guess that
-`python studies/study_calm.py` has not contradicted."""
+"""... in calm, which leaves little other motion; so the bend is braked down to there."""
 
 
 @part_jit

@@ -16,13 +16,11 @@ STANDS = 1e-9
 """Rows whose tips are nearer than this are passed by the clock [m]. A million units of rounding of forward
 kinematics."""
 SAME = 1e-6
-"""Two places on the plan are equally near within this distance [m]. A guess that the tests have not
-contradicted."""
+"""Two places on the plan are equally near within this distance [m]."""
 FASTEST = 2.0
-"""The plan is followed at this multiple of its own speed at most. A guess that the tests have not
-contradicted."""
+"""The plan is followed at this multiple of its own speed at most."""
 SETTLES = 0.02
-"""The pace follows the tip with this time constant [s]. A guess that the tests have not contradicted."""
+"""The pace follows the tip with this time constant [s]."""
 
 
 @jit

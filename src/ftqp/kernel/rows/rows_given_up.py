@@ -20,8 +20,7 @@ NEAR_SHARE = 0.5
 LEFT_SHARE = 0.4
 """... and the command leaves no more than this share of what they ask for, ..."""
 LEFT_FLOOR = 1e-3
-"""... plus this [m/s2 or m/s]: a term of the objective is never followed exactly. Guesses that the same tests
-have not contradicted."""
+"""... plus this [m/s2 or m/s]: a term of the objective is never followed exactly."""
 
 
 @part_jit

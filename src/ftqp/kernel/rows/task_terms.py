@@ -23,20 +23,17 @@ from ftqp.kernel.rows.task_rows import component_of
 BEND = 0.1
 """Share of the bound of the error's second derivative that D has. With kv = 2 sqrt(kp) a tenth of the second
 derivative itself is damped by 1/3 of critical; all of the bound would make hands that have far to go several
-times slower. A guess that tests/control/planner/test_shared_tasks.py has not contradicted."""
+times slower."""
 STRICT = 1e4
 """By how much what goes before the scheme outweighs it, as shares of tr H, with rows in characteristic
 lengths. The scheme then keeps it from 1e-3 of what it wants of it, or less. With the rows of level 1 a
-million times above, ten thousand times more would leave the scheme's own directions less than six digits. A
-guess that tests/control/planner/test_levels.py has not contradicted."""
+million times above, ten thousand times more would leave the scheme's own directions less than six digits."""
 SLOWED = 0.01
 """The share of D beside them: the whole of it keeps the scheme waiting while such a task has far to go, and
-without it an arm jolts on its way through places where the task's rows vanish. A guess that
-tests/control/planner/test_levels.py has not contradicted."""
+without it an arm jolts on its way through places where the task's rows vanish."""
 REGULAR = 1e-6
 """What is added to A A', as a share of its largest entry, where the tip's own motion is looked for: at a
-singularity it is then bounded. A guess that tests/control/planner/test_shared_tasks.py has not
-contradicted."""
+singularity it is then bounded."""
 
 
 @jit
@@ -133,10 +130,6 @@ def _put_before_scheme(K: Any, total: float) -> None:
     As the weights grow the answer goes to that of a QP of its own, of which the scheme has what is left. L is
     the length that a radian counts, and not |J|, so that rows that vanish count for nothing. D is as in
     ``share``.
-
-    Args:
-        K: the record, the scheme's objective and the terms beside it posed.
-        total: the sum of the weights.
     """
     terms, state, qp, n, x = K.terms, K.state, K.qp, K.chain.n, K.scratch.joints
     trace = 0.0
@@ -237,10 +230,6 @@ def share(K: Any, firmness: float) -> None:
     D has the size of what the error bends by: without it a hand that is stretched towards a target beyond its
     reach would swing for ever. x_0 goes along with the tip's target, so that D does not hold that back. Where
     what a first QP has found is kept, ``bends`` is 0, there is no D.
-
-    Args:
-        K: the record, the rows of tip and terms filled, the objective posed.
-        firmness: 1/soft, soft the compliance of the tip's rows.
     """
     terms, qp, n = K.terms, K.qp, K.chain.n
     more, grown = firmness - terms.stands, 0.0
@@ -273,12 +262,7 @@ def keep_shared(terms: Any, chain: Any, qp: Any) -> None:
 
 @part_jit
 def judge_terms(K: Any, attempted: bool) -> None:
-    """What the command leaves of every further task, and how many of those that count are missed.
-
-    Args:
-        K: the record, its command found.
-        attempted: whether the tasks were asked for; while the arm is brought to rest none is.
-    """
+    """What the command leaves of every further task, and how many of those that count are missed."""
     terms, feedback, qp, n = K.terms, K.feedback, K.qp, K.chain.n
     terms.missed, terms.worst = 0, 0.0
     for t in range(terms.count):

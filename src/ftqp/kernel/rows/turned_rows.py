@@ -8,11 +8,9 @@ from ftqp.kernel.layout.thresholds import SINGULAR_FROM
 from ftqp.kernel.maths.singular_directions import singular_directions
 
 CALM_FROM = 0.1
-"""Singular value below which the task fades where a path is blocked; elsewhere SINGULAR_FROM. A guess that
-the tests have not contradicted."""
+"""Singular value below which the task fades where a path is blocked; elsewhere SINGULAR_FROM."""
 PATIENT_WITH = 2e-3
-"""Error in characteristic lengths, along directions where the feedback has faded, at which a path waits. A
-guess that the tests have not contradicted."""
+"""Error in characteristic lengths, along directions where the feedback has faded, at which a path waits."""
 
 
 @jit

@@ -49,16 +49,15 @@ def turn_by(R: Any, w0: float, w1: float, w2: float) -> None:
 TOUCHING = 1e-9
 """Axes that are nearer than this have no direction between them [m]; upwards is taken then. Rounding."""
 PARTING = 0.1
-"""Bodies that are nearer than they may be are led apart at no more than this [m/s]. A guess that the
-campaigns have not contradicted."""
+"""Bodies that are nearer than they may be are led apart at no more than this [m/s]."""
 LEAST_BRAKE = 0.05
-"""What a pair is braked by at least [m/s2], however few joints move it. A guess, as above."""
+"""What a pair is braked by at least [m/s2], however few joints move it."""
 UNSEEN = 20
 """A pair is looked at again after so many ticks at most, however far it is. A convention."""
 FAR = 10.0
 """No part of an arm is farther from where a half-space turns about [m]. A convention."""
 STILL = 1e-3
-"""Bodies that approach each other more slowly than this are not said to approach [m/s]. A guess, as above."""
+"""Bodies that approach each other more slowly than this are not said to approach [m/s]."""
 
 
 @jit

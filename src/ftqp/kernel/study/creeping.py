@@ -33,8 +33,7 @@ MOST: Final = 3
 """Trial steps at most, in those of the method before."""
 FIRST: Final = 1e-4
 LONGEST: Final = 1e6
-"""Lengths of the first step and of any step [s], with the gain 1/s. A guess that
-tests/kernel/study/test_law_runs.py has not contradicted."""
+"""Lengths of the first step and of any step [s], with the gain 1/s."""
 
 
 @jit

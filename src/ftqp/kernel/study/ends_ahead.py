@@ -87,11 +87,9 @@ def largest_of(S: Any, k: int) -> float:
 MOVING: Final = -1
 """Not at an end, as far as is known."""
 NEAR: Final = 5e-2
-"""From this |e| on the goal is looked for [unit lengths]. A guess that tests/kernel/study/test_law_runs.py
-has not contradicted."""
+"""From this |e| on the goal is looked for [unit lengths]."""
 REACH: Final = 5e-2
-"""An end that is further away from a run than this is not taken for its own [rad]. A guess that
-tests/kernel/study/test_law_runs.py has not contradicted."""
+"""An end that is further away from a run than this is not taken for its own [rad]."""
 GOAL_SEARCHES: Final = 4
 """Newton steps: from ``NEAR`` on the error falls below 1e-12 where the Jacobian is regular."""
 FOUND: Final = 1e-9
@@ -102,17 +100,13 @@ SEARCHES: Final = 12
 STILL: Final = 1e-9
 """A Newton step this short has converged [rad]. The next one would be rounding."""
 AT_GOAL: Final = 1e-6
-"""|e| at a rest that counts as the goal [unit lengths]. A guess that tests/papers/test_goel2005.py has not
-contradicted."""
+"""|e| at a rest that counts as the goal [unit lengths]."""
 SLOW: Final = 3e-2
-"""Below this |dq/ds| rest is looked for. A guess that tests/kernel/study/test_law_runs.py has not
-contradicted."""
+"""Below this |dq/ds| rest is looked for."""
 RESTING: Final = 1e-7
-"""A motion this slow with gain 1 has come to rest, though there may be rests beside it [rad/s]. A guess that
-tests/papers/test_goel2005.py has not contradicted."""
+"""A motion this slow with gain 1 has come to rest, though there may be rests beside it [rad/s]."""
 NEUTRAL: Final = 1e-6
-"""An eigenvalue whose real part is this small beside the slopes, or beside 1, belongs to a curve of rests. A
-guess that tests/kernel/study/test_law_runs.py has not contradicted."""
+"""An eigenvalue whose real part is this small beside the slopes, or beside 1, belongs to a curve of rests."""
 DIFFERENCE: Final = 1e-6
 """Of slopes by central differences [rad or m]. Between the rounding of slopes and what they bend: a
 convention."""
@@ -129,8 +123,7 @@ not contradicted."""
 FIRST: Final = 1e-9
 LAST: Final = 2.0 * REACH
 FINER: Final = 60
-"""How far behind a singularity the field is looked at [rad], and by how many halvings it is found. A guess
-that tests/kernel/study/test_law_runs.py has not contradicted."""
+"""How far behind a singularity the field is looked at [rad], and by how many halvings it is found."""
 
 
 @jit

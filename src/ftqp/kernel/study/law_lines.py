@@ -9,13 +9,11 @@ from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 from ftqp.kernel.study.law_rates import TINY, resolve, towards_goal, values, weigh
 
 TURN: Final = 0.05
-"""Of all joints together in one substep, at most [rad or m]. A guess that
-tests/kernel/study/test_law_lines.py has not contradicted."""
+"""Of all joints together in one substep, at most [rad or m]."""
 SUBSTEPS: Final = 400
 """Between two nodes; a line that takes more has failed at a singularity."""
 OFF: Final = 1e-6
-"""A tip so far from the goal at the end has failed [unit lengths]. A guess that
-tests/kernel/study/test_law_lines.py has not contradicted."""
+"""A tip so far from the goal at the end has failed [unit lengths]."""
 EDGE: Final = -1e-9
 """A margin from here on counts as inside [rad or m]. Rounding of angles."""
 OUTSIDE: Final = -10.0

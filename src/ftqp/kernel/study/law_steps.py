@@ -17,7 +17,7 @@ LONGEST: Final = 1.0
 """Of a step, in s: the fastest motion near rest has the rate 2. Derived from the method's region of
 stability, which ends beyond 2."""
 FIRST: Final = 0.05
-"""Length of the first step. A guess that tests/kernel/study/test_law_runs.py has not contradicted."""
+"""Length of the first step."""
 SAFETY: Final = 0.9
 GROWTH: Final = 5.0
 SHRINKAGE: Final = 0.2

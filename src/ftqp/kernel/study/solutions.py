@@ -15,11 +15,9 @@ from ftqp.kernel.study.tracing import correct, nearest_turn, put_joints, trace
 ITERATIONS = 60
 """Newton steps of one start at most."""
 DAMPING = 0.05
-"""Damping of a step over the square of the error: steps are those of Newton near a solution. A guess that
-tests/kernel/study/test_solutions.py has not contradicted."""
+"""Damping of a step over the square of the error: steps are those of Newton near a solution."""
 LONGEST = 0.7
-"""Largest entry of a step [rad or m]. A guess that tests/kernel/study/test_solutions.py has not
-contradicted."""
+"""Largest entry of a step [rad or m]."""
 
 
 @part_jit

@@ -15,14 +15,11 @@ from ftqp.kernel.study.task_values import task_values
 CORRECTIONS = 8
 """Newton steps back onto the curve at most; two or three are usual."""
 LARGEST_TURN = 0.9945
-"""Cosine of the turn of the tangent, 6 degrees, from which a step is halved. A guess that
-tests/kernel/study/test_tracing.py has not contradicted."""
+"""Cosine of the turn of the tangent, 6 degrees, from which a step is halved."""
 LEAST_STEP = 1e-6
-"""Shortest step [rad or m]; where it does not do, the curve is lost. A guess that
-tests/kernel/study/test_tracing.py has not contradicted."""
+"""Shortest step [rad or m]; where it does not do, the curve is lost."""
 CROSSING_STEP = 1e-4
-"""A change of branch within so short a step is a crossing of the curve with itself [rad or m]. A guess that
-tests/kernel/study/test_tracing.py has not contradicted."""
+"""A change of branch within so short a step is a crossing of the curve with itself [rad or m]."""
 FIRST_CLOSURE = 5
 """Points before which a curve is not looked at for closing."""
 BISECTIONS = 48
@@ -229,9 +226,6 @@ def trace(S: Any, path: Any, parts: Any, at: int) -> int:
 
     A curve that closes begins at the start, and ``parts[at]`` is the length back to it; one that is cut runs
     from end to end. Values stay unwrapped. ``parts`` are the arc lengths of the segments that end in a row.
-
-    Returns:
-        How many rows it has; how it ended and its length are in the room.
     """
     study, n = S.study, S.chain.n
     study.crossed = 0

@@ -34,13 +34,6 @@ def accept_arrays(state: Any, gate: Any, chain: Any, q: Any, v: Any) -> int:
     """Copy q, (n,) or (nq,), and v, (n,): how many numbers q has, or a mistake (negative).
 
     The tick begins at what was last let through.
-
-    Args:
-        state: the room that they are copied to.
-        gate: what was last let through.
-        chain: the arm.
-        q: any object with a buffer of contiguous float64; its address in compiled code.
-        v: the same.
     """
     nq = take(q, 0, state.given_q.ctypes.data, len(state.given_q), 1)
     nv = take(v, 0, state.given_v.ctypes.data, len(state.given_v), 1)

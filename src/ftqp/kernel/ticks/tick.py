@@ -70,8 +70,7 @@ from ftqp.kernel.ticks.accepted_inputs import state_is_finite, target_is_usable
 from ftqp.kernel.ticks.going_on import may_go_on, may_go_on_as_measured, may_go_on_by_the_clock
 
 SCALE_STAGE_RATIO = 1e-7
-"""Scaled mode: compliance of the rows that keep the direction. A guess that the campaigns have not
-contradicted."""
+"""Scaled mode: compliance of the rows that keep the direction."""
 
 
 @jit

@@ -40,15 +40,7 @@ def _lock(faults: Any, given: Any, fault: Any, i: int, was: int) -> None:
 
 @jit
 def believe(faults: Any, limits: Any, given: Any, fault: Any, goes_on: int) -> None:
-    """Believe a fault of a joint, or that it works, whatever was believed of it before.
-
-    Args:
-        faults: the record's room of fault codes.
-        limits: the record's room of limits.
-        given: what the planner was made with.
-        fault: what is told.
-        goes_on: whether the joint was being locked before: then it goes on from where it is.
-    """
+    """Believe a fault of a joint, or that it works, whatever was believed of it before."""
     i = fault.joint
     was = faults.code[i] if goes_on else HEALTHY
     _limit(limits, given, fault, i)

@@ -12,11 +12,6 @@ def load(chain: Any, given: Any, payload: Any) -> None:
 
     The load's own inertia, R I R' along the axes of the body, is added to what its mass makes of the body's;
     of its principal moments none is larger than half their sum.
-
-    Args:
-        chain: the arm.
-        given: what the planner was made with: the body without a load, and where the robot's own tip is.
-        payload: the load in the frame of that tip.
     """
     body, R, t, c = given.body, given.tip_rotation, given.tip_translation, payload.com
     join(

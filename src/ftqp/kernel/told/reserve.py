@@ -10,11 +10,10 @@ from ftqp.kernel.layout.enums import VELOCITY
 from ftqp.kernel.told.believed import look_again, swings
 
 MARGIN = 1.3
-"""Bias and inertia beyond what was sampled that ``guard`` allows for. A guess that the tests have not
-contradicted."""
+"""Bias and inertia beyond what was sampled that ``guard`` allows for."""
 LEAST_SHARE = 0.05
 """Share of a_max that braking counts on at least, so that it counts on something where gravity leaves
-nothing. A guess that the tests have not contradicted."""
+nothing."""
 
 
 @jit
@@ -64,14 +63,7 @@ def reserve(rows: Any, n: int, a_max: Any, tau_max: Any, out: Any) -> None:
 
 @jit
 def count_on(K: Any, given: Any, rows: Any, out: Any) -> None:
-    """The deceleration that viability counts on, and when torque limits are looked at.
-
-    Args:
-        K: the rooms of the record, whose limits are those believed now.
-        given: what the planner was made with.
-        rows: the samples; none where torque is not limited.
-        out: memory of the two shares.
-    """
+    """The deceleration that viability counts on, and when torque limits are looked at."""
     limits, n, limited = K.limits, K.chain.n, len(rows) > 0
     look_again(K.scene)
     on_demand = limited and given.on_demand != 0 and not swings(K.faults, K.chain)

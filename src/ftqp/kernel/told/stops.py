@@ -60,11 +60,6 @@ def hold_up(K: Any, A: Any, i: int) -> bool:
     """Whether joint i is too weak for the arm's weight; its brake is then asked for, and the arm stopped.
 
     A planner that never stops of its own accord only asks.
-
-    Args:
-        K: the rooms of the record.
-        A: those of the arm with what it is known to carry.
-        i: the joint.
     """
     if K.state.is_reset == 0 or not K.limits.tau_max[i] < inf:
         return False

@@ -89,9 +89,6 @@ def panda(*, hand: bool = True) -> Robot:
     franka_description (the maker's figures). The limit of joint 4 leaves zero out: the arm cannot stretch. No
     rotor inertia is published; none is counted. Capsules: fitted to the hulls of franka_description's
     collision meshes, as ``Robot.from_urdf`` does (1.4 to 2.4 times their volumes).
-
-    Args:
-        hand: Whether the hand is mounted.
     """
     limits = dict(
         q_min=[-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973],

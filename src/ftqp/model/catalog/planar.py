@@ -48,10 +48,6 @@ def planar(
         lengths: The lengths of the links instead of their number, (n,), each > 0 [m]; longer is heavier.
         continuous: Whether the joints turn without end; without it they turn 150 degrees either way.
         vertical: Whether gravity is (0, -9.81, 0) m/s2; without it the arm moves in a horizontal plane.
-
-    Raises:
-        InputError: Both count and lengths are given, the count is not a whole number from 1 to 64, or the
-            lengths are not 1 to 64 positive numbers.
     """
     sizes = _lengths(count, lengths)
     limits: dict[str, Any] = dict(v_max=1.0) if continuous else dict(q_min=-BEND, q_max=BEND, v_max=1.0)

@@ -82,9 +82,6 @@ def xarm7(*, rotors: bool = True) -> Robot:
 
     Capsules: fitted to the hulls of xarm_description's meshes, as ``Robot.from_urdf`` does (1.6 to 2.5 times
     their volumes).
-
-    Args:
-        rotors: Whether the motors' rotors count; without them this is the maker's URDF.
     """
     turn = 2.0 * pi
     limits = dict(

@@ -92,13 +92,6 @@ def pieces_of(log: TorqueLog, most: int = 10**6) -> Pieces:
     """The motion by cubics through pieces that overlap by half, each by least squares at its own times.
 
     Positions and torques go through the same cubics, so that what smoothes one smoothes the other.
-
-    Args:
-        log: The motion.
-        most: About so many pieces are enough; of a longer motion they lie farther apart.
-
-    Raises:
-        InputError: Samples are too far apart, or there is no piece without a gap.
     """
     usual = float(np.median(np.diff(log.t)))
     if FEWEST * usual > WIDTHS[-1]:

@@ -25,16 +25,7 @@ MOST_PLACES = 2**26
 
 
 def compiled(source: Any, whole: bool = True) -> tuple[Any, str]:
-    """The compiled model of a file or text, and what it is called.
-
-    Args:
-        source: The path of a file, or the XML itself.
-        whole: Whether all geometry is read. Without it what no mass comes from, such as the meshes of bodies
-            with an ``inertial``, is left out and need not be there; and a named ``frame`` becomes a site.
-
-    Raises:
-        InputError: The file cannot be read, MuJoCo refuses it, or it has numbers that are not finite.
-    """
+    """The compiled model of a file or text, and what it is called."""
     text, root, path = xml_of(source, "MJCF", "mujoco")
     label = "the MJCF text" if path is None else f"MJCF {str(path)!r}"
     _refuse_bombs(root, path, label)

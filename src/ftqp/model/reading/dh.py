@@ -45,9 +45,6 @@ def model(
         base: Pose of frame 0 in the base, (4, 4).
         tool: Pose of the tip in the last DH frame, (4, 4).
         gravity: Gravity in the base frame, (3,) [m/s2].
-
-    Raises:
-        InputError: a wrong shape, an unknown convention, names that repeat.
     """
     rows = _rows(table)
     count = len(rows)

@@ -28,16 +28,7 @@ MOTOR = (int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtBias.mjBIAS_NONE), int(
 
 
 def read(source: Any, wanted: Sequence[str] = (), locked: Sequence[str | int] = ()) -> Source:
-    """An MJCF file or text as MuJoCo reads it, in MuJoCo's world and with MuJoCo's joint positions.
-
-    Args:
-        source: The path of a file, or the XML itself.
-        wanted: Frames that will be tips, none where the user leaves the choice.
-        locked: Joints that will be held.
-
-    Raises:
-        InputError: The file cannot be read, MuJoCo refuses it, or it has no joints.
-    """
+    """An MJCF file or text as MuJoCo reads it, in MuJoCo's world and with MuJoCo's joint positions."""
     mj, name = compiled(source, whole=False)
     names = _named(mj.joint, mj.njnt, [_label(mj.body, int(b)) + "_joint" for b in mj.jnt_bodyid])
     model, joints = _tree(mj, names, wanted)

@@ -21,14 +21,7 @@ UNKNOWN = "ftqp knows nothing of it, so that torques and motions differ from MuJ
 def beside_joints(
     mj: Any, names: Sequence[str], moving: Collection[int], carrier: list[int]
 ) -> list[Finding]:
-    """A warning for each element that moves or ties the arm beside the motors of its joints.
-
-    Args:
-        mj: The compiled model.
-        names: The names of its joints.
-        moving: The joints of the arm, by MuJoCo's number.
-        carrier: The last of them before each body, -1 for what stands.
-    """
+    """A warning for each element that moves or ties the arm beside the motors of its joints."""
     said = [*_weights(mj, carrier), *_springs(mj, names, moving), *_surroundings(mj, carrier)]
     said += [*_tendons(mj, moving, carrier), *_balls(mj, names, carrier)]
     said += [*_ties(mj, moving, carrier), *_pushes(mj, carrier)]

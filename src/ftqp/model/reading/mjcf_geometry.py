@@ -13,11 +13,7 @@ GEOM = mujoco.mjtGeom
 
 
 def mjcf_collisions(source: Any) -> list[Collision]:
-    """The geoms that collide, each named, with its pose in the world.
-
-    Raises:
-        InputError: The file cannot be read, MuJoCo refuses it, or it has geometry without a size or hull.
-    """
+    """The geoms that collide, each named, with its pose in the world."""
     model, _ = compiled(source)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)

@@ -22,18 +22,6 @@ def xml_of(source: Any, kind: str, root: str) -> tuple[str, ElementTree.Element,
     """The XML of a robot, read as ROS and pinocchio read it.
 
     A prefix need not be declared, a comment may have ``--`` in it, and the declaration need not come first.
-
-    Args:
-        source: Path of a file, or the XML itself (text whose first character is ``<``).
-        kind: What is expected, for messages, for example ``URDF``.
-        root: Tag of the root element.
-
-    Returns:
-        The text, its parsed root and the path, None for text.
-
-    Raises:
-        InputError: No such file, a folder, too large, not text, a document type or entity, malformed, another
-            root element, or xacro that was not expanded.
     """
     text, path = _text_of(source, kind)
     label = f"{kind} {str(path)!r}" if path else f"the {kind} text"

@@ -14,9 +14,6 @@ def postures_beside(urdf: Path) -> dict[str, dict[str, float]]:
 
     It is looked for as ``NAME.srdf`` in the folder of ``NAME.urdf`` and in the folder ``srdf`` beside that. A
     file that cannot be read names none, for nothing but a start depends on it.
-
-    Args:
-        urdf: The path of the URDF.
     """
     name = f"{urdf.stem}.srdf"
     for file in (urdf.parent / name, urdf.parent.parent / "srdf" / name):
@@ -31,11 +28,7 @@ def postures_beside(urdf: Path) -> dict[str, dict[str, float]]:
 
 
 def allowed_pairs(source: Any) -> list[tuple[str, str]]:
-    """The pairs of links that an SRDF does not look at (``disable_collisions``).
-
-    Raises:
-        InputError: The file cannot be read, or a pair names one link only.
-    """
+    """The pairs of links that an SRDF does not look at (``disable_collisions``)."""
     _, root, _ = xml_of(source, "SRDF", "robot")
     pairs = [(one.get("link1", ""), one.get("link2", "")) for one in root.iter("disable_collisions")]
     for pair in pairs:

@@ -65,17 +65,7 @@ class Tree:
 
 
 def read(source: Any, tips: Sequence[str], locked: Sequence[str | int]) -> Source:
-    """A URDF as it was read.
-
-    Args:
-        source: Path of a file or the XML itself.
-        tips: Frames that will be tips, none when the user leaves the choice; else only their joints matter.
-        locked: Joints that will be held.
-
-    Raises:
-        InputError: The file cannot be read.
-        ModelError: The links and joints do not make a tree; carries every finding so far.
-    """
+    """A URDF as it was read."""
     _, root, path = xml_of(source, "URDF", "robot")
     tree = _tree(root)
     is_tree = not tree.findings
@@ -189,11 +179,7 @@ def _tree(root: Element) -> Tree:
 
 
 def _refuse_long(tree: Tree) -> None:
-    """Refuses what is no robot before pinocchio, which walks down a tree by recursion, falls over it.
-
-    Raises:
-        ModelError: Too many links hang on one another, or too many joints move.
-    """
+    """Refuses what is no robot before pinocchio, which walks down a tree by recursion, falls over it."""
     below: dict[str, list[str]] = {}
     for joint in tree.joints.values():
         below.setdefault(_attribute(joint, "parent", "link"), []).append(_attribute(joint, "child", "link"))

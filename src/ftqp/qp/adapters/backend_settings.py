@@ -38,9 +38,6 @@ def settings(kind: type[Settings], backend: str, given: Mapping[str, Any]) -> Se
 
     A default that is a bool takes true or false, an int takes a whole number >= 1 and a float a number > 0,
     or >= 0 where the default is 0; a ``choice`` takes one of its words, an ``optional`` None or its kind.
-
-    Raises:
-        InputError: An unknown name (with the nearest valid one) or a value outside its range.
     """
     known = {field.name: field for field in fields(kind)}
     for name in given:

@@ -28,10 +28,7 @@ LARGEST = 64 * 1024
 def profile(path: str | Path) -> dict[str, Any]:
     """The content of a profile, to be handed to ``ftqp.qp.backend``.
 
-        name = "osqp" tolerance = 1e-9
-
-    Raises:
-        InputError: No such file, not a TOML file, too large, or without ``name``.
+    name = "osqp" tolerance = 1e-9
     """
     path = Path(path)
     try:

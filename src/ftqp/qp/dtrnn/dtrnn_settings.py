@@ -53,11 +53,7 @@ class DtrnnSettings:
     newton: bool | None = optional(True)
 
     def __post_init__(self) -> None:
-        """Check what no single field can.
-
-        Raises:
-            InputError: Gamma is not below 2.
-        """
+        """Check what no single field can."""
         if self.gamma is not None and not self.gamma < 2.0:
             raise InputError(
                 f"dtrnn.gamma is {self.gamma!r}, expected a number below 2; the step would diverge"

@@ -79,12 +79,6 @@ def solve(
             fails, it is repeated from zero with the iterations that are left.
         trace: Whether to keep |e|, r_eq and the gap of every iterate, which costs time and memory.
         start: A former solution, or (x, y) with y of Ax = b; None starts from zero.
-
-    Returns:
-        The answer, checked by its residuals, with what the network claims of it.
-
-    Raises:
-        InputError: Not a QP, a wrong setting, or a start that does not fit.
     """
     if not isinstance(problem, QP):
         raise InputError(f"the problem is a {type(problem).__name__}, expected an ftqp.QP")

@@ -51,11 +51,7 @@ def read(path: str | Path, names: Sequence[str]) -> tuple[dict[str, NDArray[Any]
 
 
 def free_file(path: str | Path) -> Path:
-    """``path``, if a recording may be written there.
-
-    Raises:
-        InputError: It exists, does not end in ``.npz``, or lies below something that is not a folder.
-    """
+    """``path``, if a recording may be written there."""
     file = Path(path)
     if file.exists() or file.is_symlink():
         raise InputError(f"recording {file} exists, and nothing is overwritten; name another file")

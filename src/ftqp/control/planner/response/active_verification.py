@@ -10,42 +10,38 @@ from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import LOCKED, DriveKind
 
 SETTLES: Final = 0.3
-"""A joint comes to rest within so long, or it never does [s]. A guess that the campaigns have not
-contradicted."""
+"""A joint comes to rest within so long, or it never does [s]."""
 
 SPAN: Final = 0.01
 """The way of a held joint is looked at over so long [s] ..."""
 SPANS: Final = 3
 """... and it moves if it did in so many in a row ..."""
 MOVES: Final = 0.05
-"""... by more than this [rad/s or m/s], beside noise. A guess that the campaigns have not contradicted."""
+"""... by more than this [rad/s or m/s], beside noise."""
 
 SIGMAS: Final = 8.0
 """So many standard deviations are noise, because it exceeds them once in 1e15 samples."""
 
 STIRRED, LATELY = 2e-4, 0.05
-"""It stirs where it is so far [rad or m], beside noise, from its mean place of so long [s]. A guess that the
-campaigns have not contradicted."""
+"""It stirs where it is so far [rad or m], beside noise, from its mean place of so long [s]."""
 
 FAR: Final = 1e-3
 """A joint is asked to move so far to either side [rad or m] ..."""
 DURATION: Final = 0.3
-"""... and back within so long [s]. A guess that the campaigns have not contradicted."""
+"""... and back within so long [s]."""
 AGREES: Final = 2
 """It follows again when it followed so many motions in a row."""
 FOLLOWS: Final = (0.6, 1.4)
 """It followed if it moved by a share of what was asked within these ..."""
 LEFT: Final = 0.15
 """... and what that leaves is within noise and this share of FAR: with noise of 1e-4 rad the share is known
-to 0.01 (docs/theory/detection.md, "Active verification"). A guess that the campaigns have not
-contradicted."""
+to 0.01 (docs/theory/detection.md, "Active verification")."""
 
 PATIENCE: Final = 0.5
 """The first motion is asked for so long after the joint was found [s] ..."""
 LONGEST: Final = 60.0
 """... and twice as long after every one that it did not follow, and every new finding, up to this [s]: so
-that neither sticking nor a wrong verdict makes the belief flap. A guess that the campaigns have not
-contradicted."""
+that neither sticking nor a wrong verdict makes the belief flap."""
 
 
 @final

@@ -30,15 +30,12 @@ MOVING: Final = 0.1
 DECIDED_IN: Final = 0.06
 """A suspicion gets so long to become a finding; then it slows down whatever the suspect does [s]."""
 RECOVERY: Final = 1.0
-"""How fast the path gets its speed back when the suspicion is gone [1/s]. All of these are guesses that the
-campaigns have not contradicted."""
+"""How fast the path gets its speed back when the suspicion is gone [1/s]."""
 
 STANDS: Final = 0.03
-"""A joint slower than this on the mean of 50 ms stands [rad/s or m/s]. A guess that the campaigns have not
-contradicted."""
+"""A joint slower than this on the mean of 50 ms stands [rad/s or m/s]."""
 UNKNOWN_SHARE: Final = 0.3
-"""Share of its torque that a joint is asked for at most of which it is known only that it gives less. A guess
-that the campaigns have not contradicted."""
+"""Share of its torque that a joint is asked for at most of which it is known only that it gives less."""
 SENSORS: Final = frozenset({"sensor_frozen", "sensor_biased", "sensor_dropped"})
 
 
@@ -110,10 +107,6 @@ class FaultResponse:
         """Let the detector look at the arm after a tick, and act upon what it sees.
 
         It looks away while the whole arm is held, and begins anew when that is let go.
-
-        Args:
-            code: The tick's status or mistake.
-            inputs: What the step was given, the measured configuration first.
         """
         if code < 0:
             return
@@ -149,11 +142,7 @@ class FaultResponse:
         return angles
 
     def feel(self, tau: Any) -> None:
-        """Take measured torques, (nv,) [N m or N], for the next tick alone; None where there are none.
-
-        Raises:
-            InputError: These are no such numbers.
-        """
+        """Take measured torques, (nv,) [N m or N], for the next tick alone; None where there are none."""
         self._felt = tau is not None
         if self._felt:
             self._tau[:] = sized("tau", tau, self._q.shape)
@@ -174,11 +163,7 @@ class FaultResponse:
             self._probing.rest()
 
     def forget(self, joint: str | int) -> None:
-        """Look at a joint again that was believed to have failed.
-
-        Args:
-            joint: Its name or 0-based index.
-        """
+        """Look at a joint again that was believed to have failed."""
         i = self._robot.joint(joint)
         name = self._robot.joints[i]
         self.detector.forget(name)
@@ -285,13 +270,7 @@ class FaultResponse:
 
 
 def is_harmless(finding: Finding, *, servo: bool, stands: bool) -> bool:
-    """Whether a finding says no more than that a joint may be weak, which a servo or small loads hide.
-
-    Args:
-        finding: What was found.
-        servo: Whether the arm has servos, which make up for lost torque until a motor saturates.
-        stands: Whether the joint has hardly moved for some 50 ms in which it should have.
-    """
+    """Whether a finding says no more than that a joint may be weak, which a servo or small loads hide."""
     kinds = finding.kinds
     if "degraded" not in kinds or "locked" in kinds or (stands and len(kinds) > 1):
         return False
@@ -299,13 +278,7 @@ def is_harmless(finding: Finding, *, servo: bool, stands: bool) -> bool:
 
 
 def is_doubtful(finding: Finding, *, another: bool, stands: bool) -> bool:
-    """Whether a joint seems to swing freely that need not, as what another one does looks like it.
-
-    Args:
-        finding: What was found.
-        another: Whether another joint has failed before.
-        stands: Whether the joint has hardly moved for some 50 ms: it is then held, whatever holds it.
-    """
+    """Whether a joint seems to swing freely that need not, as what another one does looks like it."""
     return another and not stands and finding.kinds == {"free_swinging"}
 
 
@@ -314,12 +287,6 @@ def fault_of(finding: Finding, *, may_swing: bool = True, stands: bool = False) 
 
     A joint that does not move is locked, whatever holds it: a brake, or friction where it has no torque. One
     that runs away has to be braked, and counts as locked.
-
-    Args:
-        finding: What was found, not of a sensor alone.
-        may_swing: Whether the planner serves free-swinging joints of this arm, which has masses and no
-            branches; of another one every failed joint counts as locked.
-        stands: Whether the joint has hardly moved for some 50 ms.
     """
     kinds, joint = finding.kinds, finding.joint
     held = stands and "free_swinging" in kinds

@@ -27,16 +27,13 @@ DURATION: Final = 0.2
 """... in one motion there and back of so long [s]. They belong together, so that the reference is above the
 0.03 rad/s of a standstill for 40 ms, longer than SHOWN (docs/theory/detection.md, "Probing")."""
 SHOWN: Final = 0.03
-"""A joint whose reference moved fast enough for so long has shown whether it works [s]. A guess that the
-campaigns have not contradicted."""
+"""A joint whose reference moved fast enough for so long has shown whether it works [s]."""
 LEFT_ALONE: Final = 10.0
-"""A joint that a probing did not move is left alone for so long [s]. A guess that the campaigns have not
-contradicted."""
+"""A joint that a probing did not move is left alone for so long [s]."""
 OF_LIMIT: Final = 0.5
-"""Share of the acceleration limits that it takes at most, because task and limits need the rest. A guess that
-the campaigns have not contradicted."""
+"""Share of the acceleration limits that it takes at most, because task and limits need the rest."""
 SLOWEST_SERVO: Final = 30.0
-"""Bandwidth of a servo of which nothing is said [rad/s]. A guess that the campaigns have not contradicted."""
+"""Bandwidth of a servo of which nothing is said [rad/s]."""
 BEYOND_FRICTION: Final = 10.0
 """A joint is probed where its loop asks for so many times its friction if it does not move. With 2, joints
 that friction may hold were probed, too; 10 is a guess."""
@@ -116,11 +113,7 @@ class Probing:
         self._K.criteria.sways = 0
 
     def look(self, suspect: int | None) -> None:
-        """After a tick: what the next one is to be drawn to.
-
-        Args:
-            suspect: The joint under suspicion, which is probed at once where it stands; None is none.
-        """
+        """After a tick: what the next one is to be drawn to."""
         dt, idle, moving = self._dt, self._idle, self._moving
         fast = np.abs(self._v) >= LEAST_SPEED
         moving += dt
@@ -268,16 +261,7 @@ def _push(drive: Drive, stiffness: float) -> float:
 
 
 def probing_of(session: Session, given: Settings, detector: Detector) -> Probing | None:
-    """The probing that a detector asks for, or None.
-
-    Args:
-        session: The planner's.
-        given: What the planner was made with.
-        detector: The planner's.
-
-    Raises:
-        InputError: The scheme has no objective, or the arm no joint to spare.
-    """
+    """The probing that a detector asks for, or None."""
     after, known = detector.probe_after, detector.calibration
     if after is None:
         return None

@@ -12,17 +12,11 @@ from ftqp.kernel.layout.rows import constraint_capacity
 NETWORK: Final = "dtrnn"
 """The backend that takes the place of the active set in the kernel."""
 MARGIN = 10.0
-"""Largest scaled residual that counts as solved, in tolerances of the network. A guess that
-`python solvers/study_dtrnn.py` has not contradicted."""
+"""Largest scaled residual that counts as solved, in tolerances of the network."""
 
 
 def network_memory(solver: Any, session: Session) -> FloatArray:
-    """The memory of the network that solves a planner's QPs, (k,), its options filled in.
-
-    Args:
-        solver: the backend ``dtrnn``.
-        session: the planner's, its sizes filled in.
-    """
+    """The memory of the network that solves a planner's QPs, (k,), its options filled in."""
     K = session.K
     n, m = int(K.chain.n), int(K.task.m)
     memory = np.zeros(planner_memory_size(n + 1, m, constraint_capacity(n)))

@@ -26,11 +26,7 @@ file gives to six digits pass."""
 
 
 def closed_form_memory(resolver: Resolver, robot: Robot, session: Session) -> Reduced:
-    """The memory in which a planner's closed form is solved.
-
-    Raises:
-        InputError: weights, limits or a wrist that do not go with the closed form.
-    """
+    """The memory in which a planner's closed form is solved."""
     name = resolver.name
     reduced = Reduced(robot.nv)
     P = reduced.P
@@ -61,9 +57,6 @@ def wrist_height(robot: Robot) -> float:
     """Where the wrist centre lies on the axis of the last joint but one, from that joint's origin [m].
 
     The last axis must meet the middle one there, and the first one, too: then they meet at every posture.
-
-    Raises:
-        InputError: fewer than four joints, branches, or last three that form no spherical wrist.
     """
     robot.refuse_tree("approximate_pseudoinverse needs")
     chain = robot.chain
@@ -182,10 +175,6 @@ class Solver:
         """A tick led by CLOCK or one of LED: from its inputs to a status or mistake.
 
         A motion of the joints has a QP of its own, without rows of the task, which the kernel always solves.
-
-        Args:
-            leader: Who leads.
-            memory: The leader's own, as the entry points take it.
         """
         session, family = self._session, self._family
         if family != "external" or leader == "joints":

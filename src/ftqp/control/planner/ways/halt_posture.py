@@ -14,7 +14,7 @@ NEAR: Final = 0.6
 """A joint goes no farther than this to it [rad or m] ..."""
 ROUNDS, SAMPLES, SHRINK = 4, 32, 0.5
 """... and it is the best of so many samples round the best one so far, in so many rounds, the next of which
-is so much narrower. Guesses that tests/control/planner/ways/test_ways_out.py has not contradicted."""
+is so much narrower."""
 BASE_SHARE: Final = 0.25
 """What the base bears on the way there, as a share of what it bears where the arm brakes on the spot, is a
 quarter of a torque limit's whole share. A convention."""
@@ -23,7 +23,7 @@ LEAST_BORNE: Final = np.array([10.0, 1.0])
 CHOICE: Final = 6
 """For so many of the postures that need least, and are clear, the way there is looked at ..."""
 ON_THE_WAY: Final = 12
-"""... in so many places. Guesses that the same tests have not contradicted."""
+"""... in so many places."""
 ROOM_SHARE: Final = 0.1
 """A joint with less than this share of its range to its nearer limit counts as near it: half of what a torque
 limit's whole share counts, at the limit. A convention."""

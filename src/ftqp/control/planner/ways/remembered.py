@@ -46,12 +46,7 @@ class Remembered:
         self._keep()
 
     def see(self, code: int, _inputs: tuple[Any, ...] = ()) -> None:
-        """Keep the place of a tick when it is time.
-
-        Args:
-            code: The tick's status, or a mistake, which is none.
-            _inputs: What the step was given, which does not matter here.
-        """
+        """Keep the place of a tick when it is time."""
         self._ticks += 1
         if code >= 0 and self._ticks % self._stride == 0:
             last = self._rows[(self._count - 1) % ROWS]

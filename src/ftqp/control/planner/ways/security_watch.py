@@ -30,21 +30,19 @@ from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
 ASIDE: Final = 0.15
-"""Postures so far to both sides along a self-motion are compared with the present one [rad or m]. A guess
-that `python benchmarks/bench_security.py` has not contradicted."""
+"""Postures so far to both sides along a self-motion are compared with the present one [rad or m]."""
 AHEAD: Final = 0.6
-"""The null space is led to a posture so far along it [rad or m]. A guess that the same benchmark has not
-contradicted."""
+"""The null space is led to a posture so far along it [rad or m]."""
 WORTH: Final = 0.01
 """It is led only where that lowers the sum of the costs by so much, one for a joint that would be lost
-altogether: an arm at rest stays at rest. A guess that the same benchmark has not contradicted."""
+altogether: an arm at rest stays at rest."""
 CORRECTIONS: Final = 3
 """Newton steps that put the tip back where it is after a step aside."""
 DAMPED: Final = 1e-6
 """Their damping, so that a singular posture makes no endless step."""
 DECADES: Final = 4.0
 """A lock costs nothing where it leaves a tenth of the tolerance, and one at this many powers of ten more; the
-costs of joints add up. A guess that the same benchmark has not contradicted."""
+costs of joints add up."""
 
 
 class _Now(NamedTuple):
@@ -339,11 +337,7 @@ def scheme_led(scheme: Any, plan: Any, n_minus_one: NMinusOne | None) -> Any:
 
 
 def refuse_led(n_minus_one: NMinusOne, criterion: Any, scheme: str, plan: Any) -> None:
-    """Refuse a null space that cannot be led, or that is led already.
-
-    Raises:
-        InputError: The scheme leads to no posture, or a plan leads.
-    """
+    """Refuse a null space that cannot be led, or that is led already."""
     if not n_minus_one.leads:
         return
     if plan is not None:

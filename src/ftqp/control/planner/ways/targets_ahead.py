@@ -12,8 +12,7 @@ from ftqp.core.pose import rotation_exp, transform
 from ftqp.kernel.layout.enums import TARGET_POSE, TARGET_TWIST
 
 AT_ONCE: Final = 200
-"""So many ticks are worked out at once: 0.2 ms in which the thread holds Python's lock. A guess that
-`python benchmarks/bench_step.py` has not contradicted."""
+"""So many ticks are worked out at once: 0.2 ms in which the thread holds Python's lock."""
 
 
 def targets_ahead(

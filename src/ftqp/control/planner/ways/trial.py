@@ -25,13 +25,11 @@ AS_GOOD_AS_THERE = 1e-4
 """One that is so near to it, and rests, is not tried any longer [rad or m]: what is left is the decay of an
 error. By convention, a tenth of the former."""
 TAIL = 1.0
-"""So much longer than planned a leg may take [s]. A guess that the tests have not contradicted."""
+"""So much longer than planned a leg may take [s]."""
 BORNE_AT = 25
-"""What the base bears on a motion is looked at in so many places. A guess that the tests have not
-contradicted."""
+"""What the base bears on a motion is looked at in so many places."""
 LOOKED_AT = 0.05
-"""Places of a motion where it is asked whether the arm may be there are so far apart [rad or m]. A guess
-that the tests have not contradicted."""
+"""Places of a motion where it is asked whether the arm may be there are so far apart [rad or m]."""
 
 
 class Twin(Protocol):

@@ -24,7 +24,7 @@ from ftqp.model.robot import Robot
 
 OFF_RECORD: Final = 0.03
 """The way back leaves the one that the arm has come by at most this in any joint [rad or m]: a centimetre or
-two at the tip. A guess that tests/control/planner/ways/test_ways_out.py has not contradicted."""
+two at the tip."""
 APART: Final = 0.01
 """Places of the way that has been come are so far apart [rad or m], by convention ..."""
 MANY: Final = 200
@@ -32,11 +32,9 @@ MANY: Final = 200
 LONGEST: Final = 60
 """Places of a way at most."""
 BACK_SPEED: Final = 0.3
-"""The tip goes back so fast [m/s] where it is led, and turns at three times as many rad/s. A guess that the
-tests have not contradicted."""
+"""The tip goes back so fast [m/s] where it is led, and turns at three times as many rad/s."""
 STAND: Final = 0.4
-"""A moving arm comes to rest for so long before the tip is led back [s]. A guess that the tests have not
-contradicted."""
+"""A moving arm comes to rest for so long before the tip is led back [s]."""
 TIP_BACK: Final = 0.01
 """The tip is back within this of where its way began [m] ..."""
 TURNED_BACK: Final = 0.05
@@ -44,8 +42,7 @@ TURNED_BACK: Final = 0.05
 TWICE: Final = 2.0
 """Where it was led and ended farther away than so many times that, its joints are not tried. A convention."""
 HANGS: Final = 0.02
-"""A joint that swings freely and is slower than this rests [rad/s or m/s]: its brake can be closed. A guess
-that the tests have not contradicted."""
+"""A joint that swings freely and is slower than this rests [rad/s or m/s]: its brake can be closed."""
 WORDS: Final = {
     "pose": "position and orientation",
     "position_axis": "position and the direction of the tool",
@@ -55,8 +52,7 @@ WORDS: Final = {
 """Rows of a task in words."""
 TRIAL_DT: Final = 8e-3
 """Sampling period of planners for trials [s], if that is longer than the planner's own: motions of joints
-with limited jerk are the same at both, and a trial takes an eighth of the time. A guess that
-tests/control/planner/ways/test_ways_out.py has not contradicted."""
+with limited jerk are the same at both, and a trial takes an eighth of the time."""
 Maker = Callable[..., Twin]
 Twins = Callable[[str | None], Twin]
 """Makes a planner for trials, with the task's own rows or fewer."""
@@ -130,9 +126,6 @@ def ways_out(planner: PlannerFacts, make: Maker, came: FloatArray | None, home: 
         make: Makes planners.
         came: The way that the joints have come, (k, nv) [rad or m]; None where none was kept.
         home: Where the arm belongs, (nv,) or (nq,) [rad or m]; None is the planner's posture or the robot's.
-
-    Raises:
-        InputError: There was no ``reset``, home has a wrong shape, or the robot floats.
     """
     robot, view = planner.robot, planner.view()
     robot.refuse_floating("ways out need")

@@ -33,16 +33,7 @@ GLUE = "ftqp_take", "ftqp_tick_of", "ftqp_nanoseconds"
 
 
 def entry_code(entry: EntryPoint, capacity: int, target: Target) -> tuple[bytes, list[Part]]:
-    """The object file of an entry point, and the parts that it needs.
-
-    Args:
-        entry: with int64 arguments and an int64 result.
-        capacity: how many joints its records have room for; 0 is any number.
-        target: the processor that the code is for.
-
-    Raises:
-        TypeError: if the code allocates memory or contains an address of this process.
-    """
+    """The object file of an entry point, and the parts that it needs."""
     with global_compiler_lock, _no_garbage_collection():
         result = typed(entry.function(capacity), len(entry.signature))
         wrapper = _wrapper(result.fndesc, entry, capacity)
@@ -52,13 +43,7 @@ def entry_code(entry: EntryPoint, capacity: int, target: Target) -> tuple[bytes,
 
 
 def part_code(part: Part, function: Any, target: Target) -> tuple[bytes, list[Part]]:
-    """The object file of a helper that lies apart, and the parts that it needs; as ``entry_code``.
-
-    Args:
-        part: which.
-        function: the helper.
-        target: the processor that the code is for.
-    """
+    """The object file of a helper that lies apart, and the parts that it needs; as ``entry_code``."""
     with global_compiler_lock, _no_garbage_collection():
         result = typed_part(function, part)
         module, parts = linked(result.library, runtime=False)

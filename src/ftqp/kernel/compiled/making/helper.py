@@ -86,12 +86,7 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
 
 
 def linked(library: Any, *, runtime: bool) -> tuple[Any, list[Part]]:
-    """A module with the code of a library and of what it calls, each function once, and the parts it needs.
-
-    Args:
-        library: of an entry point or a helper.
-        runtime: whether numba's own memory runtime is linked, too.
-    """
+    """A module with the code of a library and of what it calls, each function once, and its parts."""
     module = library._final_module.clone()
     parts: list[Part] = []
     seen, waiting = {id(library)}, list(library._linking_libraries)
@@ -212,15 +207,7 @@ class Helper(CPUDispatcher):  # type: ignore[misc]
 def helper(
     function: F, *, fast: bool = True, apart: bool = False, rare: bool = False, long: bool = False
 ) -> F:
-    """Compile a helper of the kernel as a part of the units that call it, or as one of its own.
-
-    Args:
-        function: with arguments that numba can type.
-        fast: whether the fast-math flags ``FAST`` hold; without them its rounding stays as written.
-        apart: whether it lies apart, if what it is annotated to return is a number or nothing.
-        rare: whether most ticks do without it; it then lies behind what they need.
-        long: whether its loops, if it lies apart, become vectors, as large arms spend their time there.
-    """
+    """Compile a helper of the kernel as a part of the units that call it, or as one of its own."""
     # said either way: what is not said, numba takes from the function that calls the helper first
     options: dict[str, Any] = {"error_model": "numpy", "fastmath": FAST if fast else False}
     apart = apart and result_of(function) is not None

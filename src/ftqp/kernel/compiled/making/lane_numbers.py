@@ -59,13 +59,7 @@ class _MaskModel(models.PrimitiveModel):  # type: ignore[misc]
 
 
 def everywhere(builder: Any, value: Any, kind: Any) -> Any:
-    """The same number in every lane.
-
-    Args:
-        builder: Where code goes.
-        value: The number.
-        kind: The type of the vector.
-    """
+    """The same number in every lane."""
     first = builder.insert_element(ir.Constant(kind, ir.Undefined), value, ir.IntType(32)(0))
     order = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
     return builder.shuffle_vector(first, ir.Constant(kind, ir.Undefined), order)

@@ -54,11 +54,7 @@ class Target:
 
 
 def target(cpu: str | None = None) -> Target:
-    """A class of processors of this architecture; the best that this machine belongs to if none is named.
-
-    Raises:
-        LookupError: no class is named for this architecture, or not this one.
-    """
+    """A class of processors of this architecture; the best that this machine belongs to if none is named."""
     found = level_here() if cpu is None else cpu
     if found not in LEVELS.get(platform.machine(), {}):
         raise LookupError(f"no class of processors is named for {platform.machine()} {cpu or ''}".rstrip())
