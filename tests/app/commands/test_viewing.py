@@ -7,7 +7,6 @@ import socket
 import subprocess
 import sys
 from time import sleep
-from urllib.error import HTTPError
 from urllib.request import urlopen
 
 import pytest
@@ -68,10 +67,7 @@ def viewed(port, file, seconds):
         assert process.stdout is not None
         told = json.loads(process.stdout.readline())
         assert told["port"] > port and told["kind"] == "live" and told["title"] == "planar6-square"
-        address, _, token = told["url"].rpartition("/")
-        assert address == f"http://127.0.0.1:{told['port']}" and len(token) > 20
-        with pytest.raises(HTTPError, match="403"):
-            urlopen(address, timeout=60.0)
+        assert told["url"] == f"http://127.0.0.1:{told['port']}"
         with urlopen(told["url"], timeout=60.0) as answer:
             assert b"<html" in answer.read(2000).lower()
         sleep(seconds)
@@ -114,6 +110,6 @@ def test_missing_package_is_named_in_a_sentence():
     ],
 )  # fmt: skip
 def test_only_this_machine_is_no_reason_to_warn(host, loopback):
-    from ftqp.viz.live.page_access import is_loopback
+    from ftqp.app.commands.viewing import is_loopback
 
     assert is_loopback(host) is loopback

@@ -8,6 +8,7 @@ import webbrowser
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
+from ipaddress import ip_address
 from pathlib import Path
 from threading import Event, current_thread, main_thread
 from types import FrameType
@@ -24,7 +25,6 @@ from ftqp.core.extras import remedy_for_extra
 from ftqp.model.robot import Robot
 from ftqp.sim.session.session_arms import Choice
 from ftqp.viz.live.meshes import mesh_parts
-from ftqp.viz.live.page_access import is_loopback
 
 if TYPE_CHECKING:
     from ftqp.viz.live.shapes import Part
@@ -71,9 +71,8 @@ def view(
         _refuse_file(record)
     if not is_loopback(host):
         say(
-            f"warning: the page is open to the network at {host}: anybody who reaches it and learns its "
-            "address, which is not encrypted, can break joints of this simulation; leave --host out to "
-            "keep it to this machine"
+            f"warning: the page is open to the network at {host}: anybody who reaches it can break joints of "
+            "this simulation, and nothing is encrypted; leave --host out to keep it to this machine"
         )
     with _until_interrupted() as ended, shown(choice, speed=speed, rival=rival) as (kind, source):
         kept = FrameKeeper(source)
@@ -94,6 +93,16 @@ def view(
                 if record is not None:
                     _write(record, kept, meshes)
     return ExitCode.INTERRUPTED
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this machine reaches the address."""
+    if host == "localhost":
+        return True
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return False
 
 
 @contextmanager

@@ -8,7 +8,6 @@ from typing import Any, Self, final
 from ftqp.model.robot import Robot
 from ftqp.viz.live.frame import Frame
 from ftqp.viz.live.frame_source import Source, Stage
-from ftqp.viz.live.page_access import Gate
 from ftqp.viz.live.panel import Panel
 from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.server import LOOPBACK, close_server, open_server
@@ -50,8 +49,7 @@ class Page:
         shadows: bool = False,
     ) -> None:
         self._source, self._parts = source, parts
-        self._gate = Gate(host)
-        self._server = open_server(host, port, gate=self._gate)
+        self._server = open_server(host, port)
         self._host, self._count, self._plotted = host, 0, 0.0
         self._server.scene.configure_default_lights(True, cast_shadow=shadows)
         self._server.gui.configure_theme(
@@ -81,9 +79,9 @@ class Page:
 
     @property
     def url(self) -> str:
-        """The address for a browser on this machine; nobody is answered who does not know all of it."""
+        """The address for a browser on this machine."""
         shown = "127.0.0.1" if self._host in ("0.0.0.0", "") else self._host
-        return f"http://{f'[{shown}]' if ':' in shown else shown}:{self.port}/{self._gate.token}"
+        return f"http://{f'[{shown}]' if ':' in shown else shown}:{self.port}"
 
     def clients(self) -> list[Any]:
         """viser's handles of the browsers that are connected, for pictures of what they see."""
