@@ -17,13 +17,13 @@ def test_the_legend_tells_the_errors_that_are_drawn(tmp_path, monkeypatch):
     error = np.zeros(len(log))
     error[10], error[70], error[-1] = 0.5, 0.0123, 0.0045  # the first is before the lock
     labels: list[str] = []
-    arrange = rivals.arrange
+    drawn = rivals.legend_below
 
-    def kept(figure, handles, **how):
+    def kept(figure, handles):
         labels.extend(handle.get_label() for handle in handles)
-        arrange(figure, handles, **how)
+        drawn(figure, handles)
 
-    monkeypatch.setattr(rivals, "arrange", kept)
+    monkeypatch.setattr(rivals, "legend_below", kept)
     other = Rival(name="other", q=log["q"], tip=log["tip"][:, :3], error=error)
     file = draw_rivals(log, "own", [other], tmp_path / "rivals.png", "title")
     assert file.stat().st_size > 20_000

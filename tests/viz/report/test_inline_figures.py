@@ -11,7 +11,7 @@ from ftqp.viz.report.inline_figures import cleaned
 
 @pytest.fixture
 def svg(tmp_path):
-    figure = paper(4.0, 3.0, "error 0.00085 <mm>", search=False)
+    figure = paper(4.0, 3.0, "error 0.00085 <mm>")
     axes = figure.add_subplot()
     t = np.linspace(0.0, 1.0, 50_000)
     y = np.zeros(len(t))

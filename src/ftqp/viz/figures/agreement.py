@@ -10,7 +10,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, unknown
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import Axes, arrange, curve, label_width, paper, plain_decades, save, tidy
+from ftqp.viz.figures.canvas import Axes, curve, decades, legend_below, paper, save, tidy
 from ftqp.viz.figures.curves import draw_runs, logarithmic, longest, look, run_handles
 from ftqp.viz.figures.palette import GREY, MILLIMETRES
 from ftqp.viz.figures.tracking import SMALLEST_ERROR
@@ -44,7 +44,7 @@ def draw_agreement(
     """
     if reference not in logs:
         raise unknown("run", reference, "the figure", logs)
-    figure = paper(13.0, 7.6, title, search=False)
+    figure = paper(13.0, 7.6, title)
     grid: Any = figure.add_gridspec(2, 2, width_ratios=(1.7, 1.0))
     error, difference = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
     errors = [np.maximum(MILLIMETRES * log["position_error"], SMALLEST_ERROR) for log in logs.values()]
@@ -57,13 +57,13 @@ def draw_agreement(
         events.mark_faults(axes, longest(logs))
     _draw_times(figure.add_subplot(grid[:, 1]), logs)
     handles = [*run_handles(logs, [""] * len(logs)), *events.fault_handles(longest(logs))]
-    arrange(figure, handles, left=0.95, gap=(label_width(logs) + 0.15, 0.5))
+    legend_below(figure, handles)
     return save(figure, path)
 
 
 def _draw_differences(axes: Axes, logs: Mapping[str, Log], reference: str, tolerance: float | None) -> None:
     """Running maximum of the joint difference, one curve a run."""
-    plain_decades(axes)
+    decades(axes)
     for index, (label, log) in enumerate(logs.items()):
         if label != reference:
             colour, style = look(index)

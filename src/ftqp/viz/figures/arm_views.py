@@ -13,9 +13,8 @@ from ftqp.model.skeleton import Skeleton
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import Axes, Figure, Line2D, head, trace
+from ftqp.viz.figures.canvas import Axes, Figure, Line2D, few_ticks, tidy, trace
 from ftqp.viz.figures.palette import GREY, MILLIMETRES, ORANGE, RED
-from ftqp.viz.figures.plain_axes import plain_axes
 
 INSTANTS = 5
 """So often the arm is drawn."""
@@ -124,9 +123,9 @@ def draw_views(
             trace(axes, *(scale * motion.way[:, at]).T, color=way, linewidth=1.6, zorder=6)
         axes.set_aspect("equal", adjustable="datalim")
         axes.margins(ROOM)
-        plain_axes(axes, count=(4, 4))
         labels = [f"{'xyz'[k]} [{unit}]" for k in plane]
-        head(axes, f"The arm {name(plane)}, {labels[0]} and {labels[1]}")
+        tidy(axes, "", "", f"The arm {name(plane)}, {labels[0]} and {labels[1]}")
+        few_ticks(axes, 4, 4)
 
 
 def _unit(*motions: Postures) -> tuple[float, str]:

@@ -9,7 +9,7 @@ from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import Axes, Line2D, Patch, arrange, curve, equal_runs, paper, save, tidy
+from ftqp.viz.figures.canvas import Axes, Line2D, Patch, curve, equal_runs, legend_below, paper, save, tidy
 from ftqp.viz.figures.palette import BLUE, DEGREES, GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW
 
 LINES = (ORANGE, GREEN, PURPLE, SKY, BLUE, RED)
@@ -31,7 +31,7 @@ def draw(log: Log, path: str | Path) -> Path:
     slides = [log.units[f"disturbance.{name}"] == "m" for name in names]
     columns = (error[:, :3], DEGREES * error[:, 3:])
     unit, factor = _unit(columns[0])
-    figure = paper(11.0, 9.0, f"Tip held in inertial space: {events.heading(log)}", search=False)
+    figure = paper(11.0, 9.0, f"Tip held in inertial space: {events.heading(log)}")
     grid: Any = figure.subplots(4, 2, sharex=True)
     for side, (values, scale, axis_unit) in enumerate(((columns[0], factor, unit), (columns[1], 1.0, "deg"))):
         ends = _ends(scale * values)
@@ -60,7 +60,7 @@ def draw(log: Log, path: str | Path) -> Path:
         tidy(axes, "time [s]", f"[{place_unit}]" if chosen else "", title)
         axes.set_xlim(*events.time_span(log))
         events.mark(axes, log)
-    arrange(figure, [*_shades_used(log), *events.handles(log)], gap=(1.1, 0.45))
+    legend_below(figure, [*_shades_used(log), *events.handles(log)])
     return save(figure, path)
 
 

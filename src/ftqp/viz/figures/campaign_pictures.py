@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ftqp.viz.figures.canvas import arrange, head, label_width, paper, save, tidy
+from ftqp.viz.figures.canvas import paper, save, tidy
 from ftqp.viz.figures.palette import BLUE, GREY, RED
 
 BINS = 40
@@ -26,23 +26,20 @@ def draw_ok_errors(path: str | Path, errors: Sequence[float], title: str) -> Pat
     ``errors`` holds that of each episode [m].
     """
     logs = np.log10(np.maximum(np.array(errors, dtype=np.float64), LEAST)) + 3.0
-    figure = paper(9.0, 3.2, title, search=False)
-    axes = figure.add_subplot(figure.add_gridspec(1, 1)[0])
+    figure = paper(9.0, 3.2, title)
+    axes = figure.add_subplot()
     low, high = np.floor(logs.min()), np.ceil(logs.max())
     axes.hist(logs, bins=np.linspace(low, max(high, low + 1.0), BINS + 1).tolist(), color=BLUE)
     ticks = np.arange(low, max(high, low + 1.0) + 0.5)
     axes.set_xticks(ticks.tolist(), [f"1e{int(tick)}" for tick in ticks])
     tidy(axes, "largest error of the tip under OK [mm]", "episodes")
-    arrange(figure)
     return save(figure, path)
 
 
 def draw_shares(path: str | Path, shares: Shares, title: str) -> Path:
     """Draw the share of episodes that broke a law for each value of each key, with its interval."""
     count = sum(len(values) for values in shares.values())
-    names = [value for values in shares.values() for value, *_ in values]
-    gap = 0.45
-    figure = paper(9.0, 1.3 + ROW * count + gap * (len(shares) - 1), title, search=False)
+    figure = paper(9.0, 1.3 + ROW * count + 0.45 * (len(shares) - 1), title)
     grid = figure.add_gridspec(len(shares), 1, height_ratios=[len(values) for values in shares.values()])
     widest = 100.0 * max((interval[1] for values in shares.values() for *_, interval in values), default=0.01)
     for at, (key, values) in enumerate(shares.items()):
@@ -56,10 +53,8 @@ def draw_shares(path: str | Path, shares: Shares, title: str) -> Path:
         axes.set_xlim(0.0, 1.05 * widest)
         if at < len(shares) - 1:
             axes.tick_params(labelbottom=False)
-        head(axes, key, loc="left")
+        axes.set_title(key, loc="left", fontsize=10)
         tidy(axes, "broke a law [%]" if at == len(shares) - 1 else "", "")
-    left = max(0.75, 0.85 * label_width(_short(name) for name in names))
-    arrange(figure, left=left, gap=(0.7, gap))
     return save(figure, path)
 
 

@@ -1,6 +1,6 @@
 """The paper that figures are drawn on: the only file that imports matplotlib; no window, no global state."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -15,16 +15,14 @@ from ftqp.viz.figures.palette import FORBIDDEN, LIMIT
 
 try:
     from matplotlib import rc_context
-    from matplotlib.artist import Artist as Artist
     from matplotlib.axes import Axes as Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import LineCollection as LineCollection
     from matplotlib.figure import Figure as Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.lines import Line2D as Line2D
     from matplotlib.patches import Patch as Patch
-    from matplotlib.text import Text as Text
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
-    from matplotlib.ticker import MaxNLocator as MaxNLocator
+    from matplotlib.ticker import MaxNLocator, NullLocator
 except ImportError as error:
     raise MissingPackage("drawing figures", "matplotlib", remedy_for_extra("viz")) from error
 
@@ -33,68 +31,20 @@ NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 """Of SVG files: what would name a day and an outside address."""
 COMPRESSION = 1
 """Of PNG files, 1 to 9: a third of the time of the usual 6, files a fifth larger."""
+PAD = 0.08
+"""Around everything [inches]."""
 LETTER, SAMPLE = 0.085, 0.7
 """Width of a letter of a legend, and of the sample of a line with its gaps [inches]."""
-TITLE_FROM_TOP, LEGEND_LINE = 0.12, 0.23
-"""From the upper edge to the title, and height of a line of a legend [inches]."""
-PLAIN = 3
-"""Powers of ten up to this, and down to its negative, are written as numbers."""
-RAISED = str.maketrans("-0123456789", "\N{SUPERSCRIPT MINUS}⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def paper(width: float, height: float, title: str, *, search: bool = True) -> Figure:
-    """An empty figure of a size in inches, under a title.
-
-    Without ``search`` matplotlib does not look for margins, which takes as long as the drawing; `arrange`
-    then says where the panels are.
-    """
-    figure = Figure(figsize=(width, height), dpi=DOTS_PER_INCH, layout="constrained" if search else None)
-    FigureCanvasAgg(figure)
-    place = {} if search else {"y": 1.0 - TITLE_FROM_TOP / height, "va": "top"}
-    figure.suptitle(title, fontsize=13, fontweight="bold", **place)
-    return figure
-
-
-def arrange(
-    figure: Figure,
-    handles: Sequence[Any] = (),
-    *,
-    left: float = 0.75,
-    right: float = 0.3,
-    top: float = 0.75,
-    bottom: float = 0.6,
-    gap: tuple[float, float] = (0.7, 0.6),
-) -> None:
-    """Give the panels of a figure fixed margins, and a legend for all of them below.
-
-    Margins go from the edge to the panels, with room for labels, above for the title and below for the legend
-    of the handles, and ``gap`` is between panels, beside and above each other, all in inches. The panels
-    share one grid.
-    """
-    width, height = figure.get_size_inches()
-    grid: Any = figure.axes[0].get_gridspec()
-    rows, columns = grid.get_geometry()
-    if handles:
-        bottom += LEGEND_LINE * _legend(figure, handles, "lower center", fontsize=10, borderaxespad=0.2)
-    each_width = (width - left - right - (columns - 1) * gap[0]) / columns
-    each_height = (height - top - bottom - (rows - 1) * gap[1]) / rows
-    grid.update(
-        left=left / width,
-        right=1.0 - right / width,
-        bottom=bottom / height,
-        top=1.0 - top / height,
-        wspace=gap[0] / each_width,
-        hspace=gap[1] / each_height,
+def paper(width: float, height: float, title: str) -> Figure:
+    """An empty figure of a size in inches, under a title; matplotlib finds the margins."""
+    figure = Figure(
+        figsize=(width, height), dpi=DOTS_PER_INCH, layout=ConstrainedLayoutEngine(h_pad=PAD, w_pad=PAD)
     )
-    for axes in figure.axes:  # the grid tells pyplot's figures only
-        place = axes.get_subplotspec()
-        if place is not None:
-            axes.set_subplotspec(place)
-
-
-def label_width(labels: Iterable[str]) -> float:
-    """Room for the longest of some labels of an axis [inches]."""
-    return LETTER * max((len(label) for label in labels), default=0) + 0.25
+    FigureCanvasAgg(figure)
+    figure.suptitle(title, fontsize=13, fontweight="bold")
+    return figure
 
 
 def thinned(*signals: FloatArray, bins: int) -> NDArray[np.intp]:
@@ -140,24 +90,18 @@ def _pixels(axes: Axes) -> int:
     return max(1, int(axes.get_window_extent().width))
 
 
-def plain_decades(axes: Axes) -> None:
-    """A logarithmic y axis whose labels are plain text, which is drawn many times faster than mathematics."""
+def decades(axes: Axes) -> None:
+    """A logarithmic y axis whose numbers are plain text, drawn many times faster than mathematics."""
     axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(numticks=9))
     axes.yaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: decade(value)))
-
-
-def decade(value: float) -> str:
-    """A power of ten in words."""
-    exponent = round(float(np.log10(value))) if value > 0.0 else 0
-    return f"{value:.4g}" if -PLAIN <= exponent <= PLAIN else "10" + str(exponent).translate(RAISED)
+    axes.yaxis.set_major_formatter("{x:g}")
 
 
 def few_ticks(axes: Axes, x: int = 6, y: int = 5) -> None:
     """At most so many intervals on the axes of a small panel."""
     axes.xaxis.set_major_locator(MaxNLocator(x))
-    axes.yaxis.set_major_locator(MaxNLocator(y))
+    if axes.get_yscale() == "linear":
+        axes.yaxis.set_major_locator(MaxNLocator(y))
 
 
 def save(figure: Figure, path: str | Path) -> Path:
@@ -182,15 +126,10 @@ def tidy(axes: Axes, x_label: str, y_label: str, title: str = "") -> None:
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
     if title:
-        head(axes, title)
+        axes.set_title(title, fontsize=10)
     axes.grid(True, color="#E4E4E4", linewidth=0.6)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
-
-
-def head(axes: Axes, title: str, **style: Any) -> None:
-    """The title of a panel, at a fixed place: looking for a free one takes as long as drawing the panel."""
-    axes.set_title(title, **{"fontsize": 10, "y": 1.0, **style})
 
 
 def shade_beyond(axes: Axes, low: float | None, high: float | None, values: Any) -> None:
@@ -214,26 +153,12 @@ def shade_beyond(axes: Axes, low: float | None, high: float | None, values: Any)
 
 
 def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
-    """One legend for a figure whose margins are searched, under it."""
+    """One legend for a figure, with as many columns as the longest label lets fit, at most five."""
     if handles:
-        _legend(figure, handles, "outside lower center")
-
-
-def _legend(figure: Figure, handles: Sequence[Any], place: Any, **style: Any) -> int:
-    """A legend with as many columns as the longest label lets fit, at most five; how many lines it has."""
-    longest = max(len(handle.get_label()) for handle in handles)
-    fitting = int(figure.get_figwidth() / (LETTER * longest + SAMPLE))
-    columns = min(5, len(handles), max(1, fitting))
-    figure.legend(handles=list(handles), loc=place, ncols=columns, frameon=False, **style)
-    return -(-len(handles) // columns)
-
-
-def label_below(axes: Axes, text: str, away: float = 0.36) -> None:
-    """The label of a panel's lower edge, so far below it [inches], where the panel has no axis of its own."""
-    figure: Any = axes.figure
-    box = axes.get_position()
-    place = 0.5 * (box.x0 + box.x1), box.y0 - away / figure.get_figheight()
-    figure.text(*place, text, ha="center", va="center")
+        longest = max(len(handle.get_label()) for handle in handles)
+        fitting = int(figure.get_figwidth() / (LETTER * longest + SAMPLE))
+        columns = min(5, len(handles), max(1, fitting))
+        figure.legend(handles=list(handles), loc="outside lower center", ncols=columns, frameon=False)
 
 
 def equal_runs(codes: NDArray[Any]) -> list[tuple[int, int, int]]:

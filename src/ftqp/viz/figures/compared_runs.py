@@ -14,10 +14,9 @@ from ftqp.viz.figures.canvas import (
     Axes,
     Line2D,
     Patch,
-    arrange,
     curve,
     few_ticks,
-    label_width,
+    legend_below,
     made_folder,
     paper,
     save,
@@ -56,7 +55,7 @@ def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, t
 def draw_errors(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     """Distance from the target over time, and the angle to it where it is not zero, one curve a run."""
     turns = any((log["rotation_error"] > 0.0).any() for log in logs.values())
-    figure = paper(12.0, 8.0 if turns else 5.6, f"Distance from the target: {title}", search=False)
+    figure = paper(12.0, 8.0 if turns else 5.6, f"Distance from the target: {title}")
     grid: Any = figure.subplots(2 if turns else 1, 1, squeeze=False, sharex=True)
     signals = [("position_error", "position error [mm]", MILLIMETRES)]
     signals += [("rotation_error", "rotation error [deg]", DEGREES)] if turns else []
@@ -68,7 +67,7 @@ def draw_errors(logs: Mapping[str, Log], title: str, path: Path) -> Path:
         _mark_instants(axes, logs)
     grid.flat[-1].set_xlabel("time [s]")
     largest = [f"largest {curves.length(float(log['position_error'].max()))}" for log in logs.values()]
-    arrange(figure, [*curves.run_handles(logs, largest), *_instants(logs)])
+    legend_below(figure, [*curves.run_handles(logs, largest), *_instants(logs)])
     return save(figure, path)
 
 
@@ -87,7 +86,7 @@ def draw_torques(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     values = [np.linalg.norm(log["tau"], axis=1) for log in logs.values()]
     top = curves.frame(values)
     spikes = curves.SPIKES if top < curves.peak(values) else ""
-    figure = paper(12.0, 5.6, f"Norm of the motor torques: {title}{spikes}", search=False)
+    figure = paper(12.0, 5.6, f"Norm of the motor torques: {title}{spikes}")
     axes = figure.add_subplot()
     curves.draw_runs(axes, logs, values)
     slides = any(any(log.metadata["prismatic"]) for log in logs.values())
@@ -96,7 +95,7 @@ def draw_torques(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     axes.set_ylim(0.0, top)
     _mark_instants(axes, logs)
     largest = [f"largest {curves.peak([curve]):.3g} {unit}" for curve in values]
-    arrange(figure, [*curves.run_handles(logs, largest), *_instants(logs)])
+    legend_below(figure, [*curves.run_handles(logs, largest), *_instants(logs)])
     return save(figure, path)
 
 
@@ -105,7 +104,7 @@ def draw_statuses(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     scaled = STATUSES.index(StepStatus.SCALED)
     slowed = any((log["status"] == scaled).any() for log in logs.values())
     height = 2.4 + 0.45 * len(logs)
-    figure = paper(12.0, height + (2.6 if slowed else 0.0), f"Status of every step: {title}", search=False)
+    figure = paper(12.0, height + (2.6 if slowed else 0.0), f"Status of every step: {title}")
     ratios = (height - 1.4, 2.4) if slowed else (1.0,)
     grid: Any = figure.subplots(len(ratios), 1, squeeze=False, sharex=True, height_ratios=ratios)
     axes = grid.flat[0]
@@ -126,7 +125,7 @@ def draw_statuses(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     statuses = [Patch(color=STATUS_COLOURS[code], label=STATUSES[code].name) for code in seen]
     runs = curves.run_handles(logs, [""] * len(logs)) if slowed else []
     handles = [*statuses, *runs, *_instants(logs)]
-    arrange(figure, handles, left=label_width(logs), top=0.6, gap=(0.7, 0.3))
+    legend_below(figure, handles)
     return save(figure, path)
 
 
@@ -154,7 +153,7 @@ def _draw_joints(
     unit = f"deg{rate}, mm{rate}" if slides.any() else f"deg{rate}"
     top = curves.frame(values)
     spikes = curves.SPIKES if top < curves.peak(values) else ""
-    figure = paper(max(4.0 * columns, 12.0), 2.6 * rows + 1.4, f"{title}{spikes}", search=False)
+    figure = paper(max(4.0 * columns, 12.0), 2.6 * rows + 1.4, f"{title}{spikes}")
     grid: Any = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     for unused in grid.flat[len(logs) :]:
         unused.set_axis_off()
@@ -178,5 +177,5 @@ def _draw_joints(
     joints = [curves.handle(joint, name) for joint, name in enumerate(names)]
     stops = [log for log in logs.values() if events.stop_time(log) is not None]
     marks = [Line2D([], [], color="black", linestyle="--", label="emergency stop")] if stops else []
-    arrange(figure, [*joints, *_instants(logs), *marks], top=0.85, gap=(0.3, 0.45))
+    legend_below(figure, [*joints, *_instants(logs), *marks])
     return save(figure, path)

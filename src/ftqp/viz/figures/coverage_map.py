@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.layout.survival import Survival
-from ftqp.viz.figures.canvas import Patch, arrange, label_width, paper, save, tidy
+from ftqp.viz.figures.canvas import Patch, legend_below, paper, save, tidy
 from ftqp.viz.figures.palette import BLUE, GREY, ORANGE, PURPLE, RED, SKY, WINE, YELLOW
 
 COLOURS = {
@@ -44,8 +44,8 @@ def draw_coverage(path: str | Path, report: Any) -> Path:
     names = report.names
     edges = np.append(report.t, report.task.t[-1])
     title = f"{report.task.robot.name}: {100.0 * report.coverage:.1f} % of failures survived"
-    figure = paper(9.0, 1.7 + ROW * len(names), title, search=False)
-    axes = figure.add_subplot(figure.add_gridspec(1, 1)[0])
+    figure = paper(9.0, 1.7 + ROW * len(names), title)
+    axes = figure.add_subplot()
     for row, verdicts in enumerate(report.status):
         for verdict in np.unique(verdicts):
             spans = [(edges[k], edges[k + 1] - edges[k]) for k in np.flatnonzero(verdicts == verdict)]
@@ -67,5 +67,5 @@ def draw_coverage(path: str | Path, report: Any) -> Path:
         )  # fmt: skip
     found = [verdict for verdict in Survival if (report.status == verdict).any()]
     handles = [Patch(color=COLOURS[verdict], label=LABELS[verdict]) for verdict in found]
-    arrange(figure, handles, left=label_width(labels), right=0.3, top=0.75, bottom=0.6)
+    legend_below(figure, handles)
     return save(figure, path)

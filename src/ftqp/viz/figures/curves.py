@@ -8,7 +8,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import Axes, Line2D, head, plain_decades
+from ftqp.viz.figures.canvas import Axes, Line2D, decades
 from ftqp.viz.figures.canvas import curve as draw
 from ftqp.viz.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, WINE
 
@@ -39,7 +39,7 @@ def draw_runs(axes: Axes, logs: Mapping[str, Log], curves: Sequence[FloatArray])
             axes.plot(stop, curve[at], "o", color=colour, markersize=6.0 + 2.0 * step * hidden, zorder=3)
     axes.set_xlim(*time_span(logs))
     if nested:
-        head(axes, "curves that coincide are drawn one inside the other", loc="right", fontsize=8.5)
+        axes.set_title("curves that coincide are drawn one inside the other", loc="right", fontsize=8.5)
 
 
 def _alike(first: FloatArray, second: FloatArray) -> bool:
@@ -89,7 +89,7 @@ def run_handles(logs: Mapping[str, Log], remarks: Sequence[str]) -> list[Line2D]
 
 def logarithmic(axes: Axes, curves: Sequence[FloatArray]) -> None:
     """A logarithmic axis over what is usual and all that is above it; the start from zero is cut off."""
-    plain_decades(axes)
+    decades(axes)
     usual = min(float(np.percentile(curve, 1.0)) for curve in curves)
     axes.set_ylim(0.3 * usual, 5.0 * max(float(curve.max()) for curve in curves))
 

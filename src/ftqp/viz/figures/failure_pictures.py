@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
-from ftqp.viz.figures.canvas import Line2D, Patch, few_ticks, head, legend_below, paper, save, tidy
+from ftqp.viz.figures.canvas import Line2D, Patch, few_ticks, legend_below, paper, save, tidy
 from ftqp.viz.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, WINE, YELLOW
 
 POSTURES = 9
@@ -169,7 +169,7 @@ def draw_error_signs(path: str | Path, title: str, panels: dict[str, SignPanel])
         axes.set_yticks(range(-180, 181, 60))
         axes.set_xlabel("direction of the goal from joint 2 [degrees]")
         axes.set_ylabel("joint 2 [degrees]" if k == 0 else "")
-        head(axes, name)
+        axes.set_title(name, fontsize=10)
     handles = [
         Patch(color="#9E9E9E", label="error falls"),
         Patch(color="#EBEBEB", label="error rises"),

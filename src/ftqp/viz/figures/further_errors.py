@@ -9,9 +9,8 @@ from ftqp.core.checks import FloatArray
 from ftqp.sim.log.further_signals import BODIES, PLANES, TASKS, names_in
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import curves, events
-from ftqp.viz.figures.canvas import Axes, Line2D, arrange, curve, head, label_below, paper, save
+from ftqp.viz.figures.canvas import Axes, Line2D, curve, legend_below, paper, save, tidy
 from ftqp.viz.figures.palette import DEGREES, FORBIDDEN, LIMIT, MILLIMETRES
-from ftqp.viz.figures.plain_axes import plain_axes
 
 WIDTH, PANEL = 11.0, 2.5
 """Width of the figure, and height of a panel with its title [inches]."""
@@ -64,7 +63,7 @@ def draw(log: Log, path: str | Path) -> Path:
     """Draw a panel for each unit of the errors, and one for the distances, to a PNG file."""
     drawn = panels(log)
     title = f"Soft tasks, kept points and clearances: {events.heading(log)}"
-    figure = paper(WIDTH, 1.6 + PANEL * len(drawn), title, search=False)
+    figure = paper(WIDTH, 1.6 + PANEL * len(drawn), title)
     grid: Any = figure.add_gridspec(len(drawn), 1)
     handles: list[Line2D] = []
     for row, panel in enumerate(drawn):
@@ -72,9 +71,8 @@ def draw(log: Log, path: str | Path) -> Path:
         handles += _draw(axes, log, panel, len(handles))
         axes.set_xlim(*events.time_span(log))
         events.mark(axes, log)
-        plain_axes(axes, count=(8, 4), bottom=row == len(drawn) - 1)
-    arrange(figure, [*handles, *events.handles(log)], left=0.85, gap=(0.5, 0.45))
-    label_below(figure.axes[-1], "time [s]")
+    figure.axes[-1].set_xlabel("time [s]")
+    legend_below(figure, [*handles, *events.handles(log)])
     return save(figure, path)
 
 
@@ -92,7 +90,7 @@ def _draw(axes: Axes, log: Log, panel: Panel, first: int) -> list[Line2D]:
         colour, style = curves.look(k)
         curve(axes, log["t"], signal, color=colour, linestyle=style, linewidth=1.5)
         handles.append(curves.handle(k, name))
-    head(axes, f"{panel.title} [{panel.unit}]: {_extreme(panel, signals)}")
+    tidy(axes, "", "", f"{panel.title} [{panel.unit}]: {_extreme(panel, signals)}")
     return handles
 
 

@@ -22,12 +22,12 @@ from ftqp.viz.figures.canvas import (
     Line2D,
     LineCollection,
     Patch,
-    arrange,
     curve,
-    head,
-    label_below,
+    few_ticks,
+    legend_below,
     paper,
     save,
+    tidy,
 )
 from ftqp.viz.figures.palette import (
     BLUE,
@@ -41,15 +41,12 @@ from ftqp.viz.figures.palette import (
     TINT,
     WINE,
 )
-from ftqp.viz.figures.plain_axes import plain_axes
 
 TINY = 5e-5
 """Following errors that stay below this [rad or m] are drawn in millionths."""
 MOTOR_OF_FAILED = "motor of a failed joint"
 COLUMNS = 4
 """Most joints side by side."""
-GAP = (1.0, 0.42)
-"""Between panels, beside and above each other [inches]."""
 LEAST = 0.03
 """A panel shows at least this share of a joint's limits, so that rounding does not fill it."""
 NEAR = 0.5
@@ -212,7 +209,7 @@ def panels(log: Log, title: str) -> tuple[Figure, list[Axes]]:
     count = len(log.metadata["joints"])
     columns = _columns(count)
     rows = ceil(count / columns)
-    figure = paper(3.4 * columns, 2.05 * rows + 1.5, title, search=False)
+    figure = paper(3.4 * columns, 2.05 * rows + 1.5, title)
     grid: Any = figure.add_gridspec(rows, columns)
     return figure, [figure.add_subplot(grid[i // columns, i % columns]) for i in range(count)]
 
@@ -249,14 +246,16 @@ def finish_panel(
     _bar(axes, least, largest, limits, failed=bool((log["truth"][:, i] != HEALTHY).any()))
     events.mark(axes, log)
     count = len(log.metadata["joints"])
-    plain_axes(axes, count=(4, 4), bottom=i + _columns(count) >= count)
+    tidy(axes, "", "")
+    few_ticks(axes, 4, 4)
+    axes.tick_params(labelbottom=i + _columns(count) >= count)
     own = [fault for fault in events.faults(log) if fault["index"] == i]
     name = log.metadata["joints"][i] + (f" [{unit}]" if unit else "")
     if own:
         said = remark or f"{own[-1]['kind'].replace('_', '-')} from {own[-1]['at']:g} s"
-        head(axes, f"{name}: {said}", color=RED, fontweight="bold", loc="left")
+        axes.set_title(f"{name}: {said}", color=RED, fontweight="bold", fontsize=10, loc="left")
     else:
-        head(axes, name, loc="left")
+        axes.set_title(name, fontsize=10, loc="left")
 
 
 def _shown(
@@ -326,9 +325,7 @@ def finish_figure(
     figure: Figure, log: Log, path: str | Path, label: str, handles: Sequence[Line2D | Patch]
 ) -> Path:
     """Legend, names of the axes, and the file."""
-    arrange(figure, [*handles, *events.handles(log)], left=0.85, right=0.55, top=0.8, bottom=0.6, gap=GAP)
-    lowest = min(axes.get_position().y0 for axes in figure.axes)
-    middle = 0.2 / figure.get_figwidth(), 0.5 * (1.0 + lowest)
-    figure.text(*middle, label, rotation=90.0, va="center", ha="center")
-    label_below(figure.axes[-1], "time [s]", 0.33)
+    legend_below(figure, [*handles, *events.handles(log)])
+    figure.supylabel(label, fontsize=10)
+    figure.axes[-1].set_xlabel("time [s]")
     return save(figure, path)

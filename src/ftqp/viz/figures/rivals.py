@@ -12,10 +12,9 @@ from ftqp.model.skeleton import Skeleton
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.rival.beside import strayed
 from ftqp.viz.figures import arm_views, events
-from ftqp.viz.figures.canvas import Axes, Line2D, arrange, curve, head, label_below, paper, save, trace
+from ftqp.viz.figures.canvas import Axes, Line2D, curve, few_ticks, legend_below, paper, save, tidy, trace
 from ftqp.viz.figures.curves import length
 from ftqp.viz.figures.palette import BLUE, GREEN, GREY, MILLIMETRES, PURPLE, RED
-from ftqp.viz.figures.plain_axes import plain_axes
 
 COLOURS = (PURPLE, GREEN)
 """Of the rivals, in their order."""
@@ -51,7 +50,7 @@ def draw_rivals(log: Log, own: str, rivals: Sequence[Rival], path: str | Path, t
         path: The file to write.
         title: Stands above the picture.
     """
-    figure = paper(16.0, 6.8, title, search=False)
+    figure = paper(16.0, 6.8, title)
     grid = figure.add_gridspec(2, 3, width_ratios=(1.0, 1.0, 1.15))
     first, t = rivals[0], log["t"]
     rows = _instants(log)
@@ -66,16 +65,14 @@ def draw_rivals(log: Log, own: str, rivals: Sequence[Rival], path: str | Path, t
     curves = [(own, log["tip"][:, :3], strayed(log), BLUE)]
     curves += [(one.name, one.tip, one.error, colour) for one, colour in zip(rivals, COLOURS, strict=False)]
     _draw_tips(figure.add_subplot(grid[:, 1]), log, curves)
-    errors = figure.add_subplot(grid[:, 2])
-    _draw_errors(errors, log, curves)
+    _draw_errors(figure.add_subplot(grid[:, 2]), log, curves)
     handles = [
         Line2D([], [], color=colour, linewidth=3.0, label=_told(name, error, log))
         for name, _, error, colour in curves
     ]
     handles += [Line2D([], [], color=GREY, linewidth=5.0, alpha=0.35, label="where the tip should go")]
     handles += [*arm_views.arm_handles(arms[0], GREY), *events.fault_handles(log), *events.found_handles(log)]
-    arrange(figure, handles, left=0.6, gap=(0.75, 0.5))
-    label_below(errors, "time [s]")
+    legend_below(figure, handles)
     return save(figure, path)
 
 
@@ -108,10 +105,10 @@ def _draw_tips(axes: Axes, log: Log, curves: Sequence[tuple[str, FloatArray, Flo
         axes.plot(*way[-1, [first, second]], "o", color=colour, markersize=7.0, zorder=4)
     at = MILLIMETRES * (log["tip"][_row(log), :3] - log["target"][0, :3])
     axes.plot(*at[[first, second]], "X", color=RED, markersize=11.0, zorder=5)
-    head(axes, f"Where the tips went: {'xyz'[first]} and {'xyz'[second]} from the start [mm]")
+    tidy(axes, "", "", f"Where the tips went: {'xyz'[first]} and {'xyz'[second]} from the start [mm]")
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.12)
-    plain_axes(axes, count=(5, 7))
+    few_ticks(axes, 5, 7)
 
 
 def _draw_errors(axes: Axes, log: Log, curves: Sequence[tuple[str, FloatArray, FloatArray, str]]) -> None:
@@ -123,5 +120,4 @@ def _draw_errors(axes: Axes, log: Log, curves: Sequence[tuple[str, FloatArray, F
     axes.set_xlim(*events.time_span(log))
     events.mark_faults(axes, log)
     events.mark_found(axes, log)
-    head(axes, "Distance of the tip from its target [mm]")
-    plain_axes(axes, count=(5, 6))
+    tidy(axes, "time [s]", "", "Distance of the tip from its target [mm]")

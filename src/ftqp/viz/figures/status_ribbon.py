@@ -17,9 +17,8 @@ from ftqp.viz.figures.canvas import (
     SAMPLE,
     Axes,
     Patch,
-    arrange,
     equal_runs,
-    label_width,
+    legend_below,
     paper,
     save,
     tidy,
@@ -58,10 +57,11 @@ def draw(log: Log, path: str | Path) -> Path:
         else:
             ribbons += [(f"{name}, really", truth), (f"{name}, as the planner believes", belief)]
     title = f"Status of every step: {events.heading(log)}"
-    room = int((WIDTH - label_width([label for label, _ in ribbons]) - SAMPLE) / LETTER)
+    names = max((len(label) for label, _ in ribbons), default=0)
+    room = int((WIDTH - SAMPLE) / LETTER) - names
     sentences = {code: wrap(f"{STATUSES[code].name}: {STATUSES[code].value}", room) for code in seen}
     lines = sum(len(words) for words in sentences.values())
-    figure = paper(WIDTH, 2.6 + 0.45 * len(ribbons) + 0.25 * lines, title, search=False)
+    figure = paper(WIDTH, 2.6 + 0.45 * len(ribbons) + 0.25 * lines, title)
     axes = figure.add_subplot()
     spells(axes, log, log["status"], 0.0, dict(enumerate(STATUS_COLOURS)))
     labels, places = ["planner's status"], [0.0]
@@ -80,7 +80,7 @@ def draw(log: Log, path: str | Path) -> Path:
     meanings = [
         Patch(color=CONDITION_COLOURS.get(code, GREY), label=f"joint {CONDITIONS[code]}") for code in shown
     ]
-    arrange(figure, [*meanings, *events.handles(log)], left=label_width(labels), top=0.55 + 0.22 * lines)
+    legend_below(figure, [*meanings, *events.handles(log)])
     return save(figure, path)
 
 

@@ -8,10 +8,20 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import arm_views, events
-from ftqp.viz.figures.canvas import Axes, Figure, arrange, curve, head, label_below, paper, save, trace
+from ftqp.viz.figures.canvas import (
+    Axes,
+    Figure,
+    curve,
+    decades,
+    few_ticks,
+    legend_below,
+    paper,
+    save,
+    tidy,
+    trace,
+)
 from ftqp.viz.figures.curves import length
 from ftqp.viz.figures.palette import BLUE, DEGREES, GREEN, GREY, MILLIMETRES, ORANGE, RED
-from ftqp.viz.figures.plain_axes import plain_axes
 
 FLAT = 0.1
 """A path is drawn in its plane when it is thinner than this share of its size."""
@@ -30,11 +40,11 @@ def draw(log: Log, path: str | Path) -> Path:
     """
     arm = arm_views.postures(log, arm_views.instants(log))
     title = f"The arm and the path of its tip: {events.heading(log)}"
-    figure = paper(12.0 if arm is None else 16.0, 6.4, title, search=False)
+    figure = paper(12.0 if arm is None else 16.0, 6.4, title)
     ratios = (1.0, 1.1) if arm is None else (1.0, 1.0, 1.1)
     grid = figure.add_gridspec(2, len(ratios), width_ratios=ratios)
     first = 0 if arm is None else 1
-    way, flat = _draw_path(figure, grid[:, first], log)
+    way = _draw_path(figure, grid[:, first], log)
     turns = bool((log["rotation_error"] > 0.0).any())
     position = figure.add_subplot(grid[0, -1] if turns else grid[:, -1])
     emergency = log.metadata.get("emergency") or {}
@@ -43,11 +53,11 @@ def draw(log: Log, path: str | Path) -> Path:
         rotation = figure.add_subplot(grid[1, -1])
         _draw_error(rotation, log, "rotation_error", emergency.get("rotation"))
     handles: list[Any] = [*way.get_legend_handles_labels()[0], *events.handles(log)]
+    figure.axes[-1].set_xlabel("time [s]")
     if arm is not None:
         arm_views.draw_views(figure, grid, [arm], targets=log["target"][:, :3])
         handles = [*arm_views.arm_handles(arm), *handles]
-    arrange(figure, handles, left=0.6, gap=(0.7 if flat else 1.2, 0.5))
-    label_below(figure.axes[2 if turns else 1], "time [s]")
+    legend_below(figure, handles)
     return save(figure, path)
 
 
@@ -58,12 +68,13 @@ def _draw_error(axes: Axes, log: Log, signal: str, threshold: float | None) -> N
     error = factor * log[signal]
     worst = int(np.argmax(error))
     at, largest = float(log["t"][worst]), float(error[worst])
-    axes.set_yscale("log")
+    decades(axes)
     curve(axes, log["t"], np.maximum(error, SMALLEST_ERROR), color=BLUE, linewidth=1.4)
     axes.plot(at, max(largest, SMALLEST_ERROR), "o", color=BLUE, markersize=5)
     said = f"{largest:.3g} deg" if turned else length(largest / MILLIMETRES)
     what = "Angle to" if turned else "Distance from"
-    head(axes, f"{what} the target [{unit}]: largest {said}, at {at:.4g} s")
+    title = f"{what} the target [{unit}]: largest {said}, at {at:.4g} s"
+    tidy(axes, "", "", title)
     usual = max(float(np.percentile(error, 1.0)), SMALLEST_SHOWN)
     top = max(largest, factor * (threshold or 0.0), SMALLEST_SHOWN)
     axes.set_ylim(0.3 * usual, 5.0 * top)
@@ -73,7 +84,7 @@ def _draw_error(axes: Axes, log: Log, signal: str, threshold: float | None) -> N
     if not turned:
         _level(axes, HAIR, "0.1 mm, as thick as a hair", GREY)
     events.mark(axes, log)
-    plain_axes(axes, count=(5, 4))
+    few_ticks(axes)
 
 
 def _level(axes: Axes, value: float, said: str, colour: str) -> None:
@@ -88,8 +99,8 @@ def _level(axes: Axes, value: float, said: str, colour: str) -> None:
     )  # fmt: skip
 
 
-def _draw_path(figure: Figure, place: Any, log: Log) -> tuple[Axes, bool]:
-    """In the plane of what was asked and done where that is flat, else in space [mm]; whether it is flat."""
+def _draw_path(figure: Figure, place: Any, log: Log) -> Axes:
+    """In the plane of what was asked and done where that is flat, else in space [mm]."""
     origin = log["target"][0, :3]
     desired = MILLIMETRES * (log["target"][:, :3] - origin)
     actual = MILLIMETRES * (log["tip"][:, :3] - origin)
@@ -101,7 +112,7 @@ def _draw_path(figure: Figure, place: Any, log: Log) -> tuple[Axes, bool]:
         _draw_flat(axes, log, desired, actual, sorted(int(i) for i in order[:2]))
     else:
         _draw_in_space(axes, log, desired, actual)
-    return axes, flat
+    return axes
 
 
 def _draw_flat(axes: Axes, log: Log, desired: FloatArray, actual: FloatArray, plane: list[int]) -> None:
@@ -113,10 +124,11 @@ def _draw_flat(axes: Axes, log: Log, desired: FloatArray, actual: FloatArray, pl
         x, y = actual[at, first], actual[at, second]
         axes.plot(x, y, marker, color=colour, markersize=size, label=label, zorder=3)
     names = "xyz"[first], "xyz"[second]
-    head(axes, f"Path in the {names[0]}-{names[1]} plane: {names[0]} and {names[1]} from the start [mm]")
+    title = f"Path in the {names[0]}-{names[1]} plane: {names[0]} and {names[1]} from the start [mm]"
+    tidy(axes, "", "", title)
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.12)
-    plain_axes(axes, count=(5, 7))
+    few_ticks(axes, 5, 7)
 
 
 def _draw_in_space(axes: Any, log: Log, desired: FloatArray, actual: FloatArray) -> None:
