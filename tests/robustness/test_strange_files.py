@@ -11,12 +11,10 @@ import pytest
 from typer.testing import CliRunner
 
 from ftqp.app.campaign.episode_study import EpisodeWork, load_campaign
-from ftqp.app.campaign.kept_campaign import kept_campaign
 from ftqp.app.commands.cli import app
 from ftqp.app.output.console import json_text
 from ftqp.app.run import runs
 from ftqp.app.scenario.setup import load
-from ftqp.app.study.results_file import ResultsFile
 from ftqp.app.study.workspace_study import load_study
 from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
@@ -211,33 +209,6 @@ def test_verdicts_of_other_kinds_are_refused_in_our_words(tmp_path: Path, value:
     (tmp_path / VERDICTS).write_text(json.dumps(content | {"fault": "locked", "settings": {}}))
     with pytest.raises(InputError, match="its parts are missing, or do not fit together"):
         read_verdicts(tmp_path)
-
-
-def test_results_that_never_end_are_not_read(tmp_path: Path):
-    summary = dict.fromkeys(
-        ("campaign", "episodes", "sound", "broken", "raised", "refused", "laws", "by_key"), 0
-    )
-    (tmp_path / runs.SUMMARY).write_text(json.dumps(summary))
-    with closing(sqlite3.connect(tmp_path / "results.sqlite")) as connection:
-        connection.execute(
-            "CREATE VIEW results AS WITH RECURSIVE c(x) AS (SELECT 0 UNION ALL SELECT x + 1 FROM c) "
-            "SELECT x AS item, x AS outcome, x AS sentences, x AS largest_ok_error FROM c"
-        )
-    with pytest.raises(InputError, match="has no table results"):
-        kept_campaign(tmp_path)
-
-
-def test_results_that_are_no_text_are_refused(tmp_path: Path):
-    settings = {"kind": "k", "key": "k", "columns": {"drawn": "TEXT"}}
-    with ResultsFile(tmp_path, **settings) as results:
-        results.write([0], [("{}",)], 1.0, "me")
-    with closing(sqlite3.connect(tmp_path / "results.sqlite")) as connection, connection:
-        connection.execute("UPDATE results SET drawn = CAST(? AS TEXT)", (b"\xff",))
-    with (
-        ResultsFile(tmp_path, **settings) as results,
-        pytest.raises(InputError, match="a row of it is damaged"),
-    ):
-        results.table()
 
 
 @pytest.fixture(scope="module")

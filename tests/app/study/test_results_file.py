@@ -9,8 +9,7 @@ from typing import Any
 
 import pytest
 
-from ftqp.app.study.results_file import FILE_NAME, LOCK_NAME, ResultsFile, read_only
-from ftqp.app.study.results_layout import FORMAT
+from ftqp.app.study.results_file import FILE_NAME, FORMAT, ResultsFile
 from ftqp.core.errors import FtqpError, InputError
 
 COLUMNS = {"error": "REAL", "ticks": "INTEGER", "kind": "TEXT"}
@@ -77,32 +76,11 @@ REFUSALS: dict[str, tuple[Callable[[Path], object], dict[str, Any], str]] = {
     "another version": (made, {"about": {"study": "a = 1", "ftqp": "2"}}, "made by ftqp 1, this is 2"),
     "other columns": (made, {"columns": {"error": "REAL"}}, "another study"),
     "newer": (edited(NEWER), {}, f"has format {FORMAT + 1}, this ftqp reads up to {FORMAT}; a newer ftqp"),
-    "no format": (edited("DELETE FROM about WHERE key = 'format'"), {}, "its format is None"),
-    "no json": (edited("UPDATE about SET value = '{'"), {}, "its table about is damaged"),
-    "no table": (edited("DROP TABLE about"), {}, "has no table about as such a file has it"),
+    "no format": (edited("DELETE FROM about WHERE key = 'format'"), {}, "not a results file of ftqp"),
+    "no json": (edited("UPDATE about SET value = '{'"), {}, "not a results file of ftqp, or is damaged"),
+    "no table": (edited("DROP TABLE about"), {}, "not a results file of ftqp, or is damaged: no such table"),
     "no database": (written(FILE_NAME, STRANGE), {}, "cannot be used as a results file"),
     "a file above": (written("below", "x"), {}, "cannot be used as a results file"),
-    "short lock": (
-        written(LOCK_NAME, "hold"),
-        {},
-        f"{LOCK_NAME} is not the lock .*: .*; delete it",
-    ),
-    "text as a lock": (written(LOCK_NAME, STRANGE), {}, f"{LOCK_NAME} is not the lock .*: .*; delete it"),
-    "folder as a lock": (
-        lambda folder: (folder / LOCK_NAME).mkdir(),
-        {},
-        f"cannot be used: {LOCK_NAME} is no regular file; delete it",
-    ),
-    "pipe as a lock": (
-        lambda folder: os.mkfifo(folder / LOCK_NAME),
-        {},
-        f"cannot be used: {LOCK_NAME} is no regular file; delete it",
-    ),
-    "link to nothing": (
-        lambda folder: (folder / LOCK_NAME).symlink_to(folder / "nowhere"),
-        {},
-        f"cannot be used: {LOCK_NAME} is no regular file; delete it",
-    ),
 }
 
 
@@ -162,31 +140,3 @@ def test_a_damaged_page_is_said_in_a_sentence(tmp_path: Path, page: int) -> None
     ):
         results.crash([1], "x")
         results.done(), results.count(), results.crashed(), results.seconds(), results.table()
-
-
-def mode_of_journal(file: Path) -> int:
-    """What the header of a database says: 2 where readers have to write beside it, 1 where not."""
-    return file.read_bytes()[18]
-
-
-def test_finished_file_can_be_read_where_nobody_can_write(tmp_path: Path) -> None:
-    with opened(tmp_path) as results:
-        results.write([0], [(0.5, 7, "x")], 1.0, "a")
-        assert mode_of_journal(tmp_path / FILE_NAME) == 2
-    assert mode_of_journal(tmp_path / FILE_NAME) == 1
-    with opened(tmp_path) as results:
-        assert results.done() == {0}
-
-
-def test_file_of_an_older_version_is_read_without_anything_written_beside_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with opened(tmp_path) as results:
-        results.write([0], [(0.5, 7, "x")], 1.0, "a")
-    with closing(sqlite3.connect(tmp_path / FILE_NAME)) as connection:
-        connection.execute("PRAGMA journal_mode = WAL")
-    assert mode_of_journal(tmp_path / FILE_NAME) == 2
-    monkeypatch.setattr(os, "access", lambda *_: False)  # whoever runs the tests may
-    with closing(read_only(tmp_path / FILE_NAME)) as connection:
-        assert connection.execute("SELECT item FROM results").fetchall() == [(0,)]
-        assert not list(tmp_path.glob(f"{FILE_NAME}-*"))

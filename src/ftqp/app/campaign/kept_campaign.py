@@ -11,8 +11,7 @@ from typing import Any, Final
 from ftqp.app.campaign.campaign_summary import Row, summary
 from ftqp.app.campaign.episode_study import COLUMNS, KIND
 from ftqp.app.run.runs import summary_with
-from ftqp.app.study.results_file import FILE_NAME, read_only
-from ftqp.app.study.results_layout import facts_of, reason
+from ftqp.app.study.results_file import FILE_NAME, facts_of, read_only, reason
 from ftqp.core.errors import InputError, printable
 
 STUDY: Final = "campaign.toml"
@@ -47,7 +46,6 @@ def kept_campaign(folder: Path) -> dict[str, Any] | None:
         return None if facts is None else {"listed": [], "errors": [], "given_up": 0, "missing": 0} | facts
     try:
         with closing(read_only(file)) as connection:
-            connection.execute("PRAGMA trusted_schema = OFF")
             about = facts_of(connection, file)
             if about.get("kind") != KIND:
                 return None

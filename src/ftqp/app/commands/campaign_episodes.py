@@ -6,7 +6,6 @@ from typing import Any, Final
 
 from ftqp import __version__
 from ftqp.app.campaign.campaign_summary import fallback_share, summary
-from ftqp.app.campaign.episode_rows import episode_rows
 from ftqp.app.campaign.episode_study import COLUMNS, KIND, Campaign, EpisodeWork, quietly
 from ftqp.app.campaign.kept_campaign import STUDY
 from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
@@ -45,10 +44,10 @@ def run_episodes(
         ResultsFile(folder, kind=KIND, key=made.key, columns=COLUMNS, about=about) as results,
     ):
         write(folder / STUDY, made.text)
-        episode_rows(results, count)  # what cannot be summed up is said before anything is computed
         work = EpisodeWork(campaign=made)
         outcome = run_study(work, count, results, what=made.name, jobs=jobs, dask=dask)
-        rows = episode_rows(results, count)
+        names = ("episode", *COLUMNS)
+        rows = [dict(zip(names, row, strict=True)) for row in results.table() if row[0] < count]
     facts = summary(made.name, rows) | {
         "computed_now": outcome.computed,
         "crashed": {str(item): reason for item, reason in outcome.crashed.items()},

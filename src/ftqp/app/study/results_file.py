@@ -6,39 +6,37 @@ which a worker died. An item has one row, whatever was computed twice; a process
 all rows that were written.
 """
 
-import os
+import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
-from typing import Any, Self, final
+from typing import Any, Final, Self, final
 
-from ftqp.app.study.results_layout import (
-    CURE,
-    CURED,
-    FORMAT,
-    Columns,
-    code,
-    make_tables,
-    quoted,
-    reason,
-    refuse_other_studies,
-)
 from ftqp.core.errors import FtqpError, InputError
-from ftqp.sim.log.side_files import strange_side_file
 
 FILE_NAME = "results.sqlite"
 LOCK_NAME = "writer.lock"
+FORMAT = 1
+"""Version of the file's layout."""
 REMEDY = "name another folder by --out"
 """What to do where a folder cannot be used, unless its owner says something else."""
 EVERY = 2**63 - 1
 """No item has a number as large as this."""
-MEANT = {"REAL": "a number", "INTEGER": "a whole number", "TEXT": "a text"}
-"""What a column of a type holds, in words."""
 PATIENCE = 10.0
 """A reader of another process may keep the writer waiting so long [s]."""
-_CRASH = "INSERT OR REPLACE INTO crashed VALUES (?, ?)"
+MEANINGS: Final = {
+    sqlite3.SQLITE_IOERR: "the disk is full or fails",
+    sqlite3.SQLITE_CORRUPT: "the file is damaged",
+    sqlite3.SQLITE_CANTOPEN: "the disk is full, or the folder is read-only",
+    sqlite3.SQLITE_READONLY: "the file or its folder is read-only",
+}
+"""What SQLite's errors mean by their code."""
+HELD: Final = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 _CLEAR = "DELETE FROM crashed WHERE item = ?"
+
+Columns = Mapping[str, str]
+"""Names of the values of an item with their types: REAL, INTEGER or TEXT."""
 
 
 @final
@@ -80,19 +78,14 @@ class ResultsFile:
         self._columns = dict(columns)
         facts = {"format": FORMAT, "kind": kind, "key": key} | dict(about or {})
         with _readable(self.path, remedy), ExitStack() as opened:
-            _refuse_strange_files(self.path)
             folder.mkdir(parents=True, exist_ok=True)
             opened.enter_context(closing(locked(folder, remedy)))
             connection = sqlite3.connect(self.path, isolation_level="IMMEDIATE", timeout=PATIENCE)
             self._connection = opened.enter_context(closing(connection))
-            opened.callback(self._leave_log)
-            self._connection.execute("PRAGMA trusted_schema = OFF")
             if self.path.stat().st_size == 0:
-                make_tables(self._connection, facts, self._columns)
+                self._make_tables(facts)
             else:
-                refuse_other_studies(self._connection, self.path, facts, self._columns, remedy)
-            self._connection.execute("PRAGMA journal_mode = WAL")
-            self._connection.execute("PRAGMA synchronous = NORMAL")
+                self._refuse_other_studies(facts)
             self._opened = opened.pop_all()
 
     def done(self) -> set[int]:
@@ -128,7 +121,7 @@ class ResultsFile:
 
     def crash(self, items: Sequence[int], why: str) -> None:
         """Note items at which a process died, or may die; whoever continues the study tries them again."""
-        self._commit({_CRASH: [(item, why) for item in items]})
+        self._commit({"INSERT OR REPLACE INTO crashed VALUES (?, ?)": [(item, why) for item in items]})
 
     def clear(self, items: Sequence[int]) -> None:
         """Forget that a process died, or might have died, at items."""
@@ -139,30 +132,13 @@ class ResultsFile:
         return dict(self._read("SELECT item, reason FROM crashed ORDER BY item"))
 
     def table(self) -> list[tuple[Any, ...]]:
-        """All rows by item: its number, then its values, each empty or of its column's type.
+        """All rows by item: its number, then its values.
 
         Raises:
-            InputError: A value is of another type, or the file is damaged.
+            InputError: The file is damaged.
         """
-        names = ", ".join(quoted(name) for name in ("item", *self._columns))
-        self._refuse_other_types()
+        names = ", ".join(f'"{name}"' for name in ("item", *self._columns))
         return self._read(f"SELECT {names} FROM results ORDER BY item")
-
-    def _refuse_other_types(self) -> None:
-        """That items have numbers from 0 on and values their types, which SQLite leaves to whoever writes."""
-        for (item,) in self._read("SELECT item FROM results WHERE item < 0 LIMIT 1"):
-            raise self.wrong(item, "item", item, "a number from 0 on")
-        for name, kind in self._columns.items():
-            asked = f"SELECT item, substr({quoted(name)}, 1, 100) FROM results WHERE typeof({quoted(name)}) "
-            for item, value in self._read(f"{asked} NOT IN (?, 'null') LIMIT 1", kind.lower()):
-                raise self.wrong(item, name, value, MEANT[kind])
-
-    def wrong(self, item: int, column: str, value: Any, expected: str) -> InputError:
-        """What to say of a value that the study did not write."""
-        return InputError(
-            f"row {item} of {self.path} has {value!r:.60} as {column}, expected {expected}; take it out by "
-            f'sqlite3 FILE "DELETE FROM results WHERE item = {item}", and it is computed anew'
-        )
 
     def seconds(self, below: int = EVERY) -> float:
         """What all items with numbers below this one took together [s]."""
@@ -186,14 +162,38 @@ class ResultsFile:
                 f"kept, and {self.onward} goes on from there"
             ) from error
 
-    def _leave_log(self) -> None:
-        """Makes it a file that can be read where nobody can write."""
-        with suppress(sqlite3.Error):  # somebody reads it, or the disk is full: it is as good as it was
-            self._connection.execute("PRAGMA busy_timeout = 0")
-            self._connection.execute("PRAGMA journal_mode = DELETE")
+    def _make_tables(self, facts: Mapping[str, Any]) -> None:
+        """Make the tables, all or none."""
+        listed = ", ".join(f'"{name}" {kind}' for name, kind in self._columns.items())
+        with self._connection as made:
+            made.execute("BEGIN")
+            made.execute("CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL)")
+            made.execute("CREATE TABLE crashed (item INTEGER PRIMARY KEY, reason TEXT NOT NULL)")
+            made.execute(
+                f"CREATE TABLE results (item INTEGER PRIMARY KEY, {listed}, seconds REAL, worker TEXT)"
+            )
+            encoded = [(key, json.dumps(value, allow_nan=False)) for key, value in facts.items()]
+            made.executemany("INSERT INTO about VALUES (?, ?)", encoded)
+
+    def _refuse_other_studies(self, wanted: Mapping[str, Any]) -> None:
+        """Refuse a file that is not of this very study."""
+        path, remedy, facts = self.path, self._remedy, facts_of(self._connection, self.path)
+        if facts.get("kind") != wanted["kind"]:
+            raise InputError(
+                f"{path} holds results of a study of kind {facts.get('kind')!r:.40}, this one is of kind "
+                f"{wanted['kind']!r}; {remedy}"
+            )
+        if facts.get("ftqp") != wanted.get("ftqp"):
+            raise InputError(
+                f"{path} was made by ftqp {facts.get('ftqp')!s:.40}, this is {wanted.get('ftqp')}, and their "
+                f"results are not mixed; {remedy}, or continue it with that version"
+            )
+        names = [name for _, name, *_ in self._connection.execute("PRAGMA table_info(results)")]
+        if facts.get("key") != wanted["key"] or names[1:-2] != list(self._columns):
+            raise InputError(f"{path} holds results of another study{_difference(facts, wanted)}; {remedy}")
 
     def close(self) -> None:
-        """Let go of the file, as one that can be read where nobody can write."""
+        """Let go of the file."""
         self._opened.close()
 
     def __enter__(self) -> Self:
@@ -203,53 +203,68 @@ class ResultsFile:
         self.close()
 
 
+def facts_of(connection: sqlite3.Connection, path: Path) -> dict[str, Any]:
+    """What a file says about its study, by key."""
+    try:
+        facts = {key: json.loads(value) for key, value in connection.execute("SELECT * FROM about")}
+        version = int(facts["format"])
+    except (ValueError, TypeError, KeyError, sqlite3.OperationalError) as error:
+        raise InputError(f"{path} is not a results file of ftqp, or is damaged: {error!s:.100}") from error
+    if version > FORMAT:
+        raise InputError(
+            f"{path} has format {version}, this ftqp reads up to {FORMAT}; a newer ftqp made it and can go on"
+        )
+    return facts
+
+
+def _difference(facts: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    """The first line in which the texts of two studies differ; the number of episodes is none."""
+    there, here = (
+        [line for line in str(of.get("study", "")).splitlines() if not line.startswith("episodes = ")]
+        for of in (facts, wanted)
+    )
+    for old, new in zip(there, here, strict=False):
+        if old != new:
+            return f" ({old.strip()!r:.60} there, {new.strip()!r:.60} here)"
+    return ""
+
+
+def _code(error: Exception) -> int:
+    """SQLite's primary code of an error; 0 where it has none."""
+    return int(getattr(error, "sqlite_errorcode", 0) or 0) & 0xFF
+
+
+def reason(error: Exception) -> str:
+    """Why a file cannot be used."""
+    said = str(getattr(error, "strerror", None) or error)
+    meaning = MEANINGS.get(_code(error))
+    return f"{said} ({meaning})" if meaning else said
+
+
 @contextmanager
 def _readable(path: Path, remedy: str) -> Iterator[None]:
     """Says in a sentence why a file cannot be used."""
     try:
         yield
     except (sqlite3.Error, OSError, UnicodeDecodeError) as error:
-        why = reason(error) if code(error) or isinstance(error, OSError) else "a row of it is damaged"
-        cure = f"{CURE}, or " if code(error) in CURED else ""
-        raise InputError(f"{path} cannot be used as a results file: {why}; {cure}{remedy}") from error
+        raise InputError(f"{path} cannot be used as a results file: {reason(error)}; {remedy}") from error
 
 
 def locked(folder: Path, remedy: str) -> sqlite3.Connection:
     """The lock of a folder's only writer; the system lets it go when the process ends, however it does."""
-    file = folder / LOCK_NAME
-    _refuse_strange_files(file)
-    lock = sqlite3.connect(file, isolation_level=None, timeout=0.0)
+    lock = sqlite3.connect(folder / LOCK_NAME, isolation_level=None, timeout=0.0)
     try:
         lock.execute("BEGIN EXCLUSIVE")
     except sqlite3.Error as error:
         lock.close()
-        if code(error) in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
-            why = f"another process writes to {folder}; wait until it has ended, or {remedy}"
-        elif code(error) in CURED:
-            why = f"folder {folder} cannot be written: {reason(error)}; {CURE}, or {remedy}"
-        else:
-            why = f"{file} is not the lock that ftqp keeps there: {reason(error)}; delete it"
-        raise InputError(why) from error
+        if _code(error) not in HELD:
+            raise
+        raise InputError(
+            f"another process writes to {folder}; wait until it has ended, or {remedy}"
+        ) from error
     return lock
 
 
 def read_only(file: Path) -> sqlite3.Connection:
-    """A connection to a file that is only read, also one of an older ftqp in a folder that nobody can write.
-
-    Raises:
-        InputError: A file beside it is a pipe or another one at which SQLite would wait.
-    """
-    _refuse_strange_files(file)
-    logged = file.with_name(f"{file.name}-wal").exists()
-    still = not logged and not os.access(file.parent, os.W_OK)
-    how = "immutable=1" if still else "mode=ro"
-    return sqlite3.connect(f"{file.resolve().as_uri()}?{how}", uri=True)
-
-
-def _refuse_strange_files(file: Path) -> None:
-    """Refuses a pipe or the like in the place of a database, or of what SQLite opens beside it."""
-    mine = file.is_file() or not (file.exists() or file.is_symlink())
-    if strange := strange_side_file(file) if mine else file:
-        raise InputError(
-            f"{file} cannot be used: {strange.name} is no regular file; delete it, if it is not yours"
-        )
+    """A connection to a file that is only read."""
+    return sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
