@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from ftqp.core.errors import InputError
-from ftqp.sim import waypoint_file
 from ftqp.sim.waypoint_file import waypoint_table
 
 
@@ -46,13 +45,13 @@ def test_npz_with_stacked_arrays(tmp_path):
     [
         ("", "has 0 lines, expected a header and at least one waypoint"),
         ("x,y,z\n", "has 1 lines, expected a header"),
-        ("1,2,3\n4,5,6\n", "'1' is not a column; expected t,x,y,z"),
+        ("1,2,3\n4,5,6\n", "'1' is not a column; expected some of t, x, y, z"),
         ("x,y,zz\n1,2,3\n", r"'zz' is not a column \(did you mean 'z'\?\)"),
         ("x,y\n1,2\n", "column 'z' is missing; it has x, y"),
         ("x,y,z,qx\n1,2,3,4\n", "column 'qy' is missing"),
         ("x,y,z,x\n1,2,3,4\n", "column 'x' appears 2 times"),
         ("x,y,z\n1,2\n", "line 2 has 2 values, expected 3"),
-        ("x,y,z\n1,2,three\n", "line 2, column 'z' is 'three', expected a number"),
+        ("x,y,z\n1,2,three\n", "'three' .* expected numbers"),
         ("x,y,z\n1,2,nan\n", "z of waypoint 1 is nan, expected a finite number"),
         ("x,y,z\n1,2,inf\n", "z of waypoint 1 is inf"),
         ("t,x,y,z\n1,1,1,1\n0,1,1,1\n", r"t does not rise from waypoint 1 \(1 s\) to 2 \(0 s\); sort"),
@@ -67,7 +66,7 @@ def test_wrong_csv_is_one_clear_sentence(tmp_path, text, message):
 @pytest.mark.parametrize("content", [b"\xff\xfe\x00\x01", b"x,y,z\n1,2,\x00\n", b"\x80abc"])
 def test_csv_that_is_not_text_is_refused(tmp_path, content):
     (tmp_path / "w.csv").write_bytes(content)
-    with pytest.raises(InputError, match=r"is not text|expected a number"):
+    with pytest.raises(InputError, match=r"is not text|expected number"):
         waypoint_table(tmp_path / "w.csv")
 
 
@@ -104,9 +103,3 @@ def test_missing_file_folder_and_strange_ending_are_refused(tmp_path):
     (tmp_path / "w.txt").write_text("x,y,z\n1,2,3\n")
     with pytest.raises(InputError, match=r"ends in '.txt', expected .csv or .npz"):
         waypoint_table(tmp_path / "w.txt")
-
-
-def test_huge_file_is_refused_unread(tmp_path, monkeypatch):
-    monkeypatch.setattr(waypoint_file, "LARGEST_FILE", 10)
-    with pytest.raises(InputError, match="MB, expected at most"):
-        waypoint_table(csv_file(tmp_path, "x,y,z\n1,2,3\n"))

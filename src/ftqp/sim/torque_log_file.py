@@ -12,8 +12,6 @@ from ftqp.model.fitting.torque_log import TorqueLog
 from ftqp.sim.csv_table import TableFile
 from ftqp.sim.log.log_arrays import Log
 
-LARGEST = 500_000_000
-"""A log of more bytes is taken for a mistake."""
 FEWEST = 1000
 """Samples before a failure that are looked at: of a second or so."""
 
@@ -30,20 +28,17 @@ def torque_log_of_csv(file: Path, joints: tuple[str, ...], late: float) -> Torqu
         InputError: No such file, not a table of numbers, or a column is missing.
     """
     named = [f"{group}.{joint}" for group in ("q", "tau") for joint in joints]
-    valid = _header(file)
-    given = TableFile(
-        file=file, what="log", sample="sample", valid=valid, expected="t, q.JOINT, tau.JOINT by header",
-        needed=("t", *named), together=(), largest=LARGEST,
-    )  # fmt: skip
-    given.refuse_unread(".csv")
-    strange = [name for name in valid if name.partition(".")[0] in ("q", "tau") and name not in named]
-    missing = [name for name in named if name not in valid]
+    given = TableFile(file=file, what="log", sample="sample", valid=None, needed=("t",))
+    table = given.csv_columns()
+    strange = [name for name in table if name.partition(".")[0] in ("q", "tau") and name not in named]
+    missing = [name for name in named if name not in table]
     if strange and missing:
         raise given.wrong(
             f" is of another arm: it has {strange[0]!r}, but no {missing[0]!r}; name its arm by --robot, and "
             "its columns after the joints"
         )
-    table = given.csv_columns()
+    if missing:
+        raise given.wrong(f": column {missing[0]!r} is missing; it has {', '.join(table)}")
     q, tau = (np.stack([table[f"{group}.{joint}"] for joint in joints], axis=1) for group in ("q", "tau"))
     whole = np.isfinite(q).all(axis=1) & np.isfinite(tau).all(axis=1) & np.isfinite(table["t"])
     return TorqueLog(t=table["t"][whole], q=q[whole], tau=tau[whole], late=late, name=f"log {file}")
@@ -108,12 +103,3 @@ def _write(file: Path, names: list[str], t: FloatArray, values: FloatArray) -> N
                 writer.writerow([f"{time:.9g}", *(f"{x:.9g}" for x in row)])
     except OSError as error:
         raise InputError(f"{file} cannot be written: {error.strerror or error}") from error
-
-
-def _header(file: Path) -> tuple[str, ...]:
-    """The names of the columns, empty where there are none to be read."""
-    try:
-        with file.open(newline="", encoding="utf-8-sig") as stream:
-            return tuple(name.strip() for name in next(csv.reader(stream, skipinitialspace=True), []))
-    except (OSError, UnicodeDecodeError, csv.Error):
-        return ()

@@ -12,10 +12,8 @@ from ftqp.sim.csv_table import TableFile
 POSITION = ("x", "y", "z")
 ORIENTATION = ("qx", "qy", "qz", "qw")
 COLUMNS = ("t", *POSITION, *ORIENTATION)
-LARGEST_FILE = 20_000_000
-"""A waypoint file bigger than this is taken for a mistake [bytes]."""
 LARGEST_ARRAYS = 200_000_000
-"""So are arrays of more than that [bytes]."""
+"""Arrays of more than that are taken for a mistake [bytes]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,9 +42,9 @@ def waypoint_table(path: str | Path) -> WaypointTable:
     """
     given = TableFile(
         file=Path(path), what="waypoint file", sample="waypoint", valid=COLUMNS, needed=POSITION,
-        expected=f"{','.join(COLUMNS)} by header", together=ORIENTATION, largest=LARGEST_FILE,
+        together=ORIENTATION,
     )  # fmt: skip
-    given.refuse_unread(".csv or .npz")
+    given.refuse_missing(".csv or .npz")
     ending = given.file.suffix.lower()
     if ending not in (".csv", ".npz"):
         raise given.wrong(f" ends in {given.file.suffix!r}, expected .csv or .npz")
