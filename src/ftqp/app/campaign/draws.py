@@ -111,9 +111,6 @@ def episode(
         number: Of the episode.
         arms: Makes the arm of ``[robot]``.
         folder: Where relative paths start.
-
-    Raises:
-        InputError: A distribution or a key is wrong.
     """
     rng = np.random.default_rng([seed, number])
     tables: dict[str, Any] = copy.deepcopy(dict(scenario))
@@ -142,9 +139,6 @@ def refuse_wrong(scenario: Mapping[str, Any], vary: Mapping[str, Any]) -> None:
     """Refuse distributions that are wrong, and keys that lead nowhere, whatever their chance.
 
     What of them depends on what is drawn is not looked at: the arm, and entries of lists that are drawn, too.
-
-    Raises:
-        InputError: The first that is wrong.
     """
     rng = np.random.default_rng(0)
     tables: dict[str, Any] = copy.deepcopy(dict(scenario))
@@ -325,12 +319,7 @@ def _robot(tables: Mapping[str, Any], arms: Callable[[RobotTable, Path], Robot],
 
 
 def look_up(tables: Mapping[str, Any], key: Any) -> Any:
-    """The value of a dotted key; None where there is none.
-
-    Args:
-        tables: Of a scenario.
-        key: For example ``faults.0.at``.
-    """
+    """The value of a dotted key; None where there is none."""
     at: Any = tables
     for part in str(key).split("."):
         if isinstance(at, Mapping):
@@ -342,13 +331,7 @@ def look_up(tables: Mapping[str, Any], key: Any) -> Any:
 
 
 def put(tables: dict[str, Any], key: str, value: Any) -> None:
-    """Put a value at a dotted key; tables on the way are made.
-
-    Args:
-        tables: Of a scenario.
-        key: For example ``faults.0.at``.
-        value: What to put there.
-    """
+    """Put a value at a dotted key; tables on the way are made."""
     at: Any = tables
     last = key.split(".")[-1]
     for part, after in pairwise(key.split(".")):

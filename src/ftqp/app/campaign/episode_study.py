@@ -104,21 +104,12 @@ class Campaign:
         return self.text + "".join(f"# hash {digest[:12]} of {name}\n" for name, digest in self.files.items())
 
     def drawn(self, number: int) -> tuple[dict[str, Any], dict[str, Any]]:
-        """The scenario's tables of an episode, and what was drawn for it.
-
-        Raises:
-            InputError: A distribution is wrong.
-        """
+        """The scenario's tables of an episode, and what was drawn for it."""
         tables = self.tables
         return episode(tables.scenario, tables.vary, tables.campaign.seed, number, self.arms, self.folder)
 
     def setup(self, number: int) -> Setup:
-        """An episode ready to be run.
-
-        Raises:
-            InputError: A distribution is wrong.
-            ScenarioError: What was drawn is no scenario.
-        """
+        """An episode ready to be run."""
         return self.setup_of(number, self.drawn(number)[0])
 
     def setup_of(self, number: int, content: dict[str, Any]) -> Setup:

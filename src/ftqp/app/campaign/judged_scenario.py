@@ -19,9 +19,6 @@ def broken_laws(
         text: The scenario as a TOML file has it; files are relative to the working directory.
         judged: As in the table ``[campaign]``.
         calm: As in the table ``[campaign]`` [s].
-
-    Raises:
-        ScenarioError: It is no scenario.
     """
     campaign = {"episodes": 1, "judged": judged, "calm": calm}
     content = {"campaign": campaign, "scenario": tomllib.loads(text), "vary": {}}

@@ -22,11 +22,7 @@ class KnownArms:
         self._known: dict[tuple[str, Path], Robot] = {}
 
     def __call__(self, table: RobotTable, folder: Path) -> Robot:
-        """The arm of a table; files are relative to ``folder``.
-
-        Raises:
-            InputError: As of ``composition.robot``.
-        """
+        """The arm of a table; files are relative to ``folder``."""
         key = repr(table), folder
         if key not in self._known:
             while len(self._known) >= MOST:

@@ -173,11 +173,7 @@ def _rows(rows: str | list[str]) -> Sequence[str]:
 
 
 def failures(setup: Setup) -> list[Failure]:
-    """What really fails in a run.
-
-    Raises:
-        InputError: The checker does not judge such a fault.
-    """
+    """What really fails in a run."""
     events = sorted(setup.schedule, key=lambda event: event.at)
     true, result = _true_arm(setup), []
     for k, event in enumerate(events):
@@ -221,12 +217,7 @@ def _deceleration(setup: Setup, joint: int, fault: object) -> float:
 
 
 def model_file(setup: Setup) -> ModelFile:
-    """The arm as the checker reads it, from its URDF, with its true masses, rotors and friction.
-
-    Raises:
-        InputError: A reader of URDF sorts the joints of several arms in another way than the robot, or a mesh
-            of a link cannot be read.
-    """
+    """The arm as the checker reads it, from its URDF, with its true masses, rotors and friction."""
     robot = setup.robot
     tip = link_names(robot.joints, robot.tips)[robot.nv + 1]
     if (true := _true_arm(setup)) is not None:

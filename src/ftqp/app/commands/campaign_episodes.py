@@ -30,11 +30,7 @@ def run_episodes(
     table: bool,
     as_json: bool,
 ) -> ExitCode:
-    """Run all episodes that are not yet in the folder, and sum all of them up.
-
-    Raises:
-        InputError: The folder holds something else, or both ``jobs`` and ``dask`` say who computes.
-    """
+    """Run all episodes that are not yet in the folder, and sum all of them up."""
     refuse_wrong_workers(jobs, dask)
     folder = study_folder(out, made.name)
     about = {"study": made.whole_text, "ftqp": __version__, "name": made.name, "command": command}

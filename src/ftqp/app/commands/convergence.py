@@ -41,10 +41,6 @@ def converge(setup: Setup, folder: Path, *, as_json: bool) -> ExitCode:
 
     The motion begins at the scenario's start and goes straight to the end of its path; its faults are the
     joints that lock, at the share of the way that the path has done by then.
-
-    Raises:
-        ScenarioError: The scenario's faults are no locks, or at different times.
-        InputError: The start is singular, or the folder cannot be made.
     """
     setup.refuse_tables("ftqp converge", "constraints", "scene")
     robot, rows = setup.robot, setup.planner.task_rows

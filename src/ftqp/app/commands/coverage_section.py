@@ -14,11 +14,7 @@ NEEDED = ("scenario", "robot", "coverage", "per_joint", "pairs", "reasons", "bes
 
 
 def read_coverage(folder: Path) -> dict[str, Any] | None:
-    """The facts of a coverage result; None where a folder holds none.
-
-    Raises:
-        InputError: Its summary is not readable.
-    """
+    """The facts of a coverage result; None where a folder holds none."""
     return summary_with(folder, NEEDED)
 
 

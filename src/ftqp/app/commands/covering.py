@@ -65,11 +65,7 @@ def cover(
     as_json: bool,
     name: str | None = None,
 ) -> ExitCode:
-    """Verify every pair of joint and instant of a scenario's motion, and say what is survived.
-
-    Raises:
-        InputError: A setting is wrong, or the folder cannot be made.
-    """
+    """Verify every pair of joint and instant of a scenario's motion, and say what is survived."""
     refuse_wrong_workers(jobs, dask)
     folder = _folder(out, f"coverage-{Path(source).stem}", resume)
     setup = load(source, [*overrides, "faults="], plan=plan)
@@ -195,11 +191,7 @@ def mission_of(rep: CoverageReport, hours: dict[str | int, float]) -> dict[str, 
 
 
 def report(found: Subject, rep: CoverageReport, facts: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Write summary, pictures and page into a folder; where they are.
-
-    Raises:
-        InputError: The folder cannot be made.
-    """
+    """Write summary, pictures and page into a folder; where they are."""
     make_folder(folder, exist_ok=True)
     made: dict[str, Any] = {"folder": str(folder), "figures": [], "page": None}
     write(folder / SUMMARY, json_text(facts | made))

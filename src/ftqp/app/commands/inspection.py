@@ -42,10 +42,6 @@ def robot_of(source: str, tips: list[str], locked: list[str], *, holds: bool = F
     """The robot of the catalog, or that of a URDF or MJCF file.
 
     ``holds`` says that the command has an option ``--locked``, as all have ``--tip``.
-
-    Raises:
-        InputError: There is neither such a robot nor such a file.
-        ModelError: The robot is unsafe; the error carries every finding.
     """
     file = Path(source)
     known = source.partition("(")[0] in catalog.names()
@@ -87,10 +83,6 @@ def inspect(
     """Say what an arm is, draw it into ``folder``, if any; with ``survival`` also where locks are survived.
 
     With ``capsules`` also of which bodies it is made, and how much larger they are than what they contain.
-
-    Raises:
-        InputError: An unknown robot, file, tip or joint.
-        ModelError: The robot is unsafe; the error carries every finding.
     """
     robot = robot_of(source, tips, locked, holds=True)
     found = facts(robot, "file" if Path(source).is_file() else "catalog")

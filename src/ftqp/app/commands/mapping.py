@@ -31,12 +31,7 @@ def map_workspace(
     dask: str | None,
     as_json: bool,
 ) -> ExitCode:
-    """Compute, sum up and draw the map of a study.
-
-    Raises:
-        InputError: The folder holds something else, or the cluster does not answer.
-        FtqpError: Results cannot be written.
-    """
+    """Compute, sum up and draw the map of a study."""
     refuse_wrong_workers(jobs, dask)
     study = load_study(source, overrides)
     folder = study_folder(out, study.name)

@@ -10,11 +10,7 @@ WHOLE: Final = re.compile(r"[+-]?[0-9]{1,18}")
 
 
 def whole_number(text: str) -> int:
-    """The number that an option says; Python would also take ``1_0`` and digits of other scripts.
-
-    Raises:
-        BadParameter: It is no whole number in plain digits.
-    """
+    """The number that an option says; Python would also take ``1_0`` and digits of other scripts."""
     if WHOLE.fullmatch(text) is None:
         raise typer.BadParameter(f"{text!r:.60} is no whole number; expected digits alone, for example 1000")
     return int(text)

@@ -110,11 +110,7 @@ def _labels(folders: Sequence[Path]) -> list[str]:
 
 
 def made(results: Sequence[Result], *, full: bool) -> tuple[str, list[str]]:
-    """The page, and what is to be known of it.
-
-    Raises:
-        MissingPackage: The package that draws figures is not installed.
-    """
+    """The page, and what is to be known of it."""
     from ftqp.viz.report.run_report import ReportedRun, run_parts, side_by_side, versions_part
 
     logs = {result.label: result.log for result in results if result.log is not None}

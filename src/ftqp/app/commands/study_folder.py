@@ -13,11 +13,7 @@ LEFT = {LOCK_NAME, f"{LOCK_NAME}-journal"}
 
 
 def study_folder(out: Path | None, name: str) -> Path:
-    """The folder wanted where it holds results, or nothing but the lock of a study; else as for a run.
-
-    Raises:
-        InputError: It holds something else, or cannot be made.
-    """
+    """The folder wanted where it holds results, or nothing but the lock of a study; else as for a run."""
     if out is not None and (holds(out, FILE_NAME) or _is_empty(out)):
         return out
     return free_folder(out, name)

@@ -58,11 +58,7 @@ def view(
     meshes: str,
     as_json: bool,
 ) -> ExitCode:
-    """Serve the page until Ctrl-C.
-
-    Raises:
-        FtqpError: There is nothing that can be shown, or the page cannot be served.
-    """
+    """Serve the page until Ctrl-C."""
     from ftqp.viz.live.live_page import Page
 
     if meshes not in MESHES:

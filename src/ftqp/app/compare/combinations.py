@@ -45,12 +45,6 @@ def combinations(
 
     A backend whose package is missing and a combination that its planner refuses are left out with a reason,
     as long as something of the scenario can run.
-
-    Args:
-        sources: Paths or bundled names.
-        overrides: ``a.b=value`` each, for every scenario.
-        backends: Names, profile files or TOML tables, separated by commas; None: each scenario's own.
-        schemes: Names or TOML tables, separated by commas; None: each scenario's own.
     """
     errors = _repeated("SCENARIO", sources)
     asked_schemes = _asked("--schemes", schemes, lambda spec: recipes.by_name(_value(spec)), errors)
@@ -163,11 +157,7 @@ def _value(spec: str) -> Any:
 
 
 def _missing(spec: Any) -> str:
-    """What a backend lacks; nothing when it is there.
-
-    Raises:
-        InputError: Unknown name, wrong settings, unreadable profile.
-    """
+    """What a backend lacks; nothing when it is there."""
     try:
         qp_backend(spec)
     except MissingPackage as error:

@@ -75,9 +75,6 @@ def compare(combinations: Sequence[Combination], folder: Path, *, drawn: bool = 
     """Runs what can run, one after the other, and writes everything below ``folder``.
 
     Runs take turns and never run at once: their step times would disturb each other.
-
-    Raises:
-        InputError: The folder cannot be made or written.
     """
     runs.make_folder(folder)
     rows, interrupted, failed = _rows(combinations, folder, drawn)

@@ -22,11 +22,7 @@ LOOKED_AT = 20
 
 
 def box_story(folder: Path) -> StoryPart:
-    """A run that knows of the box, and a rival that does not.
-
-    Args:
-        folder: A new folder, which becomes that of the run.
-    """
+    """A run that knows of the box, and a rival that does not."""
     setup = load(SCENARIO, [BOX, KEPT])
     (event,) = setup.schedule
     say("the same brake, and a box where the elbow goes after the lock ...")

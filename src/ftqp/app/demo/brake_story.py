@@ -31,11 +31,7 @@ PICTURE = "rivals.png"
 
 
 def brake_story(folder: Path) -> StoryPart:
-    """The bundled scenario, a planner that is told, and a rival told and not.
-
-    Args:
-        folder: A new folder, which becomes that of the run.
-    """
+    """The bundled scenario, a planner that is told, and a rival told and not."""
     setup = load(SCENARIO)
     (event,) = setup.schedule
     say(

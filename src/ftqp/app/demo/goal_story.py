@@ -24,11 +24,7 @@ the sampling period [s]."""
 
 
 def goal_story(folder: Path) -> StoryPart:
-    """ftqp, not told, on its way to the goal, and a rival that is told and goes straight on.
-
-    Args:
-        folder: Where nothing is written, as no scenario has a goal.
-    """
+    """ftqp, not told, on its way to the goal, and a rival that is told and goes straight on."""
     setup = _setup()
     say(f"and a goal across the workspace; the brake of {JOINT} closes soon after the start ...")
     leads = _led(setup)

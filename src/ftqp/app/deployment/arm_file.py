@@ -60,16 +60,7 @@ def arm_file(
     memory: Deployable, joints: int, capacity: int = CAPACITIES[0], *, detects: bool = False,
     path: PathMemory | None = None, fingerprint: int = 0,
 ) -> bytes:  # fmt: skip
-    """The bytes of ``arm.ftqp``.
-
-    Args:
-        memory: The planner's.
-        joints: How many the arm has.
-        capacity: The most joints of an arm in the library.
-        detects: Whether the detector is part of it.
-        path: A path that is part of it.
-        fingerprint: Of the arm as its ``arm.h`` has it; 0 is that of no arm.
-    """
+    """The bytes of ``arm.ftqp``."""
     kinds = [record_dtype(capacity), given_dtype(capacity), arm_dtype(capacity)]
     kept = [memory.record, memory.given, memory.arm]
     sizes = [int(kind.itemsize) for kind in kinds] + [0, 0, 0]

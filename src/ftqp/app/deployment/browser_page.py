@@ -21,12 +21,6 @@ def write_page(wanted: Wanted, q: FloatArray, path: Way | None, page: Path) -> d
         q: Where the arm begins, (nv,) [rad or m].
         path: What is followed; None holds the pose of the start.
         page: The file.
-
-    Raises:
-        InputError: The file is there already, its folder is missing, or the page cannot draw such an arm.
-        OSError: The file's folder cannot be written, which is found out first.
-        CannotBuild: Something that building needs is not here.
-        MissingPackage: viser is not installed.
     """
     if page.exists():
         raise InputError(f"file {page} is there already; give a new one with --page")

@@ -69,13 +69,7 @@ class Wanted:
 
 
 def build_folder(wanted: Wanted) -> dict[str, Any]:
-    """Write the folder: the facts of its bill.
-
-    Raises:
-        InputError: The planner cannot be without Python, or the folder is there already.
-        OSError: The folder cannot be made, which is found out before anything is compiled.
-        CannotBuild: Something that building needs is not here.
-    """
+    """Write the folder: the facts of its bill."""
     folder = wanted.folder
     if folder.exists():
         raise InputError(f"folder {folder} is there already; give a new one with -o")

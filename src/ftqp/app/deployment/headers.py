@@ -74,11 +74,7 @@ def offset(dtype: np.dtype[Any], place: str) -> int:
 
 
 def layout_header(capacity: int = CAPACITIES[0]) -> str:
-    """``layout.h``: what ``ftqp.c`` must know of the kernel's memory.
-
-    Args:
-        capacity: The most joints of an arm.
-    """
+    """``layout.h``: what ``ftqp.c`` must know of the kernel's memory."""
     record, given = record_dtype(capacity), given_dtype(capacity)
     arm, detector, path = arm_dtype(capacity), detection_dtype(capacity), path_dtype(capacity)
     numbers = {

@@ -48,19 +48,7 @@ def overview(file: Path, recording: Recording) -> dict[str, Any]:
 def replay(
     file: Path, recording: Recording, tick: int, backend: str | None, others: Sequence[str] | None
 ) -> dict[str, Any]:
-    """Solve the QP of a tick again, cold, and say what there is to say.
-
-    Args:
-        file: Where the recording lies.
-        recording: Its content.
-        tick: The control tick.
-        backend: Whose answer is explained; None is the one of the run.
-        others: Whose answers are compared with it; None is every backend at hand.
-
-    Raises:
-        InputError: The tick was not recorded, or an unknown backend.
-        MissingPackage: The backend's package is not installed.
-    """
+    """Solve the QP of a tick again, cold, and say what there is to say."""
     k = recording.position(tick)
     problem = recording.problem(k)
     labelled = LabelledQP(problem, recording.variables, recording.rows, recording.metadata)

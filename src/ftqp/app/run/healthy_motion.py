@@ -44,11 +44,7 @@ def task_of(setup: Setup) -> TaskPath:
 
 
 def refuse_what_moves(setup: Setup) -> None:
-    """Refuse a path that is repeated, and a base that moves.
-
-    Raises:
-        ScenarioError: The scenario has one of them.
-    """
+    """Refuse a path that is repeated, and a base that moves."""
     if setup.tables.path.laps is not None:
         raise ScenarioError(
             f"{setup.name} repeats its path, and it is looked at once: take path.laps out, for example by "
@@ -62,16 +58,7 @@ def refuse_what_moves(setup: Setup) -> None:
 
 
 def motion_of_task(setup: Setup, name: str) -> tuple[TaskPath, FloatArray]:
-    """The way of a task's frame in a run in which nothing fails, and the joints on the way to it.
-
-    Args:
-        setup: The scenario.
-        name: Of a further task with a frame, or of the tip.
-
-    Raises:
-        InputError: There is no such task, or it has no frame of its own.
-        ScenarioError: The arm does not get to the end of its path, or has a scene.
-    """
+    """The way of a task's frame in a run in which nothing fails, and the joints on the way to it."""
     planner, robot = setup.planner, setup.robot
     if planner.scene is not None:
         raise ScenarioError(

@@ -135,19 +135,7 @@ def run(
     *,
     drawn: bool = True,
 ) -> Run:
-    """Simulates ``setup`` and writes ``scenario.toml``, ``log.npy``, ``summary.json`` and ``figures/``.
-
-    Args:
-        setup: the run; with a recorder when ``record`` is given.
-        folder: a new folder.
-        record: a new file for the QPs.
-        advance: told the share that is done; without it a bar of its own shows it.
-        drawn: whether its figures are drawn.
-
-    Raises:
-        InputError: the folder or the recording cannot be made.
-        FtqpError: the log or the summary cannot be written.
-    """
+    """Simulates ``setup`` and writes ``scenario.toml``, ``log.npy``, ``summary.json`` and ``figures/``."""
     with progress(setup.name, 1.0) if advance is None else nullcontext(advance) as told:
         simulation = setup.simulation(
             log=_log(setup, folder),

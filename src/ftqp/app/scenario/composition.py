@@ -34,12 +34,7 @@ WITH_ANY = ("acceleration", "limits", "payload", "tool", "viscous", "coulomb", "
 
 
 def robot(table: RobotTable, folder: File) -> Robot:
-    """The arm of ``[robot]``; files are relative to ``folder``.
-
-    Raises:
-        InputError: An unknown name, file, tip or joint, or a key that this kind of robot does not take.
-        ModelError: The robot is unsafe.
-    """
+    """The arm of ``[robot]``; files are relative to ``folder``."""
     given = [field.name for field in fields(table) if getattr(table, field.name) is not None]
     source = next(key for key in SOURCES if key in given)
     fitting = (*WITH_ANY, *SOURCES[source])
@@ -87,11 +82,7 @@ def _loaded(table: RobotTable, folder: File, limits: dict[str, Any]) -> Robot:
 
 
 def detector(given: Options[Detector] | None, folder: File) -> Detector | None:
-    """The detector of a table; None without one.
-
-    Raises:
-        InputError: Settings out of their range, or a calibration that cannot be read.
-    """
+    """The detector of a table; None without one."""
     if given is None:
         return None
     file = given["calibration"]
@@ -163,12 +154,7 @@ def refuse_out_of_reach(arm: Robot, way: Path) -> None:
 
 
 def follower(tables: Scenario, planner: Planner, way: Path) -> PathFollower | None:
-    """What leads the planner along the path by its progress; None where the clock does.
-
-    Raises:
-        InputError: The path is to run by its progress, but the task mode is not ``scaled``; or by the clock,
-            with bridges or leave.
-    """
+    """What leads the planner along the path by its progress; None where the clock does."""
     reference = tables.path.reference or ("progress" if planner.task.mode == "scaled" else "time")
     own = tables.planner
     if reference == "time":

@@ -149,12 +149,7 @@ def _remedy(text: str, said: str) -> str:
 
 
 def entry(part: str, entries: Any) -> int | None:
-    """The index that a part of a dotted key names in a list; None where it names none.
-
-    Args:
-        part: For example the ``0`` of ``faults.0.at``.
-        entries: What may be a list.
-    """
+    """The index that a part of a dotted key names in a list; None where it names none."""
     if not isinstance(entries, list) or not (part.isascii() and part.isdigit() and len(part) < 10):
         return None
     return int(part) if int(part) < len(entries) else None

@@ -82,15 +82,7 @@ class Setup:
         return document.toml(self.content)
 
     def refuse_tables(self, command: str, *keys: str) -> None:
-        """Refuse what a command would leave out of sight.
-
-        Args:
-            command: Its name.
-            keys: Of the tables that it does not look at.
-
-        Raises:
-            InputError: The scenario has one of them.
-        """
+        """Refuse what a command would leave out of sight."""
         for key in keys:
             if getattr(self.tables, key):
                 raise InputError(
@@ -153,20 +145,12 @@ def load(
 
 
 def validated(found: document.Document) -> Scenario:
-    """The tables of a scenario, each checked by itself.
-
-    Raises:
-        ScenarioError: Unknown or missing keys, wrong types, values out of range; carries every error.
-    """
+    """The tables of a scenario, each checked by itself."""
     return read(Scenario, found.content, f"{found.origin} has errors:")
 
 
 def scene_of(shapes: Sequence[Shape]) -> Scene:
-    """A scene of some shapes; those without a name are called by what they are: ``box``, ``box 2``.
-
-    Raises:
-        InputError: Two have one name.
-    """
+    """A scene of some shapes; those without a name are called by what they are: ``box``, ``box 2``."""
     scene, counts = Scene(), dict[str, int]()
     for shape in shapes:
         word = next(word for word, kind in WORDS.items() if isinstance(shape, kind)).replace("_", " ")

@@ -60,12 +60,7 @@ class BaseTable(Table):
     kind: Options[Base] = setting(REQUIRED, "kind of base", kinds=CARRIERS)
 
     def world(self, planner: Planner, folder: File, seed: int) -> MovingWorld:
-        """The base under the planner's arm, and the sensors; files are relative to ``folder``.
-
-        Raises:
-            InputError: A coordinate that this base has not, a recording that cannot be used, a planner that
-                does not fit, or settings that do not fit together.
-        """
+        """The base under the planner's arm, and the sensors; files are relative to ``folder``."""
         base, generator = self.kind.made(), np.random.default_rng(seed)
         return MovingWorld(
             InertialTask(planner, MovingBase(**settings_for(MovingBase, self)), gain=self.gain),

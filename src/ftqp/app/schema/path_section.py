@@ -94,11 +94,7 @@ class PathTable(Table):
     kind: Options[Any] = setting(REQUIRED, "kind of path", kinds=WRITTEN)
 
     def path(self, origin: FloatArray, folder: File) -> Path:
-        """The path from the pose ``origin``, (4, 4); files are relative to ``folder``.
-
-        Raises:
-            InputError: A parameter is out of its range, or a waypoint file cannot be used.
-        """
+        """The path from the pose ``origin``, (4, 4); files are relative to ``folder``."""
         written = self.kind.of in (WaypointFile, Goal)
         once = self.kind.made().path(origin, folder) if written else self.kind.made(origin)
         return once if self.laps is None else Repeated(once, self.laps)

@@ -65,11 +65,7 @@ class Options(Generic[T]):
         return self.values[name]
 
     def made(self, *given: Any, **more: Any) -> T:
-        """The object.
-
-        Raises:
-            InputError: Settings that do not go together.
-        """
+        """The object."""
         return self.of(*given, **{name: made(value) for name, value in {**self.values, **more}.items()})
 
 
@@ -104,12 +100,7 @@ def read(of: type[T], content: Any, what: str, above: str = "") -> T:
 
 
 def plain(table: Any, folder: Path | None = None) -> Any:
-    """A table as a file has it, every default filled in.
-
-    Args:
-        table: A ``Table``, ``Options``, or a value of one.
-        folder: Where relative paths start, which then become absolute; None leaves them as they are.
-    """
+    """A table as a file has it, every default filled in."""
     if isinstance(table, Options):
         return ({"kind": table.kind} if table.kind else {}) | _plain(table.of, table.values, folder)
     if isinstance(table, Table):

@@ -97,10 +97,6 @@ class SimulationTable(Table):
             drive: What the planner's drive sends.
             moving: Whether its base moves; servos then add up velocities.
             scene: What stands around it, with which it collides in physics.
-
-        Raises:
-            InputError: This kind of plant cannot move the robot, a joint is unknown, a value out of range.
-            MissingPackage: MuJoCo is needed and not installed.
         """
         plant: Plant
         if self.plant == "servo":
@@ -129,9 +125,5 @@ class FaultTable(Table):
             raise InputError(f"is announced at {self.announced:g} s, before it happens at {self.at:g} s")
 
     def event(self) -> FaultEvent:
-        """What fails, and when.
-
-        Raises:
-            InputError: A parameter is out of its range.
-        """
+        """What fails, and when."""
         return FaultEvent(self.at, self.kind.made(joint=self.joint), announced=self.announced)

@@ -86,20 +86,7 @@ def report_of(
     jobs: int | None,
     dask: str | None,
 ) -> CoverageReport:
-    """The report of a case, from its rows in a folder, those computed now that are missing.
-
-    Args:
-        case: What is to be verified.
-        folder: A new one, or one with rows of this very case.
-        settings: What the case was made with, for the message where the folder holds another one.
-        name: Of the scenario.
-        jobs: Processes, with a thread each; None is this one, with a thread a core.
-        dask: Address of a Dask scheduler whose workers compute, in place of processes.
-
-    Raises:
-        InputError: The folder holds another case, or one of another version.
-        FtqpError: Rows cannot be written, or workers died at a pair again and again.
-    """
+    """The report of a case, from its rows in a folder, those computed now that are missing."""
     pairs, bound = case.pairs, case.bound
     facts = {
         **settings, "path and robot": pairs.task.digest,

@@ -55,12 +55,7 @@ class KeptPortions:
         return None if self._jobs is None and self._dask is None else 1
 
     def each(self, stage: str, work: Portion, count: int) -> Iterator[str]:
-        """The texts of all items of a stage, in order, after those that are missing have been computed.
-
-        Raises:
-            InputError: What is kept belongs to another plan or version, or cannot be read.
-            FtqpError: It cannot be written, or workers died at an item again and again.
-        """
+        """The texts of all items of a stage, in order, after those that are missing have been computed."""
         results, jobs = self._file(stage), 1 if self._jobs is None else self._jobs
         done = run_study(
             work, count, results, what=stage, jobs=jobs, dask=self._dask,
@@ -70,12 +65,7 @@ class KeptPortions:
         return iter([text for _, text in results.table()])
 
     def one(self, stage: str, item: int, work: Callable[[], str]) -> str:
-        """The text of one item, from the file where it is there.
-
-        Raises:
-            InputError: What is kept belongs to another plan or version, or cannot be read.
-            FtqpError: It cannot be written.
-        """
+        """The text of one item, from the file where it is there."""
         results = self._file(stage)
         if stage not in self._known:
             self._known[stage] = dict(results.table())

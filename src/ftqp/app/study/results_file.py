@@ -89,11 +89,7 @@ class ResultsFile:
             self._opened = opened.pop_all()
 
     def done(self) -> set[int]:
-        """The numbers of the items that have a row.
-
-        Raises:
-            InputError: The file cannot be read, as it is damaged or the disk is full.
-        """
+        """The numbers of the items that have a row."""
         return {item for (item,) in self._read("SELECT item FROM results")}
 
     def count(self, below: int = EVERY) -> int:
@@ -108,9 +104,6 @@ class ResultsFile:
             rows: Their values, in the order of the columns.
             seconds: What the chunk took [s].
             worker: Who computed it.
-
-        Raises:
-            FtqpError: The file cannot be written, for example because the disk is full.
         """
         share = seconds / max(len(items), 1)
         marks = ", ".join("?" * (len(self._columns) + 3))
@@ -132,11 +125,7 @@ class ResultsFile:
         return dict(self._read("SELECT item, reason FROM crashed ORDER BY item"))
 
     def table(self) -> list[tuple[Any, ...]]:
-        """All rows by item: its number, then its values.
-
-        Raises:
-            InputError: The file is damaged.
-        """
+        """All rows by item: its number, then its values."""
         names = ", ".join(f'"{name}"' for name in ("item", *self._columns))
         return self._read(f"SELECT {names} FROM results ORDER BY item")
 

@@ -72,18 +72,6 @@ def run_study(
 
     Interrupted at any point, it loses the chunks that are being computed, and goes on when called again.
     Items at which a process died before, a worker's or this one, come last, and in processes of their own.
-
-    Args:
-        work: What computes the rows of some items.
-        count: Items of the study, numbered from 0.
-        results: Where rows go.
-        what: The study, for the progress bar.
-        jobs: Processes of this machine; None takes all cores where the work is worth it.
-        dask: Address of a Dask scheduler whose workers compute, in place of processes.
-        heard: Hears how many items are done, in place of a bar.
-
-    Raises:
-        FtqpError: A chunk went wrong, or results cannot be written.
     """
     done, crashed = results.done(), results.crashed()
     missing = [item for item in range(count) if item not in done]

@@ -34,16 +34,7 @@ RANK = 0.02
 
 
 def arms_of(choice: Choice, *, rival: bool = True, faults: bool = True) -> SessionArms:
-    """The arms of a choice.
-
-    Args:
-        choice: What is to be seen.
-        rival: Whether damped resolved rates lead the same arm beside it, where they can.
-        faults: Whether what the scenario says fails by itself; else nothing does.
-
-    Raises:
-        FtqpError: The scenario is wrong, or cannot be shown live.
-    """
+    """The arms of a choice."""
     setup = setup_of(choice, detector=choice.detector)
     if setup.world is not None:
         raise InputError(
@@ -66,15 +57,7 @@ def arms_of(choice: Choice, *, rival: bool = True, faults: bool = True) -> Sessi
 
 
 def setup_of(choice: Choice, *, detector: bool | None = None) -> Setup:
-    """The scenario with all choices in the place of its own.
-
-    Args:
-        choice: Scenario, and what takes the place of what it says.
-        detector: Whether the planner has a detector; None is what the scenario says.
-
-    Raises:
-        FtqpError: The scenario is wrong.
-    """
+    """The scenario with all choices in the place of its own."""
     overrides = list(choice.overrides)
     if choice.backend is not None:
         overrides += ["planner.profile=", f"planner.backend={choice.backend}"]

@@ -21,17 +21,7 @@ from ftqp.viz.live.frame_source import Source
 
 @contextmanager
 def shown(choice: Choice, *, speed: float = 1.0, rival: bool = True) -> Iterator[tuple[str, Source]]:
-    """The kind of what is shown, ``live``, ``replay`` or ``coverage``, and its source.
-
-    Args:
-        choice: Its scenario may also be the folder of a run or of a coverage report, or a log; the rest of
-            the choice goes with scenarios.
-        speed: Simulated seconds in a second, > 0 and at most 100.
-        rival: Whether a rival, damped resolved rates, leads the same arm beside it.
-
-    Raises:
-        FtqpError: There is nothing that can be shown.
-    """
+    """The kind of what is shown, ``live``, ``replay`` or ``coverage``, and its source."""
     if not 0.0 < speed <= FASTEST:
         raise InputError(f"speed is {speed:g}, expected a factor above 0 and at most {FASTEST:g}")
     given = File(choice.scenario)

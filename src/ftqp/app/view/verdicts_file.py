@@ -45,18 +45,7 @@ class Verdicts:
 def write_verdicts(
     folder: File, rep: "CoverageReport", name: str, scenario: str, share: float | None
 ) -> None:
-    """Put the verdicts and the scenario into the folder of a report.
-
-    Args:
-        folder: The folder, which exists.
-        rep: The report.
-        name: Names the scenario.
-        scenario: The scenario's text.
-        share: What a degraded joint has left of its speed; None is what `ftqp.analysis.coverage` takes.
-
-    Raises:
-        FtqpError: A file cannot be written.
-    """
+    """Put the verdicts and the scenario into the folder of a report."""
     settings: dict[str, Any] = {}
     if rep.fault == "locked":
         settings = {"mode": rep.lock}
@@ -77,11 +66,7 @@ def write_verdicts(
 
 
 def read_verdicts(folder: File) -> Verdicts:
-    """The verdicts of a coverage report.
-
-    Raises:
-        InputError: The folder holds none, or damaged ones.
-    """
+    """The verdicts of a coverage report."""
     from ftqp.viz.figures.coverage_map import COLOURS, LABELS
 
     file = folder / VERDICTS

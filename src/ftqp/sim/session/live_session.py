@@ -129,11 +129,7 @@ class Session:
                 self._message = f"this could not be done, and the arm is as it was: {error!r:.300}."
 
     def _apply(self, command: Command) -> str:
-        """Do what is ordered; a note for the operator, or nothing.
-
-        Raises:
-            FtqpError: It cannot be done; nothing has changed then.
-        """
+        """Do what is ordered; a note for the operator, or nothing."""
         match command:
             case Break():
                 self._break(command)
@@ -234,11 +230,7 @@ class Session:
                 self._announce(self._arm.failed[joint])
 
     def _announce(self, fault: Fault) -> None:
-        """Tell the planner, and the rival.
-
-        Raises:
-            FtqpError: The planner cannot have such a fault.
-        """
+        """Tell the planner, and the rival."""
         self._arm.tell(fault)
         if self._rival is not None:
             self._rival.tell(fault)
@@ -333,11 +325,7 @@ class Session:
         return ""
 
     def _recast(self, choice: Choice) -> None:
-        """Other arms, if they can be made and moved; else the old one goes on.
-
-        Raises:
-            FtqpError: It cannot be made.
-        """
+        """Other arms, if they can be made and moved; else the old one goes on."""
         arms = self._arms_of(choice)
         self._arm.flush()
         self.choice = choice

@@ -51,11 +51,7 @@ class RivalArm:
                 self._rates.tell(i)
 
     def fail(self, fault: Fault) -> None:
-        """Let a joint fail.
-
-        Raises:
-            FtqpError: This arm cannot have such a fault.
-        """
+        """Let a joint fail."""
         self._plant.fail(fault)
         self._failed[self._robot.joint(fault.joint)] = fault
 

@@ -82,11 +82,7 @@ class SessionLeader(Leader):
             self._hand, self._back, self._out = TargetFollower(self._planner), None, None
 
     def take(self, way: WayOut) -> None:
-        """Go a way out and stay at its end, until a hand leads or the path is given back.
-
-        Args:
-            way: One of the planner's ``ways_out()``.
-        """
+        """Go a way out and stay at its end, until a hand leads or the path is given back."""
         self._hand = self._back = None
         self._out = GoTo(self._planner, way=way)
 

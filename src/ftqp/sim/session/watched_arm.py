@@ -93,22 +93,14 @@ class WatchedArm:
             self._recorder.flush()
 
     def fail(self, fault: Fault) -> None:
-        """Let a joint fail.
-
-        Raises:
-            FtqpError: This arm cannot have such a fault.
-        """
+        """Let a joint fail."""
         self._player.plant.fail(fault)
         self.failed[self._name(fault.joint)] = fault
         if self._recorder is not None:
             self._recorder.fail(fault)
 
     def tell(self, fault: Fault) -> None:
-        """Tell the planner.
-
-        Raises:
-            FtqpError: The planner cannot have such a fault.
-        """
+        """Tell the planner."""
         self._player.planner.report(fault)
 
     def repair(self, joint: str) -> None:
@@ -156,11 +148,7 @@ class WatchedArm:
         self._player.leader.follow(pose)
 
     def look_for_ways(self) -> str:
-        """Look for ways out of where the arm is; what was found, in a sentence.
-
-        Raises:
-            FtqpError: There are none to be had for such an arm.
-        """
+        """Look for ways out of where the arm is; what was found, in a sentence."""
         planner = self._player.planner
         start = planner.view().command.q
         self._ways = planner.ways_out()
@@ -173,14 +161,7 @@ class WatchedArm:
         self._ways = self._shown = ()
 
     def take_way(self, number: int) -> str:
-        """Go a way out that was found, also after a stop; what is done, in a sentence.
-
-        Args:
-            number: Which, from 0.
-
-        Raises:
-            InputError: There is no such way, it is not clear, or the planner's stop cannot be released.
-        """
+        """Go a way out that was found, also after a stop; what is done, in a sentence."""
         if not 0 <= number < len(self._ways):
             raise InputError(
                 f"there is no way out {number}; {len(self._ways)} are known, so look for them first"
@@ -204,9 +185,6 @@ class WatchedArm:
         Args:
             name: What it is called.
             position: Where to, (3,) [m].
-
-        Raises:
-            InputError: There is nothing of that name, or no such place.
         """
         scene = self._player.planner.scene
         stands = None if scene is None else scene.get(name)

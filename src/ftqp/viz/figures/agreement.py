@@ -38,9 +38,6 @@ def draw_agreement(
 
     The others are compared to the run called ``reference``, by the largest difference of a joint; one up to
     ``tolerance`` [rad or m] counts as agreement and is drawn as a line, None is no line.
-
-    Raises:
-        InputError: an unknown reference, different joints, or a file that cannot be written.
     """
     if reference not in logs:
         raise unknown("run", reference, "the figure", logs)

@@ -32,9 +32,6 @@ def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, t
 
     Logs are by the label of their run; empty ones are left out. The files are errors, velocities,
     accelerations, torques (where the arm has inertia) and statuses, and their names begin with ``name``.
-
-    Raises:
-        InputError: a folder that cannot be written.
     """
     drawn = {label: log for label, log in logs.items() if len(log)}
     if not drawn:

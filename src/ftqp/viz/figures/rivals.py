@@ -41,15 +41,7 @@ class Rival:
 
 
 def draw_rivals(log: Log, own: str, rivals: Sequence[Rival], path: str | Path, title: str) -> Path:
-    """Draw the arms of a run and of its first rival, the paths of all tips and all errors to a PNG file.
-
-    Args:
-        log: The run.
-        own: What led its arm, in the legend.
-        rivals: One or two.
-        path: The file to write.
-        title: Stands above the picture.
-    """
+    """Draw the arms of a run and of its first rival, the paths of all tips and all errors to a PNG file."""
     figure = paper(16.0, 6.8, title)
     grid = figure.add_gridspec(2, 3, width_ratios=(1.0, 1.0, 1.15))
     first, t = rivals[0], log["t"]

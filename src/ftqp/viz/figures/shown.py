@@ -22,11 +22,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 def run_picture(log: Log, figure: str = "path") -> Picture:
-    """One of the figures of a run.
-
-    Raises:
-        InputError: The log has no rows, or no such figure.
-    """
+    """One of the figures of a run."""
     if not len(log):
         raise InputError(f"log {log.title} has no rows, expected at least one to draw")
     drawings = {name.removesuffix(".png"): draw for name, draw in drawings_of(log).items()}

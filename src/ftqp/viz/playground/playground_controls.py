@@ -35,15 +35,7 @@ class Controls:
 
 
 def add_controls(server: Any, scene: Scene, joints: tuple[str, ...], speed: float, about: str) -> Controls:
-    """Put the controls on a page.
-
-    Args:
-        server: The server that the page is recorded from.
-        scene: What is shown.
-        joints: Names of the joints.
-        speed: At first, simulated seconds a second.
-        about: What kernel it is, as HTML.
-    """
+    """Put the controls on a page."""
     gui = server.gui
     acts: dict[str, list[Any]] = {}
     texts = {"pressed": uuid(gui.add_html(sheet("")))}

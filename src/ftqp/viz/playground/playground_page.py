@@ -81,16 +81,7 @@ class Played:
 
 
 def playground_page(played: Played, parts: Sequence[Part] | None = None) -> str:
-    """The whole page, one file without an address in it.
-
-    Args:
-        played: The planner and its surroundings.
-        parts: What the arm is made of; None is what its chain gives.
-
-    Raises:
-        InputError: The arm has a base that floats, which the page does not draw.
-        MissingPackage: viser is not installed.
-    """
+    """The whole page, one file without an address in it."""
     robot = played.planner.robot
     robot.refuse_floating("a page without a server shows")
     speed = 1.0 if played.path is None else min(max(1.0, _lap(played.path).duration / LAP), FASTEST)

@@ -16,12 +16,7 @@ WAY: Final = 240
 
 
 def replay(log: Log, robot: Robot, title: str, room: int, full: bool = False) -> str:
-    """A page within the page that plays the run.
-
-    Raises:
-        MissingPackage: viser is not installed.
-        FtqpError: It does not fit into the room.
-    """
+    """A page within the page that plays the run."""
     t = log["t"]
     path = None if "base.x" in log else log["target"][:: max(1, len(log) // WAY), :3]
     for rate in RATES:
