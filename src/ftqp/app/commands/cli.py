@@ -18,12 +18,10 @@ from ftqp.app.output.console import (
     answer,
     command,
     say,
-    standard_output,
     tell,
     tell_rows,
     tell_text,
 )
-from ftqp.app.output.termination import end_on_interrupt
 from ftqp.core.errors import FtqpError
 
 app = typer.Typer(
@@ -39,17 +37,11 @@ app = typer.Typer(
 
 def main() -> None:
     """The program ``ftqp``."""
-    end_on_interrupt()
     if sys.stdout is None:
         say("error: standard output is closed, expected one for results; open it, for example by: > FILE")
         sys.exit(ExitCode.BAD_INPUT)
     try:
-        try:
-            app()
-        except OSError:
-            with standard_output():  # a full disk, on which help was to be written, says so again
-                sys.stdout.write("\n")
-            raise
+        app()
     except KeyboardInterrupt:
         say("interrupted")
         sys.exit(ExitCode.INTERRUPTED)

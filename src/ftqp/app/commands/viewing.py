@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 from urllib.error import URLError
 from urllib.request import ProxyHandler, build_opener
 
-from ftqp.app.output.console import ExitCode, say, standard_output, tell
+from ftqp.app.output.console import ExitCode, say, tell, tell_text
 from ftqp.app.run.runs import write
 from ftqp.app.view.frame_keeper import FrameKeeper
 from ftqp.app.view.subjects import shown
@@ -77,8 +77,7 @@ def view(
                 _wait_for(page.url)
                 if as_json:
                     facts = {"url": page.url, "port": page.port, "kind": kind, "title": source.stage().title}
-                    with standard_output():
-                        sys.stdout.write(json.dumps(facts) + "\n")  # one line: the page is still up
+                    tell_text(json.dumps(facts) + "\n")  # one line: the page is still up
                 else:
                     tell(f"{source.stage().title}: {page.url}")
                     say("Ctrl-C ends it.")

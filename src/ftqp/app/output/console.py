@@ -2,12 +2,14 @@
 
 import json
 import math
-import os
+import signal
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from enum import IntEnum
 from functools import wraps
+from threading import current_thread, main_thread
+from types import FrameType
 from typing import Any, ParamSpec
 
 import numpy as np
@@ -16,7 +18,6 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ftqp.app.output.termination import INTERRUPTED, Termination
 from ftqp.core.clock import now
 from ftqp.core.errors import FtqpError, ModelError, ScenarioError, printable
 from ftqp.core.extras import missing_library
@@ -36,7 +37,7 @@ class ExitCode(IntEnum):
     DONE = 0
     STOPPED = 1
     BAD_INPUT = 2
-    INTERRUPTED = INTERRUPTED
+    INTERRUPTED = 130
     TERMINATED = 143
 
 
@@ -47,14 +48,13 @@ def say(text: str) -> None:
 
 def tell(text: str) -> None:
     """A result for a person, on stdout."""
-    with standard_output():
-        Console(highlight=False, markup=False, soft_wrap=True).print(printable(text))
+    Console(highlight=False, markup=False, soft_wrap=True).print(printable(text))
 
 
 def tell_text(text: str) -> None:
     """A file for whoever wants one, on stdout as it is."""
-    with standard_output():
-        sys.stdout.write(text)
+    sys.stdout.write(text)
+    sys.stdout.flush()
 
 
 def tell_json(content: Mapping[str, Any]) -> None:
@@ -77,26 +77,9 @@ def tell_rows(key: str, title: str, rows: Sequence[Mapping[str, str]], as_json: 
     return ExitCode.DONE
 
 
-@contextmanager
-def standard_output() -> Iterator[None]:
-    """What is written to stdout within is there at the end."""
-    try:
-        yield
-        sys.stdout.flush()
-    except BrokenPipeError:  # whoever reads has had enough
-        raise
-    except OSError as error:
-        with suppress(OSError):  # what is kept back goes nowhere; else the process would end with it again
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise FtqpError(
-            f"results cannot be written to standard output: {error.strerror or error}; send it elsewhere"
-        ) from error
-
-
 def json_text(content: Mapping[str, Any]) -> str:
     """``content`` as strict JSON; numbers that JSON does not have (NaN, infinity) become null."""
-    text = json.dumps(_plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    return text.encode("utf-8", "backslashreplace").decode()  # half a letter, which no file can hold
+    return json.dumps(_plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _plain(value: Any) -> Any:
@@ -127,8 +110,7 @@ def tell_table(
         )
     for row in rows:
         table.add_row(*(escape(printable(cell)) for cell in row))
-    with standard_output():
-        Console(highlight=False, width=table_width()).print(table)
+    Console(highlight=False, width=table_width()).print(table)
 
 
 def table_width() -> int:
@@ -185,11 +167,10 @@ def command(body: Callable[Parameters, ExitCode]) -> Callable[Parameters, None]:
 
     @wraps(body)
     def run(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
-        with Termination() as termination:
+        with _termination() as came:
             try:
                 code = body(*args, **kwargs)
             except KeyboardInterrupt:
-                termination.over()
                 say("interrupted")
                 code = ExitCode.INTERRUPTED
             except FtqpError as error:
@@ -204,11 +185,33 @@ def command(body: Callable[Parameters, ExitCode]) -> Callable[Parameters, None]:
                     raise
                 say(f"error: {lacking}")
                 code = ExitCode.BAD_INPUT
-        if code is ExitCode.INTERRUPTED and termination.received:
+        if code is ExitCode.INTERRUPTED and came:
             code = ExitCode.TERMINATED
         raise typer.Exit(int(code))
 
     return run
+
+
+@contextmanager
+def _termination() -> Iterator[list[int]]:
+    """While entered, SIGTERM raises KeyboardInterrupt, as Ctrl-C does; yields a list of those that came.
+
+    A process that was told to ignore SIGTERM, or that handles it already, goes on to do so.
+    """
+    came: list[int] = []
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        came.append(number)
+        raise KeyboardInterrupt
+
+    if current_thread() is not main_thread() or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield came
+        return
+    signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield came
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def _details(error: FtqpError) -> tuple[str, ...]:

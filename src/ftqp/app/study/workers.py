@@ -14,7 +14,6 @@ from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait
 from typing import Any, final
 
-from ftqp.app.output.termination import no_interrupt_lost
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError
 from ftqp.core.safe_path import SAFE_PATH, safe_path
@@ -63,8 +62,7 @@ class Workers(ABC):
 def compute(work: Work, items: tuple[int, ...]) -> Computed:
     """The rows of some items."""
     began = now()
-    with no_interrupt_lost():
-        rows = work(items)
+    rows = work(items)
     return rows, (now() - began) * 1e-9, f"{socket.gethostname()}:{os.getpid()}"
 
 
