@@ -5,11 +5,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from ftqp import __version__
-from ftqp.app.campaign.campaign_summary import fallback_share, summary
+from ftqp.app.campaign.campaign_summary import summary
 from ftqp.app.campaign.episode_study import COLUMNS, KIND, Campaign, EpisodeWork, quietly
 from ftqp.app.campaign.kept_campaign import STUDY
+from ftqp.app.commands.campaign_section import by_key, campaign_told
 from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
-from ftqp.app.output.console import ExitCode, answer, json_text, tell, tell_table
+from ftqp.app.output.console import ExitCode, answer, json_text, tell
+from ftqp.app.output.told import tell_all
 from ftqp.app.run import runs
 from ftqp.app.run.runs import SUMMARY, write
 from ftqp.app.study.results_file import ResultsFile
@@ -81,11 +83,7 @@ def replay_episode(made: Campaign, number: int, out: Path | None, *, as_json: bo
 
 def _tell(facts: dict[str, Any], *, whole: bool) -> None:
     """The summary for a person."""
-    run = facts["sound"] + facts["broken"]
-    tell(
-        f"{facts['campaign']}: {facts['episodes']} episodes, {facts['steps']} steps; {facts['sound']} broke "
-        f"no law, {facts['broken']} broke one, {facts['raised']} ended in an exception"
-    )
+    tell_all(campaign_told(facts | {"given_up": len(facts["crashed"]), "missing": 0}))
     if facts["refused"]:
         first = facts["refusals"][0]
         reason = ((first["sentences"] or "").splitlines() or ["no reason was kept"])[-1].removeprefix("  - ")
@@ -95,59 +93,10 @@ def _tell(facts: dict[str, Any], *, whole: bool) -> None:
         )
     for item, reason in facts["crashed"].items():
         tell(f"  episode {item} was given up: {reason} each time; alone: {ALONE.format(item)}")
-    if facts["bound"] is not None:
-        tell(f"with 0 of {run} broken, the true share is below {facts['bound']:.2g} at 95 %")
-    if facts["after_failures"] is not None:
-        _tell_after_failures(facts["after_failures"])
-    if facts["detection"] is not None:
-        _tell_detection(facts["detection"])
     for example in facts["examples"]:
         tell(f"  episode {example['episode']}: {example['sentences'].splitlines()[0]}")
     if facts["examples"]:
         tell(f"  one of them alone, with its log: {ALONE.format('N')}")
     if whole:
-        for key, values in facts["by_key"].items():
-            heads = ("value", "episodes", "broken", "raised", "refused", "FALLBACK ticks")
-            cells = [
-                (value, *(str(found[head]) for head in heads[1:-1]), fallback_share(found))
-                for value, found in values.items()
-            ]
-            tell_table(key, heads, cells, numbers=heads[1:])
+        tell_all(by_key(facts))
     tell(f"{facts['seconds']:.1f} s of work; files: {facts['folder']}")
-
-
-def _tell_after_failures(found: dict[str, Any]) -> None:
-    """What became of tasks after failures."""
-    failures, finished = found["all"]["failures"], found["all"]["finished"]
-    if not failures:
-        return
-    low, high = found["all"]["interval"]
-    tell(
-        f"{failures} failures after which a search finds that the joints left can do the rest: {finished} "
-        f"finished, {100 * finished / failures:.1f} % [{100 * low:.1f}, {100 * high:.1f}]; "
-        f"{found['stopped']} were stopped; {found['unproven']['failures']} more have no motion that it found"
-    )
-
-
-def _tell_detection(found: dict[str, Any]) -> None:
-    """What a campaign's detectors did."""
-    if found["unannounced"]:
-        low, high = found["found_interval"]
-        delay = found["delay"]
-        tell(
-            f"{found['unannounced']} failures that nobody announced, of which {found['showed']} made a "
-            f"difference: {found['found']} found by their joint, "
-            f"{100 * found['found'] / found['unannounced']:.1f} % [{100 * low:.1f}, {100 * high:.1f}], "
-            f"{found['right_kind']} of them with the right kind"
-            + (
-                f"; after {delay['median']:.3g} s in the median, {delay['p95']:.3g} s in 95 of 100"
-                if delay is not None
-                else ""
-            )
-        )
-    if found["healthy_hours"] > 0.0:
-        tell(
-            f"{found['false_alarms']} false alarms in {found['healthy_hours']:.3g} h of healthy motion: at "
-            f"most {found['false_alarms_per_hour_at_most']:.2g} an hour (95 %); after a failure "
-            f"{found['wrong_joint']} alarms named a joint that works"
-        )

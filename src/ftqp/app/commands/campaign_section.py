@@ -1,14 +1,15 @@
-"""The section of a report on what ``ftqp campaign`` found."""
+"""What ``ftqp campaign`` found, in words: for the terminal and for a report."""
 
 from pathlib import Path
 from typing import Any, Final
 
 from ftqp.app.campaign.campaign_summary import fallback_share
 from ftqp.app.campaign.found_failures import share_interval
+from ftqp.app.output.told import Table, page_parts
 from ftqp.app.run.runs import SUMMARY
 from ftqp.checker.run_laws import LAWS
 from ftqp.core.errors import InputError, MissingPackage, printable
-from ftqp.viz.pages.page import drawing, heading, paragraph, table
+from ftqp.viz.pages.page import drawing, heading
 
 LISTED: Final = 200
 """Episodes that are listed at most."""
@@ -21,25 +22,30 @@ SHARES: Final = (
 )
 
 
+def campaign_told(facts: dict[str, Any]) -> list[str | Table]:
+    """How often any law was broken, what came after failures, and what detectors did."""
+    return [
+        *_sentences(facts),
+        _laws(facts),
+        *_after_failures(facts.get("after_failures")),
+        *_detection(facts.get("detection")),
+    ]
+
+
 def campaign_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]:
     """The section."""
     try:
-        parts = [
+        return [
             heading(f"{label}: how often was any law broken?"),
-            *(paragraph(line) for line in _sentences(facts)),
-            _laws(facts),
-            *_after_failures(facts.get("after_failures")),
-            *_detection(facts.get("detection")),
+            *page_parts(campaign_told(facts)),
             *_pictures(facts),
-            *(_by_key(key, values) for key, values in facts["by_key"].items()),
-            _listed(facts),
+            *page_parts([*by_key(facts), *_listed(facts)]),
         ]
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError, ZeroDivisionError) as error:
         raise InputError(
             f"{folder / SUMMARY} is not as `ftqp campaign` writes it: a part is missing or of another kind; "
             "make it anew by the same command"
         ) from error
-    return [part for part in parts if part]
 
 
 def _sentences(facts: dict[str, Any]) -> list[str]:
@@ -63,7 +69,8 @@ def _sentences(facts: dict[str, Any]) -> list[str]:
     if run + facts["raised"]:
         low, high = share_interval(bad, run + facts["raised"]) or (0.0, 1.0)
         lines.append(
-            f"The share of all such episodes that break a law is below {_percent(high)} at 95 %."
+            f"With 0 of {run} broken, the share of all such episodes that break a law is below "
+            f"{_percent(facts['bound'])} at 95 %."
             if not bad
             else f"The share of all such episodes that break a law is {_percent(low)} to {_percent(high)} "
             "at 95 % (Clopper and Pearson)."
@@ -75,7 +82,7 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.2g} %"
 
 
-def _laws(facts: dict[str, Any]) -> str:
+def _laws(facts: dict[str, Any]) -> Table:
     run = facts["sound"] + facts["broken"]
     rows = []
     for law, count in facts["laws"].items():
@@ -83,10 +90,10 @@ def _laws(facts: dict[str, Any]) -> str:
         words = LAWS[law][1] if law in LAWS else ""
         rows.append((law, words, str(count), _percent(low), _percent(high)))
     heads = ("law", "broken where", "episodes", "at least", "at most (95 %)")
-    return table(f"Laws, of {run} episodes that were run", heads, rows, numbers=heads[2:])
+    return Table(f"Laws, of {run} episodes that were run", heads, rows, heads[2:])
 
 
-def _after_failures(found: dict[str, Any] | None) -> list[str]:
+def _after_failures(found: dict[str, Any] | None) -> list[str | Table]:
     """The table of failures whose rest is feasible, and how many were finished."""
     if not found:
         return []
@@ -101,10 +108,10 @@ def _after_failures(found: dict[str, Any] | None) -> list[str]:
         "those for which the search found no motion, which proves nothing."
     )
     heads = ("failures", "feasible", "finished", "share, at least", "at most (95 %)")
-    return [paragraph(words), table("Finished after a failure", heads, rows, numbers=heads[1:])]
+    return [words, Table("Finished after a failure", heads, rows, heads[1:])]
 
 
-def _detection(found: dict[str, Any] | None) -> list[str]:
+def _detection(found: dict[str, Any] | None) -> list[Table]:
     """The table of what detectors did."""
     if not found:
         return []
@@ -122,7 +129,7 @@ def _detection(found: dict[str, Any] | None) -> list[str]:
     most = found["false_alarms_per_hour_at_most"]
     if most is not None:
         rows.append(("false alarms an hour, at most (95 %)", f"{most:.2g}"))
-    return [table("What the detectors found", ("what", "value"), rows, numbers=("value",))]
+    return [Table("What the detectors found", ("what", "value"), rows, ("value",))]
 
 
 def _pictures(facts: dict[str, Any]) -> list[str]:
@@ -155,27 +162,31 @@ def _pictures(facts: dict[str, Any]) -> list[str]:
     return parts
 
 
-def _by_key(key: str, values: dict[str, dict[str, int]]) -> str:
+def by_key(facts: dict[str, Any]) -> list[Table]:
+    """The same for each value of each key that was drawn."""
     heads = ("value", "episodes", "broke a law", "exceptions", "not run", "at most (95 %)", "FALLBACK ticks")
-    rows = []
-    for value, found in values.items():
-        bad, run = found["broken"] + found["raised"], found["episodes"] - found["refused"]
-        interval = share_interval(bad, run)
-        rows.append(
-            (
-                f"{value:.80}", str(found["episodes"]), str(found["broken"]), str(found["raised"]),
-                str(found["refused"]), "-" if interval is None else _percent(interval[1]),
-                fallback_share(found),
-            )
-        )  # fmt: skip
-    return table(key, heads, rows, numbers=heads[1:])
+    tables = []
+    for key, values in facts["by_key"].items():
+        rows = []
+        for value, found in values.items():
+            bad, run = found["broken"] + found["raised"], found["episodes"] - found["refused"]
+            interval = share_interval(bad, run)
+            rows.append(
+                (
+                    f"{value:.80}", str(found["episodes"]), str(found["broken"]), str(found["raised"]),
+                    str(found["refused"]), "-" if interval is None else _percent(interval[1]),
+                    fallback_share(found),
+                )
+            )  # fmt: skip
+        tables.append(Table(key, heads, rows, heads[1:]))
+    return tables
 
 
-def _listed(facts: dict[str, Any]) -> str:
+def _listed(facts: dict[str, Any]) -> list[Table]:
     """The episodes that went wrong, each with the command that runs it alone."""
     bad = facts["listed"]
     if not bad:
-        return ""
+        return []
     rows = [
         (str(item), outcome, f"{said.splitlines()[0] if said else '':.200}",
          printable(f"{facts['command']} --replay {item}"))
@@ -184,4 +195,4 @@ def _listed(facts: dict[str, Any]) -> str:
     title = "Episodes that broke a law" + (" or were given up" if facts["given_up"] else "")
     more = f", the first {LISTED}" if len(bad) > LISTED else ""
     heads = ("episode", "outcome", "what was broken first", "alone, with log and figures")
-    return table(f"{title}{more}", heads, rows, numbers=("episode",))
+    return [Table(f"{title}{more}", heads, rows, ("episode",))]

@@ -12,9 +12,10 @@ from ftqp.analysis.planning.fault_plan import Plan
 from ftqp.analysis.survival.coverage_case import coverage_case
 from ftqp.analysis.survival.coverage_report import SENTENCES
 from ftqp.analysis.survival.task_path import TaskPath
-from ftqp.app.commands.coverage_page import PAGE, sentences, write_page
+from ftqp.app.commands.coverage_words import HEAT_MAP, MOTION, PAGE, coverage_told, write_page
 from ftqp.app.commands.study_folder import study_folder
-from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
+from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json
+from ftqp.app.output.told import tell_all
 from ftqp.app.run.healthy_motion import healthy_motion, motion_of_task
 from ftqp.app.run.runs import SUMMARY, holds, make_folder, write
 from ftqp.app.scenario.setup import load
@@ -29,7 +30,6 @@ from ftqp.model.chain import frame_id
 from ftqp.model.posture import places
 from ftqp.model.robot import Robot
 
-HEAT_MAP, MOTION = "coverage.png", "motion.png"
 INSTANTS: Final = 5
 """So often the arm is drawn on its way."""
 
@@ -95,8 +95,8 @@ def cover(
     if as_json:
         tell_json(facts)
     else:
-        tell_facts(facts)
-        tell(f"  files: {folder}; read {folder / PAGE}; ftqp view {folder} plays its failures")
+        tell_all(coverage_told(facts))
+        tell(f"files: {folder}; read {folder / PAGE}; ftqp view {folder} plays its failures")
     return ExitCode.DONE
 
 
@@ -201,7 +201,7 @@ def report(found: Subject, rep: CoverageReport, facts: dict[str, Any], folder: P
         say(f"note: {error}")
         return made
     made |= {"figures": [str(file) for file in figures], "page": str(folder / PAGE)}
-    write_page(folder, facts, figures)
+    write_page(folder, facts)
     write(folder / SUMMARY, json_text(facts | made))
     return made
 
@@ -219,25 +219,3 @@ def _motion(found: Subject, file: Path) -> Path:
     limits = np.column_stack([robot.limits.q_min, robot.limits.q_max])
     title = f"{found.name}: {found.title}"
     return draw_motion(file, title, robot.joints, found.task.t, q, limits, arms, way, robot.chain.limbs)
-
-
-def tell_facts(facts: dict[str, Any]) -> None:
-    """The facts for a person."""
-    rows = [
-        (
-            name,
-            f"{100.0 * share:.1f}",
-            "-" if facts["best_effort"][name] is None else f"{1e3 * facts['best_effort'][name]:.3g}",
-            facts["reasons"][name] or "",
-        )
-        for name, share in facts["per_joint"].items()
-    ]
-    share = 100.0 * facts["coverage"]
-    tell_table(
-        f"{facts['scenario']}, {facts['motion']}: {share:.1f} % of {facts['pairs']} failures survived",
-        ("joint", "survived [%]", "else off by [mm]", "what most often ends the path"),
-        rows,
-        numbers=("survived [%]", "else off by [mm]"),
-    )
-    for line in sentences(facts):
-        tell(f"  {line}")

@@ -8,7 +8,9 @@ from typing import Any
 from ftqp.analysis import Plan, PlanSettings, coverage, plan
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.app.commands import covering
+from ftqp.app.commands.coverage_words import coverage_told
 from ftqp.app.output.console import ExitCode, progress, say, tell, tell_json
+from ftqp.app.output.told import tell_all
 from ftqp.app.run.healthy_motion import task_of
 from ftqp.app.scenario.setup import load
 from ftqp.app.study.kept_portions import KeptPortions
@@ -101,7 +103,7 @@ def make_plan(
     if as_json:
         tell_json(facts)
     else:
-        covering.tell_facts(facts)
+        tell_all(coverage_told(facts))
         _tell(facts)
     return ExitCode.DONE
 

@@ -9,7 +9,7 @@ from typing import Final
 from ftqp import __version__
 from ftqp.app.campaign.kept_campaign import kept_campaign
 from ftqp.app.commands.campaign_section import campaign_parts
-from ftqp.app.commands.coverage_section import coverage_parts, read_coverage
+from ftqp.app.commands.coverage_words import coverage_parts, read_coverage
 from ftqp.app.commands.run_words import sentences
 from ftqp.app.output.console import ExitCode, progress, say, tell, tell_json
 from ftqp.app.run.recorded_robot import recorded_robot

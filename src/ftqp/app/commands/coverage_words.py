@@ -1,54 +1,72 @@
-"""The page on coverage: what a mission planner reads before the mission, in one file."""
+"""What ``ftqp coverage`` found, in words: for the terminal, for its own page, and for a report."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from ftqp import __version__
-from ftqp.app.run.runs import write
+from ftqp.app.output.told import Table, page_parts
+from ftqp.app.run.runs import SUMMARY, summary_with, write
+from ftqp.core.errors import InputError
 from ftqp.faults.kinds import KINDS
-from ftqp.viz.pages.page import heading, page, paragraph, picture, table
+from ftqp.viz.pages.page import heading, page, picture
 
 PAGE: Final = "report.html"
+HEAT_MAP, MOTION = "coverage.png", "motion.png"
+CAPTIONS: Final = {
+    HEAT_MAP: "A row for each joint, the time of its failure from left to right. Green: survived.",
+    MOTION: "The arm at five instants, the last one darkest, and the tip's way in orange; below, each joint "
+    "with its limits shaded.",
+}
+NEEDED: Final = ("scenario", "robot", "coverage", "per_joint", "pairs", "reasons", "best_effort")
+"""What the summary of a coverage result has at least."""
 
 
-def write_page(folder: Path, facts: dict[str, Any], figures: Sequence[Path]) -> None:
-    """Write the page."""
-    heat_map, motion = figures
-    share = 100.0 * facts["coverage"]
-    kind = KINDS[facts["fault"]]
+def read_coverage(folder: Path) -> dict[str, Any] | None:
+    """The facts of a coverage result; None where a folder holds none."""
+    return summary_with(folder, NEEDED)
+
+
+def coverage_told(facts: dict[str, Any]) -> list[str | Table]:
+    """What a mission planner reads before the mission."""
+    kind, share = KINDS[facts["fault"]], 100.0 * facts["coverage"]
     what = "loses speed" if "v_max" in kind.shares else kind.happens
-    instants = f"{facts['instants']} instants"
-    parts = [
-        paragraph(
-            f"The arm {facts['robot']} follows its path on {facts['motion']}. What if a joint {what}? Of all "
-            f"{facts['pairs']} failures, each joint at {instants}, {share:.1f} % are survived."
-        ),
-        *(paragraph(line) for line in sentences(facts)),
-        heading("Which failure, and when"),
-        picture(
-            heat_map, "A row for each joint, the time of its failure from left to right. Green: survived."
-        ),
-        joint_table(facts),
-        heading("The motion"),
-        picture(
-            motion,
-            "The arm at five instants, the last one darkest, and the tip's way in orange; below, each joint "
-            "with its limits shaded.",
-        ),
-        heading("More figures"),
-        table("Of the motion and its failures", ("figure", "value"), _figures(facts), numbers=("value",)),
-        paragraph(
-            "A failure counts as survived when the joints that are left follow the rest of the path within "
-            "all limits of position and speed. It is computed, not measured: the arm's model is taken for "
-            "exact, and the failure for known at once."
-        ),
+    return [
+        f"{facts['scenario']}: the arm {facts['robot']} follows its path on {facts['motion']}. What if a "
+        f"joint {what}? Of all {facts['pairs']} failures, each joint at {facts['instants']} instants, "
+        f"{share:.1f} % are survived.",
+        *_sentences(facts),
+        _by_joint(facts),
+        Table("Of the motion and its failures", ("figure", "value"), _figures(facts), ("value",)),
+        "A failure counts as survived when the joints that are left follow the rest of the path within all "
+        "limits of position and speed. It is computed, not measured: the arm's model is taken for exact, and "
+        "the failure for known at once.",
     ]
-    write(folder / PAGE, page(f"What {facts['scenario']} survives", parts, _footer(facts)))
 
 
-def joint_table(facts: dict[str, Any]) -> str:
-    """The table of what is survived, joint by joint."""
+def coverage_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]:
+    """The section of a report, with the pictures that there are."""
+    try:
+        parts = [heading(f"{label}: which failures are survived"), *page_parts(coverage_told(facts))]
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(
+            f"{folder / SUMMARY} is not as `ftqp coverage` writes it ({error!s:.80}); make it anew"
+        ) from error
+    present = [(folder / name, caption) for name, caption in CAPTIONS.items() if (folder / name).is_file()]
+    return [*parts, *(picture(file, caption) for file, caption in present)]
+
+
+def write_page(folder: Path, facts: dict[str, Any]) -> None:
+    """Write the page."""
+    footer = (
+        f"ftqp {__version__}; robot {facts['robot']}; rows {', '.join(facts['rows'])}; {facts['samples']} "
+        f"samples; lock {facts['lock']}."
+    )
+    title, parts = f"What {facts['scenario']} survives", coverage_parts(facts["scenario"], facts, folder)
+    write(folder / PAGE, page(title, parts, footer))
+
+
+def _by_joint(facts: dict[str, Any]) -> Table:
+    """What is survived, joint by joint."""
     heads = ("joint", "survived [%]", "off by at best where lost [mm]", "what most often ends the path")
     best, reasons = facts["best_effort"], facts["reasons"]
     rows = [
@@ -60,10 +78,10 @@ def joint_table(facts: dict[str, Any]) -> str:
         )
         for name, value in facts["per_joint"].items()
     ]
-    return table("Joint by joint", heads, rows, numbers=heads[1:3])
+    return Table("Joint by joint", heads, rows, heads[1:3])
 
 
-def sentences(facts: dict[str, Any]) -> list[str]:
+def _sentences(facts: dict[str, Any]) -> list[str]:
     """What else a mission planner should know, a sentence each."""
     said = []
     if facts["structural"]:
@@ -124,11 +142,3 @@ def _figures(facts: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(("largest error where a failure is lost [mm]", f"{1e3 * near:.3g}"))
         rows.append(("the same of the tool's rotation [rad]", f"{turned:.3g}"))
     return rows
-
-
-def _footer(facts: dict[str, Any]) -> str:
-    rows = ", ".join(facts["rows"])
-    return (
-        f"ftqp {__version__}; robot {facts['robot']}; rows {rows}; {facts['samples']} samples; lock "
-        f"{facts['lock']}."
-    )
