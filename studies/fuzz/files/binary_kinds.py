@@ -23,7 +23,7 @@ from ftqp.app.campaign.episode_study import COLUMNS, KIND
 from ftqp.app.campaign.kept_campaign import kept_campaign
 from ftqp.app.commands import campaign_section
 from ftqp.app.commands.exporting import FORMATS, export
-from ftqp.app.commands.run_words import sentences
+from ftqp.app.commands.reporting import sentences
 from ftqp.app.run import runs
 from ftqp.app.scenario.setup import load
 from ftqp.app.study.results_file import FILE_NAME as RESULTS

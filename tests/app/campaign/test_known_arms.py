@@ -3,7 +3,7 @@
 import pickle
 from pathlib import Path
 
-from ftqp.app.campaign.known_arms import KnownArms
+from ftqp.app.campaign.episode_study import KnownArms
 from ftqp.app.schema.reading import read
 from ftqp.app.schema.robot_section import RobotTable
 

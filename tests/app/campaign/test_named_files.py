@@ -2,7 +2,7 @@
 
 import pytest
 
-from ftqp.app.campaign.named_files import ABSENT, named_files
+from ftqp.app.campaign.episode_study import ABSENT, named_files
 
 
 @pytest.fixture

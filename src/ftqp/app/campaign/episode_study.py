@@ -3,9 +3,10 @@
 import hashlib
 import json
 import logging
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import Any, final
 
@@ -14,13 +15,13 @@ import numpy as np
 from ftqp import __version__
 from ftqp.app.campaign import done_after_failures, found_failures
 from ftqp.app.campaign.draws import episode, refuse_wrong
-from ftqp.app.campaign.known_arms import KnownArms
-from ftqp.app.campaign.named_files import named_files
 from ftqp.app.campaign.shown_trace import failures, model_file, trace
-from ftqp.app.scenario import document
+from ftqp.app.scenario import composition, document
 from ftqp.app.scenario.setup import Setup, resolve, validated
 from ftqp.app.schema.campaign_file import CampaignFile
 from ftqp.app.schema.reading import plain, read
+from ftqp.app.schema.robot_section import RobotTable
+from ftqp.app.schema.scenario_file import Scenario
 from ftqp.checker.checked_run import Verdict, verdict
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.recovery_law import rest_after
@@ -31,8 +32,76 @@ from ftqp.checker.trace import Trace
 from ftqp.control.task.keep import Keep
 from ftqp.control.task.torque_limits import TorqueLimits
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
+from ftqp.core.setting import every_key, keys_of
+from ftqp.model.robot import Robot
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.loop import MEMORY
+
+ABSENT = "no such file"
+"""What stands for the hash of a file that cannot be read."""
+
+
+def named_files(scenario: Mapping[str, Any], vary: Mapping[str, Any], folder: Path) -> dict[str, str]:
+    """The files that a scenario or what is drawn for it names, each with the hash of its bytes."""
+    names = {name for tables in (scenario, vary) for name in _named(tables, "")}
+    return {name: _hash(folder / name) for name in sorted(names)}
+
+
+def _named(value: Any, key: str) -> Iterator[str]:
+    """The texts that stand at keys of files; those of a list or of ``one_of`` are at the key itself."""
+    if isinstance(value, Mapping):
+        for name, inner in value.items():
+            yield from _named(inner, key if name == "one_of" else str(name).rpartition(".")[2])
+    elif isinstance(value, list):
+        for inner in value:
+            yield from _named(inner, key)
+    elif isinstance(value, str) and key in _keys():
+        yield value
+
+
+@cache
+def _keys() -> frozenset[str]:
+    """The keys of a scenario, in whichever table, that name a file."""
+    found = every_key(keys_of(Scenario))
+    return frozenset(path.rpartition(".")[2] for path, key in found if key.says.file)
+
+
+def _hash(file: Path) -> str:
+    try:
+        if not file.is_file():  # a pipe would keep its reader waiting
+            return ABSENT
+        with file.open("rb") as content:
+            return hashlib.file_digest(content, "sha256").hexdigest()
+    except (OSError, ValueError):
+        return ABSENT
+
+
+MOST = 256
+"""So many arms are kept; a campaign that draws payloads or limits has another one in every episode."""
+
+
+@final
+class KnownArms:
+    """Makes the arms of ``[robot]`` tables, and keeps them: arms do not change.
+
+    A copy that goes to another process begins without any.
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[str, Path], Robot] = {}
+
+    def __call__(self, table: RobotTable, folder: Path) -> Robot:
+        """The arm of a table; files are relative to ``folder``."""
+        key = repr(table), folder
+        if key not in self._known:
+            while len(self._known) >= MOST:
+                del self._known[next(iter(self._known))]
+            self._known[key] = composition.robot(table, folder)
+        return self._known[key]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return KnownArms, ()
+
 
 KIND = "campaign"
 COLUMNS = {

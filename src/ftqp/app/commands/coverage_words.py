@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+
 from ftqp import __version__
 from ftqp.app.output.told import Table, page_parts
 from ftqp.app.run.runs import SUMMARY, summary_with, write
@@ -119,26 +121,20 @@ def _sentences(facts: dict[str, Any]) -> list[str]:
 
 
 def _figures(facts: dict[str, Any]) -> list[tuple[str, str]]:
-    """Rows of the last table."""
+    """Rows of the last table; what is infinite or not known is none in a summary."""
+    near, turned = facts["worst_best_effort"] or (None, None)
     jump, high = facts["velocity_jump"]
-    rows = [
-        ("least distance from a limit after a survived failure [rad or m]", f"{facts['least_margin']:.3g}"),
-        *(
-            []
-            if facts["least_clearance"] is None
-            else [
-                (
-                    "least distance of bodies that are kept apart after a survived failure [mm]",
-                    f"{1e3 * facts['least_clearance']:.3g}",
-                )
-            ]
+    rows = {
+        "least distance from a limit after a survived failure [rad or m]": (facts["least_margin"], 1.0),
+        "least distance of bodies that are kept apart after a survived failure [mm]": (
+            facts["least_clearance"],
+            1e3,
         ),
-        ("jump of the joint velocities at a lock, median [rad/s]", f"{jump:.3g}"),
-        ("the same, 95 % of locks are below [rad/s]", f"{high:.3g}"),
-        ("sum of squared speeds times time [rad2/s]", f"{facts['energy']:.4g}"),
-    ]
-    if facts["worst_best_effort"] is not None:
-        near, turned = facts["worst_best_effort"]
-        rows.append(("largest error where a failure is lost [mm]", f"{1e3 * near:.3g}"))
-        rows.append(("the same of the tool's rotation [rad]", f"{turned:.3g}"))
-    return rows
+        "jump of the joint velocities at a lock, median [rad/s]": (jump, 1.0),
+        "the same, 95 % of locks are below [rad/s]": (high, 1.0),
+        "sum of squared speeds times time [rad2/s]": (facts["energy"], 1.0),
+        "largest error where a failure is lost [mm]": (near, 1e3),
+        "the same of the tool's rotation [rad]": (turned, 1.0),
+    }
+    known = {what: (x, factor) for what, (x, factor) in rows.items() if x is not None and np.isfinite(x)}
+    return [(what, f"{factor * x:.3g}") for what, (x, factor) in known.items()]

@@ -18,8 +18,7 @@ from urllib.request import ProxyHandler, build_opener
 
 from ftqp.app.output.console import ExitCode, say, tell, tell_text
 from ftqp.app.run.runs import write
-from ftqp.app.view.frame_keeper import FrameKeeper
-from ftqp.app.view.subjects import shown
+from ftqp.app.view.subjects import FrameKeeper, shown
 from ftqp.core.errors import FtqpError, InputError, unknown
 from ftqp.core.extras import remedy_for_extra
 from ftqp.model.robot import Robot

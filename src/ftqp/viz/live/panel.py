@@ -12,13 +12,13 @@ from ftqp.viz.live.colours import legend
 from ftqp.viz.live.frame import Frame
 from ftqp.viz.live.frame_source import Stage
 from ftqp.viz.live.further_nodes import further_table
+from ftqp.viz.live.ghosts import WaysTab
 from ftqp.viz.live.heat_map import FailureMap
 from ftqp.viz.live.history import History
 from ftqp.viz.live.plots import Plots
 from ftqp.viz.live.pressed import PressedButtons
 from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.status_head import joint_table, status_head
-from ftqp.viz.live.ways_tab import WaysTab
 
 ACTIONS = {kind.button: name for name, kind in KINDS.items()}
 """Words on the buttons of a joint, and the kinds of fault that they make; the last button repairs."""
