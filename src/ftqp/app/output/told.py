@@ -1,6 +1,6 @@
 """A result for a person: sentences and tables, which the terminal and a page show alike."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from ftqp.app.output.console import tell, tell_table
@@ -11,9 +11,9 @@ class Table(NamedTuple):
     """A table; ``numbers`` are the heads of columns that stand to the right."""
 
     title: str
-    heads: tuple[str, ...]
-    rows: list[tuple[str, ...]]
-    numbers: tuple[str, ...] = ()
+    heads: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    numbers: Sequence[str] = ()
 
 
 Told = Iterable[str | Table]

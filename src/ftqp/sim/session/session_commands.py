@@ -16,12 +16,10 @@ WEAK: Mapping[str, float] = MappingProxyType({"velocity": 0.3, "acceleration": 0
 
 @dataclass(frozen=True, slots=True)
 class Break:
-    """Let a joint of the real arm fail.
+    """Let a joint of the real arm fail, by its name or 0-based index.
 
-    Attributes:
-        joint: Its name or 0-based index.
-        kind: A kind of fault, of ``ftqp.faults.kinds.KINDS``.
-        settings: Settings of that kind; a degraded joint without any has what `WEAK` leaves.
+    The kind is one of ``ftqp.faults.kinds.KINDS``, with its settings; a degraded joint without any has what
+    `WEAK` leaves.
     """
 
     joint: str | int
@@ -41,22 +39,14 @@ class Break:
 
 @dataclass(frozen=True, slots=True)
 class Repair:
-    """Let a joint work again; the planner is told at once.
-
-    Attributes:
-        joint: Its name or 0-based index.
-    """
+    """Let a joint work again, by its name or 0-based index; the planner is told at once."""
 
     joint: str | int
 
 
 @dataclass(frozen=True, slots=True)
 class Pause:
-    """Let time stand, or go on.
-
-    Attributes:
-        paused: Whether it stands.
-    """
+    """Let time stand, or go on."""
 
     paused: bool = True
 
@@ -68,25 +58,17 @@ class Reset:
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """Let time go faster or slower.
-
-    Attributes:
-        factor: Simulated seconds in a second, > 0; a machine that cannot keep up makes less.
-    """
+    """Let so many simulated seconds, > 0, go by in a second; a machine that cannot keep up makes less."""
 
     factor: float
 
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """Take another arm, scenario, scheme or solver, and begin anew; None keeps what there is.
+    """Take another arm, scenario, scheme or solver by its name, and begin anew; None keeps what there is.
 
-    Attributes:
-        robot: The name of a catalog robot.
-        scenario: The name or path of a scenario; it takes the place of all earlier choices.
-        scheme: The name of a scheme.
-        backend: The name of a backend.
-        box: Whether a box stands beside the path, which the arm keeps clear of.
+    A scenario, also by its path, takes the place of all earlier choices. ``box`` says whether a box stands
+    beside the path, which the arm keeps clear of.
     """
 
     robot: str | None = None
@@ -98,11 +80,9 @@ class Use:
 
 @dataclass(frozen=True, slots=True)
 class Tell:
-    """How the planner learns of failures from now on.
+    """How the planner learns of failures from now on, one of `TELLS`; ``after`` takes a delay [s].
 
-    Attributes:
-        how: ``at once``; ``after`` a delay; ``never``; or by its ``detector``, for which the arm begins anew.
-        delay: How long after the failure [s], for ``after``.
+    For its ``detector`` the arm begins anew.
     """
 
     how: str
@@ -111,44 +91,30 @@ class Tell:
 
 @dataclass(frozen=True, slots=True)
 class Aim:
-    """Lead the tip by hand.
-
-    Attributes:
-        pose: Where the tip shall go, (4, 4) in the frame of the base; None gives the path back.
-    """
+    """Lead the tip by hand to a pose, (4, 4) in the frame of the base; None gives the path back."""
 
     pose: FloatArray | None
 
 
 @dataclass(frozen=True, slots=True)
 class LookForWays:
-    """Look for ways out of where the arm is, see ``ftqp.Planner.ways_out``.
-
-    Attributes:
-        look: False forgets those that were found.
-    """
+    """Look for ways out of where the arm is, see ``ftqp.Planner.ways_out``, or forget those found."""
 
     look: bool = True
 
 
 @dataclass(frozen=True, slots=True)
 class TakeWay:
-    """Let the arm go one of the ways that were found.
-
-    Attributes:
-        number: Which, from 0 in the order of the facts.
-    """
+    """Let the arm go one of the ways that were found, from 0 in the order of the facts."""
 
     number: int
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Put the target of a soft task, or something that stands around, elsewhere, until ``Reset``.
+    """Put the target of a soft task, or what stands around, by name, to (3,) in the base's frame [m].
 
-    Attributes:
-        name: What it is called.
-        position: Where to, (3,) in the frame of the base [m].
+    It stays there until ``Reset``.
     """
 
     name: str
@@ -157,11 +123,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Seek:
-    """Go to another time of a replay.
-
-    Attributes:
-        t: Time of the run [s].
-    """
+    """Go to another time of a replay [s]."""
 
     t: float
 
@@ -170,11 +132,8 @@ class Seek:
 class Play:
     """Begin anew with one failure to come and none of the scenario's, such as one of a coverage report.
 
-    Attributes:
-        joint: Its name or 0-based index; names with a plus sign between them fail together.
-        time: When it fails [s]; the planner is told as `Tell` says.
-        kind: A kind of fault.
-        settings: Settings of that kind.
+    The joint, kind and settings are those of `Break`, and names with a plus sign between them fail together.
+    The planner is told of the failure, which happens at ``time`` [s], as `Tell` says.
     """
 
     joint: str | int
