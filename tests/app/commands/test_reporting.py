@@ -16,7 +16,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import MissingPackage
 from ftqp.core.extras import remedy_for_extra
 from ftqp.model import catalog
-from ftqp.sim.loop import Simulation
+from ftqp.sim.log.log_writer import checksum
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
@@ -140,7 +140,7 @@ def test_what_files_say_stays_text(tmp_path: Path, still: None) -> None:
         Planner(robot, dt=0.01), path, q=robot.neutral, schedule=schedule, log=file, metadata=about
     ).run()
     said = file.with_suffix(".json")  # a joint of another name
-    said.write_text(said.read_text().replace("j2", json.dumps(evil)[1:-1]))
+    write(said, json.loads(said.read_text().replace("j2", json.dumps(evil)[1:-1])))
     assert asked(tmp_path, "-o", tmp_path / "page.html").exit_code == 0
     text = (tmp_path / "page.html").read_text(encoding="utf-8")
     page = Reader(text)
@@ -171,7 +171,12 @@ def changed(told: Path, folder: Path, statement: str) -> None:
     (folder / "log.npy").write_bytes((told / "log.npy").read_bytes())
     about = json.loads((told / "log.json").read_text())
     statement(about)
-    (folder / "log.json").write_text(json.dumps(about))
+    write(folder / "log.json", about)
+
+
+def write(file: Path, about: dict[str, Any]) -> None:
+    """What is said of a log, with the checksum that a program would have put there."""
+    file.write_text(json.dumps({**about, "checksum": checksum(about)}))
 
 
 @pytest.mark.parametrize(

@@ -152,13 +152,17 @@ def _part(file: Path) -> tuple[RunFacts, tuple[Column, ...], FloatArray]:
         _refuse_old(file)
     try:
         about = json.loads(beside(file).read_text(encoding="utf-8"))
-        if about["checksum"] != checksum(about) or about["format"] != FORMAT:
-            raise ValueError("not as this ftqp wrote it")
+        if about["checksum"] != checksum(about):
+            raise ValueError("not as ftqp wrote it")
+        if about["format"] != FORMAT:
+            raise InputError(f"{file} has format {about['format']}; a newer ftqp may read it")
         columns = tuple(Column(**column) for column in about["columns"])
         table = np.load(file, mmap_mode="r")
         if table.shape[1:] != (len(columns),) or table.dtype != "<f8":
             raise ValueError("another table")
         return RunFacts(about["metadata"]), columns, table
+    except InputError:
+        raise
     except Exception as error:  # numpy has many for a header that is damaged
         why = f": {error.strerror}" if isinstance(error, OSError) else ""
         raise InputError(f"{file} is not a log of ftqp, or is damaged, or {beside(file)} is{why}") from error
