@@ -17,6 +17,7 @@ from ftqp.core.errors import MissingPackage
 from ftqp.core.extras import remedy_for_extra
 from ftqp.model import catalog
 from ftqp.sim.log.log_writer import checksum
+from ftqp.sim.loop import Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
