@@ -14,6 +14,7 @@ from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
 from ftqp.core.extras import remedy_for_extra
 from ftqp.model import catalog
+from ftqp.sim.log.log_writer import checksum
 
 pytest.importorskip("rosbags", reason='needs the extra "ros": pip install -e ".[ros]"')
 reader = pytest.importorskip("mcap.reader", reason="needs mcap, which the extra 'dev' brings")
@@ -141,7 +142,7 @@ def test_run_cut_short_and_of_another_version_is_written_and_noted(run, tmp_path
     (tmp_path / "log.npy").write_bytes(data)
     about = json.loads((run / "log.json").read_text())
     about["metadata"]["versions"]["ftqp"], about["metadata"]["state"] = "99.0", "running"
-    (tmp_path / "log.json").write_text(json.dumps(about))
+    (tmp_path / "log.json").write_text(json.dumps({**about, "checksum": checksum(about)}))
     code, out, errors = ftqp_command("export", tmp_path, "--format", "mcap", "--json")
     notes = json.loads(out)["notes"]
     assert code == 0 and len(notes) == 2

@@ -88,7 +88,10 @@ def _toward(value: float, end: float, most: float) -> float:
 
 @jit
 def _stands(K: Any, then: int, dt: float) -> bool:
-    """Whether all joints that work stand, and enough of them though they should move."""
+    """Whether all joints that work stand, and enough of them though they should move.
+
+    One is enough that has just moved, unless its encoder is doubted: what it says shows nothing then.
+    """
     held, feedback, faults = K.held, K.feedback, K.faults
     still = STANDS + STANDS_SIGMAS * feedback.sigma / FILTER
     share, slow, should = min(1.0, dt / FILTER), min(1.0, dt / USUAL_TIME), SHOULD * still
@@ -123,7 +126,7 @@ def _stands(K: Any, then: int, dt: float) -> bool:
         held.way[i] = 1.0 if (v if just else gone) > 0.0 else -1.0
         held.asked[i] = 1.0 if just or far else 0.0
         asked += 1 if (just or far) and K.chain.lead[i] == i else 0
-        moved += 1 if just and K.chain.lead[i] == i else 0
+        moved += 1 if just and K.chain.lead[i] == i and feedback.bad[i] == 0 else 0
     held.still += dt
     if not all_stand:
         held.still = 0.0

@@ -314,8 +314,9 @@ class SecurityWatch:
         assert batch is not None
         last = min(look.done + max(1, self._settings.budget // self._ticks), len(batch.q))
         if last > look.done:
-            shop = np.zeros(1, record_dtype(session.capacity)), np.zeros(1, free_dtype(session.capacity))
-            session.bind("rollout", batch.record(), *shop, look.done, last)()
+            own, free = np.zeros(1, record_dtype(session.capacity)), np.zeros(1, free_dtype(session.capacity))
+            n = batch.q.shape[1]
+            session.bind("rollout", batch.record(), own, own, free, n, look.done, last)()
         look.done = last
 
     def _loss(self, batch: Batch, k: int, joint: str) -> Loss:
