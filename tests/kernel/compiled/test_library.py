@@ -68,6 +68,11 @@ def test_library_that_is_older_than_its_source_is_not_loaded(copy: tuple[Path, P
     assert library_in(*copy)
 
 
+def test_library_that_is_older_than_its_c_is_not_loaded(copy: tuple[Path, Path]) -> None:
+    (copy[1] / "glue.c").write_text("int more;\n")
+    assert "is older than its source" in problem(copy)
+
+
 def test_comments_and_docstrings_make_no_library_older(copy: tuple[Path, Path]) -> None:
     (file,) = copy[1].glob("*.py")
     text = file.read_text()

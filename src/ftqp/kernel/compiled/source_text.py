@@ -42,7 +42,7 @@ def _is_text(node: ast.AST) -> bool:
 
 def _key(package: Path, content_of: Callable[[Path], bytes]) -> str:
     digest = hashlib.sha256()
-    for path in sorted(package.rglob("*.py")):
+    for path in sorted((*package.rglob("*.py"), *package.rglob("*.c"))):
         if path.parent.name == BUILDER:
             continue
         content = content_of(path)
