@@ -39,7 +39,7 @@ def test_further_columns_and_rows_without_samples_are_left_alone(tmp_path: Path)
         ("t,q.x,q.b,tau.a,tau.b\n0,0,0,0,0\n", "is of another arm: it has 'q.x', but no 'q.a'"),
         ("t,q.a,q.b,tau.a\n0,0,0,0\n", "column 'tau.b' is missing"),
         ("q.a,q.b,tau.a,tau.b\n0,0,0,0\n", "column 't' is missing"),
-        ("t,q.a,q.b,tau.a,tau.b\n0,0,0,0,much\n", "expected numbers"),
+        ("t,q.a,q.b,tau.a,tau.b\n0,0,0,0,much\n", "expected a number"),
         ("t,q.a,q.b,tau.a,tau.b\n", "expected a header and at least one sample"),
     ],
 )

@@ -51,7 +51,7 @@ def test_npz_with_stacked_arrays(tmp_path):
         ("x,y,z,qx\n1,2,3,4\n", "column 'qy' is missing"),
         ("x,y,z,x\n1,2,3,4\n", "column 'x' appears 2 times"),
         ("x,y,z\n1,2\n", "line 2 has 2 values, expected 3"),
-        ("x,y,z\n1,2,three\n", "'three' .* expected numbers"),
+        ("x,y,z\n1,2,three\n", "'three', expected a number"),
         ("x,y,z\n1,2,nan\n", "z of waypoint 1 is nan, expected a finite number"),
         ("x,y,z\n1,2,inf\n", "z of waypoint 1 is inf"),
         ("t,x,y,z\n1,1,1,1\n0,1,1,1\n", r"t does not rise from waypoint 1 \(1 s\) to 2 \(0 s\); sort"),
@@ -66,7 +66,7 @@ def test_wrong_csv_is_one_clear_sentence(tmp_path, text, message):
 @pytest.mark.parametrize("content", [b"\xff\xfe\x00\x01", b"x,y,z\n1,2,\x00\n", b"\x80abc"])
 def test_csv_that_is_not_text_is_refused(tmp_path, content):
     (tmp_path / "w.csv").write_bytes(content)
-    with pytest.raises(InputError, match=r"is not text|expected number"):
+    with pytest.raises(InputError, match=r"is not text|expected a number"):
         waypoint_table(tmp_path / "w.csv")
 
 

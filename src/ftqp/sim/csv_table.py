@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from re import search
 from typing import final
 
 import numpy as np
@@ -62,8 +63,12 @@ class TableFile:
         try:
             rows = np.loadtxt(lines[1:], delimiter=",", quotechar='"', comments=None, ndmin=2)
         except ValueError as error:
-            why = str(error).partition(";")[0]
-            raise self.wrong(f": {why} below the header, expected numbers") from error
+            found = search(r"string (.+) to \S+ at row (\d+), column (\d+)", str(error))
+            if found is None:
+                why = str(error).partition(";")[0]
+                raise self.wrong(f": {why} below the header, expected numbers") from error
+            line, name = int(found[2]) + 2, header[min(int(found[3]), len(header)) - 1]
+            raise self.wrong(f", line {line}: {name} is {found[1]:.40}, expected a number") from error
         if rows.shape[1] != len(header):
             raise self.wrong(f", line 2 has {rows.shape[1]} values, expected {len(header)}")
         return {name: rows[:, column] for column, name in enumerate(header)}

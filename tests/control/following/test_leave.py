@@ -57,7 +57,7 @@ def test_path_through_what_is_out_of_reach_is_passed_by_within_what_it_may_be_le
 
 
 def eleven_joints(**given):
-    """The 11-joint arm on its line with joints 2, 3 and 7 locked, which blocks it at nine tenths."""
+    """The 11-joint arm on its line with joints 2, 3, 7 and 11 locked, which blocks it at nine tenths."""
     robot = ftqp.robots.load("modular11")
     planner = ftqp.Planner(
         robot, 0.02, level="velocity", task=ftqp.Task(mode="scaled", kp=2.0, degrade=()), emergency=None
@@ -65,7 +65,7 @@ def eleven_joints(**given):
     q = np.deg2rad([0.0, -50.0, 0.0, -30.0, 0.0, 70.0, 0.0, 30.0, 0.0, 0.0, 0.0])
     path = ftqp.paths.Line(robot.pose(q), (-100.0 * INCH, 0.0, 0.0), duration=20.0, law="constant")
     leader = ftqp.PathFollower(planner, path, **given)
-    for joint in (1, 2, 6):
+    for joint in (1, 2, 6, 10):
         planner.report(ftqp.Locked(joint, mode="instant"))
     leader.reset(q)
     return leader, q
@@ -78,7 +78,7 @@ def test_arm_goes_back_along_its_path_to_where_a_self_motion_leads_on_within_hal
     leader, q = eleven_joints(leave=0.5 * INCH)
     status, off, seen, moved = follow(leader, q, 60.0)
     assert status is STATUS.DONE and STATUS.BRIDGING in seen
-    assert off < 0.5 * INCH and (moved[[1, 2, 6]] == 0.0).all()
+    assert off < 0.5 * INCH and (moved[[1, 2, 6, 10]] == 0.0).all()
 
 
 def test_same_ticks_go_the_same_way():

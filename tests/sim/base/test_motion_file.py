@@ -50,7 +50,7 @@ def test_attitude_may_be_a_quaternion(file):
         ("t\n1\n", "moves nothing, expected some of track, rotation, tilt"),
         ("t,tilt,tilt\n0,1,1\n", "column 'tilt' appears 2 times"),
         ("t,tilt\n0,1\n1\n", "columns changed from 2 to 1"),
-        ("t,tilt\n0,much\n", "'much' .* expected numbers"),
+        ("t,tilt\n0,much\n", "'much', expected a number"),
         ("t,tilt\n0,nan\n", "tilt of sample 1 is nan, expected a finite number"),
         ("t,tilt\n0,1\n0,2\n", r"t does not rise from sample 1 \(0 s\) to 2 \(0 s\)"),
     ],

@@ -107,13 +107,13 @@ def begin_calm_on_path(K: Any, path: Any, kp: float) -> None:
 def _approach(state: Any, task: Any, chain: Any, qp: Any, calm: Any, path: Any, kp: float) -> None:
     """Velocity level: in a tick joints and rate go a share of the way to the optimum, which does not swing.
 
-        g <- c g - (1 - c) (H (v, s') + (A, -x')'(x'' s'^2 - Jdot v) dt),  c = 8 kp dt/(1 + 8 kp dt)
+        g <- c g - (1 - c) (H (v, s') + (A, -x')'(x'' s'^2 - Jdot v) dt),  c = 6 kp dt/(1 + 6 kp dt)
 
     Not where a joint is pressed against its range: there the path has to stop at once, or the tip leaves it.
     s' is the last rate. The last term is what the rows of the motion (v, s') change by in a tick.
     Source: docs/theory/calm.md, "Paths that wait".
     """
-    n, near = chain.n, 1.0 / (1.0 + 8.0 * kp * state.dt)
+    n, near = chain.n, 1.0 / (1.0 + 6.0 * kp * state.dt)
     own = max(path.rate, LEAST_IN_CALM)
     for i in range(n + 1):
         x = qp.H[i, n] * path.rate
