@@ -101,7 +101,7 @@ def test_count_that_no_solver_can_hold_is_refused(name: str):
 @pytest.mark.parametrize("cell", ["1_000", "\uff11", "0x10", "1e", "--1"])
 def test_table_takes_numbers_as_other_programs_write_them(tmp_path: Path, cell: str):
     (tmp_path / "way.csv").write_text(f"x,y,z\n0,0,0\n+1,.5,-2E-3\n{cell},0,0\n", encoding="utf-8")
-    with pytest.raises(InputError, match="expected numbers"):
+    with pytest.raises(InputError, match="expected a number"):
         waypoint_table(tmp_path / "way.csv")
 
 
