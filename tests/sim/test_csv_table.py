@@ -30,6 +30,7 @@ def test_columns_come_by_name(tmp_path):
         ("t,tt\n0,1\n", "'tt' is not a column .*; expected some of t, x, y"),
         ("t,x,y\n0\n", "line 2 has 1 values, expected 3"),
         ("t,x,y\n0,1,2\n0,one,2\n", "line 3: x is 'one'"),
+        ("\nt,x,y\n\n0,1,2\n\n0,one,2\n", "line 6: x is 'one'"),
         ("t\n0\n1\ninf\n", "t of sample 3 is inf, expected a finite number"),
         ("t\n0\n2\n1\n", r"t does not rise from sample 2 \(2 s\) to 3 \(1 s\); sort the samples by time"),
     ],

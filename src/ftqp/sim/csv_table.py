@@ -51,11 +51,13 @@ class TableFile:
         """
         self.refuse_missing(".csv")
         try:
-            lines = [line for line in self.file.read_text("utf-8-sig").splitlines() if line.strip()]
+            text = self.file.read_text("utf-8-sig").splitlines()
         except UnicodeDecodeError as error:
             raise self.wrong(" is not text in UTF-8 with comma-separated values") from error
         except OSError as error:
             raise self.wrong(f" cannot be read: {error.strerror or error}") from error
+        places = [place for place, line in enumerate(text) if line.strip()]
+        lines = [text[place] for place in places]
         if len(lines) < 2:
             raise self.wrong(f" has {len(lines)} lines, expected a header and at least one {self.sample}")
         header = [name.strip(' "') for name in lines[0].split(",")]
@@ -67,10 +69,10 @@ class TableFile:
             if found is None:
                 why = str(error).partition(";")[0]
                 raise self.wrong(f": {why} below the header, expected numbers") from error
-            line, name = int(found[2]) + 2, header[min(int(found[3]), len(header)) - 1]
+            line, name = places[int(found[2]) + 1] + 1, header[min(int(found[3]), len(header)) - 1]
             raise self.wrong(f", line {line}: {name} is {found[1]:.40}, expected a number") from error
         if rows.shape[1] != len(header):
-            raise self.wrong(f", line 2 has {rows.shape[1]} values, expected {len(header)}")
+            raise self.wrong(f", line {places[1] + 1} has {rows.shape[1]} values, expected {len(header)}")
         return {name: rows[:, column] for column, name in enumerate(header)}
 
     def check_names(self, names: list[str]) -> None:

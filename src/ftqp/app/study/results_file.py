@@ -32,7 +32,7 @@ MEANINGS: Final = {
     sqlite3.SQLITE_READONLY: "the file or its folder is read-only",
 }
 """What SQLite's errors mean by their code."""
-HELD: Final = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
+TAKEN: Final = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 _CLEAR = "DELETE FROM crashed WHERE item = ?"
 
 Columns = Mapping[str, str]
@@ -246,7 +246,7 @@ def locked(folder: Path, remedy: str) -> sqlite3.Connection:
         lock.execute("BEGIN EXCLUSIVE")
     except sqlite3.Error as error:
         lock.close()
-        if _code(error) not in HELD:
+        if _code(error) not in TAKEN:
             raise
         raise InputError(
             f"another process writes to {folder}; wait until it has ended, or {remedy}"

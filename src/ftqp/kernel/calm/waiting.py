@@ -10,6 +10,10 @@ from ftqp.kernel.layout.enums import ACCELERATION, TARGET_HAS_ROTATION, TARGET_T
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.rows.path_rows import LEAST_IN_CALM
 
+APPROACHES = 6.0
+"""At the velocity level joints and rate go to what they wait for with so many times the gain of the error. 4 is
+critically damped and slow, and with 8 a path near a singularity jolted
+(tests/robustness/test_jolts_on_slow_paths.py)."""
 SLOW = 0.5
 """Rate of a path below which its ticks may be posed in calm. Faster paths are posed as if there were no calm
 (docs/theory/calm.md, "Paths that wait")."""
@@ -107,13 +111,14 @@ def begin_calm_on_path(K: Any, path: Any, kp: float) -> None:
 def _approach(state: Any, task: Any, chain: Any, qp: Any, calm: Any, path: Any, kp: float) -> None:
     """Velocity level: in a tick joints and rate go a share of the way to the optimum, which does not swing.
 
-        g <- c g - (1 - c) (H (v, s') + (A, -x')'(x'' s'^2 - Jdot v) dt),  c = 6 kp dt/(1 + 6 kp dt)
+        g <- c g - (1 - c) (H (v, s') + (A, -x')'(x'' s'^2 - Jdot v) dt)
+        c = APPROACHES kp dt/(1 + APPROACHES kp dt)
 
     Not where a joint is pressed against its range: there the path has to stop at once, or the tip leaves it.
     s' is the last rate. The last term is what the rows of the motion (v, s') change by in a tick.
     Source: docs/theory/calm.md, "Paths that wait".
     """
-    n, near = chain.n, 1.0 / (1.0 + 6.0 * kp * state.dt)
+    n, near = chain.n, 1.0 / (1.0 + APPROACHES * kp * state.dt)
     own = max(path.rate, LEAST_IN_CALM)
     for i in range(n + 1):
         x = qp.H[i, n] * path.rate
