@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pinocchio
 
-SUBSTEPS = 4
+SUBSTEPS, LONGEST = 4, 2e-3
 
 
 class ServoArm:
@@ -32,8 +32,9 @@ class ServoArm:
         return q + self.sigma * self.rng.normal(size=len(q)) if self.sigma else q
 
     def command(self, step):
-        for _ in range(SUBSTEPS):
-            h = self.dt / SUBSTEPS
+        substeps = max(SUBSTEPS, round(self.dt / LONGEST))
+        for _ in range(substeps):
+            h = self.dt / substeps
             if self.takes == "velocity":
                 a = self.wn * (step.v - self.v)
             else:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from tests.ride import DRIVES, DT, START, Ride, circle, lock, target_at, wired
+from tests.servo_arm import ServoArm
 
 import ftqp
 
@@ -15,6 +16,21 @@ def test_a_healthy_arm_keeps_to_its_circle_and_is_ok(drive):
     planner, arm = wired(robot, drive)
     ride = Ride(robot, planner, arm, circle(robot, START, duration=3.0), 3.0)
     assert ride.error.max() < 1.5e-3 and set(ride.status) == {"OK"}
+
+
+@pytest.mark.parametrize("drive", ["position", "position only", "velocity"])
+@pytest.mark.parametrize("dt", [0.02, 0.05, 0.09])
+def test_a_healthy_arm_in_a_slow_loop_is_accused_of_nothing(drive, dt):
+    robot = ftqp.robots.load("panda")
+    _, takes, wn = DRIVES[drive]
+    planner, arm = ftqp.Planner(robot, dt, drive=DRIVES[drive][0]), ServoArm(START, dt, takes, wn)
+    planner.reset(START)
+    path = circle(robot, START, duration=6.0)
+    for k in range(round(6.0 / dt)):
+        step = planner.step(arm.measured(), None, target_at(path, k * dt))
+        assert step.status.name == "OK" and not step.brakes.any()
+        arm.command(step)
+    assert np.linalg.norm(robot.pose(arm.q)[:3, 3] - path.start[:3, 3]) < 1e-3
 
 
 @pytest.mark.long

@@ -17,10 +17,13 @@ def lasts(state: Any, feedback: Any, hypothesis: int, i: int, evidence: bool) ->
 
 @jit
 def has_lasted(state: Any, feedback: Any, hypothesis: int, i: int) -> bool:
-    """Whether a hypothesis of joint i had evidence for as long as the table of hypotheses says."""
+    """Whether a hypothesis of joint i had evidence, for as long as the table of hypotheses says.
+
+    A loop that is slower than the table's time needs one sample of it.
+    """
     torque = feedback.kind == TORQUE_DRIVE
     time = TORQUE_TIMES[hypothesis] if torque else SERVO_TIMES[hypothesis]
-    lasted: bool = feedback.lasting[hypothesis, i] * state.dt > time - 0.5 * state.dt
+    lasted: bool = feedback.lasting[hypothesis, i] * state.dt > max(time - 0.5 * state.dt, 0.0)
     return lasted
 
 
