@@ -27,9 +27,10 @@ from ftqp.analysis.planning.survival_labels import survivals
 from ftqp.analysis.planning.waypoint_nodes import curve_nodes
 from ftqp.analysis.survival.continuing import tracks
 from ftqp.analysis.survival.task_path import task_path
-from ftqp.model.catalog.zhang7 import START, TABLE
+from ftqp.model.catalog.arms import published
 
-Q0 = np.deg2rad(START)
+FIGURES = published("zhang7")
+Q0 = np.array(FIGURES["neutral"])
 GOAL, ANGLES = (9.6, 0.0, 3.0), (-1.0, -0.5, -2.0)
 SAFE = np.deg2rad([18.7, -60.7, -2.0, -77.0, 84.9, 54.7, -55.0])
 USUAL = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
@@ -63,7 +64,7 @@ def example_arm(offset=True):
     """The arm of the example without speed limits, its table with or without the offsets of the angles."""
     if offset:
         return ftqp.robots.load("zhang7").with_limits(v_max=np.inf)
-    table = [(0.0, d, a, alpha) for _, d, a, alpha in TABLE]
+    table = [(0.0, d, a, alpha) for _, d, a, alpha in FIGURES["dh"]]
     bend = np.deg2rad(150.0)
     limits = {"q_min": -bend, "q_max": bend, "v_max": 2.0}
     return ftqp.Robot.from_dh(table, name="zhang7", limits=limits, neutral=Q0, gravity=(0.0, 0.0, 0.0))

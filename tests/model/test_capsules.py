@@ -11,7 +11,7 @@ import ftqp
 from ftqp.core.errors import InputError
 from ftqp.model.capsule_fit import around, vertices
 from ftqp.model.capsules import Collision
-from ftqp.model.catalog import panda, xarm7
+from ftqp.model.catalog.arms import published
 from ftqp.model.serial import Inertial
 
 LINK = """
@@ -143,8 +143,8 @@ ROBOT_DATA = next(Path(sys.prefix).glob("**/share/example-robot-data/robots"), N
 @pytest.mark.parametrize(
     ("table", "folder"),
     [
-        (panda.CAPSULES, "panda_description/meshes/collision"),
-        (xarm7.CAPSULES, "xarm_description/meshes/xarm7/visual"),
+        (published("panda")["capsules"], "panda_description/meshes/collision"),
+        (published("xarm7")["capsules"], "xarm_description/meshes/xarm7/visual"),
     ],
 )
 def test_the_capsules_of_the_catalog_contain_the_maker_s_meshes(table, folder):

@@ -5,9 +5,10 @@ import pytest
 
 import ftqp
 from ftqp.control.planner.solver.qp_solver import wrist_height
-from ftqp.model.catalog.puma560 import TABLE
+from ftqp.model.catalog.arms import published
 
 A2, A3, D3, D4 = 0.4318, 0.0203, 0.15005, 0.4318
+TABLE = published("puma560")["dh"]
 STRETCHED = -90.0 + np.degrees(np.arctan2(A3, D4))
 """theta 3 at which the arm is stretched [deg]."""
 EXACT = 1e-7

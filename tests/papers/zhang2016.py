@@ -9,10 +9,11 @@ from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import PointToPoint
 from ftqp.kernel.layout.survival import Survival
 from ftqp.model import catalog
-from ftqp.model.catalog.zhang7 import START, TABLE
+from ftqp.model.catalog.arms import published
 
 ARM = catalog.load("zhang7").with_limits(v_max=np.inf)
-Q0 = np.deg2rad(START)
+FIGURES = published("zhang7")
+Q0 = np.array(FIGURES["neutral"])
 BEND = np.deg2rad(150.0)
 
 
@@ -36,7 +37,7 @@ def example(dt, share=1.0):
 def forward(q):
     """Pose and geometric Jacobian by standard Denavit-Hartenberg matrices."""
     T, axes, origins = np.eye(4), [], []
-    for angle, (offset, d, a, alpha) in zip(q, TABLE, strict=True):
+    for angle, (offset, d, a, alpha) in zip(q, FIGURES["dh"], strict=True):
         axes.append(T[:3, 2])
         origins.append(T[:3, 3])
         c, s, ca, sa = cos(angle + offset), sin(angle + offset), cos(alpha), sin(alpha)

@@ -4,7 +4,7 @@ import numpy as np
 
 from ftqp.analysis.tolerance.structural_joints import random_jacobians, structural_joints
 from ftqp.model import catalog
-from ftqp.model.catalog.zhang7 import TABLE
+from ftqp.model.catalog.arms import published
 from ftqp.model.robot import Robot
 
 
@@ -22,7 +22,8 @@ def test_every_joint_counts_where_there_are_as_many_as_rows() -> None:
 
 
 def test_table_read_as_modified_has_five_structural_joints() -> None:
-    arm = Robot.from_dh(TABLE, convention="modified", name="literal", limits={"q_min": -2.6, "q_max": 2.6})
+    table = published("zhang7")["dh"]
+    arm = Robot.from_dh(table, convention="modified", name="literal", limits={"q_min": -2.6, "q_max": 2.6})
     assert structural_joints(arm) == arm.joints[:5]
 
 

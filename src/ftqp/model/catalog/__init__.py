@@ -1,10 +1,8 @@
-"""The catalog: one file for each arm, built from published figures without any downloaded file."""
+"""The catalog: arms from published figures, a file each, without any downloaded file."""
 
-from collections.abc import Callable
-from importlib import import_module
 from inspect import signature
 from re import fullmatch
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from ftqp.core.errors import InputError, unknown
 
@@ -24,7 +22,7 @@ CATALOG = {
     "xarm7": "UFACTORY xArm 7, 7 joints, with masses",
     "zhang7": "7 joints of the space-manipulator kind (Zhang et al.), kinematics only",
 }
-"""Robots by name, each in the module of the same name with a function of the same name, and what they are."""
+"""Robots by name, each of a file or a function of the same name, and what they are."""
 
 
 def names() -> list[str]:
@@ -48,7 +46,9 @@ def load(name: str, **options: Any) -> "Robot":
         name, options = "planar", {"count": int(short[1]), **options}
     if name not in CATALOG:
         raise unknown("robot", name, "the catalog", names())
-    build = cast("Callable[..., Robot]", getattr(import_module(f"ftqp.model.catalog.{name}"), name))
+    from ftqp.model.catalog.arms import WITH_OPTIONS, arm_of_file  # pinocchio takes a while to load
+
+    build = WITH_OPTIONS.get(name, lambda: arm_of_file(name))
     valid = list(signature(build).parameters)
     for option in options:
         if option not in valid:
