@@ -26,7 +26,7 @@ from posed import with_ftqp
 from steps import environments
 
 import ftqp
-from ftqp.model.body_frames import centre_of_mass
+from ftqp.model.frames import centre_of_mass
 from ftqp.model.serial import Inertial
 
 HERE = Path(__file__).resolve().parent

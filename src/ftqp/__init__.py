@@ -19,6 +19,8 @@ from importlib import import_module
 from pkgutil import get_data
 from typing import Any
 
+from ftqp.core.picture import PAINTERS
+
 __version__ = "0.1.0"
 _HOMES = {
     one.asname: (line.module, one.name)
@@ -37,6 +39,18 @@ def __getattr__(name: str) -> Any:
     home, own = _HOMES[name]
     found = None if home == __name__ else getattr(import_module(home), own, None)
     return import_module(f"{home}.{own}") if found is None else found
+
+
+def _painter(home: str, name: str) -> Any:
+    """A function of the pictures, which are loaded when one is drawn."""
+    return lambda *given: getattr(import_module(home), name)(*given)
+
+
+PAINTERS |= {
+    "robot": _painter("ftqp.viz.figures.shown", "robot_picture"),
+    "run": _painter("ftqp.viz.figures.shown", "run_picture"),
+    "coverage": _painter("ftqp.viz.figures.coverage_map", "draw_coverage"),
+}
 
 
 def __dir__() -> list[str]:

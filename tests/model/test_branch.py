@@ -5,7 +5,7 @@ import pytest
 
 import ftqp
 from ftqp.core.errors import InputError
-from ftqp.model.branch import within_branch
+from ftqp.model.limits import within_branch
 
 
 @pytest.fixture(scope="module")

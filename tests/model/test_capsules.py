@@ -9,9 +9,9 @@ from scipy.spatial import ConvexHull
 
 import ftqp
 from ftqp.core.errors import InputError
-from ftqp.model.capsule_fit import around, vertices
 from ftqp.model.capsules import Collision
 from ftqp.model.catalog.arms import published
+from ftqp.model.collision_geometry import around, vertices
 from ftqp.model.serial import Inertial
 
 LINK = """

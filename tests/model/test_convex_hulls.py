@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ftqp.core.errors import InputError
-from ftqp.model.convex_hulls import CORNERS, hull_of
+from ftqp.model.collision_geometry import CORNERS, hull_of
 
 
 def directions(count):

@@ -12,7 +12,7 @@ import ftqp
 from ftqp.core.errors import InputError, ModelError
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.model import catalog
-from ftqp.model.body_frames import centre_of_mass, mount_of
+from ftqp.model.frames import centre_of_mass, mount_of
 from ftqp.model.reading.source import source_of
 from ftqp.model.robot import Robot
 from ftqp.model.serial import Inertial

@@ -1,7 +1,8 @@
 """A picture in memory, which a notebook shows and a script saves."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import final
+from typing import Any, final
 
 from ftqp.core.errors import InputError
 
@@ -37,3 +38,13 @@ class Picture:
         except OSError as error:
             raise InputError(f"picture {path} cannot be written: {error.strerror}") from error
         return Path(path)
+
+
+PAINTERS: dict[str, Callable[..., Any]] = {}
+"""What draws a robot, a run or a report: pictures are above all of these, and ``ftqp`` itself, which is above
+them, names what makes them."""
+
+
+def painted(what: str, *given: Any) -> Any:
+    """A picture of something by the painter that was named for it."""
+    return PAINTERS[what](*given)

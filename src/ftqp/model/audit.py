@@ -37,6 +37,7 @@ NO_INERTIA = 1e-12
 MAGNITUDES = (("v_max", "velocity"), ("a_max", "acceleration"), ("tau_max", "torque"), ("j_max", "jerk"))
 """Limits of a joint that are the same to both sides, with their words."""
 
+FRICTION = "robot.with_friction(viscous=..., coulomb=...)"
 CORRECT = "correct the model or drop all masses with kinematics_only=True"
 
 
@@ -359,3 +360,35 @@ def _body_finding(what: str, mass: float, com: FloatArray, inertia: FloatArray) 
             "no rigid body has them"
         )
     return None
+
+
+def friction_findings(
+    names: Sequence[str], viscous: FloatArray, coulomb: FloatArray, limits: JointLimits
+) -> list[Finding]:
+    """What there is to say about the friction of joints, which is none without masses."""
+    found: list[Finding] = []
+    for what, values in (("viscous friction (damping)", viscous), ("Coulomb friction", coulomb)):
+        for name, value in zip(names, values, strict=True):
+            if not 0.0 <= value <= LARGEST_FIGURE:
+                found.append(unsafe(f"joint {name!r} has a {what} of {value:g}, expected >= 0"))
+    if found or not (viscous.any() or coulomb.any()):
+        return [replace(finding, about="friction") for finding in found]
+    sentence = (
+        f"joint friction is known: viscous {_span(viscous)} N m s/rad, Coulomb {_span(coulomb)} N m; torques "
+        f"count the viscous part; replace it with {FRICTION}"
+    )
+    found.append(note(sentence))
+    for i, name in enumerate(names):
+        needed = viscous[i] * limits.v_max[i] if viscous[i] else 0.0
+        if np.isfinite(needed) and needed > limits.tau_max[i]:
+            sentence = (
+                f"joint {name!r} needs {needed:.3g} N m against its viscous friction at its speed limit, "
+                f"beyond its torque limit of {limits.tau_max[i]:g} N m; correct one of them, {FRICTION}"
+            )
+            found.append(warning(sentence))
+    return [replace(finding, about="friction") for finding in found]
+
+
+def _span(values: FloatArray) -> str:
+    low, high = f"{values.min():.3g}", f"{values.max():.3g}"
+    return low if low == high else f"{low} to {high}"

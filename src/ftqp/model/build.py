@@ -21,11 +21,10 @@ from ftqp.model.followers import (
 )
 from ftqp.model.limits import RISE_TIME, JointLimits, by_joint
 from ftqp.model.neutral import Arm, neutral_posture
+from ftqp.model.posture import SAMPLES, acceleration_by_torque
 from ftqp.model.reading.source import Source
 from ftqp.model.reduction import reduced, tips_of
-from ftqp.model.refitting import friction_findings, has_masses, write_friction
 from ftqp.model.shape import dynamics_findings, reach_of
-from ftqp.model.torque_reserve import SAMPLES, acceleration_by_torque
 
 ROWS = ("x", "y", "z", "rx", "ry", "rz")
 """Names of the task rows: linear then angular, along the axes of W."""
@@ -100,7 +99,7 @@ def robot_fields(
     findings += audit.soft_limits(chain.names, written, bounds)
     findings += audit.widened(chain.names, written, given)
     findings += audit.limit_findings(chain.names, bounds, chain.continuous, chain.prismatic)
-    findings += friction_findings(arm, bounds)
+    findings += audit.friction_findings(chain.names, arm.damping, arm.friction, bounds)
     audit.refuse_unsafe(arm.name, findings)
     led = is_led(chain)
     told = given.get("a_max", ())
@@ -218,6 +217,18 @@ def write_limits(arm: Any, limits: JointLimits) -> None:
             arm.upperPositionLimit[arm.idx_qs[i]] = limits.q_max[i - 1]
         arm.velocityLimit[arm.idx_vs[i]] = limits.v_max[i - 1]
         arm.effortLimit[arm.idx_vs[i]] = limits.tau_max[i - 1]
+
+
+def write_friction(model: Any, viscous: Any, coulomb: Any) -> None:
+    """Writes viscous and Coulomb friction into a pinocchio model of a chain; one number holds for all."""
+    model.damping = np.broadcast_to(np.asarray(viscous, dtype=np.float64), (model.nv,)).copy()
+    model.friction = np.broadcast_to(np.asarray(coulomb, dtype=np.float64), (model.nv,)).copy()
+
+
+def has_masses(model: Any) -> bool:
+    """Whether a body behind a joint has a mass or an inertia."""
+    bodies = [model.inertias[i] for i in range(1, model.njoints)]
+    return any(body.mass != 0.0 or np.any(body.inertia) for body in bodies)
 
 
 def _rows(rows: Sequence[str]) -> tuple[str, ...]:

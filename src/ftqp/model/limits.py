@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, as_number, frozen
+from ftqp.core.checks import FloatArray, IntArray, as_number, frozen, instance
 from ftqp.core.errors import InputError, unknown
+
+if TYPE_CHECKING:
+    from ftqp.model.robot import Robot
 
 RISE_TIME = 0.2
 """Time [s] from rest to v_max where no acceleration limit is known, a_max = v_max / RISE_TIME.
@@ -90,6 +93,10 @@ class JointLimits:
         """The number of joints nv."""
         return int(self.q_min.size)
 
+    def of_joints(self, joints: IntArray) -> Self:
+        """Those of some of the joints."""
+        return type(self)(**{field.name: getattr(self, field.name)[joints] for field in fields(self)})
+
     def replaced(self, changes: Mapping[str, Any], joints: Sequence[str] = ()) -> Self:
         """These limits with some of them replaced.
 
@@ -161,3 +168,34 @@ def one_each(name: str, value: Any, count: int) -> FloatArray:
     if result.shape != (count,):
         raise InputError(f"{name} has shape {result.shape}, expected (nv,) = ({count},)")
     return result
+
+
+def within_branch(robot: "Robot", limits: Mapping[str | int, Any]) -> "Robot":
+    """The robot with some joints kept in a range inside their own.
+
+    An elbow that has to stay bent one way gets its singular angle plus a margin as one end. The planner
+    brakes before these ends as before any position limit.
+
+    Args:
+        robot: The arm.
+        limits: Joint, by name or 0-based index, to (low, high) [rad or m]; -inf and inf keep the joint's own
+            end.
+    """
+    instance("branch_limits", limits, Mapping, "joints with their (low, high), {joint: (low, high)}")
+    low, high = robot.limits.q_min.copy(), robot.limits.q_max.copy()
+    for joint, ends in limits.items():
+        i = robot.joint(joint)
+        name = robot.joints[i]
+        try:
+            first, last = (float(end) for end in ends)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise InputError(f"branch limits of {name} are {ends!r:.60}, expected (low, high)") from error
+        if np.isnan(first) or np.isnan(last):
+            raise InputError(f"branch limits of {name} are ({first:g}, {last:g}), expected numbers")
+        low[i], high[i] = max(low[i], first), min(high[i], last)
+        if not low[i] < high[i]:
+            raise InputError(
+                f"branch limits of {name} leave nothing: ({first:g}, {last:g}) of its range "
+                f"[{robot.limits.q_min[i]:g}, {robot.limits.q_max[i]:g}]"
+            )
+    return robot.with_limits(q_min=low, q_max=high)

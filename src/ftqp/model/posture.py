@@ -8,7 +8,13 @@ import pinocchio as pin
 
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.model.chain import Chain, configuration_of
+from ftqp.model.followers import coupled_columns, coupled_places, coupled_square
+from ftqp.model.limits import JointLimits
+from ftqp.model.shape import random_postures
 
+SAMPLES, SEED = 100, 20260301
+"""Postures that are looked at for what motors can give, the same every time."""
 NEAR_SINGULAR = 0.02
 """A posture is near a singularity where sigma_min is below this share of the characteristic length."""
 
@@ -58,3 +64,22 @@ def places(model: Any, tip: int, configuration: FloatArray) -> tuple[FloatArray,
     twists = data.J.reshape(6, -1)
     axes = np.where(np.abs(twists[3:]).any(axis=0), twists[3:], twists[:3]).T
     return np.array([*origins, end.translation]), axes
+
+
+def acceleration_by_torque(model: Any, chain: Chain, limits: JointLimits) -> FloatArray:
+    """The acceleration that each motor can give while the other joints rest, (nv,) [rad/s2 or m/s2].
+
+    It is the least of max(0, tau_max_i - |g_i(q)|) / M_ii(q) over postures q inside the limits, the same
+    ones every time. Infinite without a torque limit.
+    """
+    data = model.createData()
+    least = np.full(len(limits), np.inf)
+    for q in random_postures(limits, chain.prismatic, SAMPLES, np.random.default_rng(SEED)):
+        configuration = configuration_of(model, chain.continuous, coupled_places(chain, q))
+        M = np.array(pin.crba(model, data, configuration))
+        inertia = np.diag(coupled_square(chain, np.triu(M) + np.triu(M, 1).T))
+        holding = coupled_columns(chain, gravity_torques(model, data, configuration))
+        left = np.maximum(limits.tau_max - np.abs(holding), 0.0)
+        moved = inertia > 0.0  # a joint that follows another has no motor
+        least[moved] = np.minimum(least, left / np.where(moved, inertia, 1.0))[moved]
+    return least

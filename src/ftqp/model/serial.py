@@ -1,4 +1,4 @@
-"""A pinocchio model of a serial arm, built from a list of bodies, for the catalog and DH tables."""
+"""A pinocchio model of a serial arm, built from a list of bodies or a table of DH parameters."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -7,10 +7,14 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ftqp.core.checks import FloatArray
-from ftqp.core.pose import transform
+from ftqp.core.checks import FloatArray, array
+from ftqp.core.errors import InputError, unknown
+from ftqp.core.pose import pose as checked_pose
+from ftqp.core.pose import rotation_x, rotation_z, transform
 from ftqp.model.limits import JointLimits
 
+TIP = "tip"
+"""Name of the tip frame of an arm from a table."""
 EARTH = (0.0, 0.0, -9.81)
 """Gravity [m/s2] in a base frame whose z axis points up."""
 
@@ -105,3 +109,56 @@ def serial_model(
     for frame, pose in frames:
         model.addFrame(pin.Frame(frame, parent, pin.SE3(pose), pin.FrameType.OP_FRAME))
     return model
+
+
+def dh_model(
+    table: Any,
+    convention: str,
+    name: str,
+    joints: Sequence[str] | None,
+    prismatic: Sequence[int],
+    inertials: Sequence[Inertial | None] | None,
+    base: Any,
+    tool: Any,
+    gravity: Any,
+) -> Any:
+    """A pinocchio model of the arm of a table of Denavit-Hartenberg parameters, see ``Robot.from_dh``."""
+    rows = _rows(table)
+    count = len(rows)
+    names = [f"j{i + 1}" for i in range(count)] if joints is None else [str(joint) for joint in joints]
+    if len(names) != count or len(set(names)) != count:
+        raise InputError(
+            f"joints has {len(set(names))} different names, expected {count}, one a row of the table"
+        )
+    masses = [None] * count if inertials is None else list(inertials)
+    if len(masses) != count:
+        raise InputError(f"inertials has {len(masses)} entries, expected {count}, one a row of the table")
+    slides = {int(i) for i in prismatic}
+    if not slides <= set(range(count)):
+        raise InputError(f"prismatic is {sorted(slides)}, expected 0-based indices below {count}")
+    if convention not in ("standard", "modified"):
+        raise unknown("convention", convention, "DH tables", ["standard", "modified"])
+
+    before = np.eye(4) if base is None else checked_pose(base, "base")
+    bodies = []
+    for i, (theta, d, a, alpha) in enumerate(rows):
+        turn, lift = transform(rotation_z(theta), np.zeros(3)), placement((0.0, 0.0, d))
+        arm, twist = placement((a, 0.0, 0.0)), transform(rotation_x(alpha), np.zeros(3))
+        if convention == "standard":
+            place, behind = (before @ turn, lift @ arm @ twist)
+        else:
+            place, behind = (before @ twist @ arm @ lift @ turn, np.eye(4))
+        mass = masses[i]
+        parts = () if mass is None else ((behind, mass),)
+        bodies.append(Body(name=names[i], placement=place, prismatic=i in slides, parts=parts))
+        before = behind
+    end = before if tool is None else before @ checked_pose(tool, "tool")
+    weight = array("gravity", gravity, (3,), "(3,)")
+    return serial_model(name, bodies, JointLimits.of(count), frames=[(TIP, end)], gravity=tuple(weight))
+
+
+def _rows(table: Any) -> FloatArray:
+    count = len(table) if isinstance(table, (list, tuple, np.ndarray)) else 0
+    if count == 0:
+        raise InputError(f"table is {table!r:.80}, expected rows (theta, d, a, alpha)")
+    return array("table", table, (count, 4), "(n, 4), rows (theta, d, a, alpha)")

@@ -22,7 +22,7 @@ from ftqp.control.task.soft_tasks import (
 )
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.pose import rotation_vector
-from ftqp.model.placed_frames import PlacedFrames
+from ftqp.model.frames import PlacedFrames, centre_of_mass
 from ftqp.model.robot import Robot
 from ftqp.sim.log.further_signals import BODIES, ITSELF, PLANES, ROTATION, TASKS, Measured
 
@@ -96,7 +96,7 @@ class FurtherMeasures:
         result = np.empty(len(self))
         for at, (k, error) in enumerate(self._errors):
             task = self._tasks[k]
-            where = self._frames.centre_of_mass(q) if isinstance(task.given, CentreOfMass) else poses[k]
+            where = centre_of_mass(robot, q) if isinstance(task.given, CentreOfMass) else poses[k]
             goal = task.target
             if isinstance(task.given, RelativeTask):
                 goal = poses[count + k] @ goal
@@ -149,7 +149,7 @@ class FurtherMeasures:
                 case PositionTask():
                     place = T[:3, :3] @ task.given.point + T[:3, 3]
                 case CentreOfMass():
-                    place = poses.centre_of_mass(q)
+                    place = centre_of_mass(self._planner.robot, q)
                 case AxisTask() if task.given.towards is not None:
                     found[task.name] = task.target
                     continue

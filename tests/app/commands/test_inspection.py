@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import ftqp
 from ftqp.app.commands.cli import app
-from ftqp.model.body_frames import mount_of
+from ftqp.model.frames import mount_of
 
 URDF = """<robot name="crane"><link name="base"/>
 <link name="one"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>

@@ -8,14 +8,13 @@ import ftqp
 from ftqp.control.planner.labels import row_labels
 from ftqp.core.errors import InputError
 from ftqp.kernel.rows.joint_intervals import braking, viability
-from ftqp.model.body_frames import frame_pose
 
 DT = 1e-3
 TIP, ELBOW = PANDA.tip, "panda_joint4"
 
 
 def distance(robot, q, keep):
-    return float(keep.normal @ (frame_pose(robot, keep.frame, q)[:3, 3] - keep.above))
+    return float(keep.normal @ (robot.pose(q, keep.frame)[:3, 3] - keep.above))
 
 
 @pytest.mark.parametrize("level", LEVELS)
@@ -47,7 +46,7 @@ def test_no_point_crosses_its_plane_whatever_fails_and_wherever_the_target_goes(
         at = str(rng.choice([robot.tip, robot.joints[3], robot.joints[5]]))
         n = rng.normal(size=3)
         n /= np.linalg.norm(n)
-        above = frame_pose(robot, at, robot.neutral)[:3, 3] - rng.uniform(0.02, 0.2) * n
+        above = robot.pose(robot.neutral, at)[:3, 3] - rng.uniform(0.02, 0.2) * n
         keeps.append(
             ftqp.Keep(at, above=above, normal=n, name=f"k{k}", braking=float(rng.choice([0.5, 1.0, 2.0])))
         )
@@ -91,7 +90,7 @@ def test_the_task_gives_way_and_what_holds_it_is_named():
 @pytest.mark.long
 @pytest.mark.parametrize("level", LEVELS)
 def test_a_point_that_begins_beyond_its_plane_comes_back_and_stays(level):
-    z = frame_pose(PANDA, ELBOW, PANDA.neutral)[2, 3]
+    z = PANDA.pose(PANDA.neutral, ELBOW)[2, 3]
     keep = ftqp.Keep(ELBOW, above=[0.0, 0.0, z + 0.03])
     planner = ftqp.Planner(PANDA, DT, level=level, task=ftqp.Task(rows="position"), constraints=[keep])
     q = PANDA.neutral.copy()
@@ -99,7 +98,7 @@ def test_a_point_that_begins_beyond_its_plane_comes_back_and_stays(level):
     heights = []
     for _ in range(6000):
         q = planner.step(q, None, still(PANDA, PANDA.neutral)).q.copy()
-        heights.append(frame_pose(PANDA, ELBOW, q)[2, 3] - z)
+        heights.append(PANDA.pose(q, ELBOW)[2, 3] - z)
     assert heights[0] == pytest.approx(0.0, abs=1e-3) and heights[-1] > 0.03 - 1e-6
     assert (np.diff(heights) > -1e-9).all()
 

@@ -9,7 +9,6 @@ import ftqp
 from ftqp.control.planner.labels import row_labels
 from ftqp.core.errors import InputError
 from ftqp.kernel.rows.joint_intervals import braking, viability
-from ftqp.model.body_frames import frame_pose
 
 INF = np.inf
 BOX = ((0.1, -INF, 0.2), (0.9, 0.3, INF))
@@ -42,7 +41,7 @@ def test_a_box_is_the_planes_of_the_sides_that_it_has(level):
     assert row_labels(one)[-4:] == tuple(f"keep box {name}" for name in places)
     least = min(other.constraints[name].distance for name in places)
     assert one.constraints["box"].distance == pytest.approx(least, abs=1e-12)
-    assert box.distance(frame_pose(PANDA, at, Q)) == pytest.approx(least, abs=1e-12)
+    assert box.distance(PANDA.pose(Q, at)) == pytest.approx(least, abs=1e-12)
 
 
 @pytest.mark.parametrize("level", LEVELS)
@@ -54,7 +53,7 @@ def test_a_row_of_a_cone_is_what_finite_differences_of_the_angle_say(level, axis
     u = float(qp.qp.u[7])
 
     def angle(at):
-        return 2.5 - keep.distance(frame_pose(PANDA, "panda_joint6", at))
+        return 2.5 - keep.distance(PANDA.pose(at, "panda_joint6"))
 
     h, x = 1e-4, np.random.default_rng(3).normal(size=7)
     here, rate = angle(q), (angle(q + h * v) - angle(q - h * v)) / (2.0 * h)
@@ -84,7 +83,7 @@ def test_no_axis_leaves_its_cone_whatever_fails_and_wherever_the_target_goes(see
     for k in range(int(rng.integers(1, 3))):
         at, axis = str(rng.choice([robot.tip, robot.joints[3], robot.joints[5]])), rng.normal(size=3)
         lean = 0.1 * rng.normal(size=3)
-        along = frame_pose(robot, at, robot.neutral)[:3, :3] @ (axis / np.linalg.norm(axis)) + lean
+        along = robot.pose(robot.neutral, at)[:3, :3] @ (axis / np.linalg.norm(axis)) + lean
         keeps.append(
             ftqp.Keep(at, axis=axis, along=along, within=float(rng.uniform(0.25, 0.5)), name=f"k{k}",
                       braking=float(rng.choice([0.5, 1.0])))
@@ -103,7 +102,7 @@ def test_no_axis_leaves_its_cone_whatever_fails_and_wherever_the_target_goes(see
             planner.stop()
         q = planner.step(q, None, ftqp.Target(pose=pose)).q.copy()
         if k % 5 == 0:
-            least = min(least, *(keep.distance(frame_pose(robot, keep.frame, q)) for keep in keeps))
+            least = min(least, *(keep.distance(robot.pose(q, keep.frame)) for keep in keeps))
     assert least > -2e-5
 
 

@@ -9,7 +9,7 @@ from scipy.optimize import linprog
 
 from ftqp.checker.link_shapes import hull_of_corners
 from ftqp.kernel.maths.nearest_hull import of_segment_and_hull
-from ftqp.model.convex_hulls import hull_of
+from ftqp.model.collision_geometry import hull_of
 
 WEDGE = np.array([[0, 0, 0], [0.4, 0, 0], [0, 0.3, 0], [0.4, 0.3, 0], [0, 0, 0.2], [0, 0.3, 0.2]]) - 0.1
 BALL = np.random.default_rng(1).normal(size=(40, 3)) * [0.2, 0.15, 0.1]

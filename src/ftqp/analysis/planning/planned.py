@@ -26,7 +26,7 @@ from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
 from ftqp.core.checks import FloatArray, instance, non_negative
 from ftqp.core.errors import InputError, unknown
-from ftqp.model.arm_on_way import on_way
+from ftqp.model.frames import on_way
 from ftqp.model.robot import Robot
 
 WIDTHS: Final = (0.0, 0.5, 1.0, 2.0, 4.0)

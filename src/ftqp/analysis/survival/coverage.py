@@ -8,7 +8,7 @@ from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
 from ftqp.core.checks import instance
-from ftqp.model.arm_on_way import on_way
+from ftqp.model.frames import on_way
 from ftqp.model.robot import Robot
 
 

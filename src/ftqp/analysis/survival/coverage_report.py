@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, final
 
@@ -14,6 +13,7 @@ from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.core.html_table import html_table
+from ftqp.core.picture import painted
 from ftqp.core.small_picture import strips_svg
 from ftqp.kernel.entry.continuation_study import Continuations, ContinuationStudy
 from ftqp.kernel.layout.survival import Survival
@@ -296,9 +296,7 @@ class CoverageReport:
         Raises:
             MissingPackage: matplotlib is not installed.
         """
-        # pictures are above the analysis: a report looks its own up by name, and knows nothing of it
-        draw = import_module("ftqp.viz.figures.coverage_map").draw_coverage
-        return Path(draw(path, self))
+        return Path(painted("coverage", path, self))
 
     def _row(self, joint: str | int) -> int:
         if isinstance(joint, str) and joint in self.names:

@@ -14,15 +14,20 @@ from ftqp.core.errors import InputError, MissingPackage, ModelError, unknown
 from ftqp.core.quiet import quiet
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model import catalog
+from ftqp.model.capsules import volume_ratios
 from ftqp.model.chain import frame_id
-from ftqp.model.embodied import volume_ratios
 from ftqp.model.followers import coupled_columns, followers_of
+from ftqp.model.frames import joint_of_frames
 from ftqp.model.limits import RISE_TIME
-from ftqp.model.placed_frames import joint_of_frames
-from ftqp.model.posture import NEAR_SINGULAR, gravity_torques, least_singular_value, scaled_jacobian
+from ftqp.model.posture import (
+    NEAR_SINGULAR,
+    acceleration_by_torque,
+    gravity_torques,
+    least_singular_value,
+    scaled_jacobian,
+)
 from ftqp.model.robot import Robot
 from ftqp.model.structure import Locks, locks
-from ftqp.model.torque_reserve import acceleration_by_torque
 
 TASKS = {"pose": COMPONENTS, "position": COMPONENTS[:3]}
 """Tasks whose locks are looked at, by name."""

@@ -10,7 +10,7 @@ from ftqp.control.task.soft_tasks import PoseTask, PositionTask, RelativeTask
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, ScenarioError
 from ftqp.kernel.layout.rows import COMPONENTS
-from ftqp.model.arm_on_way import way_to
+from ftqp.model.frames import way_to
 from ftqp.sim.loop import MEMORY, Simulation
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.schedule import Schedule

@@ -9,7 +9,7 @@ from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.task.keep import Keep
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import ArmSession
-from ftqp.model.body_frames import base_wrenches
+from ftqp.model.frames import base_wrenches
 from ftqp.model.robot import Robot
 
 HELD = 0.98

@@ -15,7 +15,7 @@ from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.orders import LIMITS, Orders
 from ftqp.kernel.entry.session import ArmSession, Session
 from ftqp.kernel.layout.enums import HEALTHY
-from ftqp.model.arm_on_way import faults_on_way, off_way, on_way
+from ftqp.model.frames import faults_on_way, off_way, on_way
 from ftqp.model.robot import Robot
 
 PORTION = 32

@@ -17,7 +17,7 @@ from ftqp.core.clock import now
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import KEEP, KEEPS, OWN_ROW, OWN_ROWS, Asked
-from ftqp.model.body_frames import mount_of
+from ftqp.model.frames import mount_of
 from ftqp.model.robot import Robot
 
 

@@ -13,7 +13,7 @@ from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault, Locked
 from ftqp.kernel.entry.session import PlanMemory, Session
 from ftqp.kernel.layout.rows import COMPONENTS
-from ftqp.model.arm_on_way import faults_on_way, off_way, on_way
+from ftqp.model.frames import faults_on_way, off_way, on_way
 from ftqp.model.robot import Robot
 
 

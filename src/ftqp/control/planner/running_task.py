@@ -26,7 +26,7 @@ from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError
 from ftqp.core.pose import has_last_row, is_rotation_matrix, transform
 from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION
-from ftqp.model.body_frames import centre_of_mass, frame_pose, mount_of
+from ftqp.model.frames import centre_of_mass, mount_of
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
@@ -264,12 +264,12 @@ class RunningTask:
             return
         match task:
             case PoseTask():
-                self.write(np.concatenate([frame_pose(robot, task.frame, q).ravel(), STILL]))
+                self.write(np.concatenate([robot.pose(q, task.frame).ravel(), STILL]))
             case RelativeTask():
-                T = np.linalg.solve(frame_pose(robot, task.to, q), frame_pose(robot, task.frame, q))
+                T = np.linalg.solve(robot.pose(q, task.to), robot.pose(q, task.frame))
                 self.write(np.concatenate([T.ravel(), STILL]))
             case PositionTask():
-                T = frame_pose(robot, task.frame, q)
+                T = robot.pose(q, task.frame)
                 terms.goal[at] = T[:3, :3] @ task.point + T[:3, 3]
             case CentreOfMass():
                 terms.goal[at] = centre_of_mass(loaded, q)

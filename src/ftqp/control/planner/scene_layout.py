@@ -11,9 +11,9 @@ from ftqp.control.scene.solid_shapes import KINDS, HalfSpace, Hull, Sphere, fitt
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.scene_room import CAPSULES, CLOUD_BODIES, NEAREST, PAIRS, SEGMENT
-from ftqp.model.body_frames import mount_of
 from ftqp.model.capsules import Capsule
 from ftqp.model.followers import coupled_places
+from ftqp.model.frames import mount_of
 from ftqp.model.robot import Robot
 from ftqp.model.shape import random_postures
 

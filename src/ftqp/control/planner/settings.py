@@ -25,7 +25,7 @@ from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError, ModelError, nearest
 from ftqp.kernel.layout.enums import JOINTS
-from ftqp.model.branch import within_branch
+from ftqp.model.limits import within_branch
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.registry import backend as make_backend

@@ -13,7 +13,7 @@ from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import write_together
 from ftqp.kernel.layout.scene_room import BALLS, SHAPES
 from ftqp.model.capsules import Capsule, Collision
-from ftqp.model.placed_collisions import placed_collisions
+from ftqp.model.collision_geometry import placed_collisions
 
 STANDS = np.zeros(6)
 STANDS.flags.writeable = False

@@ -22,7 +22,7 @@ from ftqp.kernel.layout.scene_room import (
     SEGMENT,
 )
 from ftqp.model.capsules import CALLED, Capsule, Collision, HullParts, Three, length_of, turned_along
-from ftqp.model.placed_collisions import vertices
+from ftqp.model.collision_geometry import vertices
 
 HULL_ROOM = (HULL_CORNERS, HULL_EDGES, HULL_FACES)
 """How many corners, edges and faces all hulls of a scene have at most ..."""
@@ -205,10 +205,10 @@ class Hull:
                 f"scale is {self.scale!r:.20} beside corners, expected it beside a mesh; scale them yourself"
             )
         if self.mesh is not None:
-            fits = import_module("ftqp.model.capsule_fit")  # loads scipy, as the next one does
+            fits = import_module("ftqp.model.collision_geometry")  # loads scipy, as the next one does
             points = fits.mesh_corners(self.mesh, positive("scale", self.scale))
         points = array("corners", points, (len(points) if np.ndim(points) == 2 else 4, 3), "(N, 3)")
-        parts: HullParts = import_module("ftqp.model.convex_hulls").hull_of(points)
+        parts: HullParts = import_module("ftqp.model.collision_geometry").hull_of(points)
         length_of("the length of the hull", float(np.ptp(parts.corners, axis=0).max()))
         object.__setattr__(self, "corners", frozen(parts.corners))
         object.__setattr__(self, "_parts", parts)
@@ -233,7 +233,7 @@ Shape = Sphere | Capsule | Box | Cylinder | HalfSpace | Hull
 def fitting(hulls: Sequence[HullParts]) -> list[HullParts]:
     """The hulls of a scene, or as simple ones around them as there is room for."""
     found, most = list(hulls), max(len(one.corners) for one in hulls)
-    simpler = import_module("ftqp.model.convex_hulls").hull_of
+    simpler = import_module("ftqp.model.collision_geometry").hull_of
     while most > BOX_CORNERS and not all(
         sum(len(one[k]) for one in found) <= room for k, room in enumerate(HULL_ROOM)
     ):

@@ -1,4 +1,4 @@
-"""Reading the XML of a robot file safely: what cannot be a robot is refused before any parser sees it."""
+"""Reading robot files and meshes safely: what cannot be one is refused before any parser sees it."""
 
 import re
 from os import PathLike, fspath
@@ -14,6 +14,11 @@ LARGEST = 20 * 2**20
 
 DRAKE = "http://drake.mit.edu"
 """The namespace of Drake's extensions, which say what URDF has no word for."""
+MESHES = (".stl", ".obj", ".ply", ".glb", ".dae")
+"""How names of meshes end."""
+ARCHIVES = (b"PK", b"\x1f\x8b", b"BZh", b"7z", b"Rar!", b"\xfd7zXZ", b"\x28\xb5\x2f\xfd")
+"""How archives and packed files begin: a zip of 10 MB can hold gigabytes."""
+
 KNOWN = {"xml": "http://www.w3.org/XML/1998/namespace", "drake": DRAKE}
 """Prefixes that mean something where a file does not declare them, too."""
 
@@ -117,3 +122,20 @@ def _is_xacro(element: ElementTree.Element) -> bool:
     tag = str(element.tag)
     in_namespace = tag.startswith("xacro:") or (tag.startswith("{") and "xacro" in tag.partition("}")[0])
     return in_namespace or any("${" in value or value.startswith("$(") for value in element.attrib.values())
+
+
+def refuse_other_than_mesh(file: Path) -> None:
+    """Refuse a file that no reader of meshes is to see."""
+    if file.suffix.lower() not in MESHES:
+        kinds = ", ".join(end[1:].upper() for end in MESHES)
+        raise InputError(
+            f"mesh {str(file)!r:.200} is packed, or is no mesh (it ends in {file.suffix!r:.20}, expected one "
+            f"of {kinds}); convert it to STL"
+        )
+    try:
+        with file.open("rb") as opened:
+            begins = opened.read(8)
+    except OSError as error:
+        raise InputError(f"mesh {str(file)!r:.200} cannot be read: {error.strerror}") from error
+    if begins.startswith(ARCHIVES):
+        raise InputError(f"mesh {str(file)!r:.200} is an archive, expected a mesh; unpack it first")

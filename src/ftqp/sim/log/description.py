@@ -21,7 +21,7 @@ from ftqp.control.task.soft_tasks import FIRST, PositionTask
 from ftqp.control.task.task_kinds import KINDS
 from ftqp.control.task.torque_limits import TorqueLimits
 from ftqp.core.checks import FloatArray
-from ftqp.model.body_frames import frame_pose, mount_of
+from ftqp.model.frames import mount_of
 from ftqp.model.robot import Robot
 from ftqp.model.skeleton import Skeleton
 from ftqp.sim.further_measures import FurtherMeasures
@@ -107,7 +107,7 @@ def _further(planner: Planner) -> dict[str, Any]:
                     own_unit = {"unit": keep.unit} if keep.unit else {}
                     found[-1] |= {**own_unit, **_settings(keep), "of": type(keep).__name__}
                 continue
-            T = frame_pose(robot, keep.frame, np.zeros(robot.nv))
+            T = robot.pose(np.zeros(robot.nv), keep.frame)
             point = np.zeros(3) if keep.shape == CONE else keep.point
             found.append(
                 {
@@ -177,7 +177,7 @@ def _mounted(robot: Robot, task: RunningTask) -> dict[str, Any]:
     other = getattr(given, "to", None) or getattr(given, "towards", None)
     for prefix, frame in (("", getattr(given, "frame", None)), ("other_", other)):
         if isinstance(frame, str):
-            body, T = mount_of(robot, frame)[0], frame_pose(robot, frame, np.zeros(robot.nv)).copy()
+            body, T = mount_of(robot, frame)[0], robot.pose(np.zeros(robot.nv), frame).copy()
             if not prefix and isinstance(given, PositionTask):
                 T[:3, 3] += T[:3, :3] @ given.point
             found[f"{prefix}joint"] = None if body < 0 else robot.joints[body]

@@ -1,9 +1,8 @@
 """A log in memory: arrays by name, with units and metadata."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
-from typing import Any, Self, cast, final
+from typing import Any, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from ftqp.core.checks import FloatArray, frozen, seen
 from ftqp.core.errors import unknown
 from ftqp.core.html_table import html_table
-from ftqp.core.picture import Picture
+from ftqp.core.picture import Picture, painted
 from ftqp.core.small_picture import curves_svg
 from ftqp.sim.log.log_rows import LogRows, RunFacts, whole_numbers
 from ftqp.sim.log.raw_rows import BLOCK
@@ -125,9 +124,8 @@ class Log:
             InputError: The log has no rows, or no such figure.
             MissingPackage: matplotlib is not installed.
         """
-        # pictures are above the simulation: a log looks its own up by name, and knows nothing of it
-        draw = import_module("ftqp.viz.figures.shown").run_picture
-        return cast("Picture", draw(self, figure))
+        picture: Picture = painted("run", self, figure)
+        return picture
 
     def __len__(self) -> int:
         return len(next(iter(self._signals.values())))

@@ -9,8 +9,8 @@ from ftqp.control.scene.solid_shapes import WORDS, Hull
 from ftqp.core.checks import FloatArray, array, instance, positive, seen
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
-from ftqp.model.body_frames import mount_of
 from ftqp.model.followers import coupled_places, is_led
+from ftqp.model.frames import mount_of
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.hidden_faults import HiddenFault, Jammed, Misread, Runaway, Weakened
 from ftqp.sim.plants.joint_servo import JointServo

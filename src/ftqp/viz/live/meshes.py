@@ -14,8 +14,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import FtqpError, InputError
 from ftqp.core.pose import rotation_exp, transform
 from ftqp.model.chain import axis_rotation, frame_id
-from ftqp.model.mesh_file import refuse_other_than_mesh
-from ftqp.model.reading.safe_xml import xml_of
+from ftqp.model.reading.safe_xml import refuse_other_than_mesh, xml_of
 from ftqp.model.robot import Robot
 from ftqp.viz.live.shapes import BASE, Part, arm_parts
 from ftqp.viz.live.solids import Mesh, ball, box, cylinder, joined

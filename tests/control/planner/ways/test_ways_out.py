@@ -8,7 +8,7 @@ from tests.going import go
 import ftqp
 from ftqp.control.planner.ways.trial import corners, thinned
 from ftqp.core.errors import InputError
-from ftqp.model.body_frames import base_wrenches
+from ftqp.model.frames import base_wrenches
 
 PANDA = ftqp.robots.load("panda")
 HOME = PANDA.neutral

@@ -1,0 +1,115 @@
+"""Frames of a robot beside its tip: where they are, which joint they move with, and the joints on the way."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, final
+
+import numpy as np
+import pinocchio as pin
+
+from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.errors import InputError
+from ftqp.core.pose import transform
+from ftqp.model.chain import configuration_of
+from ftqp.model.reduction import named_frame
+
+if TYPE_CHECKING:
+    from ftqp.model.robot import Robot
+
+
+def centre_of_mass(robot: "Robot", q: Any) -> FloatArray:
+    """Centre of mass of all bodies in the world, (3,) [m], at joint values q, (nv,) or (nq,)."""
+    return np.array(pin.centerOfMass(robot.model, robot.model.createData(), robot.configuration(q)))
+
+
+def base_wrenches(robot: "Robot", q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+    """The force and the torque that the base bears on a motion, about its origin, (k, 2) [N, N m].
+
+    They hold the arm's weight and make its bodies accelerate; rotors, which spin beside, are left out. Joint
+    values, velocities and accelerations are (k, nv) each.
+
+    Source: Featherstone 2008, section 5.3.
+    """
+    model, data = robot.model, robot.model.createData()
+    roots = [int(i) for i in model.children[0]]
+    sizes = np.empty((len(q), 2))
+    for row, place, speed, change in zip(sizes, q, v, a, strict=True):
+        pin.rnea(model, data, configuration_of(model, robot.continuous, place), speed, change)
+        borne = sum((data.liMi[i].act(data.f[i]).vector for i in roots), np.zeros(6))
+        row[:] = np.linalg.norm(borne[:3]), np.linalg.norm(borne[3:])
+    return sizes
+
+
+def mount_of(robot: "Robot", name: str) -> tuple[int, FloatArray]:
+    """The joint that a frame moves with, -1 is none, and its pose in the chain's frame of that joint, (4, 4).
+
+    The chain's frames have their z axis along the joint, so that they are others than pinocchio's.
+    """
+    T = robot.pose(np.zeros(robot.nv), name)
+    body = int(robot.model.frames[named_frame(robot.model, name)].parentJoint) - 1
+    chain, W = robot.chain, np.eye(4)
+    for i in chain.way(body):
+        W = W @ transform(chain.rotation[i], chain.translation[i])
+    return body, np.array(np.linalg.solve(W, T), dtype=np.float64)
+
+
+def joint_of_frames(robot: "Robot") -> dict[str, str | None]:
+    """Names of all frames, links and joints of a robot's model, each with the joint that it moves with.
+
+    None stands for a frame that does not move.
+    """
+    model = robot.model
+    found: dict[str, str | None] = {}
+    for frame in model.frames:  # of two frames of one name the first is meant
+        found.setdefault(frame.name, str(model.names[frame.parentJoint]) if frame.parentJoint else None)
+    return found
+
+
+@final
+class PlacedFrames:
+    """Poses of some frames of a robot, posture after posture."""
+
+    def __init__(self, robot: "Robot", names: Sequence[str]) -> None:
+        self._robot, self._data = robot, robot.model.createData()
+        self._numbers = [named_frame(robot.model, name) for name in names]
+
+    def at(self, q: FloatArray) -> FloatArray:
+        """Their poses in the world, (count, 4, 4) [m], at joint positions q, (nv,) [rad or m]."""
+        model, data = self._robot.model, self._data
+        pin.forwardKinematics(model, data, self._robot.configuration(q))
+        poses = [pin.updateFramePlacement(model, data, number).homogeneous for number in self._numbers]
+        return np.array(poses).reshape(-1, 4, 4)
+
+
+def way_to(robot: "Robot", frame: str) -> IntArray:
+    """The joints on the way from the base to a frame of a robot, and those that they follow, base first."""
+    body = int(robot.model.frames[named_frame(robot.model, frame)].parentJoint) - 1
+    way = robot.chain.way(body)
+    return np.unique([*way, *robot.chain.lead[way]])
+
+
+def on_way(robot: "Robot", frame: str, q: Any, name: str = "q") -> FloatArray:
+    """The joints on the way to a frame in positions of all, (..., nv) [rad or m]."""
+    given = np.asarray(q, dtype=np.float64)
+    if given.ndim not in (1, 2) or given.shape[-1] != robot.nv:
+        raise InputError(
+            f"{name} has shape {given.shape}, expected (N + 1, nv) = (N + 1, {robot.nv}), or (nv,)"
+        )
+    return np.ascontiguousarray(given[..., way_to(robot, frame)])
+
+
+def off_way(robot: "Robot", frame: str, q: FloatArray, others: FloatArray) -> FloatArray:
+    """Positions of all joints, (..., nv): those on the way to a frame as given, the others as in (nv,)."""
+    whole = np.array(np.broadcast_to(others, (*q.shape[:-1], robot.nv)))
+    whole[..., way_to(robot, frame)] = q
+    return whole
+
+
+def faults_on_way(robot: "Robot", frame: str, faults: Iterable[Any]) -> tuple[Any, ...]:
+    """The faults of joints on the way to a frame, each by its joint's name."""
+    way = way_to(robot, frame)
+    return tuple(
+        replace(fault, joint=robot.joints[robot.joint(fault.joint)])
+        for fault in faults
+        if robot.joint(fault.joint) in way
+    )
