@@ -278,21 +278,6 @@ def test_a_tip_that_is_still_to_be_chosen_is_a_question():
     assert Robot.from_urdf(two, tip="camera").tip == "camera"
 
 
-@pytest.mark.parametrize(
-    ("kind", "words"),
-    [("revolute", "20000 joints that move, expected"), ("fixed", "more than 1500 joints in a row")],
-)
-def test_20000_joints_in_a_row_are_refused_before_they_are_built(kind, words):
-    links = "".join(f'<link name="l{i}"/>' for i in range(20001))
-    joints = "".join(
-        f'<joint name="j{i}" type="{kind}"><parent link="l{i}"/><child link="l{i + 1}"/>'
-        f"<limit {LIMIT}/></joint>"
-        for i in range(20000)
-    )
-    with pytest.raises(ModelError, match=words):
-        Robot.from_urdf(f'<robot name="row">{links}{joints}</robot>', tip="l20000")
-
-
 def test_findings_of_a_robot_that_was_just_read_are_logged_once(caplog):
     soft = SOFT.format('soft_lower_limit="-1.25" soft_upper_limit="1.25"')
     text = arm(inside=(soft, "", "")).replace('"probe"', '"logged once"')

@@ -101,7 +101,7 @@ class Scene(Mapping[str, Placed]):
                 stands there, or there is more than a scene has room for.
             MissingPackage: MuJoCo is not installed.
         """
-        pieces = import_module("ftqp.model.reading.mjcf_geometry").mjcf_collisions(source)
+        pieces = import_module("ftqp.model.reading.compiled_mjcf").mjcf_collisions(source)
         return cls._of(pieces, "the MJCF has no geom that collides, expected contype or conaffinity")
 
     @classmethod

@@ -1,34 +1,35 @@
-"""An MJCF file as MuJoCo's own compiler reads it, which is what a simulator works with."""
+"""An MJCF file as MuJoCo's own compiler reads it; the one file that imports MuJoCo, which is optional."""
 
-from collections.abc import Iterator
-from contextlib import suppress
-from math import isnan, prod
-from pathlib import Path
+from logging import getLogger
+from math import isnan
 from typing import Any
 from warnings import catch_warnings
-from xml.etree import ElementTree
 
 import numpy as np
 
-from ftqp.core.errors import InputError
-from ftqp.model.reading.mujoco_package import mujoco
-from ftqp.model.reading.safe_xml import LARGEST, xml_of
+from ftqp.core.errors import InputError, MissingPackage
+from ftqp.core.extras import remedy_for_extra
+from ftqp.core.safe_path import safe_path
+from ftqp.model.capsules import Collision
+from ftqp.model.reading.safe_xml import xml_of
 
-COPIES = ("replicate", "composite", "flexcomp")
-"""Elements that stand for ``count`` of what they hold."""
-MOST_PARTS = 100_000
-"""A file that makes more parts than this fills the memory; scenes with hundreds of robots have fewer."""
-COUNTS = {"hfield": ("nrow", "ncol"), "texture": ("width", "height")}
-"""Sizes of what has a number for each of its places."""
-MOST_PLACES = 2**26
-"""The same for those: a picture of 8,192 times 8,192."""
+__all__ = ["compiled", "is_off", "mjcf_collisions", "mujoco"]
+
+try:
+    with safe_path():  # its glfw starts a Python when it is imported
+        import mujoco
+except ImportError as error:
+    what = "MuJoCo, which reads MJCF and simulates arms,"
+    raise MissingPackage(what, "mujoco", remedy_for_extra("sim")) from error
+if mujoco.get_mju_user_warning() is None:  # else MuJoCo writes MUJOCO_LOG.TXT where the user works
+    mujoco.set_mju_user_warning(getLogger("ftqp").warning)
+GEOM = mujoco.mjtGeom
 
 
 def compiled(source: Any, whole: bool = True) -> tuple[Any, str]:
     """The compiled model of a file or text, and what it is called."""
     text, root, path = xml_of(source, "MJCF", "mujoco")
     label = "the MJCF text" if path is None else f"MJCF {str(path)!r}"
-    _refuse_bombs(root, path, label)
     try:
         spec = mujoco.MjSpec.from_string(text) if path is None else mujoco.MjSpec.from_file(str(path))
         if not whole:
@@ -99,44 +100,44 @@ def _name_frames(spec: Any) -> None:
             frame.parent.add_site(name=frame.name).set_frame(frame)
 
 
-def _refuse_bombs(root: ElementTree.Element, path: Path | None, label: str) -> None:
-    """A few lines may stand for billions of parts, which MuJoCo's compiler would begin to make."""
-    parts = 0.0
-    for element, copies in _parts(root, path):
-        parts += copies
-        size = element.tag == "size" and max(
-            (_product(text) for key, text in element.items() if key == "nkey" or key.startswith("nuser")),
-            default=0.0,
-        )
-        places = prod(_product(element.get(key, "1")) for key in COUNTS.get(element.tag, ()))
-        if parts > MOST_PARTS or size > MOST_PARTS or places > MOST_PLACES:
+def mjcf_collisions(source: Any) -> list[Collision]:
+    """The geoms that collide, each named, with its pose in the world."""
+    model, _ = compiled(source)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    return [
+        _piece(model, data, at)
+        for at in range(model.ngeom)
+        if model.geom_contype[at] or model.geom_conaffinity[at]
+    ]
+
+
+def _piece(model: Any, data: Any, at: int) -> Collision:
+    name = model.geom(at).name or model.body(model.geom_bodyid[at]).name
+    place = np.eye(4)
+    place[:3, :3], place[:3, 3] = data.geom_xmat[at].reshape(3, 3), data.geom_xpos[at]
+    x, y, z = model.geom_size[at].tolist()
+    corners, size = None, tuple[float, ...]()
+    match model.geom_type[at]:
+        case GEOM.mjGEOM_PLANE:
+            kind, size = "half_space", (0.0,)
+        case GEOM.mjGEOM_SPHERE:
+            kind, size = "sphere", (x,)
+        case GEOM.mjGEOM_CAPSULE:
+            kind, size = "capsule", (x, 2.0 * y)
+        case GEOM.mjGEOM_CYLINDER:
+            kind, size = "cylinder", (x, 2.0 * y)
+        case GEOM.mjGEOM_BOX | GEOM.mjGEOM_ELLIPSOID:  # the box around it
+            kind, size = "box", (2.0 * x, 2.0 * y, 2.0 * z)
+        case GEOM.mjGEOM_MESH:
+            kind, size = "mesh", (1.0, 1.0, 1.0)
+            mesh = model.mesh(model.geom_dataid[at])
+            first, count = int(mesh.vertadr[0]), int(mesh.vertnum[0])
+            corners = np.array(model.mesh_vert[first : first + count], dtype=np.float64)
+        case other:
+            word = GEOM(other).name.removeprefix("mjGEOM_").lower()
             raise InputError(
-                f"{label} stands for more than {MOST_PARTS:,} parts or {MOST_PLACES:,} points with its "
-                f"<{element.tag!s:.60}>, which no robot has; take those out that the arm does not need"
+                f"geom {name!r} of the MJCF is a {word}, expected a plane, "
+                "sphere, capsule, ellipsoid, cylinder, box or mesh; put boxes in its place"
             )
-
-
-def _parts(root: ElementTree.Element, path: Path | None) -> Iterator[tuple[ElementTree.Element, float]]:
-    """Every element, those of included files among them, and how many of it a file stands for."""
-    left, read = [(root, 1.0)], set[Path]()
-    while left:
-        element, copies = left.pop()
-        if element.tag in COPIES:
-            copies *= _product(element.get("count", "1"))
-        yield element, copies
-        left += [(inner, copies) for inner in element]
-        file = element.get("file")
-        if path is not None and element.tag in ("include", "model") and file:
-            other = path.parent / file
-            if other not in read and other.is_file() and other.stat().st_size <= LARGEST:
-                read.add(other)
-                with suppress(ElementTree.ParseError):  # MuJoCo says what is wrong with it
-                    left.append((ElementTree.fromstring(other.read_bytes()), copies))
-
-
-def _product(text: str) -> float:
-    """The numbers of an attribute multiplied, 1 where there are none."""
-    try:
-        return abs(prod(float(word) for word in text.split()))
-    except ValueError:
-        return 1.0
+    return Collision(link=name, kind=kind, size=size, place=place, corners=corners)

@@ -10,9 +10,8 @@ import pinocchio as pin
 from ftqp.core.checks import FloatArray
 from ftqp.model.audit import Finding, note
 from ftqp.model.followers import Follower
-from ftqp.model.reading.compiled_mjcf import compiled, is_off
+from ftqp.model.reading.compiled_mjcf import compiled, is_off, mujoco
 from ftqp.model.reading.mjcf_findings import beside_joints
-from ftqp.model.reading.mujoco_package import mujoco
 from ftqp.model.reading.source import Source
 from ftqp.model.reduction import joint_index, tips_of
 

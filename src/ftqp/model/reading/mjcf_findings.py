@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.model.audit import Finding, warning
-from ftqp.model.reading.compiled_mjcf import is_off
-from ftqp.model.reading.mujoco_package import mujoco
+from ftqp.model.reading.compiled_mjcf import is_off, mujoco
 
 EQUALITY = mujoco.mjtEq
 TIED_JOINTS, TIED_TENDONS = int(EQUALITY.mjEQ_JOINT), int(EQUALITY.mjEQ_TENDON)

@@ -9,9 +9,6 @@ from xml.parsers import expat
 
 from ftqp.core.errors import InputError
 
-LARGEST = 20 * 2**20
-"""Largest robot file [bytes]; robots without meshes take some hundred kilobytes."""
-
 DRAKE = "http://drake.mit.edu"
 """The namespace of Drake's extensions, which say what URDF has no word for."""
 MESHES = (".stl", ".obj", ".ply", ".glb", ".dae")
@@ -30,8 +27,6 @@ def xml_of(source: Any, kind: str, root: str) -> tuple[str, ElementTree.Element,
     """
     text, path = _text_of(source, kind)
     label = f"{kind} {str(path)!r}" if path else f"the {kind} text"
-    if len(text) > LARGEST:
-        raise InputError(f"{label} has {len(text)} characters, expected at most {LARGEST}")
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise InputError(f"{label} declares a document type or an entity, which no {kind} needs; remove it")
     try:
@@ -52,30 +47,17 @@ def _text_of(source: Any, kind: str) -> tuple[str, Path | None]:
     if not isinstance(source, (str, PathLike)):
         raise InputError(f"a {kind} is given by its path or as XML text, got {type(source).__name__}")
     path = Path(fspath(source))
+    name = f"{kind} {str(path)!r:.300}"
     try:
         if path.is_dir():
-            raise InputError(f"{kind} {str(path)!r:.300} is a folder, expected a file")
+            raise InputError(f"{name} is a folder, expected a file")
         if not path.is_file():
-            raise InputError(f"{kind} {str(path)!r:.300} does not exist; expected a file or XML text")
-        if path.stat().st_size > LARGEST:
-            size = path.stat().st_size / 2**20
-            raise InputError(
-                f"{kind} {str(path)!r} has {size:.0f} MB, expected at most {LARGEST // 2**20} MB"
-            )
-        data = path.read_bytes()
-    except InputError:
-        raise
-    except (OSError, ValueError) as error:
-        raise InputError(f"{kind} {str(path)!r:.300} cannot be read: {error!s:.200}") from error
-    try:
-        text = data.decode("utf-8-sig")
+            raise InputError(f"{name} does not exist; expected a file or XML text")
+        return path.read_text(encoding="utf-8-sig").lstrip(), path
     except UnicodeDecodeError as error:
-        raise InputError(f"{kind} {str(path)!r} is not text in UTF-8 (byte {error.start})") from error
-    if "\0" in text:
-        raise InputError(f"{kind} {str(path)!r} is not text: it contains zero bytes")
-    if not text.strip():
-        raise InputError(f"{kind} {str(path)!r} is empty")
-    return text.lstrip(), path
+        raise InputError(f"{name} is not text in UTF-8 (byte {error.start})") from error
+    except OSError as error:
+        raise InputError(f"{name} cannot be read: {error!s:.200}") from error
 
 
 _SKIPPED = re.compile(r"<!\[CDATA\[.*?\]\]>|<!--.*?-->|<\?xml\s.*?\?>", re.DOTALL)

@@ -35,12 +35,6 @@ GEOMETRY = {
 }
 """What a link is made of for collisions, and the attributes that are its sizes; capsules are of URDF 1.2."""
 
-MOST_IN_A_ROW = 1500
-"""Joints in a row at most, fixed ones included: pinocchio calls itself for each; 5,000 end the process."""
-MOST_MOVING = 300
-"""Joints that move in a file at most, for which pinocchio takes three seconds: 500 in a row take minutes, and
-of 2,000 the memory does not suffice."""
-
 SYMMETRIC = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
@@ -69,8 +63,6 @@ def read(source: Any, tips: Sequence[str], locked: Sequence[str | int]) -> Sourc
     _, root, path = xml_of(source, "URDF", "robot")
     tree = _tree(root)
     is_tree = not tree.findings
-    if is_tree:
-        _refuse_long(tree)
     known = is_tree and tips and all(tip in tree.links or tip in tree.joints for tip in tips)
     moving = {name for tip in tips for name in tree.chain(tip)} if known else set(tree.joints)
     _audit_joints(tree, moving, locked)
@@ -176,28 +168,6 @@ def _tree(root: Element) -> Tree:
             unsafe(f"there are {len(roots)} links without a parent {roots!r:.200}, expected one base")
         )
     return tree
-
-
-def _refuse_long(tree: Tree) -> None:
-    """Refuses what is no robot before pinocchio, which walks down a tree by recursion, falls over it."""
-    below: dict[str, list[str]] = {}
-    for joint in tree.joints.values():
-        below.setdefault(_attribute(joint, "parent", "link"), []).append(_attribute(joint, "child", "link"))
-    level, deep = set(tree.links) - {link for links in below.values() for link in links}, 0
-    while level and deep <= MOST_IN_A_ROW:
-        deep += 1
-        level = {child for link in level for child in below.get(link, ())}
-    moving = sum(joint.get("type") in MOVING for joint in tree.joints.values())
-    if moving > MOST_MOVING:
-        raise ModelError(
-            f"{tree.name} has {moving} joints that move, expected at most {MOST_MOVING}; give those that "
-            "stand still the type fixed, or write a file of one arm"
-        )
-    if deep > MOST_IN_A_ROW:
-        raise ModelError(
-            f"{tree.name} has more than {MOST_IN_A_ROW} joints in a row, which are more than can be read; "
-            "write fixed joints that follow one another as one"
-        )
 
 
 def _audit_joints(tree: Tree, moving: Container[str], locked: Sequence[str | int]) -> None:

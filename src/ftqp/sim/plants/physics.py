@@ -8,7 +8,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.model.chain import Chain
 from ftqp.model.followers import led_joints
-from ftqp.model.reading.mujoco_package import mujoco
+from ftqp.model.reading.compiled_mjcf import mujoco
 
 HARD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 """Impedance of brakes and end stops in MuJoCo's terms: with its default ones a brake creeps."""
