@@ -88,7 +88,7 @@ def test_number_beyond_all_arms_is_refused_without_a_warning(override: str, said
 @pytest.mark.parametrize("text", ["a = " + "[" * 50_000, "name = 1" + "0" * 5000], ids=["nested", "digits"])
 def test_profile_that_cannot_be_read_is_refused(tmp_path: Path, text: str):
     (tmp_path / "deep.toml").write_text(text)
-    with pytest.raises(InputError, match="nested too deeply or a number out of range"):
+    with pytest.raises(InputError, match="is not valid TOML"):
         backend(tmp_path / "deep.toml")
 
 

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from planted import buffers, compliant, fill
+from planted import buffers, compliant, fill, planted
 
 from ftqp.core.errors import InputError
-from ftqp.qp import Claim, QPBuffers, backend, solve
-from ftqp.qp.adapters import polished_backend
-from ftqp.qp.adapters.polished_backend import LARGE, PolishedBackend
+from ftqp.qp import QP, Claim, QPBuffers, backend, solve
+from ftqp.qp.adapters.polished_backend import LARGE, EasedQP, PolishedBackend, compliance, polished
 from ftqp.qp.problem import SolveStatus
 
 
@@ -39,31 +38,6 @@ def rough(claims, unreachable=30.0, **options):
 def test_what_the_solver_calls_solved_is_taken_as_it_is():
     solver = rough([Claim.SOLVED])
     assert solver.solve(cold=True) is Claim.SOLVED and solver.asked == [("own", True, 10)]
-
-
-@pytest.fixture
-def in_vain(monkeypatch):
-    """Polishing never succeeds."""
-    monkeypatch.setattr(polished_backend, "polished", lambda qp, soft: False)
-
-
-def test_a_cold_solve_tries_both_units_and_then_what_is_left(in_vain):
-    solver = rough([Claim.MAX_ITERATIONS] * 3)
-    assert solver.solve(cold=True) is Claim.MAX_ITERATIONS
-    assert solver.asked == [("own", True, 10), ("eased", True, 10), ("eased", True, 30)]
-    assert solver.iterations == 50
-
-
-def test_a_warm_solve_in_vain_is_repeated_in_the_other_units_first(in_vain):
-    solver = rough([Claim.SOLVED] + [Claim.MAX_ITERATIONS] * 4)
-    solver.solve(cold=True)
-    assert solver.solve(cold=False) is Claim.MAX_ITERATIONS
-    assert solver.asked[1:] == [
-        ("own", False, 10),
-        ("eased", True, 10),
-        ("own", True, 10),
-        ("eased", True, 20),
-    ]
 
 
 def test_infeasible_in_both_units_is_believed_and_the_outputs_are_left_alone():
@@ -105,4 +79,99 @@ def test_a_loop_through_a_task_given_up_and_taken_up_again_is_solved_at_every_st
 def test_polish_of_qpsolvers_is_true_or_false():
     with pytest.raises(InputError, match="polish is 3, expected true or false"):
         backend({"name": "qpsolvers:daqp", "polish": 3})
-    assert backend({"name": "qpsolvers:daqp", "polish": False})._polishes is False
+
+
+def test_other_units_pose_the_same_qp():
+    qp = buffers(compliant(3, 1e-5, 20.0))
+    eased = EasedQP(10, 3, 0)
+    qp.upper[10:13] = qp.b
+    eased.pose(qp, compliance(qp))
+    exact = backend("active_set")
+    exact.setup(eased.buffers)
+    assert exact.solve(cold=True) is Claim.SOLVED
+    eased.answer(qp)
+    answer = qp.solution.copy()
+    exact.setup(qp)
+    exact.solve(cold=True)
+    np.testing.assert_allclose(answer, qp.solution, rtol=1e-8, atol=1e-8)
+    assert np.abs(eased.buffers.y).max() < 1e3 < np.abs(qp.y).max()
+    np.testing.assert_allclose(eased.soft, compliance(eased.buffers))
+
+
+def test_slacks_are_recognised_and_nothing_else_is():
+    qp = buffers(compliant(1, soft=1e-6))
+    np.testing.assert_allclose(compliance(qp), 1e-6)
+    for part, at in (("g", 8), ("lb", 9), ("A", (0, 8)), ("H", (8, 9))):
+        changed = buffers(compliant(1, soft=1e-6))
+        getattr(changed, part)[at] = 0.5
+        assert compliance(changed) is None, part
+    assert compliance(buffers(planted(np.random.default_rng(1)).problem)) is None
+
+
+def ready(problem):
+    """Buffers as a backend leaves them to a solver, the right side copied into the upper bounds."""
+    qp = buffers(problem)
+    qp.upper[qp.n : qp.n + qp.m] = qp.b
+    return qp
+
+
+@pytest.mark.parametrize("kind", ["identity", "diagonal", "dense"])
+@pytest.mark.parametrize(("n", "m", "p"), [(1, 0, 0), (7, 6, 0), (7, 2, 7), (36, 6, 30)])
+def test_a_rough_answer_with_the_right_active_bounds_becomes_exact(kind, n, m, p):
+    rng = np.random.default_rng(n + m + p)
+    for _ in range(5):
+        case = planted(rng, n, m, p, kind=kind)
+        qp = ready(case.problem)
+        qp.x[:] = case.x + 1e-4 * rng.normal(size=n)
+        for part in ("y", "z", "z_box"):
+            value = getattr(case, part)
+            getattr(qp, part)[:] = value * (1.0 + 1e-3 * rng.normal(size=len(value)))
+        assert polished(qp, None)
+        np.testing.assert_allclose(qp.x, case.x, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(qp.z_box, case.z_box, rtol=0, atol=1e-7)
+
+
+def test_what_is_not_polished_is_left_alone():
+    case = planted(np.random.default_rng(2), 20, 4, 20, unbounded=0.0)
+    qp = ready(case.problem)
+    qp.x[:], qp.multipliers[:] = 0.3, np.random.default_rng(0).normal(size=len(qp.multipliers)) * 1e3
+    before = qp.solution.copy()
+    assert not polished(qp, None)
+    np.testing.assert_array_equal(qp.solution, before)
+
+
+def test_rows_that_depend_on_each_other_can_be_polished():
+    problem = QP(np.eye(2), [1.0, 0.0], [[1.0, 1.0], [2.0, 2.0]], [1.0, 2.0], lb=[-5.0] * 2, ub=[5.0] * 2)
+    qp = ready(problem)
+    qp.solution[:] = 0.0
+    assert polished(qp, None)
+    np.testing.assert_allclose(qp.x, [0.0, 1.0], atol=1e-9)
+
+
+def test_a_contradiction_is_never_polished_into_an_answer():
+    qp = ready(QP(np.eye(2), [0.0, 0.0], [[1.0, 1.0]], [9.0], lb=[-1.0] * 2, ub=[1.0] * 2))
+    for seed in range(20):
+        qp.solution[:] = np.random.default_rng(seed).normal(size=len(qp.solution)) * 10.0
+        assert not polished(qp, None)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e-12])
+def test_signs_of_multipliers_are_seen_in_whatever_unit_the_objective_is(unit):
+    """Two bounds that are guessed to be active are to be left, and multipliers may all be tiny."""
+    H, g = unit * np.diag([1.0, 0.5, 3.0]), -unit * np.array([1.0, 0.5, 1.0])
+    qp = ready(QP(H, g, lb=[-5.0] * 3, ub=[5.0] * 3))
+    qp.x[:], qp.z_box[:2] = [-5.0, -5.0, 0.3], -unit
+    assert polished(qp, None)
+    np.testing.assert_allclose(qp.x, [1.0, 1.0, 1.0 / 3.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("unreachable", [0.0, 30.0])
+def test_eliminating_slacks_gives_the_same_answer(unreachable):
+    qp, same = ready(compliant(4, 1e-4, unreachable)), ready(compliant(4, 1e-4, unreachable))
+    exact = backend("active_set")
+    exact.setup(same)
+    exact.solve(cold=True)
+    qp.solution[:] = same.solution * (1.0 + 1e-6)
+    assert polished(qp, compliance(qp))
+    np.testing.assert_allclose(qp.x, same.x, rtol=0, atol=1e-9 * (1.0 + np.abs(same.x).max()))
+    np.testing.assert_allclose(qp.y, same.y, rtol=1e-7, atol=1e-9)

@@ -12,7 +12,7 @@ from typing import Any
 from ftqp.app.output.console import ExitCode, json_text, progress, say
 from ftqp.app.scenario.setup import Setup
 from ftqp.core.errors import FtqpError, InputError, MissingPackage
-from ftqp.qp.recording.recording_file import free_file
+from ftqp.qp.recording.recorded_qps import free_file
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log, open_log
 from ftqp.sim.log.log_writer import FILE_NAME, LogParts

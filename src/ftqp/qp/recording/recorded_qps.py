@@ -1,18 +1,25 @@
 """Recorded QPs: what a planner asked of its solver, tick by tick, as arrays with names and as a file."""
 
+import json
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self, final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, frozen
 from ftqp.core.errors import InputError
-from ftqp.qp.adapters.backend import Claim
-from ftqp.qp.problem import ANSWER, PARTS, QP, SYMMETRY_TOLERANCE
-from ftqp.qp.recording.recording_file import read, write
+from ftqp.core.npz import npz_arrays
+from ftqp.qp.problem import PARTS, QP
+
+FORMAT = 1
+"""Version of the file's layout."""
+LARGEST = 4_000_000_000
+"""Bytes of the arrays of a file that is read; more is taken for a mistake."""
+ABOUT = "about"
+"""The array of the file that holds the names and the metadata, a JSON text."""
 
 SHAPES: dict[str, tuple[str, ...]] = {
     "H": ("n", "n"), "g": ("n",), "A": ("m", "n"), "b": ("m",), "C": ("p", "n"), "l": ("p",), "u": ("p",),
@@ -82,17 +89,27 @@ class Recording:
         """Check the parts against each other.
 
         Raises:
-            InputError: a wrong shape or type, NaN, crossed bounds, ticks that do not rise, names that do not
-                fit.
+            InputError: A wrong shape or type, ticks that do not rise, or names that do not fit.
         """
-        arrays = {name: _numbers(name, getattr(self, name)) for name in SHAPES}
-        _check_shapes(arrays)
-        _check_content(arrays)
-        for name, value in arrays.items():
+        for name in SHAPES:
+            try:
+                value: Any = np.array(getattr(self, name), dtype=WHOLE.get(name, float), order="C")
+            except (TypeError, ValueError) as error:
+                raise InputError(f"{name} is no array of numbers: {error}") from error
             object.__setattr__(self, name, frozen(value))
-        n, m, p = self.g.shape[1], self.b.shape[1], self.l.shape[1]
-        for name, count in (("variables", n), ("rows", m + p)):
-            object.__setattr__(self, name, _names(name, getattr(self, name), count))
+        sizes = {"n": self.g.shape[-1], "m": self.b.shape[-1], "p": self.l.shape[-1]}
+        for name, shape in SHAPES.items():
+            found, expected = getattr(self, name).shape, (len(self.g), *(sizes[size] for size in shape))
+            if found != expected or not len(self.g):
+                symbols = f"({', '.join(('K', *shape))})"
+                raise InputError(f"{name} has shape {found}, expected {symbols} = {expected}, K >= 1")
+        if (np.diff(self.tick) <= 0).any():
+            raise InputError("tick does not rise from QP to QP")
+        for name, count in (("variables", sizes["n"]), ("rows", sizes["m"] + sizes["p"])):
+            words = tuple(getattr(self, name))
+            if len(set(words)) != count or len(words) != count:
+                raise InputError(f"{name} has {len(set(words))} different names, expected {count}")
+            object.__setattr__(self, name, words)
         object.__setattr__(self, "metadata", dict(self.metadata))
 
     def __len__(self) -> int:
@@ -147,10 +164,24 @@ class Recording:
             path: The file, which ends in ``.npz`` and does not exist yet.
 
         Raises:
-            InputError: The file exists already or cannot be written.
+            InputError: The file exists already or cannot be written, or the metadata are not JSON.
         """
-        about = {"variables": self.variables, "rows": self.rows, "metadata": dict(self.metadata)}
-        write(path, {name: getattr(self, name) for name in SHAPES}, about)
+        file, about = free_file(path), {"variables": self.variables, "rows": self.rows, "format": FORMAT}
+        try:
+            text = json.dumps({**about, "metadata": self.metadata}, allow_nan=False)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"metadata of the recording are not JSON: {error}") from error
+        arrays: dict[str, Any] = {name: getattr(self, name) for name in SHAPES}
+        part = file.with_name(f".{file.name}.{os.getpid()}.part")
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            with part.open("wb") as stream:
+                np.savez_compressed(stream, **{ABOUT: np.array(text)}, **arrays)  # type: ignore[arg-type]
+            part.rename(free_file(file))
+        except OSError as error:
+            raise InputError(f"recording {file} cannot be written: {error.strerror or error}") from error
+        finally:
+            part.unlink(missing_ok=True)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -163,72 +194,34 @@ class Recording:
             InputError: There is no such file, or it is not a recording, of another version, truncated, or
                 damaged.
         """
-        arrays, about = read(path, tuple(SHAPES))
-        content: dict[str, Any] = {**arrays, **about}
+        file = Path(path)
+        if not file.is_file():
+            raise InputError(f"recording {file} does not exist; `ftqp run --record-qps FILE` makes one")
         try:
-            return cls(**content)
-        except InputError as error:
-            raise InputError(f"recording {path} is damaged: {error}") from error
+            arrays: dict[str, Any] = npz_arrays(file, LARGEST)
+            about = json.loads(str(arrays.pop(ABOUT)))
+            version = about.pop("format")
+            if version == FORMAT:
+                return cls(**arrays, **about)
+        except (OSError, KeyError, AttributeError, TypeError, ValueError, RecursionError) as error:
+            raise InputError(
+                f"{file} is not a recording, or is damaged ({error!s:.100}); expected the .npz of "
+                "`ftqp run --record-qps`"
+            ) from error
+        raise InputError(
+            f"recording {file} has format {version!r:.20}, this ftqp reads {FORMAT}; "
+            "record it again with `ftqp run --record-qps`"
+        )
 
 
-def _numbers(name: str, value: Any) -> NDArray[Any]:
-    kind: Any = WHOLE.get(name, np.float64)
-    array = np.asarray(value)
-    wanted = "fiu" if kind is np.float64 else "b" if kind is np.bool_ else "iu"
-    if array.dtype.kind not in wanted:
-        words = {"fiu": "numbers", "b": "true or false", "iu": "whole numbers"}[wanted]
-        raise InputError(f"{name} holds {array.dtype.name}, expected {words}")
-    return np.array(array, dtype=kind, order="C")
-
-
-def _check_shapes(arrays: Mapping[str, NDArray[Any]]) -> None:
-    g, b, l = arrays["g"], arrays["b"], arrays["l"]
-    for name, value in (("g", g), ("b", b), ("l", l)):
-        if value.ndim != 2:
-            raise InputError(f"{name} has shape {value.shape}, expected one row a QP")
-    sizes = {"n": g.shape[1], "m": b.shape[1], "p": l.shape[1]}
-    if len(g) == 0 or sizes["n"] == 0:
-        raise InputError(f"g has shape {g.shape}, expected at least one QP of at least one variable")
-    for name, shape in SHAPES.items():
-        expected = (len(g), *(sizes[size] for size in shape))
-        if arrays[name].shape != expected:
-            symbols = f"({', '.join(('K', *shape))})"
-            raise InputError(f"{name} has shape {arrays[name].shape}, expected {symbols} = {expected}")
-
-
-def _check_content(arrays: Mapping[str, NDArray[Any]]) -> None:
-    for name in ("H", "g", "A", "b", "C", "time"):
-        if not np.isfinite(arrays[name]).all():
-            raise InputError(f"{name} is not finite in QP {_first(~np.isfinite(arrays[name]))}")
-    H = arrays["H"]
-    off = np.abs(H - H.transpose(0, 2, 1)) > SYMMETRY_TOLERANCE * np.abs(H).max(axis=(1, 2), keepdims=True)
-    if off.any():
-        raise InputError(f"H is not symmetric in QP {_first(off)}")
-    for low, high in (("l", "u"), ("lb", "ub")):
-        lows, highs = arrays[low], arrays[high]
-        crossed = ~(lows <= highs) | (lows == np.inf) | (highs == -np.inf)
-        if crossed.any():
-            raise InputError(f"{low} and {high} leave nothing between them in QP {_first(crossed)}")
-    claim = arrays["claim"]
-    unknown = (claim < min(Claim)) | (claim > max(Claim))
-    if unknown.any():
-        raise InputError(f"claim is {claim[unknown][0]}, expected {min(Claim):d} to {max(Claim):d}")
-    for name in ANSWER:
-        lost = ~np.isfinite(arrays[name]).reshape(len(claim), -1).all(axis=1) & (claim == Claim.SOLVED)
-        if lost.any():
-            raise InputError(f"{name} is not finite in QP {_first(lost)}, which counts as solved")
-    if (np.diff(arrays["tick"]) <= 0).any():
-        raise InputError(f"tick does not rise after QP {_first(np.diff(arrays['tick']) <= 0)}")
-
-
-def _first(wrong: BoolArray) -> int:
-    """The first QP that something is wrong with."""
-    return int(np.argwhere(wrong)[0][0])
-
-
-def _names(what: str, names: Any, count: int) -> tuple[str, ...]:
-    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
-        raise InputError(f"{what} are {names!r:.60}, expected {count} names")
-    if len(names) != count or len(set(names)) != count:
-        raise InputError(f"{what} has {len(set(names))} different names, expected {count}")
-    return tuple(names)
+def free_file(path: str | Path) -> Path:
+    """``path``, if a recording may be written there."""
+    file = Path(path)
+    if file.exists():
+        raise InputError(f"recording {file} exists, and nothing is overwritten; name another file")
+    if file.suffix != ".npz":
+        raise InputError(f"recording {str(path)!r} has to end in .npz; name it {file.stem or 'qps'}.npz")
+    above = next(parent for parent in file.absolute().parents if parent.exists())
+    if not (above.is_dir() and os.access(above, os.W_OK)):
+        raise InputError(f"recording {file} cannot be made: {above} is not a folder that can be written to")
+    return file
