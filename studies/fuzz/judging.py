@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 
 import ftqp
+from ftqp.checker.checked_run import LAWS
 from ftqp.checker.joint_health import health
-from ftqp.checker.run_laws import LAWS
-from ftqp.checker.strictness import KINEMATIC
 from ftqp.checker.tip_errors import errors
-from ftqp.checker.trace import Failure, Trace
+from ftqp.checker.trace import KINEMATIC, Failure, Trace
 from fuzz.account import Account, Epoch
 from fuzz.cases import Case
 

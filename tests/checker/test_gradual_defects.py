@@ -8,8 +8,7 @@ import pytest
 import ftqp
 from ftqp.checker.checked_run import verdict
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.strictness import KINEMATIC, PHYSICS
-from ftqp.checker.trace import Failure, Plane, Trace
+from ftqp.checker.trace import KINEMATIC, PHYSICS, Failure, Plane, Trace
 
 ROBOT = ftqp.robots.load("panda")
 ARM = ModelFile.read(ROBOT.to_urdf(), ROBOT.tip, gravity=ROBOT.chain.gravity)

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from ftqp.checker.hold_law import held
+from ftqp.checker.lock_law import held
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.strictness import PHYSICS
-from ftqp.checker.trace import Failure, Trace
+from ftqp.checker.trace import PHYSICS, Failure, Trace
 from ftqp.model import catalog
 
 ROBOT = catalog.load("panda")

@@ -7,8 +7,7 @@ import pytest
 
 from ftqp.checker.lock_law import failed
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.strictness import PHYSICS
-from ftqp.checker.trace import Failure, Trace
+from ftqp.checker.trace import PHYSICS, Failure, Trace
 from ftqp.model import catalog
 
 ROBOT = catalog.load("panda")

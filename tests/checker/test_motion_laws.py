@@ -5,8 +5,7 @@ import pytest
 
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.motion_laws import braking, position, speed
-from ftqp.checker.strictness import KINEMATIC, PHYSICS
-from ftqp.checker.trace import Failure, Trace
+from ftqp.checker.trace import KINEMATIC, PHYSICS, Failure, Trace
 from ftqp.model import catalog
 
 ROBOT = catalog.load("panda")

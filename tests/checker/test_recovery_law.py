@@ -8,8 +8,7 @@ import pytest
 from ftqp.checker.checked_run import verdict
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.recovery_law import rest_after
-from ftqp.checker.strictness import KINEMATIC
-from ftqp.checker.trace import Failure, Trace
+from ftqp.checker.trace import KINEMATIC, Failure, Trace
 from ftqp.control.paths import Circle, Line
 from ftqp.model import catalog
 

@@ -8,9 +8,8 @@ import pytest
 
 from ftqp.checker.checked_run import verdict
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.strictness import PHYSICS
 from ftqp.checker.tip_errors import rotation_vectors
-from ftqp.checker.trace import Failure, Plane, Trace
+from ftqp.checker.trace import PHYSICS, Failure, Plane, Trace
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 

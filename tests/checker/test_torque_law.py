@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.strictness import KINEMATIC, PHYSICS
 from ftqp.checker.torque_law import accelerations, torque
-from ftqp.checker.trace import Failure, Plane, Trace
+from ftqp.checker.trace import KINEMATIC, PHYSICS, Failure, Plane, Trace
 from ftqp.model import catalog
 
 ROBOT = catalog.load("panda")

@@ -63,12 +63,6 @@ def detection(
 
     An alarm of a joint that has failed belongs to that failure, the first one counts, and later ones of the
     same joint are neither right nor wrong.
-
-    Args:
-        alarms: What was said.
-        failures: What failed.
-        end: Of the run [s].
-        visible: The failures that made a difference to what the arm did.
     """
     real = [failure for failure in failures if failure.since < end]
     first = min((failure.since for failure in real), default=end)

@@ -13,8 +13,7 @@ import numpy as np
 from ftqp.checker.boundary_laws import farther
 from ftqp.checker.link_shapes import LinkShape, hull_of_corners
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.strictness import Strictness
-from ftqp.checker.trace import Body, Thing, Trace
+from ftqp.checker.trace import Body, Strictness, Thing, Trace
 from ftqp.core.checks import FloatArray
 
 NEAR = 0.05

@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.strictness import Strictness
-from ftqp.checker.trace import Cone, Trace
+from ftqp.checker.trace import Cone, Strictness, Trace
 from ftqp.core.checks import BoolArray, FloatArray
 
 
@@ -57,7 +56,7 @@ def _angles(arm: ModelFile, run: Trace, one: Cone) -> FloatArray:
 
 def _swinging(arm: ModelFile, run: Trace, joint: int) -> BoolArray:
     """Ticks in which a freely swinging joint turns what moves with a joint, (K,)."""
-    t = run.dt * np.arange(len(run.status))
+    t = run.t
     result = np.zeros(len(t), dtype=np.bool_)
     for failure in run.failures:
         if failure.kind == "free" and failure.joint in arm.moves_with(joint):

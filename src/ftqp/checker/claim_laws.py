@@ -5,9 +5,8 @@ import numpy as np
 from ftqp.checker.joint_health import health
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.motion_laws import BAND_SIGMAS
-from ftqp.checker.strictness import Strictness
 from ftqp.checker.tip_errors import errors
-from ftqp.checker.trace import Trace
+from ftqp.checker.trace import Strictness, Trace
 from ftqp.core.checks import FloatArray
 
 ERROR_BAND, BAND_TIME = 0.02, 0.1
@@ -18,7 +17,7 @@ def honesty(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """How far the tip is beyond the tolerance, as a share of it, while OK is claimed too long, (K, 1)."""
     position_error, rotation_error = errors(arm, run)
     share = np.maximum(position_error / run.tolerance[0], rotation_error / run.tolerance[1])
-    claimed = np.array([status == "OK" for status in run.status])
+    claimed = run.claims_ok
     return _lasting(np.where(claimed, share - 1.0, 0.0)[:, None], strict.grace, run.dt)
 
 
@@ -26,7 +25,7 @@ def tracking(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """How far the tip is beyond the tolerance although it can follow, as a share of the tolerance, (K, 1)."""
     position_error, rotation_error = errors(arm, run)
     share = np.maximum(position_error / run.tolerance[0], rotation_error / run.tolerance[1]) - 1.0
-    known = run.can_be_followed & (run.dt * np.arange(len(share)) < run.until - 0.5 * run.dt)
+    known = run.can_be_followed & (run.t < run.until - 0.5 * run.dt)
     return _lasting(np.where(known, share, 0.0)[:, None], strict.grace, run.dt)
 
 
@@ -35,7 +34,7 @@ def inside(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     obeys, limits = health(arm, run)
     q = run.q[:-1]
     out = np.maximum(q - limits["q_max"], limits["q_min"] - q) - strict.position
-    claimed = np.array([status == "OK" for status in run.status])[:, None]
+    claimed = run.claims_ok[:, None]
     return _lasting(np.where(obeys & claimed, out, 0.0), strict.grace, run.dt)
 
 
@@ -43,9 +42,9 @@ def obedience(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """How far a joint is outside its error band, while OK is claimed too long, (K, nv)."""
     band = ERROR_BAND + BAND_SIGMAS * strict.noise + BAND_TIME * np.abs(run.sent_v)
     away = np.abs(run.q[1:] - run.sent_q) - band
-    claimed = np.array([status == "OK" for status in run.status])[:, None]
+    claimed = run.claims_ok[:, None]
     known = np.zeros_like(away, dtype=np.bool_)
-    t = run.dt * np.arange(len(run.status))
+    t = run.t
     for failure in run.failures:
         known[t >= failure.told, failure.joint] = True
     return _lasting(np.where(claimed & ~known, away, 0.0), max(strict.grace, 0.05), run.dt)

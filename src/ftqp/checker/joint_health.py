@@ -3,8 +3,7 @@
 import numpy as np
 
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.strictness import Strictness
-from ftqp.checker.trace import Trace
+from ftqp.checker.trace import Strictness, Trace
 from ftqp.core.checks import BoolArray, FloatArray
 
 TELLING = 1e-9
@@ -19,7 +18,7 @@ def health(arm: ModelFile, run: Trace) -> tuple[BoolArray, dict[str, FloatArray]
     A weakened joint has its lower limits from when the planner is told; until then nobody knows that it does
     not do what it is told.
     """
-    t = run.dt * np.arange(len(run.status))
+    t = run.t
     obeys = np.ones((len(t), len(arm.names)), dtype=np.bool_)
     limits = {
         name: np.tile(getattr(arm, name), (len(t), 1))
@@ -60,7 +59,7 @@ def thrown(arm: ModelFile, run: Trace, strict: Strictness) -> BoolArray:
 
 def _locks(run: Trace) -> BoolArray:
     """Ticks in which joints are stopped by an impulse, in the world or in what the planner believes, (K,)."""
-    t = run.dt * np.arange(len(run.status))
+    t = run.t
     result = np.zeros(len(t), dtype=np.bool_)
     for failure in run.failures:
         if failure.jumps:
@@ -73,7 +72,7 @@ def _locks(run: Trace) -> BoolArray:
 
 def _blows(arm: ModelFile, run: Trace) -> BoolArray:
     """Ticks in which a freely swinging joint strikes its end stop, (K,)."""
-    t = run.dt * np.arange(len(run.status))
+    t = run.t
     result = np.zeros(len(t), dtype=np.bool_)
     for failure in run.failures:
         if failure.kind != "free":

@@ -54,11 +54,7 @@ def link_shapes(file: Path, joints: Sequence[str]) -> tuple[LinkShape, ...]:
 
 
 def hull_of_corners(points: FloatArray) -> Any:
-    """The convex hull of some points as coal has it.
-
-    Args:
-        points: (N, 3) [m].
-    """
+    """The convex hull of some points as coal has it."""
     corners = coal.StdVec_Vec3s()
     for point in np.asarray(points, dtype=np.float64):
         corners.append(point)

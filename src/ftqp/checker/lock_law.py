@@ -1,18 +1,23 @@
-"""The law of locked joints: they stay where they came to rest, and are not sent anywhere once known."""
+"""The laws of joints that stand: locked ones, and an arm that was held as a whole."""
 
 from typing import Any
 
 import numpy as np
 
+from ftqp.checker.joint_health import health
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.strictness import Strictness
-from ftqp.checker.trace import Failure, Trace
+from ftqp.checker.trace import Failure, Strictness, Trace
 from ftqp.core.checks import BoolArray, FloatArray
 
 ROUNDING, OBSERVED = 1e-12, 1e-4
 """Of the end of a ramp, and of the speed with which it begins [rad/s or m/s]."""
 SLOWEST = 0.25
 """A joint that locks brakes with at least this share of its acceleration limit, whatever else is said."""
+
+LEAP = 0.1
+"""A joint may be faster by this share after a hold than its limit, or than it was before."""
+BLAMED = 1.0
+"""What a joint that works and is said to have failed is broken by, or an arm that was stopped."""
 
 
 def failed(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
@@ -22,7 +27,7 @@ def failed(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     sent count together, whatever their direction. One whose brake slips moves as it likes.
     """
     result = np.zeros((len(run.status), len(arm.names)))
-    t = run.dt * np.arange(len(run.status))
+    t = run.t
     for failure in run.failures:
         if failure.kind != "locked":
             continue
@@ -40,7 +45,7 @@ def failed(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
 
 def stands(arm: ModelFile, run: Trace, strict: Strictness, failure: Failure) -> BoolArray:
     """From which tick on a locked joint stands, (K,)."""
-    t, i = run.dt * np.arange(len(run.status)), failure.joint
+    t, i = run.t, failure.joint
     since = t >= failure.since + failure.closes
     came = np.cumsum(since & (np.abs(run.v[:-1, i]) <= strict.standing)) > 1
     if not since.any():
@@ -65,3 +70,26 @@ def _ramp(run: Trace, failure: Failure, t: Any) -> Any:
     left = abs(run.sent_v[first - 1, failure.joint]) - failure.deceleration * (t - t[first - 1])
     observed = np.where(np.abs(t - t[first]) < 1.5 * run.dt, OBSERVED, ROUNDING)
     return np.where(t >= t[first], np.maximum(left, observed) + ROUNDING, 0.0)
+
+
+def held(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
+    """By what share joints that work leap after a hold of the whole arm, or 1 where they are blamed, (K, nv).
+
+    Nobody has failed because all stand: none is said to have, and the arm is not stopped for it, unless a
+    joint has really failed.
+    """
+    if not run.holds:
+        return np.zeros((len(run.status), len(arm.names)))
+    obeys, limits = health(arm, run)
+    result = np.zeros(obeys.shape)
+    t, v = run.t, np.abs(run.v[1:])
+    stopped = np.array([status == "STOPPED" for status in run.status])
+    failing = min((failure.since for failure in run.failures), default=np.inf)
+    for begin, end in run.holds:
+        before, after = t < begin - 0.5 * run.dt, t > end - 0.5 * run.dt
+        most = np.maximum(limits["v_max"], v[before].max(axis=0, initial=0.0))
+        over = np.where(after[:, None] & obeys, v / ((1.0 + LEAP) * most) - 1.0, 0.0)
+        blamed = (t > begin - 0.5 * run.dt)[:, None] & obeys & run.blamed
+        blamed |= ((t > begin - 0.5 * run.dt) & (t < failing) & stopped)[:, None]
+        result = np.maximum(result, np.where(blamed, BLAMED, over))
+    return result

@@ -23,6 +23,10 @@ LARGEST = float(np.finfo(np.float64).max)
 class ModelFile:
     """Kinematics, dynamics and limits of a serial arm, as its model file has them.
 
+    Configurations q, velocities v and accelerations a are (K, nv) [rad or m, and a second, and a second
+    squared], or (nv,) where one is asked for. Points and frames that move with a joint, by its 0-based
+    index, are given as they are in the base frame while all joints are at 0.
+
     Attributes:
         model: The pinocchio model; every joint has one velocity.
         tip: Index of the tip's frame.
@@ -53,13 +57,7 @@ class ModelFile:
 
     @classmethod
     def read(cls, source: str | Path, tip: str, *, gravity: Any = (0.0, 0.0, -9.81)) -> Self:
-        """The arm in a URDF.
-
-        Args:
-            source: The path of a file, or its text.
-            tip: The link that carries out the task.
-            gravity: In the base frame, which a URDF does not say, (3,) [m/s2].
-        """
+        """The arm in a URDF."""
         text = source if isinstance(source, str) and "<" in source else Path(source).read_text("utf-8")
         try:
             root, model = ElementTree.fromstring(text), pin.buildModelFromXML(text)
@@ -92,11 +90,7 @@ class ModelFile:
         )
 
     def tips(self, q: FloatArray) -> FloatArray:
-        """Poses of the tip, (K, 4, 4) [m].
-
-        Args:
-            q: Configurations, (K, nv) [rad or m].
-        """
+        """Poses of the tip, (K, 4, 4) [m]."""
         data = self.model.createData()
         result = np.empty((len(q), 4, 4))
         for k, at in enumerate(self._configurations(q)):
@@ -105,30 +99,13 @@ class ModelFile:
         return result
 
     def point(self, q: FloatArray, joint: int, at_zero: Sequence[float]) -> FloatArray:
-        """Places of a point that moves with a joint, (K, 3) [m].
-
-        Args:
-            q: Configurations, (K, nv) [rad or m].
-            joint: The joint's 0-based index.
-            at_zero: Where the point is while all joints are at 0, (3,) [m].
-        """
-        data, (zero,) = self.model.createData(), self._configurations(np.zeros((1, q.shape[1])))
-        pin.forwardKinematics(self.model, data, zero)
-        own = data.oMi[joint + 1].actInv(np.array(at_zero, dtype=np.float64))
-        result = np.empty((len(q), 3))
-        for k, at in enumerate(self._configurations(q)):
-            pin.forwardKinematics(self.model, data, at)
-            result[k] = data.oMi[joint + 1].act(own)
-        return result
+        """Places of a point that moves with a joint, (K, 3) [m]."""
+        T = np.eye(4)
+        T[:3, 3] = at_zero
+        return self.poses(q, joint, T)[:, :3, 3]
 
     def poses(self, q: FloatArray, joint: int, at_zero: FloatArray) -> FloatArray:
-        """Poses of a frame that moves with a joint, (K, 4, 4) [m]; of the base where that is -1.
-
-        Args:
-            q: Configurations, (K, nv) [rad or m].
-            joint: The joint's 0-based index.
-            at_zero: The frame while all joints are at 0, (4, 4) [m].
-        """
+        """Poses of a frame that moves with a joint, (K, 4, 4) [m]; of the base where that is -1."""
         if joint < 0:
             return np.tile(at_zero, (len(q), 1, 1))
         data, (zero,) = self.model.createData(), self._configurations(np.zeros((1, q.shape[1])))
@@ -141,11 +118,7 @@ class ModelFile:
         return result
 
     def centres(self, q: FloatArray) -> FloatArray:
-        """Places of the centre of mass, (K, 3) [m].
-
-        Args:
-            q: Configurations, (K, nv) [rad or m].
-        """
+        """Places of the centre of mass, (K, 3) [m]."""
         data = self.model.createData()
         return np.array([pin.centerOfMass(self.model, data, at).copy() for at in self._configurations(q)])
 
@@ -154,24 +127,13 @@ class ModelFile:
         return tuple(int(one) - 1 for one in self.model.supports[joint + 1] if int(one) > 0)
 
     def tip_and_jacobian(self, data: Any, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The pose of the tip, (4, 4) [m], and its Jacobian along the base's axes, (6, nv).
-
-        Args:
-            data: Of the model, for what is computed on the way.
-            q: Configuration, (nv,) [rad or m].
-        """
+        """The pose of the tip, (4, 4) [m], and its Jacobian along the base's axes, (6, nv)."""
         (at,) = self._configurations(q[None])
         J = pin.computeFrameJacobian(self.model, data, at, self.tip, pin.LOCAL_WORLD_ALIGNED)
         return pin.updateFramePlacement(self.model, data, self.tip).homogeneous, J
 
     def torques(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """What the joints carry, tau = M a + h with rotors and viscous friction, (K, nv) [N m or N].
-
-        Args:
-            q: Configurations, (K, nv) [rad or m].
-            v: Velocities, (K, nv) [rad/s or m/s].
-            a: Accelerations, (K, nv) [rad/s2 or m/s2].
-        """
+        """What the joints carry, tau = M a + h with rotors and viscous friction, (K, nv) [N m or N]."""
         data = self.model.createData()
         moved = [
             pin.rnea(self.model, data, at, v[k], a[k]).copy() for k, at in enumerate(self._configurations(q))
@@ -179,12 +141,7 @@ class ModelFile:
         return np.reshape(moved, v.shape) + self.friction * v
 
     def dynamics(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """M, (nv, nv), and h, (nv,), with tau = M a + h; rotors and viscous friction are part of them.
-
-        Args:
-            q: Configuration, (nv,) [rad or m].
-            v: Velocities, (nv,) [rad/s or m/s].
-        """
+        """M, (nv, nv), and h, (nv,), with tau = M a + h; rotors and viscous friction are part of them."""
         data, (at,) = self.model.createData(), self._configurations(q[None])
         M = pin.crba(self.model, data, at)
         M = np.triu(M) + np.triu(M, 1).T

@@ -10,8 +10,7 @@ import numpy as np
 
 from ftqp.checker.joint_health import health, jumps, thrown, told_anew
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.strictness import Strictness
-from ftqp.checker.trace import Trace
+from ftqp.checker.trace import Strictness, Trace
 from ftqp.core.checks import FloatArray
 
 FULLY = 1e-6
@@ -100,14 +99,7 @@ def _beyond(now: FloatArray, then: FloatArray, fresh: Any, excused: Any, let: fl
 
 
 def missing_way(q: FloatArray, v: FloatArray, limits: dict[str, FloatArray], run: Trace) -> FloatArray:
-    """What is missing of the way that joints need to brake before the end that they go to, (K, nv).
-
-    Args:
-        q: Positions, (K, nv) [rad or m].
-        v: Velocities, (K, nv) [rad/s or m/s].
-        limits: What is left of them.
-        run: Tells the level and the ticks.
-    """
+    """What is missing of the way that joints need to brake before the end that they go to, (K, nv)."""
     fast, a = np.abs(v), limits["a_max"]
     with np.errstate(invalid="ignore", divide="ignore"):
         way = np.where(np.isfinite(a), fast**2 / (2.0 * a), 0.0)

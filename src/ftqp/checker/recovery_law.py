@@ -11,9 +11,8 @@ from ftqp.checker.joint_health import health
 from ftqp.checker.lock_law import stands
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.reference_motion import PERIOD, followed
-from ftqp.checker.strictness import Strictness
 from ftqp.checker.tip_errors import errors, rotation_vectors
-from ftqp.checker.trace import Failure, Rest, Trace
+from ftqp.checker.trace import Failure, Rest, Strictness, Trace
 from ftqp.core.checks import FloatArray
 
 COMES_BACK: Final = 1.0
@@ -80,7 +79,7 @@ def rest_after(arm: ModelFile, run: Trace, strict: Strictness) -> Rest | None:
 
 def _begins(arm: ModelFile, run: Trace, strict: Strictness) -> int | None:
     """The tick from which the joints left have the task for themselves."""
-    k, t = 0, run.dt * np.arange(len(run.status))
+    k, t = 0, run.t
     for failure in run.failures:
         told = failure.kind in ("locked", "degraded") and np.isfinite(failure.told)
         if not told or np.isfinite(failure.until):

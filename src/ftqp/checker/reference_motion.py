@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.checker.model_file import ModelFile
+from ftqp.checker.trace import ROWS
 from ftqp.core.checks import BoolArray, FloatArray
 
 PERIOD: Final = 0.01
@@ -25,7 +26,6 @@ KEPT: Final = 0.9
 """Share of its velocity that an arm keeps from sample to sample in what the task leaves free, ..."""
 PULLED: Final = 0.3
 """... where a posture draws it, with up to this share of its speed limits."""
-ROWS: Final = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def followable(arm: ModelFile, q: FloatArray, target: FloatArray, rows: Sequence[str], dt: float) -> float:
@@ -35,13 +35,6 @@ def followable(arm: ModelFile, q: FloatArray, target: FloatArray, rows: Sequence
     that motion keeps to a half of the limits of speed and acceleration, to 70 % of the torques and away from
     the ends of the joints' ranges, it is a witness: the target can be followed. Where it does not, nothing is
     said.
-
-    Args:
-        arm: The arm.
-        q: Where it starts, (nv,) [rad or m].
-        target: What is asked at each tick, (K, 4, 4) [m].
-        rows: The rows of the task, of x, y, z, rx, ry, rz.
-        dt: Between ticks [s].
     """
     every = max(1, round(PERIOD / dt))
     reached = followed(arm, q, np.zeros(len(q)), target[::every], rows, every * dt)
@@ -60,19 +53,7 @@ def followed(
     drawn_to: FloatArray | None = None,
     shares: tuple[float, float, float] = (SPEED, ACCELERATION, TORQUE),
 ) -> int:
-    """How many samples of a target the joints follow by the least change, within shares of their limits.
-
-    Args:
-        arm: The arm, with the limits that are left.
-        q: Where it starts, (nv,) [rad or m].
-        v: How fast, (nv,) [rad/s or m/s].
-        target: What is asked, one after the other, (K, 4, 4) [m].
-        rows: The rows of the task, of x, y, z, rx, ry, rz.
-        h: Between samples [s].
-        moves: Which joints may move, (nv,); None are all.
-        drawn_to: A posture that joints are drawn to as far as the task leaves them, (nv,); None is none.
-        shares: Of the limits of speed, acceleration and torque, that the motion keeps to.
-    """
+    """How many samples of a target the joints follow by the least change, within shares of their limits."""
     wanted = np.array([row in rows for row in ROWS])
     data = arm.model.createData()
     low, high = _inner(arm)

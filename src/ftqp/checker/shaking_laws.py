@@ -6,8 +6,7 @@ import numpy as np
 
 from ftqp.checker.joint_health import health, jumps
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.strictness import Strictness
-from ftqp.checker.trace import Trace
+from ftqp.checker.trace import Strictness, Trace
 from ftqp.core.checks import FloatArray
 
 SMOOTH = 0.02

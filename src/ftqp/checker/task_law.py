@@ -4,11 +4,8 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.strictness import Strictness
-from ftqp.checker.trace import HeldTask, Trace
+from ftqp.checker.trace import ROWS, HeldTask, Strictness, Trace
 from ftqp.core.checks import FloatArray
-
-ROWS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def tasks(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
@@ -18,7 +15,7 @@ def tasks(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     target is judged from when it first comes within.
     """
     result = np.zeros((len(run.status), 1))
-    claimed = np.array([status == "OK" for status in run.status])
+    claimed = run.claims_ok
     long = round(strict.grace / run.dt)
     for task in run.held:
         position, rotation = task_errors(arm, run.q[:-1], task)
@@ -33,13 +30,7 @@ def tasks(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
 
 
 def task_errors(arm: ModelFile, q: FloatArray, task: HeldTask) -> tuple[FloatArray, FloatArray]:
-    """Distance [m] and angle [rad] of a task from its target along the rows that count, each (K,).
-
-    Args:
-        arm: The arm.
-        q: Configurations, (K, nv) [rad or m].
-        task: The task.
-    """
+    """Distance [m] and angle [rad] of a task from its target along the rows that count, each (K,)."""
     none, target = np.zeros(len(q)), task.target
     if task.kind == "centre_of_mass":
         return _length((target - arm.centres(q))[:, _places(task)]), none

@@ -6,10 +6,9 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.trace import Trace
+from ftqp.checker.trace import ROWS, Trace
 from ftqp.core.checks import FloatArray
 
-ROWS = ("x", "y", "z", "rx", "ry", "rz")
 HALF_TURN = 1e-3
 """Rotations so near to half a turn are left to pinocchio [1 + cosine of the angle]."""
 

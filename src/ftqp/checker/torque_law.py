@@ -8,8 +8,7 @@ from scipy.optimize import linprog
 from ftqp.checker.joint_health import health, jumps
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.motion_laws import missing_way
-from ftqp.checker.strictness import Strictness
-from ftqp.checker.trace import Trace
+from ftqp.checker.trace import Strictness, Trace
 from ftqp.core.checks import BoolArray, FloatArray
 
 SPARE = 0.02
@@ -44,7 +43,7 @@ def torque(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     tau = arm.torques(run.q[:-1], run.v[:-1], a)
     over = (np.abs(tau) - arm.dry_friction) / limits["tau_max"] - 1.0 - strict.torque
     over = np.where(obeys & ~jumps(arm, run, strict)[:, None], over, 0.0)
-    claimed = np.array([status == "OK" for status in run.status])
+    claimed = run.claims_ok
     result[claimed] = over[claimed]
     if run.planes or not run.minds_torques:
         return result
@@ -105,11 +104,6 @@ def accelerations(run: Trace, k: int, limits: dict[str, FloatArray]) -> tuple[Fl
 
     After it the joint keeps its limits of speed and range and can still brake; one that cannot any more
     brakes fully.
-
-    Args:
-        run: The run.
-        k: The tick.
-        limits: What is left in it, (1, nv) by name.
     """
     high = _highest(run, run.q[k], run.v[k], limits)
     mirrored = {**limits, "q_min": -limits["q_max"], "q_max": -limits["q_min"]}

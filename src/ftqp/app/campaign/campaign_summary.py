@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from ftqp.app.campaign.done_after_failures import recovery_summary
 from ftqp.app.campaign.found_failures import CONFIDENCE, detector_summary, share_interval
-from ftqp.checker.run_laws import LAWS
+from ftqp.checker.checked_run import LAWS
 from ftqp.control.planner.status import StepStatus
 
 OUTCOMES: Final = ("sound", "broken", "raised", "refused")

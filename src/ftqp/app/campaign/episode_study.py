@@ -22,13 +22,11 @@ from ftqp.app.schema.campaign_file import CampaignFile
 from ftqp.app.schema.reading import plain, read
 from ftqp.app.schema.robot_section import RobotTable
 from ftqp.app.schema.scenario_file import Scenario
-from ftqp.checker.checked_run import Verdict, verdict
+from ftqp.checker.checked_run import LAWS, Verdict, verdict
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.recovery_law import rest_after
 from ftqp.checker.reference_motion import followable
-from ftqp.checker.run_laws import LAWS
-from ftqp.checker.strictness import KINEMATIC, PHYSICS, Strictness
-from ftqp.checker.trace import Trace
+from ftqp.checker.trace import KINEMATIC, PHYSICS, Strictness, Trace
 from ftqp.control.task.keep import Keep
 from ftqp.control.task.torque_limits import TorqueLimits
 from ftqp.core.errors import FtqpError, InputError, ScenarioError

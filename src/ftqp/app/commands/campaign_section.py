@@ -7,7 +7,7 @@ from ftqp.app.campaign.campaign_summary import fallback_share
 from ftqp.app.campaign.found_failures import share_interval
 from ftqp.app.output.told import Table, page_parts
 from ftqp.app.run.runs import SUMMARY
-from ftqp.checker.run_laws import LAWS
+from ftqp.checker.checked_run import LAWS
 from ftqp.core.errors import InputError, MissingPackage, printable
 from ftqp.viz.pages.page import drawing, heading
 
