@@ -175,14 +175,7 @@ def _unit_findings(names: Sequence[str], limits: JointLimits, prismatic: BoolArr
 def soft_limits(
     joints: Sequence[str], written: Sequence[Mapping[str, float]], limits: JointLimits
 ) -> list[Finding]:
-    """That a file has soft limits within those that are kept, in a sentence for all joints.
-
-    Args:
-        joints: The names of the joints, (nv,).
-        written: The limits of each joint in the file, by name; ``soft_min`` and ``soft_max`` where it has
-            them.
-        limits: Those that are kept.
-    """
+    """That a file has soft limits within those that are kept, in a sentence for all joints."""
     sides = (("q_min", "soft_min", 1.0), ("q_max", "soft_max", -1.0))
     inside: dict[str, dict[str, float]] = {
         kept: {
@@ -219,13 +212,7 @@ def unknown_torques(joints: Sequence[str], every: bool, has_masses: bool) -> lis
 def widened(
     joints: Sequence[str], written: Sequence[Mapping[str, float]], given: Mapping[str, Any]
 ) -> list[Finding]:
-    """One number for all joints that lets some of them go beyond what the model allows.
-
-    Args:
-        joints: The names of the joints, (nv,).
-        written: The limits of each joint in the model, by name; NaN or infinite where it has none.
-        given: The limits that the user gives in place of those.
-    """
+    """One number for all joints that lets some of them go beyond what the model allows."""
     found = []
     for field, sign in (("q_min", -1.0), ("q_max", 1.0), ("v_max", 1.0), ("tau_max", 1.0)):
         value = given.get(field)

@@ -120,10 +120,6 @@ def limbs_of(parent: IntArray, tip_joint: int) -> list[list[int]]:
 
     Each begins where it leaves an earlier one and ends at the tip or at a joint that carries none. A serial
     arm has one.
-
-    Args:
-        parent: The joint that each hangs on, -1 is the base, (nv,).
-        tip_joint: The joint that the tip moves with.
     """
     n = len(parent)
     above = [0, *(int(i) + 1 for i in parent), tip_joint + 1]

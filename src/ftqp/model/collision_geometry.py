@@ -128,11 +128,7 @@ def _found(shape: Collision) -> Path:
 
 
 def around(points: FloatArray) -> list[tuple[FloatArray, FloatArray, float]]:
-    """Ends and radius of the capsule of least volume around some points that was found, or of two.
-
-    Args:
-        points: The corners of a convex body, (V, 3) [m].
-    """
+    """Ends and radius of the capsule of least volume around some points that was found, or of two."""
     hull = ConvexHull(points)
     one = _smallest(points)
     if _volume(one) <= SPLIT * hull.volume:
@@ -213,12 +209,7 @@ def _at(x: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray, floa
 
 
 def hull_of(points: FloatArray, most: int = CORNERS) -> HullParts:
-    """The convex hull of some points, or a body around it.
-
-    Args:
-        points: (N, 3) [m].
-        most: The most corners that it may have. More of them stand out less, and cost more in each tick.
-    """
+    """The convex hull of some points, or a body around it."""
     size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     try:
         hull = ConvexHull(points / size if size > 0.0 else points)

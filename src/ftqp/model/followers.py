@@ -126,14 +126,7 @@ def coupled_square(chain: Coupled, M: FloatArray) -> FloatArray:
 def follower_findings(
     followers: Mapping[str, Follower], moving: Sequence[str], continuous: BoolArray, locked: Sequence[Any]
 ) -> list[Finding]:
-    """What is wrong with joints that follow others.
-
-    Args:
-        followers: Joints that follow others.
-        moving: Joints of the robot.
-        continuous: Which of them turn without limits, (nv,).
-        locked: Joints that the user holds.
-    """
+    """What is wrong with joints that follow others."""
     found: list[Finding] = []
     for name, follower in followers.items():
         leader = follower.leader

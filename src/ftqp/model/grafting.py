@@ -25,13 +25,6 @@ def graft(
     """Adds the joints, bodies and frames of another pinocchio model behind a joint, 0 is the base.
 
     What stands still in the other model moves with that joint. Limits are not copied.
-
-    Args:
-        model: The model that is added to.
-        parent: pinocchio's number of the joint.
-        place: Pose of the other's base in the joint's frame, (4, 4) [m].
-        other: The model that is added.
-        names: New names of joints and frames by the old ones; others keep theirs.
     """
     base, number, at = pin.SE3(np.asarray(place)), [parent], [model.frames[_joint_frame(model, parent)]]
     before, named = model.nv, names or {}

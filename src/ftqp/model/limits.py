@@ -93,10 +93,6 @@ class JointLimits:
         """The number of joints nv."""
         return int(self.q_min.size)
 
-    def of_joints(self, joints: IntArray) -> Self:
-        """Those of some of the joints."""
-        return type(self)(**{field.name: getattr(self, field.name)[joints] for field in fields(self)})
-
     def replaced(self, changes: Mapping[str, Any], joints: Sequence[str] = ()) -> Self:
         """These limits with some of them replaced.
 
@@ -123,6 +119,11 @@ class JointLimits:
         return type(self)(
             **{name: one_each(name, changes.get(name, getattr(self, name)), len(self)) for name in names}
         )
+
+
+def part_of(limits: JointLimits, joints: IntArray) -> JointLimits:
+    """The limits of some of the joints."""
+    return JointLimits(**{field.name: getattr(limits, field.name)[joints] for field in fields(limits)})
 
 
 def joined(first: JointLimits, *others: JointLimits) -> JointLimits:

@@ -22,7 +22,7 @@ from ftqp.model.chain import Chain, chain_of, configuration_of, frame_id, positi
 from ftqp.model.followers import coupled_columns, coupled_limits, coupled_places, coupled_square, followers_of
 from ftqp.model.frames import way_to
 from ftqp.model.grafting import base_limits, free_base, free_base_limits, is_about_base, planar_base
-from ftqp.model.limits import JointLimits, joined, one_each
+from ftqp.model.limits import JointLimits, joined, one_each, part_of
 from ftqp.model.payload import Payload
 from ftqp.model.reading import urdf
 from ftqp.model.reading.source import Source, source_of
@@ -261,7 +261,10 @@ class Robot:
         """A picture of the arm from the side and from above, with each joint in its range.
 
         A notebook shows it, ``.save(file)`` keeps it; ``ftqp.view`` opens a page in which the arm can be
-        turned. ``q`` is the configuration; None is ``neutral``.
+        turned.
+
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m]; None is ``neutral``.
 
         Raises:
             MissingPackage: matplotlib is not installed.
@@ -315,7 +318,10 @@ class Robot:
         return self.chain.has_inertia
 
     def joint(self, name_or_index: str | int) -> int:
-        """The 0-based index of a joint, by its name or 0-based index.
+        """The 0-based index of a joint.
+
+        Args:
+            name_or_index: The joint's name, or its 0-based index, which is returned as it is.
 
         Raises:
             InputError: There is no such joint; the message names the valid ones and the nearest.
@@ -323,15 +329,27 @@ class Robot:
         return joint_index(self.joints, name_or_index, self.name)
 
     def angles(self, q: Any) -> FloatArray:
-        """Joint positions, (nv,) [rad or m], of a configuration."""
+        """Joint positions, (nv,) [rad or m], of a configuration.
+
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
+        """
         return positions_of(self.model, self.continuous, q)
 
     def configuration(self, q: Any) -> FloatArray:
-        """pinocchio's configuration, (nq,) [rad or m], of a configuration."""
+        """pinocchio's configuration, (nq,) [rad or m], of a configuration.
+
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
+        """
         return configuration_of(self.model, self.continuous, self.angles(q))
 
     def pose(self, q: Any, frame: str | None = None) -> FloatArray:
-        """Pose T_WE of the tip, or of another frame of the model by its name, (4, 4) [m].
+        """Pose T_WE of the tip, or of another frame, (4, 4) [m].
+
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
+            frame: The name of any frame of the model; None is the tip.
 
         Raises:
             InputError: There is no such frame.
@@ -348,6 +366,10 @@ class Robot:
         that does not move the frame has a column of zeros, and one that follows another has its own added to
         its leader's.
 
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
+            frame: The name of any frame of the model; None is the tip.
+
         Raises:
             InputError: There is no such frame.
         """
@@ -360,6 +382,9 @@ class Robot:
 
         A joint that follows another has a row of zeros: its leader's motor moves it.
 
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
+
         Raises:
             InputError: The robot has no masses.
         """
@@ -370,7 +395,9 @@ class Robot:
     def bias(self, q: Any, v: Any) -> FloatArray:
         """h, (nv,) [N m or N]: gravity, Coriolis and centrifugal terms and viscous friction, tau = M a + h.
 
-        ``v`` is the velocity, (nv,) [rad/s or m/s].
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
+            v: The velocity, (nv,) [rad/s or m/s].
 
         Raises:
             InputError: ``v`` is not (nv,) finite numbers, or the robot has no masses.
@@ -384,7 +411,8 @@ class Robot:
     def refuse_tree(self, what: str) -> None:
         """Refuses a robot whose joints are not all on the way to its tip, or follow others, or that floats.
 
-        ``what`` is what serves serial arms only, the beginning of the sentence, such as ``coverage needs``.
+        Args:
+            what: What needs another robot, the beginning of the sentence, such as ``coverage needs``.
         """
         self.refuse_followers(what)
         if not self.is_serial:
@@ -395,7 +423,11 @@ class Robot:
         self.refuse_floating(what)
 
     def refuse_followers(self, what: str) -> None:
-        """Refuses a robot of which a joint follows another one, for ``what`` serves a motor at each only."""
+        """Refuses a robot of which a joint follows another one.
+
+        Args:
+            what: What needs another robot, the beginning of the sentence, such as ``coverage needs``.
+        """
         for name, one in followers_of(self.joints, self.chain).items():
             raise InputError(
                 f"{what} a motor at every joint, but {name!r} of {self.name} mimics {one.leader!r}; hold "
@@ -403,7 +435,11 @@ class Robot:
             )
 
     def refuse_floating(self, what: str) -> None:
-        """Refuses a robot whose base floats, for ``what`` would hold it."""
+        """Refuses a robot whose base floats.
+
+        Args:
+            what: What needs another robot, the beginning of the sentence, such as ``coverage needs``.
+        """
         if self.chain.floating:
             raise InputError(
                 f"{what} a base that stands, but {self.name} floats (on_free_base), and nothing there keeps "
@@ -411,7 +447,11 @@ class Robot:
             )
 
     def refuse_unknown_torques(self, what: str) -> None:
-        """Refuses a robot whose file has no torque limit of any motor, where nobody has given them since."""
+        """Refuses a robot whose file has no torque limit of any motor, where nobody has given them since.
+
+        Args:
+            what: What needs another robot, the beginning of the sentence, such as ``coverage needs``.
+        """
         if any(finding.about == UNKNOWN_TORQUE for finding in self.findings):
             raise InputError(
                 f"{what}, and the file of {self.name} has no torque limits (effort 0 or missing); give them "
@@ -664,7 +704,7 @@ class Robot:
         way = way_to(self, frame)
         held = {self.joints[i]: float(self.neutral[i]) for i in range(self.nv) if i not in way}
         arm = self._composed(
-            self.model, (frame,), self.limits.of_joints(way), self.neutral[way],
+            self.model, (frame,), part_of(self.limits, way), self.neutral[way],
             locked=[*held], q_locked=held, name=self.name,
         )  # fmt: skip
         return replace(arm, findings=self._lasting, shapes=self.shapes)

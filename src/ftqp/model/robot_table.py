@@ -31,12 +31,7 @@ def robot_html(robot: Any) -> str:
 
 
 def arm_svg(robot: Any, q: Any) -> str:
-    """The lines from joint to joint and to the tip, seen from the side.
-
-    Args:
-        robot: The ``ftqp.Robot``.
-        q: Where its joints are, (nv,) [rad or m].
-    """
+    """The lines from joint to joint and to the tip, seen from the side."""
     at = [robot.pose(q, name)[:3, 3] for name in robot.joints]
     lines = [(np.zeros(3) if k < 0 else at[k], at[i]) for i, k in enumerate(robot.chain.parent)]
     lines.append((at[robot.chain.tip_joint], robot.pose(q)[:3, 3]))

@@ -192,9 +192,6 @@ def roll_pitch_yaw(R: FloatArray) -> FloatArray:
 
     Yaw is read from R's first column, whatever rounding makes of it where that column is vertical, and roll
     from what is left, (Rz Ry)' R = Rx.
-
-    Args:
-        R: A rotation, (3, 3).
     """
     yaw = atan2(R[1, 0], R[0, 0])
     pitch = atan2(-R[2, 0], hypot(R[0, 0], R[1, 0]))
