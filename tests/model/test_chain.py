@@ -133,8 +133,3 @@ def test_joint_beside_the_chain_hangs_on_its_own_parent() -> None:
     assert chain.parent.tolist() == [-1, 0, -1]
     assert (chain.tip_joint, chain.is_serial) == (1, False)
     assert [chain.way(i) for i in range(-1, 3)] == [[], [0], [0, 1], [2]]
-
-
-def test_more_than_32_joints_are_refused() -> None:
-    with pytest.raises(ModelError, match="65 joints move; expected 1 to 64; hold others"):
-        chain_of(random_model(np.random.default_rng(0), 65), "tip")

@@ -27,14 +27,9 @@ def made(table, low=-2.0 * np.pi, high=2.0 * np.pi, **more):
 
 
 def share(robot):
-    """sigma_min over the characteristic length at neutral, by finite differences of the pose."""
-    step, q, columns = 1e-6, robot.neutral, []
-    for i in range(robot.nv):
-        ahead, back = (robot.pose(q + sign * step * np.eye(robot.nv)[i]) for sign in (1.0, -1.0))
-        turn = (ahead[:3, :3] - back[:3, :3]) @ robot.pose(q)[:3, :3].T
-        spin = np.array([turn[2, 1], turn[0, 2], turn[1, 0]])
-        columns.append(np.concatenate([ahead[:3, 3] - back[:3, 3], robot.length * spin]) / (2.0 * step))
-    return np.linalg.svd(np.array(columns).T, compute_uv=False)[-1] / robot.length
+    """sigma_min over the characteristic length at neutral."""
+    J = robot.jacobian(robot.neutral) * np.r_[1, 1, 1, [robot.length] * 3][:, None]
+    return np.linalg.svd(J, compute_uv=False)[-1] / robot.length
 
 
 @pytest.mark.parametrize(
@@ -56,31 +51,7 @@ def test_posture_that_the_motors_hold_is_preferred(two_joints):
     """Zero is regular, but there the first joint is too weak."""
     text = two_joints(axis="0 1 0", origin="0.3 0 0", limit='lower="-3" upper="3" velocity="1" effort="1"')
     robot = Robot.from_urdf(text)
-    assert abs(gravity(robot, robot.neutral)[0]) < 1.0 < abs(gravity(robot, np.zeros(2))[0])
-
-
-def gravity(robot, q):
-    """By the work of a small motion against the weight of every body."""
-    step = 1e-6
-
-    def potential(at):
-        return -sum(
-            m * robot.chain.gravity @ place
-            for m, place in zip(robot.chain.mass, centres(robot, at), strict=True)
-        )
-
-    eye = step * np.eye(robot.nv)
-    return np.array([potential(q + e) - potential(q - e) for e in eye]) / (2.0 * step)
-
-
-def centres(robot, q):
-    """Centres of mass in the base."""
-    R, p = np.eye(3), np.zeros(3)
-    for i in range(robot.nv):
-        c, s = np.cos(q[i]), np.sin(q[i])
-        p = p + R @ robot.chain.translation[i]
-        R = R @ robot.chain.rotation[i] @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        yield p + R @ robot.chain.com[i]
+    assert abs(robot.bias(robot.neutral, np.zeros(2))[0]) < 1.0 < abs(robot.bias(np.zeros(2), np.zeros(2))[0])
 
 
 SRDF = """<robot name="two"><group_state name="Home" group="arm"><joint name="a" value="0.4"/>

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from tests.arm_at import arm_at
 
+from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
-from ftqp.model.limits import JointLimits
+from ftqp.model.limits import JointLimits, within_branch
 from ftqp.model.robot import Robot
 
 Urdf = Callable[..., str]
@@ -146,3 +147,39 @@ def test_a_robot_without_masses_has_no_mass_matrix() -> None:
         robot.bias(robot.neutral, np.zeros(11))
     with pytest.raises(InputError, match=r"v has shape \(3,\), expected \(nv,\) = \(7,\)"):
         catalog.load("panda").bias(np.zeros(7), np.zeros(3))
+
+
+def test_limits_are_read_only_and_do_not_share_memory_with_what_was_given() -> None:
+    given = np.ones(2)
+    limits = JointLimits(q_min=-given, q_max=given, v_max=given, a_max=given, tau_max=given)
+    given[0] = 9.0
+    assert limits.v_max[0] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        limits.v_max[0] = 2.0
+
+
+def test_branch_limits_narrow_a_range_and_never_widen_it() -> None:
+    puma = catalog.load("puma560")
+    found = within_branch(puma, {"j3": (-1.4, np.inf), 1: (-99.0, 0.5)})
+    assert found.limits.q_min[2] == -1.4 and found.limits.q_max[2] == puma.limits.q_max[2]
+    assert found.limits.q_min[1] == puma.limits.q_min[1] and found.limits.q_max[1] == 0.5
+    np.testing.assert_array_equal(found.limits.q_min[3:], puma.limits.q_min[3:])
+    assert np.all((found.neutral >= found.limits.q_min) & (found.neutral <= found.limits.q_max))
+
+
+@pytest.mark.parametrize(
+    ("limits", "sentence"),
+    [
+        ({"j9": (0.0, 1.0)}, "'j9' is not a joint of puma560"),
+        ({"j3": 1.0}, r"branch limits of j3 are 1.0, expected \(low, high\)"),
+        ({"j3": (0.0, 1.0, 2.0)}, r"branch limits of j3 are .*, expected \(low, high\)"),
+        ({"j3": (np.nan, 1.0)}, r"branch limits of j3 are \(nan, 1\), expected numbers"),
+        (
+            {"j3": (1.0, 2.0)},
+            r"branch limits of j3 leave nothing: \(1, 2\) of its range \[-3.92699, 0.785398\]",
+        ),
+    ],
+)
+def test_wrong_branch_is_one_clear_sentence(limits: Any, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        Planner(catalog.load("puma560"), branch_limits=limits)
