@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.checker.panda_runs import ARM, ROBOT, trace_of
 
 import ftqp
 from ftqp.checker.checked_run import verdict
-from ftqp.checker.model_file import ModelFile
-from ftqp.checker.trace import KINEMATIC, PHYSICS, Failure, Plane, Trace
+from ftqp.checker.trace import KINEMATIC, PHYSICS, Failure, Plane
 
-ROBOT = ftqp.robots.load("panda")
-ARM = ModelFile.read(ROBOT.to_urdf(), ROBOT.tip, gravity=ROBOT.chain.gravity)
 DT, MOVES, LASTS = 1e-3, 1.5, 9.0
 T = DT * np.arange(round(LASTS / DT) + 1)
 J = 3
@@ -36,13 +34,10 @@ def sound():
         truth.append((q, v))
         said.append(step.status.name)
     q, v = np.array(truth)[:, 0], np.array(truth)[:, 1]
-    return Trace(
-        dt=DT,
-        level="acceleration",
-        q=q,
-        v=v,
-        sent_q=q[1:],
-        sent_v=v[1:],
+    return trace_of(
+        q,
+        v,
+        DT,
         status=said,
         target=samples.pose,
         rows=ROBOT.default_rows,

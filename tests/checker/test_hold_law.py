@@ -2,14 +2,11 @@
 
 import numpy as np
 import pytest
+from tests.checker.panda_runs import ARM, ROBOT, trace_of
 
 from ftqp.checker.lock_law import held
-from ftqp.checker.model_file import ModelFile
-from ftqp.checker.trace import PHYSICS, Failure, Trace
-from ftqp.model import catalog
+from ftqp.checker.trace import PHYSICS, Failure
 
-ROBOT = catalog.load("panda")
-ARM = ModelFile.read(ROBOT.to_urdf(), ROBOT.tip)
 DT, TICKS, J = 1e-3, 2000, 3
 T = DT * np.arange(TICKS + 1)
 HOLD = (0.5, 1.0)
@@ -21,17 +18,11 @@ def broken(share=0.5, status="OK", blamed=False, failures=(), holds=(HOLD,)):
     v[T > 1.05, J] = share * ROBOT.limits.v_max[J]
     believed[T[:-1] > 0.7, J] = blamed
     q = np.tile(ROBOT.neutral, (TICKS + 1, 1))
-    run = Trace(
-        dt=DT,
-        level="acceleration",
-        q=q,
-        v=v,
-        sent_q=q[1:],
-        sent_v=v[1:],
+    run = trace_of(
+        q,
+        v,
+        DT,
         status=["OK"] * 1500 + [status] * (TICKS - 1500),
-        target=np.tile(np.eye(4), (TICKS, 1, 1)),
-        rows=("x", "y", "z"),
-        tolerance=(1.0, 1.0),
         failures=list(failures),
         holds=list(holds),
         blamed=believed,

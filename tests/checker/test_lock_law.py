@@ -4,14 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.checker.panda_runs import ARM, ROBOT, places_of, trace_of
 
 from ftqp.checker.lock_law import failed
-from ftqp.checker.model_file import ModelFile
-from ftqp.checker.trace import PHYSICS, Failure, Trace
-from ftqp.model import catalog
+from ftqp.checker.trace import PHYSICS, Failure
 
-ROBOT = catalog.load("panda")
-ARM = ModelFile.read(ROBOT.to_urdf(), ROBOT.tip)
 DT, TICKS, J = 1e-3, 2000, 3
 T = DT * np.arange(TICKS + 1)
 LOCK = Failure(joint=J, kind="locked", since=0.5, told=0.5, deceleration=2.0)
@@ -21,23 +18,11 @@ def broken(speeds, lock=LOCK, sent=None):
     """By how much a joint with these speeds breaks the law in physics, from which tick on."""
     v = np.zeros((TICKS + 1, ROBOT.nv))
     v[:, J] = speeds
-    q = ROBOT.neutral + np.vstack([np.zeros(ROBOT.nv), np.cumsum(0.5 * DT * (v[1:] + v[:-1]), axis=0)])
+    q = places_of(v, DT)
     commands = np.zeros((TICKS, ROBOT.nv))
     if sent is not None:
         commands[:, J] = sent
-    run = Trace(
-        dt=DT,
-        level="acceleration",
-        q=q,
-        v=v,
-        sent_q=q[1:],
-        sent_v=commands,
-        status=["RELAXED"] * TICKS,
-        target=np.tile(np.eye(4), (TICKS, 1, 1)),
-        rows=("x", "y", "z"),
-        tolerance=(1.0, 1.0),
-        failures=[lock],
-    )
+    run = trace_of(q, v, DT, sent_v=commands, failures=[lock])
     over = failed(ARM, run, PHYSICS)[:, J]
     return float(over.max()), int(np.argmax(over > 0.0)) * DT
 

@@ -2,14 +2,11 @@
 
 import numpy as np
 import pytest
+from tests.checker.panda_runs import ARM, ROBOT, places_of, trace_of
 
-from ftqp.checker.model_file import ModelFile
 from ftqp.checker.motion_laws import braking, position, speed
-from ftqp.checker.trace import KINEMATIC, PHYSICS, Failure, Trace
-from ftqp.model import catalog
+from ftqp.checker.trace import KINEMATIC, PHYSICS, Failure
 
-ROBOT = catalog.load("panda")
-ARM = ModelFile.read(ROBOT.to_urdf(), ROBOT.tip)
 DT, TICKS, J = 1e-3, 1500, 3
 T = DT * np.arange(TICKS + 1)
 TOP, FULL = float(ARM.v_max[J]), float(ARM.a_max[J])
@@ -19,22 +16,10 @@ def run(speeds, begin=None, failures=()):
     """A joint with these speeds, from a place on [rad/s, rad]."""
     v = np.zeros((TICKS + 1, ROBOT.nv))
     v[:, J] = speeds
-    q = ROBOT.neutral + np.vstack([np.zeros(ROBOT.nv), np.cumsum(0.5 * DT * (v[1:] + v[:-1]), axis=0)])
+    q = places_of(v, DT)
     if begin is not None:
         q[:, J] += begin - q[0, J]
-    return Trace(
-        dt=DT,
-        level="acceleration",
-        q=q,
-        v=v,
-        sent_q=q[1:],
-        sent_v=v[1:],
-        status=["RELAXED"] * TICKS,
-        target=np.tile(np.eye(4), (TICKS, 1, 1)),
-        rows=("x", "y", "z"),
-        tolerance=(1.0, 1.0),
-        failures=failures,
-    )
+    return trace_of(q, v, DT, failures=failures)
 
 
 def worst(law, trace, strict):

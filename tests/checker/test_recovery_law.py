@@ -4,16 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.checker.panda_runs import ARM, ROBOT, trace_of
 
 from ftqp.checker.checked_run import verdict
-from ftqp.checker.model_file import ModelFile
 from ftqp.checker.recovery_law import rest_after
-from ftqp.checker.trace import KINEMATIC, Failure, Trace
+from ftqp.checker.trace import KINEMATIC, Failure
 from ftqp.control.paths import Circle, Line
-from ftqp.model import catalog
 
-ROBOT = catalog.load("panda")
-ARM = ModelFile.read(ROBOT.to_urdf(), ROBOT.tip)
 DT, TICKS = 0.01, 400
 T = DT * np.arange(TICKS)
 PLACE, POSE = ("x", "y", "z"), ("x", "y", "z", "rx", "ry", "rz")
@@ -26,10 +23,7 @@ def stood(path=SMALL, **changes):
     """An arm that stands while its target goes."""
     target = path.sample(np.minimum(T, path.duration)).pose
     q = np.tile(ROBOT.neutral, (TICKS + 1, 1))
-    trace = Trace(
-        dt=DT, level="acceleration", q=q, v=np.zeros_like(q), sent_q=q[1:], sent_v=np.zeros_like(q[1:]),
-        status=["RELAXED"] * TICKS, target=target, rows=PLACE, tolerance=(1e-3, 1e-2), failures=(LOCK,),
-    )  # fmt: skip
+    trace = trace_of(q, np.zeros_like(q), DT, target=target, tolerance=(1e-3, 1e-2), failures=(LOCK,))
     return replace(trace, **changes)
 
 
@@ -62,10 +56,16 @@ def test_stopped_arm_says_so_and_is_not_blamed():
     assert rest.stopped and rest.missed > 10.0 and not broken
 
 
-@pytest.mark.parametrize("failures", [
-    (), (replace(LOCK, told=np.inf),), (replace(LOCK, kind="free"),), (replace(LOCK, since=3.5, told=3.5),),
-    (LOCK, replace(LOCK, joint=2, told=np.inf)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "failures",
+    [
+        (),
+        (replace(LOCK, told=np.inf),),
+        (replace(LOCK, kind="free"),),
+        (replace(LOCK, since=3.5, told=3.5),),
+        (LOCK, replace(LOCK, joint=2, told=np.inf)),
+    ],
+)
 def test_nothing_is_said_where_nobody_knows_or_too_little_is_left(failures):
     assert rest_after(ARM, stood(failures=failures), KINEMATIC) is None
 

@@ -5,16 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from tests.checker.panda_runs import ARM, ROBOT, places_of, trace_of
 
 from ftqp.checker.checked_run import verdict
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.tip_errors import rotation_vectors
-from ftqp.checker.trace import PHYSICS, Failure, Plane, Trace
+from ftqp.checker.trace import PHYSICS, Failure, Plane
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 
-ROBOT = catalog.load("panda")
-ARM = ModelFile.read(ROBOT.to_urdf(), ROBOT.tip)
 DT, TICKS, JOINT = 0.01, 400, 3
 NEVER = float("inf")
 
@@ -24,14 +23,11 @@ def run(amplitude=0.02, **changes):
     t = DT * np.arange(TICKS + 1)
     w = 2.0 * np.pi
     v = amplitude * w * np.outer(np.where(t < 2.0, np.sin(w * t), 0.0), np.ones(ROBOT.nv))
-    q = ROBOT.neutral + np.vstack([np.zeros(ROBOT.nv), np.cumsum(0.5 * DT * (v[1:] + v[:-1]), axis=0)])
-    trace = Trace(
-        dt=DT,
-        level="acceleration",
-        q=q,
-        v=v,
-        sent_q=q[1:].copy(),
-        sent_v=v[1:].copy(),
+    q = places_of(v, DT)
+    trace = trace_of(
+        q,
+        v,
+        DT,
         status=["OK"] * TICKS,
         target=ARM.tips(q[:-1]),
         rows=("x", "y", "z", "rx", "ry", "rz"),

@@ -2,14 +2,11 @@
 
 import numpy as np
 import pytest
+from tests.checker.panda_runs import ARM, ROBOT, trace_of
 
-from ftqp.checker.model_file import ModelFile
 from ftqp.checker.shaking_laws import JOLTS, NEAR_TICKS, chatter, rest
-from ftqp.checker.trace import KINEMATIC, PHYSICS, Failure, Trace
-from ftqp.model import catalog
+from ftqp.checker.trace import KINEMATIC, PHYSICS, Failure
 
-ROBOT = catalog.load("panda")
-ARM = ModelFile.read(ROBOT.to_urdf(), ROBOT.tip)
 DT, TICKS, J = 2e-3, 4000, 3
 T = DT * np.arange(TICKS + 1)
 
@@ -21,19 +18,7 @@ def run(places=None, speeds=None, failures=()):
         q[:, J] += places
     if speeds is not None:
         v[:, J] = speeds
-    return Trace(
-        dt=DT,
-        level="acceleration",
-        q=q,
-        v=v,
-        sent_q=q[1:],
-        sent_v=v[1:],
-        status=["RELAXED"] * TICKS,
-        target=np.tile(np.eye(4), (TICKS, 1, 1)),
-        rows=("x", "y", "z"),
-        tolerance=(1.0, 1.0),
-        failures=failures,
-    )
+    return trace_of(q, v, DT, failures=failures)
 
 
 def jolting(count, every=1):

@@ -4,32 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.checker.panda_runs import ARM, ROBOT, trace_of
 
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.torque_law import accelerations, torque
-from ftqp.checker.trace import KINEMATIC, PHYSICS, Failure, Plane, Trace
-from ftqp.model import catalog
+from ftqp.checker.trace import KINEMATIC, PHYSICS, Failure, Plane
 
-ROBOT = catalog.load("panda")
-ARM = ModelFile.read(ROBOT.to_urdf(), ROBOT.tip)
 DT = 0.01
 
 
 def still(q=ROBOT.neutral, status="RELAXED", ticks=5, **changes):
     """An arm that stands."""
     place, zero = np.tile(q, (ticks + 1, 1)), np.zeros((ticks + 1, ROBOT.nv))
-    trace = Trace(
-        dt=DT,
-        level="acceleration",
-        q=place,
-        v=zero,
-        sent_q=place[1:],
-        sent_v=zero[1:],
-        status=[status] * ticks,
-        target=np.tile(np.eye(4), (ticks, 1, 1)),
-        rows=("x", "y", "z"),
-        tolerance=(1.0, 1.0),
-    )
+    trace = trace_of(place, zero, DT, status=[status] * ticks)
     return replace(trace, **changes)
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -78,19 +79,12 @@ class Finding:
         return self.sentence
 
 
-def unsafe(sentence: str) -> Finding:
-    """A finding that makes the robot unusable."""
-    return Finding(Severity.UNSAFE, sentence)
-
-
-def warning(sentence: str) -> Finding:
-    """A finding that the user should know of."""
-    return Finding(Severity.WARNING, sentence)
-
-
-def note(sentence: str) -> Finding:
-    """A choice that was made for the user."""
-    return Finding(Severity.NOTE, sentence)
+unsafe = partial(Finding, Severity.UNSAFE)
+"""A finding that makes the robot unusable."""
+warning = partial(Finding, Severity.WARNING)
+"""A finding that the user should know of."""
+note = partial(Finding, Severity.NOTE)
+"""A choice that was made for the user."""
 
 
 def refuse_unsafe(name: str, findings: Iterable[Finding]) -> None:
@@ -125,18 +119,18 @@ def limit_findings(
         low, high = float(limits.q_min[i]), float(limits.q_max[i])
         wrong = _wrong_range(low, high, joint)
         if wrong:
-            found.append(unsafe(f"joint {joint!r} {wrong}"))
+            found.append(unsafe(f"joint {joint!r} {wrong}", "limits"))
         elif not continuous[i] and (low == -np.inf or high == np.inf):
-            found.append(note(f"joint {joint!r} has no position limit on {_open(low, high)}"))
+            found.append(note(f"joint {joint!r} has no position limit on {_open(low, high)}", "limits"))
         for field, what in MAGNITUDES:
             value = float(getattr(limits, field)[i])
             wrong = _wrong_magnitude(value, what, field, joint)
             if wrong:
-                found.append(unsafe(f"joint {joint!r} has {wrong}"))
+                found.append(unsafe(f"joint {joint!r} has {wrong}", "limits"))
             elif value == np.inf and field == "v_max":
-                found.append(warning(f"joint {joint!r} has no velocity limit; {_remedy(joint, field)}"))
-    found += _unit_findings(names, limits, prismatic)
-    return [replace(finding, about="limits") for finding in found]
+                sentence = f"joint {joint!r} has no velocity limit; {_remedy(joint, field)}"
+                found.append(warning(sentence, "limits"))
+    return found + _unit_findings(names, limits, prismatic)
 
 
 def _unit_findings(names: Sequence[str], limits: JointLimits, prismatic: BoolArray) -> list[Finding]:
@@ -166,7 +160,8 @@ def _unit_findings(names: Sequence[str], limits: JointLimits, prismatic: BoolArr
             found.append(
                 warning(
                     f"{what} looks like {other}{' a second' if per else ''} in place of {unit}{per}: "
-                    f"{figures}; correct the file, or give limits={{...}} with {key}, {factor}"
+                    f"{figures}; correct the file, or give limits={{...}} with {key}, {factor}",
+                    "limits",
                 )
             )
     return found
@@ -204,9 +199,9 @@ def unknown_torques(joints: Sequence[str], every: bool, has_masses: bool) -> lis
     named = "every joint" if every else ", ".join(joints)
     says = f"no torque limit is known of {named} (effort 0 or missing)"
     if not has_masses:
-        return [Finding(Severity.NOTE, f"{says}; without masses nothing uses one", UNKNOWN_TORQUE)]
+        return [note(f"{says}; without masses nothing uses one", UNKNOWN_TORQUE)]
     more = "so torques are not limited, and drive 'torque' is refused; give limits={'tau_max': ...}"
-    return [Finding(Severity.WARNING, f"{says}, {more}", UNKNOWN_TORQUE)]
+    return [warning(f"{says}, {more}", UNKNOWN_TORQUE)]
 
 
 def widened(
@@ -224,10 +219,11 @@ def widened(
             found.append(
                 warning(
                     f"{field} = {value:g} for all joints is beyond that of the model for {all_of_them}; to "
-                    f"replace one only, give limits={{{field!r}: {{'<joint>': ...}}}}"
+                    f"replace one only, give limits={{{field!r}: {{'<joint>': ...}}}}",
+                    "limits",
                 )
             )
-    return [replace(finding, about="limits") for finding in found]
+    return found
 
 
 def _wrong_range(low: float, high: float, joint: str) -> str:
@@ -295,7 +291,7 @@ def rotor_findings(names: Sequence[str], armature: FloatArray) -> list[Finding]:
     """What is wrong with rotor inertias: each stands on the diagonal of the joint-space inertia."""
     said = "has a rotor inertia (armature) of"
     return [
-        Finding(Severity.UNSAFE, f"joint {name!r} {said} {value:g}, expected >= 0; {CORRECT}", "masses")
+        unsafe(f"joint {name!r} {said} {value:g}, expected >= 0; {CORRECT}", "masses")
         for name, value in zip(names, armature, strict=True)
         if not 0.0 <= value <= LARGEST_FIGURE
     ]
@@ -353,18 +349,19 @@ def friction_findings(
     names: Sequence[str], viscous: FloatArray, coulomb: FloatArray, limits: JointLimits
 ) -> list[Finding]:
     """What there is to say about the friction of joints, which is none without masses."""
-    found: list[Finding] = []
-    for what, values in (("viscous friction (damping)", viscous), ("Coulomb friction", coulomb)):
-        for name, value in zip(names, values, strict=True):
-            if not 0.0 <= value <= LARGEST_FIGURE:
-                found.append(unsafe(f"joint {name!r} has a {what} of {value:g}, expected >= 0"))
+    found = [
+        unsafe(f"joint {name!r} has a {what} of {value:g}, expected >= 0", "friction")
+        for what, values in (("viscous friction (damping)", viscous), ("Coulomb friction", coulomb))
+        for name, value in zip(names, values, strict=True)
+        if not 0.0 <= value <= LARGEST_FIGURE
+    ]
     if found or not (viscous.any() or coulomb.any()):
-        return [replace(finding, about="friction") for finding in found]
+        return found
     sentence = (
         f"joint friction is known: viscous {_span(viscous)} N m s/rad, Coulomb {_span(coulomb)} N m; torques "
         f"count the viscous part; replace it with {FRICTION}"
     )
-    found.append(note(sentence))
+    found.append(note(sentence, "friction"))
     for i, name in enumerate(names):
         needed = viscous[i] * limits.v_max[i] if viscous[i] else 0.0
         if np.isfinite(needed) and needed > limits.tau_max[i]:
@@ -372,8 +369,8 @@ def friction_findings(
                 f"joint {name!r} needs {needed:.3g} N m against its viscous friction at its speed limit, "
                 f"beyond its torque limit of {limits.tau_max[i]:g} N m; correct one of them, {FRICTION}"
             )
-            found.append(warning(sentence))
-    return [replace(finding, about="friction") for finding in found]
+            found.append(warning(sentence, "friction"))
+    return found
 
 
 def _span(values: FloatArray) -> str:

@@ -1,7 +1,7 @@
 """How a robot comes together: joints held, limits completed, audited, then refused or built."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Any, TypedDict, get_type_hints
 
 import numpy as np
@@ -195,7 +195,7 @@ def _guess(arm: Any, chain: Chain, limits: JointLimits, guessed: Sequence[int]) 
     says = f"no acceleration limit is known{joints}; a_max = v_max / {RISE_TIME:g} s is taken"
     remedy = "give acceleration=... to replace it"
     if not has_masses(arm):
-        return replace(audit.note(f"{says}; {remedy}"), about="a_max")
+        return audit.note(f"{says}; {remedy}", "a_max")
     allowed = acceleration_by_torque(arm, chain, limits)
     figures = ", ".join(
         f"{chain.names[i]} {limits.a_max[i]:.3g} (torque allows {allowed[i]:.3g})"
@@ -206,7 +206,7 @@ def _guess(arm: Any, chain: Chain, limits: JointLimits, guessed: Sequence[int]) 
     beyond = [chain.names[i] for i in guessed if limits.a_max[i] > allowed[i]]
     more = f", which {', '.join(beyond)} cannot keep up everywhere" if beyond else ""
     said = f"{says}{more}: {figures}, in rad/s2 or m/s2, at the heaviest of {SAMPLES} postures; {remedy}"
-    return replace((audit.warning if beyond else audit.note)(said), about="a_max")
+    return (audit.warning if beyond else audit.note)(said, "a_max")
 
 
 def write_limits(arm: Any, limits: JointLimits) -> None:

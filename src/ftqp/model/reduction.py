@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.core.errors import InputError, nearest, unknown
-from ftqp.model.audit import OPEN_TIP, WRONG_TIP, Finding, Severity
+from ftqp.model.audit import OPEN_TIP, WRONG_TIP, Finding, unsafe
 from ftqp.model.chain import frame_id, kind
 from ftqp.model.followers import Follower
 
@@ -199,13 +199,13 @@ def tips_of(
         sentence = (
             f"{tip!r} is not a frame of {model.name}{nearest(str(tip), valid)}; it has {_listed(valid)}"
         )
-        found.append(Finding(Severity.UNSAFE, sentence, WRONG_TIP))
+        found.append(unsafe(sentence, WRONG_TIP))
     if wanted:
         return tuple(there), found
     if len(ends) > 1:
         several = f"{len(ends)} possible tips; choose one with tip=, or several with tips=(...)"
         question = f"{model.name} has {several}: {_listed(ends)}"
-        found.append(Finding(Severity.UNSAFE, question, OPEN_TIP))
+        found.append(unsafe(question, OPEN_TIP))
     return (ends[0],), found
 
 

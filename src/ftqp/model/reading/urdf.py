@@ -1,7 +1,7 @@
 """Reading URDF: the tree is audited first, then pinocchio gets a cleaned copy without meshes."""
 
 from collections.abc import Container, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, ModelError
-from ftqp.model.audit import Finding, Severity, body_findings, note, unsafe
+from ftqp.model.audit import Finding, body_findings, note, unsafe, warning
 from ftqp.model.capsules import Collision
 from ftqp.model.followers import Follower
 from ftqp.model.reading import srdf
@@ -198,8 +198,7 @@ def _audit_range(tree: Tree, name: str, joint: Element) -> None:
     if len(missing) == 1 and low < high:
         about = "q_min" if missing == ["lower"] else "q_max"
         tree.findings.append(
-            Finding(
-                Severity.WARNING,
+            warning(
                 f"joint {name!r} has no {missing[0]} limit, which means 0 in a URDF: its range is {low:g} to "
                 f"{high:g}; correct the file, or give limits={{'q_min': {{{name!r}: ...}}, "
                 f"'q_max': {{{name!r}: ...}}}}",
@@ -226,20 +225,20 @@ def _audit_rates(tree: Tree, name: str, joint: Element) -> None:
         text = limit.get(key)
         if text is not None and not _number(text) > 0.0:
             about = "j_max" if key == "jerk" else "a_max"
-            bad = unsafe(
+            sentence = (
                 f"joint {name!r} has the limit {_plain(key)}={text!r:.60}, expected a number > 0; "
                 f"correct the file or give limits={{...}} with {about}"
             )
-            tree.findings.append(replace(bad, about=about))
+            tree.findings.append(unsafe(sentence, about))
     rates = {_plain(key): unlimited(_number(limit.get(key, ""))) for key in RATES if key in limit.attrib}
     least = min(rates.values(), default=np.nan)
     if all(rate > 0.0 for rate in rates.values()) and any(rate != least for rate in rates.values()):
         said = ", ".join(f"{key} {rate:g}" for key, rate in rates.items())
-        both = note(
+        sentence = (
             f"joint {name!r} has limits of {said}; a joint speeds up and brakes with one a_max, so the "
             f"smallest, {least:g}, is taken"
         )
-        tree.findings.append(replace(both, about="a_max"))
+        tree.findings.append(note(sentence, "a_max"))
 
 
 def _plain(key: str) -> str:
@@ -270,9 +269,7 @@ def _audit_links(tree: Tree) -> None:
             continue
         if written := _unreadable(inertial):
             said = f"link {name!r} has a mass, centre of mass or inertia that is not finite: {written}"
-            tree.findings.append(
-                Finding(Severity.UNSAFE, f"{said}, expected numbers such as 0.5; correct the model", "masses")
-            )
+            tree.findings.append(unsafe(f"{said}, expected numbers such as 0.5; correct the model", "masses"))
             continue
         m, c, moments = _inertial(inertial)
         if m == 0.0 and not moments.any():
