@@ -2,13 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.model.audit import Finding, unsafe, warning
 from ftqp.model.limits import JointLimits
+
+if TYPE_CHECKING:
+    from ftqp.model.chain import Chain
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,22 +30,6 @@ class Follower:
     ratio: float = 1.0
     offset: float = 0.0
     otherwise: str = ""
-
-
-class Coupled(Protocol):
-    """What is known of the joints that follow others: the chain of a robot is one."""
-
-    @property
-    def lead(self) -> IntArray:
-        """The joint that each follows, itself where it follows none, (nv,)."""
-
-    @property
-    def ratio(self) -> FloatArray:
-        """Of its motion to that of its leader, (nv,)."""
-
-    @property
-    def offset(self) -> FloatArray:
-        """Where it is when its leader is at 0, (nv,) [rad or m]."""
 
 
 def leads_of(
@@ -78,7 +65,7 @@ def _why_not(name: str, follower: Follower, followers: Mapping[str, Follower]) -
     return ""
 
 
-def followers_of(names: Sequence[str], chain: Coupled) -> dict[str, Follower]:
+def followers_of(names: Sequence[str], chain: "Chain") -> dict[str, Follower]:
     """The joints that follow others, by name."""
     return {
         names[i]: Follower(leader=names[l], ratio=float(chain.ratio[i]), offset=float(chain.offset[i]))
@@ -87,12 +74,12 @@ def followers_of(names: Sequence[str], chain: Coupled) -> dict[str, Follower]:
     }
 
 
-def is_led(chain: Coupled) -> BoolArray:
+def is_led(chain: "Chain") -> BoolArray:
     """Which joints follow another one, (nv,)."""
     return np.asarray(chain.lead != np.arange(len(chain.lead)))
 
 
-def led_joints(chain: Coupled) -> list[tuple[int, int, float, float]]:
+def led_joints(chain: "Chain") -> list[tuple[int, int, float, float]]:
     """Each joint that follows another one: itself, its leader, ratio and offset."""
     return [
         (m, int(chain.lead[m]), float(chain.ratio[m]), float(chain.offset[m]))
@@ -100,13 +87,13 @@ def led_joints(chain: Coupled) -> list[tuple[int, int, float, float]]:
     ]
 
 
-def coupled_places(chain: Coupled, q: FloatArray) -> FloatArray:
+def coupled_places(chain: "Chain", q: FloatArray) -> FloatArray:
     """Positions (..., nv) with every follower where its leader puts it [rad or m]."""
     led = is_led(chain)
     return np.where(led, chain.ratio * q[..., chain.lead] + chain.offset, q) if led.any() else q
 
 
-def coupled_columns(chain: Coupled, J: FloatArray) -> FloatArray:
+def coupled_columns(chain: "Chain", J: FloatArray) -> FloatArray:
     """J E: columns of followers, (..., nv), added to those of their leaders, and zero themselves."""
     led = np.flatnonzero(is_led(chain))
     if not led.size:
@@ -118,7 +105,7 @@ def coupled_columns(chain: Coupled, J: FloatArray) -> FloatArray:
     return J
 
 
-def coupled_square(chain: Coupled, M: FloatArray) -> FloatArray:
+def coupled_square(chain: "Chain", M: FloatArray) -> FloatArray:
     """E'M E of a matrix of the joints, (nv, nv)."""
     return coupled_columns(chain, coupled_columns(chain, M).T).T
 
@@ -147,7 +134,7 @@ def follower_findings(
 
 
 def coupled_limits(
-    names: Sequence[str], chain: Coupled, limits: JointLimits
+    names: Sequence[str], chain: "Chain", limits: JointLimits
 ) -> tuple[JointLimits, list[Finding]]:
     """Limits with those of followers folded into their leaders', and what is wrong with them.
 

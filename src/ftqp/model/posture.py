@@ -1,7 +1,8 @@
-"""What one posture is worth: distance from singularities and torques against gravity, for set-up."""
+"""What postures are worth: distance from singularities, torques against gravity, and what locks leave."""
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -13,6 +14,16 @@ from ftqp.model.followers import coupled_columns, coupled_places, coupled_square
 from ftqp.model.limits import JointLimits
 from ftqp.model.shape import random_postures
 
+if TYPE_CHECKING:
+    from ftqp.model.robot import Robot
+
+LOOKED_AT = 400
+"""Postures that are looked at: enough that one in a hundred is met with a probability of 0.98."""
+
+NO_RANK = 1e-7
+"""Where sigma_min over the characteristic length stays below this, a direction is lost by structure."""
+
+LOCK_SEED = 20170511
 SAMPLES, SEED = 100, 20260301
 """Postures that are looked at for what motors can give, the same every time."""
 NEAR_SINGULAR = 0.02
@@ -83,3 +94,48 @@ def acceleration_by_torque(model: Any, chain: Chain, limits: JointLimits) -> Flo
         moved = inertia > 0.0  # a joint that follows another has no motor
         least[moved] = np.minimum(least, left / np.where(moved, inertia, 1.0))[moved]
     return least
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Locks:
+    """What a lock of each joint leaves of a task.
+
+    Attributes:
+        possible: Whether the healthy arm has the rank that the task needs anywhere.
+        left: Share of the sampled postures at which the other joints still have it, by joint, 0 to 1.
+        fatal: The joints whose lock no sampled posture survives, by structure.
+    """
+
+    possible: bool
+    left: dict[str, float]
+    fatal: tuple[str, ...]
+
+
+def locks(robot: "Robot", rows: Sequence[str]) -> Locks:
+    """What a lock of each joint leaves of the rows of a task, over postures inside the limits.
+
+    A posture survives the lock of joint i where the Jacobian without column i has sigma_min >=
+    ``NEAR_SINGULAR`` times the characteristic length. A lock is fatal by structure where sigma_min is zero to
+    rounding at every posture: then the joint's angle alone decides what the task gets, as the elbow of an arm
+    with spherical shoulder and wrist decides the distance of the hand. The samples are the same every time.
+    """
+    m, at = len(rows), [COMPONENTS.index(row) for row in rows]
+    generator = np.random.default_rng(LOCK_SEED)
+    drawn = random_postures(robot.limits, robot.chain.prismatic, LOOKED_AT, generator)
+    J = np.array([robot.jacobian(q) for q in coupled_places(robot.chain, drawn)])
+    J = (J * np.repeat([1.0, robot.length], 3)[:, None])[:, at]
+    healthy = _sigma(J, m) / robot.length
+    left, fatal = {}, []
+    for i, joint in enumerate(robot.joints):
+        rest = _sigma(np.delete(J, i, axis=2), m) / robot.length
+        left[joint] = float(np.mean(rest >= NEAR_SINGULAR))
+        if rest.max() < NO_RANK:
+            fatal.append(joint)
+    return Locks(possible=bool(healthy.max() >= NO_RANK), left=left, fatal=tuple(fatal))
+
+
+def _sigma(J: FloatArray, m: int) -> FloatArray:
+    """The m-th singular value of each, (S,); zeros where there are fewer columns."""
+    if J.shape[2] < m:
+        return np.zeros(len(J))
+    return np.asarray(np.linalg.svd(J, compute_uv=False)[:, m - 1], dtype=np.float64)

@@ -25,8 +25,8 @@ from ftqp.model.grafting import base_limits, free_base, free_base_limits, is_abo
 from ftqp.model.limits import JointLimits, joined, one_each, part_of
 from ftqp.model.payload import Payload
 from ftqp.model.reading import urdf
+from ftqp.model.reading.safe_xml import allowed_pairs
 from ftqp.model.reading.source import Source, source_of
-from ftqp.model.reading.srdf import allowed_pairs
 from ftqp.model.reduction import joint_index, named_frame, wanted_tips
 from ftqp.model.robot_table import robot_html
 from ftqp.model.serial import EARTH, TIP, Inertial, dh_model

@@ -21,13 +21,14 @@ from ftqp.model.frames import joint_of_frames
 from ftqp.model.limits import RISE_TIME
 from ftqp.model.posture import (
     NEAR_SINGULAR,
+    Locks,
     acceleration_by_torque,
     gravity_torques,
     least_singular_value,
+    locks,
     scaled_jacobian,
 )
 from ftqp.model.robot import Robot
-from ftqp.model.structure import Locks, locks
 
 TASKS = {"pose": COMPONENTS, "position": COMPONENTS[:3]}
 """Tasks whose locks are looked at, by name."""

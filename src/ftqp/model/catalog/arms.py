@@ -58,25 +58,10 @@ def arm(
     continuous: bool = False,
     capsules: Sequence[Capsule] = (),
 ) -> Robot:
-    """A robot of revolute joints about their z axes.
+    """A robot of revolute joints about their z axes, from the figures that ``published`` names.
 
-    Args:
-        name: The robot's name.
-        joints: Joint names, (n,).
-        placements: Joint frame i in joint frame i-1 at q = 0, (n, 4, 4).
-        inertials: Masses of the links, in the frames of their joints, (n,); None: unknown.
-        limits: Fields of ``JointLimits`` of the joints, each (n,) or one number; without ``a_max`` the rule
-            of ``RISE_TIME`` holds and a finding says so.
-        tip: Name of the tip frame.
-        tip_pose: Pose of the tip in the last joint's frame, (4, 4).
-        payload: Rigid bodies behind the last joint, each with its frame's pose in the last joint's frame.
-        neutral: a configuration inside the limits, (n,) [rad].
-        default_rows: Task rows the robot is meant for.
-        length: Characteristic length [m]; None: a sixth of the reach.
-        gravity: Gravity in the base frame, (3,) [m/s2].
-        rotors: Rotor inertia seen at every joint [kg m2].
-        continuous: Whether every joint turns without end; the limits then have no positions.
-        capsules: The links, each in the frame of its joint; none are estimated from the joints.
+    ``placements`` are each joint's frame in that of the one before at q = 0, and ``payload`` rigid bodies
+    behind the last joint, each with its frame's pose (4, 4) there.
     """
     bodies = []
     for i, (joint, place) in enumerate(zip(joints, placements, strict=True)):

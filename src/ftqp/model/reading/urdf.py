@@ -1,6 +1,6 @@
 """Reading URDF: the tree is audited first, then pinocchio gets a cleaned copy without meshes."""
 
-from collections.abc import Container, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,7 @@ from ftqp.core.errors import InputError, ModelError
 from ftqp.model.audit import Finding, body_findings, note, unsafe, warning
 from ftqp.model.capsules import Collision
 from ftqp.model.followers import Follower
-from ftqp.model.reading import srdf
-from ftqp.model.reading.safe_xml import DRAKE, xml_of
+from ftqp.model.reading.safe_xml import DRAKE, postures_beside, xml_of
 from ftqp.model.reading.source import Source, unlimited
 
 KINDS = ("revolute", "prismatic", "continuous", "fixed", "floating", "planar")
@@ -88,7 +87,7 @@ def read(source: Any, tips: Sequence[str], locked: Sequence[str | int]) -> Sourc
             if joint.find("mimic") is not None
         },
         findings=tree.findings,
-        postures={} if path is None else srdf.postures_beside(path),
+        postures={} if path is None else postures_beside(path),
         shapes=_collisions(tree, path),
     )
 
@@ -102,7 +101,7 @@ def _collisions(tree: Tree, path: Path | None) -> list[Collision]:
             shape = None if geometry is None else next(iter(geometry), None)
             if shape is None or shape.tag not in GEOMETRY:
                 continue
-            size = [x for key in GEOMETRY[shape.tag] for x in _plain_numbers(shape.get(key, ""))]
+            size = [x for key in GEOMETRY[shape.tag] for x in map(_number, shape.get(key, "").split())]
             if shape.tag == "mesh":
                 size = size if len(size) == 3 else [1.0, 1.0, 1.0]
             origin = _origin(element)
@@ -118,10 +117,6 @@ def _collisions(tree: Tree, path: Path | None) -> list[Collision]:
     return found
 
 
-def _plain_numbers(text: str) -> list[float]:
-    return [_number(word) for word in text.split()]
-
-
 def _attribute(element: Element, tag: str, name: str) -> str:
     child = element.find(tag)
     return "" if child is None else child.get(name, "")
@@ -130,80 +125,66 @@ def _attribute(element: Element, tag: str, name: str) -> str:
 def _tree(root: Element) -> Tree:
     """Links and joints by name, with findings where they do not make one tree."""
     tree = Tree(root.get("name") or "robot", {}, {})
+    wrong: list[str] = []
     for group, tag in ((tree.links, "link"), (tree.joints, "joint")):
         for element in root.findall(tag):
             name = element.get("name", "")
             if not name or name in group:
-                tree.findings.append(
-                    unsafe(f"a {tag} has {'no name' if not name else f'the name {name!r} again'}")
-                )
+                wrong.append(f"a {tag} has {'no name' if not name else f'the name {name!r} again'}")
             group[name] = element
     children: dict[str, str] = {}
     for name, joint in tree.joints.items():
-        if joint.get("type") not in KINDS:
-            tree.findings.append(
-                unsafe(
-                    f"joint {name!r} has the type {joint.get('type')!r}, expected one of {', '.join(KINDS)}"
-                )
-            )
+        if (kind := joint.get("type")) not in KINDS:
+            wrong.append(f"joint {name!r} has the type {kind!r}, expected one of {', '.join(KINDS)}")
         for end in ("parent", "child"):
             link = _attribute(joint, end, "link")
             if link not in tree.links:
-                tree.findings.append(
-                    unsafe(f"joint {name!r} has the {end} link {link!r}, which does not exist")
-                )
+                wrong.append(f"joint {name!r} has the {end} link {link!r}, which does not exist")
         child = _attribute(joint, "child", "link")
         if child in children:
-            tree.findings.append(
-                unsafe(
-                    f"link {child!r} is the child of both {children[child]!r} and {name!r}; expected a tree"
-                )
-            )
+            both = f"{children[child]!r} and {name!r}"
+            wrong.append(f"link {child!r} is the child of both {both}; expected a tree")
         children[child] = name
     roots = [link for link in tree.links if link not in children]
     if not tree.links:
-        tree.findings.append(unsafe("there are no links, expected a base and moving links"))
-    elif not tree.findings and len(roots) != 1:
-        tree.findings.append(
-            unsafe(f"there are {len(roots)} links without a parent {roots!r:.200}, expected one base")
-        )
+        wrong.append("there are no links, expected a base and moving links")
+    elif not wrong and len(roots) != 1:
+        wrong.append(f"there are {len(roots)} links without a parent {roots!r:.200}, expected one base")
+    tree.findings += map(unsafe, wrong)
     return tree
 
 
 def _audit_joints(tree: Tree, moving: Container[str], locked: Sequence[str | int]) -> None:
-    """Origins of all joints, and axes of those in ``moving`` that will move."""
+    """Origins of all joints, and axes, friction and limits of those in ``moving`` that will move."""
     for name, joint in tree.joints.items():
+        wrong = []
         if not np.isfinite(_origin(joint)).all():
-            tree.findings.append(unsafe(f"joint {name!r} has an origin that is not finite numbers"))
-        if name not in moving or name in locked or joint.get("type") not in MOVING:
-            continue
-        _audit_range(tree, name, joint)
-        if not np.isfinite(_friction(joint)).all():
-            tree.findings.append(unsafe(f"joint {name!r} has damping or friction that is no finite number"))
-        _audit_rates(tree, name, joint)
-        axis = _axis(joint)
-        if not np.isfinite(axis).all():
-            tree.findings.append(unsafe(f"joint {name!r} has an axis that is not three finite numbers"))
-        elif not axis.any():
-            tree.findings.append(unsafe(f"joint {name!r} has a zero axis, expected a direction"))
+            wrong.append("an origin that is not finite numbers")
+        if name in moving and name not in locked and joint.get("type") in MOVING:
+            if joint.find("limit") is not None:
+                tree.findings += [*_range_findings(name, joint), *_rate_findings(name, joint)]
+            axis = _axis(joint)
+            if not np.isfinite(_friction(joint)).all():
+                wrong.append("damping or friction that is no finite number")
+            if not np.isfinite(axis).all():
+                wrong.append("an axis that is not three finite numbers")
+            elif not axis.any():
+                wrong.append("a zero axis, expected a direction")
+        tree.findings += [unsafe(f"joint {name!r} has {what}") for what in wrong]
 
 
-def _audit_range(tree: Tree, name: str, joint: Element) -> None:
+def _range_findings(name: str, joint: Element) -> Iterator[Finding]:
     """A range of which one side is missing, and so 0."""
     limit = joint.find("limit")
-    if limit is None or joint.get("type") == "continuous":
-        return
+    assert limit is not None
     missing = [key for key in ("lower", "upper") if key not in limit.attrib]
     low, high = _range(limit)
-    if len(missing) == 1 and low < high:
-        about = "q_min" if missing == ["lower"] else "q_max"
-        tree.findings.append(
-            warning(
-                f"joint {name!r} has no {missing[0]} limit, which means 0 in a URDF: its range is {low:g} to "
-                f"{high:g}; correct the file, or give limits={{'q_min': {{{name!r}: ...}}, "
-                f"'q_max': {{{name!r}: ...}}}}",
-                about,
-            )
+    if joint.get("type") != "continuous" and len(missing) == 1 and low < high:
+        yield warning(
+            f"joint {name!r} has no {missing[0]} limit, which means 0 in a URDF: its range is {low:g} to "
+            f"{high:g}; correct the file, or give limits={{'q_min': {{{name!r}: ...}}, "
+            f"'q_max': {{{name!r}: ...}}}}",
+            "q_min" if missing == ["lower"] else "q_max",
         )
 
 
@@ -216,29 +197,28 @@ def _range(limit: Element) -> tuple[float, float]:
     return low, high
 
 
-def _audit_rates(tree: Tree, name: str, joint: Element) -> None:
+def _rate_findings(name: str, joint: Element) -> Iterator[Finding]:
     """Limits of acceleration, deceleration and jerk that are none, or that differ where a joint has one."""
     limit = joint.find("limit")
-    if limit is None:
-        return
+    assert limit is not None
     for key in (*RATES, "jerk"):
         text = limit.get(key)
         if text is not None and not _number(text) > 0.0:
             about = "j_max" if key == "jerk" else "a_max"
-            sentence = (
+            yield unsafe(
                 f"joint {name!r} has the limit {_plain(key)}={text!r:.60}, expected a number > 0; "
-                f"correct the file or give limits={{...}} with {about}"
+                f"correct the file or give limits={{...}} with {about}",
+                about,
             )
-            tree.findings.append(unsafe(sentence, about))
     rates = {_plain(key): unlimited(_number(limit.get(key, ""))) for key in RATES if key in limit.attrib}
     least = min(rates.values(), default=np.nan)
     if all(rate > 0.0 for rate in rates.values()) and any(rate != least for rate in rates.values()):
         said = ", ".join(f"{key} {rate:g}" for key, rate in rates.items())
-        sentence = (
+        yield note(
             f"joint {name!r} has limits of {said}; a joint speeds up and brakes with one a_max, so the "
-            f"smallest, {least:g}, is taken"
+            f"smallest, {least:g}, is taken",
+            "a_max",
         )
-        tree.findings.append(note(sentence, "a_max"))
 
 
 def _plain(key: str) -> str:
@@ -262,23 +242,19 @@ def _origin(element: Element) -> FloatArray:
 
 def _audit_links(tree: Tree) -> None:
     """Masses and inertias of every link, as they are written."""
-    names, mass, com, inertia = [], [], [], []
+    names, bodies = [], []
     for name, link in tree.links.items():
         inertial = link.find("inertial")
         if inertial is None:
             continue
         if written := _unreadable(inertial):
             said = f"link {name!r} has a mass, centre of mass or inertia that is not finite: {written}"
-            tree.findings.append(unsafe(f"{said}, expected numbers such as 0.5; correct the model", "masses"))
-            continue
-        m, c, moments = _inertial(inertial)
-        if m == 0.0 and not moments.any():
-            continue
-        names.append(name)
-        mass.append(m)
-        com.append(c)
-        inertia.append(moments)
-    tree.findings += body_findings("link", names, np.array(mass), np.array(com), np.array(inertia))
+            sentence = f"{said}, expected numbers such as 0.5; correct the model"
+            tree.findings.append(unsafe(sentence, "masses"))
+        elif (body := _inertial(inertial))[0] != 0.0 or body[2].any():
+            names.append(name)
+            bodies.append(body)
+    tree.findings += body_findings("link", names, *map(np.array, zip(*bodies, strict=True))) if names else []
 
 
 def _unreadable(inertial: Element) -> str | None:
@@ -286,7 +262,7 @@ def _unreadable(inertial: Element) -> str | None:
     for tag, keys in (("mass", ("value",)), ("inertia", SYMMETRIC), ("origin", ("xyz", "rpy"))):
         for key in keys:
             text = _attribute(inertial, tag, key)
-            if not np.isfinite([_number(word) for word in text.split()]).all():
+            if not np.isfinite([*map(_number, text.split())]).all():
                 return f"<{tag} {key}={text!r:.80}>"
     return None
 
@@ -393,5 +369,5 @@ def _number(text: str) -> float:
 
 
 def _numbers(text: str, count: int) -> FloatArray:
-    values = [_number(word) for word in text.split()]
+    values = [*map(_number, text.split())]
     return np.array(values) if len(values) == count else np.full(count, np.nan)

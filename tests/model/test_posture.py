@@ -5,7 +5,7 @@ import pytest
 from tests.arm_at import arm_at
 
 import ftqp
-from ftqp.model.structure import locks
+from ftqp.model.posture import locks
 
 POSE = ("x", "y", "z", "rx", "ry", "rz")
 
