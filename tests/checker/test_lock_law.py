@@ -1,4 +1,4 @@
-"""From when a locked joint has to stand: when it has come to rest, or has had the time for it."""
+"""From when a locked joint has to stand, and how an arm that was held as a whole is let go."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.checker.panda_runs import ARM, ROBOT, places_of, trace_of
 
-from ftqp.checker.lock_law import failed
+from ftqp.checker.lock_law import failed, held
 from ftqp.checker.trace import PHYSICS, Failure
 
 DT, TICKS, J = 1e-3, 2000, 3
@@ -55,3 +55,43 @@ def test_ways_that_a_joint_is_sent_count_together():
     there_and_back = np.where(T[:-1] > 1.0, 2e-3 * np.where(np.arange(TICKS) // 100 % 2, 1.0, -1.0), 0.0)
     assert broken(0.0 * T, sent=there_and_back)[0] == pytest.approx(2e-3 - 5e-4, abs=1e-5)
     assert broken(0.0 * T, sent=0.2 * there_and_back)[0] <= 0.0
+
+
+HOLD = (0.5, 1.0)
+
+
+def held_badly(share=0.5, status="OK", blamed=False, failures=(), holds=(HOLD,)):
+    """The largest breach, with a joint that goes at that share of its limit from 50 ms after the hold on."""
+    v, believed = np.zeros((TICKS + 1, ROBOT.nv)), np.zeros((TICKS, ROBOT.nv), dtype=bool)
+    v[T > 1.05, J] = share * ROBOT.limits.v_max[J]
+    believed[T[:-1] > 0.7, J] = blamed
+    q = np.tile(ROBOT.neutral, (TICKS + 1, 1))
+    run = trace_of(
+        q,
+        v,
+        DT,
+        status=["OK"] * 1500 + [status] * (TICKS - 1500),
+        failures=list(failures),
+        holds=list(holds),
+        blamed=believed,
+    )
+    return float(held(ARM, run, PHYSICS).max())
+
+
+def test_arm_that_goes_on_after_a_hold_breaks_nothing():
+    assert held_badly() <= 0.0
+    assert held_badly(share=1.09) <= 0.0
+
+
+def test_leap_after_a_hold_is_a_breach_by_its_share():
+    assert held_badly(share=2.2) == pytest.approx(1.0)
+    assert held_badly(share=2.2, holds=()) == 0.0
+
+
+def test_blaming_a_joint_or_stopping_for_good_is_a_breach():
+    assert held_badly(blamed=True) == held_badly(status="STOPPED") == 1.0
+
+
+def test_joint_that_has_really_failed_may_be_blamed_and_the_arm_be_stopped_for_it():
+    lock = Failure(joint=J, kind="locked", since=0.6, told=0.7)
+    assert held_badly(blamed=True, status="STOPPED", failures=[lock]) <= 0.0

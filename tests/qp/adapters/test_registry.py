@@ -1,11 +1,16 @@
+"""Backends by name, profile and settings, and what is said where one is missing."""
+
 import subprocess
 import sys
+from dataclasses import dataclass
 
 import pytest
 
 from ftqp import InputError, MissingPackage
 from ftqp.core.extras import remedy_for_extra
 from ftqp.qp import Backend, backend, backends
+from ftqp.qp.adapters.backend_settings import settings
+from ftqp.qp.adapters.registry import profile
 
 PACKAGES = {
     "daqp": "daqp",
@@ -88,3 +93,107 @@ def test_importing_the_package_loads_no_solver_and_no_compiler():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_profile_becomes_a_backend(tmp_path):
+    path = tmp_path / "tight.toml"
+    path.write_text('name = "daqp"\ntolerance = 1e-10\n')
+    assert profile(path) == {"name": "daqp", "tolerance": 1e-10}
+    assert backend(path).name == backend(str(path)).name == "daqp"
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (b"tolerance = 1e-9\n", "has no name"),
+        (b"name = \n", "is not valid TOML"),
+        (b"name = 'daqp'\ntolerance = 0x" + b"f" * 500, "tolerance is"),
+        (b"\xff\xfe\x00", "is not valid TOML"),
+    ],
+)
+def test_a_wrong_profile_is_refused_in_one_sentence(tmp_path, content, sentence):
+    path = tmp_path / "wrong.toml"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=sentence):
+        backend(path)
+
+
+def test_a_missing_profile_or_a_folder_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"nothing\.toml cannot be read \(No such file"):
+        backend(str(tmp_path / "nothing.toml"))
+    with pytest.raises(InputError, match="cannot be read"):
+        backend(tmp_path)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Some:
+    tolerance: float = 1e-9
+    shift: float = 0.0
+    cap: int = 10
+    verbose: bool = False
+
+
+def test_given_values_replace_defaults():
+    assert settings(Some, "some", {"tolerance": 1e-3, "cap": 2, "verbose": True, "shift": 0}) == Some(
+        tolerance=1e-3, cap=2, verbose=True, shift=0.0
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"tolerence": 1.0}, "'tolerence' is not a setting of backend 'some' (did you mean 'tolerance'?)"),
+        ({"tolerance": 0.0}, "some.tolerance is 0, expected a finite number > 0"),
+        ({"tolerance": float("nan")}, "some.tolerance is nan"),
+        ({"tolerance": "1e-9"}, "some.tolerance is '1e-9', expected a number"),
+        ({"tolerance": None}, "some.tolerance is None, expected a number"),
+        ({"shift": -1.0}, "some.shift is -1, expected a finite number >= 0"),
+        ({"cap": 0}, "some.cap is 0, expected a whole number from 1 to"),
+        ({"cap": 2.5}, "some.cap is 2.5, expected a whole number from 1 to"),
+        ({"cap": True}, "some.cap is True, expected a number"),
+        ({"verbose": 1}, "some.verbose is 1, expected true or false"),
+    ],
+)
+def test_a_wrong_setting_is_refused_in_one_sentence(given, sentence):
+    with pytest.raises(InputError) as error:
+        settings(Some, "some", given)
+    assert sentence in str(error.value)
+
+
+@pytest.mark.parametrize(("name", "remedy"), [("proxqp", "max_iterations"), ("active_set", "leave it out")])
+def test_a_solver_without_a_clock_says_how_its_time_is_bounded(name, remedy):
+    from ftqp.qp import backend
+
+    with pytest.raises(InputError, match=f"backend '{name}' has no time_limit.*{remedy}"):
+        backend({"name": name, "time_limit": 1e-3})
+
+
+LOADED = "print([m for m in sys.modules if m.startswith('proxsuite.proxsuite_pywrap')])"
+
+
+def run(code):
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys\n{code}\n{LOADED}"], capture_output=True, text=True, check=True
+    )
+    return done.stdout.strip(), done.stderr
+
+
+@pytest.mark.long
+def test_backend_loads_the_build_that_rounds_steadily():
+    loaded, said = run("import ftqp; ftqp.qp.backend('proxqp')")
+    assert "'proxsuite.proxsuite_pywrap'" in loaded and "avx" not in loaded
+    assert "loaded before" not in said
+
+
+@pytest.mark.long
+def test_list_of_backends_loads_it_too():
+    loaded, _ = run("import ftqp; ftqp.qp.backends()")
+    assert "'proxsuite.proxsuite_pywrap'" in loaded and "avx" not in loaded
+
+
+@pytest.mark.long
+def test_build_that_was_loaded_before_stays_and_is_said():
+    loaded, said = run("import proxsuite, ftqp; ftqp.qp.backend('proxqp'); ftqp.qp.backend('proxqp')")
+    if "avx" not in loaded:
+        pytest.skip("this processor has no faster build")
+    assert said.count("proxsuite was loaded before ftqp") == 1
