@@ -1,6 +1,6 @@
 """Robots put together of others: an arm carried by joints of a base, two arms on one body."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,43 +11,51 @@ from ftqp.core.errors import InputError
 from ftqp.model.audit import Finding
 from ftqp.model.chain import FREE_BASE
 from ftqp.model.limits import JointLimits
-from ftqp.model.reduction import MARK
 from ftqp.model.serial import Inertial
 from ftqp.model.shape import PLANAR_BASE
 
+MARK = "\x1f"
+"""Separates a frame's number from its name while a model is put together."""
 ROOM = 10.0
 """How far a base goes in x and y, to either side, where nobody says so [m]."""
 
 
 def graft(
-    model: Any, parent: int, place: FloatArray, other: Any, names: Mapping[str, str] | None = None
+    model: Any,
+    parent: int,
+    place: FloatArray,
+    other: Any,
+    names: Mapping[str, str] | None = None,
+    order: Sequence[int] = (),
 ) -> None:
     """Adds the joints, bodies and frames of another pinocchio model behind a joint, 0 is the base.
 
-    What stands still in the other model moves with that joint. Limits are not copied.
+    What stands still in the other model moves with that joint. Limits, which pinocchio refuses where they are
+    NaN or crossed, are not copied. Joints and frames are called as before, or as ``names`` has them, and
+    joints come in their order, or in that of ``order``, parents first.
     """
-    base, number, at = pin.SE3(np.asarray(place)), [parent], [model.frames[_joint_frame(model, parent)]]
-    before, named = model.nv, names or {}
+    base, number, at = pin.SE3(np.asarray(place)), {0: parent}, {0: _joint_frame(model, parent)}
+    before, named, order = model.nv, names or {}, order or range(1, other.njoints)
     if other.inertias[0].mass:
         model.appendBodyToJoint(parent, other.inertias[0], base)
-    for i in range(1, other.njoints):
-        above = other.parents[i]
+    for i in order:
+        above, joint = other.parents[i], other.joints[i]
         where = other.jointPlacements[i] if above else base * other.jointPlacements[i]
-        number.append(
-            model.addJoint(number[above], other.joints[i], where, named.get(other.names[i], other.names[i]))
-        )
+        number[i] = model.addJoint(number[above], joint, where, named.get(other.names[i], other.names[i]))
         model.appendBodyToJoint(number[i], other.inertias[i], pin.SE3.Identity())
-        at.append(model.frames[model.addJointFrame(number[i])])
-    for i, frame in enumerate(other.frames):
-        if frame.type == pin.FrameType.JOINT or i == 0:
-            continue
-        joint = number[frame.parentJoint]
-        where = frame.placement if frame.parentJoint else base * frame.placement
-        name = f"{i}{MARK}{named.get(frame.name, frame.name)}"  # pinocchio refuses two frames of one name
-        added = model.addFrame(pin.Frame(name, joint, _joint_frame(model, joint), where, frame.type), False)
-        model.frames[added].name = name.partition(MARK)[2]
+        at[i] = model.addJointFrame(number[i], at[above])
+    for i, f in enumerate(other.frames):
+        if f.type != pin.FrameType.JOINT and i > 0:
+            joint = number[f.parentJoint]
+            where = f.placement if f.parentJoint else base * f.placement
+            name = named.get(f.name, f.name)  # pinocchio refuses two frames of one name
+            new = model.addFrame(
+                pin.Frame(f"{i}{MARK}{name}", joint, at[f.parentJoint], where, f.type), False
+            )
+            model.frames[new].name = name
+    of = [other.idx_vs[i] + k for i in order for k in range(other.nvs[i])]
     for field in ("armature", "damping", "friction"):
-        getattr(model, field)[before:] = getattr(other, field)
+        getattr(model, field)[before:] = getattr(other, field)[of]
 
 
 def _joint_frame(model: Any, joint: int) -> int:

@@ -11,9 +11,7 @@ from ftqp.core.errors import InputError, nearest, unknown
 from ftqp.model.audit import OPEN_TIP, WRONG_TIP, Finding, unsafe
 from ftqp.model.chain import frame_id, kind
 from ftqp.model.followers import Follower
-
-MARK = "\x1f"
-"""Separates a frame's number from its name while a model is reduced."""
+from ftqp.model.grafting import MARK, graft
 
 FREE = 6
 """Degrees of freedom of a joint that holds nothing."""
@@ -63,7 +61,11 @@ def reduced(
         moving.add(leader)
     held |= {i for i in range(1, model.njoints) if i not in moving}
     order = _depth_first(model)
-    plain = _plain(model, order)
+    plain = pin.Model()  # built anew, for pinocchio reduces only what is in order
+    graft(plain, 0, np.eye(4), model, order=order[1:])
+    for i, frame in enumerate(plain.frames):
+        if i and frame.type != pin.FrameType.JOINT:
+            frame.name = f"{i}{MARK}{frame.name}"
     q = pin.neutral(plain)
     for name, value in (rest or {}).items():
         if names.index(name) + 1 in held:
@@ -105,30 +107,6 @@ def _depth_first(model: Any) -> list[int]:
         order.append(left.pop())
         left += [i for i in range(model.njoints - 1, 0, -1) if model.parents[i] == order[-1]]
     return order
-
-
-def _plain(model: Any, order: list[int]) -> Any:
-    """The model built anew, its joints in this order, so that pinocchio can reduce it.
-
-    It refuses NaN or crossed limits, two frames of one name, and frames that stand before their joint's.
-    """
-    plain = pin.Model()
-    number = {old: new for new, old in enumerate(order)}
-    for i in order[1:]:
-        place, parent = model.jointPlacements[i], number[model.parents[i]]
-        new = plain.addJoint(parent, model.joints[i], place, model.names[i])
-        plain.appendBodyToJoint(new, model.inertias[i], pin.SE3.Identity())
-    at = [0]
-    for i in range(1, plain.njoints):
-        at.append(plain.addJointFrame(i, at[plain.parents[i]]))
-    for i, f in enumerate(model.frames):
-        if f.type != pin.FrameType.JOINT and i > 0:
-            name, joint = f"{i}{MARK}{f.name}", number[f.parentJoint]
-            plain.addFrame(pin.Frame(name, joint, at[joint], f.placement, f.type), False)
-    of = [model.idx_vs[i] + k for i in order[1:] for k in range(model.nvs[i])]
-    plain.armature, plain.damping = model.armature[of], model.damping[of]
-    plain.friction = model.friction[of]
-    return plain
 
 
 def _position(joint: str, value: float) -> float:
