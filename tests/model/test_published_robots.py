@@ -42,6 +42,7 @@ def loaded(file: Path, tips: list[str]) -> tuple[Robot | None, str]:
         return None, str(error)
 
 
+@pytest.mark.slow
 def test_all_but_eight_load_in_one_line_and_the_others_say_why_not() -> None:
     assert ROBOT_DATA is not None
     found: Counter[str] = Counter()

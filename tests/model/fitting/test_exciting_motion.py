@@ -42,6 +42,10 @@ def test_it_is_made_smaller_until_it_is_clear(panda: ftqp.Robot) -> None:
 
     motion = ftqp.exciting_motion(panda, duration=6.0, dt=0.01, clear=near)
     assert near(motion.q)
+
+
+@pytest.mark.slow
+def test_where_no_size_is_clear_there_is_no_motion(panda: ftqp.Robot) -> None:
     with pytest.raises(ftqp.InputError, match="no motion of panda from this posture is clear"):
         ftqp.exciting_motion(panda, duration=6.0, dt=0.01, clear=lambda q: False)
 
