@@ -132,11 +132,7 @@ class CircularIntervals:
 
 
 def wrapped(difference: Any) -> Any:
-    """A difference of angles modulo one turn, from -pi to pi [rad].
-
-    Args:
-        difference: Of any size, a number or an array [rad].
-    """
+    """A difference of angles modulo one turn, from -pi to pi [rad]."""
     return difference - TURN * np.round(difference / TURN)
 
 

@@ -21,22 +21,15 @@ DEPENDENT = 1e-9
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GoalStudy:
-    """A robot, its task rows and a goal; made by ``goal_study``.
+    """A robot, its task rows and a goal; made by ``goal_study``."""
 
-    Attributes:
-        robot: The arm.
-        rows: Names of the task rows.
-        pose: The goal, (4, 4); rows that do not count are arbitrary.
-        free: Studies in which joints that turn have no limits, their values counting modulo one turn.
-        limited: Studies with the robot's limits.
-        idle: Indices of joints that never move the task rows, as one whose axis goes through the tip.
-    """
-
-    robot: Robot
-    rows: tuple[str, ...]
-    pose: FloatArray
+    robot: Robot  # The arm
+    rows: tuple[str, ...]  # Names of the task rows
+    pose: FloatArray  # The goal, (4, 4); rows that do not count are arbitrary
+    # Studies in which joints that turn have no limits, their values counting modulo one turn
     free: StudySession
-    limited: StudySession
+    limited: StudySession  # Studies with the robot's limits
+    # Indices of joints that never move the task rows, as one whose axis goes through the tip
     idle: tuple[int, ...] = ()
 
     @property
@@ -73,11 +66,7 @@ class GoalStudy:
         return np.asarray(low + share * (high - low))
 
     def unreachable(self, error: float) -> InputError:
-        """The error of a goal that no configuration reaches.
-
-        Args:
-            error: The smallest error that was found [m].
-        """
+        """The error of a goal that no configuration reaches."""
         place = ", ".join(f"{x:.6g}" for x in self.pose[:3, 3])
         return InputError(
             f"the goal at ({place}) is not reached by {self.robot.name} (nearest: {error:.3g} m off in rows "
@@ -86,14 +75,7 @@ class GoalStudy:
 
 
 def goal_study(robot: Robot, goal: Any, rows: Any, step: float = STEP) -> GoalStudy:
-    """The study of a goal.
-
-    Args:
-        robot: The arm.
-        goal: A point, (2,) for rows among x and y or (3,) without rotation [m], or a pose, (4, 4).
-        rows: ``"pose"`` or ``"position"``, which are those of the robot's own rows, or names of rows.
-        step: Largest step of a traced curve [rad or m].
-    """
+    """The study of a goal."""
     names = row_names(robot, rows)
     pose = goal_pose(goal, names)
     indices = [COMPONENTS.index(name) for name in names]

@@ -18,10 +18,6 @@ def measures_of(R: FloatArray, F: FloatArray) -> dict[str, FloatArray]:
     100: the share of configurations with all of the length. avg: the mean. sens: the largest minus the
     smallest. C = R F is the share of the whole line on which a failure leaves the goal within reach and ends
     there. Source: goel2005, section 4, and docs/theory/after-a-failure.md, "Lines and measures".
-
-    Args:
-        R: The share of each line with the goal within reach after a failure, (C, n + 1).
-        F: The share of that part from which the tip goes to the goal, (C, n + 1); NaN where it is empty.
     """
     shares = {"R": R, "F": F, "C": R * np.where(np.isnan(F), 0.0, F)}
     found: dict[str, FloatArray] = {}

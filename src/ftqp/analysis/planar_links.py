@@ -25,18 +25,12 @@ TURN = 2.0 * np.pi
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlanarLinks:
-    """An arm of revolute joints whose axes are parallel to z, its links in the plane x, y.
+    """An arm of revolute joints whose axes are parallel to z, its links in the plane x, y."""
 
-    Attributes:
-        link: Lengths of the links, their mean 1, (n,).
-        scale: Their mean length [m].
-        base: Where joint 1 is, (2,) [m].
-        constants: Those of the arm of such a size that ``scale`` is 1, with joint 1 at the origin.
-    """
-
-    link: FloatArray
-    scale: float
-    base: FloatArray
+    link: FloatArray  # Lengths of the links, their mean 1, (n,)
+    scale: float  # Their mean length [m]
+    base: FloatArray  # Where joint 1 is, (2,) [m]
+    # Those of the arm of such a size that ``scale`` is 1, with joint 1 at the origin
     constants: dict[str, Any]
 
     @classmethod
@@ -67,12 +61,7 @@ class PlanarLinks:
         return np.asarray((np.asarray(point, dtype=np.float64) - self.base) / self.scale)
 
     def study(self, M: FloatArray, goal: FloatArray) -> LawStudy:
-        """Compiled studies of the arm with one goal, in mean link lengths.
-
-        Args:
-            M: The inverse of the weights, (n, n).
-            goal: Where the tip is to go, (2,), as of ``local``.
-        """
+        """Compiled studies of the arm with one goal, in mean link lengths."""
         wide = np.full(len(self.link), np.inf)
         session = StudySession(self.constants, (0, 1), 1.0, q_min=-wide, q_max=wide, wraps=wide > 0.0)
         session.aim(transform(np.eye(3), np.append(goal, 0.0)))
@@ -84,9 +73,6 @@ class PlanarLinks:
         A locked joint i > 1 makes one link of length |l_{i-1} + l_i exp(j q_i)| of two; a locked joint 1
         moves the base to l_1 u(q_1). An arm reaches distances from 2 max l - sum l to sum l.
         Source: docs/theory/after-a-failure.md, "Reach".
-
-        Args:
-            goal: The tip, (2,), as of ``local``.
         """
         l, R = self.link, float(np.hypot(*goal))
         found: list[Intervals] = []
@@ -111,11 +97,6 @@ class PlanarLinks:
 
         Of three joints ``count`` for each component, at equal arc lengths; of two joints both; of more joints
         projections of quasi-random configurations, in one array.
-
-        Args:
-            point: The tip, (2,), as of ``local``.
-            count: How many.
-            seed: Moves the quasi-random configurations.
         """
         if len(self.link) == 3:
             return [self._spread(part, count) for part in self._parts(point)]

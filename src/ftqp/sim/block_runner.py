@@ -30,15 +30,7 @@ class _Ended:
 
 @final
 class BlockRunner:
-    """Makes many ticks at once, with the same commands and the same rows as one by one.
-
-    Args:
-        planner: the planner.
-        leader: what leads it.
-        plant: the arm.
-        recorder: keeps the rows; None keeps none.
-        measured: whether there are sensors between arm and planner, which take part in every tick.
-    """
+    """Makes many ticks at once, with the same commands and the same rows as one by one."""
 
     def __init__(
         self,

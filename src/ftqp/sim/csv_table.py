@@ -15,23 +15,14 @@ from ftqp.core.errors import InputError, nearest
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableFile:
-    """A file of columns of numbers, and what it may hold.
+    """A file of columns of numbers, and what it may hold."""
 
-    Attributes:
-        file: The file.
-        what: What it is called in a message, for example ``waypoint file``.
-        sample: What one line holds, for example ``waypoint``.
-        valid: Names that its columns may have; None is any.
-        needed: Names of columns that it has in any case.
-        together: Names of columns of which it has all or none.
-    """
-
-    file: Path
-    what: str
-    sample: str
-    valid: tuple[str, ...] | None
-    needed: tuple[str, ...]
-    together: tuple[str, ...] = ()
+    file: Path  # The file
+    what: str  # What it is called in a message, for example ``waypoint file``
+    sample: str  # What one line holds, for example ``waypoint``
+    valid: tuple[str, ...] | None  # Names that its columns may have; None is any
+    needed: tuple[str, ...]  # Names of columns that it has in any case
+    together: tuple[str, ...] = ()  # Names of columns of which it has all or none
 
     def wrong(self, why: str) -> InputError:
         """What to say of the file."""
@@ -43,12 +34,7 @@ class TableFile:
             raise self.wrong(f" does not exist; expected a {endings} file")
 
     def csv_columns(self) -> dict[str, FloatArray]:
-        """The columns of a CSV file in UTF-8 by name, each (K,), K >= 1; values may be infinite or NaN.
-
-        Raises:
-            InputError: No file, not text, too few lines, a wrong header, a line of another length, not a
-                number.
-        """
+        """The columns of a CSV file in UTF-8 by name, each (K,), K >= 1; values may be infinite or NaN."""
         self.refuse_missing(".csv")
         try:
             text = self.file.read_text("utf-8-sig").splitlines()

@@ -40,9 +40,6 @@ class FurtherMeasures:
 
     Tasks and constraints of the user's own that say no unit have no error that could be known here, and are
     left out.
-
-    Args:
-        planner: The planner, whose targets may change from call to call.
     """
 
     def __init__(self, planner: Planner) -> None:
@@ -82,11 +79,7 @@ class FurtherMeasures:
         )
 
     def at(self, q: FloatArray) -> FloatArray:
-        """The numbers at a posture, (count,) [m or rad]; NaN where the posture is no numbers.
-
-        Args:
-            q: Joint positions, (nv,) [rad or m].
-        """
+        """The numbers at a posture, (count,) [m or rad]; NaN where the posture is no numbers."""
         if not np.isfinite(q).all():
             return np.full(len(self), np.nan)
         robot = self._planner.robot
@@ -127,9 +120,6 @@ class FurtherMeasures:
         """Where the targets of the tasks are that have a place, by name, (3,) [m].
 
         Along axes that do not count it is that of the point itself.
-
-        Args:
-            q: Joint positions, (nv,) [rad or m].
         """
         found: dict[str, FloatArray] = {}
         poses, count = PlacedFrames(self._planner.robot, self._names), len(self._tasks)
@@ -166,11 +156,7 @@ class FurtherMeasures:
         return found
 
     def along(self, q: FloatArray) -> FloatArray:
-        """The numbers at many postures with the targets as they are now, (K, count).
-
-        Args:
-            q: Joint positions, (K, nv) [rad or m].
-        """
+        """The numbers at many postures with the targets as they are now, (K, count)."""
         return np.array([self.at(one) for one in q]).reshape(len(q), len(self))
 
 
@@ -189,19 +175,13 @@ def _apart(name: str) -> str:
 
 
 class _Error(NamedTuple):
-    """A number that says how far a task is from its target.
+    """A number that says how far a task is from its target."""
 
-    Attributes:
-        unit: Its unit.
-        about: What it is, in a sentence.
-        size: It, of the target, of the joint positions, and of the frame's pose or the centre of mass.
-        suffix: What stands behind the task's name.
-    """
-
-    unit: str
-    about: str
+    unit: str  # Its unit
+    about: str  # What it is, in a sentence
+    # It, of the target, of the joint positions, and of the frame's pose or the centre of mass
     size: Callable[[FloatArray, FloatArray, FloatArray], float]
-    suffix: str = ""
+    suffix: str = ""  # What stands behind the task's name
 
 
 def _other(task: SoftTask) -> str | None:

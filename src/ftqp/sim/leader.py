@@ -20,23 +20,14 @@ WAITS = 0.5
 
 
 class Standing(NamedTuple):
-    """Where a path stands after a tick.
+    """Where a path stands after a tick."""
 
-    Attributes:
-        progress: Path time of the target of the last step [s].
-        reached: Path time that has been reached [s].
-        status: What its follower says; None where it has no progress of its own.
-        over: Whether the run ends with the last step, before its time is up.
-        finished: Whether nothing of the path is left once all ticks are done.
-        blocked: Why the path does not go on, or None.
-    """
-
-    progress: float
-    reached: float
-    status: PathStatus | None = None
-    over: bool = False
-    finished: bool = True
-    blocked: str | None = None
+    progress: float  # Path time of the target of the last step [s]
+    reached: float  # Path time that has been reached [s]
+    status: PathStatus | None = None  # What its follower says; None where it has no progress of its own
+    over: bool = False  # Whether the run ends with the last step, before its time is up
+    finished: bool = True  # Whether nothing of the path is left once all ticks are done
+    blocked: str | None = None  # Why the path does not go on, or None
 
 
 class Leader(ABC):
@@ -74,11 +65,6 @@ class Leader(ABC):
 @final
 class ClockTargets:
     """The targets of a path at the ticks of a clock, sampled block by block.
-
-    Args:
-        path: what is followed.
-        dt: sampling period [s].
-        mean: feed forward the mean acceleration over dt in place of that at the tick.
 
     Attributes:
         target: that of the last tick asked for.
@@ -122,14 +108,7 @@ class ClockTargets:
 
 @final
 class ClockLeader(Leader):
-    """The clock: tick k aims at the path at k dt, whatever the arm does.
-
-    Args:
-        planner: gives the commands.
-        targets: of its path.
-        world: the base, its sensors and the inertial task of this planner, which takes no torques; None for a
-            base that stands.
-    """
+    """The clock: tick k aims at the path at k dt, whatever the arm does."""
 
     def __init__(self, planner: Planner, targets: ClockTargets, world: MovingWorld | None = None) -> None:
         self._planner, self.targets, self.world = planner, targets, world
@@ -213,15 +192,7 @@ class ProgressLeader(Leader):
 def leader_along(
     planner: Planner, path: Path, follower: PathFollower | None, world: MovingWorld | None, *, mean: bool
 ) -> Leader:
-    """What leads an arm along a path.
-
-    Args:
-        planner: gives the commands.
-        path: what is followed.
-        follower: leads the planner by the path's progress; None goes by the clock.
-        world: the base, where it moves.
-        mean: by the clock, feed forward the mean acceleration over dt in place of that at the tick.
-    """
+    """What leads an arm along a path."""
     if follower is not None:
         return ProgressLeader(follower)
     return ClockLeader(planner, ClockTargets(path, planner.dt, mean=mean), world)

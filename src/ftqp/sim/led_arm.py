@@ -16,31 +16,18 @@ LeaderT = TypeVar("LeaderT", bound=Leader)
 
 
 class Made(NamedTuple):
-    """One tick before the arm moves on.
+    """One tick before the arm moves on."""
 
-    Attributes:
-        step: the planner's step.
-        elapsed: wall time of the step [ns].
-        measured: positions and velocities that the planner was given, each (nv,).
-        felt: torques that it was given, and those that the drives asked for, as far as they are known.
-    """
-
-    step: Step
-    elapsed: int
-    measured: tuple[FloatArray, FloatArray]
+    step: Step  # the planner's step
+    elapsed: int  # wall time of the step [ns]
+    measured: tuple[FloatArray, FloatArray]  # positions and velocities that the planner was given, each (nv,)
+    # torques that it was given, and those that the drives asked for, as far as they are known
     felt: tuple[FloatArray | None, FloatArray | None]
 
 
 @final
 class LedArm(Generic[LeaderT]):
-    """Target, sensors and planner's step in the order in which they happen; simulations and sessions use it.
-
-    Args:
-        planner: gives the commands.
-        leader: leads it.
-        plant: the arm.
-        sensors: what is measured of it; None gives the planner the truth.
-    """
+    """Target, sensors and step in the order in which they happen; simulations and sessions use it."""
 
     def __init__(
         self, planner: Planner, leader: LeaderT, plant: Plant, sensors: JointSensors | None = None
@@ -79,12 +66,6 @@ class LedArm(Generic[LeaderT]):
         return Made(step, elapsed, (q, v), (tau, demand))
 
     def write(self, recorder: TickRecorder, t: float, made: Made) -> None:
-        """Keep the row of a tick.
-
-        Args:
-            recorder: keeps it.
-            t: time [s].
-            made: what ``think`` gave, before the arm has moved on.
-        """
+        """Keep the row of a tick."""
         plant = self.plant
         recorder.write(t, plant.q, plant.v, made.step, made.elapsed, made.measured, made.felt)

@@ -26,20 +26,7 @@ def rehearsed(
     torque_noise: float = 0.0,
     seed: int = 0,
 ) -> TorqueLog:
-    """What would be recorded of the true arm while its servos follow the motion.
-
-    Args:
-        robot: The arm as its model says.
-        motion: Where to go, sampled evenly.
-        true: How the true arm differs.
-        bandwidth: Of the position servos, which know the rotors but not the load, > 0 [rad/s].
-        position_noise: Standard deviation of the positions, >= 0 [rad or m].
-        torque_noise: Standard deviation of the torques, means over a period, >= 0 [N m or N].
-        seed: Of the noise.
-
-    Raises:
-        MissingPackage: MuJoCo is not installed.
-    """
+    """What would be recorded of the true arm while its servos follow the motion."""
     from ftqp.sim.plants.mujoco_plant import MujocoPlant
 
     dt, rng, n = float(motion.t[1] - motion.t[0]), np.random.default_rng(seed), robot.nv

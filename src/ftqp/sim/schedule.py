@@ -77,11 +77,7 @@ class FaultEvent:
 
 
 def _named(given: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
-    """What an event is made with, by name; of the order of earlier versions a warning says so.
-
-    Raises:
-        TypeError: Something is missing, given twice, or unknown.
-    """
+    """What an event is made with, by name; of the order of earlier versions a warning says so."""
     order = FIELDS
     if given and isinstance(given[0], tuple(KINDS.values())):
         order = ONCE

@@ -17,16 +17,7 @@ FEWEST = 1000
 
 
 def torque_log_of_csv(file: Path, joints: tuple[str, ...], late: float) -> TorqueLog:
-    """The columns t [s], q.JOINT [rad or m] and tau.JOINT [N m or N] of a CSV file; others are left alone.
-
-    Args:
-        file: The file.
-        joints: Names of the joints, base to tip.
-        late: How much later torques acted than positions were taken [s].
-
-    Raises:
-        InputError: No such file, not a table of numbers, or a column is missing.
-    """
+    """The columns t [s], q.JOINT [rad or m] and tau.JOINT [N m or N] of a CSV file; others are left alone."""
     named = [f"{group}.{joint}" for group in ("q", "tau") for joint in joints]
     given = TableFile(file=file, what="log", sample="sample", valid=None, needed=("t",))
     table = given.csv_columns()
@@ -45,16 +36,7 @@ def torque_log_of_csv(file: Path, joints: tuple[str, ...], late: float) -> Torqu
 
 
 def torque_log_of_run(log: Log, joints: tuple[str, ...], latency: float) -> TorqueLog:
-    """The healthy beginning of a run that kept its torques, measured or sent.
-
-    Args:
-        log: Of the run.
-        joints: Names of the robot's joints.
-        latency: How late samples were [s].
-
-    Raises:
-        InputError: It is of another arm, keeps no torques, or a joint fails from the start.
-    """
+    """The healthy beginning of a run that kept its torques, measured or sent."""
     about, first = log.metadata, joints[0]
     its = tuple(about.get("joints", ()))
     if its != joints:

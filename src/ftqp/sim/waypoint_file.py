@@ -18,17 +18,11 @@ LARGEST_ARRAYS = 200_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WaypointTable:
-    """What a waypoint file holds, ready for `ftqp.control.paths.Waypoints`.
+    """What a waypoint file holds, ready for `ftqp.control.paths.Waypoints`."""
 
-    Attributes:
-        positions: (N, 3) [m].
-        orientations: unit quaternions x, y, z, w, (N, 4), or ``None``.
-        times: (N,) [s], or ``None``.
-    """
-
-    positions: FloatArray
-    orientations: FloatArray | None
-    times: FloatArray | None
+    positions: FloatArray  # (N, 3) [m]
+    orientations: FloatArray | None  # unit quaternions x, y, z, w, (N, 4), or ``None``
+    times: FloatArray | None  # (N,) [s], or ``None``
 
 
 def waypoint_table(path: str | Path) -> WaypointTable:
@@ -36,9 +30,6 @@ def waypoint_table(path: str | Path) -> WaypointTable:
 
     CSV: the first line names the columns ``t,x,y,z,qx,qy,qz,qw``; t and the quaternion are optional.
     NPZ: arrays of these names, or ``times`` (N,), ``positions`` (N, 3) and ``orientations`` (N, 4).
-
-    Raises:
-        InputError: missing file, not text, unknown or missing column, not a number, NaN, times not rising.
     """
     given = TableFile(
         file=Path(path), what="waypoint file", sample="waypoint", valid=COLUMNS, needed=POSITION,

@@ -85,25 +85,13 @@ def _copies(study: GoalStudy, q: FloatArray) -> list[FloatArray]:
 
 
 def beside(study: GoalStudy, known: FloatArray, q: FloatArray, reach: float = 2.0 * STEP) -> FloatArray:
-    """The configurations that are farther than a reach from all known ones, (k, nv) [rad or m].
-
-    Args:
-        study: Of the arm.
-        known: Configurations, (l, nv) [rad or m].
-        q: Configurations, (k, nv) [rad or m].
-        reach: As above [rad or m].
-    """
+    """The configurations that are farther than a reach from all known ones, (k, nv) [rad or m]."""
     tree = cKDTree(turned(study, known), boxsize=np.where(study.turning, TURN, 0.0))
     away, _ = tree.query(turned(study, q), distance_upper_bound=reach)
     return np.asarray(q[~np.isfinite(away)])
 
 
 def turned(study: GoalStudy, q: FloatArray) -> FloatArray:
-    """Configurations with the values of joints without limits in [0, 2 pi).
-
-    Args:
-        study: Of the arm.
-        q: Configurations, (k, nv) [rad or m].
-    """
+    """Configurations with the values of joints without limits in [0, 2 pi)."""
     values = np.mod(q, TURN)
     return np.asarray(np.where(study.turning, np.where(values >= TURN, 0.0, values), q))

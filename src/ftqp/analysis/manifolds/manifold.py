@@ -21,14 +21,7 @@ NEAR_BEST = 2.0 * STEP**2
 
 
 def extremes(study: GoalStudy, q: FloatArray, i: int, *, closed: bool) -> tuple[float, float]:
-    """The range of joint i on a curve: where its null vector has a zero, n_i = 0, or at an end.
-
-    Args:
-        study: Of the goal.
-        q: Points of the curve, (k, nv) [rad or m].
-        i: Index of the joint.
-        closed: Whether the curve goes on from its last point to its first.
-    """
+    """The range of joint i on a curve: where its null vector has a zero, n_i = 0, or at an end."""
     values = q[:, i]
     low, high = float(values.min()), float(values.max())
     if high - low < CONSTANT:
@@ -162,12 +155,7 @@ def manifold_of(study: GoalStudy, curve: TracedCurve) -> Manifold:
 
 
 def manifold_of_samples(study: GoalStudy, q: FloatArray) -> Manifold:
-    """Samples of self-motions of dimension 2 and more, in one.
-
-    Args:
-        study: Of the goal.
-        q: Solutions, (k, nv) [rad or m].
-    """
+    """Samples of self-motions of dimension 2 and more, in one."""
     return Manifold(
         q=frozen(q),
         dimension=study.redundancy,

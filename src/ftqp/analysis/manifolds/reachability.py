@@ -52,12 +52,7 @@ def reachable_after(
 
 
 def locked_values(robot: Robot, locked: Mapping[str | int, float]) -> dict[int, float]:
-    """The values of locked joints by index.
-
-    Args:
-        robot: The arm.
-        locked: By name or 0-based index [rad or m].
-    """
+    """The values of locked joints by index."""
     held: dict[int, float] = {}
     for joint, value in locked.items():
         i = robot.joint(joint)
@@ -72,12 +67,7 @@ def locked_values(robot: Robot, locked: Mapping[str | int, float]) -> dict[int, 
 
 
 def reduced_solution(study: GoalStudy, held: Mapping[int, float]) -> FloatArray | None:
-    """A configuration at the goal with joints held, within the limits of the others, or None.
-
-    Args:
-        study: Of the goal.
-        held: Values of held joints by index [rad or m].
-    """
+    """A configuration at the goal with joints held, within the limits of the others, or None."""
     session = study.limited.copy()
     session.hold(list(held))
     starts = study.starts(STARTS, limited=True)

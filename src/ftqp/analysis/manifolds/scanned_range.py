@@ -38,13 +38,7 @@ FAR = 0.3
 
 
 def scanned_range(study: GoalStudy, i: int, solutions: FloatArray) -> CircularIntervals:
-    """The values of joint i with which the other joints bring the tip to the goal.
-
-    Args:
-        study: Of the goal.
-        i: Index of the joint.
-        solutions: Some configurations at the goal, (k, nv) [rad or m].
-    """
+    """The values of joint i with which the other joints bring the tip to the goal."""
     turns = bool(study.turning[i])
     low, high = WHOLE if turns else (study.robot.limits.q_min[i], study.robot.limits.q_max[i])
     if not np.isfinite(low + high):

@@ -31,17 +31,11 @@ NEVER = 1e-300
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Cycle:
-    """A closed orbit.
+    """A closed orbit."""
 
-    Attributes:
-        q: A configuration on it, (n,) [rad].
-        period: [s].
-        error_range: The smallest and the largest |e| on it [m].
-    """
-
-    q: FloatArray
-    period: float
-    error_range: tuple[float, float]
+    q: FloatArray  # A configuration on it, (n,) [rad]
+    period: float  # [s]
+    error_range: tuple[float, float]  # The smallest and the largest |e| on it [m]
 
 
 def cycle_through(
@@ -51,14 +45,6 @@ def cycle_through(
 
     The section is the plane through q across the motion; joints that turn count modulo one turn. A cycle is
     certified where two returns in a row agree within SAME.
-
-    Args:
-        study: Compiled studies of the arm with the goal.
-        law: The law after the failure.
-        locked: The joints that do not move, bit i for joint i.
-        q: A configuration that has gone on for long, (n,) [rad].
-        turning: Joints that turn without end, (n,).
-        clock: ``gain`` and ``v_max`` of the law.
     """
     n, across = len(q), law.rates(q)[0]
     if not np.linalg.norm(across) > 0.0:
@@ -113,14 +99,6 @@ def _errors(law: UnawareLaw, rows: FloatArray) -> tuple[float, float]:
 def crossing(
     law: UnawareLaw, begin: FloatArray, end: FloatArray, length: float, side: Callable[[FloatArray], Any]
 ) -> FloatArray:  # fmt: skip
-    """The state (q, t) between two of a motion where a function of it is zero, (n + 1,).
-
-    Args:
-        law: That of the motion.
-        begin: Where the function has one sign, (n + 1,).
-        end: Where it has the other, (n + 1,).
-        length: How far apart they are in s.
-        side: The function.
-    """
+    """The state (q, t) between two of a motion where a function of it is zero, (n + 1,)."""
     share = brentq(lambda x: float(side(law.between(begin, end, length, x))), 0.0, 1.0, xtol=1e-12)
     return law.between(begin, end, length, share)

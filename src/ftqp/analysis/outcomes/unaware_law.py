@@ -18,13 +18,6 @@ class UnawareLaw:
     """v = I_S G kappa e, G = M A' (A M A')^-1, kappa = min(K_e, v_max / |e|), A the rows' Jacobian.
 
     Source: docs/theory/after-a-failure.md, "The law and its clock".
-
-    Args:
-        study: Of the goal.
-        M: The inverse of the weights, (n, n).
-        locked: Joints that do not move, by index.
-        gain: K_e [1/s].
-        v_max: The largest commanded |dx| [m/s], angular rows times the characteristic length.
     """
 
     def __init__(

@@ -9,12 +9,7 @@ from ftqp.core.errors import InputError
 
 
 def weights_inverse(W: Any, n: int) -> FloatArray:
-    """M = W^-1 of the weights of the joint rates, (n, n); None is the identity.
-
-    Args:
-        W: Symmetric positive definite, (n, n), or its diagonal, (n,).
-        n: Number of joints.
-    """
+    """M = W^-1 of the weights of the joint rates, (n, n); None is the identity."""
     if W is None:
         return np.eye(n)
     W = numbers("W", W)

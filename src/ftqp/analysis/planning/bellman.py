@@ -45,14 +45,6 @@ def best_ways(
 
     Among equal ones the node that comes first is taken, so that the result is the same every time.
     Source: bellman1957; docs/theory/fault-tolerant-plans.md, "The recursion".
-
-    Args:
-        nodes: Configurations of each waypoint, (M, nv) [rad or m].
-        costs: What it costs to be there, (M,).
-        dt: Time between waypoints, (K,) [s].
-        farthest: Speed of each joint at most, (nv,), > 0 and finite [rad/s or m/s].
-        energy: Cost of a unit of |dq|^2 / dt, >= 0 [s/rad^2]. A larger one gives up nodes for smoother ways.
-        turning: Joints whose values count modulo one turn, (nv,).
     """
     values, follows = [costs[-1].astype(np.float64)], []
     for k in range(len(nodes) - 2, -1, -1):
@@ -105,14 +97,7 @@ def _within(scaled: FloatArray, box: FloatArray) -> FloatArray:
 def farthest_waypoint(
     nodes: Sequence[FloatArray], starts: BoolArray, reach: FloatArray, turning: BoolArray
 ) -> int:
-    """The last waypoint that any way from the starts gets to.
-
-    Args:
-        nodes: Configurations of each waypoint, (M, nv) [rad or m].
-        starts: Which nodes of the first waypoint ways begin at, (M,).
-        reach: How far each joint goes between waypoints at most, (nv,), > 0 and finite [rad or m].
-        turning: Joints whose values count modulo one turn, (nv,).
-    """
+    """The last waypoint that any way from the starts gets to."""
     at = np.flatnonzero(starts)
     for k in range(len(nodes) - 1):
         if not len(at) or not len(nodes[k + 1]):

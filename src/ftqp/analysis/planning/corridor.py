@@ -37,13 +37,6 @@ def corridor_of(task: TaskPath, q: FloatArray, *, stride: int, widest: float, sp
 
     From each sample the self-motion is followed both ways in steps, until a posture is outside the limits,
     loses a joint, or is as far as is looked. Source: docs/theory/fault-tolerant-plans.md, "The corridor".
-
-    Args:
-        task: The path, of an arm with one joint to spare.
-        q: The plan, (N + 1, nv) [rad or m].
-        stride: Samples are so far apart.
-        widest: How far is looked [rad or m].
-        spacing: Of the steps [rad or m].
     """
     samples = np.arange(0, task.N, stride)
     survived = locks_survived(task, q[samples], samples)

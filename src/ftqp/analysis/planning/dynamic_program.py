@@ -27,19 +27,12 @@ LEAST_MARGIN = 0.01
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GridPlan:
-    """A way through nodes.
+    """A way through nodes."""
 
-    Attributes:
-        q: Configurations at the waypoints, unwrapped, (K + 1, nv) [rad or m].
-        coverage: Share of pairs of joint and waypoint that they survive, each with its joint's weight.
-        bound: How many joints the best node of each waypoint can miss, (K,).
-        nodes: How many nodes there were.
-    """
-
-    q: FloatArray
-    coverage: float
-    bound: FloatArray
-    nodes: int
+    q: FloatArray  # Configurations at the waypoints, unwrapped, (K + 1, nv) [rad or m]
+    coverage: float  # Share of pairs of joint and waypoint that they survive, each with its joint's weight
+    bound: FloatArray  # How many joints the best node of each waypoint can miss, (K,)
+    nodes: int  # How many nodes there were
 
 
 def grid_plan(case: PlanCase) -> GridPlan:

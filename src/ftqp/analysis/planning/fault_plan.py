@@ -266,16 +266,7 @@ def plan_of(
     method: str,
     settings: Mapping[str, Any],
 ) -> Plan:
-    """A trajectory as a plan.
-
-    Args:
-        task: The path on its samples.
-        q: Configurations there, (N + 1, nv) [rad or m].
-        coverage: What was found to be survived of it.
-        stride: At instants so many samples apart.
-        method: How the self-motion was chosen.
-        settings: What it was made with.
-    """
+    """A trajectory as a plan."""
     return Plan(
         q=frozen(np.array(q, dtype=np.float64)),
         goals=task.goals,

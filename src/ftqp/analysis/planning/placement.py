@@ -36,25 +36,15 @@ LOST = 2.0
 @final
 @dataclass(frozen=True, eq=False)
 class PlacementWork:
-    """Rates placements of a task.
+    """Rates placements of a task."""
 
-    Attributes:
-        task: The task, on a coarse grid.
-        freedoms: What may change.
-        placements: Values of ``_names``, a row each.
-        settings: The knobs, with coarse spacing and waypoints.
-        seed: Of random starts.
-        weights: Of the joints, (nv,).
-        threads: How many threads share the work; None is one a core.
-    """
-
-    task: TaskPath
-    freedoms: tuple[Freedom, ...]
-    placements: FloatArray
-    settings: PlanSettings
-    seed: int
-    weights: FloatArray
-    threads: int | None
+    task: TaskPath  # The task, on a coarse grid
+    freedoms: tuple[Freedom, ...]  # What may change
+    placements: FloatArray  # Values of ``_names``, a row each
+    settings: PlanSettings  # The knobs, with coarse spacing and waypoints
+    seed: int  # Of random starts
+    weights: FloatArray  # Of the joints, (nv,)
+    threads: int | None  # How many threads share the work; None is one a core
 
     def __call__(self, items: Sequence[int]) -> list[tuple[str]]:
         """What each of some placements costs."""

@@ -19,25 +19,16 @@ def silent(done: int, total: int, what: str) -> None:
 @final
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanCase:
-    """What a method plans for.
+    """What a method plans for."""
 
-    Attributes:
-        task: The path on its samples.
-        weights: What a lock of each joint counts, (nv,), with the mean 1.
-        start: Where the arm starts, exactly at the first sample, (nv,) [rad or m]; None leaves it free.
-        settings: The knobs.
-        seed: Of random starts.
-        told: Hears of progress.
-        portions: Who computes the parts of the work.
-    """
-
-    task: TaskPath
-    weights: FloatArray
+    task: TaskPath  # The path on its samples
+    weights: FloatArray  # What a lock of each joint counts, (nv,), with the mean 1
+    # Where the arm starts, exactly at the first sample, (nv,) [rad or m]; None leaves it free
     start: FloatArray | None = None
-    settings: PlanSettings = field(default_factory=PlanSettings)
-    seed: int = 0
-    told: Told = silent
-    portions: Portions = field(default_factory=Here)
+    settings: PlanSettings = field(default_factory=PlanSettings)  # The knobs
+    seed: int = 0  # Of random starts
+    told: Told = silent  # Hears of progress
+    portions: Portions = field(default_factory=Here)  # Who computes the parts of the work
 
     @cached_property
     def study(self) -> GoalStudy:
@@ -46,12 +37,7 @@ class PlanCase:
 
 
 def planning_study(task: TaskPath, spacing: float) -> GoalStudy:
-    """Studies within the arm's limits of a task's rows; the goal is the first sample.
-
-    Args:
-        task: The task.
-        spacing: Largest step along a self-motion [rad or m].
-    """
+    """Studies within the arm's limits of a task's rows; the goal is the first sample."""
     session = task_session(task)
     session.S.study.step = spacing
     return GoalStudy(robot=task.robot, rows=task.rows, pose=task.goals[0], free=session, limited=session)

@@ -43,11 +43,6 @@ def smooth_trajectories(
     Waypoints are averaged with a Gaussian of some width, interpolated (piecewise cubic without overshoot),
     and brought back onto the path by Newton steps. Both ends stay where they are. A width with which the path
     is not met everywhere is left out. Source: docs/theory/fault-tolerant-plans.md, "Refinement".
-
-    Args:
-        study: Of the arm and the task rows.
-        task: On the samples that are wanted.
-        waypoints: Configurations at even times, (K + 1, nv) [rad or m].
     """
     for width in sorted(WIDTHS, reverse=True):
         q = _between(_averaged(waypoints, width), task.t)
@@ -57,13 +52,7 @@ def smooth_trajectories(
 
 
 def onto_path(study: GoalStudy, task: TaskPath, q: FloatArray) -> tuple[FloatArray, float]:
-    """Configurations near a path brought onto it, (N + 1, nv), and the largest error left [m].
-
-    Args:
-        study: Of the arm and the task rows.
-        task: The path.
-        q: A configuration for each sample, (N + 1, nv) [rad or m].
-    """
+    """Configurations near a path brought onto it, (N + 1, nv), and the largest error left [m]."""
     exact, left, _ = study.limited.solutions(q, goals=task.goals, near=True)
     return exact, float(left.max())
 
@@ -99,10 +88,6 @@ def gradient_plan(case: PlanCase, start: FloatArray) -> SpeedPlan:
 
     H = sum_j w_j log(n_j^2 + 1e-4) + 0.01 sum_j log(1 - r_j^2), r_j = -1 and 1 at the limits of joint j, w_j
     its weight. It looks at each instant alone. Source: docs/theory/fault-tolerant-plans.md, "A gradient".
-
-    Args:
-        case: What is planned for.
-        start: Where the arm starts, (nv,) [rad or m].
     """
     study, task, settings = case.study, case.task, case.settings
     q, speeds = np.empty((task.N + 1, study.robot.nv)), np.empty(task.N)
@@ -125,13 +110,7 @@ def gradient_plan(case: PlanCase, start: FloatArray) -> SpeedPlan:
 
 
 def measure(study: GoalStudy, q: FloatArray, weights: FloatArray) -> FloatArray:
-    """H of ``gradient_plan``, (k,).
-
-    Args:
-        study: Of the arm and the task rows.
-        q: Configurations, (k, nv) [rad or m].
-        weights: Of the joints, (nv,), with the mean 1.
-    """
+    """H of ``gradient_plan``, (k,)."""
     limits = study.robot.limits
     n = null_vectors(study, q)
     value = (weights * np.log(n * n + FLOOR)).sum(axis=1)

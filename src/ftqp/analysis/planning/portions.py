@@ -29,11 +29,7 @@ class Portions(Protocol):
 
 @final
 class Here:
-    """Computes everything in this process, and keeps nothing.
-
-    Args:
-        threads: How many threads compute one part; None is one a core.
-    """
+    """Computes everything in this process, and keeps nothing."""
 
     def __init__(self, threads: int | None = None) -> None:
         self.keeps, self.threads = False, threads

@@ -42,13 +42,7 @@ def unreached(study: GoalStudy, task: TaskPath, k: int) -> InputError:
 
 
 def refuse_near(task: TaskPath, q: FloatArray, which: str) -> None:
-    """Refuses postures in which the arm is nearer to something than it is to keep.
-
-    Args:
-        task: The path.
-        q: Postures, (k, nv) [rad or m].
-        which: What they are, for the message.
-    """
+    """Refuses postures in which the arm is nearer to something than it is to keep."""
     far = task.clearances(q)
     k = int(far.argmin())
     if task.around is not None and far[k] < _keep(task) - OUTSIDE:
@@ -65,13 +59,7 @@ def _keep(task: TaskPath) -> float:
 
 
 def refuse_illegal(task: TaskPath, q: FloatArray, method: str) -> None:
-    """Refuses a trajectory with a joint beyond its limits of position or speed.
-
-    Args:
-        task: The path.
-        q: Configurations on its samples, (N + 1, nv) [rad or m].
-        method: How it was made, for the message.
-    """
+    """Refuses a trajectory with a joint beyond its limits of position or speed."""
     robot, limits = task.robot, task.robot.limits
     beyond = np.maximum(limits.q_min - q, q - limits.q_max)
     hurry = np.abs(np.diff(q, axis=0)) / (task.dt * limits.v_max)

@@ -41,12 +41,6 @@ def remaining(task: TaskPath, q: FloatArray, at: float, faults: Sequence[Fault])
     torque, or a joint that swings freely, only a stop is known to be possible: what then happens depends on
     loads and speeds, and on the planner itself.
     Source: zhang2016, section 2.1, extended in docs/evidence/zhang2016.md.
-
-    Args:
-        task: The path.
-        q: Where the arm is.
-        at: The time that the tip has reached on the path [s].
-        faults: What has failed.
     """
     robot = task.robot
     begin = min(int(np.floor(at / task.dt + SAME_TIME)), task.N)
@@ -108,12 +102,6 @@ def continuation(
     """The postures with which the task was verified to go on after locks: first sample, and (k, nv) from it.
 
     None where they leave nothing to choose, having as many joints as rows, and after faults of other kinds.
-
-    Args:
-        task: The path.
-        q: Where the arm is, (nv,) [rad or m].
-        at: The time that the tip has reached on the path [s].
-        faults: What has failed.
     """
     locks = [fault for fault in faults if isinstance(fault, Locked)]
     choice = task.robot.nv - len(locks) - task.m

@@ -29,18 +29,6 @@ def sampled_nodes(
     Half of the nodes go on with the least motion, the others wander along the self-motion as far as speeds
     allow; one that cannot go on, being at a limit, begins anew beside another.
     Source: docs/theory/fault-tolerant-plans.md, "Nodes".
-
-    Args:
-        study: Of the arm and the task rows.
-        poses: Waypoints, (K + 1, 4, 4).
-        count: Nodes of a waypoint. More are a finer choice; the work grows with their number.
-        reach: How far each joint goes between waypoints at most, (nv,), finite [rad or m].
-        seed: Of starts and headings.
-        q0: A configuration at the first waypoint from which a quarter of the nodes starts, (nv,) [rad or m].
-        told: Called with the number of waypoints that are done.
-
-    Returns:
-        For each waypoint its nodes, (M, nv) [rad or m]; values of joints without limits in [0, 2 pi).
     """
     random = np.random.default_rng(seed)
     q = _first_nodes(study, poses[0], count, q0, random)

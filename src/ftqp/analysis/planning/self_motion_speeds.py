@@ -34,15 +34,10 @@ OUT_OF_LIMITS = 1.0
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SpeedPlan:
-    """A trajectory and the speed of its self-motion.
+    """A trajectory and the speed of its self-motion."""
 
-    Attributes:
-        q: Configurations on the samples, (N + 1, nv) [rad or m].
-        speeds: Of the self-motion between samples, (N,) [rad/s].
-    """
-
-    q: FloatArray
-    speeds: FloatArray
+    q: FloatArray  # Configurations on the samples, (N + 1, nv) [rad or m]
+    speeds: FloatArray  # Of the self-motion between samples, (N,) [rad/s]
 
 
 def constant_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
@@ -52,10 +47,6 @@ def constant_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
     taken, of equal ones that with the least energy. The paper's rule takes the least energy of those on which
     no component of n changes its sign, which says nothing of what happens after the lock.
     Source: zhang2016, section 3; docs/theory/fault-tolerant-plans.md, "One speed".
-
-    Args:
-        case: What is planned for.
-        starts: Where the arm may start, (s, nv) [rad or m].
     """
     thetas = np.array(case.settings.thetas)
     if len(starts) > FINALISTS:
@@ -71,10 +62,6 @@ def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
 
     Nelder and Mead's simplex goes down 1 - (survived + completed/2) plus what is beyond the limits, from the
     best constant speed on. Source: docs/theory/fault-tolerant-plans.md, "A spline of speeds".
-
-    Args:
-        case: What is planned for.
-        starts: Where the arm may start, (s, nv) [rad or m].
     """
     task, settings, weights = case.task, case.settings, case.weights
     begin = constant_plan(case, starts)
@@ -135,21 +122,13 @@ def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
 @final
 @dataclass(frozen=True, eq=False)
 class StartWork:
-    """Rates starts by the best of some constant speeds.
+    """Rates starts by the best of some constant speeds."""
 
-    Attributes:
-        task: The path, on a coarse grid.
-        starts: Where the arm may start, (s, nv) [rad or m].
-        thetas: The speeds, (k,) [rad/s].
-        weights: Of the joints, (nv,).
-        threads: How many threads share the work; None is one a core.
-    """
-
-    task: TaskPath
-    starts: FloatArray
-    thetas: FloatArray
-    weights: FloatArray
-    threads: int | None
+    task: TaskPath  # The path, on a coarse grid
+    starts: FloatArray  # Where the arm may start, (s, nv) [rad or m]
+    thetas: FloatArray  # The speeds, (k,) [rad/s]
+    weights: FloatArray  # Of the joints, (nv,)
+    threads: int | None  # How many threads share the work; None is one a core
 
     def __call__(self, items: Sequence[int]) -> list[tuple[str]]:
         """Coverage with the best speed from each of some starts, less 1 where limits are left."""
@@ -170,23 +149,14 @@ class StartWork:
 @final
 @dataclass(frozen=True, eq=False)
 class SpeedWork:
-    """Rates constant speeds.
+    """Rates constant speeds."""
 
-    Attributes:
-        task: The path.
-        starts: Where the arm starts with each speed, (c, nv) [rad or m].
-        thetas: The speeds, (c,) [rad/s].
-        stride: Failures at every so-many-th sample are looked at.
-        weights: Of the joints, (nv,).
-        threads: How many threads share the work; None is one a core.
-    """
-
-    task: TaskPath
-    starts: FloatArray
-    thetas: FloatArray
-    stride: int
-    weights: FloatArray
-    threads: int | None
+    task: TaskPath  # The path
+    starts: FloatArray  # Where the arm starts with each speed, (c, nv) [rad or m]
+    thetas: FloatArray  # The speeds, (c,) [rad/s]
+    stride: int  # Failures at every so-many-th sample are looked at
+    weights: FloatArray  # Of the joints, (nv,)
+    threads: int | None  # How many threads share the work; None is one a core
 
     def __call__(self, items: Sequence[int]) -> list[tuple[str]]:
         """Coverage with each of some speeds."""
@@ -258,10 +228,5 @@ def _keeps_signs(study: GoalStudy, q: FloatArray) -> BoolArray:
 
 
 def null_vectors(study: GoalStudy, q: FloatArray) -> FloatArray:
-    """Unit null vectors n with det [n; A] > 0, (k, nv), of an arm with one joint to spare.
-
-    Args:
-        study: Of the arm and the task rows.
-        q: Configurations, (k, nv) [rad or m].
-    """
+    """Unit null vectors n with det [n; A] > 0, (k, nv), of an arm with one joint to spare."""
     return null_vector(study.limited.values(q)[1])

@@ -18,22 +18,15 @@ from ftqp.kernel.layout.survival import SURVIVED
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Survivals:
-    """What trajectories survive.
+    """What trajectories survive."""
 
-    Attributes:
-        coverage: Share of pairs of joint and instant, each with the weight of its joint, (P,).
-        completed: Mean share of the rest of the path that is done after a lock, weighted alike, (P,).
-        excess: How far the worst joint is outside its limits, (P,) [rad or m]; 0 inside.
-        hurry: Largest |v| / v_max, (P,).
-        energy: sum |dq|^2 / dt, (P,) [rad^2/s].
-        short: By how much the arm comes nearer to something than it is to keep, (P,) [m]; 0 if it does not.
-    """
-
-    coverage: FloatArray
+    coverage: FloatArray  # Share of pairs of joint and instant, each with the weight of its joint, (P,)
+    # Mean share of the rest of the path that is done after a lock, weighted alike, (P,)
     completed: FloatArray
-    excess: FloatArray
-    hurry: FloatArray
-    energy: FloatArray
+    excess: FloatArray  # How far the worst joint is outside its limits, (P,) [rad or m]; 0 inside
+    hurry: FloatArray  # Largest |v| / v_max, (P,)
+    energy: FloatArray  # sum |dq|^2 / dt, (P,) [rad^2/s]
+    # By how much the arm comes nearer to something than it is to keep, (P,) [m]; 0 if it does not
     short: FloatArray
 
     @property
@@ -46,19 +39,12 @@ class Survivals:
 @final
 @dataclass(frozen=True, eq=False)
 class LockWork:
-    """Labels the nodes of some waypoints.
+    """Labels the nodes of some waypoints."""
 
-    Attributes:
-        task: On the grid on which continuations go.
-        stride: Its samples between waypoints.
-        nodes: Configurations of each waypoint, (M, nv) [rad or m].
-        threads: How many threads share the work; None is one a core.
-    """
-
-    task: TaskPath
-    stride: int
-    nodes: tuple[FloatArray, ...]
-    threads: int | None
+    task: TaskPath  # On the grid on which continuations go
+    stride: int  # Its samples between waypoints
+    nodes: tuple[FloatArray, ...]  # Configurations of each waypoint, (M, nv) [rad or m]
+    threads: int | None  # How many threads share the work; None is one a core
 
     def __call__(self, items: Sequence[int]) -> list[tuple[str]]:
         """Which nodes survive which lock, for each of some waypoints: bits, as hexadecimal digits."""
@@ -78,12 +64,6 @@ def node_labels(case: PlanCase, task: TaskPath, stride: int, nodes: Sequence[Flo
     With one joint to spare the continuation is unique. With more, each sample takes the least motion that the
     bounded QP gives, so that the answer depends on node, waypoint and joint alone, too.
     Source: docs/theory/fault-tolerant-plans.md, "Labels".
-
-    Args:
-        case: What is planned for.
-        task: On the grid on which continuations go.
-        stride: Its samples between waypoints.
-        nodes: Configurations of each waypoint, (M, nv) [rad or m].
     """
     nv, last = task.robot.nv, len(nodes) - 1
     work = LockWork(task, stride, tuple(nodes[:-1]), case.portions.threads)
@@ -102,15 +82,7 @@ def survivals(
     weights: FloatArray | None = None,
     threads: int | None = None,
 ) -> Survivals:
-    """What trajectories survive, each on its own.
-
-    Args:
-        task: The path.
-        q: Trajectories on its samples, (P, N + 1, nv) [rad or m].
-        stride: Instants are so many samples apart.
-        weights: What a lock of each joint counts, (nv,), with the mean 1; None is 1.
-        threads: How many threads share the work; None is one a core.
-    """
+    """What trajectories survive, each on its own."""
     limits, nv = task.robot.limits, task.robot.nv
     at = np.arange(0, task.N, stride)
     starts = np.repeat(q[:, at].reshape(-1, nv), nv, axis=0)

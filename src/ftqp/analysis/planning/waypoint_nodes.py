@@ -44,19 +44,6 @@ def curve_nodes(
 
     Curves are traced from random starts and from nodes of the waypoint before; then, from the last waypoint
     to the first, from nodes of the waypoint behind. Source: docs/theory/fault-tolerant-plans.md, "Nodes".
-
-    Args:
-        study: Of the arm and the task rows, with steps of the spacing.
-        poses: Waypoints, (K + 1, 4, 4).
-        spacing: Arc length between nodes [rad or m]. Smaller ones are more nodes and a finer choice; the
-            work grows with 1 / spacing.
-        seed: Of the random starts.
-        q0: A configuration at the first waypoint that becomes its first node, (nv,) [rad or m].
-        told: Called with the number of waypoints that are done.
-        portions: Who keeps what is traced; None nobody.
-
-    Returns:
-        For each waypoint its nodes, (M, nv) [rad or m]; values of joints without limits in [0, 2 pi).
     """
     nv, K = study.robot.nv, len(poses)
     kept = Here() if portions is None else portions

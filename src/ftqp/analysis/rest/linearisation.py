@@ -16,12 +16,7 @@ SINGULAR = 1e-6
 
 
 def weighted_inverse(A: FloatArray, M: FloatArray) -> FloatArray:
-    """G = M A' (A M A')^-1 of Jacobians, (..., n, m), M the inverse of the weights.
-
-    Args:
-        A: Jacobians of the task, (..., m, n).
-        M: W^-1, (n, n).
-    """
+    """G = M A' (A M A')^-1 of Jacobians, (..., n, m), M the inverse of the weights."""
     MAt = M @ np.swapaxes(A, -1, -2)
     return np.asarray(np.swapaxes(np.linalg.solve(A @ MAt, np.swapaxes(MAt, -1, -2)), -1, -2))
 
@@ -34,12 +29,6 @@ def reduced_jacobians(study: GoalStudy, M: FloatArray, q: FloatArray, locked: Se
         dlam = (A M A')^-1 (de - dA c - A M dA' lam),   dc = M (dA' lam + A' dlam),   de = -D_l.
 
     Source: docs/theory/unidentified-failures.md, "Linearisation".
-
-    Args:
-        study: Of the goal.
-        M: W^-1, (n, n).
-        q: Configurations where A has full rank, (k, n) [rad or m].
-        locked: Indices of the locked joints.
     """
     e, A, D, H = study.free.values(q, rates=True)
     MAt = M @ np.swapaxes(A, 1, 2)
@@ -56,12 +45,7 @@ def reduced_jacobians(study: GoalStudy, M: FloatArray, q: FloatArray, locked: Se
 
 
 def still_joints(study: GoalStudy, M: FloatArray) -> list[int]:
-    """Joints that never move the task rows and are never commanded: where they stand does not matter.
-
-    Args:
-        study: Of the goal.
-        M: W^-1, (n, n).
-    """
+    """Joints that never move the task rows and are never commanded: where they stand does not matter."""
     return [k for k in study.idle if not np.delete(M[k], k).any()]
 
 
@@ -93,12 +77,7 @@ def convergence_rates(robot: Robot, q: Any, rows: Any = "position", W: Any = Non
 
 
 def regular_jacobian(study: GoalStudy, q: FloatArray) -> FloatArray:
-    """The task's Jacobian at a configuration, (m, n), angular rows scaled.
-
-    Args:
-        study: Of the goal.
-        q: Joint values, (n,) [rad or m].
-    """
+    """The task's Jacobian at a configuration, (m, n), angular rows scaled."""
     A: FloatArray = study.free.values(q[None])[1][0]
     sigma = np.linalg.svd(A, compute_uv=False)
     if len(A) > A.shape[1] or sigma[-1] <= SINGULAR * sigma[0]:

@@ -77,14 +77,7 @@ def rest_configurations(
 
 
 def rests_at(study: GoalStudy, M: FloatArray, i: int, value: float) -> FloatArray:
-    """Regular rests off the goal with joint i locked at a value, each once, wherever limits are, (k, n).
-
-    Args:
-        study: Of the goal.
-        M: W^-1, (n, n).
-        i: Index of the locked joint.
-        value: Where it is locked [rad or m].
-    """
+    """Regular rests off the goal with joint i locked at a value, each once, wherever limits are, (k, n)."""
     if fits_grid(study):
         return _regular(study, M, i, grid_rests(study, M, i, value))
     equations = RestEquations(study, M, i)
@@ -109,14 +102,7 @@ def rest_study(
 
 
 def described(study: GoalStudy, M: FloatArray, i: int, q: FloatArray) -> RestConfiguration:
-    """What there is to say of a rest.
-
-    Args:
-        study: Of the goal.
-        M: W^-1, (n, n).
-        i: Index of the locked joint.
-        q: The rest, (n,) [rad or m].
-    """
+    """What there is to say of a rest."""
     e, A, _, _ = study.free.values(q[None])
     a = A[0, :, i]
     eigenvalues = eigenvalues_at(study, M, q[None], i)[0]
@@ -130,13 +116,7 @@ def described(study: GoalStudy, M: FloatArray, i: int, q: FloatArray) -> RestCon
 
 
 def inside_limits(study: GoalStudy, q: FloatArray, but: int | None = None) -> BoolArray:
-    """Which configurations are within the limits of the joints, up to whole turns, (k,).
-
-    Args:
-        study: Of the goal.
-        q: Configurations, (k, n) [rad or m].
-        but: Index of a joint that is not looked at.
-    """
+    """Which configurations are within the limits of the joints, up to whole turns, (k,)."""
     limits, slides = study.robot.limits, study.robot.chain.prismatic
     both = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
     low, high = np.where(both, limits.q_min, 0.0), np.where(both, limits.q_max, 0.0)

@@ -22,11 +22,6 @@ class RestEquations:
     does not move the tip; (mu, beta) and (alpha, gamma) count up to their signs. Joints that never move the
     tip and are not commanded stand at their neutral values, which replaces their rows.
     Source: docs/theory/unidentified-failures.md, "Rest".
-
-    Args:
-        study: Of the goal.
-        M: W^-1, (n, n).
-        i: Index of the locked joint.
     """
 
     def __init__(self, study: GoalStudy, M: FloatArray, i: int) -> None:
@@ -38,11 +33,7 @@ class RestEquations:
         self._stand = study.robot.neutral[self._still]
 
     def values(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Psi, (k, n + m + 2), and its derivative, (k, n + m + 2, n + m + 3).
-
-        Args:
-            z: Unknowns, (k, n + m + 3).
-        """
+        """Psi, (k, n + m + 2), and its derivative, (k, n + m + 2, n + m + 3)."""
         n, m, i, k = self.n, self.m, self.i, len(z)
         mu, (beta, alpha, gamma) = z[:, n : n + m], z[:, n + m :].T
         e, A, D, H = self.study.free.values(z[:, :n], rates=True)
@@ -72,11 +63,7 @@ class RestEquations:
         return psi, d
 
     def started(self, q: FloatArray) -> FloatArray:
-        """Unknowns near configurations, (k, n + m + 3): the best multipliers there.
-
-        Args:
-            q: Joint values, (k, n) [rad or m].
-        """
+        """Unknowns near configurations, (k, n + m + 3): the best multipliers there."""
         q = q.copy()
         q[:, self._still] = self._stand
         e, A, _, _ = self.study.free.values(q)
@@ -88,13 +75,7 @@ class RestEquations:
         return np.column_stack([q, mu / size[:, None], 1.0 / size, alpha / both, 1.0 / both])
 
     def solved(self, z: FloatArray, *, held: bool, iterations: int = 60) -> tuple[FloatArray, BoolArray]:
-        """Unknowns brought to a rest by damped Gauss-Newton steps, and which of them got there, (k,).
-
-        Args:
-            z: Where to start, (k, n + m + 3).
-            held: Whether the locked joint keeps its value.
-            iterations: Steps at most.
-        """
+        """Unknowns brought to a rest by damped Gauss-Newton steps, and which of them got there, (k,)."""
         z = z.copy()
         columns = np.ones(self.size)
         columns[self.i] = 0.0 if held else 1.0

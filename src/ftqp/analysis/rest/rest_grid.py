@@ -28,14 +28,7 @@ def fits_grid(study: GoalStudy) -> bool:
 
 
 def grid_rests(study: GoalStudy, M: FloatArray, i: int, value: float) -> FloatArray:
-    """Configurations with joint i at a value where (W n)_i = 0 and e is along a_i, (k, 3) [rad].
-
-    Args:
-        study: Of the goal, which ``fits_grid``.
-        M: W^-1, (3, 3).
-        i: Index of the locked joint.
-        value: Its value [rad].
-    """
+    """Configurations with joint i at a value where (W n)_i = 0 and e is along a_i, (k, 3) [rad]."""
     w = np.linalg.inv(M)[i]
     others = np.delete(np.arange(3, dtype=np.int64), i)
     nodes = np.linspace(-np.pi, np.pi, CELLS + 1)
@@ -78,12 +71,7 @@ def _newton(study: GoalStudy, w: FloatArray, i: int, q: FloatArray, others: IntA
 
 
 def distinct(q: FloatArray, turns: BoolArray) -> FloatArray:
-    """One of each set of configurations that are the same up to whole turns, (k, n) [rad or m].
-
-    Args:
-        q: Configurations, (k, n) [rad or m].
-        turns: Joints that turn, (n,).
-    """
+    """One of each set of configurations that are the same up to whole turns, (k, n) [rad or m]."""
     kept: list[FloatArray] = []
     for one in q:
         if all(np.abs(np.where(turns, wrapped(d), d)).max() > SAME for d in (one - other for other in kept)):

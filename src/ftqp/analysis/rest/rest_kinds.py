@@ -37,12 +37,6 @@ def eigenvalues_at(study: GoalStudy, M: FloatArray, q: FloatArray, i: int) -> ND
     """The eigenvalues of the linearisation with joint i locked, (k, n - 1) [1/s at a gain of 1/s].
 
     Joints that never move the task rows and are not commanded are left out.
-
-    Args:
-        study: Of the goal.
-        M: W^-1, (n, n).
-        q: Configurations, (k, n) [rad or m].
-        i: Index of the locked joint.
     """
     return np.asarray(
         np.linalg.eigvals(reduced_jacobians(study, M, q, [i, *still_joints(study, M)])), dtype=np.complex128

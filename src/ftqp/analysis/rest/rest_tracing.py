@@ -36,17 +36,12 @@ FIRST_CLOSURE = 5
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TracedRests:
-    """A curve of rests as it was traced.
+    """A curve of rests as it was traced."""
 
-    Attributes:
-        z: Its points, (k, n + m + 3), see ``RestEquations``; of a closed curve the last is the first again.
-        closed: Whether it comes back to its start.
-        branches: Indices of points behind which another curve crosses this one.
-    """
-
+    # Its points, (k, n + m + 3), see ``RestEquations``; of a closed curve the last is the first again
     z: FloatArray
-    closed: bool
-    branches: tuple[int, ...]
+    closed: bool  # Whether it comes back to its start
+    branches: tuple[int, ...]  # Indices of points behind which another curve crosses this one
 
 
 @final
@@ -63,11 +58,7 @@ class RestTracer:
         self._high = np.where(self._turns, np.inf, np.minimum(robot.limits.q_max, far))
 
     def trace(self, start: FloatArray) -> TracedRests | None:
-        """The curve through a rest; None where no direction can be told there.
-
-        Args:
-            start: The rest, (n + m + 3,).
-        """
+        """The curve through a rest; None where no direction can be told there."""
         first = self._tangent(start, None)
         if first is None:
             return None
@@ -87,12 +78,7 @@ class RestTracer:
         return one + share * chord if z is None else z
 
     def distances(self, z: FloatArray, q: FloatArray) -> FloatArray:
-        """How far configurations on a curve are from one, whole turns left out, (k,) [rad or m].
-
-        Args:
-            z: Points of a curve, (k, n + m + 3).
-            q: The configuration, (n,).
-        """
+        """How far configurations on a curve are from one, whole turns left out, (k,) [rad or m]."""
         away = z[:, : self._n] - q
         away = np.where(self._turns, away - TURN * np.round(away / TURN), away)
         return np.asarray(np.linalg.norm(away, axis=1))

@@ -21,29 +21,18 @@ BY_PAIR = ("first", "second")
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Around:
-    """What an arm keeps clear of, as it stood when this was made; made by ``around_of``.
+    """What an arm keeps clear of, as it stood when this was made; made by ``around_of``."""
 
-    Attributes:
-        scene: What stands around it.
-        clearance: How far it keeps.
-        room: The room of a planner that keeps clear of it, a copy, (1,).
-    """
-
-    scene: Scene
-    clearance: Clearance
-    room: Any
+    scene: Scene  # What stands around it
+    clearance: Clearance  # How far it keeps
+    room: Any  # The room of a planner that keeps clear of it, a copy, (1,)
 
     def on(self, robot: Robot) -> Self:
         """The same around another arm."""
         return type(self)(scene=self.scene, clearance=self.clearance, room=_room(robot, self))
 
     def moved(self, robot: Robot, by: FloatArray) -> Self:
-        """The same arm, with everything around it moved.
-
-        Args:
-            robot: The arm.
-            by: How far, (3,) [m].
-        """
+        """The same arm, with everything around it moved."""
         scene = self.scene.copy()
         for name, placed in self.scene.items():
             scene.move(name, placed.place[:3, 3] + by)

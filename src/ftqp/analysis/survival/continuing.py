@@ -34,12 +34,7 @@ def rows_session(robot: Robot, rows: Any) -> StudySession:
 
 
 def path_values(task: TaskPath, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Errors (N + 1, m) and Jacobians (N + 1, m, nv) of the task rows along a motion, rotation in rad.
-
-    Args:
-        task: The task.
-        q: A configuration for each sample, (N + 1, nv) [rad or m].
-    """
+    """Errors (N + 1, m) and Jacobians (N + 1, m, nv) of the task rows along a motion, rotation in rad."""
     session = task_session(task)
     e, A = np.empty((len(q), task.m)), np.empty((len(q), task.m, task.robot.nv))
     for k, goal in enumerate(task.goals[: len(q)]):
@@ -56,15 +51,7 @@ def locks_survived(
     joints: IntArray | None = None,
     threads: int | None = None,
 ) -> BoolArray:
-    """Whether the path is finished after a lock of each joint at some postures, (k, joints).
-
-    Args:
-        task: The task.
-        q: The postures, (k, nv) [rad or m].
-        samples: At which samples, (k,).
-        joints: That are looked at, by index; None is all.
-        threads: How many threads share the work; None is one a core.
-    """
+    """Whether the path is finished after a lock of each joint at some postures, (k, joints)."""
     which = np.arange(task.robot.nv) if joints is None else joints
     each, at = np.repeat(q, len(which), axis=0), np.repeat(samples, len(which))
     failed, bounded = np.tile(which, len(q)), task.redundancy > 1
@@ -75,14 +62,7 @@ def locks_survived(
 def continuation_study(
     task: TaskPath, *, deceleration: Any = None, tolerance: tuple[float, float] = (2e-3, 2e-2)
 ) -> ContinuationStudy:
-    """Continuations along a task, with the limits of its robot.
-
-    Args:
-        task: The task.
-        deceleration: With which a joint that fails brakes, (nv,) or one number [rad/s2 or m/s2]; None is a
-            quarter of each joint's acceleration limit, as of ``ftqp.Locked``.
-        tolerance: Errors of position and rotation from which on a bounded continuation is lost [m, rad].
-    """
+    """Continuations along a task, with the limits of its robot."""
     limits = task.robot.limits
     return ContinuationStudy(
         task_session(task),
@@ -125,13 +105,7 @@ def track(task: TaskPath, q0: Any, theta: Any = 0.0) -> FloatArray:
 
 
 def tracks(task: TaskPath, starts: Any, theta: Any = 0.0) -> tuple[FloatArray, Any]:
-    """Many such motions on all cores: q, (k, N + 1, nv) [rad or m], and their last samples, (k,).
-
-    Args:
-        task: The task.
-        starts: The starts, (k, nv) [rad or m].
-        theta: Self-motion speeds, one number, one each (k, 1), one a sample (N,), or (k, N) [rad/s].
-    """
+    """Many such motions on all cores: q, (k, N + 1, nv) [rad or m], and their last samples, (k,)."""
     starts = np.atleast_2d(np.asarray(starts, dtype=np.float64))
     try:
         speeds = np.broadcast_to(np.asarray(theta, dtype=np.float64), (len(starts), task.N))

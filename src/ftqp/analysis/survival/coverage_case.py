@@ -56,26 +56,7 @@ def coverage_case(
     scene: Scene | None = None,
     clearance: Clearance | None = None,
 ) -> "CoverageCase":
-    """What ``coverage`` has to verify, checked; for those who share the work out.
-
-    Args:
-        robot: As in ``coverage``, and so are the others.
-        path: The path, as ``plan`` takes it.
-        q: The motion, (N + 1, nv), or its start, (nv,) [rad or m].
-        dt: The time between poses or points.
-        stride: Every so many samples are verified.
-        lock: How a joint comes to rest.
-        post: How the others go on.
-        rows: What of the task is to be kept.
-        joints: Which joints fail.
-        fault: How they fail.
-        velocity: Share of the speed that a degraded joint has left.
-        deceleration: Of a ramp.
-        tolerance: Errors that count as survived.
-        upper_bound: At how many samples any posture is looked at.
-        scene: What stands around the arm.
-        clearance: How far it keeps.
-    """
+    """What ``coverage`` has to verify, checked; for those who share the work out."""
     instance("robot", robot, Robot, "a Robot")
     whole_number("stride", stride, 1)
     task = _task(robot, path, q, dt, scene=scene, clearance=clearance)
@@ -124,21 +105,13 @@ def coverage_case(
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CoverageCase:
-    """What is to be verified; made by ``coverage_case``.
+    """What is to be verified; made by ``coverage_case``."""
 
-    Attributes:
-        pairs: The pairs of failure and instant.
-        bound: What any posture can do without; None where that is not asked for.
-        manipulability: Relative manipulability without each failure's joints, (N + 1, failures).
-        fault: How joints fail.
-        lock: ``instant`` or ``ramp``.
-    """
-
-    pairs: Pairs
-    bound: Bound | None
-    manipulability: FloatArray
-    fault: Fault
-    lock: str
+    pairs: Pairs  # The pairs of failure and instant
+    bound: Bound | None  # What any posture can do without; None where that is not asked for
+    manipulability: FloatArray  # Relative manipulability without each failure's joints, (N + 1, failures)
+    fault: Fault  # How joints fail
+    lock: str  # ``instant`` or ``ramp``
 
     def verify(self, threads: int | None = None) -> CoverageReport:
         """The report, with every pair followed here and now."""
@@ -146,12 +119,7 @@ class CoverageCase:
         return self.report(found, None if bound is None else bound.counts(range(len(bound.samples)), threads))
 
     def report(self, found: Continuations, most: IntArray | None) -> CoverageReport:
-        """The report.
-
-        Args:
-            found: What became of all pairs, in their order.
-            most: How many joints any posture can do without, (waypoints,); None where it was not asked for.
-        """
+        """The report."""
         pairs, robot = self.pairs, self.pairs.task.robot
         K, F = len(pairs.samples), len(pairs.failures)
         kept, motion = pairs.task, pairs.q

@@ -23,30 +23,18 @@ class Pairs:
 
     Pairs are numbered instant by instant: number = instant * failures + failure. What becomes of one does not
     depend on the others that it is computed with.
-
-    Attributes:
-        task: The path, with the rows that are to be kept after a failure.
-        q: The motion, (N + 1, nv) [rad or m].
-        samples: The instants, (K,).
-        failures: The joints of each failure, by index.
-        speeds: With which each joint begins to brake, (N + 1, nv) [rad/s or m/s].
-        rule: How the others go on.
-        share: What is left of the speed limit of a degraded joint; None: it is locked.
-        told: What a planner is told of each failure; none where continuations are computed.
-        deceleration: As ``continuation_study`` takes it.
-        tolerance: Errors that count as survived with ``qp`` and ``planner`` [m, rad].
     """
 
-    task: TaskPath
-    q: FloatArray
-    samples: IntArray
-    failures: tuple[tuple[int, ...], ...]
-    speeds: FloatArray
-    rule: Literal["exact", "qp", "planner"]
-    share: float | None
-    told: tuple[Fault, ...]
-    deceleration: FloatArray | None
-    tolerance: tuple[float, float]
+    task: TaskPath  # The path, with the rows that are to be kept after a failure
+    q: FloatArray  # The motion, (N + 1, nv) [rad or m]
+    samples: IntArray  # The instants, (K,)
+    failures: tuple[tuple[int, ...], ...]  # The joints of each failure, by index
+    speeds: FloatArray  # With which each joint begins to brake, (N + 1, nv) [rad/s or m/s]
+    rule: Literal["exact", "qp", "planner"]  # How the others go on
+    share: float | None  # What is left of the speed limit of a degraded joint; None: it is locked
+    told: tuple[Fault, ...]  # What a planner is told of each failure; none where continuations are computed
+    deceleration: FloatArray | None  # As ``continuation_study`` takes it
+    tolerance: tuple[float, float]  # Errors that count as survived with ``qp`` and ``planner`` [m, rad]
 
     def __reduce__(self) -> tuple[object, ...]:
         return _pairs, tuple(getattr(self, name) for name in self.__dataclass_fields__)

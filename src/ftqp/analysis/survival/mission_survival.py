@@ -45,13 +45,6 @@ def mission_survival(
         P = exp(-L T) + sum_j  integral_0^T lambda_j exp(-L t) S_j(t) exp(-c (L - lambda_j)(T - t)) dt,
 
     c = 1 where every second failure ends the task, 0 where none does.
-
-    Args:
-        robot: The arm.
-        survived: Whether a failure of joint j at verified instant k is survived, (nv, K).
-        t: The instants, rising from 0, (K,) [s].
-        end: When the task ends, T [s].
-        mtbf: Mean time between failures by joint [h]; joints that are left out do not fail.
     """
     rates = np.zeros(robot.nv)
     for joint, hours in mtbf.items():

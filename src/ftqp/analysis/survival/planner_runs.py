@@ -27,10 +27,6 @@ class PlannerRuns:
 
     ``ftqp.batch.rollout`` drives it from the motion's state at a sample to the end of the path. A joint that
     swings freely moves by gravity and by what the others do, so for it there is no other way.
-
-    Args:
-        task: The task.
-        q: The motion, (N + 1, nv) [rad or m].
     """
 
     def __init__(self, task: TaskPath, q: FloatArray) -> None:

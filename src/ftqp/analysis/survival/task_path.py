@@ -315,12 +315,6 @@ def task_errors(names: tuple[str, ...], axis: bool, goals: FloatArray, poses: Fl
     """Errors of the task rows from poses to goals, (K, m) [m, rad]: p_d - p, the rotation vector of R_d R'.
 
     Of an axis task the two turns are the shortest one of the tool's z axis, along the goal's x and y axes.
-
-    Args:
-        names: Of the task rows.
-        axis: Whether of the orientation only the direction of the z axis counts.
-        goals: (K, 4, 4).
-        poses: (K, 4, 4).
     """
     from scipy.spatial.transform import Rotation  # slow to load
 

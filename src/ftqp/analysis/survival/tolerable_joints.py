@@ -28,19 +28,12 @@ COARSE = 60
 @final
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bound:
-    """How many joints any posture can do without at some samples of a path; made by ``bound_of``.
+    """How many joints any posture can do without at some samples of a path; made by ``bound_of``."""
 
-    Attributes:
-        grid: The path, on the grid on which continuations go.
-        stride: Samples of the path between those of the grid.
-        samples: Of the grid, that are looked at, (K,).
-        joints: That are looked at, by index, (j,).
-    """
-
-    grid: TaskPath
-    stride: int
-    samples: IntArray
-    joints: IntArray
+    grid: TaskPath  # The path, on the grid on which continuations go
+    stride: int  # Samples of the path between those of the grid
+    samples: IntArray  # Of the grid, that are looked at, (K,)
+    joints: IntArray  # That are looked at, by index, (j,)
 
     def counts(self, items: Sequence[int], threads: int | None = None) -> IntArray:
         """How many joints the best posture found can do without, at some of the samples, (items,)."""

@@ -26,10 +26,6 @@ class Base(ABC):
 class Platform(Base):
     """Three joints: ``track`` along x0, ``rotation`` about z0 on the carriage, ``tilt`` about its y axis.
 
-    Args:
-        height: of the tilt axis above the track [m].
-        mount: position of B in the tilted frame, (3,) [m].
-
     Source: Holt and Desrochers 1994 for the joints; they give no dimensions, so the lengths are choices.
     """
 

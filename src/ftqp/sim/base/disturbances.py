@@ -32,14 +32,7 @@ class Disturbance(ABC):
 
 @final
 class Step(Disturbance):
-    """From 0 to ``size`` at the time ``at``, at once or along a ramp.
-
-    Args:
-        coordinate: name of the base's coordinate.
-        size: where it ends [m or rad].
-        at: when it begins [s].
-        rate: slope of the ramp, > 0 [m/s or rad/s]; None is a jump, complete at ``at``.
-    """
+    """From 0 to ``size`` at the time ``at``, at once or along a ramp."""
 
     settings: ClassVar[Settings] = {
         "coordinate": COORDINATE,
@@ -64,14 +57,7 @@ class Step(Disturbance):
 
 @final
 class Sinusoid(Disturbance):
-    """A (sin(2 pi f t + phase) - sin phase): starts at 0.
-
-    Args:
-        coordinate: name of the base's coordinate.
-        amplitude: A [m or rad].
-        frequency: f [Hz].
-        phase: [rad].
-    """
+    """A (sin(2 pi f t + phase) - sin phase): starts at 0."""
 
     settings: ClassVar[Settings] = {
         "coordinate": COORDINATE,
@@ -96,12 +82,6 @@ class RandomMotion(Disturbance):
     """White noise through a first-order low-pass: x_k+1 = c x_k + sqrt(1 - c^2) rms w_k, c = exp(-2 pi f dt).
 
     Exact for equal steps; starts at 0 and reaches its rms after about 1/f.
-
-    Args:
-        coordinate: name of the base's coordinate.
-        rms: root mean square in the long run [m or rad].
-        corner: corner frequency f [Hz].
-        generator: where the numbers come from.
     """
 
     settings: ClassVar[Settings] = {
@@ -134,12 +114,7 @@ class RandomMotion(Disturbance):
 
 @final
 class Recorded(Disturbance):
-    """Coordinates as they were recorded, linear between samples, held before the first and after the last.
-
-    Args:
-        times: rising, (K,) [s].
-        values: the deviation of each coordinate by name, each (K,) [m or rad].
-    """
+    """Coordinates as they were recorded, linear between samples, held before the first and after the last."""
 
     def __init__(self, times: Any, values: Mapping[str, Any]) -> None:
         self._t = np.array(times, dtype=np.float64)

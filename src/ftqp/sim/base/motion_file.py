@@ -19,9 +19,6 @@ def recorded_motion(path: str | Path, coordinates: Sequence[str]) -> Recorded:
     The first line names the columns: ``t`` [s] and any of the base's coordinates [m or rad]; a free base's
     rotation may come as a unit quaternion ``qx,qy,qz,qw`` in place of ``rx,ry,rz``. Times rise; every value
     is finite.
-
-    Raises:
-        InputError: missing file, not text, unknown or missing column, not a number, NaN, times not rising.
     """
     free = TURNS[0] in coordinates
     valid = ("t", *coordinates, *(QUATERNION if free else ()))

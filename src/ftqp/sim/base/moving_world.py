@@ -18,14 +18,7 @@ from ftqp.sim.plants.arm_model import Arm
 
 @final
 class PoseSensor:
-    """Measures a pose in I with white noise, some samples late.
-
-    Args:
-        position: standard deviation of each axis [m].
-        rotation: standard deviation about each axis [rad].
-        late: samples of delay.
-        generator: where the noise comes from.
-    """
+    """Measures a pose in I with white noise, some samples late."""
 
     def __init__(
         self,
@@ -46,11 +39,7 @@ class PoseSensor:
         self._waiting.clear()
 
     def measure(self, truth: FloatArray) -> FloatArray:
-        """The pose that is measured now, (4, 4); until something has come through the delay, the first one.
-
-        Args:
-            truth: The true pose, (4, 4) [m].
-        """
+        """The pose that is measured now, (4, 4); the first one until something has come through the delay."""
         seen = truth.copy()
         if self._position > 0.0:
             seen[:3, 3] += self._position * self._generator.standard_normal(3)
@@ -67,20 +56,11 @@ class PoseSensor:
 class BaseMotion:
     """How a base really moves in a run: its pose at every tick, its mean twist in every sample.
 
-    Args:
-        base: the base.
-        disturbances: what moves it; deviations of the same coordinate add up.
-        dt: sampling period [s].
-        ticks: how many ticks the run has.
-
     Attributes:
         eta: coordinates at the ticks, (ticks, count) [m or rad].
         pose: of B in I at the ticks, (ticks, 4, 4).
         twist: mean twist at B's origin along I over the sample that begins at each tick, (ticks, 6) [m/s,
             rad/s].
-
-    Raises:
-        InputError: a disturbance of a coordinate that the base has not.
     """
 
     def __init__(self, base: Base, disturbances: Iterable[Disturbance], dt: float, ticks: int) -> None:
@@ -109,22 +89,10 @@ class MovingWorld:
     over the coming sample; with ``late`` the same, older by the delay that the task knows of. ``end_point``
     measures the tip in any case. Truth stays here: the task gets measurements only.
 
-    Args:
-        follower: the inertial task that leads the arm.
-        base: what carries the arm.
-        disturbances: what moves it.
-        end_point: whether the tip's pose is measured; None: when the base's is not.
-        position_noise: standard deviation of every measured position, each axis [m].
-        rotation_noise: the same of every measured attitude [rad].
-        seed: of the noise.
-
     Attributes:
         base_pose: true pose of B in I at the tick of the last ``sense``, (4, 4).
         tip_pose: true pose of the tip in I then, (4, 4).
         eta: true coordinates of the base then [m or rad].
-
-    Raises:
-        InputError: the tip is not measured although nothing of the base is known.
     """
 
     def __init__(
@@ -177,12 +145,7 @@ class MovingWorld:
         self.follower.reset(q, v)
 
     def sense(self, k: int, q: FloatArray) -> None:
-        """Take the measurements of tick k.
-
-        Args:
-            k: the tick.
-            q: true joint positions, (nv,).
-        """
+        """Take the measurements of tick k."""
         motion = self._motion
         if motion is None:
             raise InputError("the world has no run; call reset before the first tick")
@@ -194,11 +157,5 @@ class MovingWorld:
         self._twist = motion.twist[max(0, k - self._late)] if self._sees_base else None
 
     def step(self, q: FloatArray, v: FloatArray, target: Target) -> Step:
-        """The follower's command from the measurements of the last ``sense``.
-
-        Args:
-            q: measured joint positions, (nv,).
-            v: measured joint velocities, (nv,).
-            target: in I.
-        """
+        """The follower's command from the measurements of the last ``sense``."""
         return self.follower.step(q, v, target, tip=self._tip, base=self._base, base_twist=self._twist)

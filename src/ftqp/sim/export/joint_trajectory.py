@@ -28,17 +28,7 @@ AT_REST = 1e-6
 
 
 def write_trajectory(rows: LogRows, folder: str | Path, told: Told = silent) -> float:
-    """The motion of a run in a new bag with one message, and beside it as ``trajectory.csv``: t, q, v, a.
-
-    Returns:
-        The largest speed at the last point [rad/s or m/s]; a controller refuses a trajectory that ends in
-        motion unless it is told otherwise.
-
-    Raises:
-        InputError: The folder exists or cannot be made, the log is damaged, not one of a run or too long, or
-            a position is not finite.
-        MissingPackage: rosbags is not installed.
-    """
+    """The motion of a run in a new bag with one message, and beside it as ``trajectory.csv``: t, q, v, a."""
     ticks = Ticks(rows)
     if rows.count > MOST_POINTS:
         raise InputError(

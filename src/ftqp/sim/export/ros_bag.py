@@ -73,13 +73,7 @@ class RosBag:
         return len(self._connections) - 1
 
     def write(self, topic: int, nanoseconds: int, data: bytes) -> None:
-        """Put a message into the bag.
-
-        Args:
-            topic: The topic's number.
-            nanoseconds: When it was sent, >= 0 [ns].
-            data: The serialised message.
-        """
+        """Put a message into the bag."""
         self._writer.write(self._connections[topic], nanoseconds, data)
 
 

@@ -21,19 +21,6 @@ def write_bag(rows: LogRows, folder: str | Path, robot: Robot | None = None, tol
     ``/ftqp/step`` and, with a robot, ``/tf`` at every tick; ``/ftqp/status`` where the status changes; with a
     robot ``/robot_description`` once, kept for those who come later. ``/joint_measured`` and
     ``/joint_reference`` are there where the log has them.
-
-    Args:
-        rows: The log.
-        folder: The folder to make.
-        robot: The arm of the run; None leaves its frames and its description out.
-        told: Told the share that is done.
-
-    Returns:
-        How many messages it holds.
-
-    Raises:
-        InputError: The folder exists or cannot be made, or the log is damaged or not one of a run.
-        MissingPackage: rosbags is not installed.
     """
     ticks = Ticks(rows)
     sent = 0

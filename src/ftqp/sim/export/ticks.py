@@ -18,11 +18,7 @@ LATEST = 2**31 - 1
 
 @final
 class Ticks:
-    """Rows of a log, to be asked for groups of signals.
-
-    Raises:
-        InputError: The log is not that of a run, or has no rows.
-    """
+    """Rows of a log, to be asked for groups of signals."""
 
     def __init__(self, rows: LogRows) -> None:
         self._rows = rows

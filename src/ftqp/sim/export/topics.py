@@ -48,12 +48,7 @@ class Form:
         return marks
 
     def wholes(self, count: int, values: Values) -> NDArray[np.int32]:
-        """An array of int32 or uint32 for a message, left open, (count,).
-
-        Args:
-            count: Its length.
-            values: What it will hold; what is not finite becomes -1.
-        """
+        """An array of int32 or uint32 for a message, left open, (count,)."""
         marks = np.array([WHOLE + (k << 8) for k in self._next(count)], dtype="<u4").view("<i4")
         self._open.append((marks.tobytes(), "<i4", values))
         return marks
@@ -91,11 +86,6 @@ def joint_poses(chain: Chain, i: int, q: FloatArray) -> FloatArray:
     """Pose of joint frame i in that of its parent, position and unit quaternion x, y, z, w, (K, 7) [m].
 
     (rotation_i, translation_i) Rz(q), or Tz(q) for a joint that slides.
-
-    Args:
-        chain: The arm's constants.
-        i: 0-based index of the joint.
-        q: Its positions, (K,) [rad or m].
     """
     result = np.empty((len(q), 7))
     result[:, :3] = chain.translation[i]
@@ -147,30 +137,16 @@ def step_definition() -> str:
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Topic:
-    """A topic with a message a tick.
+    """A topic with a message a tick."""
 
-    Attributes:
-        number: Of the bag.
-        form: The open numbers of its message.
-        data: The message, serialised.
-    """
-
-    number: int
-    form: Form
-    data: bytes
+    number: int  # Of the bag
+    form: Form  # The open numbers of its message
+    data: bytes  # The message, serialised
 
 
 @final
 class Topics:
-    """The topics of a run with a message a tick.
-
-    Args:
-        bag: Where they go.
-        ticks: The run.
-        robot: The arm, for its frames; None leaves ``/tf`` out.
-        dt: Sampling period [s].
-        level: ``"acceleration"`` or ``"velocity"``, at which the planner decided.
-    """
+    """The topics of a run with a message a tick."""
 
     def __init__(self, bag: RosBag, ticks: Ticks, robot: Robot | None, dt: float, level: str) -> None:
         self._bag, self._ticks = bag, ticks

@@ -13,12 +13,7 @@ MICROSECONDS = 1e-3
 
 
 def table(raw: FloatArray, layout: RawLayout) -> FloatArray:
-    """The rows of a log, (K, columns), in the order of `ftqp.sim.log.signals.columns`.
-
-    Args:
-        raw: raw rows, (K, width).
-        layout: where their fields lie.
-    """
+    """The rows of a log, (K, columns), in the order of `ftqp.sim.log.signals.columns`."""
     f = layout.fields
     joints = slice(0, f["truth"].stop)
     target, tip = layout.poses(raw, "target"), layout.poses(raw, "tip")
@@ -49,12 +44,7 @@ def table(raw: FloatArray, layout: RawLayout) -> FloatArray:
 
 
 def across(error: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Lengths of the parts of errors that are perpendicular to velocities, (K,); all of an error at rest.
-
-    Args:
-        error: (K, 3) [m].
-        velocity: (K, 3) [m/s].
-    """
+    """Lengths of the parts of errors that are perpendicular to velocities, (K,); all of an error at rest."""
     squared = np.sum(velocity * velocity, axis=1)
     moving = squared > AT_REST**2
     share = np.divide(np.sum(error * velocity, axis=1), squared, out=np.zeros(len(error)), where=moving)

@@ -20,19 +20,12 @@ FACTS: Final = {TASKS: "tasks", PLANES: "constraints", BODIES: "scene"}
 
 
 class Measured(NamedTuple):
-    """A number that is measured of a soft task or a kept point.
+    """A number that is measured of a soft task or a kept point."""
 
-    Attributes:
-        group: ``task_error``, ``distance`` or ``clearance``.
-        name: Of the task, of the kept point, or of what stands around the arm.
-        unit: Its unit.
-        about: Its sentence.
-    """
-
-    group: str
-    name: str
-    unit: str
-    about: str
+    group: str  # ``task_error``, ``distance`` or ``clearance``
+    name: str  # Of the task, of the kept point, or of what stands around the arm
+    unit: str  # Its unit
+    about: str  # Its sentence
 
 
 def further_columns(measured: Iterable[Measured]) -> tuple[Column, ...]:
@@ -44,11 +37,6 @@ def names_in(rows: Container[str], about: Mapping[str, Any], group: str) -> list
     """Names of what a log has a signal of, in the order of its soft tasks, or of its kept points.
 
     A task of a pose has two: its name, and that with ``ROTATION`` behind it.
-
-    Args:
-        rows: The log, or a block of it.
-        about: Its metadata.
-        group: ``task_error``, ``distance`` or ``clearance``.
     """
     named = [one["name"] for one in about.get(FACTS[group], [])]
     every = dict.fromkeys(name for one in named for name in (one, one + ROTATION))

@@ -134,11 +134,7 @@ class Log:
         return name in self._signals
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """One signal, (K,), or the stack of those that begin with ``name`` and a dot, (K, count).
-
-        Raises:
-            InputError: no such signal.
-        """
+        """One signal, (K,), or the stack of those that begin with ``name`` and a dot, (K, count)."""
         if name in self._signals:
             return self._signals[name]
         if name not in self._stacks:

@@ -100,11 +100,7 @@ def physical_memory() -> float:
 
 @contextmanager
 def open_log(path: str | Path) -> Iterator[LogRows]:
-    """The rows of a log, which are read block after block.
-
-    Args:
-        path: The file, or the folder of a run: its ``log.npy``, with the parts before it if there are any.
-    """
+    """The rows of a log, which are read block after block."""
     instance("path", path, str | Path, "the path of a log or of the folder of a run")
     given = Path(path)
     folder = os.path.isdir(given)  # a name that is too long is none

@@ -29,20 +29,13 @@ class RunFacts(dict[str, Any]):
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LogRows:
-    """The rows of a log, to be read as often as one likes.
+    """The rows of a log, to be read as often as one likes."""
 
-    Attributes:
-        path: The file; None for a log that was kept in memory.
-        columns: The signals, in the order of a row.
-        metadata: Scenario, robot, joints, limits, faults, versions and state of the run.
-        count: Rows, one a tick.
-        read: A function that reads the rows from one on, in blocks (K, columns) of float64.
-    """
-
-    path: Path | None
-    columns: tuple[Column, ...]
-    metadata: Mapping[str, Any]
-    count: int
+    path: Path | None  # The file; None for a log that was kept in memory
+    columns: tuple[Column, ...]  # The signals, in the order of a row
+    metadata: Mapping[str, Any]  # Scenario, robot, joints, limits, faults, versions and state of the run
+    count: int  # Rows, one a tick
+    # A function that reads the rows from one on, in blocks (K, columns) of float64
     read: Callable[[int], Iterator[FloatArray]]
 
     @property

@@ -48,11 +48,7 @@ def checksum(about: Mapping[str, Any]) -> int:
 
 @final
 class LogWriter(RowSink):
-    """A new log; every write is on file when it returns.
-
-    Raises:
-        InputError: the file exists already or cannot be made.
-    """
+    """A new log; every write is on file when it returns."""
 
     def __init__(self, path: str | Path, columns: Sequence[Column], metadata: Mapping[str, Any]) -> None:
         self.path = Path(path)
@@ -75,21 +71,13 @@ class LogWriter(RowSink):
             raise
 
     def write(self, first: int, rows: FloatArray) -> None:
-        """Put rows on file. Interrupted at any point, it can be called again.
-
-        Raises:
-            FtqpError: the file cannot be written, for example because the disk is full.
-        """
+        """Put rows on file. Interrupted at any point, it can be called again."""
         header = self._header(first + len(rows))
         self._put(len(header) + rows.shape[1] * first * 8, np.ascontiguousarray(rows, dtype="<f8").tobytes())
         self._put(0, header)
 
     def annotate(self, metadata: Mapping[str, Any]) -> None:
-        """Add or replace metadata.
-
-        Raises:
-            FtqpError: the file cannot be written.
-        """
+        """Add or replace metadata."""
         self._about["metadata"] |= metadata
         self._about["checksum"] = checksum(self._about)
         file = beside(self.path)

@@ -53,12 +53,6 @@ SCALARS = (*BLOCK_SCALARS, *MEASURES, "progress", "path_status")
 class RawLayout:
     """Where each field of a raw row lies.
 
-    Args:
-        nv: joints.
-        coordinates: of the base that moves, or None where it stands.
-        sensed: fields of `SENSED` and `FELT` that are kept, too, in their order.
-        further: how many errors of soft tasks and distances of kept points there are.
-
     Attributes:
         fields: columns of each field by name, in their order.
         width: numbers in a row.

@@ -23,9 +23,6 @@ def recorded(
 
     The metadata are those of a log and ``length``: the rows of rotations are multiplied by this
     characteristic length [m], so that every row counts in metres.
-
-    Raises:
-        InputError: nothing was recorded.
     """
     about = description(planner, Schedule() if schedule is None else schedule, path, planner.tick)
     length = planner.robot.length if planner.task.length is None else planner.task.length

@@ -16,11 +16,7 @@ class RowSink(ABC):
 
     @abstractmethod
     def write(self, first: int, rows: FloatArray) -> None:
-        """Keep rows, (K, columns); repeated with the same ``first``, they take the place of the earlier ones.
-
-        Raises:
-            FtqpError: they cannot be kept, for example because the disk is full.
-        """
+        """Keep rows, (K, columns); repeated with the same ``first``, they replace the earlier ones."""
 
     @abstractmethod
     def annotate(self, metadata: Mapping[str, Any]) -> None:

@@ -38,12 +38,7 @@ class Places:
 
 @final
 class SignalBlock:
-    """A block of rows by name.
-
-    Args:
-        places: Where the signals lie.
-        rows: (K, columns).
-    """
+    """A block of rows by name."""
 
     def __init__(self, places: Places, rows: FloatArray) -> None:
         self._places, self._rows = places, rows

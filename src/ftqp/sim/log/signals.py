@@ -50,22 +50,12 @@ def named(codes: Iterable[tuple[Enum | None, int]], none: str = "") -> str:
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One column of a log.
+    """One column of a log."""
 
-    Attributes:
-        name: for example ``q.panda_joint1``; columns with the same part before the dot stack to an array.
-        unit: SI, or ``-`` without unit.
-        description: one sentence for a reader of the file.
-        integer: whether the values are whole numbers (codes and counts).
-
-    Raises:
-        InputError: the name is longer than 200 letters.
-    """
-
-    name: str
-    unit: str
-    description: str
-    integer: bool = False
+    name: str  # for example ``q.panda_joint1``; columns with the same part before the dot stack to an array
+    unit: str  # SI, or ``-`` without unit
+    description: str  # one sentence for a reader of the file
+    integer: bool = False  # whether the values are whole numbers (codes and counts)
 
     def __post_init__(self) -> None:
         if len(self.name) > LONGEST_NAME:

@@ -26,11 +26,7 @@ def silent(share: float) -> None:
 
 
 def write_csv(rows: LogRows, path: str | Path, told: Told = silent) -> None:
-    """All signals in a new CSV file: names in the first line, then a line a tick, with every digit.
-
-    Raises:
-        InputError: The file exists already or cannot be made.
-    """
+    """All signals in a new CSV file: names in the first line, then a line a tick, with every digit."""
     with whole_file(path) as part, part.open("x", newline="", encoding="utf-8") as file:
         whole, done = rows.whole(), 0
         writer = csv.writer(file)
@@ -49,9 +45,6 @@ def write_npz(rows: LogRows, path: str | Path, told: Told = silent) -> None:
 
     ``about`` is a JSON text with the names, units and sentences of the signals of each group, and with the
     log's metadata.
-
-    Raises:
-        InputError: The file exists already or cannot be made.
     """
     groups = _groups(rows)
     with whole_file(path) as part, zipfile.ZipFile(part, "x", zipfile.ZIP_DEFLATED) as archive:

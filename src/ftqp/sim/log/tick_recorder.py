@@ -27,15 +27,7 @@ lose half a second, and a loaded machine keeps a process waiting."""
 
 @final
 class TickRecorder:
-    """Keeps the raw row of every tick, and hands the columns on after 0.25 s or 2048 rows.
-
-    Args:
-        sink: where the rows go.
-        planner: whose steps they hold.
-        leader: what leads it.
-        sensed: what of measurements, commands and torques is kept beside the truth: fields of a raw row.
-        singularities: whether the measures of singularity are filled in; they are NaN without.
-    """
+    """Keeps the raw row of every tick, and hands the columns on after 0.25 s or 2048 rows."""
 
     def __init__(
         self,
@@ -102,17 +94,7 @@ class TickRecorder:
         measured: tuple[FloatArray, FloatArray] | None = None,
         felt: tuple[FloatArray | None, FloatArray | None] = (None, None),
     ) -> None:
-        """Keep one tick.
-
-        Args:
-            t: time [s].
-            q: true positions, (nv,) [rad or m].
-            v: true velocities, (nv,) [rad/s or m/s].
-            step: the planner's step.
-            elapsed: wall time of the step [ns].
-            measured: positions and velocities that the planner was given; None is the truth.
-            felt: torques that it was given, and those that the drives asked for, as far as they are kept.
-        """
+        """Keep one tick."""
         k, leader = self._filled, self._leader
         self._t[k] = t
         qs, vs, accelerations, torques, brakes = self._joints
@@ -171,12 +153,7 @@ class TickRecorder:
         return rows
 
     def keep(self, count: int, task_rows: int) -> None:
-        """Keep the first rows of `free`; beliefs, truth and measures are filled in here.
-
-        Args:
-            count: how many ticks have been filled, all of them between two changes of belief and truth.
-            task_rows: rows of the task.
-        """
+        """Keep the first rows of `free`; beliefs, truth and measures are filled in here."""
         rows = slice(self._filled, self._filled + count)
         _, _, beliefs, truths = self._rest
         beliefs[rows], truths[rows] = self._believed(), self._truth
@@ -191,11 +168,7 @@ class TickRecorder:
             self.flush()
 
     def flush(self) -> None:
-        """Hand all rows on. Interrupted at any point, it can be called again.
-
-        Raises:
-            FtqpError: they cannot be kept, for example because the disk is full.
-        """
+        """Hand all rows on. Interrupted at any point, it can be called again."""
         if self._filled:
             if self._singularities:
                 self._measure()

@@ -23,22 +23,13 @@ class Arm:
         self._mass, self._bias = kinematics.M[:n, :n], kinematics.h[:n]
 
     def tip(self, q: FloatArray) -> FloatArray:
-        """Pose of E in W, (4, 4); valid until the next call.
-
-        Args:
-            q: (nv,) [rad or m].
-        """
+        """Pose of E in W, (4, 4); valid until the next call."""
         self._session.kinematics(q)
         self._tip[:3, :3] = self._rotation
         self._tip[:3, 3] = self._origin
         return self._tip
 
     def dynamics(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """M (nv, nv) and h (nv,) with tau = M a + h; valid until the next call.
-
-        Args:
-            q: (nv,) [rad or m].
-            v: (nv,) [rad/s or m/s].
-        """
+        """M (nv, nv) and h (nv,) with tau = M a + h; valid until the next call."""
         self._session.dynamics(q, v)
         return self._mass, self._bias

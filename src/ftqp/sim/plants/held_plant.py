@@ -15,18 +15,10 @@ from ftqp.sim.schedule import first_tick
 @final
 @dataclass(frozen=True, slots=True)
 class Hold:
-    """All joints stand at once, and follow again later; nobody announces it: ``Hold(2.0, 0.5)``.
+    """All joints stand at once, and follow again later; nobody announces it: ``Hold(2.0, 0.5)``."""
 
-    Attributes:
-        at: When it happens, >= 0 [s].
-        duration: For how long, > 0 [s].
-
-    Raises:
-        InputError: A time that is out of its range.
-    """
-
-    at: float
-    duration: float
+    at: float  # When it happens, >= 0 [s]
+    duration: float  # For how long, > 0 [s]
 
     def __post_init__(self) -> None:
         non_negative("time of the hold", self.at, "s")
@@ -38,12 +30,6 @@ class HeldPlant(Plant):
     """Another plant, each joint of which is locked at once by every hold, and repaired when that is over.
 
     What befell a joint meanwhile befalls it then; one whose brake closed meanwhile goes on standing.
-
-    Args:
-        plant: The arm; one that does exactly what it is told cannot be held.
-        robot: Its robot.
-        dt: Sampling period [s].
-        holds: When all joints stand.
     """
 
     __slots__ = ("_failed", "_plant", "_robot", "_spans", "_tick")

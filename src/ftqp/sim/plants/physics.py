@@ -29,35 +29,21 @@ HARMLESS = (1.0, 1.0, 1.0)
 
 
 class Rod(NamedTuple):
-    """A rod with round ends that moves with a joint.
+    """A rod with round ends that moves with a joint."""
 
-    Attributes:
-        joint: By index, -1 for what stands.
-        a: One end in the joint's frame, (3,) [m].
-        b: The other end, (3,) [m].
-        radius: Of the rod [m].
-    """
-
-    joint: int
-    a: FloatArray
-    b: FloatArray
-    radius: float
+    joint: int  # By index, -1 for what stands
+    a: FloatArray  # One end in the joint's frame, (3,) [m]
+    b: FloatArray  # The other end, (3,) [m]
+    radius: float  # Of the rod [m]
 
 
 class Thing(NamedTuple):
-    """Something that stands around an arm.
+    """Something that stands around an arm."""
 
-    Attributes:
-        kind: ``sphere``, ``capsule``, ``box``, ``cylinder``, ``half_space`` or ``hull``.
-        size: As MuJoCo has it, (3,) [m].
-        pose: Where it stands, (4, 4) [m].
-        corners: Of a hull, in its own frame, (V, 3) [m].
-    """
-
-    kind: str
-    size: tuple[float, float, float]
-    pose: FloatArray
-    corners: FloatArray | None = None
+    kind: str  # ``sphere``, ``capsule``, ``box``, ``cylinder``, ``half_space`` or ``hull``
+    size: tuple[float, float, float]  # As MuJoCo has it, (3,) [m]
+    pose: FloatArray  # Where it stands, (4, 4) [m]
+    corners: FloatArray | None = None  # Of a hull, in its own frame, (V, 3) [m]
 
 
 @final
@@ -68,12 +54,6 @@ class Physics:
     the compiled model, because the compiler refuses some that the equations of motion accept. The arm
     collides with what stands around it, and not with itself. A joint that follows another one is tied to it,
     a brake is dry friction; ties, end stops and fixed joints are hard constraints without rebound.
-
-    Args:
-        chain: what moves.
-        h: time step [s].
-        bodies: What collides of the arm.
-        things: What stands around it.
 
     Attributes:
         q: joint positions, (nv,) [rad or m]; a view into MuJoCo's memory, like the next four.

@@ -29,15 +29,6 @@ class ServoPlant(Plant):
     Ramp and instant locks both fix the joint where it is. A joint that mimics another has no servo and is
     where its leader puts it.
 
-    Args:
-        robot: the arm; its speed limits are those of the servos.
-        dt: sampling period [s].
-        drive: what the servos take, one of the above.
-        takes_velocity: whether position servos are given velocities, too; without it the arm follows late by
-            tau.
-        time_constant: tau [s]; a larger one makes the arm follow later.
-        substeps: Euler steps in a sample, >= 1.
-
     Source: Holt and Desrochers 1994: the increments are a fit to their tables.
     """
 
@@ -139,14 +130,7 @@ class ServoPlant(Plant):
         self._v[i] = 0.0
 
     def repair(self, joint: str | int) -> None:
-        """From now on the joint works as if it had never failed.
-
-        Args:
-            joint: Its name or 0-based index; one that works stays so.
-
-        Raises:
-            InputError: unknown joint.
-        """
+        """From now on the joint works as if it had never failed."""
         i = self._leader(joint)
         if not self._works[i]:
             self._works[i] = True

@@ -29,21 +29,13 @@ class Rival(Protocol):
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Ride:
-    """What an arm did, each row a tick.
+    """What an arm did, each row a tick."""
 
-    Attributes:
-        t: Time, (K,) [s].
-        q: Where its joints truly were, (K, nv) [rad or m].
-        v: Their true velocities, (K, nv) [rad/s or m/s].
-        tip: Where its tip truly was, (K, 3) [m].
-        target: Where it should have been, (K, 3) [m].
-    """
-
-    t: FloatArray
-    q: FloatArray
-    v: FloatArray
-    tip: FloatArray
-    target: FloatArray
+    t: FloatArray  # Time, (K,) [s]
+    q: FloatArray  # Where its joints truly were, (K, nv) [rad or m]
+    v: FloatArray  # Their true velocities, (K, nv) [rad/s or m/s]
+    tip: FloatArray  # Where its tip truly was, (K, 3) [m]
+    target: FloatArray  # Where it should have been, (K, 3) [m]
 
     @property
     def error(self) -> FloatArray:
@@ -64,13 +56,7 @@ def strayed(log: Log) -> FloatArray:
 
 
 def turned(robot: Robot, q: FloatArray, poses: FloatArray) -> FloatArray:
-    """How far the tip of an arm was turned away from where it should have been, (K,) [rad].
-
-    Args:
-        robot: The arm.
-        q: Where its joints truly were, (K, nv) [rad or m].
-        poses: Where its tip should have been, (K, 4, 4).
-    """
+    """How far the tip of an arm was turned away from where it should have been, (K,) [rad]."""
     tips = Skeleton.of(robot.chain).frames(q)[:, -1, :3, :3]
     cosine = 0.5 * (np.einsum("kij,kij->k", tips, poses[:, :3, :3]) - 1.0)
     return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
@@ -89,20 +75,7 @@ def ride(
     told: bool = False,
     duration: float | None = None,
 ) -> Ride:
-    """Let a rival lead an arm from q along the path; the plant and the sensors begin anew.
-
-    Args:
-        rival: Gives the commands.
-        robot: The arm.
-        path: What its tip is to follow.
-        q: Where its joints are at first, (nv,) [rad or m].
-        dt: The sampling period [s].
-        plant: The arm; it takes positions.
-        sensors: What is measured of it; None measures the truth.
-        schedule: What fails, and when.
-        told: Whether the rival is told at the instant of each failure.
-        duration: Simulated time; None is that of the path [s].
-    """
+    """Let a rival lead an arm from q along the path; the plant and the sensors begin anew."""
     count = round((path.duration if duration is None else duration) / dt) + 1
     t: FloatArray = np.asarray(dt * np.arange(count), dtype=np.float64)
     sample = path.sample(t)

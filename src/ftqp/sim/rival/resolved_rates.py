@@ -35,16 +35,6 @@ class ResolvedRates:
     It sends its integral and v, as ftqp does, so that position servos are led by the speed. It reads the
     model by pinocchio, and shares no formula with ftqp's planner.
 
-    Args:
-        robot: The arm.
-        dt: The sampling period, > 0 [s].
-        rows: What of the pose it follows, some of x, y, z, rx, ry, rz.
-        gain: K, > 0 [1/s]. A larger one follows closer, and shakes on noise and late samples.
-        near_singular: Singular values below this one are damped, > 0 [m]. A larger one damps farther away.
-
-    Raises:
-        InputError: A number is out of its range.
-
     Source: Whitney 1969; Nakamura and Hanafusa 1986.
     """
 
@@ -91,31 +81,16 @@ class ResolvedRates:
         self._failed[:] = False
 
     def tell(self, joint: str | int) -> None:
-        """From now on that joint is known to be locked.
-
-        Args:
-            joint: Its name or 0-based index.
-        """
+        """From now on that joint is known to be locked."""
         self._failed[self._robot.joint(joint)] = True
 
     def repair(self, joint: str | int, position: float) -> None:
-        """From now on that joint works again.
-
-        Args:
-            joint: Its name or 0-based index.
-            position: Where it is, and where its drive is switched on [rad or m].
-        """
+        """From now on that joint works again."""
         i = self._robot.joint(joint)
         self._failed[i], self._q[i], self._v[i] = False, position, 0.0
 
     def step(self, q: FloatArray, pose: FloatArray, twist: FloatArray) -> "ResolvedRates":
-        """One tick; the command is what the controller then holds.
-
-        Args:
-            q: Measured joint positions, (nv,) [rad or m].
-            pose: Where the tip should be, (4, 4) [m].
-            twist: How it should move, linear then angular, (6,) [m/s, rad/s].
-        """
+        """One tick; the command is what the controller then holds."""
         robot, limits, dt = self._robot, self._robot.limits, self._dt
         q = array("q", q, (robot.nv,), "(nv,)")
         J = scaled_jacobian(

@@ -20,19 +20,12 @@ from ftqp.core.setting import keys_of, setting
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What is about to be measured; each (nv,), to be changed in place.
+    """What is about to be measured; each (nv,), to be changed in place."""
 
-    Attributes:
-        q: positions [rad or m].
-        v: velocities [rad/s or m/s].
-        last_q: positions of the sample before.
-        last_v: velocities of the sample before.
-    """
-
-    q: FloatArray
-    v: FloatArray
-    last_q: FloatArray
-    last_v: FloatArray
+    q: FloatArray  # positions [rad or m]
+    v: FloatArray  # velocities [rad/s or m/s]
+    last_q: FloatArray  # positions of the sample before
+    last_v: FloatArray  # velocities of the sample before
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

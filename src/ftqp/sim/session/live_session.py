@@ -46,9 +46,6 @@ class Session:
 
     It is stepped by one thread; commands may come from any. Whatever the world does, nothing is raised: the
     facts say in words what has happened, and ``Reset`` begins anew.
-
-    Raises:
-        FtqpError: The first choice cannot be made.
     """
 
     def __init__(self, arms_of: ArmsOf, choice: Choice) -> None:
@@ -92,14 +89,7 @@ class Session:
         self._arm.record(sink)
 
     def advance(self, seconds: float) -> int:
-        """Apply the commands that have come, then go on; every tick is made, none is skipped.
-
-        Args:
-            seconds: Simulated time, >= 0 [s]; what is less than a tick is kept for the next call.
-
-        Returns:
-            How many ticks were made; none while time stands or the arm is broken.
-        """
+        """Apply the commands that have come, then go on; every tick is made, none is skipped."""
         self._apply_orders()
         if self.paused or self._broken:
             return 0

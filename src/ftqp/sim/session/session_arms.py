@@ -18,73 +18,42 @@ SessionArm = LedArm[SessionLeader]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SessionRival:
-    """What a rival has of its own.
+    """What a rival has of its own."""
 
-    Attributes:
-        plant: Its arm, the same once more.
-        sensors: What is measured of it; None measures the truth.
-        rows: What of the pose it follows.
-    """
-
-    plant: Plant
-    sensors: JointSensors | None
-    rows: tuple[str, ...]
+    plant: Plant  # Its arm, the same once more
+    sensors: JointSensors | None  # What is measured of it; None measures the truth
+    rows: tuple[str, ...]  # What of the pose it follows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """What a person has chosen to see; None is what the scenario says.
+    """What a person has chosen to see; None is what the scenario says."""
 
-    Attributes:
-        scenario: Name or path of a scenario.
-        overrides: ``a.b=value`` each, put into the scenario before it is checked.
-        plan: File of a plan that leads the null space.
-        robot: Name of a catalog robot.
-        scheme: Name of a scheme.
-        backend: Name of a backend.
-        detector: Whether the planner looks for failures by itself.
-        box: Whether a box stands beside the path, which the arm keeps clear of.
-    """
-
-    scenario: str
-    overrides: tuple[str, ...] = ()
-    plan: str | None = None
-    robot: str | None = None
-    scheme: str | None = None
-    backend: str | None = None
-    detector: bool | None = None
-    box: bool = False
+    scenario: str  # Name or path of a scenario
+    overrides: tuple[str, ...] = ()  # ``a.b=value`` each, put into the scenario before it is checked
+    plan: str | None = None  # File of a plan that leads the null space
+    robot: str | None = None  # Name of a catalog robot
+    scheme: str | None = None  # Name of a scheme
+    backend: str | None = None  # Name of a backend
+    detector: bool | None = None  # Whether the planner looks for failures by itself
+    box: bool = False  # Whether a box stands beside the path, which the arm keeps clear of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SessionArms:
-    """All that takes part in a session.
+    """All that takes part in a session."""
 
-    Attributes:
-        title: What is shown.
-        robot: The arm.
-        path: What its tip follows.
-        q: Where it starts, (nv,) [rad or m].
-        v: How fast, (nv,) [rad/s or m/s].
-        schedule: What fails by itself.
-        arm: The arm and its planner.
-        rival: The arm of damped resolved rates beside it; None without one.
-        detects: Whether the planner has a detector, so that a click need not tell it.
-        urdf: The file that the arm was read from, for pictures; None of an arm without one.
-        box: Whether a box was put beside the path.
-    """
-
-    title: str
-    robot: Robot
-    path: Path
-    q: FloatArray
-    v: FloatArray
-    schedule: Schedule
-    arm: SessionArm
-    rival: SessionRival | None = None
-    detects: bool = False
-    urdf: str | None = None
-    box: bool = False
+    title: str  # What is shown
+    robot: Robot  # The arm
+    path: Path  # What its tip follows
+    q: FloatArray  # Where it starts, (nv,) [rad or m]
+    v: FloatArray  # How fast, (nv,) [rad/s or m/s]
+    schedule: Schedule  # What fails by itself
+    arm: SessionArm  # The arm and its planner
+    rival: SessionRival | None = None  # The arm of damped resolved rates beside it; None without one
+    detects: bool = False  # Whether the planner has a detector, so that a click need not tell it
+    urdf: str | None = None  # The file that the arm was read from, for pictures; None of an arm without one
+    box: bool = False  # Whether a box was put beside the path
 
 
 ArmsOf = Callable[[Choice], SessionArms]

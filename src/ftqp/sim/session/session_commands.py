@@ -27,12 +27,7 @@ class Break:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def fault(self, joint: str) -> Fault:
-        """The fault itself.
-
-        Raises:
-            TypeError: The kind has no such setting.
-            InputError: There is no such kind, or a setting is out of its range.
-        """
+        """The fault itself."""
         settings = self.settings or (WEAK if self.kind == Degraded.kind else {})
         return kind_of(self.kind)(joint, **settings)
 

@@ -30,12 +30,6 @@ class SessionLeader(Leader):
     The way back is an `ftqp.GoTo` to where the path begins; from there it begins anew. Where that does not
     get there, the arm first folds back to the posture in which it began, and where that does not help, it
     waits. A path that is not closed is followed to its end and back.
-
-    Args:
-        planner: Gives the commands.
-        path: What is followed.
-        progress: Leads along the path by its progress; None goes by the clock.
-        mean: By the clock, feed forward the mean acceleration over dt in place of that at the tick.
     """
 
     def __init__(
@@ -68,11 +62,7 @@ class SessionLeader(Leader):
         self._path.reset(q, v, ticks)
 
     def follow(self, pose: FloatArray | None) -> None:
-        """Go to where a hand points from the next tick on.
-
-        Args:
-            pose: Where to, (4, 4); None gives the path back.
-        """
+        """Go to where a hand points from the next tick on."""
         if pose is None:
             if self._hand is not None or self._out is not None:
                 self.go_back()

@@ -16,131 +16,77 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TwinFacts:
-    """The rival at the same tick: the same arm with the same failures, led by damped resolved rates.
+    """The rival at the same tick: the same arm with the same failures, led by damped resolved rates."""
 
-    Attributes:
-        q: True joint positions, (nv,) [rad or m].
-        position_error: How far its tip is from the target [m].
-        told: Whether it has been told of all that has failed.
-    """
-
-    q: FloatArray
-    position_error: float
-    told: bool
+    q: FloatArray  # True joint positions, (nv,) [rad or m]
+    position_error: float  # How far its tip is from the target [m]
+    told: bool  # Whether it has been told of all that has failed
 
 
 class Solid(NamedTuple):
-    """Something that stands around an arm.
+    """Something that stands around an arm."""
 
-    Attributes:
-        kind: ``sphere``, ``capsule``, ``box``, ``cylinder``, ``half_space`` or ``hull``.
-        extent: Half its edges; of what is round half its length along z, and its radius; of a hull how far it
-            reaches, (3,) [m].
-        pose: Where it stands, (16,) [m].
-        corners: Of a hull, (3 V,) [m].
-    """
-
-    kind: str
+    kind: str  # ``sphere``, ``capsule``, ``box``, ``cylinder``, ``half_space`` or ``hull``
+    # Half its edges; of what is round half its length along z, and its radius; of a hull how far it reaches,
+    # (3,) [m]
     extent: tuple[float, ...]
-    pose: tuple[float, ...]
-    corners: tuple[float, ...] = ()
+    pose: tuple[float, ...]  # Where it stands, (16,) [m]
+    corners: tuple[float, ...] = ()  # Of a hull, (3 V,) [m]
 
 
 class FurtherFact(NamedTuple):
-    """A soft task, a point or an axis that is kept somewhere, or something that the arm keeps clear of.
+    """A soft task, a point or an axis that is kept somewhere, or something that the arm keeps clear of."""
 
-    Attributes:
-        name: What it is called.
-        value: The task's error, or the distance from the plane, box or cone, positive inside [``unit``].
-        unit: ``m`` or ``rad``.
-        place: Where the task's target is, or a place on the plane, (3,) [m]; None of one without a place.
-        normal: Of a plane, into the side that is free, (3,).
-        shape: ``plane``, ``box`` or ``cone``; ``body`` of what stands around the arm; empty of a task.
-        corners: Of a box, its lowest and its highest corner, infinite where a side is left out, (6,) [m].
-        solid: Of what stands around the arm, what it is; None of the arm itself.
-    """
-
-    name: str
-    value: float
-    unit: str
+    name: str  # What it is called
+    value: float  # The task's error, or the distance from the plane, box or cone, positive inside [``unit``]
+    unit: str  # ``m`` or ``rad``
+    # Where the task's target is, or a place on the plane, (3,) [m]; None of one without a place
     place: tuple[float, ...] | None = None
-    normal: tuple[float, ...] | None = None
-    shape: str = ""
+    normal: tuple[float, ...] | None = None  # Of a plane, into the side that is free, (3,)
+    shape: str = ""  # ``plane``, ``box`` or ``cone``; ``body`` of what stands around the arm; empty of a task
+    # Of a box, its lowest and its highest corner, infinite where a side is left out, (6,) [m]
     corners: tuple[float, ...] | None = None
-    solid: Solid | None = None
+    solid: Solid | None = None  # Of what stands around the arm, what it is; None of the arm itself
 
 
 class WayFact(NamedTuple):
-    """A way out that was found for the arm, as ``ftqp.Planner.ways_out`` has it.
+    """A way out that was found for the arm, as ``ftqp.Planner.ways_out`` has it."""
 
-    Attributes:
-        kind: ``back``, ``back by the tip``, ``home``, ``halt`` or ``stop``.
-        clear: Whether it can be gone.
-        price: What it takes, in a few words.
-        sentence: All that there is to say of it.
-        q: Postures on the way, from where the arm was to its end, (k, nv) [rad or m].
-    """
-
-    kind: str
-    clear: bool
-    price: str
-    sentence: str
-    q: FloatArray
+    kind: str  # ``back``, ``back by the tip``, ``home``, ``halt`` or ``stop``
+    clear: bool  # Whether it can be gone
+    price: str  # What it takes, in a few words
+    sentence: str  # All that there is to say of it
+    q: FloatArray  # Postures on the way, from where the arm was to its end, (k, nv) [rad or m]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Facts:
-    """One tick. What is of the arm equals the columns of a log; what is of the clock a log does not have.
+    """One tick. What is of the arm equals the columns of a log; what is of the clock a log does not have."""
 
-    Attributes:
-        tick: Number of the tick.
-        t: Its time [s].
-        q: True joint positions at its beginning, (nv,) [rad or m].
-        v: True joint velocities there, (nv,) [rad/s or m/s].
-        truth: What each joint is, (nv,), codes of `ftqp.sim.log.signals.CONDITIONS`.
-        belief: What the planner believes of it, (nv,), the same codes.
-        target_position: Where the tip should be, (3,) [m].
-        target_quaternion: How it should be turned, (4,), x, y, z, w.
-        base_position: Where the base is, (3,) [m]; None of a base that stands.
-        base_quaternion: How it is turned, (4,), x, y, z, w; None of a base that stands.
-        status: Code of the step's status.
-        path_status: Code of where the path stands, `ftqp.sim.log.signals.PATH_CODES`.
-        position_error: Distance of the tip from its target, over the task's rows [m].
-        rotation_error: Angle of the tip from its target, over the task's rows [rad].
-        step_time: Wall time of the step [us].
-        twin: The rival; None without one, or while a hand leads.
-        further: Soft tasks and kept points, in their order.
-        ways: Ways out that were found, until one is taken.
-        stage: How many times the arm has been replaced by another one.
-        paused: Whether time stands.
-        speed: Simulated seconds in a second that were asked for.
-        pace: Simulated seconds in a second that the machine makes.
-        message: The last refusal or note, in plain words; empty without one.
-    """
-
-    tick: int
-    t: float
-    q: FloatArray
-    v: FloatArray
-    truth: IntArray
-    belief: IntArray
-    target_position: FloatArray
-    target_quaternion: FloatArray
-    base_position: FloatArray | None = None
+    tick: int  # Number of the tick
+    t: float  # Its time [s]
+    q: FloatArray  # True joint positions at its beginning, (nv,) [rad or m]
+    v: FloatArray  # True joint velocities there, (nv,) [rad/s or m/s]
+    truth: IntArray  # What each joint is, (nv,), codes of `ftqp.sim.log.signals.CONDITIONS`
+    belief: IntArray  # What the planner believes of it, (nv,), the same codes
+    target_position: FloatArray  # Where the tip should be, (3,) [m]
+    target_quaternion: FloatArray  # How it should be turned, (4,), x, y, z, w
+    base_position: FloatArray | None = None  # Where the base is, (3,) [m]; None of a base that stands
+    # How it is turned, (4,), x, y, z, w; None of a base that stands
     base_quaternion: FloatArray | None = None
-    status: int
-    path_status: int
-    position_error: float
-    rotation_error: float
-    step_time: float
-    twin: TwinFacts | None = None
-    further: tuple[FurtherFact, ...] = ()
-    ways: tuple[WayFact, ...] = ()
-    stage: int = 0
-    paused: bool = False
-    speed: float = 1.0
-    pace: float = 1.0
-    message: str = ""
+    status: int  # Code of the step's status
+    path_status: int  # Code of where the path stands, `ftqp.sim.log.signals.PATH_CODES`
+    position_error: float  # Distance of the tip from its target, over the task's rows [m]
+    rotation_error: float  # Angle of the tip from its target, over the task's rows [rad]
+    step_time: float  # Wall time of the step [us]
+    twin: TwinFacts | None = None  # The rival; None without one, or while a hand leads
+    further: tuple[FurtherFact, ...] = ()  # Soft tasks and kept points, in their order
+    ways: tuple[WayFact, ...] = ()  # Ways out that were found, until one is taken
+    stage: int = 0  # How many times the arm has been replaced by another one
+    paused: bool = False  # Whether time stands
+    speed: float = 1.0  # Simulated seconds in a second that were asked for
+    pace: float = 1.0  # Simulated seconds in a second that the machine makes
+    message: str = ""  # The last refusal or note, in plain words; empty without one
 
 
 class Columns(Protocol):

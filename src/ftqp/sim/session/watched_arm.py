@@ -127,11 +127,7 @@ class WatchedArm:
                 leader.go_back()
 
     def resume(self) -> str:
-        """Let a planner that has stopped go on from where the arm is, back to where its path begins.
-
-        Returns:
-            Why the planner does not go on, for example a lost sensor; empty where it does or had not stopped.
-        """
+        """Let a planner that has stopped go on from where the arm is, back to where its path begins."""
         planner, leader = self._player.planner, self._player.leader
         why = planner.stopped_because
         if why is None:
@@ -181,10 +177,6 @@ class WatchedArm:
         """Put the target of a soft task, or something of the scene, elsewhere, until the arm begins anew.
 
         Things go there no faster than an arm can flee, and the planner is told how fast.
-
-        Args:
-            name: What it is called.
-            position: Where to, (3,) [m].
         """
         scene = self._player.planner.scene
         stands = None if scene is None else scene.get(name)
