@@ -22,9 +22,9 @@ from scipy.spatial.transform import Rotation
 
 import ftqp
 from ftqp.analysis import PlanSettings, plan
+from ftqp.analysis.planning.nodes import curve_nodes
 from ftqp.analysis.planning.plan_case import planning_study
 from ftqp.analysis.planning.survival_labels import survivals
-from ftqp.analysis.planning.waypoint_nodes import curve_nodes
 from ftqp.analysis.survival.continuing import tracks
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.model.catalog.arms import published

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ftqp.analysis.effectiveness import DOUBT, Effectiveness
+from ftqp.analysis.learned_law import DOUBT, Effectiveness
 from ftqp.core.errors import InputError
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import ftqp
 from ftqp import analysis
-from ftqp.analysis.rest.rest_kinds import RestKind
+from ftqp.analysis.rest.linearisation import RestKind
 
 ARM = ftqp.robots.load("planar", lengths=(1, 1, 1), continuous=True)
 GOAL = (1.5, 1.5)

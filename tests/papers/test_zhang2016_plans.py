@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 from tests.papers.zhang2016 import ARM, Q0, example
 
-from ftqp.analysis.planning.plan_case import planning_study
-from ftqp.analysis.planning.plan_settings import PlanSettings
+from ftqp.analysis.planning.nodes import curve_nodes
+from ftqp.analysis.planning.plan_case import PlanSettings, planning_study
 from ftqp.analysis.planning.planned import plan
 from ftqp.analysis.planning.survival_labels import survivals
-from ftqp.analysis.planning.waypoint_nodes import curve_nodes
 from ftqp.analysis.survival.continuing import tracks
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line

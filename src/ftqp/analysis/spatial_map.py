@@ -9,7 +9,7 @@ import numpy as np
 from ftqp.analysis.circular_intervals import CircularIntervals
 from ftqp.analysis.goals import goal_study
 from ftqp.analysis.manifolds.joint_ranges import ranges_of
-from ftqp.analysis.outcomes.weights import weights_inverse
+from ftqp.analysis.outcomes.unaware_law import weights_inverse
 from ftqp.analysis.planar_links import spread_evenly
 from ftqp.core.checks import FloatArray, IntArray, frozen, instance
 from ftqp.core.errors import InputError

@@ -9,6 +9,7 @@ import numpy as np
 
 from ftqp.analysis.map_chunks import (
     COUNTS,
+    MEASURES,
     Box,
     Length,
     WorkspaceTask,
@@ -16,7 +17,6 @@ from ftqp.analysis.map_chunks import (
     points,
     workspace_task,
 )
-from ftqp.analysis.measures import MEASURES
 from ftqp.analysis.spatial_map import Plane, SpatialTask, spatial_task, whole_number
 from ftqp.core.checks import FloatArray, IntArray, frozen
 from ftqp.core.errors import InputError

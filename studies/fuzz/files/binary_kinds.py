@@ -18,7 +18,7 @@ from unittest import mock
 
 import numpy as np
 
-from ftqp.analysis.planning import plan_file
+from ftqp.analysis.planning import fault_plan
 from ftqp.app.campaign.episode_study import COLUMNS, KIND
 from ftqp.app.campaign.kept_campaign import kept_campaign
 from ftqp.app.commands import campaign_section
@@ -194,7 +194,7 @@ def plan(rng: Random, folder: Path) -> Case:
 
 @cache
 def _whole_plan() -> tuple[dict[str, Any], dict[str, Any]]:
-    return plan_file.read_plan(workshop() / PLAN)
+    return fault_plan.read_plan(workshop() / PLAN)
 
 
 def _write_plan(file: Path, rng: Random) -> None:
@@ -206,7 +206,7 @@ def _write_plan(file: Path, rng: Random) -> None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # complex numbers lose a part
-            content = plan_file._content(arrays)
+            content = fault_plan._content(arrays)
     except (TypeError, ValueError, OverflowError):
         content = ""
     about = {"format": 1, **about, "content": content}

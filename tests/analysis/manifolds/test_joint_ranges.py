@@ -7,8 +7,7 @@ from planar_arms import closed_form_ends, links, telescope
 from scipy.optimize import minimize
 
 from ftqp.analysis.goals import goal_study
-from ftqp.analysis.manifolds.joint_ranges import joint_ranges
-from ftqp.analysis.manifolds.reachability import reachable_after
+from ftqp.analysis.manifolds.joint_ranges import joint_ranges, reachable_after
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.model import catalog

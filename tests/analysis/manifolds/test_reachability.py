@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from planar_arms import links
 
-from ftqp.analysis.manifolds.joint_ranges import joint_ranges
-from ftqp.analysis.manifolds.reachability import reachable_after
+from ftqp.analysis.manifolds.joint_ranges import joint_ranges, reachable_after
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 

@@ -6,7 +6,7 @@ from planar_arms import links
 
 from ftqp.analysis.goals import goal_study
 from ftqp.analysis.manifolds.joint_ranges import joint_ranges
-from ftqp.analysis.manifolds.self_motion import self_motion
+from ftqp.analysis.manifolds.manifold import self_motion
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 

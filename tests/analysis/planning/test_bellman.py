@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from ftqp.analysis.planning.bellman import best_ways, farthest_waypoint
+from ftqp.analysis.planning.dynamic_program import best_ways, farthest_waypoint
 
 DT = np.full(3, 0.5)
 REACH = np.array([1.2, 0.8])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ftqp.analysis.planning.fault_plan import plan_of
-from ftqp.analysis.planning.plan_settings import PlanSettings
+from ftqp.analysis.planning.plan_case import PlanSettings
 from ftqp.analysis.planning.planned import plan
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from ftqp.analysis.planning.dynamic_program import waypoint_task
-from ftqp.analysis.planning.plan_settings import PlanSettings
+from ftqp.analysis.planning.plan_case import PlanSettings
 from ftqp.analysis.planning.planned import plan
 from ftqp.analysis.planning.survival_labels import survivals
 from ftqp.analysis.survival.continuing import track
-from ftqp.analysis.survival.not_survived import NotSurvived
+from ftqp.analysis.survival.coverage_report import NotSurvived
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line
 from ftqp.core.errors import InputError

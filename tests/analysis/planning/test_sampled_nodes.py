@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from ftqp.analysis.planning.nodes import sampled_nodes
 from ftqp.analysis.planning.plan_case import planning_study
-from ftqp.analysis.planning.sampled_nodes import sampled_nodes
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line
 from ftqp.model import catalog

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ftqp.analysis.planning.plan_case import PlanCase, planning_study
-from ftqp.analysis.planning.plan_settings import PlanSettings
+from ftqp.analysis.planning.plan_case import PlanCase, PlanSettings, planning_study
 from ftqp.analysis.planning.planned import gradient_plan, measure
 from ftqp.analysis.planning.self_motion_speeds import constant_plan, null_vectors, spline_plan
 from ftqp.analysis.planning.survival_labels import survivals

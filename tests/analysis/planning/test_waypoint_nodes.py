@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from ftqp.analysis.planning import waypoint_nodes
+from ftqp.analysis.planning import nodes as waypoint_nodes
+from ftqp.analysis.planning.nodes import curve_nodes
 from ftqp.analysis.planning.plan_case import planning_study
-from ftqp.analysis.planning.waypoint_nodes import curve_nodes
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line
 from ftqp.model import catalog

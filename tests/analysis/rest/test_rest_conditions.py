@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from planar_arms import links
 
-from ftqp.analysis.rest.rest_conditions import rest_test
+from ftqp.analysis.rest.linearisation import rest_test
 from ftqp.analysis.rest.rest_configurations import rest_configurations
 from ftqp.core.errors import InputError
 from ftqp.model import catalog

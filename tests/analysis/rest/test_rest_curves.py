@@ -5,10 +5,9 @@ import pytest
 from planar_arms import links, telescope
 
 from ftqp.analysis.manifolds.joint_ranges import joint_ranges
-from ftqp.analysis.rest.rest_conditions import rest_test
+from ftqp.analysis.rest.linearisation import RestKind, rest_test
 from ftqp.analysis.rest.rest_configurations import rest_configurations
 from ftqp.analysis.rest.rest_curves import rest_curves
-from ftqp.analysis.rest.rest_kinds import RestKind
 from ftqp.model import catalog
 
 W = np.array([[1.0, 0.3, 0.0], [0.3, 2.0, -0.4], [0.0, -0.4, 0.7]])

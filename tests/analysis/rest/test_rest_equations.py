@@ -5,8 +5,8 @@ import pytest
 from planar_arms import links
 
 from ftqp.analysis.goals import goal_study
-from ftqp.analysis.rest.rest_conditions import rest_test
-from ftqp.analysis.rest.rest_equations import RestEquations
+from ftqp.analysis.rest.linearisation import rest_test
+from ftqp.analysis.rest.rest_tracing import RestEquations
 from ftqp.model import catalog
 
 

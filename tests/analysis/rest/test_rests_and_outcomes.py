@@ -5,7 +5,7 @@ import pytest
 from planar_arms import links
 
 from ftqp.analysis import outcome, reachable_after, rest_configurations, rest_curves
-from ftqp.analysis.rest.rest_kinds import RestKind
+from ftqp.analysis.rest.linearisation import RestKind
 
 W = np.array([[1.0, 0.4, 0.0], [0.4, 1.5, -0.5], [0.0, -0.5, 0.8]])
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.analysis.planning.plan_settings import PlanSettings
+from ftqp.analysis.planning.plan_case import PlanSettings
 from ftqp.analysis.planning.planned import plan
 from ftqp.analysis.survival.continuing import track
 from ftqp.analysis.survival.coverage import coverage
-from ftqp.analysis.survival.not_survived import NotSurvived
+from ftqp.analysis.survival.coverage_report import NotSurvived
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.survival import Survival

@@ -7,10 +7,9 @@ import ftqp
 from ftqp.analysis.planning.fault_plan import plan_of
 from ftqp.analysis.survival.continuing import track
 from ftqp.analysis.survival.coverage import coverage
-from ftqp.analysis.survival.coverage_report import SENTENCES
-from ftqp.analysis.survival.not_survived import NotSurvived
+from ftqp.analysis.survival.coverage_report import SENTENCES, NotSurvived
 from ftqp.analysis.survival.task_path import task_path
-from ftqp.analysis.tolerance.failed_sets import velocity_jump
+from ftqp.analysis.tolerance import velocity_jump
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.survival import Survival
 from ftqp.model import catalog

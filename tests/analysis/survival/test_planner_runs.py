@@ -6,7 +6,7 @@ import pytest
 import ftqp
 from ftqp.analysis.survival.continuing import track
 from ftqp.analysis.survival.coverage import coverage
-from ftqp.analysis.survival.planner_runs import TICK, _targets
+from ftqp.analysis.survival.failure_instants import TICK, _targets
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.enums import TARGET_ACCELERATION, TARGET_POSE, TARGET_TWIST

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from ftqp.analysis.tolerance.failed_sets import relative_manipulability, velocity_jump, worst_case
-from ftqp.analysis.tolerance.null_vectors import null_vector
+from ftqp.analysis.tolerance import null_vector, relative_manipulability, velocity_jump, worst_case
 from ftqp.core.errors import InputError
 
 RANDOM = np.random.default_rng(3).normal(size=(300, 6, 7))

@@ -5,7 +5,7 @@ import pytest
 
 from ftqp.analysis.survival.continuing import track
 from ftqp.analysis.survival.task_path import task_path
-from ftqp.analysis.tolerance.null_vectors import minors, null_vector
+from ftqp.analysis.tolerance import minors, null_vector
 from ftqp.control.paths import Line
 from ftqp.core.errors import InputError
 from ftqp.model import catalog

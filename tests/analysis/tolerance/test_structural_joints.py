@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ftqp.analysis.tolerance.structural_joints import random_jacobians, structural_joints
+from ftqp.analysis.tolerance import random_jacobians, structural_joints
 from ftqp.model import catalog
 from ftqp.model.catalog.arms import published
 from ftqp.model.robot import Robot

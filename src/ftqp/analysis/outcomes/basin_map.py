@@ -7,8 +7,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from ftqp.analysis.goals import GoalStudy, goal_study
-from ftqp.analysis.outcomes.unaware_law import UnawareLaw
-from ftqp.analysis.outcomes.weights import weights_inverse
+from ftqp.analysis.outcomes.unaware_law import UnawareLaw, weights_inverse
 from ftqp.analysis.planar_links import PlanarLinks
 from ftqp.analysis.rest.linearisation import reduced_jacobians
 from ftqp.analysis.rest.rest_configurations import rests_at

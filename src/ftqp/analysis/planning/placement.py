@@ -9,9 +9,7 @@ from scipy.optimize import minimize
 from scipy.stats import qmc
 
 from ftqp.analysis.planning.dynamic_program import grid_plan
-from ftqp.analysis.planning.plan_case import PlanCase
-from ftqp.analysis.planning.plan_settings import PlanSettings
-from ftqp.analysis.planning.portions import Here
+from ftqp.analysis.planning.plan_case import Here, PlanCase, PlanSettings
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, unknown

@@ -11,17 +11,19 @@ from scipy.ndimage import gaussian_filter1d
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.planning.dynamic_program import grid_plan
 from ftqp.analysis.planning.fault_plan import Plan, plan_of
+from ftqp.analysis.planning.nodes import curve_nodes
 from ftqp.analysis.planning.placement import Freedom, better_placed
-from ftqp.analysis.planning.plan_case import PlanCase, silent
-from ftqp.analysis.planning.plan_settings import Method, PlanSettings, Told
-from ftqp.analysis.planning.portions import Here, Portions
-from ftqp.analysis.planning.refusals import refuse_illegal, refuse_near, unreached
+from ftqp.analysis.planning.plan_case import Here, Method, PlanCase, PlanSettings, Portions, Told, silent
 from ftqp.analysis.planning.self_motion_speeds import SpeedPlan, constant_plan, null_vectors, spline_plan
-from ftqp.analysis.planning.survival_labels import Survivals, survivals
-from ftqp.analysis.planning.waypoint_nodes import curve_nodes
+from ftqp.analysis.planning.survival_labels import (
+    Survivals,
+    refuse_illegal,
+    refuse_near,
+    survivals,
+    unreached,
+)
 from ftqp.analysis.spatial_map import whole_number
-from ftqp.analysis.survival.around import around_of
-from ftqp.analysis.survival.task_path import TaskPath, task_path
+from ftqp.analysis.survival.task_path import TaskPath, around_of, task_path
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
 from ftqp.core.checks import FloatArray, instance, non_negative

@@ -13,7 +13,7 @@ from ftqp.analysis.planning.plan_case import PlanCase
 from ftqp.analysis.planning.survival_labels import survivals
 from ftqp.analysis.survival.continuing import continuation_study
 from ftqp.analysis.survival.task_path import TaskPath
-from ftqp.analysis.tolerance.null_vectors import null_vector
+from ftqp.analysis.tolerance import null_vector
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import InputError
 

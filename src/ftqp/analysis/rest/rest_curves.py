@@ -8,11 +8,9 @@ import numpy as np
 
 from ftqp.analysis.circular_intervals import TURN, CircularIntervals
 from ftqp.analysis.goals import GoalStudy
-from ftqp.analysis.rest.rest_configurations import inside_limits, rest_study
-from ftqp.analysis.rest.rest_equations import RestEquations
-from ftqp.analysis.rest.rest_grid import fits_grid, grid_rests
-from ftqp.analysis.rest.rest_kinds import RestKind, eigenvalues_at, is_neutral, kind_by_signs
-from ftqp.analysis.rest.rest_tracing import STEP, RestTracer, TracedRests
+from ftqp.analysis.rest.linearisation import RestKind, eigenvalues_at, is_neutral, kind_by_signs
+from ftqp.analysis.rest.rest_configurations import fits_grid, grid_rests, inside_limits, rest_study
+from ftqp.analysis.rest.rest_tracing import STEP, RestEquations, RestTracer, TracedRests
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.model.robot import Robot
 

@@ -8,16 +8,12 @@ from typing import Any, Literal, assert_never, final, get_args
 import numpy as np
 
 from ftqp.analysis.spatial_map import whole_number
-from ftqp.analysis.survival.around import around_of
 from ftqp.analysis.survival.continuing import path_values, track
 from ftqp.analysis.survival.coverage_report import CoverageReport
-from ftqp.analysis.survival.failure_instants import Pairs
-from ftqp.analysis.survival.planner_runs import refuse_no_masses
-from ftqp.analysis.survival.task_path import TaskPath, task_path
+from ftqp.analysis.survival.failure_instants import Pairs, refuse_no_masses
+from ftqp.analysis.survival.task_path import TaskPath, around_of, task_path
 from ftqp.analysis.survival.tolerable_joints import Bound, bound_of
-from ftqp.analysis.tolerance.failed_sets import relative_manipulability
-from ftqp.analysis.tolerance.null_vectors import null_vector
-from ftqp.analysis.tolerance.structural_joints import structural_joints
+from ftqp.analysis.tolerance import null_vector, relative_manipulability, structural_joints
 from ftqp.control.paths import Path
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene

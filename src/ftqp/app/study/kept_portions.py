@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Self, final
 
 from ftqp import __version__
-from ftqp.analysis.planning.portions import Portion
+from ftqp.analysis.planning.plan_case import Portion
 from ftqp.app.study.results_file import FILE_NAME, ResultsFile
 from ftqp.app.study.runner import run_study
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from ftqp import __version__
 from ftqp.analysis.goals import goal_study
-from ftqp.analysis.map_chunks import COUNTS, WorkspaceTask, map_chunk, points, workspace_task
-from ftqp.analysis.measures import MEASURES
+from ftqp.analysis.map_chunks import COUNTS, MEASURES, WorkspaceTask, map_chunk, points, workspace_task
 from ftqp.analysis.spatial_map import SpatialTask, spatial_task
 from ftqp.app.scenario import composition, document
 from ftqp.app.schema.reading import plain, read

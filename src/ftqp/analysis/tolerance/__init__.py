@@ -1,1 +1,0 @@
-"""How well an arm does without some of its joints, posture by posture."""
