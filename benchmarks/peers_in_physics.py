@@ -40,8 +40,12 @@ from steps.environments import DEFAULT, NotInstalled  # noqa: E402
 
 import ftqp  # noqa: E402
 from ftqp.app.scenario.setup import load  # noqa: E402
-from ftqp.sim.rival.beside import ride, strayed, turned  # noqa: E402
-from ftqp.sim.rival.resolved_rates import ResolvedRates  # noqa: E402
+from ftqp.sim.rival import (  # noqa: E402
+    ResolvedRates,
+    ride,
+    strayed,
+    turned,
+)
 
 SCENARIO, DEMO = "panda-unannounced", "panda_joint3"
 GAINS = (60.0, 30.0, 120.0)

@@ -34,8 +34,7 @@ from ftqp.control.drive.noise import Noise
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.log.metrics import STATUSES
 from ftqp.sim.loop import Simulation
-from ftqp.sim.plants.arm_model import Arm
-from ftqp.sim.plants.plant import Command, Plant
+from ftqp.sim.plants.plant import Arm, Command, Plant
 
 DT = 1e-3
 REST = 2.0

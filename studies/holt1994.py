@@ -25,10 +25,9 @@ from scipy.spatial.transform import Rotation
 
 import ftqp
 from ftqp.app.scenario.setup import load
-from ftqp.sim.base.carriers import Platform
 from ftqp.sim.base.disturbances import Step
-from ftqp.sim.base.moving_world import BaseMotion
-from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.base.moving_world import BaseMotion, Platform
+from ftqp.sim.plants.plant import Arm
 from ftqp.sim.plants.servo_plant import ServoPlant
 
 LAWS = {

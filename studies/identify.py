@@ -19,7 +19,7 @@ import numpy as np
 from bench import results
 
 import ftqp
-from ftqp.sim.rehearsal import rehearsed
+from ftqp.sim.torque_logs import rehearsed
 
 PACKAGES = ("ftqp", "numpy", "mujoco", "pin", "numba")
 COUNT = 8

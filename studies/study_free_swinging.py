@@ -25,7 +25,7 @@ from joblib import Parallel, delayed
 
 import ftqp
 from ftqp.kernel.layout.enums import ARREST, FOLLOW, HOLD, STILL
-from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.plants.plant import Arm
 
 DT = 1e-3
 BRAKING = 0.4

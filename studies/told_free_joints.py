@@ -35,7 +35,7 @@ from bench import results
 
 import ftqp
 from ftqp.core.pose import rotation_vector
-from ftqp.sim.rival.resolved_rates import ResolvedRates
+from ftqp.sim.rival import ResolvedRates
 
 DT, SECONDS, AT, RADIUS = 0.001, 4.0, 1.5, 0.08
 FRICTIONS = {"none": 0.0, "1 %": 0.01, "5 %": 0.05}

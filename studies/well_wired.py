@@ -24,8 +24,7 @@ from bench import results
 
 import ftqp
 from ftqp.app.scenario.setup import load
-from ftqp.sim.rival.beside import ride, strayed, turned
-from ftqp.sim.rival.resolved_rates import GAIN, ResolvedRates
+from ftqp.sim.rival import GAIN, ResolvedRates, ride, strayed, turned
 
 SCENARIO, DEMO = "panda-unannounced", "panda_joint3"
 GAINS = (10.0, 20.0, 40.0, GAIN, 80.0, 120.0, 200.0)

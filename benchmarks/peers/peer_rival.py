@@ -17,7 +17,7 @@ OINK = Peer(name="oink", module="peers.serve_oink", packages=("roboplan-oink==0.
 
 
 class PeerRival:
-    """Leads an arm by a program that runs beside, and is what `ftqp.sim.rival.beside.ride` asks for.
+    """Leads an arm by a program that runs beside, and is what `ftqp.sim.rival.ride` asks for.
 
     Args:
         peer: Its name.

@@ -10,7 +10,7 @@ from alarms.detection_world import DT, Array, Configuration, Record, World, worl
 
 import ftqp
 from ftqp.sim.plants.hidden_faults import Jammed, Misread, Runaway, Weakened
-from ftqp.sim.sensors.sensor_faults import Dropped, Frozen, Offset, SensorFault
+from ftqp.sim.sensors.joint_sensors import Dropped, Frozen, Offset, SensorFault
 
 MOTION = 4.0
 """How long a motion takes [s]."""

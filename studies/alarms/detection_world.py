@@ -15,8 +15,8 @@ import numpy as np
 
 import ftqp
 from ftqp.model.chain import chain_of
-from ftqp.sim.plants.arm_model import Arm
-from ftqp.sim.sensors.sensor_faults import Reading, SensorFault
+from ftqp.sim.plants.plant import Arm
+from ftqp.sim.sensors.joint_sensors import Reading, SensorFault
 
 DT = 1e-3
 SUBSTEPS = 2

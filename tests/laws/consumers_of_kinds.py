@@ -18,7 +18,7 @@ from ftqp.app.scenario.setup import load
 from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.app.view.replay_source import ReplaySource
 from ftqp.core.errors import FtqpError
-from ftqp.sim.export.topics import step_definition
+from ftqp.sim.export.run_bag import step_definition
 from ftqp.sim.log.description import described
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.metrics import summary

@@ -11,9 +11,9 @@ import pytest
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
 import ftqp
-from ftqp.sim.plants.arm_model import Arm
 from ftqp.sim.plants.joint_servo import JointServo
 from ftqp.sim.plants.mujoco_plant import MujocoPlant
+from ftqp.sim.plants.plant import Arm
 from ftqp.sim.plants.true_arm import TrueArm
 
 DT = 1e-3

@@ -15,8 +15,7 @@ from ftqp.model import catalog
 from ftqp.model.payload import Payload
 from ftqp.sim.loop import Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
-from ftqp.sim.sensors.joint_sensors import JointSensors
-from ftqp.sim.sensors.sensor_faults import Dropped, Frozen, Offset, Scattered
+from ftqp.sim.sensors.joint_sensors import Dropped, Frozen, JointSensors, Offset, Scattered
 
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 

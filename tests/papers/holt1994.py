@@ -7,10 +7,9 @@ from scipy.spatial.transform import Rotation
 
 import ftqp
 from ftqp.control.task.bounds import Jin
-from ftqp.sim.base.carriers import Platform
 from ftqp.sim.base.disturbances import Recorded, Sinusoid, Step
-from ftqp.sim.base.moving_world import BaseMotion
-from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.base.moving_world import BaseMotion, Platform
+from ftqp.sim.plants.plant import Arm
 from ftqp.sim.plants.servo_plant import ServoPlant
 
 DEG = np.pi / 180.0

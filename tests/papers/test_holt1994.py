@@ -25,10 +25,9 @@ from tests.papers.holt1994 import (
 import ftqp
 from ftqp import BaseStatus, InertialTask, MovingBase, Observer, StepStatus
 from ftqp.control.moving_base.base_gain import best_lowpass, decay, noise_gain
-from ftqp.sim.base.carriers import Platform
 from ftqp.sim.base.disturbances import RandomMotion, Sinusoid
-from ftqp.sim.base.moving_world import BaseMotion
-from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.base.moving_world import BaseMotion, Platform
+from ftqp.sim.plants.plant import Arm
 
 BLOCK_INVERSE = "approximate_pseudoinverse"
 NOMINAL = MovingBase(attitude="nominal")

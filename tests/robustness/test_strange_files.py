@@ -21,7 +21,7 @@ from ftqp.core.errors import FtqpError, InputError, ScenarioError
 from ftqp.faults.detection.calibration import Calibration
 from ftqp.qp import backend
 from ftqp.sim.log.log_file import load_log
-from ftqp.sim.waypoint_file import waypoint_table
+from ftqp.sim.number_files import waypoint_table
 
 SCENARIO = "planar3-line"
 

@@ -10,7 +10,7 @@ from ftqp.control.planner.status import StepStatus
 from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
 from ftqp.qp.problem import SolveStatus
-from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.plants.plant import Arm
 
 
 class FakePlanner:

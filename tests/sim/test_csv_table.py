@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ftqp.core.errors import InputError
-from ftqp.sim.csv_table import TableFile
+from ftqp.sim.number_files import TableFile
 
 
 def given(file, text):

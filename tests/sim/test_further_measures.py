@@ -9,9 +9,9 @@ import pytest
 import ftqp
 from ftqp.core.errors import InputError
 from ftqp.sim.further_measures import FurtherMeasures
-from ftqp.sim.log.further_signals import PLANES, TASKS, names_in
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.metrics import summary
+from ftqp.sim.log.signals import PLANES, TASKS, names_in
 from ftqp.sim.loop import MEMORY, Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors

@@ -5,9 +5,8 @@ import pytest
 
 import ftqp
 from ftqp.control.paths import Circle, Hold
-from ftqp.sim.base.carriers import FreeBase
 from ftqp.sim.base.disturbances import Sinusoid
-from ftqp.sim.base.moving_world import MovingWorld
+from ftqp.sim.base.moving_world import FreeBase, MovingWorld
 from ftqp.sim.leader import SAMPLED, ClockLeader, ClockTargets, ProgressLeader, Standing
 
 DT = 0.01

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.sim.torque_log_file import torque_log_of_csv, write_torque_log
+from ftqp.sim.torque_logs import torque_log_of_csv, write_torque_log
 
 JOINTS = ("a", "b")
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ftqp.core.errors import InputError
-from ftqp.sim.waypoint_file import waypoint_table
+from ftqp.sim.number_files import waypoint_table
 
 
 def csv_file(tmp_path, text, encoding="utf-8"):

@@ -13,9 +13,8 @@ from ftqp.analysis.spatial_map import (
     MOST_POINTS,
     SpatialTask,
     spatial_points,
-    whole_number,
 )
-from ftqp.core.checks import BoolArray, FloatArray, IntArray, array, frozen, instance, positive
+from ftqp.core.checks import BoolArray, FloatArray, IntArray, array, frozen, instance, positive, whole_number
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.law_study import Intervals, LawStudy
 from ftqp.kernel.layout.endings import CORRECT, UNRESOLVED

@@ -11,7 +11,7 @@ from ftqp.analysis.goals import goal_study
 from ftqp.analysis.manifolds.joint_ranges import ranges_of
 from ftqp.analysis.outcomes.unaware_law import weights_inverse
 from ftqp.analysis.planar_links import spread_evenly
-from ftqp.core.checks import FloatArray, IntArray, frozen, instance
+from ftqp.core.checks import FloatArray, IntArray, frozen, instance, whole_number
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.law_study import Intervals, LawStudy
 from ftqp.model.robot import Robot
@@ -150,14 +150,6 @@ def spatial_task(
         configurations=int(configurations), steps=int(steps), instants=min(int(instants), int(steps)),
         ranges=tuple(found[joint] for joint in robot.joints), seed=seed,
     )  # fmt: skip
-
-
-def whole_number(name: str, value: Any, least: int, most: int | None = None) -> None:
-    """Refuses what is no whole number from a least one to a largest one."""
-    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not whole or value < least or (most is not None and value > most):
-        to = "" if most is None else f" to {most}"
-        raise InputError(f"{name} is {value!r:.40}, expected a whole number from {least}{to}")
 
 
 def spatial_points(task: SpatialTask) -> FloatArray:

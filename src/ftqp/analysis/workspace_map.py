@@ -17,8 +17,8 @@ from ftqp.analysis.map_chunks import (
     points,
     workspace_task,
 )
-from ftqp.analysis.spatial_map import Plane, SpatialTask, spatial_task, whole_number
-from ftqp.core.checks import FloatArray, IntArray, frozen
+from ftqp.analysis.spatial_map import Plane, SpatialTask, spatial_task
+from ftqp.core.checks import FloatArray, IntArray, frozen, whole_number
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.threads import thread_count
 from ftqp.model.robot import Robot

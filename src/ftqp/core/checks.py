@@ -135,6 +135,14 @@ def non_negative(name: str, value: Any, unit: str = "") -> float:
     return _number(name, value, unit, least=0.0, strict=False)
 
 
+def whole_number(name: str, value: Any, least: int, most: int | None = None) -> None:
+    """Refuses what is no whole number from a least one to a largest one."""
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not whole or value < least or (most is not None and value > most):
+        to = "" if most is None else f" to {most}"
+        raise InputError(f"{name} is {value!r:.40}, expected a whole number from {least}{to}")
+
+
 def as_number(name: str, value: Any, unit: str = "") -> float:
     """``value`` as a float, which may be infinite or NaN; a text is none, whatever digits are in it."""
     try:

@@ -24,7 +24,7 @@ from ftqp.core.checks import FloatArray, array
 from ftqp.core.pose import rotation_vector
 from ftqp.model.frames import PlacedFrames, centre_of_mass
 from ftqp.model.robot import Robot
-from ftqp.sim.log.further_signals import BODIES, ITSELF, PLANES, ROTATION, TASKS, Measured
+from ftqp.sim.log.signals import BODIES, ITSELF, PLANES, ROTATION, TASKS, Measured
 
 _DISTANCES = {
     PLANE: "distance of the point from its plane, positive on its side",

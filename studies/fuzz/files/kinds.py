@@ -22,8 +22,7 @@ from ftqp.app.schema.workspace_file import WorkspaceFile
 from ftqp.app.study.workspace_study import MapWork, load_study
 from ftqp.core.errors import FtqpError
 from ftqp.qp import QP, solve
-from ftqp.sim.base.motion_file import recorded_motion
-from ftqp.sim.waypoint_file import waypoint_table
+from ftqp.sim.number_files import recorded_motion, waypoint_table
 from fuzz.files.grammar import NUMBERS, WORDS, anything, spoiled
 from fuzz.files.toml_texts import text_of
 

@@ -21,7 +21,7 @@ from ftqp.app.view.subjects import shown
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
-from ftqp.sim import block_runner
+from ftqp.sim import loop
 from ftqp.sim.session.session_arms import Choice
 from ftqp.sim.session.session_commands import Seek
 
@@ -264,7 +264,7 @@ def test_episode_that_was_given_up_is_named_and_the_campaign_is_not_called_done(
 
 
 def test_interrupt_within_an_episode_leaves_no_row_of_half_an_episode(study, tmp_path, monkeypatch):
-    drawn, calls = block_runner.BlockRunner.run, []
+    drawn, calls = loop.BlockRunner.run, []
 
     def run(self, *arguments):
         calls.append(self)
@@ -274,7 +274,7 @@ def test_interrupt_within_an_episode_leaves_no_row_of_half_an_episode(study, tmp
 
     ignored = signal.signal(signal.SIGINT, signal.default_int_handler)  # pytest-xdist ignores Ctrl-C
     with monkeypatch.context() as patched:
-        patched.setattr(block_runner.BlockRunner, "run", run)
+        patched.setattr(loop.BlockRunner, "run", run)
         code, _, errors = campaign(study, "--out", tmp_path / "c", "--jobs", 1)
     signal.signal(signal.SIGINT, ignored)
     assert code == 130 and "interrupted" in errors

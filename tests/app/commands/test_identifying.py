@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 
 import ftqp
 from ftqp.app.commands.cli import app
-from ftqp.sim.torque_log_file import write_torque_log
+from ftqp.sim.torque_logs import write_torque_log
 
 
 def asked(*arguments: object) -> Result:

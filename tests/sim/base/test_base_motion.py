@@ -5,9 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from ftqp.core.errors import InputError
-from ftqp.sim.base.carriers import FreeBase, Platform
 from ftqp.sim.base.disturbances import Sinusoid, Step
-from ftqp.sim.base.moving_world import BaseMotion
+from ftqp.sim.base.moving_world import BaseMotion, FreeBase, Platform
 
 
 @pytest.mark.parametrize(("base", "name"), [(Platform(), "rotation"), (FreeBase(), "ry")])

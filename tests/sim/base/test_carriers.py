@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ftqp.core.pose import transform
-from ftqp.sim.base.carriers import FreeBase, Platform
+from ftqp.sim.base.moving_world import FreeBase, Platform
 
 
 def test_platform_is_track_rotation_and_tilt_in_that_order():

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from ftqp.core.errors import InputError
-from ftqp.sim.base.carriers import FreeBase, Platform
-from ftqp.sim.base.motion_file import recorded_motion
+from ftqp.sim.base.moving_world import FreeBase, Platform
+from ftqp.sim.number_files import recorded_motion
 
 PLATFORM, FREE = Platform().coordinates, FreeBase().coordinates
 

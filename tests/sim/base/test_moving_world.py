@@ -8,9 +8,8 @@ from ftqp import InertialTask, MovingBase, Observer
 from ftqp.control.paths import Hold
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Locked
-from ftqp.sim.base.carriers import FreeBase, Platform
 from ftqp.sim.base.disturbances import Sinusoid
-from ftqp.sim.base.moving_world import MovingWorld
+from ftqp.sim.base.moving_world import FreeBase, MovingWorld, Platform
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import Simulation

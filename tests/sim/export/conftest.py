@@ -7,9 +7,8 @@ import pytest
 
 from ftqp.control.planner.status import STATUSES
 from ftqp.model.robot import Robot
-from ftqp.sim.log.further_signals import Measured, further_columns
 from ftqp.sim.log.log_writer import LogWriter
-from ftqp.sim.log.signals import base_columns, columns, sensed_columns
+from ftqp.sim.log.signals import Measured, base_columns, columns, further_columns, sensed_columns
 
 NAMES = ("<script>alert(1)</script>", "a\"b'c, d", "Gelenk ä 手")
 PRISMATIC = np.array([False, True, False])

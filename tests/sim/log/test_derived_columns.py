@@ -5,10 +5,9 @@ from scipy.spatial.transform import Rotation
 
 from ftqp.kernel.layout.block_row import BLOCK_FIELDS, BLOCK_SCALARS
 from ftqp.model import catalog
-from ftqp.sim.base.carriers import Platform
-from ftqp.sim.log.derived_columns import across, table
+from ftqp.sim.base.moving_world import Platform
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.raw_rows import PER_JOINT, SCALARS, RawLayout
+from ftqp.sim.log.raw_rows import PER_JOINT, SCALARS, RawLayout, across, table
 from ftqp.sim.log.signals import base_columns, columns
 
 COUNT = 40

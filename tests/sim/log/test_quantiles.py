@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ftqp.sim.log.quantiles import EXACT, Counts, Quantiles
+from ftqp.sim.log.metrics import EXACT, Counts, Quantiles
 
 
 def filled(values, pieces=3):

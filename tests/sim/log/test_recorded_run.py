@@ -5,7 +5,7 @@ import pytest
 
 import ftqp
 from ftqp.qp import Recorder
-from ftqp.sim.log.recorded_run import recorded
+from ftqp.sim.log.description import recorded
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 

@@ -9,11 +9,8 @@ from ftqp.control.paths import Circle
 from ftqp.core.errors import FtqpError
 from ftqp.faults.kinds import Degraded, Locked
 from ftqp.sim.log.log_file import load_log
-from ftqp.sim.log.metrics import following_error, summary
+from ftqp.sim.log.metrics import Places, SignalBlock, TalliedRows, Tally, following_error, summary
 from ftqp.sim.log.row_sink import MemoryRows
-from ftqp.sim.log.signal_blocks import Places, SignalBlock
-from ftqp.sim.log.tallied_rows import TalliedRows
-from ftqp.sim.log.tally import Tally
 from ftqp.sim.loop import Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 
@@ -97,7 +94,7 @@ def test_following_error_goes_on_from_block_to_block():
     q = np.arange(6.0)[:, None]
     rows = {"q": q, "q_command": q + 1.25, "truth": np.zeros((6, 1))}
     whole = following_error(Rows(rows))
-    from ftqp.sim.log.limits_kept import Following
+    from ftqp.sim.log.metrics import Following
 
     following = Following()
     parts = [following.add(Rows({key: value[k : k + 2] for key, value in rows.items()})) for k in (0, 2, 4)]

@@ -4,7 +4,7 @@ import pytest
 
 from ftqp.model import catalog
 from ftqp.model.robot import Robot
-from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.plants.plant import Arm
 
 
 @pytest.mark.parametrize("rotor", [0.0, 0.3])

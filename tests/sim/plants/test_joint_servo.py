@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ftqp.core.errors import InputError
-from ftqp.sim.plants.arm_model import Arm
 from ftqp.sim.plants.joint_servo import JointServo
+from ftqp.sim.plants.plant import Arm
 
 WN = 60.0
 

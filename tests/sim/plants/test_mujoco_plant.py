@@ -18,9 +18,9 @@ from ftqp.sim.sensors.joint_sensors import JointSensors
 
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
-from ftqp.sim.plants.arm_model import Arm
 from ftqp.sim.plants.joint_servo import JointServo
 from ftqp.sim.plants.mujoco_plant import MujocoPlant
+from ftqp.sim.plants.plant import Arm
 from ftqp.sim.plants.true_arm import TrueArm
 
 DT = 1e-3

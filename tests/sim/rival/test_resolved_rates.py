@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.sim.rival.beside import ride
-from ftqp.sim.rival.resolved_rates import ResolvedRates
+from ftqp.sim.rival import ResolvedRates, ride
 
 PANDA = ftqp.robots.load("panda")
 DT, JOINT = 2e-3, "panda_joint3"

@@ -8,8 +8,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import InputError
 from ftqp.sim.loop import Simulation
 from ftqp.sim.plants.plant import Motors
-from ftqp.sim.sensors.joint_sensors import JointSensors
-from ftqp.sim.sensors.sensor_faults import Drifting, Dropped, Frozen, Offset, Scattered
+from ftqp.sim.sensors.joint_sensors import Drifting, Dropped, Frozen, JointSensors, Offset, Scattered
 
 DT = 1e-3
 TRUTH = np.random.default_rng(3).normal(size=(2, 400, 7))

@@ -6,9 +6,8 @@ import pytest
 import ftqp
 from ftqp import InertialTask, MovingBase
 from ftqp.control.paths import Hold
-from ftqp.sim.base.carriers import Platform
 from ftqp.sim.base.disturbances import Step
-from ftqp.sim.base.moving_world import MovingWorld
+from ftqp.sim.base.moving_world import MovingWorld, Platform
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.loop import Simulation
 

@@ -13,7 +13,7 @@ from ftqp.model import catalog
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.loop import Simulation
-from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.plants.plant import Arm
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')

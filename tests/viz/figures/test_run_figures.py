@@ -13,10 +13,9 @@ from ftqp.model import catalog
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.loop import Simulation
-from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.plants.plant import Arm
 from ftqp.sim.schedule import FaultEvent, Schedule
-from ftqp.sim.sensors.joint_sensors import JointSensors
-from ftqp.sim.sensors.sensor_faults import Offset
+from ftqp.sim.sensors.joint_sensors import JointSensors, Offset
 
 pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
 

@@ -11,8 +11,7 @@ from ftqp.analysis.outcomes.unaware_law import UnawareLaw, weights_inverse
 from ftqp.analysis.planar_links import PlanarLinks
 from ftqp.analysis.rest.linearisation import reduced_jacobians
 from ftqp.analysis.rest.rest_configurations import rests_at
-from ftqp.analysis.spatial_map import whole_number
-from ftqp.core.checks import FloatArray, IntArray, frozen
+from ftqp.core.checks import FloatArray, IntArray, frozen, whole_number
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.endings import Ending
 from ftqp.model.robot import Robot

@@ -8,8 +8,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from ftqp.analysis.goals import GoalStudy, goal_study
-from ftqp.analysis.spatial_map import whole_number
-from ftqp.core.checks import FloatArray, array, frozen, numbers, positive
+from ftqp.core.checks import FloatArray, array, frozen, numbers, positive, whole_number
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.law_room import SHARE
 from ftqp.model.robot import Robot

@@ -13,14 +13,13 @@ import numpy as np
 
 from ftqp.analysis.planning.corridor import Corridor, corridor_of
 from ftqp.analysis.planning.remaining import continuation, remaining
-from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.coverage_case import coverage_case
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.task_path import Around, TaskPath, around_of, robot_digest, task_path
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
-from ftqp.core.checks import FloatArray, frozen, is_number, positive, read_only
+from ftqp.core.checks import FloatArray, frozen, is_number, positive, read_only, whole_number
 from ftqp.core.errors import InputError
 from ftqp.core.html_table import html_table
 from ftqp.core.npz import npz_arrays

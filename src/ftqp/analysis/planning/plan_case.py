@@ -8,10 +8,9 @@ from typing import Any, Final, Literal, Protocol, final, get_args
 import numpy as np
 
 from ftqp.analysis.goals import GoalStudy
-from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.continuing import task_session
 from ftqp.analysis.survival.task_path import TaskPath
-from ftqp.core.checks import FloatArray, array, non_negative, positive
+from ftqp.core.checks import FloatArray, array, non_negative, positive, whole_number
 from ftqp.core.errors import InputError, unknown
 from ftqp.model.robot import Robot
 

@@ -22,11 +22,10 @@ from ftqp.analysis.planning.survival_labels import (
     survivals,
     unreached,
 )
-from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.task_path import TaskPath, around_of, task_path
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
-from ftqp.core.checks import FloatArray, instance, non_negative
+from ftqp.core.checks import FloatArray, instance, non_negative, whole_number
 from ftqp.core.errors import InputError, unknown
 from ftqp.model.frames import on_way
 from ftqp.model.robot import Robot

@@ -7,7 +7,6 @@ from typing import Any, Literal, assert_never, final, get_args
 
 import numpy as np
 
-from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.continuing import path_values, track
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.failure_instants import Pairs, refuse_no_masses
@@ -17,7 +16,7 @@ from ftqp.analysis.tolerance import null_vector, relative_manipulability, struct
 from ftqp.control.paths import Path
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
-from ftqp.core.checks import FloatArray, IntArray, array, frozen, instance, positive
+from ftqp.core.checks import FloatArray, IntArray, array, frozen, instance, positive, whole_number
 from ftqp.core.errors import InputError
 from ftqp.faults import kinds
 from ftqp.kernel.entry.continuation_study import Continuations

@@ -6,10 +6,9 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.analysis.goals import random_postures
-from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.continuing import rows_session
 from ftqp.control.inverse_kinematics.arm_study import task_rows
-from ftqp.core.checks import FloatArray, IntArray, frozen, instance, positive
+from ftqp.core.checks import FloatArray, IntArray, frozen, instance, positive, whole_number
 from ftqp.kernel.entry.continuation_study import ContinuationStudy
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.kernel.layout.survival import Survival

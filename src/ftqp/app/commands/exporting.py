@@ -61,7 +61,7 @@ def _of_robot(name: str, form: str, output: Path | None) -> dict[str, Any]:
 
 
 def _urdf(text: str, file: Path, notes: list[str]) -> dict[str, Any]:
-    from ftqp.sim.log.whole_files import whole_file
+    from ftqp.sim.log.table_files import whole_file
 
     with whole_file(file) as part:
         part.write_text(text, encoding="utf-8")

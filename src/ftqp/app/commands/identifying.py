@@ -146,7 +146,7 @@ def _scenario_of(logs: list[Path]) -> Path:
 def _log(path: Path, arm: _Arm, late: float) -> "TorqueLog":
     """A log, from a CSV file or a run."""
     from ftqp.sim.log.log_file import load_log
-    from ftqp.sim.torque_log_file import torque_log_of_csv, torque_log_of_run
+    from ftqp.sim.torque_logs import torque_log_of_csv, torque_log_of_run
 
     if path.suffix.lower() == ".csv":
         return torque_log_of_csv(path, arm.robot.joints, late)
@@ -159,7 +159,7 @@ def _write_motion(
 ) -> ExitCode:
     """The motion, and the log of its rehearsal."""
     from ftqp.model.fitting.exciting_motion import exciting_motion
-    from ftqp.sim.torque_log_file import write_motion
+    from ftqp.sim.torque_logs import write_motion
 
     if file is None or file.suffix.lower() != ".csv" or file.exists():
         raise InputError(f"-o is {file}, expected a new .csv file for the motion")
@@ -204,8 +204,7 @@ def _clear(arm: _Arm) -> Callable[[FloatArray], bool] | None:
 
 def _rehearse(arm: _Arm, moves: "ExcitingMotion", file: Path) -> None:
     """The log of the scenario's own arm in physics."""
-    from ftqp.sim.rehearsal import rehearsed
-    from ftqp.sim.torque_log_file import write_torque_log
+    from ftqp.sim.torque_logs import rehearsed, write_torque_log
 
     table = arm.setup.tables.simulation.mujoco
     with progress("rehearsing", 1.0):

@@ -10,7 +10,7 @@ from ftqp.app.scenario.setup import Setup, load
 from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.log_writer import FILE_NAME
-from ftqp.sim.rival.beside import strayed
+from ftqp.sim.rival import strayed
 
 BOX, KEPT = (
     'scene=[{kind="box", size=[0.12, 0.12, 0.12], place=[-0.2, -0.3, 0.5]}]',

@@ -23,7 +23,7 @@ from ftqp.core.errors import MissingPackage
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.log_writer import FILE_NAME
-from ftqp.sim.rival.beside import Ride, strayed
+from ftqp.sim.rival import Ride, strayed
 
 TOLD, FOLDER = "faults.0.announced=", "told"
 """What tells the planner at once, and the folder of that run within the other's."""

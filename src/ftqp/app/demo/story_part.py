@@ -6,8 +6,7 @@ from typing import Any
 
 from ftqp.app.scenario.setup import Setup
 from ftqp.core.checks import FloatArray
-from ftqp.sim.rival.beside import Ride, ride
-from ftqp.sim.rival.resolved_rates import ResolvedRates
+from ftqp.sim.rival import ResolvedRates, Ride, ride
 
 SCENARIO = "panda-unannounced"
 FINDS, OWN_TOLD = "ftqp, not told", "ftqp, told at once"

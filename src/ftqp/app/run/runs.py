@@ -13,10 +13,10 @@ from ftqp.app.output.console import ExitCode, json_text, progress, say
 from ftqp.app.scenario.setup import Setup
 from ftqp.core.errors import FtqpError, InputError, MissingPackage
 from ftqp.qp.recording.recorded_qps import free_file
+from ftqp.sim.log.description import recorded
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log, open_log
 from ftqp.sim.log.log_writer import FILE_NAME, LogParts
-from ftqp.sim.log.recorded_run import recorded
 
 LONGEST = 200
 """Bytes of a name that a folder has at most: with the time and a number they fit into what systems allow."""

@@ -13,10 +13,9 @@ from ftqp.control.moving_base.inertial_task import InertialTask, MovingBase
 from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import InputError
 from ftqp.core.setting import REQUIRED, like, setting
-from ftqp.sim.base.carriers import Base, FreeBase, Platform
 from ftqp.sim.base.disturbances import Disturbance, RandomMotion, Sinusoid, Step
-from ftqp.sim.base.motion_file import recorded_motion
-from ftqp.sim.base.moving_world import MovingWorld
+from ftqp.sim.base.moving_world import Base, FreeBase, MovingWorld, Platform
+from ftqp.sim.number_files import recorded_motion
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,7 +15,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
 from ftqp.core.setting import REQUIRED, like, setting
-from ftqp.sim.waypoint_file import waypoint_table
+from ftqp.sim.number_files import waypoint_table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

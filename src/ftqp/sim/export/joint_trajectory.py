@@ -11,11 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from ftqp.core.errors import InputError
-from ftqp.sim.export.ros_bag import RosBag
-from ftqp.sim.export.ticks import NANOSECONDS, Ticks
+from ftqp.sim.export.ros_bag import NANOSECONDS, RosBag, Ticks
 from ftqp.sim.log.log_rows import LogRows
-from ftqp.sim.log.table_files import Told, silent
-from ftqp.sim.log.whole_files import whole_folder
+from ftqp.sim.log.table_files import Told, silent, whole_folder
 
 TOPIC = "/joint_trajectory_controller/joint_trajectory"
 """Where the controller listens under its usual name."""

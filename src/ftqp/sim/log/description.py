@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.paths import Path
+from ftqp.control.planner.labels import row_labels, variable_labels
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.running_task import RunningTask
 from ftqp.control.scene.solid_shapes import WORDS, Hull
@@ -24,8 +25,10 @@ from ftqp.core.checks import FloatArray
 from ftqp.model.frames import mount_of
 from ftqp.model.robot import Robot
 from ftqp.model.skeleton import Skeleton
+from ftqp.qp.recording.recorded_qps import Recording
+from ftqp.qp.recording.recorder import Recorder
 from ftqp.sim.further_measures import FurtherMeasures
-from ftqp.sim.log.further_signals import ITSELF, TASKS
+from ftqp.sim.log.signals import ITSELF, TASKS
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 PACKAGES = ("ftqp", "numpy", "scipy", "pin")
@@ -243,3 +246,25 @@ def _finite(value: float | None) -> float | None:
 
 def _json(values: FloatArray) -> list[float | None]:
     return [_finite(float(value)) for value in values]
+
+
+def recorded(
+    recorder: Recorder,
+    planner: Planner,
+    path: Path,
+    schedule: Schedule | None = None,
+    metadata: Mapping[str, Any] | None = None,
+) -> Recording:
+    """What ``recorder`` kept while ``planner`` was led along ``path``.
+
+    The metadata are those of a log and ``length``: the rows of rotations are multiplied by this
+    characteristic length [m], so that every row counts in metres.
+    """
+    about = description(planner, Schedule() if schedule is None else schedule, path, planner.tick)
+    length = planner.robot.length if planner.task.length is None else planner.task.length
+    return recorder.recording(
+        dt=planner.dt,
+        variables=variable_labels(planner),
+        rows=row_labels(planner),
+        metadata=about | {"length": float(length)} | dict(metadata or {}),
+    )

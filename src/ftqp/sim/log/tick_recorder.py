@@ -13,11 +13,10 @@ from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import Fault, refuse_unknown
 from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.leader import Leader
-from ftqp.sim.log.derived_columns import table
-from ftqp.sim.log.raw_rows import BLOCK, FELT, MEASURES, TASK_ROWS, RawLayout
+from ftqp.sim.log.raw_rows import BLOCK, FELT, MEASURES, TASK_ROWS, RawLayout, table
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import HEALTHY, PATH_CODES, QP_CODES
-from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.plants.plant import Arm
 
 UNMEASURED = (np.nan,) * len(MEASURES)
 COMMIT_PERIOD = 250_000_000

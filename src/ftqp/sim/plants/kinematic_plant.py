@@ -12,8 +12,7 @@ from ftqp.core.errors import InputError, unknown
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.followers import led_joints
 from ftqp.model.robot import Robot
-from ftqp.sim.plants.arm_model import Arm
-from ftqp.sim.plants.plant import Command, Plant
+from ftqp.sim.plants.plant import Arm, Command, Plant
 
 _LOG = logging.getLogger("ftqp")
 LEVELS = ("acceleration", "velocity")

@@ -12,8 +12,7 @@ from ftqp.faults.kinds import Fault
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import Column
 from ftqp.sim.schedule import FaultEvent, Schedule
-from ftqp.sim.session.rival_arm import RivalArm
-from ftqp.sim.session.session_arms import ArmsOf, Choice, SessionArms
+from ftqp.sim.session.session_arms import ArmsOf, Choice, RivalArm, SessionArms
 from ftqp.sim.session.session_commands import (
     TELLS,
     Aim,

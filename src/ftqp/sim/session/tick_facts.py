@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import quaternions
-from ftqp.sim.log.further_signals import BODIES, FACTS, PLANES, ROTATION, TASKS, names_in
+from ftqp.sim.log.signals import BODIES, FACTS, PLANES, ROTATION, TASKS, names_in
 
 IntArray = NDArray[np.int64]
 

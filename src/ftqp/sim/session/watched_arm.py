@@ -16,10 +16,18 @@ from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
 from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.led_arm import Made
-from ftqp.sim.log.derived_columns import MICROSECONDS
-from ftqp.sim.log.further_signals import BODIES, TASKS, further_columns
+from ftqp.sim.log.raw_rows import MICROSECONDS
 from ftqp.sim.log.row_sink import RowSink
-from ftqp.sim.log.signals import HEALTHY, PATH_CODES, Column, columns, sensed_columns
+from ftqp.sim.log.signals import (
+    BODIES,
+    HEALTHY,
+    PATH_CODES,
+    TASKS,
+    Column,
+    columns,
+    further_columns,
+    sensed_columns,
+)
 from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.session.session_arms import SessionArm
 from ftqp.sim.session.tick_facts import Facts, FurtherFact, IntArray, Solid, TwinFacts, WayFact, quaternion_of

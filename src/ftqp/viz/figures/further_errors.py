@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.sim.log.further_signals import BODIES, PLANES, TASKS, names_in
 from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.signals import BODIES, PLANES, TASKS, names_in
 from ftqp.viz.figures import curves, events
 from ftqp.viz.figures.canvas import Axes, Line2D, curve, legend_below, paper, save, tidy
 from ftqp.viz.figures.palette import DEGREES, FORBIDDEN, LIMIT, MILLIMETRES

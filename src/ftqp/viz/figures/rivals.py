@@ -10,7 +10,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.model.skeleton import Skeleton
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.rival.beside import strayed
+from ftqp.sim.rival import strayed
 from ftqp.viz.figures import arm_views, events
 from ftqp.viz.figures.canvas import Axes, Line2D, curve, few_ticks, legend_below, paper, save, tidy, trace
 from ftqp.viz.figures.curves import length

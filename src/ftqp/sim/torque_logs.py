@@ -1,7 +1,8 @@
-"""A recorded motion with torques from a CSV file, or from the log of a run; a motion to a CSV file."""
+"""Recorded motions with torques: from a file, from the log of a run, or rehearsed by a simulated arm."""
 
 import csv
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -9,8 +10,11 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.model.fitting.exciting_motion import ExcitingMotion
 from ftqp.model.fitting.torque_log import TorqueLog
-from ftqp.sim.csv_table import TableFile
+from ftqp.model.robot import Robot
 from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.number_files import TableFile
+from ftqp.sim.plants.joint_servo import JointServo
+from ftqp.sim.plants.true_arm import TrueArm
 
 FEWEST = 1000
 """Samples before a failure that are looked at: of a second or so."""
@@ -85,3 +89,42 @@ def _write(file: Path, names: list[str], t: FloatArray, values: FloatArray) -> N
                 writer.writerow([f"{time:.9g}", *(f"{x:.9g}" for x in row)])
     except OSError as error:
         raise InputError(f"{file} cannot be written: {error.strerror or error}") from error
+
+
+SUBSTEPS = 4
+"""Servos take a command in each so many parts of a period: their torques would else be saw-teeth, and the
+last tooth of a period is not their mean."""
+
+
+def rehearsed(
+    robot: Robot,
+    motion: ExcitingMotion,
+    true: TrueArm,
+    *,
+    bandwidth: float = 94.0,
+    position_noise: float = 0.0,
+    torque_noise: float = 0.0,
+    seed: int = 0,
+) -> TorqueLog:
+    """What would be recorded of the true arm while its servos follow the motion."""
+    from ftqp.sim.plants.mujoco_plant import MujocoPlant
+
+    dt, rng, n = float(motion.t[1] - motion.t[0]), np.random.default_rng(seed), robot.nv
+    servo = JointServo(true.geared(robot), "position", bandwidth=bandwidth)
+    plant = MujocoPlant(robot, dt / SUBSTEPS, servo, true, substeps=1)
+    plant.reset(motion.q[0], motion.v[0])
+    q, tau, none = np.zeros_like(motion.q[:-1]), np.zeros_like(motion.q[:-1]), np.zeros(n, dtype=bool)
+    for k in range(len(q)):
+        q[k] = plant.q
+        for part in range(SUBSTEPS):
+            plant.advance(_between(motion, k, (part + 1) / SUBSTEPS, none))
+            tau[k] += plant.tau / SUBSTEPS
+    q += position_noise * rng.standard_normal(q.shape)
+    tau += torque_noise * rng.standard_normal(q.shape)
+    return TorqueLog(t=motion.t[:-1], q=q, tau=tau, late=0.5 * dt, name="the rehearsal")
+
+
+def _between(motion: ExcitingMotion, k: int, share: float, none: FloatArray) -> SimpleNamespace:
+    """The command at a share of the period after sample k."""
+    q, v = (x[k] + share * (x[k + 1] - x[k]) for x in (motion.q, motion.v))
+    return SimpleNamespace(q=q, v=v, tau=np.zeros(len(q)), brakes=none)

@@ -1,1 +1,0 @@
-"""What a good engineer writes without ftqp, to be compared with."""
