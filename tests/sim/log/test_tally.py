@@ -9,7 +9,7 @@ from ftqp.control.paths import Circle
 from ftqp.core.errors import FtqpError
 from ftqp.faults.kinds import Degraded, Locked
 from ftqp.sim.log.log_file import load_log
-from ftqp.sim.log.metrics import Places, SignalBlock, TalliedRows, Tally, following_error, summary
+from ftqp.sim.log.metrics import EXACT, Following, Quantiles, TalliedRows, following_error, summary
 from ftqp.sim.log.row_sink import MemoryRows
 from ftqp.sim.loop import Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
@@ -41,12 +41,11 @@ def test_a_run_sums_itself_up_as_its_log_does(run):
 @pytest.mark.parametrize("size", [1, 7, 50])
 def test_blocks_of_any_size_give_the_same_figures(run, size):
     _, log = run
-    rows = log.rows
-    places, tally = Places(rows.columns), Tally(log.metadata, sensed=False)
-    (table,) = rows.blocks()
+    (table,) = log.rows.blocks()
+    kept = TalliedRows(MemoryRows(log.rows.columns, log.metadata), log.rows.columns, log.metadata)
     for first in range(0, len(table), size):
-        tally = tally.after(SignalBlock(places, table[first : first + size]))
-    whole, pieces = summary(log), tally.facts(log.metadata)
+        kept.write(first, table[first : first + size])
+    whole, pieces = summary(log), kept.facts()
     assert whole.pop("rms_position_error") == pytest.approx(pieces.pop("rms_position_error"), rel=1e-14)
     assert pieces == whole
 
@@ -94,9 +93,29 @@ def test_following_error_goes_on_from_block_to_block():
     q = np.arange(6.0)[:, None]
     rows = {"q": q, "q_command": q + 1.25, "truth": np.zeros((6, 1))}
     whole = following_error(Rows(rows))
-    from ftqp.sim.log.metrics import Following
-
     following = Following()
     parts = [following.add(Rows({key: value[k : k + 2] for key, value in rows.items()})) for k in (0, 2, 4)]
     np.testing.assert_array_equal(np.concatenate(parts), whole)
     assert following.largest(0) == 0.25
+
+
+def quantiles(values, pieces=3):
+    found = Quantiles()
+    for piece in np.array_split(values, pieces):
+        found.add(piece)
+    return found
+
+
+def test_quantiles_of_few_numbers_are_those_of_numpy_and_what_is_no_number_is_left_out():
+    values = np.random.default_rng(0).lognormal(size=5000)
+    for percent in (0.0, 50.0, 99.0, 99.9, 100.0):
+        assert quantiles([np.nan, *values, np.inf]).at(percent) == np.percentile(values, percent)
+    assert Quantiles().at(50.0) is None
+
+
+def test_quantiles_of_many_numbers_are_within_a_thousandth():
+    values = np.random.default_rng(1).lognormal(mean=3.0, sigma=2.0, size=EXACT + 50_000)
+    for percent in (1.0, 50.0, 99.0, 99.9):
+        assert quantiles(values, 7).at(percent) == pytest.approx(np.percentile(values, percent), rel=1e-3)
+    beyond = quantiles(np.concatenate([np.zeros(EXACT), np.full(EXACT, 1e30), [-1.0]]))
+    assert beyond.at(10.0) < 1e-5 and beyond.at(90.0) > 1e7

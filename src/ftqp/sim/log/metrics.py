@@ -1,11 +1,11 @@
 """Figures of merit of a run, computed from its log alone."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from typing import Any, Final, Protocol, final
+from typing import Any, Final, final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.control.planner.status import StepStatus
@@ -15,52 +15,6 @@ from ftqp.kernel.layout.thresholds import TIME_SLACK
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import BODIES, FACTS, PLANES, TASKS, Column, names_in, refuse_unknown_conditions
-
-
-class Signals(Protocol):
-    """The role of rows whose columns have names: a log, or a block of one."""
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        """One signal, (K,), or all whose names begin with ``name`` and a dot, (K, count)."""
-
-    def __contains__(self, name: object) -> bool:
-        """Whether there is a single signal of this name."""
-
-    def __len__(self) -> int:
-        """Rows."""
-
-
-@final
-class Places:
-    """Where the signals of a row lie."""
-
-    def __init__(self, columns: Sequence[Column]) -> None:
-        self.single = {column.name: place for place, column in enumerate(columns)}
-        self.groups: dict[str, Any] = {}
-        for name, place in self.single.items():
-            self.groups.setdefault(name.split(".", 1)[0], []).append(place)
-        for group, places in self.groups.items():
-            if places == list(range(places[0], places[-1] + 1)):
-                self.groups[group] = slice(places[0], places[-1] + 1)
-
-
-@final
-class SignalBlock:
-    """A block of rows by name."""
-
-    def __init__(self, places: Places, rows: FloatArray) -> None:
-        self._places, self._rows = places, rows
-
-    def __len__(self) -> int:
-        return len(self._rows)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._places.single
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        place = self._places.single.get(name)
-        return self._rows[:, self._places.groups[name] if place is None else place]
-
 
 EXACT = 200_000
 """So many numbers are kept, and their quantiles are exact."""
@@ -76,13 +30,9 @@ BINS = 32_000
 class Quantiles:
     """Takes in numbers, and tells their quantiles; what is no number is left out.
 
-    It is never changed in place, so that a shallow copy is one of its own.
-
     Attributes:
         count: How many numbers it has taken in.
     """
-
-    __slots__ = ("_bins", "_kept", "count")
 
     def __init__(self) -> None:
         self.count = 0
@@ -109,36 +59,6 @@ class Quantiles:
             return float(np.percentile(self._kept, percent))
         place = int(np.searchsorted(np.cumsum(self._bins), percent / 100.0 * (self.count - 1), side="right"))
         return LEAST * float(RATIO ** (min(place, BINS - 1) + 0.5))
-
-
-@final
-class Counts:
-    """Takes in whole numbers of a few values, such as iterations, and tells their median exactly."""
-
-    __slots__ = ("_counts",)
-
-    def __init__(self) -> None:
-        self._counts: dict[float, int] = {}
-
-    def add(self, values: FloatArray) -> None:
-        """Take in numbers, (K,); what is no number is left out."""
-        found, counts = np.unique(values[np.isfinite(values)], return_counts=True)
-        merged = dict(self._counts)
-        for value, count in zip(found.tolist(), counts.tolist(), strict=True):
-            merged[value] = merged.get(value, 0) + count
-        self._counts = merged
-
-    def median(self) -> float | None:
-        """The middle one, or the mean of the two in the middle; None where there is none."""
-        total = sum(self._counts.values())
-        if not total:
-            return None
-        values = np.array(sorted(self._counts))
-        ends = np.cumsum([self._counts[value] for value in values.tolist()])
-        middle = [
-            values[int(np.searchsorted(ends, at, side="right"))] for at in ((total - 1) // 2, total // 2)
-        ]
-        return float(0.5 * (middle[0] + middle[1]))
 
 
 BRAKED = 1e-3
@@ -176,18 +96,18 @@ class Excess:
         self._first: float | None = None
         self.worst = {"q": 0.0, "v": 0.0, "a": 0.0, "tau": 0.0}
 
-    def add(self, rows: Signals) -> None:
+    def add(self, rows: Log) -> None:
         """Look at the rows that come next."""
         t = rows["t"]
         if not len(t):
             return
-        first = float(t[0]) if self._first is None else self._first
+        self._first = float(t[0]) if self._first is None else self._first
         refuse_unknown_conditions(rows["truth"], "the log")
-        works, worst, inside = ~np.isin(rows["truth"], IDLE), dict(self.worst), dict(self._inside)
+        works = ~np.isin(rows["truth"], IDLE)
         for signal, low, high in LIMITED:
             values = rows[signal]
-            top = self._limit(t, values.shape, high, np.inf, first)
-            bottom = -top if low is None else self._limit(t, values.shape, low, -np.inf, first)
+            top = self._limit(t, values.shape, high, np.inf)
+            bottom = -top if low is None else self._limit(t, values.shape, low, -np.inf)
             with np.errstate(invalid="ignore", over="ignore"):  # inf - inf is no excess
                 excess = np.maximum(values - top, bottom - values)
             counts = works.copy()
@@ -196,23 +116,20 @@ class Excess:
                     if kind_of(fault["kind"]).works:
                         i, since = fault["index"], t >= fault["announced"] - TIME_SLACK
                         been = np.logical_or.accumulate(since & (excess[:, i] <= 0.0))
-                        been |= inside.get((number, signal), False)
+                        been |= self._inside.get((number, signal), False)
                         counts[:, i] &= ~since | been
-                        inside[number, signal] = bool(been[-1])
+                        self._inside[number, signal] = bool(been[-1])
             found = excess[counts & np.isfinite(excess)]
-            worst[signal] = max(worst[signal], float(found.max()) if len(found) else 0.0)
-        self._first, self._inside, self.worst = first, inside, worst
+            self.worst[signal] = max(self.worst[signal], float(found.max(initial=0.0)))
 
-    def _limit(
-        self, t: FloatArray, shape: tuple[int, ...], name: str, infinite: float, first: float
-    ) -> FloatArray:
+    def _limit(self, t: FloatArray, shape: tuple[int, ...], name: str, infinite: float) -> FloatArray:
         """A limit of all joints over time, (K, nv), lowered from the announcement of a degradation on."""
         healthy = np.array([infinite if value is None else value for value in self._limits[name]])
         values: FloatArray = np.broadcast_to(healthy, shape)
         for _, fault in self._weak:
             i, shares = fault["index"], kind_of(fault["kind"]).shares
             since = t >= fault["announced"] - TIME_SLACK
-            from_start = first >= fault["announced"] - TIME_SLACK
+            from_start = self._first is not None and self._first >= fault["announced"] - TIME_SLACK
             narrower = fault.get(name) if name in ("q_min", "q_max") else None
             if narrower is None and name not in shares:
                 continue
@@ -241,26 +158,24 @@ class Motion:
         self._from: dict[int, float] = {}
         self._moved: dict[int, float] = {}
 
-    def add(self, rows: Signals) -> None:
+    def add(self, rows: Log) -> None:
         """Look at the rows that come next."""
         t = rows["t"]
         if not len(t):
             return
-        at_rest, begun, moved = dict(self._at_rest), dict(self._from), dict(self._moved)
         for number, fault in self._faults:
             i = fault["index"]
             failed = rows["truth"][:, i] == kind_of(fault["kind"]).number
             failed = failed & (t >= fault["at"] - TIME_SLACK)
             if fault["kind"] == "locked":
                 rested = np.logical_or.accumulate(failed & (np.abs(rows["v"][:, i]) <= self._rest))
-                rested |= at_rest.get(number, False)
-                at_rest[number] = bool(rested[-1])
+                rested |= self._at_rest.get(number, False)
+                self._at_rest[number] = bool(rested[-1])
                 failed &= rested
             q = rows["q"][failed, i]
             if len(q):
-                begun.setdefault(number, float(q[0]))
-                moved[number] = max(moved.get(number, 0.0), float(np.abs(q - begun[number]).max()))
-        self._at_rest, self._from, self._moved = at_rest, begun, moved
+                begun = self._from.setdefault(number, float(q[0]))
+                self._moved[number] = max(self._moved.get(number, 0.0), float(np.abs(q - begun).max()))
 
     @property
     def by_joint(self) -> dict[str, float]:
@@ -281,7 +196,7 @@ class Following:
         self._sent: FloatArray | None = None
         self._worst: FloatArray | None = None
 
-    def add(self, rows: Signals) -> FloatArray:
+    def add(self, rows: Log) -> FloatArray:
         """The errors of the rows that come next, (K, nv)."""
         q, sent = rows["q"], rows["q_command"]
         error = np.zeros(q.shape)
@@ -367,7 +282,7 @@ class Tally:
         self._done_at: float | None = None
         self._failures = 0
         self._measured = {name: Extremes() for name in MEASURED}
-        self._times, self._iterations = Quantiles(), Counts()
+        self._times, self._iterations = Quantiles(), Counter[float]()
         self._excess, self._motion = Excess(metadata), Motion(metadata)
         self._following = Following() if sensed else None
         self._inertial: dict[str, Extremes] | None = None
@@ -376,13 +291,7 @@ class Tally:
         self._further: dict[str, Extremes] = {}
         self._ends: dict[str, float] = {}
 
-    def after(self, rows: Signals) -> "Tally":
-        """Another tally, which has taken in these rows as well; this one stays as it is."""
-        result = deepcopy(self)
-        result.add(rows)
-        return result
-
-    def add(self, rows: Signals) -> None:
+    def add(self, rows: Log) -> None:
         """Take in the rows that come next."""
         if "base_status" in rows and self._inertial is None:
             self._inertial = {"position": Extremes(), "rotation": Extremes()}
@@ -400,7 +309,8 @@ class Tally:
         for name, extremes in self._measured.items():
             extremes.add(rows[name])
         self._times.add(np.asarray(rows["step_time"], dtype=np.float64))
-        self._iterations.add(np.asarray(rows["qp_iterations"], dtype=np.float64))
+        iterations = np.asarray(rows["qp_iterations"], dtype=np.float64)
+        self._iterations.update(iterations[np.isfinite(iterations)].tolist())
         self._failures += int(np.count_nonzero(rows["qp_status"] > 0))
         self._excess.add(rows)
         self._motion.add(rows)
@@ -421,7 +331,7 @@ class Tally:
             done = np.flatnonzero(progress >= self._duration - TIME_SLACK)
             self._done_at = float(t[done[0]]) if len(done) else None
 
-    def _in_space(self, found: dict[str, Extremes], rows: Signals) -> None:
+    def _in_space(self, found: dict[str, Extremes], rows: Log) -> None:
         """True errors of a run on a moving base."""
         error = rows["inertial_error"]
         position = np.linalg.norm(error[:, :3], axis=1)
@@ -467,7 +377,7 @@ class Tally:
             **self._sensed(metadata),
             "min_sigma_min": measured["sigma_min"].smallest,
             "qp": {
-                "iterations_median": self._iterations.median(),
+                "iterations_median": _median(self._iterations),
                 "iterations_max": measured["qp_iterations"].largest,
                 "residual_max": measured["qp_residual"].largest,
                 "failures": self._failures,
@@ -538,6 +448,13 @@ class Tally:
         }
 
 
+def _median(counts: Counter[float]) -> float | None:
+    """The middle one of counted numbers; None where there is none."""
+    if not counts:
+        return None
+    return float(np.median(np.repeat(list(counts), list(counts.values()))))
+
+
 def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
@@ -564,15 +481,16 @@ class TalliedRows(RowSink):
     """Hands rows on, and keeps their tally."""
 
     def __init__(self, sink: RowSink, columns: Sequence[Column], metadata: Mapping[str, Any]) -> None:
-        self._sink, self._metadata = sink, dict(metadata)
-        self._places = Places(columns)
-        self._tally = Tally(metadata, sensed="q_command" in self._places.groups)
+        self._sink, self._columns, self._metadata = sink, columns, dict(metadata)
+        self._tally = Tally(metadata, sensed=any(one.name.startswith("q_command.") for one in columns))
 
     def write(self, first: int, rows: FloatArray) -> None:
         """Keep rows, (K, columns); repeated with the same ``first``, they count once."""
         self._sink.write(first, rows)
         if first == self._tally.count:
-            self._tally = self._tally.after(SignalBlock(self._places, rows))
+            tally = deepcopy(self._tally)  # so that this can be repeated, wherever it is interrupted
+            tally.add(Log.of_table(None, rows, self._columns, self._metadata))
+            self._tally = tally
 
     def annotate(self, metadata: Mapping[str, Any]) -> None:
         """Add or replace metadata."""
