@@ -326,7 +326,7 @@ def test_torque_arm_closes_the_brakes_that_are_asked_for(panda):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda r: MujocoPlant(r, DT, substeps=0), "substeps is 0, expected a whole number >= 1"),
+        (lambda r: MujocoPlant(r, DT, substeps=0), "substeps is 0, expected a whole number from 1"),
         (lambda r: MujocoPlant(r, 0.0), "dt is 0, expected a finite number > 0"),
         (lambda r: JointServo(r, "force"), "'force' is not a drive of an arm"),
         (lambda r: JointServo(r, bandwidth=-1.0), "bandwidth of the servo is -1"),

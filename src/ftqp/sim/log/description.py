@@ -64,15 +64,15 @@ def description(
         "path_duration": path.duration,
         "reference": reference,
         "faults": [described(event, robot) for event in schedule],
-        **_further(planner),
+        **further_about(planner),
         "versions": versions(),
     }
 
 
-def _further(planner: Planner) -> dict[str, Any]:
+def further_about(planner: Planner, q: FloatArray | None = None) -> dict[str, Any]:
     """Soft tasks and kept points as they were given, each where the planner has any.
 
-    ``unit`` is that of a task's error, ``place`` where the target of one that has a place is now [m].
+    ``unit`` is that of a task's error, ``place`` where the target of one that has a place is [m].
     ``kind`` is what it is kept to, ``joint`` the one that a kept point moves with, and ``at_zero`` where the
     point is while all joints are at 0, in the base frame [m]; of a cone ``axis_at_zero`` is the axis then.
     Whoever has the arm finds it by that, whatever frames it knows.
@@ -84,7 +84,7 @@ def _further(planner: Planner) -> dict[str, Any]:
         own: dict[str, dict[str, Any]] = {
             one.name: {"unit": one.unit} for one in measures.all if one.group == TASKS
         }
-        for name, place in measures.places(planner.view().command.q).items():
+        for name, place in measures.places(planner.view().command.q if q is None else q).items():
             own[name]["place"] = place.tolist()
         result["tasks"] = [
             {

@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import final
 
 from ftqp.core.checks import FloatArray, non_negative, positive
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault, Locked
 from ftqp.model.robot import Robot
-from ftqp.sim.plants.plant import Command, Motors, Plant
+from ftqp.sim.plants.plant import Command, Plant
 from ftqp.sim.schedule import first_tick
 
 
@@ -44,35 +45,12 @@ class HeldPlant(Plant):
         self._spans = [(first_tick(one.at, dt), first_tick(one.at + one.duration, dt)) for one in holds]
         self._failed: dict[int, Fault] = {}
 
-    @property
-    def q(self) -> FloatArray:
-        """True joint positions, (nv,) [rad or m]; belongs to the plant."""
-        return self._plant.q
-
-    @property
-    def v(self) -> FloatArray:
-        """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
-        return self._plant.v
-
-    @property
-    def drive(self) -> str | None:
-        """What the arm takes."""
-        return self._plant.drive
-
-    @property
-    def tolerance(self) -> float:
-        """How far a joint that a brake holds may creep in a run [rad or m]."""
-        return self._plant.tolerance
-
-    @property
-    def motors(self) -> Motors | None:
-        """What its motors did in the last time step; None where there are none."""
-        return self._plant.motors
-
-    @property
-    def failure(self) -> str | None:
-        """Why the simulation of the arm cannot go on, or None."""
-        return self._plant.failure
+    q = property(attrgetter("_plant.q"))
+    v = property(attrgetter("_plant.v"))
+    drive = property(attrgetter("_plant.drive"))
+    tolerance = property(attrgetter("_plant.tolerance"))
+    motors = property(attrgetter("_plant.motors"))
+    failure = property(attrgetter("_plant.failure"))
 
     def reset(self, q: FloatArray, v: FloatArray) -> None:
         """Put the healthy arm at (q, v), (nv,) each, before the first hold."""

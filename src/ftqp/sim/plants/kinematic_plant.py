@@ -118,26 +118,6 @@ class KinematicPlant(Plant):
         return seen(self._v)
 
     @property
-    def drive(self) -> None:
-        """The arm does what it is told, whatever that is."""
-        return None
-
-    @property
-    def tolerance(self) -> float:
-        """A joint that a brake holds does not move at all."""
-        return 0.0
-
-    @property
-    def motors(self) -> None:
-        """There are none."""
-        return None
-
-    @property
-    def failure(self) -> None:
-        """Nothing breaks this simulation."""
-        return None
-
-    @property
     def impacts(self) -> tuple[StopImpact, ...]:
         """The impacts of free-swinging joints on their end stops since the last reset."""
         return tuple(self._impacts)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ftqp.control.scene.placed_shapes import Scene
 from ftqp.control.scene.solid_shapes import WORDS, Hull
-from ftqp.core.checks import FloatArray, array, instance, positive, seen
+from ftqp.core.checks import FloatArray, array, instance, positive, seen, whole_number
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.followers import coupled_places, is_led
@@ -81,8 +81,7 @@ class MujocoPlant(Plant):
                 f"{robot.name} has no inertia, so torques do not move it; give the model its masses or take "
                 "plant 'kinematic'"
             )
-        if not isinstance(substeps, int) or isinstance(substeps, bool) or substeps < 1:
-            raise InputError(f"substeps is {substeps!r}, expected a whole number >= 1")
+        whole_number("substeps", substeps, 1)
         self._robot = robot
         self._servo = JointServo(robot) if servo is None else servo
         true = TrueArm() if true is None else true

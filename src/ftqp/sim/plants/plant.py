@@ -55,24 +55,24 @@ class Plant(ABC):
         """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
 
     @property
-    @abstractmethod
     def drive(self) -> str | None:
         """What the arm takes, one of `DRIVES`; None for an arm that does exactly what it is told."""
+        return None
 
     @property
-    @abstractmethod
     def tolerance(self) -> float:
         """How far a joint that a brake holds may creep in a run [rad or m]."""
+        return 0.0
 
     @property
-    @abstractmethod
     def motors(self) -> Motors | None:
         """What its motors did in the last time step; None where there are none. It belongs to the plant."""
+        return None
 
     @property
-    @abstractmethod
     def failure(self) -> str | None:
         """Why the simulation of the arm cannot go on, or None."""
+        return None
 
     @abstractmethod
     def reset(self, q: FloatArray, v: FloatArray) -> None:

@@ -4,7 +4,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array, positive, seen
+from ftqp.core.checks import FloatArray, array, positive, seen, whole_number
 from ftqp.core.errors import InputError, unknown
 from ftqp.core.setting import Setting, Settings
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
@@ -60,8 +60,7 @@ class ServoPlant(Plant):
         self._leads = drive == "position" and takes_velocity
         self._dt = positive("dt", dt, "s")
         self._tau = positive("time constant of the servos", time_constant, "s")
-        if not isinstance(substeps, int) or substeps < 1:
-            raise InputError(f"substeps is {substeps!r}, expected a whole number >= 1")
+        whole_number("substeps", substeps, 1)
         if self._dt / substeps >= 2.0 * self._tau:
             raise InputError(
                 f"{substeps} substeps of {self._dt / substeps:g} s are unstable with a time constant of "
@@ -74,7 +73,6 @@ class ServoPlant(Plant):
 
     @property
     def q(self) -> FloatArray:
-        """True joint positions, (nv,) [rad or m]; belongs to the plant."""
         return seen(self._q)
 
     @property
@@ -91,21 +89,6 @@ class ServoPlant(Plant):
     def drive(self) -> str | None:
         """What the servos take; None for increments, for which any planner fits."""
         return self._drive
-
-    @property
-    def tolerance(self) -> float:
-        """A joint that a brake holds does not move at all."""
-        return 0.0
-
-    @property
-    def motors(self) -> None:
-        """There are none."""
-        return None
-
-    @property
-    def failure(self) -> None:
-        """Nothing breaks this simulation."""
-        return None
 
     def reset(self, q: FloatArray, v: FloatArray) -> None:
         """Put the healthy arm at (q, v), each (nv,), its set point there too."""

@@ -118,15 +118,22 @@ def facts_of(log: Columns, tick: int) -> Facts:
         position_error=float(log["position_error"][tick]),
         rotation_error=float(log["rotation_error"][tick]),
         step_time=float(log["step_time"][tick]),
-        further=_further(log, tick),
+        further=further_facts(
+            log.metadata,
+            {
+                f"{group}.{name}": float(log[f"{group}.{name}"][tick])
+                for group in FACTS
+                for name in names_in(log, log.metadata, group)
+            },
+        ),
     )
 
 
-def _further(log: Columns, tick: int) -> tuple[FurtherFact, ...]:
-    """Soft tasks, whose targets are shown where they were at first, and kept points of a log."""
+def further_facts(about: Mapping[str, Any], values: Mapping[str, float]) -> tuple[FurtherFact, ...]:
+    """Soft tasks, kept points and scene, of the metadata of a log and the values of its signals by name."""
     tasks = {
         one["name"]: FurtherFact(one["name"], 0.0, one.get("unit", ""), _three(one.get("place")))
-        for one in log.metadata.get(FACTS[TASKS], [])
+        for one in about.get(FACTS[TASKS], [])
     }
     tasks |= {name + ROTATION: FurtherFact(name + ROTATION, 0.0, "rad") for name in tasks}
     kept = {
@@ -139,16 +146,16 @@ def _further(log: Columns, tick: int) -> tuple[FurtherFact, ...]:
             one.get("kind", "plane"),
             _corners(one.get("inside")),
         )
-        for one in log.metadata.get(FACTS[PLANES], [])
+        for one in about.get(FACTS[PLANES], [])
     }
     bodies = {
         one["name"]: FurtherFact(one["name"], 0.0, "m", shape="body", solid=_solid(one))
-        for one in log.metadata.get(FACTS[BODIES], [])
+        for one in about.get(FACTS[BODIES], [])
     }
     return tuple(
-        known[name]._replace(value=float(log[f"{group}.{name}"][tick]))
+        known[name]._replace(value=values[f"{group}.{name}"])
         for group, known in ((TASKS, tasks), (PLANES, kept), (BODIES, bodies))
-        for name in names_in(log, log.metadata, group)
+        for name in names_in(values, about, group)
     )
 
 

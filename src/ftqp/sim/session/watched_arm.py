@@ -6,8 +6,6 @@ import numpy as np
 
 from ftqp.control.planner.running_task import RunningTask
 from ftqp.control.planner.ways.way_out import WayOut
-from ftqp.control.scene.solid_shapes import WORDS, Hull
-from ftqp.control.task.keep import Keep
 from ftqp.control.task.soft_tasks import PoseTask, RelativeTask
 from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError
@@ -16,13 +14,12 @@ from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
 from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.led_arm import Made
+from ftqp.sim.log.description import further_about
 from ftqp.sim.log.raw_rows import MICROSECONDS
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import (
-    BODIES,
     HEALTHY,
     PATH_CODES,
-    TASKS,
     Column,
     columns,
     further_columns,
@@ -30,7 +27,15 @@ from ftqp.sim.log.signals import (
 )
 from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.session.session_arms import SessionArm
-from ftqp.sim.session.tick_facts import Facts, FurtherFact, IntArray, Solid, TwinFacts, WayFact, quaternion_of
+from ftqp.sim.session.tick_facts import (
+    Facts,
+    FurtherFact,
+    IntArray,
+    TwinFacts,
+    WayFact,
+    further_facts,
+    quaternion_of,
+)
 
 CARRIED = 0.2
 """Things of a scene are carried so fast [m/s]: an arm at rest can flee from that. A convention."""
@@ -295,45 +300,13 @@ class WatchedArm:
         )
 
     def _further(self, q: FloatArray) -> tuple[FurtherFact, ...]:
-        """Soft tasks and kept points at a posture, (nv,)."""
+        """Soft tasks, kept points and things around at a posture, (nv,)."""
         measures = self._measures
-        if not len(measures):
+        if not len(measures) or not np.isfinite(q).all():
             return ()
-        places = measures.places(q) if np.isfinite(q).all() else {}
-        every = self._player.planner.constraints.items()
-        kept = {name: one.given for name, one in every if isinstance(one.given, Keep)}
-        found = []
-        for one, value in zip(measures.all, measures.at(q).tolist(), strict=True):
-            fact = FurtherFact(one.name, value, one.unit)
-            if one.group == TASKS:
-                found.append(fact._replace(place=_numbers(places.get(one.name))))
-                continue
-            if one.group == BODIES:
-                found.append(fact._replace(shape="body", solid=self._solid(one.name)))
-                continue
-            if one.name not in kept:  # of a kind that somebody has added
-                found.append(fact._replace(shape="rows"))
-                continue
-            keep = kept[one.name]
-            found.append(
-                fact._replace(
-                    place=_numbers(keep.above),
-                    normal=_numbers(keep.normal),
-                    shape=keep.shape,
-                    corners=_numbers(keep.inside),
-                )
-            )
-        return tuple(found)
-
-    def _solid(self, name: str) -> Solid | None:
-        """What something of the scene is, and where it stands now; None of the arm itself."""
-        scene = self._player.planner.scene
-        if scene is None or name not in scene:
-            return None
-        shape, place, _ = scene[name]
-        word = next(word for word, kind in WORDS.items() if isinstance(shape, kind))
-        corners = tuple(shape.corners.ravel().tolist()) if isinstance(shape, Hull) else ()
-        return Solid(word, shape.extent, tuple(place.ravel().tolist()), corners)
+        values = zip(measures.all, measures.at(q).tolist(), strict=True)
+        named = {f"{one.group}.{one.name}": value for one, value in values}
+        return further_facts(further_about(self._player.planner, q), named)
 
     def _codes(self, faults: dict[str, Fault]) -> IntArray:
         codes = np.full(self._robot.nv, HEALTHY, dtype=np.int64)
@@ -353,7 +326,3 @@ def _fact(way: WayOut, start: FloatArray) -> WayFact:
     if np.isfinite(way.clearance):
         price += f", {1e3 * way.clearance:.0f} mm clear"
     return WayFact(way.kind, way.clear, price, way.sentence, frozen(np.vstack([start, way.places])))
-
-
-def _numbers(array: FloatArray | None) -> tuple[float, ...] | None:
-    return None if array is None else tuple(array.ravel().tolist())
