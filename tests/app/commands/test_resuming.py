@@ -12,10 +12,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import ftqp
-from ftqp.analysis.planning import placement
-from ftqp.analysis.planning.placement import PlacementWork
-from ftqp.analysis.planning.self_motion_speeds import SpeedWork
-from ftqp.analysis.planning.survival_labels import LockWork
+from ftqp.analysis.planning import placement, self_motion_speeds, survival_labels
 from ftqp.app.commands.cli import app
 from ftqp.app.study import coverage_study, kept_portions
 from ftqp.app.study.coverage_study import PairWork
@@ -39,18 +36,18 @@ def rows(folder: Path) -> list[Any]:
         return file.execute(f"SELECT {names} FROM results ORDER BY item").fetchall()
 
 
-def interrupting(work: type, after: int, monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+def interrupting(owner: Any, name: str, after: int, monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
     """Ctrl-C in the midst of the work, until what is returned is called."""
-    own, calls = work.__call__, []
+    own, calls = getattr(owner, name), []
 
-    def once(self: Any, items: Any) -> Any:
-        calls.append(items)
+    def once(*given: Any) -> Any:
+        calls.append(given)
         if len(calls) > after:
             raise KeyboardInterrupt
-        return own(self, items)
+        return own(*given)
 
-    monkeypatch.setattr(work, "__call__", once)
-    return lambda: monkeypatch.setattr(work, "__call__", own)
+    monkeypatch.setattr(owner, name, once)
+    return lambda: monkeypatch.setattr(owner, name, own)
 
 
 def test_interrupted_coverage_goes_on_to_the_same_rows(
@@ -59,7 +56,7 @@ def test_interrupted_coverage_goes_on_to_the_same_rows(
     whole = asked("coverage", LINE, *EVERY, "--out", tmp_path / "whole", "--json")
     assert whole.exit_code == 0, whole.output
     out = tmp_path / "out"
-    mend = interrupting(PairWork, 2, monkeypatch)
+    mend = interrupting(PairWork, "__call__", 2, monkeypatch)
     broken = asked("coverage", LINE, *EVERY, "--out", out)
     mend()
     assert broken.exit_code == 130 and f"--out {out} --resume goes on from there" in text(broken)
@@ -81,22 +78,27 @@ def test_interrupted_coverage_goes_on_to_the_same_rows(
 
 
 STAGES = [
-    (LockWork, 1, ()),
-    (SpeedWork, 1, ("--method", "constant", "--start", "given", "--stride", "50")),
-    (PlacementWork, 2, ("--optimise", "base")),
+    (survival_labels, "lock_labels", 1, ()),
+    (self_motion_speeds, "speed_ratings", 1, ("--method", "constant", "--start", "given", "--stride", "50")),
+    (placement, "placement_costs", 2, ("--optimise", "base")),
 ]
 
 
-@pytest.mark.parametrize(("work", "after", "more"), STAGES)
+@pytest.mark.parametrize(("room", "work", "after", "more"), STAGES)
 def test_interrupted_plan_goes_on_to_the_same_plan(
-    work: type, after: int, more: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    room: Any,
+    work: str,
+    after: int,
+    more: tuple[str, ...],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     for name, few in (("SPREAD", 4), ("REFINED", 2), ("WAYPOINTS", 10)):
         monkeypatch.setattr(placement, name, few)
     command = ("plan", LINE, *COARSE, *more, "-o")
     whole, file = tmp_path / "whole.npz", tmp_path / "plan.npz"
     assert asked(*command, whole).exit_code == 0
-    mend = interrupting(work, after, monkeypatch)
+    mend = interrupting(room, work, after, monkeypatch)
     broken = asked(*command, file)
     mend()
     part = tmp_path / "plan.npz.part"

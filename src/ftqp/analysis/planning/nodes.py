@@ -1,6 +1,5 @@
 """Nodes of a plan: configurations with which an arm can be at each waypoint of a path."""
 
-import base64
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
@@ -9,7 +8,7 @@ import numpy as np
 
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.manifolds.limited_curves import beside, turned
-from ftqp.analysis.planning.plan_case import Here, Portions
+from ftqp.analysis.planning.plan_case import Here, Portions, packed, unpacked
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.study_session import TracedCurve
 
@@ -52,13 +51,13 @@ def curve_nodes(
     before = np.empty((0, nv)) if q0 is None else q0[None]
     for k, pose in enumerate(poses):
         starts = np.vstack([before, random[k]])
-        layers.append(_curves(kept.one("nodes", k, partial(_traced, study, pose, starts)), nv))
+        layers.append(_curves(kept.one("nodes", k, partial(_traced, study, pose, starts))))
         before = _starts(layers[-1], nv)
         if told is not None:
             told(k + 1)
     for k in range(K - 2, -1, -1):
         more = partial(_missing, study, poses[k], layers[k], _starts(layers[k + 1], nv), spacing)
-        layers[k] = layers[k] + _curves(kept.one("nodes", 2 * K - 2 - k, more), nv)
+        layers[k] = layers[k] + _curves(kept.one("nodes", 2 * K - 2 - k, more))
     nodes = [_nodes(study, curves, spacing) for curves in layers]
     if q0 is not None:
         nodes[0] = np.vstack([turned(study, q0[None]), nodes[0]])
@@ -79,19 +78,21 @@ def _random_starts(study: GoalStudy, random: np.random.Generator, count: int) ->
 def _traced(study: GoalStudy, pose: FloatArray, starts: FloatArray) -> str:
     """The self-motions at a waypoint that are found from some starts."""
     study.limited.aim(pose)
-    return _text(study.limited.self_motions(starts, quiet=_NEVER, curves=CURVES))
+    return _text(study.limited.self_motions(starts, quiet=_NEVER, curves=CURVES), study.robot.nv)
 
 
-def _text(curves: Sequence[TracedCurve]) -> str:
-    """Curves that are long enough as a text, to the last bit."""
-    rows = [np.column_stack([one.parts, one.q]) for one in curves if len(one.q) > 1 and one.length > SHORTEST]
-    return " ".join(base64.b64encode(row.astype("<f8").tobytes()).decode() for row in rows)
+def _text(curves: Sequence[TracedCurve], nv: int) -> str:
+    """Curves that are long enough as a text: rows with the curve's number before ``parts`` and ``q``."""
+    long = [one for one in curves if len(one.q) > 1 and one.length > SHORTEST]
+    rows = [np.column_stack([np.full(len(one.q), k), one.parts, one.q]) for k, one in enumerate(long)]
+    return packed(np.vstack([np.empty((0, nv + 2)), *rows]))
 
 
-def _curves(text: str, nv: int) -> list[_Curve]:
+def _curves(text: str) -> list[_Curve]:
     """Curves from a text."""
-    rows = [np.frombuffer(base64.b64decode(word), dtype="<f8").reshape(-1, nv + 1) for word in text.split()]
-    return [_Curve(np.ascontiguousarray(row[:, 1:]), row[:, 0].copy()) for row in rows]
+    rows = unpacked(text)
+    each = np.split(rows, np.flatnonzero(np.diff(rows[:, 0])) + 1) if len(rows) else []
+    return [_Curve(np.ascontiguousarray(one[:, 2:]), one[:, 1].copy()) for one in each]
 
 
 def _starts(curves: Sequence[_Curve], nv: int) -> FloatArray:
@@ -105,7 +106,7 @@ def _missing(
     """Self-motions at a waypoint through the starts, but for those that are known."""
     session, limits = study.limited, study.robot.limits
     if not len(starts):
-        return ""
+        return _text([], study.robot.nv)
     session.aim(pose)
     q, left, _ = session.solutions(starts, near=True)
     inside = (q >= limits.q_min).all(axis=1) & (q <= limits.q_max).all(axis=1)
@@ -117,7 +118,7 @@ def _missing(
         traced = session.curve(waiting[0])
         waiting = beside(study, traced.q, waiting[1:], 2.0 * spacing) if len(traced.q) else waiting[1:]
         found.append(traced)
-    return _text(found)
+    return _text(found, study.robot.nv)
 
 
 def _nodes(study: GoalStudy, curves: Sequence[_Curve], spacing: float) -> FloatArray:

@@ -1,15 +1,16 @@
 """Where to put the task: the yaw of the tool and the arm's base, by what a coarse grid can survive."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Literal, final, get_args
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, Literal, get_args
 
 import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import qmc
 
 from ftqp.analysis.planning.dynamic_program import grid_plan
-from ftqp.analysis.planning.plan_case import Here, PlanCase, PlanSettings
+from ftqp.analysis.planning.plan_case import Here, PlanCase, packed, unpacked
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, unknown
@@ -31,34 +32,20 @@ LOST = 2.0
 """What a placement costs with which the path is not followed at all."""
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class PlacementWork:
-    """Rates placements of a task."""
+def placement_cost(case: PlanCase, freedoms: Sequence[Freedom], threads: int | None, x: FloatArray) -> float:
+    """What a placement costs: the share that a coarse grid with a free start does not survive."""
+    there = _moved(case.task, freedoms, x)
+    try:
+        return 1.0 - grid_plan(replace(case, task=there, portions=Here(threads))).coverage
+    except InputError:
+        return LOST
 
-    task: TaskPath  # The task, on a coarse grid
-    freedoms: tuple[Freedom, ...]  # What may change
-    placements: FloatArray  # Values of ``_names``, a row each
-    settings: PlanSettings  # The knobs, with coarse spacing and waypoints
-    seed: int  # Of random starts
-    weights: FloatArray  # Of the joints, (nv,)
-    threads: int | None  # How many threads share the work; None is one a core
 
-    def __call__(self, items: Sequence[int]) -> list[tuple[str]]:
-        """What each of some placements costs."""
-        return [(self.cost(self.placements[item]).hex(),) for item in items]
-
-    def cost(self, x: FloatArray) -> float:
-        """What a placement costs: the share that a coarse grid with a free start does not survive."""
-        there = _moved(self.task, self.freedoms, x)
-        case = PlanCase(
-            task=there, weights=self.weights, settings=self.settings, seed=self.seed,
-            portions=Here(self.threads),
-        )  # fmt: skip
-        try:
-            return 1.0 - grid_plan(case).coverage
-        except InputError:
-            return LOST
+def placement_costs(
+    cost: Callable[[FloatArray], float], placements: FloatArray, items: Sequence[int]
+) -> list[float]:
+    """What each of some placements costs."""
+    return [cost(placements[item]) for item in items]
 
 
 def better_placed(case: PlanCase, freedoms: Sequence[Freedom]) -> tuple[TaskPath, dict[str, Any]]:
@@ -74,9 +61,8 @@ def better_placed(case: PlanCase, freedoms: Sequence[Freedom]) -> tuple[TaskPath
     knobs = replace(settings, waypoints=WAYPOINTS, spacing=max(SPACING, settings.spacing))
     spread = low + qmc.Sobol(len(low), seed=case.seed).random(SPREAD)[: SPREAD - 1] * (high - low)
     spread = np.vstack([np.zeros(len(low)), spread])
-    work = PlacementWork(
-        task.coarse(WAYPOINTS), tuple(freedoms), spread, knobs, case.seed, case.weights, portions.threads
-    )
+    coarse = PlanCase(task=task.coarse(WAYPOINTS), weights=case.weights, settings=knobs, seed=case.seed)
+    work = partial(placement_cost, coarse, tuple(freedoms), portions.threads)
     tried: list[tuple[float, FloatArray]] = []
 
     def kept(value: float, x: FloatArray) -> float:
@@ -88,11 +74,12 @@ def better_placed(case: PlanCase, freedoms: Sequence[Freedom]) -> tuple[TaskPath
 
     def cost(x: FloatArray) -> float:
         inside, item = np.clip(x, low, high), len(tried) - SPREAD
-        return kept(float.fromhex(portions.one("moves", item, lambda: work.cost(inside).hex())), x)
+        return kept(float(unpacked(portions.one("moves", item, lambda: packed(work(inside))))), x)
 
     try:
-        for x, text in zip(spread, portions.each("placements", work, SPREAD), strict=True):
-            kept(float.fromhex(text), x)
+        spreading = partial(placement_costs, work, spread)
+        for x, found in zip(spread, case.each("placements", spreading, SPREAD), strict=True):
+            kept(float(found), x)
         first = min(tried, key=lambda one: one[0])[1]
         simplex = np.vstack([first, first + 0.15 * np.diag(high - low)])
         minimize(

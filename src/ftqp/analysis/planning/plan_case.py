@@ -1,11 +1,14 @@
 """What a plan is made for: the task, its start and the knobs, in one record that every method takes."""
 
-from collections.abc import Callable, Iterator, Sequence
+from base64 import b64decode, b64encode
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
-from functools import cached_property
-from typing import Any, Final, Literal, Protocol, final, get_args
+from functools import cached_property, partial
+from io import BytesIO
+from typing import Any, Final, Literal, Protocol, cast, final, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.survival.continuing import task_session
@@ -145,6 +148,23 @@ class Here:
         return work()
 
 
+def packed(values: Any) -> str:
+    """An array as a text, to the last bit."""
+    file = BytesIO()
+    np.save(file, np.asarray(values), allow_pickle=False)
+    return b64encode(file.getvalue()).decode()
+
+
+def unpacked(text: str) -> NDArray[Any]:
+    """The array of a text."""
+    return cast("NDArray[Any]", np.load(BytesIO(b64decode(text)), allow_pickle=False))
+
+
+def _texts(work: Callable[[Sequence[int]], Iterable[Any]], items: Sequence[int]) -> list[tuple[str]]:
+    """What work makes of some items, as rows of a study."""
+    return [(packed(one),) for one in work(items)]
+
+
 def silent(done: int, total: int, what: str) -> None:
     """Tell nobody."""
 
@@ -162,6 +182,12 @@ class PlanCase:
     seed: int = 0  # Of random starts
     told: Told = silent  # Hears of progress
     portions: Portions = field(default_factory=Here)  # Who computes the parts of the work
+
+    def each(
+        self, stage: str, work: Callable[[Sequence[int]], Iterable[Any]], count: int
+    ) -> Iterator[NDArray[Any]]:
+        """The arrays that work, which can be pickled, makes of all items of a stage, in order."""
+        return map(unpacked, self.portions.each(stage, partial(_texts, work), count))
 
     @cached_property
     def study(self) -> GoalStudy:

@@ -1,7 +1,8 @@
 """Plans by the speed of the self-motion: one speed for all of a path, a spline over time, or a gradient."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import final
 
 import numpy as np
@@ -9,7 +10,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import minimize
 
 from ftqp.analysis.goals import GoalStudy
-from ftqp.analysis.planning.plan_case import PlanCase
+from ftqp.analysis.planning.plan_case import PlanCase, packed, unpacked
 from ftqp.analysis.planning.survival_labels import survivals
 from ftqp.analysis.survival.continuing import continuation_study
 from ftqp.analysis.survival.task_path import TaskPath
@@ -77,7 +78,7 @@ def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
 
     def cost(x: FloatArray) -> float:
         nonlocal tried, best
-        value = float.fromhex(case.portions.one("splines", tried, lambda: loss(x).hex()))
+        value = float(unpacked(case.portions.one("splines", tried, lambda: packed(loss(x)))))
         tried += 1
         if value < best[0]:
             best = value, x.copy()
@@ -119,60 +120,49 @@ def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
     return SpeedPlan(q=q[0], speeds=speeds) if better else begin
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class StartWork:
-    """Rates starts by the best of some constant speeds."""
-
-    task: TaskPath  # The path, on a coarse grid
-    starts: FloatArray  # Where the arm may start, (s, nv) [rad or m]
-    thetas: FloatArray  # The speeds, (k,) [rad/s]
-    weights: FloatArray  # Of the joints, (nv,)
-    threads: int | None  # How many threads share the work; None is one a core
-
-    def __call__(self, items: Sequence[int]) -> list[tuple[str]]:
-        """Coverage with the best speed from each of some starts, less 1 where limits are left."""
-        task, thetas = self.task, self.thetas
-        return [(self._score(task, thetas, self.starts[item]).hex(),) for item in items]
-
-    def _score(self, task: TaskPath, thetas: FloatArray, start: FloatArray) -> float:
-        q, last, _ = continuation_study(task).tracks(
-            np.tile(start, (len(thetas), 1)), np.tile(thetas[:, None], (1, task.N)), self.threads
-        )
+def start_ratings(
+    task: TaskPath,
+    starts: FloatArray,
+    thetas: FloatArray,
+    weights: FloatArray,
+    threads: int | None,
+    items: Sequence[int],
+) -> Iterator[float]:
+    """Coverage with the best of some constant speeds from each of some starts, less 1 beyond limits."""
+    speeds = np.tile(thetas[:, None], (1, task.N))
+    for start in starts[list(items)]:
+        begins = np.tile(start, (len(thetas), 1))
+        q, last, _ = continuation_study(task).tracks(begins, speeds, threads)
         done = q[last == task.N]
         if not len(done):
-            return -np.inf
-        found = survivals(task, done, 2, self.weights, self.threads)
-        return float(np.where(found.legal, found.coverage, found.coverage - 1.0).max())
+            yield -np.inf
+            continue
+        found = survivals(task, done, 2, weights, threads)
+        yield float(np.where(found.legal, found.coverage, found.coverage - 1.0).max())
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class SpeedWork:
-    """Rates constant speeds."""
-
-    task: TaskPath  # The path
-    starts: FloatArray  # Where the arm starts with each speed, (c, nv) [rad or m]
-    thetas: FloatArray  # The speeds, (c,) [rad/s]
-    stride: int  # Failures at every so-many-th sample are looked at
-    weights: FloatArray  # Of the joints, (nv,)
-    threads: int | None  # How many threads share the work; None is one a core
-
-    def __call__(self, items: Sequence[int]) -> list[tuple[str]]:
-        """Coverage with each of some speeds."""
-        some = list(items)
-        q, _ = _tracks(self.task, self.starts[some], self.thetas[some], self.threads)
-        found = survivals(self.task, q, self.stride, self.weights, self.threads)
-        return [(float(value).hex(),) for value in found.coverage]
+def speed_ratings(
+    task: TaskPath,
+    starts: FloatArray,
+    thetas: FloatArray,
+    stride: int,
+    weights: FloatArray,
+    threads: int | None,
+    items: Sequence[int],
+) -> FloatArray:
+    """Coverage with each of some constant speeds, each from its start."""
+    q, _ = _tracks(task, starts[list(items)], thetas[list(items)], threads)
+    return survivals(task, q, stride, weights, threads).coverage
 
 
 def _finalists(case: PlanCase, starts: FloatArray, thetas: FloatArray) -> FloatArray:
     """The starts with the best constant speeds, as far as a coarse grid shows."""
     some = starts[np.unique(np.linspace(0, len(starts) - 1, STARTS).round().astype(np.int64))]
-    work = StartWork(case.task.coarse(COARSE), some, thetas, case.weights, case.portions.threads)
+    coarse, threads = case.task.coarse(COARSE), case.portions.threads
+    work = partial(start_ratings, coarse, some, thetas, case.weights, threads)
     scores = np.full(len(some), -np.inf)
-    for k, text in enumerate(case.portions.each("starts", work, len(some))):
-        scores[k] = float.fromhex(text)
+    for k, score in enumerate(case.each("starts", work, len(some))):
+        scores[k] = score
         case.told(k + 1, len(some), "starts")
     return np.asarray(some[np.argsort(-scores, kind="stable")[:FINALISTS]])
 
@@ -205,12 +195,10 @@ def _best(case: PlanCase, q: FloatArray, starts: FloatArray, thetas: FloatArray)
         kept = candidates[regular] if regular.any() else candidates
         return int(kept[np.argsort(energy[kept], kind="stable")][0])
     coverage, count = np.zeros(len(candidates)), len(candidates)
-    work = SpeedWork(
-        task, starts[candidates], thetas[candidates], settings.stride, case.weights, case.portions.threads
-    )
+    some, threads = (task, starts[candidates], thetas[candidates]), case.portions.threads
+    work = partial(speed_ratings, *some, settings.stride, case.weights, threads)
     try:
-        for k, text in enumerate(case.portions.each("speeds", work, count)):
-            coverage[k] = float.fromhex(text)
+        for k, coverage[k] in enumerate(case.each("speeds", work, count)):
             case.told(k + 1, count, "speeds")
     except KeyboardInterrupt:
         if case.portions.keeps or not coverage.any():

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import final
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.planning.plan_case import PlanCase
 from ftqp.analysis.survival.continuing import continuation_study, locks_survived
-from ftqp.analysis.survival.coverage_case import FOLLOWED
+from ftqp.analysis.survival.coverage import FOLLOWED
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import InputError
@@ -107,26 +108,13 @@ class Survivals:
         return np.asarray(inside & (self.short <= FOLLOWED[0]))
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class LockWork:
-    """Labels the nodes of some waypoints."""
-
-    task: TaskPath  # On the grid on which continuations go
-    stride: int  # Its samples between waypoints
-    nodes: tuple[FloatArray, ...]  # Configurations of each waypoint, (M, nv) [rad or m]
-    threads: int | None  # How many threads share the work; None is one a core
-
-    def __call__(self, items: Sequence[int]) -> list[tuple[str]]:
-        """Which nodes survive which lock, for each of some waypoints: bits, as hexadecimal digits."""
-        some = list(items)
-        sizes = [len(self.nodes[k]) for k in some]
-        samples = np.repeat(self.stride * np.array(some), sizes)
-        labels = locks_survived(
-            self.task, np.vstack([self.nodes[k] for k in some]), samples, threads=self.threads
-        )
-        parts = np.split(labels, np.cumsum(sizes)[:-1])
-        return [(np.packbits(one).tobytes().hex(),) for one in parts]
+def lock_labels(
+    task: TaskPath, stride: int, nodes: Sequence[FloatArray], threads: int | None, items: Sequence[int]
+) -> list[BoolArray]:
+    """Which nodes survive which lock, (M, nv), for each of some waypoints so many samples apart."""
+    samples = np.repeat(stride * np.array(items), [len(nodes[k]) for k in items])
+    labels = locks_survived(task, np.vstack([nodes[k] for k in items]), samples, threads=threads)
+    return np.split(labels, np.cumsum([len(nodes[k]) for k in items])[:-1])
 
 
 def node_labels(case: PlanCase, task: TaskPath, stride: int, nodes: Sequence[FloatArray]) -> list[BoolArray]:
@@ -136,12 +124,10 @@ def node_labels(case: PlanCase, task: TaskPath, stride: int, nodes: Sequence[Flo
     bounded QP gives, so that the answer depends on node, waypoint and joint alone, too.
     Source: docs/theory/fault-tolerant-plans.md, "Labels".
     """
-    nv, last = task.robot.nv, len(nodes) - 1
-    work = LockWork(task, stride, tuple(nodes[:-1]), case.portions.threads)
-    found = []
-    for k, text in enumerate(case.portions.each("locks", work, last)):
-        bits = np.unpackbits(np.frombuffer(bytes.fromhex(text), dtype=np.uint8), count=len(nodes[k]) * nv)
-        found.append(bits.astype(np.bool_).reshape(-1, nv))
+    last, found = len(nodes) - 1, []
+    work = partial(lock_labels, task, stride, nodes[:-1], case.portions.threads)
+    for k, labels in enumerate(case.each("locks", work, last)):
+        found.append(labels)
         case.told(k + 1, last, "locks")
     return found
 

@@ -7,6 +7,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
+from ftqp.analysis.survival.failure_instants import Pairs
 from ftqp.analysis.survival.mission_survival import MissionSurvival, mission_survival
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
@@ -14,7 +15,6 @@ from ftqp.core.errors import FtqpError, InputError
 from ftqp.core.html_table import html_table
 from ftqp.core.picture import painted
 from ftqp.core.small_picture import strips_svg
-from ftqp.kernel.entry.continuation_study import Continuations, ContinuationStudy
 from ftqp.kernel.layout.survival import Survival
 
 
@@ -121,9 +121,7 @@ class CoverageReport:
     lock: str
     post: str
     tolerance: tuple[float, float]
-    _study: ContinuationStudy
-    _share: float | None
-    _speeds: FloatArray
+    _pairs: Pairs
 
     def __repr__(self) -> str:
         """What counts most."""
@@ -237,13 +235,13 @@ class CoverageReport:
         Bounded QPs go on within all limits, whatever the error; pairs that are survived are NaN.
         """
         found = np.full((2, *self.status.shape), np.nan)
-        lost = np.argwhere(~self.survived)
+        lost = np.flatnonzero(~self.survived.T)
         if self.post == "planner":  # it went to the end itself
             found[0][~self.survived] = self.position[~self.survived]
             found[1][~self.survived] = self.rotation[~self.survived]
         elif len(lost):
-            runs = self._runs(lost, whole=True)
-            found[0][~self.survived], found[1][~self.survived] = runs.position, runs.rotation
+            runs = self._pairs.runs(lost.tolist(), best=True)
+            found[0].T[~self.survived.T], found[1].T[~self.survived.T] = runs.position, runs.rotation
         return found[0], found[1]
 
     def borderline(self) -> BoolArray:
@@ -283,17 +281,18 @@ class CoverageReport:
         k = int(np.searchsorted(self.task.t, time + 1e-9)) - 1
         failed, exact = list(self.failures[row]), self.post == "exact"
         at = np.array([k])
-        settings: dict[str, Any] = {"share": self._share, "speed": self._speeds[at][:, failed]}
-        one = self._study.runs(self.q[at], at, [failed], bounded=not exact, **settings)
+        pairs = self._pairs
+        settings: dict[str, Any] = {"share": pairs.share, "speed": pairs.speeds[at][:, failed]}
+        one = pairs.study.runs(self.q[at], at, [failed], bounded=not exact, **settings)
         verdict = Survival(int(one.status[0]))
         limits = self.task.robot.limits
         if (self.q[k] < limits.q_min).any() or (self.q[k] > limits.q_max).any():
             verdict = Survival.NOMINAL
-        motion = self._study.motion(
-            self.q[k], k, failed, bounded=not exact, share=self._share, speed=self._speeds[k][failed]
+        motion = pairs.study.motion(
+            self.q[k], k, failed, bounded=not exact, share=pairs.share, speed=pairs.speeds[k][failed]
         )
         if verdict is not Survival.SURVIVED:
-            best = self._study.runs(self.q[at], at, [failed], bounded=True, whole=True, **settings)
+            best = pairs.study.runs(self.q[at], at, [failed], bounded=True, whole=True, **settings)
             last = max(k, int(one.sample[0]) - 1)
             raise NotSurvived(
                 joint=self.names[row],
@@ -337,12 +336,3 @@ class CoverageReport:
         if index not in self.failures:
             raise InputError(f"{joint!r} alone was not verified; expected one of {', '.join(self.names)}")
         return self.failures.index(index)
-
-    def _runs(self, pairs: IntArray, *, whole: bool) -> Continuations:
-        """Bounded continuations of some pairs, (failure, instant) each."""
-        at = self.samples[pairs[:, 1]]
-        failed = np.array([self.failures[row] for row in pairs[:, 0]], dtype=np.int64)
-        speed = np.take_along_axis(self._speeds[at], failed, axis=1)
-        return self._study.runs(
-            self.q[at], at, failed, speed=speed, bounded=True, whole=whole, share=self._share
-        )

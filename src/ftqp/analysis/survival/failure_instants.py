@@ -121,11 +121,11 @@ class Pairs:
     def _planner(self) -> PlannerRuns:
         return PlannerRuns(self.task, self.q)
 
-    def runs(self, items: Sequence[int], threads: int | None = None) -> Continuations:
-        """What becomes of some pairs."""
+    def runs(self, items: Sequence[int], threads: int | None = None, *, best: bool = False) -> Continuations:
+        """What becomes of some pairs, or what bounded QPs make of them to the end, whatever the error."""
         column, row = np.divmod(np.asarray(items, dtype=np.int64), len(self.failures))
         at = self.samples[column]
-        if self.rule == "planner":
+        if self.rule == "planner" and not best:
             return self._run(at, row, threads)
         failed = np.array(self.failures, dtype=np.int64)[row]
         return self.study.runs(
@@ -133,7 +133,8 @@ class Pairs:
             at,
             failed,
             speed=np.take_along_axis(self.speeds[at], failed, axis=1),
-            bounded=self.rule == "qp",
+            bounded=best or self.rule == "qp",
+            whole=best,
             share=self.share,
             threads=threads,
         )

@@ -2,6 +2,7 @@
 
 import hashlib
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Self, final
 
 import numpy as np
@@ -93,7 +94,7 @@ START_TOLERANCE = 1e-3
 
 
 @final
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class TaskPath:
     """A path of a robot's tip on an even time grid, and which rows of it count; made by ``task_path``.
 
@@ -102,22 +103,31 @@ class TaskPath:
         rows: Names of the task rows; of ``position_axis`` x, y, z, rx and ry, the last two of which turn
             about the x and y axes of the goal.
         axis: Whether of the orientation only the direction of the goal's z axis counts.
-        t: Times of the samples, (N + 1,) [s].
-        goals: Poses at these times, (N + 1, 4, 4) [m]; rows that do not count are arbitrary.
+        goals: Poses of the samples, (N + 1, 4, 4) [m]; rows that do not count are arbitrary.
         dt: The time between samples [s].
-        digest: A hash of the robot, of the rows, of the samples and of what stands around: equal for the same
-            task.
         around: What the arm keeps clear of; None is nothing.
     """
 
     robot: Robot
     rows: tuple[str, ...]
     axis: bool
-    t: FloatArray
     goals: FloatArray
     dt: float
-    digest: str
     around: Around | None = None
+
+    @cached_property
+    def t(self) -> FloatArray:
+        """Times of the samples, (N + 1,) [s]."""
+        return frozen(self.dt * np.arange(len(self.goals), dtype=np.float64))
+
+    @cached_property
+    def digest(self) -> str:
+        """A hash of robot, rows, samples and what stands around: equal for the same task."""
+        counted = np.array([name in self.rows for name in COMPONENTS] + [self.axis])
+        parts = self.goals[:, :3, 3] * counted[:3]
+        turns = self.goals[:, :3, :3] if counted[3:].any() else np.zeros(0)
+        kept = [] if self.around is None else self.around.numbers
+        return _hash([*_robot_numbers(self.robot), counted, np.array([self.dt]), parts, turns, *kept])
 
     @property
     def m(self) -> int:
@@ -127,7 +137,7 @@ class TaskPath:
     @property
     def N(self) -> int:
         """The number of the last sample; there are N + 1."""
-        return len(self.t) - 1
+        return len(self.goals) - 1
 
     @property
     def redundancy(self) -> int:
@@ -182,8 +192,7 @@ class TaskPath:
             InputError: The rows are unknown, or the arm has fewer joints.
         """
         names, axis = task_rows(self.robot, rows)
-        digest = _digest(self.robot, names, axis, self.dt, self.goals, self.around)
-        return replace(self, rows=names, axis=axis, digest=digest)
+        return replace(self, rows=names, axis=axis)
 
     def with_robot(self, robot: Robot) -> Self:
         """The same samples and rows of another arm.
@@ -192,8 +201,7 @@ class TaskPath:
             robot: The arm.
         """
         around = None if self.around is None else self.around.on(robot)
-        digest = _digest(robot, self.rows, self.axis, self.dt, self.goals, around)
-        return replace(self, robot=robot, around=around, digest=digest)
+        return replace(self, robot=robot, around=around)
 
     def among(self, around: Around | None) -> Self:
         """The same path of the same arm among other things.
@@ -201,8 +209,7 @@ class TaskPath:
         Args:
             around: What it keeps clear of.
         """
-        digest = _digest(self.robot, self.rows, self.axis, self.dt, self.goals, around)
-        return replace(self, around=around, digest=digest)
+        return replace(self, around=around)
 
     def through(self, goals: FloatArray, dt: float | None = None) -> Self:
         """The same arm and rows among the same things on other samples.
@@ -211,10 +218,7 @@ class TaskPath:
             goals: Poses, (K + 1, 4, 4) [m].
             dt: The time between them [s]; None is as it was.
         """
-        step = self.dt if dt is None else dt
-        t, goals = frozen(step * np.arange(len(goals), dtype=np.float64)), frozen(goals.copy())
-        digest = _digest(self.robot, self.rows, self.axis, step, goals, self.around)
-        return replace(self, t=t, goals=goals, dt=step, digest=digest)
+        return replace(self, goals=frozen(goals.copy()), dt=self.dt if dt is None else dt)
 
     def clear(self, q: FloatArray) -> BoolArray:
         """Whether the arm is as far from everything as it is to keep, (k,).
@@ -286,10 +290,8 @@ def task_path(
         robot=robot,
         rows=names,
         axis=axis,
-        t=frozen(step * np.arange(len(goals), dtype=np.float64)),
         goals=frozen(goals),
         dt=step,
-        digest=_digest(robot, names, axis, step, goals, around),
         around=around,
     )
 
@@ -303,16 +305,6 @@ def _robot_numbers(robot: Robot) -> list[Any]:
     limits = robot.limits
     bounds = [limits.q_min, limits.q_max, limits.v_max, limits.a_max]
     return [*(value for _, value in sorted(robot.chain.constants().items())), *bounds]
-
-
-def _digest(
-    robot: Robot, rows: tuple[str, ...], axis: bool, dt: float, goals: FloatArray, around: Around | None
-) -> str:
-    counted = np.array([name in rows for name in COMPONENTS] + [axis])
-    parts = goals[:, :3, 3] * counted[:3]
-    turns = goals[:, :3, :3] if counted[3:].any() else np.zeros(0)
-    kept = [] if around is None else around.numbers
-    return _hash([*_robot_numbers(robot), counted, np.array([dt]), parts, turns, *kept])
 
 
 def _hash(numbers: list[Any]) -> str:

@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from ftqp.analysis import CoverageReport
+from ftqp.analysis import CoverageReport, coverage
 from ftqp.analysis.planning.fault_plan import Plan
-from ftqp.analysis.survival.coverage_case import coverage_case
 from ftqp.analysis.survival.coverage_report import SENTENCES
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.app.commands.coverage_words import HEAT_MAP, MOTION, PAGE, coverage_told, write_page
@@ -81,9 +81,9 @@ def cover(
         task, q = healthy_motion(setup)
         found = Subject(name=setup.name, title="the scenario's own motion", task=task, q=q)
     hours = None if mtbf is None else hours_by_joint(found.task.robot, mtbf)
-    case = coverage_case(found.task.robot, found.task, found.q, **settings)
+    share = partial(report_of, folder=folder, settings=settings, name=setup.name, jobs=jobs, dask=dask)
     try:
-        rep = report_of(case, folder, settings, name=setup.name, jobs=jobs, dask=dask)
+        rep = coverage(found.task.robot, found.task, found.q, **settings, verified=share)
     except KeyboardInterrupt:
         say(f"what is done is kept; the same command with --out {folder} --resume goes on from there")
         raise

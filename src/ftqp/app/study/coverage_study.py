@@ -9,7 +9,7 @@ from typing import Any, Final, final
 import numpy as np
 
 from ftqp import __version__
-from ftqp.analysis.survival.coverage_case import CoverageCase
+from ftqp.analysis.survival.coverage import CoverageCase
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.failure_instants import Pairs
 from ftqp.analysis.survival.tolerable_joints import Bound
