@@ -9,15 +9,13 @@ import numpy as np
 from ftqp.analysis.circular_intervals import TURN, CircularIntervals
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.rest.linearisation import RestKind, eigenvalues_at, is_neutral, kind_by_signs
-from ftqp.analysis.rest.rest_configurations import fits_grid, grid_rests, inside_limits, rest_study
+from ftqp.analysis.rest.rest_configurations import inside_limits, rest_study
 from ftqp.analysis.rest.rest_tracing import STEP, RestEquations, RestTracer, TracedRests
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.model.robot import Robot
 
-SEEDED_VALUES = 24
-"""Locked values whose rests on the grid start curves."""
 STARTS = 1024
-"""Starts of curves elsewhere."""
+"""Starts of curves."""
 NO_ERROR = 1e-6
 """Share of the error below which a solution is none, but a joint that does not move the tip."""
 HALVINGS = 44
@@ -148,10 +146,9 @@ def rest_curves(
 
     They are curves for every number of joints and rows. Each is traced by predictor and corrector, also where
     J is singular, and its kind is that of all eigenvalues; changes are halved to rounding. Curves start from
-    the rests of 24 locked values on a grid where three joints serve two rows, which finds all that reach one
-    of these, and from 1024 quasi-random configurations within the limits elsewhere. Curves that lie outside
-    the joint limits all along are left out. With a pose, a curve ends where the rotation that is left is half
-    a turn, and with a joint that slides where that leaves its limits, or ten times the arm's reach.
+    1024 quasi-random configurations within the limits; those that lie outside the limits all along are left
+    out. With a pose, a curve ends where the rotation that is left is half a turn, and with a joint that
+    slides where that leaves its limits, or ten times the arm's reach.
     Source: goel2005; docs/theory/unidentified-failures.md, "Rest".
 
     Args:
@@ -182,12 +179,7 @@ def rest_curves(
 
 def _seeds(study: GoalStudy, M: FloatArray, i: int, equations: RestEquations) -> FloatArray:
     """Rests within limits to start from, (k, n + m + 3)."""
-    if fits_grid(study):
-        values = -np.pi + TURN * (np.arange(SEEDED_VALUES) + 0.5) / SEEDED_VALUES
-        q = np.vstack([grid_rests(study, M, i, float(value)) for value in values])
-        starts = np.vstack([q, study.starts(STARTS // 4)])
-    else:
-        starts = study.starts(STARTS, limited=True)
+    starts = study.starts(STARTS, limited=True)
     z, done = equations.solved(equations.started(starts), held=False)
     z = z[done & (np.abs(z[:, -1]) > NO_ERROR)]
     return np.asarray(z[inside_limits(study, z[:, : study.robot.nv])])
