@@ -9,7 +9,6 @@ from tests.sim.export.conftest import COUNT, DT, NAMES, numbers, signals
 from tests.sim.export.test_run_bag import joints, read, same_bits
 
 from ftqp.core.errors import InputError
-from ftqp.sim.export import joint_trajectory
 from ftqp.sim.export.joint_trajectory import TOPIC, write_trajectory
 from ftqp.sim.log.log_file import open_log
 
@@ -58,10 +57,3 @@ def test_motion_that_no_controller_takes_is_refused(write, tmp_path, place, valu
     with pytest.raises(InputError, match=message):
         exported(file, tmp_path / "bag")
     assert set(os.listdir(tmp_path)) == {"log.npy", "log.json"}
-
-
-def test_longer_run_than_a_message_holds_is_refused(write, tmp_path, monkeypatch):
-    monkeypatch.setattr(joint_trajectory, "MOST_POINTS", 10)
-    file, _ = write(signals(), numbers(signals()))
-    with pytest.raises(InputError, match="which is one message; write CSV"):
-        exported(file, tmp_path / "bag")

@@ -221,18 +221,6 @@ def test_command_is_integrated_where_the_log_does_not_have_it(write, tmp_path, l
     assert all(len(message.effort) == 0 for _, message in found["/joint_states"])
 
 
-def test_older_log_without_some_signals_is_written_with_what_it_has(write, tmp_path):
-    old = [
-        c
-        for c in signals(sensed=(), base=())
-        if c.name.split(".")[0] in ("t", "q", "v", "a", "tau", "status")
-    ]
-    file, _ = write(old, numbers(old))
-    exported(file, tmp_path / "bag")
-    (_, step), *_ = read(tmp_path / "bag")["/ftqp/step"]
-    assert np.isnan(step.slack) and step.qp_status == -1 and len(step.belief) == 0
-
-
 def test_nothing_is_overwritten(write, tmp_path):
     file, _ = write(signals(), numbers(signals(), 5))
     (tmp_path / "bag").mkdir()
@@ -278,7 +266,7 @@ def small_heap():
     gc.unfreeze()
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_log(write, tmp_path, small_heap):
     few = signals(sensed=(), base=())
     peaks = []

@@ -7,7 +7,7 @@ from ftqp.kernel.layout.block_row import BLOCK_FIELDS, BLOCK_SCALARS
 from ftqp.model import catalog
 from ftqp.sim.base.moving_world import Platform
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.raw_rows import PER_JOINT, SCALARS, RawLayout, across, table
+from ftqp.sim.log.raw_rows import PER_JOINT, RawLayout, across, table
 from ftqp.sim.log.signals import base_columns, columns
 
 COUNT = 40
@@ -26,19 +26,6 @@ def drawn(layout, seed=0):
         if name in layout.fields:
             raw[:, layout.fields[name]] = np.round(raw[:, layout.fields[name]])
     return raw
-
-
-def test_fields_lie_side_by_side_in_the_documented_widths():
-    for nv, coordinates in ((7, None), (30, 6)):
-        layout = RawLayout(nv, coordinates)
-        assert layout.width == 48 + 15 * nv + (0 if coordinates is None else 13 + coordinates)
-        ends = [0]
-        for place in layout.fields.values():
-            assert place.start == ends[-1]
-            ends.append(place.stop)
-        assert ends[-1] == layout.width == layout.block().shape[1]
-        assert layout.fields["q"] == slice(1, 1 + nv)
-        assert layout.scalars.stop - layout.scalars.start == len(SCALARS)
 
 
 def test_places_of_the_kernel_s_blocks_are_those_of_the_fields():

@@ -7,7 +7,7 @@ import pytest
 
 from ftqp.core.errors import FtqpError, InputError
 from ftqp.sim.log import log_file, log_writer
-from ftqp.sim.log.log_file import load_log, open_log
+from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.log_writer import LogParts, LogWriter, PartedLog, log_files
 from ftqp.sim.log.signals import Column
 
@@ -156,18 +156,6 @@ def test_a_disk_that_is_full_in_the_middle_keeps_all_parts_before(tmp_path):
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     log.close()
     np.testing.assert_array_equal(load_log(tmp_path)["q.a"], np.arange(60))
-
-
-def test_a_reader_keeps_no_writer_waiting_between_two_chunks(tmp_path):
-    log = LogWriter(tmp_path / "log.npy", COLUMNS, {})
-    for first in (0, 5, 10):
-        log.write(first, rows(first, 5))
-    with open_log(tmp_path) as found:
-        blocks = found.blocks()
-        next(blocks)
-        log.write(15, rows(15, 5))
-        np.testing.assert_array_equal(np.concatenate([np.empty((0, 3)), *blocks])[:, 1], [])
-    log.close()
 
 
 @pytest.mark.parametrize("given", [{"rows": 0}, {"rows": 5, "keep": 0}])

@@ -7,7 +7,7 @@ from ftqp.control.paths import Circle
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log
-from ftqp.sim.log.metrics import STATUSES, STOP_CODES, failed_joint_motion, following_error, summary
+from ftqp.sim.log.metrics import failed_joint_motion, following_error, summary
 from ftqp.sim.loop import Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 
@@ -40,10 +40,6 @@ def test_summary_has_the_promised_keys_and_is_json(summarised):
     assert set(result["max_limit_violation"]) == {"q", "v", "a", "tau"}
     assert set(result["qp"]) == {"iterations_median", "iterations_max", "residual_max", "failures"}
     assert set(result["step_time_us"]) == {"p50", "p99", "p999", "max"}
-
-
-def test_stop_codes_are_those_of_the_planner():
-    assert [STATUSES[code] for code in STOP_CODES] == ["STOPPING", "STOPPED"]
 
 
 def test_errors_counts_and_qp_figures(summarised):

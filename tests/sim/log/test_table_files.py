@@ -92,22 +92,6 @@ def test_mat_is_equal_bit_by_bit(run, tmp_path):
 
 
 @pytest.mark.parametrize("kind", WRITERS)
-def test_stream_of_a_file_is_what_a_log_in_memory_writes(run, tmp_path, kind):
-    getattr(load_log(run[0]), WRITERS[kind])(tmp_path / f"memory.{kind}")
-    shares = []
-    with open_log(run[0]) as rows:
-        getattr(table_files, f"write_{kind}")(rows, tmp_path / f"stream.{kind}", shares.append)
-    assert 0.0 < shares[0] <= shares[-1] <= 1.0 and shares == sorted(shares)
-    if kind == "csv":
-        assert (tmp_path / "stream.csv").read_bytes() == (tmp_path / "memory.csv").read_bytes()
-    else:
-        read = np.load if kind == "npz" else loadmat
-        one, other = read(tmp_path / f"stream.{kind}"), read(tmp_path / f"memory.{kind}")
-        for name in ("t", "q", "belief", "kappa", "status"):
-            np.testing.assert_array_equal(one[name], other[name])
-
-
-@pytest.mark.parametrize("kind", WRITERS)
 def test_nothing_is_overwritten(run, tmp_path, kind):
     log, file = load_log(run[0]), tmp_path / f"l.{kind}"
     for make in (file.touch, file.mkdir, lambda: file.symlink_to(tmp_path / "nowhere")):
@@ -146,7 +130,7 @@ def test_log_too_long_for_mat_is_refused_before_anything_is_written(run, tmp_pat
     assert os.listdir(tmp_path) == []
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["csv", "npz"])
 def test_memory_does_not_grow_with_the_log(tmp_path, kind):
     names = [Column(f"q.{k}", "rad", "position") for k in range(60)]

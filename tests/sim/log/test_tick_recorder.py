@@ -7,7 +7,6 @@ from ftqp.control.paths import Circle
 from ftqp.control.planner.planner import Planner
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.leader import ClockLeader, ClockTargets
-from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.row_sink import MemoryRows
 from ftqp.sim.log.signals import columns
 from ftqp.sim.log.tick_recorder import TickRecorder
@@ -60,14 +59,6 @@ def test_block_of_raw_rows_gives_the_log_of_its_ticks(made, panda):
         np.testing.assert_array_equal(slow.log[name], fast.log[name])
     assert set(fast.log["truth.panda_joint4"]) == {FreeSwinging.number}
     assert set(fast.log["belief.panda_joint3"]) == {Locked.number}
-
-
-def test_full_block_is_handed_on_at_once(made):
-    _, _, rows, recorder = made()
-    recorder.free[:] = 0.0
-    recorder.free[:, recorder.layout.fields["jacobian"]] = JACOBIAN.ravel()
-    recorder.keep(BLOCK, 6)
-    assert len(rows.log) == BLOCK and len(recorder.free) == BLOCK
 
 
 def test_log_without_measures_of_singularity_is_the_same_otherwise(panda, start):

@@ -83,17 +83,6 @@ def test_planner_still_sees_the_velocity_that_its_reset_needs(plant, reset):
     assert (plant.q[0], plant.v[0]) == (before, 0.0)
 
 
-def test_braking_command_of_an_informed_planner_is_followed_bitwise(plant, panda):
-    plant.fail(Locked(3))
-    a = np.zeros(7)
-    a[3] = -np.sign(plant.v[3]) * 0.25 * panda.limits.a_max[3]
-    a[3] = max(abs(a[3]), 0.0) * np.sign(a[3]) if abs(plant.v[3]) > DT * abs(a[3]) else -plant.v[3] / DT
-    step = command(plant, a)
-    step.q[3] += 1e-17
-    plant.advance(step)
-    np.testing.assert_array_equal(plant.q, step.q)
-
-
 def test_free_swinging_joint_has_no_motor_torque_but_friction(plant, panda):
     q, v = plant.q.copy(), plant.v.copy()
     plant.fail(FreeSwinging(1, damping=0.7))
@@ -192,13 +181,6 @@ def test_degraded_joint_stops_at_the_end_of_what_is_left_of_its_range(plant, pan
     for _ in range(20):
         plant.advance(command(plant, np.where(np.arange(7) == 0, 1.0, 0.0)))
     assert (plant.q[0], plant.v[0]) == (end, 0.0)
-
-
-def test_degraded_joint_within_what_is_left_is_followed_bitwise(plant):
-    plant.fail(Degraded(4, velocity=0.9))
-    step = command(plant, np.full(7, 0.1))
-    plant.advance(step)
-    np.testing.assert_array_equal(plant.q, step.q)
 
 
 def test_reset_makes_the_arm_healthy(plant, panda):

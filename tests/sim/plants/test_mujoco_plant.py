@@ -312,17 +312,6 @@ def test_arm_that_takes_something_else_than_its_planner_sends_is_refused(panda, 
         )
 
 
-def test_torque_arm_closes_the_brakes_that_are_asked_for(panda):
-    plant = torque_arm(panda)
-    plant.reset(START, np.zeros(7))
-    told = command(START)
-    told.brakes = np.arange(7) == 3
-    for _ in range(100):
-        plant.advance(told)
-    assert abs(plant.q[3] - START[3]) < 1e-5
-    assert abs(plant.q[1] - START[1]) > 1e-3
-
-
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -353,16 +342,6 @@ def servo_torques(robot, drive, q, limit):
     servo.take(command(q, v=q - START))
     servo.torques(START, zero, limit, tau)
     return tau
-
-
-@pytest.mark.parametrize("drive", ["position", "velocity"])
-def test_error_of_a_joint_without_a_motor_throws_no_other(panda, drive):
-    limit, away = panda.limits.tau_max.copy(), START.copy()
-    limit[2], away[2] = 0.0, START[2] + 0.01
-    np.testing.assert_allclose(
-        servo_torques(panda, drive, away, limit), servo_torques(panda, drive, START, limit), atol=1e-12
-    )
-    assert servo_torques(panda, drive, away, limit)[2] == 0.0
 
 
 def test_motor_at_its_limit_leaves_the_others_the_motion_they_are_asked_for(panda):

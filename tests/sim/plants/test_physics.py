@@ -1,19 +1,14 @@
 """MuJoCo's equations of motion against pinocchio's, and what must not be left behind."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from ftqp.core.extras import remedy_for_extra
 from ftqp.model import catalog
 from ftqp.model.payload import Payload
 
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
-from ftqp.core.errors import MissingPackage
 from ftqp.sim.plants.physics import Physics
 from ftqp.sim.plants.true_arm import TrueArm
 
@@ -144,13 +139,3 @@ def test_broken_motion_is_told_with_time_and_joint_and_leaves_no_file(panda, tmp
     assert not list(tmp_path.iterdir())
     physics.reset(panda.neutral, np.zeros(7))
     assert physics.failure is None
-
-
-def test_missing_mujoco_is_said_with_the_command_that_installs_it():
-    script = (
-        "import sys\nsys.modules['mujoco'] = None\nfrom ftqp.core.errors import MissingPackage\n"
-        "try:\n    import ftqp.sim.plants.physics\nexcept MissingPackage as error:\n    print(error)"
-    )
-    said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
-    assert remedy_for_extra("sim") in said
-    assert issubclass(MissingPackage, ImportError)

@@ -90,13 +90,6 @@ def test_planner_of_the_same_drive_brings_the_tip_round_a_circle(drive, level):
     assert np.abs(plant.v).max() < 1e-2
 
 
-def test_planner_of_another_drive_is_refused(puma):
-    planner = ftqp.Planner(puma, 0.01, level="velocity", drive="position")
-    path = ftqp.paths.Hold(puma.pose(puma.neutral), duration=1.0)
-    with pytest.raises(InputError, match="the plant takes velocities"):
-        ftqp.Simulation(planner, path, q=puma.neutral, plant=ServoPlant(puma, 0.01, drive="velocity"))
-
-
 @pytest.mark.parametrize("drive", ["position", "velocity", None])
 def test_a_joint_that_mimics_another_goes_and_stands_with_it(drive):
     robot = ftqp.Robot.from_urdf(telescope(), "tool")

@@ -1,8 +1,5 @@
 """A session: commands between ticks, truth and belief, the rival, and a clock that skips nothing."""
 
-import gc
-import tracemalloc
-
 import numpy as np
 import pytest
 
@@ -174,14 +171,6 @@ def test_whatever_goes_wrong_in_a_choice_is_told_and_the_old_arm_goes_on():
     assert session.arms.robot.name == "panda" and after(session).tick > facts.tick
 
 
-def test_path_out_of_reach_is_refused_and_the_old_arm_goes_on(tmp_path):
-    file = tmp_path / "far.toml"
-    file.write_text('[robot]\nname = "panda"\n[path]\nkind = "circle"\nradius = 3.0\nduration = 5.0\n')
-    session = made()
-    facts = after(session, Use(scenario=str(file)))
-    assert "reach" in facts.message and session.arms.title == "panda-y-line" and facts.stage == 0
-
-
 def test_another_arm_begins_at_tick_zero_with_another_stage():
     session = made()
     after(session, Break(3), seconds=0.1)
@@ -216,27 +205,10 @@ def test_pause_makes_no_tick_and_reset_shows_the_same_first_frame():
     np.testing.assert_array_equal(again.twin.q, first.twin.q)
 
 
-def test_reset_run_is_the_run_again_bit_by_bit():
-    session = made()
-    first = after(session, seconds=0.5)
-    after(session, Break(2), seconds=0.5)
-    again = after(session, Reset(), seconds=0.5)
-    np.testing.assert_array_equal(again.q, first.q)
-
-
 def test_parts_of_ticks_are_kept_and_no_tick_is_lost():
     session = made()
     made_ticks = sum(session.advance(1.0 / 30.0) for _ in range(30))
     assert made_ticks == session.facts.tick == round(1.0 / session.arms.arm.planner.dt)
-
-
-def test_hundred_orders_between_two_ticks_are_all_done():
-    session = made()
-    commands = [Break(i % 7) if i % 2 else Repair((i - 1) % 7) for i in range(100)]
-    facts = after(session, *commands, seconds=0.002)
-    assert facts.tick == 1
-    np.testing.assert_array_equal(facts.truth, facts.belief)
-    assert facts.truth[99 % 7] == 1
 
 
 def test_rehearsed_failure_happens_at_its_time_and_is_the_only_one():
@@ -321,15 +293,6 @@ def test_arm_whose_failure_lasts_stops_again_after_it_is_resumed():
     assert status(after(session, seconds=0.05)) == "RELAXED"
     again = after(session, seconds=1.0)
     assert status(again) == "STOPPED" and again.message == stopped.message
-
-
-def test_resume_of_an_arm_that_goes_on_changes_nothing():
-    sessions = made(CIRCLE), made(CIRCLE)
-    for session in sessions:
-        after(session, Break(2), seconds=0.5)
-    resumed, other = after(sessions[0], Pause(False), seconds=0.5), after(sessions[1], seconds=0.5)
-    np.testing.assert_array_equal(resumed.q, other.q)
-    assert resumed.message == other.message == ""
 
 
 def test_resume_that_a_lost_sensor_forbids_says_so():
@@ -417,27 +380,6 @@ def test_log_of_a_session_has_the_facts_that_were_shown():
             facts.position_error,
             facts.step_time,
         )
-
-
-@pytest.mark.long
-def test_memory_stays_flat_while_joints_are_broken_and_repaired(monkeypatch):
-    monkeypatch.setattr("ftqp.sim.leader.SAMPLED", 32)  # targets are sampled ahead, and that block is no leak
-    session = made(rival=True)
-
-    def play():
-        for k in range(15):
-            after(session, Break(k % 7) if k % 2 else Repair((k - 1) % 7), seconds=1.0 / 30.0)
-        gc.collect()
-        return tracemalloc.get_traced_memory()[0]
-
-    tracemalloc.start()
-    try:
-        for _ in range(3):
-            before = play()
-        grown = max(play() for _ in range(2)) - before
-    finally:
-        tracemalloc.stop()
-    assert grown < 20_000
 
 
 def test_ways_out_are_shown_with_what_they_take_and_one_is_taken():
