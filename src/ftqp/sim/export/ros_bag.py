@@ -13,6 +13,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.core.extras import remedy_for_extra
 from ftqp.sim.log.log_rows import LogRows
+from ftqp.sim.log.signals import columns
 
 try:
     from rosbags.interfaces import (
@@ -97,7 +98,7 @@ def _quality(latched: bool) -> Qos:
     )
 
 
-NEEDED = ("t", "q", "v", "a", "status")
+NEEDED = dict.fromkeys(one.name.partition(".")[0] for one in columns("j", np.zeros(1, np.bool_), ""))
 """Groups that every run has."""
 NANOSECONDS = 1_000_000_000
 LATEST = 2**31 - 1
@@ -143,10 +144,6 @@ class Ticks:
     def names(self, group: str) -> list[str]:
         """What the signals of a group are of, in their order; none where there is no such group."""
         return [self._rows.columns[k].name.split(".", 1)[1] for k in self._groups.get(group, [])]
-
-    def scalar(self, name: str) -> FloatArray:
-        """A signal, (K, 1); NaN where an older log has none."""
-        return self[name] if name in self else np.full((len(self.block), 1), np.nan)
 
     @property
     def nanoseconds(self) -> NDArray[np.int64]:

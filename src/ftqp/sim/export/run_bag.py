@@ -1,6 +1,6 @@
 """A run as a ROS 2 bag: what Foxglove, PlotJuggler, RViz and ``ros2 bag play`` show."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
@@ -26,8 +26,6 @@ REAL, WHOLE = 0x3FF000000000FFFF, 0x7F0000FF
 """Marks: the low two bytes, or the lowest and the highest, are fixed, and 16 bits above count."""
 MOST = 0x7F00
 """Numbers that can be left open in a message."""
-UNKNOWN = -1
-"""A whole number that a log does not have."""
 
 
 @final
@@ -71,8 +69,6 @@ class Form:
             if data.count(marks) != 1:
                 raise FtqpError("a number of a message was not serialised as it should be")
             numbers = np.asarray(values(ticks))
-            if kind == "<i4":
-                numbers = np.where(np.isfinite(numbers), numbers, UNKNOWN)
             at = data.index(marks)
             put = np.ascontiguousarray(numbers.astype(kind)).view(np.uint8)
             result[:, at : at + len(marks)] = put.reshape(len(result), -1)
@@ -191,8 +187,6 @@ class Topics:
 
     def _pose(self, name: str, group: str) -> None:
         """A pose, in the inertial frame where the base moves."""
-        if group not in self._ticks:
-            return
         form, make = Form(), self._bag.message
         at = [form.real(_signals(group, k)) for k in range(7)]
         pose = make(
@@ -231,16 +225,10 @@ class Topics:
 
     def _step(self) -> None:
         form, n = Form(), len(self._ticks.joints)
-        fields: dict[str, Any] = {name: form.real(_scalar(name)) for name in _REALS}
-        fields |= {name: form.whole(_scalar(name)) for name in _WHOLES}
-        there = self._ticks.__contains__
-        fields |= {
-            name: form.reals(n, _signals(group)) if there(group) else np.empty(0)
-            for name, group in _JOINTS.items()
-        }
-        fields |= {
-            name: form.wholes(n, _signals(name)) if there(name) else np.empty(0, np.int32) for name in _CODES
-        }
+        fields: dict[str, Any] = {name: form.real(_signals(name)) for name in _REALS}
+        fields |= {name: form.whole(_signals(name)) for name in _WHOLES}
+        fields |= {name: form.reals(n, _signals(group)) for name, group in _JOINTS.items()}
+        fields |= {name: form.wholes(n, _signals(name)) for name in _CODES}
         for group, whose in _FURTHER.items():
             names = self._ticks.names(group)
             fields[f"{whose}_name"] = names
@@ -270,10 +258,6 @@ def _part(values: Values, k: int) -> Values:
     return lambda ticks: values(ticks)[:, k : k + 1]
 
 
-def _scalar(name: str) -> Values:
-    return lambda ticks: ticks.scalar(name)
-
-
 def _integrated(dt: float, level: str) -> tuple[Values, Values]:
     """Positions and velocities for the end of the step: the command, held for dt.
 
@@ -290,11 +274,6 @@ def _integrated(dt: float, level: str) -> tuple[Values, Values]:
     return positions, velocities
 
 
-def facts_of(metadata: Mapping[str, Any]) -> tuple[float, str]:
-    """Sampling period [s] and level of a run; an older log has no level, and then decides accelerations."""
-    return float(metadata.get("dt", 0.0)), str(metadata.get("level", "acceleration"))
-
-
 TEXT = "std_msgs/msg/String"
 
 
@@ -306,16 +285,15 @@ def write_bag(rows: LogRows, folder: str | Path, robot: Robot | None = None, tol
     robot ``/robot_description`` once, kept for those who come later. ``/joint_measured`` and
     ``/joint_reference`` are there where the log has them.
     """
-    ticks = Ticks(rows)
-    sent = 0
+    ticks, about, sent = Ticks(rows), rows.metadata, 0
     with whole_folder(folder) as part, RosBag(part, {STEP: step_definition()}) as bag:
-        topics = Topics(bag, ticks, robot, *facts_of(rows.metadata)).all
+        topics = Topics(bag, ticks, robot, float(about["dt"]), about["level"]).all
         description = None if robot is None else bag.topic("/robot_description", TEXT, latched=True)
         statuses = bag.topic("/ftqp/status", TEXT)
         done, last = 0, None
         for block in rows.blocks():
             now = ticks.of(block)
-            times, codes = now.nanoseconds.tolist(), now.scalar("status")[:, 0].tolist()
+            times, codes = now.nanoseconds.tolist(), now["status"][:, 0].tolist()
             if description is not None and robot is not None:
                 text = bag.message(TEXT, data=robot.to_urdf())
                 bag.write(description, times[0], bag.serialised(text))
