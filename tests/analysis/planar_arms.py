@@ -4,6 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ftqp.analysis.survival.task_path import task_path
+from ftqp.control.paths import Line
+from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.model import catalog
 from ftqp.model.limits import JointLimits
 from ftqp.model.robot import Robot
@@ -13,6 +16,31 @@ from ftqp.model.serial import Body, placement, serial_model
 def links(*lengths: float) -> Robot:
     """A planar arm whose joints turn without end."""
     return catalog.load("planar", lengths=lengths, continuous=True)
+
+
+UNIT = links(1, 1, 1)
+"""Three links, which follow a line from where they are so."""
+Q0 = np.array([-1.524418, 1.260809, 0.741032])
+START = UNIT.pose(Q0)
+PATH = Line(START, np.array([0.5, 1.2, 0.0]) - START[:3, 3], duration=10.0)
+TASK = task_path(UNIT, PATH, dt=0.1, rows="position")
+
+
+def survives(q: FloatArray, k: int) -> BoolArray:
+    """Which locks unit links survive at sample k of their line, for postures (n, 3): a closed form, (n, 3).
+
+    It is the distance that is left for the other two links.
+    """
+    goals = TASK.goals[k:, :2, 3]
+    first = np.linalg.norm(
+        goals[None] - np.stack([np.cos(q[:, 0]), np.sin(q[:, 0])], axis=1)[:, None], axis=2
+    )
+    found = [(first < 2.0).all(axis=1)]
+    away = np.linalg.norm(goals, axis=1)
+    for joint in (1, 2):
+        A = np.sqrt(2.0 + 2.0 * np.cos(q[:, joint]))[:, None]
+        found.append(((np.abs(A - 1.0) < away) & (away < A + 1.0)).all(axis=1))
+    return np.stack(found, axis=1)
 
 
 def closed_form_ends(lengths: Sequence[float], x: Sequence[float]) -> list[list[float]]:

@@ -173,8 +173,3 @@ def test_report_says_what_was_counted_and_is_saved(arm, tmp_path):
 def test_bad_input_is_refused_in_a_sentence(arm, options, sentence):
     with pytest.raises(InputError, match=sentence):
         workspace(arm, **{"goal": GOAL, **options})
-
-
-def test_arm_in_space_is_refused():
-    with pytest.raises(InputError, match="is not a planar arm"):
-        workspace_task(ftqp.robots.load("panda"), (0.5, 0.2))

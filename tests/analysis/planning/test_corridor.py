@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from planar_arms import TASK, survives
+from planar_arms import UNIT as ARM
 
 from ftqp.analysis.planning.fault_plan import plan_of
 from ftqp.analysis.planning.plan_case import PlanSettings
@@ -10,26 +12,6 @@ from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
-
-ARM = catalog.load("planar", lengths=(1, 1, 1), continuous=True)
-START = ARM.pose((-1.524418, 1.260809, 0.741032))
-TASK = task_path(
-    ARM, Line(START, np.array([0.5, 1.2, 0.0]) - START[:3, 3], duration=10.0), dt=0.1, rows="position"
-)
-
-
-def survives(q: np.ndarray, k: int) -> np.ndarray:
-    """Closed form of what three unit links survive at sample k, for postures (n, 3): (n, 3)."""
-    goals = TASK.goals[k:, :2, 3]
-    first = np.linalg.norm(
-        goals[None] - np.stack([np.cos(q[:, 0]), np.sin(q[:, 0])], axis=1)[:, None], axis=2
-    )
-    found = [(first < 2.0).all(axis=1)]
-    away = np.linalg.norm(goals, axis=1)
-    for joint in (1, 2):
-        A = np.sqrt(2.0 + 2.0 * np.cos(q[:, joint]))[:, None]
-        found.append(((np.abs(A - 1.0) < away) & (away < A + 1.0)).all(axis=1))
-    return np.stack(found, axis=1)
 
 
 def test_corridor_ends_where_the_closed_form_says_that_a_joint_is_lost() -> None:

@@ -1,16 +1,15 @@
 """From waypoints to trajectories on all samples."""
 
 import numpy as np
+from planar_arms import Q0
+from planar_arms import UNIT as ARM
 
 from ftqp.analysis.planning.plan_case import planning_study
 from ftqp.analysis.planning.planned import WIDTHS, smooth_trajectories
 from ftqp.analysis.survival.continuing import track
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line
-from ftqp.model import catalog
 
-ARM = catalog.load("planar", lengths=(1, 1, 1), continuous=True)
-Q0 = np.array([-1.524418, 1.260809, 0.741032])
 TASK = task_path(ARM, Line(ARM.pose(Q0), (-0.5, 0.8, 0.0), duration=4.0), dt=0.05, rows="position", q0=Q0)
 
 

@@ -31,8 +31,3 @@ def test_most_nodes_are_reached_from_the_waypoint_before_and_spread_out() -> Non
     steps = [np.abs(b[:, None] - a).max(axis=2).min(axis=1) for a, b in pairwise(nodes)]
     assert np.mean(np.concatenate(steps) <= 2.0 * REACH[0]) > 0.8
     assert np.array_equal(nodes[0][0], ARM.neutral) and np.ptp(nodes[-1], axis=0).max() > 1.0
-
-
-def test_same_seed_gives_same_nodes() -> None:
-    for a, b in zip(nodes_of(3), nodes_of(3), strict=True):
-        assert np.array_equal(a, b)

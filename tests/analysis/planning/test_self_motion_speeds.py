@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from planar_arms import Q0, START, TASK
+from planar_arms import UNIT as ARM
 
 from ftqp.analysis.planning.plan_case import PlanCase, PlanSettings, planning_study
 from ftqp.analysis.planning.planned import gradient_plan, measure
@@ -13,14 +15,7 @@ from ftqp.analysis.survival.continuing import track
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line
 from ftqp.core.errors import InputError
-from ftqp.model import catalog
 
-ARM = catalog.load("planar", lengths=(1, 1, 1), continuous=True)
-Q0 = np.array([-1.524418, 1.260809, 0.741032])
-START = ARM.pose(Q0)
-TASK = task_path(
-    ARM, Line(START, np.array([0.5, 1.2, 0.0]) - START[:3, 3], duration=10.0), dt=0.1, rows="position"
-)
 STUDY = planning_study(TASK, 0.1)
 FEW = PlanSettings(thetas=tuple(np.linspace(-1.0, 1.0, 11)), evaluations=40)
 ALIKE = np.ones(3)
@@ -57,13 +52,6 @@ def test_rule_of_least_energy_takes_nearly_no_self_motion() -> None:
     assert coverage_of(found.q) < coverage_of(constant_plan(case(), Q0[None]).q)
 
 
-def test_spline_is_at_least_as_good_as_the_best_constant_speed() -> None:
-    constant = coverage_of(constant_plan(case(), Q0[None]).q)
-    spline = spline_plan(case(), Q0[None])
-    assert coverage_of(spline.q) >= constant
-    assert np.allclose(track(TASK, Q0, spline.speeds), spline.q, atol=1e-9)
-
-
 def test_interrupted_search_of_splines_keeps_the_best_so_far() -> None:
     def interrupt(done: int, total: int, what: str) -> None:
         if what == "splines" and done == 10:
@@ -81,17 +69,6 @@ def test_gradient_climbs_higher_than_least_motion() -> None:
     assert (
         max(np.abs(ARM.pose(climbing[k])[:2, 3] - TASK.goals[k, :2, 3]).max() for k in (10, 50, 100)) < 1e-9
     )
-
-
-def test_measure_falls_near_a_limit() -> None:
-    arm = catalog.load("planar", count=3)
-    task = task_path(
-        arm, Line(arm.pose(arm.neutral), (-0.1, 0.0, 0.0), duration=1.0), dt=0.5, rows="position"
-    )
-    near = arm.neutral.copy()
-    near[0] = arm.limits.q_max[0] - 1e-3
-    values = measure(planning_study(task, 0.1), np.stack([arm.neutral, near]), ALIKE)
-    assert values[1] < values[0]
 
 
 def test_path_that_no_speed_follows_is_refused_with_its_sample() -> None:

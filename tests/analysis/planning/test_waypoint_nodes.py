@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from ftqp.analysis.planning import nodes as waypoint_nodes
 from ftqp.analysis.planning.nodes import curve_nodes
 from ftqp.analysis.planning.plan_case import planning_study
 from ftqp.analysis.survival.task_path import task_path
@@ -70,23 +69,6 @@ def test_nodes_do_not_depend_on_the_seed_but_for_where_curves_begin() -> None:
     for a, b, c in zip(one, other, again, strict=True):
         assert np.array_equal(a, c)
         away, _ = cKDTree(a, boxsize=2 * np.pi).query(b)
-        assert away.max() < SPACING
-
-
-def test_curves_that_only_a_later_waypoint_finds_are_traced_back_to_the_first(monkeypatch) -> None:
-    task = planar_task()
-    whole = curve_nodes(planning_study(task, SPACING), task.goals, spacing=SPACING, seed=0)
-
-    def only_at_the_end(study, random, count):
-        starts = np.full((count, 64, 3), np.nan)
-        starts[-1] = random.uniform(-np.pi, np.pi, (64, 3))
-        return starts
-
-    monkeypatch.setattr(waypoint_nodes, "_random_starts", only_at_the_end)
-    for a, b in zip(
-        whole, curve_nodes(planning_study(task, SPACING), task.goals, spacing=SPACING, seed=0), strict=True
-    ):
-        away, _ = cKDTree(b, boxsize=2 * np.pi).query(a)
         assert away.max() < SPACING
 
 

@@ -73,8 +73,3 @@ def test_singular_configuration_passes_no_test() -> None:
 def test_silly_locks_are_refused(locked: object, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         rest_test(links(1, 1, 1), np.zeros(3), locked, (1.0, 1.0))  # type: ignore[arg-type]
-
-
-def test_one_lock_may_be_named_alone() -> None:
-    q, goal = (0.3, 0.5, 0.7), (1.0, 1.0)
-    assert rest_test(links(1, 1, 1), q, "j2", goal) == rest_test(links(1, 1, 1), q, [1], goal)

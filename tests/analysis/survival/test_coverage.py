@@ -105,13 +105,6 @@ def test_jumps_are_those_of_the_formula() -> None:
     assert 0.0 < median <= high
 
 
-def test_sign_changes_count_zeros_of_the_null_vector() -> None:
-    signs = np.sign(REPORT.manipulability)
-    assert REPORT.manipulability.shape == (TASK.N + 1, 7)
-    assert (REPORT.sign_changes == (signs[1:] != signs[:-1]).sum(axis=0)).all()
-    assert REPORT.least_manipulability.min() <= 1.0 / np.sqrt(7.0)
-
-
 def test_motion_outside_its_limits_is_lost_at_once() -> None:
     tight = PANDA.with_limits(q_max=np.where(np.arange(7) == 0, MOTION[40, 0], PANDA.limits.q_max))
     found = coverage(tight, PATH, MOTION)

@@ -6,27 +6,12 @@ import pytest
 import ftqp
 from ftqp.analysis.survival.continuing import track
 from ftqp.analysis.survival.coverage import coverage
-from ftqp.analysis.survival.failure_instants import TICK, _targets
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.core.errors import InputError
-from ftqp.kernel.layout.enums import TARGET_ACCELERATION, TARGET_POSE, TARGET_TWIST
 from ftqp.kernel.layout.survival import Survival
 from ftqp.model import catalog
 
 Q0 = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
-
-
-def test_targets_between_samples_are_those_of_the_path() -> None:
-    panda = catalog.load("panda")
-    goal = panda.pose(Q0 + 0.3)
-    path = ftqp.paths.PointToPoint(panda.pose(Q0), goal, duration=2.0)
-    targets = _targets(task_path(panda, path, dt=0.02), 0.5)
-    exact = path.sample(0.5 + TICK * np.arange(len(targets)))
-    assert np.allclose(targets.packed[:, TARGET_POSE:TARGET_TWIST].reshape(-1, 4, 4), exact.pose, atol=1e-6)
-    assert np.allclose(targets.packed[:, TARGET_TWIST : TARGET_TWIST + 6], exact.twist, atol=1e-3)
-    inner = slice(0, -40)
-    given = targets.packed[inner, TARGET_ACCELERATION : TARGET_ACCELERATION + 6]
-    assert np.allclose(given, exact.acceleration[inner], atol=0.05)
 
 
 @pytest.mark.slow
