@@ -9,7 +9,7 @@ from ftqp.core.errors import FtqpError, InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.kernel.layout.enums import OK, STOPPED, STOPPING
 from ftqp.sim.log.log_file import load_log
-from ftqp.sim.log.row_sink import RowSink
+from ftqp.sim.log.log_rows import RowSink
 from ftqp.sim.loop import Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 

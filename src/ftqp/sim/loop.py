@@ -20,17 +20,15 @@ from ftqp.core.html_table import html_table
 from ftqp.core.picture import Picture
 from ftqp.faults.kinds import SWINGS, FreeSwinging
 from ftqp.sim.base.moving_world import MovingWorld
-from ftqp.sim.further_measures import FurtherMeasures
-from ftqp.sim.leader import ClockLeader, Leader, leader_along
-from ftqp.sim.led_arm import LedArm
+from ftqp.sim.leader import ClockLeader, Leader, LedArm, leader_along
 from ftqp.sim.log.description import description
-from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.log_arrays import Log, MemoryRows
+from ftqp.sim.log.log_rows import RowSink
 from ftqp.sim.log.log_writer import LogParts, LogWriter, PartedLog
 from ftqp.sim.log.metrics import STOP_CODES, TalliedRows
 from ftqp.sim.log.raw_rows import BLOCK, RawLayout
-from ftqp.sim.log.row_sink import MemoryRows, RowSink
-from ftqp.sim.log.signals import PATH_CODES, Column, base_columns, columns, further_columns, sensed_columns
-from ftqp.sim.log.tick_recorder import TickRecorder
+from ftqp.sim.log.signals import PATH_CODES, Column
+from ftqp.sim.log.tick_recorder import TickRecorder, signals_of
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
 from ftqp.sim.schedule import Schedule
@@ -309,12 +307,7 @@ class Simulation:
         self._v = np.zeros(robot.nv) if v is None else np.array(v, dtype=np.float64)
         self._believed = dict(planner.faults)
         self._log, self._singularities = log, singularities
-        self._signals = (
-            *columns(robot.joints, robot.chain.prismatic, planner.level),
-            *(() if world is None else base_columns(world.base.coordinates)),
-            *sensed_columns(self._arm.sensed, robot.joints, robot.chain.prismatic),
-            *further_columns(FurtherMeasures(planner).all),
-        )
+        self._signals = signals_of(planner, self._leader, self._arm.sensed)
         self._metadata = dict(metadata or {})
         self._progress = progress
 
@@ -382,7 +375,7 @@ class Simulation:
         """One tick, and the arm moves on; the code of its status."""
         made = self._arm.think(k)
         if recorder is not None:
-            self._arm.write(recorder, k * self._planner.dt, made)
+            recorder.write(k * self._planner.dt, self._plant.q, self._plant.v, *made)
         code = made.step.code
         self._plant.advance(made.step)
         return code

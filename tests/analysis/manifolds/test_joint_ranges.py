@@ -131,6 +131,7 @@ def test_every_solution_within_limits_has_its_joints_in_their_ranges(name: str, 
         assert B.intervals[-1][1] <= most + 1e-9
 
 
+@pytest.mark.slow
 def test_gap_between_intervals_of_a_scan_is_out_of_reach() -> None:
     robot = catalog.load("panda")
     rng = np.random.default_rng(8)

@@ -162,7 +162,7 @@ def test_picture_of_a_report_is_written(tmp_path) -> None:
         ({"q": MOTION[:1]}, "at least 2 samples"),
         ({"path": TASK.goals}, "dt is None"),
         ({"path": None}, "give the path of this motion"),
-        ({"robot": catalog.load("xarm7"), "path": TASK}, "made for another robot"),
+        ({"robot": catalog.load("xarm7"), "path": TASK}, "is a task of another panda"),
         ({"stride": 0}, "stride is 0"),
         ({"lock": "brake"}, "lock is 'brake'"),
         ({"fault": "loose"}, "expected one of locked, degraded, free_swinging"),

@@ -8,9 +8,9 @@ import pytest
 from ftqp.control.paths import Circle
 from ftqp.core.errors import FtqpError
 from ftqp.faults.kinds import Degraded, Locked
+from ftqp.sim.log.log_arrays import MemoryRows
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.metrics import EXACT, Following, Quantiles, TalliedRows, following_error, summary
-from ftqp.sim.log.row_sink import MemoryRows
 from ftqp.sim.loop import Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 

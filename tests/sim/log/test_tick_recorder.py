@@ -7,7 +7,7 @@ from ftqp.control.paths import Circle
 from ftqp.control.planner.planner import Planner
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.leader import ClockLeader, ClockTargets
-from ftqp.sim.log.row_sink import MemoryRows
+from ftqp.sim.log.log_arrays import MemoryRows
 from ftqp.sim.log.signals import columns
 from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.loop import MEMORY, Simulation

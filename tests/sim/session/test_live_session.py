@@ -7,7 +7,7 @@ from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.control.planner.status import STATUSES
 from ftqp.faults.kinds import KINDS
 from ftqp.model import catalog
-from ftqp.sim.log.row_sink import MemoryRows
+from ftqp.sim.log.log_arrays import MemoryRows
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice

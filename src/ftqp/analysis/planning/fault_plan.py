@@ -196,10 +196,7 @@ class Plan:
         around = around_of(robot, scene, clearance)
         own = replace(self, robot=robot, around=self.around if around is None else around)
         if path is not None:
-            dt = path.dt if isinstance(path, TaskPath) else self.dt
-            other = (
-                path if isinstance(path, TaskPath) else task_path(robot, path, rows=self._named_rows, dt=dt)
-            )
+            other = task_path(robot, path, rows=self._named_rows, dt=self.dt)
             if other.digest != self.task_digest and not _same(own.task, other):
                 raise InputError(
                     f"the plan is for another path: {_difference(own.task, other)}; plan again for this"

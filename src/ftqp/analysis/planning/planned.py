@@ -22,7 +22,7 @@ from ftqp.analysis.planning.survival_labels import (
     survivals,
     unreached,
 )
-from ftqp.analysis.survival.task_path import TaskPath, around_of, task_path
+from ftqp.analysis.survival.task_path import TaskPath, task_path
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
 from ftqp.core.checks import FloatArray, instance, non_negative, whole_number
@@ -191,9 +191,7 @@ def plan(
         robot = robot.arm_to(frame)
     knobs = PlanSettings() if settings is None else settings
     instance("settings", knobs, PlanSettings, "PlanSettings")
-    task = _task(robot, path, rows, dt, q0)
-    if scene is not None or clearance is not None:
-        task = task.among(around_of(robot, scene, clearance))
+    task = task_path(robot, path, rows=rows, dt=dt, q0=q0, scene=scene, clearance=clearance)
     _refuse_method(task, method)
     case = PlanCase(
         task=task,
@@ -242,18 +240,6 @@ def joint_weights(robot: Robot, weights: Mapping[str | int, float] | None) -> Fl
     if not found.any():
         raise InputError("weights are all zero, expected a joint at least whose failure counts")
     return np.asarray(found / found.mean())
-
-
-def _task(robot: Robot, path: Any, rows: Any, dt: float | None, q0: Any) -> TaskPath:
-    """The path on its samples."""
-    if not isinstance(path, TaskPath):
-        return task_path(robot, path, rows=rows, dt=dt, q0=q0)
-    if path.robot is not robot and path.digest != path.with_robot(robot).digest:
-        raise InputError(
-            f"path is a task of another {path.robot.name} than robot, or with another tool, load or limits; "
-            "expected the same arm"
-        )
-    return task_path(robot, path.goals, rows=path.named_rows, dt=path.dt, q0=q0).among(path.around)
 
 
 def _refuse_method(task: TaskPath, method: str) -> None:

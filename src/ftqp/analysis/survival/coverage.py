@@ -10,7 +10,7 @@ import numpy as np
 from ftqp.analysis.survival.continuing import path_values, track
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.failure_instants import Pairs, refuse_no_masses
-from ftqp.analysis.survival.task_path import TaskPath, around_of, task_path
+from ftqp.analysis.survival.task_path import TaskPath, task_path
 from ftqp.analysis.survival.tolerable_joints import Bound, bound_of
 from ftqp.analysis.tolerance import null_vector, relative_manipulability, structural_joints
 from ftqp.control.paths import Path
@@ -213,14 +213,7 @@ class CoverageCase:
 def _task(robot: Robot, path: Any, q: Any, dt: float | None, **around: Any) -> TaskPath:
     """The path on the grid of the motion."""
     if isinstance(path, TaskPath):
-        if path.robot is not robot and path.digest != path.with_robot(robot).digest:
-            raise InputError(
-                f"path was made for another robot than {robot.name}, or for one with another tool, load or "
-                "limits; expected the same arm"
-            )
-        if any(value is not None for value in around.values()):
-            return path.among(around_of(robot, **around))
-        return path
+        return task_path(robot, path, **around)
     if np.ndim(q) == 1 and isinstance(path, Path):
         return task_path(robot, path, dt=dt, q0=q, **around)
     count = np.shape(q)[0] if np.ndim(q) == 2 else 0

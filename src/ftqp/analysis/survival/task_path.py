@@ -256,7 +256,7 @@ def task_path(
     Args:
         robot: The arm.
         path: A path of ``ftqp.paths``, poses (N + 1, 4, 4), or points (N + 1, 2) or (N + 1, 3), one each dt
-            [m].
+            [m]; or a task of the same arm, whose rows and samples stay.
         rows: ``"pose"`` or ``"position"``, which are those of the robot's own rows, ``"position_axis"`` for
             position and tool axis, or names of rows.
         dt: The time between samples, > 0 [s]; None is a 400th of a path's duration, and for poses or points
@@ -271,6 +271,16 @@ def task_path(
             joints, the start is elsewhere or outside the limits, or something in the scene moves.
     """
     instance("robot", robot, Robot, "a Robot")
+    around = around_of(robot, scene, clearance)
+    if isinstance(path, TaskPath):
+        if path.robot is not robot and path.digest != path.with_robot(robot).digest:
+            raise InputError(
+                f"path is a task of another {path.robot.name} than robot, or with another tool, load or "
+                "limits; expected the same arm"
+            )
+        if q0 is not None:
+            _refuse_other_start(robot, path.rows, path.axis, path.goals[0], robot.angles(q0))
+        return replace(path, robot=robot, around=path.around if around is None else around)
     robot.refuse_tree("a study of failures along a path needs")
     names, axis = task_rows(robot, rows)
     start = None if q0 is None else robot.angles(q0)
@@ -285,7 +295,6 @@ def task_path(
         goals = _given_goals(path, names, robot, start)
     if start is not None:
         _refuse_other_start(robot, names, axis, goals[0], start)
-    around = around_of(robot, scene, clearance)
     return TaskPath(
         robot=robot,
         rows=names,

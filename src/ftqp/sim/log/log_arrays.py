@@ -12,7 +12,7 @@ from ftqp.core.errors import unknown
 from ftqp.core.html_table import html_table
 from ftqp.core.picture import Picture, painted
 from ftqp.core.small_picture import curves_svg
-from ftqp.sim.log.log_rows import LogRows, RunFacts, whole_numbers
+from ftqp.sim.log.log_rows import LogRows, RowSink, RunFacts, whole_numbers
 from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.signals import Column
 from ftqp.sim.log.table_files import write_csv, write_mat, write_npz
@@ -191,3 +191,30 @@ class Log:
             InputError: the file exists already, cannot be made, or the log is too long for MAT.
         """
         write_mat(self.rows, path)
+
+
+@final
+class MemoryRows(RowSink):
+    """Keeps rows in memory."""
+
+    def __init__(self, columns: Sequence[Column], metadata: Mapping[str, Any]) -> None:
+        self._columns = tuple(columns)
+        self._metadata = dict(metadata)
+        self._chunks: dict[int, FloatArray] = {}
+
+    def write(self, first: int, rows: FloatArray) -> None:
+        """Keep a copy of rows, (K, columns)."""
+        self._chunks[first] = rows.copy()
+
+    def annotate(self, metadata: Mapping[str, Any]) -> None:
+        """Add or replace metadata."""
+        self._metadata |= metadata
+
+    def close(self) -> None:
+        """Nothing has to be let go."""
+
+    @property
+    def log(self) -> Log:
+        """All that has been kept so far."""
+        chunks = [np.empty((0, len(self._columns))), *self._chunks.values()]
+        return Log.of_table(None, np.concatenate(chunks), self._columns, self._metadata)

@@ -1,5 +1,6 @@
-"""The rows of a log, block after block, so that a long one need not fit into memory."""
+"""The rows of a log, block after block, so that a long one need not fit into memory, and what keeps them."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,22 @@ from ftqp.sim.log.signals import Column
 
 EXACT = 2.0**53
 """Whole numbers below this are exact as float64."""
+
+
+class RowSink(ABC):
+    """The role of what keeps the rows of a run."""
+
+    @abstractmethod
+    def write(self, first: int, rows: FloatArray) -> None:
+        """Keep rows, (K, columns); repeated with the same ``first``, they replace the earlier ones."""
+
+    @abstractmethod
+    def annotate(self, metadata: Mapping[str, Any]) -> None:
+        """Add or replace metadata."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let go of the file, if there is one; nothing can be kept any more."""
 
 
 @final

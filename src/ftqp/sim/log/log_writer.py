@@ -25,7 +25,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import FtqpError, InputError
-from ftqp.sim.log.row_sink import RowSink
+from ftqp.sim.log.log_rows import RowSink
 from ftqp.sim.log.signals import Column
 
 FILE_NAME: Final = "log.npy"

@@ -13,7 +13,7 @@ from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.faults.kinds import KINDS, kind_of
 from ftqp.kernel.layout.thresholds import TIME_SLACK
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.row_sink import RowSink
+from ftqp.sim.log.log_rows import RowSink
 from ftqp.sim.log.signals import BODIES, FACTS, PLANES, TASKS, Column, names_in, refuse_unknown_conditions
 
 EXACT = 200_000

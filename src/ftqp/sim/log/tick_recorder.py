@@ -1,7 +1,7 @@
 """From the steps of a run to the rows of its log: raw rows a tick, columns a block."""
 
 from collections.abc import Sequence
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -13,15 +13,36 @@ from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import Fault, refuse_unknown
 from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.leader import Leader
-from ftqp.sim.log.raw_rows import BLOCK, FELT, MEASURES, TASK_ROWS, RawLayout, table
-from ftqp.sim.log.row_sink import RowSink
-from ftqp.sim.log.signals import HEALTHY, PATH_CODES, QP_CODES
+from ftqp.sim.log.log_rows import RowSink
+from ftqp.sim.log.raw_rows import BLOCK, FELT, MEASURES, SENSED, TASK_ROWS, RawLayout, table
+from ftqp.sim.log.signals import (
+    HEALTHY,
+    PATH_CODES,
+    QP_CODES,
+    Column,
+    base_columns,
+    columns,
+    further_columns,
+    sensed_columns,
+)
 from ftqp.sim.plants.plant import Arm
 
 UNMEASURED = (np.nan,) * len(MEASURES)
 COMMIT_PERIOD = 250_000_000
 """Rows wait at most this long, and a tick, before they are handed on [ns of wall time]: a killed run may
 lose half a second, and a loaded machine keeps a process waiting."""
+
+
+def signals_of(planner: Planner, leader: Leader, sensed: Sequence[str]) -> tuple[Column, ...]:
+    """The columns of what a recorder keeps."""
+    robot, world = planner.robot, leader.world
+    joints, slides = robot.joints, robot.chain.prismatic
+    return (
+        *columns(joints, slides, planner.level),
+        *(() if world is None else base_columns(world.base.coordinates)),
+        *sensed_columns(sensed, joints, slides),
+        *further_columns(FurtherMeasures(planner).all),
+    )
 
 
 @final
@@ -49,30 +70,18 @@ class TickRecorder:
             sensed=sensed,
             further=len(self._further),
         )
-        self._block = self._layout.block()
+        self._block, fields = self._layout.block(), self._layout.fields
+        self._q, self._beliefs, self._truths = (self._block[:, fields[x]] for x in ("q", "belief", "truth"))
+        self._jacobian = self._block[:, fields["jacobian"]].reshape(BLOCK, TASK_ROWS, nv)
+        self._measures = self._block[:, fields[MEASURES[0]].start : fields[MEASURES[-1]].stop]
+        self._task_rows, self._rows = TASK_ROWS, (np.zeros(TASK_ROWS), np.zeros((TASK_ROWS, nv)))
         self._first, self._filled = 0, 0
         self._handed_on = clock.now()
         self._truth = np.full(nv, float(HEALTHY))
         self._belief = self._truth.copy()
         self._faults: dict[str, Fault] = {}
-        view = {name: self._block[:, place] for name, place in self._layout.fields.items()}
-        self._joints = view["q"], view["v"], view["a"], view["tau"], view["tau_brake"]
-        self._rest = view["lower"], view["upper"], view["belief"], view["truth"]
-        self._target, self._tip = (self._layout.poses(self._block, name) for name in ("target", "tip"))
-        self._t, self._velocity, self._slack = view["t"][:, 0], view["velocity"], view["slack"]
-        self._jacobian = view["jacobian"].reshape(BLOCK, TASK_ROWS, nv)
-        self._jacobian[:] = 0.0
-        self._task_rows = TASK_ROWS
-        first, last = (self._layout.fields[name] for name in (MEASURES[0], MEASURES[-1]))
-        self._measures = slice(first.start, last.stop)
-        self._scalars = self._block[:, self._layout.scalars]
-        if world is not None:
-            self._base_pose = self._layout.poses(self._block, "base_pose")
-            self._eta, self._base_status = view["eta"], view["base_status"][:, 0]
-
-        self._measured = view.get("further")
-        self._sensed = tuple(view[name] for name in sensed)
-        self._felt = tuple(name in sensed for name in FELT)
+        self._sensed = [(*SENSED, *FELT).index(name) for name in sensed]
+        self._unknown = np.full(nv, np.nan)
 
     def fail(self, fault: Fault) -> None:
         """From this row on the joint has really failed."""
@@ -93,51 +102,31 @@ class TickRecorder:
         measured: tuple[FloatArray, FloatArray] | None = None,
         felt: tuple[FloatArray | None, FloatArray | None] = (None, None),
     ) -> None:
-        """Keep one tick."""
-        k, leader = self._filled, self._leader
-        self._t[k] = t
-        qs, vs, accelerations, torques, brakes = self._joints
-        qs[k], vs[k] = q, v
-        accelerations[k], torques[k], brakes[k] = step.a, step.tau, step.tau_brake
-        lowers, uppers, beliefs, truths = self._rest
-        lowers[k], uppers[k] = step.lower, step.upper
-        beliefs[k], truths[k] = self._believed(), self._truth
-        target = leader.target
-        self._target[k], self._velocity[k] = target.pose[:3], target.twist[:3]
-        world, standing = leader.world, leader.standing
-        self._tip[k] = (self._arm.tip(q) if world is None else world.tip_pose)[:3]
-        slack, qp = step.slack, step.qp
+        """Keep one tick: its raw row, field by field in their order."""
+        leader = self._leader
+        world, standing, target, qp = leader.world, leader.standing, leader.target, step.qp
+        tip = self._arm.tip(q) if world is None else world.tip_pose
+        left, (slack, jacobian) = step.slack, self._rows
+        slack[:] = 0.0
+        slack[: len(left)] = left
         if self._singularities:
-            jacobian = step.jacobian
-            self._task_rows = len(jacobian)
-            self._jacobian[k, : self._task_rows] = jacobian
-        self._slack[k] = 0.0
-        self._slack[k, : len(slack)] = slack
-        self._scalars[k] = (
-            step.position_error,
-            step.rotation_error,
-            step.scale,
-            step.code,
-            QP_CODES[qp.status],
-            qp.iterations,
-            qp.residual,
-            elapsed,
-            step.kappa,
-            *UNMEASURED,
-            standing.progress,
-            PATH_CODES[standing.status],
-        )
-        if self._sensed:
-            values = [*(measured or (q, v)), step.q, step.v, *step.reference[:2]]
-            values += [tau for tau, kept in zip(felt, self._felt, strict=True) if kept and tau is not None]
-            for kept, value in zip(self._sensed, values, strict=True):
-                kept[k] = value
+            found = step.jacobian
+            self._task_rows = len(found)
+            jacobian[: self._task_rows] = found
+        row: list[Any] = [(t,), q, v, step.a, step.tau, step.tau_brake, step.lower, step.upper]
+        row += [self._believed(), self._truth, target.pose[:3], target.twist[:3], tip[:3], slack, jacobian]
+        errors = step.position_error, step.rotation_error, step.scale, step.code
+        solved = QP_CODES[qp.status], qp.iterations, qp.residual, elapsed, step.kappa
+        row.append((*errors, *solved, *UNMEASURED, standing.progress, PATH_CODES[standing.status]))
         if world is not None:
-            self._base_pose[k], self._eta[k] = world.base_pose[:3], world.eta
-            self._base_status[k] = world.follower.code
-        if self._measured is not None:
-            self._measured[k] = self._further.at(q)
-        self._filled = k + 1
+            row += [world.base_pose[:3], world.eta, (world.follower.code,)]
+        if self._sensed:
+            seen = (*(measured or (q, v)), step.q, step.v, *step.reference[:2], *felt)
+            row += [self._unknown if (one := seen[place]) is None else one for place in self._sensed]
+        if len(self._further):
+            row.append(self._further.at(q))
+        self._block[self._filled] = np.concatenate(row, axis=None)
+        self._filled += 1
         self._hand_on_in_time()
 
     @property
@@ -154,10 +143,9 @@ class TickRecorder:
     def keep(self, count: int, task_rows: int) -> None:
         """Keep the first rows of `free`; beliefs, truth and measures are filled in here."""
         rows = slice(self._filled, self._filled + count)
-        _, _, beliefs, truths = self._rest
-        beliefs[rows], truths[rows] = self._believed(), self._truth
-        if self._measured is not None:
-            self._measured[rows] = self._further.along(self._joints[0][rows])
+        self._beliefs[rows], self._truths[rows] = self._believed(), self._truth
+        if len(self._further):
+            self._block[rows, self._layout.fields["further"]] = self._further.along(self._q[rows])
         self._task_rows = task_rows
         self._filled += count
         self._hand_on_in_time()
@@ -181,7 +169,7 @@ class TickRecorder:
         working = np.count_nonzero(jacobians.any(axis=1), axis=1)
         with np.errstate(invalid="ignore"):
             measures = np.array(measures_of(jacobians, working))
-        self._block[: self._filled, self._measures] = measures
+        self._measures[: self._filled] = measures
 
     def _believed(self) -> FloatArray:
         """What the planner believes of each joint now."""

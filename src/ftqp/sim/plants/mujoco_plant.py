@@ -1,5 +1,6 @@
 """An arm in the physics of MuJoCo: motors behind servos, brakes, free joints, end stops, friction, load."""
 
+from collections.abc import Iterator
 from typing import Any, final
 
 import numpy as np
@@ -14,7 +15,7 @@ from ftqp.model.frames import mount_of
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.hidden_faults import HiddenFault, Jammed, Misread, Runaway, Weakened
 from ftqp.sim.plants.joint_servo import JointServo
-from ftqp.sim.plants.physics import Physics, Rod, Thing
+from ftqp.sim.plants.physics import Geom, Physics, quaternion
 from ftqp.sim.plants.plant import Command, Motors, Plant
 from ftqp.sim.plants.true_arm import TrueArm
 
@@ -88,8 +89,8 @@ class MujocoPlant(Plant):
         self._substeps, self._latest, self._seed = substeps, int(true.jitter * substeps), seed
         self._rng = np.random.default_rng(seed)
         step = positive("dt", dt, "s") / substeps
-        rods, things = ([], []) if scene is None else (_rods(robot), _things(scene))
-        self._physics = Physics(true.chain(robot), step, rods, things)
+        geoms = [] if scene is None else [*_bodies(robot), *_things(scene)]
+        self._physics = Physics(true.chain(robot), step, geoms)
         self._closes_in = round(true.brake_delay / step)
         self._closing: dict[int, int] = {}
         self._coulomb, self._viscous = true.friction(robot)
@@ -333,27 +334,29 @@ class MujocoPlant(Plant):
         return read
 
 
-def _rods(robot: Robot) -> list[Rod]:
-    """The bodies of an arm."""
-    found = []
+def _bodies(robot: Robot) -> Iterator[Geom]:
+    """The bodies of an arm that move."""
     for one in robot.capsules:
         joint, T = mount_of(robot, one.frame or "universe")
         a, b = (T[:3, :3] @ end + T[:3, 3] for end in (one.a, one.b))
-        found.append(Rod(joint, a, b, one.radius))
-    return [rod for rod in found if rod.joint >= 0]
+        size = {"size": (one.radius, 0.0, 0.0)}
+        if joint >= 0 and np.any(a != b):
+            yield Geom(joint, "capsule", size | {"fromto": [*a, *b]})
+        elif joint >= 0:
+            yield Geom(joint, "sphere", size | {"pos": a})
 
 
-def _things(scene: Scene) -> list[Thing]:
+def _things(scene: Scene) -> Iterator[Geom]:
     """What stands in a scene: half edges, or a radius and half a length."""
-    found = []
     for placed in scene.values():
         word = next(word for word, kind in WORDS.items() if isinstance(placed.shape, kind))
         x, y, z = placed.shape.extent
+        T = placed.place
+        pose = {"pos": T[:3, 3], "quat": quaternion(T[:3, :3])}
+        if isinstance(placed.shape, Hull):
+            yield Geom(-1, word, pose, placed.shape.corners)
+            continue
         size = {"box": (x, y, z), "half_space": (0.0, 0.0, 1.0)}.get(word, (y, x, 0.0))
-        corners = placed.shape.corners if isinstance(placed.shape, Hull) else None
-        found.append(Thing(word, size, placed.place, corners))
-    for x, y, z, radius in scene.balls.tolist():
-        T = np.eye(4)
-        T[:3, 3] = x, y, z
-        found.append(Thing("sphere", (radius, 0.0, 0.0), T))
-    return found
+        yield Geom(-1, word, pose | {"size": size})
+    for *place, radius in scene.balls.tolist():
+        yield Geom(-1, "sphere", {"pos": place, "size": (radius, 0.0, 0.0)})

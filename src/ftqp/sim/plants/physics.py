@@ -28,21 +28,12 @@ HARMLESS = (1.0, 1.0, 1.0)
 """Stands for an inertia until the true one, which MuJoCo's compiler may refuse, is written [kg m2]."""
 
 
-class Rod(NamedTuple):
-    """A rod with round ends that moves with a joint."""
+class Geom(NamedTuple):
+    """Something that collides."""
 
-    joint: int  # By index, -1 for what stands
-    a: FloatArray  # One end in the joint's frame, (3,) [m]
-    b: FloatArray  # The other end, (3,) [m]
-    radius: float  # Of the rod [m]
-
-
-class Thing(NamedTuple):
-    """Something that stands around an arm."""
-
-    kind: str  # ``sphere``, ``capsule``, ``box``, ``cylinder``, ``half_space`` or ``hull``
-    size: tuple[float, float, float]  # As MuJoCo has it, (3,) [m]
-    pose: FloatArray  # Where it stands, (4, 4) [m]
+    joint: int  # That it moves with, by index; -1 of what stands around the arm
+    kind: str  # One of `KINDS`
+    settings: dict[str, Any]  # As MuJoCo has them: ``size``, and ``fromto``, or ``pos`` and ``quat``
     corners: FloatArray | None = None  # Of a hull, in its own frame, (V, 3) [m]
 
 
@@ -65,11 +56,9 @@ class Physics:
     Source: https://mujoco.readthedocs.io, pages "Computation" and "Modeling".
     """
 
-    def __init__(
-        self, chain: Chain, h: float, bodies: Sequence[Rod] = (), things: Sequence[Thing] = ()
-    ) -> None:
+    def __init__(self, chain: Chain, h: float, geoms: Sequence[Geom] = ()) -> None:
         self._names = chain.names
-        self._model = _compiled(chain, h, bodies, things)
+        self._model = _compiled(chain, h, geoms)
         self._data = data = mujoco.MjData(self._model)
         _write_bodies(self._model, data, chain)
         model, soft = self._model, (RESPONSE * h, 1.0)
@@ -193,7 +182,7 @@ class Physics:
         return int(np.argmax(np.abs(self.v)))
 
 
-def _compiled(chain: Chain, h: float, rods: Sequence[Rod], things: Sequence[Thing]) -> Any:
+def _compiled(chain: Chain, h: float, geoms: Sequence[Geom]) -> Any:
     """The model of the chain, every body with a harmless inertia, and of what it collides with."""
     spec = mujoco.MjSpec()
     spec.compiler.degree, spec.compiler.balanceinertia = False, False
@@ -202,12 +191,12 @@ def _compiled(chain: Chain, h: float, rods: Sequence[Rod], things: Sequence[Thin
     option.gravity, option.timestep = chain.gravity, h
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    if not things:
+    if not any(geom.joint < 0 for geom in geoms):
         option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     bodies = [spec.worldbody]
     for i, name in enumerate(chain.names):
         above = bodies[chain.parent[i] + 1]
-        body = above.add_body(name=name, pos=chain.translation[i], quat=_quaternion(chain.rotation[i]))
+        body = above.add_body(name=name, pos=chain.translation[i], quat=quaternion(chain.rotation[i]))
         bodies.append(body)
         body.explicitinertial, body.mass, body.inertia = True, 1.0, HARMLESS
         kind = mujoco.mjtJoint.mjJNT_SLIDE if chain.prismatic[i] else mujoco.mjtJoint.mjJNT_HINGE
@@ -220,22 +209,14 @@ def _compiled(chain: Chain, h: float, rods: Sequence[Rod], things: Sequence[Thin
         tie.objtype = mujoco.mjtObj.mjOBJ_JOINT
         tie.data[:5] = offset, ratio, 0.0, 0.0, 0.0
     tip = bodies[chain.tip_joint + 1]
-    tip.add_site(name="tip", pos=chain.tip_translation, quat=_quaternion(chain.tip_rotation))
-    for rod in rods:
-        kind = mujoco.mjtGeom.mjGEOM_CAPSULE if np.any(rod.a != rod.b) else mujoco.mjtGeom.mjGEOM_SPHERE
-        ends = {"fromto": [*rod.a, *rod.b]} if np.any(rod.a != rod.b) else {"pos": rod.a}
-        bodies[rod.joint + 1].add_geom(
-            type=kind, size=(rod.radius, 0.0, 0.0), contype=ARM, conaffinity=WORLD, **ends
-        )
-    for k, thing in enumerate(things):
-        shape: dict[str, Any] = {"size": thing.size}
-        if thing.corners is not None:
-            shape = {"meshname": f"hull {k}"}
-            spec.add_mesh(name=f"hull {k}", uservert=thing.corners.ravel())
-        spec.worldbody.add_geom(
-            type=KINDS[thing.kind], pos=thing.pose[:3, 3],
-            quat=_quaternion(thing.pose[:3, :3]), contype=WORLD, conaffinity=ARM, **shape,
-        )  # fmt: skip
+    tip.add_site(name="tip", pos=chain.tip_translation, quat=quaternion(chain.tip_rotation))
+    for k, geom in enumerate(geoms):
+        shape = geom.settings
+        if geom.corners is not None:
+            spec.add_mesh(name=f"hull {k}", uservert=geom.corners.ravel())
+            shape = {"meshname": f"hull {k}"} | shape
+        of, meets = (WORLD, ARM) if geom.joint < 0 else (ARM, WORLD)
+        bodies[geom.joint + 1].add_geom(type=KINDS[geom.kind], contype=of, conaffinity=meets, **shape)
     return spec.compile()
 
 
@@ -245,13 +226,13 @@ def _write_bodies(model: Any, data: Any, chain: Chain) -> None:
         moments, axes = np.linalg.eigh(chain.inertia[i])
         axes[:, 2] *= np.sign(np.linalg.det(axes))
         model.body_mass[i + 1], model.body_ipos[i + 1] = chain.mass[i], chain.com[i]
-        model.body_inertia[i + 1], model.body_iquat[i + 1] = moments, _quaternion(axes)
+        model.body_inertia[i + 1], model.body_iquat[i + 1] = moments, quaternion(axes)
     model.body_simple[:] = 0
     model.body_sameframe[:] = 0
     mujoco.mj_setConst(model, data)
 
 
-def _quaternion(R: FloatArray) -> FloatArray:
+def quaternion(R: FloatArray) -> FloatArray:
     """The unit quaternion w, x, y, z of a rotation, (4,)."""
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(R).reshape(9))

@@ -9,7 +9,7 @@ import numpy as np
 
 from ftqp.core.errors import FtqpError, InputError
 from ftqp.faults.kinds import Fault
-from ftqp.sim.log.row_sink import RowSink
+from ftqp.sim.log.log_rows import RowSink
 from ftqp.sim.log.signals import Column
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.session.session_arms import ArmsOf, Choice, RivalArm, SessionArms

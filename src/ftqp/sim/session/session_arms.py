@@ -10,7 +10,7 @@ from ftqp.control.paths.path import Path
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.faults.kinds import Fault
 from ftqp.model.robot import Robot
-from ftqp.sim.led_arm import LedArm
+from ftqp.sim.leader import LedArm
 from ftqp.sim.plants.plant import Plant
 from ftqp.sim.rival import ResolvedRates
 from ftqp.sim.schedule import Schedule

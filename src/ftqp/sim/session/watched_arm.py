@@ -13,19 +13,16 @@ from ftqp.core.pose import transform
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
 from ftqp.sim.further_measures import FurtherMeasures
-from ftqp.sim.led_arm import Made
+from ftqp.sim.leader import Made
 from ftqp.sim.log.description import further_about
+from ftqp.sim.log.log_rows import RowSink
 from ftqp.sim.log.raw_rows import MICROSECONDS
-from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import (
     HEALTHY,
     PATH_CODES,
     Column,
-    columns,
-    further_columns,
-    sensed_columns,
 )
-from ftqp.sim.log.tick_recorder import TickRecorder
+from ftqp.sim.log.tick_recorder import TickRecorder, signals_of
 from ftqp.sim.session.session_arms import SessionArm
 from ftqp.sim.session.tick_facts import (
     Facts,
@@ -67,12 +64,7 @@ class WatchedArm:
     @property
     def signals(self) -> tuple[Column, ...]:
         """The columns of its log."""
-        robot, level = self._robot, self._player.planner.level
-        return (
-            *columns(robot.joints, robot.chain.prismatic, level),
-            *sensed_columns(self._player.sensed, robot.joints, robot.chain.prismatic),
-            *further_columns(self._measures.all),
-        )
+        return signals_of(self._player.planner, self._player.leader, self._player.sensed)
 
     def begin(self, q: FloatArray, v: FloatArray) -> None:
         """Tick 0: the healthy arm at (q, v), each (nv,), and nothing believed to have failed."""
@@ -251,9 +243,9 @@ class WatchedArm:
         """The planner's step of tick k."""
         if self._going:
             self._carry_things()
-        self._made = self._player.think(k)
+        self._made, plant = self._player.think(k), self._player.plant
         if self._recorder is not None:
-            self._player.write(self._recorder, k * self._player.planner.dt, self._made)
+            self._recorder.write(k * self._player.planner.dt, plant.q, plant.v, *self._made)
 
     def _carry_things(self) -> None:
         """Things of the scene go on to where they were asked to be."""
