@@ -19,6 +19,8 @@ from ftqp.sim.plants.plant import Arm
 from ftqp.sim.sensors.joint_sensors import Reading, SensorFault
 
 DT = 1e-3
+NO_DICE = np.random.default_rng(0)
+"""No fault that is tried here throws dice."""
 SUBSTEPS = 2
 """Time steps of the physics in a tick: 2 kHz."""
 DRIVES = {
@@ -209,9 +211,9 @@ class World:
             np.add(past[1], noise_tau[k], out=row[1])
             row[2] = past[2]
             if fault is not None and k - late >= since:
-                last = seen[k - 1, 0]
-                reading = Reading(measured, np.zeros_like(measured), last, np.zeros_like(measured))
-                fault.spoil(reading, slice(joint, joint + 1), k - late - since, DT, None)  # type: ignore[arg-type]
+                zero = np.zeros_like(measured)
+                reading = Reading(measured, zero, seen[k - 1, 0], zero.copy(), k - late - since, DT, NO_DICE)
+                fault.spoil(reading, slice(joint, joint + 1))
             step = planner.step(measured, None, targets.at(k))
             if torques:
                 row[3] = step.tau

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, final
+from typing import Any, Literal, final
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -104,8 +104,8 @@ class Pairs:
     deceleration: FloatArray | None  # As ``continuation_study`` takes it
     tolerance: tuple[float, float]  # Errors that count as survived with ``qp`` and ``planner`` [m, rad]
 
-    def __reduce__(self) -> tuple[object, ...]:
-        return _pairs, tuple(getattr(self, name) for name in self.__dataclass_fields__)
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     @property
     def count(self) -> int:
@@ -160,7 +160,3 @@ class Pairs:
             hurry=np.full(len(at), np.nan),
             clearance=clearance,
         )
-
-
-def _pairs(*values: object) -> Pairs:
-    return Pairs(**dict(zip(Pairs.__dataclass_fields__, values, strict=True)))  # type: ignore[arg-type]

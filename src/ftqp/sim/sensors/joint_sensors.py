@@ -19,12 +19,15 @@ from ftqp.sim.schedule import first_tick
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What is about to be measured; each (nv,), to be changed in place."""
+    """What is about to be measured; q and v, each (nv,), are to be changed in place."""
 
     q: FloatArray  # positions [rad or m]
     v: FloatArray  # velocities [rad/s or m/s]
     last_q: FloatArray  # positions of the sample before
     last_v: FloatArray  # velocities of the sample before
+    number: int  # of the sample since the fault began, from 0
+    dt: float  # sampling period [s]
+    generator: np.random.Generator  # of everything random
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,17 +60,12 @@ class SensorFault(ABC):
                 raise InputError(f"{name} is {value!r}, expected a finite number")
 
     @abstractmethod
-    def spoil(
-        self, reading: Reading, joints: slice, number: int, dt: float, generator: np.random.Generator
-    ) -> None:
-        """Change the reading of ``joints``.
+    def spoil(self, reading: Reading, joints: slice) -> None:
+        """Change the reading of ``joints``, which is without this fault.
 
         Args:
-            reading: what is measured without this fault.
+            reading: what is measured.
             joints: whose reading is wrong.
-            number: of the sample since the fault began, from 0.
-            dt: sampling period [s].
-            generator: of everything random.
         """
 
 
@@ -77,9 +75,7 @@ class Frozen(SensorFault):
 
     kind: ClassVar[str] = "frozen"
 
-    def spoil(
-        self, reading: Reading, joints: slice, number: int, dt: float, generator: np.random.Generator
-    ) -> None:
+    def spoil(self, reading: Reading, joints: slice) -> None:
         """Repeat the sample before."""
         reading.q[joints], reading.v[joints] = reading.last_q[joints], reading.last_v[joints]
 
@@ -90,9 +86,7 @@ class Dropped(SensorFault):
 
     kind: ClassVar[str] = "dropped"
 
-    def spoil(
-        self, reading: Reading, joints: slice, number: int, dt: float, generator: np.random.Generator
-    ) -> None:
+    def spoil(self, reading: Reading, joints: slice) -> None:
         """Put NaN."""
         reading.q[joints] = reading.v[joints] = np.nan
 
@@ -111,9 +105,7 @@ class Offset(SensorFault):
     size: float = setting(0.0, "added to the position; 6.2832 is a wrapped angle", unit="rad or m")
     speed: float = setting(0.0, "added to the velocity", unit="rad/s or m/s")
 
-    def spoil(
-        self, reading: Reading, joints: slice, number: int, dt: float, generator: np.random.Generator
-    ) -> None:
+    def spoil(self, reading: Reading, joints: slice) -> None:
         """Add the constants."""
         reading.q[joints] += self.size
         reading.v[joints] += self.speed
@@ -131,11 +123,9 @@ class Drifting(SensorFault):
 
     rate: float = setting(0.0, "how fast the reading runs away", unit="rad/s or m/s")
 
-    def spoil(
-        self, reading: Reading, joints: slice, number: int, dt: float, generator: np.random.Generator
-    ) -> None:
+    def spoil(self, reading: Reading, joints: slice) -> None:
         """Add what has drifted so far, and its rate."""
-        reading.q[joints] += self.rate * (number + 1) * dt
+        reading.q[joints] += self.rate * (reading.number + 1) * reading.dt
         reading.v[joints] += self.rate
 
 
@@ -159,13 +149,11 @@ class Scattered(SensorFault):
         if not 0.0 <= self.share <= 1.0:
             raise InputError(f"share is {self.share!r}, expected a share of the samples in [0, 1]")
 
-    def spoil(
-        self, reading: Reading, joints: slice, number: int, dt: float, generator: np.random.Generator
-    ) -> None:
+    def spoil(self, reading: Reading, joints: slice) -> None:
         """Throw dice for each joint."""
         count = len(reading.q[joints])
-        wrong = generator.random(count) < self.share
-        reading.q[joints] += np.where(wrong, self.size * generator.standard_normal(count), 0.0)
+        wrong = reading.generator.random(count) < self.share
+        reading.q[joints] += np.where(wrong, self.size * reading.generator.standard_normal(count), 0.0)
 
 
 SENSOR_KINDS: Mapping[str, type[Any]] = MappingProxyType(
@@ -295,12 +283,10 @@ class JointSensors:
             self.q += self._noise_q * self._generator.standard_normal(len(self.q))
         if self._noise_v > 0.0:
             self.v += self._noise_v * self._generator.standard_normal(len(self.v))
-        if self._faults:
-            reading = Reading(self.q, self.v, self._last[0], self._last[1])
-            for joints, first, fault in self._faults:
-                number = k - first
-                if number >= 0 and (fault.samples is None or number < fault.samples):
-                    fault.spoil(reading, joints, number, self._dt, self._generator)
+        for joints, first, fault in self._faults:
+            number = k - first
+            if number >= 0 and (fault.samples is None or number < fault.samples):
+                fault.spoil(Reading(self.q, self.v, *self._last, number, self._dt, self._generator), joints)
         if motors is not None:
             self._feel(k, motors)
         self._samples = k + 1
