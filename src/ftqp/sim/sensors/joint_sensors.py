@@ -286,7 +286,9 @@ class JointSensors:
         for joints, first, fault in self._faults:
             number = k - first
             if number >= 0 and (fault.samples is None or number < fault.samples):
-                fault.spoil(Reading(self.q, self.v, *self._last, number, self._dt, self._generator), joints)
+                last_q, last_v = self._last
+                reading = Reading(self.q, self.v, last_q, last_v, number, self._dt, self._generator)
+                fault.spoil(reading, joints)
         if motors is not None:
             self._feel(k, motors)
         self._samples = k + 1
