@@ -135,3 +135,12 @@ def test_dry_friction_may_carry_what_it_can():
         load = abs(ARM.torques(run.q[:1], run.v[:1], run.v[:1])[0, 1])
         rubs = replace(ARM, dry_friction=np.where(np.arange(7) == 1, friction * load, 0.0))
         assert bool((torque(rubs, run, KINEMATIC) > 0.0).any()) == found
+
+
+@pytest.mark.parametrize(("hold", "found"), [((0.01, 0.03), False), ((0.03, 0.05), True), (None, True)])
+def test_torque_of_what_holds_all_joints_at_once_is_no_motor_s(hold, found):
+    """An arm that runs at 1 rad/s stands within the tick from 0.01 s on."""
+    q, v = np.tile(ROBOT.neutral, (6, 1)), np.zeros((6, 7))
+    v[:2, 1] = 1.0
+    run = trace_of(q, v, DT, status=["OK"] * 5)
+    assert broken(replace(run, holds=[hold] if hold else [])) == found

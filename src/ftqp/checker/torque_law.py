@@ -33,7 +33,8 @@ def torque(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     a linear program, with what the failed joints do taken as it is. Kept points come before torque limits
     and are not part of it, so beside them only OK is judged, and nothing where the planner minds no torques.
     The limit is the motor's: dry friction may carry what it can, a joint beyond its range may lie on its end
-    stop, and in a stop of an arm with brakes what slows or holds a joint may be its brake.
+    stop, and in a stop of an arm with brakes what slows or holds a joint may be its brake, as may be what
+    holds all joints at once.
     """
     result = np.zeros((len(run.status), len(arm.names)))
     if not arm.has_masses:
@@ -42,7 +43,10 @@ def torque(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     a = np.diff(run.v, axis=0) / run.dt
     tau = arm.torques(run.q[:-1], run.v[:-1], a)
     over = (np.abs(tau) - arm.dry_friction) / limits["tau_max"] - 1.0 - strict.torque
-    over = np.where(obeys & ~jumps(arm, run, strict)[:, None], over, 0.0)
+    held = np.zeros(len(run.t), dtype=np.bool_)
+    for begin, end in run.holds:
+        held |= (run.t > begin - 1.5 * run.dt) & (run.t < end + 0.5 * run.dt)
+    over = np.where(obeys & ~(held | jumps(arm, run, strict))[:, None], over, 0.0)
     claimed = run.claims_ok
     result[claimed] = over[claimed]
     if run.planes or not run.minds_torques:
