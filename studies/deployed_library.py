@@ -25,7 +25,7 @@ import ftqp
 from ftqp.app.deployment.arm_file import SMALL, arm_file
 from ftqp.app.deployment.built_folder import TEXTS, Wanted, build_folder
 from ftqp.app.deployment.headers import layout_header
-from ftqp.kernel.layout.record import CAPACITIES
+from ftqp.kernel.layout.enums import JOINTS
 
 HERE = Path(__file__).with_name("deployed")
 ARMS = (
@@ -138,7 +138,7 @@ def drawn_planner(rng):
     return planner, f"{robot.name} {level} {scheme} {mode} {drive}"
 
 
-def run(seed, capacity=CAPACITIES[0]):
+def run(seed, capacity=JOINTS):
     """An episode in Python; None of an arm for which a library of this capacity has no room."""
     rng = np.random.default_rng(seed)
     while True:
@@ -334,7 +334,7 @@ def compare(target, episodes, seed=0, folder=None, *, small=False):
             return None
         equal, near, worst, who, as_rounding, others = 0, 0, 0.0, "", 0, []
         own_command = None
-        drawn = (run(k, SMALL[0] if small else CAPACITIES[0]) for k in count(seed))
+        drawn = (run(k, SMALL[0] if small else JOINTS) for k in count(seed))
         for episode in islice((one for one in drawn if one is not None), episodes):
             apart, same = difference(episode, replayed(command, episode, folder))
             equal += same

@@ -44,7 +44,7 @@ def _simulate(given: argparse.Namespace) -> int:
 
     from ftqp.kernel.feedback.repeats import FROZEN, forget_repeats, look_at_repeats
     from ftqp.kernel.layout.enums import TORQUE_DRIVE
-    from ftqp.kernel.layout.record import record_dtype
+    from ftqp.kernel.layout.record import dtype
 
     @njit
     def ride(records, joint, quantum, jitter, w, friction, load, ticks, freeze, seed):
@@ -107,7 +107,7 @@ def _simulate(given: argparse.Namespace) -> int:
         return frozen, held, first_held, first_frozen, peak, speed
 
     rng = np.random.default_rng(given.seed)
-    records = np.zeros(1, record_dtype(8))
+    records = np.zeros(1, dtype("record", 8))
     begun, ticks = time.perf_counter(), 600_000
     runs = int(np.ceil(given.hours * 3600.0 / (ticks * DT)))
     totals = {step: [0.0, 0, 0] for step in STEPS}

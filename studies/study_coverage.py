@@ -37,7 +37,7 @@ from ftqp.app.run.healthy_motion import healthy_motion
 from ftqp.app.scenario.setup import load
 from ftqp.app.study.results_file import ResultsFile
 from ftqp.app.study.runner import run_study
-from ftqp.kernel.layout.survival import SURVIVED, Survival
+from ftqp.kernel.layout.enums import SURVIVED, Survival
 
 SCENARIOS = ("zhang7-path", "zhang7-short", "panda-y-line", "iiwa-x-line", "planar3-line")
 OWN, PLANNED = "as it is", "plan"

@@ -6,7 +6,7 @@ import numpy as np
 
 from ftqp.kernel.dtrnn.network_of_qp import assemble
 from ftqp.kernel.dtrnn.stopping import Options
-from ftqp.kernel.layout.network_memory import memory_size
+from ftqp.kernel.layout.flat_arrays import memory_size
 
 PRODUCT = Options(2, 1, 1, 0, 2000, 1.6, 1e-9)
 """The options of ftqp.qp.dtrnn.solve as it comes."""

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from ftqp.kernel.entry.session import rooms
-from ftqp.kernel.layout.record import capacity_for, load_chain, record
+from ftqp.kernel.layout.enums import JOINTS
+from ftqp.kernel.layout.record import load_chain, record
 from ftqp.kernel.rows.failed_joints import sort_joints
 from ftqp.model.robot import Robot
 
@@ -21,7 +22,7 @@ def empty_record(capacity: int = SMALL) -> Any:
 
 def chain_record(robot: Robot) -> Any:
     """The rooms of a record that holds the robot's chain, all of whose joints work."""
-    K = empty_record(capacity_for(robot.nv))
+    K = empty_record(JOINTS)
     load_chain(K, **robot.chain.constants())
     believe(K)
     return K

@@ -6,10 +6,10 @@ import numpy as np
 
 from ftqp.kernel.closed_forms.gathering import gather
 from ftqp.kernel.entry.session import Reduced
-from ftqp.kernel.layout import method_codes
+from ftqp.kernel.layout import enums
 from ftqp.kernel.maths.svd import svd
 
-RULES = {rule.name.lower(): int(rule) for rule in method_codes.Rule}
+RULES = {rule.name.lower(): int(rule) for rule in enums.Rule}
 JOINTS = 16
 """What the memory is for, unless a problem has more joints: one class, compiled once."""
 
@@ -35,7 +35,7 @@ def decomposed(J: Any, xdot: Any = None, locked: Any = ()) -> Any:
     return P
 
 
-def solved(reduced: Reduced, method: int = method_codes.PSEUDOINVERSE, rule: str = "row",
+def solved(reduced: Reduced, method: int = enums.PSEUDOINVERSE, rule: str = "row",
            limit: float = 0.0) -> Any:  # fmt: skip
     """x, (n,), and kappa."""
     P = reduced.P

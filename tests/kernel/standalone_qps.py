@@ -8,7 +8,7 @@ import numpy as np
 from ftqp.kernel.entry.session import bound, rooms
 from ftqp.kernel.entry.table import ANY_SIZE
 from ftqp.kernel.entry.workspace import TOLERANCE
-from ftqp.kernel.layout.standalone_memory import standalone_dtype
+from ftqp.kernel.layout.record import dtype
 
 
 class StandaloneQP:
@@ -21,7 +21,7 @@ class StandaloneQP:
     """
 
     def __init__(self, n: int, m: int, p: int) -> None:
-        memory = np.zeros(1, standalone_dtype())
+        memory = np.zeros(1, dtype("standalone"))
         self.Q: Any = rooms(memory)
         Q = self.Q
         Q.nx, Q.meq, Q.nc, Q.dense = n, m, p, 1

@@ -9,7 +9,7 @@ from ftqp.analysis import coverage, null_vector, task_path
 from ftqp.analysis.survival.continuing import continuation_study, task_session, track
 from ftqp.analysis.survival.tolerable_joints import tolerable_joints
 from ftqp.control.paths import Line, PointToPoint
-from ftqp.kernel.layout.survival import Survival
+from ftqp.kernel.layout.enums import Survival
 from ftqp.model import catalog
 
 STANDING = np.deg2rad([18.7, -60.7, -2.0, -77.0, 84.9, 54.7, -55.0])

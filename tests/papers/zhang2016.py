@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import PointToPoint
-from ftqp.kernel.layout.survival import Survival
+from ftqp.kernel.layout.enums import Survival
 from ftqp.model import catalog
 from ftqp.model.catalog.arms import published
 

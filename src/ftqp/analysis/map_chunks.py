@@ -17,7 +17,7 @@ from ftqp.analysis.spatial_map import (
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, array, frozen, instance, positive, whole_number
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.law_study import Intervals, LawStudy
-from ftqp.kernel.layout.endings import CORRECT, UNRESOLVED
+from ftqp.kernel.layout.enums import CORRECT, UNRESOLVED
 from ftqp.model.robot import Robot
 
 MEASURES: Final = ("R100", "Ravg", "Rsens", "F100", "Favg", "Fsens", "C100", "Cavg")

@@ -9,8 +9,7 @@ from ftqp.control.task.resolvers import Damping, positive_weights, rule_code
 from ftqp.core.checks import FloatArray, array, positive
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Reduced
-from ftqp.kernel.layout.enums import JOINTS, TASK_ROWS
-from ftqp.kernel.layout.method_codes import APPROXIMATE, DAMPED, PSEUDOINVERSE
+from ftqp.kernel.layout.enums import APPROXIMATE, DAMPED, JOINTS, PSEUDOINVERSE, TASK_ROWS
 
 METHODS = {"pinv": PSEUDOINVERSE, "dls": DAMPED}
 LINEAR = 3

@@ -17,7 +17,7 @@ from ftqp.faults.kinds import (
     refuse_unknown,
 )
 from ftqp.kernel.entry.orders import Orders
-from ftqp.kernel.layout.told_memory import IS_LOCKED_NOW, SWINGS_NOW
+from ftqp.kernel.layout.other_records import IS_LOCKED_NOW, SWINGS_NOW
 from ftqp.model.robot import Robot
 
 SHARES = {"v_max": "velocity", "a_max": "acceleration", "tau_max": "torque"}

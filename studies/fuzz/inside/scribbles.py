@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 import ftqp
+from ftqp.kernel.layout.enums import JOINTS
 from ftqp.kernel.layout.rooms import ROOMS
 from fuzz.inside.world import World
 from fuzz.world import last_line
@@ -63,7 +64,7 @@ def fields(session: Any) -> list[tuple[str, Array]]:
     """Every float of a record but those that are trusted, by room and name."""
     found = []
     for room, made in ROOMS.items():
-        for name, kind, *_ in made(session.capacity):
+        for name, kind, *_ in made(JOINTS):
             if room not in TRUSTED and (room, name) != PERIOD and kind == "f8":
                 found.append((f"{room}.{name}", session.field(room, name)))
     return found

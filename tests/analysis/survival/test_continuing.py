@@ -8,7 +8,7 @@ from ftqp.analysis.survival.continuing import continuation_study, task_session, 
 from ftqp.analysis.survival.task_path import task_errors, task_path
 from ftqp.control.paths import Line
 from ftqp.core.errors import InputError
-from ftqp.kernel.layout.survival import Survival
+from ftqp.kernel.layout.enums import Survival
 from ftqp.model import catalog
 
 PANDA = catalog.load("panda")

@@ -11,7 +11,7 @@ from ftqp.analysis.survival.coverage_report import SENTENCES, NotSurvived
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.analysis.tolerance import velocity_jump
 from ftqp.core.errors import InputError
-from ftqp.kernel.layout.survival import Survival
+from ftqp.kernel.layout.enums import Survival
 from ftqp.model import catalog
 
 PANDA = catalog.load("panda")

@@ -8,7 +8,7 @@ from ftqp.analysis.survival.continuing import track
 from ftqp.analysis.survival.coverage import coverage
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.core.errors import InputError
-from ftqp.kernel.layout.survival import Survival
+from ftqp.kernel.layout.enums import Survival
 from ftqp.model import catalog
 
 Q0 = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])

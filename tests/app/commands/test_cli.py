@@ -321,12 +321,12 @@ from ftqp.__main__ import main
 from ftqp.kernel.compiled.kernel import Kernel
 from ftqp.kernel.entry.table import PARTS
 
-load, there = Kernel.load, {(entry.name, capacity) for entry, capacity in PARTS[sys.argv.pop(1)]}
+load, there = Kernel.load, {entry.name for entry in PARTS[sys.argv.pop(1)]}
 
-def noted(self, entry, capacity):
-    if (entry.name, capacity) not in there:
-        sys.stderr.write(f"not built first: {entry.name} for {capacity} joints\\n")
-    return load(self, entry, capacity)
+def noted(self, entry):
+    if entry.name not in there:
+        sys.stderr.write(f"not built first: {entry.name}\\n")
+    return load(self, entry)
 
 Kernel.load = noted
 main()

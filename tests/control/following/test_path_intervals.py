@@ -9,9 +9,8 @@ from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
 from ftqp.kernel.entry.session import PathMemory
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout import path_table as layout
+from ftqp.kernel.layout import flat_arrays as layout
 from ftqp.kernel.layout.enums import TARGET_SIZE
-from ftqp.kernel.layout.record import CAPACITIES
 from ftqp.kernel.rows.path_sample import look_up
 
 START = transform(np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([0.4, 0.1, 0.5]))
@@ -42,7 +41,7 @@ def looked_up(path, table, progress, targets):
 
 def sampled(table, times):
     """The table's pose, twist and acceleration as the kernel reads them."""
-    lead, targets = PathMemory(CAPACITIES[0], table), np.zeros((len(times), TARGET_SIZE))
+    lead, targets = PathMemory(table), np.zeros((len(times), TARGET_SIZE))
     looked_up(lead.path, lead.table, np.asarray(times, dtype=float), targets)
     return targets[:, :16].reshape(-1, 4, 4), targets[:, 16:22], targets[:, 22:28]
 

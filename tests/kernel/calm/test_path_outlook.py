@@ -9,7 +9,6 @@ from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.path_outlook import outlook
 from ftqp.kernel.entry.session import PathMemory
-from ftqp.kernel.layout.record import capacity_for
 from ftqp.kernel.rows.task_rows import task_rows
 
 SPEED = 0.05
@@ -22,7 +21,7 @@ def seen(name, q, way, speed=SPEED):
     K = Ticks(robot, 0.002, torque_limits=False).K
     K.faults.order[:n], K.faults.working, K.faults.movable = np.arange(n), n, n
     K.calm.on = 1
-    path = PathMemory(capacity_for(n), np.zeros((1, 50))).path
+    path = PathMemory(np.zeros((1, 50))).path
     path.speed = speed
     K.state.q[:n] = q
     K.task.target[:] = ftqp.Target(pose=robot.pose(q), twist=[*way, 0.0, 0.0, 0.0]).packed

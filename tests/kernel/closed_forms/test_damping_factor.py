@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from reduced_problems import RULES, kappa_of, problem, solved
 
-from ftqp.kernel.layout import method_codes
+from ftqp.kernel.layout import enums
 
 
 def rates(J, xdot, kappa):
@@ -31,7 +31,7 @@ def test_ten_thousand_random_cases_keep_the_limit_and_the_order_of_the_rules():
         P = problem(J, xdot)
         kappa = {}
         for rule in RULES:
-            x, kappa[rule] = solved(P, method_codes.DAMPED, rule, limit)
+            x, kappa[rule] = solved(P, enums.DAMPED, rule, limit)
             assert np.abs(x).max() <= limit * (1.0 + 1e-9)
         near = 1.0 + 1e-9
         assert kappa["exact_inf"] <= kappa["row"] * near
@@ -114,14 +114,14 @@ def test_undamped_rates_inside_the_limit_are_not_damped():
     J, xdot = rng.normal(size=(6, 8)), rng.normal(size=6)
     undamped = np.linalg.pinv(J) @ xdot
     for rule in RULES:
-        x, kappa = solved(problem(J, xdot), method_codes.DAMPED, rule, 10.0 * np.linalg.norm(undamped))
+        x, kappa = solved(problem(J, xdot), enums.DAMPED, rule, 10.0 * np.linalg.norm(undamped))
         assert kappa == 0.0 and np.abs(x - undamped).max() < 1e-12
 
 
 def test_bound_uses_the_thin_v_of_the_reduced_jacobian():
     J = np.sqrt(0.125) * np.array([[1.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 1.0]])
     P = problem(J, [1.0, 1.0], (1, 3))
-    x, kappa = solved(P, method_codes.DAMPED, "bound", 1.0)
+    x, kappa = solved(P, enums.DAMPED, "bound", 1.0)
     assert kappa == pytest.approx(0.25, rel=1e-12)
     assert x == pytest.approx([0.942809, 0.0, 0.942809, 0.0], abs=1e-6)
     wrong = kappa_of(problem(J, [1.0, 1.0]), "bound", 1.0)  # of the full J: 41 % over the limit
@@ -131,5 +131,5 @@ def test_bound_uses_the_thin_v_of_the_reduced_jacobian():
 
 def test_bound_is_attained():
     J = 0.5 * np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
-    x, _ = solved(problem(J, [1.0, 1.0], (1, 3)), method_codes.DAMPED, "bound", 1.0)
+    x, _ = solved(problem(J, [1.0, 1.0], (1, 3)), enums.DAMPED, "bound", 1.0)
     assert x == pytest.approx([1.0, 0.0, 1.0, 0.0], rel=1e-14)

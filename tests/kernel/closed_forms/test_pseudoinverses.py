@@ -3,7 +3,7 @@
 import numpy as np
 from reduced_problems import problem, solved
 
-from ftqp.kernel.layout import method_codes
+from ftqp.kernel.layout import enums
 
 rng = np.random.default_rng(1)
 
@@ -23,7 +23,7 @@ def test_pseudoinverse_near_and_at_singularity_is_the_truncated_one():
 
 def test_no_joint_left_and_a_task_of_rank_zero_give_the_prescribed_rates_and_zeros():
     J, xdot = rng.normal(size=(6, 3)), rng.normal(size=6)
-    for method in (method_codes.PSEUDOINVERSE, method_codes.DAMPED):
+    for method in (enums.PSEUDOINVERSE, enums.DAMPED):
         x, kappa = solved(problem(J, xdot, (0, 1, 2), (0.1, 0.2, 0.3)), method, "row", 1.0)
         assert np.array_equal(x, [0.1, 0.2, 0.3]) and kappa == 0.0
         x, kappa = solved(problem(0.0 * J, xdot), method, "row", 1.0)

@@ -13,13 +13,13 @@ from pathlib import Path
 import pytest
 
 import ftqp
-from ftqp.kernel.compiled.entry_point import EntryPoint
 from ftqp.kernel.compiled.kernel import Kernel
+from ftqp.kernel.compiled.library import EntryPoint
 
 FORMULAS = """
 import numpy as np
 
-from ftqp.kernel.compiled.taking import take
+from ftqp.kernel.compiled.glue import take
 from ftqp.kernel.jit import COMPILED, carray, jit, part_jit, pointer
 
 FLOAT = np.dtype(np.float64)
@@ -55,25 +55,25 @@ def total(X) -> float:
     return s
 
 
-def summed(capacity):
-    row = np.dtype([("x", np.float64, (capacity,)), ("sum", np.float64)])
+def summed(joints):
+    row = np.dtype([("x", np.float64, (joints,)), ("sum", np.float64)])
 
     def summed(address, count):
         record = carray(pointer(address), 1, row)[0]
         record.sum = total(record.x[:count])
-        return count + capacity
+        return count + joints
 
     return summed
 
 
-def taken(capacity):
+def taken(joints):
     def taken(source, first, into, count, dimensions):
         return take(source, first, into, count, dimensions)
 
     return taken
 
 
-def waiting(capacity):
+def waiting(joints):
     def waiting(flag_at, most):
         flag = carray(pointer(flag_at), 1, FLOAT)
         turns = 0
@@ -85,7 +85,7 @@ def waiting(capacity):
     return waiting
 
 
-def fails(capacity):
+def fails(joints):
     def fails(number):
         if number == 1:
             raise ValueError
@@ -94,7 +94,7 @@ def fails(capacity):
     return fails
 
 
-def allocates(capacity):
+def allocates(joints):
     def allocates(count):
         X = np.ones(count)
         X[0] = 2.0
@@ -108,12 +108,12 @@ import json, sys
 from pathlib import Path
 from ftqp.kernel.compiled import mode
 mode.BUILDING = True
-from ftqp.kernel.compiled.entry_point import EntryPoint
+from ftqp.kernel.compiled.library import EntryPoint
 from ftqp.kernel.building.store import CannotBuild, Store, build
 from ftqp.kernel.compiled.making.processor import target
 given = json.loads(sys.argv[1])
-wanted = [(EntryPoint(name=n, module=given["module"], factory=n, signature=s, nogil=g), c)
-          for n, s, g, c in given["wanted"]]
+wanted = [EntryPoint(name=n, module=given["module"], factory=n, signature=s, nogil=g)
+          for n, s, g in given["wanted"]]
 where, source = target(), Path(given["source"])
 store = Store(Path(given["store"]))
 try:
@@ -156,14 +156,14 @@ class Tiny:
         """A kernel that has loaded nothing yet."""
         return Kernel(self.source, self.built)
 
-    def building(self, *wanted: tuple[EntryPoint, int]) -> "subprocess.Popen[str]":
+    def building(self, *wanted: EntryPoint) -> "subprocess.Popen[str]":
         """A process that builds its library, and says how many units were compiled."""
         given = {
             "module": self.module,
             "source": str(self.source),
             "out": str(self.built),
             "store": str(self.source.parent / "store"),
-            "wanted": [(one.name, one.signature, one.nogil, capacity) for one, capacity in wanted],
+            "wanted": [(one.name, one.signature, one.nogil) for one in wanted],
         }
         path = os.pathsep.join([str(Path(ftqp.__file__).parents[1]), str(self.source)])
         return subprocess.Popen(
@@ -177,7 +177,7 @@ class Tiny:
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # workers of tests ignore Ctrl-C
         )
 
-    def build(self, *wanted: tuple[EntryPoint, int]) -> int:
+    def build(self, *wanted: EntryPoint) -> int:
         """Build its library: how many units were compiled."""
         said, errors = (process := self.building(*wanted)).communicate()
         assert process.returncode == 0, errors
@@ -207,11 +207,10 @@ def ready(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tiny]:
     """One whose library is built; leave it as it is."""
     one = _tiny(tmp_path_factory.mktemp("ready"))
     one.build(
-        (one.summed, 8),
-        (one.summed, 16),
-        (one.entry("taken", "oiiii"), 0),
-        (one.entry("waiting", "ii", nogil=True), 0),
-        (one.entry("fails", "i"), 0),
+        one.summed,
+        one.entry("taken", "oiiii"),
+        one.entry("waiting", "ii", nogil=True),
+        one.entry("fails", "i"),
     )
     sys.path.insert(0, str(one.source))
     yield one

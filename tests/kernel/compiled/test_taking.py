@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ftqp.kernel.compiled.taking import BAD_BUFFER, take
+from ftqp.kernel.compiled.glue import BAD_BUFFER, take
 
 ROOM = 12
 Taken = Callable[..., tuple[int, list[float]]]
@@ -16,7 +16,7 @@ Taken = Callable[..., tuple[int, list[float]]]
 def taken(request: pytest.FixtureRequest, ready: Any) -> Taken:
     """What take returns, and the numbers that it wrote; twice the room was there."""
     entry = ready.entry("taken", "oiiii")
-    call = take if request.param == "plain" else ready.kernel().load(entry, 0)
+    call = take if request.param == "plain" else ready.kernel().load(entry)
 
     def taken(source: Any, count: int = ROOM, first: int = 0, dimensions: int = 0) -> tuple[int, list[float]]:
         out = np.full(2 * ROOM, np.nan)

@@ -12,7 +12,7 @@ from ftqp.kernel.dtrnn.newton_jump import jump
 from ftqp.kernel.dtrnn.projection import rescale, residual
 from ftqp.kernel.dtrnn.stopping import quality
 from ftqp.kernel.layout import enums as codes
-from ftqp.kernel.layout.method_codes import E47, IMPLICIT, LVI94
+from ftqp.kernel.layout.enums import E47, IMPLICIT, LVI94
 from ftqp.qp import QP, solve
 from ftqp.qp import dtrnn as network
 

@@ -7,7 +7,7 @@ import ftqp
 from ftqp.kernel.entry.detect_entries import see_arm
 from ftqp.kernel.entry.detection_session import DetectionSession
 from ftqp.kernel.entry.session import Session, rooms
-from ftqp.kernel.layout.record import arm_dtype, load_chain
+from ftqp.kernel.layout.record import dtype, load_chain
 
 
 @pytest.fixture
@@ -16,7 +16,7 @@ def seen():
     robot = ftqp.robots.load("panda")
     D, session = DetectionSession(robot.chain.constants()).D, Session(7)
     load_chain(session.K, **robot.chain.constants())
-    A = rooms(np.zeros(1, arm_dtype(session.capacity)))
+    A = rooms(np.zeros(1, dtype("arm")))
     load_chain(A, **robot.chain.constants())
     learned = session.K.learned
     learned.on, learned.based, learned.estimates = 1, 1, 1000

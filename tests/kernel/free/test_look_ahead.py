@@ -16,13 +16,13 @@ from ftqp.kernel.free.look_ahead import (
 )
 from ftqp.kernel.free.swinging import see_arm
 from ftqp.kernel.layout.enums import FREE
-from ftqp.kernel.layout.free_memory import free_dtype
+from ftqp.kernel.layout.record import dtype
 
 
 def falling(joint=1):
     """A Panda whose second joint has begun to fall; (K, F)."""
     robot = ftqp.robots.load("panda")
-    K, F = chain_record(robot), rooms(np.zeros(1, free_dtype(8)))
+    K, F = chain_record(robot), rooms(np.zeros(1, dtype("free", 8)))
     for name in ("q_min", "q_max", "v_max", "a_max", "tau_max"):
         getattr(K.limits, name)[:7] = getattr(robot.limits, name)
     K.limits.a_brake[:7] = robot.limits.a_max

@@ -8,7 +8,7 @@ import ftqp
 from ftqp.kernel.entry.session import ArmSession, rooms
 from ftqp.kernel.free.rest_posture import begin_start, residual, seek
 from ftqp.kernel.layout.enums import AXIS_KEPT, FREE, NOTHING_KEPT, POSE_KEPT, POSITION_KEPT
-from ftqp.kernel.layout.free_memory import free_dtype
+from ftqp.kernel.layout.record import dtype
 
 SETS = (NOTHING_KEPT, POSITION_KEPT, AXIS_KEPT, POSE_KEPT)
 
@@ -16,7 +16,7 @@ SETS = (NOTHING_KEPT, POSITION_KEPT, AXIS_KEPT, POSE_KEPT)
 def arm(rows, joint=4, turned=0.0):
     """A Panda at its neutral posture that is to keep ``rows`` where its tip is; (K, F)."""
     robot = ftqp.robots.load("panda")
-    K, F = chain_record(robot), rooms(np.zeros(1, free_dtype(8)))
+    K, F = chain_record(robot), rooms(np.zeros(1, dtype("free", 8)))
     for name in ("q_min", "q_max", "v_max", "a_max"):
         getattr(K.limits, name)[:7] = getattr(robot.limits, name)
     believe(K, {joint: FREE})

@@ -9,7 +9,7 @@ import ftqp
 from ftqp.kernel.entry.session import rooms
 from ftqp.kernel.free.swinging import free_velocity, see_arm, swing_on
 from ftqp.kernel.layout.enums import FREE
-from ftqp.kernel.layout.free_memory import free_dtype
+from ftqp.kernel.layout.record import dtype
 
 STEP = 0.01
 
@@ -20,7 +20,7 @@ def arm():
 
     def made(i, q, v, a, damping=0.0, coulomb=0.0):
         robot = ftqp.robots.load("panda")
-        K, F = chain_record(robot), rooms(np.zeros(1, free_dtype(8)))
+        K, F = chain_record(robot), rooms(np.zeros(1, dtype("free", 8)))
         limits = robot.limits
         for name in ("q_min", "q_max", "v_max", "a_max", "tau_max"):
             getattr(K.limits, name)[:7] = getattr(limits, name)

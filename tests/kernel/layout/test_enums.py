@@ -10,8 +10,7 @@ import pytest
 import ftqp
 from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.control.planner.status import StepStatus
-from ftqp.kernel.layout.base_codes import BaseCode
-from ftqp.kernel.layout.enums import Claim, Status
+from ftqp.kernel.layout.enums import BaseCode, Claim, Status
 from ftqp.qp.problem import SolveStatus
 from ftqp.sim.log.signals import base_columns, columns
 

@@ -9,25 +9,16 @@ import pytest
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session, rooms
 from ftqp.kernel.jit import COMPILED, jit
-from ftqp.kernel.layout.record import (
-    arm_dtype,
-    base_dtype,
-    capacity_for,
-    joints_dtype,
-    path_dtype,
-    record_dtype,
-)
-from ftqp.kernel.layout.reduced_problem import reduced_dtype
-from ftqp.kernel.layout.standalone_memory import standalone_dtype
+from ftqp.kernel.layout.record import dtype
 
 LAYOUTS = {
-    "record": record_dtype(8),
-    "arm": arm_dtype(8),
-    "path": path_dtype(8),
-    "base": base_dtype(8),
-    "joints": joints_dtype(8),
-    "reduced problem": reduced_dtype(8),
-    "QP alone": standalone_dtype(),
+    "record": dtype("record", 8),
+    "arm": dtype("arm", 8),
+    "path": dtype("path", 8),
+    "base": dtype("base", 8),
+    "joints": dtype("joints", 8),
+    "reduced problem": dtype("reduced", 8),
+    "QP alone": dtype("standalone"),
 }
 
 
@@ -89,13 +80,12 @@ def test_every_field_is_the_same_place_to_compiled_code_and_to_plain_python(name
 
 @pytest.mark.parametrize("joints", [1, 7, 64])
 def test_one_class_of_records_holds_every_arm(joints):
-    assert capacity_for(joints) == 64 == Session(joints).capacity
     assert Session(joints).K.state.q.shape == (64,)
 
 
 def test_more_joints_than_any_class_holds_are_refused():
     with pytest.raises(InputError, match="65 joints, expected at most 64"):
-        capacity_for(65)
+        Session(65)
 
 
 def starts(dtype, begin=0):
@@ -107,7 +97,7 @@ def starts(dtype, begin=0):
 
 
 def test_arrays_of_a_record_begin_lines_of_the_cache():
-    found = list(starts(record_dtype(32)))
+    found = list(starts(dtype("record", 32)))
     assert len(found) > 350
     assert all(offset % 64 == 0 for kind, offset in found if kind.itemsize >= 64)
 
@@ -123,7 +113,6 @@ def test_a_copied_session_holds_the_same_and_is_independent(copied):
     session.K.qp.lb[:] = -1.0
     other = copied(session)
     assert [one._memory.ctypes.data % 64 for one in (session, other)] == [0, 0]
-    assert other.capacity == session.capacity
     assert other.K.chain.n == 7 and other.K.task.kp == 3.0 and np.all(other.K.qp.lb == -1.0)
     field, number = other.field("qp", "lb"), other.field("task", "kp")
     other.K.task.kp, other.K.qp.lb[2] = 5.0, -9.0

@@ -6,9 +6,9 @@ from session_ticks import Ticks
 
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.layout.record import record_dtype
+from ftqp.kernel.layout.enums import HOLD
+from ftqp.kernel.layout.record import dtype
 from ftqp.kernel.layout.rows import (
-    HOLD,
     KEEP,
     ROW_KINDS,
     TORQUE,
@@ -90,7 +90,7 @@ def test_rows_that_a_planner_asks_for_stand_behind_those_of_joints():
 
 @pytest.mark.parametrize("capacity", [8, 16, 32])
 def test_a_record_has_room_for_every_row_of_its_class(capacity):
-    qp = record_dtype(capacity)["qp"]
+    qp = dtype("record", capacity)["qp"]
     assert qp["C"].shape == (constraint_capacity(capacity), capacity + 1)
     assert qp["l"].shape == qp["u"].shape == qp["z"].shape == (constraint_capacity(capacity),)
     joints = [str(i) for i in range(capacity)]

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.entry.session import BaseMemory
-from ftqp.kernel.layout import base_codes
+from ftqp.kernel.layout import enums
 from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.rows.inertial_target import (
     follow_base,
@@ -46,9 +46,9 @@ class Follower:
         forward_kinematics(K, K.state)
         has = 0
         for room, value, bit in (
-            (self.base.tip_world, tip, base_codes.HAS_TIP),
-            (self.base.given, base, base_codes.HAS_BASE),
-            (self.base.rate, twist, base_codes.HAS_TWIST),
+            (self.base.tip_world, tip, enums.HAS_TIP),
+            (self.base.given, base, enums.HAS_BASE),
+            (self.base.rate, twist, enums.HAS_TWIST),
         ):
             if value is not None:
                 room[:] = value

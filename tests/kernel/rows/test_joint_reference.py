@@ -5,7 +5,6 @@ import pytest
 
 import ftqp
 from ftqp.kernel.entry.session import JointsMemory
-from ftqp.kernel.layout.record import capacity_for
 
 PANDA = ftqp.robots.load("panda")
 
@@ -15,7 +14,7 @@ def test_step_is_as_near_to_the_demand_as_its_box_allows(level):
     """d = x_r + kv (v_r - v) + kp (q_r - q), each joint cut to its interval."""
     rng = np.random.default_rng(1)
     planner = ftqp.Planner(PANDA, 1e-3, level=level, torque_limits=False)
-    memory = JointsMemory(capacity_for(7))
+    memory = JointsMemory()
     joints = memory.joints
     lead = planner.lead(memory)
     joints.kp, joints.kv = 100.0, 20.0
@@ -36,7 +35,7 @@ def test_step_is_as_near_to_the_demand_as_its_box_allows(level):
 def test_error_of_the_tip_is_to_where_the_motion_of_the_working_joints_puts_it():
     planner = ftqp.Planner(PANDA)
     planner.report(ftqp.Locked(3, mode="instant"))
-    memory = JointsMemory(capacity_for(7))
+    memory = JointsMemory()
     lead = planner.lead(memory)
     q = PANDA.neutral
     ahead = q + np.linspace(-0.01, 0.01, 7)

@@ -10,7 +10,7 @@ from ftqp.analysis import outcome, point_to_point
 from ftqp.analysis.goals import goal_study
 from ftqp.analysis.outcomes.unaware_law import UnawareLaw
 from ftqp.kernel.entry.law_study import LawStudy
-from ftqp.kernel.layout.endings import Ending
+from ftqp.kernel.layout.enums import Ending
 
 LINK = np.array([1.1, 0.8, 1.1])
 GOAL = np.array([1.2, 0.9])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from studies import at, starts, study_of, unit_arm
 
-from ftqp.kernel.layout.method_codes import CurveEnd
+from ftqp.kernel.layout.enums import CurveEnd
 from ftqp.model import catalog
 
 

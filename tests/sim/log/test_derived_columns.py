@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ftqp.kernel.layout.block_row import BLOCK_FIELDS, BLOCK_SCALARS
+from ftqp.kernel.layout.flat_arrays import BLOCK_FIELDS, BLOCK_SCALARS
 from ftqp.model import catalog
 from ftqp.sim.base.moving_world import Platform
 from ftqp.sim.log.log_arrays import Log

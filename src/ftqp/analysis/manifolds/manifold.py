@@ -13,7 +13,7 @@ from ftqp.analysis.manifolds.scanned_range import scanned_range
 from ftqp.core.checks import FloatArray, IntArray, frozen
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.study_session import TracedCurve
-from ftqp.kernel.layout.method_codes import CurveEnd
+from ftqp.kernel.layout.enums import CurveEnd
 from ftqp.model.robot import Robot
 
 CONSTANT = 1e-9

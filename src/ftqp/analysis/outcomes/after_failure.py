@@ -14,8 +14,8 @@ from ftqp.analysis.rest.linearisation import reduced_jacobians, weighted_inverse
 from ftqp.core.checks import BoolArray, FloatArray, frozen, non_negative, positive
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.law_study import Followed, LawStudy
-from ftqp.kernel.layout.endings import Ending
-from ftqp.kernel.layout.law_room import LONG_WAY
+from ftqp.kernel.layout.enums import Ending
+from ftqp.kernel.layout.other_records import LONG_WAY
 from ftqp.model.robot import Robot
 
 RETURNS = 400

@@ -13,7 +13,7 @@ from ftqp.analysis.rest.linearisation import reduced_jacobians
 from ftqp.analysis.rest.rest_configurations import rests_at
 from ftqp.core.checks import FloatArray, IntArray, frozen, whole_number
 from ftqp.core.errors import InputError
-from ftqp.kernel.layout.endings import Ending
+from ftqp.kernel.layout.enums import Ending
 from ftqp.model.robot import Robot
 
 TURN = 2.0 * np.pi

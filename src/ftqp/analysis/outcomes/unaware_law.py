@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from ftqp.analysis.goals import GoalStudy, goal_study
 from ftqp.core.checks import FloatArray, array, frozen, numbers, positive, whole_number
 from ftqp.core.errors import InputError
-from ftqp.kernel.layout.law_room import SHARE
+from ftqp.kernel.layout.other_records import SHARE
 from ftqp.model.robot import Robot
 from ftqp.qp import QP, SolveStatus, solve
 

@@ -10,8 +10,8 @@ from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import Fault, Locked
-from ftqp.kernel.layout.continuation_room import FAILED_JOINTS
-from ftqp.kernel.layout.survival import SURVIVED
+from ftqp.kernel.layout.enums import SURVIVED
+from ftqp.kernel.layout.other_records import FAILED_JOINTS
 from ftqp.model.robot import Robot
 
 FEWER: Final = {"pose": ("position_axis", "position"), "position_axis": ("position",)}

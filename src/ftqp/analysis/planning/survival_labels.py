@@ -14,7 +14,7 @@ from ftqp.analysis.survival.coverage import FOLLOWED
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import InputError
-from ftqp.kernel.layout.survival import SURVIVED
+from ftqp.kernel.layout.enums import SURVIVED
 
 OUTSIDE = 1e-9
 """A configuration farther outside a limit counts as outside [rad or m]."""

@@ -10,8 +10,8 @@ from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.continuation_study import ContinuationStudy
 from ftqp.kernel.entry.study_session import StudySession
+from ftqp.kernel.layout.enums import SURVIVED
 from ftqp.kernel.layout.rows import COMPONENTS
-from ftqp.kernel.layout.survival import SURVIVED
 from ftqp.model.robot import Robot
 
 START_ERROR = 1e-9

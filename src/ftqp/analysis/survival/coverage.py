@@ -20,7 +20,7 @@ from ftqp.core.checks import FloatArray, IntArray, array, frozen, instance, posi
 from ftqp.core.errors import InputError
 from ftqp.faults import kinds
 from ftqp.kernel.entry.continuation_study import Continuations
-from ftqp.kernel.layout.survival import Survival
+from ftqp.kernel.layout.enums import Survival
 from ftqp.model.frames import on_way
 from ftqp.model.robot import Robot
 

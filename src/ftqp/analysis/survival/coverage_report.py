@@ -15,7 +15,7 @@ from ftqp.core.errors import FtqpError, InputError
 from ftqp.core.html_table import html_table
 from ftqp.core.picture import painted
 from ftqp.core.small_picture import strips_svg
-from ftqp.kernel.layout.survival import Survival
+from ftqp.kernel.layout.enums import Survival
 
 
 class NotSurvived(FtqpError):

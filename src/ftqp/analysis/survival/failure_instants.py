@@ -19,7 +19,7 @@ from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.continuation_study import Continuations, ContinuationStudy
-from ftqp.kernel.layout.survival import Survival
+from ftqp.kernel.layout.enums import Survival
 from ftqp.model.robot import Robot
 
 TICK = 2e-3

@@ -10,8 +10,8 @@ from ftqp.analysis.survival.continuing import rows_session
 from ftqp.control.inverse_kinematics.arm_study import task_rows
 from ftqp.core.checks import FloatArray, IntArray, frozen, instance, positive, whole_number
 from ftqp.kernel.entry.continuation_study import ContinuationStudy
+from ftqp.kernel.layout.enums import Survival
 from ftqp.kernel.layout.rows import COMPONENTS
-from ftqp.kernel.layout.survival import Survival
 from ftqp.model.robot import Robot
 
 STEPS = 12

@@ -25,7 +25,7 @@ from ftqp.app.study.runner import refuse_wrong_workers
 from ftqp.app.view.verdicts_file import write_verdicts
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, MissingPackage
-from ftqp.kernel.layout.survival import Survival
+from ftqp.kernel.layout.enums import Survival
 from ftqp.model.chain import frame_id
 from ftqp.model.posture import places
 from ftqp.model.robot import Robot

@@ -17,8 +17,7 @@ from ftqp.core.errors import FtqpError
 from ftqp.core.extras import NAME, missing_library, remedy_for_extra
 from ftqp.kernel.compiled import mode
 from ftqp.kernel.compiled.kernel import BUILT
-from ftqp.kernel.compiled.levels import level_here
-from ftqp.kernel.compiled.library import REMEDY, NoLibrary, library_in
+from ftqp.kernel.compiled.library import REMEDY, NoLibrary, level_here, library_in
 
 NEEDED_FOR = {
     "viz": "figures, reports, the live page",

@@ -8,12 +8,11 @@ from typing import Any, Final
 import numpy as np
 
 from ftqp.control.planner.deployable import Deployable
+from ftqp.kernel.compiled.library import code_key
 from ftqp.kernel.compiled.mode import KERNEL
-from ftqp.kernel.compiled.source_text import code_key
 from ftqp.kernel.entry.session import PathMemory
-from ftqp.kernel.layout.detection_room import detection_dtype
-from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, path_dtype, record_dtype, zeros_in_line
-from ftqp.kernel.layout.told_memory import given_dtype
+from ftqp.kernel.layout.enums import JOINTS
+from ftqp.kernel.layout.record import dtype, zeros_in_line
 
 MAGIC: Final = b"FTQPARM\0"
 FORMAT: Final = 4
@@ -53,24 +52,24 @@ SMALL: Final = (8, 16, 32)
 
 def small_capacity(joints: int) -> int:
     """The most joints of the smallest library for an arm of so many."""
-    return next((capacity for capacity in SMALL if joints <= capacity), CAPACITIES[0])
+    return next((capacity for capacity in SMALL if joints <= capacity), JOINTS)
 
 
 def arm_file(
-    memory: Deployable, joints: int, capacity: int = CAPACITIES[0], *, detects: bool = False,
+    memory: Deployable, joints: int, capacity: int = JOINTS, *, detects: bool = False,
     path: PathMemory | None = None, fingerprint: int = 0,
 ) -> bytes:  # fmt: skip
     """The bytes of ``arm.ftqp``."""
-    kinds = [record_dtype(capacity), given_dtype(capacity), arm_dtype(capacity)]
+    kinds = [dtype("record", capacity), dtype("given", capacity), dtype("arm", capacity)]
     kept = [memory.record, memory.given, memory.arm]
     sizes = [int(kind.itemsize) for kind in kinds] + [0, 0, 0]
     if detects:
-        kinds.append(detection_dtype(capacity))
+        kinds.append(dtype("detector", capacity))
         kept.append(memory.detector)
     parts: dict[int, Any] = dict(enumerate(map(_fitted, kept, kinds)))
     if path is not None:
         table = np.dtype((np.void, path.table.nbytes))
-        parts[PATH_PART] = _fitted(path.memory, path_dtype(capacity))
+        parts[PATH_PART] = _fitted(path.memory, dtype("path", capacity))
         parts[PATH_PART + 1] = np.frombuffer(path.table.tobytes(), table)
     for number, part in parts.items():
         sizes[number] = int(part.dtype.itemsize)

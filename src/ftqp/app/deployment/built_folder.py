@@ -19,7 +19,7 @@ from ftqp.control.paths.path import Path as Way
 from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import FtqpError, InputError
 from ftqp.kernel.compiled.mode import KERNEL
-from ftqp.kernel.layout.record import CAPACITIES
+from ftqp.kernel.layout.enums import JOINTS
 
 TEXTS: Final = Path(__file__).with_name("c")
 TARGETS: Final = ("host", "x86-64-v3", "aarch64", "wasm32")
@@ -63,9 +63,9 @@ class Wanted:
     path: Way | None = None
 
     @property
-    def capacity(self) -> int:
+    def most_joints(self) -> int:
         """The most joints of an arm in the library."""
-        return small_capacity(self.planner.robot.nv) if self.small else CAPACITIES[0]
+        return small_capacity(self.planner.robot.nv) if self.small else JOINTS
 
 
 def build_folder(wanted: Wanted) -> dict[str, Any]:
@@ -80,7 +80,7 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
         )
     follower = None if wanted.path is None else PathFollower(wanted.planner, wanted.path, stall=None)
     file = arm_file(
-        memory, wanted.planner.robot.nv, wanted.capacity, detects=wanted.detects,
+        memory, wanted.planner.robot.nv, wanted.most_joints, detects=wanted.detects,
         path=None if follower is None else follower.memory, fingerprint=fingerprint(wanted.planner),
     )  # fmt: skip
     parent = folder.absolute().parent
@@ -97,7 +97,7 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
             wanted.name,
             file,
             embedded=wanted.embed,
-            capacity=wanted.capacity,
+            joints=wanted.most_joints,
             duration=None if wanted.path is None else wanted.path.duration,
         )
         (made / "arm.h").write_text(header, encoding="utf-8")
@@ -126,10 +126,10 @@ def _library(wanted: Wanted, made: Path) -> dict[str, Any]:
             "this installation of ftqp was made without what builds its kernel; install it anew"
         )
     with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "layout.h").write_text(layout_header(wanted.capacity), encoding="utf-8")
+        (Path(folder) / "layout.h").write_text(layout_header(wanted.most_joints), encoding="utf-8")
         command = [
             sys.executable, "-P", "-m", MAKER, "--target", wanted.target, "--source", str(TEXTS),
-            "--layout", folder, "--out", str(made / "lib"), "--capacity", str(wanted.capacity),
+            "--layout", folder, "--out", str(made / "lib"), "--joints", str(wanted.most_joints),
             *(["--cpu", wanted.cpu] if wanted.cpu else []), *(["--detector"] if wanted.detects else []),
             *(["--path"] if wanted.path is not None else []),
         ]  # fmt: skip
@@ -149,7 +149,7 @@ def _bill(wanted: Wanted, library: dict[str, Any], left_out: tuple[str, ...], ma
     planner = wanted.planner
     return {
         "of": wanted.name, "robot": planner.robot.name, "joints": planner.robot.nv, "dt": planner.dt,
-        "most_joints": wanted.capacity, "drive": planner.drive.kind, "target": wanted.target,
+        "most_joints": wanted.most_joints, "drive": planner.drive.kind, "target": wanted.target,
         "triple": library["triple"],
         "cpu": library["cpu"], "ftqp": __version__, "kernel": kernel_hash(), "zig": library["zig"],
         "left_out": list(left_out),

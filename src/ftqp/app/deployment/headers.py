@@ -12,13 +12,10 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import STOP_REASONS, StepStatus
 from ftqp.control.task.task import row_indices
 from ftqp.kernel.entry.orders import LIMITS
-from ftqp.kernel.layout.detection_room import detection_dtype
-from ftqp.kernel.layout.enums import Brakes, DriveKind, FaultKind, StopReason, ToldDetector
-from ftqp.kernel.layout.free_memory import free_dtype
-from ftqp.kernel.layout.path_table import COLUMNS
-from ftqp.kernel.layout.record import CAPACITIES, arm_dtype, path_dtype, record_dtype
+from ftqp.kernel.layout.enums import JOINTS, Brakes, DriveKind, FaultKind, StopReason, ToldDetector
+from ftqp.kernel.layout.flat_arrays import COLUMNS
+from ftqp.kernel.layout.record import dtype
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
-from ftqp.kernel.layout.told_memory import FAULT, LOAD, given_dtype
 
 CHAIN = ("n", "floating", "tip_joint", "parent", "lead")
 """Fields of a chain by which memory is addressed, for files whose contents make no sense."""
@@ -73,13 +70,13 @@ def offset(dtype: np.dtype[Any], place: str) -> int:
     return found
 
 
-def layout_header(capacity: int = CAPACITIES[0]) -> str:
+def layout_header(joints: int = JOINTS) -> str:
     """``layout.h``: what ``ftqp.c`` must know of the kernel's memory."""
-    record, given = record_dtype(capacity), given_dtype(capacity)
-    arm, detector, path = arm_dtype(capacity), detection_dtype(capacity), path_dtype(capacity)
+    record, given = dtype("record", joints), dtype("given", joints)
+    arm, detector, path = dtype("arm", joints), dtype("detector", joints), dtype("path", joints)
     numbers = {
         "FORMAT": FORMAT,
-        "CAPACITY": capacity,
+        "CAPACITY": joints,
         "MOST_SAMPLES": SAMPLES,
         "OUTSIDE_FROM": OUTSIDE_FROM,
         "STOPPED_AS_ASKED": int(StopReason.ASKED),
@@ -88,7 +85,7 @@ def layout_header(capacity: int = CAPACITIES[0]) -> str:
         "SIZE_OF_RECORD": record.itemsize,
         "SIZE_OF_GIVEN": given.itemsize,
         "SIZE_OF_ARM": arm.itemsize,
-        "SIZE_OF_FREE": free_dtype(capacity).itemsize,
+        "SIZE_OF_FREE": dtype("free", joints).itemsize,
         "SIZE_OF_DETECTOR": detector.itemsize,
         "SIZE_OF_CHAIN": arm["chain"].itemsize,
         "ARM_CHAIN": offset(arm, "chain"),
@@ -100,8 +97,8 @@ def layout_header(capacity: int = CAPACITIES[0]) -> str:
         "SIZE_OF_INTERVAL": 8 * COLUMNS,
         **{f"PATH_{name.upper()}": offset(path, name) for name in PATH},
         **{f"DETECTOR_{name.upper()}": offset(detector, name) for name in DETECTOR},
-        "SIZE_OF_FAULT": FAULT.itemsize,
-        "SIZE_OF_LOAD": LOAD.itemsize,
+        "SIZE_OF_FAULT": dtype("fault").itemsize,
+        "SIZE_OF_LOAD": dtype("load").itemsize,
         **{place.replace(".", "_").upper(): offset(record, place) for place in FIELDS},
         **{f"GIVEN_{name.upper()}": offset(given, name) for name in GIVEN},
     }
@@ -112,7 +109,7 @@ def layout_header(capacity: int = CAPACITIES[0]) -> str:
         [
             "/* Made by ftqp build from the kernel's own layout. */",
             f'#define KERNEL_HASH "{kernel_hash()}"',
-            f"#define KERNEL(name) ftqp_c_##name##_{capacity}",
+            "#define KERNEL(name) ftqp_c_##name",
             *lines,
             f"#define SENTENCES{_sentences(said)}",
             f"#define STOP_SENTENCES{_sentences(why)}",
@@ -167,7 +164,7 @@ def _arm(planner: Planner) -> list[str]:
 
 
 def arm_header(
-    planner: Planner, name: str, file: bytes, *, embedded: bool, capacity: int = CAPACITIES[0],
+    planner: Planner, name: str, file: bytes, *, embedded: bool, joints: int = JOINTS,
     duration: float | None = None,
 ) -> str:  # fmt: skip
     """``arm.h``: names, limits and places of an arm's planner, and its file where that is embedded.
@@ -177,12 +174,12 @@ def arm_header(
         name: Of the arm or the scenario.
         file: The bytes of ``arm.ftqp``.
         embedded: Whether they are part of the header.
-        capacity: The most joints of an arm in the library.
+        joints: The most joints of an arm in the library.
         duration: Of the path in the file [s]; None without one.
     """
     robot = planner.robot
     head = 64 * -(-HEAD_OF_PLANNER // 64)
-    record = record_dtype(capacity)
+    record = dtype("record", joints)
     lines = [
         f"/* arm.h - {name}: {robot.name}, tip {robot.tip}. Made by ftqp build for the library beside it. */",
         "#ifndef FTQP_ARM_H", "#define FTQP_ARM_H", "", "#include <math.h>", "#include <stdint.h>", "",

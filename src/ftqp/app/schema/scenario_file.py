@@ -17,8 +17,7 @@ from ftqp.control.task.task_kinds import CONSTRAINT_KINDS, KEPT, KINDS
 from ftqp.core.errors import InputError
 from ftqp.core.setting import REQUIRED, setting
 from ftqp.kernel.layout.rows import KEEPS
-from ftqp.kernel.layout.scene_room import OBSTACLES
-from ftqp.kernel.layout.terms_room import TERMS
+from ftqp.kernel.layout.scene_room import OBSTACLES, TERMS
 from ftqp.kernel.layout.thresholds import TIME_SLACK
 from ftqp.qp import Backend, Recorder
 from ftqp.sim.schedule import first_tick

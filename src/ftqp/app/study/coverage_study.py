@@ -16,7 +16,7 @@ from ftqp.analysis.survival.tolerable_joints import Bound
 from ftqp.app.study.results_file import ResultsFile
 from ftqp.app.study.runner import run_study
 from ftqp.kernel.entry.continuation_study import Continuations
-from ftqp.kernel.layout.survival import Survival
+from ftqp.kernel.layout.enums import Survival
 
 KIND, BOUND = "coverage", "coverage bound"
 COLUMNS: Final = {

@@ -11,7 +11,7 @@ from ftqp.app.output.console import json_text
 from ftqp.app.run.runs import SCENARIO, write
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import KINDS
-from ftqp.kernel.layout.survival import Survival
+from ftqp.kernel.layout.enums import Survival
 from ftqp.viz.live.frame_source import HeatMap
 
 if TYPE_CHECKING:

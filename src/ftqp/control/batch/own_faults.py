@@ -57,7 +57,7 @@ class OwnFaults:
             starts.append(len(events))
         self.events: IntArray = np.array(events or [(0, 0, 0)], dtype=np.int64)
         self.starts: IntArray = np.array(starts, dtype=np.int64)
-        self.beliefs = beliefs_of(what_ifs.session.capacity, self._rooms)
+        self.beliefs = beliefs_of(self._rooms)
 
     def told(self, arm: int) -> list[tuple[Fault, int]]:
         """What one arm is told and at which tick, by tick."""

@@ -12,7 +12,7 @@ from ftqp.core.checks import FloatArray, numbers
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.setting import refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import DELAYS, Brakes, DriveKind
-from ftqp.kernel.layout.learned_room import LATER, PACES
+from ftqp.kernel.layout.feedback_rooms import LATER, PACES
 from ftqp.kernel.layout.thresholds import LATELY, NOISE_OF_D
 
 KINDS = {kind.name.lower(): kind for kind in DriveKind}

@@ -23,7 +23,6 @@ from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
 from ftqp.kernel.entry.session import PathMemory
 from ftqp.kernel.layout.enums import HELD, OK, RELAXED, SCALED
-from ftqp.kernel.layout.record import capacity_for
 from ftqp.kernel.layout.thresholds import SCALED_FROM
 
 STANDS = 0.01
@@ -129,7 +128,7 @@ class PathFollower:
             raise InputError(f"stall is {stall!r:.60}, expected an ftqp.StallEscape or None")
         self._planner, self._path, self._stall = planner, path, stall
         self._leave = _leave(bridges, leave)
-        memory = PathMemory(capacity_for(planner.robot.nv), path_table(path))
+        memory = PathMemory(path_table(path))
         self._memory, self._lead = memory, planner.lead(memory)
         self._state = memory.path
         memory.path.target[:] = Target(pose=path.start).packed

@@ -7,7 +7,7 @@ import numpy as np
 from ftqp.control.paths.path import Path, PathSample
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.kernel.layout import path_table as layout
+from ftqp.kernel.layout import flat_arrays as layout
 
 FIRST_INTERVALS = 20
 """Intervals before any is halved; corners at quarters, fifths and tenths of the path fall on their ends."""

@@ -19,13 +19,7 @@ from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import has_last_row, is_rotation_matrix
-from ftqp.kernel.layout.enums import (
-    STOPPED,
-    STOPPING,
-    TARGET_HAS_ROTATION,
-    TARGET_POSE,
-    TARGET_TWIST,
-)
+from ftqp.kernel.layout.enums import STOPPED, STOPPING, TARGET_HAS_ROTATION, TARGET_POSE, TARGET_TWIST
 
 _LOG = logging.getLogger("ftqp")
 

@@ -19,9 +19,7 @@ from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import pose as checked_pose
 from ftqp.core.setting import setting
 from ftqp.kernel.entry.session import BaseMemory
-from ftqp.kernel.layout.base_codes import HAS_BASE, HAS_POSITION, HAS_TIP, HAS_TWIST, Attitude, BaseCode
-from ftqp.kernel.layout.enums import DELAYS
-from ftqp.kernel.layout.record import capacity_for
+from ftqp.kernel.layout.enums import DELAYS, HAS_BASE, HAS_POSITION, HAS_TIP, HAS_TWIST, Attitude, BaseCode
 from ftqp.kernel.layout.thresholds import SINGULAR_FROM
 
 ATTITUDES = {attitude.name.lower(): attitude for attitude in Attitude}
@@ -185,7 +183,7 @@ class InertialTask:
                 f"{DELAYS - 1} samples"
             )
         self._planner = planner
-        memory = BaseMemory(capacity_for(planner.robot.nv))
+        memory = BaseMemory()
         state = memory.base
         state.gain = self._gain
         state.attitude = ATTITUDES[base.attitude]

@@ -105,7 +105,7 @@ class FreeJoint:
     def believe(self, belief: Belief) -> None:
         """From the next tick on the arm has a free-swinging joint, another one than before, or none."""
         if belief.needs_dynamics and self._tick is None:
-            self._memory = FreeMemory(self._session.capacity)
+            self._memory = FreeMemory()
             self._tick = self._session.bind("step_free", self._memory.memory)
         self._on = belief.needs_dynamics
         self._said = None

@@ -9,7 +9,6 @@ from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.references.jerk_limit import ENDLESS, RISE_TIME, Motion, State
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import JointsMemory
-from ftqp.kernel.layout.record import capacity_for
 from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.model.robot import Robot
 
@@ -63,7 +62,7 @@ class JointMotion:
     def __init__(
         self, view: PlannerView, robot: Robot, dt: float, level: str, rise_time: float = RISE_TIME
     ) -> None:
-        self.memory = JointsMemory(capacity_for(robot.nv))
+        self.memory = JointsMemory()
         self._joints: Any = self.memory.joints
         self._bandwidth = bandwidth = min(BANDWIDTH, BANDWIDTH_STEPS / dt)
         self._accelerates = level == "acceleration"

@@ -33,7 +33,7 @@ from ftqp.core.checks import FloatArray, frozen
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import COMPONENTS, HELD_ROWS, Asked
-from ftqp.kernel.layout.terms_room import BEFORE_SCHEME, BESIDE_TIP, TERMS
+from ftqp.kernel.layout.scene_room import BEFORE_SCHEME, BESIDE_TIP, TERMS
 from ftqp.model.robot import Robot
 
 STANDS = {TIPS: BESIDE_TIP, NEXT: BEFORE_SCHEME}

@@ -15,7 +15,7 @@ from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.record import BELIEF_ROOMS
+from ftqp.kernel.layout.record import OF_ROOMS
 from ftqp.model.robot import Robot
 
 
@@ -84,7 +84,7 @@ class WhatIfs:
         belief.write(orders)
         orders.believed()
         orders.count_on(None if self._reserve is None else self._reserve.samples)
-        return {room: K[room].copy() for room in BELIEF_ROOMS}
+        return {room: K[room].copy() for room in OF_ROOMS["belief"]}
 
 
 def _refuse_foreign(given: Settings, solver: Solver) -> None:

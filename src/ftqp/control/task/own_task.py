@@ -10,7 +10,7 @@ from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.enums import TASK_ROWS
-from ftqp.kernel.layout.terms_room import OWN
+from ftqp.kernel.layout.scene_room import OWN
 from ftqp.model.robot import Robot
 
 Fill = Callable[[Any, Any, Any], None]

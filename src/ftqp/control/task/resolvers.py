@@ -13,7 +13,7 @@ from typing import Any
 from ftqp.core.checks import positive
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.layout.criteria import Criterion
-from ftqp.kernel.layout.method_codes import ClosedForm, Rule
+from ftqp.kernel.layout.enums import ClosedForm, Rule
 
 RULES = {rule.name.lower(): rule for rule in Rule}
 """The rules of the damping factor kappa, by name."""

@@ -13,7 +13,7 @@ from ftqp.core.errors import InputError, nearest
 from ftqp.core.pose import pose
 from ftqp.core.setting import REQUIRED, setting
 from ftqp.kernel.layout.rows import COMPONENTS
-from ftqp.kernel.layout.terms_room import AXIS, FRAME, JOINT_PLACES, MASS, OWN
+from ftqp.kernel.layout.scene_room import AXIS, FRAME, JOINT_PLACES, MASS, OWN
 
 AXES = "xyz"
 GENTLE = {"acceleration": 4.0, "velocity": 2.0}

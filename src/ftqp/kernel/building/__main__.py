@@ -15,9 +15,8 @@ from typing import Any
 
 from ftqp.core.clock import now
 from ftqp.kernel.compiled import mode
-from ftqp.kernel.compiled.library import MANIFEST, platform_facts
+from ftqp.kernel.compiled.library import MANIFEST, code_key, file_key, platform_facts
 from ftqp.kernel.compiled.mode import KERNEL
-from ftqp.kernel.compiled.source_text import code_key, file_key
 
 ROOT = KERNEL.parents[2]
 
@@ -55,7 +54,7 @@ def _built(given: argparse.Namespace) -> int:
     began = now()
     mode.BUILDING = True  # before the formulas are imported
     try:
-        from ftqp.kernel.compiled.levels import LEVELS, level_here
+        from ftqp.kernel.compiled.library import LEVELS, level_here
         from ftqp.kernel.entry.table import PARTS
 
         levels = [name for name in (given.levels or level_here() or "").split(",") if name]
@@ -103,7 +102,7 @@ def _is_there(given: argparse.Namespace, wanted: dict[str, Any]) -> bool:
     except (OSError, ValueError, KeyError, TypeError):
         return False
     for level, pairs in wanted.items():
-        if {one.symbol(capacity) for one, capacity in pairs} - set(found.get(level, ())):
+        if {one.symbol for one in pairs} - set(found.get(level, ())):
             return False
     if there and not given.wheel and said["files"] != file_key(KERNEL):
         _rewritten(given.out, {**said, "files": file_key(KERNEL)})

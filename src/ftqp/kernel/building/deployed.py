@@ -22,6 +22,7 @@ from typing import Any, Final
 from ftqp.core.extras import remedy_for_extra
 from ftqp.kernel.compiled import mode
 from ftqp.kernel.compiled.mode import KERNEL
+from ftqp.kernel.layout.enums import JOINTS
 
 ROOT = KERNEL.parents[2]
 WASM_STACK = 1 << 18
@@ -77,7 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     add("--out", type=Path, required=True, help="the folder of the library")
     add("--detector", action="store_true", help="a library with a detector")
     add("--path", action="store_true", help="a library with a path")
-    add("--capacity", type=int, default=None, help="most joints of an arm, as the layout has it")
+    add("--joints", type=int, default=JOINTS, help="most joints of an arm, as the layout has it")
     add("--jobs", type=int, default=os.cpu_count())
     given = parser.parse_args(arguments)
     mode.BUILDING = True  # before the formulas are imported
@@ -103,7 +104,6 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
     from ftqp.kernel.building.store import CannotBuild, Store, compiled
     from ftqp.kernel.compiled.making.processor import Target, target
     from ftqp.kernel.entry.table import DEPLOYED, FOLLOWING, WATCHING
-    from ftqp.kernel.layout.record import CAPACITIES
 
     if importlib.util.find_spec("ziglang") is None:
         raise CannotBuild(f"linking needs ziglang; {remedy_for_extra('build')}")
@@ -122,13 +122,12 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
     be_quicker()
     store = Store(store_folder())
     with store.alone():
-        capacity = given.capacity or CAPACITIES[0]
         wanted_entries = (
             *DEPLOYED,
             *(WATCHING if given.detector else ()),
             *(FOLLOWING if given.path else ()),
         )
-        keys, count = compiled([(entry, capacity) for entry in wanted_entries], processor, store, given.jobs)
+        keys, count = compiled(wanted_entries, processor, store, given.jobs, given.joints)
     given.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         objects = [str(store.object_file(key)) for key in keys.values()]
@@ -174,7 +173,7 @@ def _refuse_unknown(cpu: str, name: str, wanted: Platform) -> None:
 
 
 def _classes() -> tuple[str, ...]:
-    from ftqp.kernel.compiled.levels import LEVELS
+    from ftqp.kernel.compiled.library import LEVELS
 
     return tuple(LEVELS.get(platform.machine(), ()))
 

@@ -16,9 +16,9 @@ import llvmlite
 import numba
 import numpy as np
 
+from ftqp.kernel.compiled.library import code_text
 from ftqp.kernel.compiled.making.helper import Helper
 from ftqp.kernel.compiled.mode import KERNEL
-from ftqp.kernel.compiled.source_text import code_text
 
 _MAKING = "compiled/making"
 _MAKERS = (
@@ -26,8 +26,7 @@ _MAKERS = (
     f"{_MAKING}/helper.py",
     f"{_MAKING}/joint_lanes.py",
     f"{_MAKING}/lane_numbers.py",
-    "compiled/taking.py",
-    "compiled/calling.py",
+    "compiled/glue.py",
     "jit.py",
 )
 """The files that say how a function becomes machine code."""

@@ -27,19 +27,15 @@ from numba.core.errors import NumbaError
 from ftqp.kernel.building import kept_parts
 from ftqp.kernel.building.fingerprint import fingerprint as key_of
 from ftqp.kernel.building.quicker import be_quicker
-from ftqp.kernel.compiled.entry_point import EntryPoint
-from ftqp.kernel.compiled.library import MANIFEST, fingerprint, platform_facts, problem_of
+from ftqp.kernel.compiled.library import MANIFEST, EntryPoint, code_key, file_key, fingerprint, platform_facts
 from ftqp.kernel.compiled.making import emit
 from ftqp.kernel.compiled.making.helper import Part
 from ftqp.kernel.compiled.making.processor import Target
-from ftqp.kernel.compiled.source_text import code_key, file_key
+from ftqp.kernel.layout.enums import JOINTS
 
 GLUE = Path(emit.__file__).parents[1] / "glue.c"
 """Compiled beside the units whenever they are linked."""
 NO_LINKER = "neither ziglang nor cc is here to link it"
-
-Wanted = tuple[EntryPoint, int]
-"""An entry point and the capacity of the records that it works on."""
 
 
 class CannotBuild(Exception):
@@ -52,21 +48,21 @@ class Unit:
 
     Attributes:
         what: which.
-        capacity: of the records that it works on, or of those of the entry point that first needed it.
+        joints: that the records which it works on have room for.
     """
 
     what: EntryPoint | Part
-    capacity: int
+    joints: int
 
     @property
     def symbol(self) -> str:
         """Its name in the library."""
-        return self.what.symbol(self.capacity) if isinstance(self.what, EntryPoint) else self.what.symbol
+        return self.what.symbol
 
     def function(self) -> Any:
         """The helper, or the Python function of the entry point."""
         if isinstance(self.what, EntryPoint):
-            return self.what.function(self.capacity)
+            return self.what.function(self.joints)
         return getattr(importlib.import_module(self.what.module), self.what.name)
 
     def key(self, target: Target) -> str:
@@ -79,7 +75,7 @@ class Unit:
     def made(self, target: Target) -> tuple[bytes, list[Part]]:
         """Its object file, and the parts that it needs."""
         if isinstance(self.what, EntryPoint):
-            return emit.entry_code(self.what, self.capacity, target)
+            return emit.entry_code(self.what, self.joints, target)
         return emit.part_code(self.what, self.function(), target)
 
 
@@ -88,20 +84,11 @@ class Store:
 
     Args:
         folder: where they are kept; it is made if it is missing.
-
-    Raises:
-        CannotBuild: another user could have put files there, which would be linked.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         folder.mkdir(mode=0o755, parents=True, exist_ok=True)
-        problem = problem_of(folder)
-        if problem:
-            raise CannotBuild(
-                f"{folder} {problem}, expected one of your own, as object files in it are linked; remove "
-                "it, or set XDG_CACHE_HOME to another place"
-            )
 
     def object_file(self, key: str) -> Path:
         """Where the object file of a key is."""
@@ -110,8 +97,6 @@ class Store:
     def parts(self, key: str) -> list[Part] | None:
         """The parts that the unit of a key needs; ``None`` where it has to be compiled."""
         code, said = self.object_file(key), self._folder / f"{key}.json"
-        if problem_of(code) or problem_of(said):
-            return None
         try:
             return kept_parts.read(code.read_bytes(), said.read_bytes())
         except (OSError, ValueError):
@@ -168,12 +153,12 @@ def _work(unit: Unit, key: str, target: Target, store: Store) -> list[Part]:
 
 
 def compiled(
-    wanted: Sequence[Wanted], target: Target, store: Store, jobs: int
+    wanted: Sequence[EntryPoint], target: Target, store: Store, jobs: int, joints: int = JOINTS
 ) -> tuple[dict[Unit, str], int]:
     """Keys of all units that the wanted entry points need, every one compiled, and how many were just now."""
     keys: dict[Unit, str] = {}
     running: dict[Future[list[Part]], Unit] = {}
-    todo = [Unit(*one) for one in wanted]
+    todo = [Unit(one, joints) for one in wanted]
     made = 0
     pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("fork")) if hasattr(os, "fork") else None
     try:
@@ -199,7 +184,7 @@ def compiled(
             for future in done:
                 unit = running.pop(future)
                 try:
-                    todo += [Unit(part, unit.capacity) for part in future.result()]
+                    todo += [Unit(part, unit.joints) for part in future.result()]
                 except (NumbaError, TypeError, RuntimeError, AssertionError) as error:
                     raise CannotBuild(f"{unit.symbol}: {error}") from error
             known = {one.symbol for one in keys}
@@ -239,8 +224,8 @@ def linked(files: Sequence[Path]) -> bytes:
 
 
 def build(
-    out: Path, wanted: dict[str, Sequence[Wanted]], targets: Sequence[Target], source: Path, store: Store, *,
-    jobs: int, checked: bool, ready: Callable[[], object] | None = None,
+    out: Path, wanted: dict[str, Sequence[EntryPoint]], targets: Sequence[Target], source: Path,
+    store: Store, *, jobs: int, checked: bool, ready: Callable[[], object] | None = None,
 ) -> int:  # fmt: skip
     """Build a library for each class of processors and put them with their manifest into a folder."""
     if platform.system() not in ("Linux", "Darwin"):
@@ -261,7 +246,7 @@ def build(
         store.sweep(set(keys.values()))
         sha256 = fingerprint(code)
         file = f"kernel-{sha256[:12]}.so"
-        entries = {one.symbol(capacity): [one.signature, one.nogil] for one, capacity in wanted[target.cpu]}
+        entries = {one.symbol: [one.signature, one.nogil] for one in wanted[target.cpu]}
         libraries.append({"file": file, "level": target.cpu, "sha256": sha256, "entries": entries})
         put(out / file, code)
     if code_key(source) != before:

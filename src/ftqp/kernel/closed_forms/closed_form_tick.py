@@ -13,8 +13,17 @@ from ftqp.kernel.closed_forms.gathering import gather
 from ftqp.kernel.closed_forms.pseudoinverses import closed_form
 from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.fallback_cascade import run_cascade
-from ftqp.kernel.layout.enums import ANSWERED, FREE, MAIN_STAGE, OK, QP_READY, RELAXED, SOLVE, SOLVED
-from ftqp.kernel.layout.method_codes import APPROXIMATE
+from ftqp.kernel.layout.enums import (
+    ANSWERED,
+    APPROXIMATE,
+    FREE,
+    MAIN_STAGE,
+    OK,
+    QP_READY,
+    RELAXED,
+    SOLVE,
+    SOLVED,
+)
 from ftqp.kernel.maths.svd import svd
 from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
 from ftqp.kernel.rows.one_variable import draw

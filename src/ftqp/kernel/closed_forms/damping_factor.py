@@ -10,7 +10,7 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.method_codes import BOUND, BOUND_2, EXACT_2, ROW, TIGHT
+from ftqp.kernel.layout.enums import BOUND, BOUND_2, EXACT_2, ROW, TIGHT
 
 ITERATIONS = 200
 """Newton steps at most."""

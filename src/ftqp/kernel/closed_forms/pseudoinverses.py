@@ -5,7 +5,7 @@ from typing import Any
 from ftqp.kernel.closed_forms.damping_factor import damping_factor, outside
 from ftqp.kernel.closed_forms.gathering import scatter
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.method_codes import DAMPED
+from ftqp.kernel.layout.enums import DAMPED
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.svd import svd
 

@@ -5,8 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ftqp.kernel.compiled import mode
-from ftqp.kernel.compiled.entry_point import EntryPoint
-from ftqp.kernel.compiled.library import REMEDY, Library, NoLibrary, library_in
+from ftqp.kernel.compiled.library import REMEDY, EntryPoint, Library, NoLibrary, library_in
 
 _LOG = logging.getLogger("ftqp")
 
@@ -28,21 +27,21 @@ class Kernel:
     def __init__(self, source: Path, built: Path) -> None:
         self._source = source
         self._built = built
-        self._ready: dict[tuple[EntryPoint, int], Callable[..., int]] = {}
+        self._ready: dict[EntryPoint, Callable[..., int]] = {}
         self._found: tuple[Library | None] | None = (None,) if mode.PLAIN else None
         self._warned = False
 
-    def load(self, entry: EntryPoint, capacity: int) -> Callable[..., int]:
-        """An entry point for records of a capacity: built, or as plain Python, which a warning says once."""
-        function = self._ready.get((entry, capacity))
+    def load(self, entry: EntryPoint) -> Callable[..., int]:
+        """An entry point: built, or as plain Python, which a warning says once."""
+        function = self._ready.get(entry)
         if function is None:
             library = self._sought()
-            function = None if library is None else library.function(entry, capacity)
+            function = None if library is None else library.function(entry)
             if function is None:
                 if library is not None:
-                    self._warn(f"the built kernel has no {entry.name} for {capacity} joints")
-                function = entry.function(capacity)
-            function = self._ready.setdefault((entry, capacity), function)
+                    self._warn(f"the built kernel has no {entry.name}")
+                function = entry.function()
+            function = self._ready.setdefault(entry, function)
         return function
 
     def level(self) -> str:
@@ -70,9 +69,9 @@ class Kernel:
 _KERNEL = Kernel(mode.KERNEL, BUILT)
 
 
-def load(entry: EntryPoint, capacity: int) -> Callable[..., int]:
-    """An entry point of the kernel for records of a capacity: as ``Kernel.load``."""
-    return _KERNEL.load(entry, capacity)
+def load(entry: EntryPoint) -> Callable[..., int]:
+    """An entry point of the kernel: as ``Kernel.load``."""
+    return _KERNEL.loadentry
 
 
 def level() -> str:

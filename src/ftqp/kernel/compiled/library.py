@@ -1,23 +1,153 @@
-"""The library of the built kernel: looked at, loaded, and its functions made functions of Python."""
+"""The library of the built kernel: looked at, loaded, and its functions made functions of Python.
 
+With it what it is built for: classes of processors, a state of the source, and entry points.
+"""
+
+import ast
 import ctypes
 import hashlib
+import importlib
 import json
-import os
 import platform
 import re
-import stat
 import struct
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
-from ftqp.kernel.compiled.entry_point import EntryPoint
-from ftqp.kernel.compiled.levels import belongs
-from ftqp.kernel.compiled.source_text import code_key, file_key
+from ftqp.kernel.layout.enums import JOINTS
+
+LEVELS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
+    "x86_64": {
+        "x86-64-v4": ("AVX2", "FMA3", "F16C", "AVX512F", "AVX512CD", "AVX512BW", "AVX512DQ", "AVX512VL"),
+        "x86-64-v3": ("AVX2", "FMA3", "F16C"),
+        "x86-64-v2": ("SSE42", "POPCNT"),
+    },
+    "aarch64": {"generic": ()},
+    "arm64": {"apple-m1": ()},
+}
+"""For each architecture the classes by LLVM's name, the best first, with what numpy calls their features."""
+LEVELS["AMD64"] = LEVELS["x86_64"]
+
+
+def _features() -> dict[str, Any]:
+    """What this processor has, as numpy finds it when it is imported."""
+    try:
+        from numpy._core._multiarray_umath import (  # type: ignore[import-not-found]
+            __cpu_features__ as found,
+        )
+    except ImportError:
+        return {}
+    return dict(found)
+
+
+def level_here() -> str | None:
+    """The best class that this machine belongs to; ``None`` where there is none."""
+    return next((name for name in LEVELS.get(platform.machine(), {}) if belongs(name)), None)
+
+
+def belongs(level: str) -> bool:
+    """Whether this machine belongs to a class."""
+    wanted, found = LEVELS.get(platform.machine(), {}).get(level), _features()
+    return wanted is not None and all(found.get(name, False) for name in wanted)
+
+
+BUILDER = "building"
+"""The folder of what builds the kernel, which is no part of its source."""
+
+
+def file_key(package: Path) -> str:
+    """A hash of every source file of a package, in hexadecimal."""
+    return _key(package, Path.read_bytes)
+
+
+def code_key(package: Path) -> str:
+    """A hash of a package's code, in hexadecimal: comments and docstrings do not change it."""
+    return _key(package, lambda path: code_text(path).encode())
+
+
+def code_text(path: Path) -> str:
+    """The code of a source file without comments and docstrings; the text as it is where it is no Python."""
+    text = path.read_text(encoding="utf-8")
+    try:
+        tree = ast.parse(text)
+    except SyntaxError:
+        return text
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list):
+            node.body = [one for one in body if not _is_text(one)]  # type: ignore[attr-defined]
+    return ast.unparse(tree)
+
+
+def _is_text(node: ast.AST) -> bool:
+    """Whether a statement is nothing but a text: a docstring, of a function or of a constant."""
+    if not isinstance(node, ast.Expr):
+        return False
+    return isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+
+
+def _key(package: Path, content_of: Callable[[Path], bytes]) -> str:
+    digest = hashlib.sha256()
+    for path in sorted((*package.rglob("*.py"), *package.rglob("*.c"))):
+        if path.parent.name == BUILDER:
+            continue
+        content = content_of(path)
+        digest.update(f"{path.relative_to(package).as_posix()}\0{len(content)}\0".encode())
+        digest.update(content)
+    return digest.hexdigest()[:24]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EntryPoint:
+    """One way into the kernel.
+
+    Attributes:
+        name: unique, a Python identifier.
+        module: the module with its formulas; imported only to compile it or to run it as plain Python.
+        factory: the name of a function there that takes how many joints a record has room for and returns
+            the Python function, with int arguments and an int result.
+        signature: a letter an argument: ``i`` an integer (an address, a count), ``o`` a Python object,
+            which compiled code gets as its address and plain Python as itself.
+        nogil: whether other Python threads run while it does; it must not touch a Python object then.
+        caller: ``python``, or ``c``: then it is a function of int64_t that returns one.
+        alone: whether it knows no robot, so that its loops may be long.
+    """
+
+    name: str
+    module: str
+    factory: str
+    signature: str
+    nogil: bool = False
+    caller: str = "python"
+    alone: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.name.isidentifier() or not self.name.isascii():
+            raise ValueError(f"name is {self.name!r}, expected a Python identifier")
+        if set(self.signature) - set("io"):
+            raise ValueError(f"signature of {self.name} is {self.signature!r}, expected letters i and o only")
+        if self.caller != "python" and "o" in self.signature:
+            raise ValueError(f"{self.name} is called by {self.caller}, so it takes no Python object")
+        if self.nogil and "o" in self.signature:
+            raise ValueError(f"{self.name} releases the interpreter, so it takes no Python object")
+
+    def function(self, joints: int = JOINTS) -> Callable[..., int]:
+        """The Python function with its formulas, for records with room for so many joints."""
+        factory: Callable[[int], Callable[..., int]] = getattr(
+            importlib.import_module(self.module), self.factory
+        )
+        return factory(joints)
+
+    @property
+    def symbol(self) -> str:
+        """Its name in object files."""
+        return f"ftqp_{'' if self.caller == 'python' else 'c_'}{self.name}"
+
 
 FORMAT = 4
 MANIFEST = "manifest.json"
@@ -57,9 +187,9 @@ class Library:
         self._entries = entries
         self.level = level
 
-    def function(self, entry: EntryPoint, capacity: int) -> Callable[..., int] | None:
-        """An entry point for records of that capacity; ``None`` where the library does not have it."""
-        symbol = entry.symbol(capacity)
+    def function(self, entry: EntryPoint) -> Callable[..., int] | None:
+        """An entry point; ``None`` where the library does not have it."""
+        symbol = entry.symbol
         if self._entries.get(symbol) != [entry.signature, entry.nogil]:
             return None
         at = ctypes.cast(getattr(self._code, symbol), ctypes.c_void_p).value
@@ -93,8 +223,8 @@ def fingerprint(library: bytes) -> str:
 def library_in(folder: Path, source: Path) -> Library:
     """The library in a folder, if it fits platform, processor and source.
 
-    A library that is damaged, or that another user could have changed, is not loaded: machine code that is
-    damaged ends the process, or computes other commands without a word.
+    A library that is damaged is not loaded: its machine code would end the process, or compute other commands
+    without a word.
     """
     manifest = _manifest(folder)
     built_for = {name: manifest.get(name) for name in platform_facts()}
@@ -110,10 +240,6 @@ def library_in(folder: Path, source: Path) -> Library:
         raise NoLibrary(f"the kernel in {folder} is older than its source in {source}")
     chosen = fitting[0]
     path = folder / chosen["file"]
-    for place in (folder, folder / MANIFEST, path):
-        problem = problem_of(place)
-        if problem:
-            raise NoLibrary(f"{place} {problem}, so its machine code is not loaded")
     try:
         found = fingerprint(path.read_bytes())
     except OSError as error:
@@ -160,37 +286,3 @@ def _loaded(path: Path, described: dict[str, Any]) -> Library:
     except (OSError, AttributeError, ValueError) as error:
         raise NoLibrary(f"{path} cannot be loaded ({error})") from None
     return Library(code, described["entries"], described["level"])
-
-
-def problem_of(place: Path) -> str:
-    """Why somebody else could have changed a file or folder of the installation; empty where nobody could.
-
-    It must belong to us, to root, or to whoever installed this very Python file, and no other user may write.
-    """
-    try:
-        what = os.stat(place)
-    except OSError:
-        return "is missing"
-    if not hasattr(os, "getuid"):
-        return ""
-    if what.st_uid not in (os.getuid(), 0, os.stat(__file__).st_uid):
-        return "belongs to another user"
-    return "can be written by other users" if _others_write(what) else ""
-
-
-def _others_write(what: os.stat_result) -> bool:
-    if what.st_mode & stat.S_IWOTH:
-        return True
-    return bool(what.st_mode & stat.S_IWGRP) and not _is_group_of_ours_alone(what.st_gid)
-
-
-def _is_group_of_ours_alone(group: int) -> bool:
-    """Whether it is the group that many systems give each user: of the same name, with nobody else in it."""
-    import grp
-    import pwd
-
-    try:
-        user, found = pwd.getpwuid(os.getuid()), grp.getgrgid(group)
-    except KeyError:
-        return False
-    return group == user.pw_gid and found.gr_name == user.pw_name and set(found.gr_mem) <= {user.pw_name}

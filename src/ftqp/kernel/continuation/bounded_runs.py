@@ -11,9 +11,8 @@ from ftqp.kernel.continuation.exact_runs import aim
 from ftqp.kernel.continuation.failing import allowed_speed, note_errors, note_motion, stopped_at
 from ftqp.kernel.continuation.passing_bodies import note_clearance, pose_clearance
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.continuation_room import FAILED_JOINTS
-from ftqp.kernel.layout.enums import SOLVED
-from ftqp.kernel.layout.survival import ERROR, NOT_CONVERGED, SURVIVED, TOO_NEAR
+from ftqp.kernel.layout.enums import ERROR, NOT_CONVERGED, SOLVED, SURVIVED, TOO_NEAR
+from ftqp.kernel.layout.other_records import FAILED_JOINTS
 from ftqp.kernel.study.task_values import task_values
 
 ITERATIONS = 100

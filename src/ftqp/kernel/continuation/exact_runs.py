@@ -8,8 +8,7 @@ from typing import Any
 from ftqp.kernel.continuation.failing import note_errors, note_motion, put_locked
 from ftqp.kernel.continuation.passing_bodies import note_clearance
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.study_room import GOAL_SIZE
-from ftqp.kernel.layout.survival import (
+from ftqp.kernel.layout.enums import (
     LIMIT,
     NOT_CONVERGED,
     SINGULAR,
@@ -18,6 +17,7 @@ from ftqp.kernel.layout.survival import (
     TOO_NEAR,
     VELOCITY,
 )
+from ftqp.kernel.layout.other_records import GOAL_SIZE
 from ftqp.kernel.maths.lu import determinant_sign, lu_factor, lu_solve
 from ftqp.kernel.study.task_values import task_values
 

@@ -4,7 +4,7 @@ from typing import Any
 
 from ftqp.kernel.continuation.passing_bodies import forget_clearance
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.continuation_room import FAILED_JOINTS
+from ftqp.kernel.layout.other_records import FAILED_JOINTS
 
 
 @jit

@@ -26,8 +26,7 @@ from ftqp.kernel.dtrnn.newton_jump import jump
 from ftqp.kernel.dtrnn.projection import Network, project, rescale, residual
 from ftqp.kernel.dtrnn.stopping import Options, is_solved, quality
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.enums import FAILED, INFEASIBLE, MAX_ITERATIONS, SOLVED
-from ftqp.kernel.layout.method_codes import E47, IMPLICIT, LVI94
+from ftqp.kernel.layout.enums import E47, FAILED, IMPLICIT, INFEASIBLE, LVI94, MAX_ITERATIONS, SOLVED
 from ftqp.kernel.maths.eigenvalues import extreme_eigenvalues, gram
 from ftqp.kernel.maths.lu import lu_factor, lu_solve
 

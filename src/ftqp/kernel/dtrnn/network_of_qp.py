@@ -8,7 +8,7 @@ from ftqp.kernel.dtrnn.projection import Network, is_number, network, residual
 from ftqp.kernel.dtrnn.stopping import options_of
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import FAILED, INFEASIBLE, MAX_ITERATIONS, SOLVED
-from ftqp.kernel.layout.network_memory import KEPT, SIZES, VALID
+from ftqp.kernel.layout.flat_arrays import KEPT, SIZES, VALID
 from ftqp.kernel.maths.cholesky import factor
 from ftqp.kernel.maths.matrix_view import matrix_view
 

@@ -12,7 +12,8 @@ from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import rooms
 from ftqp.kernel.entry.study_session import PORTIONS, StudySession, packed_goals
 from ftqp.kernel.entry.threads import thread_count
-from ftqp.kernel.layout.continuation_room import FACTS, FAILED_JOINTS, continuation_dtype
+from ftqp.kernel.layout.other_records import FACTS, FAILED_JOINTS
+from ftqp.kernel.layout.record import dtype
 
 EXACT_ERROR = 1e-5
 """An error from which on an exact continuation is lost [m, rad]."""
@@ -77,7 +78,7 @@ class ContinuationStudy:
     ) -> None:
         self._session = session.copy()
         self._goals = packed_goals(goals)
-        self._memory = np.zeros(1, continuation_dtype(session.capacity))
+        self._memory = np.zeros(1, dtype("continuation"))
         self._tolerances = near, turned
         C: Any = rooms(self._memory)
         n = session.nv

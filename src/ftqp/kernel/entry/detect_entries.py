@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ftqp.kernel.compiled.taking import take
+from ftqp.kernel.compiled.glue import take
 from ftqp.kernel.detection.detecting import detect_tick
 from ftqp.kernel.feedback.learned_inertia import is_known
 from ftqp.kernel.jit import jit

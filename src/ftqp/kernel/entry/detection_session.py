@@ -7,9 +7,9 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import Call, Session, bound, rooms
-from ftqp.kernel.layout.detection_room import RESIDUALS, detection_dtype
+from ftqp.kernel.layout.detection_room import RESIDUALS
 from ftqp.kernel.layout.enums import ToldDetector
-from ftqp.kernel.layout.record import arm_dtype, capacity_for, load_chain
+from ftqp.kernel.layout.record import check_joints, dtype, load_chain
 
 COLUMNS = ("q", "tau", "q_ref", "v_ref", "a_ref", "effort")
 """Of a log, in the order in which compiled code takes them."""
@@ -29,9 +29,9 @@ class DetectionSession:
 
     def __init__(self, constants: dict[str, Any]) -> None:
         joints = len(constants["mass"])
-        self.capacity = capacity_for(joints)
-        self._memory = np.zeros(1, detection_dtype(self.capacity))
-        self._arm = np.zeros(1, arm_dtype(self.capacity))
+        check_joints(joints)
+        self._memory = np.zeros(1, dtype("detector"))
+        self._arm = np.zeros(1, dtype("arm"))
         load_chain(rooms(self._arm), **constants)
         self.D: Any = rooms(self._memory)
         self.D.n = joints
@@ -48,7 +48,7 @@ class DetectionSession:
 
     def tell(self, what: ToldDetector, joint: int = -1) -> None:
         """Tell the detector something, of a joint where it is about one."""
-        bound("tell_detector", self.capacity, self._memory)(joint, int(what))
+        bound("tell_detector", self._memory)(joint, int(what))
 
     @property
     def memory(self) -> Any:
@@ -57,11 +57,11 @@ class DetectionSession:
 
     def detect(self) -> Call:
         """What takes (q, tau, q_ref, v_ref, a_ref, effort) of one tick."""
-        return bound("detect", self.capacity, self._memory, self._arm)
+        return bound("detect", self._memory, self._arm)
 
     def watch(self, planner: Session) -> Call:
         """What looks on after a tick of a planner of the same arm; it is told where torques lie, or 0."""
-        return bound("watch", self.capacity, planner.memory, self._memory, self._arm)
+        return bound("watch", planner.memory, self._memory, self._arm)
 
     def run(
         self,
@@ -88,7 +88,7 @@ class DetectionSession:
         peaks = np.zeros((max(rows // block, 1), RESIDUALS, len(self.D.q)))
         trace, last = np.zeros(rows), rows if end is None else end
         things = (self._memory, self._arm, *kept, rows, first, last, block, peaks, trace, until)
-        done = bound("detect_log", self.capacity, *things)()
+        done = bound("detect_log", *things)()
         return done, peaks[: rows // block], trace
 
     def copy(self) -> "DetectionSession":
@@ -98,9 +98,8 @@ class DetectionSession:
         return other
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"capacity": self.capacity, "memory": self._memory, "arm": self._arm}
+        return {"memory": self._memory, "arm": self._arm}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.capacity = state["capacity"]
         self._memory, self._arm = state["memory"].copy(), state["arm"].copy()
         self.D = rooms(self._memory)

@@ -9,8 +9,8 @@ import numpy as np
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.kernel.entry.session import rooms
 from ftqp.kernel.entry.study_session import StudySession
-from ftqp.kernel.layout.endings import Ending
-from ftqp.kernel.layout.law_room import law_memory
+from ftqp.kernel.layout.enums import Ending
+from ftqp.kernel.layout.record import memory
 
 Intervals = tuple[tuple[float, float], ...]
 """Intervals (low, high) of a joint [rad or m]."""
@@ -60,7 +60,7 @@ class LawStudy:
 
     def __init__(self, session: StudySession, M: FloatArray, unit: float) -> None:
         self._session = session.copy()
-        self._law = law_memory(session.capacity)
+        self._law = memory("law")
         L, n, chain = self._rooms(), session.nv, session.S.chain
         L.M[:n, :n], L.unit, L.plain = M, unit, np.array_equal(M, np.eye(n))
         offsets = np.vstack([chain.translation[:n], chain.tip_translation])
@@ -187,7 +187,7 @@ class LawStudy:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self._session = state["session"].copy()
-        self._law = law_memory(self._session.capacity)
+        self._law = memory("law")
         self._law[:] = state["law"]
 
 

@@ -8,8 +8,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import ArmSession, Call, Session, bound, rooms
 from ftqp.kernel.layout.enums import ALL_USABLE, TARGET_SIZE
-from ftqp.kernel.layout.record import CAPACITIES
-from ftqp.kernel.layout.told_memory import FAULT, LOAD, RESERVE, given_dtype
+from ftqp.kernel.layout.record import dtype
 
 LIMITS = ("q_min", "q_max", "v_max", "a_max", "tau_max")
 
@@ -48,9 +47,9 @@ class ReserveSamples:
             a_max: Acceleration limits believed now, (n,) [rad/s2].
             tau_max: Torque limits believed now, (n,) [N m]; inf is no limit.
         """
-        out = np.zeros(1, RESERVE)
+        out = np.zeros(1, dtype("reserve"))
         given = np.ascontiguousarray(a_max), np.ascontiguousarray(tau_max)
-        bound("reserve_shares", CAPACITIES[0], self.rows, len(self.rows), self._n, *given, out)()
+        bound("reserve_shares", self.rows, len(self.rows), self._n, *given, out)()
         return float(out["share"][0]), float(out["guard"][0])
 
 
@@ -65,7 +64,7 @@ class Load:
     """
 
     def __init__(self, mass: float, com: Any = (0.0, 0.0, 0.0), inertia: Any = 0.0) -> None:
-        self.memory = np.zeros(1, LOAD)
+        self.memory = np.zeros(1, dtype("load"))
         self.memory["mass"], self.memory["com"] = mass, com
         self.memory["inertia"] = np.broadcast_to(inertia, (3, 3)).ravel()
 
@@ -81,12 +80,12 @@ class Orders:
     Args:
         session: The planner's.
         arm: The arm by itself, which is loaded as the record is.
-        given: Fields of what the planner was made with, by name; see ``given_dtype``.
+        given: Fields of what the planner was made with, by name; see ``given`` in ``other_records``.
     """
 
     def __init__(self, session: Session, arm: ArmSession, given: Mapping[str, Any]) -> None:
         self._session, self._arm = session, arm
-        self.memory = np.zeros(1, given_dtype(session.capacity))
+        self.memory = np.zeros(1, dtype("given"))
         self.given: Any = rooms(self.memory)
         for name, value in given.items():
             field = getattr(self.given, name)
@@ -95,7 +94,7 @@ class Orders:
             else:
                 setattr(self.given, name, value)
         self._know_body()
-        self._shares = np.zeros(1, RESERVE)
+        self._shares = np.zeros(1, dtype("reserve"))
         n = len(arm.joints)
         self.expected = np.zeros(n)
         self.target, self._later = np.zeros(TARGET_SIZE), np.zeros(TARGET_SIZE)
@@ -130,7 +129,7 @@ class Orders:
 
     def believe(self, joint: int, said: Mapping[str, float], goes_on: bool) -> None:
         """Believe a fault of a joint, or that it works."""
-        fault = np.zeros(1, FAULT)  # its own: a signal handler may tell something meanwhile
+        fault = np.zeros(1, dtype("fault"))  # its own: a signal handler may tell something meanwhile
         fault["joint"] = joint
         fault["velocity"], fault["acceleration"], fault["torque"] = 1.0, 1.0, 1.0
         fault["deceleration"], fault["q_min"], fault["q_max"] = np.nan, np.nan, np.nan

@@ -8,7 +8,7 @@ from ftqp.kernel.free.end_stop import stop_torques
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.fallback_cascade import run_cascade
 from ftqp.kernel.layout.enums import AS_TOLD, FREE, INVALID_INPUT, MEASURED, OK, SOLVED, TARGET_SIZE, Status
-from ftqp.kernel.layout.record import CAPACITIES, belief_dtype
+from ftqp.kernel.layout.record import dtype
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.rows.turned_rows import turn_back
 from ftqp.kernel.ticks.accepted_inputs import accept_state
@@ -17,7 +17,7 @@ from ftqp.kernel.ticks.tick import prepare_free, prepare_rich
 from ftqp.kernel.told.believed import falls, look_again
 
 WHOLE = np.dtype(np.int64)
-BELIEF = belief_dtype(CAPACITIES[0])
+BELIEF = dtype("belief")
 STATUSES = len(Status)
 
 

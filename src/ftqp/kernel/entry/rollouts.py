@@ -12,9 +12,8 @@ from ftqp.core.checks import FloatArray, IntArray
 from ftqp.kernel.compiled.kernel import load
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.entry.table import ENTRIES
-from ftqp.kernel.layout.batch_memory import ARRAYS, batch_dtype
-from ftqp.kernel.layout.free_memory import free_dtype
-from ftqp.kernel.layout.record import belief_dtype, record_dtype
+from ftqp.kernel.layout.other_records import ARRAYS
+from ftqp.kernel.layout.record import dtype
 
 PORTION_TICKS = 200_000
 """About so many ticks are done between two looks at whether to go on."""
@@ -64,7 +63,7 @@ class Batch:
 
     def record(self) -> Any:
         """The record that the entry point takes, (1,); it holds as long as the arrays live."""
-        record = np.zeros(1, batch_dtype())
+        record = np.zeros(1, dtype("batch"))
         record["arms"], record["ticks"], record["every"] = len(self.q), len(self.targets), self.every
         record["believed"], record["returns"] = len(self.beliefs), self.returns
         for name in ARRAYS:
@@ -72,9 +71,9 @@ class Batch:
         return record
 
 
-def beliefs_of(capacity: int, rooms: list[dict[str, Any]]) -> Any:
+def beliefs_of(rooms: list[dict[str, Any]]) -> Any:
     """What is believed after each event, in one array."""
-    beliefs = np.zeros(max(len(rooms), 1), belief_dtype(capacity))
+    beliefs = np.zeros(max(len(rooms), 1), dtype("belief"))
     for k, believed in enumerate(rooms):
         for room, value in believed.items():
             beliefs[room][k] = value
@@ -93,7 +92,7 @@ def drive(session: Session, batch: Batch, *, threads: int, progress: Progress | 
         threads: How many threads share the arms out, >= 1.
         progress: Called with the number of arms that are done.
     """
-    load(ENTRIES["rollout"], session.capacity)
+    load(ENTRIES["rollout"])
     arms, ticks, record = len(batch.q), len(batch.targets), batch.record()
     size = max(1, min(PORTION_TICKS // max(ticks, 1), arms // (2 * threads)))
     working = min(threads, -(-arms // size))
@@ -102,7 +101,7 @@ def drive(session: Session, batch: Batch, *, threads: int, progress: Progress | 
 
     def work() -> None:
         """Do portions until none is left; None is put when this thread has ended, well or not."""
-        own, free = np.zeros(1, record_dtype(session.capacity)), np.zeros(1, free_dtype(session.capacity))
+        own, free = np.zeros(1, dtype("record")), np.zeros(1, dtype("free"))
         shop = (own, own, free, batch.q.shape[1])
         try:
             for first in portions:

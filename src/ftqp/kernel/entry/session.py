@@ -12,21 +12,8 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, seen
 from ftqp.kernel.compiled.kernel import load
-from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
-from ftqp.kernel.layout.free_memory import free_dtype
-from ftqp.kernel.layout.plan_memory import plan_dtype
-from ftqp.kernel.layout.record import (
-    arm_dtype,
-    base_dtype,
-    capacity_for,
-    in_line,
-    joints_dtype,
-    load_chain,
-    path_dtype,
-    record,
-)
-from ftqp.kernel.layout.reduced_problem import memory
-from ftqp.kernel.layout.servo_memory import servo_dtype
+from ftqp.kernel.entry.table import ENTRIES
+from ftqp.kernel.layout.record import check_joints, dtype, in_line, load_chain, memory, record
 
 Call = Callable[..., int]
 WORD = 8
@@ -38,12 +25,12 @@ def rooms(memory: Any) -> Any:
     return memory.view(np.recarray)[0]
 
 
-def bound(name: str, capacity: int, *things: Any) -> Call:
+def bound(name: str, *things: Any) -> Call:
     """An entry point with its first arguments given: numbers as they are, arrays by their address, None as 0.
 
     The caller keeps the arrays alive as long as it may call.
     """
-    return partial(load(ENTRIES[name], capacity), *map(_number, things))
+    return partial(load(ENTRIES[name]), *map(_number, things))
 
 
 def _number(thing: Any) -> int:
@@ -58,7 +45,7 @@ def writer_of(target: FloatArray) -> Call:
 
     The caller keeps the target alive as long as it may call.
     """
-    return bound("write_target", ANY_SIZE, target)
+    return bound("write_target", target)
 
 
 def write_together(changes: Sequence[tuple[Any, Any]]) -> None:
@@ -66,7 +53,7 @@ def write_together(changes: Sequence[tuple[Any, Any]]) -> None:
     table = np.array(
         [(to.ctypes.data, given.ctypes.data, given.nbytes // WORD) for to, given in changes], dtype=np.int64
     )
-    bound("write_together", ANY_SIZE, table, len(table))()
+    bound("write_together", table, len(table))()
 
 
 class Session:
@@ -74,12 +61,11 @@ class Session:
 
     Attributes:
         K: The rooms of the record, by attribute.
-        capacity: The class of the record.
     """
 
     def __init__(self, joints: int) -> None:
-        self.capacity = capacity_for(joints)
-        self._memory = record(self.capacity)
+        check_joints(joints)
+        self._memory = record()
         self._begin(())
 
     def _begin(self, lent: tuple[FloatArray, ...]) -> None:
@@ -94,7 +80,7 @@ class Session:
 
     def bind(self, name: str, *things: Any) -> Call:
         """An entry point on this record, further first arguments given; see ``bound``."""
-        return bound(name, self.capacity, self._memory, *things)
+        return bound(name, self._memory, *things)
 
     def field(self, room: str, name: str) -> Any:
         """A field as an array that follows the record: (1,) for a number, else of the field's own shape."""
@@ -108,7 +94,6 @@ class Session:
     def copy(self) -> "Session":
         """A session of its own that holds the same, with the scene as it is now for good."""
         other = Session.__new__(Session)
-        other.capacity = self.capacity
         other._memory = in_line(self._memory)
         other._begin(self._balls)
         other.K.scene.version_at = 0
@@ -144,10 +129,10 @@ class Session:
         return found
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"capacity": self.capacity, "memory": self._memory, "balls": self._balls}
+        return {"memory": self._memory, "balls": self._balls}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.capacity, self._memory = state["capacity"], in_line(state["memory"])
+        self._memory = in_line(state["memory"])
         self._begin(state["balls"])
         self.K.scene.version_at = 0
         for balls in state["balls"]:
@@ -163,23 +148,23 @@ class Reduced:
     """
 
     def __init__(self, joints: int) -> None:
-        self.capacity = capacity_for(joints)
-        self.memory = memory(self.capacity)
+        check_joints(joints)
+        self.memory = memory("reduced")
         self.P: Any = rooms(self.memory)
 
     def resolve(self) -> None:
         """Solve it by its method."""
-        bound("resolve_reduced", self.capacity, self.memory)()
+        bound("resolve_reduced", self.memory)()
 
     def damp(self) -> None:
         """Find kappa by its rule."""
-        bound("kappa", self.capacity, self.memory)()
+        bound("kappa", self.memory)()
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"capacity": self.capacity, "memory": self.memory}
+        return {"memory": self.memory}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.capacity, self.memory = state["capacity"], in_line(state["memory"])
+        self.memory = in_line(state["memory"])
         self.P = rooms(self.memory)
 
 
@@ -195,8 +180,8 @@ class ArmSession:
 
     def __init__(self, constants: dict[str, Any]) -> None:
         joints = len(constants["mass"])
-        self.capacity = capacity_for(joints)
-        self._memory = np.zeros(1, arm_dtype(self.capacity))
+        check_joints(joints)
+        self._memory = np.zeros(1, dtype("arm"))
         self.K: Any = rooms(self._memory)
         load_chain(self.K, **constants)
         self._q, self._v = self.K.state.given_q, self.K.state.given_v
@@ -216,7 +201,7 @@ class ArmSession:
 
     def bind(self, name: str, *things: Any) -> Call:
         """An entry point on this record, further first arguments given; see ``bound``."""
-        return bound(name, self.capacity, self._memory, *things)
+        return bound(name, self._memory, *things)
 
     def adopt(self, session: Session) -> None:
         """Be the arm of a planner as it is fitted now, with its tool and its load; of the same size."""
@@ -225,13 +210,13 @@ class ArmSession:
     def kinematics(self, q: FloatArray, v: FloatArray | None = None) -> None:
         """Tip pose, J and drift at (q, v) into the room ``kinematics``; v None is rest."""
         if self._kinematics is None:
-            self._kinematics = bound("kinematics", self.capacity, self._memory)
+            self._kinematics = bound("kinematics", self._memory)
         self._kinematics(self._given(q, v))
 
     def dynamics(self, q: FloatArray, v: FloatArray | None = None) -> None:
         """Everything of ``kinematics``, and M and h."""
         if self._dynamics is None:
-            self._dynamics = bound("inverse_dynamics", self.capacity, self._memory)
+            self._dynamics = bound("inverse_dynamics", self._memory)
         self._dynamics(self._given(q, v))
 
     def servos(self, servo: "ServoMemory") -> Call:
@@ -239,7 +224,7 @@ class ArmSession:
 
         It leaves M and h of that state in the room ``kinematics``.
         """
-        return bound("servo_torques", self.capacity, self._memory, servo.memory)
+        return bound("servo_torques", self._memory, servo.memory)
 
     def _given(self, q: FloatArray, v: FloatArray | None) -> int:
         self._q[: len(q)] = q
@@ -247,14 +232,10 @@ class ArmSession:
         return len(q)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"capacity": self.capacity, "memory": self._memory, "joints": self._joints}
+        return {"memory": self._memory, "joints": self._joints}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.capacity, self._memory, self._joints = (
-            state["capacity"],
-            in_line(state["memory"]),
-            state["joints"],
-        )
+        self._memory, self._joints = in_line(state["memory"]), state["joints"]
         self.K = rooms(self._memory)
         self._q, self._v = self.K.state.given_q, self.K.state.given_v
         self._kinematics = self._dynamics = None
@@ -269,15 +250,14 @@ class PathMemory:
         table: The path's intervals, (rows, 50).
     """
 
-    def __init__(self, capacity: int, table: FloatArray) -> None:
-        self.memory = np.zeros(1, path_dtype(capacity))
+    def __init__(self, table: FloatArray) -> None:
+        self.memory = np.zeros(1, dtype("path"))
         self.path: Any = rooms(self.memory)
         self.table = np.ascontiguousarray(table)
-        self._capacity = capacity
 
     def begin(self) -> None:
         """Let the path begin anew."""
-        bound("begin_path", self._capacity, self.memory)()
+        bound("begin_path", self.memory)()
 
     def arguments(self) -> tuple[Any, ...]:
         """What the entry points take for it."""
@@ -292,8 +272,8 @@ class FreeMemory:
         F: Its fields, by attribute.
     """
 
-    def __init__(self, capacity: int) -> None:
-        self.memory = np.zeros(1, free_dtype(capacity))
+    def __init__(self) -> None:
+        self.memory = np.zeros(1, dtype("free"))
         self.F: Any = rooms(self.memory)
 
 
@@ -305,8 +285,8 @@ class BaseMemory:
         base: Its fields, by attribute.
     """
 
-    def __init__(self, capacity: int) -> None:
-        self.memory = np.zeros(1, base_dtype(capacity))
+    def __init__(self) -> None:
+        self.memory = np.zeros(1, dtype("base"))
         self.base: Any = rooms(self.memory)
 
     def arguments(self) -> tuple[Any, ...]:
@@ -322,8 +302,8 @@ class JointsMemory:
         joints: Its fields, by attribute.
     """
 
-    def __init__(self, capacity: int) -> None:
-        self.memory = np.zeros(1, joints_dtype(capacity))
+    def __init__(self) -> None:
+        self.memory = np.zeros(1, dtype("joints"))
         self.joints: Any = rooms(self.memory)
 
     def arguments(self) -> tuple[Any, ...]:
@@ -346,7 +326,7 @@ class PlanMemory:
     """
 
     def __init__(self, q: FloatArray, tips: FloatArray, spacing: float, length: float) -> None:
-        self.memory = np.zeros(1, plan_dtype())
+        self.memory = np.zeros(1, dtype("plan"))
         self._P: Any = rooms(self.memory)
         self._kept = q, tips
         self._P.q_at, self._P.tip_at, self._P.rows = q.ctypes.data, tips.ctypes.data, len(q)
@@ -376,5 +356,5 @@ class ServoMemory:
     """
 
     def __init__(self, joints: int) -> None:
-        self.memory = np.zeros(1, servo_dtype(capacity_for(joints)))
+        self.memory = np.zeros(1, dtype("servo"))
         self.S: Any = rooms(self.memory)

@@ -8,45 +8,13 @@ records, ``q:object`` a Python object, and a name alone a whole number.
 import re
 from collections.abc import Callable, Iterator
 from importlib import import_module
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from ftqp.kernel.layout.batch_memory import batch_dtype
-from ftqp.kernel.layout.continuation_room import continuation_dtype
-from ftqp.kernel.layout.detection_room import detection_dtype
-from ftqp.kernel.layout.free_memory import free_dtype
-from ftqp.kernel.layout.law_room import law_dtype
-from ftqp.kernel.layout.plan_memory import plan_dtype
-from ftqp.kernel.layout.record import arm_dtype, base_dtype, joints_dtype, path_dtype, record_dtype
-from ftqp.kernel.layout.reduced_problem import reduced_dtype
-from ftqp.kernel.layout.servo_memory import servo_dtype
-from ftqp.kernel.layout.standalone_memory import standalone_dtype
-from ftqp.kernel.layout.study_room import study_dtype
-from ftqp.kernel.layout.told_memory import FAULT, LOAD, RESERVE, given_dtype
+from ftqp.kernel.layout.enums import JOINTS
+from ftqp.kernel.layout.record import KINDS, dtype
 
-RECORDS: Final[dict[str, Callable[[int], Any]]] = {
-    "record": record_dtype,
-    "arm": arm_dtype,
-    "path": path_dtype,
-    "base": base_dtype,
-    "joints": joints_dtype,
-    "given": given_dtype,
-    "free": free_dtype,
-    "reduced": reduced_dtype,
-    "servo": servo_dtype,
-    "detector": detection_dtype,
-    "study": study_dtype,
-    "continuation": continuation_dtype,
-    "law": law_dtype,
-    "plan": lambda _: plan_dtype(),
-    "batch": lambda _: batch_dtype(),
-    "standalone": lambda _: standalone_dtype(),
-    "fault": lambda _: FAULT,
-    "load": lambda _: LOAD,
-    "reserve": lambda _: RESERVE,
-}
-"""Types of records, for records with room for so many joints."""
 NUMBERS: Final = {"f8": np.dtype(np.float64), "i8": np.dtype(np.int64), "i1": np.dtype(np.int8)}
 OBJECT: Final = "object"
 _ARGUMENT: Final = re.compile(r"(\w+)(?::(\w+)(?:\[(\S+)\])?)?")
@@ -71,7 +39,7 @@ class Spec(NamedTuple):
         """Name, kind (empty for a whole number) and shape (empty but for arrays) of each argument."""
         for word in self.takes.split():
             found = _ARGUMENT.fullmatch(word)
-            if found is None or not {found[2]} <= {None, OBJECT, *RECORDS, *NUMBERS}:
+            if found is None or not {found[2]} <= {None, OBJECT, *KINDS, *NUMBERS}:
                 raise ValueError(f"{word!r} in {self.takes!r} is no argument of an entry point")
             yield found[1], found[2] or "", found[3] or ""
 
@@ -80,20 +48,20 @@ class Spec(NamedTuple):
         """A letter an argument, as an ``EntryPoint`` has them."""
         return "".join("o" if kind == OBJECT else "i" for _, kind, _ in self.arguments())
 
-    def function(self, name: str, capacity: int) -> Callable[..., int]:
+    def function(self, name: str, joints: int = JOINTS) -> Callable[..., int]:
         """The Python function, for records with room for so many joints."""
         from ftqp.kernel.jit import carray, pointer  # numba, where the kernel is built
 
         module = import_module(self.module)
         words = {**vars(module), "carray": carray, "pointer": pointer, **NUMBERS}
-        words["words"] = record_dtype(capacity).itemsize // 8
+        words["words"] = dtype("record", joints).itemsize // 8
         taken, records, arrays = [], [], []
         for argument, kind, shape in self.arguments():
             taken.append(f"{argument}_at" if kind not in ("", OBJECT) else argument)
             if shape:
                 arrays.append(f"{argument} = carray(pointer({argument}_at), ({shape},), {kind})")
-            elif kind in RECORDS:
-                words[f"_{kind}"] = RECORDS[kind](capacity)
+            elif kind in KINDS:
+                words[f"_{kind}"] = dtype(kind, joints)
                 records.append(f"{argument} = carray(pointer({argument}_at), 1, _{kind})[0]")
         formula = getattr(module, self.call.partition("(")[0])
         result = getattr(formula, "py_func", formula).__annotations__.get("return")

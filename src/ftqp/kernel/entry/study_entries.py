@@ -8,8 +8,7 @@ from ftqp.kernel.continuation.failing import begin
 from ftqp.kernel.continuation.passing_bodies import nearest_distance
 from ftqp.kernel.continuation.self_speed import self_speed_run
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.continuation_room import FACTS, FAILED_JOINTS
-from ftqp.kernel.layout.study_room import GOAL_SIZE
+from ftqp.kernel.layout.other_records import FACTS, FAILED_JOINTS, GOAL_SIZE
 from ftqp.kernel.study.null_directions import decompose
 from ftqp.kernel.study.solutions import self_motions_through, solve_goal, spread
 from ftqp.kernel.study.task_values import error_rates, jacobian_rates, task_values

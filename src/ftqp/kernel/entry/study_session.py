@@ -11,9 +11,9 @@ from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Call, bound, rooms
 from ftqp.kernel.entry.threads import thread_count
-from ftqp.kernel.layout.method_codes import CurveEnd
-from ftqp.kernel.layout.record import capacity_for, load_chain
-from ftqp.kernel.layout.study_room import GOAL_SIZE, study_dtype
+from ftqp.kernel.layout.enums import CurveEnd
+from ftqp.kernel.layout.other_records import GOAL_SIZE
+from ftqp.kernel.layout.record import check_joints, dtype, load_chain
 
 TOLERANCE = 1e-12
 """Error of a solution that counts as none [m], where the characteristic length is at most one metre. Some
@@ -84,7 +84,6 @@ class StudySession:
 
     Attributes:
         S: The rooms ``state``, ``kinematics``, ``chain``, ``ahead``, ``scene`` and ``study``.
-        capacity: The class of the record.
     """
 
     def __init__(
@@ -100,8 +99,8 @@ class StudySession:
         axis: bool = False,
     ) -> None:
         self.nv, self.m = len(constants["mass"]), len(rows)
-        self.capacity = capacity_for(self.nv)
-        self.memory = np.zeros(1, study_dtype(self.capacity))
+        check_joints(self.nv)
+        self.memory = np.zeros(1, dtype("study"))
         self.S: Any = rooms(self.memory)
         load_chain(self.S, **constants)
         study = self.S.study
@@ -122,14 +121,14 @@ class StudySession:
     def copy(self) -> "StudySession":
         """A session of its own that holds the same."""
         other = StudySession.__new__(StudySession)
-        other.nv, other.m, other.capacity = self.nv, self.m, self.capacity
+        other.nv, other.m = self.nv, self.m
         other.memory = self.memory.copy()
         other.S = rooms(other.memory)
         return other
 
     def bind(self, name: str, *things: Any) -> Call:
         """An entry point on this record, further first arguments given; see ``bound``."""
-        return bound(name, self.capacity, self.memory, *things)
+        return bound(name, self.memory, *things)
 
     def values(self, q: Any, *, rates: bool = False) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """e, (k, m), A and D = -de/dq, (k, m, nv), and with ``rates`` H[l] = dA/dq_l, (k, nv, m, nv).
@@ -284,10 +283,10 @@ class StudySession:
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"nv": self.nv, "m": self.m, "capacity": self.capacity, "memory": self.memory}
+        return {"nv": self.nv, "m": self.m, "memory": self.memory}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.nv, self.m, self.capacity = state["nv"], state["m"], state["capacity"]
+        self.nv, self.m = state["nv"], state["m"]
         self.memory = state["memory"].copy()
         self.S = rooms(self.memory)
 

@@ -5,9 +5,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Final
 
-from ftqp.kernel.compiled.entry_point import EntryPoint
+from ftqp.kernel.compiled.library import EntryPoint
 from ftqp.kernel.entry.spec import Spec
-from ftqp.kernel.layout.record import CAPACITIES
 
 TEXT: Final = """
 write_target ticks.accepted_inputs first alone
@@ -243,8 +242,6 @@ deployed_follow ticks.deployed_step c-path
 ``first`` and ``demo`` (what the demo needs), ``alone`` (it knows no robot), ``nogil``, and ``c``,
 ``c-detector``, ``c-path`` (``ftqp build`` puts it into a library, always, with a detector, with a path). Then
 what it takes, the call that may find a mistake in that, and the call whose answer is its own."""
-ANY_SIZE: Final = 0
-"""The capacity of entries that know no robot."""
 
 
 def _read(text: str) -> dict[str, tuple[Spec, list[str]]]:
@@ -263,29 +260,34 @@ _READ: Final = _read(TEXT)
 
 
 def __getattr__(name: str) -> Any:
-    """What makes the function of an entry point for a capacity, by its name."""
+    """What makes the function of an entry point for so many joints, by its name."""
     if name not in _READ:
         raise AttributeError(f"there is no entry point {name!r}")
 
-    def factory(capacity: int) -> Callable[..., int]:
-        return _READ[name][0].function(name, capacity)
+    def factory(joints: int) -> Callable[..., int]:
+        return _READ[name][0].function(name, joints)
 
     return factory
 
 
 ENTRIES: Final = {
     name: EntryPoint(
-        name=name, module=__name__, factory=name, signature=spec.signature, nogil="nogil" in words
+        name=name,
+        module=__name__,
+        factory=name,
+        signature=spec.signature,
+        nogil="nogil" in words,
+        alone="alone" in words,
     )
     for name, (spec, words) in _READ.items()
 }
 """By name."""
 
 
-def _having(*words: str) -> tuple[tuple[EntryPoint, int], ...]:
-    """The entry points that Python calls and that have one of some words, all without one, and capacities."""
+def _having(*words: str) -> tuple[EntryPoint, ...]:
+    """The entry points that Python calls and that have one of some words, all without one."""
     return tuple(
-        (ENTRIES[name], ANY_SIZE if "alone" in has else CAPACITIES[0])
+        ENTRIES[name]
         for name, (_, has) in _READ.items()
         if (not words or set(words) & set(has)) and not name.startswith("deployed")
     )
@@ -296,7 +298,7 @@ def _from_c(word: str) -> tuple[EntryPoint, ...]:
 
 
 PARTS: Final = {"first": _having("first"), "demo": _having("first", "demo"), "all": _having()}
-"""What may be built by itself, entry points with the capacities of their records: what the demo's first
+"""What may be built by itself: what the demo's first
 picture and a planner of a small arm need that is given targets; what the demo needs; everything."""
 DEPLOYED: Final = _from_c("c")
 """The ways in from C: what ``ftqp build`` puts into a library."""

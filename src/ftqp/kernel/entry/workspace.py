@@ -8,10 +8,10 @@ import numpy as np
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import bound, rooms
-from ftqp.kernel.entry.table import ANY_SIZE
 from ftqp.kernel.entry.threads import thread_count
-from ftqp.kernel.layout.network_memory import standalone_memory_size
-from ftqp.kernel.layout.standalone_memory import CONSTRAINTS, ROWS, VARIABLES, standalone_dtype
+from ftqp.kernel.layout.flat_arrays import standalone_memory_size
+from ftqp.kernel.layout.other_records import CONSTRAINTS, ROWS, VARIABLES
+from ftqp.kernel.layout.record import dtype
 
 TOLERANCE = 1e-10
 """Largest violation of a bound or row that counts as none. A convention: far above rounding of numbers about
@@ -46,7 +46,7 @@ class Workspace:
                     f"the QP has {got} {name}, active_set holds at most {capacity}; "
                     "use backend 'daqp' or 'proxqp'"
                 )
-        self._memory = np.zeros(1, standalone_dtype())
+        self._memory = np.zeros(1, dtype("standalone"))
         Q = rooms(self._memory)
         self._Q = Q
         Q.nx, Q.meq, Q.nc, Q.rigid, Q.dense = n, m, p, p, 1
@@ -55,7 +55,7 @@ class Workspace:
         self.H, self.g, self.A, self.b = Q.H[:n, :n], Q.g[:n], Q.A[:m, :n], Q.b[:m]
         self.C, self.l, self.u, self.lb, self.ub = Q.C[:p, :n], Q.l[:p], Q.u[:p], Q.lb[:n], Q.ub[:n]
         self.x, self.y, self.z, self.z_box = Q.x[:n], Q.y[:m], Q.z[:p], Q.z_box[:n]
-        self._solve = bound("solve_qp", ANY_SIZE, self._memory)
+        self._solve = bound("solve_qp", self._memory)
 
     def solve(self, cold: bool = False) -> int:
         """Solve what the arrays hold now: 0 solved, 1 iteration limit, 2 infeasible, 3 failed."""
@@ -98,7 +98,7 @@ class NetworkMemory:
             warm: Whether to start from ``solution``.
         """
         things = flat, solution, self._memory, len(self._memory), numbers, trace, len(trace), *self._sizes
-        return bound("solve_network", ANY_SIZE, *things, int(warm))()
+        return bound("solve_network", *things, int(warm))()
 
 
 PARTS_PER_THREAD = 8
@@ -127,7 +127,7 @@ def solve_many(
     def work(portion: int) -> None:
         memory = np.zeros(size)
         first, last = portion * count // portions, (portion + 1) * count // portions
-        bound("solve_network_batch", ANY_SIZE, *things, memory, size, first, last)()
+        bound("solve_network_batch", *things, memory, size, first, last)()
 
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(work, range(portions)))
@@ -137,5 +137,5 @@ def solve_many(
 def kkt(flat: FloatArray, solution: FloatArray, n: int, m: int, p: int) -> FloatArray:
     """The KKT residuals of a solution, (4,); see ``ftqp.kernel.judge.kkt.kkt_residuals``."""
     out = np.empty(4)
-    bound("kkt", ANY_SIZE, flat, solution, out, n, m, p)()
+    bound("kkt", flat, solution, out, n, m, p)()
     return out

@@ -19,8 +19,8 @@ from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY
+from ftqp.kernel.layout.feedback_rooms import POLES, UNKNOWNS
 from ftqp.kernel.layout.hypotheses import TOUCHED
-from ftqp.kernel.layout.learned_room import POLES, UNKNOWNS
 from ftqp.kernel.maths.vectors import cross
 
 SENSE = 0.02

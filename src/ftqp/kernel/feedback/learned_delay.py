@@ -15,7 +15,7 @@ from math import floor
 from typing import Any
 
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.learned_room import LATER
+from ftqp.kernel.layout.feedback_rooms import LATER
 from ftqp.kernel.layout.thresholds import STANDS
 
 SLOWLY = 0.2

@@ -18,7 +18,7 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.touch import adopt
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY, MEASURED
-from ftqp.kernel.layout.learned_room import KEPT, UNKNOWNS
+from ftqp.kernel.layout.feedback_rooms import KEPT, UNKNOWNS
 from ftqp.kernel.layout.thresholds import PUSHED
 
 STUCK = 0.25

@@ -52,7 +52,7 @@ from ftqp.kernel.layout.enums import (
     STOPPED_BY_FREE_JOINT,
     TARGET_TWIST,
 )
-from ftqp.kernel.layout.free_memory import STARTS
+from ftqp.kernel.layout.other_records import STARTS
 from ftqp.kernel.layout.thresholds import HANGS
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.rows.failed_joints import sort_joints

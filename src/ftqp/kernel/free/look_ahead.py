@@ -21,7 +21,7 @@ from ftqp.kernel.free.swinging import (
     within_limits,
 )
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.layout.free_memory import SEGMENTS
+from ftqp.kernel.layout.other_records import SEGMENTS
 
 LONG_STEPS = 200
 """Steps of the rollout that says whether it is safe to hold still ..."""

@@ -1,12 +1,9 @@
 """The record of a detector: what it was given, its observers and filters, the last ticks, what it found."""
 
-from functools import cache
-from typing import Any
-
-import numpy as np
+from typing import Final
 
 from ftqp.kernel.layout.enums import DELAYS, Residual
-from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
+from ftqp.kernel.layout.structures import sections
 
 BANKS = 2
 """Observers of each joint: a slow and a fast one."""
@@ -21,73 +18,95 @@ LOAD_EVERY = 8
 """Ticks from one estimate of the load to the next."""
 RESIDUALS = len(Residual)
 
-
-def detection_fields(N: int) -> Fields:
-    """One detector, see ``ftqp.kernel.detection``.
-
-    ``fresh``: nothing was seen yet; ``got_``: how many torques came with this tick; ``latency``, ``span``,
-    ``now``: of the ring ``past_``; ``ticks`` since the reset; ``at``: place in the rings of the last samples.
-    ``has_effort``: the motors' torque is known, ``motor_torque``; ``asked``: it is what was asked for, else
-    what was measured; ``from_command``: it comes with earlier commands, else with the samples; ``has_motor``:
-    both are known. ``watch``: ticks of suspicion, ``quiet`` of them without; ``suspect``: the joint that
-    explains the residuals best; ``said``, ``said_of``, ``agreed``: the last verdict, its joint, and how often
-    in a row; ``fitted``: the joint whose torque is being fitted, ``fit_``; ``waiting``: a finding that nobody
-    has believed yet; ``pause``: ticks without verdicts. ``pole``, ``k_``: of the observers; ``slip``: speed
-    below which a joint may stick; ``slowness``: of the means, ``usual`` of a residual of torque, ``usual_e``
-    of e, ``usual_side`` of the side that friction is on, ``usual_pull``; ``taken``: samples in them, enough
-    if ``known``; ``held``: ticks for which they have stood still. ``load``: mass and first moments of an
-    unknown load, by sums ``load_``; ``pull``, ``jolt``: what a unit of each takes of the joints, ``drawn``
-    filtered, ``strain`` less its mean; ``spread``: mean square of a residual, ``finest`` its least.
-    ``coulomb``: dry friction, ``told_coulomb`` what was told of it, negative where nothing was; ``holds``:
-    the push of a motor that friction may hold, 0 where that is not known; ``doubt``: inertia that its
-    model may lack.
-    ``touched``: ticks in which a force at the tip explained them better than any joint, by the columns
-    ``along`` and their
-    ``gram``, ``pushed``; ``bank``: the observers that were looked at.
-    ``probed``: the planner moves joints to see whether they stand; ``deviation``: how odd a joint's motion
-    was during this suspicion; ``went``: how far it has gone along with its reference since that turned
-    round; ``gone``: how far that has gone away since. ``room``: largest healthy size of each residual,
-    ``sharp`` its inverse; ``excess``: what it has beside friction, and z of a joint is the largest
-    excess/room; ``peak``: the largest since it was last set to zero. ``blind``: joints whose sensor or
-    motion tells nothing; ``jump``: largest jump of a sample that motion explains, ``hop`` that of one that
-    was refused; ``light``: 1/M_ii; ``faint``: share of its room below which a residual of torque is not
-    divided by M_ii. ``kinds``, ``since``, ``onset``, ``share``: what was found.
-    """
-    names = ("q", "tau", "q_ref", "v_ref", "a_ref", "effort", "good", "step", "raw", "travel", "hop", "seen",
-             "e", "psi", "psi_before", "tau_before", "loose", "loose_before", "coulomb", "viscous", "tau_max",
-             "motor_torque", "side", "usual", "usual_e", "usual_side", "deviation", "z", "jump", "onset",
-             "share", "told_coulomb", "holds", "doubt", "light", "faint", "column", "odd", "score", "spread",
-             "finest", "went", "gone")  # fmt: skip
-    counts = ("same", "missing", "off", "turns", "sensor", "blind", "believed", "kinds", "since", "standing")
-    return [
-        *scalars("i8", "n fresh latency span now ticks at has_effort asked from_command has_motor probed"),
-        *scalars("i8", "got_tau got_effort has_inertia has_dynamics suspect said said_of agreed"),
-        *scalars(
-            "i8", "touched bank fitted fit_best watch quiet held taken known waiting pause patience settle"
-        ),
-        *scalars("f8", "bandwidth_fast dt sigma quantum slip worst slowness load_fade"),
-        *scalars("f8", "fit_xx fit_share fit_onset fit_spread fit_size"),
-        *floats({"pole": (BANKS,), "k_s": (BANKS,), "k_w": (BANKS,), "k_d": (BANKS,)}),
-        *floats(dict.fromkeys(names, (N,))),
-        *integers(dict.fromkeys(counts, (N,))),
-        *floats(dict.fromkeys(("s", "w", "d"), (BANKS, N))),
-        *floats({"rub": (3, N)}),
-        *floats(dict.fromkeys(("f", "band", "motor"), (BANKS, 3, N))),
-        *floats(dict.fromkeys(("x", "excess", "room", "sharp", "peak"), (RESIDUALS, N))),
-        *floats(dict.fromkeys(("past_q", "past_v", "past_a", "past_effort"), (DELAYS, N))),
-        *floats(
-            dict.fromkeys(("kept", "kept_v", "kept_x", "kept_e", "kept_side", "kept_effort"), (WINDOW, N))
-        ),
-        *floats({"g": (ONSETS, BANKS, 3), "fit_gg": (ONSETS,), "fit_gx": (ONSETS,)}),
-        *floats(dict.fromkeys(("pull", "jolt", "strain", "usual_pull"), (LOADS, N))),
-        *floats({"drawn": (LOADS, 3, N), "kept_pull": (WINDOW, LOADS, N)}),
-        *floats(dict.fromkeys(("load", "load_sum"), (LOADS,))),
-        *floats(dict.fromkeys(("load_square", "load_factor"), (LOADS, LOADS))),
-        *floats({"tally": (N, 8), "factor": (N, N), "along": (3, N), "gram": (3, 3), "pushed": (3,)}),
-    ]
-
-
-@cache
-def detection_dtype(capacity: int) -> np.dtype[Any]:
-    """The type of the record of a detector for arms of up to ``capacity`` joints."""
-    return np.dtype(detection_fields(capacity), align=True)
+TEXT: Final = """
+detector  One detector, see ``ftqp.kernel.detection``.
+    n  i8
+    fresh  i8  nothing was seen yet
+    latency span now  i8  of the ring ``past_``
+    ticks  i8  since the reset
+    at  i8  place in the rings of the last samples
+    has_effort  i8  the motors' torque is known, ``motor_torque``
+    asked  i8  it is what was asked for, else what was measured
+    from_command  i8  it comes with earlier commands, else with the samples
+    has_motor  i8  both are known
+    probed  i8  the planner moves joints to see whether they stand
+    got_tau got_effort  i8  how many torques came with this tick
+    has_inertia has_dynamics  i8
+    suspect  i8  the joint that explains the residuals best
+    said said_of agreed  i8  the last verdict, its joint, and how often in a row
+    touched  i8  ticks in which a force at the tip explained them better than any joint
+    bank  i8  the observers that were looked at
+    fitted  i8  the joint whose torque is being fitted, ``fit_``
+    fit_best  i8
+    watch quiet  i8  ticks of suspicion, and of these without
+    held  i8  ticks for which the means have stood still
+    taken  i8  samples in them
+    known  i8  these are enough
+    waiting  i8  a finding that nobody has believed yet
+    pause  i8  ticks without verdicts
+    patience settle  i8
+    bandwidth_fast dt sigma quantum  f8
+    slip  f8  speed below which a joint may stick
+    worst  f8
+    slowness  f8  of the means, whose names begin with ``usual``
+    load_fade fit_xx fit_share fit_onset fit_spread fit_size  f8
+    pole k_s k_w k_d  f8[BANKS]  of the observers
+    q tau q_ref v_ref a_ref effort good step raw travel  f8[N]
+    hop  f8[N]  largest jump of a sample that was refused
+    seen e psi psi_before tau_before loose loose_before  f8[N]
+    coulomb viscous  f8[N]  friction
+    tau_max motor_torque side  f8[N]
+    usual usual_e usual_side  f8[N]  mean of a residual of torque, of e, and of the side that friction is on
+    deviation  f8[N]  how odd a joint's motion was during this suspicion
+    z  f8[N]  the largest excess/room of a joint
+    jump  f8[N]  largest jump of a sample that motion explains
+    onset share  f8[N]  of what was found
+    told_coulomb  f8[N]  what was told of ``coulomb``, negative where nothing was
+    holds  f8[N]  the push of a motor that friction may hold, 0 where that is not known
+    doubt  f8[N]  inertia that the model of a joint may lack
+    light  f8[N]  1/M_ii
+    faint  f8[N]  share of its room below which a residual of torque is not divided by M_ii
+    column odd score  f8[N]
+    spread finest  f8[N]  mean square of a residual, and its least
+    went  f8[N]  how far a joint has gone along with its reference since that turned round
+    gone  f8[N]  how far that has gone away since
+    same missing off turns sensor  i8[N]
+    blind  i8[N]  the joint's sensor or motion tells nothing
+    believed  i8[N]
+    kinds since  i8[N]  of what was found
+    standing  i8[N]
+    s w d  f8[BANKS,N]
+    rub  f8[3,N]
+    f band motor  f8[BANKS,3,N]
+    x  f8[RESIDUALS,N]
+    excess  f8[RESIDUALS,N]  what a residual has beside friction
+    room sharp  f8[RESIDUALS,N]  its largest healthy size, and the inverse of that
+    peak  f8[RESIDUALS,N]  the largest excess since it was last set to zero
+    past_q past_v past_a past_effort  f8[DELAYS,N]
+    kept kept_v kept_x kept_e kept_side kept_effort  f8[WINDOW,N]
+    g  f8[ONSETS,BANKS,3]
+    fit_gg fit_gx  f8[ONSETS]
+    pull jolt  f8[LOADS,N]  what a unit of each of ``load`` takes of the joints
+    strain usual_pull  f8[LOADS,N]  ``drawn`` less its mean, and that
+    drawn  f8[LOADS,3,N]  what a unit takes, filtered
+    kept_pull  f8[WINDOW,LOADS,N]
+    load load_sum  f8[LOADS]  mass and first moments of an unknown load, by sums
+    load_square load_factor  f8[LOADS,LOADS]
+    tally  f8[N,8]
+    factor  f8[N,N]
+    along  f8[3,N]  columns by which a force at the tip explains residuals
+    gram  f8[3,3]  of these
+    pushed  f8[3]
+"""
+DETECTOR: Final = sections(
+    TEXT,
+    {
+        "BANKS": BANKS,
+        "DELAYS": DELAYS,
+        "LOADS": LOADS,
+        "ONSETS": ONSETS,
+        "RESIDUALS": RESIDUALS,
+        "WINDOW": WINDOW,
+    },
+)
+"""What gives its fields."""

@@ -1,4 +1,4 @@
-"""Every code that the record carries, each enumeration once; those of bases and methods have a file each.
+"""Every code that the record carries, each enumeration once.
 
 Compiled code compares plain integers, so that each enumeration is followed by its members under their short
 names. Whoever shows a code to a person reads its name here.
@@ -392,3 +392,139 @@ DELAYS: Final = 64
 """Capacity: samples by which a measurement may be late, plus one."""
 HISTORY: Final = 64
 """Capacity: given targets that are kept."""
+
+
+class Attitude(IntEnum):
+    """Which attitude of a moving base turns the inertial error into the base's axes."""
+
+    ESTIMATED = 0
+    NOMINAL = 1
+    MEASURED = 2
+
+
+ESTIMATED_ATTITUDE, NOMINAL_ATTITUDE, MEASURED_ATTITUDE = map(int, Attitude)
+
+
+class BaseCode(IntEnum):
+    """How a task in inertial space goes; the sentences are those of ``ftqp.BaseStatus``."""
+
+    TRACKING = 0
+    SATURATED = 1
+    RANK_DEFICIENT = 2
+    UNREACHABLE = 3
+    STALE = 4
+    HALTED = 5
+
+
+(
+    BASE_TRACKING,
+    BASE_SATURATED,
+    BASE_RANK_DEFICIENT,
+    BASE_UNREACHABLE,
+    BASE_STALE,
+    BASE_HALTED,
+) = map(int, BaseCode)
+
+HAS_TIP: Final = 1
+"""What is measured at a tick of a moving base, bit by bit."""
+HAS_POSITION: Final = 2
+"""Of the tip the position only."""
+HAS_BASE: Final = 4
+"""The pose of the base."""
+HAS_TWIST: Final = 8
+"""The twist of the base."""
+
+
+class ClosedForm(IntEnum):
+    """Closed forms: x = J^+ b with scaled columns, its damped form, or the approximate pseudoinverse."""
+
+    PSEUDOINVERSE = 0
+    DAMPED = 1
+    APPROXIMATE = 2
+
+
+PSEUDOINVERSE, DAMPED, APPROXIMATE = map(int, ClosedForm)
+
+
+class Rule(IntEnum):
+    """Rules of the damping factor, see ``ftqp.kernel.closed_forms.damping_factor``."""
+
+    BOUND = 0
+    BOUND_2 = 1
+    TIGHT = 2
+    ROW = 3
+    EXACT_2 = 4
+    EXACT_INF = 5
+
+
+BOUND, BOUND_2, TIGHT, ROW, EXACT_2, EXACT_INF = map(int, Rule)
+
+
+class Iteration(IntEnum):
+    """Methods of the network, by formula in ``ftqp.kernel.dtrnn.iterations``."""
+
+    LVI94 = 0
+    E47 = 1
+    IMPLICIT = 2
+
+
+LVI94, E47, IMPLICIT = map(int, Iteration)
+
+
+class CurveEnd(IntEnum):
+    """How a traced curve ended."""
+
+    CUT = 0  # at a joint limit, or where it could not be followed
+    CLOSED = 1
+    UNFINISHED = 2  # its memory was full
+
+
+CUT, CLOSED, UNFINISHED = map(int, CurveEnd)
+
+
+class Ending(IntEnum):
+    """What becomes of the tip: at the goal, at rest elsewhere, no rest, at a singularity, or not known."""
+
+    CORRECT = 0
+    ERRONEOUS = 1
+    NONE = 2
+    SINGULAR = 3
+    UNRESOLVED = 4
+
+
+CORRECT, ERRONEOUS, NONE, SINGULAR, UNRESOLVED = map(int, Ending)
+
+
+class Survival(IntEnum):
+    """How the continuation of one pair of joint and instant ends.
+
+    The path is finished, or it is not: a joint meets its position limit, a joint would have to be too fast,
+    the joints that are left become singular, at once or so that a speed limit is met first, no solution is
+    found, the plan itself is outside its limits at the failure, the error leaves its tolerance, the joint is
+    one that this task can never do without, or a body comes too near to another one.
+    """
+
+    SURVIVED = 0
+    LIMIT = 1
+    VELOCITY = 2
+    SINGULAR = 3
+    SINGULAR_VELOCITY = 4
+    NOT_CONVERGED = 5
+    NOMINAL = 6
+    ERROR = 7
+    STRUCTURAL = 8
+    TOO_NEAR = 9
+
+
+(
+    SURVIVED,
+    LIMIT,
+    VELOCITY,
+    SINGULAR,
+    SINGULAR_VELOCITY,
+    NOT_CONVERGED,
+    NOMINAL,
+    ERROR,
+    STRUCTURAL,
+    TOO_NEAR,
+) = map(int, Survival)

@@ -1,91 +1,194 @@
-"""The rooms of the loop between the reference and the arm: its state, the last ticks, the last targets."""
+"""The rooms of the loop between the reference and the arm: its state, the last ticks, what is learned."""
+
+from typing import Final
 
 from ftqp.kernel.layout.enums import DELAYS, HISTORY, TARGET_SIZE
-from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
 from ftqp.kernel.layout.hypotheses import HYPOTHESES
+from ftqp.kernel.layout.structures import sections
 
+POLES = 4
+"""Of the filters: one more than a second difference needs to be smooth."""
+UNKNOWNS = 6
+"""What the torque of one joint says something of: its rotor, its dry friction, mass and first moment of a
+load."""
+KEPT = 6
+"""So many earlier estimates are kept, so that one can be gone back to that a fault has not touched."""
+LATER = 5
+"""Samples may come so many ticks later than was stated: the latency of common arms."""
+PACES = ("stiffness", "pole", "kappa", "felt_noise", "missing_noise", "gain")
+"""What changes with the delay, the last in the room ``learned``, the others in ``feedback``."""
 
-def feedback_fields(N: int) -> Fields:
-    """The loop between the reference and the arm, see ``ftqp.kernel.feedback``.
-
-    ``active``: this tick is posed at the reference; ``fresh``: the loop begins anew, and how; ``kind``: what
-    the arm takes; ``latency``: ticks by which samples are late; ``span``, ``now``: length and place of the
-    ring ``past``; ``refused``: bad samples now; ``stride``: ticks between kept targets; ``culprit``: the
-    joint that is farthest from its command, -1 none; ``kappa``, ``hold``, ``stiffness``: bandwidth of the
-    tip's, a velocity arm's and a torque arm's loop [1/s]; ``servo``: of the slowest servo, inf if it is
-    not known [rad/s]; ``pole``, ``pole_failed``: of the
-    observer; ``sigma``: noise of the samples; ``c``: displacement of the target; ``off``: measured tip
-    less that of the reference; ``left``: their sum; ``push``: what the displacement feeds forward;
-    ``seen``: samples as believed; ``good``: last good ones, ``age`` ticks old, ``offset`` from the
-    reference; ``raw``: what was measured last, ``same`` times in a row more, while the reference went
-    ``moved``; ``increment``: the smallest step between samples, ``way``: the farthest that the reference
-    went while a working sensor repeated itself, ``restless``: samples that jittered at rest; ``held``:
-    samples that repeat are looked through, see ``ftqp.kernel.feedback.repeats``, ``holding`` of them;
-    ``wide``: for how long samples may still be far off, after an impact or a late loop, ``thrown``: the
-    same after an impact alone [s]; ``spent``: patience that bad ones
-    have cost [s]; ``lasting``: ticks for which each hypothesis of the monitor has had evidence, those of
-    the whole arm at joint 0; ``any_counted``: some joint is out of hand; ``asks``: for its brake, as
-    ``brakes`` says that the
-    arm has them; ``going``: speeds in a stop, in a short mean, ``moving``: the joint that goes on, from
-    1, 0 none; ``others``, ``bent``: scratch; ``quiet``: the displacement rests; ``unresponsive``: joints
-    that do not obey, ``unresponsive_count`` of them; ``touched``: ticks for which something has pushed the
-    tip, with ``push_at_tip``, ``strongest`` as a share
-    of the torque limits; ``heard``: ticks of observation; ``usual``: torques that disturb for long;
-    ``asked``: accelerations that those joints should have; ``own_``: their observer if they obey,
-    ``alone``: their inertia then; ``place``: the suspect's column of ``past.own``; ``softened``:
-    ``soft_one`` and ``soft_other`` are on one axis, and one of them seems not to obey, ``softly``: what
-    holds them; ``odd``: torques less ``usual``, ``missing`` in a short mean;
-    ``felt_noise``: of d_hat; ``wound``: integral part of a velocity arm's hold; ``speed_margin``: share
-    of the speed limits that is left to servos.
-    """
-    names = ("seen", "good", "raw", "offset", "spent", "q_hat", "v_hat", "d_hat", "d_slow", "q_now", "v_now",
-             "q_sent", "v_sent", "tau_sent", "h", "wound", "bent", "usual", "asked", "softly", "missing",
-             "odd", "own_q", "own_v", "own_d", "own_slow", "alone",
-             "same", "moved", "increment", "way", "restless", "going",
-             "innovation", "own_missed", "dead_missed")  # fmt: skip
-    return [
-        *scalars("i8", "active fresh kind latency span now refused holding exact displaced has_tip quiet"),
-        *scalars("i8", "lagging far stored until_stored stride culprit any_counted"),
-        *scalars("i8", "brakes moving"),
-        *scalars("i8", "unresponsive_count heard place_taken softened touched soft_one soft_other"),
-        *scalars("f8", "kappa hold servo stiffness pole pole_failed sigma patience"),
-        *scalars("f8", "failed_noise felt_noise missing_noise"),
-        *scalars(
-            "f8", "tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed"
-        ),
-        *scalars("f8", "waited spent_elsewhere speed_margin wide thrown strongest"),
-        *floats(dict.fromkeys(("c", "c_rate", "push", "off", "left"), (6,))),
-        *floats(dict.fromkeys(names, (N,))),
-        *integers(dict.fromkeys(("age", "held", "lost", "bad", "still", "known_failed"), (N,))),
-        *integers(dict.fromkeys(("asks", "others", "unresponsive", "place"), (N,))),
-        *integers({"lasting": (HYPOTHESES, N)}),
-        *floats({"tip": (12,), "push_at_tip": (3,), "M": (N, N)}),
-    ]
-
-
-def past_fields(N: int) -> Fields:
-    """The last ticks in a ring: reference, what was sent, tip of the reference and its error.
-
-    ``a``, ``tau``: acceleration and torque that were sent.
-
-    ``own``: what a suspect, and the one before it, was sent.
-    """
-    return [
-        *integers({"known": (DELAYS,)}),
-        *floats(dict.fromkeys(("q", "v", "a", "tau"), (DELAYS, N))),
-        *floats({"own": (DELAYS, 2)}),
-        *floats({"tip": (DELAYS, 12), "error": (DELAYS, 6)}),
-    ]
-
-
-def history_fields(N: int) -> Fields:
-    """Given targets of the last second, every few ticks; ``age`` of the newest [s].
-
-    ``halved``: how often every second one was dropped, as the arm was held for longer; ``held``: for how long
-    of the lateness it was [s].
-    """
-    return [
-        *scalars("i8", "newest halved"),
-        *scalars("f8", "age held"),
-        *floats({"given": (TARGET_SIZE,), "turn": (9,), "target": (HISTORY, TARGET_SIZE)}),
-    ]
+TEXT: Final = """
+feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback``.
+    active  i8  this tick is posed at the reference
+    fresh  i8  the loop begins anew, and how
+    kind  i8  what the arm takes
+    latency  i8  ticks by which samples are late
+    span now  i8  length and place of the ring ``past``
+    refused  i8  bad samples now
+    holding  i8  so many samples are looked through
+    exact displaced has_tip  i8
+    quiet  i8  the displacement rests
+    lagging far stored until_stored  i8
+    stride  i8  ticks between kept targets
+    culprit  i8  the joint that is farthest from its command, -1 none
+    any_counted  i8  some joint is out of hand
+    brakes  i8  which the arm has
+    moving  i8  the joint that goes on, from 1, 0 none
+    unresponsive_count  i8
+    heard  i8  ticks of observation
+    place_taken  i8
+    softened  i8  ``soft_one`` and ``soft_other`` are on one axis, and one of them seems not to obey
+    touched  i8  ticks for which something has pushed the tip
+    soft_one soft_other  i8
+    kappa hold  f8  bandwidth of the tip's and of a velocity arm's loop [1/s]
+    servo  f8  bandwidth of the slowest servo, inf if it is not known [rad/s]
+    stiffness  f8  bandwidth of a torque arm's loop [1/s]
+    pole pole_failed  f8  of the observer
+    sigma  f8  noise of the samples
+    patience failed_noise felt_noise missing_noise  f8
+    tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed  f8
+    waited spent_elsewhere  f8
+    speed_margin  f8  share of the speed limits that is left to servos
+    wide  f8  for how long samples may still be far off, after an impact or a late loop
+    thrown  f8  the same after an impact alone
+    strongest  f8  push at the tip as a share of the torque limits
+    c c_rate  f8[6]  displacement of the target
+    push  f8[6]  what the displacement feeds forward
+    off left  f8[6]  measured tip less that of the reference, and their sum
+    seen  f8[N]  samples as believed
+    good  f8[N]  last good ones, ``age`` ticks old, ``offset`` from the reference
+    raw  f8[N]  what was measured last, ``same`` times in a row more, while the reference went ``moved``
+    offset  f8[N]
+    spent  f8[N]  patience that bad samples have cost
+    q_hat v_hat d_hat d_slow q_now v_now q_sent v_sent tau_sent h  f8[N]
+    wound  f8[N]  integral part of a velocity arm's hold
+    bent  f8[N]  memory
+    usual  f8[N]  torques that disturb for long
+    asked  f8[N]  accelerations that joints which do not obey should have
+    softly  f8[N]  what holds the softened
+    missing  f8[N]  ``odd`` in a short mean
+    odd  f8[N]  torques less ``usual``
+    own_q own_v own_d own_slow  f8[N]  observer of joints that do not obey, if they did
+    alone  f8[N]  their inertia then
+    same moved  f8[N]
+    increment  f8[N]  the smallest step between samples
+    way  f8[N]  the farthest that the reference went while a working sensor repeated itself
+    restless  f8[N]  samples that jittered at rest
+    going  f8[N]  speeds in a stop, in a short mean
+    innovation own_missed dead_missed  f8[N]
+    age  i8[N]
+    held  i8[N]  samples that repeat are looked through, see ``ftqp.kernel.feedback.repeats``
+    lost bad still known_failed  i8[N]
+    asks  i8[N]  for its brake, as ``brakes`` says that the arm has them
+    others  i8[N]  memory
+    unresponsive  i8[N]  joints that do not obey
+    place  i8[N]  the suspect's column of ``past.own``
+    lasting  i8[HYPOTHESES,N]  ticks for which each hypothesis of the monitor has had evidence, those of the
+        whole arm at joint 0
+    tip  f8[12]
+    push_at_tip  f8[3]
+    M  f8[N,N]
+past  The last ticks in a ring: reference, what was sent, tip of the reference and its error.
+    known  i8[DELAYS]
+    q v  f8[DELAYS,N]
+    a tau  f8[DELAYS,N]  acceleration and torque that were sent
+    own  f8[DELAYS,2]  what a suspect, and the one before it, was sent
+    tip  f8[DELAYS,12]
+    error  f8[DELAYS,6]
+history  Given targets of the last second, every few ticks.
+    newest  i8
+    halved  i8  how often every second one was dropped, as the arm was held for longer
+    age  f8  of the newest
+    held  f8  for how long of the lateness the arm was held
+    given  f8[TARGET_SIZE]
+    turn  f8[9]
+    target  f8[HISTORY,TARGET_SIZE]
+gate  What ``ftqp.kernel.feedback.gate`` keeps for itself: what was last let through; every tick begins at it.
+    shut  i8  ticks in which it was shut
+    lead  f8  how far ahead of the reference positions are sent
+    q v  f8[N]  the reference that was last let through
+    sent speed  f8[N]  positions and velocities that went to the arm with it; 0 where a joint swings freely
+    tau  f8[N]  the torques
+held  What ``ftqp.kernel.feedback.held`` keeps of the arm as a whole: it stands although it should move.
+    on  i8  the whole arm is held
+    sees  i8  the samples before this one are known
+    alone  i8  the joint that should have moved stayed behind when others were let go: no evidence
+    stood  f8  for how long all joints have stood
+    still  f8  the same, whatever they were sent
+    ahead  f8  how far ahead of the arm it is sent
+    since  f8  time since the sample before
+    last speed  f8[N]  the sample before, and its change, filtered
+    asked  f8[N]  each joint was sent to move
+    went  f8[N]  for how long it still counts as one that has just moved, with its sign
+    begun  f8[N]  its reference when all began to stand
+    usual  f8[N]  how far ahead of its sample it is sent in the mean, or what disturbs a torque arm
+    at  f8[N]  where it is held, or began to stand
+    near  f8[N]  where it stands now, as this may go slowly
+    way  f8[N]  the sign of where it was to go
+learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's model does not say.
+    on  i8  it is learned
+    based  i8  ``base_`` holds the model
+    heard  i8  ticks since the filters began
+    wait  i8  ticks until they count
+    start  i8  ticks until they have forgotten how they began in motion
+    every  i8  ticks between two estimates
+    estimates  i8  how many there were
+    until_kept  i8  estimates until the next one is kept
+    until_free  i8  ticks until a joint that swings freely is heard
+    working  i8  joints that worked at the last tick
+    later  i8  ticks that samples come later than was stated
+    until_later  i8  estimates until the delay is learned again
+    quiet  i8  estimates in which the arm has moved and nothing shook
+    shook  i8  something did lately
+    pole  f8  of the filters
+    forget  f8  what an estimate leaves of the information of the one before
+    doubt  f8  rotor inertia that the model may lack
+    gain  f8  of d_slow
+    begun  f8  what the filters make of a constant, ``one`` that of one
+    felt  f8  what they make of the noise of samples, as an acceleration
+    reach base_mass base_lever base_stoutness  f8
+    delay_known delay_moment  f8  information of what is left of the delay [1/ticks2], and the product of both
+    delay_missed  f8  squares of what the equations miss
+    fixed  i8[N]  rotor and friction are at a bound
+    q tau sense  f8[POLES,N]  filters in a row, of samples, torques and the sense of motion
+    rotor friction  f8[N]  estimates
+    sigma  f8[N]  how wrong the rotor may be
+    used  f8[N]  the rotor that counts
+    slowness  f8[N]  of d_slow of each joint
+    missed  f8[N]  mean square of what the equations miss, in units of what is taken for noise
+    base_armature  f8[N]
+    a sent  f8[N]  acceleration and torque that are looked at
+    noise  f8[N]  variance of the noise of samples
+    one  f8[POLES]
+    raw  f8[3,N]  samples
+    q_was  f8[2,N]  last outputs of the filters
+    tau_was  f8[N]  the same
+    moment  f8[N,UNKNOWNS]  of the least squares of a joint's torque: rotor, friction, mass, first moment
+    information  f8[N,UNKNOWNS,UNKNOWNS]  the same
+    row  f8[UNKNOWNS]
+    load  f8[4]  estimate
+    base_com  f8[3]
+    base_inertia  f8[6]
+    S  f8[4,4]
+    total  f8[4]
+    slope  f8[N]  of the filtered torque [N m/s or N/s]
+    slope_mean off_mean a_mean  f8[N]  slow means of it, of what the equation misses, and of ``a``
+    by_delay  f8[LATER+1,6]  the loop's gains with each number of ticks, as ``PACES``; stiffness 0: none
+    kept_load  f8[KEPT,4]
+    kept_rotor kept_friction kept_sigma  f8[KEPT,N]
+"""
+FEEDBACK_ROOMS: Final = sections(
+    TEXT,
+    {
+        "DELAYS": DELAYS,
+        "HISTORY": HISTORY,
+        "HYPOTHESES": HYPOTHESES,
+        "KEPT": KEPT,
+        "LATER": LATER,
+        "POLES": POLES,
+        "TARGET_SIZE": TARGET_SIZE,
+        "UNKNOWNS": UNKNOWNS,
+    },
+)
+"""What gives the fields of each."""

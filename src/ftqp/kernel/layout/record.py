@@ -1,8 +1,7 @@
-"""The record: all that one planner knows, in rooms, in one array element that compiled code reads in place.
+"""Records: types of all that compiled code reads in place, by name, and that of one planner.
 
 A helper is handed the rooms that it reads and writes, so that its signature says so; stages of a tick, which
-touch more of them, take the whole record K. A solver gets ``K.qp`` and nothing else. Sizes are read at run
-time. SI units; ``f8`` unless another type is named.
+touch more of them, take the whole record K. A solver gets ``K.qp`` and nothing else.
 """
 
 from collections.abc import Sequence
@@ -12,101 +11,31 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.errors import InputError
-from ftqp.kernel.layout.enums import DELAYS, JOINTS, TARGET_SIZE
-from ftqp.kernel.layout.field_kinds import Fields, floats, scalars
-from ftqp.kernel.layout.rooms import ROOMS
+from ftqp.kernel.layout.detection_room import DETECTOR
+from ftqp.kernel.layout.enums import JOINTS, TASK_ROWS
+from ftqp.kernel.layout.other_records import CONSTRAINTS, OTHERS, VARIABLES
+from ftqp.kernel.layout.other_records import ROWS as EQUALITIES
+from ftqp.kernel.layout.rooms import ROOMS, qp_fields
+from ftqp.kernel.layout.rows import CLEARANCES
+from ftqp.kernel.layout.structures import structure
 
-
-def path_fields(N: int) -> Fields:
-    """A path that is followed by its progress.
-
-    ``progress``: path time reached [s]; ``rate``: its derivative in [0, 1], negative while not known;
-    ``stop``: path time of the next jump of the twist; ``limit``: largest rate allowed now; ``ahead``:
-    largest rate from which the arm can stop before the next jump; ``left``: largest rate beside an error
-    that the feedback no longer corrects; ``feedback``: kp e of each row, where the path is blocked all but
-    the velocity feedback; ``bend``: x'' - Jdot q' of each row; ``interval``: of the path's table;
-    ``target``: the path's at the progress; ``drive``: velocity that the null space is drawn to where
-    ``driven``; ``found``: whether it is a way past a singularity, looked for where ``speed`` is not 0;
-    ``kept``: the error, while it is looked for.
-    """
-    return [
-        *scalars("i8", "interval driven found"),
-        *scalars("f8", "progress rate stop end limit ahead left speed"),
-        *floats({"feedback": (6,), "bend": (6,), "kept": (6,), "target": (TARGET_SIZE,), "drive": (N,)}),
-    ]
-
-
-def base_fields(N: int) -> Fields:
-    """A base that moves in the inertial frame I, see ``ftqp.kernel.rows.inertial_target``.
-
-    ``tip_world`` and ``given``: measured poses of tip and base in I; ``rate``: given twist of the base at its
-    origin, along I; ``now``: pose of the base when it was measured; ``pose``: the same brought to now;
-    ``shift``: displacement of the tip by the base in one sample, as observed; ``twist``: of the tip by the
-    base, predicted for the coming sample; ``error``: from the tip to the target along I; ``arm_history``:
-    rotation and position of the tip in the base; ``setpoint``: sum of the commands since the start; ``age``:
-    how long the base has not been seen [s]; ``patience``: how long it may not be seen [s]; ``observer``:
-    low-pass factor of the disturbance observer, 0: none.
-    """
-    return [
-        *scalars(
-            "i8", "code attitude has delay ticks seen rates ever stale freezes hold leaning anti_windup"
-        ),
-        *scalars("f8", "gain observer age patience rank tolerance"),
-        *floats(
-            {
-                "tip_world": (4, 4),
-                "given": (4, 4),
-                "rate": (6,),
-                "rate_last": (6,),
-                "nominal": (9,),
-                "now": (4, 4),
-                "last": (4, 4),
-                "pose": (4, 4),
-                "shift": (6,),
-                "twist": (6,),
-                "error": (6,),
-                "turn": (9,),
-                "tip": (9,),
-                "product": (9,),
-                "six": (6,),
-                "setpoint": (N,),
-                "arm_history": (DELAYS, 12),
-            }
-        ),
-    ]
-
-
-def joints_fields(N: int) -> Fields:
-    """A motion of the joints that is followed, see ``ftqp.kernel.rows.joint_reference``.
-
-    ``q`` and ``v``: where each joint should be now; ``x``: its mean acceleration, or velocity, until the next
-    tick; ``demand``: what the QP is asked for; ``kp`` and ``kv``: gains on the error.
-    """
-    return [*scalars("f8", "kp kv"), *floats(dict.fromkeys(("q", "v", "x", "demand"), (N,)))]
-
-
-CAPACITIES = (JOINTS,)
-"""Classes of records, by the most joints that they hold."""
-
-
-def capacity_for(joints: int) -> int:
-    """The smallest class of records that holds so many joints."""
-    for capacity in CAPACITIES:
-        if joints <= capacity:
-            return capacity
-    raise InputError(f"the arm has {joints} joints, expected at most {JOINTS}")
-
-
-ARM_ROOMS = ("state", "kinematics", "chain")
-"""The rooms of an arm without a planner: what kinematics and dynamics need."""
-
-
-BELIEF_ROOMS = ("faults", "limits")
-"""The rooms that faults are written into."""
-
-
+OF_ROOMS = {
+    "record": tuple(ROOMS),
+    "arm": ("state", "kinematics", "chain"),
+    "belief": ("faults", "limits"),
+}
+"""Records of rooms that begin lines of the cache: a planner's, that of an arm without a planner, and the
+rooms that faults are written into."""
+KINDS = (*OF_ROOMS, *OTHERS, *DETECTOR)
+"""All records by name."""
 LINE = 64
 """Bytes of a line of the cache, and of the widest register that is loaded at once."""
+
+
+def check_joints(joints: int) -> None:
+    """Refuse an arm of more joints than a record holds."""
+    if joints > JOINTS:
+        raise InputError(f"the arm has {joints} joints, expected at most {JOINTS}")
 
 
 def _on_lines(fields: Sequence[Any]) -> np.dtype[Any]:
@@ -122,11 +51,11 @@ def _on_lines(fields: Sequence[Any]) -> np.dtype[Any]:
     return np.dtype(layout, align=True)
 
 
-def zeros_in_line(dtype: np.dtype[Any]) -> Any:
+def zeros_in_line(kind: np.dtype[Any]) -> Any:
     """Zeros of a type, (1,), that begin a line of the cache; the system maps only what is then written to."""
-    room = np.zeros(dtype.itemsize + LINE, np.uint8)
+    room = np.zeros(kind.itemsize + LINE, np.uint8)
     begin = -room.ctypes.data % LINE
-    return room[begin : begin + dtype.itemsize].view(dtype)
+    return room[begin : begin + kind.itemsize].view(kind)
 
 
 def in_line(memory: Any) -> Any:
@@ -136,49 +65,33 @@ def in_line(memory: Any) -> Any:
     return copy
 
 
-def _nested(rooms: dict[str, Any], capacity: int) -> np.dtype[Any]:
-    return _on_lines([(name, _on_lines(fields(capacity))) for name, fields in rooms.items()])
-
-
 @cache
-def record_dtype(capacity: int) -> np.dtype[Any]:
-    """The type of a record that holds up to ``capacity`` joints."""
-    return _nested(ROOMS, capacity)
+def dtype(kind: str, joints: int = JOINTS) -> np.dtype[Any]:
+    """The type of a record by its name, with room for so many joints."""
+    if kind in OF_ROOMS:
+        return _on_lines([(name, _on_lines(ROOMS[name](joints))) for name in OF_ROOMS[kind]])
+    fields = (DETECTOR if kind in DETECTOR else OTHERS)[kind](joints)
+    if kind == "study":  # its own room first: numba takes a record that begins as another one for that
+        rooms = {name: structure(ROOMS[name](joints)) for name in (*OF_ROOMS["arm"], "ahead", "scene")}
+        fields = [("study", structure(fields)), *rooms.items()]
+    elif kind == "continuation":
+        fields.append(("qp", structure(qp_fields(joints, TASK_ROWS, CLEARANCES))))
+    elif kind == "standalone":
+        fields = [*qp_fields(VARIABLES, EQUALITIES, CONSTRAINTS), *fields]
+    return structure(fields)
 
 
-@cache
-def arm_dtype(capacity: int) -> np.dtype[Any]:
-    """The type of the record of an arm alone."""
-    return _nested({name: ROOMS[name] for name in ARM_ROOMS}, capacity)
+def memory(kind: str) -> Any:
+    """One record, (1,), of zeros; that of a reduced problem with unscaled unknowns."""
+    made = zeros_in_line(dtype(kind))
+    if kind == "reduced":
+        made["column"] = 1.0
+    return made
 
 
-@cache
-def belief_dtype(capacity: int) -> np.dtype[Any]:
-    """The type of what is believed of an arm's joints: its rooms of limits and of faults."""
-    return _nested({name: ROOMS[name] for name in BELIEF_ROOMS}, capacity)
-
-
-@cache
-def path_dtype(capacity: int) -> np.dtype[Any]:
-    """The type of the record of a path that is followed by its progress."""
-    return np.dtype(path_fields(capacity), align=True)
-
-
-@cache
-def base_dtype(capacity: int) -> np.dtype[Any]:
-    """The type of the record of a base that moves."""
-    return np.dtype(base_fields(capacity), align=True)
-
-
-@cache
-def joints_dtype(capacity: int) -> np.dtype[Any]:
-    """The type of the record of a motion of the joints."""
-    return np.dtype(joints_fields(capacity), align=True)
-
-
-def record(capacity: int) -> Any:
+def record(joints: int = JOINTS) -> Any:
     """One planner's record, (1,), zero but for ``yielding``; no joint swings freely."""
-    W = zeros_in_line(record_dtype(capacity))
+    W = zeros_in_line(dtype("record", joints))
     W["task"]["yielding"] = 1.0
     W["free"]["joint"] = -1
     return W

@@ -1,388 +1,272 @@
-"""The rooms of the record: the fields of each, for so many joints. SI units and ``f8`` unless named."""
+"""The rooms of a planner's record, but those of its loop and of what is around: see ``structures``."""
 
-from ftqp.kernel.layout.calm_room import calm_fields
+from collections.abc import Callable
+from typing import Final
+
 from ftqp.kernel.layout.criteria import COEFFICIENTS
 from ftqp.kernel.layout.enums import SETS, TARGET_SIZE, TASK_ROWS
-from ftqp.kernel.layout.feedback_rooms import feedback_fields, history_fields, past_fields
-from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
-from ftqp.kernel.layout.gate_room import gate_fields
-from ftqp.kernel.layout.held_room import held_fields
-from ftqp.kernel.layout.keeps_room import keeps_fields
-from ftqp.kernel.layout.learned_room import learned_fields
+from ftqp.kernel.layout.feedback_rooms import FEEDBACK_ROOMS
 from ftqp.kernel.layout.rows import constraint_capacity
-from ftqp.kernel.layout.scene_room import ahead_fields, scene_fields
-from ftqp.kernel.layout.terms_room import terms_fields
+from ftqp.kernel.layout.scene_room import SCENE_ROOMS
+from ftqp.kernel.layout.structures import Fields, sections
 
-
-def _state(N: int) -> Fields:
-    """Measured state, as given and as the kernel uses it, and the command.
-
-    ``unusable``: why samples cannot be used, an ``Unusable``; ``py_buffer``: memory for looking into a
-    caller's object.
-    """
-    names = ("q", "v", "q_command", "v_command", "a_command", "tau", "tau_brake", "given_v")
-    return [
-        *scalars("i8", "is_reset level ticks unusable"),
-        *scalars("f8", "dt"),
-        *floats(dict.fromkeys(names, (N,))),
-        *floats({"given_q": (2 * N,)}),
-    ]
-
-
-def _supposed(N: int) -> Fields:
-    """A state that is only supposed, q and v: where formulas are asked how the arm would be there.
-
-    So that ``state`` need not be lent: it holds what was measured, or the reference that leads the arm.
-    """
-    return _state(N)
-
-
-def _faults(N: int) -> Fields:
-    """What is believed of the joints.
-
-    ``order`` lists the ``working`` ones, then the free-swinging ones, then those that are held.
-    ``friction`` and ``coulomb`` are those of a free-swinging joint [N m s/rad] and [N m]; ``lock_rate`` and
-    ``lock_velocity`` are the deceleration and, by that model, the velocity of a joint that is being locked.
-    """
-    return [
-        *scalars("i8", "reset_mode working movable"),
-        *integers({"code": (N,), "order": (N,)}),
-        *floats(dict.fromkeys(("lock_rate", "lock_velocity", "friction", "coulomb"), (N,))),
-    ]
-
-
-def _limits(N: int) -> Fields:
-    """Limits as believed now, and which of them set each end of an interval.
-
-    ``a_brake`` is the deceleration that viability may count on. ``dynamic``: rows of C, or an objective
-    with inertia. ``on_demand``: the rows of C are there only where a command would break a torque limit
-    without them. ``guard``: share of a_max up to which torque limits are then not looked at; 0: none.
-    """
-    names = ("q_min", "q_max", "v_max", "a_max", "a_brake", "tau_max")
-    return [
-        *scalars("i8", "conversion dynamic on_demand empty_intervals"),
-        *scalars("f8", "guard jin_p jin_v jin_margin jin_upsilon"),
-        *floats(dict.fromkeys(names, (N,))),
-        *integers({"lower_by": (N,), "upper_by": (N,)}),
-    ]
-
-
-def _task(N: int) -> Fields:
-    """The task and its error.
-
-    ``row_scale``: 1 for linear rows, the characteristic length for angular ones. ``axis``: rotation whose z
-    is the tool axis, in the tip frame. ``error``: position and rotation vector from the tip to the target,
-    along W. ``slack`` is A x - asked, ``asked`` what the task asks for (b differs in lexicographic mode),
-    ``beyond`` what it asks beside b. ``yielding``: compliance of each component beside that of the task as a
-    whole. ``seen``: the error of the measured tip, of which ``position_error`` and ``rotation_error`` are the
-    norms.
-
-    ``given_up``: sets of rows that the task has been reduced by, of ``sets``; ``m_of``, ``tool_of``: ``m``
-    and ``tool_rows`` of the whole task and of each set; ``healthy_too``: not only beside a joint that
-    swings freely; ``patience``: ticks after which each goes; ``late``: ticks of it; ``nearest``: the least
-    error meanwhile, in tolerances; ``held``: ticks in which more could be held; ``wait``: how many of these
-    bring rows back.
-
-    ``lost``: the velocity that a joint took from the tip when it stopped otherwise than foreseen; ``owes``:
-    it is being given back.
-    """
-    return [
-        *scalars("i8", "m mode uses_rotation tool_rows has_tip_measured given_up owes"),
-        *scalars("i8", "sets healthy_too patience late held wait"),
-        *scalars("f8", "kp kv length slack_ratio position_error rotation_error scale beyond nearest"),
-        *integers({"rows": (6,), "m_of": (SETS + 1,), "tool_of": (SETS + 1,)}),
-        *floats(
-            {
-                "row_scale": (6,),
-                "target": (TARGET_SIZE,),
-                "error": (6,),
-                "lost": (6,),
-                "seen": (6,),
-                "slack": (6,),
-                "asked": (6,),
-                "yielding": (6,),
-                "axis": (9,),
-                "tip_measured": (4, 4),
-            }
-        ),
-    ]
-
-
-def _criteria(N: int) -> Fields:
-    """Coefficients, see ``ftqp.kernel.rows.objective``; ``sways``: ``sway`` counts."""
-    return [
-        *scalars("i8", "sways"),
-        *scalars("f8", " ".join(COEFFICIENTS)),
-        *floats({"weight": (N,), "posture": (N,), "sway": (N,)}),
-    ]
-
-
-def _kinematics(N: int) -> Fields:
-    """The one snapshot of a tick; ``acc`` is of the frame origins, minus gravity.
-
-    ``tau`` holds torques of a command, or bounds on them; ``effort`` and ``wrench`` are memory of both.
-    ``J_each``: J before columns of joints that mimic others are added to those of their leaders.
-    ``carried`` and ``gained``: what the branches of a tree hand to the joint they hang on, and take from it.
-    """
-    return [
-        *scalars("i8", "has_dynamics"),
-        *floats(
-            {
-                "sine": (N,),
-                "cosine": (N,),
-                "R": (N, 9),
-                "o": (N, 3),
-                "axis_w": (N, 3),
-                "R_tip": (9,),
-                "o_tip": (3,),
-                "J": (6, N),
-                "J_each": (6, N),
-                "drift": (6,),
-                "w": (N, 3),
-                "alpha": (N, 3),
-                "acc": (N, 3),
-                "h": (N,),
-                "tau": (N,),
-                "effort": (N, 2),
-                "wrench": (N, 6),
-                "M": (N, N),
-                "carried": (N, 16),
-                "gained": (N, 6),
-            }
-        ),
-    ]
-
-
-def _chain(N: int) -> Fields:
-    """Constants of the arm; every joint moves along or about the z axis of its frame.
-
-    ``parent``: the joint that a joint hangs on, -1 is the base; parents come first. ``ancestors``: one bit
-    for each joint on the way from the base, itself included. ``branches``: whether a joint but the next one
-    hangs on it; ``is_tree``: whether any does. The tip moves with ``tip_joint``. ``floating``: so many
-    joints, the first ones, have no motor, as a body floats. ``mimics``: so many joints follow another one,
-    their ``lead``, by q = ``ratio`` q_lead + ``offset``; all others lead themselves.
-    ``rotation`` and ``translation`` place a joint's frame in its parent's at q = 0. ``inertia`` is about
-    the com: xx xy xz yy yz zz. ``armature`` is the rotor inertia seen at the joint. ``viscous`` is a part of
-    h; ``coulomb`` is data for rollouts, no formula of a planner's tick feeds it forward. ``span``, ``lever``
-    and ``stoutness`` are sizes: |translation|, |com| and the largest principal moment of ``inertia``.
-    """
-    return [
-        *scalars("i8", "n nq has_inertia is_tree tip_joint floating mimics"),
-        *integers(
-            dict.fromkeys(("prismatic", "continuous", "parent", "branches", "ancestors", "lead"), (N,))
-        ),
-        *floats(
-            {
-                "rotation": (N, 9),
-                "translation": (N, 3),
-                "tip_rotation": (9,),
-                "tip_translation": (3,),
-                "gravity": (3,),
-                "mass": (N,),
-                "com": (N, 3),
-                "inertia": (N, 6),
-                "armature": (N,),
-                "viscous": (N,),
-                "coulomb": (N,),
-                "ratio": (N,),
-                "offset": (N,),
-                "span": (N,),
-                "lever": (N,),
-                "stoutness": (N,),
-            }
-        ),
-    ]
-
-
-def _watch(N: int) -> Fields:
-    """What may stop the arm: thresholds, and what has been seen of them.
-
-    ``stopped``: the stop has come to rest; ``rise``: time in which a stop brings the deceleration up [s].
-    ``left``: of the task's error, what limits that move the arm have left of it [thresholds].
-    """
-    return [
-        *scalars("i8", "stop_samples rising latched stopped reason fallbacks fallback_limit"),
-        *scalars("f8", "stop_position stop_rotation last_position_error last_rotation_error left rise"),
-    ]
-
-
-def _cascade(N: int) -> Fields:
-    """Where a tick stands in the fallback cascade, and what its answer is worth.
-
-    ``external``: another solver takes the QP. ``accept``: largest scaled residual that counts as solved.
-    ``z_first``, ``z_box_first``: multipliers of the first stage of lexicographic mode, which say what keeps
-    the task from being followed. ``missed``: the command leaves more of the task than counts as none;
-    ``outside``: how many joints are beyond what is believed of their limits, and whether bodies are too near;
-    ``checked``: the answer is known to be good; ``jump``: share of an instant lock's jump that the other
-    joints' velocities have made;
-    ``torque_excess``: of the command over what is believed of a motor [N m].
-    """
-    return [
-        *scalars("i8", "status outcome stage external claim qp_iterations p missed outside checked"),
-        *scalars("f8", "accept residual_task residual_bounds residual_dual torque_excess kappa jump"),
-        *floats(
-            {
-                "z_first": (constraint_capacity(N),),
-                "z_box_first": (N,),
-            }
-        ),
-    ]
+TEXT: Final = f"""
+state  Measured state, as given and as the kernel uses it, and the command.
+    is_reset level ticks  i8
+    unusable  i8  why samples cannot be used, an ``Unusable``
+    dt  f8
+    q v q_command v_command a_command tau tau_brake given_v  f8[N]
+    given_q  f8[2*N]
+faults  What is believed of the joints.
+    reset_mode working movable  i8
+    code  i8[N]  a ``JointCode``
+    order  i8[N]  the ``working`` joints, then the free-swinging ones, then those that are held
+    lock_rate lock_velocity  f8[N]  deceleration of a joint that is being locked, and its velocity by that
+    friction coulomb  f8[N]  of a free-swinging joint [N m s/rad], [N m]
+limits  Limits as believed now, and which of them set each end of an interval.
+    conversion  i8
+    dynamic  i8  there are rows of C, or an objective with inertia
+    on_demand  i8  the rows of C are there only where a command would break a torque limit without them
+    empty_intervals  i8
+    guard  f8  share of a_max up to which torque limits are then not looked at; 0: none
+    jin_p jin_v jin_margin jin_upsilon  f8
+    q_min q_max v_max a_max  f8[N]
+    a_brake  f8[N]  the deceleration that viability may count on
+    tau_max  f8[N]
+    lower_by upper_by  i8[N]
+task  The task and its error.
+    m mode uses_rotation tool_rows has_tip_measured  i8
+    given_up  i8  sets of rows that the task has been reduced by, of ``sets``
+    owes  i8  ``lost`` is being given back
+    sets  i8
+    healthy_too  i8  rows are given up not only beside a joint that swings freely
+    patience  i8  ticks after which each set goes
+    late  i8  ticks of it
+    held  i8  ticks in which more could be held
+    wait  i8  how many of these bring rows back
+    kp kv length slack_ratio position_error rotation_error scale  f8
+    beyond  f8  what the task asks beside b
+    nearest  f8  the least error while it is late [tolerances]
+    rows  i8[6]
+    m_of tool_of  i8[SETS+1]  ``m`` and ``tool_rows`` of the whole task and of each set
+    row_scale  f8[6]  1 for linear rows, the characteristic length for angular ones
+    target  f8[TARGET_SIZE]
+    error  f8[6]  position and rotation vector from the tip to the target, along W
+    lost  f8[6]  the velocity that a joint took from the tip when it stopped otherwise than foreseen
+    seen  f8[6]  the error of the measured tip, of which ``position_error``, ``rotation_error`` are the norms
+    slack  f8[6]  A x - asked
+    asked  f8[6]  what the task asks for; b differs in lexicographic mode
+    yielding  f8[6]  compliance of each component beside that of the task as a whole
+    axis  f8[9]  rotation whose z is the tool axis, in the tip frame
+    tip_measured  f8[4,4]
+criteria  Coefficients, see ``ftqp.kernel.rows.objective``.
+    sways  i8  ``sway`` counts
+    {" ".join(COEFFICIENTS)}  f8
+    weight posture sway  f8[N]
+watch  What may stop the arm: thresholds, and what has been seen of them.
+    stop_samples rising latched  i8
+    stopped  i8  the stop has come to rest
+    reason fallbacks fallback_limit  i8
+    stop_position stop_rotation last_position_error last_rotation_error  f8
+    left  f8  of the task's error, what limits that move the arm have left of it [thresholds]
+    rise  f8  time in which a stop brings the deceleration up
+cascade  Where a tick stands in the fallback cascade, and what its answer is worth.
+    status outcome stage  i8
+    external  i8  another solver takes the QP
+    claim qp_iterations p  i8
+    missed  i8  the command leaves more of the task than counts as none
+    outside  i8  how many joints are beyond what is believed of their limits, and whether bodies are too near
+    checked  i8  the answer is known to be good
+    accept  f8  largest scaled residual that counts as solved
+    residual_task residual_bounds residual_dual  f8
+    torque_excess  f8  of the command over what is believed of a motor [N m]
+    kappa  f8
+    jump  f8  share of an instant lock's jump that the other joints' velocities have made
+    z_first  f8[constraint_capacity(N)]  multipliers of the first stage of lexicographic mode, which say
+        what keeps the task from being followed
+    z_box_first  f8[N]
+kinematics  The one snapshot of a tick.
+    has_dynamics  i8
+    sine cosine  f8[N]
+    R  f8[N,9]
+    o axis_w  f8[N,3]
+    R_tip  f8[9]
+    o_tip  f8[3]
+    J  f8[6,N]
+    J_each  f8[6,N]  J before columns of joints that mimic others are added to those of their leaders
+    drift  f8[6]
+    w alpha  f8[N,3]
+    acc  f8[N,3]  of the frame origins, minus gravity
+    h  f8[N]
+    tau  f8[N]  torques of a command, or bounds on them
+    effort  f8[N,2]  memory of torques
+    wrench  f8[N,6]  memory of torques
+    M  f8[N,N]
+    carried  f8[N,16]  what the branches of a tree hand to the joint they hang on
+    gained  f8[N,6]  and take from it
+chain  Constants of the arm; every joint moves along or about the z axis of its frame.
+    n nq has_inertia  i8
+    is_tree  i8  any joint but the next one hangs on another
+    tip_joint  i8  the joint that the tip moves with
+    floating  i8  so many joints, the first ones, have no motor, as a body floats
+    mimics  i8  so many joints follow another one
+    prismatic continuous  i8[N]
+    parent  i8[N]  the joint that a joint hangs on, -1 is the base; parents come first
+    branches  i8[N]  a joint but the next one hangs on it
+    ancestors  i8[N]  one bit for each joint on the way from the base, itself included
+    lead  i8[N]  the joint that it follows by q = ``ratio`` q_lead + ``offset``; itself where it mimics none
+    rotation  f8[N,9]  of a joint's frame in its parent's at q = 0
+    translation  f8[N,3]  the same
+    tip_rotation  f8[9]
+    tip_translation gravity  f8[3]
+    mass  f8[N]
+    com  f8[N,3]
+    inertia  f8[N,6]  about the com: xx xy xz yy yz zz
+    armature  f8[N]  rotor inertia seen at the joint
+    viscous  f8[N]  a part of h
+    coulomb  f8[N]  data for rollouts; no formula of a planner's tick feeds it forward
+    ratio offset  f8[N]
+    span lever  f8[N]  |translation|, |com|
+    stoutness  f8[N]  the largest principal moment of ``inertia``
+scratch  Memory of the parts of a tick; nothing in it but ``wide`` outlives the part that fills it.
+    joints impulse  f8[N+1]
+    rows  f8[6]
+    wide  f8[6,N]  diag(sigma) V' of the turned rows
+    square  f8[max(N,6),max(N,6)]
+turned  Task rows along the singular directions: U and sigma of the reduced Jacobian.
+    on  i8  the rows are turned
+    threshold  f8  damping begins where a singular value falls below it
+    factor  f8  of damping at the singularity; 0: none
+    U  f8[6,6]
+    sigma  f8[6]
+    softness  f8[6]  compliance of the rows, times H
+aside  The task's QP while another one is solved with its rows: sizes, objective and box.
+    nx meq dense  i8
+    g H_diagonal lb ub  f8[N]
+calm  What brings the arm to rest, see ``ftqp.kernel.calm``; what is not explained is memory.
+    on  i8  the planner wants it
+    entered  i8  the last tick was posed in calm
+    holding  i8  the arm no longer tries, at the error ``held``
+    hushed  i8  how often it has been seen to swing
+    count  i8  how many joints are free
+    seen_working  i8  joints that worked when ``sigma_seen`` was looked at
+    known_working  i8  so many are ``known``
+    stood  f8  how long the target has stood
+    sure  f8  how long it has been clear that little can be gained
+    held  f8
+    way long_way  f8  of its joints within the present ``window``
+    window  f8  [s], which began at ``q_window`` and ``q_long_window``
+    rho  f8  share of the error e'e that can be removed
+    beta  f8  share of the error that feedback asks for
+    psi  f8  how much of the metric there is
+    soft  f8  weight of the scheme's objective
+    reach lipschitz  f8  bounds of the curvature and of the change of the rows
+    sigma_seen  f8  the smallest singular value when it was last looked at, at ``q_seen``
+    free  i8[N]  working joints, those first that can follow the gradient
+    known  i8[N]  the joints that worked at the last tick
+    q_seen q_window q_long_window  f8[N]
+    gradient  f8[N]  A'e
+    kick  f8[N]  what is added to it at a saddle
+    delta  f8[N]  way to go of the free joints
+    direction  f8[N]
+    anchor  f8[12]  pose where the target stands
+    weighted  f8[6]
+    e b rate  f8[6]  error, right sides and column of a path's rate as the priority weighs them
+    squares  f8[6]
+    A  f8[6,N]  rows as the priority weighs them
+    S D  f8[N,N]  curvature, and the metric
+    work modes gains  f8[N,N]
+    U G  f8[6,6]
+    values beside  f8[max(N,6)]
+free  What is told of a free-swinging joint; the memory behind it is that called ``free``.
+    mode joint  i8
+    rows  i8  what is kept now
+    allowed  i8  which sets of rows may be kept, one bit for each of ``Kept``
+    impact_side  i8  -1 or 1 for the stop that will be met, 0 for none
+    window  i8  ticks of the present comparison of joints that are measured
+    impact_time impact_speed impact_energy  f8
+    swing reach  f8  half the way of the joint, and how far the tip goes, both in the next 0.8 s
+    drift  f8  speed of a joint that gravity does not move, once the others rest
+    drift_time  f8  until its stop
+    contact  i8[N]  1 at the lower stop, -1 at the upper one
+    trust  i8[N]  for so many ticks more a joint counts as swinging only while each sample is as foretold
+    tau_stop  f8[N]  torque of the stop
+    begun_at halfway  f8[N]  where joints were at the begin and in the middle of the comparison
+    swung swung_v  f8[N]  where and how fast they would be had they swung since
+    v_before  f8[N]  a tick ago
+    coasting swinging  f8[N,3]  sums of y, t y and y^2 of what each supposition leaves
+"""
+QP_TEXT: Final = """
+qp  A QP with compliant equality rows, and the active-set solver's memory.
+        min 1/2 x'Hx + g'x + sum_k s_k^2/(2 soft_k),  Ax + s = b,  lb <= x <= ub,  l <= Cx <= u.
+    nx meq nc  i8
+    rigid  i8  equalities among so many rows of C, the first ones, do not give way
+    yields_from  i8  rows of C from this one on give way by ``soft_last``, too
+    dense warm iterations max_iterations  i8
+    soft_rows soft_last  f8  compliance of rows of C
+    tolerance  f8
+    lb ub g H_diagonal  f8[variables]
+    A  f8[rows,variables]
+    b  f8[rows]
+    soft  f8[rows]  a row with soft_k = 0 is hard
+    x  f8[variables]
+    y  f8[rows]
+    z_box  f8[variables]
+    x_free  f8[variables]  the minimiser without rows
+    root  f8[variables]  1/sqrt(H_ii), 0 for a fixed variable
+    root_of root_was  f8[variables]  an H_ii and its root
+    inverse  f8[variables]  the square of ``root``
+    t lam lam_new warm_lam  f8[working]
+    z l u  f8[constraints]
+    code side  i8[working]
+    active  i8[variables+constraints]
+    warm_code warm_side  i8[working]
+    scratch  f8[variables]
+    V  f8[working,variables]  the rows of the working set times H^(-1/2)
+    G  f8[working,working]  V V' + compliance
+    L  f8[working,working]  its Cholesky factor with inverse diagonal
+    C  f8[constraints,variables]
+    H L_H  f8[variables,variables]
+"""
+_QP = sections(QP_TEXT, {})["qp"]
+_TICK = sections(
+    TEXT,
+    {
+        "SETS": SETS,
+        "TARGET_SIZE": TARGET_SIZE,
+        "max": max,
+        "constraint_capacity": constraint_capacity,
+    },
+)
 
 
 def qp_fields(variables: int, rows: int, constraints: int) -> Fields:
-    """Fields of a QP with compliant equality rows and of the active-set solver's memory.
-
-    min 1/2 x'Hx + g'x + sum_k s_k^2/(2 soft_k),  Ax + s = b,  lb <= x <= ub,  l <= Cx <= u; a row with
-    soft_k = 0 is hard. Rows of C give way as ``soft_rows`` says, equalities among the first ``rigid`` not;
-    those from ``yields_from`` on by ``soft_last``, too.
-
-    ``x_free`` is the minimiser without rows. ``root`` is 1/sqrt(H_ii), 0 for a fixed variable; ``root_of``
-    and ``root_was`` keep an H_ii and its root, ``inverse`` the square of the root. V holds the rows of the
-    working set times H^(-1/2), G = V V' + compliance, L its Cholesky factor with inverse diagonal.
-    """
+    """Fields of a QP of these sizes."""
     working = variables + rows + constraints
-    return [
-        *scalars("i8", "nx meq nc rigid yields_from dense warm iterations max_iterations"),
-        *scalars("f8", "soft_rows soft_last tolerance"),
-        *floats(
-            {
-                "lb": (variables,),
-                "ub": (variables,),
-                "g": (variables,),
-                "H_diagonal": (variables,),
-                "A": (rows, variables),
-                "b": (rows,),
-                "soft": (rows,),
-                "x": (variables,),
-                "y": (rows,),
-                "z_box": (variables,),
-                "x_free": (variables,),
-                "root": (variables,),
-                "root_of": (variables,),
-                "root_was": (variables,),
-                "inverse": (variables,),
-                "t": (working,),
-                "lam": (working,),
-                "lam_new": (working,),
-                "warm_lam": (working,),
-                "z": (constraints,),
-                "l": (constraints,),
-                "u": (constraints,),
-            }
-        ),
-        *integers(
-            {
-                "code": (working,),
-                "side": (working,),
-                "active": (variables + constraints,),
-                "warm_code": (working,),
-                "warm_side": (working,),
-            }
-        ),
-        *floats(
-            {
-                "scratch": (variables,),
-                "V": (working, variables),
-                "G": (working, working),
-                "L": (working, working),
-                "C": (constraints, variables),
-                "H": (variables, variables),
-                "L_H": (variables, variables),
-            }
-        ),
-    ]
+    return _QP(variables=variables, rows=rows, constraints=constraints, working=working)
 
 
 def _qp(N: int) -> Fields:
     return qp_fields(N + 1, TASK_ROWS, constraint_capacity(N))
 
 
-def _aside(N: int) -> Fields:
-    """The task's QP while another one is solved with its rows: sizes, objective and box."""
-    return [
-        *scalars("i8", "nx meq dense"),
-        *floats(dict.fromkeys(("g", "H_diagonal", "lb", "ub"), (N,))),
-    ]
-
-
-def _turned(N: int) -> Fields:
-    """Task rows along the singular directions: U and sigma of the reduced Jacobian.
-
-    ``on``: the rows are turned; ``softness``: their compliance, times H. Damping begins where a singular
-    value falls below ``threshold`` and is ``factor`` at the singularity; factor 0: none.
-    """
-    return [
-        *scalars("i8", "on"),
-        *scalars("f8", "threshold factor"),
-        *floats({"U": (6, 6), "sigma": (6,), "softness": (6,)}),
-    ]
-
-
-def _free(N: int) -> Fields:
-    """What is told of a free-swinging joint; the memory behind it is ``ftqp.kernel.layout.free_memory``.
-
-    ``allowed``: which sets of rows may be kept, one bit for each of ``Kept``; ``rows``: what is kept now.
-    ``impact_side``: -1 or 1 for the stop that will be met, 0 for none; ``swing``: half the way of the joint,
-    ``reach``: how far the tip goes, both in the next 0.8 s. ``drift``: speed of a joint that gravity does not
-    move, once the others rest, ``drift_time``: until its stop. ``contact``: 1 at the lower stop, -1 at the
-    upper one; ``tau_stop``: torque of the stop.
-
-    ``trust``: for so many ticks more a joint counts as swinging only while each sample is as foretold.
-    ``window``: ticks of the present comparison of joints that are measured; ``begun_at`` is where they began
-    it, ``halfway`` where they were in its middle, ``swung`` and ``swung_v`` where and how fast they would be
-    had they swung since, ``v_before`` the velocities a tick ago; ``coasting`` and ``swinging`` are the sums
-    of y, t y and y^2 of what each leaves.
-    """
-    return [
-        *scalars("i8", "mode joint rows allowed impact_side window"),
-        *scalars("f8", "impact_time impact_speed impact_energy swing reach drift drift_time"),
-        *integers({"contact": (N,), "trust": (N,)}),
-        *floats({"tau_stop": (N,), "begun_at": (N,), "halfway": (N,), "swung": (N,), "swung_v": (N,)}),
-        *floats({"v_before": (N,), "coasting": (N, 3), "swinging": (N, 3)}),
-    ]
-
-
-def _scratch(N: int) -> Fields:
-    """Memory of the parts of a tick; nothing in it but ``wide`` outlives the part that fills it."""
-    return [
-        *floats(
-            {
-                "joints": (N + 1,),
-                "impulse": (N + 1,),
-                "rows": (6,),
-                "wide": (6, N),  # diag(sigma) V' of the turned rows
-                "square": (max(N, 6), max(N, 6)),
-            }
-        )
-    ]
-
-
-ROOMS = {
-    "state": _state,
-    "faults": _faults,
-    "limits": _limits,
-    "task": _task,
-    "criteria": _criteria,
-    "watch": _watch,
-    "cascade": _cascade,
-    "feedback": feedback_fields,
-    "gate": gate_fields,
-    "held": held_fields,
-    "kinematics": _kinematics,
-    "chain": _chain,
+_EACH: Final[dict[str, Callable[[int], Fields]]] = {
+    **_TICK,
+    **FEEDBACK_ROOMS,
+    **SCENE_ROOMS,
     "qp": _qp,
-    "scratch": _scratch,
-    "turned": _turned,
-    "past": past_fields,
-    "learned": learned_fields,
-    "history": history_fields,
-    "aside": _aside,
-    "calm": calm_fields,
-    "free": _free,
-    "terms": terms_fields,
-    "keeps": keeps_fields,
-    "scene": scene_fields,
-    "ahead": ahead_fields,
-    "supposed": _supposed,
+    "supposed": _TICK["state"],
 }
-"""Each room with the fields that it has for N joints; those that every tick touches come first."""
+ROOMS: Final = {
+    name: _EACH[name]
+    for name in (
+        *("state", "faults", "limits", "task", "criteria", "watch", "cascade", "feedback", "gate", "held"),
+        *("kinematics", "chain", "qp", "scratch", "turned", "past", "learned", "history", "aside", "calm"),
+        *("free", "terms", "keeps", "scene", "ahead", "supposed"),
+    )
+}
+"""Each room with the fields that it has for N joints; those that every tick touches come first.
+
+``supposed`` is a state where formulas are asked how the arm would be there, so that ``state``, which was
+measured or leads the arm, need not be lent.
+"""

@@ -1,9 +1,10 @@
-"""The rooms of clearance: the arm as capsules, what stands around it, and the pairs that keep apart."""
+"""The rooms of what stands around an arm, and of what is asked beside the task of the tip."""
 
 from enum import IntEnum
+from typing import Final
 
-from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
-from ftqp.kernel.layout.rows import CLEARANCES
+from ftqp.kernel.layout.rows import CLEARANCES, KEEPS, OWN_ROWS
+from ftqp.kernel.layout.structures import sections
 
 CAPSULES = 128
 """The most capsules of an arm, their ends among them. A convention, which sizes memory."""
@@ -37,78 +38,145 @@ class Shape(IntEnum):
 
 NOTHING, SEGMENT, HALF_SPACE, BOX, CYLINDER, HULL = map(int, Shape)
 
-
-def scene_fields(N: int) -> Fields:
-    """What ``ftqp.kernel.scene`` knows.
-
-    A capsule moves with the frame of the joint ``body``, from ``end_a`` to ``end_b`` there and ``wide``;
-    ``a`` and ``b`` are its ends in W, placed where ``stamped`` is the ``stamp`` of the tick. ``solid`` of
-    an obstacle is a ``Shape``; it stands at ``place``, turned by ``turn``, with ``extent``: half the length
-    along z and the radius of a segment or cylinder, half the edges of a box; ``twist`` is its velocity, at
-    ``place``, along W. Of a hull ``extent`` is how far it reaches along its axes, ``edges_of`` and
-    ``faces_of`` are its first edge and face and those behind its last; an ``edge`` is two rows of
-    ``corner``, a ``face`` the normal n and the offset d of n'x <= d, all in its own frame.
-
-    Pair p is of capsule ``first`` and capsule ``second``, or obstacle -1 - ``second``. ``gap`` is its
-    distance when it was looked at plus all the ``way`` that anything had gone by then, so that gap - way is
-    no more than its distance now; it is looked at again in tick ``look``, or where it may be the nearest.
-    ``joint_way``: how far anything moves with a joint at most, by its angle [m/rad].
-
-    ``slot`` is the pair of each row, -1 none; ``G`` its gradient, ``least`` the right side; ``spare`` by how
-    much its velocity may grow until the row holds it back; ``met`` whether it was found in this tick.
-    ``distance`` is the least of all pairs, at the predicted posture, and ``nearest`` that pair, whose bodies
-    are ``closing`` in; ``crowded``: a row has found no slot. ``normal``, ``near``, ``far``: of the pair that
-    is looked at, the direction to its first body and the points on both; ``local``,
-    ``along`` and ``row`` are memory.
-
-    A ``cloud`` of so many balls, x, y, z and radius, lies at the address ``cloud_at``. From pair
-    ``cloud_pair`` on each body has NEAREST pairs; ``ball`` is which ball an obstacle stands for, -1 none.
-    They were chosen in tick ``chosen_tick``, when ``way`` was ``chosen_way``. ``away`` and ``taken`` are
-    memory.
-
-    The scene has so many ``things``, its cloud counted as one. ``laid`` counts how often the room was laid
-    out, and ``version`` is that of the scene then; its version now lies at the address ``version_at``, 0 for
-    a copy, whose scene stays as it is.
-    """
-    return [
-        *scalars(
-            "i8",
-            "pairs capsules obstacles held nearest closing crowded stamp "
-            "cloud cloud_at cloud_pair chosen_tick things laid version version_at",
-        ),
-        *scalars("f8", "keep halt gain share way distance chosen_way"),
-        *integers({"body": (CAPSULES,), "stamped": (CAPSULES,), "solid": (OBSTACLES,)}),
-        *floats(dict.fromkeys(("end_a", "end_b", "a", "b"), (CAPSULES, 3))),
-        *floats({"wide": (CAPSULES,), "place": (OBSTACLES, 3), "turn": (OBSTACLES, 9)}),
-        *floats({"extent": (OBSTACLES, 3), "twist": (OBSTACLES, 6), "joint_way": (N,)}),
-        *integers(dict.fromkeys(("first", "second", "look"), (PAIRS,))),
-        *floats({"gap": (PAIRS,)}),
-        *integers(dict.fromkeys(("slot", "met"), (CLEARANCES,))),
-        *floats({"G": (CLEARANCES, N), "least": (CLEARANCES,), "spare": (CLEARANCES,)}),
-        *floats(dict.fromkeys(("normal", "near", "far", "local", "along"), (3,))),
-        *floats({"row": (N,), "away": (BALLS,)}),
-        *integers({"ball": (OBSTACLES,), "taken": (NEAREST,)}),
-        *integers({"edges_of": (SHAPES, 2), "faces_of": (SHAPES, 2), "edge": (HULL_EDGES, 2)}),
-        *floats({"corner": (HULL_CORNERS, 3), "face": (HULL_FACES, 4)}),
-    ]
+TERMS = 8
+"""The most tasks that a planner may have beside that of the tip. A convention, which sizes memory."""
+PLACES_OF = TERMS + 1
+"""Places for them: the one behind the planner's own draws the tip to rows that were given up."""
 
 
-def ahead_fields(N: int) -> Fields:
-    """Kinematics at the predicted posture ``q``, as in ``kinematics``.
+class TermKind(IntEnum):
+    """What a further task asks for."""
 
-    That is q + v dt, or q itself at the velocity level.
-    """
-    return floats(
-        {
-            "q": (N,),
-            "sine": (N,),
-            "cosine": (N,),
-            "R": (N, 9),
-            "o": (N, 3),
-            "axis_w": (N, 3),
-            "R_tip": (9,),
-            "o_tip": (3,),
-            "J": (6, N),
-            "J_each": (6, N),
-        }
-    )
+    FRAME = 0
+    AXIS = 1
+    MASS = 2
+    JOINTS = 3
+    OWN = 4
+
+
+FRAME, AXIS, MASS, JOINT_PLACES, OWN = map(int, TermKind)
+BESIDE_TIP, BEFORE_SCHEME = 1, 2
+"""How a term stands in the objective where it does not by its weight alone, which is 0."""
+
+
+TEXT: Final = """
+terms  Further tasks, see ``ftqp.kernel.rows.further_tasks`` and ``ftqp.kernel.rows.task_terms``.
+    count  i8  one more than ``own`` while rows are given up, see ``ftqp.kernel.rows.rows_given_up``
+    own  i8  how many the planner has
+    shared  i8  how many terms stand beside the tip
+    bends  i8  what their errors bend by counts
+    missed  i8  how many of those that are required the command misses
+    length  f8  what a radian counts [m]
+    stands  f8  firmness 1/soft at which terms beside the tip are in H, negative while no terms are
+    added  f8  by how much tr H has grown
+    worst  f8  the largest error of one as a share of its tolerance
+    kind  i8[PLACES_OF]  a ``TermKind``
+    body  i8[PLACES_OF]  the joint whose frame a point or an axis moves with, -1 is the base
+    other  i8[PLACES_OF]  the one that its goal moves with
+    rows  i8[PLACES_OF]  one bit for each of x, y, z, rx, ry, rz
+    towards  i8[PLACES_OF]  an axis points at ``goal``
+    m  i8[PLACES_OF]  rows of a task that the user fills in
+    hard  i8[PLACES_OF]  rows of C, before the task of the tip, in place of terms of the objective
+    shares  i8[PLACES_OF]  terms as firm as the rows of the tip, beside which they stand, or before the scheme
+    required  i8[PLACES_OF]  counts for the status
+    weight kp kv  f8[PLACES_OF]
+    place axis  f8[PLACES_OF,3]  in the frame of ``body``
+    goal  f8[PLACES_OF,3]  where the point should be, or what the axis should point at, in the frame of
+        ``other``; or else the direction that it should have along W
+    error  f8[PLACES_OF,6]  as of the last tick
+    rate rate_change  f8[PLACES_OF,6]  twist and acceleration of a goal along W
+    asked  f8[PLACES_OF,6]  of the rows
+    slack  f8[PLACES_OF,6]  J x - b of the command
+    turn  f8[PLACES_OF,9]  how ``body`` should stand in ``other``
+    q_goal share  f8[PLACES_OF,N]  of a task of joints
+    J  f8[PLACES_OF,6,N]  of a task that the user fills in; of the others as of the last tick
+    b  f8[PLACES_OF,6]  the same
+keeps  What ``ftqp.kernel.rows.keep_rows`` and ``own_rows`` need: planes, cones, and rows of the user's own.
+    asked  i8  how many rows the planner asks for, those of tasks included
+    count  i8
+    own  i8  rows of the user's own
+    body  i8[KEEPS]  the joint whose frame the point ``place`` moves with
+    turns  i8[KEEPS]  ``place`` is an axis of the frame that stays within ``offset`` of ``normal`` [rad]
+    offset  f8[KEEPS]  ``normal``'p >= ``offset`` is its side
+    brake  f8[KEEPS]  how hard the arm can brake it there
+    distance  f8[KEEPS]  as of the last tick
+    place  f8[KEEPS,3]
+    normal  f8[KEEPS,3]  along W
+    own_C  f8[OWN_ROWS,N]
+    own_l own_u  f8[OWN_ROWS]
+scene  What ``ftqp.kernel.scene`` knows: the arm as capsules, what is around, and the pairs that keep apart.
+    pairs capsules obstacles held  i8
+    nearest  i8  the pair that is nearest at the predicted posture
+    closing  i8  its bodies close in
+    crowded  i8  a row has found no slot
+    stamp  i8  of the tick
+    cloud  i8  so many balls, x, y, z and radius, lie at the address ``cloud_at``
+    cloud_at  i8
+    cloud_pair  i8  from this pair on each body has NEAREST pairs
+    chosen_tick  i8  when balls were chosen
+    things  i8  of the scene, its cloud counted as one
+    laid  i8  how often the room was laid out
+    version  i8  that of the scene then
+    version_at  i8  where its version now lies; 0 for a copy, whose scene stays as it is
+    keep halt gain share  f8
+    way  f8  all that anything had gone by now
+    distance  f8  the least of all pairs, at the predicted posture
+    chosen_way  f8  ``way`` when balls were chosen
+    body  i8[CAPSULES]  the joint whose frame a capsule moves with
+    stamped  i8[CAPSULES]  its ends in W were placed in the tick of this stamp
+    solid  i8[OBSTACLES]  a ``Shape``
+    end_a end_b  f8[CAPSULES,3]  of a capsule in its frame
+    a b  f8[CAPSULES,3]  the same in W
+    wide  f8[CAPSULES]
+    place  f8[OBSTACLES,3]
+    turn  f8[OBSTACLES,9]
+    extent  f8[OBSTACLES,3]  half the length along z and the radius of a segment or cylinder, half the edges
+        of a box, how far a hull reaches along its axes
+    twist  f8[OBSTACLES,6]  velocity at ``place``, along W
+    joint_way  f8[N]  how far anything moves with a joint at most, by its angle [m/rad]
+    first  i8[PAIRS]  capsule
+    second  i8[PAIRS]  capsule, or obstacle -1 - ``second``
+    look  i8[PAIRS]  the tick in which the pair is looked at again, if it may not be the nearest before
+    gap  f8[PAIRS]  distance when it was looked at plus ``way`` then: gap - way is at most its distance
+    slot  i8[CLEARANCES]  the pair of each row, -1 none
+    met  i8[CLEARANCES]  it was found in this tick
+    G  f8[CLEARANCES,N]  gradient of each row
+    least  f8[CLEARANCES]  right side
+    spare  f8[CLEARANCES]  by how much its velocity may grow until the row holds it back
+    normal near far  f8[3]  of the pair that is looked at: direction to its first body, and points on both
+    local along  f8[3]  memory
+    row  f8[N]  memory
+    away  f8[BALLS]  memory
+    ball  i8[OBSTACLES]  which ball an obstacle stands for, -1 none
+    taken  i8[NEAREST]  memory
+    edges_of faces_of  i8[SHAPES,2]  first edge and face of a hull, and those behind its last
+    edge  i8[HULL_EDGES,2]  two rows of ``corner``
+    corner  f8[HULL_CORNERS,3]
+    face  f8[HULL_FACES,4]  the normal n and the offset d of n'x <= d in the hull's own frame
+ahead  Kinematics at the predicted posture: q + v dt, or q itself at the velocity level.
+    q sine cosine  f8[N]
+    R  f8[N,9]
+    o axis_w  f8[N,3]
+    R_tip  f8[9]
+    o_tip  f8[3]
+    J J_each  f8[6,N]
+"""
+SCENE_ROOMS: Final = sections(
+    TEXT,
+    {
+        "BALLS": BALLS,
+        "CAPSULES": CAPSULES,
+        "CLEARANCES": CLEARANCES,
+        "HULL_CORNERS": HULL_CORNERS,
+        "HULL_EDGES": HULL_EDGES,
+        "HULL_FACES": HULL_FACES,
+        "KEEPS": KEEPS,
+        "NEAREST": NEAREST,
+        "OBSTACLES": OBSTACLES,
+        "OWN_ROWS": OWN_ROWS,
+        "PAIRS": PAIRS,
+        "PLACES_OF": PLACES_OF,
+        "SHAPES": SHAPES,
+    },
+)
+"""What gives the fields of each."""

@@ -16,7 +16,7 @@ from ftqp.kernel.arm.points import moves, point_column, point_drift, point_of, t
 from ftqp.kernel.arm.pose_error import rotation_vector
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION
-from ftqp.kernel.layout.terms_room import AXIS, FRAME, MASS, OWN
+from ftqp.kernel.layout.scene_room import AXIS, FRAME, MASS, OWN
 from ftqp.kernel.maths.side_by_side import WIDTH, numbers, put, several, sum_of
 from ftqp.kernel.maths.vectors import cross
 

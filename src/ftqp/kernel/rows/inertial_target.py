@@ -10,25 +10,23 @@ from typing import Any
 
 from ftqp.kernel.arm.pose_error import exponential, rotation_vector
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.layout.base_codes import (
+from ftqp.kernel.layout.enums import (
     BASE_HALTED,
     BASE_RANK_DEFICIENT,
     BASE_SATURATED,
     BASE_STALE,
     BASE_TRACKING,
     BASE_UNREACHABLE,
+    BY_POSITION,
+    DELAYS,
     HAS_BASE,
     HAS_POSITION,
     HAS_TIP,
     HAS_TWIST,
-    MEASURED_ATTITUDE,
-    NOMINAL_ATTITUDE,
-)
-from ftqp.kernel.layout.enums import (
-    BY_POSITION,
-    DELAYS,
     HEALTHY,
     INVALID_INPUT,
+    MEASURED_ATTITUDE,
+    NOMINAL_ATTITUDE,
     OK,
     SCALED,
     STOPPED,

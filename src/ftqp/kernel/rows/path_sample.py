@@ -5,7 +5,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import TARGET_ACCELERATION, TARGET_HAS_ROTATION, TARGET_TWIST
-from ftqp.kernel.layout.path_table import BEGIN, ORIENTATION, POSITION, SPIN, STOP, TURN
+from ftqp.kernel.layout.flat_arrays import BEGIN, ORIENTATION, POSITION, SPIN, STOP, TURN
 
 
 @jit

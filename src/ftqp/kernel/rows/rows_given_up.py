@@ -10,7 +10,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import TARGET_ACCELERATION, TARGET_TWIST
-from ftqp.kernel.layout.terms_room import BEFORE_SCHEME, FRAME
+from ftqp.kernel.layout.scene_room import BEFORE_SCHEME, FRAME
 from ftqp.kernel.rows.further_tasks import TURNS
 
 THERE_SHARE = 0.1

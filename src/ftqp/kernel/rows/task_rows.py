@@ -3,12 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.layout.enums import (
-    ACCELERATION,
-    SCALE,
-    TARGET_ACCELERATION,
-    TARGET_TWIST,
-)
+from ftqp.kernel.layout.enums import ACCELERATION, SCALE, TARGET_ACCELERATION, TARGET_TWIST
 from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.side_by_side import WIDTH, below, put, several, sum_of
 from ftqp.kernel.rows.one_variable import bound, draw

@@ -11,7 +11,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, SCALE
-from ftqp.kernel.layout.terms_room import AXIS, BEFORE_SCHEME, BESIDE_TIP, JOINT_PLACES
+from ftqp.kernel.layout.scene_room import AXIS, BEFORE_SCHEME, BESIDE_TIP, JOINT_PLACES
 from ftqp.kernel.layout.thresholds import MISSED_FROM, RELAXED_FROM, TASK_FLOOR
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.elementary import select

@@ -10,8 +10,8 @@ from math import sqrt
 from typing import Any, Final
 
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.endings import CORRECT, NONE, UNRESOLVED
-from ftqp.kernel.layout.law_room import LONG_WAY, SHARE
+from ftqp.kernel.layout.enums import CORRECT, NONE, UNRESOLVED
+from ftqp.kernel.layout.other_records import LONG_WAY, SHARE
 from ftqp.kernel.maths.lu import lu_factor, lu_solve
 from ftqp.kernel.maths.side_by_side import WIDTH, several
 from ftqp.kernel.study.ends_ahead import (

@@ -7,9 +7,8 @@ from math import sqrt
 from typing import Any, Final
 
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.endings import CORRECT, ERRONEOUS, SINGULAR
-from ftqp.kernel.layout.enums import TASK_ROWS
-from ftqp.kernel.layout.law_room import SHARE
+from ftqp.kernel.layout.enums import CORRECT, ERRONEOUS, SINGULAR, TASK_ROWS
+from ftqp.kernel.layout.other_records import SHARE
 from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.lu import lu_factor, lu_solve
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import TASK_ROWS
-from ftqp.kernel.layout.law_room import SHARE
+from ftqp.kernel.layout.other_records import SHARE
 from ftqp.kernel.maths.elementary import larger, smaller, sqrt
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 from ftqp.kernel.maths.trigonometry import sin_cos

@@ -3,8 +3,8 @@
 from typing import Any, Final
 
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.endings import CORRECT, NONE, UNRESOLVED
-from ftqp.kernel.layout.law_room import LONG_WAY, SHARE
+from ftqp.kernel.layout.enums import CORRECT, NONE, UNRESOLVED
+from ftqp.kernel.layout.other_records import LONG_WAY, SHARE
 from ftqp.kernel.maths.elementary import any_of, select
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 from ftqp.kernel.study.creeping import creep

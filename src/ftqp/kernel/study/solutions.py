@@ -7,7 +7,7 @@ from math import pi
 from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.layout.method_codes import CLOSED
+from ftqp.kernel.layout.enums import CLOSED
 from ftqp.kernel.study.null_directions import decompose, least_step
 from ftqp.kernel.study.task_values import task_values
 from ftqp.kernel.study.tracing import correct, nearest_turn, put_joints, trace

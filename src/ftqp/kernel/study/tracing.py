@@ -7,7 +7,7 @@ from math import floor, pi, sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.layout.method_codes import CLOSED, CUT, UNFINISHED
+from ftqp.kernel.layout.enums import CLOSED, CUT, UNFINISHED
 from ftqp.kernel.maths.lu import determinant_sign, lu_factor
 from ftqp.kernel.study.null_directions import any_null_direction, decompose, least_step, onto_null_space
 from ftqp.kernel.study.task_values import task_values

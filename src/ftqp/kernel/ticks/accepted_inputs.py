@@ -3,7 +3,7 @@
 from math import atan2, inf, pi
 from typing import Any
 
-from ftqp.kernel.compiled.taking import take
+from ftqp.kernel.compiled.glue import take
 from ftqp.kernel.feedback.gate import open_gate
 from ftqp.kernel.feedback.late_loop import miss
 from ftqp.kernel.jit import jit

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.arm.kinematics import motion
-from ftqp.kernel.compiled.calling import nanoseconds, tick_of
+from ftqp.kernel.compiled.glue import nanoseconds, tick_of
 from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.solution_check import torques_without_inertia
-from ftqp.kernel.layout.block_row import PLACES
 from ftqp.kernel.layout.enums import FAILED, FALLBACK, HARD, INFEASIBLE, RELAXED, SOLVED, VELOCITY
+from ftqp.kernel.layout.flat_arrays import PLACES
 
 __all__ = ["PLACES"]
 
@@ -41,7 +41,7 @@ def complete_torques(K: Any, has_inertia: int) -> None:
 
 @jit
 def keep(K: Any, places: Any, row: Any) -> None:
-    """Write the tick into a row, each field at its place; see ``ftqp.kernel.layout.block_row``."""
+    """Write the tick into a row, each field at its place; see ``ftqp.kernel.layout.flat_arrays``."""
     state, task, qp, cascade, kinematics = K.state, K.task, K.qp, K.cascade, K.kinematics
     n = K.chain.n
     q, v, a, tau, brake, lower, upper, tip, slack, jacobian, rest = places

@@ -6,7 +6,7 @@ from ftqp.kernel.feedback.late_loop import miss
 from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.fallback_cascade import run_cascade
 from ftqp.kernel.layout.enums import ALL_USABLE, SOLVED, TARGET_SIZE
-from ftqp.kernel.layout.path_table import COLUMNS
+from ftqp.kernel.layout.flat_arrays import COLUMNS
 from ftqp.kernel.layout.thresholds import MOST_TICKS
 from ftqp.kernel.rows.path_rows import advance
 from ftqp.kernel.rows.path_sample import look_up

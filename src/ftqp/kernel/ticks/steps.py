@@ -25,8 +25,7 @@ from ftqp.kernel.layout.enums import (
     SOLVED,
     TARGET_SIZE,
 )
-from ftqp.kernel.layout.network_memory import VALID
-from ftqp.kernel.layout.path_table import COLUMNS
+from ftqp.kernel.layout.flat_arrays import COLUMNS, VALID
 from ftqp.kernel.layout.thresholds import RELAXED_FROM, TASK_FLOOR
 from ftqp.kernel.rows.inertial_target import base_verdict
 from ftqp.kernel.rows.path_rows import advance

@@ -6,7 +6,7 @@ from typing import Any
 from ftqp.kernel.jit import jit
 from ftqp.kernel.latches.giving_up import restore
 from ftqp.kernel.layout.enums import AS_TOLD, BRAKING, FREE, HEALTHY, INSTANT, LOCKED, MEASURED, TORQUE_DRIVE
-from ftqp.kernel.layout.told_memory import IS_LOCKED_NOW, SWINGS_NOW
+from ftqp.kernel.layout.other_records import IS_LOCKED_NOW, SWINGS_NOW
 from ftqp.kernel.told.measured import who_leads, window_ticks
 
 LOCK_SHARE = 0.25

@@ -20,7 +20,7 @@ position_error ...    1     `SCALARS`, in their order
 ====================  ===== ===============================================================================
 
 so that the width is 48 + 15 n. The measures of singularity are filled in from ``jacobian`` when a block is
-handed on. Blocks of ticks from compiled code follow `ftqp.kernel.layout.block_row`.
+handed on. Blocks of ticks from compiled code follow `ftqp.kernel.layout.flat_arrays`.
 On a moving base (k coordinates) target and tip are in the inertial frame, and 13 + k more numbers follow:
 ``base_pose`` (12, first three rows of its pose), ``eta`` (k) and ``base_status`` (1).
 Of an arm with a drive or sensors of its own n more follow for each of `SENSED`, what was measured, sent and
@@ -36,7 +36,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.pose import quaternions, rotation_vectors
-from ftqp.kernel.layout.block_row import BLOCK_FIELDS, BLOCK_SCALARS
+from ftqp.kernel.layout.flat_arrays import BLOCK_FIELDS, BLOCK_SCALARS
 
 BLOCK = 2048
 """Ticks of one block, and rows of one chunk of a log, at most."""

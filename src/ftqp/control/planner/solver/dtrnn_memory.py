@@ -6,7 +6,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.network_memory import OPTIONS, planner_memory_size
+from ftqp.kernel.layout.flat_arrays import OPTIONS, planner_memory_size
 from ftqp.kernel.layout.rows import constraint_capacity
 
 NETWORK: Final = "dtrnn"

@@ -12,8 +12,7 @@ from ftqp.control.task.task import Task
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Reduced, Session
 from ftqp.kernel.layout.criteria import Criterion
-from ftqp.kernel.layout.enums import SOLVED, TASK_ROWS, Level, Turn
-from ftqp.kernel.layout.method_codes import ClosedForm
+from ftqp.kernel.layout.enums import SOLVED, TASK_ROWS, ClosedForm, Level, Turn
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.buffers import QPBuffers

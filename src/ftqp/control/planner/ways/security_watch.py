@@ -24,8 +24,7 @@ from ftqp.faults.kinds import Locked
 from ftqp.kernel.entry.rollouts import Batch, beliefs_of
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import SLACK, Status
-from ftqp.kernel.layout.free_memory import free_dtype
-from ftqp.kernel.layout.record import record_dtype
+from ftqp.kernel.layout.record import dtype
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
@@ -290,7 +289,7 @@ class SecurityWatch:
             for i in joints:
                 rooms.append(look.what_ifs.believing((Locked(self._robot.joints[i]),)))
                 give_way()
-            self._beliefs = look.belief, beliefs_of(look.what_ifs.session.capacity, rooms)
+            self._beliefs = look.belief, beliefs_of(rooms)
         events = np.array(
             [(0, k % len(joints), joints[k % len(joints)]) for k in range(arms)], dtype=np.int64
         )
@@ -314,7 +313,7 @@ class SecurityWatch:
         assert batch is not None
         last = min(look.done + max(1, self._settings.budget // self._ticks), len(batch.q))
         if last > look.done:
-            own, free = np.zeros(1, record_dtype(session.capacity)), np.zeros(1, free_dtype(session.capacity))
+            own, free = np.zeros(1, dtype("record")), np.zeros(1, dtype("free"))
             n = batch.q.shape[1]
             session.bind("rollout", batch.record(), own, own, free, n, look.done, last)()
         look.done = last

@@ -15,7 +15,7 @@ from llvmlite import ir
 from numba.core import cgutils
 from numba.core.compiler_lock import global_compiler_lock
 
-from ftqp.kernel.compiled.entry_point import EntryPoint
+from ftqp.kernel.compiled.library import EntryPoint
 from ftqp.kernel.compiled.making.helper import APART, Part, context, linked, typed, typed_part
 from ftqp.kernel.compiled.making.processor import Target
 
@@ -32,14 +32,14 @@ GLUE = "ftqp_take", "ftqp_tick_of", "ftqp_nanoseconds"
 """What other units have of ``glue.c``."""
 
 
-def entry_code(entry: EntryPoint, capacity: int, target: Target) -> tuple[bytes, list[Part]]:
+def entry_code(entry: EntryPoint, joints: int, target: Target) -> tuple[bytes, list[Part]]:
     """The object file of an entry point, and the parts that it needs."""
     with global_compiler_lock, _no_garbage_collection():
-        result = typed(entry.function(capacity), len(entry.signature))
-        wrapper = _wrapper(result.fndesc, entry, capacity)
+        result = typed(entry.function(joints), len(entry.signature))
+        wrapper = _wrapper(result.fndesc, entry)
         module, parts = linked(result.library, runtime=False)
     module.link_in(llvm.parse_assembly(cgutils.normalize_ir_text(str(wrapper))))
-    return _finished(module, entry.symbol(capacity), target, long_loops=not capacity), parts
+    return _finished(module, entry.symbol, target, long_loops=entry.alone), parts
 
 
 def part_code(part: Part, function: Any, target: Target) -> tuple[bytes, list[Part]]:
@@ -118,9 +118,9 @@ def _no_memory_runtime(module: Any) -> ir.Module:
     return runtime
 
 
-def _wrapper(fndesc: Any, entry: EntryPoint, capacity: int) -> Any:
+def _wrapper(fndesc: Any, entry: EntryPoint) -> Any:
     """The module with ``int64_t symbol(int64_t, ...)`` for C, or with a pointer to those for ``glue.c``."""
-    symbol, convention, count = entry.symbol(capacity), context().call_conv, len(entry.signature)
+    symbol, convention, count = entry.symbol, context().call_conv, len(entry.signature)
     module = context().create_module(f"{entry.caller} {symbol}")
     callee = ir.Function(
         module, convention.get_function_type(fndesc.restype, fndesc.argtypes), fndesc.llvm_func_name

@@ -6,7 +6,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 
-from ftqp.kernel.compiled.levels import LEVELS, level_here
+from ftqp.kernel.compiled.library import LEVELS, level_here
 
 WASM_FEATURES = "+simd128,+bulk-memory"
 """What every browser has since 2021: lanes of two doubles, and copies of memory as instructions."""
