@@ -277,7 +277,7 @@ class PlannerChanges(PlannerFacts, ABC):
     def _mount(self, fitting: Fitting) -> None:
         """Let the kernel see the arm as it is fitted; steps that are kept stay with the arm that they had."""
         if self._step_arm is not fitting:
-            self._out.leave_arm()
+            self._out.fill_in()
             if self._step_arm is None or self._step_arm.payload is not fitting.payload:
                 self._session.K.learned.load[:] = 0.0  # it is what is told now
             self._step_arm = fitting

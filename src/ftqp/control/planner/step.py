@@ -1,7 +1,6 @@
 """Step: what one tick gives back, read from the planner's record when it is asked for."""
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import Any, NoReturn
 
 import numpy as np
@@ -22,17 +21,15 @@ from ftqp.control.planner.certificate import (
 from ftqp.control.planner.free_joint import ON_TASK, Impact, impact, notice
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.control.planner.step_parts import (
-    JOINTS_ONLY,
-    PLACES_OF_A_STEP,
     RESIDUALS,
-    ArmOfSteps,
-    KeptParts,
     Measures,
     Named,
+    Parts,
     QPReport,
     Reference,
     Said,
     measures_of,
+    parts_in,
 )
 from ftqp.control.planner.task_reports import TaskReport, TaskReports, task_status
 from ftqp.core.checks import BoolArray, FloatArray
@@ -86,38 +83,26 @@ class Step:
     All arrays are views that cannot be written; ``step.q.copy()`` can.
     """
 
-    __slots__ = ("_arm", "_fill_in", "_joints", "_named", "_parts", "_said", "a", "q", "task_error", "v")
+    __slots__ = ("_joints", "_named", "_parts", "_said", "_session", "a", "q", "task_error", "v")
     q: FloatArray
     v: FloatArray
     a: FloatArray
     task_error: FloatArray
-    _arm: ArmOfSteps
+    _session: Session | None
     _joints: tuple[str, ...]
-    _parts: Any
+    _parts: Parts
     _said: Said
     _named: Named
-    _fill_in: Callable[[], Any] | None
 
     def __init__(
         self, session: Session, joints: Sequence[str], said: Said, named: Named = NOTHING_BESIDE
     ) -> None:
-        n, nc = len(joints), int(session.K.cascade.p)
-        parts = {name: session.view(*place) for name, place in PLACES_OF_A_STEP.items()}
-        for name in JOINTS_ONLY:
-            parts[name] = parts[name][:n]
-        parts["z"] = parts["z"][:nc]
-        parts |= {name: parts[name].reshape(-1) for name in ("soft_error", "soft_slack", "soft_asked")}
-        self._own(ArmOfSteps(session), joints, parts, said, named)
+        self._own(session, joints, parts_in(session, len(joints)), said, named)
 
-    def _own(self, arm: ArmOfSteps, joints: Sequence[str], parts: Any, said: Said, named: Named) -> None:
-        own = {
-            "_named": named,
-            "_arm": arm,
-            "_joints": tuple(joints),
-            "_parts": parts,
-            "_said": said,
-            "_fill_in": None,
-        }
+    def _own(
+        self, session: Session | None, joints: Sequence[str], parts: Parts, said: Said, named: Named
+    ) -> None:
+        own = {"_session": session, "_joints": tuple(joints), "_parts": parts, "_said": said, "_named": named}
         own |= {"q": parts["q"], "v": parts["v"], "a": parts["a"], "task_error": parts["error"]}
         for name, value in own.items():
             object.__setattr__(self, name, value)
@@ -137,10 +122,6 @@ class Step:
     def duration(self) -> float | None:
         """How long the step took [s]; None unless the planner was made with ``timing=True``."""
         return self._said.duration
-
-    @property
-    def _session(self) -> Session:
-        return self._arm.session
 
     def _number(self, name: str) -> float:
         return float(self._parts[name][0])
@@ -222,12 +203,8 @@ class Step:
         if not parts["has_dynamics"][0]:
             if not parts["has_inertia"][0]:
                 return np.full(len(self._joints), np.nan)
-            fill_in = self._fill_in
-            if fill_in is None:
-                kept = isinstance(parts, KeptParts)
-                fill_in = partial(self._arm.fill_in_torques, parts) if kept else self._session.torques()
-                object.__setattr__(self, "_fill_in", fill_in)
-            fill_in()
+            if self._session is not None:
+                self._session.torques()()
         result: FloatArray = parts[name]
         return result
 
@@ -299,8 +276,8 @@ class Step:
         Jacobian.
         """
         parts, n = self._parts, len(self._joints)
-        if isinstance(parts, KeptParts):
-            result: FloatArray = parts["jacobian"].reshape(-1, n)
+        if self._session is None:
+            result: FloatArray = parts["jacobian"]
             return result
         K = self._session.K
         A: FloatArray = K.qp.A[: int(K.task.m), :n] / K.task.length
@@ -359,13 +336,10 @@ class Step:
 
         It is the largest over the motors that work and, as a whole, what a free-swinging joint would need.
         """
-        excess, K = self._number("torque_excess"), self._session.K
-        rounding = ROUNDING * float(K.qp.tolerance)
-        return (
-            excess
-            if excess > (rounding / float(K.state.dt) if K.state.level == VELOCITY else rounding)
-            else 0.0
-        )
+        excess, rounding = self._number("torque_excess"), ROUNDING * self._number("tolerance")
+        if self._number("level") == VELOCITY:
+            rounding /= self._number("dt")
+        return excess if excess > rounding else 0.0
 
     @property
     def outside(self) -> tuple[str, ...]:
@@ -387,7 +361,7 @@ class Step:
         )
 
     def _obstacles(self) -> list[Obstacle]:
-        named, has_inertia = self._named, bool(self._session.K.chain.has_inertia)
+        named, has_inertia = self._named, bool(self._number("has_inertia"))
         pairs = () if named.pairs is None else named.pairs.names
         return obstacles(self._parts, self._joints, has_inertia, named.asked, pairs)
 
@@ -450,29 +424,14 @@ class Step:
 
     def copy(self) -> "Step":
         """A step of its own, which later steps of the planner do not touch."""
-        layout: dict[str, tuple[int, int]] = {}
-        at = 0
-        for name in PLACES_OF_A_STEP:
-            end = at + len(self._parts[name])
-            layout[name] = (at, end)
-            at = end
-        jacobian = self.jacobian.ravel()
-        numbers = np.empty(at + len(jacobian))
-        for name, (begin, end) in layout.items():
-            numbers[begin:end] = self._parts[name]
-        layout["jacobian"] = (at, len(numbers))
-        numbers[at:] = jacobian
+        self.fill_in()
         named = self._named.copy(self._parts["q_before"])
-        return _kept(self._arm, self._joints, layout, numbers, self.code, self.duration, named)
+        return _kept(self._joints, self._parts.kept(self.jacobian).memory, self.code, self.duration, named)
 
-    def leave_arm(self) -> None:
-        """Stay with the arm that this step and its copies were made for: the planner's becomes another."""
-        session = self._session
-        if session.K.state.ticks > 0:
+    def fill_in(self) -> None:
+        """Work out now what would be worked out when it is read, as the planner's arm becomes another."""
+        if self._parts["ticks"][0] > 0:
             self._torques("tau_brake")
-        self._arm.keep()
-        object.__setattr__(self, "_arm", ArmOfSteps(session))
-        object.__setattr__(self, "_fill_in", None)
 
     def __copy__(self) -> "Step":
         return self.copy()
@@ -482,16 +441,7 @@ class Step:
 
     def __reduce__(self) -> tuple[Any, ...]:
         kept = self.copy()
-        parts = kept._parts
-        return _kept, (
-            self._arm,
-            self._joints,
-            parts._layout,
-            parts._numbers,
-            self.code,
-            self.duration,
-            kept._named,
-        )
+        return _kept, (self._joints, kept._parts.memory, self.code, self.duration, kept._named)
 
     def __repr__(self) -> str:
         errors = f"position_error={self.position_error:.2e}, rotation_error={self.rotation_error:.2e}"
@@ -509,16 +459,8 @@ class Step:
         return html_table(f"Step: {self.status.name}", ("joint", "q", "v"), rows, note)
 
 
-def _kept(
-    arm: ArmOfSteps,
-    joints: tuple[str, ...],
-    layout: dict[str, tuple[int, int]],
-    numbers: FloatArray,
-    code: int,
-    duration: float | None,
-    named: Named,
-) -> Step:
-    """A step that owns its numbers."""
+def _kept(joints: tuple[str, ...], memory: Any, code: int, duration: float | None, named: Named) -> Step:
+    """A step that owns its parts."""
     step = Step.__new__(Step)
-    step._own(arm, joints, KeptParts(layout, numbers), Said(code, duration), named)
+    step._own(None, joints, Parts(memory), Said(code, duration), named)
     return step

@@ -1,18 +1,21 @@
 """The parts of a step: where they stand in the planner's record, what keeps them, what is read of them."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from math import inf
-from typing import NamedTuple, Protocol, final
+from typing import Any, Final, NamedTuple, Protocol, final
 
 import numpy as np
 
-from ftqp.control.planner.free_joint import PLACES
+from ftqp.control.planner.free_joint import PLACES as PLACES_BESIDE_FREE
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.enums import JOINTS
+from ftqp.kernel.layout.record import dtype
 from ftqp.kernel.layout.rows import NOTHING_ASKED, Asked
 from ftqp.qp.problem import SolveStatus
 
-PLACES_OF_A_STEP = {
+PLACES: Final = {
     "q": ("feedback", "q_sent"),
     "v": ("feedback", "v_sent"),
     "a": ("state", "a_command"),
@@ -46,6 +49,7 @@ PLACES_OF_A_STEP = {
     "z_box": ("qp", "z_box"),
     "z": ("qp", "z"),
     "nc": ("qp", "nc"),
+    "tolerance": ("qp", "tolerance"),
     "q_min": ("limits", "q_min"),
     "q_max": ("limits", "q_max"),
     "v_max": ("limits", "v_max"),
@@ -53,6 +57,8 @@ PLACES_OF_A_STEP = {
     "upper_by": ("limits", "upper_by"),
     "prismatic": ("chain", "prismatic"),
     "level": ("state", "level"),
+    "ticks": ("state", "ticks"),
+    "dt": ("state", "dt"),
     "stage": ("cascade", "stage"),
     "claim": ("cascade", "claim"),
     "iterations": ("cascade", "qp_iterations"),
@@ -78,13 +84,9 @@ PLACES_OF_A_STEP = {
     "keep": ("scene", "keep"),
     "slot": ("scene", "slot"),
     "crowded": ("scene", "crowded"),
-    **PLACES,
+    **PLACES_BESIDE_FREE,
 }
-"""Where each part of a step stands in the record."""
-JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", "asks", "tau", "tau_brake",
-                "q_before", "v_before", "q_measured", "bad", "code", "lower", "upper", "z_box", "q_min",
-                "q_max", "v_max", "prismatic", "lower_by", "upper_by", "tau_stop", "contact", "viscous",
-                "coulomb")  # fmt: skip
+"""Where each part of a step stands in the record: room and field."""
 Off = tuple[FloatArray, str | None]
 """How far a task is from its target, and why nothing is known of that, in a sentence; None where it is."""
 RESIDUALS = ("residual_task", "residual_bounds", "residual_dual")
@@ -105,55 +107,60 @@ class Said:
         self.code, self.duration = code, duration
 
 
-class KeptParts:
-    """The parts of a step in one array of their own, in the layout that all steps of a planner share."""
-
-    __slots__ = ("_layout", "_numbers")
-
-    def __init__(self, layout: dict[str, tuple[int, int]], numbers: FloatArray) -> None:
-        self._layout, self._numbers = layout, numbers
-
-    def __getitem__(self, name: str) -> FloatArray:
-        """A part, to be read."""
-        part = self.part(name)
-        part.flags.writeable = False
-        return part
-
-    def part(self, name: str) -> FloatArray:
-        """A part, to be written."""
-        begin, end = self._layout[name]
-        return self._numbers[begin:end]
+@cache
+def _in_place(joints: int, rows: int) -> np.dtype[Any]:
+    """The type of a step's parts where they stand in a record, of an arm of so many joints and rows of C."""
+    record, formats, offsets = dtype("record"), [], []
+    for name, (room, field) in PLACES.items():
+        kind, at = record[room].fields[field][:2]  # type: ignore[index]
+        count = int(np.prod(kind.shape, dtype=np.int64))
+        if kind.shape in ((JOINTS,), (JOINTS + 1,)):
+            count = joints
+        formats.append((kind.base, (rows if name == "z" else count,)))
+        offsets.append(record.fields[room][1] + at)  # type: ignore[index]
+    layout: Any = {
+        "names": list(PLACES), "formats": formats, "offsets": offsets, "itemsize": record.itemsize
+    }  # fmt: skip
+    return np.dtype(layout)
 
 
 @final
-class ArmOfSteps:
-    """The arm that steps were made for: the planner's own, until that gets another load or tool.
+class Parts:
+    """The parts of a step by name, each one-dimensional and read-only.
 
     Args:
-        session: The planner's.
-
-    Attributes:
-        session: Whose record has the constants of the arm.
+        memory: They, (1,).
     """
 
-    __slots__ = ("session",)
+    __slots__ = ("memory",)
 
-    def __init__(self, session: Session) -> None:
-        self.session = session
+    def __init__(self, memory: Any) -> None:
+        self.memory = memory
 
-    def keep(self) -> None:
-        """Stay the arm that it is now, whatever becomes of the planner's."""
-        self.session = self.session.copy()
+    def __getitem__(self, name: str) -> Any:
+        part = self.memory[name][0]
+        part.flags.writeable = False
+        return part
 
-    def fill_in_torques(self, parts: KeptParts) -> None:
-        """The torques of a step that is kept, by a session of its own in the state of that step."""
-        session, n = self.session.copy(), len(parts["tau"])
-        state = session.K.state
-        state.q[:n], state.v[:n], state.a_command[:n] = parts["q_before"], parts["v_before"], parts["a"]
-        session.K.faults.code[:n] = parts["code"]
-        session.torques()()
-        parts.part("tau")[:], parts.part("tau_brake")[:] = state.tau[:n], state.tau_brake[:n]
-        parts.part("has_dynamics")[:] = 1.0
+    def kept(self, jacobian: FloatArray) -> "Parts":
+        """The same in memory of their own, with the task's Jacobian."""
+        live = self.memory.dtype
+        fields = [(name, live[name]) for name in live.names if name != "jacobian"]
+        memory = np.zeros(1, np.dtype([*fields, ("jacobian", np.float64, jacobian.shape)]))
+        names = list(PLACES)
+        memory[names] = self.memory[names]
+        memory["jacobian"] = jacobian
+        return Parts(memory)
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether later steps leave them as they are."""
+        return "jacobian" in self.memory.dtype.names
+
+
+def parts_in(session: Session, joints: int) -> Parts:
+    """The parts of a planner's step, which follow its record."""
+    return Parts(session.memory.view(_in_place(joints, int(session.K.cascade.p))))
 
 
 class Reference(NamedTuple):
