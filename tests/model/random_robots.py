@@ -12,11 +12,9 @@ def random_joint(rng: np.random.Generator) -> Any:
     axis = rng.normal(size=3)
     axis /= np.linalg.norm(axis)
     joints = [
-        pin.JointModelRX(),
-        pin.JointModelRZ(),
-        pin.JointModelPY(),
-        pin.JointModelPZ(),
-        pin.JointModelRUBY(),
+        *(pin.JointModelRX(), pin.JointModelRY(), pin.JointModelRZ()),
+        *(pin.JointModelPX(), pin.JointModelPY(), pin.JointModelPZ()),
+        *(pin.JointModelRUBX(), pin.JointModelRUBY(), pin.JointModelRUBZ()),
         pin.JointModelRevoluteUnaligned(*axis),
         pin.JointModelPrismaticUnaligned(*axis),
     ]

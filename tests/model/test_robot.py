@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.arm_at import arm_at
 
 from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import InputError
@@ -124,18 +123,6 @@ def test_pinocchio_model_handed_in_is_not_changed() -> None:
     before = model.copy()
     Robot.from_pinocchio(model, "tip", ["j3"], limits={"v_max": 0.1}, gravity=(0.0, 0.0, 1.0))
     assert model == before
-
-
-@pytest.mark.parametrize("name", ["panda", "iiwa14", "xarm7", "planar6"])
-def test_jacobian_mass_matrix_and_bias_are_those_of_the_planner(name: str) -> None:
-    robot = catalog.load(name)
-    robot = robot.with_friction(viscous=0.4)
-    rng = np.random.default_rng(4)
-    q, v = robot.neutral + rng.uniform(-0.3, 0.3, robot.nv), rng.uniform(-1.0, 1.0, robot.nv)
-    arm = arm_at(robot, q, v)
-    np.testing.assert_allclose(robot.jacobian(q), arm.J, atol=1e-12)
-    np.testing.assert_allclose(robot.mass_matrix(q), arm.M, atol=1e-12)
-    np.testing.assert_allclose(robot.bias(q, v), arm.h, atol=1e-11)
 
 
 def test_a_robot_without_masses_has_no_mass_matrix() -> None:

@@ -10,8 +10,10 @@ from tests.model.random_robots import order_in, positions_in, random_robot, rand
 
 import ftqp
 from ftqp.core.errors import InputError, ModelError
+from ftqp.core.pose import transform
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.model import catalog
+from ftqp.model.chain import chain_of
 from ftqp.model.frames import PlacedFrames, centre_of_mass, mount_of
 from ftqp.model.posture import locks
 from ftqp.model.robot import Robot
@@ -354,3 +356,42 @@ def test_a_drawn_arm_has_every_piece_once() -> None:
     above = [0, *(robot.chain.parent + 1), robot.chain.tip_joint + 1]
     assert sorted(pieces) == sorted((int(above[i]), i) for i in range(1, 22))
     assert limbs == Skeleton.of(robot.chain).limbs
+
+
+UNALIGNED_CONTINUOUS = """<robot name="c"><link name="base"/><link name="one"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="j" type="continuous"><origin xyz="0.1 0.2 0.3" rpy="0.4 0.5 0.6"/><parent link="base"/><child
+link="one"/> <axis xyz="1 2 -3"/></joint></robot>"""
+
+
+def test_continuous_joint_about_a_slanted_axis_is_turned_to_its_z_axis() -> None:
+    robot = Robot.from_urdf(UNALIGNED_CONTINUOUS, "one")
+    assert robot.chain.continuous.tolist() == [True]
+    assert (robot.nq, robot.nv) == (2, 1)
+    for angle in (-2.0, 0.0, 3.0):
+        end = transform(robot.chain.tip_rotation, robot.chain.tip_translation)
+        assert close(placed(robot, np.array([angle]))[0] @ end, robot.pose([angle]))
+
+
+@pytest.mark.parametrize(
+    ("joint", "kind"), [(pin.JointModelSpherical(), "Spherical"), (pin.JointModelHZ(0.1), "HZ")]
+)
+def test_joint_that_the_kernel_cannot_express_is_named_with_its_type(joint: object, kind: str) -> None:
+    model = pin.Model()
+    parent = model.addJoint(0, joint, pin.SE3.Identity(), "shoulder")
+    model.addFrame(pin.Frame("tip", parent, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
+    with pytest.raises(ModelError, match=f"'shoulder' is of type {kind}"):
+        chain_of(model, "tip")
+
+
+def test_joint_beside_the_chain_hangs_on_its_own_parent() -> None:
+    model = pin.Model()
+    for i in range(2):
+        model.addJoint(i, pin.JointModelRZ(), pin.SE3.Identity(), f"j{i}")
+    model.addFrame(pin.Frame("tip", 2, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
+    assert chain_of(model, "tip").is_serial
+    model.addJoint(0, pin.JointModelRZ(), pin.SE3.Identity(), "other")
+    chain = chain_of(model, "tip")
+    assert chain.parent.tolist() == [-1, 0, -1]
+    assert (chain.tip_joint, chain.is_serial) == (1, False)
+    assert [chain.way(i) for i in range(-1, 3)] == [[], [0], [0, 1], [2]]

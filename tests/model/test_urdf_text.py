@@ -8,7 +8,6 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.kernel.random_chains import random_robot
 
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
@@ -47,16 +46,6 @@ def test_robot_of_the_catalog_comes_back(name: str) -> None:
     again = Robot.from_urdf(robot.to_urdf(), tips=robot.tips, **given)
     same_everywhere(robot, again)
     assert (again.name, again.tips) == (robot.name, robot.tips)
-
-
-@pytest.mark.long
-@settings(max_examples=15, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.integers(1, 9))
-def test_random_chain_of_any_joints_comes_back(seed: int, joints: int) -> None:
-    robot = random_robot(np.random.default_rng(seed), joints)
-    assert robot.chain.armature.any()
-    again = Robot.from_urdf(robot.to_urdf(), gravity=robot.chain.gravity, neutral=robot.neutral)
-    same_everywhere(robot, again)
 
 
 @pytest.mark.parametrize("name", ALL)

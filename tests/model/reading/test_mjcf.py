@@ -160,38 +160,6 @@ def test_without_mujoco_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> N
         Robot.from_mjcf(arm())
 
 
-def test_joints_with_ref_follow_by_the_law_of_mujoco() -> None:
-    text = arm(more='<equality><joint joint1="b" joint2="a" polycoef="0.1 -0.5"/></equality>', angle="radian")
-    text = text.replace('range="-90 90"', 'range="-3 3" ref="0.3"').replace('"0.1 0.4"', '"-9 9" ref="0.2"')
-    robot = Robot.from_mjcf(text, limits={"v_max": 1.0})
-    model = mujoco.MjModel.from_xml_string(text)
-    data = mujoco.MjData(model)
-    for a in (-1.0, 0.4):
-        data.qpos[:] = a, robot.chain.ratio[1] * a + robot.chain.offset[1]
-        mujoco.mj_forward(model, data)
-        assert data.efc_pos[data.efc_type == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)] == pytest.approx(0.0)
-
-
-def test_a_joint_of_an_equality_follows_the_other_one() -> None:
-    robot = Robot.from_mjcf(
-        arm(more='<equality><joint joint1="b" joint2="a" polycoef="0.2 0.1"/></equality>')
-    )
-    assert robot.chain.lead.tolist()[1] == 0
-    assert (robot.chain.ratio[1], robot.chain.offset[1]) == (0.1, 0.2)
-
-
-def test_joints_in_a_chain_of_equalities_follow_the_first_one() -> None:
-    third = '<body name="three"><joint name="c" axis="0 1 0"/><geom size=".1"/><site name="end"/></body>'
-    text = arm(
-        more='<equality><joint joint1="c" joint2="b" polycoef="0.5 2"/>'
-        '<joint joint1="b" joint2="a" polycoef="0.2 0.1"/></equality>'
-    ).replace('<site name="tcp" pos="0.1 0 0"/>', third)
-    robot = Robot.from_mjcf(text, tip="end", limits={"v_max": 1.0})
-    assert robot.chain.lead.tolist() == [0, 0, 0]
-    assert robot.chain.ratio.tolist() == pytest.approx([1.0, 0.1, 0.2])
-    assert robot.chain.offset.tolist() == pytest.approx([0.0, 0.2, 0.9])
-
-
 def test_damping_and_frictionloss_are_read_with_the_defaults_of_their_class() -> None:
     text = arm().replace(
         "<worldbody>", '<default><joint damping="2" frictionloss="0.4"/></default><worldbody>'
