@@ -5,8 +5,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.surroundings import clearance_rows
 from ftqp.control.planner.task_list import held_rows
 from ftqp.control.task.task import row_indices
-from ftqp.kernel.layout.enums import HOLD
-from ftqp.kernel.layout.rows import CLEARANCE, COMPONENTS, constraint_labels
+from ftqp.kernel.layout.rows import CLEARANCE, COMPONENTS, HOLD, constraint_labels
 
 SCALE = "scale"
 SLACK = "slack "

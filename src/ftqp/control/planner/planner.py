@@ -60,8 +60,8 @@ from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.detection.detector import Detector
 from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory
-from ftqp.kernel.layout.enums import HOLD, RELAXED
-from ftqp.kernel.layout.rows import CLEARANCE
+from ftqp.kernel.layout.enums import RELAXED
+from ftqp.kernel.layout.rows import CLEARANCE, HOLD
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 
