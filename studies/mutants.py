@@ -42,7 +42,7 @@ GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         (
             "tests/kernel/rows/test_joint_intervals.py",
             "tests/kernel/judge/test_kept_limits.py",
-            "tests/control/task/test_bounds.py",
+            "tests/control/task/test_task.py",
             f"{PLANNER}/test_braking_reserve.py",
             "tests/robustness/test_stop_at_a_limit.py",
         ),
@@ -74,7 +74,7 @@ GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ("ftqp.kernel.judge.coming_to_rest", "ftqp.kernel.ticks.tick", "ftqp.control.task.emergency"),
         (
             "tests/kernel/judge/test_coming_to_rest.py",
-            "tests/control/task/test_emergency.py",
+            "tests/control/task/test_task.py",
             "tests/kernel/judge/test_lower_stages.py",
             "tests/kernel/judge/test_fallback_cascade.py",
             "tests/kernel/plain_python/test_stages_one_by_one.py",

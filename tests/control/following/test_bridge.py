@@ -83,11 +83,6 @@ def test_without_bridges_the_tip_waits_on_the_path():
     assert "panda_joint1 (upper position limit)" in leader.blocked
 
 
-def test_same_ticks_give_the_same_bridge():
-    first, second = (follow(follower(bridges=True))[0] for _ in range(2))
-    assert np.array_equal(first, second)
-
-
 def test_what_is_done_is_said_and_a_path_without_a_bridge_says_what_was_looked_for():
     leader, said = follower(bridges=True), set()
     follow(leader, each=lambda k: said.add(leader.blocked))

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.following.path_tube import PathTube
 
 STATUS = ftqp.PathStatus
 INCH = 0.0254
@@ -79,30 +78,6 @@ def test_arm_goes_back_along_its_path_to_where_a_self_motion_leads_on_within_hal
     status, off, seen, moved = follow(leader, q, 60.0)
     assert status is STATUS.DONE and STATUS.BRIDGING in seen
     assert off < 0.5 * INCH and (moved[[1, 2, 6, 10]] == 0.0).all()
-
-
-def test_same_ticks_go_the_same_way():
-    first, second = (follow(*eleven_joints(leave=0.5 * INCH), 60.0) for _ in range(2))
-    assert first[1] == second[1] and np.array_equal(first[3], second[3])
-
-
-def test_room_in_the_tube_is_what_is_left_of_it_in_place_and_rotation():
-    robot = ftqp.robots.load("panda")
-    planner = ftqp.Planner(robot, task=ftqp.Task(mode="scaled"))
-    planner.reset(robot.neutral)
-    path = ftqp.paths.Line(robot.pose(robot.neutral), (0.0, 0.2, 0.0), duration=2.0)
-    tube = PathTube(planner, path, 0.02)
-    most = tube.room(robot.neutral[None])[0]
-    assert 0.0 < most <= 0.02 and tube.time_of(robot.neutral) == 0.0
-    turned = robot.neutral + 0.01 * np.eye(7)[6]
-    assert tube.room(turned[None])[0] == pytest.approx(most - 0.01 * robot.length, abs=1e-9)
-    away = robot.neutral + 0.01 * np.eye(7)[3]
-    position = ftqp.Planner(robot, task=ftqp.Task(rows="position", mode="scaled"))
-    position.reset(robot.neutral)
-    gap = robot.pose(away)[:3, 3] - robot.pose(robot.neutral)[:3, 3]
-    gap[1] = min(gap[1], 0.0)
-    room = PathTube(position, path, 0.02).room(away[None])[0]
-    assert room == pytest.approx(most - np.linalg.norm(gap), abs=1e-9)
 
 
 @pytest.mark.parametrize("leave", [-0.01, np.nan, "a little", True])

@@ -5,7 +5,6 @@ import pytest
 
 import ftqp
 from ftqp.control.following.path_intervals import path_table
-from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
 from ftqp.kernel.entry.session import PathMemory
 from ftqp.kernel.jit import jit
@@ -78,9 +77,3 @@ def test_progress_may_be_looked_up_in_any_order():
 def test_jumps_of_the_twist_are_where_they_are(name, jumps):
     stops = path_table(PATHS[name])[:, layout.STOP]
     np.testing.assert_allclose(np.unique(stops[np.isfinite(stops)]), jumps, atol=1e-7)
-
-
-def test_path_that_is_too_rough_is_refused(monkeypatch):
-    monkeypatch.setattr("ftqp.control.following.path_intervals.LARGEST", 30)
-    with pytest.raises(InputError, match="too rough for 30 intervals"):
-        path_table(PATHS["circle"])

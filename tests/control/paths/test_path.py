@@ -1,4 +1,4 @@
-"""What holds for every kind of path."""
+"""What holds for every kind of path, and for each."""
 
 import numpy as np
 import pytest
@@ -20,6 +20,11 @@ from ftqp.core.errors import InputError
 from ftqp.core.pose import rotation_exp, transform
 
 T = 3.0
+
+
+@pytest.fixture
+def start():
+    return transform(rotation_exp(np.array([2.9, 0.3, -0.4])), np.array([0.4171, -0.113, 0.5337]))
 
 
 def goal(start):
@@ -168,3 +173,139 @@ WRONG = [
 def test_path_that_makes_no_sense_is_refused_with_one_sentence(start, made, sentence):
     with pytest.raises(InputError, match=sentence):
         made(start)
+
+
+def test_line_is_straight_and_ends_at_its_displacement(start):
+    way = Line(start, [0.1, 0.2, -0.3], duration=2.0).sample([0.6, 2.0]).pose[:, :3, 3] - start[:3, 3]
+    np.testing.assert_allclose(np.cross(way[0], way[1]), 0.0, atol=1e-15)
+    np.testing.assert_allclose(way[1], [0.1, 0.2, -0.3], atol=1e-15)
+
+
+def test_whole_cycles_close_the_figure(start):
+    end = Lissajous(start, (0.1, 0.07), duration=5.0, cycles=(3, 2), phase=0.7).sample(5.0).pose[0]
+    np.testing.assert_allclose(end, start, atol=1e-15)
+
+
+def test_figure_stays_inside_its_amplitudes(start):
+    pose = Lissajous(start, (0.1, 0.05), duration=5.0).sample(np.linspace(0, 5, 999)).pose
+    way = pose[:, :3, 3] - start[:3, 3]
+    np.testing.assert_allclose(np.abs(way).max(axis=0), [0.1, 0.05, 0.0], atol=1e-5)
+
+
+@pytest.mark.parametrize("law", ["sine_squared", "quintic"])
+def test_circle_keeps_its_radius_and_closes(start, law):
+    position = Circle(start, 0.1, duration=20.0, law=law).sample(np.linspace(0, 20, 200)).pose[:, :3, 3]
+    radius = np.linalg.norm(position - (start[:3, 3] - [0.1, 0, 0]), axis=1)
+    np.testing.assert_allclose(radius, 0.1, atol=1e-15)
+    np.testing.assert_allclose(position[-1], start[:3, 3], atol=1e-15)
+
+
+def test_sine_squared_phase_is_that_of_the_source(start):
+    t, duration, radius = 3.7, 20.0, 0.1
+    phase = 2 * np.pi * np.sin(np.pi * t / (2 * duration)) ** 2
+    expected = start[:3, 3] - [radius, 0, 0] + radius * np.array([np.cos(phase), np.sin(phase), 0])
+    pose = Circle(start, radius, duration=duration, law="sine_squared").sample(t).pose[0]
+    np.testing.assert_allclose(pose[:3, 3], expected, atol=1e-15)
+
+
+def test_square_visits_its_corners_in_order_and_closes(start):
+    way = Square(start, 0.039, duration=20.0).sample([0, 5, 10, 15, 20]).pose[:, :3, 3] - start[:3, 3]
+    side = 0.039
+    corners = [[0, 0, 0], [side, 0, 0], [side, side, 0], [0, side, 0], [0, 0, 0]]
+    np.testing.assert_allclose(way, corners, atol=1e-15)
+
+
+def test_square_rests_at_its_corners(start):
+    sample = Square(start, 0.039, duration=20.0).sample([5.0, 10.0, 15.0])
+    np.testing.assert_allclose(sample.twist, 0.0, atol=1e-15)
+    np.testing.assert_allclose(sample.acceleration, 0.0, atol=1e-12)
+
+
+def test_constant_speed_turns_at_the_corner_tick_despite_rounding(start):
+    path = Square(start, 0.1, duration=1.2, law="constant")
+    corner = path.sample(3 * 0.1).twist[0]
+    np.testing.assert_allclose(corner[:3], [0.0, 0.1 / 0.3, 0.0], atol=1e-12)
+
+
+def test_axes_turn_the_plane(start):
+    way = Square(start, 1.0, duration=4.0, axes=("z", [0.0, -2.0, 0.0])).sample([1.0, 2.0]).pose[:, :3, 3]
+    np.testing.assert_allclose(way - start[:3, 3], [[0, 0, 1], [0, -1, 1]], atol=1e-15)
+
+
+def test_path_ends_at_the_goal(start):
+    goal = transform(rotation_exp(np.array([0.1, 2.0, 0.3])), np.array([0.0, 0.3, 0.7]))
+    np.testing.assert_allclose(PointToPoint(start, goal, duration=2.0).sample(2.0).pose[0], goal, atol=1e-14)
+
+
+def test_rotation_is_about_one_fixed_axis(start):
+    goal = start @ transform(rotation_exp(np.array([0.3, 0.5, -0.2])), np.zeros(3))
+    w = PointToPoint(start, goal, duration=2.0).sample(np.linspace(0.1, 1.9, 7)).twist[:, 3:]
+    axes = w / np.linalg.norm(w, axis=1, keepdims=True)
+    np.testing.assert_allclose(axes, np.tile(axes[0], (7, 1)), atol=1e-12)
+
+
+def test_half_a_turn_has_a_finite_path(start):
+    goal = start @ transform(rotation_exp(np.array([np.pi, 0.0, 0.0])), np.zeros(3))
+    sample = PointToPoint(start, goal, duration=1.0).sample(np.linspace(0, 1, 9))
+    assert np.isfinite(sample.twist).all()
+    np.testing.assert_allclose(sample.pose[-1], goal, atol=1e-12)
+
+
+WAY = np.array([[0.1, 0.0, 0.0], [0.1, 0.1, 0.0], [0.0, 0.1, 0.1]])
+
+
+def quaternions(start, count=3):
+    turns = Rotation.from_rotvec(np.array([0.2, -0.1, 0.4]) * np.arange(1, count + 1)[:, None])
+    return (Rotation.from_matrix(start[:3, :3]) * turns).as_quat()
+
+
+def test_path_passes_every_waypoint_at_its_time(start):
+    times = [0.5, 1.1, 2.0]
+    q = quaternions(start)
+    pose = Waypoints(start, start[:3, 3] + WAY, orientations=q, times=times).sample(times).pose
+    np.testing.assert_allclose(pose[:, :3, 3], start[:3, 3] + WAY, atol=1e-14)
+    np.testing.assert_allclose(pose[:, :3, :3], Rotation.from_quat(q).as_matrix(), atol=1e-14)
+
+
+def test_first_waypoint_at_the_start_is_the_start(start):
+    way = np.vstack([np.zeros(3), WAY])
+    path = Waypoints(start, way, duration=3.0, relative=True)
+    np.testing.assert_allclose(path.sample([0.0, 1.0]).pose[:, :3, 3] - start[:3, 3], way[:2], atol=1e-14)
+    np.testing.assert_array_equal(
+        Waypoints(start, way, times=[0, 1, 2, 3], relative=True).sample(0.4).pose, path.sample(0.4).pose
+    )
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_path_is_at_rest_at_both_ends_and_smooth_at_every_waypoint(start, count):
+    times = np.array([0.5, 1.1, 2.0])[:count]
+    path = Waypoints(start, WAY[:count], orientations=quaternions(start, count), times=times, relative=True)
+    ends = path.sample([0.0, times[-1] - 2e-9])
+    np.testing.assert_allclose(ends.twist, 0.0, atol=2e-7)
+    for name in ("twist", "acceleration"):
+        jump = getattr(path.sample(times[:-1] + 1e-8), name) - getattr(path.sample(times[:-1] - 1e-8), name)
+        np.testing.assert_allclose(jump, 0.0, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({}, "waypoints got neither of times and duration"),
+        ({"times": [1, 2, 3], "duration": 3.0}, "waypoints got both of times and duration"),
+        ({"times": [1, 3, 2]}, r"times of the waypoints do not rise after 3 s \(next is 2 s\); sort them"),
+        ({"times": [1, 1, 2]}, "times of the waypoints do not rise after 1 s"),
+        ({"times": [-1, 1, 2]}, "times of the waypoints start at -1 s"),
+        ({"times": [0, 1, 2]}, r"the first waypoint has time 0 but is 0.1 m and 0 rad from the start pose"),
+        ({"times": [1, 2]}, r"times of the waypoints has shape \(2,\), expected \(N,\) = \(3,\)"),
+        ({"times": [1, 2, np.nan]}, "times of the waypoints contains NaN"),
+        ({"duration": 0.0}, "duration of the path is 0"),
+        ({"duration": 1.0, "positions": []}, "positions of the waypoints are"),
+        ({"duration": 1.0, "positions": [[0, 0]]}, r"positions of the waypoints has shape \(1, 2\)"),
+        ({"duration": 1.0, "positions": [[0, 0, 0]]}, "the only waypoint is the start pose"),
+        ({"duration": 1.0, "orientations": [[0, 0, 0, 1]]}, "orientations of the waypoints has shape"),
+        ({"duration": 1.0, "orientations": [[0, 0, 0, 2]] * 3}, "quaternion 0 of the waypoints has"),
+    ],
+)
+def test_wrong_waypoints_are_one_clear_sentence(start, keywords, message):
+    with pytest.raises(InputError, match=message):
+        Waypoints(start, relative=True, **{"positions": WAY, **keywords})

@@ -5,7 +5,6 @@ import pytest
 
 import ftqp
 from ftqp.control.planner.braking_reserve import SPEED_SHARE, BrakingReserve
-from ftqp.kernel.told.reserve import LEAST_SHARE
 
 
 @pytest.fixture(scope="module")
@@ -28,13 +27,6 @@ def test_every_joint_can_brake_at_the_share_within_its_torque(panda, panda_reser
         assert np.all(np.abs(pinocchio.rnea(panda.model, data, q, v, a)) <= limits.tau_max)
 
 
-def test_weaker_motors_leave_a_smaller_share(panda, panda_reserve):
-    reserve = panda_reserve
-    a_max, tau_max = panda.limits.a_max, panda.limits.tau_max
-    shares = [reserve.share(a_max, k * tau_max) for k in (1.0, 0.9, 0.8, 0.7)]
-    assert shares == sorted(shares, reverse=True) and shares[0] > shares[-1]
-
-
 def test_share_is_the_largest_that_all_samples_allow():
     """A planar arm without gravity has |h| = 0 at rest: the share follows from |M| a_max alone."""
     robot = ftqp.robots.load("planar(1)")
@@ -44,15 +36,3 @@ def test_share_is_the_largest_that_all_samples_allow():
         tau_max = np.array([share * inertia * robot.limits.a_max[0]])
         assert reserve.share(robot.limits.a_max, tau_max) == pytest.approx(share, rel=1e-9)
         assert reserve.guard(robot.limits.a_max, tau_max) == pytest.approx(share / 1.3, rel=1e-9)
-
-
-def test_no_torque_limit_leaves_all_of_the_deceleration(panda, panda_reserve):
-    reserve = panda_reserve
-    assert reserve.share(panda.limits.a_max, np.full(7, np.inf)) == 1.0
-    assert reserve.guard(panda.limits.a_max, np.full(7, np.inf)) == 1.0
-
-
-def test_motors_that_cannot_even_hold_the_arm_leave_the_least_share_and_no_guard(panda, panda_reserve):
-    reserve = panda_reserve
-    assert reserve.share(panda.limits.a_max, np.full(7, 1e-3)) == LEAST_SHARE
-    assert reserve.guard(panda.limits.a_max, np.full(7, 1e-3)) == 0.0

@@ -86,12 +86,6 @@ def test_an_arm_beside_something_rests_without_vibration(name):
     assert changes.max() <= 12
 
 
-@pytest.mark.parametrize("mode", ["hard", "scaled", "lexicographic"])
-def test_every_mode_of_the_task_gives_way(mode):
-    planner = ftqp.Planner(PANDA, DT, emergency=None, task=ftqp.Task(mode=mode), scene=scene(ball=BALL))
-    assert follow(planner, (0.55, 0.3, 0.45), ticks=900)[1] > KEEP - 5e-5
-
-
 @pytest.mark.parametrize("backend", ["daqp", "proxqp", "osqp", "quadprog", "dtrnn"])
 def test_every_backend_keeps_clear(backend):
     planner = ftqp.Planner(PANDA, DT, emergency=None, backend=backend, scene=scene(ball=BALL))
@@ -359,22 +353,6 @@ def test_pairs_beyond_those_that_have_rows_are_said():
 def _shell(count):
     ways = np.random.default_rng(0).normal(size=(count, 3))
     return ways / np.linalg.norm(ways, axis=1)[:, None]
-
-
-def test_whatever_is_believed_every_pair_is_looked_at_in_the_next_step():
-    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=scene(far=ftqp.Sphere(0.1, (1.5, 0.0, 0.5))))
-    room = planner._session.K.scene
-    planner.reset(START)
-    target = ftqp.Target(pose=TIP)
-    for told in (
-        lambda: planner.report(ftqp.Degraded("panda_joint2", acceleration=0.2)),
-        lambda: planner.withdraw("panda_joint2"),
-        lambda: planner.carry(ftqp.Payload(mass=1.0)),
-    ):
-        planner.step(START, None, target)
-        assert (room.look[: room.pairs] > planner.tick + 1).any()
-        told()
-        assert not room.look[: room.pairs].any()
 
 
 def test_the_solver_never_fails_beside_bodies_that_cannot_be_parted():

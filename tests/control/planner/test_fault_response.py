@@ -15,7 +15,6 @@ from ftqp.control.planner.response.fault_response import (
     is_doubtful,
     is_harmless,
 )
-from ftqp.core.errors import InputError
 from ftqp.faults.detection.diagnosis import Finding
 
 DT = 1e-3
@@ -212,19 +211,6 @@ def test_a_joint_without_torque_that_stands_counts_as_locked() -> None:
 
 def test_an_arm_without_masses_counts_every_failed_joint_as_locked() -> None:
     assert fault_of(finding("degraded", share=0.5), may_swing=False) == ftqp.Locked("j")
-
-
-def test_the_detector_counts_on_a_load_that_the_planner_carries() -> None:
-    planner = planner_of(ftqp.Detector(), drive="torque")
-    planner.reset(planner.robot.neutral)
-    assert planner._fault_response is not None
-    session = planner._fault_response.detector._session
-    assert session is not None
-    before = session._arm["chain"]["mass"][0, 6]
-    planner.carry(ftqp.Payload(1.5, (0.0, 0.0, 0.05)))
-    assert session._arm["chain"]["mass"][0, 6] == pytest.approx(before + 1.5)
-    with pytest.raises(InputError, match="expected those of the detector"):
-        planner._fault_response.detector.fit(ftqp.robots.load("iiwa14"))
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ import pinocchio as pin
 import pytest
 
 import ftqp
-from ftqp.core.errors import InputError
 
 LEVELS = ("acceleration", "velocity")
 DT = 1e-3
@@ -216,18 +215,6 @@ def test_every_backend_keeps_the_same_grip(backend):
     assert found[0][0].q == pytest.approx(found[1][0].q, abs=1e-4) and found[1][1] < 1e-4
 
 
-def test_a_weight_of_0_leaves_a_task_of_level_0_out_and_the_qp_keeps_its_size():
-    planner = ftqp.Planner(BOTH, DT, level="velocity", tasks=[ftqp.Task("pose"), GRIP])
-    planner.reset(Q)
-    still = ftqp.Target(pose=BOTH.pose(Q))
-    planner.step(Q, None, still)
-    rows = int(planner._session.K.qp.nc)
-    planner.tasks["grip"].weight = 0.0
-    step = planner.step(Q, None, still)
-    assert int(planner._session.K.qp.nc) == rows and step.status is ftqp.StepStatus.OK
-    assert np.isinf(planner._session.K.qp.u[rows - 6 : rows]).all()
-
-
 @pytest.mark.parametrize("level", LEVELS)
 def test_an_axis_looks_at_a_frame_that_moves(level):
     """An axis of the left hand points at the right one, which goes round a circle."""
@@ -250,64 +237,6 @@ def test_an_axis_looks_at_a_frame_that_moves(level):
     sight = (other - T[:3, 3]) / np.linalg.norm(other - T[:3, 3])
     assert T[:3, :3] @ axis / np.linalg.norm(axis) @ sight > 1.0 - 1e-5
     assert np.linalg.norm(other - samples.pose[-1][:3, 3]) < 1e-4 > np.linalg.norm(T[:3, 3] - left[:3, 3])
-
-
-WRONG = [
-    (lambda: ftqp.PoseTask("a", level=4), "level of a is 4, expected 0, 1, 2 or 3"),
-    (lambda: ftqp.PoseTask("a", level=True), "level of a is True, expected 0, 1, 2 or 3"),
-    (lambda: ftqp.PoseTask("a", weight=-1.0), "weight of a is -1, expected >= 0"),
-    (lambda: ftqp.PoseTask("a", weight=np.nan), "weight of a is nan, expected a finite number"),
-    (lambda: ftqp.PoseTask("a", rows="pos"), r"rows of a is 'pos' \(did you mean 'pose'"),
-    (lambda: ftqp.PoseTask("a", rows=("x", "x")), "rows of a is .* expected names among x, y, z"),
-    (lambda: ftqp.PoseTask("a", target=np.eye(3)), r"target of a has shape \(3, 3\)"),
-    (lambda: ftqp.PoseTask("a", target=2.0 * np.eye(4)), "target of a has a rotation part that is not"),
-    (lambda: ftqp.RelativeTask("a", "a"), "a to a is relative to itself; expected another frame"),
-    (lambda: ftqp.RelativeTask("a", "b", rows=("x",)), "rows of a to b is .* expected one of pose, position"),
-    (lambda: ftqp.PostureTask(level=0), "PostureTask draws joints and cannot be on level 0"),
-    (lambda: ftqp.AxisTask("a", towards="a"), "a axis points at its own frame"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("make", "sentence"), WRONG)
-def test_wrong_tasks_are_one_sentence(make, sentence):
-    with pytest.raises(InputError, match=sentence):
-        make()
-
-
-LISTS = [
-    ([ftqp.PoseTask("right_hand", level=0), ftqp.PositionTask("right_hand", level=0, name="again")],
-     "right_hand and again are both on level 0 and ask the same of frame 'right_hand'"),
-    ([ftqp.PoseTask("right_hnd")], r"frame is 'right_hnd' \(did you mean 'right_hand'"),
-    ([ftqp.RelativeTask("right_hand", "nowhere")], "frame is 'nowhere'"),
-    ([ftqp.PoseTask("universe")], "frame 'universe' of universe does not move with any joint"),
-    ([ftqp.PoseTask("right_hand", level=0), ftqp.PoseTask("right_joint4", level=0),
-      ftqp.CentreOfMass(level=0)], "tasks on level 0 have 15 rows, expected at most 12"),
-    ([ftqp.PoseTask("left_hand", level=0)], "two tasks are called 'left_hand'"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("tasks", "sentence"), LISTS)
-def test_wrong_lists_are_one_sentence(tasks, sentence):
-    with pytest.raises(InputError, match=sentence):
-        ftqp.Planner(BOTH, tasks=tasks)
-
-
-def test_wrong_targets_are_one_sentence_and_change_nothing():
-    planner = ftqp.Planner(BOTH, tasks=[ftqp.PoseTask("right_hand"), GRIP])
-    planner.reset(Q)
-    still, before = ftqp.Target(pose=BOTH.pose(Q)), planner.tasks["grip"].target.copy()
-    for targets, sentence in [
-        ({"right_joint4": np.eye(4)}, "there is no task 'right_joint4'"),
-        ({"right_hand": np.eye(3)}, r"target of right_hand has shape \(3, 3\)"),
-        ({"right_hand": ftqp.Target(position=np.zeros(3))}, "target of right_hand has no rotation, expected"),
-    ]:
-        with pytest.raises(InputError, match=sentence):
-            planner.step(Q, None, {"tip": still, **targets})
-    assert np.array_equal(planner.tasks["grip"].target, before)
-    with pytest.raises(InputError, match="grip has no velocity"):
-        planner.tasks["grip"].velocity = np.zeros(6)
-    bar = np.linalg.solve(BOTH.pose(Q, HANDS[0]), BOTH.pose(Q, HANDS[1]))
-    assert before == pytest.approx(bar, abs=1e-12)
 
 
 def test_rows_of_ones_own_are_kept_before_the_task():
@@ -389,18 +318,6 @@ def test_an_interrupt_in_rows_of_ones_own_goes_through():
     told.append("running")
     with pytest.raises(KeyboardInterrupt):
         planner.step(Q, None, ftqp.Target(pose=BOTH.pose(Q)))
-
-
-@pytest.mark.parametrize(("constraints", "sentence"), [
-    ([ftqp.Rows(5, raises, name="a"), ftqp.Rows(4, raises, name="b")], "9 rows of your own, expected at"),
-    ([ftqp.Rows(1, raises), ftqp.Rows(1, raises)], "two things are called 'rows'"),
-    ([ftqp.Task()], "constraints has Task, expected ftqp.Keep, ftqp.Rows or ftqp.TorqueLimits"),
-    ([ftqp.Rows(2, crosses)], r"fill of rows gave l > u, or NaN at the neutral posture .* into C \(2, 14\)"),
-    ([ftqp.Rows(1, writes_another_shape)], "fill of rows raised ValueError"),
-])  # fmt: skip
-def test_wrong_lists_of_constraints_are_one_sentence(constraints, sentence):
-    with pytest.raises(InputError, match=sentence):
-        ftqp.Planner(BOTH, constraints=constraints)
 
 
 def test_a_target_that_is_not_finite_leaves_the_last_one_and_the_loop_goes_on():

@@ -41,15 +41,6 @@ def moved(level, lock=None, steps=2000, **settings):
     return told, step, way.pose[-1]
 
 
-def test_six_joints_without_motors_and_without_gravity_come_before_its_own():
-    assert ROBOT.nv == 13 and ROBOT.joints[:6] == tuple(
-        f"float_{w}" for w in ("x", "y", "z", "yaw", "pitch", "roll")
-    )
-    assert ROBOT.chain.floating == 6 and not ROBOT.model.gravity.linear.any()
-    assert ROBOT.length == pytest.approx(ftqp.robots.load("panda").length)
-    assert ROBOT.with_limits(a_max=5.0).chain.floating == 6
-
-
 @pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("lock", [None, "panda_joint3"])
 def test_momentum_stays_zero_and_the_tip_arrives(level, lock):

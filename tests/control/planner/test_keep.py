@@ -1,4 +1,4 @@
-"""Points kept on their side of a plane: their rows, what they hold, and what is said of wrong ones."""
+"""Points kept on their side of a plane or in a box, axes in a cone: their rows, and what they hold."""
 
 import numpy as np
 import pytest
@@ -11,10 +11,6 @@ from ftqp.kernel.rows.joint_intervals import braking, viability
 
 DT = 1e-3
 TIP, ELBOW = PANDA.tip, "panda_joint4"
-
-
-def distance(robot, q, keep):
-    return float(keep.normal @ (robot.pose(q, keep.frame)[:3, 3] - keep.above))
 
 
 @pytest.mark.parametrize("level", LEVELS)
@@ -37,24 +33,34 @@ def test_a_row_is_what_pinocchio_and_the_formula_of_a_joint_limit_say(level):
     assert planner.constraints["panda_joint6"].distance == pytest.approx(h, abs=1e-12)
 
 
+def planes(rng, robot, at, **more):
+    n = rng.normal(size=3)
+    n /= np.linalg.norm(n)
+    above = robot.pose(robot.neutral, at)[:3, 3] - rng.uniform(0.02, 0.2) * n
+    return ftqp.Keep(at, above=above, normal=n, braking=float(rng.choice([0.5, 1.0, 2.0])), **more)
+
+
+def cones(rng, robot, at, **more):
+    axis, lean = rng.normal(size=3), 0.1 * rng.normal(size=3)
+    along = robot.pose(robot.neutral, at)[:3, :3] @ (axis / np.linalg.norm(axis)) + lean
+    within, braking = float(rng.uniform(0.25, 0.5)), float(rng.choice([0.5, 1.0]))
+    return ftqp.Keep(at, axis=axis, along=along, within=within, braking=braking, **more)
+
+
+@pytest.mark.parametrize(("made", "most", "fastest"), [(planes, 3, 8.0), (cones, 2, 3.0)])
 @pytest.mark.parametrize("seed", range(12))
-def test_no_point_crosses_its_plane_whatever_fails_and_wherever_the_target_goes(seed):
+def test_nothing_crosses_its_boundary_whatever_fails_and_wherever_the_target_goes(seed, made, most, fastest):
     rng = np.random.default_rng(seed)
     robot = ftqp.robots.load(["panda", "iiwa14", "srs7", "xarm7"][seed % 4])
     keeps = []
-    for k in range(int(rng.integers(1, 4))):
+    for k in range(int(rng.integers(1, most + 1))):
         at = str(rng.choice([robot.tip, robot.joints[3], robot.joints[5]]))
-        n = rng.normal(size=3)
-        n /= np.linalg.norm(n)
-        above = robot.pose(robot.neutral, at)[:3, 3] - rng.uniform(0.02, 0.2) * n
-        keeps.append(
-            ftqp.Keep(at, above=above, normal=n, name=f"k{k}", braking=float(rng.choice([0.5, 1.0, 2.0])))
-        )
+        keeps.append(made(rng, robot, at, name=f"k{k}"))
     task = ftqp.Task(rows="position", mode=["slack", "hard", "scaled", "lexicographic"][(seed // 2) % 4])
     planner = ftqp.Planner(robot, DT, level=LEVELS[seed % 2], task=task, emergency=None, constraints=keeps)
     q, T = robot.neutral.copy(), robot.pose(robot.neutral)
     planner.reset(q)
-    way, rate, least = 0.3 * rng.normal(size=3), rng.uniform(1.0, 8.0), np.inf
+    way, rate, least = 0.3 * rng.normal(size=3), rng.uniform(1.0, fastest), np.inf
     for k in range(2000):
         pose = T.copy()
         pose[:3, 3] += way * np.sin(rate * k * DT)
@@ -62,10 +68,9 @@ def test_no_point_crosses_its_plane_whatever_fails_and_wherever_the_target_goes(
             planner.report(ftqp.Locked(int(rng.integers(robot.nv))))
         if k == 1500 and seed % 4 == 1:
             planner.stop()
-        step = planner.step(q, None, ftqp.Target(pose=pose))
-        q = step.q.copy()
+        q = planner.step(q, None, ftqp.Target(pose=pose)).q.copy()
         if k % 5 == 0:
-            least = min(least, *(distance(robot, q, keep) for keep in keeps))
+            least = min(least, *(keep.distance(robot.pose(q, keep.frame)) for keep in keeps))
     assert least > -2e-5
 
 
@@ -87,20 +92,25 @@ def test_the_task_gives_way_and_what_holds_it_is_named():
     assert row_labels(planner)[-1] == "keep tool"
 
 
+Z = PANDA.pose(PANDA.neutral, ELBOW)[2, 3]
+UP = PANDA.pose(PANDA.neutral)[:3, :3].T
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("level", LEVELS)
-def test_a_point_that_begins_beyond_its_plane_comes_back_and_stays(level):
-    z = PANDA.pose(PANDA.neutral, ELBOW)[2, 3]
-    keep = ftqp.Keep(ELBOW, above=[0.0, 0.0, z + 0.03])
+@pytest.mark.parametrize(("keep", "begins"), [
+    (ftqp.Keep(ELBOW, above=[0.0, 0.0, Z + 0.03]), -0.029),
+    (ftqp.Keep(TIP, axis=UP @ [0, 0.5, 1], along=(0, 0, 1), within=0.3), -0.1),
+])  # fmt: skip
+def test_what_begins_beyond_its_boundary_comes_back_and_stays(level, keep, begins):
     planner = ftqp.Planner(PANDA, DT, level=level, task=ftqp.Task(rows="position"), constraints=[keep])
     q = PANDA.neutral.copy()
     planner.reset(q)
-    heights = []
+    inside = []
     for _ in range(6000):
         q = planner.step(q, None, still(PANDA, PANDA.neutral)).q.copy()
-        heights.append(PANDA.pose(q, ELBOW)[2, 3] - z)
-    assert heights[0] == pytest.approx(0.0, abs=1e-3) and heights[-1] > 0.03 - 1e-6
-    assert (np.diff(heights) > -1e-9).all()
+        inside.append(keep.distance(PANDA.pose(q, keep.frame)))
+    assert inside[0] < begins and inside[-1] > -1e-6 and (np.diff(inside) > -1e-9).all()
 
 
 def test_an_arm_without_masses_is_kept_too_and_a_batch_keeps_its_arms():
@@ -115,33 +125,7 @@ def test_an_arm_without_masses_is_kept_too_and_a_batch_keeps_its_arms():
     targets = ftqp.Targets(np.tile(target.pose, (2000, 1, 1)))
     ends = ftqp.batch.rollout(planner, robot.neutral, targets=targets, faults=[None, ftqp.Locked(1)]).q
     for q in ends:
-        assert -2e-5 < distance(robot, q, keep) < 1e-3
-
-
-@pytest.mark.parametrize(("constraints", "sentence"), [
-    (ftqp.Keep(TIP, above=[0, 0, 0]), "constraints is Keep, expected a list"),
-    (["table"], "constraints has str, expected ftqp.Keep"),
-    ([ftqp.Keep(TIP, above=[0, 0, 0], name=str(k)) for k in range(9)], "has 9 sides of planes"),
-    ([ftqp.Keep(TIP, above=[0, 0, 0])] * 2, "two things are called 'panda_hand_tcp'"),
-    ([ftqp.Keep("panda_hand", above=[0, 0, 0])], "frame is 'panda_hand'"),
-    ([ftqp.Keep("universe", above=[0, 0, 0])], "does not move with any joint"),
-])  # fmt: skip
-def test_wrong_lists_are_one_sentence(constraints, sentence):
-    with pytest.raises(InputError, match=sentence):
-        ftqp.Planner(PANDA, DT, constraints=constraints)
-
-
-@pytest.mark.parametrize(("wrong", "sentence"), [
-    ({"above": [0, 0]}, "above has shape"),
-    ({"above": [0, 0, np.nan]}, "above"),
-    ({"normal": [0, 0, 0]}, "normal is .*expected a direction"),
-    ({"braking": 0.0}, "braking is 0"),
-    ({"braking": -1.0}, "braking is -1"),
-    ({"name": ""}, "name is ''"),
-])  # fmt: skip
-def test_wrong_numbers_are_one_sentence(wrong, sentence):
-    with pytest.raises(InputError, match=sentence):
-        ftqp.Keep(TIP, **{"above": [0, 0, 0], **wrong})
+        assert -2e-5 < keep.distance(robot.pose(q)) < 1e-3
 
 
 def test_what_is_kept_can_be_read_and_not_set():
@@ -155,3 +139,137 @@ def test_what_is_kept_can_be_read_and_not_set():
     with pytest.raises(InputError, match="solves no QP"):
         ftqp.Planner(PANDA, DT, level="velocity", scheme="pseudoinverse",
                      constraints=[ftqp.Keep(TIP, above=[0, 0, 0])])  # fmt: skip
+
+
+INF = np.inf
+BOX = ((0.1, -INF, 0.2), (0.9, 0.3, INF))
+
+
+def first(q, v, **settings):
+    """A planner that has made one step at a state."""
+    planner = ftqp.Planner(PANDA, DT, **settings)
+    planner.reset(q, v)
+    planner.step(q, v, still(PANDA, q))
+    return planner
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_a_box_is_the_planes_of_the_sides_that_it_has(level):
+    at, point = "panda_joint6", (0.0, 0.1, 0.05)
+    box = ftqp.Keep(at, inside=BOX, point=point, braking=2.0, name="box")
+    places = {"x low": (0.1, 1), "x high": (0.9, -1), "y high": (0.3, -1), "z low": (0.2, 1)}
+    planes = [
+        ftqp.Keep(
+            at, above=place * np.eye(3)["xyz".index(name[0])], normal=sign * np.eye(3)["xyz".index(name[0])],
+            point=point, braking=2.0, name=name,
+        )
+        for name, (place, sign) in places.items()
+    ]  # fmt: skip
+    one, other = (first(Q, V, level=level, constraints=every) for every in ([box], planes))
+    for name in ("C", "l", "u"):
+        rows = [getattr(planner._session.K.qp, name)[7:11] for planner in (one, other)]
+        np.testing.assert_array_equal(rows[0], rows[1])
+    assert row_labels(one)[-4:] == tuple(f"keep box {name}" for name in places)
+    least = min(other.constraints[name].distance for name in places)
+    assert one.constraints["box"].distance == pytest.approx(least, abs=1e-12)
+    assert box.distance(PANDA.pose(Q, at)) == pytest.approx(least, abs=1e-12)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.3, -0.5, 0.2)])
+def test_a_row_of_a_cone_is_what_finite_differences_of_the_angle_say(level, axis):
+    keep = ftqp.Keep("panda_joint6", axis=axis, along=(0.2, 0.9, -0.6), within=2.5, braking=3.0)
+    qp = first(Q, V, level=level, constraints=[keep])._session.K
+    q, v, C, l = qp.state.q[:7].copy(), qp.state.v[:7].copy(), qp.qp.C[7, :7], float(qp.qp.l[7])
+    u = float(qp.qp.u[7])
+
+    def angle(at):
+        return 2.5 - keep.distance(PANDA.pose(at, "panda_joint6"))
+
+    h, x = 1e-4, np.random.default_rng(3).normal(size=7)
+    here, rate = angle(q), (angle(q + h * v) - angle(q - h * v)) / (2.0 * h)
+    assert abs(rate) > 0.1
+    away = [angle(q + t * v + 0.5 * t * t * x * (level == "acceleration")) for t in (-h, h)]
+    change = (away[0] - 2.0 * here + away[1]) / (h * h)
+    law = viability if level == "acceleration" else braking
+
+    def most(v, d):
+        least = -max(4.0 * 3.0, 0.5 * v * v / (d - v * DT))
+        return max(law(v, d, INF, INF, 3.0, DT)[0], least if level == "acceleration" else v + DT * least)
+
+    out, back = most(rate, 2.5 - here), most(-rate, 2.5 + here)
+    if level == "velocity":  # the curvature of the way counts where it is for the worse
+        out, back = out - DT * max(change, 0.0), back - DT * max(-change, 0.0)
+        change = (angle(q + h * x) - angle(q - h * x)) / (2.0 * h)
+    assert C @ x - l == pytest.approx(out - change, rel=1e-6, abs=1e-5)
+    assert u - C @ x == pytest.approx(back + change, rel=1e-6, abs=1e-5)
+    assert qp.keeps.distance[0] == pytest.approx(2.5 - here, abs=1e-12)
+
+
+def test_the_task_gives_way_to_a_cone_and_to_a_side_of_a_box_and_they_are_named():
+    T = PANDA.pose(PANDA.neutral)
+    upright = ftqp.Keep(TIP, axis=T[:3, :3].T @ [0, 0, 1], along=(0, 0, 1), within=0.2, name="cup")
+    lean = np.array([[1, 0, 0], [0, np.cos(0.5), -np.sin(0.5)], [0, np.sin(0.5), np.cos(0.5)]])
+    goal = T.copy()
+    goal[:3, :3], goal[0, 3] = lean @ T[:3, :3], T[0, 3] + 0.1
+    box = ftqp.Keep(TIP, inside=((-INF, -INF, -INF), (T[0, 3] + 0.02, INF, INF)), name="cell")
+    planner = ftqp.Planner(PANDA, DT, emergency=None, constraints=[upright, box])
+    q = PANDA.neutral.copy()
+    planner.reset(q)
+    for _ in range(3000):
+        step = planner.step(q, None, ftqp.Target(pose=goal))
+        q = step.q.copy()
+    end = PANDA.pose(q)
+    assert np.arccos((end @ np.linalg.inv(T))[2, 2]) == pytest.approx(0.2, abs=2e-5)
+    assert end[0, 3] == pytest.approx(T[0, 3] + 0.02, abs=2e-5)
+    assert step.status is ftqp.StepStatus.RELAXED
+    assert {"cup its boundary", "cell x high its boundary"} <= set(step.limits_active)
+
+
+def test_an_axis_that_comes_through_the_middle_is_braked_before_the_other_side():
+    """It swings to and fro, in a cone that leaves it a sixth of its way."""
+    T = PANDA.pose(PANDA.neutral)
+    keep = ftqp.Keep(TIP, axis=T[:3, :3].T @ [0, 0, 1], along=(0, 0, 1), within=0.15, braking=2.0)
+    planner = ftqp.Planner(PANDA, DT, emergency=None, constraints=[keep])
+    q, least, sides = PANDA.neutral.copy(), np.inf, set()
+    planner.reset(q)
+    for k in range(3000):
+        lean, goal = 0.9 * np.sin(4.0 * k * DT), T.copy()
+        turn = [[1, 0, 0], [0, np.cos(lean), -np.sin(lean)], [0, np.sin(lean), np.cos(lean)]]
+        goal[:3, :3] = turn @ T[:3, :3]
+        q = planner.step(q, None, ftqp.Target(pose=goal)).q.copy()
+        end = PANDA.pose(q)
+        least = min(least, keep.distance(end))
+        if keep.distance(end) < 1e-3:
+            sides.add(np.sign((end @ np.linalg.inv(T))[2, 1]))
+    assert sides == {-1.0, 1.0} and least > -2e-5
+
+
+def test_an_axis_in_the_middle_of_its_cone_or_opposite_to_it_is_let_pass():
+    T = PANDA.pose(Q)
+    for sign in (1.0, -1.0):
+        keep = ftqp.Keep(TIP, along=sign * T[:3, 2], within=0.2)
+        planner = first(Q, np.zeros(7), constraints=[keep])
+        angle = 0.0 if sign > 0.0 else np.pi
+        assert planner.constraints[TIP].distance == pytest.approx(0.2 - angle, abs=1e-6)
+        assert planner._session.K.qp.l[7] == -INF
+
+
+WRONG = [
+    ({}, "has neither above, inside nor along, expected one of them"),
+    ({"above": (0, 0, 0), "inside": BOX}, "has above and inside, expected one of them"),
+    ({"inside": BOX, "normal": (0, 0, 1)}, "has normal beside inside, expected it only with above"),
+    ({"above": (0, 0, 0), "within": 0.3}, "has within beside above, expected it only with along"),
+    ({"along": (0, 0, 1), "within": 0.3, "point": (0, 0, 1)}, "has point beside along"),
+    ({"along": (0, 0, 1)}, "has along without within, expected how far"),
+    ({"along": (0, 0, 1), "within": 4.0}, "within is 4 rad, expected less than pi"),
+    ({"along": (0, 0, 1), "within": 0.0}, "within is 0"),
+    ({"along": (0, 0, 0), "within": 0.3}, "along is .*expected a direction"),
+    ({"along": (0, 0, 1), "within": 0.3, "axis": (0, 0, 0)}, "axis is .*expected a direction"),
+    ({"inside": ((0, 0, 0), (1, 1))}, "inside"),
+    ({"inside": (0, 1)}, r"inside has shape \(2,\), expected \(2, 3\)"),
+    ({"inside": ((0, 0, np.nan), (1, 1, 1))}, "inside contains NaN"),
+    ({"inside": ((0, 0.5, 0), (1, 0.5, 1))}, "inside goes from 0.5 to 0.5 along y"),
+    ({"inside": ((-INF,) * 3, (INF,) * 3)}, "expected a finite side at least"),
+    ({"inside": ((-INF, -INF, 0), (-3, INF, INF)), "braking": -1}, "braking is -1"),
+]

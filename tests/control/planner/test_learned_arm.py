@@ -1,5 +1,7 @@
 """A torque arm learns what its model lacks, says so, and is the model again when that is asked."""
 
+import logging
+
 import numpy as np
 import pinocchio
 import pytest
@@ -158,19 +160,6 @@ def test_what_was_learned_just_before_a_failure_is_taken_back():
     assert any(np.array_equal(seen["after"], one) for one in kept)
 
 
-def test_learned_load_is_what_the_formulas_of_the_kernel_have():
-    planner, _ = ridden(rotors=0.1, mass=2.0)
-    chain, found = planner._session.K.chain, planner.learned
-    used = planner._session.K.learned.used[:7]
-    model = PANDA.with_rotors(used).with_payload(found.payload)
-    np.testing.assert_allclose(chain.mass[:7], model.chain.mass, rtol=1e-9)
-    np.testing.assert_allclose(chain.com[:7], model.chain.com, atol=1e-9)
-    upper = np.triu_indices(3)
-    inertia = model.chain.inertia[:, upper[0], upper[1]]
-    np.testing.assert_allclose(chain.inertia[:7], inertia, atol=1e-9)
-    np.testing.assert_allclose(chain.armature[:7], model.chain.armature, atol=1e-12)
-
-
 @pytest.mark.parametrize("drive", ["position", "velocity"])
 def test_other_drives_learn_nothing(drive):
     planner = ftqp.Planner(PANDA, DT, drive=drive)
@@ -213,3 +202,71 @@ def test_with_rotors_puts_them_on_the_diagonal_of_M_and_takes_the_warning_back()
 def test_wrong_rotors_are_refused(given, error):
     with pytest.raises(error, match=r"rotor|inertia"):
         PANDA.with_rotors(given)
+
+
+SENTENCE = "no rotor inertia"
+
+
+def with_rotors(robot, inertia):
+    model = robot.model.copy()
+    model.armature = np.full(robot.nv, inertia)
+    return ftqp.Robot.from_pinocchio(
+        model, tip=robot.tip, limits=robot.limits, neutral=robot.neutral, name="geared"
+    )
+
+
+@pytest.fixture
+def warned(caplog):
+    def of(robot, **options):
+        caplog.clear()
+        with caplog.at_level(logging.WARNING, logger="ftqp"):
+            planner = ftqp.Planner(robot, **options)
+            for _ in range(2):
+                planner.reset(robot.neutral)
+        return [record.getMessage() for record in caplog.records if SENTENCE in record.getMessage()]
+
+    return of
+
+
+def test_torque_planner_says_once_that_the_model_has_no_rotors_and_where_they_go(warned):
+    (said,) = warned(ftqp.robots.load("panda"), drive="torque")
+    assert said.startswith("panda: ") and "armature in MJCF" in said and "drake:rotor_inertia" in said
+
+
+def test_joints_whose_rotors_alone_are_missing_are_named(warned):
+    (said,) = warned(with_rotors(ftqp.robots.load("panda"), [0.05] * 5 + [0.0] * 2), drive="torque")
+    assert "no rotor inertia of panda_joint6, panda_joint7 is in the model" in said
+
+
+@pytest.mark.parametrize("drive", ["position", "velocity"])
+def test_arms_that_take_no_torques_need_no_rotors(warned, drive):
+    assert not warned(ftqp.robots.load("panda"), drive=drive)
+
+
+def test_arm_with_rotors_is_not_warned_of(warned):
+    assert not warned(ftqp.robots.load("xarm7"), drive="torque")
+    assert not warned(with_rotors(ftqp.robots.load("panda"), 0.05), drive="torque")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("inertia", "known", "error", "kept"),
+    [(0.02, False, 0.0, True), (0.05, False, 0.0, False), (0.05, True, 0.0, True), (0.3, False, None, True)],
+)
+def test_healthy_torque_arm_keeps_its_path_if_its_rotors_are_small_known_or_learned(
+    inertia, known, error, kept
+):
+    pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
+    panda = ftqp.robots.load("panda")
+    true = with_rotors(panda, inertia)
+    noise = ftqp.Noise(q=1e-4)
+    drive = ftqp.Drive(kind="torque", inertia_error=error)
+    planner = ftqp.Planner(true if known else panda, 1e-3, drive=drive, noise=noise)
+    plant = ftqp.MujocoPlant(true, 1e-3, ftqp.JointServo(panda, "torque"), substeps=2)
+    start = panda.pose(panda.neutral)
+    path = ftqp.paths.Circle(start, 0.1, duration=6.0, axes=((0, 1, 0), (0, 0, 1)))
+    log = ftqp.Simulation(planner, path, q=panda.neutral, plant=plant, log="memory").run().log
+    stopped = (log["status"] == list(ftqp.StepStatus).index(ftqp.StepStatus.STOPPED)).any()
+    assert stopped != kept
+    if kept:
+        assert log["position_error"].max() < 1e-3

@@ -111,16 +111,6 @@ def test_level_2_arrives_where_level_3_is_outweighed_by_the_scheme():
     assert left[2] < 1e-3 and left[3] > 0.5
 
 
-def test_a_planner_without_level_2_has_the_objective_as_it_stood():
-    """H is the scheme's and the weight's alone, to the last bit."""
-    _, K = first_command("velocity", "mvn", "slack", 1, (3,))
-    J = K.terms.J[0, 2, :7]
-    H = np.eye(7)
-    for i in range(7):
-        H[i] += J[i] * J
-    assert (K.qp.H[:7, :7] == H).all()
-
-
 @pytest.mark.parametrize("later", [2, 3])
 @pytest.mark.parametrize("backend", ["daqp", "osqp", "proxqp", "quadprog", "dtrnn"])
 def test_every_backend_sees_how_rows_change_as_the_arm_moves(backend, later):

@@ -76,3 +76,49 @@ def test_time_of_a_step_is_measured_only_when_asked(panda, home):
         planner.reset(panda.neutral)
         time = planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home)).qp.time
         assert (time is not None and 0.0 < time < 1.0) is timing
+
+
+@pytest.mark.parametrize("given", ["panda", None, 7, np.eye(4), {"name": "panda"}, ftqp.Robot])
+def test_what_is_no_robot_is_refused_with_the_way_to_one(given):
+    with pytest.raises(
+        InputError, match=r"^robot is .*, expected an ftqp.Robot, for example ftqp.robots.load"
+    ):
+        ftqp.Planner(given)
+
+
+def test_arm_without_velocity_limits_is_told_of_those():
+    arm = ftqp.Robot.from_dh([[0.0, 0.1, 0.3, 0.0], [0.0, 0.0, 0.3, 0.0]])
+    with pytest.raises(ModelError, match=r"no velocity limit, .* on j1, j2; .*with_limits\(v_max=...\)$"):
+        ftqp.Planner(arm)
+    assert ftqp.Planner(arm.with_limits(v_max=1.0)).robot.limits.a_max.tolist() == [5.0, 5.0]
+
+
+BODY = ftqp.robots.load("dual_panda")
+
+
+def test_a_planner_says_its_tasks_constraints_and_what_it_believes():
+    planner = ftqp.Planner(
+        BODY,
+        tasks=[
+            ftqp.PoseTask("left_hand"),
+            ftqp.RelativeTask("right_hand", "left_hand", level=0, name="<grip>"),
+        ],
+        constraints=[ftqp.Keep("left_joint4", above=[0.0, 0.0, 0.2])],
+    )
+    planner.reset(BODY.neutral)
+    assert "every joint works" in planner._repr_html_() and repr(planner).endswith("failed: none)")
+    planner.report(ftqp.Locked("left_joint3"))
+    said = planner._repr_html_()
+    for word in (
+        "dual_panda, 14 joints",
+        "RelativeTask, level 0",
+        "&lt;grip&gt;",
+        "Keep",
+        "left_joint3 locks",
+    ):
+        assert word in said
+
+
+def test_a_path_says_where_it_begins_and_how_long_and_fast_it_is():
+    said = ftqp.paths.Line(BODY.pose(BODY.neutral), displacement=(0.0, 0.0, 0.2), duration=2.0)._repr_html_()
+    assert "Line" in said and "0.2 m" in said and "2 s" in said and "0.1" in said

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.core.errors import InputError
 
 DUAL = ftqp.robots.load("dual_panda")
 LEFT, RIGHT = DUAL.tips
@@ -182,19 +181,6 @@ def test_a_copy_of_a_step_keeps_what_is_left_of_each_task():
     planner.step(q, None, {RIGHT: DUAL.pose(q, RIGHT)})
     assert slack.shape == (2,) and np.abs(slack).max() > 1.0
     assert (kept.tasks[RIGHT].slack == slack).all()
-
-
-@pytest.mark.parametrize(("make", "sentence"), [
-    (lambda: ftqp.PostureTask(level=1), "PostureTask draws joints and cannot be on level 1"),
-    (lambda: ftqp.PoseTask(RIGHT, level=4), "level of right_hand is 4, expected 0, 1, 2 or 3"),
-    (lambda: ftqp.PoseTask(RIGHT, level=True), "level of right_hand is True, expected 0, 1, 2 or 3"),
-    (lambda: ftqp.PoseTask(RIGHT, required=True), "cannot be required: level 3 promises nothing"),
-    (lambda: ftqp.PoseTask(RIGHT, level=0, required="yes"), "required of right_hand is 'yes'"),
-    (lambda: ftqp.LeastSquares(1, print, level=1, required=True), "its error is not known"),
-])  # fmt: skip
-def test_bad_levels_are_refused_in_one_sentence(make, sentence):
-    with pytest.raises(InputError, match=sentence):
-        make()
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])

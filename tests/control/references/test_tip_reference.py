@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import ftqp
 from ftqp.control.references.tip_limits import TipLimits
 from ftqp.control.references.tip_reference import TipReference
 from ftqp.core.pose import rotation_exp, rotation_vectors, transform
@@ -111,3 +112,10 @@ def test_twist_that_ends_is_braked_to_rest_with_limited_jerk():
     _, twists, accelerations = motion(lambda r, k: r.along(wanted if k < 500 else np.zeros(6)), 1500)
     assert not twists[-1].any()
     assert norms(np.diff(accelerations, axis=0) / DT)[0] <= 1.01 * 1.5 / 0.05
+
+
+@pytest.mark.parametrize("name", ["speed", "acceleration", "turn", "turn_acceleration", "rise_time"])
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+def test_limit_that_is_not_positive_is_refused_by_name(name, value):
+    with pytest.raises(ftqp.InputError, match=name):
+        ftqp.TipLimits(**{name: value})

@@ -1,7 +1,5 @@
 """Scenes: what can be put into one, and what is said of what cannot."""
 
-import gc
-
 import numpy as np
 import pytest
 
@@ -28,19 +26,6 @@ def test_a_scene_is_a_mapping_of_what_stands_there():
     assert not scene["table"].twist.any()
     scene.remove("table")
     assert "table" not in scene and repr(scene) == "Scene(post)"
-
-
-def test_watchers_are_told_and_forgotten_with_their_planners():
-    scene = ftqp.Scene()
-    scene.add("ball", ftqp.Sphere(0.1, (2.0, 0.0, 0.0)))
-    planners = [ftqp.Planner(ftqp.robots.load("panda"), scene=scene) for _ in range(2)]
-    scene.move("ball", (1.5, 0.0, 0.0))
-    for planner in planners:
-        assert planner._session.K.scene.place[0, 0] == 1.5
-    del planners, planner
-    gc.collect()
-    scene.move("ball", (1.0, 0.0, 0.0))
-    assert not scene._watchers
 
 
 @pytest.mark.parametrize(

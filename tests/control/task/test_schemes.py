@@ -92,17 +92,6 @@ def test_every_recipe_is_known_by_name_and_convex_at_both_levels():
         scheme.at("acceleration"), scheme.at("velocity")
 
 
-def test_reference_scales_divide_their_criterion():
-    scheme = schemes.dlsm(alpha=0.5, tau_ref=2.0, a_ref=4.0).at("acceleration")
-    assert (scheme.torque, scheme.norm) == (0.5 / 4.0, 0.5 / 16.0)
-
-
-def test_nothing_is_mvn_and_a_scheme_is_itself():
-    assert schemes.by_name(None) == schemes.mvn()
-    mine = schemes.mke() + schemes.man()
-    assert schemes.by_name(mine) is mine
-
-
 def test_table_with_parameters_is_the_recipe_called_with_them():
     assert schemes.by_name({"name": "rmp", "mu": 2.0}) == schemes.rmp(mu=2.0) != schemes.rmp()
 

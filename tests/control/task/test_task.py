@@ -1,10 +1,18 @@
 """A task says which rows are followed, with stable gains, in a mode that exists."""
 
+import dataclasses
+from dataclasses import astuple
+
 import numpy as np
 import pytest
 
+from ftqp.control.task import bounds, schemes
+from ftqp.control.task.bounds import Jin, OneStep, Viability
+from ftqp.control.task.emergency import EmergencyStop
+from ftqp.control.task.scheme import Criterion, Scheme
 from ftqp.control.task.task import DEFAULT_GAINS, Task, axis_frame, checked_gains, row_indices
 from ftqp.core.errors import InputError
+from ftqp.kernel.layout import enums as codes
 
 
 @pytest.mark.parametrize(
@@ -83,3 +91,89 @@ def test_axis_frame_is_a_rotation_whose_third_column_is_the_axis(axis):
     np.testing.assert_allclose(R.T @ R, np.eye(3), atol=1e-15)
     assert np.linalg.det(R) > 0.0
     np.testing.assert_allclose(R[:, 2], np.array(axis) / np.linalg.norm(axis), atol=1e-15)
+
+
+def test_every_conversion_is_known_by_name_by_its_table_and_as_itself():
+    assert bounds.names() == ("viability", "jin", "one_step")
+    for name, kind, code in zip(
+        bounds.names(), (Viability, Jin, OneStep), (codes.VIABILITY, codes.JIN, codes.ONE_STEP), strict=True
+    ):
+        assert bounds.by_name(name) == kind() and kind.code == code
+    assert bounds.by_name({"name": "jin", "gamma_p": 5.0, "margin": 0.0}) == Jin(gamma_p=5.0, margin=0.0)
+    mine = Jin(gamma_v=3.0)
+    assert bounds.by_name(mine) is mine
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        (
+            "viable",
+            r"'viable' is not a bound conversion \(did you mean 'viability'\?\); there are viability, jin, ",
+        ),
+        ("", "'' is not a bound conversion; there are viability, jin, one_step"),
+        ({"gamma_p": 1.0}, "None is not a bound conversion"),
+        (
+            {"name": "jin", "gama_p": 1.0},
+            r"'gama_p' is not a parameter of bounds 'jin' \(did you mean 'gamma_p'\?\)",
+        ),
+        (
+            {"name": "viability", "margin": 0.1},
+            "'margin' is not a parameter of bounds 'viability'; it has none",
+        ),
+        ({"name": "jin", "gamma_p": 0.0}, "gamma_p is 0, expected a finite number > 0"),
+        ({"name": "jin", "upsilon": np.inf}, "upsilon is inf, expected a finite number > 0"),
+        ({"name": "jin", "margin": -0.1}, "margin is -0.1, expected a finite number >= 0 rad"),
+    ],
+)
+def test_wrong_conversion_is_refused_with_one_sentence(given, sentence):
+    with pytest.raises(InputError, match=sentence):
+        bounds.by_name(given)
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"position": 0.0}, "position is 0, expected a finite number > 0 m"),
+        ({"rotation": np.inf}, "rotation is inf, expected a finite number > 0 rad"),
+        ({"samples": 0}, "samples is 0, expected a whole number >= 1"),
+        ({"samples": 2.5}, "samples is 2.5, expected a whole number >= 1"),
+    ],
+)
+def test_senseless_stop_is_refused_with_one_sentence(given, sentence):
+    with pytest.raises(InputError, match=sentence):
+        EmergencyStop(**given)
+
+
+def test_one_noisy_sample_does_not_stop_by_default():
+    assert EmergencyStop().samples == 3
+
+
+def test_it_stops_by_default_beyond_five_centimetres_or_three_tenths_of_a_radian():
+    stop = EmergencyStop()
+    assert (stop.position, stop.rotation, stop.samples) == (0.05, 0.3, 3)
+    assert EmergencyStop(samples=1).samples == 1
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        stop.position = 1.0
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_mixed_scheme_is_the_weighted_sum_at_both_levels(level):
+    mixed = 2.0 * schemes.mke() + schemes.rmp() * 3.0
+    expected = 2.0 * np.array(astuple(schemes.mke().at(level))) + 3.0 * np.array(
+        astuple(schemes.rmp().at(level))
+    )
+    np.testing.assert_allclose(astuple(mixed.at(level)), expected, rtol=1e-15)
+    assert mixed.name == "2 mke + 3 rmp"
+
+
+def test_negative_weight_is_refused():
+    with pytest.raises(InputError, match="the weight of a scheme is -1, expected a finite number >= 0"):
+        -1.0 * schemes.mvn()
+
+
+def test_scheme_without_a_weight_is_refused_with_the_level():
+    empty = Scheme(name="empty", acceleration=Criterion(norm=1.0), velocity=Criterion())
+    assert empty.at("acceleration").norm == 1.0
+    with pytest.raises(InputError, match="scheme 'empty' has no weight at the velocity level"):
+        empty.at("velocity")

@@ -4,14 +4,12 @@ import os
 import signal
 import subprocess
 import sys
-from threading import Event
 from time import sleep
 
 import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.ways.security_watch import SecurityWatch
 from ftqp.core.errors import InputError
 
 PANDA = ftqp.robots.load("panda")
@@ -119,22 +117,6 @@ def test_a_look_that_takes_more_than_the_budget_is_the_same_and_older():
     assert first.losses == next(one for one in whole if one is not None).losses
     assert 0.0 < whole[-1].age < 0.11 < parts[-1].age < 0.5
     assert f"as of {parts[-1].age:.2g} s ago" in parts[-1].sentence
-
-
-def test_by_default_no_step_waits_and_the_age_of_what_is_known_is_said(monkeypatch):
-    gate = Event()
-    seen = SecurityWatch._seen
-    monkeypatch.setattr(SecurityWatch, "_seen", lambda self, look: (gate.wait(30.0), seen(self, look))[1])
-    planner = planner_with(waits=False)
-    planner.reset(PANDA.neutral)
-    target = ftqp.Target(pose=PANDA.pose(PANDA.neutral))
-    for _ in range(200):
-        planner.step(PANDA.neutral, None, target)
-    assert planner.security is None  # the thread stands, and the arm went on
-    gate.set()
-    while planner.security is None:
-        planner.step(PANDA.neutral, None, target)
-    assert planner.security.tick == 0 and planner.security.age >= 200 * DT
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
