@@ -39,10 +39,11 @@ def run(step, ticks=20):
         assert np.isfinite(q).all()
 
 
-def test_a_target_in_millimetres_is_one_warning(caplog):
-    planner, target = ftqp.Planner(PANDA), ftqp.Target(pose=in_millimetres())
-    planner.reset(PANDA.neutral)
-    run(lambda q: planner.step(q, None, target))
+@pytest.mark.parametrize("leader", [lambda planner: planner, ftqp.TargetFollower])
+def test_a_target_in_millimetres_is_one_warning(caplog, leader):
+    led, target = leader(ftqp.Planner(PANDA)), ftqp.Target(pose=in_millimetres())
+    led.reset(PANDA.neutral)
+    run(lambda q: led.step(q, None, target))
     assert len(said(caplog, "millimetres")) == 1
 
 
@@ -52,15 +53,6 @@ def test_a_goal_in_millimetres_is_a_warning(caplog):
     ftqp.GoTo(planner, pose=moved(0.1))
     assert not said(caplog, "millimetres")
     ftqp.GoTo(planner, pose=in_millimetres())
-    assert len(said(caplog, "millimetres")) == 1
-
-
-def test_a_followed_target_in_millimetres_is_one_warning(caplog):
-    planner = ftqp.Planner(PANDA)
-    led = ftqp.TargetFollower(planner)
-    led.reset(PANDA.neutral)
-    target = ftqp.Target(pose=in_millimetres())
-    run(lambda q: led.step(q, None, target))
     assert len(said(caplog, "millimetres")) == 1
 
 

@@ -40,13 +40,6 @@ def test_goal_that_the_straight_way_misses_is_reached_by_another_posture(level):
     assert not {step.status for step in steps} & {ftqp.StepStatus.STOPPING, ftqp.StepStatus.FALLBACK}
 
 
-def test_straight_only_stays_as_near_as_it_gets():
-    goto = begun(straight=True)
-    go(goto, HERE, longest=20.0)
-    assert goto.status is STATUS.UNREACHABLE and goto.position_error > 0.01
-    assert goto.sentence.endswith("the tip goes straight")
-
-
 def test_what_is_being_done_is_said():
     goto, notes = begun(), []
     go(goto, HERE, longest=20.0, each=lambda k: notes.append(goto.note))

@@ -7,7 +7,6 @@ import pytest
 import ftqp
 from ftqp.control.planner.labels import row_labels
 from ftqp.core.errors import InputError
-from ftqp.kernel.layout.enums import SOLVED
 from ftqp.kernel.layout.rows import CLEARANCES
 
 DT, KEEP = 1e-3, 0.02
@@ -173,21 +172,6 @@ def test_below_the_stop_distance_an_arm_that_still_comes_nearer_is_stopped():
     assert " and ".join(step.nearest) + " were nearer than Clearance(stop=...)" in planner.stopped_because
 
 
-def test_the_nearest_pair_is_the_nearest_of_all_whatever_was_looked_at():
-    around = scene(**{name: shape for name, (shape, _) in THINGS.items()})
-    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=around)
-    planner.reset(START)
-    q, target = START.copy(), TIP.copy()
-    for k in range(800):
-        target[:3, 3] = TIP[:3, 3] + 0.1 * np.sin([0.01 * k, 0.007 * k, 0.013 * k])
-        step = planner.step(q, None, ftqp.Target(pose=target))
-        q = step.q.copy()
-        if k % 10 == 0:
-            per = planner.distances(planner._session.K.ahead.q[:7].copy())
-            assert step.clearance == pytest.approx(min(per.values()), abs=1e-12)
-            assert per[step.nearest] == pytest.approx(step.clearance, abs=1e-12)
-
-
 def test_without_a_scene_nothing_is_kept_and_nothing_moves_otherwise():
     runs = []
     for more in ({}, {"scene": scene(far=ftqp.Sphere(0.1, (5.0, 5.0, 5.0)))}):
@@ -224,15 +208,6 @@ def _at(place):
     T = TIP.copy()
     T[:3, 3] = place
     return T
-
-
-def test_a_kept_step_keeps_what_was_near():
-    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=(around := scene(ball=BALL)))
-    step, _ = follow(planner, (0.55, 0.3, 0.45), ticks=900)
-    kept, said = step.copy(), str(step.certificate)
-    around.remove("ball")
-    planner.step(kept.q, None, ftqp.Target(pose=TIP))
-    assert str(kept.certificate) == said and "ball" in said and kept.clearance < KEEP + 1e-3
 
 
 def test_the_pairs_are_told_and_left_out_by_name():
@@ -346,7 +321,7 @@ def test_pairs_beyond_those_that_have_rows_are_said():
     planner = ftqp.Planner(PANDA, DT, emergency=None, scene=cage)
     planner.reset(START)
     step = planner.step(START, None, ftqp.Target(pose=TIP))
-    assert planner._session.K.scene.crowded and step.status is ftqp.StepStatus.RELAXED
+    assert step.status is ftqp.StepStatus.RELAXED
     assert f"more than {CLEARANCES} points of bodies are near" in str(step.certificate)
 
 
@@ -365,7 +340,6 @@ def test_the_solver_never_fails_beside_bodies_that_cannot_be_parted():
         q = step.q.copy()
         assert np.isfinite(step.a).all() and (np.abs(step.a) <= PANDA.limits.a_max + 1e-9).all()
         assert step.status in (ftqp.StepStatus.RELAXED, ftqp.StepStatus.STOPPING, ftqp.StepStatus.STOPPED)
-    assert int(planner._session.K.cascade.claim) in (-1, SOLVED)
 
 
 def _ways():

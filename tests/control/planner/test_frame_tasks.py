@@ -318,23 +318,3 @@ def test_an_interrupt_in_rows_of_ones_own_goes_through():
     told.append("running")
     with pytest.raises(KeyboardInterrupt):
         planner.step(Q, None, ftqp.Target(pose=BOTH.pose(Q)))
-
-
-def test_a_target_that_is_not_finite_leaves_the_last_one_and_the_loop_goes_on():
-    """A camera that loses what it follows is the world's doing."""
-    planner = ftqp.Planner(
-        BOTH, tasks=[ftqp.PoseTask("right_hand"), ftqp.PoseTask("left_joint4", rows="position")]
-    )
-    planner.reset(Q)
-    still, hand = ftqp.Target(pose=BOTH.pose(Q)), ftqp.Target(pose=BOTH.pose(Q, "right_hand"))
-    before = [planner.tasks[name].target.copy() for name in planner.tasks]
-    hand.pose[0, 3] = np.nan
-    step = planner.step(Q, None, {"tip": still, "right_hand": hand})
-    assert step.status is ftqp.StepStatus.OK
-    assert all(
-        np.array_equal(planner.tasks[name].target, T) for name, T in zip(planner.tasks, before, strict=True)
-    )
-    place = ftqp.Target(position=(0.3, 0.2, 0.6), twist=(0.0, 0.1, 0.0))
-    planner.step(Q, None, {"tip": still, "left_joint4": place})
-    assert planner.tasks["left_joint4"].target[:3, 3] == pytest.approx([0.3, 0.2, 0.6])
-    assert planner.tasks["left_joint4"].velocity == pytest.approx([0, 0.1, 0, 0, 0, 0])

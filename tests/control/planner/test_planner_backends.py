@@ -204,21 +204,3 @@ def test_a_solver_out_of_time_is_no_answer_and_says_so(panda, home, backend):
         found.add((step.status, step.qp.status))
     if backend == "osqp":
         assert found == {(ftqp.StepStatus.FALLBACK, ftqp.qp.SolveStatus.OUT_OF_TIME)}
-
-
-def test_solver_is_started_cold_after_a_report_and_after_a_failure(panda, home):
-    asked = []
-
-    class Witness(Puppet):
-        def _run(self, qp, cold):
-            asked.append(cold)
-            return super()._run(qp, cold)
-
-    planner = ftqp.Planner(panda, DT, backend=Witness(zero_motion), emergency=None)
-    target = ftqp.Target(pose=home)
-    planner.reset(panda.neutral)
-    for _ in range(3):
-        planner.step(panda.neutral, np.zeros(7), target)
-    planner.report(ftqp.Locked(3))
-    planner.step(panda.neutral, np.zeros(7), target)
-    assert asked == [True, False, False, True]

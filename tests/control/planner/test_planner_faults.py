@@ -64,24 +64,6 @@ def test_locked_joint_is_held_where_it_is_measured_whatever_velocity_is_measured
             assert abs(step.q[3] - panda.neutral[3]) < 3e-4
 
 
-@pytest.mark.parametrize("joint", range(7))
-def test_healthy_joints_keep_their_acceleration_limits_when_a_joint_locks_at_speed(
-    panda, level, follow, joint
-):
-    at, ticks = circle(panda, radius=0.15, duration=1.2)
-    planner = ftqp.Planner(panda, DT, level=level, emergency=None)
-    before = np.zeros(7)
-    fastest = 0.0
-    for k, step in enumerate(
-        follow(planner, at, ticks, events={270: lambda p: p.report(ftqp.Locked(joint))})
-    ):
-        assert np.all(np.abs(step.a) <= panda.limits.a_max * (1.0 + 1e-9))
-        np.testing.assert_allclose(step.v - before, DT * step.a, atol=1e-12)
-        fastest = max(fastest, np.abs(step.v).max()) if k < 270 else fastest
-        before = step.v.copy()
-    assert fastest > 0.5
-
-
 def test_arm_with_every_joint_locked_from_the_start_stops(panda, level, follow, home):
     planner = ftqp.Planner(panda, DT, level=level)
     for joint in range(7):

@@ -120,20 +120,3 @@ def test_no_attribute_of_a_planner_is_taken_and_ignored(name):
         setattr(planner, name, SET[name])
     assert getattr(planner, name) is before or getattr(planner, name) == before
     assert planner.step(PANDA.neutral, None, target).status is ftqp.StepStatus.OK
-
-
-class Lookalike:
-    def __init__(self, packed, row):
-        self.packed, self.row = packed, row
-
-
-@pytest.mark.parametrize(
-    ("packed", "row"),
-    [(np.zeros(29), row) for row in ("0", 1.5, 2**70, None, -(2**70), np.float64(0.0))]
-    + [("x", 0), (None, None), (np.zeros(3), 0), (b"abc", [])],
-)
-def test_what_only_looks_like_a_target_is_refused_in_a_sentence(packed, row):
-    planner, target = ride()
-    with pytest.raises(ftqp.InputError, match=r"^target"):
-        planner.step(PANDA.neutral, None, Lookalike(packed, row))
-    assert planner.step(PANDA.neutral, None, target).status is ftqp.StepStatus.OK

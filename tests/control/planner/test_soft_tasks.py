@@ -187,14 +187,6 @@ def test_a_larger_weight_comes_nearer_and_none_leaves_the_task_out():
     assert found[2] < 5e-3
 
 
-@pytest.mark.parametrize("backend", ["daqp", "proxqp", "dtrnn"])
-def test_every_backend_gives_the_same_motion(backend):
-    tasks = [ftqp.PositionTask(ELBOW, target=[0.0, 0.1, 0.6], weight=5.0), ftqp.PostureTask()]
-    ends = [run(ftqp.Planner(PANDA, 2e-3, tasks=tasks, backend=one), still(PANDA, PANDA.neutral), 300)[1]
-            for one in ("active_set", backend)]  # fmt: skip
-    np.testing.assert_allclose(ends[1], ends[0], rtol=0, atol=1e-6)
-
-
 def test_a_batch_of_a_planner_whose_task_has_no_place_yet_is_refused():
     planner = ftqp.Planner(PANDA, DT, tasks=[ftqp.PositionTask(ELBOW, name="elbow")])
     targets = ftqp.Targets(PANDA.pose(PANDA.neutral)[None])
