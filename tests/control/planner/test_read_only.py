@@ -103,20 +103,3 @@ def test_what_is_given_to_many_is_frozen(kind):
         "targets": ftqp.Targets(np.stack([np.eye(4)] * 3)),
     }
     assert writable(things[kind], kind) == []
-
-
-SET = {
-    "dt": 0.1, "level": "velocity", "task": ftqp.Task(), "robot": PANDA, "bounds": "jin", "drive": "torque",
-    "posture": PANDA.neutral, "scheme": "man", "emergency": None, "noise": ftqp.Noise(),
-    "faults": {}, "payload": None, "backend": "osqp",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", SET)
-def test_no_attribute_of_a_planner_is_taken_and_ignored(name):
-    planner, target = ride()
-    before = getattr(planner, name)
-    with pytest.raises(AttributeError):
-        setattr(planner, name, SET[name])
-    assert getattr(planner, name) is before or getattr(planner, name) == before
-    assert planner.step(PANDA.neutral, None, target).status is ftqp.StepStatus.OK
