@@ -29,8 +29,7 @@ from bench.wrapped_plant import WrappedPlant
 from joblib import Parallel, delayed
 
 import ftqp
-from ftqp.control.drive.joint_drive import Drive
-from ftqp.control.drive.noise import Noise
+from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.log.metrics import STATUSES
 from ftqp.sim.loop import Simulation

@@ -71,7 +71,7 @@ GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ),
     ),
     "stop": (
-        ("ftqp.kernel.judge.coming_to_rest", "ftqp.kernel.ticks.tick", "ftqp.control.task.emergency"),
+        ("ftqp.kernel.judge.coming_to_rest", "ftqp.kernel.ticks.tick", "ftqp.control.task.task"),
         (
             "tests/kernel/judge/test_coming_to_rest.py",
             "tests/control/task/test_task.py",

@@ -11,7 +11,7 @@ from ftqp.control.drive.computed_torque import ComputedTorque as ComputedTorque
 from ftqp.control.drive.identification import ServoLag as ServoLag
 from ftqp.control.drive.identification import servo_lag as servo_lag
 from ftqp.control.drive.joint_drive import Drive as Drive
-from ftqp.control.drive.noise import Noise as Noise
+from ftqp.control.drive.joint_drive import Noise as Noise
 from ftqp.control.following.goto import GoTo as GoTo
 from ftqp.control.following.goto_status import GoToStatus as GoToStatus
 from ftqp.control.following.path_follower import PathFollower as PathFollower
@@ -45,7 +45,7 @@ from ftqp.control.planner.ways.way_out import WayOut as WayOut
 from ftqp.control.rates import approximate_pinv as approximate_pinv
 from ftqp.control.rates import damping_factor as damping_factor
 from ftqp.control.rates import resolve_rates as resolve_rates
-from ftqp.control.references.tip_limits import TipLimits as TipLimits
+from ftqp.control.references.tip_reference import TipLimits as TipLimits
 from ftqp.control.scene.keeping_clear import Clearance as Clearance
 from ftqp.control.scene.placed_shapes import Scene as Scene
 from ftqp.control.scene.solid_shapes import Box as Box
@@ -58,10 +58,10 @@ from ftqp.control.task import schemes as schemes
 from ftqp.control.task.bounds import Jin as Jin
 from ftqp.control.task.bounds import OneStep as OneStep
 from ftqp.control.task.bounds import Viability as Viability
-from ftqp.control.task.emergency import EmergencyStop as EmergencyStop
 from ftqp.control.task.keep import Keep as Keep
-from ftqp.control.task.own_constraint import OwnConstraint as OwnConstraint
+from ftqp.control.task.keep import TorqueLimits as TorqueLimits
 from ftqp.control.task.own_task import LeastSquares as LeastSquares
+from ftqp.control.task.own_task import OwnConstraint as OwnConstraint
 from ftqp.control.task.own_task import OwnTask as OwnTask
 from ftqp.control.task.resolvers import Damping as Damping
 from ftqp.control.task.scheme import Scheme as Scheme
@@ -73,8 +73,8 @@ from ftqp.control.task.soft_tasks import PositionTask as PositionTask
 from ftqp.control.task.soft_tasks import PostureTask as PostureTask
 from ftqp.control.task.soft_tasks import RelativeTask as RelativeTask
 from ftqp.control.task.task import DirectionalDamping as DirectionalDamping
+from ftqp.control.task.task import EmergencyStop as EmergencyStop
 from ftqp.control.task.task import Task as Task
-from ftqp.control.task.torque_limits import TorqueLimits as TorqueLimits
 from ftqp.core.errors import FtqpError as FtqpError
 from ftqp.core.errors import InputError as InputError
 from ftqp.core.errors import MissingPackage as MissingPackage

@@ -12,8 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ftqp.control.task import task_kinds
-from ftqp.control.task.own_constraint import OwnConstraint
-from ftqp.control.task.own_task import OwnTask
+from ftqp.control.task.own_task import OwnConstraint, OwnTask
 from ftqp.core.setting import REQUIRED, setting
 
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from ftqp.control.drive.joint_drive import Drive
-from ftqp.control.drive.noise import Noise
+from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.control.paths import Circle
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus

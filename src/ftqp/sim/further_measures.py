@@ -9,8 +9,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.running_task import joints_of, joints_off
 from ftqp.control.scene.placed_shapes import CLOUD
 from ftqp.control.task.keep import BOX, CONE, PLANE, Keep
-from ftqp.control.task.own_constraint import OwnConstraint
-from ftqp.control.task.own_task import OwnTask
+from ftqp.control.task.own_task import OwnConstraint, OwnTask
 from ftqp.control.task.soft_tasks import (
     AXES,
     AxisTask,

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.task.own_constraint import OwnConstraint
-from ftqp.control.task.own_task import OwnTask
+from ftqp.control.task.own_task import OwnConstraint, OwnTask
 from ftqp.core.setting import REQUIRED, setting
 
 

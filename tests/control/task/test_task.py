@@ -8,9 +8,8 @@ import pytest
 
 from ftqp.control.task import bounds, schemes
 from ftqp.control.task.bounds import Jin, OneStep, Viability
-from ftqp.control.task.emergency import EmergencyStop
 from ftqp.control.task.scheme import Criterion, Scheme
-from ftqp.control.task.task import DEFAULT_GAINS, Task, axis_frame, checked_gains, row_indices
+from ftqp.control.task.task import DEFAULT_GAINS, EmergencyStop, Task, axis_frame, checked_gains, row_indices
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout import enums as codes
 

@@ -8,7 +8,7 @@ import pytest
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.target import Target
-from ftqp.control.task.torque_limits import TorqueLimits
+from ftqp.control.task.keep import TorqueLimits
 from ftqp.core.errors import InputError, ModelError
 from ftqp.model.audit import Severity
 from ftqp.model.robot import Robot

@@ -27,8 +27,7 @@ from ftqp.checker.model_file import ModelFile
 from ftqp.checker.recovery_law import rest_after
 from ftqp.checker.reference_motion import followable
 from ftqp.checker.trace import KINEMATIC, PHYSICS, Strictness, Trace
-from ftqp.control.task.keep import Keep
-from ftqp.control.task.torque_limits import TorqueLimits
+from ftqp.control.task.keep import Keep, TorqueLimits
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
 from ftqp.core.setting import every_key, keys_of
 from ftqp.model.robot import Robot

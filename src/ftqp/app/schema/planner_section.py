@@ -4,11 +4,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from ftqp.app.schema.reading import Options, Table, options
-from ftqp.control.drive.joint_drive import Drive
-from ftqp.control.drive.noise import Noise
+from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.control.following.stall import StallEscape
-from ftqp.control.task.emergency import EmergencyStop
-from ftqp.control.task.task import Task
+from ftqp.control.task.task import EmergencyStop, Task
 from ftqp.core.errors import InputError
 from ftqp.core.setting import setting
 from ftqp.faults.detection.detector import Detector

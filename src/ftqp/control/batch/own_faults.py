@@ -20,22 +20,12 @@ EXPECTED = "None, a fault, (fault, tick), or a list of those"
 class OwnFaults:
     """Faults by arm, in the form that compiled code takes.
 
-    Args:
-        faults: One entry an arm: ``None``, a fault (told at tick 0), ``(fault, tick)``, or a list of those.
-            None spares every arm.
-        arms: How many arms there are.
-        robot: Theirs.
-        what_ifs: Who knows what follows from a fault.
-
     Attributes:
         events: Tick, index of what is then believed, and joint, (E, 3), by arm, then by tick.
         starts: Where the events of each arm begin, (B + 1,).
         beliefs: What is believed after each event.
         freed: Which joints of which arm swing freely sooner or later, (B, nv) truth values.
         later: Arms that are told of another fault while a joint swings freely, (B,) truth values.
-
-    Raises:
-        InputError: Not one entry an arm, an entry of another kind, or a tick that is no whole number from 0.
     """
 
     def __init__(self, faults: Any, arms: int, robot: Robot, what_ifs: WhatIfs) -> None:

@@ -1,5 +1,6 @@
 """What the arm takes, and with it who closes which loop."""
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, exp, inf, isfinite, sqrt
@@ -7,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.control.drive.noise import Noise
 from ftqp.core.checks import FloatArray, numbers
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.setting import refuse_out_of_range, setting
@@ -65,6 +65,36 @@ REMEMBERED = 0.7
 """What was heard so long ago [s] counts e times less."""
 PATIENCE = 0.02
 """How long a sensor may be refused before the arm is stopped [s]."""
+_LOG = logging.getLogger("ftqp")
+DOUBTFUL = 0.05
+"""Noise of positions above this [rad or m], 3 deg or 5 cm, is no encoder's. A convention."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noise:
+    """Standard deviations of what is measured; zero says that nothing is known.
+
+    Attributes:
+        q: Of joint positions, >= 0 [rad or m]. A larger one lets samples differ more from what is expected
+            and corrects the tip more slowly; where it is stated, a sensor that repeats its number while the
+            joint moves counts as frozen sooner. More than 0.05 is a warning on the logger ``ftqp``.
+        tau: Of joint torques, >= 0 [N m or N].
+
+    Raises:
+        InputError: A number is negative or not finite.
+    """
+
+    q: float = setting(0.0, "of positions, >= 0", unit="rad or m", least=0.0)
+    tau: float = setting(0.0, "of torques, >= 0", unit="N m or N", least=0.0)
+
+    def __post_init__(self) -> None:
+        refuse_out_of_range(self, " of the noise")
+        if self.q > DOUBTFUL:
+            _LOG.warning(
+                "Noise(q=%g) is more than any encoder has, so that nearly every sample is believed; it is a "
+                "standard deviation in rad or m, such as 1e-4: is it in degrees or in counts?",
+                self.q,
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -296,11 +326,6 @@ def observer_of(w: float, most: float, noise: float) -> float:
     and x stays between 1.5 and 5. A slower observer costs less than a softer loop: for as much noise a
     disturbance moves the joint by 0.6 of what it would there.
 
-    Args:
-        w: Stiffness of the loop [1/s].
-        most: Standard deviation of the acceleration [rad/s2 or m/s2].
-        noise: sigma sqrt(dt) of the encoders.
-
     Source: docs/theory/feedback.md, "The observer".
     """
     if noise <= 0.0 or most >= asked(w, OBSERVER_SHARE, noise):
@@ -318,10 +343,6 @@ def felt(rate: float, dt: float) -> float:
     """Standard deviation of the second difference of filtered white noise, by that of the noise [1/s2].
 
     Four poles p in a row answer an impulse by (1 - p)^4 (k + 1)(k + 2)(k + 3)/6 p^k.
-
-    Args:
-        rate: Bandwidth of the filter [1/s].
-        dt: The sampling period [s].
     """
     p, k = exp(-rate * dt), np.arange(ceil(40.0 / (rate * dt)))
     answer = (1.0 - p) ** 4 * (k + 1.0) * (k + 2.0) * (k + 3.0) / 6.0 * p**k

@@ -27,11 +27,6 @@ limits."""
 class Ahead:
     """The rest of a path from one of its times on.
 
-    Args:
-        planner: The planner that is led.
-        path: Its path.
-        progress: The path time from which on it is looked at [s].
-
     Attributes:
         pose: Where it begins, (4, 4).
         progress: When it begins [s].
@@ -76,14 +71,7 @@ class Ahead:
     def along(
         self, q: FloatArray, begin: float, end: float, longest: float
     ) -> Generator[None, None, FloatArray | None]:
-        """The postures that follow the path from one of its times to another, (k, nv); None where it ends.
-
-        Args:
-            q: The posture at the first time, (nv,) [rad or m], which is none of them.
-            begin: The first time [s].
-            end: The second one, before it or after [s].
-            longest: No joint goes farther than this from one posture to the next [rad or m].
-        """
+        """The postures that follow the path from one of its times to another, (k, nv); None where it ends."""
         assert self._search is not None
         gap = max(self._gap, self.duration / SAMPLES)
         times = np.linspace(begin, end, int(np.ceil(abs(end - begin) / gap - 1e-9)) + 1)[1:]
@@ -98,11 +86,7 @@ class Ahead:
         return np.array(gone[1:]).reshape(-1, len(q))
 
     def near(self, q: FloatArray) -> Iterator[tuple[FloatArray, float, bool]]:
-        """Postures that follow the rest of the path as nearly as they can, its times, and whether they do.
-
-        Args:
-            q: Where the arm is, (nv,) [rad or m].
-        """
+        """Postures that follow the rest of the path as nearly as they can, its times, and whether they do."""
         assert self._search is not None
         for k in range(1, len(self._poses)):
             q, there = self._search.nearest(q, self._poses[k])
@@ -114,11 +98,6 @@ class Ahead:
         """The share of the rest of the path along which the joints can follow it from a posture.
 
         Newton steps go from place to place, within the limits and clear of what the planner keeps clear of.
-
-        Args:
-            q: The posture, (nv,) [rad or m].
-            search: Whose Newton steps; None takes those of ``begin``.
-            time: Where on the path it is [s]; None is where it was left. What is before counts as followed.
         """
         search = self._search if search is None else search
         assert search is not None

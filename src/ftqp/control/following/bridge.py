@@ -25,12 +25,6 @@ ARRIVED: Final = 1e-4
 class Bridge:
     """Thinks of a bridge, a piece in every tick, while the tip waits, and leads the joints over it.
 
-    Args:
-        planner: The planner that is led.
-        path: Its path.
-        progress: The path time at which it is blocked [s].
-        leave: How far the tip may leave the path [m]; inf is anywhere.
-
     Attributes:
         leads: Whether the joints are led, and not the tip along its path.
         done: Whether the arm is where the path goes on.

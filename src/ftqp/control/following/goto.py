@@ -5,9 +5,11 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.following.approach import HELD_BACK, PATIENCE, Approach
 from ftqp.control.following.goto_status import (
+    HELD_BACK,
     ONLY_THE_TIP,
+    PATIENCE,
+    Approach,
     GoToStatus,
     fastest,
     is_held,
@@ -27,7 +29,7 @@ from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.ways.way_out import WayOut
 from ftqp.control.references.jerk_limit import RISE_TIME
-from ftqp.control.references.tip_limits import TipLimits
+from ftqp.control.references.tip_reference import TipLimits
 from ftqp.core.checks import FloatArray, frozen, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed

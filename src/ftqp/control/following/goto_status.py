@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from enum import Enum
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
@@ -16,6 +16,18 @@ from ftqp.model.robot import Robot
 
 ONLY_THE_TIP = "the tip is at its goal, while the scheme goes on moving the joints"
 """The sentence of a pose that is reached where the joints do not come to rest."""
+PATIENCE = 1.0
+"""An arm that comes no nearer and is slow for so long rests as near as it gets; its pace is taken over as
+long, too [s]."""
+NEARER = 0.02
+"""Share of the distance, and of the tolerance, that counts as coming nearer."""
+SLOW = 0.02
+"""An arm whose joints are all slower than this share of their limit is slow. What these do stands in
+docs/theory/ways-to-a-goal.md, "When the arm has arrived"."""
+HELD_BACK = 0.5
+"""An arm that is more than this share of the leash behind its reference holds it back. A guess that
+`python benchmarks/peers_in_physics.py` has not contradicted: there creeping arms are 0.9 to 1.1 leashes
+behind, and those that follow less than 0.2."""
 
 
 class GoToStatus(Enum):
@@ -28,13 +40,7 @@ class GoToStatus(Enum):
 
 
 def missed_by(position: float, rotation: float, tolerances: tuple[float, float]) -> str:
-    """By how much a frame misses its goal, in words; empty where it does not.
-
-    Args:
-        position: How far it is [m].
-        rotation: How far it is turned [rad].
-        tolerances: What counts as missing [m], [rad].
-    """
+    """By how much a frame misses its goal, in words; empty where it does not."""
     parts = (
         (position > tolerances[0], f"{1e3 * position:.3g} mm"),
         (rotation > tolerances[1], f"{rotation:.3g} rad"),
@@ -43,14 +49,7 @@ def missed_by(position: float, rotation: float, tolerances: tuple[float, float])
 
 
 def missed_joints(robot: Robot, way: FloatArray, faults: Mapping[str, Fault], tolerance: float) -> list[str]:
-    """Which joints miss their goal, and by how much.
-
-    Args:
-        robot: The arm.
-        way: What is left of the way of every joint, (nv,) [rad or m].
-        faults: Those that are believed, by joint.
-        tolerance: What counts as missing [rad or m].
-    """
+    """Which joints miss their goal, and by how much."""
     return [
         f"{joint}{_in_brackets(faults.get(joint))} by {abs(left):.3g} {'m' if slides else 'rad'}"
         for joint, left, slides in zip(robot.joints, way, robot.chain.prismatic, strict=True)
@@ -90,3 +89,68 @@ def fastest(view: PlannerView) -> float:
 
 def _in_brackets(fault: Any) -> str:
     return "" if fault is None else f" ({fault.kind.replace('_', '-')})"
+
+
+@final
+class Approach:
+    """What a motion to a goal remembers of its distances, tick by tick.
+
+    Attributes:
+        left: How long the rest of the way takes at the pace of the last second [s]; 0 while that is not
+            known, or the reference is not held back.
+    """
+
+    __slots__ = ("_best", "_dt", "_held", "_marked", "_per_mark", "_since", "_slow", "_there", "left")
+
+    def __init__(self, dt: float) -> None:
+        self._dt, self._per_mark = dt, max(1, round(PATIENCE / dt))
+        self.begin()
+
+    def begin(self) -> None:
+        """Another way begins."""
+        self._best, self.left, self._marked = np.inf, 0.0, np.inf
+        self._since = self._slow = self._there = self._held = 0
+
+    def rests_from_now(self) -> None:
+        """Wait anew for the arm to come nearer, and to be slow."""
+        self._since = self._slow = 0
+
+    def waits_from_now(self) -> None:
+        """Wait anew for the arm to come nearer."""
+        self._since = 0
+
+    def look(self, speed: float, is_there: bool) -> None:
+        """A tick: the largest speed of a joint, as a share of its limit, and whether the goal is met."""
+        self._slow = self._slow + 1 if speed < SLOW else 0
+        self._there = self._there + 1 if is_there else 0
+
+    def is_nearer(self, distance: float, held_back: bool) -> bool:
+        """Whether a distance is less than all before, by enough; it is counted since when none was."""
+        self._held = self._held + 1 if held_back else 0
+        if not held_back:
+            self._marked, self.left = np.inf, 0.0
+        elif self._held % self._per_mark == 1 % self._per_mark:
+            gained = self._marked - distance
+            if np.isfinite(self._marked):
+                self.left = PATIENCE * distance / gained if gained > 0.0 else np.inf
+            self._marked = distance
+        if distance < self._best - NEARER * min(self._best, 1.0 + distance) or self._best == np.inf:
+            self._best, self._since = distance, 0
+            return True
+        self._since += 1
+        return False
+
+    @property
+    def waited(self) -> float:
+        """How long the arm has come no nearer [s]."""
+        return self._since * self._dt
+
+    @property
+    def stood(self) -> float:
+        """How long it has come no nearer and been slow [s]."""
+        return min(self._since, self._slow) * self._dt
+
+    @property
+    def stayed(self) -> float:
+        """How long it has been at its goal [s]."""
+        return self._there * self._dt

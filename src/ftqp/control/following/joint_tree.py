@@ -25,12 +25,6 @@ def passing(passable: Passable, begin: FloatArray, end: FloatArray, effort: floa
     """Look at the straight way of the joints, a few places at a time: whether it is passable.
 
     Its end counts, its begin does not.
-
-    Args:
-        passable: Where the arm may be.
-        begin: (nv,) [rad or m].
-        end: (nv,) [rad or m].
-        effort: The largest share of a torque limit that may hold the arm on it.
     """
     count = max(1, int(np.ceil(float(np.abs(end - begin).max()) / passable.spacing)))
     share = (np.arange(count) + 1.0)[:, None] / count
@@ -49,16 +43,6 @@ class JointTree:
     One tree grows from either posture. In turn, one grows an edge towards a random place, and the other one
     as far as it gets towards the end of that edge; where they meet there is a way, which is then made
     straighter.
-
-    Args:
-        passable: Where the arm may be.
-        begin: Where the arm is, (nv,) [rad or m].
-        goal: Where it shall go, (nv,) [rad or m].
-        moves: Joints that work, (nv,).
-        low: Lower ends of what is searched, (nv,) [rad or m].
-        high: Upper ones.
-        effort: The largest share of a torque limit that may hold the arm.
-        seed: Of the random places.
 
     Attributes:
         way: The places to go to one after the other, the last one is the goal, (k, nv); None while there is

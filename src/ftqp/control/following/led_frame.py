@@ -88,16 +88,7 @@ class FrameOfTip:
 
 @final
 class FrameOfTask:
-    """The frame of a further task of a planner, ``PoseTask`` or ``PositionTask``.
-
-    Args:
-        planner: The planner.
-        view: Its view.
-        name: What the task is called.
-
-    Raises:
-        InputError: There is no such task, or it is of another kind.
-    """
+    """The frame of a further task of a planner, ``PoseTask`` or ``PositionTask``."""
 
     def __init__(self, planner: Planner, view: PlannerView, name: str) -> None:
         self._planner, self._view, self._name = planner, view, name

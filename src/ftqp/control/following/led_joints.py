@@ -19,14 +19,6 @@ class LedJoints:
 
     It is planned from the last command, anew at the very tick at which the belief in a joint or a limit
     changes, or ``planner.pace``, so that position and velocity go on without a jump.
-
-    Args:
-        planner: The planner that is led.
-        goal: The posture to go to, (nv,) [rad or m].
-        rise_time: How long an acceleration takes to reach its limit, > 0 [s].
-        meant: Where the tip is meant to be meanwhile, (4, 4), see ``Planner.lead``.
-        whole: Whether every motion begins with the whole task. Without, rows of it that were given up stay so
-            behind the motion, until they can be held.
     """
 
     def __init__(
@@ -55,11 +47,7 @@ class LedJoints:
             self.view.keep_rows()
 
     def aim(self, goal: FloatArray) -> None:
-        """Go to another posture from the next step on.
-
-        Args:
-            goal: (nv,) [rad or m].
-        """
+        """Go to another posture from the next step on."""
         self._motion.goal = goal
         self.begin()
 
@@ -74,11 +62,7 @@ class LedJoints:
         return self.way_from(self.view.command.q)
 
     def way_from(self, q: FloatArray) -> FloatArray:
-        """From joint positions to the goal, (nv,) [rad or m]; for a continuous joint the short way round.
-
-        Args:
-            q: Joint positions, (nv,) [rad or m].
-        """
+        """From joint positions to the goal, (nv,) [rad or m]; for a continuous joint the short way round."""
         return self._motion.way_from(q)
 
     def step(self, q: Any, v: Any, tau: Any, tip: Any) -> Step:

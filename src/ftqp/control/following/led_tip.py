@@ -10,8 +10,7 @@ from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, target_on
 from ftqp.control.planner.task_reports import TIP
-from ftqp.control.references.tip_limits import TipLimits
-from ftqp.control.references.tip_reference import TipReference
+from ftqp.control.references.tip_reference import TipLimits, TipReference
 from ftqp.core.checks import FloatArray, seen
 from ftqp.core.pose import rotation_vector
 from ftqp.kernel.layout.enums import HELD, INVALID_INPUT, STOPPED, STOPPING
@@ -33,15 +32,6 @@ class LedTip:
 
     The reference begins where the command is and as fast. Where the tip stays behind by more than a leash,
     it is drawn back to the leash and is no faster than the tip, so that nothing winds up.
-
-    Args:
-        planner: The planner that is led.
-        limits: How fast the reference may move.
-        task: The further task whose frame is led; None is that of the tip.
-        whole: Whether all rows of the task are asked for, however long they cannot be held.
-
-    Raises:
-        InputError: There is no such task, or it follows no pose.
     """
 
     def __init__(
@@ -77,21 +67,7 @@ class LedTip:
         waits: bool = True,
         beside: Any = None,
     ) -> Step:
-        """A step with the reference on its way.
-
-        Args:
-            q: The measured configuration.
-            v: The measured velocity.
-            pose: Where the reference goes, (4, 4); None goes along the twist.
-            twist: How fast the goal moves, or the reference, (6,); zero without a pose lets the reference
-                come to rest and stand, so that the arm does, too.
-            tau: The measured torque, or None.
-            tip: The measured pose of the tip, or None.
-            waits: Whether the reference waits for the arm on its leash; else it goes on without it, and that
-                is no emergency.
-            beside: What the other tasks are to do, a table of targets, or of the tip alone its target; None
-                lets them be.
-        """
+        """A step with the reference on its way."""
         planner, view, reference = self.planner, self.view, self.reference
         if self._begun != view.ticks and view.is_reset:
             now = self.frame.state_at(view.command)

@@ -74,11 +74,6 @@ class OnTheSpot:
     back along it first, by as much as drawn, and the tip may leave it: directions in which it hardly moves
     count as self-motions, and what leads out of the tube is led back onto the path.
 
-    Args:
-        planner: The planner that is led.
-        ahead: The rest of its path.
-        tube: Where the tip stays meanwhile; None is on the spot.
-
     Attributes:
         is_over: Whether nothing more will be thought of.
         way: Postures to go to one after the other, (k, nv) [rad or m]; None while there is none.
@@ -130,11 +125,7 @@ class OnTheSpot:
             self.is_over = next(self._pieces, False) is False and self.way is None
 
     def drive(self, dt: float) -> FloatArray | None:
-        """Velocities that lead the joints on along the way, (nv,) [rad/s or m/s]; None where it is over.
-
-        Args:
-            dt: The time since the last call [s].
-        """
+        """Velocities that lead the joints on along the way, (nv,) [rad/s or m/s]; None where it is over."""
         assert self.way is not None
         view = self._view
         working = view.working

@@ -48,12 +48,6 @@ class OtherWays:
     joints to each is looked at, the soonest first, and then ways round, by ``JointTree``. The same ticks
     give the same ways.
 
-    Args:
-        planner: The planner that is led.
-        pose: The goal, (4, 4).
-        reach: Asks of a posture, piece by piece, what it is worth, from 0 to 1; those that are worth most are
-            gone to first, and those below 0.02 not at all. None takes all of them for alike.
-
     Attributes:
         search: The search for postures; None for arms that have none: with branches, or floating.
 

@@ -8,9 +8,8 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.following.ahead import Ahead
-from ftqp.control.following.blockage import Blockage
+from ftqp.control.following.blockage import PIECE, Blockage, fewer_rows_hold
 from ftqp.control.following.bridge import Bridge
-from ftqp.control.following.fewer_rows import PIECE, fewer_rows_hold
 from ftqp.control.following.on_the_spot import OnTheSpot
 from ftqp.control.following.path_intervals import path_table
 from ftqp.control.following.stall import StallEscape

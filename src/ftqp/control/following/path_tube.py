@@ -30,11 +30,6 @@ class PathTube:
     The tip is within it where its place is nowhere farther from the path than ``leave``, and its rotation, as
     far as the task has rows for it, not farther than ``leave`` over the characteristic length.
 
-    Args:
-        planner: The planner that is led.
-        path: Its path.
-        leave: How far the tip may leave it, > 0 and finite [m].
-
     Attributes:
         stride: Longest straight way of the joints within it [rad or m].
         slack: Joints may go along directions that move the tip by less than this, per radian [m].
@@ -58,11 +53,7 @@ class PathTube:
         self.spacing, self.slack = self.stride / FINER, self._leave / self.stride
 
     def room(self, places: FloatArray) -> FloatArray:
-        """How far the tip is from the walls, (k,) [m]; positive inside.
-
-        Args:
-            places: Joint positions, (k, nv) [rad or m].
-        """
+        """How far the tip is from the walls, (k,) [m]; positive inside."""
         poses = self._view.poses(places)
         at, share, away = self._nearest(poses[:, :3, 3])
         room: FloatArray = self._leave - away
@@ -77,21 +68,12 @@ class PathTube:
         return room
 
     def time_of(self, q: FloatArray) -> float:
-        """The path time of the place that is nearest to the tip [s].
-
-        Args:
-            q: Joint positions, (nv,) [rad or m].
-        """
+        """The path time of the place that is nearest to the tip [s]."""
         at, share, _ = self._nearest(self._view.poses(q[None])[:, :3, 3])
         return float(self._times[at[0]] + share[0] * (self._times[at[0] + 1] - self._times[at[0]]))
 
     def onto(self, q: FloatArray, search: PostureSearch) -> FloatArray | None:
-        """The posture near by with the tip on the path, where that comes nearest; None where there is none.
-
-        Args:
-            q: Joint positions, (nv,) [rad or m].
-            search: Whose Newton steps.
-        """
+        """The posture near by with the tip on the path where that comes nearest; None without one."""
         return search.along(q, self._path.sample(self.time_of(q)).pose[0])
 
     def _nearest(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

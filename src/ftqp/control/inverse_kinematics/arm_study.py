@@ -24,15 +24,7 @@ SPAN_BY_LENGTH = 6.0
 def robot_session(
     robot: Robot, indices: Sequence[int], *, limited: bool = True, step: float = STEP, axis: bool = False
 ) -> StudySession:
-    """Studies of an arm with some task rows.
-
-    Args:
-        robot: The arm.
-        indices: Which of x, y, z, rx, ry, rz count, (m,).
-        limited: Whether joints that turn have their limits; without, their values count modulo one turn.
-        step: Largest step of a traced curve [rad or m].
-        axis: Whether rx and ry are the shortest turn of the tool's z axis.
-    """
+    """Studies of an arm with some task rows."""
     robot.refuse_tree("a study of an arm's postures needs")
     limits, slides = robot.limits, robot.chain.prismatic
     kept = slides | limited

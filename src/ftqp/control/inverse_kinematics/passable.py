@@ -48,14 +48,6 @@ class Surrounded(Protocol):
 class Passable:
     """Asks of places whether the arm may stand there; the one door for all who look ahead on a motion.
 
-    Args:
-        robot: The arm with its load.
-        tau_max: Torque limits as believed, (nv,) [N m or N]; inf is none.
-        counts: Which motors have to hold the arm, (nv,): a joint that has failed holds itself.
-        keeps: Points and axes that are kept on their sides.
-        surrounded: Who knows how near the arm is to itself and to its scene; None where nobody does.
-        walled: What the tip is to stay in; None is anywhere.
-
     Attributes:
         spacing: Places of a way that are looked at are nearer to each other than this [rad or m].
         looks_around: Whether there is anything that the arm must not meet, or a side to be on.
@@ -82,11 +74,7 @@ class Passable:
         self._arm = ArmSession(robot.chain.constants())
 
     def effort(self, places: FloatArray) -> FloatArray:
-        """The largest share of a torque limit that holds the arm at rest at each place, (k,).
-
-        Args:
-            places: Joint positions, (k, nv) [rad or m].
-        """
+        """The largest share of a torque limit that holds the arm at rest at each place, (k,)."""
         if not self._weighs:
             return np.zeros(len(places))
         arm, n = self._arm, self._robot.nv
@@ -97,30 +85,16 @@ class Passable:
         return share
 
     def base_wrenches(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """The force and the torque that the base bears on a motion, (k, 2) [N, N m]; 0 without masses.
-
-        Args:
-            q: Joint positions, (k, nv) [rad or m].
-            v: Their velocities, (k, nv).
-            a: Their accelerations, (k, nv).
-        """
+        """The force and the torque that the base bears on a motion, (k, 2) [N, N m]; 0 without masses."""
         return base_wrenches(self._robot, q, v, a) if self._robot.has_inertia else np.zeros((len(q), 2))
 
     def clearance(self, places: FloatArray) -> FloatArray:
-        """The least distance of two bodies, and from what points are kept from, (k,) [m, of a cone rad].
-
-        Args:
-            places: Joint positions, (k, nv) [rad or m].
-        """
+        """The least distance of two bodies, and from what points are kept from, (k,) [m, of a cone rad]."""
         kept, apart = self._kept(places), self._apart(places)
         return np.minimum(kept, apart)
 
     def room(self, places: FloatArray) -> FloatArray:
-        """The same, less what bodies have to be apart: positive where the arm may be, (k,).
-
-        Args:
-            places: Joint positions, (k, nv) [rad or m].
-        """
+        """The same, less what bodies have to be apart: positive where the arm may be, (k,)."""
         kept, apart = self._kept(places), self._apart(places)
         room = np.minimum(kept, apart - self._least)
         return room if self._walled is None else np.minimum(room, self._walled.room(places))
@@ -142,11 +116,6 @@ class Passable:
         return free
 
     def at(self, places: FloatArray, effort: float = HELD) -> BoolArray:
-        """Whether the arm may be at each place, (k,).
-
-        Args:
-            places: Joint positions, (k, nv) [rad or m].
-            effort: The largest share of a torque limit that may hold it.
-        """
+        """Whether the arm may be at each place, (k,)."""
         good: BoolArray = (self.effort(places) <= effort) & (self.room(places) > 0.0)
         return good

@@ -63,15 +63,6 @@ class PostureSearch:
     dq = V diag(sigma/(sigma² + 0.05 |e|²)) U' e over the joints that work, each stopped at its limits.
     The kernel makes them; a start takes about 0.15 ms for seven joints.
 
-    Args:
-        robot: The arm with its load and tool.
-        pose: The goal, (4, 4), or a point, (2,) or (3,) [m], for rows without rotation.
-        rows: ``"pose"``, ``"position"``, ``"position_axis"`` or names of rows.
-        axis: The tool axis in the tip frame, (3,), for ``position_axis``.
-
-    Raises:
-        InputError: The rows are unknown, the goal does not fit them, or the robot has branches.
-
     Source: docs/theory/ways-out.md.
     """
 
@@ -96,15 +87,7 @@ class PostureSearch:
         q_max: FloatArray,
         seed: int = 0,
     ) -> None:
-        """Begin anew.
-
-        Args:
-            near: Where the arm is, (nv,) [rad or m]: the first start, and the place of joints that failed.
-            working: Which joints work, (nv,).
-            q_min: The lower limits that are left, (nv,) [rad or m].
-            q_max: The same above.
-            seed: Of the random starts; the same seed gives the same postures.
-        """
+        """Begin anew."""
         study, n = self._session.S.study, self.robot.nv
         self._near, self._working = near.copy(), working.copy()
         self._low, self._high = q_min.copy(), q_max.copy()
@@ -131,12 +114,7 @@ class PostureSearch:
         return len(self.q) - known
 
     def thin(self, count: int, v_max: FloatArray) -> None:
-        """Keep so many of the postures that were found, spread, the soonest among them.
-
-        Args:
-            count: At most.
-            v_max: Speed limits as believed, (nv,) [rad/s or m/s].
-        """
+        """Keep so many of the postures that were found, spread, the soonest among them."""
         if len(self.q) > count:
             chosen = _spread(self.q, int(np.argmin(self._times(v_max))), count)
             self.q, self._sigma = self.q[chosen], self._sigma[chosen]
@@ -148,21 +126,12 @@ class PostureSearch:
         return times
 
     def along(self, q: FloatArray, pose: FloatArray) -> FloatArray | None:
-        """The posture that Newton steps reach from q at a pose near by, if it is within the limits.
-
-        Args:
-            q: Where the joints are, (nv,) [rad or m].
-            pose: Where the tip shall be, (4, 4).
-        """
+        """The posture that Newton steps reach from q at a pose near by, if it is within the limits."""
         found, left, _ = self._session.solutions(q[None], (pose @ self._tool)[None], near=True)
         return found[0] if self._good(found, left)[0] else None
 
     def nearest(self, q: FloatArray, pose: FloatArray) -> tuple[FloatArray, bool]:
         """The posture within the limits whose tip is nearest to a pose near by, and whether it is there.
-
-        Args:
-            q: Where the joints are, (nv,) [rad or m].
-            pose: Where the tip shall be as nearly as can be, (4, 4).
 
         Source: Levenberg and Marquardt's steps, Nocedal and Wright 2006, section 10.3.
         """
@@ -193,14 +162,7 @@ class PostureSearch:
     def sideways(
         self, q: FloatArray, way: FloatArray, longest: float, slack: float = 0.0
     ) -> FloatArray | None:
-        """What of a way a self-motion at a posture makes, (nv,) [rad or m]; None where there is none.
-
-        Args:
-            q: The posture, (nv,) [rad or m].
-            way: Where to, (nv,) [rad or m].
-            longest: No joint goes farther than this [rad or m].
-            slack: Directions that move the tip by less than this, per radian, count as self-motions, too [m].
-        """
+        """What of a way a self-motion at a posture makes, (nv,) [rad or m]; None where there is none."""
         at = self._working
         A = self._session.values(q[None])[1][0][:, at]
         _, sigma, V = np.linalg.svd(A)
@@ -253,12 +215,6 @@ class PostureSearch:
         """So many of the postures that were found, spread, and in the order of time or of room to limits.
 
         The first is the nearest one, each next one is the farthest from those that were chosen.
-
-        Args:
-            count: At most.
-            passable: Where the arm may be.
-            v_max: Speed limits as believed, (nv,) [rad/s or m/s].
-            ordered: Whether the times count, from ``near``; else the room to limits does, the most first.
         """
         if not len(self.q):
             return ()

@@ -150,10 +150,6 @@ def noise_gain(gain: float = 1.0, lowpass: float | None = None) -> float:
 
     It is k_c/(2 - k_c) without observer. With it the noise passes (b0 - b1 z^-1)/((1 - (1-a) z^-1)(1 -
     (1-k_c) z^-1)), b0 = k_c + a, b1 = k_c (1 - a) + a; at k_c = 1 that is (2 + 3a)/(2 - a).
-
-    Args:
-        gain: The loop's gain k_c, in (0, 2). A larger one passes more noise.
-        lowpass: The factor a of the observer, in (0, 1], or None without one. A larger one passes more noise.
     """
     k_c = checked_gain(gain)
     if lowpass is None:
@@ -171,14 +167,6 @@ def best_lowpass(noise: float, acceleration: float, dt: float, gain: float = 1.0
     Noise leaves noise^2 noise_gain(k_c, a), a steady acceleration A of the base the lag A dt^2/(a k_c). The
     sum of the first and the square of the second is least, at k_c = 1, where a^(3/2) = (1 - a/2) A
     dt^2/noise; without a solution below 1, a = 1.
-
-    Args:
-        noise: Standard deviation of the measured tip position along each axis, > 0 [m]. A larger one gives a
-            smaller factor.
-        acceleration: Acceleration of the tip by the base, rms of each axis, > 0 [m/s2]. A larger one gives a
-            larger factor.
-        dt: Sampling period, > 0 [s].
-        gain: The loop's gain k_c, in (0, 2).
     """
     sigma, k_c = positive("noise", noise, "m"), checked_gain(gain)
     moved = positive("acceleration", acceleration, "m/s2") * positive("dt", dt, "s") ** 2
@@ -201,10 +189,6 @@ def decay(gain: float, alpha: float) -> float:
     """Factor by which the slowest part of the error shrinks in one sample.
 
     max(|1 - k_c|, |1 - k_c e^(i alpha)|)
-
-    Args:
-        gain: k_c.
-        alpha: Angle between the true and the believed attitude of the base [rad].
     """
     k_c = non_negative("gain", gain)
     return max(abs(1.0 - k_c), abs(1.0 - k_c * exp(1j * float(alpha))))

@@ -2,13 +2,8 @@
 
 from collections.abc import Mapping
 
-from ftqp.control.paths.circle import Circle
-from ftqp.control.paths.hold import Hold
-from ftqp.control.paths.line import Line
-from ftqp.control.paths.lissajous import Lissajous
+from ftqp.control.paths.figures import Circle, Hold, Line, Lissajous, PointToPoint, Square
 from ftqp.control.paths.path import Path, PathSample, mean_acceleration
-from ftqp.control.paths.point_to_point import PointToPoint
-from ftqp.control.paths.square import Square
 from ftqp.control.paths.waypoints import Waypoints
 
 KINDS: Mapping[str, type[Path]] = {

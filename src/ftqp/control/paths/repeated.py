@@ -20,10 +20,6 @@ class Repeated(Path):
     A closed path of duration T is at t where it was at t mod T. One that is not closed is followed to its end
     and back: at t in (T, 2T] it is where it was at 2T - t and moves the other way.
 
-    Args:
-        path: What is repeated.
-        laps: How many times, > 0; there and back is one.
-
     Attributes:
         lap: How long a lap takes [s].
         closed: Whether the path ends where it begins.
@@ -55,11 +51,7 @@ class Repeated(Path):
 
 @final
 class Backwards(Path):
-    """A path from its end to its start, through the same poses in the same time.
-
-    Args:
-        path: What is turned round.
-    """
+    """A path from its end to its start, through the same poses in the same time."""
 
     __slots__ = ("_path",)
 

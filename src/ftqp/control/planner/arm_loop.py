@@ -6,8 +6,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.drive.joint_drive import Drive, by_name
-from ftqp.control.drive.noise import Noise
+from ftqp.control.drive.joint_drive import Drive, Noise, by_name
 from ftqp.control.planner.status import REPEATS, STOP_REASONS
 from ftqp.control.planner.step_parts import Pairs
 from ftqp.core.checks import FloatArray

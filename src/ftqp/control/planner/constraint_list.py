@@ -10,9 +10,8 @@ import numpy as np
 
 from ftqp.control.planner.filled_rows import Pace, resting, seen_of, tried
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
-from ftqp.control.task.keep import CONE, Keep, Side
-from ftqp.control.task.own_constraint import OwnConstraint
-from ftqp.control.task.torque_limits import TorqueLimits
+from ftqp.control.task.keep import CONE, Keep, Side, TorqueLimits
+from ftqp.control.task.own_task import OwnConstraint
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session

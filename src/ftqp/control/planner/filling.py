@@ -2,11 +2,17 @@
 
 import numpy as np
 
-from ftqp.control.drive.joint_drive import BRAKES, KINDS, Drive
-from ftqp.control.drive.noise import Noise
+from ftqp.control.drive.joint_drive import BRAKES, KINDS, Drive, Noise
 from ftqp.control.task.bounds import Bounds, Jin
-from ftqp.control.task.emergency import EmergencyStop
-from ftqp.control.task.task import MODES, PRIORITIES, Task, axis_frame, checked_gains, row_indices
+from ftqp.control.task.task import (
+    MODES,
+    PRIORITIES,
+    EmergencyStop,
+    Task,
+    axis_frame,
+    checked_gains,
+    row_indices,
+)
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.criteria import COEFFICIENTS, Criterion
 from ftqp.kernel.layout.enums import HISTORY, Level

@@ -6,8 +6,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from ftqp.control.drive.joint_drive import Drive
-from ftqp.control.drive.noise import Noise
+from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.braking_reserve import braking_reserve
 from ftqp.control.planner.closed_loop import Blocks
@@ -49,11 +48,10 @@ from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
-from ftqp.control.task.emergency import EmergencyStop
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.soft_tasks import SoftTask
-from ftqp.control.task.task import Task
+from ftqp.control.task.task import EmergencyStop, Task
 from ftqp.core.checks import FloatArray, instance
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError

@@ -5,8 +5,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.drive.joint_drive import Drive
-from ftqp.control.drive.noise import Noise
+from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.control.inverse_kinematics.passable import Passable, Walled
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.constraint_list import Constraints
@@ -21,11 +20,10 @@ from ftqp.control.planner.wanted import Wanted
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
 from ftqp.control.task.bounds import Bounds
-from ftqp.control.task.emergency import EmergencyStop
 from ftqp.control.task.keep import Keep
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
-from ftqp.control.task.task import Task
+from ftqp.control.task.task import EmergencyStop, Task
 from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import Fixed

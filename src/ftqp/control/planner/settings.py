@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.control.drive.joint_drive import Drive
-from ftqp.control.drive.noise import Noise
+from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.control.planner.arm_loop import accepted_drive
 from ftqp.control.planner.filling import LEVELS
 from ftqp.control.planner.leading_plan import LeadingPlan, plan_for
@@ -18,10 +17,9 @@ from ftqp.control.task import bounds as bound_conversions
 from ftqp.control.task import schemes
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
-from ftqp.control.task.emergency import EmergencyStop
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
-from ftqp.control.task.task import Task
+from ftqp.control.task.task import EmergencyStop, Task
 from ftqp.core.checks import FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError, ModelError, nearest
 from ftqp.kernel.layout.enums import JOINTS

@@ -33,9 +33,6 @@ class Motion:
     A state beyond the limits is brought within them first. Where all coordinates can share one time law the
     motion is straight, else they arrive at the same time.
 
-    Args:
-        size: The number of coordinates.
-
     Source: Berscheid 2021, whose library ``ruckig`` computes the profiles.
     """
 
@@ -58,16 +55,7 @@ class Motion:
         *,
         goal_v: FloatArray | None = None,
     ) -> bool:
-        """Plan the motion to a place, and say whether there is one; else the motion brakes to rest.
-
-        Args:
-            state: Where the motion begins.
-            goal: Where it ends, (n,).
-            v_max: Largest speed of each coordinate, > 0, (n,).
-            a_max: Largest acceleration, > 0 and finite, (n,).
-            jerk: Largest jerk, > 0 and finite, (n,).
-            goal_v: The velocity at the end, (n,), cut to ``v_max``; None is rest.
-        """
+        """Plan the motion to a place, and say whether there is one; else the motion brakes to rest."""
         top = np.minimum(v_max, ENDLESS)
         end = np.zeros(len(goal)) if goal_v is None else np.clip(goal_v, -TOUCHING * top, TOUCHING * top)
         given = self._input
@@ -81,14 +69,7 @@ class Motion:
     def brake(
         self, state: State, a_max: FloatArray, jerk: FloatArray, velocity: FloatArray | None = None
     ) -> None:
-        """Plan the change to a velocity, wherever it happens.
-
-        Args:
-            state: Where the motion begins.
-            a_max: Largest acceleration of each coordinate, > 0, (n,).
-            jerk: Largest jerk, > 0, (n,).
-            velocity: The velocity at the end, (n,), which then stays; None is rest.
-        """
+        """Plan the change to a velocity, wherever it happens."""
         given = self._input
         given.control_interface = ruckig.ControlInterface.Velocity
         end = np.zeros(len(state.q)) if velocity is None else velocity

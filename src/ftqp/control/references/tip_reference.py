@@ -1,13 +1,13 @@
 """A pose that moves towards another, or along a twist, with limited speed, acceleration and jerk."""
 
+from dataclasses import dataclass
 from math import sqrt
 from typing import final
 
 import numpy as np
 
-from ftqp.control.references.jerk_limit import Motion, State
-from ftqp.control.references.tip_limits import TipLimits
-from ftqp.core.checks import FloatArray
+from ftqp.control.references.jerk_limit import RISE_TIME, Motion, State
+from ftqp.core.checks import FloatArray, positive
 from ftqp.core.pose import rotation_exp, rotation_vector, skew
 
 LEAST_SHARE = 0.2
@@ -23,6 +23,39 @@ BEND_STEP = 1e-4
 curvature's change, and rounding leaves 1e-12 of it."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TipLimits:
+    """Limits of the reference that leads the tip to a goal; the arm's own limits hold beside them.
+
+    Args:
+        speed: The largest linear speed, > 0 [m/s]. A larger one arrives sooner.
+        acceleration: The largest linear acceleration, > 0 [m/s2]. A larger one starts and brakes harder.
+        turn: The largest angular speed, > 0 [rad/s].
+        turn_acceleration: The largest angular acceleration, > 0 [rad/s2].
+        rise_time: How long an acceleration takes to reach its limit, > 0 [s], which limits the jerk. A longer
+            one is softer and later.
+
+    Raises:
+        InputError: A limit is not positive or not finite.
+    """
+
+    speed: float = 0.5
+    acceleration: float = 2.0
+    turn: float = 1.5
+    turn_acceleration: float = 6.0
+    rise_time: float = RISE_TIME
+
+    def __post_init__(self) -> None:
+        for name, unit in (
+            ("speed", "m/s"),
+            ("acceleration", "m/s2"),
+            ("turn", "rad/s"),
+            ("turn_acceleration", "rad/s2"),
+            ("rise_time", "s"),
+        ):
+            positive(name, getattr(self, name), unit)
+
+
 @final
 class TipReference:
     """Place, velocity and acceleration of a reference of the tip.
@@ -30,10 +63,6 @@ class TipReference:
     Position and rotation vector x = (p, xi), R = exp(xi) R_0, move as six coordinates of a ``Motion``. Each
     has a share s_i of its limit with |s| = 1, the larger where the way, the velocity or the acceleration is
     larger, so that the limits hold for the norms.
-
-    Args:
-        limits: How fast it may move.
-        dt: The sampling period [s].
 
     Source: docs/theory/ways-to-a-goal.md.
     """
@@ -48,13 +77,7 @@ class TipReference:
         self.begin(np.eye(4), np.zeros(6))
 
     def begin(self, pose: FloatArray, twist: FloatArray, acceleration: FloatArray | None = None) -> None:
-        """Be at a pose with a twist and an acceleration; the plan is forgotten.
-
-        Args:
-            pose: (4, 4).
-            twist: (6,) [m/s, rad/s] along W.
-            acceleration: (6,) [m/s2, rad/s2]; None is zero.
-        """
+        """Be at a pose with a twist and an acceleration; the plan is forgotten."""
         self.p, self.R = pose[:3, 3].copy(), pose[:3, :3].copy()
         self.twist = twist.copy()
         self.acceleration = np.zeros(6) if acceleration is None else acceleration.copy()
@@ -66,25 +89,14 @@ class TipReference:
             self._share, self._v_max, self._goal = share, share * self._fastest, None
 
     def pull(self, shift: FloatArray, turn: FloatArray, twist: FloatArray) -> None:
-        """Be displaced, and go on from there with another twist.
-
-        Args:
-            shift: (3,) [m] along W.
-            turn: Rotation vector, (3,) [rad] along W.
-            twist: (6,) [m/s, rad/s] along W.
-        """
+        """Be displaced, and go on from there with another twist."""
         self.p = self.p + shift
         self.R = rotation_exp(turn) @ self.R
         self.twist, self.acceleration = twist.copy(), np.zeros(6)
         self._goal = None
 
     def towards(self, pose: FloatArray, twist: FloatArray) -> None:
-        """Go one sample on the way to a pose, and be as fast as it is on arrival.
-
-        Args:
-            pose: (4, 4); its rotation part is a rotation.
-            twist: That of the goal, (6,) [m/s, rad/s] along W; zero for one that stands.
-        """
+        """Go one sample on the way to a pose, and be as fast as it is on arrival."""
         goal = np.concatenate([pose.ravel(), twist])
         if self._goal is None or not np.array_equal(goal, self._goal):
             self._plan(pose, twist)
@@ -92,11 +104,7 @@ class TipReference:
         self._advance()
 
     def along(self, twist: FloatArray) -> None:
-        """Go one sample on, and become as fast as a twist.
-
-        Args:
-            twist: (6,) [m/s, rad/s] along W; ``pace`` slows it, and a longer one is cut to the limits.
-        """
+        """Go one sample on, and become as fast as a twist."""
         if not (twist.any() or self.twist.any() or self.acceleration.any()):
             return
         wanted = self._share * twist

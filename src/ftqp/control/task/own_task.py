@@ -5,16 +5,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from ftqp.control.task.own_kinds import refuse_unfinished
 from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import InputError
+from ftqp.core.errors import InputError, unknown
+from ftqp.core.setting import keys_of, refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import TASK_ROWS
+from ftqp.kernel.layout.rows import OWN_ROWS
 from ftqp.kernel.layout.scene_room import OWN
 from ftqp.model.robot import Robot
 
 Fill = Callable[[Any, Any, Any], None]
 """Called before each tick as ``fill(state, J, b)``."""
+FillRows = Callable[[Any, Any, Any, Any], None]
+"""Called before each tick as ``fill(state, C, l, u)``."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,3 +109,81 @@ class LeastSquares(OwnTask):
             robot: The arm, which the function does not need.
         """
         return self.fill
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnConstraint:
+    """A kind of constraint of one's own: l <= C x <= u with C, l and u from Python.
+
+    A kind is a frozen dataclass over it whose settings are fields, each a ``setting(...)``, with ``count``
+    and ``filling``; an entry of ``CONSTRAINT_KINDS`` in ``ftqp.control.task.task_kinds`` gives it a word in
+    scenarios. Logs, reports and the page show its distance where it has a ``unit``; ``about`` says what
+    that is.
+    CONTRIBUTING.md says more.
+
+    Args:
+        name: What ``planner.constraints`` and explanations call it; None is after its kind.
+
+    Raises:
+        InputError: A setting is out of its range, ``count`` is no number of rows, or ``filling`` is missing.
+    """
+
+    name: str | None = setting(None, "what it is called; after its kind if absent")
+    unit: ClassVar[str] = ""
+    about: ClassVar[str] = "distance from the boundary, positive where it is kept"
+
+    def __post_init__(self) -> None:
+        if self.name is not None and not (isinstance(self.name, str) and self.name):
+            raise InputError(f"name is {self.name!r:.60}, expected a word such as 'cable', or None")
+        refuse_unfinished(self, OWN_ROWS)
+
+    @property
+    def label(self) -> str:
+        """What it is called."""
+        return self.name or type(self).__name__
+
+    @property
+    def rows(self) -> int:
+        """How many rows it has."""
+        return self.count
+
+    @property
+    @abstractmethod
+    def count(self) -> int:
+        """How many rows it has, 1 to 8, those of all constraints of one's own together."""
+
+    @abstractmethod
+    def filling(self, robot: Robot) -> FillRows:
+        """What fills in C (count, nv), l and u (count,) before each tick, as ``ftqp.Rows`` says.
+
+        Args:
+            robot: The arm; an unknown frame or joint is an ``InputError`` here, when the planner is made.
+        """
+
+    def distance(self, robot: Robot, q: FloatArray) -> float:
+        """How far it is from its boundary, in its ``unit``, negative beyond it.
+
+        Args:
+            robot: The arm as it is loaded now.
+            q: Joint positions, (nv,) [rad or m].
+        """
+        return float("nan")
+
+
+def refuse_unfinished(made: Any, most: int) -> None:
+    """Refuse one whose settings are not as they say, whose ``count`` is none, or that lacks ``filling``."""
+    kind = type(made).__name__
+    for name in ("count", "filling"):
+        if getattr(getattr(type(made), name), "__isabstractmethod__", False):
+            what = "a property" if name == "count" else "a method filling(robot)"
+            raise InputError(f"{kind} has no {name}, expected {what}, as CONTRIBUTING.md shows")
+    refuse_out_of_range(made, f" of {made.label}", every=True)
+    for name, key in keys_of(type(made)).items():
+        value = getattr(made, name)
+        if key.says.choices and isinstance(value, str) and value not in key.says.choices:
+            raise unknown(name, value, made.label, key.says.choices)
+    count = made.count
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= most:
+        raise InputError(
+            f"count of {made.label} is {count!r:.60}, expected a whole number of rows, 1 to {most}"
+        )

@@ -74,6 +74,7 @@ class SoftTask:
     code: ClassVar[int]
     can_go_first: ClassVar[bool] = True
     is_place: ClassVar[bool] = False
+    called: ClassVar[str] = "{0.__class__.__name__}"
 
     def __post_init__(self) -> None:
         for name in ("frame", "to"):
@@ -118,7 +119,7 @@ class SoftTask:
     @property
     def label(self) -> str:
         """What it is called."""
-        return self.name or type(self).__name__
+        return self.name or self.called.format(self)
 
     @property
     def counts(self) -> bool:
@@ -174,6 +175,7 @@ class PoseTask(SoftTask):
     )
     target: Any = setting(None, "its pose; the one that it starts with if absent", of=Matrix, kw_only=True)
     code: ClassVar[int] = FRAME
+    called: ClassVar[str] = "{0.frame}"
     is_place: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -181,11 +183,6 @@ class PoseTask(SoftTask):
         _bits(self, self.rows, names=True)
         if self.target is not None:
             object.__setattr__(self, "target", frozen(pose(self.target, f"target of {self.label}")))
-
-    @property
-    def label(self) -> str:
-        """What it is called."""
-        return self.name or str(self.frame)
 
     @property
     def bits(self) -> int:
@@ -211,6 +208,7 @@ class RelativeTask(SoftTask):
         None, "pose of frame in to; the one that it starts with if absent", of=Matrix, kw_only=True
     )
     code: ClassVar[int] = FRAME
+    called: ClassVar[str] = "{0.frame} to {0.to}"
     is_place: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -220,11 +218,6 @@ class RelativeTask(SoftTask):
             raise InputError(f"{self.label} is relative to itself; expected another frame as to")
         if self.target is not None:
             object.__setattr__(self, "target", frozen(pose(self.target, f"target of {self.label}")))
-
-    @property
-    def label(self) -> str:
-        """What it is called."""
-        return self.name or f"{self.frame} to {self.to}"
 
     @property
     def bits(self) -> int:
@@ -250,6 +243,7 @@ class PositionTask(SoftTask):
     )
     point: Any = setting((0.0, 0.0, 0.0), "another point of the frame", of=Three, unit="m", kw_only=True)
     code: ClassVar[int] = FRAME
+    called: ClassVar[str] = "{0.frame}"
     is_place: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -258,11 +252,6 @@ class PositionTask(SoftTask):
         object.__setattr__(self, "point", frozen(array("point", self.point, (3,), "(3,)")))
         if self.target is not None:
             object.__setattr__(self, "target", frozen(array("target", self.target, (3,), "(3,)")))
-
-    @property
-    def label(self) -> str:
-        """What it is called."""
-        return self.name or str(self.frame)
 
 
 @dataclass(frozen=True, slots=True)
@@ -288,6 +277,7 @@ class AxisTask(SoftTask):
         kw_only=True,
     )
     code: ClassVar[int] = AXIS
+    called: ClassVar[str] = "{0.frame} axis"
 
     def __post_init__(self) -> None:
         SoftTask.__post_init__(self)
@@ -303,11 +293,6 @@ class AxisTask(SoftTask):
             object.__setattr__(self, "towards", frozen(array("towards", self.towards, (3,), "(3,)")))
         elif self.towards == self.frame:
             raise InputError(f"{self.label} points at its own frame; expected another frame or a place")
-
-    @property
-    def label(self) -> str:
-        """What it is called."""
-        return self.name or f"{self.frame} axis"
 
 
 def direction(name: str, value: Any) -> Any:

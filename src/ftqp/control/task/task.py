@@ -14,6 +14,20 @@ from ftqp.core.setting import refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import Mode
 from ftqp.kernel.layout.rows import COMPONENTS
 
+ROW_SETS: dict[str, tuple[str, ...]] = {
+    "pose": COMPONENTS,
+    "position": COMPONENTS[:3],
+    "position_axis": COMPONENTS[:5],
+}
+MODES = {mode.name.lower(): mode for mode in Mode}
+PRIORITIES = {
+    "weighted": (1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
+    "position_first": (1e-2, 1e-2, 1e-2, 1e2, 1e2, 1e2),
+}
+"""Compliance of each component beside that of the task: position_first weighs position 1e4 times more."""
+DEFAULT_GAINS = {"acceleration": (100.0, 20.0), "velocity": (10.0, 0.0)}
+"""kp, kv at each level: a critically damped error of 10 rad/s; at the velocity level a decay of 10 1/s."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DirectionalDamping:
@@ -36,21 +50,6 @@ class DirectionalDamping:
 
     def __post_init__(self) -> None:
         refuse_out_of_range(self, " of the damping")
-
-
-ROW_SETS: dict[str, tuple[str, ...]] = {
-    "pose": COMPONENTS,
-    "position": COMPONENTS[:3],
-    "position_axis": COMPONENTS[:5],
-}
-MODES = {mode.name.lower(): mode for mode in Mode}
-PRIORITIES = {
-    "weighted": (1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
-    "position_first": (1e-2, 1e-2, 1e-2, 1e2, 1e2, 1e2),
-}
-"""Compliance of each component beside that of the task: position_first weighs position 1e4 times more."""
-DEFAULT_GAINS = {"acceleration": (100.0, 20.0), "velocity": (10.0, 0.0)}
-"""kp, kv at each level: a critically damped error of 10 rad/s; at the velocity level a decay of 10 1/s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,17 +220,7 @@ def axis_frame(axis: Any) -> FloatArray:
 
 
 def checked_gains(task: Any, level: str, dt: float, whose: str = "") -> tuple[float, float]:
-    """The gains of a task, if the sampled feedback loop that they make is stable.
-
-    Args:
-        task: What has ``gains(level)``.
-        level: What the QP decides.
-        dt: The sampling period [s].
-        whose: What to say behind a gain's name, for example `` of elbow``.
-
-    Raises:
-        InputError: kp dt >= 2 at the velocity level, or kv dt >= 2 at the acceleration level.
-    """
+    """The gains of a task, if the sampled feedback loop that they make is stable."""
     kp, kv = task.gains(level)
     loop = kp * dt if level == "velocity" else kv * dt
     if not isfinite(loop) or loop >= 2.0:
@@ -241,3 +230,27 @@ def checked_gains(task: Any, level: str, dt: float, whose: str = "") -> tuple[fl
             f"expected {name} < {2.0 / dt:g}{'; is dt in milliseconds?' if dt >= 0.5 else ''}"
         )
     return kp, kv
+
+
+@dataclass(frozen=True, slots=True)
+class EmergencyStop:
+    """The planner stops when the task error is too large and has risen on ``samples`` consecutive ticks.
+
+    Args:
+        position: The position error beyond which a rising error counts, > 0 [m]. A larger one stops later;
+            Jin et al. 2017 take 0.01, where the arm starts on its path. The default leaves room for poses
+            streamed without twists, behind which the tip lags.
+        rotation: The rotation error beyond which a rising error counts, > 0 [rad]. A larger one stops later.
+        samples: How many ticks in a row the error has to rise, >= 1. One stops at the first rise, as in Jin
+            et al. 2017; more are calmer against noise and later by as many ticks.
+
+    Raises:
+        InputError: A threshold is not positive, or ``samples`` is not a whole number from 1.
+    """
+
+    position: float = setting(0.05, "threshold of the position error, > 0", unit="m", above=0.0)
+    rotation: float = setting(0.3, "threshold of the rotation error, > 0", unit="rad", above=0.0)
+    samples: int = setting(3, "rising samples in a row, >= 1", least=1.0)
+
+    def __post_init__(self) -> None:
+        refuse_out_of_range(self)

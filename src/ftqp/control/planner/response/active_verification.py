@@ -55,11 +55,6 @@ class ActiveVerification:
     c_1 is near 1 and hardly anything is left. A torque arm sends a held joint no torque: one that is not held
     falls, unless its friction holds it.
 
-    Args:
-        session: The planner's.
-        joints: How many there are.
-        asks: Whether joints may be asked to move.
-
     Attributes:
         active: Whether any joint is looked at.
 

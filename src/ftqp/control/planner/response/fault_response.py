@@ -7,8 +7,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.drive.joint_drive import Drive
-from ftqp.control.drive.noise import Noise
+from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.given_arrays import sized
 from ftqp.control.planner.response.active_verification import ActiveVerification
@@ -42,18 +41,6 @@ SENSORS: Final = frozenset({"sensor_frozen", "sensor_biased", "sensor_dropped"})
 @final
 class FaultResponse:
     """Slows what leads the arm at a suspicion, believes what was isolated, stops an arm that lost a sensor.
-
-    Args:
-        detector: What looks at the arm; it is given this planner's arm, drive and noise where it leaves them
-            open.
-        session: The planner's.
-        robot: The arm.
-        drive: What the arm takes.
-        noise: Of the measurements.
-        loop: The planner's loop with its arm.
-        report: Makes the planner believe a fault.
-        withdraw: Makes the planner believe that a joint is healthy.
-        probing: Moves joints that stand, after every tick; None is none.
 
     Attributes:
         detector: The detector at work.

@@ -56,17 +56,6 @@ class Probing:
 
     so that task, limits and failed joints come first, as always.
 
-    Args:
-        session: The planner's.
-        robot: The arm.
-        criterion: The scheme's coefficients at the planner's level.
-        after: How long a joint stands before it is probed, > 0 [s].
-        drive: What the arm takes.
-        friction: Coulomb friction of every joint, (nv,) [N m or N]: a joint that it holds is not probed.
-
-    Raises:
-        InputError: The arm has no joint to spare for its task.
-
     Source: docs/theory/detection.md, "Probing".
     """
 
@@ -197,13 +186,7 @@ class Probing:
 
 
 def _through(null: FloatArray, i: int, others: IntArray) -> FloatArray | None:
-    """A self-motion, largest component 1, that moves joint i and as many of the others as are found.
-
-    Args:
-        null: Projection onto self-motions, (n, n).
-        i: The joint.
-        others: Joints that are to move, too, and perhaps i.
-    """
+    """A self-motion, largest component 1, that moves joint i and as many of the others as are found."""
     best = _scaled(null[:, i])
     if best is None or abs(best[i]) < LEAST_SHARE:
         return None

@@ -17,17 +17,7 @@ convention."""
 
 @final
 class Remembered:
-    """Keeps where the joints were commanded to be, now and then, in memory of its own.
-
-    Args:
-        session: The planner's.
-        joints: Number of joints.
-        seconds: For how long a place is kept [s]; an arm that stands adds none.
-        dt: The sampling period [s].
-
-    Raises:
-        InputError: The time is not positive.
-    """
+    """Keeps where the joints were commanded to be, now and then, in memory of its own."""
 
     def __init__(self, session: Session, joints: int, seconds: float, dt: float) -> None:
         self._q = session.field("state", "q_command")[:joints]

@@ -13,17 +13,17 @@ import numpy as np
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.stages import CLOCK, LED, Stage
+from ftqp.control.planner.target import Targets
 from ftqp.control.planner.ways.n_minus_one import Loss, NMinusOne, Security
-from ftqp.control.planner.ways.targets_ahead import targets_ahead
 from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.clock import give_way
 from ftqp.core.errors import InputError
-from ftqp.core.pose import rotation_vector
+from ftqp.core.pose import rotation_exp, rotation_vector, transform
 from ftqp.faults.kinds import Locked
 from ftqp.kernel.entry.rollouts import Batch, beliefs_of
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import SLACK, Status
+from ftqp.kernel.layout.enums import SLACK, TARGET_POSE, TARGET_TWIST, Status
 from ftqp.kernel.layout.record import dtype
 from ftqp.model.robot import Robot
 
@@ -42,6 +42,8 @@ DAMPED: Final = 1e-6
 DECADES: Final = 4.0
 """A lock costs nothing where it leaves a tenth of the tolerance, and one at this many powers of ten more; the
 costs of joints add up."""
+AT_ONCE: Final = 200
+"""So many ticks are worked out at once: 0.2 ms in which the thread holds Python's lock."""
 
 
 class _Now(NamedTuple):
@@ -98,13 +100,6 @@ class SecurityWatch:
     ticks have the same answers; else at the first tick that has it. Beside the present posture those a little
     to both sides along each self-motion are rolled out, and the null space is led to the side that costs
     less. The thread works on copies alone, and a forked process makes one of its own.
-
-    Args:
-        settings: How far, how often.
-        session: The planner's; its criterion needs a term that leads to a posture, where it is led.
-        robot: The arm.
-        dt: The sampling period [s].
-        what_ifs: Says what other arms like this one begin with, as believed when it is called.
 
     Source: docs/theory/ways-out.md, "N-1 on line".
     """
@@ -362,3 +357,35 @@ def _forked() -> None:
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forked)
+
+
+def targets_ahead(
+    path: tuple[Path, float] | None, packed: FloatArray, tip: FloatArray, t: FloatArray
+) -> FloatArray:
+    """Targets along a path, or along the twist of the last target, packed, (T, 29)."""
+    if path is None:
+        return _along_twist(packed, tip, t)
+    way, at = path
+    parts = []
+    for part in np.split(t, range(AT_ONCE, len(t), AT_ONCE)):
+        sample = way.sample(np.minimum(at + part, way.duration))
+        ends = (at + part > way.duration)[:, None]
+        twist, acceleration = np.where(ends, 0.0, sample.twist), np.where(ends, 0.0, sample.acceleration)
+        parts.append(Targets(sample.pose, twist, acceleration).packed)
+        give_way()
+    return np.concatenate(parts)
+
+
+def _along_twist(packed: FloatArray, tip: FloatArray, t: FloatArray) -> FloatArray:
+    pose = packed[TARGET_POSE : TARGET_POSE + 16].reshape(4, 4)
+    twist = packed[TARGET_TWIST : TARGET_TWIST + 6]
+    if not np.isfinite(pose).all() or np.linalg.det(pose[:3, :3]) < 0.5:
+        pose, twist = tip, np.zeros(6)
+    if not twist.any():
+        return Targets(np.repeat(pose[None], len(t), axis=0)).packed
+    poses = []
+    for k, s in enumerate(t):
+        poses.append(transform(rotation_exp(twist[3:] * s) @ pose[:3, :3], pose[:3, 3] + twist[:3] * s))
+        if k % AT_ONCE == 0:
+            give_way()
+    return Targets(np.array(poses), np.repeat(twist[None], len(t), axis=0)).packed

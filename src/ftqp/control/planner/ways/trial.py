@@ -1,7 +1,7 @@
 """A motion tried on a planner of its own: the same ticks as the arm would make, in thought."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol, final
+from typing import Any, Final, NamedTuple, Protocol, final
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target
+from ftqp.control.references.jerk_limit import RISE_TIME, Motion, State
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.enums import FALLBACK, INVALID_INPUT, STOPPED, STOPPING
@@ -30,6 +31,23 @@ BORNE_AT = 25
 """What the base bears on a motion is looked at in so many places."""
 LOOKED_AT = 0.05
 """Places of a motion where it is asked whether the arm may be there are so far apart [rad or m]."""
+NEAR: Final = 0.6
+"""A joint goes no farther than this to it [rad or m] ..."""
+ROUNDS, SAMPLES, SHRINK = 4, 32, 0.5
+"""... and it is the best of so many samples round the best one so far, in so many rounds, the next of which
+is so much narrower."""
+BASE_SHARE: Final = 0.25
+"""What the base bears on the way there, as a share of what it bears where the arm brakes on the spot, is a
+quarter of a torque limit's whole share. A convention."""
+LEAST_BORNE: Final = np.array([10.0, 1.0])
+"""The force and torque [N, N m] below which that share is not told apart: a kilogram's. A convention."""
+CHOICE: Final = 6
+"""For so many of the postures that need least, and are clear, the way there is looked at ..."""
+ON_THE_WAY: Final = 12
+"""... in so many places."""
+ROOM_SHARE: Final = 0.1
+"""A joint with less than this share of its range to its nearer limit counts as near it: half of what a torque
+limit's whole share counts, at the limit. A convention."""
 
 
 class Twin(Protocol):
@@ -89,24 +107,14 @@ class Tried(NamedTuple):
 
 @final
 class Trial:
-    """Tries motions from one state of an arm.
-
-    Args:
-        twin: A planner like the arm's own, which nobody else steps.
-        start: Where the arm is, and how fast.
-        passable: Where it may be.
-    """
+    """Tries motions from one state of an arm."""
 
     def __init__(self, twin: Twin, start: JointState, passable: Passable) -> None:
         self._twin, self._start, self._passable = twin, start, passable
         self._view = twin.view()
 
     def joints(self, places: Sequence[FloatArray]) -> Tried:
-        """Go to places one after the other, resting at each, as ``GoTo`` does.
-
-        Args:
-            places: (nv,) each [rad or m].
-        """
+        """Go to places one after the other, resting at each, as ``GoTo`` does."""
         twin = self._twin
         twin.reset(self._start.q, self._start.v)
         view = self._view
@@ -141,10 +149,6 @@ class Trial:
         """The joints as the tip goes along poses, one a tick, with the twin's own task, (k, nv) [rad or m].
 
         It stands at the first one before. None where a tick fails.
-
-        Args:
-            poses: (4, 4) each.
-            standing: Ticks before the first, in which a moving arm comes to rest.
         """
         twin = self._twin
         twin.reset(self._start.q, self._start.v)
@@ -183,12 +187,7 @@ class Trial:
 
 
 def thinned(q: FloatArray, apart: float) -> FloatArray:
-    """Rows that are so far apart in some joint, the first and the last one among them.
-
-    Args:
-        q: Places one after the other, (k, nv) [rad or m].
-        apart: How far [rad or m].
-    """
+    """Rows that are so far apart in some joint, the first and the last one among them."""
     kept = [0]
     for k in range(1, len(q)):
         if np.abs(q[k] - q[kept[-1]]).max() >= apart:
@@ -200,10 +199,6 @@ def thinned(q: FloatArray, apart: float) -> FloatArray:
 
 def corners(q: FloatArray, off: float) -> FloatArray:
     """Rows between which straight ways are nowhere farther from q than so much in any joint.
-
-    Args:
-        q: Places one after the other, (k, nv) [rad or m].
-        off: How far [rad or m].
 
     Source: Ramer 1972.
     """
@@ -220,3 +215,58 @@ def corners(q: FloatArray, off: float) -> FloatArray:
             kept.add(k)
             parts += [(a, k), (k, b)]
     return q[sorted(kept)]
+
+
+def halt_posture(
+    start: JointState, stand: FloatArray, passable: Passable, view: PlannerView, robot: Robot
+) -> FloatArray:
+    """The posture near by that needs the least of the motors and the base and is away from limits, (nv,).
+
+    effort(q) + 0.5 max(0, 1 - room(q)/0.1) + 0.125 (force/force_0 + torque/torque_0) is made small, with the
+    largest share of a torque limit that holds the arm at rest, the least share of a range to a limit, and
+    the largest force and torque that the base bears on the way there, beside those of braking on the spot.
+    The same arm gets the same posture.
+    Source: docs/theory/ways-out.md; Chen 2020.
+    """
+    generator = np.random.default_rng(0)
+    working, low, high = view.working, view.limits.q_min, view.limits.q_max
+    box_low, box_high = np.maximum(low, stand - NEAR), np.minimum(high, stand + NEAR)
+    ranged = working & np.isfinite(low) & np.isfinite(high)
+
+    def costs(places: FloatArray) -> FloatArray:
+        room = np.minimum(places - low, high - places)[:, ranged] / (high - low)[ranged]
+        near = np.maximum(0.0, 1.0 - room.min(axis=1, initial=1.0) / ROOM_SHARE)
+        found: FloatArray = passable.effort(places) + 0.5 * near
+        found[passable.room(places) <= 0.0] = np.inf
+        return found
+
+    seen, cost, width = stand[None], costs(stand[None]), 1.0
+    for _ in range(ROUNDS):
+        places = seen[np.argmin(cost)] + width * NEAR * generator.uniform(-1.0, 1.0, (SAMPLES, len(stand)))
+        places = np.where(working, np.clip(places, box_low, box_high), stand)
+        seen, cost = np.vstack([seen, places]), np.append(cost, costs(places))
+        width *= SHRINK
+    first = _borne(start, stand, passable, view, robot)
+    chosen = [0, *(int(k) for k in np.argsort(cost[1:], kind="stable")[:CHOICE] + 1)]
+    for k in chosen:
+        borne = _borne(start, seen[k], passable, view, robot) if k else first
+        cost[k] += 0.5 * BASE_SHARE * float((borne / np.maximum(first, LEAST_BORNE)).sum())
+    best: FloatArray = seen[min(chosen, key=lambda k: cost[k])]
+    return best
+
+
+def _borne(
+    start: JointState, end: FloatArray, passable: Passable, view: PlannerView, robot: Robot
+) -> FloatArray:
+    """The largest force and torque that the base bears on the way to a posture, (2,) [N, N m]."""
+    working, limits = view.working, view.limits
+    jerk = np.minimum(robot.limits.a_max / RISE_TIME, robot.limits.j_max)
+    now = State(*(part[working] for part in start))
+    motion = Motion(int(working.sum())) if working.any() else None
+    rows = np.tile(np.array([start.q, 0.0 * start.v, 0.0 * start.v]), (ON_THE_WAY, 1, 1))
+    if motion is not None:
+        motion.plan(now, end[working], limits.v[working], limits.a[working], jerk[working])
+        for row, t in zip(rows, np.linspace(0.0, motion.duration, ON_THE_WAY), strict=True):
+            row[:, working] = motion.at(float(t))
+    borne: FloatArray = passable.base_wrenches(*rows.transpose(1, 0, 2)).max(axis=0)
+    return borne

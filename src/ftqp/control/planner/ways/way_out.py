@@ -12,8 +12,7 @@ from ftqp.control.inverse_kinematics.passable import HELD, Passable
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.planner.planner_facts import PlannerFacts
 from ftqp.control.planner.planner_view import JointState, PlannerView
-from ftqp.control.planner.ways.halt_posture import halt_posture
-from ftqp.control.planner.ways.trial import Trial, Tried, Twin, corners, thinned
+from ftqp.control.planner.ways.trial import Trial, Tried, Twin, corners, halt_posture, thinned
 from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.core.errors import InputError
@@ -119,14 +118,7 @@ class WayOut:
 
 
 def ways_out(planner: PlannerFacts, make: Maker, came: FloatArray | None, home: Any) -> tuple[WayOut, ...]:
-    """Ways out, those that are clear first, in the order: back, back by the tip, home, halt, stop.
-
-    Args:
-        planner: Whose arm is where it is.
-        make: Makes planners.
-        came: The way that the joints have come, (k, nv) [rad or m]; None where none was kept.
-        home: Where the arm belongs, (nv,) or (nq,) [rad or m]; None is the planner's posture or the robot's.
-    """
+    """Ways out, those that are clear first, in the order: back, back by the tip, home, halt, stop."""
     robot, view = planner.robot, planner.view()
     robot.refuse_floating("ways out need")
     if not view.is_reset:
