@@ -41,6 +41,7 @@ def test_every_arm_moves_as_a_planner_moves_it(level):
         ("panda", "velocity", {"task": ftqp.Task(mode="scaled")}),
         ("panda", "velocity", {"task": ftqp.Task(mode="lexicographic")}),
         ("panda", "acceleration", {"scheme": "dlsm"}),
+        ("panda", "acceleration", {"task": ftqp.Task(damping=ftqp.DirectionalDamping())}),
         ("panda", "acceleration", {"bounds": "one_step"}),
         ("panda", "velocity", {"task": ftqp.Task(calm=False), "emergency": None}),
     ],
@@ -75,23 +76,6 @@ def test_arms_of_a_planner_without_a_posture_return_each_to_its_own_start(scheme
     faults = [None, None, (ftqp.Locked(2), 40), None, (ftqp.Degraded(1, velocity=0.2), 50)]
     for planner in (planner_of(), elsewhere):
         done = ftqp.batch.rollout(planner, q, targets=targets, faults=faults)
-        assert_same(done, planner_of, robot, q, faults, targets)
-
-
-def test_law_holds_for_joints_that_swing_freely_and_for_damped_directions():
-    robot = ftqp.robots.load("panda")
-    q, targets = starts(robot)[:3], circle(robot)
-    faults = [
-        None,
-        (ftqp.FreeSwinging(5, damping=0.5), 30),
-        [(ftqp.Locked(0), 10), (ftqp.FreeSwinging(3), 90)],
-    ]
-    for settings in ({}, {"task": ftqp.Task(damping=ftqp.DirectionalDamping())}):
-
-        def planner_of(settings=settings):
-            return ftqp.Planner(robot, DT, **settings)
-
-        done = ftqp.batch.rollout(planner_of(), q, targets=targets, faults=faults)
         assert_same(done, planner_of, robot, q, faults, targets)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.going import follow
 
 import ftqp
 from ftqp.core.pose import rotation_exp
@@ -28,30 +29,10 @@ def follower(level="acceleration", **given):
     return ftqp.PathFollower(planner, line, **given)
 
 
-def follow(leader, longest=20.0, each=lambda k: None):
-    """Joints at every tick and the statuses in their order, until done or blocked for a second."""
-    q, v, rows, seen, blocked = START.copy(), np.zeros(7), [], [], 0
-    robot = leader.planner.robot
-    for k in range(round(longest / DT)):
-        each(k)
-        step = leader.step(q, v)
-        healthy = [joint not in leader.planner.faults for joint in robot.joints]
-        assert (np.abs(step.v) <= robot.limits.v_max * (1.0 + 1e-9)).all()
-        assert (np.abs(step.v - v)[healthy] <= DT * robot.limits.a_max[healthy] * (1.0 + 1e-6)).all()
-        q, v = step.q.copy(), step.v.copy()
-        rows.append(q)
-        if not seen or seen[-1] is not leader.status:
-            seen.append(leader.status)
-        blocked = blocked + 1 if leader.status is STATUS.BLOCKED else 0
-        if leader.status is STATUS.DONE or blocked > 1.0 / DT:
-            break
-    return np.array(rows), seen
-
-
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_blocked_path_is_finished_over_a_bridge_within_limits(level):
     leader = follower(level, bridges=True)
-    rows, seen = follow(leader)
+    rows, seen = follow(leader, START)
     assert seen[-1] is STATUS.DONE and STATUS.BRIDGING in seen
     assert np.abs(PANDA.pose(rows[-1]) - goal()).max() < 1e-3
     assert (rows[:, 4] == START[4]).all() and leader.blocked is None
@@ -76,7 +57,7 @@ def test_steps_on_a_bridge_say_how_far_the_tip_is_from_its_path_and_are_not_ok()
 
 def test_without_bridges_the_tip_waits_on_the_path():
     leader = follower()
-    rows, seen = follow(leader)
+    rows, seen = follow(leader, START)
     assert seen[-1] is STATUS.BLOCKED and STATUS.BRIDGING not in seen
     at = leader.path.sample(np.array([leader.progress])).pose[0]
     assert np.linalg.norm(PANDA.pose(rows[-1])[:3, 3] - at[:3, 3]) < 2e-3
@@ -85,7 +66,7 @@ def test_without_bridges_the_tip_waits_on_the_path():
 
 def test_what_is_done_is_said_and_a_path_without_a_bridge_says_what_was_looked_for():
     leader, said = follower(bridges=True), set()
-    follow(leader, each=lambda k: said.add(leader.blocked))
+    follow(leader, START, each=lambda k: said.add(leader.blocked))
     text = "\n".join(str(one) for one in said)
     assert "is looked for" in text and "the joints go to another posture, from which the path goes on" in text
     T = PANDA.pose(START).copy()
@@ -95,7 +76,7 @@ def test_what_is_done_is_said_and_a_path_without_a_bridge_says_what_was_looked_f
     away = ftqp.PathFollower(
         planner, ftqp.paths.PointToPoint(PANDA.pose(START), T, duration=6.0), bridges=True
     )
-    _, seen = follow(away, longest=40.0)
+    _, seen = follow(away, START, longest=40.0)
     assert seen[-1] is STATUS.BLOCKED and "no bridge was found" in away.blocked
 
 
@@ -108,7 +89,7 @@ def test_second_failure_on_the_bridge_is_borne_and_a_repair_lets_the_path_go_on(
             leader.planner.report(ftqp.Locked(2))
             told.append(k)
 
-    rows, seen = follow(leader, longest=15.0, each=each)
+    rows, seen = follow(leader, START, longest=15.0, each=each)
     assert told and seen[-1] in (STATUS.BLOCKED, STATUS.DONE, STATUS.BRIDGING)
     assert np.abs(rows[-1] - rows[-2]).max() < 1e-4
 
@@ -124,7 +105,7 @@ def test_stop_on_the_bridge_is_a_stop_and_resume_goes_on():
             assert leader.planner.stopped_because is not None
             leader.planner.resume()
 
-    rows, seen = follow(leader, each=each)
+    rows, seen = follow(leader, START, each=each)
     assert told and seen[-1] is STATUS.DONE and np.abs(PANDA.pose(rows[-1]) - goal()).max() < 1e-3
 
 
@@ -152,7 +133,7 @@ def test_rows_that_were_given_up_stay_so_over_a_bridge_and_the_tip_stays_on_its_
 
 def test_reset_on_a_bridge_begins_anew_and_bad_input_is_refused():
     leader = follower(bridges=True)
-    follow(leader, longest=DT * 710)
+    follow(leader, START, longest=DT * 710)
     assert leader.status is STATUS.BRIDGING
     leader.reset(START)
     assert leader.progress == 0.0 and leader.blocked is None

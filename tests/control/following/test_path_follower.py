@@ -115,15 +115,6 @@ def test_a_path_that_is_done_is_slowed_down_no_more(level):
     assert follower.rate > 0.9999
 
 
-@pytest.mark.parametrize("level", LEVELS)
-def test_joint_that_locks_on_the_way_does_not_throw_the_tip_off(level):
-    follower = follower_of(level=level)
-    steps, _ = run(follower, each=lambda k: k == 400 and follower.planner.report(ftqp.Locked("panda_joint3")))
-    assert follower.status is ftqp.PathStatus.DONE
-    assert max(step.position_error for step in steps) < 2e-3
-    assert steps[-1].v[2] == 0.0
-
-
 @pytest.mark.long
 def test_position_limit_in_the_way_is_named():
     """A joint at its limit, and another locked: the verdict names both."""

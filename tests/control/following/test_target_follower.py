@@ -73,22 +73,6 @@ def test_stale_twist_fades_to_rest_after_the_dead_man_time_with_limited_jerk(lev
     assert jerk.max() <= 1.01 * 1.5 / 0.05
 
 
-def test_one_target_that_is_rewritten_needs_a_new_stamp_too():
-    follower = follower_of()
-    target = ftqp.Target(twist=REST, stamp=0)
-    twist = np.array([0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
-
-    def rewritten(k):
-        target.twist = twist
-        if k <= 100:
-            target.stamp = k
-        return target
-
-    _, twists, statuses = run(follower, rewritten, 1.0)
-    assert np.abs(twists[100] - twist).max() < 1e-9 and not twists[-1].any()
-    assert statuses[-1] is ftqp.TargetStatus.STALE
-
-
 @pytest.mark.parametrize("stamps", [
     lambda k: 7.0, lambda k: -k, lambda k: np.nan, lambda k: np.inf, lambda k: k % 5,
 ], ids=["repeated", "backwards", "NaN", "infinite", "in a circle"])  # fmt: skip

@@ -91,14 +91,6 @@ def test_stop_brakes_every_joint_within_its_limits_and_latches_until_reset(
     assert planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home)).status is ftqp.StepStatus.OK
 
 
-def test_locked_joint_stays_locked_through_a_stop(panda, home, level, follow):
-    planner = ftqp.Planner(panda, DT, level=level)
-    planner.report(ftqp.Locked(3))
-    steps = [s.copy() for s in follow(planner, running_away(home), 100)]
-    assert steps[-1].status is STOPPED
-    assert all(s.v[3] == 0.0 and s.q[3] == panda.neutral[3] for s in steps)
-
-
 def test_stopped_arm_still_takes_reports_and_bad_input(panda, home, follow):
     planner = ftqp.Planner(panda, DT)
     *_, last = follow(planner, running_away(home), 100)
