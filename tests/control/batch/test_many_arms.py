@@ -120,23 +120,6 @@ def test_beliefs_of_the_planner_hold_for_every_arm(study):
     np.testing.assert_allclose(by_planner.q, by_fault.q, rtol=0.0, atol=1e-12)
 
 
-def part_of(targets, ticks):
-    """The first targets of a trajectory."""
-    packed = targets.packed[:ticks]
-    return ftqp.Targets(packed[:, :16].reshape(-1, 4, 4), packed[:, 16:22], packed[:, 22:28])
-
-
-def test_target_that_is_no_number_stops_all_arms(study):
-    planner, targets, q = study
-    broken = part_of(targets, TICKS)
-    memory = broken.packed.base  # what the kernel reads; nobody is handed it to be written
-    memory.setflags(write=True)
-    memory[150:, 3] = np.nan
-    done = ftqp.batch.rollout(planner, q[:2], targets=broken)
-    bad = done.counts[:, STATUSES.index(ftqp.StepStatus.INVALID_INPUT)]
-    assert np.isfinite(done.q).all() and (bad == TICKS - 150).all()
-
-
 def test_arms_rest_at_a_target_that_stands_and_go_on_when_it_leaves(study):
     planner, _, q = study
     robot, faults = planner.robot, [None, (ftqp.Locked(1), 400), None]

@@ -45,18 +45,6 @@ def test_the_position_loop_of_a_velocity_arm_has_its_margin(latency, hertz):
     assert sensitivity(lambda s: gains["hold"] * wv / (s + wv) * np.exp(-s * delay) / s) < 2.0
 
 
-def test_bandwidths_are_lower_with_delay_and_noise():
-    fast, slow = Drive(bandwidth=100.0), Drive(bandwidth=100.0, latency=0.02)
-    assert slow.gains(1e-3, QUIET, 0.9)["kappa"] < fast.gains(1e-3, QUIET, 0.9)["kappa"] == 25.0
-    noisy = fast.gains(1e-3, ftqp.Noise(q=1e-3), 0.9)["kappa"]
-    assert noisy == pytest.approx(np.sqrt(0.05 / (1e-3 * 0.9)))
-
-
-def test_a_servo_on_positions_only_gets_its_lead():
-    assert Drive(bandwidth=100.0, takes_velocity=False).gains(1e-3, QUIET, 0.9)["lead"] == 0.02
-    assert Drive(bandwidth=100.0).gains(1e-3, QUIET, 0.9)["lead"] == 0.0
-
-
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [

@@ -40,17 +40,6 @@ def test_goal_that_the_straight_way_misses_is_reached_by_another_posture(level):
     assert not {step.status for step in steps} & {ftqp.StepStatus.STOPPING, ftqp.StepStatus.FALLBACK}
 
 
-def test_what_is_being_done_is_said():
-    goto, notes = begun(), []
-    go(goto, HERE, longest=20.0, each=lambda k: notes.append(goto.note))
-    said = "\n".join(dict.fromkeys(note.split(": ")[0] for note in notes))
-    assert said.split("\n")[:3] == [
-        "the tip goes straight",
-        "the straight way comes no nearer, and another one is looked for",
-        "the joints go to another posture of the goal",
-    ]
-
-
 def test_same_ticks_give_the_same_way():
     ways = [np.array([step.q for step in go(begun(), HERE, longest=20.0)]) for _ in range(2)]
     assert np.array_equal(*ways)

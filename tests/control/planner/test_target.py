@@ -6,7 +6,6 @@ from copy import copy, deepcopy
 import numpy as np
 import pytest
 
-from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.target import Target, Targets
 from ftqp.core.errors import InputError
 from ftqp.core.pose import rotation_x, transform
@@ -113,19 +112,6 @@ class TestMoved:
 
 class TestTrajectory:
     poses = np.repeat(T[None], 3, axis=0)
-
-    def test_planner_follows_it_as_it_follows_single_targets(self, panda, home):
-        poses = np.repeat(home[None], 4, axis=0)
-        poses[:, 2, 3] += np.linspace(0.0, 1e-4, 4)
-        targets, target = Targets(poses), Target(pose=home)
-        one, other = Planner(panda, 1e-3), Planner(panda, 1e-3)
-        one.reset(panda.neutral)
-        other.reset(panda.neutral)
-        q, v = panda.neutral, np.zeros(7)
-        for k in range(4):
-            target.pose = poses[k]
-            a = one.step(q, v, targets.at(k)).a.copy()
-            np.testing.assert_array_equal(a, other.step(q, v, target).a)
 
     @pytest.mark.parametrize("k", [-1, 3])
     def test_tick_outside_is_refused(self, k):

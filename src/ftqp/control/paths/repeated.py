@@ -4,7 +4,7 @@ from typing import final
 
 import numpy as np
 
-from ftqp.control.paths.path import Motion, Path
+from ftqp.control.paths.path import Motion, Path, PathSample
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.thresholds import TIME_SLACK
 
@@ -38,15 +38,7 @@ class Repeated(Path):
         within = np.where(within > self.lap - TIME_SLACK, 0.0, within)
         back = within > self._path.duration
         sample = self._path.sample(np.where(back, self.lap - within, within))
-        twist = np.where(back[:, None], -sample.twist, sample.twist)
-        return Motion(
-            sample.pose[:, :3, 3],
-            twist[:, :3],
-            sample.acceleration[:, :3],
-            sample.pose[:, :3, :3],
-            twist[:, 3:],
-            sample.acceleration[:, 3:],
-        )
+        return _motion_of(sample, np.where(back[:, None], -sample.twist, sample.twist))
 
 
 @final
@@ -61,14 +53,13 @@ class Backwards(Path):
 
     def _motion(self, t: FloatArray) -> Motion:
         sample = self._path.sample(self.duration - t)
-        return Motion(
-            sample.pose[:, :3, 3],
-            -sample.twist[:, :3],
-            sample.acceleration[:, :3],
-            sample.pose[:, :3, :3],
-            -sample.twist[:, 3:],
-            sample.acceleration[:, 3:],
-        )
+        return _motion_of(sample, -sample.twist)
+
+
+def _motion_of(sample: PathSample, twist: FloatArray) -> Motion:
+    """The motion of a sample with another twist."""
+    pose, change = sample.pose, sample.acceleration
+    return Motion(pose[:, :3, 3], twist[:, :3], change[:, :3], pose[:, :3, :3], twist[:, 3:], change[:, 3:])
 
 
 def is_closed(path: Path) -> bool:
