@@ -111,15 +111,6 @@ def red(tab):
     return int(((pixels[..., 0] > 140) & (pixels[..., 1] < 70) & (pixels[..., 2] < 80)).sum())
 
 
-def looks_pressed(tab, word, joint):
-    """Whether a button has a colour of its own."""
-    button = tab.get_by_role("button", name=word, exact=True).nth(joint)
-    return button.evaluate("e => getComputedStyle(e).backgroundColor") not in (
-        "rgba(0, 0, 0, 0)",
-        "transparent",
-    )
-
-
 def test_the_arm_has_half_of_a_window_of_1100_pixels_and_a_visitor_is_told_what_to_do(page, opened):
     wide = opened(page.url, size=(1100, 480))
     wide.wait_for_selector("#ftqp-status")
@@ -146,7 +137,6 @@ def test_a_click_locks_a_joint_and_another_one_repairs_it(source, tab):
     until(lambda: source.session.facts.v[1] == 0.0)  # a joint that still brakes is of a darker red
     press(tab, "pause", 0, PAUSED)
     until(lambda: red(tab) > before + 50)
-    until(lambda: looks_pressed(tab, "lock", 1) and not looks_pressed(tab, "lock", 0))
     press(tab, "resume", 0, RUNNING)
     press(tab, "repair", 1, "d.faults === '' && d.belief === ''")
     assert not planner(source).faults

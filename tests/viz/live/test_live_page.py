@@ -20,7 +20,6 @@ from ftqp.viz.live.heat_map import failure_map
 from ftqp.viz.live.history import History
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.panel import short_names
-from ftqp.viz.live.pressed import uuid
 from ftqp.viz.live.scene import OVERLAYS, frame_names
 from ftqp.viz.live.status_head import joint_table, status_head
 
@@ -135,21 +134,6 @@ def test_the_handle_goes_with_its_target_while_nobody_holds_it(panda):
     )
     handles.follow(source.frame().target)  # somebody holds it
     assert np.allclose(handles._handle.position, moved[:3, 3])
-
-
-def test_a_button_of_what_has_happened_looks_pressed(panda):
-    source, page = panda
-    sheet = page._panel._pressed.sheet
-    assert "!important;color" not in sheet.content
-    source.facts |= {"truth": np.array([0, 0, 1, 0, 0, 0, 0]), "paused": True}
-    page._panel.show(source.frame())
-    found = controls(page)
-    for name, place in (("joint3", 1), ("time", 1)):
-        assert f'label[for="{uuid(found[name])}"]) button:nth-of-type({place})' in sheet.content
-    assert uuid(found["joint2"]) not in sheet.content
-    source.facts |= {"truth": np.zeros(7, dtype=int), "paused": False}
-    page._panel.show(source.frame())
-    assert "!important;color" not in sheet.content
 
 
 def test_names_of_joints_lose_what_all_begin_with():

@@ -31,7 +31,7 @@ def test_a_page_says_what_is_in_it_and_has_no_address():
     page = playground_page(played(path=CIRCLE))
     content = content_of(page)
     assert content["title"] == "<one>" and content["joints"] == list(PANDA.joints)
-    assert {"head", "table", "curve", "pressed"} == set(content["texts"])
+    assert {"head", "table", "curve"} == set(content["texts"])
     assert [act for act in content["acts"].values() if act[0] == "joint"] == [["joint", i] for i in range(7)]
     assert len(content["path"]["rows"]) == 4 * -(-(KNOTS + 1) * 19 * 8 // 3)
     ours = page[page.index("<title>") : page.index("</script>", page.index('type="module"'))]

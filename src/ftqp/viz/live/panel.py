@@ -16,7 +16,6 @@ from ftqp.viz.live.ghosts import WaysTab
 from ftqp.viz.live.heat_map import FailureMap
 from ftqp.viz.live.history import History
 from ftqp.viz.live.plots import Plots
-from ftqp.viz.live.pressed import PressedButtons
 from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.status_head import joint_table, status_head
 
@@ -28,6 +27,11 @@ ROWS = 12
 PAUSE, RESUME, RESET, PATH = "pause", "resume", "reset", "to path"
 SIDE = 230
 """Width of the panel with plots [px]: with that of the controls, half of a window of 1100 px is the arm's."""
+NARROW = (
+    "<style>.mantine-Flex-root>div:first-child:has(>p>label){width:5.4em!important}"
+    ".mantine-Flex-root button.mantine-Button-root{padding:0 3px}</style>"
+)
+"""Labels and buttons leave room for four buttons in a row of a narrow panel."""
 INVITATION = (
     '<div style="font:13px/1.45 system-ui,sans-serif;color:#1b4f72;background:#eaf3fb;padding:4px 10px">'
     "<b>Drag the arrows at the tip</b>, and the arm follows; <b>to path</b> gives it its path back. "
@@ -56,8 +60,7 @@ class Panel:
         self._dropdowns: dict[str, Any] = {}
         self._slider: Any = None
         names = stage.robot.joints
-        self._pressed = PressedButtons(self._gui)
-        self._kept(self._pressed.sheet)
+        self._kept(self._gui.add_html(NARROW))
         if stage.live:
             self._kept(self._gui.add_html(INVITATION.format(further=BOX)))
         self._head = self._kept(self._gui.add_html(""))
@@ -110,7 +113,6 @@ class Panel:
         names = self._stage.robot.joints
         self._head.content = status_head(frame, self._stage.title, names, self._history.ribbon())
         self._table.content = joint_table(frame, names)
-        self._pressed.show(frame)
         if self._ways is not None:
             self._ways.show(frame.ways)
         if self._further is not None:
@@ -178,7 +180,6 @@ class Panel:
             self._put(asked[str(event.target.value)])
 
         buttons.on_click(clicked)
-        self._pressed.watch_clock(buttons)
         self._on_update(speed, lambda value: commands.Speed(float(value)))
 
     def _time_slider(self, duration: float) -> None:
@@ -221,7 +222,6 @@ class Panel:
             rows = [self._gui.add_button_group(label, words) for label in labels]
             for name, row in zip(names, rows, strict=True):
                 self._on_row(row, partial(str, name))
-            self._pressed.watch_joints(rows)
         else:
             chosen = self._gui.add_dropdown("joint", tuple(names), initial_value=names[0])
             self._on_row(self._gui.add_button_group("break it", words), lambda: str(chosen.value))

@@ -273,14 +273,9 @@ function write() {
     <div style="min-height:37px">${sentence}</div><div>${facts.join('<br>')}</div><div style="color:#8a4b00">${escaped(refusal)}</div></div>`);
   text('table', `<div style="${FONT};padding:0 10px"><table id="ftqp-joints" style="border-collapse:collapse;font-size:12px;width:100%">
     <tr style="color:#666;text-align:left"><th></th><th>place in range</th><th>speed</th></tr>${joints.map(row).join('')}</table></div>`);
-  const pressed = paused ? [rule(uuidOf('time'), 1, HEALTHY)] : [];
-  truth.forEach((code, i) => { const at = Object.values(looks.buttons).indexOf(code); if (at >= 0 && uuidOf('joint', i)) pressed.push(rule(uuidOf('joint', i), at + 1, code)); });
-  text('pressed', looks.sheet.replace('{rules}', pressed.join('')));
   text('curve', curve());
 }
 const hex = (paint) => `rgb(${paint})`;
-const uuidOf = (act, i) => Object.keys(page.acts).find((uuid) => page.acts[uuid][0] === act && (i === undefined || page.acts[uuid][1] === i));
-const rule = (uuid, place, code) => looks.rule.replace('{name}', uuid).replace('{place}', place).replace('{colour}', hex(looks.condition[code]));
 function row(name, i) {
   const at = Math.min(Math.max(50 + 50 * share(i, told.q[i]), 0), 100), most = page.v_max[i], fast = most ? Math.min(100 * Math.abs(told.v[i]) / most, 100) : 0;
   const bar = (inner) => `<td style="padding:2px 6px 2px 0"><div style="position:relative;height:8px;background:#e6e8ec;border-radius:4px">${inner}</div></td>`;

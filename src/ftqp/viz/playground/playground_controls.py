@@ -5,9 +5,8 @@ from typing import Any
 
 from ftqp.faults.kinds import Degraded, Locked
 from ftqp.viz.live import colours
-from ftqp.viz.live.panel import INVITATION, PAUSE, REPAIR, RESET, RESUME, ROWS, SIDE, short_names
+from ftqp.viz.live.panel import INVITATION, NARROW, PAUSE, REPAIR, RESET, RESUME, ROWS, SIDE, short_names
 from ftqp.viz.live.panel import PATH as TO_PATH
-from ftqp.viz.live.pressed import rule, sheet, uuid
 from ftqp.viz.live.scene import RIVAL, Scene
 
 WORDS = (Locked.button, Degraded.button, REPAIR)
@@ -27,7 +26,7 @@ class Controls:
     Attributes:
         acts: What a control does by its name: ``time``, ``speed``, ``joint`` with its number, ``chosen``,
             ``overlay`` with its own, or ``drag``.
-        texts: Names of the texts that the script writes: ``head``, ``table``, ``curve`` and ``pressed``.
+        texts: Names of the texts that the script writes: ``head``, ``table`` and ``curve``.
     """
 
     acts: dict[str, list[Any]]
@@ -38,9 +37,9 @@ def add_controls(server: Any, scene: Scene, joints: tuple[str, ...], speed: floa
     """Put the controls on a page."""
     gui = server.gui
     acts: dict[str, list[Any]] = {}
-    texts = {"pressed": uuid(gui.add_html(sheet("")))}
+    gui.add_html(NARROW)
     gui.add_html(INVITATION.format(further=""))
-    texts["head"] = uuid(gui.add_html(""))
+    texts = {"head": uuid(gui.add_html(""))}
     acts[uuid(gui.add_button_group("time", (PAUSE, RESUME, RESET, TO_PATH)))] = ["time"]
     slider = gui.add_slider("speed", min=0.1, max=FASTEST, step=0.1, initial_value=speed)
     acts[uuid(slider)] = ["speed"]
@@ -69,6 +68,11 @@ def add_controls(server: Any, scene: Scene, joints: tuple[str, ...], speed: floa
     return Controls(acts=acts, texts=texts)
 
 
+def uuid(control: Any) -> str:
+    """How a page knows a control."""
+    return str(control._impl.uuid)
+
+
 def looks() -> dict[str, Any]:
     """Colours and words that the script paints and writes with."""
     return {
@@ -77,6 +81,5 @@ def looks() -> dict[str, Any]:
         "trail": colours.hexadecimal(colours.TRAIL), "rival": colours.hexadecimal(colours.RIVAL),
         "status": {name: colours.hexadecimal(colour) for name, colour in colours.STATUS.items()},
         "buttons": {Locked.button: Locked.number, Degraded.button: Degraded.number},
-        "sheet": sheet("{rules}"), "rule": rule("{name}", "{place}", "{colour}"),
         "named": NAMED, "overlay": RIVAL,
     }  # fmt: skip
