@@ -16,7 +16,7 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import Simulation
-from ftqp.viz.figures.agreement import draw_agreement, joint_difference
+from ftqp.viz.figures.compared_runs import draw_agreement, joint_difference
 
 AGREEMENT = 1e-6
 """Largest joint difference to the reference in a run that agrees [rad or m]."""

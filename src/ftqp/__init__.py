@@ -47,8 +47,8 @@ def _painter(home: str, name: str) -> Any:
 
 
 PAINTERS |= {
-    "robot": _painter("ftqp.viz.figures.shown", "robot_picture"),
-    "run": _painter("ftqp.viz.figures.shown", "run_picture"),
+    "robot": _painter("ftqp.viz.figures.arm_picture", "robot_picture"),
+    "run": _painter("ftqp.viz.figures.run_figures", "run_picture"),
     "coverage": _painter("ftqp.viz.figures.coverage_map", "draw_coverage"),
 }
 

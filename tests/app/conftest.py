@@ -1,8 +1,12 @@
 """A short scenario, so that a run of the command line takes a moment."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
+
+from ftqp.app.scenario.document import Document
+from ftqp.app.scenario.setup import Setup, resolve, validated
 
 SHORT = """
 [robot]
@@ -29,3 +33,13 @@ def short(tmp_path: Path) -> Path:
     file = tmp_path / "short.toml"
     file.write_text(SHORT, encoding="utf-8")
     return file
+
+
+def setup_of(folder: Path | None = None, **tables: Any) -> Setup:
+    """What a scenario with these tables stands for: a Panda that goes along a line where they are silent."""
+    content: dict[str, Any] = {
+        "robot": {"name": "panda"},
+        "path": {"kind": "line", "displacement": [0.1, 0.0, 0.0], "duration": 1.0},
+    }
+    found = Document(name="test", origin="test", folder=folder or Path.cwd(), content=content | tables)
+    return resolve(found, validated(found))

@@ -1,8 +1,6 @@
 """The section of a report on a campaign: what is in its folder is on the page; a broken folder is refused."""
 
 import json
-import sqlite3
-from contextlib import closing
 
 import pytest
 from typer.testing import CliRunner
@@ -70,13 +68,6 @@ def test_campaign_without_its_rows_still_has_its_tables(folder, tmp_path):
     assert "robot.name" in (tmp_path / "page.html").read_text()
 
 
-def test_summary_that_is_none_is_no_result(folder, tmp_path):
-    (folder / "results.sqlite").unlink()
-    (folder / "summary.json").write_text('{"campaign": 1}')
-    code, errors = report(folder, "-o", tmp_path / "page.html")
-    assert code == 2 and "holds no result" in errors
-
-
 def test_page_is_made_of_the_rows_and_says_what_is_missing_and_what_was_given_up(folder, tmp_path):
     with ResultsFile(folder, kind="campaign", key="x", columns=COLUMNS) as results:
         results.crash([63], "the worker died")
@@ -90,23 +81,6 @@ def test_page_is_made_of_the_rows_and_says_what_is_missing_and_what_was_given_up
     (folder / "summary.json").unlink()
     assert report(folder, "-o", tmp_path / "again.html")[0] == 0
     assert (tmp_path / "again.html").read_text() == page
-
-
-def test_name_that_is_no_text_is_shown_by_escapes(tmp_path):
-    about = {"name": "bad\udcff", "command": "ftqp campaign 'bad\udcff.toml'"}
-    with ResultsFile(tmp_path / "c", kind="campaign", key="x", columns=COLUMNS, about=about) as results:
-        results.write([7], [tuple(episode(7)[name] for name in COLUMNS)], 1.0, "here")
-    code, errors = report(tmp_path / "c", "-o", tmp_path / "page.html")
-    assert code == 0, errors
-    assert r"bad\udcff: 1 random episodes" in (tmp_path / "page.html").read_text()
-
-
-@pytest.mark.parametrize("statement", ["drawn = 3", "said = '['", "ticks = 'x'", "law_honesty = 'x'"])
-def test_rows_that_no_campaign_writes_are_refused_with_a_sentence(folder, tmp_path, statement):
-    with closing(sqlite3.connect(folder / "results.sqlite")) as connection, connection:
-        connection.execute(f"UPDATE results SET {statement} WHERE item = 3")
-    code, errors = report(folder, "-o", tmp_path / "page.html")
-    assert code == 2 and "is not as `ftqp campaign` writes it" in errors
 
 
 @pytest.mark.parametrize(

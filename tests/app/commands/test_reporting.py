@@ -230,7 +230,7 @@ def test_without_viser_a_note_takes_the_place_of_the_replay(
     def missing(*_: object, **__: object) -> str:
         raise MissingPackage("the replay", "viser", remedy_for_extra("viz"))
 
-    replaying = pytest.importorskip("ftqp.viz.report.replay", reason="needs viser", exc_type=MissingPackage)
+    replaying = pytest.importorskip("ftqp.viz.live.recording", reason="needs viser", exc_type=MissingPackage)
     monkeypatch.setattr(replaying, "replay", missing)
     result = asked(told, "-o", tmp_path / "page.html", "--json")
     assert result.exit_code == 0

@@ -79,7 +79,13 @@ def test_interrupted_coverage_goes_on_to_the_same_rows(
 
 STAGES = [
     (survival_labels, "lock_labels", 1, ()),
-    (self_motion_speeds, "speed_ratings", 1, ("--method", "constant", "--start", "given", "--stride", "50")),
+    pytest.param(
+        self_motion_speeds,
+        "speed_ratings",
+        1,
+        ("--method", "constant", "--start", "given", "--stride", "50"),
+        marks=pytest.mark.slow,
+    ),
     (placement, "placement_costs", 2, ("--optimise", "base")),
 ]
 
@@ -117,6 +123,7 @@ def test_interrupted_plan_goes_on_to_the_same_plan(
     assert not part.exists()
 
 
+@pytest.mark.slow
 def test_processes_make_the_same_plan(tmp_path: Path) -> None:
     for jobs, file in (((), "alone.npz"), (("--jobs", "2"), "two.npz")):
         result = asked("plan", LINE, *COARSE, *jobs, "-o", tmp_path / file)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ftqp.app.output.words import ending, fault_sentence, further_sentences, late_sentence, limits_sentence
+from ftqp.app.output.words import ending, fault_sentence, further_sentences, limits_sentence
 
 
 def test_rounding_is_no_exceeded_limit() -> None:
@@ -24,12 +24,6 @@ def test_every_exceeded_limit_is_named_with_its_excess() -> None:
 )
 def test_fault_tells_what_when_and_who_knows(kind: str, announced: float | None, sentence: str) -> None:
     assert fault_sentence({"kind": kind, "joint": "j1", "at": 2.0, "announced": announced}) == sentence
-
-
-def test_a_fault_behind_the_end_never_happens() -> None:
-    said = late_sentence("j1", 30.0, 6.0, may_take_longer=False)
-    assert "of j1 at 30 s comes too late: the run ends at 6 s, so that it never happens" in said
-    assert "only where the arm is so much slower" in late_sentence("j1", 30.0, 6.0, may_take_longer=True)
 
 
 def test_ending_tells_interruption_completion_and_stop_apart() -> None:
@@ -72,16 +66,3 @@ def test_soft_tasks_and_kept_points_are_told_in_their_units() -> None:
         "how near jug came to its cone is unknown",
     ]
     assert further_sentences({}) == []
-
-
-def test_what_a_torque_arm_learned_is_said_without_joints_that_hardly_moved():
-    learned = {
-        "rotors": [0.1, 0.3, 0.04], "rotors_error": [0.01, 0.3, 0.002], "friction": [0.0, 0.2, 0.1],
-        "payload": {"mass": 0.5, "com": [0.0, 0.0, 0.1]},
-    }  # fmt: skip
-    assert further_sentences({"learned": learned}) == [
-        "beside its model the arm was found to have rotors of 0.04 to 0.1 kg m2, dry friction of up to "
-        "0.2 N m and a load of 0.5 kg"
-    ]
-    nothing = {"rotors": [0.1], "rotors_error": [0.3], "friction": [0.0], "payload": None}
-    assert further_sentences({"learned": nothing}) == ["beside its model the arm was found to have nothing"]

@@ -1,37 +1,23 @@
 """Runs into folders: long ones in parts, two at once, on full disks, with clocks that are set back."""
 
 import json
-import os
-import re
-import subprocess
-import sys
-import time
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.app.conftest import setup_of
 
 import ftqp
-from ftqp.app.commands.study_folder import study_folder
 from ftqp.app.run import runs
 from ftqp.app.run.healthy_motion import task_of
-from ftqp.app.scenario.document import Document
-from ftqp.app.scenario.setup import Setup, resolve, validated
-from ftqp.core import clock
+from ftqp.app.scenario.setup import Setup
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
 from ftqp.sim.log.log_writer import log_files
 
 
 def setup(**tables: Any) -> Setup:
-    content: dict[str, Any] = {
-        "robot": {"name": "panda"},
-        "planner": {"dt": 0.01},
-        "path": {"kind": "circle", "radius": 0.02, "duration": 0.5},
-    }
-    found = Document(name="test", origin="test", folder=Path.cwd(), content=content | tables)
-    return resolve(found, validated(found))
+    return setup_of(**{"planner": {"dt": 0.01}, "path": ROUND} | tables)
 
 
 ROUND = {"kind": "circle", "radius": 0.02, "duration": 0.5}
@@ -108,57 +94,6 @@ def test_two_runs_into_one_folder_do_not_meet(tmp_path: Path, monkeypatch: pytes
     )
 
 
-@pytest.mark.parametrize("name", ["x" * 300, f"{'x' * 300}/y"])
-def test_name_that_is_too_long_for_a_folder_is_refused(tmp_path: Path, name: str) -> None:
-    for find in (runs.free_folder, study_folder):
-        with pytest.raises(InputError, match="cannot be made: File name too long"):
-            find(tmp_path / name, "x")
-    assert not runs.holds(tmp_path / name, "results.sqlite")
-
-
-@pytest.mark.parametrize("name", ["x" * 248, "\u00fc" * 200])
-def test_folder_that_is_named_after_a_long_name_has_its_beginning(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    folder = runs.free_folder(None, name)
-    folder.mkdir(parents=True)
-    assert re.sub(r"-\d{8}-\d{6}-\d{6}$", "", folder.name) in name and folder.name.startswith(name[:100])
-
-
-@pytest.mark.parametrize("back", [0.0, 3600.0])
-def test_a_clock_that_is_set_back_names_no_folder_twice(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, back: float
-) -> None:
-    times = [1e9, 1e9 - back, 1e9]
-
-    class Clock(datetime):
-        @classmethod
-        def now(cls, tz: Any = None) -> datetime:
-            return datetime.fromtimestamp(times.pop(0))
-
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(runs, "datetime", Clock)
-    found = []
-    for _ in range(3):
-        found.append(runs.free_folder(None, "x"))
-        found[-1].mkdir(parents=True)
-    assert len(set(found)) == 3
-    assert found[2].name == f"{found[0].name}-{3 if back == 0.0 else 2}"
-
-
-def test_a_clock_that_is_set_back_changes_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    as_ever = runs.run(setup(), tmp_path / "one", drawn=False).summary
-    times = iter(range(10**6, 0, -1))
-    monkeypatch.setattr(time, "time", lambda: float(next(times)))
-    monkeypatch.setattr(time, "time_ns", lambda: 10**9 * next(times))
-    back = runs.run(setup(), tmp_path / "two", drawn=False).summary
-    for facts in (as_ever, back):
-        del facts["folder"], facts["step_time_us"]
-    assert back == as_ever
-    assert clock.now.__module__ == "ftqp.core.clock" and clock.now() <= clock.now()
-
-
 def test_a_disk_that_is_full_in_the_middle_keeps_what_was_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -174,23 +109,3 @@ def test_a_disk_that_is_full_in_the_middle_keeps_what_was_written(
     log = ftqp.load_log(tmp_path / "out")
     assert len(log) and log.metadata["state"] in ("failed", "running")
     assert not (tmp_path / "out" / "summary.json").exists()
-
-
-@pytest.mark.skipif(os.name == "nt" or not hasattr(os, "geteuid") or os.geteuid() != 0, reason="needs root")
-@pytest.mark.slow
-def test_a_file_system_that_is_full_is_said_in_a_sentence(tmp_path: Path) -> None:
-    """A real one of 2 MB; where it cannot be mounted there is nothing to be tried."""
-    if subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", str(tmp_path)], check=False
-    ).returncode:
-        pytest.skip("no file system can be mounted here")
-    try:
-        ran = subprocess.run(
-            [sys.executable, "-m", "ftqp", "run", "panda-circle", "--out", str(tmp_path / "out"), "--json"],
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        assert ran.returncode == 2 and "Traceback" not in ran.stderr
-        assert "No space left on device" in json.loads(ran.stdout)["error"]
-        assert len(ftqp.load_log(tmp_path / "out")) > 0
-    finally:
-        subprocess.run(["umount", str(tmp_path)], check=False)

@@ -5,25 +5,25 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.app.conftest import setup_of
 
-from ftqp.app.scenario.document import Document
-from ftqp.app.scenario.setup import Setup, load, resolve, validated
+from ftqp.app.scenario.setup import Setup, load
 from ftqp.core.errors import ScenarioError
 from ftqp.sim.plants.servo_plant import ServoPlant
 
 BASE: dict[str, Any] = {"kind": "platform"}
 
 
+HELD = {
+    "planner": {"level": "velocity"},
+    "path": {"kind": "hold", "duration": 1.0},
+    "base": BASE,
+}
+
+
 def setup(folder: Path | None = None, **tables: Any) -> Setup:
     """What a scenario of a Panda that holds its pose stands for, with these tables."""
-    content: dict[str, Any] = {
-        "robot": {"name": "panda"},
-        "planner": {"level": "velocity"},
-        "path": {"kind": "hold", "duration": 1.0},
-        "base": BASE,
-    }
-    found = Document(name="test", origin="test", folder=folder or Path.cwd(), content=content | tables)
-    return resolve(found, validated(found))
+    return setup_of(folder, **HELD | tables)
 
 
 def refused(**tables: Any) -> str:

@@ -137,28 +137,3 @@ def test_whole_number_that_cannot_even_be_shown_is_refused_by_its_key(key: str) 
     shown = key.replace(".0.", "[0].")
     with pytest.raises(ScenarioError, match=re.escape(f"{shown} is a whole number beyond 1e+300 in size")):
         document.read("panda-circle", [f"{key}={HUGE}"])
-
-
-def test_whole_number_that_cannot_even_be_shown_is_refused_in_a_file(tmp_path: Path) -> None:
-    for kind in ("scenario", "study", "campaign"):
-        (tmp_path / "x.toml").write_text(f"[campaign]\nseed = [1, {HUGE}]\n")
-        with pytest.raises(ScenarioError, match=r"campaign\.seed\[1\] is a whole number beyond"):
-            document.read(str(tmp_path / "x.toml"), kind=kind)
-
-
-@pytest.mark.parametrize(
-    ("line", "remedy"),
-    [
-        ("radius = 0,1", "; write 0.1, with a point"),
-        ("closed = True  # or not", "; write true, not True"),
-        ("kind = circle", '; text needs quotes: "circle"'),
-        ('kind = "circle', "; the text has no quote at its end"),
-        ("kind = = 3", ""),
-    ],
-)
-def test_a_line_that_is_no_toml_comes_with_what_to_write(line: str, remedy: str, tmp_path: Path) -> None:
-    file = tmp_path / "own.toml"
-    file.write_text(f'[robot]\nname = "panda"\n{line}\nlast = 3\n', encoding="utf-8")
-    with pytest.raises(ScenarioError) as refused:
-        document.read(str(file))
-    assert re.search(rf"at line 3, column \d+\){re.escape(remedy)}$", str(refused.value))

@@ -1,28 +1,16 @@
 """The plant and the sensors that a scenario describes, and what it is told of wrong ones."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.app.conftest import setup_of
 
-from ftqp.app.scenario.document import Document
-from ftqp.app.scenario.setup import Setup, resolve, validated
 from ftqp.core.errors import ScenarioError
 
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
 from ftqp.sim.plants.mujoco_plant import MujocoPlant
-
-
-def setup(**tables: Any) -> Setup:
-    """What a scenario with these tables stands for."""
-    content: dict[str, Any] = {
-        "robot": {"name": "panda"},
-        "path": {"kind": "line", "displacement": [0.1, 0.0, 0.0], "duration": 1.0},
-    }
-    found = Document(name="test", origin="test", folder=Path.cwd(), content=content | tables)
-    return resolve(found, validated(found))
 
 
 def test_mujoco_plant_is_made_as_the_scenario_says() -> None:
@@ -38,7 +26,7 @@ def test_mujoco_plant_is_made_as_the_scenario_says() -> None:
         "brake": {"panda_joint2": 5.0},
         "end_stops": 0.01,
     }
-    plant = setup(simulation={"plant": "mujoco", "mujoco": mujoco}).plant
+    plant = setup_of(simulation={"plant": "mujoco", "mujoco": mujoco}).plant
     assert isinstance(plant, MujocoPlant)
 
 
@@ -49,12 +37,12 @@ def test_sensors_are_made_as_the_scenario_says() -> None:
         "bias": 0.25,
         "faults": [{"kind": "dropped", "joint": 0, "at": 0.0}],
     }
-    sensors = setup(sensors=table).sensors
+    sensors = setup_of(sensors=table).sensors
     assert sensors is not None
     sensors.measure(np.full(7, 0.6), np.zeros(7))
     assert np.isnan(sensors.q[0])
     np.testing.assert_array_equal(sensors.q[1:], np.full(6, 0.75))
-    assert setup().sensors is None
+    assert setup_of().sensors is None
 
 
 @pytest.mark.parametrize(
@@ -111,5 +99,5 @@ def test_sensors_are_made_as_the_scenario_says() -> None:
 )
 def test_every_wrong_key_is_told_with_its_place(tables: dict[str, Any], sentence: str) -> None:
     with pytest.raises(ScenarioError) as caught:
-        setup(**tables)
+        setup_of(**tables)
     assert sentence in str(caught.value)

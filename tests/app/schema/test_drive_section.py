@@ -1,35 +1,24 @@
 """What a scenario says of the planner's drive, and what it is told of a wrong one."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.app.conftest import setup_of
 
-from ftqp.app.scenario.document import Document
-from ftqp.app.scenario.setup import Setup, resolve, validated
 from ftqp.core.errors import ScenarioError
 
 
-def setup(planner: dict[str, Any]) -> Setup:
-    """What a scenario with this table of the planner stands for."""
-    content: dict[str, Any] = {
-        "robot": {"name": "panda"},
-        "planner": planner,
-        "path": {"kind": "line", "displacement": [0.1, 0.0, 0.0], "duration": 1.0},
-    }
-    found = Document(name="test", origin="test", folder=Path.cwd(), content=content)
-    return resolve(found, validated(found))
-
-
 def test_drive_is_a_name_or_a_table() -> None:
-    assert setup({}).planner.drive.kind == "position"
-    assert setup({"drive": "torque"}).planner.drive.kind == "torque"
-    drive = setup({"drive": {"kind": "velocity", "bandwidth": 90.0, "latency": 0.002}}).planner.drive
+    assert setup_of(planner={}).planner.drive.kind == "position"
+    assert setup_of(planner={"drive": "torque"}).planner.drive.kind == "torque"
+    drive = setup_of(
+        planner={"drive": {"kind": "velocity", "bandwidth": 90.0, "latency": 0.002}}
+    ).planner.drive
     assert (drive.kind, drive.bandwidth, drive.latency) == ("velocity", 90.0, 0.002)
 
 
 def test_noise_is_what_the_planner_believes() -> None:
-    assert setup({"noise": {"q": 1e-4, "tau": 0.2}}).planner.noise.q == 1e-4
+    assert setup_of(planner={"noise": {"q": 1e-4, "tau": 0.2}}).planner.noise.q == 1e-4
 
 
 @pytest.mark.parametrize(
@@ -49,5 +38,5 @@ def test_noise_is_what_the_planner_believes() -> None:
 )
 def test_every_wrong_key_is_told_with_its_place(planner: dict[str, Any], sentence: str) -> None:
     with pytest.raises(ScenarioError) as caught:
-        setup(planner)
+        setup_of(planner=planner)
     assert sentence in str(caught.value)

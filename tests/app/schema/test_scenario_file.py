@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.app.conftest import setup_of
 
 import ftqp
 from ftqp.app.run import runs
 from ftqp.app.scenario.document import Document, bundled
-from ftqp.app.scenario.setup import Setup, load, resolve, validated
+from ftqp.app.scenario.setup import load, resolve, validated
 from ftqp.control import paths
 from ftqp.core.errors import ScenarioError
 from ftqp.model import catalog
@@ -58,16 +59,6 @@ RELAXED = (
 """Those that complete their task though now and then a limit keeps them from it."""
 
 
-def setup(**tables: Any) -> Setup:
-    """What a scenario with these tables stands for."""
-    content: dict[str, Any] = {
-        "robot": {"name": "panda"},
-        "path": {"kind": "line", "displacement": [0.1, 0.0, 0.0], "duration": 1.0},
-    }
-    found = Document(name="test", origin="test", folder=Path.cwd(), content=content | tables)
-    return resolve(found, validated(found))
-
-
 def test_every_bundled_scenario_has_its_ending_told() -> None:
     assert set(bundled()) == set(ENDINGS)
 
@@ -107,25 +98,25 @@ def test_bundled_scenario_ends_as_it_tells(name: str, summary_of: Callable[[str]
 
 
 def test_without_a_start_the_arm_is_at_rest_in_its_neutral_posture() -> None:
-    made = setup()
+    made = setup_of()
     assert (made.q == made.robot.neutral).all()
     assert (made.v == 0.0).all()
 
 
 def test_the_path_starts_where_the_arm_is() -> None:
     q = [0.1, -0.7, 0.2, -2.2, 0.1, 1.6, 0.7]
-    made = setup(start={"q": q})
+    made = setup_of(start={"q": q})
     assert np.abs(made.path.start - made.robot.pose(q)).max() < 1e-12
 
 
 def test_limits_of_the_scenario_replace_those_of_the_robot() -> None:
-    made = setup(robot={"name": "panda", "acceleration": 3.0, "limits": {"v_max": [0.1] * 7}})
+    made = setup_of(robot={"name": "panda", "acceleration": 3.0, "limits": {"v_max": [0.1] * 7}})
     assert (made.robot.limits.v_max == 0.1).all()
     assert (made.robot.limits.a_max == 3.0).all()
 
 
 def test_a_robot_may_be_a_table_of_denavit_and_hartenberg() -> None:
-    made = setup(
+    made = setup_of(
         robot={
             "dh": [[0.0, 0.0, 0.5, 0.0], [0.0, 0.0, 0.5, 0.0], [0.0, 0.0, 0.5, 0.0]],
             "limits": {"q_min": -2.0, "q_max": 2.0, "v_max": 1.0, "a_max": 5.0},
@@ -141,19 +132,19 @@ def test_a_robot_may_be_a_table_of_denavit_and_hartenberg() -> None:
 def test_a_robot_of_the_catalog_may_have_options() -> None:
     robot = {"name": "planar", "options": {"lengths": [1.0, 0.8, 0.5], "continuous": True}}
     line = {"kind": "line", "displacement": [0.0, 0.1, 0.0], "duration": 1.0}
-    made = setup(robot=robot, planner={"task": {"rows": ["x", "y"]}}, path=line)
+    made = setup_of(robot=robot, planner={"task": {"rows": ["x", "y"]}}, path=line)
     assert made.robot.joints == ("j1", "j2", "j3")
     assert made.robot.continuous.all()
 
 
 def test_a_detector_is_there_where_its_table_is() -> None:
-    assert setup().planner.diagnosis is None
-    made = setup(planner={"detector": {"patience": 0.03}})
+    assert setup_of().planner.diagnosis is None
+    made = setup_of(planner={"detector": {"patience": 0.03}})
     assert made.planner.diagnosis is not None
 
 
 def test_planner_is_made_as_the_scenario_says() -> None:
-    made = setup(
+    made = setup_of(
         planner={
             "dt": 0.004,
             "level": "velocity",
@@ -174,14 +165,14 @@ def test_planner_is_made_as_the_scenario_says() -> None:
 
 def test_a_scenario_may_name_a_closed_form() -> None:
     scheme = {"name": "singularity_robust", "rule": "exact_inf", "limit": 0.87}
-    made = setup(planner={"dt": 0.004, "level": "velocity", "scheme": scheme})
+    made = setup_of(planner={"dt": 0.004, "level": "velocity", "scheme": scheme})
     assert made.planner.scheme == ftqp.schemes.by_name(scheme)
     assert made.planner.backend == "active_set"
     assert "exact_inf" in made.toml
 
 
 def test_faults_keep_their_announcements() -> None:
-    made = setup(
+    made = setup_of(
         faults=[
             {"kind": "locked", "joint": "panda_joint4", "at": 0.5, "announced": "never"},
             {"kind": "degraded", "joint": 0, "at": 0.2, "announced": 0.3, "velocity": 0.5},
@@ -215,14 +206,14 @@ def test_faults_keep_their_announcements() -> None:
     ],
 )
 def test_every_kind_of_path_can_be_named(table: dict[str, Any], kind: type) -> None:
-    made = setup(path=table)
+    made = setup_of(path=table)
     assert type(made.path) is kind
     assert made.duration == 4.0
 
 
 def test_a_relative_goal_counts_from_the_start_pose() -> None:
     half = np.sqrt(0.5)
-    made = setup(
+    made = setup_of(
         path={
             "kind": "point_to_point",
             "position": [0.0, 0.1, 0.0],
@@ -304,7 +295,7 @@ def test_stall_table_is_the_switch_of_the_escape() -> None:
 
 def test_load_tool_and_friction_of_the_robot_are_the_planner_s_own() -> None:
     turned = [0.0, 0.0, 0.7071067811865476, 0.7071067811865476]
-    made = setup(
+    made = setup_of(
         robot={
             "name": "panda",
             "payload": {"mass": 1.5, "com": [0.0, 0.0, 0.04]},

@@ -103,7 +103,7 @@ def test_two_writers_do_not_meet(tmp_path: Path) -> None:
     opened(tmp_path).close()
 
 
-@pytest.mark.parametrize("room", [0, *(1024 * k for k in (2, 6, 12, 20, 24, 28, 32, 36, 44))])
+@pytest.mark.parametrize("room", [0, *(1024 * k for k in (6, 24, 36))])
 def test_a_disk_that_is_nearly_full_is_said_in_a_sentence_whatever_fails_first(
     tmp_path: Path, room: int
 ) -> None:
@@ -126,7 +126,7 @@ def test_a_disk_that_is_nearly_full_is_said_in_a_sentence_whatever_fails_first(
         assert results.count() == 1000
 
 
-@pytest.mark.parametrize("page", [1, 3, 4, 5, 8, 11])
+@pytest.mark.parametrize("page", [1, 4, 8])
 def test_a_damaged_page_is_said_in_a_sentence(tmp_path: Path, page: int) -> None:
     with opened(tmp_path) as results:
         results.write(range(300), [(0.5, 7, "y" * 100)] * 300, 1.0, "a")

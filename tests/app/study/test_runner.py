@@ -7,10 +7,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from concurrent.futures import Future
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 import pytest
 from tests.app.study.jobs import COLUMNS, Squares, expected
@@ -249,29 +247,3 @@ def test_an_interrupt_while_a_process_starts_waits_until_it_has(monkeypatch: pyt
     finally:
         workers.close()
         signal.signal(signal.SIGINT, ours)
-
-
-def test_a_chunk_that_comes_while_its_pool_breaks_is_lost_like_those_in_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    workers = LocalProcesses(Squares(), 1)
-    try:
-        workers.submit((1,)).result()
-        pool = workers._pool
-
-        def breaks(*_: Any) -> Any:
-            monkeypatch.setattr(pool, "_broken", "a child process terminated abruptly")
-            raise ValueError("bad value(s) in fds_to_keep")  # of a pipe that was closed meanwhile
-
-        def forgets(*_: Any) -> Any:
-            monkeypatch.setattr(workers._pool, "_broken", "a child process terminated abruptly")
-            return Future()  # nobody will ever end it
-
-        monkeypatch.setattr(pool, "submit", breaks)
-        assert isinstance(workers.submit((2,)).exception(timeout=30.0), workers.death)
-        assert workers.submit((3,)).result()[0] == [(9, 3**0.5, "item 3")]
-        monkeypatch.setattr(workers._pool, "submit", forgets)
-        assert isinstance(workers.submit((4,)).exception(timeout=30.0), workers.death)
-        assert workers.submit((5,)).result()[0] == [(25, 5**0.5, "item 5")]
-    finally:
-        workers.close()

@@ -18,7 +18,7 @@ from ftqp.sim.schedule import FaultEvent, Schedule
 
 pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
 
-from ftqp.viz.figures import agreement, canvas, curves
+from ftqp.viz.figures import canvas, events
 from ftqp.viz.figures import compared_runs as comparison
 
 KINDS = ["errors", "velocities", "accelerations", "torques", "status"]
@@ -53,8 +53,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[canvas.Figure]:
         figures.append(figure)
         return canvas.save(figure, path)
 
-    for module in (comparison, agreement):
-        monkeypatch.setattr(module, "save", keep)
+    monkeypatch.setattr(comparison, "save", keep)
     return figures
 
 
@@ -76,7 +75,7 @@ def test_errors_of_all_runs_share_one_logarithmic_panel(
     assert axes.get_yscale() == "log"
     assert axes.get_ylabel() == "position error [mm]"
     words = legend(drawn[0])
-    assert words[2] == f"mtn, largest {curves.length(logs['mtn']['position_error'].max())}"
+    assert words[2] == f"mtn, largest {events.length(logs['mtn']['position_error'].max())}"
     stop = logs["stops"]["t"][np.argmax(logs["stops"]["status"] >= 4)]
     assert words[3].endswith(f"stopped at {stop:.4g} s")
     np.testing.assert_allclose(axes.lines[2].get_ydata()[-50:], 1e3 * logs["mtn"]["position_error"][-50:])
@@ -108,7 +107,7 @@ def test_every_run_has_a_panel_of_velocities_with_the_same_axes(
 def test_agreement_shows_error_difference_and_times(
     logs: dict[str, Log], drawn: list[canvas.Figure], tmp_path: Path
 ) -> None:
-    agreement.draw_agreement(logs, tmp_path / "a.png", reference="one", title="t", tolerance=1e-6)
+    comparison.draw_agreement(logs, tmp_path / "a.png", reference="one", title="t", tolerance=1e-6)
     error, difference, times = drawn[0].axes
     assert error.get_ylabel() == "position error [mm]"
     assert "to one so far [rad]" in difference.get_ylabel()
@@ -120,7 +119,7 @@ def test_agreement_shows_error_difference_and_times(
 
 def test_unknown_reference_names_the_runs(logs: dict[str, Log], tmp_path: Path) -> None:
     with pytest.raises(InputError, match="it has one, same, mtn, stops"):
-        agreement.draw_agreement(logs, tmp_path / "a.png", reference="on", title="t")
+        comparison.draw_agreement(logs, tmp_path / "a.png", reference="on", title="t")
 
 
 def test_it_is_marked_when_a_detector_finds_out_and_not_said_who_was_told_where_runs_differ(

@@ -19,7 +19,8 @@ from ftqp.sim.sensors.joint_sensors import JointSensors, Offset
 
 pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
 
-from ftqp.viz.figures import canvas, palette, tracking
+from ftqp.viz.figures import canvas
+from ftqp.viz.figures import error_figures as errors
 from ftqp.viz.figures import joint_figures as joints
 from ftqp.viz.figures import status_ribbon as ribbon
 from ftqp.viz.figures.run_figures import DRAWINGS, save_figures
@@ -75,7 +76,7 @@ def drawn(monkeypatch):
         figures.append(figure)
         return canvas.save(figure, path)
 
-    for module in (joints, ribbon, tracking):
+    for module in (joints, ribbon, errors):
         monkeypatch.setattr(module, "save", keep)
     return figures
 
@@ -114,7 +115,7 @@ def test_run_with_sensors_has_a_picture_of_what_was_sent_and_measured(measured_l
 
 
 def test_path_figure_names_units_faults_and_errors(panda_log, drawn, tmp_path):
-    tracking.draw(panda_log, tmp_path / "a.png")
+    errors.draw_path(panda_log, tmp_path / "a.png")
     words = texts(drawn[0])
     names = "panda|mvn scheme|desired|actual|the target [mm]|the target [deg]|time [s]"
     instants = "panda_joint3 fails (1 s)|planner is told|emergency stop above this"
@@ -125,7 +126,7 @@ def test_path_figure_names_units_faults_and_errors(panda_log, drawn, tmp_path):
 
 def test_no_legend_hides_a_path(panda_log, stopped_log, drawn, tmp_path):
     for log in (panda_log, stopped_log):
-        tracking.draw(log, tmp_path / "a.png")
+        errors.draw_path(log, tmp_path / "a.png")
     for figure in drawn:
         assert not [axes for axes in figure.axes if axes.get_legend()]
         below = figure.legends[0].get_window_extent()
@@ -153,14 +154,14 @@ def test_joint_figure_shows_every_joint_within_its_limits(panda_log, drawn, tmp_
 def test_torque_at_the_brake_takes_the_place_of_that_of_the_motor(panda_log, drawn, tmp_path):
     joints.draw_torques(panda_log, tmp_path / "a.png")
     panel = drawn[0].axes[2]
-    (carried,) = [line for line in panel.lines if line.get_color() == palette.WINE]
+    (carried,) = [line for line in panel.lines if line.get_color() == canvas.WINE]
     told = panda_log["t"] >= 1.2 - 1e-9
     np.testing.assert_allclose(carried.get_ydata()[told], panda_log["tau_brake.panda_joint3"][told])
     assert np.isnan(carried.get_ydata()[~told]).all()
 
 
 def test_path_figure_draws_the_arm_at_five_instants_with_its_failed_joint(panda_log, drawn, tmp_path):
-    tracking.draw(panda_log, tmp_path / "a.png")
+    errors.draw_path(panda_log, tmp_path / "a.png")
     words = texts(drawn[0])
     assert "The arm from the side" in words and "The arm from above" in words
     assert "arm at 0, 0.5, " in words and "failed joint" in words

@@ -1,6 +1,5 @@
 """The page in a real browser: clicks reach the arm, and what happens to it is seen."""
 
-import io
 from threading import Event, Thread
 from time import monotonic, sleep
 
@@ -9,7 +8,6 @@ import pytest
 from tests.viz.live.stepped_source import SteppedSource
 
 from ftqp.sim.session.session_commands import Aim, TakeWay
-from ftqp.viz.live.colours import WAYS
 from ftqp.viz.live.live_page import Page
 
 PATIENCE = 120.0
@@ -103,41 +101,13 @@ def planner(source):
     return source.session.arms.arm.planner
 
 
-def red(tab):
-    """Red pixels of the scene, which stands between both panels."""
-    iio = pytest.importorskip("imageio.v3")
-    box = {"x": 240, "y": 0, "width": 430, "height": 480}
-    pixels = iio.imread(io.BytesIO(tab.screenshot(clip=box, timeout=120_000.0)))[..., :3].astype(int)
-    return int(((pixels[..., 0] > 140) & (pixels[..., 1] < 70) & (pixels[..., 2] < 80)).sum())
-
-
-def test_the_arm_has_half_of_a_window_of_1100_pixels_and_a_visitor_is_told_what_to_do(page, opened):
-    wide = opened(page.url, size=(1100, 480))
-    wide.wait_for_selector("#ftqp-status")
-    assert "Drag the arrows at the tip" in wide.inner_text("body")
-    edges = [
-        wide.get_by_text("What you see").first.bounding_box(),
-        wide.locator("#ftqp-status").bounding_box(),
-    ]
-    left = max(box["x"] + box["width"] for box in edges[:1])
-    assert left < 240 and edges[1]["x"] > 1100 - 330
-    wide.context.close()
-    until(lambda: page.browsers <= 1)
-
-
 def test_a_click_locks_a_joint_and_another_one_repairs_it(source, tab):
-    press(tab, "pause", 0, PAUSED)
-    before = red(tab)
-    press(tab, "resume", 0, RUNNING)
+    assert "Drag the arrows at the tip" in tab.inner_text("body")
     press(
         tab, "lock", 1, "d.faults.includes('panda_joint2:locked') && d.belief.includes('panda_joint2:locked')"
     )
     assert "panda_joint2" in planner(source).faults
     assert "locked" in tab.inner_text("#ftqp-joints")
-    until(lambda: source.session.facts.v[1] == 0.0)  # a joint that still brakes is of a darker red
-    press(tab, "pause", 0, PAUSED)
-    until(lambda: red(tab) > before + 50)
-    press(tab, "resume", 0, RUNNING)
     press(tab, "repair", 1, "d.faults === '' && d.belief === ''")
     assert not planner(source).faults
 
@@ -162,7 +132,7 @@ def test_two_browsers_see_the_same_and_one_that_dies_stops_nothing(source, page,
 def test_the_target_can_be_dragged(source, page, tab):
     press(tab, "pause", 0, PAUSED)
     start = source.frame().target
-    until(lambda: np.allclose(page._scene.handles._handle.position, start[:3, 3]))
+    until(lambda: np.allclose(page._scene.handles.tip.control.position, start[:3, 3]))
     client = next(iter(page._server.get_clients().values()))
     size = page._scene.size
 
@@ -214,24 +184,6 @@ def test_the_target_can_be_dragged(source, page, tab):
 
     until(lambda: left() < 0.3 * np.linalg.norm(led()), lambda: f"{led()=} {left()=} {source.frame()=}")
     insist(tab.get_by_role("button", name="to path", exact=True).click, lambda: aimed() is None)
-
-
-def test_labels_and_buttons_of_ways_out_tell_by_their_colour_which_ghost_is_meant(source, page, tab):
-    tab.get_by_role("tab", name="Ways out").click()
-    insist(lambda: click(tab, "look", 0), lambda: "go home" in tab.inner_text("#ftqp-ways"))
-    nodes, ways = page._server.scene._handle_from_node_name, source.session.facts.ways
-    for number, way in enumerate(ways):
-        if not way.clear:
-            continue
-        root, colour = f"/ways/{number}/", WAYS[number % len(WAYS)]
-        (thread,), (said,) = ([one for name, one in nodes.items() if f"{root}{part}" in name]
-                              for part in ("thread", "said"))  # fmt: skip
-        assert (np.unique(thread.colors.reshape(-1, 3), axis=0) == colour).all()
-        assert np.allclose(thread.points[0, 1], said.position, atol=1e-5)
-        button = tab.get_by_role("button", name=f"{number + 1} {way.kind}: {way.price}", exact=True)
-        shown = button.evaluate("e => getComputedStyle(e).backgroundColor")
-        assert shown == "rgb({}, {}, {})".format(*colour)
-    insist(lambda: click(tab, "forget", 0), lambda: "go home" not in tab.inner_text("#ftqp-ways"))
 
 
 def test_ways_out_are_ghosts_with_a_price_and_a_click_on_one_takes_it(source, page, tab):

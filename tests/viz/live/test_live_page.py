@@ -17,9 +17,9 @@ from ftqp.sim.session.session_commands import Aim, Break, Pause, Play, Repair, R
 from ftqp.viz.live import colours
 from ftqp.viz.live.frame_source import HeatMap
 from ftqp.viz.live.heat_map import failure_map
-from ftqp.viz.live.history import History
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.panel import short_names
+from ftqp.viz.live.plots import History
 from ftqp.viz.live.scene import OVERLAYS, frame_names
 from ftqp.viz.live.status_head import joint_table, status_head
 
@@ -102,7 +102,7 @@ def test_a_change_of_a_control_is_an_order(panda, label, value, order):
 def test_the_handle_of_the_target_leads_the_tip_and_its_end_gives_the_path_back(panda):
     source, page = panda
     box, target = controls(page)["drag the target"], source.frame().target
-    handle = page._scene.handles._handle  # it is there from the start, and leads nothing yet
+    handle = page._scene.handles.tip.control  # it is there from the start, and leads nothing yet
     assert box.value and not any(isinstance(order, Aim) for order in source.orders)
     assert np.allclose(handle.position, target[:3, 3])
     grab = partial(SimpleNamespace, target=handle)
@@ -115,25 +115,23 @@ def test_the_handle_of_the_target_leads_the_tip_and_its_end_gives_the_path_back(
     assert np.allclose(source.orders[-1].pose[:3, :3], target[:3, :3], atol=1e-9)
     use(box, False)
     assert source.orders[-1] == Aim(None)
-    assert page._scene.handles._handle is None
+    assert page._scene.handles.tip is None
     use(box, True)
-    assert source.orders[-1] == Aim(None) and page._scene.handles._handle is not None
+    assert source.orders[-1] == Aim(None) and page._scene.handles.tip is not None
     use(controls(page)["time"], "to path")
     assert source.orders[-1] == Aim(None)
 
 
 def test_the_handle_goes_with_its_target_while_nobody_holds_it(panda):
     source, page = panda
-    handles = page._scene.handles
+    handle = page._scene.handles.tip
     moved = source.frame().target.copy()
     moved[:3, 3] += [0.1, 0.0, 0.05]
-    handles.follow(moved)
-    assert np.allclose(handles._handle.position, moved[:3, 3])
-    asyncio.run(
-        handles._handle._impl_aux.update_cb[0](SimpleNamespace(target=handles._handle, phase="start"))
-    )
-    handles.follow(source.frame().target)  # somebody holds it
-    assert np.allclose(handles._handle.position, moved[:3, 3])
+    handle.follow(moved)
+    assert np.allclose(handle.control.position, moved[:3, 3])
+    asyncio.run(handle.control._impl_aux.update_cb[0](SimpleNamespace(target=handle.control, phase="start")))
+    handle.follow(source.frame().target)  # somebody holds it
+    assert np.allclose(handle.control.position, moved[:3, 3])
 
 
 def test_names_of_joints_lose_what_all_begin_with():

@@ -5,8 +5,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from ftqp.app.campaign.done_after_failures import recovery_summary
-from ftqp.app.campaign.found_failures import CONFIDENCE, detector_summary, share_interval
+from ftqp.app.campaign.found_failures import CONFIDENCE, detector_summary, recovery_summary, share_interval
 from ftqp.checker.checked_run import LAWS
 from ftqp.control.planner.status import StepStatus
 

@@ -13,7 +13,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp import __version__
-from ftqp.app.campaign import done_after_failures, found_failures
+from ftqp.app.campaign import found_failures
 from ftqp.app.campaign.draws import episode, refuse_wrong
 from ftqp.app.campaign.shown_trace import failures, model_file, trace
 from ftqp.app.scenario import composition, document
@@ -111,7 +111,7 @@ COLUMNS = {
     "largest_ok_error": "REAL",
     "followable": "REAL",
     **{f"law_{name}": "REAL" for name in LAWS},
-    **done_after_failures.COLUMNS,
+    **found_failures.REST_COLUMNS,
     **found_failures.COLUMNS,
     "sentences": "TEXT",
 }
@@ -247,7 +247,7 @@ class EpisodeWork:
             "followable": shown.until,
             "sentences": "\n".join(str(breach) for breach in seen.breaches),
             **by_law,
-            **done_after_failures.values(setup, shown.rest),
+            **found_failures.rest_values(setup, shown.rest),
             **found_failures.detector_values(setup, ended.log),
         }
 

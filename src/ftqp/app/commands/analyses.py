@@ -18,8 +18,9 @@ from ftqp.app.commands.options import (
     Source,
     StudyOut,
 )
-from ftqp.app.output.console import ExitCode, answer, tell_table
+from ftqp.app.output.console import ExitCode, answer, say, tell, tell_json, tell_table
 from ftqp.app.scenario import document
+from ftqp.core.errors import InputError
 
 
 def tell_bundled(kind: str, key: str, as_json: bool) -> ExitCode:
@@ -69,9 +70,47 @@ def calibrate(
     as_json: Json = False,
 ) -> ExitCode:
     """Learn a detector's thresholds, noise and friction from runs of the healthy arm."""
-    from ftqp.app.commands import detector_calibration
+    from ftqp.app.run.runs import SCENARIO
+    from ftqp.app.scenario.setup import load
+    from ftqp.faults.detection.detector import Detector
+    from ftqp.sim.log.log_file import load_log
 
-    return detector_calibration.calibrate(runs, out, alarms=alarms, extrapolate=extrapolate, as_json=as_json)
+    if out.exists():
+        raise InputError(f"{out} exists, and nothing is overwritten; name another one by --out")
+    scenario = runs[0] / SCENARIO
+    if not scenario.is_file():
+        raise InputError(f"{runs[0]} has no {SCENARIO}; expected the folder of a run, `ftqp run` makes one")
+    logs = [load_log(run) for run in runs]
+    setup = load(str(scenario))
+    planner, table = setup.planner, setup.tables.planner.detector
+    settings = Detector() if table is None else table.made(calibration=None)
+    blank = settings.for_arm(planner.robot, planner.dt, drive=planner.drive, noise=planner.noise)
+    found = blank.calibrate(logs, alarms, extrapolate=extrapolate).calibration
+    assert found is not None
+    found.save(out)
+    if as_json:
+        tell_json(
+            {
+                "file": str(out),
+                "hours": found.hours,
+                "rate": found.rate,
+                "alarms": found.alarms,
+                "rate_interval": [found.rate_low, found.rate_high],
+                "extrapolated": found.extrapolated,
+                "noise": found.sigma,
+                "friction": dict(zip(found.joints, found.coulomb.tolist(), strict=True)),
+            }
+        )
+        return ExitCode.DONE
+    tell(str(found))
+    tell(f"The encoders' noise is {found.sigma:.2g} rad.")
+    if found.coulomb.any():
+        rubs = ", ".join(f"{joint} {f:.2g}" for joint, f in zip(found.joints, found.coulomb, strict=True))
+        tell(f"Coulomb friction [N m]: {rubs}.")
+    else:
+        say("note: no friction was found; runs without torques do not show any")
+    tell(f"{out}: use it by calibration = {str(out)!r} in [planner.detector]")
+    return ExitCode.DONE
 
 
 def coverage(

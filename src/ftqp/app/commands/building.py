@@ -100,24 +100,14 @@ def build(
 
 def _planner_of(source: str, tip: str | None, overrides: Any) -> tuple[str, Any, Any, Any]:
     """Name, planner, start and path of a scenario; of a robot the plain planner, and no path."""
-    from ftqp.app.commands.inspection import MODELS, robot_of
-    from ftqp.app.scenario.document import bundled
+    from ftqp.app.commands.inspection import arm_of
     from ftqp.control.planner.planner import Planner
     from ftqp.model import catalog
 
-    known = source.partition("(")[0] in catalog.names()
-    if known or Path(source).suffix.lower() in MODELS:
-        if overrides:
-            raise InputError(f"{source} is a robot, no scenario, so that --set has nothing to change")
-        planner = Planner(robot_of(source, [] if tip is None else [tip], []))
-        return source if known else planner.robot.name, planner, planner.robot.neutral, None
-    if not Path(source).suffix and not Path(source).exists() and source not in bundled():
-        raise unknown("robot, scenario or file", source, "ftqp", [*catalog.names(), *bundled()])
-    if tip is not None:
-        raise InputError(f"{source} is a scenario, whose [robot] has the tip; leave --tip out")
-    from ftqp.app.scenario.setup import load
-
-    setup = load(source, overrides)
+    robot, setup = arm_of(source, tip, overrides)
+    if setup is None:
+        known = source.partition("(")[0] in catalog.names()
+        return source if known else robot.name, Planner(robot), robot.neutral, None
     if setup.world is not None:
         raise InputError(f"{source} has a base that moves, which a library in C does not; leave [base] out")
     return setup.name, setup.planner, setup.q, setup.path

@@ -10,8 +10,7 @@ from ftqp.app.campaign.episode_study import COLUMNS, KIND, Campaign, EpisodeWork
 from ftqp.app.campaign.kept_campaign import STUDY
 from ftqp.app.commands.campaign_section import by_key, campaign_told
 from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
-from ftqp.app.output.console import ExitCode, answer, json_text, tell
-from ftqp.app.output.told import tell_all
+from ftqp.app.output.console import ExitCode, answer, json_text, tell, tell_all
 from ftqp.app.run import runs
 from ftqp.app.run.runs import SUMMARY, write
 from ftqp.app.study.results_file import ResultsFile

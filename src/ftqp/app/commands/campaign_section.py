@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from ftqp.app.campaign.campaign_summary import fallback_share
 from ftqp.app.campaign.found_failures import share_interval
-from ftqp.app.output.told import Table, page_parts
+from ftqp.app.output.console import Table, page_parts
 from ftqp.app.run.runs import SUMMARY
 from ftqp.checker.checked_run import LAWS
 from ftqp.core.errors import InputError, MissingPackage, printable
@@ -136,7 +136,7 @@ def _pictures(facts: dict[str, Any]) -> list[str]:
     """The histogram and the shares; none where figures cannot be drawn."""
     try:
         from ftqp.viz.figures.campaign_pictures import draw_ok_errors, draw_shares
-        from ftqp.viz.report.inline_figures import inline
+        from ftqp.viz.report.run_report import inline
     except MissingPackage:
         return []
     parts = []

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from ftqp.app.commands.options import Dask, Jobs, Json, Overrides, StudyOut, whole_number
+from ftqp.app.commands.options import Dask, Jobs, Json, Overrides, StudyOut
 from ftqp.app.output.console import ExitCode
 from ftqp.core.errors import InputError
 
@@ -21,7 +21,6 @@ def campaign(
         int | None,
         typer.Option(
             metavar="N",
-            parser=whole_number,
             help="How many episodes there are in all; more of them go on with those in --out.",
         ),
     ] = None,
@@ -35,7 +34,6 @@ def campaign(
         int | None,
         typer.Option(
             metavar="N",
-            parser=whole_number,
             help="Run this episode alone, with log and figures, and judge it.",
         ),
     ] = None,
@@ -43,7 +41,6 @@ def campaign(
         int | None,
         typer.Option(
             metavar="N",
-            parser=whole_number,
             help="Make a small scenario that breaks the law which this episode breaks, and a test of it.",
         ),
     ] = None,

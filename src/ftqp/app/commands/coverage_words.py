@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 
 from ftqp import __version__
-from ftqp.app.output.told import Table, page_parts
+from ftqp.app.output.console import Table, page_parts
 from ftqp.app.run.runs import SUMMARY, summary_with, write
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import KINDS

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -14,8 +14,7 @@ from ftqp.analysis.survival.coverage_report import SENTENCES
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.app.commands.coverage_words import HEAT_MAP, MOTION, PAGE, coverage_told, write_page
 from ftqp.app.commands.study_folder import study_folder
-from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json
-from ftqp.app.output.told import tell_all
+from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_all, tell_json
 from ftqp.app.run.healthy_motion import healthy_motion, motion_of_task
 from ftqp.app.run.runs import SUMMARY, holds, make_folder, write
 from ftqp.app.scenario.setup import load
@@ -26,24 +25,12 @@ from ftqp.app.view.verdicts_file import write_verdicts
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.kernel.layout.enums import Survival
-from ftqp.model.chain import frame_id
-from ftqp.model.posture import places
 from ftqp.model.robot import Robot
-
-INSTANTS: Final = 5
-"""So often the arm is drawn on its way."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Subject:
-    """A motion whose coverage is told.
-
-    Attributes:
-        name: Of the scenario.
-        title: Which motion it is, in words.
-        task: The path on its time grid.
-        q: The joints on it, (N + 1, nv) [rad or m].
-    """
+    """A motion whose coverage is told: its path on a time grid, and joints on it, (N + 1, nv) [rad or m]."""
 
     name: str
     title: str
@@ -210,12 +197,4 @@ def _motion(found: Subject, file: Path) -> Path:
     """The picture of the motion."""
     from ftqp.viz.figures.motion_picture import draw_motion
 
-    robot, q = found.task.robot, found.q
-    tip = frame_id(robot.model, robot.tip)
-    at = np.linspace(0, len(q) - 1, INSTANTS).round().astype(int)
-    arms = np.stack([places(robot.model, tip, robot.configuration(row))[0] for row in q[at]])
-    arms = np.concatenate([np.zeros((len(arms), 1, 3)), arms], axis=1)
-    way = np.stack([robot.pose(row)[:3, 3] for row in q])
-    limits = np.column_stack([robot.limits.q_min, robot.limits.q_max])
-    title = f"{found.name}: {found.title}"
-    return draw_motion(file, title, robot.joints, found.task.t, q, limits, arms, way, robot.chain.limbs)
+    return draw_motion(file, f"{found.name}: {found.title}", found.task.robot, found.task.t, found.q)

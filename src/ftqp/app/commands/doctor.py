@@ -4,9 +4,8 @@ import platform
 import re
 import statistics
 import sys
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, requires, version
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,16 +34,8 @@ DIGITS = 1e-9
 """A target that stands is kept to this [m]."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Check:
-    """One thing that was looked at.
-
-    Attributes:
-        name: What.
-        found: What there is, in a few words.
-        state: ``ok``, ``missing`` for what is optional, or ``wrong``.
-        remedy: What to do; empty where nothing is to be done.
-    """
+class Check(NamedTuple):
+    """One thing that was looked at: what, what there is, ``ok``, ``missing`` or ``wrong``, and what to do."""
 
     name: str
     found: str
@@ -55,27 +46,20 @@ class Check:
 def examine(*, as_json: bool) -> ExitCode:
     """Look at everything and tell it; done where nothing is wrong."""
     checks = [_python(), _processor(), _kernel(), *_packages(), _trial()]
-    wrong = [check for check in checks if check.state == "wrong"]
-    facts: dict[str, Any] = {
-        "sound": not wrong,
-        "checks": [
-            {"name": one.name, "found": one.found, "state": one.state, "remedy": one.remedy} for one in checks
-        ],
-    }
-    answer(facts, as_json, lambda: tell("\n".join(lines(checks))))
+    wrong = sum(one.state == "wrong" for one in checks)
+    facts: dict[str, Any] = {"sound": not wrong, "checks": [one._asdict() for one in checks]}
+    answer(facts, as_json, lambda: tell("\n".join(lines(checks, wrong))))
     return ExitCode.STOPPED if wrong else ExitCode.DONE
 
 
-def lines(checks: list[Check]) -> list[str]:
+def lines(checks: list[Check], wrong: int) -> list[str]:
     """The checks for a person: a line each, with what to do."""
     width = max(len(one.name) for one in checks)
     marks = {"ok": "ok     ", "missing": "missing", "wrong": "WRONG  "}
     said = []
     for one in checks:
         said.append(f"{marks[one.state]}  {one.name:{width}}  {one.found}")
-        if one.remedy:
-            said.append(f"{'':{width + 11}}{one.remedy}")
-    wrong = sum(one.state == "wrong" for one in checks)
+        said += [f"{'':{width + 11}}{one.remedy}"] if one.remedy else []
     ending = (
         f"{wrong} of these keep ftqp from working as it should" if wrong else "this installation is sound"
     )
@@ -84,37 +68,29 @@ def lines(checks: list[Check]) -> list[str]:
 
 def _python() -> Check:
     """The interpreter."""
-    found = f"{platform.python_implementation()} {platform.python_version()}, {sys.platform}"
-    return Check(name="Python", found=found)
+    implementation = platform.python_implementation()
+    return Check("Python", f"{implementation} {platform.python_version()}, {sys.platform}")
 
 
 def _processor() -> Check:
     """The machine, and the class of processors that it belongs to."""
     level = level_here()
     if level is None:
-        return Check(
-            name="processor",
-            found=f"{platform.machine()}, of no class that a kernel is built for",
-            state="wrong",
-            remedy="ftqp runs as plain Python here, some hundred times slower",
-        )
-    return Check(name="processor", found=f"{platform.machine()}, {level}")
+        found = f"{platform.machine()}, of no class that a kernel is built for"
+        remedy = "ftqp runs as plain Python here, some hundred times slower"
+        return Check("processor", found, "wrong", remedy)
+    return Check("processor", f"{platform.machine()}, {level}")
 
 
 def _kernel() -> Check:
     """The built library."""
     if mode.PLAIN:
-        return Check(
-            name="kernel",
-            found="plain Python, as NUMBA_DISABLE_JIT asks for",
-            state="wrong",
-            remedy="unset it",
-        )
+        return Check("kernel", "plain Python, as NUMBA_DISABLE_JIT asks for", "wrong", "unset it")
     try:
         library = library_in(BUILT, mode.KERNEL)
     except NoLibrary as error:
-        return Check(name="kernel", found=f"plain Python: {error}", state="wrong", remedy=REMEDY)
-    return Check(name="kernel", found=f"built for {library.level}, in {BUILT}")
+        return Check("kernel", f"plain Python: {error}", "wrong", REMEDY)
+    return Check("kernel", f"built for {library.level}, in {BUILT}")
 
 
 def _packages() -> list[Check]:
@@ -122,14 +98,8 @@ def _packages() -> list[Check]:
     try:
         declared = requires(NAME) or []
     except PackageNotFoundError:
-        return [
-            Check(
-                name="package",
-                found="not installed, only on the path",
-                state="missing",
-                remedy="its dependencies cannot be looked up; install it: pip install . in its folder",
-            )
-        ]
+        remedy = "its dependencies cannot be looked up; install it: pip install . in its folder"
+        return [Check("package", "not installed, only on the path", "missing", remedy)]
     needed: dict[str, list[str]] = {"": [], **{extra: [] for extra in NEEDED_FOR}}
     for line in declared:
         name, extra = REQUIREMENT.match(line), EXTRA.search(line)
@@ -140,16 +110,14 @@ def _packages() -> list[Check]:
     for kind, names in needed.items():
         there = {name: found for name in names if (found := version_of(name)) is not None}
         absent = [name for name in names if name not in there]
-        found = ", ".join(f"{name} {number}" for name, number in there.items())
-        said = found if not absent else f"without {', '.join(absent)}"
-        if not kind:
-            remedy = "install ftqp anew: pip install . in its folder" if absent else ""
-            checks.append(Check(name="needs", found=said, state="wrong" if absent else "ok", remedy=remedy))
-        else:
-            remedy = f"for {NEEDED_FOR[kind]}: {remedy_for_extra(kind)}" if absent else ""
-            checks.append(
-                Check(name=f"[{kind}]", found=said, state="missing" if absent else "ok", remedy=remedy)
-            )
+        what = f"[{kind}]" if kind else "needs"
+        if not absent:
+            checks.append(Check(what, ", ".join(f"{name} {number}" for name, number in there.items())))
+            continue
+        again = "install ftqp anew: pip install . in its folder"
+        remedy = f"for {NEEDED_FOR[kind]}: {remedy_for_extra(kind)}" if kind else again
+        state = "missing" if kind else "wrong"
+        checks.append(Check(what, f"without {', '.join(absent)}", state, remedy))
     return checks
 
 
@@ -185,10 +153,10 @@ def _trial() -> Check:
     except (FtqpError, ImportError, OSError) as error:
         lacking = missing_library(error) if isinstance(error, ImportError) else None
         remedy = lacking or "see what is wrong above"
-        return Check(name="trial", found=f"failed: {error}", state="wrong", remedy=remedy)
+        return Check("trial", f"failed: {error}", "wrong", remedy)
     still = step.status is ftqp.StepStatus.OK and step.position_error < DIGITS and bool(np.isfinite(q).all())
     found = (
         f"{TRIES} steps, a joint locked, {step.status.name}, {1e-3 * statistics.median(times):.1f} us a step"
     )
     remedy = "" if still else "this should be OK; please report it, with these lines"
-    return Check(name="trial", found=found, state="ok" if still else "wrong", remedy=remedy)
+    return Check("trial", found, "ok" if still else "wrong", remedy)

@@ -76,6 +76,7 @@ def identify(
     as_json: Json = False,
 ) -> ExitCode:
     """Find rotors, friction, load, gains and offsets of an arm from logs with torques."""
+    from ftqp.app.commands.inspection import arm_of
     from ftqp.model.fitting.fitted_arm import fitted_arm
     from ftqp.model.fitting.unknowns import KINDS
 
@@ -84,12 +85,12 @@ def identify(
             raise InputError(
                 "--motion writes a motion for an arm and reads no log; leave LOG and --robot out"
             )
-        return _write_motion(_arm(motion, tip), seconds, output, rehearse, as_json)
+        return _write_motion(_Arm(*arm_of(motion, tip)), seconds, output, rehearse, as_json)
     if not logs:
         raise InputError("no log was given; name CSV files or runs, or --motion ARM for a motion to record")
     if rehearse is not None:
         raise InputError("--rehearse goes with --motion, whose motion it goes; leave it out")
-    arm = _arm(robot or str(_scenario_of(logs)), tip)
+    arm = _Arm(*arm_of(robot or str(_scenario_of(logs)), tip))
     kinds = list(KINDS) if only is None else [name.strip() for name in only.split(",") if name.strip()]
     for name in kinds:
         if name not in KINDS:
@@ -107,28 +108,6 @@ def identify(
     if output is not None:
         say(f"{output}: the arm with these rotors and this friction")
     return ExitCode.DONE
-
-
-def _arm(source: str, tip: str | None) -> _Arm:
-    """The arm of a scenario, of the catalog, or of a file."""
-    from ftqp.app.commands.inspection import robot_of
-    from ftqp.app.scenario import document
-    from ftqp.model import catalog
-
-    if source.partition("(")[0] in catalog.names() or Path(source).suffix.lower() in (
-        ".urdf",
-        ".xml",
-        ".mjcf",
-    ):
-        return _Arm(robot_of(source, [tip] if tip else [], []))
-    if not (Path(source).exists() or source in document.bundled("scenario")):
-        raise unknown("arm", source, "ftqp", [*catalog.names(), *document.bundled("scenario")])
-    from ftqp.app.scenario.setup import load
-
-    if tip is not None:
-        raise InputError(f"scenario {source} says which tip it has; leave --tip out")
-    setup = load(source)
-    return _Arm(setup.robot, setup)
 
 
 def _scenario_of(logs: list[Path]) -> Path:

@@ -1,9 +1,10 @@
 """``ftqp inspect``: what was read of an arm, what it can do, and which joints it can lose."""
 
+from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
 from re import sub
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,6 +30,9 @@ from ftqp.model.posture import (
     scaled_jacobian,
 )
 from ftqp.model.robot import Robot
+
+if TYPE_CHECKING:
+    from ftqp.app.scenario.setup import Setup
 
 TASKS = {"pose": COMPONENTS, "position": COMPONENTS[:3]}
 """Tasks whose locks are looked at, by name."""
@@ -67,6 +71,23 @@ def robot_of(source: str, tips: list[str], locked: list[str], *, holds: bool = F
     except ModelError as error:
         what = str(error).partition("\n")[0]
         raise ModelError(what, [_in_the_shell(sentence, holds) for sentence in error.findings]) from error
+
+
+def arm_of(source: str, tip: str | None, overrides: Sequence[str] = ()) -> "tuple[Robot, Setup | None]":
+    """The arm of the catalog or of a file, or that of a scenario, with what else that says."""
+    from ftqp.app.scenario import document
+    from ftqp.app.scenario.setup import load
+
+    if source.partition("(")[0] in catalog.names() or Path(source).suffix.lower() in MODELS:
+        if overrides:
+            raise InputError(f"{source} is a robot, no scenario, so that --set has nothing to change")
+        return robot_of(source, [] if tip is None else [tip], []), None
+    if not Path(source).suffix and not Path(source).exists() and source not in document.bundled():
+        raise unknown("robot, scenario or file", source, "ftqp", [*catalog.names(), *document.bundled()])
+    if tip is not None:
+        raise InputError(f"{source} is a scenario, whose [robot] has the tip; leave --tip out")
+    setup = load(source, overrides)
+    return setup.robot, setup
 
 
 def _in_the_shell(sentence: str, holds: bool) -> str:
@@ -246,7 +267,7 @@ def _origin(robot: Robot, source: str) -> dict[str, str]:
 def _picture(robot: Robot, folder: Path) -> str | None:
     """The picture's file; None, said in words, where nothing can draw."""
     try:
-        from ftqp.viz.figures.shown import robot_figure
+        from ftqp.viz.figures.arm_picture import robot_figure
     except MissingPackage as error:
         say(f"no picture: {error}")
         return None

@@ -1,20 +1,9 @@
 """Options that several commands of the command line have."""
 
-import re
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated
 
 import typer
-
-WHOLE: Final = re.compile(r"[+-]?[0-9]{1,18}")
-
-
-def whole_number(text: str) -> int:
-    """The number that an option says; Python would also take ``1_0`` and digits of other scripts."""
-    if WHOLE.fullmatch(text) is None:
-        raise typer.BadParameter(f"{text!r:.60} is no whole number; expected digits alone, for example 1000")
-    return int(text)
-
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.")]
 NoFigures = Annotated[
@@ -52,9 +41,7 @@ PlanFile = Annotated[
 ]
 Jobs = Annotated[
     int | None,
-    typer.Option(
-        metavar="N", parser=whole_number, help="Processes; all cores if left out and the work is long."
-    ),
+    typer.Option(metavar="N", help="Processes; all cores if left out and the work is long."),
 ]
 Dask = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="Compute on the workers of this Dask scheduler.")

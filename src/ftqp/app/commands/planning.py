@@ -9,8 +9,7 @@ from ftqp.analysis import Plan, PlanSettings, coverage, plan
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.app.commands import covering
 from ftqp.app.commands.coverage_words import coverage_told
-from ftqp.app.output.console import ExitCode, progress, say, tell, tell_json
-from ftqp.app.output.told import tell_all
+from ftqp.app.output.console import ExitCode, progress, say, tell, tell_all, tell_json
 from ftqp.app.run.healthy_motion import task_of
 from ftqp.app.scenario.setup import load
 from ftqp.app.study.kept_portions import KeptPortions

@@ -105,14 +105,7 @@ SECTIONS: Final = ((read_coverage, coverage_parts), (kept_campaign, campaign_par
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Result:
-    """What a report is made of.
-
-    Attributes:
-        label: Names it.
-        title: Of a page on it alone; made from the run without it.
-        log: Of a run; None for another result.
-        parts: The section of another result.
-    """
+    """What a report is made of: the log of a run, or the section and the title of another result."""
 
     label: str
     title: str = ""
@@ -216,7 +209,7 @@ def _replay(log: Log, label: str, room: int, *, full: bool) -> tuple[str, bool]:
     if robot is None:
         return f"There is no replay: {why}.", False
     try:
-        from ftqp.viz.report.replay import replay
+        from ftqp.viz.live.recording import replay
 
         return replay(log, robot, label, room, full=full), True
     except MissingPackage as error:

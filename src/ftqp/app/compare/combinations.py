@@ -19,15 +19,9 @@ from ftqp.qp import backend as qp_backend
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Combination:
-    """One run of a comparison.
+    """One run of a comparison, by names that a reader knows; its own one names the folder.
 
-    Attributes:
-        name: A name that no other run of the comparison has; it names the folder.
-        scenario: The scenario as a reader knows it.
-        scheme: The scheme as a reader knows it.
-        backend: The backend as a reader knows it; a profile goes by the name of its file.
-        setup: Everything the run needs, or None when it cannot take part.
-        reason: Why it cannot take part; empty when it can.
+    Without a setup it cannot take part, for a reason.
     """
 
     name: str

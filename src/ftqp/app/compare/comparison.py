@@ -4,9 +4,8 @@ import csv
 import io
 import json
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from ftqp.app.compare import comparison_table
 from ftqp.app.compare.combinations import Combination, file_name
 from ftqp.app.output.console import ExitCode, json_text, progress, table_width, tell, tell_table
 from ftqp.app.run import runs
-from ftqp.core.errors import FtqpError, InputError, MissingPackage
+from ftqp.core.errors import FtqpError, MissingPackage
 from ftqp.sim.log.log_file import load_log
 
 NOT_BEGUN = "interrupted before it began"
@@ -23,16 +22,10 @@ CUT_SHORT = "interrupted while its files were written"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """A comparison that has ended.
+    """A comparison that has ended; it has failed where files of a run could not be written.
 
-    Attributes:
-        folder: Where its files are.
-        rows: One a combination: what ``summary.json`` holds, with ``run`` (its name, and its folder's),
-            ``label`` (scenario, scheme and backend for a reader), ``ran``, and ``reason`` (why there is no
-            more than that, or None).
-        interrupted: Whether Ctrl-C ended it.
-        failed: Whether a run broke off because its files could not be written.
-        figures: The pictures.
+    A row a combination is what ``summary.json`` holds, with ``run`` (its name, and its folder's), ``label``
+    (scenario, scheme and backend for a reader), ``ran``, and ``reason`` (why there is no more than that).
     """
 
     folder: Path
@@ -108,7 +101,7 @@ def _rows(
                     run = runs.run(
                         combination.setup,
                         folder / combination.name,
-                        advance=partial(_advanced, advance, done),
+                        advance=lambda share, done=done: advance(done + share),
                         drawn=drawn,
                     )
                     facts, interrupted = run.summary, run.summary["interrupted"]
@@ -120,11 +113,6 @@ def _rows(
                 done += 1
             rows.append(_row(combination, facts, reason))
     return rows, interrupted, failed
-
-
-def _advanced(advance: Callable[[float], None], done: int, share: float) -> None:
-    """Tell that so many runs and a share of the next are done."""
-    advance(done + share)
 
 
 def _kept(folder: Path) -> dict[str, Any]:
@@ -178,11 +166,8 @@ def _write(folder: Path, rows: Sequence[Mapping[str, Any]], figures: Sequence[Pa
         "comparison.csv": _csv(rows),
         "comparison.md": comparison_table.markdown(rows, pictures),
     }
-    try:
-        for name, text in texts.items():
-            runs.write(folder / name, text)
-    except OSError as error:
-        raise InputError(f"comparison in {folder} cannot be written: {error.strerror}") from error
+    for name, text in texts.items():
+        runs.write(folder / name, text)
 
 
 def _csv(rows: Sequence[Mapping[str, Any]]) -> str:

@@ -22,14 +22,7 @@ MICRO = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
-    """One column.
-
-    Attributes:
-        heading: What it shows, with its unit.
-        cells: One a row.
-        rank: The column of the highest rank goes first where space is short; one of rank 0 never.
-        number: Whether it stands flush right.
-    """
+    """A column; that of the highest rank goes first where space is short, one of rank 0 never."""
 
     heading: str
     cells: tuple[str, ...]

@@ -10,17 +10,18 @@ from enum import IntEnum
 from functools import wraps
 from threading import current_thread, main_thread
 from types import FrameType
-from typing import Any, ParamSpec
+from typing import Any, NamedTuple, ParamSpec
 
 import numpy as np
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Table as RichTable
 
 from ftqp.core.clock import now
 from ftqp.core.errors import FtqpError, ModelError, ScenarioError, printable
 from ftqp.core.extras import missing_library
+from ftqp.viz.pages import page
 
 PATIENCE = 1_000_000_000
 """Work that takes longer than this gets a progress bar [ns]."""
@@ -100,7 +101,7 @@ def tell_table(
     title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], numbers: Collection[str] = ()
 ) -> None:
     """A table for a person, on stdout; as wide as its content when stdout is not a terminal."""
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    table = RichTable(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
     for index, column in enumerate(columns):
         table.add_column(
             escape(column),
@@ -111,6 +112,38 @@ def tell_table(
     for row in rows:
         table.add_row(*(escape(printable(cell)) for cell in row))
     Console(highlight=False, width=table_width()).print(table)
+
+
+class Table(NamedTuple):
+    """A table; ``numbers`` are the heads of columns that stand to the right."""
+
+    title: str
+    heads: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    numbers: Sequence[str] = ()
+
+
+Told = Iterable[str | Table]
+
+
+def tell_all(told: Told) -> None:
+    """A result on the terminal."""
+    for one in told:
+        if isinstance(one, Table):
+            tell_table(one.title, one.heads, one.rows, numbers=one.numbers)
+            tell("")
+        else:
+            tell(one)
+
+
+def page_parts(told: Told) -> list[str]:
+    """A result on a page."""
+    return [
+        page.table(one.title, one.heads, one.rows, numbers=one.numbers)
+        if isinstance(one, Table)
+        else page.paragraph(one)
+        for one in told
+    ]
 
 
 def table_width() -> int:

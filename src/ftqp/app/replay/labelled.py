@@ -72,14 +72,7 @@ def _positive(value: Any) -> float:
 
 
 class LabelledQP:
-    """Explains answers to one QP.
-
-    Args:
-        problem: The QP.
-        variables: Names of x, (n,).
-        rows: Names of [A; C], (m + p,).
-        metadata: What the recording says of its run: level, joints, prismatic, dt, length give the units.
-    """
+    """A QP with the names of its variables and rows; the metadata is that of its recording."""
 
     def __init__(
         self, problem: QP, variables: Sequence[str], rows: Sequence[str], metadata: Mapping[str, Any]

@@ -18,12 +18,8 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log, open_log
 from ftqp.sim.log.log_writer import FILE_NAME, LogParts
 
-LONGEST = 200
-"""Bytes of a name that a folder has at most: with the time and a number they fit into what systems allow."""
 RUNS = Path("runs")
 """Where runs go unless another folder is named."""
-NAMES = 1000
-"""So many names are tried where the clock gives one that is taken."""
 DRAWN = 256_000_000
 """Bytes of a log that figures show at most; of a longer one they show the end."""
 SUMMARY, SCENARIO = "summary.json", "scenario.toml"
@@ -31,13 +27,7 @@ SUMMARY, SCENARIO = "summary.json", "scenario.toml"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
-    """A run that has ended.
-
-    Attributes:
-        folder: where its files are.
-        summary: what ``summary.json`` holds.
-        figures: the pictures, in order.
-    """
+    """A run that has ended: its folder, what ``summary.json`` holds, and its pictures in order."""
 
     folder: Path
     summary: dict[str, Any]
@@ -64,18 +54,19 @@ def summary_with(folder: Path, names: Iterable[str]) -> dict[str, Any] | None:
 
 
 def free_folder(wanted: Path | None, name: str) -> Path:
-    """The folder that a run may make: the one wanted, or ``runs/<name>-<time>``.
-
-    The clock of the machine only gives a name: where it was set back and the name is taken, a number follows.
-    A name that is too long for a folder is cut.
-    """
-    letters = name.encode(errors="surrogatepass")
-    short = name if len(letters) <= LONGEST else letters[:LONGEST].decode(errors="ignore")
-    folder = wanted or RUNS / f"{short}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    """The folder that a run may make: the one wanted, or ``runs/<name>-<time>``."""
+    folder = wanted or RUNS / f"{name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     try:
-        return _free(folder, named=wanted is not None)
+        if folder.exists() or folder.is_symlink():
+            raise _exists(folder)
+        above = next(parent for parent in folder.absolute().parents if parent.exists())
     except OSError as error:  # for example a name that is too long
         raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
+    if not above.is_dir():
+        raise InputError(f"output folder {folder} cannot be made: {above} is not a folder")
+    if not os.access(above, os.W_OK):
+        raise InputError(f"output folder {folder} cannot be made: {above} is not writable")
+    return folder
 
 
 def holds(folder: Path, file: str) -> bool:
@@ -84,23 +75,6 @@ def holds(folder: Path, file: str) -> bool:
         return (folder / file).is_file()
     except OSError:
         return False
-
-
-def _free(folder: Path, *, named: bool) -> Path:
-    """A folder that can be made, by this name or, where it was not asked for by name, by a similar one."""
-    if not named:
-        names = (folder, *(folder.with_name(f"{folder.name}-{k}") for k in range(2, NAMES)))
-        folder = next((one for one in names if not one.exists() and not one.is_symlink()), folder)
-    if folder.exists() or folder.is_symlink():
-        raise _exists(folder)
-    for parent in folder.absolute().parents:
-        if parent.exists():
-            if not parent.is_dir():
-                raise InputError(f"output folder {folder} cannot be made: {parent} is not a folder")
-            if not os.access(parent, os.W_OK):
-                raise InputError(f"output folder {folder} cannot be made: {parent} is not writable")
-            break
-    return folder
 
 
 def make_folder(folder: Path, *, exist_ok: bool = False) -> None:

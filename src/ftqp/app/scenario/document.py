@@ -11,7 +11,7 @@ from difflib import get_close_matches
 from importlib.resources import files
 from itertools import islice
 from pathlib import Path
-from re import fullmatch, search, split
+from re import split
 from typing import Any
 
 from ftqp.core.checks import LARGEST, beyond
@@ -37,11 +37,7 @@ SHELVES = {"scenario": "scenarios", "study": "studies", "campaign": "campaigns"}
 class Document:
     """A parsed scenario or study before validation.
 
-    Attributes:
-        name: The file's stem, which names the run.
-        origin: How to speak of it, a path or ``bundled scenario 'x'``.
-        folder: Where its relative paths start.
-        content: The tables.
+    The name is the file's stem, the origin how to speak of it; relative paths start at the folder.
     """
 
     name: str
@@ -125,27 +121,11 @@ def _parsed(text: str, origin: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{origin} is not valid TOML: {error}{_remedy(text, str(error))}") from error
+        raise ScenarioError(f"{origin} is not valid TOML: {error}") from error
     except (RecursionError, ValueError) as error:
         raise ScenarioError(
             f"{origin} is not valid TOML: nested too deeply or a number out of range"
         ) from error
-
-
-def _remedy(text: str, said: str) -> str:
-    """What is mostly wrong with a line on which the parser stops; nothing where that is not known."""
-    found = search(r"at line (\d+)", said)
-    lines = text.splitlines()
-    value = lines[int(found[1]) - 1].partition("=")[2].partition("#")[0].strip() if found else ""
-    if number := fullmatch(r"([-+]?\d+),(\d+)", value):
-        return f"; write {number[1]}.{number[2]}, with a point"
-    if value in ("True", "False"):
-        return f"; write {value.lower()}, not {value}"
-    if fullmatch(r"[^\W\d][^\"'\[\]{}=,]*", value):
-        return f'; text needs quotes: "{value:.80}"'
-    if value[:1] in ("'", '"') and value.count(value[0]) == 1:
-        return "; the text has no quote at its end"
-    return ""
 
 
 def entry(part: str, entries: Any) -> int | None:

@@ -29,12 +29,7 @@ BOUND_FOLDER: Final = "bound"
 @final
 @dataclass(frozen=True)
 class PairWork:
-    """Computes the rows of some pairs.
-
-    Attributes:
-        pairs: All pairs.
-        threads: How many threads compute a chunk; None is one a core.
-    """
+    """Computes the rows of some of all pairs, a chunk by so many threads; None is one a core."""
 
     pairs: Pairs
     threads: int | None
@@ -62,12 +57,7 @@ class PairWork:
 @final
 @dataclass(frozen=True)
 class BoundWork:
-    """Looks at any posture at some samples.
-
-    Attributes:
-        bound: All samples.
-        threads: How many threads compute a chunk; None is one a core.
-    """
+    """Looks at any posture at some of all samples, a chunk by so many threads; None is one a core."""
 
     bound: Bound
     threads: int | None

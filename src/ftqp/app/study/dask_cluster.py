@@ -22,10 +22,6 @@ def _version() -> str:
 class DaskCluster(Workers):
     """Computes chunks on the workers of a Dask scheduler, which have the same ftqp installed.
 
-    Args:
-        work: What computes the rows; it goes with every chunk, so it is small.
-        address: The scheduler's, for example ``tcp://10.0.0.5:8786``.
-
     Raises:
         MissingPackage: Dask is not installed here.
         InputError: No scheduler answers at that address, it has no workers, or they have another ftqp.

@@ -21,13 +21,8 @@ REMEDY = "plan into another file by -o, or remove that folder"
 class KeptPortions:
     """Keeps what is done of a plan in a folder, and has processes or a cluster do what can be shared.
 
-    Args:
-        folder: Where it is kept, a folder of its own for each stage.
-        study: What tells the plan from every other one, a line for each fact; with another version of ftqp,
-            or another text, what the folder holds is refused.
-        jobs: Processes of this machine, with a thread each; None is this one, with a thread a core.
-        dask: Address of a Dask scheduler whose workers compute, in place of processes.
-        told: Hears of what is done, of how much, and of what stage, of stages that are shared.
+    ``study`` tells the plan from every other one, a line for each fact: with another text, or another version
+    of ftqp, what the folder holds is refused. ``told`` hears of what is done, of how much, and of what stage.
     """
 
     def __init__(

@@ -41,20 +41,10 @@ Columns = Mapping[str, str]
 
 @final
 class ResultsFile:
-    """A study's results, open for one writer.
+    """A study's results, open for one writer, in a folder that is made if need be.
 
-    Args:
-        folder: The folder of the study; it is made if need be, and one with results of this study goes on.
-        kind: The kind of study, for example ``workspace``.
-        key: What tells this study from every other one, for example a hash of its text.
-        columns: The values of an item.
-        about: More about the study, anything JSON can hold, by key.
-        remedy: What a person can do where the folder cannot be used, for messages.
-        onward: What goes on where this ended; None is the same command with ``--out`` and the folder.
-
-    Attributes:
-        path: Of the file.
-        onward: What goes on where this ended.
+    ``kind`` and ``key`` tell this study from every other one, ``about`` is more about it by key, anything
+    that JSON holds; ``remedy`` is what to do where the folder cannot be used, ``onward`` what goes on later.
 
     Raises:
         InputError: The file is of another study, of a newer version or no results file at all, another
@@ -97,14 +87,7 @@ class ResultsFile:
         return int(self._read("SELECT count(*) FROM results WHERE item < ?", below)[0][0])
 
     def write(self, items: Sequence[int], rows: Sequence[Sequence[Any]], seconds: float, worker: str) -> None:
-        """Put the rows of a chunk on file, all or none; an item that has a row keeps it.
-
-        Args:
-            items: Numbers of the items.
-            rows: Their values, in the order of the columns.
-            seconds: What the chunk took [s].
-            worker: Who computed it.
-        """
+        """Put the rows of a chunk on file, all or none, with its time [s]; an item keeps the row it has."""
         share = seconds / max(len(items), 1)
         marks = ", ".join("?" * (len(self._columns) + 3))
         values = [(item, *row, share, worker) for item, row in zip(items, rows, strict=True)]

@@ -27,14 +27,7 @@ DEAD_WORKERS = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """How a study's items were computed.
-
-    Attributes:
-        items: Items of the study.
-        computed: Those that were computed now.
-        crashed: Those at which a worker died, with the reason.
-        seconds: Processor time of the rows of these items [s].
-    """
+    """How a study's items were computed: now, or not, as a worker died; and what all of them took [s]."""
 
     items: int
     computed: int

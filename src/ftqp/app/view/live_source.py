@@ -30,11 +30,7 @@ class LiveSource:
 
     A picture advances the session by its speed over the pictures of a second. Where the machine is slower,
     time goes slower, and ``pace`` says by how much: no tick is skipped, and what was missed is not made up.
-
-    Args:
-        session: What is shown; nothing but this object's thread steps it.
-        report: A coverage report whose failures can be played; None without one.
-        pictures: Pictures of a second, > 0.
+    Nothing but this object's thread steps the session; failures of a report can be played.
     """
 
     def __init__(

@@ -26,12 +26,7 @@ from ftqp.viz.live.frame_source import Stage
 
 @final
 class ReplaySource:
-    """Plays a log by the clock: Pause, Speed, Seek and Reset, which begins at time 0; it stands at its end.
-
-    Args:
-        log: The log; one that was cut short plays up to its last row.
-        title: What is shown.
-        clock: Seconds that only grow; by default those of the machine.
+    """Plays a log by a clock [s]: Pause, Speed, Seek and Reset, which begins at time 0; it stands at its end.
 
     Raises:
         InputError: The log is empty, or its arm cannot be made any more.

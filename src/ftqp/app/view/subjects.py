@@ -30,9 +30,6 @@ class FrameKeeper:
     """A source that keeps what it shows: a whole session, thinned to a minute of pictures at most.
 
     When the arm is replaced by another one, or begins anew, the recording begins anew, too.
-
-    Attributes:
-        frames: What has been kept, in its command.
     """
 
     def __init__(self, source: Source) -> None:

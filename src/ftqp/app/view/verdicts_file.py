@@ -25,15 +25,7 @@ LARGEST: Final = 50_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Verdicts:
-    """What a coverage report holds for a page that plays its failures.
-
-    Attributes:
-        name: Of the scenario.
-        heat: The verdicts.
-        scenario: The file of the scenario, beside it.
-        kind: The kind of fault that was looked at.
-        settings: Settings of that kind.
-    """
+    """What a coverage report holds for a page that plays its failures, of one kind with its settings."""
 
     name: str
     heat: HeatMap

@@ -2,12 +2,16 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.viz.figures.canvas import Axes, paper, save
-from ftqp.viz.figures.palette import BLUE, GREY, LIMIT, ORANGE
+from ftqp.core.picture import Picture
+from ftqp.model.chain import frame_id
+from ftqp.model.posture import places
+from ftqp.model.robot import Robot
+from ftqp.viz.figures.canvas import BLUE, GREY, LIMIT, ORANGE, Axes, paper, picture_of, save
 
 FLAT = 0.02
 """An arm whose extent along a direction is below this share of its size is flat there."""
@@ -15,8 +19,26 @@ CLOSE = 0.03
 """Joints nearer to each other than this share of the picture share one label."""
 AXIS = 0.06
 """Length of a drawn axis, as a share of the arm's size."""
+UP = np.array([0.0, 0.0, 1.0])
+"""What is up where there is no gravity."""
 TURN = np.pi
 """A range without limits is drawn as half a turn either way [rad or m]."""
+
+
+def robot_picture(robot: Robot, q: Any = None) -> Picture:
+    """An arm at a posture, (nv,) or (nq,) [rad or m]; at its neutral one without."""
+    posture = robot.neutral if q is None else robot.angles(q)
+    title = f"{robot.name}, tip {robot.tip}"
+    return picture_of(lambda file: robot_figure(file, title, robot, posture), title)
+
+
+def robot_figure(path: str | Path, title: str, robot: Robot, q: FloatArray) -> Path:
+    """Draw a robot in the configuration q, (nv,) [rad or m], to a PNG file."""
+    points, axes = places(robot.model, frame_id(robot.model, robot.tip), robot.configuration(q))
+    gravity = np.array(robot.chain.gravity)
+    up = -gravity / np.linalg.norm(gravity) if gravity.any() else UP
+    ranges = np.column_stack([robot.limits.q_min, robot.limits.q_max])
+    return draw_arm(path, title, robot.joints, points, axes, up, ranges, q, robot.chain.limbs)
 
 
 def draw_arm(

@@ -13,8 +13,18 @@ from ftqp.model.skeleton import Skeleton
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import Axes, Figure, Line2D, few_ticks, tidy, trace
-from ftqp.viz.figures.palette import GREY, MILLIMETRES, ORANGE, RED
+from ftqp.viz.figures.canvas import (
+    GREY,
+    MILLIMETRES,
+    ORANGE,
+    RED,
+    Axes,
+    Figure,
+    Line2D,
+    few_ticks,
+    tidy,
+    trace,
+)  # fmt: skip
 
 INSTANTS = 5
 """So often the arm is drawn."""
@@ -31,14 +41,10 @@ Plane = tuple[int, int]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Postures:
-    """An arm at some instants.
+    """An arm at the instants t, (k,) [s], and the way of its tip, (K, 3) [m].
 
-    Attributes:
-        t: The instants, (k,) [s].
-        points: Base, joints and tip, in space where the base moves, (k, nv + 2, 3) [m].
-        failed: Which joints have failed by then, (k, nv).
-        way: Where the tip has been, (K, 3) [m].
-        limbs: Rows of points along which lines are drawn, one of a serial arm.
+    Points are base, joints and tip, in space where the base moves, (k, nv + 2, 3) [m]; each limb is a line
+    through some of them. Joints have failed by then, (k, nv).
     """
 
     t: FloatArray
@@ -110,12 +116,16 @@ def draw_views(
 ) -> None:  # fmt: skip
     """Draw arms from where they are seen best, in the first column, of two rows, of the figure's grid.
 
-    The first motion is on top. ``targets`` are where the tip should have been, (K, 3) [m]; ``colours`` are
-    those of the arms, ``ways`` those of the ways of their tips.
+    Without a grid the views stand side by side. The first motion is on top. ``targets`` are where the tip
+    should have been, (K, 3) [m]; ``colours`` are those of the arms, ``ways`` those of the ways of their tips.
     """
     views, (scale, unit) = planes(*motions), _unit(*motions)
     for row, plane in enumerate(views):
-        axes: Axes = figure.add_subplot(grid[row, 0] if len(views) > 1 else grid[:, 0])
+        axes: Axes = (
+            figure.add_subplot(1, len(views), row + 1)
+            if grid is None
+            else figure.add_subplot(grid[row, 0] if len(views) > 1 else grid[:, 0])
+        )
         at = list(plane)
         trace(axes, *(scale * targets[:, at]).T, color=GREY, linewidth=5.0, alpha=0.35, zorder=2)
         for motion, colour, way in reversed(list(zip(motions, colours, ways, strict=True))):

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ftqp.viz.figures.canvas import paper, save, tidy
-from ftqp.viz.figures.palette import BLUE, GREY, RED
+from ftqp.viz.figures.canvas import BLUE, GREY, RED, paper, save, tidy
 
 BINS = 40
 LEAST = 1e-9

@@ -1,8 +1,10 @@
 """The paper that figures are drawn on: the only file that imports matplotlib; no window, no global state."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
+from math import pi
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.core.extras import remedy_for_extra
-from ftqp.viz.figures.palette import FORBIDDEN, LIMIT
+from ftqp.core.picture import Picture
 
 try:
     from matplotlib import rc_context
@@ -26,6 +28,18 @@ try:
 except ImportError as error:
     raise MissingPackage("drawing figures", "matplotlib", remedy_for_extra("viz")) from error
 
+BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW = (
+    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442",
+)  # fmt: skip
+"""Colours that colour-blind readers can tell apart (Okabe and Ito)."""
+GREY, WINE = "#7F7F7F", "#882255"
+LIMIT = "#C9917D"
+FORBIDDEN = "#F4E3DC"
+"""Shade of what lies beyond a limit."""
+TINT = "#FFF6EC"
+"""Background of a joint that fails."""
+DEGREES, MILLIMETRES = 180.0 / pi, 1e3
+"""In a radian, in a metre."""
 DOTS_PER_INCH = 110
 NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 """Of SVG files: what would name a day and an outside address."""
@@ -119,6 +133,12 @@ def save(figure: Figure, path: str | Path) -> Path:
     finally:
         part.unlink(missing_ok=True)
     return Path(path)
+
+
+def picture_of(draw: Callable[[Path], Path], title: str) -> Picture:
+    """What is drawn to a file, in memory."""
+    with TemporaryDirectory(prefix="ftqp-") as folder:
+        return Picture(draw(Path(folder) / "picture.png").read_bytes(), title)
 
 
 def tidy(axes: Axes, x_label: str, y_label: str, title: str = "") -> None:

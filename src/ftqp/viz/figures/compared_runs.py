@@ -1,4 +1,4 @@
-"""Runs of one arm and path side by side: errors, joint motion, torques, statuses."""
+"""Runs of one arm and path side by side: errors, joint motion, torques, statuses, and how well they agree."""
 
 from collections.abc import Callable, Mapping
 from math import ceil
@@ -8,23 +8,31 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.planner.status import STATUSES, StepStatus
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError, unknown
 from ftqp.sim.log.log_arrays import Log
-from ftqp.viz.figures import curves, events
+from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
+    DEGREES,
+    GREY,
+    MILLIMETRES,
     Axes,
     Line2D,
     Patch,
     curve,
+    decades,
     few_ticks,
     legend_below,
     made_folder,
     paper,
     save,
     tidy,
-)
-from ftqp.viz.figures.palette import DEGREES, MILLIMETRES
+)  # fmt: skip
+from ftqp.viz.figures.error_figures import SMALLEST_ERROR
 from ftqp.viz.figures.status_ribbon import STATUS_COLOURS, spells
-from ftqp.viz.figures.tracking import SMALLEST_ERROR
+
+LEAST = 1e-16
+"""Differences below this are drawn at it: a logarithmic axis has no zero [rad or m]."""
 
 
 def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, title: str) -> list[Path]:
@@ -58,13 +66,13 @@ def draw_errors(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     signals += [("rotation_error", "rotation error [deg]", DEGREES)] if turns else []
     for axes, (signal, label, factor) in zip(grid.flat, signals, strict=True):
         values = [np.maximum(factor * log[signal], SMALLEST_ERROR) for log in logs.values()]
-        curves.draw_runs(axes, logs, values)
-        curves.logarithmic(axes, values)
+        events.draw_runs(axes, logs, values)
+        events.logarithmic(axes, values)
         tidy(axes, "", label)
         _mark_instants(axes, logs)
     grid.flat[-1].set_xlabel("time [s]")
-    largest = [f"largest {curves.length(float(log['position_error'].max()))}" for log in logs.values()]
-    legend_below(figure, [*curves.run_handles(logs, largest), *_instants(logs)])
+    largest = [f"largest {events.length(float(log['position_error'].max()))}" for log in logs.values()]
+    legend_below(figure, [*events.run_handles(logs, largest), *_instants(logs)])
     return save(figure, path)
 
 
@@ -81,18 +89,18 @@ def draw_accelerations(logs: Mapping[str, Log], title: str, path: Path) -> Path:
 def draw_torques(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     """The norm of the motor torques over time, all runs in one panel."""
     values = [np.linalg.norm(log["tau"], axis=1) for log in logs.values()]
-    top = curves.frame(values)
-    spikes = curves.SPIKES if top < curves.peak(values) else ""
+    top = events.frame(values)
+    spikes = events.SPIKES if top < events.peak(values) else ""
     figure = paper(12.0, 5.6, f"Norm of the motor torques: {title}{spikes}")
     axes = figure.add_subplot()
-    curves.draw_runs(axes, logs, values)
+    events.draw_runs(axes, logs, values)
     slides = any(any(log.metadata["prismatic"]) for log in logs.values())
     unit = "N m and N" if slides else "N m"
     tidy(axes, "time [s]", f"torque norm [{unit}]")
     axes.set_ylim(0.0, top)
     _mark_instants(axes, logs)
-    largest = [f"largest {curves.peak([curve]):.3g} {unit}" for curve in values]
-    legend_below(figure, [*curves.run_handles(logs, largest), *_instants(logs)])
+    largest = [f"largest {events.peak([curve]):.3g} {unit}" for curve in values]
+    legend_below(figure, [*events.run_handles(logs, largest), *_instants(logs)])
     return save(figure, path)
 
 
@@ -111,16 +119,16 @@ def draw_statuses(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     axes.set_ylim(len(logs) - 0.4, -0.6)
     tidy(axes, "", "")
     if slowed:
-        curves.draw_runs(grid.flat[1], logs, [log["scale"] for log in logs.values()])
+        events.draw_runs(grid.flat[1], logs, [log["scale"] for log in logs.values()])
         grid.flat[1].set_ylim(-0.05, 1.05)
         tidy(grid.flat[1], "", "scale along the path [-]")
     for panel in grid.flat:
-        panel.set_xlim(*curves.time_span(logs))
+        panel.set_xlim(*events.common_span(logs))
         _mark_instants(panel, logs)
     grid.flat[-1].set_xlabel("time [s]")
     seen = sorted({int(code) for log in logs.values() for code in np.unique(log["status"])})
     statuses = [Patch(color=STATUS_COLOURS[code], label=STATUSES[code].name) for code in seen]
-    runs = curves.run_handles(logs, [""] * len(logs)) if slowed else []
+    runs = events.run_handles(logs, [""] * len(logs)) if slowed else []
     handles = [*statuses, *runs, *_instants(logs)]
     legend_below(figure, handles)
     return save(figure, path)
@@ -128,14 +136,14 @@ def draw_statuses(logs: Mapping[str, Log], title: str, path: Path) -> Path:
 
 def _mark_instants(axes: Axes, logs: Mapping[str, Log]) -> None:
     """Faults, and when detectors found out, as vertical lines."""
-    events.mark_faults(axes, curves.longest(logs))
+    events.mark_faults(axes, events.longest(logs))
     events.mark_found(axes, *logs.values())
 
 
 def _instants(logs: Mapping[str, Log]) -> list[Line2D]:
     """What the vertical lines mean: faults, and when detectors found out."""
     runs = list(logs.values())
-    return [*events.fault_handles(curves.longest(logs), *runs), *events.found_handles(*runs)]
+    return [*events.fault_handles(events.longest(logs), *runs), *events.found_handles(*runs)]
 
 
 def _draw_joints(
@@ -148,8 +156,8 @@ def _draw_joints(
     values = [np.where(slides, MILLIMETRES, DEGREES) * log[signal] for log in logs.values()]
     what, rate = quantity
     unit = f"deg{rate}, mm{rate}" if slides.any() else f"deg{rate}"
-    top = curves.frame(values)
-    spikes = curves.SPIKES if top < curves.peak(values) else ""
+    top = events.frame(values)
+    spikes = events.SPIKES if top < events.peak(values) else ""
     figure = paper(max(4.0 * columns, 12.0), 2.6 * rows + 1.4, f"{title}{spikes}")
     grid: Any = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     for unused in grid.flat[len(logs) :]:
@@ -157,12 +165,12 @@ def _draw_joints(
     for index, (label, log) in enumerate(logs.items()):
         axes = grid.flat[index]
         for joint in range(len(slides)):
-            colour, style = curves.look(joint)
-            line = {"color": colour, "linestyle": style, "linewidth": curves.THIN}
+            colour, style = events.look(joint)
+            line = {"color": colour, "linestyle": style, "linewidth": events.THIN}
             curve(axes, log["t"], values[index][:, joint], **line)
-        heading = f"{label}: at most {curves.peak([values[index]]):.3g} {unit}"
+        heading = f"{label}: at most {events.peak([values[index]]):.3g} {unit}"
         tidy(axes, "", f"{what} [{unit}]" if index % columns == 0 else "", heading)
-        axes.set_xlim(*curves.time_span(logs))
+        axes.set_xlim(*events.common_span(logs))
         axes.set_ylim(-top, top)
         few_ticks(axes, 5, 6)
         events.mark(axes, log)
@@ -171,8 +179,82 @@ def _draw_joints(
         if lowest:
             axes.set_xlabel("time [s]")
     names = next(iter(logs.values())).metadata["joints"]
-    joints = [curves.handle(joint, name) for joint, name in enumerate(names)]
+    joints = [events.handle(joint, name) for joint, name in enumerate(names)]
     stops = [log for log in logs.values() if events.stop_time(log) is not None]
     marks = [Line2D([], [], color="black", linestyle="--", label="emergency stop")] if stops else []
     legend_below(figure, [*joints, *_instants(logs), *marks])
     return save(figure, path)
+
+
+def joint_difference(log: Log, reference: Log) -> FloatArray:
+    """The largest difference of a joint's position to the reference at each tick that both have, (K,)."""
+    if any(log.metadata[name] != reference.metadata[name] for name in ("joints", "dt")):
+        raise InputError(
+            f"logs {log.path} and {reference.path} have different joints or sampling periods, "
+            "expected runs of the same scenario"
+        )
+    count = min(len(log), len(reference))
+    largest: FloatArray = np.abs(log["q"][:count] - reference["q"][:count]).max(axis=1)
+    return largest
+
+
+def draw_agreement(
+    logs: Mapping[str, Log], path: str | Path, *, reference: str, title: str, tolerance: float | None = None
+) -> Path:
+    """Draw task error, joint difference and step times of several runs to a PNG file.
+
+    The others are compared to the run called ``reference``, by the largest difference of a joint; one up to
+    ``tolerance`` [rad or m] counts as agreement and is drawn as a line, None is no line.
+    """
+    if reference not in logs:
+        raise unknown("run", reference, "the figure", logs)
+    figure = paper(13.0, 7.6, title)
+    grid: Any = figure.add_gridspec(2, 2, width_ratios=(1.7, 1.0))
+    error, difference = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
+    errors = [np.maximum(MILLIMETRES * log["position_error"], SMALLEST_ERROR) for log in logs.values()]
+    events.draw_runs(error, logs, errors)
+    events.logarithmic(error, errors)
+    tidy(error, "", "position error [mm]")
+    _draw_differences(difference, logs, reference, tolerance)
+    for axes in (error, difference):
+        axes.set_xlim(*events.time_span(events.longest(logs)))
+        events.mark_faults(axes, events.longest(logs))
+    _draw_times(figure.add_subplot(grid[:, 1]), logs)
+    handles = [*events.run_handles(logs, [""] * len(logs)), *events.fault_handles(events.longest(logs))]
+    legend_below(figure, handles)
+    return save(figure, path)
+
+
+def _draw_differences(axes: Axes, logs: Mapping[str, Log], reference: str, tolerance: float | None) -> None:
+    """Running maximum of the joint difference, one curve a run."""
+    decades(axes)
+    for index, (label, log) in enumerate(logs.items()):
+        if label != reference:
+            colour, style = events.look(index)
+            worst = np.maximum.accumulate(np.maximum(joint_difference(log, logs[reference]), LEAST))
+            curve(axes, log["t"][: len(worst)], worst, color=colour, linestyle=style, linewidth=1.5)
+    slides = any(logs[reference].metadata["prismatic"])
+    unit = "rad or m" if slides else "rad"
+    tidy(axes, "time [s]", f"largest joint difference\nto {reference} so far [{unit}]")
+    if tolerance is not None:
+        axes.axhline(tolerance, color=GREY, linewidth=1.0, linestyle="--")
+        axes.annotate(
+            "agreement", (0.01, tolerance), xytext=(0, 3), xycoords=("axes fraction", "data"),
+            textcoords="offset points", fontsize=8, color=GREY,
+        )  # fmt: skip
+
+
+def _draw_times(axes: Axes, logs: Mapping[str, Log]) -> None:
+    """Step time of each run: a bar to the median, a line to the 99th percentile, a dot at the largest."""
+    for index, log in enumerate(logs.values()):
+        p50, p99, largest = np.percentile(log["step_time"], (50.0, 99.0, 100.0))
+        colour, _ = events.look(index)
+        axes.barh(index, p50, height=0.55, color=colour)
+        axes.plot((p50, p99), (index, index), color=colour, linewidth=2.0)
+        axes.plot(largest, index, "o", color=colour, markersize=4.0)
+        said = f"{p50:.3g}" if p50 < 1e3 else f"{p50:.0f}"
+        axes.annotate(said, (p50, index), xytext=(3, 4), textcoords="offset points", fontsize=8)
+    axes.set_xscale("log")
+    axes.set_yticks(range(len(logs)), list(logs))
+    axes.invert_yaxis()
+    tidy(axes, "time of a step [us]", "", "bar: median, line: to p99, dot: largest")

@@ -6,8 +6,21 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.layout.enums import Survival
-from ftqp.viz.figures.canvas import Patch, legend_below, paper, save, tidy
-from ftqp.viz.figures.palette import BLUE, GREY, ORANGE, PURPLE, RED, SKY, WINE, YELLOW
+from ftqp.viz.figures.canvas import (
+    BLUE,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    WINE,
+    YELLOW,
+    Patch,
+    legend_below,
+    paper,
+    save,
+    tidy,
+)
 
 COLOURS = {
     Survival.SURVIVED: "#DCEFE6",

@@ -7,8 +7,24 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
-from ftqp.viz.figures.canvas import Line2D, Patch, few_ticks, legend_below, paper, save, tidy
-from ftqp.viz.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, WINE, YELLOW
+from ftqp.viz.figures.canvas import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    WINE,
+    YELLOW,
+    Line2D,
+    Patch,
+    few_ticks,
+    legend_below,
+    paper,
+    save,
+    tidy,
+)  # fmt: skip
 
 POSTURES = 9
 """Of an arm on its way."""

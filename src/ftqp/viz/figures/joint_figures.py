@@ -17,6 +17,16 @@ from ftqp.sim.log.metrics import is_sensed
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
+    BLUE,
+    DEGREES,
+    FORBIDDEN,
+    GREY,
+    LIMIT,
+    MILLIMETRES,
+    ORANGE,
+    RED,
+    TINT,
+    WINE,
     Axes,
     Figure,
     Line2D,
@@ -28,19 +38,7 @@ from ftqp.viz.figures.canvas import (
     paper,
     save,
     tidy,
-)
-from ftqp.viz.figures.palette import (
-    BLUE,
-    DEGREES,
-    FORBIDDEN,
-    GREY,
-    LIMIT,
-    MILLIMETRES,
-    ORANGE,
-    RED,
-    TINT,
-    WINE,
-)
+)  # fmt: skip
 
 TINY = 5e-5
 """Following errors that stay below this [rad or m] are drawn in millionths."""

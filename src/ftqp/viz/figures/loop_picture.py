@@ -9,9 +9,8 @@ import numpy as np
 from ftqp.model.chain import frame_id
 from ftqp.model.posture import places
 from ftqp.model.robot import Robot
-from ftqp.viz.figures.canvas import Axes, Figure, paper, save, tidy
-from ftqp.viz.figures.curves import look
-from ftqp.viz.figures.palette import BLUE, GREY, ORANGE, RED
+from ftqp.viz.figures.canvas import BLUE, GREY, ORANGE, RED, Axes, Figure, paper, save, tidy
+from ftqp.viz.figures.events import look
 
 INSTANTS = 6
 """So often the arm is drawn."""

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.viz.figures.canvas import Axes, paper, save
-from ftqp.viz.figures.palette import GREY, ORANGE
+from ftqp.viz.figures.canvas import GREY, ORANGE, Axes, paper, save
 
 LETTERS = {
     "R": "share of the way on which the goal stays within reach",

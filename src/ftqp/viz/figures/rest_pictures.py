@@ -7,8 +7,20 @@ import numpy as np
 
 from ftqp.analysis import CircularIntervals, RestCurve, RestCurves, RestKind
 from ftqp.core.checks import FloatArray
-from ftqp.viz.figures.canvas import Axes, Line2D, Patch, few_ticks, legend_below, paper, save, tidy
-from ftqp.viz.figures.palette import BLUE, GREY, PURPLE, RED
+from ftqp.viz.figures.canvas import (
+    BLUE,
+    GREY,
+    PURPLE,
+    RED,
+    Axes,
+    Line2D,
+    Patch,
+    few_ticks,
+    legend_below,
+    paper,
+    save,
+    tidy,
+)  # fmt: skip
 
 COLOURS: Final = {
     RestKind.SINK: RED,

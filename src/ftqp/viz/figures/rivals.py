@@ -12,9 +12,23 @@ from ftqp.model.skeleton import Skeleton
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.rival import strayed
 from ftqp.viz.figures import arm_views, events
-from ftqp.viz.figures.canvas import Axes, Line2D, curve, few_ticks, legend_below, paper, save, tidy, trace
-from ftqp.viz.figures.curves import length
-from ftqp.viz.figures.palette import BLUE, GREEN, GREY, MILLIMETRES, PURPLE, RED
+from ftqp.viz.figures.canvas import (
+    BLUE,
+    GREEN,
+    GREY,
+    MILLIMETRES,
+    PURPLE,
+    RED,
+    Axes,
+    Line2D,
+    curve,
+    few_ticks,
+    legend_below,
+    paper,
+    save,
+    tidy,
+    trace,
+)  # fmt: skip
 
 COLOURS = (PURPLE, GREEN)
 """Of the rivals, in their order."""
@@ -25,13 +39,9 @@ INSTANTS = 3
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rival:
-    """A controller beside that of a run, on the same arm and path.
+    """A controller beside that of a run, on the same arm and path, at the instants of the run.
 
-    Attributes:
-        name: What it is, in the legend.
-        q: Where its joints were, (K, nv) [rad or m], at the instants of the run.
-        tip: Where its tip was, (K, 3) [m].
-        error: The tip's distance from its target, (K,) [m].
+    Its joints are q, (K, nv) [rad or m], its tip (K, 3) [m], and off its target by the error, (K,) [m].
     """
 
     name: str
@@ -71,7 +81,8 @@ def draw_rivals(log: Log, own: str, rivals: Sequence[Rival], path: str | Path, t
 def _told(name: str, error: FloatArray, log: Log) -> str:
     """A controller with the largest error from the failure on and the last one, which the plot shows."""
     since = error[_row(log) :]
-    return f"{name}: at most {length(float(since.max()))} off, {length(float(error[-1]))} at the end"
+    most, last = events.length(float(since.max())), events.length(float(error[-1]))
+    return f"{name}: at most {most} off, {last} at the end"
 
 
 def _row(log: Log) -> int:

@@ -13,8 +13,16 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import CONDITIONS, HEALTHY
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
+    BLUE,
+    GREEN,
+    GREY,
     LETTER,
+    ORANGE,
+    PURPLE,
+    RED,
     SAMPLE,
+    SKY,
+    YELLOW,
     Axes,
     Patch,
     equal_runs,
@@ -22,8 +30,7 @@ from ftqp.viz.figures.canvas import (
     paper,
     save,
     tidy,
-)
-from ftqp.viz.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW
+)  # fmt: skip
 
 WIDTH = 12.0
 """Of the figure [inches]."""

@@ -81,14 +81,7 @@ LED_OTHERWISE = "same arm, same failure, led by damped resolved rates with feedb
 def legend(
     columns: int = 1, *, further: bool = False, rival: str = LED_OTHERWISE, ellipsoid: bool = True
 ) -> str:
-    """A line for each colour: joints by their condition, then lines and bodies.
-
-    Args:
-        columns: How many lines stand side by side.
-        further: Whether there are soft tasks, kept points or obstacles.
-        rival: What the second arm is.
-        ellipsoid: Whether there is one.
-    """
+    """Lines for each colour, in columns: joints by their condition, then lines and bodies."""
     joints = [("dot", CONDITION[code], f"{word} joint") for code, word in CONDITIONS.items()]
     joints += [("dot", BRAKING, "braking joint"), ("dot", NEAR_LIMIT, "joint near its limit")]
     others = [

@@ -41,13 +41,7 @@ SHARED = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Ghost:
-    """A way out as it is drawn.
-
-    Attributes:
-        way: What it is.
-        joints: Poses at its end, as ``Frame.joints``, (nv + 1, 4, 4).
-        tips: Where the tip goes, (k, 3) [m].
-    """
+    """A way out as it is drawn: ``Frame.joints`` at its end, and where the tip goes, (k, 3) [m]."""
 
     way: WayFact
     joints: FloatArray

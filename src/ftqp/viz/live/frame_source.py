@@ -13,15 +13,10 @@ from ftqp.viz.live.frame import Frame
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HeatMap:
-    """Which failures a motion survives, for a picture that can be clicked.
+    """Which failures a motion survives, for a picture that can be clicked: ``coverage`` of them, from 0 to 1.
 
-    Attributes:
-        joints: Names of the joints, one row each, (nv,).
-        times: When each column's failure happens, (K,) [s].
-        codes: Verdict on each failure, (nv, K).
-        words: What each code means, in a few words.
-        colours: The colour of each code, ``#rrggbb``.
-        coverage: Share of the failures that are survived, 0 to 1.
+    Codes are the verdicts, (nv, K), on a failure of each joint at each time, (K,) [s]; each has words and a
+    colour, ``#rrggbb``.
     """
 
     joints: tuple[str, ...]

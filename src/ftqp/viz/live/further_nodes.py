@@ -38,12 +38,8 @@ Add = Callable[[str, Mesh, colours.Colour, float | None], Any]
 class FurtherNodes:
     """The nodes of soft tasks, planes and boxes; a cone is only in the table.
 
-    Args:
-        shown: What there is in the first frame; later ones have the same.
-        middle: A point in the middle of the arm, near which planes are drawn, (3,) [m].
-        size: By what everything of a scene is scaled [m].
-        mesh: Makes a node of triangles.
-        label: Makes a text, of a name and a text.
+    What the first frame has, later ones have, too. Planes are drawn near the middle of the arm, (3,) [m], and
+    everything by its size [m].
     """
 
     def __init__(

@@ -15,12 +15,7 @@ LOOK, FORGET = "look", "forget"
 
 @final
 class WaysTab:
-    """Controls for ways out.
-
-    Args:
-        gui: viser's controls, within the tab.
-        put: Takes the commands, from any thread.
-    """
+    """Controls for ways out, within the tab that is open; ``put`` takes the commands, from any thread."""
 
     def __init__(self, gui: Any, put: Callable[[Command], None]) -> None:
         self._gui, self._put = gui, put
@@ -81,11 +76,7 @@ THREAD = 0.003
 class GhostNodes:
     """The nodes of the ways out of one scene, made anew whenever others are found.
 
-    Args:
-        server: The server of the page.
-        name: The name of the scene's root node.
-        size: The size of the arm [m].
-        draw: Draws the arm at poses of its joints: of a name, a ghost, a colour and an opacity, the meshes.
+    ``draw`` draws the arm at poses of its joints: of a name, a ghost, a colour and an opacity, the meshes.
     """
 
     def __init__(

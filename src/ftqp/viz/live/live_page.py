@@ -26,14 +26,9 @@ class Page:
     """A page served to any number of browsers, all of which see the same.
 
     Nothing here waits for a browser or for a planner: ``refresh`` draws the latest frame, and what is clicked
-    is handed to the source from a thread of the server.
-
-    Args:
-        source: Gives frames and takes commands.
-        host: The address to listen at; any other than that of this machine opens the page to the network.
-        port: The port, 0 for any free one; where it is in use, the next free one is taken.
-        parts: What an arm is made of, base to tip; by default what its chain gives.
-        shadows: Whether the light casts shadows, which a machine without a graphics card draws slowly.
+    is handed to the source from a thread of the server. Any other host than this machine opens the page to
+    the network; a port in use, or 0, gives the next free one. Without ``parts`` an arm is what its chain
+    gives.
 
     Raises:
         InputError: The address is none of this machine, or no port is free.

@@ -14,8 +14,7 @@ from ftqp.viz.live.frame_source import Stage
 from ftqp.viz.live.further_nodes import further_table
 from ftqp.viz.live.ghosts import WaysTab
 from ftqp.viz.live.heat_map import FailureMap
-from ftqp.viz.live.history import History
-from ftqp.viz.live.plots import Plots
+from ftqp.viz.live.plots import History, Plots
 from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.status_head import joint_table, status_head
 

@@ -13,16 +13,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ftqp.core.checks import FloatArray, IntArray
-from ftqp.core.errors import InputError
+from ftqp.core.errors import FtqpError, InputError
 from ftqp.model.robot import Robot
+from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.live.colours import legend
-from ftqp.viz.live.frame import Frame
+from ftqp.viz.live.frame import Frame, frames_of
 from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.server import VERSION, close_server, open_server, unpacked
 from ftqp.viz.live.shapes import Part
+from ftqp.viz.pages.page import inner_page
 
 LONGEST = 60.0
 """Seconds of pictures that a recording has at most, unless all are asked for."""
+RATES = (30.0, 10.0, 4.0)
+"""Pictures a second; the next smaller one is taken where a replay is too large."""
+WAY = 240
+"""The path is drawn by so many points."""
 _MARK = '__VISER_EMBED_DATA__="'
 
 
@@ -81,6 +87,22 @@ def recording(
     said = legend(further=bool(first.further))
     shown = f'<div style="position:fixed;left:12px;bottom:48px;z-index:10">{said}</div>'
     return _inserted(_inserted(page, "</head>", head), "</body>", shown)
+
+
+def replay(log: Log, robot: Robot, title: str, room: int, full: bool = False) -> str:
+    """A page within the page that plays the run."""
+    t = log["t"]
+    path = None if "base.x" in log else log["target"][:: max(1, len(log) // WAY), :3]
+    for rate in RATES:
+        ticks = picture_ticks(t, rate, *((None,) if full else ()))
+        frames = frames_of(log, robot, (int(k) for k in ticks))
+        part = inner_page(recording(frames, robot, path=path, title=title), title)
+        if len(part.encode()) <= room:
+            return part
+    raise FtqpError(
+        f"the replay of {title} takes {len(part) / 1e6:.1f} MB and {max(room, 0) / 1e6:.1f} MB are left; "
+        "make a report of this run alone, or see `ftqp view`"
+    )
 
 
 def messages_of(page: str) -> tuple[float, list[tuple[float, dict[str, Any]]]]:

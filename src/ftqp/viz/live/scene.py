@@ -109,12 +109,11 @@ class Scene:
                 for mesh in self._bodies[i]:
                     mesh.color = colours.LINK if colour == colours.CONDITION[HEALTHY] else colour
         self._show_target(frame)
-        self.handles.follow(frame.target)
         self._show_twin(frame)
         self._show_ellipsoid(frame)
         if self._further is not None:
             self._further.show(frame.further)
-            self.handles.follow_marks(self._further.marks)
+        self.handles.follow(frame.target, self.marks)
         self.ghosts.show(frame.ways)
         self._trail.follow(frame.tip[:3, 3], frame.tick, "trail" not in self._hidden)
         self._caption(frame)

@@ -27,13 +27,9 @@ NEAR = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Part:
-    """A rigid part of an arm.
+    """A rigid part of an arm, whose mesh stands in a joint's frame, or in ``BASE``.
 
-    Attributes:
-        name: What it is called in the scene.
-        kind: ``joint``, ``link``, ``base``, ``tip``, or ``body`` for a link that shows its joint's condition.
-        frame: The joint frame in which its mesh stands, or ``BASE``.
-        mesh: Its triangles.
+    The kind is ``joint``, ``link``, ``base``, ``tip``, or ``body``: a link that shows its joint's condition.
     """
 
     name: str

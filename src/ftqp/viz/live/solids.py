@@ -17,12 +17,7 @@ RINGS = 12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
-    """Triangles.
-
-    Attributes:
-        vertices: Their corners, (k, 3) [m].
-        faces: Three corners for each triangle, counter-clockwise seen from outside, (f, 3).
-    """
+    """Triangles: corners, (k, 3) [m], and three of them for each, counter-clockwise from outside, (f, 3)."""
 
     vertices: FloatArray
     faces: IntArray

@@ -49,13 +49,7 @@ def view(what: Planner | Robot, q: Any = None, *, port: int = 8080) -> "View":
 
 @final
 class View:
-    """A page of one arm, until ``close``.
-
-    Args:
-        what: A planner or a robot, as ``view`` takes it.
-        q: The configuration at first.
-        port: The port.
-    """
+    """A page of one arm, until ``close``, as ``view`` opens it."""
 
     def __init__(self, what: Planner | Robot, q: Any = None, *, port: int = 8080) -> None:
         if not isinstance(what, Planner | Robot):

@@ -20,18 +20,31 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.core.pose import quaternions
+from ftqp.faults.kinds import Degraded, Locked
 from ftqp.sim.log.signals import CONDITIONS
 from ftqp.sim.session.session_commands import WEAK
 from ftqp.sim.session.session_leader import path_points
 from ftqp.sim.session.tick_facts import Facts, quaternion_of
+from ftqp.viz.live import colours
 from ftqp.viz.live.drag_handles import wxyz
 from ftqp.viz.live.frame import NEAR, DrawnArm, Frame, frame_of
 from ftqp.viz.live.live_page import CONTROLS
-from ftqp.viz.live.panel import short_names
-from ftqp.viz.live.scene import SEGMENTS, STEP, Scene
+from ftqp.viz.live.panel import (
+    FASTEST,
+    INVITATION,
+    NARROW,
+    PAUSE,
+    REPAIR,
+    RESET,
+    RESUME,
+    ROWS,
+    SIDE,
+    short_names,
+)  # fmt: skip
+from ftqp.viz.live.panel import PATH as TO_PATH
+from ftqp.viz.live.scene import RIVAL, SEGMENTS, STEP, Scene
 from ftqp.viz.live.server import VERSION, client_page, close_server, first_messages, open_server
 from ftqp.viz.live.shapes import Part
-from ftqp.viz.playground.playground_controls import FASTEST, add_controls, looks
 
 SCRIPT: Final = File(__file__).with_name("playground.mjs")
 KNOTS: Final = 400
@@ -42,6 +55,12 @@ LAP: Final = 20.0
 HURRY: Final = 0.15
 """A dragged target goes at most as fast as a tip would whose every joint made this share of the slowest one's
 speed, and gathers speed by the same share of the smallest acceleration: by eye, and far from any limit."""
+WORDS = (Locked.button, Degraded.button, REPAIR)
+"""Buttons of a joint: what a page without dynamics can show."""
+LED = "same arm, same failure, led by the same planner, which is never told"
+"""What the second arm is."""
+NAMED = "never told"
+"""The same beside it."""
 STUB: Final = """
 class PlannerWorker {  // in the place of the worker that speaks with a server
   static queue = [];
@@ -57,17 +76,10 @@ window.Worker = PlannerWorker;
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Played:
-    """What a playground plays with.
+    """What a playground plays with: a healthy planner, and where the arm begins.
 
-    Attributes:
-        title: Of the scenario or the robot.
-        planner: Healthy; what the browser's planner was made of.
-        q: Where the arm begins, (nv,) [rad or m].
-        path: What is followed; None holds the pose of the start.
-        kernel: The hash of the kernel's source.
-        wasm: The kernel for browsers.
-        arm: The bytes of ``arm.ftqp``.
-        loader: The text of ``ftqp.mjs``.
+    Without a path the pose of the start is held. The kernel goes by the hash of its source and as the bytes
+    for browsers, the arm as those of ``arm.ftqp``, and the loader is the text of ``ftqp.mjs``.
     """
 
     title: str
@@ -202,3 +214,67 @@ def _knots(path: Path | None) -> dict[str, Any] | None:
 
 def _text(content: bytes) -> str:
     return b64encode(content).decode("ascii")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Controls:
+    """What can be clicked, and what is written anew, by the names of a page.
+
+    Acts are ``time``, ``speed``, ``joint`` with its number, ``chosen``, ``overlay`` with its own, or
+    ``drag``; texts are ``head``, ``table`` and ``curve``.
+    """
+
+    acts: dict[str, list[Any]]
+    texts: dict[str, str]
+
+
+def add_controls(server: Any, scene: Scene, joints: tuple[str, ...], speed: float, about: str) -> Controls:
+    """Put the controls on a page."""
+    gui = server.gui
+    acts: dict[str, list[Any]] = {}
+    gui.add_html(NARROW)
+    gui.add_html(INVITATION.format(further=""))
+    texts = {"head": uuid(gui.add_html(""))}
+    acts[uuid(gui.add_button_group("time", (PAUSE, RESUME, RESET, TO_PATH)))] = ["time"]
+    slider = gui.add_slider("speed", min=0.1, max=FASTEST, step=0.1, initial_value=speed)
+    acts[uuid(slider)] = ["speed"]
+    tabs = gui.add_tab_group()
+    with tabs.add_tab("Joints"):
+        if len(joints) <= ROWS:
+            for i, label in enumerate(short_names(joints)):
+                acts[uuid(gui.add_button_group(label, WORDS))] = ["joint", i]
+        else:
+            acts[uuid(gui.add_dropdown("joint", joints, initial_value=joints[0]))] = ["chosen"]
+            acts[uuid(gui.add_button_group("break it", WORDS))] = ["joint", None]
+        texts["table"] = uuid(gui.add_html(""))
+    with tabs.add_tab("Show"):
+        acts[uuid(gui.add_checkbox("drag the target", True))] = ["drag"]
+        for overlay in scene.overlays:
+            if overlay != "ellipsoid":
+                acts[uuid(gui.add_checkbox(overlay, overlay not in scene.hidden))] = ["overlay", overlay]
+    with tabs.add_tab("About"):
+        gui.add_html(about)
+    side = gui.add_panel()
+    with side.add_tab("What you see"):
+        texts["curve"] = uuid(gui.add_html(""))
+        gui.add_html(colours.legend(rival=LED, ellipsoid=False))
+    side.dock_left()
+    side.set_width(SIDE)
+    return Controls(acts=acts, texts=texts)
+
+
+def uuid(control: Any) -> str:
+    """How a page knows a control."""
+    return str(control._impl.uuid)
+
+
+def looks() -> dict[str, Any]:
+    """Colours and words that the script paints and writes with."""
+    return {
+        "condition": {str(code): colour for code, colour in colours.CONDITION.items()},
+        "braking": colours.BRAKING, "near": colours.NEAR_LIMIT, "link": colours.LINK,
+        "trail": colours.hexadecimal(colours.TRAIL), "rival": colours.hexadecimal(colours.RIVAL),
+        "status": {name: colours.hexadecimal(colour) for name, colour in colours.STATUS.items()},
+        "buttons": {Locked.button: Locked.number, Degraded.button: Degraded.number},
+        "named": NAMED, "overlay": RIVAL,
+    }  # fmt: skip

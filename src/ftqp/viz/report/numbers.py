@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import HEALTHY
-from ftqp.viz.figures.curves import length
+from ftqp.viz.figures.events import length
 from ftqp.viz.pages.page import table
 
 KEPT: Final = 1e-9

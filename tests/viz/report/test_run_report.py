@@ -6,7 +6,7 @@ import pytest
 pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
 
 from ftqp.viz.figures.canvas import curve, paper, save, tidy
-from ftqp.viz.report.inline_figures import cleaned
+from ftqp.viz.report.run_report import cleaned
 
 
 @pytest.fixture
