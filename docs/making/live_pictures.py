@@ -24,8 +24,7 @@ from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice
 from ftqp.sim.session.session_commands import Break, Command
-from ftqp.viz.live.frame import DrawnArm, Frame, frame_of
-from ftqp.viz.live.frame_source import Stage
+from ftqp.viz.live.frame import DrawnArm, Frame, Stage, frame_of
 from ftqp.viz.live.live_page import Page
 
 FOLDER = Path(__file__).parents[1] / "pictures"

@@ -8,8 +8,7 @@ import numpy as np
 from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice
-from ftqp.viz.live.frame import DrawnArm, frame_of
-from ftqp.viz.live.frame_source import Stage
+from ftqp.viz.live.frame import DrawnArm, Stage, frame_of
 
 
 class SteppedSource:

@@ -4,8 +4,7 @@ import numpy as np
 
 from ftqp.core.pose import quaternions
 from ftqp.sim.session.tick_facts import Facts
-from ftqp.viz.live.frame import DrawnArm, frame_of
-from ftqp.viz.live.frame_source import Stage
+from ftqp.viz.live.frame import DrawnArm, Stage, frame_of
 
 
 class StillSource:

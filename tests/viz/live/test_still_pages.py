@@ -8,7 +8,7 @@ from tests.viz.live.still_source import StillSource
 
 import ftqp
 from ftqp.sim.session.session_commands import Break, Play
-from ftqp.viz.live.frame_source import HeatMap
+from ftqp.viz.live.frame import HeatMap
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.recording import recording
 

@@ -15,8 +15,7 @@ from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_commands import Command, Play
 from ftqp.sim.session.session_leader import path_points
 from ftqp.sim.session.tick_facts import Facts
-from ftqp.viz.live.frame import DrawnArm, Frame, frame_of
-from ftqp.viz.live.frame_source import Stage
+from ftqp.viz.live.frame import DrawnArm, Frame, Stage, frame_of
 
 PICTURES: Final = 30.0
 """Pictures of a second: between two of them the session makes its ticks without a pause."""

@@ -20,8 +20,7 @@ from ftqp.sim.log.signals import refuse_unknown_conditions
 from ftqp.sim.session.live_session import FASTEST
 from ftqp.sim.session.session_commands import Command, Pause, Reset, Seek, Speed
 from ftqp.sim.session.tick_facts import facts_of
-from ftqp.viz.live.frame import DrawnArm, Frame, frame_of
-from ftqp.viz.live.frame_source import Stage
+from ftqp.viz.live.frame import DrawnArm, Frame, Stage, frame_of
 
 
 @final

@@ -6,8 +6,7 @@ from time import monotonic
 from typing import Any, Self, final
 
 from ftqp.model.robot import Robot
-from ftqp.viz.live.frame import Frame
-from ftqp.viz.live.frame_source import Source, Stage
+from ftqp.viz.live.frame import Frame, Source, Stage
 from ftqp.viz.live.panel import Panel
 from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.server import LOOPBACK, close_server, open_server

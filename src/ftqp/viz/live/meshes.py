@@ -16,8 +16,7 @@ from ftqp.core.pose import rotation_exp, transform
 from ftqp.model.chain import axis_rotation, frame_id
 from ftqp.model.reading.safe_xml import refuse_other_than_mesh, xml_of
 from ftqp.model.robot import Robot
-from ftqp.viz.live.shapes import BASE, Part, arm_parts
-from ftqp.viz.live.solids import Mesh, ball, box, cylinder, joined
+from ftqp.viz.live.shapes import BASE, Mesh, Part, arm_parts, ball, box, cylinder, joined
 
 LOOKS = ("chain", "collision", "visual")
 """What an arm can be drawn from: its chain alone, or meshes of its URDF that are light, or that are seen."""

@@ -9,8 +9,7 @@ from ftqp.faults.kinds import KINDS
 from ftqp.sim.session import session_commands as commands
 from ftqp.sim.session.session_commands import TELLS, Command
 from ftqp.viz.live.colours import legend
-from ftqp.viz.live.frame import Frame
-from ftqp.viz.live.frame_source import Stage
+from ftqp.viz.live.frame import Frame, Stage
 from ftqp.viz.live.further_nodes import further_table
 from ftqp.viz.live.ghosts import WaysTab
 from ftqp.viz.live.heat_map import FailureMap

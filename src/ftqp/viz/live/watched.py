@@ -14,8 +14,7 @@ from ftqp.model.robot import Robot
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.sim.session.session_commands import Command
 from ftqp.sim.session.tick_facts import Facts, quaternion_of
-from ftqp.viz.live.frame import DrawnArm, Frame, frame_of
-from ftqp.viz.live.frame_source import Stage
+from ftqp.viz.live.frame import DrawnArm, Frame, Stage, frame_of
 from ftqp.viz.live.live_page import PICTURES, Page
 
 HEIGHT = 480
