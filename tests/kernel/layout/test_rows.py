@@ -6,9 +6,9 @@ from session_ticks import Ticks
 
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.layout.enums import HOLD
 from ftqp.kernel.layout.record import dtype
 from ftqp.kernel.layout.rows import (
+    HOLD,
     KEEP,
     ROW_KINDS,
     TORQUE,

@@ -71,7 +71,7 @@ _KERNEL = Kernel(mode.KERNEL, BUILT)
 
 def load(entry: EntryPoint) -> Callable[..., int]:
     """An entry point of the kernel: as ``Kernel.load``."""
-    return _KERNEL.loadentry
+    return _KERNEL.load(entry)
 
 
 def level() -> str:
