@@ -124,6 +124,16 @@ def _in_place(joints: int, rows: int) -> np.dtype[Any]:
     return np.dtype(layout)
 
 
+@cache
+def _by_themselves(live: np.dtype[Any], jacobian: tuple[int, int]) -> tuple[np.dtype[Any], np.dtype[Any]]:
+    """The type of a step's parts in memory of their own, with and without the Jacobian."""
+    kept = np.dtype([*((name, live[name]) for name in PLACES), ("jacobian", np.float64, jacobian)])
+    names = list(PLACES)
+    formats, offsets = [kept[name] for name in names], [kept.fields[name][1] for name in names]  # type: ignore[index]
+    beside: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": kept.itemsize}
+    return kept, np.dtype(beside)
+
+
 @final
 class Parts:
     """The parts of a step by name, each one-dimensional and read-only.
@@ -144,11 +154,9 @@ class Parts:
 
     def kept(self, jacobian: FloatArray) -> "Parts":
         """The same in memory of their own, with the task's Jacobian."""
-        live = self.memory.dtype
-        fields = [(name, live[name]) for name in live.names if name != "jacobian"]
-        memory = np.zeros(1, np.dtype([*fields, ("jacobian", np.float64, jacobian.shape)]))
-        names = list(PLACES)
-        memory[names] = self.memory[names]
+        kept, beside = _by_themselves(self.memory.dtype, jacobian.shape)
+        memory = np.zeros(1, kept)
+        memory.view(beside)[:] = self.memory[list(PLACES)]
         memory["jacobian"] = jacobian
         return Parts(memory)
 
