@@ -1,54 +1,34 @@
 """What stops an arm and how it is brought to rest: when it stops, what it is drawn to, and its torques."""
 
-from math import inf
-
 import numpy as np
 import pytest
 from records import chain_record, empty_record
-from stages import DT, N, answers, record
 
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.judge import coming_to_rest, solution_check, stage_problems
-from ftqp.kernel.layout.enums import ACCELERATION, MAIN_STAGE, STOPPED, STOPPING, VELOCITY
-from ftqp.kernel.ticks import going_on, tick
+from ftqp.kernel.layout.enums import ACCELERATION, MAIN_STAGE, SLACK, VELOCITY
+from ftqp.kernel.ticks import going_on
+
+N, DT = 4, 0.01
 
 
-@pytest.mark.parametrize("limited", [True, False])
-def test_a_stop_brakes_until_all_joints_that_work_are_slower_than_a_thousandth(monkeypatch, limited):
-    top = 2.0 if limited else 1.0
-    for share, latched, stopped, free, says, ends in (
-        (1.1e-3, 1, 0, False, STOPPING, 0),
-        (0.9e-3, 1, 0, False, STOPPED, 1),
-        (0.9e-3, 0, 0, False, STOPPED, 0),
-        (1.1e-3, 1, 1, False, STOPPED, 1),
-        (1.1e-3, 1, 1, True, STOPPING, 1),
-        (-1.1e-3, 1, 0, False, STOPPING, 0),
-    ):
-        K = record()
-        K.limits.v_max[2] = 2.0 if limited else inf
-        K.state.v[2] = share * top
-        K.watch.latched, K.watch.stopped, K.watch.rise = latched, stopped, 0.2
-        if free:
-            K.faults.working = N - 1
-        given, shares = [], []
-        answers(
-            monkeypatch,
-            stage_problems,
-            begin_rest=lambda K, time, rise, given=given: given.append((time, rise)),
-            only_brake=lambda K, share, shares=shares: shares.append(share),
-        )
-        assert (stage_problems.begin_stop(K), K.watch.stopped) == (says, ends) and given == [(DT, 0.2)]
-        assert shares == ([] if free else [0.0]), "beside a joint that swings the others may have to move"
-    K = record()
-    K.faults.working, K.faults.movable, K.state.v[3] = N - 1, N - 1, 1.0
-    answers(monkeypatch, stage_problems, begin_rest=None, only_brake=None)
-    assert stage_problems.begin_stop(K) == STOPPED, "a joint that is locked is not asked"
+def record():
+    """An arm of four joints that work."""
+    K = empty_record()
+    K.chain.n, K.state.dt, K.state.level = N, DT, ACCELERATION
+    K.faults.order[:N], K.faults.working, K.faults.movable = range(N), N, N
+    K.limits.q_min[:], K.limits.q_max[:], K.limits.v_max[:], K.limits.a_max[:] = -1.0, 1.0, 2.0, 5.0
+    K.task.m, K.task.mode, K.task.scale = 2, SLACK, 1.0
+    K.qp.nx, K.qp.meq, K.qp.warm = N, 2, 7
+    K.qp.lb[:N], K.qp.ub[:N] = -5.0, 5.0
+    K.cascade.stage, K.cascade.jump, K.watch.fallback_limit = MAIN_STAGE, 1.0, 3
+    return K
 
 
 def test_a_rest_forgets_the_task_and_opens_only_intervals_of_joints_that_are_outside():
     for q, opened in ((1.0 + 1e-3, True), (-1.0 - 1e-3, True), (1.0, False), (0.0, False)):
-        K = record(MAIN_STAGE)
+        K = record()
         K.state.q[1], K.state.v[1] = q, 0.04
         K.task.slack[:2], K.task.scale = 5.0, 0.5
         K.qp.lb[1], K.qp.ub[1] = 1.0, 2.0
@@ -107,16 +87,6 @@ def test_torques_of_a_tick_without_inertia_are_known_from_then_on(level):
     assert K.kinematics.has_dynamics == 1, "asked again they are not computed again"
 
 
-@pytest.mark.parametrize("emergency", [True, False])
-def test_an_emergency_and_nothing_else_stops_an_arm_whose_input_is_valid(monkeypatch, emergency):
-    K = empty_record()
-    parts = dict.fromkeys(("pose_error", "see_error", "displace"))
-    asked = answers(monkeypatch, going_on, _emergency=emergency, _stop=False, _refuse_target=False, **parts)
-    assert going_on.may_go_on(K, True) == (not emergency)
-    assert ("_stop" in asked) == emergency and "_refuse_target" not in asked
-    assert not going_on.may_go_on(K, False) and asked[-1] == "_refuse_target"
-
-
 @pytest.mark.parametrize("what", ["displaced", "late", "latency", "nothing"])
 def test_the_error_that_may_stop_is_that_to_the_target_that_is_followed(what):
     """Where samples or targets are late, or the target is displaced, it is the task's own error."""
@@ -129,16 +99,6 @@ def test_the_error_that_may_stop_is_that_to_the_target_that_is_followed(what):
     assert not going_on._emergency(K)
     assert K.watch.last_position_error == pytest.approx(9.0 if what == "nothing" else 0.5)
     assert K.watch.rising == (1 if what == "nothing" else 0)
-
-
-@pytest.mark.parametrize("factor", [0.0, 0.3, 2.0])
-@pytest.mark.parametrize("calm", [True, False])
-def test_directions_are_damped_where_a_planner_says_so_and_not_in_calm(monkeypatch, factor, calm):
-    K = empty_record()
-    K.turned.factor, K.turned.on = factor, 1
-    asked = answers(monkeypatch, tick, turn_rows=None, add_manipulability=None)
-    tick._turn(K, calm)
-    assert ("turn_rows" in asked) == (factor > 0.0 and not calm) and K.turned.on == 0
 
 
 @pytest.mark.parametrize("z", [1.0, -1.0])
