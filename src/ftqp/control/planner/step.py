@@ -1,7 +1,8 @@
 """Step: what one tick gives back, read from the planner's record when it is asked for."""
 
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from functools import cache
+from typing import Any, Final, NoReturn, final
 
 import numpy as np
 
@@ -19,17 +20,16 @@ from ftqp.control.planner.certificate import (
     without_bound,
 )
 from ftqp.control.planner.free_joint import ON_TASK, Impact, impact, notice
+from ftqp.control.planner.free_joint import PLACES as PLACES_BESIDE_FREE
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.control.planner.step_parts import (
     RESIDUALS,
     Measures,
     Named,
-    Parts,
     QPReport,
     Reference,
     Said,
     measures_of,
-    parts_in,
 )
 from ftqp.control.planner.task_reports import TaskReport, TaskReports, task_status
 from ftqp.core.checks import BoolArray, FloatArray
@@ -42,12 +42,14 @@ from ftqp.kernel.layout.enums import (
     HARD,
     HEALTHY,
     INVALID_INPUT,
+    JOINTS,
     RELAXED,
     TORQUE_DRIVE,
     VELOCITY,
     Claim,
     Kept,
 )
+from ftqp.kernel.layout.record import dtype
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.kernel.layout.thresholds import MISSED_FROM, RELAXED_FROM
 from ftqp.qp.problem import SolveStatus
@@ -60,6 +62,143 @@ _SOLVE_STATUSES = tuple(SolveStatus[claim.name] for claim in Claim)
 """What the residuals made of an answer, in the order of the kernel's claims."""
 ROUNDING = 10.0
 """A torque excess below so many tolerances of the solver is rounding."""
+
+PLACES: Final = {
+    "q": ("feedback", "q_sent"),
+    "v": ("feedback", "v_sent"),
+    "a": ("state", "a_command"),
+    "q_reference": ("state", "q_command"),
+    "v_reference": ("state", "v_command"),
+    "kind": ("feedback", "kind"),
+    "tau_sent": ("feedback", "tau_sent"),
+    "lost": ("feedback", "lost"),
+    "asks": ("feedback", "asks"),
+    "brakes": ("feedback", "brakes"),
+    "tau": ("state", "tau"),
+    "tau_brake": ("state", "tau_brake"),
+    "q_before": ("state", "q"),
+    "v_before": ("state", "v"),
+    "q_measured": ("feedback", "seen"),
+    "sigma": ("feedback", "sigma"),
+    "active": ("feedback", "active"),
+    "bad": ("feedback", "bad"),
+    "error": ("task", "seen"),
+    "slack": ("task", "slack"),
+    "row_scale": ("task", "row_scale"),
+    "mode": ("task", "mode"),
+    "position_error": ("task", "position_error"),
+    "rotation_error": ("task", "rotation_error"),
+    "scale": ("task", "scale"),
+    "has_inertia": ("chain", "has_inertia"),
+    "has_dynamics": ("kinematics", "has_dynamics"),
+    "code": ("faults", "code"),
+    "lower": ("qp", "lb"),
+    "upper": ("qp", "ub"),
+    "z_box": ("qp", "z_box"),
+    "z": ("qp", "z"),
+    "nc": ("qp", "nc"),
+    "tolerance": ("qp", "tolerance"),
+    "q_min": ("limits", "q_min"),
+    "q_max": ("limits", "q_max"),
+    "v_max": ("limits", "v_max"),
+    "lower_by": ("limits", "lower_by"),
+    "upper_by": ("limits", "upper_by"),
+    "prismatic": ("chain", "prismatic"),
+    "level": ("state", "level"),
+    "ticks": ("state", "ticks"),
+    "dt": ("state", "dt"),
+    "stage": ("cascade", "stage"),
+    "claim": ("cascade", "claim"),
+    "iterations": ("cascade", "qp_iterations"),
+    "residual_task": ("cascade", "residual_task"),
+    "residual_bounds": ("cascade", "residual_bounds"),
+    "residual_dual": ("cascade", "residual_dual"),
+    "torque_excess": ("cascade", "torque_excess"),
+    "kappa": ("cascade", "kappa"),
+    "missed": ("cascade", "missed"),
+    "given_up": ("task", "given_up"),
+    "jump": ("cascade", "jump"),
+    "holding": ("calm", "holding"),
+    "m": ("task", "m"),
+    "components": ("task", "rows"),
+    "soft_error": ("terms", "error"),
+    "soft_slack": ("terms", "slack"),
+    "soft_asked": ("terms", "asked"),
+    "asked": ("task", "asked"),
+    "soft_missed": ("terms", "missed"),
+    "pairs": ("scene", "pairs"),
+    "distance": ("scene", "distance"),
+    "nearest": ("scene", "nearest"),
+    "keep": ("scene", "keep"),
+    "slot": ("scene", "slot"),
+    "crowded": ("scene", "crowded"),
+    **PLACES_BESIDE_FREE,
+}
+"""Where each part of a step stands in the record: room and field."""
+
+
+@cache
+def _in_place(joints: int, rows: int) -> np.dtype[Any]:
+    """The type of a step's parts where they stand in a record, of an arm of so many joints and rows of C."""
+    record, formats, offsets = dtype("record"), [], []
+    for name, (room, field) in PLACES.items():
+        kind, at = record[room].fields[field][:2]  # type: ignore[index]
+        count = int(np.prod(kind.shape, dtype=np.int64))
+        if kind.shape in ((JOINTS,), (JOINTS + 1,)):
+            count = joints
+        formats.append((kind.base, (rows if name == "z" else count,)))
+        offsets.append(record.fields[room][1] + at)  # type: ignore[index]
+    layout: Any = {
+        "names": list(PLACES), "formats": formats, "offsets": offsets, "itemsize": record.itemsize
+    }  # fmt: skip
+    return np.dtype(layout)
+
+
+@cache
+def _by_themselves(live: np.dtype[Any], jacobian: tuple[int, int]) -> tuple[np.dtype[Any], np.dtype[Any]]:
+    """The type of a step's parts in memory of their own, with and without the Jacobian."""
+    kept = np.dtype([*((name, live[name]) for name in PLACES), ("jacobian", np.float64, jacobian)])
+    names = list(PLACES)
+    formats, offsets = [kept[name] for name in names], [kept.fields[name][1] for name in names]  # type: ignore[index]
+    beside: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": kept.itemsize}
+    return kept, np.dtype(beside)
+
+
+@final
+class Parts:
+    """The parts of a step by name, each one-dimensional and read-only.
+
+    Args:
+        memory: They, (1,).
+    """
+
+    __slots__ = ("memory",)
+
+    def __init__(self, memory: Any) -> None:
+        self.memory = memory
+
+    def __getitem__(self, name: str) -> Any:
+        part = self.memory[name][0]
+        part.flags.writeable = False
+        return part
+
+    def kept(self, jacobian: FloatArray) -> "Parts":
+        """The same in memory of their own, with the task's Jacobian."""
+        kept, beside = _by_themselves(self.memory.dtype, jacobian.shape)
+        memory = np.zeros(1, kept)
+        memory.view(beside)[:] = self.memory[list(PLACES)]
+        memory["jacobian"] = jacobian
+        return Parts(memory)
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether later steps leave them as they are."""
+        return "jacobian" in self.memory.dtype.names
+
+
+def parts_in(session: Session, joints: int) -> Parts:
+    """The parts of a planner's step, which follow its record."""
+    return Parts(session.memory.view(_in_place(joints, int(session.K.cascade.p))))
 
 
 class Step:
