@@ -4,17 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from ftqp.kernel.layout.hypotheses import HYPOTHESES, MONITOR, SERVO_TIMES, TORQUE_TIMES, Hypothesis, Response
+from ftqp.kernel.layout.hypotheses import HYPOTHESES, MONITOR, SERVO_TIMES, TORQUE_TIMES, Hypothesis
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "theory" / "feedback.md"
 
 
 def test_every_hypothesis_has_one_row_in_the_order_of_its_number():
     assert [row.hypothesis for row in MONITOR] == list(Hypothesis)
-
-
-def test_every_response_is_that_of_some_hypothesis():
-    assert {row.response for row in MONITOR} == set(Response)
 
 
 def test_times_are_those_of_the_rows_and_above_zero():

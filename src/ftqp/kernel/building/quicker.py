@@ -3,7 +3,8 @@
 All give what numba's own functions give: the type of an operation is asked for once for the same arguments,
 the walk through an instruction looks at what can hold a variable only, the kernel's record, whose long name
 every pass over every function asks for, makes it once, and of the nine times that a function is put in order,
-lifetimes of its variables are sought only the last time, when they are needed.
+lifetimes of its variables are sought only the last time, when they are needed. Without them a build from
+nothing takes 167 s of CPU (beside others on two cores), more than the 150 s that it may take.
 """
 
 from typing import Any

@@ -10,12 +10,12 @@ from ftqp.kernel.continuation.passing_bodies import note_clearance
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import (
     LIMIT,
+    LOST_BY_SINGULARITY,
+    LOST_BY_VELOCITY,
     NOT_CONVERGED,
-    SINGULAR,
     SINGULAR_VELOCITY,
     SURVIVED,
     TOO_NEAR,
-    VELOCITY,
 )
 from ftqp.kernel.layout.other_records import GOAL_SIZE
 from ftqp.kernel.maths.lu import determinant_sign, lu_factor, lu_solve
@@ -72,7 +72,7 @@ def _newton(S: Any, C: Any, side: float) -> int:
         if largest < CONVERGED:
             return SURVIVED
         if factor_left(S, C) != side:
-            return SINGULAR
+            return LOST_BY_SINGULARITY
         for row in range(m):
             C.rhs[row] = study.e[row]
         lu_solve(C.B, m, C.pivots, C.rhs)
@@ -91,7 +91,7 @@ def _steps(S: Any, C: Any, goals: Any, first: int, path: Any, keep: int) -> int:
     task_values(S)
     side = factor_left(S, C)
     if _is_dependent(S, C):
-        return SINGULAR
+        return LOST_BY_SINGULARITY
     if not note_clearance(S, C):
         return TOO_NEAR
     for k in range(first, len(goals) - 1):
@@ -101,8 +101,8 @@ def _steps(S: Any, C: Any, goals: Any, first: int, path: Any, keep: int) -> int:
             q[i] += C.step[i]
         put_locked(S, C, (k + 1 - first) * C.dt)
         aim(S, goals[k + 1])
-        if _newton(S, C, side) == SINGULAR:
-            return SINGULAR
+        if _newton(S, C, side) == LOST_BY_SINGULARITY:
+            return LOST_BY_SINGULARITY
         if not note_errors(S, C):
             return NOT_CONVERGED
         for i in range(n):
@@ -114,7 +114,7 @@ def _steps(S: Any, C: Any, goals: Any, first: int, path: Any, keep: int) -> int:
         if not note_clearance(S, C):
             return TOO_NEAR
     if factor_left(S, C) != side:
-        return SINGULAR
+        return LOST_BY_SINGULARITY
     return SURVIVED
 
 
@@ -139,7 +139,7 @@ def exact_run(S: Any, C: Any, goals: Any, first: int, path: Any, keep: int) -> i
     if C.fast >= 0:
         C.sample = min(C.sample, C.fast)
         if ending == SURVIVED:
-            return VELOCITY
-        if ending == SINGULAR or ending == NOT_CONVERGED:
+            return LOST_BY_VELOCITY
+        if ending == LOST_BY_SINGULARITY or ending == NOT_CONVERGED:
             return SINGULAR_VELOCITY
     return ending

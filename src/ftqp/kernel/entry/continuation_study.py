@@ -1,7 +1,5 @@
 """Continuations after failures from Python: many pairs of joint and instant on one path, on all cores."""
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,8 +8,8 @@ import numpy as np
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import rooms
-from ftqp.kernel.entry.study_session import PORTIONS, StudySession, packed_goals
-from ftqp.kernel.entry.threads import thread_count
+from ftqp.kernel.entry.study_session import StudySession, packed_goals
+from ftqp.kernel.entry.threads import share_out
 from ftqp.kernel.layout.other_records import FACTS, FAILED_JOINTS
 from ftqp.kernel.layout.record import dtype
 
@@ -110,17 +108,13 @@ class ContinuationStudy:
             threads: How many; None is ``thread_count``.
         """
         call = self._call(q, samples, failed, speed, None, exact=not bounded)
-        count = len(call.q)
-        workers = thread_count() if threads is None else threads
-        portions = max(1, min(count, PORTIONS * workers if workers > 1 else 1))
         entry = "bounded_continuations" if bounded else "exact_continuations"
 
-        def work(portion: int) -> None:
+        def work(first: int, last: int) -> None:
             session, memory = self._session.copy(), self._prepared(bounded, whole, share)
-            first, last = portion * count // portions, (portion + 1) * count // portions
             session.bind(entry, memory, *call.things, first, last)()
 
-        _share_out(work, portions, workers)
+        share_out(work, len(call.q), threads)
         facts = call.facts
         return Continuations(
             status=facts[:, 0].astype(np.int64),
@@ -187,16 +181,13 @@ class ContinuationStudy:
             )
         q, facts = np.full((count, samples, self._session.nv), np.nan), np.zeros((count, 2))
         q[:, 0] = starts
-        workers = thread_count() if threads is None else threads
-        portions = max(1, min(count, PORTIONS * workers))
 
-        def work(portion: int) -> None:
+        def work(first: int, last: int) -> None:
             session, memory = self._session.copy(), self._memory.copy()
-            first, last = portion * count // portions, (portion + 1) * count // portions
             things = count, samples, self._goals, speeds, q, facts, first, last
             session.bind("self_speed_tracks", memory, *things)()
 
-        _share_out(work, portions, workers)
+        share_out(work, count, threads)
         return q, facts[:, 0].astype(np.int64), facts[:, 1].copy()
 
     def _prepared(self, bounded: bool, whole: bool, share: float | None) -> Any:
@@ -255,13 +246,3 @@ class _Call:
             k, len(goals), int(path is not None), goals, self.q, self.samples, self.failed, self._speed,
             self.facts, path,
         )  # fmt: skip
-
-
-def _share_out(work: Callable[[int], None], portions: int, workers: int) -> None:
-    """Do all portions of work on so many threads."""
-    if workers == 1 or portions == 1:
-        for portion in range(portions):
-            work(portion)
-        return
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(work, range(portions)))

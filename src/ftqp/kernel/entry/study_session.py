@@ -1,7 +1,6 @@
 """The session of a study: task values, solutions and self-motions of one arm, in bulk."""
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Call, bound, rooms
-from ftqp.kernel.entry.threads import thread_count
+from ftqp.kernel.entry.threads import share_out
 from ftqp.kernel.layout.enums import CurveEnd
 from ftqp.kernel.layout.other_records import GOAL_SIZE
 from ftqp.kernel.layout.record import check_joints, dtype, load_chain
@@ -18,8 +17,6 @@ from ftqp.kernel.layout.record import check_joints, dtype, load_chain
 TOLERANCE = 1e-12
 """Error of a solution that counts as none [m], where the characteristic length is at most one metre. Some
 thousand times the rounding of a pose."""
-PORTIONS = 8
-"""Portions that many goals are shared out in, for each thread."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -261,17 +258,12 @@ class StudySession:
             threads: How many; None is ``thread_count``.
         """
         found = _Many(self, packed_goals(goals), starts, quiet, curves, points)
-        count = len(found.counts)
-        workers = thread_count() if threads is None else threads
-        portions = max(1, min(count, PORTIONS * workers))
 
-        def work(portion: int) -> None:
+        def work(first: int, last: int) -> None:
             path, parts = np.empty((most, self.nv)), np.empty(most)
-            first, last = portion * count // portions, (portion + 1) * count // portions
             found.call(self.copy(), path, parts, np.zeros(curves + 1, np.int64), first, last)
 
-        with ThreadPoolExecutor(workers) as pool:
-            list(pool.map(work, range(portions)))
+        share_out(work, len(found.counts), threads)
         return SpreadCurves(
             q=found.q,
             counts=found.counts,

@@ -1,14 +1,13 @@
 """QPs that no robot made: memory for the active set and the network on them, and their residuals."""
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import bound, rooms
-from ftqp.kernel.entry.threads import thread_count
+from ftqp.kernel.entry.threads import share_out
 from ftqp.kernel.layout.flat_arrays import standalone_memory_size
 from ftqp.kernel.layout.other_records import CONSTRAINTS, ROWS, VARIABLES
 from ftqp.kernel.layout.record import dtype
@@ -101,10 +100,6 @@ class NetworkMemory:
         return bound("solve_network", *things, int(warm))()
 
 
-PARTS_PER_THREAD = 8
-"""Portions that many QPs are shared out in, for each thread."""
-
-
 def solve_many(
     parts: Sequence[FloatArray], numbers: FloatArray, count: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray, FloatArray]:
@@ -121,16 +116,12 @@ def solve_many(
     each = [thing for part in parts for thing in (part, len(part))]
     things = (n, m, p, count, *each, numbers, x, y, z, z_box, codes, iterations, residual)
     size = standalone_memory_size(n, m, p)
-    threads = thread_count()
-    portions = max(1, min(count, PARTS_PER_THREAD * threads))
 
-    def work(portion: int) -> None:
+    def work(first: int, last: int) -> None:
         memory = np.zeros(size)
-        first, last = portion * count // portions, (portion + 1) * count // portions
         bound("solve_network_batch", *things, memory, size, first, last)()
 
-    with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(work, range(portions)))
+    share_out(work, count)
     return x, y, z, z_box, codes, iterations, residual
 
 

@@ -2,7 +2,8 @@
 
 from typing import Final
 
-from ftqp.kernel.layout.enums import DELAYS, Residual
+from ftqp.kernel.layout import enums
+from ftqp.kernel.layout.enums import Residual
 from ftqp.kernel.layout.structures import sections
 
 BANKS = 2
@@ -98,15 +99,5 @@ detector  One detector, see ``ftqp.kernel.detection``.
     gram  f8[3,3]  of these
     pushed  f8[3]
 """
-DETECTOR: Final = sections(
-    TEXT,
-    {
-        "BANKS": BANKS,
-        "DELAYS": DELAYS,
-        "LOADS": LOADS,
-        "ONSETS": ONSETS,
-        "RESIDUALS": RESIDUALS,
-        "WINDOW": WINDOW,
-    },
-)
+DETECTOR: Final = sections(TEXT, vars(enums) | globals())
 """What gives its fields."""

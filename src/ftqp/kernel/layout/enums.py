@@ -519,8 +519,8 @@ class Survival(IntEnum):
 (
     SURVIVED,
     LIMIT,
-    VELOCITY,
-    SINGULAR,
+    LOST_BY_VELOCITY,
+    LOST_BY_SINGULARITY,
     SINGULAR_VELOCITY,
     NOT_CONVERGED,
     NOMINAL,

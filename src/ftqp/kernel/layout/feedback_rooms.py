@@ -2,8 +2,7 @@
 
 from typing import Final
 
-from ftqp.kernel.layout.enums import DELAYS, HISTORY, TARGET_SIZE
-from ftqp.kernel.layout.hypotheses import HYPOTHESES
+from ftqp.kernel.layout import enums, hypotheses
 from ftqp.kernel.layout.structures import sections
 
 POLES = 4
@@ -178,17 +177,5 @@ learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's
     kept_load  f8[KEPT,4]
     kept_rotor kept_friction kept_sigma  f8[KEPT,N]
 """
-FEEDBACK_ROOMS: Final = sections(
-    TEXT,
-    {
-        "DELAYS": DELAYS,
-        "HISTORY": HISTORY,
-        "HYPOTHESES": HYPOTHESES,
-        "KEPT": KEPT,
-        "LATER": LATER,
-        "POLES": POLES,
-        "TARGET_SIZE": TARGET_SIZE,
-        "UNKNOWNS": UNKNOWNS,
-    },
-)
+FEEDBACK_ROOMS: Final = sections(TEXT, vars(enums) | vars(hypotheses) | globals())
 """What gives the fields of each."""

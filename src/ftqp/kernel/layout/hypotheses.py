@@ -59,46 +59,13 @@ class Hypothesis(IntEnum):
     """A detector: what is suspected has led to no finding."""
 
 
-class Response(IntEnum):
-    """What is done about it."""
-
-    BRAKE = 0
-    """The joint asks for its brake."""
-    BRAKE_AND_STOP = 1
-    """And the arm is stopped."""
-    LEAVE_OUT = 2
-    """The others reckon with what the joint does, not with what it should."""
-    TAKE_BACK = 3
-    """They reckon with what it should do again."""
-    SUSPECT_OTHERS = 4
-    """Another joint may be left out in its place."""
-    STIFFEN = 5
-    """The feedback of the pair is what it was."""
-    NAME = 6
-    """The force is named, ``planner.touch``; no joint is suspected meanwhile."""
-    FORGET = 7
-    """No force is named any more."""
-    SAY_LAGGING = 8
-    SAY_OK = 9
-    SAY_STOPPING = 10
-    LOOK_THROUGH = 11
-    """The joint's feedback counts on its command in place of its number."""
-    LOSE_SENSOR = 12
-    """The number is not believed any more, and the arm is stopped."""
-    BELIEVE = 13
-    """The joint counts as failed."""
-    LOOK_ANEW = 14
-    """The suspicion is judged from what is seen from now on."""
-
-
 class Row(NamedTuple):
-    """A hypothesis, the seconds that it has to last, and the response.
+    """A hypothesis, and the seconds that it has to last; ``docs/theory/feedback.md`` says what is then done.
 
     Attributes:
         hypothesis: Which.
         torque: For so long on an arm that takes torques [s].
         servo: For so long on one whose servos hold it [s].
-        response: What is done then.
         chosen: Who chose the times, or the number.
         samples: So many samples, or verdicts, in a row in place of times.
     """
@@ -106,7 +73,6 @@ class Row(NamedTuple):
     hypothesis: Hypothesis
     torque: float
     servo: float
-    response: Response
     chosen: str
     samples: int = 0
 
@@ -114,30 +80,30 @@ class Row(NamedTuple):
 PHYSICS = "`ftqp campaign physics`"
 FREEZES, FINDS = "`python studies/frozen_encoders.py`", "`python studies/detection.py`"
 TOUCHES = "`python studies/touches.py`"
-H, R = Hypothesis, Response
+H = Hypothesis
 MONITOR: Final = (
-    Row(H.LEFT_BAND, 0.02, 0.02, R.BRAKE, PHYSICS),
-    Row(H.TOO_FAST, 0.01, 0.1, R.BRAKE_AND_STOP, PHYSICS),
-    Row(H.SILENT, 0.003, 0.003, R.LEAVE_OUT, PHYSICS),
-    Row(H.OBEYS, 0.2, 0.2, R.TAKE_BACK, PHYSICS),
-    Row(H.CLEARED, 0.05, 0.05, R.SUSPECT_OTHERS, PHYSICS),
-    Row(H.PREDICTED, 0.005, 0.005, R.TAKE_BACK, PHYSICS),
-    Row(H.BOTH_OBEY, 0.2, 0.2, R.STIFFEN, PHYSICS),
-    Row(H.TOUCHED, 0.01, 0.01, R.NAME, TOUCHES),
-    Row(H.ALONE_AGAIN, 0.1, 0.1, R.FORGET, TOUCHES),
-    Row(H.LAGS, 0.02, 0.02, R.SAY_LAGGING, PHYSICS),
-    Row(H.FOLLOWS, 0.05, 0.05, R.SAY_OK, PHYSICS),
-    Row(H.MOVES, 0.02, 0.02, R.SAY_STOPPING, PHYSICS),
-    Row(H.REPEATS, 0.0, 0.0, R.LOOK_THROUGH, FREEZES, 2),
-    Row(H.FROZEN, 0.0, 0.0, R.LOSE_SENSOR, FREEZES, 5),
-    Row(H.DROPPED, 0.0, 0.0, R.LOSE_SENSOR, FINDS, 3),
-    Row(H.BIASED, 0.0, 0.0, R.LOSE_SENSOR, FINDS, 3),
-    Row(H.WILD, 0.0, 0.0, R.LOSE_SENSOR, FINDS, 10),
-    Row(H.STANDS, 0.0, 0.0, R.BELIEVE, FINDS, 9),
-    Row(H.WEAK, 0.0, 0.0, R.BELIEVE, FINDS, 5),
-    Row(H.PUSHED, 0.0, 0.0, R.NAME, TOUCHES, 3),
-    Row(H.QUIET, 0.0, 0.0, R.FORGET, FINDS, 300),
-    Row(H.UNDECIDED, 0.0, 0.0, R.LOOK_ANEW, FINDS, 200),
+    Row(H.LEFT_BAND, 0.02, 0.02, PHYSICS),
+    Row(H.TOO_FAST, 0.01, 0.1, PHYSICS),
+    Row(H.SILENT, 0.003, 0.003, PHYSICS),
+    Row(H.OBEYS, 0.2, 0.2, PHYSICS),
+    Row(H.CLEARED, 0.05, 0.05, PHYSICS),
+    Row(H.PREDICTED, 0.005, 0.005, PHYSICS),
+    Row(H.BOTH_OBEY, 0.2, 0.2, PHYSICS),
+    Row(H.TOUCHED, 0.01, 0.01, TOUCHES),
+    Row(H.ALONE_AGAIN, 0.1, 0.1, TOUCHES),
+    Row(H.LAGS, 0.02, 0.02, PHYSICS),
+    Row(H.FOLLOWS, 0.05, 0.05, PHYSICS),
+    Row(H.MOVES, 0.02, 0.02, PHYSICS),
+    Row(H.REPEATS, 0.0, 0.0, FREEZES, 2),
+    Row(H.FROZEN, 0.0, 0.0, FREEZES, 5),
+    Row(H.DROPPED, 0.0, 0.0, FINDS, 3),
+    Row(H.BIASED, 0.0, 0.0, FINDS, 3),
+    Row(H.WILD, 0.0, 0.0, FINDS, 10),
+    Row(H.STANDS, 0.0, 0.0, FINDS, 9),
+    Row(H.WEAK, 0.0, 0.0, FINDS, 5),
+    Row(H.PUSHED, 0.0, 0.0, TOUCHES, 3),
+    Row(H.QUIET, 0.0, 0.0, FINDS, 300),
+    Row(H.UNDECIDED, 0.0, 0.0, FINDS, 200),
 )
 """All that is supposed. Times and numbers are guesses that the campaigns and studies named beside them have
 not contradicted; what is supposed of the whole arm is counted at joint 0."""

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from ftqp.kernel.layout.enums import DELAYS, TARGET_SIZE
+from ftqp.kernel.layout import enums
 from ftqp.kernel.layout.structures import sections
 
 FAILED_JOINTS = 2
@@ -263,17 +263,5 @@ batch  How many arms and ticks there are, and where the arrays of all arms lie.
 standalone  What a solver alone has beside its QP.
     centre g_given diagonal_given  f8[VARIABLES]
 """
-OTHERS: Final = sections(
-    TEXT,
-    {
-        "DELAYS": DELAYS,
-        "FAILED_JOINTS": FAILED_JOINTS,
-        "GOAL_SIZE": GOAL_SIZE,
-        "SEGMENTS": SEGMENTS,
-        "STARTS": STARTS,
-        "TARGET_SIZE": TARGET_SIZE,
-        "VARIABLES": VARIABLES,
-        "WIDTH": WIDTH,
-    },
-)
+OTHERS: Final = sections(TEXT, vars(enums) | globals())
 """What gives the fields of each."""

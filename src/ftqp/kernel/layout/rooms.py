@@ -3,8 +3,9 @@
 from collections.abc import Callable
 from typing import Final
 
+from ftqp.kernel.layout import enums, rows
 from ftqp.kernel.layout.criteria import COEFFICIENTS
-from ftqp.kernel.layout.enums import SETS, TARGET_SIZE, TASK_ROWS
+from ftqp.kernel.layout.enums import TASK_ROWS
 from ftqp.kernel.layout.feedback_rooms import FEEDBACK_ROOMS
 from ftqp.kernel.layout.rows import constraint_capacity
 from ftqp.kernel.layout.scene_room import SCENE_ROOMS
@@ -229,15 +230,7 @@ qp  A QP with compliant equality rows, and the active-set solver's memory.
     H L_H  f8[variables,variables]
 """
 _QP = sections(QP_TEXT, {})["qp"]
-_TICK = sections(
-    TEXT,
-    {
-        "SETS": SETS,
-        "TARGET_SIZE": TARGET_SIZE,
-        "max": max,
-        "constraint_capacity": constraint_capacity,
-    },
-)
+_TICK = sections(TEXT, vars(enums) | vars(rows) | {"max": max})
 
 
 def qp_fields(variables: int, rows: int, constraints: int) -> Fields:

@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import Final
 
-from ftqp.kernel.layout.rows import CLEARANCES, KEEPS, OWN_ROWS
+from ftqp.kernel.layout import rows
 from ftqp.kernel.layout.structures import sections
 
 CAPSULES = 128
@@ -161,22 +161,5 @@ ahead  Kinematics at the predicted posture: q + v dt, or q itself at the velocit
     o_tip  f8[3]
     J J_each  f8[6,N]
 """
-SCENE_ROOMS: Final = sections(
-    TEXT,
-    {
-        "BALLS": BALLS,
-        "CAPSULES": CAPSULES,
-        "CLEARANCES": CLEARANCES,
-        "HULL_CORNERS": HULL_CORNERS,
-        "HULL_EDGES": HULL_EDGES,
-        "HULL_FACES": HULL_FACES,
-        "KEEPS": KEEPS,
-        "NEAREST": NEAREST,
-        "OBSTACLES": OBSTACLES,
-        "OWN_ROWS": OWN_ROWS,
-        "PAIRS": PAIRS,
-        "PLACES_OF": PLACES_OF,
-        "SHAPES": SHAPES,
-    },
-)
+SCENE_ROOMS: Final = sections(TEXT, vars(rows) | globals())
 """What gives the fields of each."""
