@@ -55,7 +55,7 @@ def total(X) -> float:
     return s
 
 
-def summed(joints):
+def summed(joints=64):
     row = np.dtype([("x", np.float64, (joints,)), ("sum", np.float64)])
 
     def summed(address, count):
@@ -66,14 +66,14 @@ def summed(joints):
     return summed
 
 
-def taken(joints):
+def taken(joints=64):
     def taken(source, first, into, count, dimensions):
         return take(source, first, into, count, dimensions)
 
     return taken
 
 
-def waiting(joints):
+def waiting(joints=64):
     def waiting(flag_at, most):
         flag = carray(pointer(flag_at), 1, FLOAT)
         turns = 0
@@ -85,7 +85,7 @@ def waiting(joints):
     return waiting
 
 
-def fails(joints):
+def fails(joints=64):
     def fails(number):
         if number == 1:
             raise ValueError
@@ -94,7 +94,7 @@ def fails(joints):
     return fails
 
 
-def allocates(joints):
+def allocates(joints=64):
     def allocates(count):
         X = np.ones(count)
         X[0] = 2.0

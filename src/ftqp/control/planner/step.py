@@ -151,7 +151,8 @@ def _in_place(joints: int, rows: int) -> np.dtype[Any]:
     layout: Any = {
         "names": list(PLACES), "formats": formats, "offsets": offsets, "itemsize": record.itemsize
     }  # fmt: skip
-    return np.dtype(layout)
+    made: np.dtype[Any] = np.dtype(layout)
+    return made
 
 
 @cache

@@ -19,8 +19,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from ftqp.kernel.layout.enums import JOINTS
-
 LEVELS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
     "x86_64": {
         "x86-64-v4": ("AVX2", "FMA3", "F16C", "AVX512F", "AVX512CD", "AVX512BW", "AVX512DQ", "AVX512VL"),
@@ -109,7 +107,7 @@ class EntryPoint:
     Attributes:
         name: unique, a Python identifier.
         module: the module with its formulas; imported only to compile it or to run it as plain Python.
-        factory: the name of a function there that takes how many joints a record has room for and returns
+        factory: the name of a function there that may take how many joints a record has room for and returns
             the Python function, with int arguments and an int result.
         signature: a letter an argument: ``i`` an integer (an address, a count), ``o`` a Python object,
             which compiled code gets as its address and plain Python as itself.
@@ -136,12 +134,12 @@ class EntryPoint:
         if self.nogil and "o" in self.signature:
             raise ValueError(f"{self.name} releases the interpreter, so it takes no Python object")
 
-    def function(self, joints: int = JOINTS) -> Callable[..., int]:
-        """The Python function with its formulas, for records with room for so many joints."""
-        factory: Callable[[int], Callable[..., int]] = getattr(
+    def function(self, *joints: int) -> Callable[..., int]:
+        """The Python function with its formulas, for records with room for so many joints; else the most."""
+        factory: Callable[..., Callable[..., int]] = getattr(
             importlib.import_module(self.module), self.factory
         )
-        return factory(joints)
+        return factory(*joints)
 
     @property
     def symbol(self) -> str:

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from ftqp.kernel.compiled.library import EntryPoint
 from ftqp.kernel.entry.spec import Spec
+from ftqp.kernel.layout.enums import JOINTS
 
 TEXT: Final = """
 write_target ticks.accepted_inputs first alone
@@ -264,7 +265,7 @@ def __getattr__(name: str) -> Any:
     if name not in _READ:
         raise AttributeError(f"there is no entry point {name!r}")
 
-    def factory(joints: int) -> Callable[..., int]:
+    def factory(joints: int = JOINTS) -> Callable[..., int]:
         return _READ[name][0].function(name, joints)
 
     return factory
