@@ -30,10 +30,10 @@ from ftqp.control.moving_base.base_gain import sensitivity as sensitivity
 from ftqp.control.moving_base.inertial_task import BaseStatus as BaseStatus
 from ftqp.control.moving_base.inertial_task import InertialTask as InertialTask
 from ftqp.control.moving_base.inertial_task import MovingBase as MovingBase
+from ftqp.control.planner.arm_loop import Learned as Learned
 from ftqp.control.planner.certificate import Certificate as Certificate
 from ftqp.control.planner.constraint_list import Rows as Rows
 from ftqp.control.planner.planner import Planner as Planner
-from ftqp.control.planner.planner_facts import Learned as Learned
 from ftqp.control.planner.status import StepStatus as StepStatus
 from ftqp.control.planner.step import Step as Step
 from ftqp.control.planner.target import Target as Target

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.solver.qp_solver import wrist_height
+from ftqp.control.planner.qp_solver import wrist_height
 from ftqp.model.catalog.arms import published
 
 A2, A3, D3, D4 = 0.4318, 0.0203, 0.15005, 0.4318

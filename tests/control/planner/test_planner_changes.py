@@ -1,5 +1,6 @@
 """What a planner is told happens as a whole or not at all, whatever line an exception comes at."""
 
+import dataclasses
 import itertools
 import signal
 import threading
@@ -10,8 +11,12 @@ import pytest
 from tests.interrupted import Interrupt, interrupted
 
 import ftqp
+from ftqp.control.planner.braking_reserve import braking_reserve
+from ftqp.control.planner.configuration import Configuration, Draft, MountedRobot
 from ftqp.control.planner.planner_view import JointState
 from ftqp.faults.belief import Belief
+from ftqp.kernel.entry.orders import Orders
+from ftqp.kernel.entry.session import ArmSession, write_together
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
 
 PANDA = ftqp.robots.load("panda")
@@ -64,9 +69,6 @@ def agreement(planner, session=None):
         found.append("speed")
     if bool(K.limits.dynamic) != (planner._given.dynamic or healthy.needs_dynamics):
         found.append("dynamic")
-    free = any(isinstance(fault, ftqp.FreeSwinging) for fault in faults.values())
-    if free != (planner._free is not None and planner._free._on):
-        found.append("who makes the tick")
     return found
 
 
@@ -92,13 +94,13 @@ CHANGES = {
 def settled(planner, ride, happened, way):
     """After an interruption: it happened or it did not, for the planner and for its kernel."""
     said = happened(planner) if happened is not None else None
+    assert agreement(planner) == [], "without another call"
     if way == "reset":
         ride.q = planner.session().K.gate.q[:7].copy()
     ride.step()
     session = planner.session()
     assert agreement(planner, session) == []
     assert said is None or happened(planner) == said
-    assert planner._adopted is planner._wanted
     mass = session.K.chain.mass[:7].sum()
     assert (mass > PANDA_MASS + 0.4) == (planner.payload is not None)
     assert np.allclose(planner.robot.pose(PANDA.neutral)[:3, 3], tip_of(planner), atol=1e-12)
@@ -176,14 +178,15 @@ def test_a_planner_stays_stopped_until_all_of_resuming_has_happened():
     assert line > 5 and ride.step().status is ftqp.StepStatus.OK
 
 
-def test_real_signals_leave_belief_and_kernel_at_one():
+@pytest.mark.parametrize("times", [200, pytest.param(4000, marks=pytest.mark.long)])
+def test_real_signals_leave_belief_and_kernel_at_one(times):
     def raises(*_):
         raise Interrupt
 
     ride, random, cut = Ride("detector"), np.random.default_rng(5), 0
     before = signal.signal(signal.SIGALRM, raises)
     try:
-        for k in range(200):
+        for k in range(times):
             joint = int(random.integers(7))
             try:
                 signal.setitimer(signal.ITIMER_REAL, float(random.uniform(2e-5, 6e-4)))
@@ -198,17 +201,59 @@ def test_real_signals_leave_belief_and_kernel_at_one():
                     time.sleep(1e-4)
             except Interrupt:
                 cut += 1
+            assert agreement(ride.planner) == [], "without another call"
             ride.step()
             assert agreement(ride.planner) == []
     finally:
         signal.signal(signal.SIGALRM, before)
-    assert cut == 200
+    assert cut == times
+
+
+HEAVIER = MountedRobot(PANDA, LOAD).load
+TOLD = [
+    lambda told: {"belief": told.belief.reported(ftqp.Locked(3))},
+    lambda told: {"belief": told.belief.reported(ftqp.FreeSwinging(5))},
+    lambda told: {"belief": told.belief.reported(ftqp.Degraded(1, velocity=0.5, q_min=-1.0))},
+    lambda told: {
+        "arm": told.arm.carrying(LOAD),
+        "reserve": braking_reserve(PANDA, told.arm.carrying(LOAD).load),
+    },
+    lambda told: {"arm": told.arm.holding(TOOL)},
+    lambda told: {"start": (PANDA.neutral + 0.1, np.full(7, 0.2))},
+    lambda told: {"belief": told.belief.without(5).without(3)},
+]
+
+
+@pytest.mark.parametrize("drive", ["position", "torque"])
+def test_what_is_worked_out_on_a_copy_is_what_orders_write(drive):
+    planner = ftqp.Planner(PANDA, DT, drive=drive, scene=ftqp.Scene())
+    planner.reset(PANDA.neutral)
+    target = ftqp.Target(pose=PANDA.pose(PANDA.neutral))
+    for _ in range(5):
+        planner.step(PANDA.neutral, None, target)
+    session = planner.session()
+    arm = ArmSession(PANDA.chain.constants())
+    orders = Orders(session, arm, {})
+    orders.memory[:] = planner._orders.memory
+    draft = Draft(session, arm, orders)
+    told = Configuration(0, Belief(PANDA), MountedRobot(PANDA), braking_reserve(PANDA))
+    twin, lone = session.copy(), ArmSession(PANDA.chain.constants())
+    direct = Orders(twin, lone, {})
+    direct.memory[:] = orders.memory
+    for change in TOLD:
+        before, told = told, dataclasses.replace(told, **change(told))
+        draft.begin()
+        told.tell(draft.K, draft.orders, before)
+        write_together(draft.changes)
+        told.tell(twin.K, direct, before)
+        for ours, theirs in ((session, twin), (arm, lone), (orders, direct)):
+            assert ours.memory.tobytes() == theirs.memory.tobytes()
 
 
 @pytest.mark.parametrize("what", [float("nan"), 12.0, "x"])
 def test_a_change_that_is_refused_changes_nothing(what):
     ride = Ride()
-    wanted = ride.planner._wanted
+    before = ride.planner.session().memory.tobytes()
     for call in (
         lambda: ride.planner.report(ftqp.Locked("panda_joint9")),
         lambda: ride.planner.withdraw(17),
@@ -218,7 +263,7 @@ def test_a_change_that_is_refused_changes_nothing(what):
     ):
         with pytest.raises(ftqp.FtqpError):
             call()
-        assert ride.planner._wanted is wanted
+        assert ride.planner.session().memory.tobytes() == before and ride.planner.faults == {}
     assert ride.step().status is ftqp.StepStatus.OK
 
 

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from ftqp.control.planner.deployable import Deployable
+from ftqp.control.planner.what_ifs import Deployable
 from ftqp.kernel.compiled.library import code_key
 from ftqp.kernel.compiled.mode import KERNEL
 from ftqp.kernel.entry.session import PathMemory

@@ -1,6 +1,7 @@
 """The loop between a planner and its arm, as its user sees it: stops, their reasons, and the disturbance."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import ceil
 from typing import Any, Final, final
 
@@ -9,15 +10,73 @@ import numpy as np
 from ftqp.control.drive.joint_drive import Drive, Noise, by_name
 from ftqp.control.planner.status import REPEATS, STOP_REASONS
 from ftqp.control.planner.step_parts import Pairs
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, frozen
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import FROZEN, DriveKind, StopReason
+from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
 
 STEP: Final = 0.05
 """What is planned ahead is planned anew when a suspicion leaves it more or less by so much of its speed."""
+
+
+LEAST_LOAD = 0.05
+"""A load lighter than this [kg] is not named, because friction that is not learned yet looks like so much."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Learned:
+    """What the arm has beside its model, as learned since ``reset``.
+
+    Attributes:
+        rotors: Inertia of each joint's rotor beside that of the model, (nv,) [kg m2 or kg]; negative where
+            the model has too much.
+        rotors_error: Their standard deviations, (nv,); large for joints that were hardly accelerated.
+        friction: Dry friction of each joint, (nv,) [N m or N], that of the model included, as it is not fed
+            forward.
+        delay: How much later samples come than the drive's ``latency`` says [s], as far as the arm has
+            shaken, which alone tells.
+        payload: The load at the tip beside what the planner carries, as a point mass; None is none.
+    """
+
+    rotors: FloatArray
+    rotors_error: FloatArray
+    friction: FloatArray
+    delay: float
+    payload: Payload | None
+
+    def facts(self) -> dict[str, Any]:
+        """The same as anything JSON can hold, for logs: ``payload`` has its mass and its centre."""
+        load = self.payload
+        return {
+            "rotors": self.rotors.tolist(),
+            "rotors_error": self.rotors_error.tolist(),
+            "friction": self.friction.tolist(),
+            "delay": self.delay,
+            "payload": None if load is None else {"mass": load.mass, "com": load.com.tolist()},
+        }
+
+
+def learned(session: Session, joints: int) -> Learned | None:
+    """What the planner of this session has learned; None where it does not learn, or has not begun."""
+    K = session.K
+    room, chain = K.learned, K.chain
+    if not room.on or not room.based:
+        return None
+    mass, payload = float(room.load[0]), None
+    if mass > LEAST_LOAD:
+        away = np.array(room.load[1:4]) / mass - chain.tip_translation
+        payload = Payload(mass, np.reshape(chain.tip_rotation, (3, 3)).T @ away)
+    return Learned(
+        rotors=frozen(room.rotor[:joints]),
+        rotors_error=frozen(room.sigma[:joints]),
+        friction=frozen(room.friction[:joints]),
+        delay=float(room.later) * float(K.state.dt),
+        payload=payload,
+    )
 
 
 @final
@@ -81,12 +140,13 @@ class ArmLoop:
         """Let the brake of joint i be asked for from now on, if the arm has any; that of all stops it."""
         self._orders.ask_for_brake(i)
 
-    def find_overload(self, i: int) -> None:
+    def find_overload(self, i: int, K: Any, orders: Orders) -> None:
         """Joint i cannot hold the arm with the torque that it has left: its brake is asked for, and a stop.
 
-        A planner that never stops of its own accord only asks. One that can hold the arm goes on.
+        A planner that never stops of its own accord only asks. One that can hold the arm goes on. ``K`` and
+        ``orders`` are those of a draft.
         """
-        if self._orders.hold_up(i) and self._session.K.watch.reason == StopReason.OVERLOAD:
+        if orders.hold_up(i) and K.watch.reason == StopReason.OVERLOAD:
             self._named = i
 
     def doubt_free(self, i: int) -> None:

@@ -1,8 +1,12 @@
-"""What never changes in a planner's life, written into its session once."""
+"""What a planner was made with, written into its session once, and into its orders."""
 
 import numpy as np
 
 from ftqp.control.drive.joint_drive import BRAKES, KINDS, Drive, Noise
+from ftqp.control.planner.degrading import allow
+from ftqp.control.planner.free_joint import KEPT_OF
+from ftqp.control.planner.qp_solver import Solver
+from ftqp.control.planner.settings import LEVELS, Settings
 from ftqp.control.task.bounds import Bounds, Jin
 from ftqp.control.task.task import (
     MODES,
@@ -13,14 +17,14 @@ from ftqp.control.task.task import (
     checked_gains,
     row_indices,
 )
-from ftqp.kernel.entry.session import Session
+from ftqp.kernel.entry.orders import LIMITS, Orders
+from ftqp.kernel.entry.session import ArmSession, Session
 from ftqp.kernel.layout.criteria import COEFFICIENTS, Criterion
-from ftqp.kernel.layout.enums import HISTORY, Level
+from ftqp.kernel.layout.enums import HISTORY
 from ftqp.kernel.layout.record import load_chain
 from ftqp.kernel.layout.rows import CLEARANCE, NOTHING_ASKED, Asked, constraint_owners
 from ftqp.model.robot import Robot
 
-LEVELS = {level.name.lower(): level for level in Level}
 PATIENCE = 0.1
 """Time [s] of fallback commands in a row after which the arm is stopped."""
 STOP_RISE = 0.05
@@ -103,3 +107,26 @@ def filled(
     K.keeps.asked = sum(len(names) for kind, names in asked.items() if kind != CLEARANCE.name)
     K.cascade.p = len(constraint_owners(robot.joints, robot.has_inertia, asked))
     return session
+
+
+def orders_of(session: Session, arm: ArmSession, given: Settings, solver: Solver) -> Orders:
+    """The orders of a planner."""
+    K, robot, kept = session.K, given.robot, given.task.kept_sets
+    fewer = kept if solver.sizes_may_change else ()
+    allow(K, fewer, given.dt, asked=given.task.degrade is not None)
+    facts = {
+        **{name: getattr(robot.limits, name) for name in LIMITS},
+        "coulomb": robot.coulomb,
+        "torque_limits": int(given.limits_torque),
+        "dynamic": int(given.dynamic),
+        "on_demand": int(given.on_demand),
+        "external": int(K.cascade.external),
+        "rich": int(solver.rich),
+        "may_swing": int(
+            robot.has_inertia and robot.is_serial and not robot.chain.floating and solver.has_qp
+        ),
+        "allowed": sum(1 << KEPT_OF[name] for name in kept),
+    }
+    if given.posture is not None:
+        facts |= {"has_posture": 1, "posture": given.posture}
+    return Orders(session, arm, facts)

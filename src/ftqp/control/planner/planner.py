@@ -1,15 +1,20 @@
 """Planner: one arm, one task, one QP a tick."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import count
 from pathlib import Path as File
 from typing import Any, NoReturn
 
 import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, Noise
-from ftqp.control.planner.arm_loop import ArmLoop
+from ftqp.control.inverse_kinematics.passable import Passable, Walled
+from ftqp.control.paths.path import Path
+from ftqp.control.planner.arm_loop import ArmLoop, Learned, learned
 from ftqp.control.planner.braking_reserve import braking_reserve
-from ftqp.control.planner.closed_loop import Blocks
+from ftqp.control.planner.configuration import Configuration, Draft, MountedRobot, warn_of_weight, write_call
 from ftqp.control.planner.constraint_list import (
     Constraint,
     Constraints,
@@ -18,20 +23,27 @@ from ftqp.control.planner.constraint_list import (
     need_a_qp,
     refuse_without_effect,
 )
-from ftqp.control.planner.degrading import Degrading
-from ftqp.control.planner.filling import filled
+from ftqp.control.planner.degrading import Degrading, fewer_rows
+from ftqp.control.planner.filled_rows import refuse_asking
+from ftqp.control.planner.filling import filled, orders_of
 from ftqp.control.planner.free_joint import FreeJoint
-from ftqp.control.planner.given_arrays import converted_tick, is_row, measured_tick, mistake, not_a_target
-from ftqp.control.planner.late_ticks import made_up_for, whole_ticks
-from ftqp.control.planner.lead import Lead, judged_by
+from ftqp.control.planner.given_arrays import (
+    converted_tick,
+    is_row,
+    made_up_for,
+    measured_tick,
+    mistake,
+    not_a_target,
+    whole_ticks,
+)
+from ftqp.control.planner.lead import Blocks, Lead, judged_by
 from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading, Remaining
-from ftqp.control.planner.one_thread import OneThread, guarded
-from ftqp.control.planner.order_book import orders_of
-from ftqp.control.planner.planner_copies import PlannerCopies
+from ftqp.control.planner.one_thread import Inside, guarded
+from ftqp.control.planner.planner_view import PlannerView, planner_html
+from ftqp.control.planner.qp_solver import IN_KERNEL, Solver
 from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.response.probing import probing_of
 from ftqp.control.planner.settings import settled
-from ftqp.control.planner.solver.qp_solver import IN_KERNEL, Solver
 from ftqp.control.planner.stages import CLOCK, FREE, Tick, staged
 from ftqp.control.planner.start import Rest, StartWatch
 from ftqp.control.planner.step import Step
@@ -39,32 +51,43 @@ from ftqp.control.planner.step_parts import Said
 from ftqp.control.planner.surroundings import Surroundings, clearance_rows, refuse_moving_base
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.task_list import TaskList, held_rows, split
-from ftqp.control.planner.wanted import Fitting, Wanted
-from ftqp.control.planner.ways.n_minus_one import NMinusOne
+from ftqp.control.planner.ways.n_minus_one import NMinusOne, Security
 from ftqp.control.planner.ways.remembered import remembered
 from ftqp.control.planner.ways.security_watch import SecurityWatch, refuse_led, scheme_led
 from ftqp.control.planner.ways.way_out import WayOut, ways_out
+from ftqp.control.planner.what_ifs import Deployable, WhatIfs, deployable
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
+from ftqp.control.task.keep import Keep
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.control.task.task import EmergencyStop, Task
-from ftqp.core.checks import FloatArray, instance
+from ftqp.core.checks import FloatArray, array, frozen, instance, positive
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError
+from ftqp.core.fixed import Fixed
 from ftqp.faults.belief import Belief
 from ftqp.faults.detection.detector import Detector
-from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory
+from ftqp.faults.detection.diagnosis import Diagnosis, Finding
+from ftqp.faults.kinds import Fault, FreeSwinging, Locked
+from ftqp.kernel.entry.session import ArmSession, BaseMemory, JointsMemory, PathMemory, Session
 from ftqp.kernel.layout.enums import RELAXED
-from ftqp.kernel.layout.rows import CLEARANCE, HOLD
+from ftqp.kernel.layout.rows import CLEARANCE, COMPONENTS, HOLD
+from ftqp.model.capsules import Capsule
+from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 
+NUMBERS = count()
+"""Of configurations: none occurs twice, so that a number says which one it is."""
+ANEW = "the planner was laid out for it; make another one, ftqp.Planner(robot, {name}=...)"
+"""What to do about an attribute that a planner was made with."""
 
-class Planner(PlannerCopies):
+
+class Planner:
     """Redundancy resolution, one QP a tick, with failed joints as bounds.
 
     Args:
@@ -112,7 +135,94 @@ class Planner(PlannerCopies):
         ModelError: The robot cannot be driven safely.
     """
 
-    __slots__ = ("_at_rest", "_free", "_ordinary", "_remembered", "_rest", "_said", "_timing")
+    __slots__ = (
+        "__weakref__",
+        "_applied",
+        "_arm",
+        "_at_rest",
+        "_begin",
+        "_constraints",
+        "_draft",
+        "_fast",
+        "_fault_response",
+        "_free",
+        "_given",
+        "_inside",
+        "_known",
+        "_leading",
+        "_loop",
+        "_number",
+        "_orders",
+        "_ordinary",
+        "_out",
+        "_remembered",
+        "_rest",
+        "_said",
+        "_session",
+        "_solver",
+        "_stages",
+        "_surroundings",
+        "_tasks",
+        "_tick",
+        "_timing",
+        "_watch",
+    )
+    _applied: Configuration | None
+    _begin: Tick | None
+    _draft: Draft | None
+    _inside: Inside
+    _known: dict[int, Configuration]
+
+    robot: Fixed[Robot] = Fixed(
+        "_configuration.arm.robot",
+        "The arm as it is fitted now, with its load and tool.",
+        "planner.carry(payload) mounts a load, planner.tool(T) a tool; for another arm make another planner",
+    )
+    dt: Fixed[float] = Fixed("_given.dt", "The sampling period [s].", ANEW)
+    level: Fixed[str] = Fixed("_given.level", "``acceleration`` or ``velocity``, what the QP decides.", ANEW)
+    task: Fixed[Task] = Fixed("_given.task", "Which rows of the pose are followed, and how.", ANEW)
+    tasks: Fixed[TaskList] = Fixed(
+        "_tasks",
+        "The further tasks by name; their weights and targets may be changed between steps.",
+        ANEW,
+    )
+    constraints: Fixed[Constraints] = Fixed(
+        "_constraints", "Points that are kept on their side of a plane, and rows of your own, by name.", ANEW
+    )
+    scheme: Fixed[Scheme | Resolver] = Fixed("_given.scheme", "What the arm does with its redundancy.", ANEW)
+    bounds: Fixed[Bounds] = Fixed("_given.bounds", "How limits become intervals.", ANEW)
+    emergency: Fixed[EmergencyStop | None] = Fixed(
+        "_given.emergency", "When it stops the arm of its own accord; None: never.", ANEW
+    )
+    posture: Fixed[FloatArray | None] = Fixed(
+        "_given.posture", "Where ``rmp`` and ``dlsm`` return to, (nv,) [rad or m].", ANEW
+    )
+    drive: Fixed[Drive] = Fixed("_given.drive", "What the arm takes.", ANEW)
+    noise: Fixed[Noise] = Fixed("_given.noise", "How noisy the measurements are.", ANEW)
+    backend: Fixed[str] = Fixed("_given.backend", "Name of the solver.", ANEW)
+    plan: Fixed[LeadingPlan | None] = Fixed(
+        "_given.plan", "What leads the null space; None without one.", ANEW
+    )
+    faults: Fixed[dict[str, Fault]] = Fixed(
+        "_configuration.belief.faults",
+        "The faults believed now, by joint name; a copy.",
+        "planner.report(fault) believes one more, planner.withdraw(joint) one less",
+    )
+    payload: Fixed[Payload | None] = Fixed(
+        "_configuration.arm.payload",
+        "The load that is carried beside the robot's own bodies; None is none.",
+        "planner.carry(payload) mounts a load, planner.carry(None) puts it down",
+    )
+    stopped_because: Fixed[str | None] = Fixed(
+        "_loop.stopped_because",
+        "Why a stop is latched, in a sentence that names the joint; None while none is.",
+        "planner.stop() stops the arm, planner.resume() lets it go on",
+    )
+    pace: Fixed[float] = Fixed(
+        "_loop.pace",
+        "How fast the arm is led now, in (0, 1]: ``speed``, less what a detector's suspicion takes of it.",
+        "planner.speed = share asks for another one",
+    )
 
     def __init__(
         self,
@@ -158,7 +268,7 @@ class Planner(PlannerCopies):
             torque_limits=torque_limits, emergency=emergency, branch_limits=branch_limits, drive=drive,
             noise=noise, plan=plan,
         )  # fmt: skip
-        robot, self._inside = given.robot, OneThread()
+        robot, self._inside = given.robot, {}
         refuse_without_effect(given_constraints, robot, torque_limits)
         self._session = filled(
             robot, given.task, given.criterion, given.bounds, emergency,
@@ -172,18 +282,17 @@ class Planner(PlannerCopies):
                 f"scheme {given.scheme.name!r} solves no QP, so that further tasks, constraints and a scene "
                 "have no effect on it; take one that does, for example 'mvn'"
             )
-        self._orders = orders_of(self._session, given, self._solver)
+        self._arm = ArmSession(robot.chain.constants())
+        self._orders = orders_of(self._session, self._arm, given, self._solver)
         self._surroundings = None
         if keeps_clear:
             self._surroundings = Surroundings(self._session, robot, scene, clearance or Clearance())
         length = float(self._session.K.task.length)
         self._tasks = TaskList(self._session, robot, soft, level, given.dt, length, first)
-        self._wanted = Wanted(
-            Belief(robot),
-            Fitting(robot),
-            braking_reserve(robot) if given.limits_torque else None,
-        )
-        self._adopted, self._step_arm = None, self._wanted.fitting
+        reserve = braking_reserve(robot) if given.limits_torque else None
+        first = Configuration(next(NUMBERS), Belief(robot), MountedRobot(robot), reserve)
+        self._number, self._known = np.array([first.number]), {first.number: first}
+        self._applied, self._draft = None, None
         self._said = Said(int(self._session.K.cascade.status))
         self._out, self._loop = (
             Step(
@@ -218,9 +327,390 @@ class Planner(PlannerCopies):
         )  # fmt: skip
         self._stages = tuple(part.stage for part in parts if part is not None)
         self._ordinary = self._solver.tick(CLOCK)
-        self._heal()
+        first.tell(self._session.K, self._orders, None)
+        self._apply()
         if n_minus_one is not None:
             self._refuse_looking_ahead()
+
+    def __repr__(self) -> str:
+        failed = ", ".join(self.faults)
+        return (
+            f"Planner({self.robot.name}, {self.robot.nv} joints, dt={self.dt:g} s, {self.level} level, "
+            f"failed: {failed or 'none'})"
+        )
+
+    def _repr_html_(self) -> str:
+        """What it was made with and what it believes, for notebooks."""
+        return planner_html(self)
+
+    @property
+    def scene(self) -> Scene | None:
+        """What stands around the arm; None where it keeps clear of nothing."""
+        return None if self._surroundings is None else self._surroundings.scene
+
+    @property
+    def clearance(self) -> Clearance | None:
+        """How far it keeps from itself and from the scene; None where it keeps clear of nothing."""
+        return None if self._surroundings is None else self._surroundings.clearance
+
+    @property
+    def pairs_left_out(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of the arm's own bodies that are built too near to each other to be kept apart, by name."""
+        return () if self._surroundings is None else self._surroundings.left_out
+
+    def distances(self, q: Any) -> dict[tuple[str, str], FloatArray]:
+        """The distance of each pair of bodies that are kept apart [m], by their names.
+
+        Args:
+            q: A configuration, (nv,) or (nq,), for a number each, or several of them, (S, nv), for (S,) each
+                [rad or m].
+
+        Raises:
+            InputError: A wrong shape, or a planner without a scene.
+        """
+        known = self._kept_clear()
+        if np.ndim(q) == 2:
+            return known.distances(array("q", q, (len(q), self.robot.nv), "(S, nv)"))
+        return {names: d[0] for names, d in known.distances(self.robot.angles(q)[None]).items()}
+
+    def _kept_clear(self) -> Surroundings:
+        """What it keeps clear of.
+
+        Raises:
+            InputError: Nothing.
+        """
+        if self._surroundings is None:
+            raise InputError("the planner keeps clear of nothing; give it a scene, Planner(robot, scene=...)")
+        return self._surroundings
+
+    @property
+    def task_rows(self) -> tuple[str, ...]:
+        """The rows of the pose that the task has, of x, y, z, rx, ry, rz."""
+        task = self._session.K.task
+        return tuple(COMPONENTS[c] for c in task.rows[: int(task.m)])
+
+    @property
+    def kept_rows(self) -> str | tuple[str, ...]:
+        """The rows that are asked for now: ``position_axis``, or names, as searches take them."""
+        return "position_axis" if self._session.K.task.tool_rows else self.task_rows
+
+    @property
+    def given_up(self) -> str | None:
+        """What of the task is given up now, as it cannot be held, in a sentence; None while all counts."""
+        task = self._session.K.task
+        return fewer_rows(int(task.m)) if task.given_up else None
+
+    @property
+    def tick(self) -> int:
+        """Number of the step, from 0 at the first one after ``reset``; -1 before it."""
+        return int(self._session.K.state.ticks) - 1
+
+    @property
+    def disturbance(self) -> FloatArray:
+        """Torque that acts on the joints beside the model, as observed, (nv,) [N m or N]; a copy.
+
+        It is known of a torque arm only, 0 for failed joints, and NaN with another drive.
+        """
+        return self._loop.disturbance
+
+    @property
+    def learned(self) -> Learned | None:
+        """What a torque arm has beside its model, as learned since ``reset``: rotors, friction, a load.
+
+        None with another drive, before the first step, and with ``inertia_error=0``. A load or rotors that
+        are known by now may be told: ``planner.carry(planner.learned.payload)``, ``robot.with_rotors(...)``.
+        """
+        return learned(self._session, self.robot.nv)
+
+    @property
+    def touch(self) -> FloatArray | None:
+        """The force that seems to push the tip of a torque arm, (3,) [N], along the base's axes.
+
+        A force at the tip shows up in many joints at once, a motor that does not obey in its own: where the
+        force explains what is unusual much better no joint is suspected. None while nothing pushes, with
+        another drive, and while a joint is known to have failed. What lasts longer than 1 s is a load.
+        """
+        return self._loop.touch
+
+    @property
+    def diagnosis(self) -> Diagnosis | None:
+        """What the detector holds for likely; None without one."""
+        return None if self._fault_response is None else self._fault_response.diagnosis
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What the detector has found since ``reset`` and the planner acted upon, in order."""
+        return () if self._fault_response is None else tuple(self._fault_response.findings)
+
+    def view(self) -> PlannerView:
+        """The planner's own state and belief, to be read: for what is built around it."""
+        return PlannerView(self._session, self.robot)
+
+    def passable(self, walled: Walled | None = None) -> Passable:
+        """What says where the arm may be, as believed now: its motors, kept points, itself and its scene.
+
+        Args:
+            walled: What the tip is to stay in beside; None is anywhere.
+        """
+        view = self.view()
+        keeps = [one.given for one in self._constraints.values() if isinstance(one.given, Keep)]
+        return Passable(self.robot, view.limits.tau, view.working, keeps, self, walled)
+
+    def session(self) -> Session:
+        """A copy of all that the planner knows, for studies of what is in it."""
+        return self._session.copy()
+
+    @property
+    def plan_time(self) -> float | None:
+        """The time of the plan at which the tip is [s]; None without a plan."""
+        return None if self._leading is None else self._leading.at
+
+    @guarded("reset")
+    def reset(self, q: Any, v: Any = None) -> None:
+        """Begin at (q, v): the latch of a stop, warm starts and the last command are forgotten, not faults.
+
+        A start that is near a singularity of the task, that a motor cannot hold, or that leaves no redundancy
+        gets one warning on the logger ``ftqp``.
+
+        Args:
+            q: Measured configuration, (nv,) joint values or (nq,) [rad or m].
+            v: Measured velocity, (nv,) [rad/s or m/s]; None is rest.
+
+        Raises:
+            InputError: A wrong shape, or a number that is not finite.
+        """
+        n = self.robot.nv
+        q = frozen(self.robot.angles(q))
+        v = frozen(np.zeros(n) if v is None else array("v", v, (n,), "(nv,)"))
+        self._change(lambda told: replace(told, start=(q, v)))
+
+    @guarded("report")
+    def report(self, fault: Fault) -> None:
+        """Believe ``fault`` from the next step on, of any kind in ``ftqp.faults.kinds.KINDS``.
+
+        Args:
+            fault: The fault; it takes the place of another one of the same joint.
+
+        Raises:
+            InputError: An unknown joint, or not a fault.
+        """
+        response = self._fault_response
+        self._change(
+            lambda told: replace(told, belief=told.belief.reported(fault)),
+            response and partial(response.told, fault),
+        )
+
+    def brake(self, joint: str | int) -> None:
+        """Let the brake of a joint that swings freely be closed, and believe that it stands where it is.
+
+        ``step.brakes`` names it from the next step on, on an arm that has a brake for each joint.
+
+        Args:
+            joint: Its name or 0-based index.
+
+        Raises:
+            InputError: An unknown joint, or one that does not swing freely.
+        """
+        i = self.robot.joint(joint)
+        name = self.robot.joints[i]
+        if not isinstance(self.faults.get(name), FreeSwinging):
+            raise InputError(
+                f"{name} is not believed to swing freely, so that no brake of it is asked for; report it as "
+                "ftqp.Locked if it stands"
+            )
+        self._loop.ask_for_brake(i)
+        self.report(Locked(name, mode="instant"))
+
+    @guarded("withdraw")
+    def withdraw(self, joint: str | int) -> None:
+        """Believe the joint to be healthy again from the next step on.
+
+        Args:
+            joint: Its name or 0-based index; one that is healthy stays so.
+
+        Raises:
+            InputError: An unknown joint.
+        """
+        response = self._fault_response
+        self._change(
+            lambda told: replace(told, belief=told.belief.without(joint)),
+            response and partial(response.forget, joint),
+        )
+
+    @guarded("carry")
+    def carry(self, payload: Payload | None) -> None:
+        """Count on this load at the tip from the next step on, in the place of the last one.
+
+        State, faults and the solver's memory stay; ``planner.robot`` is then the loaded arm, which brakes
+        earlier. A load that it cannot hold where it is gets one warning on the logger ``ftqp``. This takes
+        some ten milliseconds: call it while the arm rests.
+
+        Args:
+            payload: The load, in the frame of the robot's own tip, whatever the tool is; None is none.
+
+        Raises:
+            InputError: This is no payload, or a robot without masses.
+        """
+        limited = self._given.limits_torque
+
+        def loaded(told: Configuration) -> Configuration:
+            arm = told.arm.carrying(payload)
+            load = None if payload is None else arm.load
+            reserve = braking_reserve(arm.unloaded, load) if limited else None
+            return replace(told, arm=arm, reserve=reserve)
+
+        self._change(loaded)
+        if payload is not None:
+            K, n = self._session.K, self.robot.nv
+            q = K.state.q_command[:n] if K.state.is_reset else None
+            warn_of_weight(self.robot, q, K.limits.tau_max[:n])
+
+    @guarded("tool")
+    def tool(self, T: Any) -> None:
+        """Control another point from the next step on; targets are then poses of that point.
+
+        State, faults and the solver's memory stay, and so do masses: a tool that weighs something is a
+        payload, too. A target that is not moved along with the point is somewhere else for the arm.
+
+        Args:
+            T: Pose of the point in the frame of the robot's own tip, (4, 4) [m]; None is that tip.
+
+        Raises:
+            InputError: T is no pose, or a plan leads the planner, which is one of its own tip.
+        """
+        if self._leading is not None:
+            raise InputError("the planner follows a plan of another tip; plan for robot.with_tip(T) instead")
+        self._change(lambda told: replace(told, arm=told.arm.holding(T)))
+
+    @guarded("attach")
+    def attach(self, name: str, shapes: Capsule | Sequence[Capsule]) -> None:
+        """Keep more bodies clear that move with the arm: a tool, a load that sticks out.
+
+        From the next step on they are kept clear of the scene and of the arm, as its links are. Their weight
+        counts only where ``carry`` was told of it, too.
+
+        Args:
+            name: What they are called together in statuses and certificates.
+            shapes: Capsules, one or several; without a ``frame`` they are in that of the robot's own tip.
+
+        Raises:
+            InputError: These are no capsules, the name is taken, they touch the arm where it is neutral, or
+                the planner keeps clear of nothing. Nothing changes then.
+        """
+        self._kept_clear().attach(name, shapes)
+
+    @guarded("detach")
+    def detach(self, name: str) -> None:
+        """Forget bodies that were attached.
+
+        Args:
+            name: What they are called.
+
+        Raises:
+            InputError: Nothing of that name is attached.
+        """
+        self._kept_clear().detach(name)
+
+    @property
+    def speed(self) -> float:
+        """How fast the arm is led, in (0, 1] of full speed; it may be changed at every step.
+
+        A smaller number slows the path of a ``PathFollower`` down, and the way of a ``GoTo`` or a
+        ``TargetFollower`` by as much, an operator's twist included. Targets that the user's own clock gives
+        to ``step`` are not changed by it.
+        """
+        return self._configuration.speed
+
+    @speed.setter
+    @guarded("speed")
+    def speed(self, share: float) -> None:
+        if not 0.0 < positive("speed", share) <= 1.0:
+            raise InputError(f"speed is {share:g}, expected a share of full speed in (0, 1]")
+        self._change(lambda told: replace(told, speed=float(share)))
+
+    def _believe(self, fault: Fault) -> None:
+        """Believe a fault that the detector has found, and let it look at the other joints."""
+        response = self._fault_response
+        self._change(
+            lambda told: replace(told, belief=told.belief.reported(fault)),
+            response and partial(response.detector.believe, fault),
+        )
+
+    def _disbelieve(self, joint: str | int) -> None:
+        """Believe that a joint is healthy, as the detector has found."""
+        self._change(lambda told: replace(told, belief=told.belief.without(joint)))
+
+    @property
+    def _configuration(self) -> Configuration:
+        """What the planner was told last, by the number that its record was written with."""
+        return self._known[int(self._number[0])]
+
+    def _change(
+        self, change: Callable[[Configuration], Configuration], then: Callable[[], None] | None = None
+    ) -> None:
+        """Let the planner be told something else: all is worked out first, then one compiled call writes it.
+
+        Args:
+            change: Makes a configuration of the one before, again where a signal handler has told something.
+            then: What else the change brings about.
+        """
+        written = False
+        while not written:
+            self._apply()
+            before = self._configuration
+            after = replace(change(before), number=next(NUMBERS), then=then)
+            draft, self._draft = self._draft, None  # a signal handler that tells something takes its own
+            draft = draft or Draft(self._session, self._arm, self._orders)
+            changes = self._worked_out(before, after, draft)
+            write, _table = write_call(changes)
+            self._known[after.number] = after
+            self._begin = None  # until its parts have followed, steps look at what the planner was told
+            # as one expression: no signal handler comes between the look and the call
+            written = self._number[0] == before.number and write() == 0
+            self._draft = draft
+            self._known.pop((before if written else after).number, None)
+        self._apply()
+
+    def _worked_out(self, before: Configuration, after: Configuration, draft: Draft) -> list[tuple[Any, Any]]:
+        """What makes the record that of another configuration, its number included."""
+        changes = [(self._number, np.array([after.number]))]
+        if not after.tells_as(before):
+            if before.arm is not after.arm:
+                self._out.fill_in()  # steps that are kept stay with the arm that they had
+            draft.begin()
+            after.tell(draft.K, draft.orders, before)
+            if draft.K.state.is_reset:
+                for i in after.weakened(before):
+                    self._loop.find_overload(i, draft.K, draft.orders)
+            changes += draft.changes
+        if after.speed != before.speed:
+            paced = np.array([after.speed * self._loop.caution])
+            changes.append((self._session.field("feedback", "speed"), paced))
+        return changes
+
+    def _apply(self) -> None:
+        """Let the planner's parts follow what it was told as far as they have not; begun, it begins again."""
+        while self._applied is not self._configuration:
+            before, told = self._applied, self._configuration
+            if before is not None and before.arm is not told.arm:
+                for stage in self._stages:
+                    if stage.mount is not None:
+                        stage.mount(told.arm.robot)
+            if before is None or before.belief is not told.belief:
+                for stage in self._stages:
+                    if stage.believe is not None:
+                        stage.believe(told.belief)
+                self._tick, self._fast = self._ticks()
+            if before is not None and before.speed != told.speed:
+                self._loop.speed = told.speed
+            if told.start is not None and (before is None or before.start is not told.start):
+                for stage in self._stages:
+                    if stage.begin is not None:
+                        stage.begin(told.start[0], told)
+            if told.then is not None:
+                told.then()
+            self._applied = told
+        self._begin = self._fast
 
     def _ticks(self) -> tuple[Tick, Tick | None]:
         free = None if self._free is None else self._free.tick
@@ -345,7 +835,7 @@ class Planner(PlannerCopies):
 
         None where a foreign solver or a clock takes part in every tick.
         """
-        self._heal()
+        self._apply()
         whole = self._solver.is_compiled and not self._timing and not self._asking
         return Blocks(self._session, self._tick, self.robot) if whole else None
 
@@ -362,7 +852,7 @@ class Planner(PlannerCopies):
         ticks: int = 1,
     ) -> Step:
         """A step of any leader, None the clock, with measured torques or tip, converted arrays and times."""
-        self._heal()
+        self._apply()
         self._begin = None  # so that another thread's step comes here, too, where it is refused
         # a joint that swings freely leads in the place of a path, which stands
         if path is not None and self._free is not None and self._free.leads:
@@ -390,6 +880,80 @@ class Planner(PlannerCopies):
             said.duration = (now() - began) * 1e-9
         self._begin = self._fast
         return out
+
+    @property
+    def _asking(self) -> tuple[str, ...]:
+        return self._tasks.asking + self._constraints.asking
+
+    def _refuse_looking_ahead(self) -> None:
+        """Refuse at once what ``n_minus_one`` would refuse when it looks ahead.
+
+        Raises:
+            InputError: No batch takes this planner.
+        """
+        try:
+            refuse_asking(self._asking, "a batch", "make a planner without {them}")
+            self._what_ifs()
+        except InputError as error:
+            raise InputError(
+                f"n_minus_one looks ahead in a batch: {error}; or leave n_minus_one out"
+            ) from error
+
+    def what_ifs(self) -> WhatIfs:
+        """What other arms like this one would begin with, for ``ftqp.batch``; nothing here changes.
+
+        Raises:
+            InputError: A foreign solver, or a plan.
+        """
+        refuse_asking(self._asking, "a batch", "make a planner without {them}")
+        if not self._session.K.state.is_reset and self._tasks.begin_where_they_are:
+            raise InputError(
+                f"the task {self._tasks.begin_where_they_are[0]!r} has no target yet; give it one, or call "
+                "planner.reset(q) first"
+            )
+        return self._what_ifs()
+
+    def _what_ifs(self) -> WhatIfs:
+        return WhatIfs(
+            self._session, self._orders, self.robot, self._given, self._solver, self._configuration.reserve,
+            self.faults, self._surroundings, self._tasks,
+            [one.given for one in self._constraints.values()],
+        )  # fmt: skip
+
+    @property
+    def security(self) -> Security | None:
+        """What the lock of each joint would cost, as it was looked at last; None without ``n_minus_one``."""
+        return None if self._watch is None else self._watch.security
+
+    def foresee(self, path: Path | None, at: float = 0.0) -> None:
+        """Say what the tip will follow, for ``n_minus_one``; a ``PathFollower`` says it by itself.
+
+        Args:
+            path: What it follows by the clock; None goes on with the target's twist.
+            at: The time of the path at the next step [s].
+        """
+        if self._watch is not None:
+            self._watch.foresee(path, at)
+
+    def deployable(self) -> Deployable:
+        """What this planner is without Python, for ``ftqp build``; nothing here changes.
+
+        Raises:
+            InputError: A foreign solver, a network, a closed form, a plan, further tasks, functions in
+                Python, a cloud of balls, or faults that it already believes in.
+        """
+        self._apply()
+        if self._surroundings is not None and len(self._surroundings.scene.balls):
+            raise InputError(
+                "the scene has a cloud of balls, which a library in C does not have; give what stands there "
+                "names, scene.add(...), or take the cloud away, scene.update(np.zeros((0, 4)))"
+            )
+        return deployable(
+            self._session, self._orders, self._given, self._solver, self._configuration, self._tasks,
+            asking=self._asking,
+            detector=None if self._fault_response is None else self._fault_response.detector.memory.copy(),
+            has_scene=self._surroundings is not None,
+        )  # fmt: skip
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(

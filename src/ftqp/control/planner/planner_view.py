@@ -1,14 +1,16 @@
 """PlannerView: what a planner starts its next step from, to be read by what is built around it."""
 
-from typing import NamedTuple, final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
 from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.core.html_table import html_table
 from ftqp.core.pose import transform
 from ftqp.kernel.entry.session import ArmSession, Session
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.model.robot import Robot
+from ftqp.model.robot_table import arm_svg
 
 LIMITS = ("q_min", "q_max", "v_max", "a_brake", "tau_max")
 """What the kernel calls the limits that are believed."""
@@ -162,3 +164,29 @@ class PlannerView:
         J = np.array(found.J[:, : self._n])
         pose = transform(np.array(found.R_tip).reshape(3, 3), np.array(found.o_tip))
         return TipState(pose, J @ joints.v, J @ joints.a + found.drift)
+
+
+def planner_html(planner: Any) -> str:
+    """What a planner was made with, its tasks and constraints, and what it believes now."""
+    robot, task = planner.robot, planner.task
+    rows = [
+        ("robot", f"{robot.name}, {robot.nv} joints"),
+        ("tick", f"{1e3 * planner.dt:g} ms, {planner.level} level"),
+        ("scheme, solver", f"{planner.scheme.name}, {planner.backend}"),
+        (f"task of {robot.tip}", f"{', '.join(planner.task_rows)}; {task.mode}"),
+    ]
+    rows += [
+        (f"task {name}", f"{type(one.given).__name__}, level {one.given.level}, weight {one.weight:g}")
+        for name, one in planner.tasks.items()
+    ]
+    rows += [(f"constraint {name}", type(one.given).__name__) for name, one in planner.constraints.items()]
+    believed = [f"{joint} {fault.happens}" for joint, fault in planner.faults.items()]
+    note = f"It believes that {', '.join(believed)}." if believed else "It believes that every joint works."
+    stopped = planner.stopped_because
+    return html_table(
+        f"Planner of {robot.name}",
+        (),
+        rows,
+        f"{note} Stopped: {stopped}." if stopped else note,
+        arm_svg(robot, robot.neutral),
+    )

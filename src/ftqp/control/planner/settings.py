@@ -9,10 +9,9 @@ import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.control.planner.arm_loop import accepted_drive
-from ftqp.control.planner.filling import LEVELS
+from ftqp.control.planner.configuration import warn_of_rotors
 from ftqp.control.planner.leading_plan import LeadingPlan, plan_for
-from ftqp.control.planner.solver.qp_solver import IN_KERNEL, NETWORK
-from ftqp.control.planner.wanted import warn_of_rotors
+from ftqp.control.planner.qp_solver import IN_KERNEL, NETWORK
 from ftqp.control.task import bounds as bound_conversions
 from ftqp.control.task import schemes
 from ftqp.control.task.bounds import Bounds
@@ -22,12 +21,13 @@ from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import EmergencyStop, Task
 from ftqp.core.checks import FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError, ModelError, nearest
-from ftqp.kernel.layout.enums import JOINTS
+from ftqp.kernel.layout.enums import JOINTS, Level
 from ftqp.model.limits import within_branch
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.registry import backend as make_backend
 
+LEVELS = {level.name.lower(): level for level in Level}
 SHORTEST = 1e-6
 """Sampling period of the fastest planner [s], by convention."""
 

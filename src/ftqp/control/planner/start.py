@@ -6,10 +6,10 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.planner.configuration import weight_sentence
 from ftqp.control.planner.degrading import Degrading
 from ftqp.control.planner.stages import Stage
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.wanted import weight_sentence
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import HEALTHY, TARGET_POSE, TARGET_TWIST
@@ -50,7 +50,7 @@ class StartWatch:
     @property
     def stage(self) -> Stage:
         """Its part in a planner's life."""
-        return Stage(begin=lambda start, told: self.look(told.fitting.robot, start.q))
+        return Stage(begin=lambda q, told: self.look(told.arm.robot, q))
 
     def look(self, robot: Robot, q: FloatArray) -> None:
         """Warn of a start that is not what it seems; the warning of the start before is not repeated.

@@ -7,6 +7,7 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.planner.configuration import Configuration
 from ftqp.control.planner.filled_rows import LETTERS, OwnRows, seen_of
 from ftqp.control.planner.given_arrays import sized
 from ftqp.control.planner.running_task import RunningTask, rows_of
@@ -15,7 +16,6 @@ from ftqp.control.planner.step_parts import Named, Off
 from ftqp.control.planner.surroundings import Surroundings
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.task_reports import TIP, no_task
-from ftqp.control.planner.wanted import Start, Wanted
 from ftqp.control.task.own_task import OwnTask
 from ftqp.control.task.soft_tasks import (
     FIRST,
@@ -280,11 +280,11 @@ class TaskList(Mapping[str, RunningTask]):
         """Errors are those of the arm as it is fitted now."""
         self._fitted = robot
 
-    def _begin(self, start: Start, wanted: Wanted) -> None:
+    def _begin(self, q: FloatArray, told: Configuration) -> None:
         """Targets that nobody has given are where the arm is, and none was left out so far."""
         self._failed.clear()
         for one in self._by_name.values():
-            one.begin(self._robot, wanted.fitting.robot, start.q)
+            one.begin(self._robot, told.arm.robot, q)
 
 
 def _refuse_contradictions(tasks: Sequence[SoftTask]) -> None:

@@ -10,7 +10,6 @@ import numpy as np
 
 from ftqp.control.inverse_kinematics.passable import HELD, Passable
 from ftqp.control.planner.leading_plan import Remaining
-from ftqp.control.planner.planner_facts import PlannerFacts
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.ways.trial import Trial, Tried, Twin, corners, halt_posture, thinned
 from ftqp.control.task.task import Task
@@ -117,7 +116,7 @@ class WayOut:
         return Remaining(kind=kind, rows=self.rows, until=0.0, q=self.places, sentence=self.sentence)
 
 
-def ways_out(planner: PlannerFacts, make: Maker, came: FloatArray | None, home: Any) -> tuple[WayOut, ...]:
+def ways_out(planner: Any, make: Maker, came: FloatArray | None, home: Any) -> tuple[WayOut, ...]:
     """Ways out, those that are clear first, in the order: back, back by the tip, home, halt, stop."""
     robot, view = planner.robot, planner.view()
     robot.refuse_floating("ways out need")
@@ -132,7 +131,7 @@ def ways_out(planner: PlannerFacts, make: Maker, came: FloatArray | None, home: 
     return tuple(sorted(found, key=lambda way: not way.clear))
 
 
-def _hanging(planner: PlannerFacts, view: PlannerView) -> tuple[str, ...]:
+def _hanging(planner: Any, view: PlannerView) -> tuple[str, ...]:
     """The joints that swing freely, where all of them rest and have a brake; else none."""
     free = [name for name, fault in planner.faults.items() if isinstance(fault, FreeSwinging)]
     v = view.command.v
@@ -140,7 +139,7 @@ def _hanging(planner: PlannerFacts, view: PlannerView) -> tuple[str, ...]:
     return tuple(free) if rests and planner.drive.brakes == "each" else ()
 
 
-def _twin(planner: PlannerFacts, make: Maker, hang: tuple[str, ...], rows: str | None) -> Twin:
+def _twin(planner: Any, make: Maker, hang: tuple[str, ...], rows: str | None) -> Twin:
     """A planner for trials: this one with a slower clock, and the task's own rows or fewer."""
     own = planner.task
     twin = make(
@@ -156,7 +155,7 @@ def _twin(planner: PlannerFacts, make: Maker, hang: tuple[str, ...], rows: str |
 
 
 def _found(
-    planner: PlannerFacts,
+    planner: Any,
     twins: Twins,
     view: PlannerView,
     passable: Passable,

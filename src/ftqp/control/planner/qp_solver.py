@@ -4,15 +4,17 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.planner.solver.dtrnn_memory import network_memory
 from ftqp.control.planner.stages import CLOCK, Stage, Tick
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
+from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Reduced, Session
 from ftqp.kernel.layout.criteria import Criterion
 from ftqp.kernel.layout.enums import SOLVED, TASK_ROWS, ClosedForm, Level, Turn
+from ftqp.kernel.layout.flat_arrays import OPTIONS, planner_memory_size
+from ftqp.kernel.layout.rows import constraint_capacity
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.buffers import QPBuffers
@@ -82,8 +84,24 @@ def wrist_height(robot: Robot) -> float:
     )
 
 
-IN_KERNEL: Final = "active_set"
 NETWORK: Final = "dtrnn"
+"""The backend that takes the place of the active set in the kernel."""
+MARGIN = 10.0
+"""Largest scaled residual that counts as solved, in tolerances of the network."""
+
+
+def network_memory(solver: Any, session: Session) -> FloatArray:
+    """The memory of the network that solves a planner's QPs, (k,), its options filled in."""
+    K = session.K
+    n, m = int(K.chain.n), int(K.task.m)
+    memory = np.zeros(planner_memory_size(n + 1, m, constraint_capacity(n)))
+    memory[:OPTIONS] = solver.numbers[:OPTIONS]
+    K.cascade.external = 1
+    K.cascade.accept = max(float(K.cascade.accept), MARGIN * solver.settings.accuracy)
+    return memory
+
+
+IN_KERNEL: Final = "active_set"
 
 
 @final

@@ -1,1 +1,0 @@
-"""Who solves a planner's QPs."""
