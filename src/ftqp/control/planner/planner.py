@@ -290,8 +290,8 @@ class Planner:
         length = float(self._session.K.task.length)
         self._tasks = TaskList(self._session, robot, soft, level, given.dt, length, first)
         reserve = braking_reserve(robot) if given.limits_torque else None
-        first = Configuration(next(NUMBERS), Belief(robot), MountedRobot(robot), reserve)
-        self._number, self._known = np.array([first.number]), {first.number: first}
+        told = Configuration(next(NUMBERS), Belief(robot), MountedRobot(robot), reserve)
+        self._number, self._known = np.array([told.number]), {told.number: told}
         self._applied, self._draft = None, None
         self._said = Said(int(self._session.K.cascade.status))
         self._out, self._loop = (
@@ -327,7 +327,7 @@ class Planner:
         )  # fmt: skip
         self._stages = tuple(part.stage for part in parts if part is not None)
         self._ordinary = self._solver.tick(CLOCK)
-        first.tell(self._session.K, self._orders, None)
+        told.tell(self._session.K, self._orders, None)
         self._apply()
         if n_minus_one is not None:
             self._refuse_looking_ahead()
