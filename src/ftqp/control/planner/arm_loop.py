@@ -81,14 +81,7 @@ def learned(session: Session, joints: int) -> Learned | None:
 
 @final
 class ArmLoop:
-    """Stops and what is observed of the arm.
-
-    Args:
-        session: The planner's.
-        orders: The planner's.
-        joints: Names of the joints, (nv,).
-        pairs: What knows the names of pairs of bodies; None keeps none apart.
-    """
+    """Stops and what is observed of the arm."""
 
     def __init__(self, session: Session, orders: Orders, joints: Sequence[str], pairs: Pairs | None) -> None:
         self._session, self._orders = session, orders

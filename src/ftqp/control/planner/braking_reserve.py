@@ -47,12 +47,7 @@ class BrakingReserve:
         self.samples = ReserveSamples(robot.chain.constants(), q, v, load)
 
     def share(self, a_max: FloatArray, tau_max: FloatArray) -> float:
-        """The largest share of a_max with which every joint can brake at once, LEAST_SHARE to 1.
-
-        Args:
-            a_max: Acceleration limits believed now, (n,) [rad/s2].
-            tau_max: Torque limits believed now, (n,) [N m]; inf is no limit.
-        """
+        """The largest share of a_max with which every joint can brake at once, LEAST_SHARE to 1."""
         return self.samples.shares(a_max, tau_max)[0]
 
     def guard(self, a_max: FloatArray, tau_max: FloatArray) -> float:

@@ -137,11 +137,6 @@ class Draft:
 
     Words that the change leaves alone stay as they are, whoever has written them meanwhile.
 
-    Args:
-        session: The planner's.
-        arm: The arm by itself, as its orders have it.
-        orders: The planner's.
-
     Attributes:
         K: The rooms of the copy.
         orders: The orders on the copy.
@@ -186,13 +181,7 @@ def write_call(changes: Sequence[tuple[Any, Any]]) -> tuple[Call, Any]:
 
 
 def weight_sentence(robot: Robot, q: FloatArray, tau_max: FloatArray) -> str:
-    """What is to be said where a motor cannot hold the arm at rest at q; empty where all can.
-
-    Args:
-        robot: The arm with its load.
-        q: Joint positions, (nv,) [rad or m].
-        tau_max: Torque limits believed now, (nv,) [N m or N].
-    """
+    """What is to be said where a motor cannot hold the arm at rest at q; empty where all can."""
     holding = gravity_torques(robot.model, robot.model.createData(), robot.configuration(q))
     tau = np.abs(coupled_columns(robot.chain, holding))
     worst = int(np.argmax(tau / tau_max))

@@ -154,12 +154,6 @@ class Kept(NamedTuple):
 class Constraints(Mapping[str, Kept]):
     """The constraints of a planner by name.
 
-    Args:
-        session: The planner's, whose record they are written into.
-        robot: The arm.
-        constraints: As they were given.
-        stop: What stops the arm, and says why.
-
     Raises:
         InputError: An unknown frame, one that does not move, the name of a joint, or a function that fails.
     """

@@ -27,14 +27,7 @@ def fewer_rows(count: int) -> str:
 
 
 def allow(K: Any, sets: Sequence[str], dt: float, *, asked: bool) -> None:
-    """Write down which rows of the task the kernel may give up.
-
-    Args:
-        K: The planner's rooms, filled.
-        sets: The sets of rows that may be kept, the largest first; those that leave nothing out do not count.
-        dt: The sampling period [s].
-        asked: Whether somebody asked for it; else only beside a joint that swings freely.
-    """
+    """Write down which rows of the task the kernel may give up."""
     task = K.task
     whole = int(task.m)
     fewer = [name for name in sets if len(ROW_SETS[name]) < whole][:SETS]
@@ -47,12 +40,7 @@ def allow(K: Any, sets: Sequence[str], dt: float, *, asked: bool) -> None:
 
 @final
 class Degrading:
-    """Says once each when rows of the task are given up, and when they are back.
-
-    Args:
-        session: The planner's.
-        sets: As for ``allow``.
-    """
+    """Says once each when rows of the task are given up, and when they are back."""
 
     def __init__(self, session: Session, sets: Sequence[str]) -> None:
         self._given_up = session.field("task", "given_up")

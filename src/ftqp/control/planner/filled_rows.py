@@ -60,9 +60,6 @@ class Pace:
     """Tells once of each function that takes longer than a tick, for the loop is late then.
 
     One that does so now and then may have been interrupted, so that several times in a row count.
-
-    Args:
-        dt: The sampling period [s].
     """
 
     __slots__ = ("_dt", "_slow")
@@ -71,12 +68,7 @@ class Pace:
         self._dt, self._slow = dt, dict[str, int]()
 
     def look(self, name: str, began: int) -> None:
-        """Look at how long a function took.
-
-        Args:
-            name: What it fills in.
-            began: When it was called [ns].
-        """
+        """Look at how long a function took."""
         took = 1e-9 * (now() - began)
         times = self._slow.get(name, 0)
         if times >= SLOW_TIMES:
@@ -93,13 +85,6 @@ class Pace:
 @final
 class OwnRows:
     """Asks the user's functions for their rows; one that fails leaves its task out of that tick.
-
-    Args:
-        terms: The room of the planner's record that the rows are written into.
-        tasks: Place, name and task of each.
-        robot: The arm, at whose neutral posture each is tried.
-        seen: What they are shown in every tick.
-        failed: Where it is written why a task was left out of the last tick, by name.
 
     Raises:
         InputError: A function raises, gives no numbers, or returns something, at the neutral posture at rest.
@@ -163,13 +148,7 @@ def refuse_asking(asking: Sequence[str], whom: str, remedy: str) -> None:
 
 
 def tried(fill: Callable[..., object], state: Seen, *arrays: FloatArray) -> str:
-    """Call a function that fills arrays; what is wrong with it, or nothing. Ctrl-C goes through.
-
-    Args:
-        fill: It is called with the state and the arrays.
-        state: What it is shown.
-        arrays: J and b, or C, l and u; the first is to be finite, of l and u no number NaN, and l <= u.
-    """
+    """Call a function that fills arrays; what is wrong with it, or nothing. Ctrl-C goes through."""
     try:
         returned = fill(state, *arrays)
     except Exception as error:  # whatever it is

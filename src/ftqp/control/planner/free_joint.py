@@ -64,12 +64,7 @@ class Impact(NamedTuple):
 
 @final
 class FreeJoint:
-    """The compiled tick for an arm with a free-swinging joint, from when one is believed in.
-
-    Args:
-        session: The planner's, solved by a QP.
-        robot: The arm.
-    """
+    """The compiled tick for an arm with a free-swinging joint, from when one is believed in."""
 
     def __init__(self, session: Session, robot: Robot) -> None:
         self._session, self._joints = session, robot.joints

@@ -111,15 +111,7 @@ def whole_ticks(ticks: Any) -> int:
 
 
 def made_up_for(orders: Orders, tick: Tick, target: tuple[Any, ...], ticks: int, v: FloatArray) -> None:
-    """Do the ticks that were missed; nothing was measured at them, and their targets lead to the given one.
-
-    Args:
-        orders: The planner's.
-        tick: Its tick.
-        target: The packed target of the tick that comes late, and its row.
-        ticks: How many periods have passed.
-        v: Zeros, (nv,).
-    """
+    """Do the ticks that were missed, with nothing measured and targets on the way to the given one."""
     packed, row = target
     for left in range(min(ticks, MOST_TICKS) - 1, 0, -1):
         code = orders.miss(packed, row, left)

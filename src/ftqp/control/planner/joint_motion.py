@@ -149,9 +149,6 @@ class JointMotion:
         """The last place of the motion up to which motors can hold the arm; None where they can all the way.
 
         Motors that cannot hold it where the motion begins count as strong enough for what they need there.
-
-        Args:
-            tau_max: Torque limits of the joints that work [N m or N].
         """
         assert self._motion is not None
         at = self._working

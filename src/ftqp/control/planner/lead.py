@@ -97,13 +97,7 @@ class Lead:
 
 @final
 class Blocks:
-    """Ticks of one planner led by the clock, run in compiled code; each is what ``Planner.step`` does.
-
-    Args:
-        session: The planner's.
-        tick: The planner's compiled tick.
-        robot: The arm.
-    """
+    """Ticks of one planner led by the clock, run in compiled code; each is what ``Planner.step`` does."""
 
     def __init__(self, session: Session, tick: Callable[..., int], robot: Robot) -> None:
         n = robot.nv

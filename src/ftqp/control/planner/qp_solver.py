@@ -108,14 +108,6 @@ IN_KERNEL: Final = "active_set"
 class Solver:
     """One way to solve the QPs of one planner, whoever leads it.
 
-    Args:
-        session: The planner's.
-        robot: The arm.
-        task: The task.
-        scheme: Criteria, or a closed form.
-        backend: The solver; None is the kernel's active set.
-        adds_terms: Whether further tasks change H from tick to tick.
-
     Attributes:
         rich: Whether a tick has directional damping or a gradient of the manipulability.
     """

@@ -73,14 +73,6 @@ def joints_off(robot: Robot, at: list[int], target: FloatArray, q: FloatArray) -
 class RunningTask:
     """A further task of a planner, whose weight and target may be changed between steps.
 
-    Args:
-        terms: The room of the planner's record that it is written into.
-        at: Its place there.
-        task: As it was given.
-        name: What it is called.
-        robot: The arm.
-        failed: Where it says why it was left out of a step, or a target of it, by name.
-
     Attributes:
         given: The task as it was given.
         name: What it is called.

@@ -34,13 +34,7 @@ REACHES = 20.0
 
 
 class StartWatch:
-    """Says once of a start what is wrong with it, as one warning on the logger ``ftqp``.
-
-    Args:
-        K: The planner's rooms: its task, and what it believes of the joints.
-        distances: The distance of each pair of bodies that are kept apart, by their names, at a posture; None
-            where none are.
-    """
+    """Says once of a start what is wrong with it, as one warning on the logger ``ftqp``."""
 
     def __init__(
         self, K: Any, distances: Callable[[FloatArray], Mapping[tuple[str, str], Any]] | None = None
@@ -53,12 +47,7 @@ class StartWatch:
         return Stage(begin=lambda q, told: self.look(told.arm.robot, q))
 
     def look(self, robot: Robot, q: FloatArray) -> None:
-        """Warn of a start that is not what it seems; the warning of the start before is not repeated.
-
-        Args:
-            robot: The arm as it is fitted.
-            q: Joint positions, (nv,) [rad or m].
-        """
+        """Warn of a start that is not what it seems; the warning of the start before is not repeated."""
         found = _sentences(robot, self._K, q)
         if self._distances is not None:
             found += _within(self._distances(q))
@@ -122,12 +111,7 @@ def _within(distances: Mapping[tuple[str, str], Any]) -> list[str]:
 
 
 def in_millimetres(robot: Robot, place: FloatArray) -> str:
-    """What is to be said of a target that is so far away that it must be in millimetres; empty of others.
-
-    Args:
-        robot: The arm; one whose base moves without end reaches everything.
-        place: Where the tip should be, (3,) [m].
-    """
+    """What is to be said of a target that is so far away that it must be in millimetres; empty of others."""
     endless = robot.chain.prismatic & ~(np.isfinite(robot.limits.q_min) & np.isfinite(robot.limits.q_max))
     reach, away = robot.length / LENGTH_FRACTION, float(np.linalg.norm(place))
     if robot.chain.floating or endless.any() or not away > REACHES * reach:
@@ -141,11 +125,6 @@ def in_millimetres(robot: Robot, place: FloatArray) -> str:
 @final
 class Rest:
     """Says when the arm begins and ends to hold, and when rows of its task go and come back, once each.
-
-    Args:
-        session: The planner's.
-        degrading: Who says the latter.
-        robot: The arm.
 
     Attributes:
         held: Whether the arm held when this was last asked.

@@ -110,13 +110,7 @@ class Surroundings:
         return dict(self._now.attached)
 
     def told(self, content: Content, name: str, version: FloatArray) -> Changes:
-        """What is to be written where the scene changes; nothing is written yet.
-
-        Args:
-            content: What will stand there.
-            name: What has moved; ``cloud``; or nothing where others are there then.
-            version: The number of the scene that it will have, (1,).
-        """
+        """What is to be written where the scene changes; nothing is written yet."""
         now = self._now
         if name == CLOUD and now.has_cloud:
             changes = self._seen_anew(content)
@@ -212,11 +206,7 @@ class Surroundings:
         return [(self._session.memory["scene"], draft.memory["scene"])]
 
     def distances(self, q: FloatArray) -> dict[tuple[str, str], FloatArray]:
-        """The distance of every pair at some postures, (S,) [m] each, by their names.
-
-        Args:
-            q: Joint positions, (S, nv) [rad or m].
-        """
+        """The distance of every pair at some postures, (S,) [m] each, by their names."""
         least: dict[tuple[str, str], FloatArray] = {}
         for names, d in zip(self.names, self._session.pair_distances(q).T, strict=True):
             least[names] = np.minimum(least[names], d) if names in least else d

@@ -137,15 +137,6 @@ def target_of_tip(value: Any) -> Any:
 class TaskList(Mapping[str, RunningTask]):
     """The further tasks of a planner by name.
 
-    Args:
-        session: The planner's, whose record they are written into.
-        robot: The arm.
-        tasks: As they were given.
-        level: What the QP decides.
-        dt: The sampling period [s].
-        length: What a radian counts [m].
-        first: The target that the task of the tip was given; None is none so far.
-
     Raises:
         InputError: An unknown frame or joint, gains too high for dt, a name that occurs twice, or a centre of
             mass of an arm without masses.

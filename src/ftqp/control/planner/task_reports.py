@@ -92,14 +92,7 @@ def no_task(name: object, known: Collection[str]) -> InputError:
 
 
 def task_status(kept: bool | None, slack: FloatArray, asked: FloatArray, share: float) -> StepStatus | None:
-    """The status of one task.
-
-    Args:
-        kept: Whether its error is within the tolerances; None where nothing is known of it.
-        slack: What the command leaves of each row, (m,).
-        asked: What each row asks for, (m,).
-        share: The share of it above which it counts as missed.
-    """
+    """The status of one task."""
     if kept is None:
         return None
     left, most = np.abs(slack).max(initial=0.0), np.abs(asked).max(initial=0.0)

@@ -27,18 +27,6 @@ from ftqp.model.robot import Robot
 class WhatIfs:
     """A copy of what a planner knows, as after a reset, and what becomes of its beliefs.
 
-    Args:
-        session: The planner's, which is copied.
-        orders: The planner's.
-        robot: The arm.
-        given: What the planner was made with.
-        solver: Who solves its QPs.
-        reserve: Of the robot; None where torque is not limited.
-        faults: Those that the planner believes in.
-        around: What the planner keeps clear of; None is nothing.
-        tasks: Its further tasks.
-        constraints: Its constraints.
-
     Attributes:
         session: What every arm begins with.
         robot: The arm.
