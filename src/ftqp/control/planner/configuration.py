@@ -168,9 +168,10 @@ class Draft:
         """What is to be written, and what with: runs of words."""
         found = []
         for to, now, before in self._words:
-            at = np.flatnonzero(now != before)
-            runs = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(at) else []
-            found += [(to[run[0] : run[-1] + 1], now[run[0] : run[-1] + 1]) for run in runs]
+            at = (now != before).nonzero()[0]
+            if len(at):
+                runs = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
+                found += [(to[run[0] : run[-1] + 1], now[run[0] : run[-1] + 1]) for run in runs]
         return found
 
 
