@@ -1,7 +1,6 @@
 """Libraries of machine code that are damaged in every way, and what a process with them has to do."""
 
 import json
-import os
 import shutil
 import subprocess
 import sys
@@ -16,8 +15,6 @@ from ftqp.kernel.compiled.library import MANIFEST, fingerprint
 RIDE = Path(__file__).with_name("kernel_ride.py")
 TOO_LONG = 120.0
 """A process that takes longer hangs [s]."""
-STRANGER = 54_321
-"""A user who owns nothing here."""
 REFUSAL = "plain Python does its work"
 
 
@@ -118,18 +115,12 @@ CONTENTS: tuple[Callable[[bytes, Any], bytes], ...] = (
     blanked,
     longer,
 )
-OWNERSHIP = ("another owner", "writable by all", "writable folder", "a link", "a folder", "no file")
+KINDS = ("a link", "a folder", "no file")
 
 
-def _owned_wrongly(place: Path, way: str) -> None:
-    """Give a file another owner, permission or kind."""
-    if way == "another owner":
-        os.chown(place, STRANGER, -1)
-    elif way == "writable by all":
-        place.chmod(0o666)
-    elif way == "writable folder":
-        place.parent.chmod(0o777)
-    elif way == "a link":
+def _of_another_kind(place: Path, way: str) -> None:
+    """Put something else in the place of a file."""
+    if way == "a link":
         place.rename(place.with_suffix(".elsewhere"))
         place.symlink_to(place.with_suffix(".elsewhere"))
     else:
@@ -143,7 +134,6 @@ def trial(number: int, good: Good, rng: Any, folder: Path) -> Found:
     built = folder / "built"
     shutil.copytree(good.built, built)
     place = built / (good.file if rng.random() < 0.7 else MANIFEST)
-    ways = [way for way in OWNERSHIP if way != "another owner" or os.getuid() == 0]
     dice = rng.random()
     if dice < 0.7:
         way = CONTENTS[int(rng.integers(len(CONTENTS)))]
@@ -155,8 +145,8 @@ def trial(number: int, good: Good, rng: Any, folder: Path) -> Found:
         text["libraries"][0]["sha256"] = fingerprint(rng.bytes(8))
         (built / MANIFEST).write_text(json.dumps(text))
     else:
-        what = ways[int(rng.integers(len(ways)))]
-        _owned_wrongly(place, what)
+        what = KINDS[int(rng.integers(len(KINDS)))]
+        _of_another_kind(place, what)
     found = Found(number=number, what=f"{'manifest' if place.name == MANIFEST else 'library'}: {what}")
     harmless = what == "a link" or (place.name == MANIFEST and not _tells_of_the_library(place, good))
     judged(found, ridden(built), good, harmless=harmless)
