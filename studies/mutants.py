@@ -35,13 +35,13 @@ GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "limits": (
         (
             "ftqp.kernel.rows.joint_intervals",
-            "ftqp.kernel.judge.kept_limits",
+            "ftqp.kernel.judge.solution_check",
             "ftqp.control.task.bounds",
             "ftqp.control.planner.braking_reserve",
         ),
         (
             "tests/kernel/rows/test_joint_intervals.py",
-            "tests/kernel/judge/test_kept_limits.py",
+            "tests/kernel/judge/test_solution_check.py",
             "tests/control/task/test_task.py",
             f"{PLANNER}/test_braking_reserve.py",
             "tests/robustness/test_stop_at_a_limit.py",
@@ -61,7 +61,6 @@ GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
             "ftqp.kernel.judge.fallback_cascade",
             "ftqp.kernel.judge.stage_problems",
             "ftqp.kernel.judge.solution_check",
-            "ftqp.kernel.judge.least_excess",
         ),
         (
             "tests/kernel/judge",
@@ -71,11 +70,10 @@ GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ),
     ),
     "stop": (
-        ("ftqp.kernel.judge.coming_to_rest", "ftqp.kernel.ticks.tick", "ftqp.control.task.task"),
+        ("ftqp.kernel.judge.stage_problems", "ftqp.kernel.ticks.tick", "ftqp.control.task.task"),
         (
-            "tests/kernel/judge/test_coming_to_rest.py",
+            "tests/kernel/judge/test_stage_problems.py",
             "tests/control/task/test_task.py",
-            "tests/kernel/judge/test_lower_stages.py",
             "tests/kernel/judge/test_fallback_cascade.py",
             "tests/kernel/plain_python/test_stages_one_by_one.py",
             "tests/kernel/plain_python/test_brought_to_rest.py",
@@ -105,7 +103,7 @@ EQUIVALENT: dict[tuple[str, str], str] = {
         "if bound < -1.0 and d >= 0.0:",
     ): "a short cut: what follows gives the same bound, as braking_velocity(d) >= 0 > bound",
     (
-        "ftqp.kernel.judge.kept_limits",
+        "ftqp.kernel.judge.solution_check",
         "beyond = (q < several(limits.q_min, at) + OUTSIDE_FROM) | (",
     ): "asks for the exact look, joint by joint, more often",
     (

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.kernel.dtrnn.network_of_qp import assemble
-from ftqp.kernel.dtrnn.stopping import Options
+from ftqp.kernel.dtrnn.network_of_qp import Problem, assemble
+from ftqp.kernel.dtrnn.projection import Options
 from ftqp.kernel.layout.flat_arrays import memory_size
 
 PRODUCT = Options(2, 1, 1, 0, 2000, 1.6, 1e-9)
@@ -29,9 +29,14 @@ def network_of(parts: dict[str, Any]) -> tuple[int, Any]:
     """The verdict on the bounds, and the network."""
     n, m, p = len(parts["g"]), len(parts["b"]), len(parts["l"])
     memory = np.full(memory_size(n, m, p), np.nan)
-    q = parts
-    return assemble(memory, n, m, p, 1, q["H"], q["g"], q["g"], q["A"], q["b"], q["soft"], q["C"], q["l"],
-                    q["u"], q["lb"], q["ub"])  # fmt: skip
+    return assemble(memory, problem_of(parts))
+
+
+def problem_of(q: dict[str, Any]) -> Problem:
+    """The parts of a QP as the kernel takes them."""
+    n, m, p = len(q["g"]), len(q["b"]), len(q["l"])
+    names = ("H", "g", "g", "A", "b", "soft", "C", "l", "u", "lb", "ub")
+    return Problem(n, m, p, 1, *(q[name] for name in names))
 
 
 def projected(net: Any, v: Any) -> Any:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.kernel.closed_forms.gathering import gather
+from ftqp.kernel.closed_forms.closed_form_tick import gather
 from ftqp.kernel.entry.session import Reduced
 from ftqp.kernel.layout import enums
 from ftqp.kernel.maths.svd import svd

@@ -23,7 +23,7 @@ RAY_TOLERANCE = 1e-9
 def residuals(
     problem: QP | QPBuffers, x: FloatArray, y: FloatArray, z: FloatArray, z_box: FloatArray
 ) -> Residuals:
-    """The KKT residuals of (x, y, z, z_box); the formula is in ``ftqp.kernel.judge.kkt``.
+    """The KKT residuals of (x, y, z, z_box); the formula is in ``ftqp.kernel.judge.solution_check``.
 
     Args:
         problem: The QP.

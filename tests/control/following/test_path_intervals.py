@@ -10,7 +10,7 @@ from ftqp.kernel.entry.session import PathMemory
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout import flat_arrays as layout
 from ftqp.kernel.layout.enums import TARGET_SIZE
-from ftqp.kernel.rows.path_sample import look_up
+from ftqp.kernel.rows.path_rows import look_up
 
 START = transform(np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([0.4, 0.1, 0.5]))
 TURNED = transform(np.array([[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]]), np.array([0.1, 0.3, 0.7]))

@@ -6,12 +6,12 @@ import pytest
 from random_trees import configuration, random_tree
 from records import empty_record
 
-from ftqp.kernel.arm.dynamics import dynamics
+from ftqp.kernel.arm.dynamics import dynamics, torques_of
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.arm.newton_euler import torques_of
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.kernel.layout.record import load_chain
 from ftqp.model.chain import chain_of
+from ftqp.model.followers import Follower
 
 SIZES = (3, 4, 5, 6, 7, 9, 12, 16, 20, 32, 40, 64)
 
@@ -73,3 +73,67 @@ def test_torques_of_an_acceleration_agree_with_pinocchio_and_leave_the_snapshot(
         assert close(K.kinematics.tau[:joints], pin.rnea(model, model.createData(), full, v, a))
         dynamics(K, K.state)
         assert np.array_equal(K.kinematics.M, M) and np.array_equal(K.kinematics.h, h)
+
+
+COUPLED = (3, 5, 8, 13, 21, 40)
+
+
+def couple(rng, model):
+    """Followers of a tree, one joint in three, and the matrix E with v = E v_leaders."""
+    names = [str(name) for name in model.names][1:]
+    plain = [i for i in range(len(names)) if model.nqs[i + 1] == 1]
+    order = rng.permutation(plain)
+    count = max(1, len(plain) // 3)
+    led, leaders = order[:count], order[count:]
+    followers, E = {}, np.eye(len(names))
+    for m in led:
+        leader = int(rng.choice(leaders))
+        ratio, offset = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.2, 2.0)), float(rng.uniform(-0.5, 0.5))
+        followers[names[m]] = Follower(leader=names[leader], ratio=ratio, offset=offset)
+        E[m, m], E[m, leader] = 0.0, ratio
+    return followers, E
+
+
+@pytest.mark.parametrize("joints", COUPLED)
+def test_folded_jacobian_drift_inertia_and_bias_agree_with_pinocchio(joints):
+    rng = np.random.default_rng(100 + joints)
+    for _ in range(4):
+        model = random_tree(rng, joints)
+        if sum(n == 1 for n in model.nqs) < 3:
+            continue
+        followers, E = couple(rng, model)
+        chain = chain_of(model, "tip", followers=followers)
+        arm, data, tip = ArmSession(chain.constants()), model.createData(), model.getFrameId("tip")
+        q, _, v = configuration(rng, model)
+        q = np.where(chain.lead != np.arange(joints), chain.ratio * q[chain.lead] + chain.offset, q)
+        v = E @ v
+        arm.dynamics(q, v)
+        X, full = arm.K.kinematics, np.empty(model.nq)
+        for i, at in enumerate(model.idx_qs[1:]):
+            full[at : at + model.nqs[i + 1]] = (np.cos(q[i]), np.sin(q[i])) if model.nqs[i + 1] == 2 else q[i]
+        M = E.T @ inertia_matrix(model, full) @ E
+        leads = chain.lead == np.arange(joints)
+        assert close(X.M[:joints, :joints][np.ix_(leads, leads)], M[np.ix_(leads, leads)])
+        assert not X.M[:joints, :joints][np.ix_(leads, ~leads)].any()
+        assert close(X.h[:joints], E.T @ pin.rnea(model, data, full, v, np.zeros(joints)))
+        pin.forwardKinematics(model, data, full, v, np.zeros(joints))
+        pin.updateFramePlacements(model, data)
+        J = pin.computeFrameJacobian(model, data, full, tip, pin.LOCAL_WORLD_ALIGNED)
+        drift = pin.getFrameClassicalAcceleration(model, data, tip, pin.LOCAL_WORLD_ALIGNED)
+        assert close(X.J[:, :joints], J @ E) and close(X.drift, drift.vector)
+        assert close(X.J[:, :joints] @ v, J @ v)
+
+
+def test_places_of_followers_are_taken_as_a_caller_gives_them():
+    rng = np.random.default_rng(3)
+    model = random_tree(rng, 8)
+    followers, _ = couple(rng, model)
+    chain = chain_of(model, "tip", followers=followers)
+    arm = ArmSession(chain.constants())
+    q, _, v = configuration(rng, model)
+    arm.dynamics(q, v)
+    placed = arm.K.kinematics.o_tip.copy()
+    arm.dynamics(q, v)
+    assert np.array_equal(arm.K.kinematics.o_tip, placed)
+    arm.dynamics(np.where(chain.lead != np.arange(8), q + 1.0, q), v)
+    assert not np.allclose(arm.K.kinematics.o_tip, placed)

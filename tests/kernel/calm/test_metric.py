@@ -7,10 +7,11 @@ from session_ticks import Ticks
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.arm.pose_error import pose_error
+from ftqp.kernel.calm.calm_qp import set_in_at_zero
 from ftqp.kernel.calm.curvature import curvature, spread, weigh_rows
-from ftqp.kernel.calm.metric import find_metric
+from ftqp.kernel.calm.metric import find_metric, outlook
 from ftqp.kernel.calm.trigger import curvature_bound, is_regular, largest_curvature
-from ftqp.kernel.calm.waiting import set_in_at_zero
+from ftqp.kernel.entry.session import PathMemory
 from ftqp.kernel.feedback.status_report import see_error
 from ftqp.kernel.rows.task_rows import task_rows
 
@@ -182,3 +183,152 @@ def test_there_is_no_kick_while_the_rows_can_remove_most_of_the_error():
             seen += 1
             assert not K.calm.kick[: robot.nv].any()
     assert seen > 5
+
+
+SPEED = 0.05
+
+
+def seen(name, q, way, speed=SPEED):
+    """The path's room after a look from q along a twist, and the record."""
+    robot = ftqp.robots.load(name)
+    n = robot.nv
+    K = Ticks(robot, 0.002, torque_limits=False).K
+    K.faults.order[:n], K.faults.working, K.faults.movable = np.arange(n), n, n
+    K.calm.on = 1
+    path = PathMemory(np.zeros((1, 50))).path
+    path.speed = speed
+    K.state.q[:n] = q
+    K.task.target[:] = ftqp.Target(pose=robot.pose(q), twist=[*way, 0.0, 0.0, 0.0]).packed
+    forward_kinematics(K, K.state)
+    pose_error(K)
+    task_rows(K, 1.0)
+    error = K.task.error.copy()
+    outlook(K, path)
+    np.testing.assert_array_equal(K.task.error, error)
+    return path, robot
+
+
+STRETCHED = {
+    "planar, stretched": ("planar(4)", np.zeros(4), (1.0, 0.0, 0.0)),
+    "iiwa, straight": ("iiwa14", np.zeros(7), (0.0, 0.0, 1.0)),
+    "srs7, straight": ("srs7", np.zeros(7), (0.0, 0.0, 1.0)),
+}
+
+
+@pytest.mark.parametrize("case", STRETCHED.values(), ids=STRETCHED)
+def test_there_is_a_way_back_from_the_end_of_the_reach_and_none_beyond(case):
+    name, q, out = case
+    assert not seen(name, q, out)[0].found
+    path, robot = seen(name, q, -np.array(out))
+    assert path.found and path.driven
+    way = path.drive[: robot.nv]
+    assert np.abs(way).max() == pytest.approx(SPEED)
+    for step in (way, -way):  # a self-motion to first order, along the path to second
+        moved = robot.pose(q + 0.2 * step)[:3, 3] - robot.pose(q)[:3, 3]
+        assert moved @ -np.array(out) > 1e-6 and np.linalg.norm(moved) < 0.01 * robot.length
+
+
+def test_the_way_goes_on_to_the_side_on_which_it_was_begun():
+    path, _ = seen("planar(4)", np.zeros(4), (-1.0, 0.0, 0.0))
+    first = path.drive[:4].copy()
+    robot = ftqp.robots.load("planar(4)")
+    K = Ticks(robot, 0.002, torque_limits=False).K
+    K.faults.order[:4], K.faults.working, K.faults.movable = np.arange(4), 4, 4
+    K.calm.on = 1
+    path.drive[:4] = -first
+    K.task.target[:] = ftqp.Target(pose=robot.pose(np.zeros(4)), twist=[-1.0, 0.0, 0.0, 0.0, 0.0, 0.0]).packed
+    K.state.q[:4] = 0.0
+    forward_kinematics(K, K.state)
+    pose_error(K)
+    task_rows(K, 1.0)
+    outlook(K, path)
+    np.testing.assert_allclose(path.drive[:4], -first, atol=1e-12)
+
+
+STEP = 1e-4
+
+
+def record_at(robot, task, q, target):
+    K = Ticks(robot, 0.002, level="velocity", task=task, torque_limits=False).K
+    n = robot.nv
+    K.faults.order[:n], K.faults.working, K.faults.movable = np.arange(n), n, n
+    K.task.target[:] = target.packed
+    K.state.q[:n] = q
+    return K
+
+
+def energy(K, q):
+    n = int(K.chain.n)
+    K.state.q[:n] = q
+    forward_kinematics(K, K.state)
+    pose_error(K)
+    task_rows(K, 1.0)
+    return 0.5 * weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.calm)
+
+
+def hessian(K, q):
+    n = len(q)
+    H = np.zeros((n, n))
+    for i in range(n):
+        for j in range(i + 1):
+            a, b = np.zeros(n), np.zeros(n)
+            a[i] = b[j] = STEP
+            H[i, j] = H[j, i] = (
+                energy(K, q + a + b) - energy(K, q + a - b) - energy(K, q - a + b) + energy(K, q - a - b)
+            ) / (4.0 * STEP * STEP)
+    return H
+
+
+def sliding_arm():
+    """Six joints, two of which slide."""
+    table = [
+        (0.0, 0.3, 0.0, 1.2), (0.3, 0.1, 0.3, -0.9), (0.2, 0.2, 0.0, 1.5),
+        (0.5, 0.1, 0.2, -1.1), (-0.4, 0.15, 0.1, 0.8), (0.0, 0.1, 0.05, 0.3),
+    ]  # fmt: skip
+    limits = {"q_min": -3.0, "q_max": 3.0, "v_max": 2.0}
+    return ftqp.Robot.from_dh(table, limits=limits, acceleration=5.0, prismatic=(2, 4))
+
+
+CASES = [
+    ("panda", ftqp.Task(), 0.3),
+    ("panda", ftqp.Task(priority="position_first"), 0.3),
+    ("panda", ftqp.Task(), 2.5),
+    ("iiwa14", ftqp.Task(rows="position"), 0.3),
+    ("xarm7", ftqp.Task(rows="position_axis"), 0.3),
+    ("xarm7", ftqp.Task(rows="position_axis", axis=(1.0, 1.0, 0.0)), 2.0),
+    ("puma560", ftqp.Task(rows=("x", "z")), 0.3),
+    ("planar6", ftqp.Task(rows=("x", "y", "rz")), 0.5),
+    ("slider", ftqp.Task(), 0.4),
+]
+
+
+@pytest.mark.parametrize(("name", "task", "angle"), CASES)
+def test_the_curvature_is_the_hessian_of_half_the_squared_error(name, task, angle):
+    rng = np.random.default_rng(3)
+    robot = sliding_arm() if name == "slider" else ftqp.robots.load(name)
+    q = robot.neutral + rng.uniform(-0.4, 0.4, robot.nv)
+    away = q + rng.uniform(-0.2, 0.2, robot.nv)
+    pose = robot.pose(away)
+    axis = rng.normal(size=3) if robot.default_rows != ("x", "y") else np.array([0.0, 0.0, 1.0])
+    axis *= angle / np.linalg.norm(axis)
+    pose[:3, :3] = rotation(axis) @ robot.pose(q)[:3, :3]
+    pose[:3, 3] += rng.uniform(-0.3, 0.3, 3)
+    K = record_at(robot, task, q, ftqp.Target(pose=pose))
+    expected = hessian(K, q)
+    energy(K, q)
+    n, m = robot.nv, int(K.task.m)
+    s = curvature(K.faults, K.task, K.kinematics, K.chain, K.calm)
+    A, e = K.calm.A[:m, :n].copy(), K.calm.e[:m].copy()
+    gradient = [(energy(K, q + d) - energy(K, q - d)) / (2.0 * STEP) for d in STEP * np.eye(n)]
+    np.testing.assert_allclose(-A.T @ e, gradient, atol=1e-7)
+    energy(K, q)
+    S = K.calm.S[:n, :n]
+    assert s == pytest.approx(np.linalg.norm(S))
+    np.testing.assert_allclose(K.calm.A[:m, :n].T @ K.calm.A[:m, :n] + S, expected, atol=2e-7)
+
+
+def rotation(vector):
+    angle = np.linalg.norm(vector)
+    x, y, z = vector / angle
+    X = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * X + (1.0 - np.cos(angle)) * X @ X

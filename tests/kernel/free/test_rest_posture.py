@@ -6,7 +6,7 @@ from records import believe, chain_record
 
 import ftqp
 from ftqp.kernel.entry.session import ArmSession, rooms
-from ftqp.kernel.free.rest_posture import begin_start, residual, seek
+from ftqp.kernel.free.holding import begin_start, residual, seek
 from ftqp.kernel.layout.enums import AXIS_KEPT, FREE, NOTHING_KEPT, POSE_KEPT, POSITION_KEPT
 from ftqp.kernel.layout.record import dtype
 
@@ -68,10 +68,3 @@ def test_posture_found_keeps_the_rows_and_needs_no_torque_of_the_free_joint(rows
             assert np.abs(pose[:3, 3] - F.goal).max() < 2e-5
         if rows == AXIS_KEPT:
             assert pose[:3, 2] @ F.goal_rotation.reshape(3, 3)[:, 2] > 1.0 - 1e-8
-
-
-def test_coulomb_friction_leaves_more_postures_to_rest_in():
-    K, F = arm(POSITION_KEPT)
-    held = abs(residual(K, F))
-    K.faults.coulomb[4] = 100.0
-    assert residual(K, F) < 1e-12 < held

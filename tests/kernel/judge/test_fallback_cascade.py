@@ -1,4 +1,4 @@
-"""What the cascade gives up, in which order, and that no answer of a solver reaches the command unchecked."""
+"""The table of the fallback cascade: its columns, and that every way through it ends at a command."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,24 @@ from scipy.optimize import lsq_linear
 from session_ticks import Ticks
 
 import ftqp
+from ftqp.kernel.judge.fallback_cascade import CASCADE
 from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.layout.enums import CALM_STAGE, LOCKED, Stage
 from ftqp.qp.adapters.backend import Backend, Claim
+
+ORDER = [row.stage for row in CASCADE]
+
+
+def test_every_stage_has_one_row():
+    assert sorted([*ORDER, Stage.COMMAND]) == sorted(Stage)
+
+
+@pytest.mark.parametrize("row", CASCADE, ids=lambda row: row.stage.name)
+def test_the_cascade_only_goes_down_the_table(row):
+    """So that it ends, whatever the answers are."""
+    for following in (row.good, row.bad):
+        assert following is Stage.COMMAND or ORDER.index(following) > ORDER.index(row.stage)
+
 
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
 NAMES = ("acceleration", "velocity")
@@ -121,11 +137,144 @@ def test_the_relaxed_motion_is_the_least_squares_one():
     assert np.linalg.norm(A @ x - b) <= np.sqrt(2.0 * best.cost) * (1.0 + 1e-4)
 
 
-@pytest.mark.parametrize("level", NAMES)
-def test_a_joint_that_is_locked_stays_so_on_every_rung(level):
-    planner = planner_of(Liar(np.nan), level=level)
-    planner.report(ftqp.Locked(3))
-    pose = planner.robot.pose(Q)
-    pose[:3, 3] += [0.5, 0.2, -0.2]
-    step = planner.step(Q, np.zeros(7), ftqp.Target(pose=pose))
-    assert step.v[3] == 0.0 and step.a[3] == 0.0 and step.q[3] == Q[3]
+ROBOT = ftqp.robots.load("planar", count=4)
+LIMITS = ROBOT.limits
+DT = 0.005
+LEVELS = ["acceleration", "velocity"]
+STOPPING, STOPPED, FALLBACK = ftqp.StepStatus.STOPPING, ftqp.StepStatus.STOPPED, ftqp.StepStatus.FALLBACK
+V = np.array([0.3, -0.2, 0.004, 0.0])
+
+
+def moving_planner(level, v=V, **settings):
+    """A planner of a moving arm, and a target at its tip that moves away."""
+    planner = ftqp.Planner(ROBOT, DT, level=level, **{"emergency": None, **settings})
+    planner.reset(ROBOT.neutral, v)
+    target = ftqp.Target(pose=ROBOT.pose(ROBOT.neutral))
+    target.position[1] += 0.01
+    return planner, target
+
+
+def refuse(planner, refused=True):
+    """From now on no answer to any QP is good enough."""
+    planner._session.K.cascade.accept = -1.0 if refused else 1e-6
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("mode", ["slack", "hard", "scaled", "lexicographic"])
+def test_where_no_answer_is_good_the_arm_decays_towards_rest_within_its_limits(level, mode):
+    planner, target = moving_planner(level, task=ftqp.Task(mode=mode))
+    refuse(planner)
+    q, v = ROBOT.neutral.copy(), V.copy()
+    for _ in range(4):
+        step = planner.step(q, v, target)
+        assert step.status is FALLBACK
+        expected = np.clip(-v / 0.05, -LIMITS.a_max, LIMITS.a_max)
+        assert np.allclose(step.a, expected, atol=1e-9)
+        assert np.allclose(step.v, v + DT * expected, atol=1e-12)
+        assert np.all(step.slack == 0.0) and step.scale == 0.0
+        q, v = step.q.copy(), step.v.copy()
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_the_box_holds_on_the_last_rung_too(level):
+    planner, target = moving_planner(level, np.zeros(4))
+    q, v = ROBOT.neutral.copy(), np.zeros(4)
+    q[0], v[0] = LIMITS.q_max[0] - 2e-4, 0.09
+    planner.reset(q, v)
+    planner.report(ftqp.Locked(1))
+    refuse(planner)
+    step = planner.step(q, v, target)
+    assert step.status is FALLBACK
+    assert step.a[0] < -0.09 / 0.05 - 0.1, "the end of the range asks for more than the decay"
+    assert step.lower[0] <= (step.a if level == "acceleration" else step.v)[0] <= step.upper[0]
+    assert step.v[1] == 0.0 and step.q[1] == q[1]
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_so_many_fallbacks_in_a_row_stop_the_arm_and_one_good_answer_begins_the_count_anew(level):
+    planner, target = moving_planner(level, np.zeros(4))
+    limit = int(planner.session().K.watch.fallback_limit)
+    assert 1 < limit < 1000
+    planner._session.K.watch.fallback_limit = 4
+    q = ROBOT.neutral
+    for refused in (True,) * 4 + (False,) + (True,) * 4:
+        refuse(planner, refused)
+        step = planner.step(q, np.zeros(4), target)
+        assert (step.status is FALLBACK) == refused and planner.stopped_because is None
+    refuse(planner)
+    planner.step(q, np.zeros(4), target)
+    assert planner.stopped_because is not None
+    refuse(planner, False)
+    assert planner.step(q, np.zeros(4), target).status in (STOPPING, STOPPED)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize(("share", "expected"), [(1.2e-3, STOPPING), (0.8e-3, STOPPED)])
+@pytest.mark.parametrize("joint", [0, 3])
+def test_an_arm_has_stopped_when_every_joint_is_slower_than_a_thousandth_of_its_limit(
+    joint, share, expected, level
+):
+    v = np.zeros(4)
+    v[joint] = -share * LIMITS.v_max[joint]
+    planner, target = moving_planner(level, v)
+    planner.stop()
+    step = planner.step(ROBOT.neutral, v, target)
+    assert step.status is expected
+    assert np.all(step.slack == 0.0) and step.scale == 0.0 and step.certificate is None
+    assert np.all(np.abs(step.v) <= np.abs(v))
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_stopped_stays_stopped_though_the_arm_is_pushed(level):
+    planner, target = moving_planner(level, np.zeros(4))
+    planner.stop()
+    assert planner.step(ROBOT.neutral, np.zeros(4), target).status is STOPPED
+    assert planner.step(ROBOT.neutral, V, target).status is STOPPED
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_a_stopped_arm_outside_its_range_is_brought_to_rest_and_not_pushed_back(level):
+    q, v = ROBOT.neutral.copy(), np.zeros(4)
+    q[0], v[0] = LIMITS.q_max[0] + 0.05, 0.01
+    planner, target = moving_planner(level)
+    planner.reset(q, v)
+    planner.stop()
+    for _ in range(6):
+        step = planner.step(q, v, target)
+        assert -1e-15 <= step.v[0] <= v[0]
+        q, v = step.q.copy(), step.v.copy()
+    assert v[0] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("mode", ["slack", "scaled"])
+def test_in_calm_the_slack_is_what_the_answer_leaves_of_the_task(level, mode):
+    ticks = Ticks(ROBOT, DT, level=level, task=ftqp.Task(mode=mode))
+    ticks.reset(ROBOT.neutral)
+    pose = ROBOT.pose(ROBOT.neutral)
+    pose[1, 3] += 0.05
+    ticks.tick(ROBOT.neutral, np.zeros(4), ftqp.Target(pose=pose))
+    K = ticks.K
+    m, n = int(K.task.m), 4
+    assert K.cascade.stage == CALM_STAGE
+    expected = K.qp.A[:m, :n] @ K.qp.x[:n] - K.task.asked[:m]
+    assert np.abs(expected).max() > 1e-3
+    assert np.allclose(K.task.slack[:m], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_motors_carry_joints_that_work_and_brakes_those_that_are_locked(level):
+    robot = ftqp.robots.load("panda")
+    q, n = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4]), 7
+    ticks = Ticks(robot, DT, ftqp.Locked(2), level=level)
+    ticks.reset(q)
+    pose = robot.pose(q)
+    pose[0, 3] += 0.01
+    ticks.tick(q, np.zeros(n), ftqp.Target(pose=pose))
+    K = ticks.K
+    assert K.faults.code[2] == LOCKED and K.kinematics.has_dynamics
+    tau = K.kinematics.M[:n, :n] @ K.state.a_command[:n] + K.kinematics.h[:n]
+    locked = np.arange(n) == 2
+    assert np.allclose(K.state.tau[:n], np.where(locked, 0.0, tau), atol=1e-9)
+    assert np.allclose(K.state.tau_brake[:n], np.where(locked, tau, 0.0), atol=1e-9)
+    assert abs(tau[2]) > 1e-3 and np.abs(tau).max() > 1.0

@@ -55,35 +55,12 @@ def coupled(K, seed):
 @pytest.mark.parametrize(("n", "m", "capacity"), SIZES)
 @pytest.mark.parametrize("soft", [0.0, 1e-8, 1e-2])
 @pytest.mark.parametrize("failed", [0, 1])
-def test_it_is_the_active_sets_answer_beside_soft_tasks(n, m, capacity, soft, failed):
-    held = (n // 2,) if failed and n > m else ()
-    ours, theirs = (coupled(posed(n, n, m, capacity, held, soft), n) for _ in range(2))
-    assert straight(ours)
-    assert active_set(theirs.qp) == codes.SOLVED and check_solution(
-        theirs.task, theirs.cascade, theirs.qp, theirs.scratch
-    )
-    for name, value in answer(ours).items():
-        expected = answer(theirs)[name]
-        assert value == pytest.approx(expected, rel=1e-9, abs=1e-9 * (1.0 + np.abs(expected).max())), name
-    assert ours.task.slack[:m] == pytest.approx(theirs.task.slack[:m], abs=1e-10)
-    assert ours.cascade.residual_task < 1e-10 and ours.cascade.residual_dual < 1e-10
-
-
-def test_other_criteria_that_couple_joints_and_an_h_that_is_not_positive_are_left_to_the_active_set():
-    K = coupled(posed(), 0)
-    K.terms.count = 0
-    assert not straight(K)
-    K = coupled(posed(), 0)
-    K.qp.H[2, 2] = -1.0
-    assert not straight(K)
-
-
-@pytest.mark.parametrize(("n", "m", "capacity"), SIZES)
-@pytest.mark.parametrize("soft", [0.0, 1e-8, 1e-2])
-@pytest.mark.parametrize("failed", [0, 1])
-def test_it_is_the_active_sets_answer(n, m, capacity, soft, failed):
+@pytest.mark.parametrize("beside", [False, True], ids=["alone", "beside soft tasks"])
+def test_it_is_the_active_sets_answer(n, m, capacity, soft, failed, beside):
     held = (n // 2,) if failed and n > m else ()
     ours, theirs = (posed(n, n, m, capacity, held, soft) for _ in range(2))
+    if beside:
+        ours, theirs = coupled(ours, n), coupled(theirs, n)
     assert straight(ours)
     assert active_set(theirs.qp) == codes.SOLVED and check_solution(
         theirs.task, theirs.cascade, theirs.qp, theirs.scratch
@@ -93,7 +70,7 @@ def test_it_is_the_active_sets_answer(n, m, capacity, soft, failed):
         assert value == pytest.approx(expected, rel=1e-9, abs=1e-9 * (1.0 + np.abs(expected).max())), name
     assert ours.task.slack[:m] == pytest.approx(theirs.task.slack[:m], abs=1e-10)
     assert ours.cascade.residual_task < 1e-10 and ours.cascade.residual_dual < 1e-10
-    assert ours.qp.iterations == 1 and ours.qp.warm == 0
+    assert beside or (ours.qp.iterations == 1 and ours.qp.warm == 0)
 
 
 @pytest.mark.parametrize("side", ["lb", "ub"])
@@ -138,29 +115,4 @@ def test_what_has_no_answer_gets_none(field, index, value):
 def test_hard_rows_that_depend_on_each_other_are_left_to_the_active_set():
     K = posed(3, m=3, soft=0.0)
     K.qp.A[2] = K.qp.A[0] + K.qp.A[1]
-    assert not straight(K)
-
-
-@pytest.mark.parametrize(
-    ("room", "field", "value"),
-    [
-        ("qp", "dense", 1),
-        ("qp", "nc", 1),
-        ("qp", "nx", 8),
-        ("qp", "warm", 1),
-        ("qp", "meq", 0),
-        ("cascade", "external", 1),
-        ("faults", "movable", 8),
-    ],
-)
-def test_other_qps_are_not_taken(room, field, value):
-    K = posed(4)
-    setattr(getattr(K, room), field, value)
-    assert not straight(K)
-
-
-def test_an_answer_that_is_not_good_enough_is_not_taken():
-    K = posed(6)
-    assert straight(K)
-    K.cascade.accept = 0.0
     assert not straight(K)

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 from reduced_problems import decomposed
 
+from ftqp.kernel.jit import jit
+from ftqp.kernel.maths.svd import singular_directions
+
 rng = np.random.default_rng(0)
 
 
@@ -62,9 +65,35 @@ def test_equal_and_zero_singular_values_are_found():
     assert rank == 2 and s[2] < 1e-14 * s[0]
 
 
-def test_huge_and_tiny_matrices_are_scaled_like_any_other():
-    J = rng.normal(size=(6, 7))
-    expected = np.linalg.svd(J)[1]
-    for scale in (1e-60, 1e-20, 1e20, 1e60):
-        s, *_, rank = triplets(scale * J)
-        assert rank == 6 and np.abs(s / scale - expected).max() < 1e-13 * expected[0]
+@jit
+def run(W, m, n, U, sigma):
+    singular_directions(W, m, n, U, sigma)
+
+
+def directions(A):
+    m, n = A.shape
+    W, U, sigma = A.copy(), np.zeros((6, 6)), np.zeros(6)
+    run(W, m, n, U, sigma)
+    return W, U[:m, :m], sigma[:m]
+
+
+@pytest.mark.parametrize("shape", [(6, 11), (6, 7), (6, 6), (6, 3), (3, 5), (1, 4), (2, 1)])
+@pytest.mark.parametrize("seed", range(5))
+def test_rows_are_turned_into_orthogonal_ones_and_values_are_numpys(shape, seed):
+    A = np.random.default_rng(seed).normal(size=shape)
+    W, U, sigma = directions(A)
+    np.testing.assert_allclose(U @ U.T, np.eye(shape[0]), atol=1e-13)
+    np.testing.assert_allclose(U @ W, A, atol=1e-13)
+    np.testing.assert_allclose(W @ W.T, np.diag(sigma**2), atol=1e-12)
+    expected = np.zeros(shape[0])
+    expected[: min(shape)] = np.linalg.svd(A, compute_uv=False)
+    np.testing.assert_allclose(sigma, expected, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    "A", [np.zeros((6, 7)), np.ones((6, 7)), 1e-200 * np.ones((3, 4)), 1e150 * np.eye(3)]
+)
+def test_matrices_without_full_rank_or_of_any_size_stay_finite(A):
+    W, U, sigma = directions(A)
+    assert np.isfinite(W).all() and np.isfinite(U).all() and np.isfinite(sigma).all()
+    np.testing.assert_allclose(U @ U.T, np.eye(len(A)), atol=1e-13)

@@ -6,7 +6,7 @@ from records import chain_record, empty_record
 
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.judge import coming_to_rest, solution_check, stage_problems
+from ftqp.kernel.judge import solution_check, stage_problems
 from ftqp.kernel.layout.enums import ACCELERATION, MAIN_STAGE, SLACK, VELOCITY
 from ftqp.kernel.ticks import going_on
 
@@ -56,20 +56,20 @@ def test_a_stop_leaves_each_joint_between_coasting_and_what_it_wants_unless_a_li
         K.state.v[1] = v
         K.qp.H_diagonal[:N], K.qp.g[1] = 2.0, -2.0 * (coast + rest)
         K.qp.lb[1], K.qp.ub[1] = coast + lb, coast + ub
-        coming_to_rest.only_brake(K, share)
+        stage_problems.only_brake(K, share)
         assert (K.qp.lb[1], K.qp.ub[1]) == pytest.approx((coast + low, coast + high))
 
 
 def test_a_deceleration_comes_up_and_goes_down_by_its_jerk_limit():
     """What is braked now may be less than a tick ago by jerk dt only, and no more than ends at rest."""
     jerk = 8.0 / 0.04
-    assert coming_to_rest.deceleration(0.05, -8.0, 8.0, 0.004, 0.04, 0.004) == pytest.approx(
+    assert stage_problems.deceleration(0.05, -8.0, 8.0, 0.004, 0.04, 0.004) == pytest.approx(
         -(8.0 - jerk * 0.004)
     )
-    assert coming_to_rest.deceleration(1.0, -2.0, 8.0, 0.004, 0.04, 0.004) == pytest.approx(
+    assert stage_problems.deceleration(1.0, -2.0, 8.0, 0.004, 0.04, 0.004) == pytest.approx(
         -(2.0 + jerk * 0.004)
     )
-    assert coming_to_rest.deceleration(1e-3, -8.0, 8.0, 0.004, 0.04, 0.004) == pytest.approx(-0.25)
+    assert stage_problems.deceleration(1e-3, -8.0, 8.0, 0.004, 0.04, 0.004) == pytest.approx(-0.25)
 
 
 @pytest.mark.parametrize("level", [ACCELERATION, VELOCITY])

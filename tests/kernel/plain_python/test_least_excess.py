@@ -7,7 +7,7 @@ import pytest
 from records import empty_record
 from scipy.optimize import linprog
 
-from ftqp.kernel.judge import least_excess
+from ftqp.kernel.judge import stage_problems
 from ftqp.kernel.layout.enums import ACCELERATION
 
 N = 4
@@ -31,7 +31,7 @@ def test_rows_get_the_room_that_they_need_and_no_more():
     l, u = s + np.array([-1.0, 0.1, -0.3, 0.2, -inf]), s + np.array([1.0, 0.5, -0.1, 0.2, inf])
     K.qp.l[:5], K.qp.u[:5] = l, u  # kept, below, above, an equation that is missed, open
     K.aside.lb[:N], K.aside.ub[:N], K.aside.nx = -1.0, 1.0, N
-    least_excess.make_room(K.chain, K.qp, K.aside)
+    stage_problems.make_room(K.chain, K.qp, K.aside)
     room = 1e-8 * (1.0 + np.abs(s))
     assert np.allclose(K.qp.l[:4], [l[0], (s - room)[1], l[2], l[3]], rtol=0.0, atol=1e-13)
     assert np.allclose(K.qp.u[:4], [u[0], u[1], (s + room)[2], u[3]], rtol=0.0, atol=1e-13)
@@ -62,7 +62,7 @@ def test_the_proof_is_believed_exactly_where_it_proves_something():
         none = infeasible(C, l, u, lb, ub)
         for _ in range(4):
             K.qp.z[:p] = rng.normal(size=p) * (rng.random(p) < 0.7)
-            assert not least_excess.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside) or none
+            assert not stage_problems.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside) or none
         if none:  # least excess of the rows: its gradient is a proof
             weights = linprog(
                 np.r_[np.where(np.isfinite(u), u, 0.0), np.where(np.isfinite(l), -l, 0.0), ub, -lb],
@@ -74,7 +74,7 @@ def test_the_proof_is_believed_exactly_where_it_proves_something():
                 ],
             ).x
             K.qp.z[:p] = weights[:p] - weights[p : 2 * p]
-            assert least_excess.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside)
+            assert stage_problems.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside)
         said[none] += 1
     assert min(said.values()) > 8
 
@@ -84,21 +84,21 @@ def test_a_proof_may_not_lean_on_a_bound_that_is_not_there():
     K.qp.nc, K.qp.C[0, :2], K.qp.C[1, :2] = 2, [1.0, 1.0], [1.0, -1.0 + 1e-12]
     K.qp.l[:2], K.qp.u[:2], K.qp.z[:2] = 3.0, 4.0, -1.0
     K.aside.lb[:N], K.aside.ub[:N] = -1.0, 1.0
-    assert least_excess.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside), (
+    assert stage_problems.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside), (
         "the first is 1 at most, and 3 of it are asked for"
     )
     K.aside.ub[1] = inf
-    assert least_excess.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside), (
+    assert stage_problems.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside), (
         "a ray of 1e-12 is rounding"
     )
     K.qp.C[1, 1] = -1.0 + 1e-6
-    assert not least_excess.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside), (
+    assert not stage_problems.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside), (
         "one of 1e-6 is none"
     )
     K.qp.C[1, 1], K.aside.ub[0] = -1.0, inf
-    assert not least_excess.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside)
+    assert not stage_problems.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside)
     K.aside.ub[0], K.qp.z[:2], K.qp.u[:2] = 1.0, 1.0, inf
-    assert not least_excess.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside), (
+    assert not stage_problems.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside), (
         "a multiplier of a side that is open proves nothing"
     )
 
@@ -116,10 +116,10 @@ def test_rows_of_what_swings_free_are_kept_whatever_the_others_do(free, open_sid
     K.qp.l[:N] = -inf if open_side == "lower" else wanted
     K.qp.u[:N] = inf if open_side == "upper" else wanted
     x = K.qp.x[:N].copy()
-    least_excess.keep_free_rows(K.faults, K.chain, K.qp, K.scratch)
+    stage_problems.keep_free_rows(K.faults, K.chain, K.qp, K.scratch)
     left = K.qp.C[:N, :N] @ K.qp.x[:N] - wanted
     assert np.abs(left[free]).max() < 1e-12
     assert np.array_equal(K.qp.x[:N][working], x[working])
     K.qp.lb[free[0]] = K.qp.ub[free[0]] = 0.125
-    least_excess.keep_free_rows(K.faults, K.chain, K.qp, K.scratch)
+    stage_problems.keep_free_rows(K.faults, K.chain, K.qp, K.scratch)
     assert K.qp.x[free[0]] == 0.125, "one that is held does what is prescribed"

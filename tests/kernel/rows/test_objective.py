@@ -3,11 +3,17 @@
 import numpy as np
 import pytest
 from random_chains import random_robot
+from records import believe, chain_record
 from session_ticks import Ticks, hessian
 
 import ftqp
 from ftqp.control.following.path_intervals import path_table
-from ftqp.kernel.entry.session import ArmSession, PathMemory
+from ftqp.control.task.task import axis_frame, row_indices
+from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.entry.session import ArmSession, JointsMemory, PathMemory
+from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.rows.objective import FLOOR, manipulability_gradient
+from ftqp.kernel.rows.task_rows import task_rows
 
 DT = 0.002
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
@@ -102,7 +108,7 @@ def test_drive_is_where_the_null_space_comes_to_rest(level, scheme):
     planner.report(ftqp.Locked(0, mode="instant"))
     planner.reset(robot.neutral)
     drive = 0.02 * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
-    memory = PathMemory(8, path_table(ftqp.paths.Hold(robot.pose(robot.neutral), duration=9.0)))
+    memory = PathMemory(path_table(ftqp.paths.Hold(robot.pose(robot.neutral), duration=9.0)))
     lead = planner.lead(memory)
     memory.path.rate, memory.path.limit = -1.0, 1.0
     memory.path.drive[:7], memory.path.driven = drive, 1
@@ -115,3 +121,107 @@ def test_drive_is_where_the_null_space_comes_to_rest(level, scheme):
     free = np.arange(1, 7)
     along = v[free] @ drive[free] / (drive[free] @ drive[free])
     assert v[0] == 0.0 and 0.3 < along < 1.1 and np.abs(J @ v)[0] < 0.02
+
+
+PANDA = ftqp.robots.load("panda")
+SLIDER = ftqp.Robot.from_dh(
+    [
+        [0.0, 0.3, 0.0, np.pi / 2],
+        [0.0, 0.2, 0.1, -np.pi / 2],
+        [0.3, 0.0, 0.2, np.pi / 2],
+        [0.0, 0.0, 0.3, 0.0],
+    ],
+    limits={"v_max": 1.0, "q_min": -3.0, "q_max": 3.0},
+)
+
+
+def task_record(robot, rows, failed=()):
+    """A record with the robot's chain, a task of those rows, and joints that are locked."""
+    K = chain_record(robot)
+    task, chosen = K.task, row_indices(rows)
+    task.m, task.rows[: len(chosen)] = len(chosen), chosen
+    task.length, task.row_scale[:] = robot.length, [1.0, 1.0, 1.0, *[robot.length] * 3]
+    task.tool_rows, task.axis[:] = rows == "position_axis", axis_frame([0.3, -0.2, 1.0]).ravel()
+    believe(K, dict.fromkeys(failed, codes.LOCKED))
+    return K
+
+
+def rows_at(K, q):
+    """The task's rows at q, into the record."""
+    K.state.q[: len(q)] = q
+    forward_kinematics(K, K.state)
+    task_rows(K, 0.0)
+
+
+def measure(K, robot, q, failed):
+    """log sqrt det(A_f A_f' + (FLOOR length)^2 I)."""
+    n, m = robot.nv, int(K.task.m)
+    rows_at(K, q)
+    A = K.qp.A[:m, :n][:, [i for i in range(n) if i not in failed]]
+    return 0.5 * np.linalg.slogdet(A @ A.T + (FLOOR * robot.length) ** 2 * np.eye(m))[1]
+
+
+@pytest.mark.parametrize("rows", ["pose", "position", "position_axis", ("x", "z", "ry")])
+@pytest.mark.parametrize("failed", [(), (2,), (0, 5)])
+@pytest.mark.parametrize("seed", range(3))
+def test_gradient_is_that_of_finite_differences(rows, failed, seed):
+    check(PANDA, rows, failed, PANDA.neutral + np.random.default_rng(seed).uniform(-0.5, 0.5, 7))
+
+
+@pytest.mark.parametrize("rows", ["position", "position_axis", ("x", "y")])
+def test_gradient_of_an_arm_with_other_axes(rows):
+    check(SLIDER, rows, (), np.array([0.3, -0.4, 0.7, 0.2]))
+
+
+def test_gradient_at_a_singular_posture_is_finite():
+    q = np.zeros(7)
+    check(PANDA, "pose", (), q, 1e-3)
+
+
+def check(robot, rows, failed, q, tolerance=1e-6):
+    K = task_record(robot, rows, failed)
+    rows_at(K, q)
+    manipulability_gradient(K)
+    found = K.scratch.joints[: robot.nv].copy()
+    h = 3e-5
+    for i in (i for i in range(robot.nv) if i not in failed):
+        ends = [measure(K, robot, q + sign * h * np.eye(robot.nv)[i], failed) for sign in (1.0, -1.0)]
+        assert found[i] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=tolerance, abs=tolerance), i
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_step_is_as_near_to_the_demand_as_its_box_allows(level):
+    """d = x_r + kv (v_r - v) + kp (q_r - q), each joint cut to its interval."""
+    rng = np.random.default_rng(1)
+    planner = ftqp.Planner(PANDA, 1e-3, level=level, torque_limits=False)
+    memory = JointsMemory()
+    joints = memory.joints
+    lead = planner.lead(memory)
+    joints.kp, joints.kv = 100.0, 20.0
+    for _ in range(20):
+        q, v = PANDA.neutral + rng.uniform(-0.1, 0.1, 7), rng.uniform(-0.3, 0.3, 7)
+        joints.q[:7], joints.v[:7] = q + rng.uniform(-0.01, 0.01, 7), v + rng.uniform(-0.1, 0.1, 7)
+        joints.x[:7] = rng.uniform(-4.0, 4.0, 7)
+        planner.reset(q, v)
+        step = lead.step(q, v, (), None, None)
+        demand = joints.x[:7] + 20.0 * (joints.v[:7] - v) + 100.0 * (joints.q[:7] - q)
+        assert np.abs(joints.demand[:7] - demand).max() < 1e-12
+        x = step.a if level == "acceleration" else step.v
+        assert np.abs(x - np.clip(demand, step.lower, step.upper)).max() < 1e-9
+        cut = np.abs(demand - np.clip(demand, step.lower, step.upper)).max() > 1.0
+        assert (step.status is ftqp.StepStatus.RELAXED) or not cut
+
+
+def test_error_of_the_tip_is_to_where_the_motion_of_the_working_joints_puts_it():
+    planner = ftqp.Planner(PANDA)
+    planner.report(ftqp.Locked(3, mode="instant"))
+    memory = JointsMemory()
+    lead = planner.lead(memory)
+    q = PANDA.neutral
+    ahead = q + np.linspace(-0.01, 0.01, 7)
+    planner.reset(q)
+    memory.joints.q[:7] = ahead
+    step = lead.step(q, np.zeros(7), (), None, None)
+    ahead[3] = q[3]
+    shift = PANDA.pose(ahead)[:3, 3] - PANDA.pose(q)[:3, 3]
+    assert np.abs(step.task_error[:3] - shift).max() < 1e-12

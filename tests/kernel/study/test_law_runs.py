@@ -118,14 +118,6 @@ def test_a_run_is_the_same_in_every_seat_and_company(study):
     assert np.array_equal(again[0], endings[order]) and np.array_equal(again[1], ends[order])
 
 
-def test_locked_joints_do_not_move_and_many_may_be_locked(study):
-    start = np.array([[0.4, -0.9, 1.3]])
-    _, ends, _ = study.runs(start, np.array([0b101]))
-    assert ends[0, 0] == start[0, 0] and ends[0, 2] == start[0, 2] and ends[0, 1] != start[0, 1]
-    endings, ends, _ = study.runs(start, np.array([0]))
-    assert endings[0] == Ending.CORRECT
-
-
 def test_time_of_success_is_that_of_the_law_with_gain_and_speed_limit(study):
     start, M = np.array([0.4, -0.9, 1.3]), np.linalg.inv(W)
     options = {"success": 0.01, "gain": 2.0, "v_max": 0.4}
@@ -237,3 +229,97 @@ def test_planar_and_spatial_kinematics_give_the_same_runs():
     other = LawStudy(replace(flat, free=turned).free, M, 1.0).runs(starts, locked)
     assert np.array_equal(one[0], other[0]) and len(set(one[0])) > 1
     assert np.abs(one[1] - other[1]).max() < 1e-6
+
+
+END = (1.2, 0.9)
+BEGIN = np.array([0.4, 0.9, 1.3])
+WHOLE = ((-np.pi, np.pi),)
+
+
+def line_study(goal):
+    return LawStudy(goal_study(unit_arm(), np.array(goal), "position").free, np.eye(3), 1.0)
+
+
+def led(q, goal, parts):
+    """Least-norm rates along the straight line to the goal, by numpy and scipy; nodes."""
+    tip = np.exp(1j * np.cumsum(q)).sum()
+    way = np.array([goal[0] - tip.real, goal[1] - tip.imag])
+
+    def rates(s, q):
+        p = np.cumsum(np.exp(1j * np.cumsum(q))[::-1])[::-1]
+        return np.linalg.pinv(np.array([-p.imag, p.real])) @ way
+
+    times = np.linspace(0.0, 1.0, parts + 1)
+    return solve_ivp(rates, (0.0, 1.0), q, t_eval=times, rtol=1e-11, atol=1e-11).y.T
+
+
+def test_nodes_are_those_of_least_norm_rates_and_on_the_line():
+    _, failed, nodes, within = line_study(END).lines(BEGIN[None], 20, [[WHOLE] * 3], keep=True)
+    assert not failed[0] and within.all() and np.abs(nodes[0] - led(BEGIN, END, 20)).max() < 1e-6
+    tips = np.exp(1j * np.cumsum(nodes[0], axis=1)).sum(axis=1)
+    assert np.abs(tips - np.linspace(tips[0], complex(*END), 21)).max() < 1e-9
+
+
+def test_lines_of_an_arm_in_space_keep_the_rotation_of_the_goal():
+    panda = ftqp.robots.load("panda")
+    goal = panda.pose(panda.neutral)
+    study = goal_study(panda, goal, "pose")
+    begin = goal.copy()
+    begin[:3, 3] += [0.1, -0.15, 0.05]
+    q, left, _ = study.limited.solutions(panda.neutral[None], goals=begin[None])
+    assert left[0] < 1e-9
+    law = LawStudy(study.free, np.eye(7), 6.0 * panda.length / 7)
+    _, failed, nodes, _ = law.lines(q, 10, [[WHOLE] * 7], keep=True)
+    assert not failed[0]
+    for k, node in enumerate(nodes[0]):
+        expected = begin.copy()
+        expected[:3, 3] += k / 10.0 * (goal - begin)[:3, 3]
+        assert np.abs(panda.pose(node) - expected).max() < 1e-8
+
+
+def test_a_line_is_the_same_in_every_company():
+    rng = np.random.default_rng(2)
+    starts, law = rng.uniform(-np.pi, np.pi, (11, 3)), line_study(END)
+    boxes = [[((-1.0, 1.5),), WHOLE, ((-2.0, -0.5), (0.5, 2.0))]]
+    inside, _, nodes, _ = law.lines(starts, 7, boxes, keep=True)
+    for k in (0, 5, 10):
+        one = law.copy().lines(starts[k : k + 1], 7, boxes, keep=True)
+        assert np.array_equal(one[0][0], inside[k]) and np.array_equal(one[2][0], nodes[k])
+
+
+@pytest.mark.parametrize("by_joints", [False, True])
+def test_a_line_is_inside_for_the_share_of_its_length_and_any_of_two_boxes_will_do(by_joints):
+    way = led(BEGIN, END, 60)
+    ends, moves = way[[0, 20, 40, 60]], np.diff(way, axis=0)
+    joint = int(np.flatnonzero((moves > 0.0).all(axis=0) | (moves < 0.0).all(axis=0))[0])
+
+    def box(first, last):
+        low, high = sorted((ends[first][joint], ends[last][joint]))
+        return [((low, high),) if i == joint else WHOLE for i in range(3)]
+
+    lengths = np.linalg.norm(moves, axis=1) if by_joints else np.ones(60)
+    shares = lengths.reshape(3, 20).sum(axis=1) / lengths.sum()
+    for boxes, share in (([box(0, 1)], shares[0]), ([box(0, 1), box(2, 3)], shares[0] + shares[2])):
+        inside, failed, nodes, _ = line_study(END).lines(BEGIN[None], 60, boxes, by_joints=by_joints)
+        assert not failed[0] and len(nodes) == 0
+        expected = [share if i in (joint, 3) else 1.0 for i in range(4)]
+        assert inside[0] == pytest.approx(expected, abs=0.02)
+
+
+def test_values_count_modulo_a_turn_where_they_are_said_to():
+    way = led(BEGIN, END, 10)
+    low, high = way.min(axis=0) - 0.1, way.max(axis=0) + 0.1
+    shifted = [[((a + 2.0 * np.pi, b + 2.0 * np.pi),) for a, b in zip(low, high, strict=True)]]
+    law = line_study(END)
+    assert law.lines(BEGIN[None], 10, shifted)[0][0] == pytest.approx([1.0, 1.0, 1.0, 1.0])
+    inside = law.lines(BEGIN[None], 10, shifted, circular=[True, False, True])[0][0]
+    assert inside == pytest.approx([1.0, 0.0, 1.0, 0.0])
+    empty = law.lines(BEGIN[None], 10, [[(), WHOLE, WHOLE]])[0][0]
+    assert empty == pytest.approx([0.0, 1.0, 1.0, 0.0]), "no value is inside"
+
+
+def test_a_line_through_a_singularity_is_said_to_have_failed():
+    bent = np.arccos(0.75)
+    _, failed, _, _ = line_study((3.5, 0.0)).lines(np.array([[bent, -bent, -bent], BEGIN]), 5, [[WHOLE] * 3])
+    assert failed.all()
+    assert not line_study(END).lines(np.array([[bent, -bent, -bent], BEGIN]), 5, [[WHOLE] * 3])[1].any()

@@ -9,7 +9,7 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit, long_jit
-from ftqp.kernel.maths.cholesky import factor
+from ftqp.kernel.maths.linear_systems import factor
 
 DEPENDENT = 1e-12
 """A row whose part outside the span of the working set is below this share (squared) counts as dependent. The

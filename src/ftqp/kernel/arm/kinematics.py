@@ -1,12 +1,143 @@
-"""Kinematics of a chain or a tree; world axes, twists linear then angular at the tip's origin."""
+"""Kinematics of a chain or a tree; world axes, twists linear then angular at the tip's origin.
+
+Joints that mimic others: q_m = ratio q_l + offset, so that the leader's column carries what they move.
+
+A mimic joint stays a joint of the tree: kinematics, drift and the torques of its body are as of any other.
+What is linear in accelerations is folded: with a = E a', column l of J E is J_l + ratio J_m, M becomes E'M E
+and h E'h. The mimic joint's own column is then zero, and its command is the image of its leader's.
+Source: docs/theory/joint-limits.md, "Joints that mimic others".
+"""
 
 from typing import Any
 
-from ftqp.kernel.arm.mimicry import fold_columns
-from ftqp.kernel.arm.points import moves
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.maths.trigonometry import joint_sines
-from ftqp.kernel.maths.vectors import cross
+from ftqp.kernel.maths.elementary import cross
+from ftqp.kernel.maths.side_by_side import joint_sines
+
+
+@jit
+def moves(chain: Any, joint: int, body: int) -> bool:
+    """Whether a body moves with a joint: it is on the way from the base to it."""
+    return (chain.ancestors[body] >> joint) & 1 != 0
+
+
+@jit
+def turned(kinematics: Any, body: int, x: Any) -> tuple[float, float, float]:
+    """A vector of a joint's frame along W; of the base where there is no joint."""
+    if body < 0:
+        return x[0], x[1], x[2]
+    R = kinematics.R[body]
+    return (
+        R[0] * x[0] + R[1] * x[1] + R[2] * x[2],
+        R[3] * x[0] + R[4] * x[1] + R[5] * x[2],
+        R[6] * x[0] + R[7] * x[1] + R[8] * x[2],
+    )
+
+
+@jit
+def point_of(kinematics: Any, body: int, x: Any) -> tuple[float, float, float]:
+    """A point of a joint's frame in W."""
+    p0, p1, p2 = turned(kinematics, body, x)
+    if body < 0:
+        return p0, p1, p2
+    return p0 + kinematics.o[body, 0], p1 + kinematics.o[body, 1], p2 + kinematics.o[body, 2]
+
+
+@jit
+def point_column(
+    kinematics: Any, chain: Any, joint: int, p0: float, p1: float, p2: float
+) -> tuple[float, float, float]:
+    """Column of a joint in the Jacobian of a point that moves with it: z x (p - o), or z where it slides."""
+    z0, z1, z2 = kinematics.axis_w[joint, 0], kinematics.axis_w[joint, 1], kinematics.axis_w[joint, 2]
+    if chain.prismatic[joint]:
+        return z0, z1, z2
+    o = kinematics.o[joint]
+    return cross(z0, z1, z2, p0 - o[0], p1 - o[1], p2 - o[2])
+
+
+@jit
+def point_drift(
+    kinematics: Any, chain: Any, body: int, r0: float, r1: float, r2: float
+) -> tuple[float, float, float]:
+    """Jdot v of a point that lies (r0, r1, r2) from the origin of a joint's frame; needs ``motion``."""
+    w, alpha = kinematics.w[body], kinematics.alpha[body]
+    t0, t1, t2 = cross(w[0], w[1], w[2], r0, r1, r2)
+    u0, u1, u2 = cross(w[0], w[1], w[2], t0, t1, t2)
+    t0, t1, t2 = cross(alpha[0], alpha[1], alpha[2], r0, r1, r2)
+    return (
+        kinematics.acc[body, 0] + chain.gravity[0] + t0 + u0,
+        kinematics.acc[body, 1] + chain.gravity[1] + t1 + u1,
+        kinematics.acc[body, 2] + chain.gravity[2] + t2 + u2,
+    )
+
+
+@jit
+def fold_row(chain: Any, row: Any) -> None:
+    """Columns of joints that mimic others are added to those of their leaders."""
+    for m in range(chain.n):
+        l = chain.lead[m]
+        if l != m:
+            row[l] += chain.ratio[m] * row[m]
+            row[m] = 0.0
+
+
+@jit
+def fold_square(chain: Any, S: Any, own: float) -> None:
+    """E'S E of a square matrix of the joints, with ``own`` on the diagonal of those that mimic others."""
+    for m in range(chain.n):
+        l = chain.lead[m]
+        if l == m:
+            continue
+        ratio = chain.ratio[m]
+        for i in range(chain.n):
+            S[i, l] += ratio * S[i, m]
+            S[i, m] = 0.0
+        for j in range(chain.n):
+            S[l, j] += ratio * S[m, j]
+            S[m, j] = 0.0
+        S[m, m] = own
+
+
+@jit
+def spread_by(chain: Any) -> float:
+    """By how much folding makes the norm of a square matrix grow at most: |E|^2 <= 1 + sum ratio^2."""
+    most = 1.0
+    for m in range(chain.n):
+        if chain.lead[m] != m:
+            most += chain.ratio[m] * chain.ratio[m]
+    return most
+
+
+@jit
+def fold_columns(kinematics: Any, chain: Any) -> None:
+    """J with folded columns; ``J_each`` keeps each joint's own, which second derivatives need."""
+    J, each = kinematics.J, kinematics.J_each
+    for k in range(6):
+        for i in range(chain.n):
+            each[k, i] = J[k, i]
+        fold_row(chain, J[k])
+
+
+@jit
+def columns(kinematics: Any, chain: Any) -> Any:
+    """The tip's Jacobian with a column for every joint by itself."""
+    return kinematics.J_each if chain.mimics else kinematics.J
+
+
+@jit
+def mimic(chain: Any, x: Any) -> None:
+    """Velocities, accelerations or steps of joints that mimic others, from those of their leaders."""
+    for m in range(chain.n):
+        if chain.lead[m] != m:
+            x[m] = chain.ratio[m] * x[chain.lead[m]]
+
+
+@jit
+def mimic_places(chain: Any, q: Any) -> None:
+    """The same of places."""
+    for m in range(chain.n):
+        if chain.lead[m] != m:
+            q[m] = chain.ratio[m] * q[chain.lead[m]] + chain.offset[m]
 
 
 @part_jit

@@ -38,6 +38,23 @@ def rotation_vector(
 
 
 @jit
+def turn_between(A: Any, a: int, B: Any, b: int) -> tuple[float, float, float]:
+    """The rotation vector of A B' [rad]; the rows of A stand ``a`` numbers apart, those of B ``b``."""
+    c, d = 2 * a, 2 * b
+    return rotation_vector(
+        A[0] * B[0] + A[1] * B[1] + A[2] * B[2],
+        A[0] * B[b] + A[1] * B[b + 1] + A[2] * B[b + 2],
+        A[0] * B[d] + A[1] * B[d + 1] + A[2] * B[d + 2],
+        A[a] * B[0] + A[a + 1] * B[1] + A[a + 2] * B[2],
+        A[a] * B[b] + A[a + 1] * B[b + 1] + A[a + 2] * B[b + 2],
+        A[a] * B[d] + A[a + 1] * B[d + 1] + A[a + 2] * B[d + 2],
+        A[c] * B[0] + A[c + 1] * B[1] + A[c + 2] * B[2],
+        A[c] * B[b] + A[c + 1] * B[b + 1] + A[c + 2] * B[b + 2],
+        A[c] * B[d] + A[c + 1] * B[d + 1] + A[c + 2] * B[d + 2],
+    )
+
+
+@jit
 def exponential(x: float, y: float, z: float, R: Any) -> None:
     """R <- cos 1 + sin/angle [w]x + (1 - cos)/angle^2 w w', (9,) by rows, w a rotation vector [rad]."""
     angle = sqrt(x * x + y * y + z * z)

@@ -15,9 +15,8 @@ from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, LOCKED
-from ftqp.kernel.maths.cholesky import factor, solve_factored
-from ftqp.kernel.maths.lu import lu_factor, lu_solve
-from ftqp.kernel.maths.vectors import cross
+from ftqp.kernel.maths.elementary import cross
+from ftqp.kernel.maths.linear_systems import factor, lu_factor, lu_solve, solve_factored
 
 FLOATS = 6
 """Joints of a body that floats."""

@@ -3,9 +3,9 @@
 from math import cos, sin, sqrt
 from typing import Any
 
-from ftqp.kernel.arm.mimicry import columns, fold_square
+from ftqp.kernel.arm.kinematics import columns, fold_square
 from ftqp.kernel.jit import jit
-from ftqp.kernel.maths.vectors import cross
+from ftqp.kernel.maths.elementary import cross
 from ftqp.kernel.rows.task_rows import component_of
 
 STRAIGHT = 1e-4

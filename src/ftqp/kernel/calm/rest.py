@@ -3,10 +3,102 @@
 from math import inf, sqrt
 from typing import Any
 
-from ftqp.kernel.calm.swing import gives_up
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import FUTILE, PUSHED, SURE, TARGET_MOVES, TARGET_STANDS, WORTH_IT, settle
-from ftqp.kernel.layout.enums import TARGET_TWIST
+from ftqp.kernel.layout.enums import ACCELERATION, TARGET_TWIST
+from ftqp.kernel.maths.linear_systems import factor, solve_factored
+
+SETTLED = 1.0
+"""How long the target has stood before a swing counts [s]: until then the arm arrives."""
+WINDOW, LONG_WINDOW = 1.0, 4.0
+"""Over how long a motion is looked at [s], second by second and, for slow swings, four seconds at once. The
+long one because greatest manipulability swung slowly without end
+(tests/robustness/test_swings_of_seconds.py)."""
+TO_AND_FRO = 0.5
+"""It is a swing where the joints come no farther than this share of the way that they go ..."""
+LEAST_WAY = 0.005
+"""... and that is more than what one joint goes in a window at this share of its velocity limit. What they
+must tell apart is in tests/robustness/test_schemes_that_swing.py."""
+TIMES = 2
+"""An arm that swings once comes to rest beside its task; seen so often, it no longer asks for its error."""
+
+
+@jit
+def watch_swing(K: Any) -> None:
+    """Whether the arm swings: its way and how far it has come, window by window, in what v_max goes in 1 s.
+
+    ``calm.window`` is the time within the long window, of which every second is a short one.
+
+    A swing is remembered until the target moves or another set of joints works. A motion that leads the arm
+    somewhere, however long it takes, is none.
+    Source: docs/theory/calm.md, "Schemes that do not rest".
+    """
+    calm = K.calm
+    if calm.stood < SETTLED:
+        calm.window = 0.0
+        calm.hushed = 0
+    elif not gives_up(calm):
+        _look_back(K)
+
+
+@jit
+def gives_up(calm: Any) -> bool:
+    """Whether the arm swings although its scheme has given way: not even its error is worth that."""
+    swung: bool = calm.hushed >= TIMES
+    return swung
+
+
+@rare_jit
+def _look_back(K: Any) -> None:
+    faults, state, calm = K.faults, K.state, K.calm
+    if calm.window == 0.0:
+        calm.way = calm.long_way = 0.0
+        _begin_at(state, K.chain, calm.q_long_window)
+    if calm.way == 0.0:
+        _begin_at(state, K.chain, calm.q_window)
+    way = 0.0
+    for k in range(faults.working):
+        i = faults.order[k]
+        way += state.dt * abs(state.v[i]) / _top(K.limits, i)
+    calm.way += way
+    calm.long_way += way
+    begun = calm.window // WINDOW
+    calm.window += state.dt
+    swings = False
+    if calm.window // WINDOW > begun:
+        swings = _goes_to_and_fro(state, faults, K.limits, WINDOW, calm.way, calm.q_window)
+        calm.way = 0.0
+    if calm.window >= LONG_WINDOW:
+        swings = swings or _goes_to_and_fro(
+            state, faults, K.limits, LONG_WINDOW, calm.long_way, calm.q_long_window
+        )
+        calm.window = 0.0
+    if swings:
+        calm.hushed += 1
+        calm.window = 0.0
+
+
+@jit
+def _begin_at(state: Any, chain: Any, q: Any) -> None:
+    for i in range(chain.n):
+        q[i] = state.q[i]
+
+
+@jit
+def _goes_to_and_fro(state: Any, faults: Any, limits: Any, window: float, way: float, q: Any) -> bool:
+    """Whether the joints went ``way`` since they were at q, and came no farther than half of that."""
+    come = 0.0
+    for k in range(faults.working):
+        i = faults.order[k]
+        come += abs(state.q[i] + state.dt * state.v[i] - q[i]) / _top(limits, i)
+    swings: bool = way > LEAST_WAY * window and come < TO_AND_FRO * way
+    return swings
+
+
+@jit
+def _top(limits: Any, i: int) -> Any:
+    return limits.v_max[i] if limits.v_max[i] < inf else 1.0
+
 
 STANDS_WITHIN = 5e-4
 """A target that stays within this of where it came to stand [m; rotations times the length] does stand ..."""
@@ -124,3 +216,72 @@ def decide(K: Any, square: float) -> None:
     settle(calm, FUTILE if _is_futile(K, square) else WORTH_IT, dt)
     if calm.holding:
         calm.held = sqrt(square)
+
+
+SHARE = 0.45
+"""Share of the braking deceleration that the way to the goal counts on. Chosen by
+`python studies/study_calm.py --seed 17` (docs/evidence/settling.md, "Targets that stand")."""
+FINE = 0.005
+"""Share of the velocity limits that feedback asks for in the last millimetre of a target that has stood for
+IMPATIENT: less than what counts as rest. It grows as the fourth power of a larger error; a step up there made
+an arm hunt for ever across that millimetre (tests/robustness/test_hunting_at_a_millimetre.py). Chosen by the
+same command as SHARE, `python studies/study_calm.py --seed 17`."""
+
+
+@jit
+def way_to_go(task: Any, calm: Any, count: int, soft: float) -> float:
+    """Delta over the free joints and the share of the error that it can remove.
+
+    Delta = (A'A + D + soft 1)^-1 (A'e + kick),  rho = (A'e + kick)'Delta/(e'e)
+    """
+    W, delta = calm.work, calm.delta
+    square = 0.0
+    for k in range(task.m):
+        square += calm.e[k] * calm.e[k]
+    for a in range(count):
+        i = calm.free[a]
+        delta[a] = calm.gradient[i] + calm.kick[i]
+        for b in range(a + 1):
+            j = calm.free[b]
+            s = calm.D[i, j]
+            for k in range(task.m):
+                s += calm.A[k, i] * calm.A[k, j]
+            W[a, b] = s
+        W[a, a] += soft
+    if not factor(W, count):
+        return 1.0
+    solve_factored(W, count, delta)
+    rho = 0.0
+    for a in range(count):
+        i = calm.free[a]
+        rho += (calm.gradient[i] + calm.kick[i]) * delta[a]
+    return rho / square if square > 0.0 else 1.0
+
+
+@jit
+def braked(limits: Any, calm: Any, count: int, rate: float, square: float) -> float:
+    """beta = min_i sqrt(2 SHARE a_brake_i |Delta_i|) / (rate |Delta_i|), at most 1.
+
+    It is the share of the error that feedback may ask for: never a speed from which the arm cannot brake
+    before the point it goes to. Velocity limits do not count here, they are bounds of the QP: a joint that
+    runs at its limit does not slow the others. ``rate`` is that of the feedback [1/s], ``square`` e'e.
+    """
+    fine = FINE * max(1.0, square / LEAST) ** 2 if calm.stood >= IMPATIENT else inf
+    beta = 1.0
+    for a in range(count):
+        i = calm.free[a]
+        size = abs(calm.delta[a])
+        top = sqrt(2.0 * SHARE * limits.a_brake[i] * size)
+        if fine < inf:
+            top = min(top, fine * limits.v_max[i])
+        if rate * size * beta > top:
+            beta = top / (rate * size)
+    return beta
+
+
+@jit
+def feedback_rate(state: Any, task: Any, kp: float) -> float:
+    """How fast the feedback alone brings the error down [1/s]: kp/kv, or kp at the velocity level."""
+    if state.level == ACCELERATION:
+        return kp / task.kv if task.kv > 0.0 else 0.0
+    return kp

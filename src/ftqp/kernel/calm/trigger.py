@@ -3,14 +3,13 @@
 from math import inf
 from typing import Any
 
-from ftqp.kernel.arm.mimicry import columns, spread_by
+from ftqp.kernel.arm.kinematics import columns, spread_by
 from ftqp.kernel.calm.curvature import weigh_rows, weighted_error
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.maths.cholesky import factor
-from ftqp.kernel.maths.eigenvalues import extreme_eigenvalues
-from ftqp.kernel.maths.elementary import select, smaller, sqrt
+from ftqp.kernel.maths.elementary import cross, select, smaller, sqrt
+from ftqp.kernel.maths.linear_systems import factor
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, numbers, several, sum_of
-from ftqp.kernel.maths.vectors import cross
+from ftqp.kernel.maths.symmetric_eigen import extreme_eigenvalues
 
 NEAR = 0.01
 """A joint so near to its position limit [rad; times the characteristic length m] may be pressed on it."""

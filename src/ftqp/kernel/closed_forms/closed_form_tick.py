@@ -7,15 +7,18 @@ is RELAXED. When that QP cannot be solved, the cascade goes on (``ftqp.kernel.ju
 
 from typing import Any
 
-from ftqp.kernel.closed_forms.approximate_inverse import approximate_inverse, wrist_jacobian
-from ftqp.kernel.closed_forms.damping_factor import damping_factor
-from ftqp.kernel.closed_forms.gathering import gather
-from ftqp.kernel.closed_forms.pseudoinverses import closed_form
+from ftqp.kernel.closed_forms.damping_factor import (
+    approximate_inverse,
+    damping_factor,
+    outside,
+    wrist_jacobian,
+)
 from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.fallback_cascade import run_cascade
 from ftqp.kernel.layout.enums import (
     ANSWERED,
     APPROXIMATE,
+    DAMPED,
     FREE,
     MAIN_STAGE,
     OK,
@@ -24,9 +27,130 @@ from ftqp.kernel.layout.enums import (
     SOLVE,
     SOLVED,
 )
+from ftqp.kernel.maths.linear_systems import factor, solve_factored
 from ftqp.kernel.maths.svd import svd
 from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
-from ftqp.kernel.rows.one_variable import draw
+from ftqp.kernel.rows.joint_intervals import draw
+
+
+@jit
+def gather(P: Any, A: Any, b: Any, scale: float) -> None:
+    """J, right and f from rows scale A and right sides scale b, the failed joints and their rates."""
+    f = 0
+    for i in range(P.n):
+        if not P.failed[i]:
+            P.joint[f] = i
+            f += 1
+    P.f = f
+    for k in range(P.m):
+        row, J = A[k], P.J[k]
+        for j in range(f):
+            i = P.joint[j]
+            J[j] = scale * P.column[i] * row[i]
+        right = b[k]
+        if f < P.n:
+            for i in range(P.n):
+                if P.failed[i]:
+                    right -= row[i] * P.rate[i]
+        P.right[k] = scale * right
+
+
+@jit
+def scatter(P: Any) -> None:
+    """x of all joints from y of the working ones and the rates of the failed ones."""
+    for i in range(P.n):
+        P.x[i] = P.rate[i]
+    for j in range(P.f):
+        i = P.joint[j]
+        P.x[i] = P.column[i] * P.y[j]
+
+
+CONDITIONED = 1e-8
+"""Least pivot of J J', relative to its diagonal, down to which it is factored. One refinement is then enough,
+because rounding, 1e-16, grows by the pivot's inverse: to 1e-8 at first, and to 1e-16 once refined."""
+REFINED = 1e-3
+"""Least such pivot down to which the solution needs no refinement. Rounding leaves 1e-13 of it, for the same
+reason."""
+
+
+@jit
+def _by_cholesky(P: Any) -> bool:
+    """y = J'(J J')^-1 right, refined where that helps; False when J J' is too near singular, or J is tall."""
+    m, f = P.m, P.f
+    if f < m:
+        return False
+    J, L = P.J, P.L
+    for i in range(m):
+        for j in range(i + 1):
+            a, b = J[i], J[j]
+            s = 0.0
+            for k in range(f):
+                s += a[k] * b[k]
+            L[i, j] = s
+        P.pivot[i] = L[i, i]
+    if not factor(L, m):
+        return False
+    worst = 0.0
+    for i in range(m):
+        worst = max(worst, L[i, i] * L[i, i] * P.pivot[i])
+    if not worst * CONDITIONED <= 1.0:
+        return False
+    for k in range(f):
+        P.y[k] = 0.0
+    for i in range(m):
+        P.w[i] = P.right[i]
+    for refinement in range(1 if worst * REFINED <= 1.0 else 2):
+        if refinement:
+            for i in range(m):
+                row = J[i]
+                s = P.right[i]
+                for k in range(f):
+                    s -= row[k] * P.y[k]
+                P.w[i] = s
+        solve_factored(L, m, P.w)
+        for i in range(m):
+            row, t = J[i], P.w[i]
+            for k in range(f):
+                P.y[k] += row[k] * t
+    return True
+
+
+@jit
+def damped(P: Any, kappa: float) -> None:
+    """y = V diag(sigma/(sigma^2 + kappa)) c over the singular values above the cut-off; kappa = 0: J^+ right.
+
+    Source: Bedrossian 1993, equation 8, in the form that holds for every kappa >= 0.
+    """
+    for j in range(P.f):
+        P.y[j] = 0.0
+    for k in range(P.rank):
+        row = P.V[k]
+        t = P.c[k] * P.sigma[k] / (P.sigma[k] * P.sigma[k] + kappa)
+        for j in range(P.f):
+            P.y[j] += row[j] * t
+
+
+@jit
+def closed_form(P: Any) -> None:
+    """x of all joints: the pseudoinverse, or damped by ``rule`` when that breaks ``limit``; kappa.
+
+    J and right have been filled in. With weights, column = 1/sqrt(weight) turns the least |y| into the least
+    x'diag(weight) x; with a limit for each joint, column = limit_i / limit. Where the last tick was damped,
+    the SVD comes first: it will be needed again.
+    Source: docs/theory/singularities.md.
+    """
+    factored = not P.kappa > 0.0 and _by_cholesky(P)
+    P.kappa = 0.0
+    if not factored:
+        svd(P)
+        damped(P, 0.0)
+    if P.method == DAMPED and outside(P):
+        if factored:
+            svd(P)
+        P.kappa = damping_factor(P)
+        damped(P, P.kappa)
+    scatter(P)
+
 
 INSIDE = 1e-9
 """A bound exceeded by less than this share of 1 + its size is met: rounding of a rate exactly at a limit. A

@@ -1,25 +1,112 @@
 """Motions whose joints that are left are as many as the task's rows: Newton steps from sample to sample.
 
 Source: docs/theory/coverage.md, "The continuation".
+
+Motions of arms with joints to spare after a failure, or with too few: one small QP a sample.
+
+Source: docs/theory/coverage.md, "The bounded continuation".
 """
 
+from math import inf
 from typing import Any
 
-from ftqp.kernel.continuation.failing import note_errors, note_motion, put_locked
-from ftqp.kernel.continuation.passing_bodies import note_clearance
+from ftqp.kernel.active_set.active_set import active_set
+from ftqp.kernel.continuation.passing_bodies import forget_clearance, note_clearance, pose_clearance
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import (
+    ERROR,
     LIMIT,
     LOST_BY_SINGULARITY,
     LOST_BY_VELOCITY,
     NOT_CONVERGED,
     SINGULAR_VELOCITY,
+    SOLVED,
     SURVIVED,
     TOO_NEAR,
 )
-from ftqp.kernel.layout.other_records import GOAL_SIZE
-from ftqp.kernel.maths.lu import determinant_sign, lu_factor, lu_solve
+from ftqp.kernel.layout.other_records import FAILED_JOINTS, GOAL_SIZE
+from ftqp.kernel.maths.linear_systems import determinant_sign, lu_factor, lu_solve
 from ftqp.kernel.study.task_values import task_values
+
+
+@jit
+def begin(S: Any, C: Any, q: Any, failed: Any, speed: Any) -> None:
+    """Put the arm at q with these joints failed, and forget the last motion."""
+    moving = 0
+    for i in range(S.chain.n):
+        S.state.q[i] = q[i]
+        C.step[i] = 0.0
+        locked = False
+        for f in range(FAILED_JOINTS):
+            locked = locked or (failed[f] == i and C.share < 0.0)
+        if not locked:
+            C.free[moving] = i
+            moving += 1
+    C.moving, C.fast = moving, -1
+    for f in range(FAILED_JOINTS):
+        C.failed[f], C.speed[f] = failed[f], speed[f]
+        C.begin[f] = q[failed[f]] if failed[f] >= 0 else 0.0
+    C.position, C.rotation, C.margin, C.hurry = 0.0, 0.0, 1e300, 0.0
+    forget_clearance(S, C)
+
+
+@jit
+def stopped_at(C: Any, f: int, time: float) -> float:
+    """q + v s (1 - s/(2T)), s = min(t, T), T = |v|/a_max: the position of a joint that brakes and stands."""
+    v = C.speed[f]
+    if v == 0.0:
+        return C.begin[f]
+    T = abs(v) / C.a_max[C.failed[f]]
+    s = min(time, T)
+    return C.begin[f] + v * s * (1.0 - 0.5 * s / T)
+
+
+@jit
+def put_locked(S: Any, C: Any, time: float) -> None:
+    """state.q of the joints that are locked, so long after they failed."""
+    if C.share >= 0.0:
+        return
+    for f in range(FAILED_JOINTS):
+        if C.failed[f] >= 0:
+            S.state.q[C.failed[f]] = stopped_at(C, f, time)
+
+
+@jit
+def allowed_speed(C: Any, i: int) -> float:
+    """The speed limit of a joint that moves, lower where it has lost a share of its speed."""
+    if C.share >= 0.0 and (C.failed[0] == i or C.failed[1] == i):
+        return C.share * C.v_max[i]
+    return C.v_max[i]
+
+
+@jit
+def note_motion(S: Any, C: Any, sample: int) -> bool:
+    """Take the last sample's way into margin and hurry; False where a joint is beyond its limits."""
+    for c in range(C.moving):
+        i = C.free[c]
+        q = S.state.q[i]
+        C.margin = min(C.margin, C.q_max[i] - q, q - C.q_min[i])
+        hurry = abs(q - C.here[i]) / (C.dt * allowed_speed(C, i))
+        C.hurry = max(C.hurry, hurry)
+        if hurry > 1.0 + 1e-6 and C.fast < 0:
+            C.fast = sample
+    return C.margin >= -1e-9
+
+
+@jit
+def note_errors(S: Any, C: Any) -> bool:
+    """Take the errors at ``state`` into the worst ones; whether they are within their tolerances."""
+    study = S.study
+    near, turned = 0.0, 0.0
+    for row in range(study.m):
+        if study.rows[row] < 3:
+            near += study.e[row] ** 2
+        else:
+            turned += (study.e[row] / study.length) ** 2
+    near, turned = near**0.5, turned**0.5
+    C.position, C.rotation = max(C.position, near), max(C.rotation, turned)
+    return near <= C.near and turned <= C.turned
+
 
 CORRECTIONS = 6
 """Newton steps at a sample at most; one or two are usual."""
@@ -126,14 +213,6 @@ def exact_run(S: Any, C: Any, goals: Any, first: int, path: Any, keep: int) -> i
     that move. Where the determinant of their columns has changed its sign a coarse step has jumped over a
     singularity, to another branch. A speed limit that is broken on the way to a singularity is the
     singularity's first sign.
-
-    Args:
-        S: The record of the study.
-        C: Memory of the continuation, as ``begin`` leaves it.
-        goals: Of all samples, (N + 1, 12).
-        first: The sample at which the joints fail.
-        path: Where ``keep`` is 1, filled with the samples from there on, (N + 1 - first, n).
-        keep: As above.
     """
     ending = _steps(S, C, goals, first, path, keep)
     if C.fast >= 0:
@@ -142,4 +221,74 @@ def exact_run(S: Any, C: Any, goals: Any, first: int, path: Any, keep: int) -> i
             return LOST_BY_VELOCITY
         if ending == LOST_BY_SINGULARITY or ending == NOT_CONVERGED:
             return SINGULAR_VELOCITY
+    return ending
+
+
+ITERATIONS = 100
+"""Changes of the working set of one QP at most."""
+
+
+@jit
+def pose_problem(S: Any, C: Any, time: float) -> None:
+    """min |x|^2 + w |A x - e|^2, l <= x <= u: the increments of one sample, at ``state.q``, into ``qp``.
+
+    l = max(-v_max dt, (q_min - q) caution), u alike; of a joint that is locked both are its way while it
+    brakes. Bodies that are to be kept apart have the rows of ``pose_clearance``.
+    """
+    Q, study, n = C.qp, S.study, S.chain.n
+    Q.nx, Q.meq, Q.nc, Q.dense, Q.warm = n, study.m, 0, 0, 0
+    Q.tolerance, Q.max_iterations = 1e-12, ITERATIONS
+    for row in range(study.m):
+        for i in range(n):
+            Q.A[row, i] = study.A[row, i]
+        Q.b[row], Q.soft[row] = study.e[row], 1.0 / C.weight
+    for i in range(n):
+        q, way = S.state.q[i], C.dt * allowed_speed(C, i)
+        low = max(-way, C.caution * (C.q_min[i] - q))
+        high = min(way, C.caution * (C.q_max[i] - q))
+        Q.lb[i], Q.ub[i] = min(low, way), max(high, -way)
+        Q.g[i], Q.H_diagonal[i] = 0.0, 1.0
+    if C.share < 0.0:
+        for f in range(FAILED_JOINTS):
+            j = C.failed[f]
+            if j >= 0:
+                way = stopped_at(C, f, time) - S.state.q[j]
+                Q.lb[j], Q.ub[j] = way, way
+    pose_clearance(S, C)
+
+
+@jit
+def bounded_run(S: Any, C: Any, goals: Any, first: int, path: Any, keep: int) -> int:
+    """How the motion from ``state.q`` ends whose joints have failed at a sample; see ``Survival``.
+
+    Every sample takes the increments of ``pose_problem``, so that limits are kept always, and the motion is
+    lost where an error leaves its tolerance or a body comes too near to another one. Where ``whole``, it is
+    followed to the end all the same, as the best that is left; ``sample`` is the first that was lost.
+    """
+    ending = SURVIVED
+    C.sample = first
+    if not note_clearance(S, C):
+        ending = TOO_NEAR
+        if not C.whole:
+            return ending
+    for k in range(first, len(goals) - 1):
+        aim(S, goals[k + 1])
+        task_values(S)
+        pose_problem(S, C, (k + 1 - first) * C.dt)
+        if active_set(C.qp) != SOLVED:
+            C.sample, C.position, C.rotation = k + 1, inf, inf
+            return NOT_CONVERGED
+        for i in range(S.chain.n):
+            C.here[i] = S.state.q[i]
+            S.state.q[i] += C.qp.x[i]
+            if keep:
+                path[k + 1 - first, i] = S.state.q[i]
+        task_values(S)
+        kept, clear = note_errors(S, C), note_clearance(S, C)
+        note_motion(S, C, k + 1)
+        if ending == SURVIVED:
+            C.sample = k + 1
+            ending = SURVIVED if kept and clear else TOO_NEAR if kept else ERROR
+        if ending != SURVIVED and not C.whole:
+            return ending
     return ending

@@ -8,9 +8,8 @@ from typing import Any
 
 from ftqp.kernel.continuation.exact_runs import aim
 from ftqp.kernel.jit import jit
-from ftqp.kernel.maths.lu import determinant_sign, lu_factor
-from ftqp.kernel.study.null_directions import any_null_direction, decompose, least_step
-from ftqp.kernel.study.task_values import task_values
+from ftqp.kernel.maths.linear_systems import determinant_sign, lu_factor
+from ftqp.kernel.study.task_values import any_null_direction, decompose, least_step, task_values
 
 CORRECTIONS = 8
 """Newton steps at a sample at most."""

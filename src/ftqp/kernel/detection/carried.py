@@ -6,9 +6,9 @@ from ftqp.kernel.detection.acceleration_banks import through
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.detection_room import LOAD_EVERY, LOADS, SLOW
 from ftqp.kernel.layout.enums import TORQUE_SLOW
-from ftqp.kernel.maths.cholesky import factor, solve_factored
+from ftqp.kernel.maths.elementary import cross
+from ftqp.kernel.maths.linear_systems import factor, solve_factored
 from ftqp.kernel.maths.side_by_side import put, several
-from ftqp.kernel.maths.vectors import cross
 
 UNLIKELY = (1.0, 0.1)
 """A load of so many kg, or of so many kg m beside the tip, takes evidence: the prior

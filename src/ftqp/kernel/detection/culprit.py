@@ -6,7 +6,7 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.detection_room import BANKS, SLOW
 from ftqp.kernel.layout.enums import ACCELERATION_SLOW, TORQUE_SLOW
 from ftqp.kernel.layout.hypotheses import SURE_OF_PUSH
-from ftqp.kernel.maths.cholesky import factor, solve_factored
+from ftqp.kernel.maths.linear_systems import factor, solve_factored
 
 MODEL_SHARE = 0.1
 """Error of the inertia's model: a residual of torque may have so much of what all joints ask of it."""

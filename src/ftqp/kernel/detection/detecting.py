@@ -24,7 +24,7 @@ from ftqp.kernel.layout.enums import (
     IS_LOCKED,
 )
 from ftqp.kernel.layout.hypotheses import CALM_TICKS, LONGEST_FIT, STANDING_VERDICTS, VERDICTS
-from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.maths.elementary import is_finite
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, put, several
 
 ALL_QUIET, WATCHING, FOUND = 0, 1, 2

@@ -3,8 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
-from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.arm.mimicry import mimic
+from ftqp.kernel.arm.kinematics import forward_kinematics, mimic, motion
 from ftqp.kernel.detection.acceleration_banks import through
 from ftqp.kernel.detection.carried import weigh
 from ftqp.kernel.jit import jit

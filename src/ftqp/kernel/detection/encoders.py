@@ -2,12 +2,12 @@
 
 from typing import Any
 
-from ftqp.kernel.arm.mimicry import mimic_places
+from ftqp.kernel.arm.kinematics import mimic_places
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import IS_BIASED, IS_DROPPED, IS_FROZEN
 from ftqp.kernel.layout.hypotheses import BIASED_AFTER, DROPPED_AFTER, FROZEN_SAMPLES, WILD_AFTER
 from ftqp.kernel.layout.thresholds import FROZEN_SIGMAS
-from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.maths.elementary import is_finite
 
 ALIKE = 0.5
 """Offsets that differ by less than this share of the first one are the same."""

@@ -21,14 +21,12 @@ docs/theory/recurrent-network.md.
 from math import inf, sqrt
 from typing import Any
 
-from ftqp.kernel.dtrnn.infeasible import proven_infeasible
-from ftqp.kernel.dtrnn.newton_jump import jump
-from ftqp.kernel.dtrnn.projection import Network, project, rescale, residual
-from ftqp.kernel.dtrnn.stopping import Options, is_solved, quality
+from ftqp.kernel.dtrnn.projection import Network, Options, is_solved, project, quality, rescale, residual
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import E47, FAILED, IMPLICIT, INFEASIBLE, LVI94, MAX_ITERATIONS, SOLVED
-from ftqp.kernel.maths.eigenvalues import extreme_eigenvalues, gram
-from ftqp.kernel.maths.lu import lu_factor, lu_solve
+from ftqp.kernel.layout.thresholds import PROOF_SHARE
+from ftqp.kernel.maths.linear_systems import lu_factor, lu_solve
+from ftqp.kernel.maths.symmetric_eigen import extreme_eigenvalues, gram
 
 STEADY = 1e-2
 """Largest change of e in a step, as a share of e, that counts as a straight stretch at first ..."""
@@ -205,11 +203,6 @@ def dtrnn(net: Network, o: Options, trace: Any) -> tuple[int, int]:
     away, it is enough, and neither the scaling nor I + Gamma is needed. Later ones come every fifth
     iteration, as do looks for a straight stretch (``drift``). An accepted jump or a stretch counts as an
     iteration.
-
-    Args:
-        net: assembled, not scaled, with its start in u.
-        o: options.
-        trace: (iterations, 4) |e|, r_eq, gap and whether a jump succeeded, as far as it reaches.
     """
     early = o.newton and not o.paper
     if early:
@@ -256,3 +249,311 @@ def dtrnn(net: Network, o: Options, trace: Any) -> tuple[int, int]:
         iterate(net, o.method, o.gamma, size)
         size = residual(net, net.u)
     return MAX_ITERATIONS, o.cap
+
+
+ACCEPTED = 0.5
+"""Paper mode: a jump counts when it shrinks |e| at least by this factor. A convention
+(docs/theory/recurrent-network.md, "Newton jumps"): a halved residual is progress that steps of the network
+take long for."""
+STEPS = 6
+"""Newton steps of one jump outside paper mode."""
+LONG_STEPS = 4
+"""Most Newton steps of a long jump, in bounds of the network."""
+TRIES = 3
+"""Newton steps of a long jump without fewer wrong sides, before only one side is changed at a time."""
+YIELDING = 1e-8
+"""Compliance of hard rows in a long jump, relative to the QP's own magnitude."""
+
+
+@jit
+def _side(net: Network, v: Any, i: int) -> float:
+    """-1 or 1 when w_i = v_i - F_i is at or beyond the lower or upper end of Omega, 0 inside."""
+    w = v[i] - net.F[i]
+    if not w > net.low[i]:
+        return -1.0
+    return 0.0 if w < net.high[i] else 1.0
+
+
+@jit
+def _change_sides(net: Network, v: Any, first: bool, single: bool) -> int:
+    """Give components of x and s the side that v asks for, all or the last wrong one; how many were wrong.
+
+    Except at first, a component leaves its bound for the inside, never at once for the other bound.
+    """
+    wrong = 0
+    for i in range(net.variables + net.slacks - 1, -1, -1):
+        side = _side(net, v, i)
+        if side != net.side[i]:
+            if not single or wrong == 0:
+                net.side[i] = side if first or net.side[i] == 0.0 else 0.0
+            wrong += 1
+    return wrong
+
+
+@jit
+def _unknowns(net: Network) -> int:
+    """Put what the sides leave open into ``order`` and the rest into ``trial``; how many are open.
+
+    A component of x or s with a side sits at that bound. A slack inside has the multiplier 0, which drops
+    both; any other row keeps its multiplier open.
+    """
+    first = net.variables + net.slacks
+    equalities = net.rows - net.slacks
+    count = 0
+    for i in range(first):
+        net.trial[i] = 0.0
+        if net.side[i] != 0.0:
+            net.trial[i] = net.low[i] if net.side[i] < 0.0 else net.high[i]
+        elif i < net.variables:
+            net.order[count] = i
+            count += 1
+    for k in range(net.rows):
+        net.trial[first + k] = 0.0
+        if k < equalities or net.side[net.variables + k - equalities] != 0.0:
+            net.order[count] = first + k
+            count += 1
+    return count
+
+
+@jit
+def _solve_unknowns(net: Network, count: int) -> None:
+    """(Gamma trial + z)_i = 0 for the open components i; s = C x for the slacks inside."""
+    N, first = len(net.z), net.variables + net.slacks
+    S, right, trial = net.jump, net.direction, net.trial
+    for a in range(count):
+        i = int(net.order[a])
+        row = net.Gamma[i]
+        s = -net.z[i]
+        for j in range(N):
+            s -= row[j] * trial[j]
+        right[a] = s
+        for c in range(count):
+            S[a, c] = row[int(net.order[c])]
+    lu_factor(S, count, net.jump_pivots)
+    lu_solve(S, count, net.jump_pivots, right)
+    for a in range(count):
+        trial[int(net.order[a])] = right[a]
+    for k in range(net.slacks):
+        if net.side[net.variables + k] == 0.0:
+            row = net.Gamma[first + net.rows - net.slacks + k]
+            s = 0.0
+            for a in range(net.variables):
+                s += row[a] * trial[a]
+            trial[net.variables + k] = s / net.scales[1]
+
+
+@jit
+def soften(net: Network) -> None:
+    """Let hard rows yield a little: YIELDING |A|_F^2/(rows tr W) on their diagonal, until ``harden``."""
+    primal = net.variables + net.slacks
+    trace, norm = 0.0, 0.0
+    for i in range(net.variables):
+        trace += net.Gamma[i, i]
+        for k in range(net.rows):
+            norm += net.Gamma[primal + k, i] * net.Gamma[primal + k, i]
+    soft = YIELDING * norm / (max(net.rows, 1) * (trace if trace > 0.0 else 1.0)) + 1e-300
+    for k in range(primal, primal + net.rows):
+        net.side[k] = 0.0 if net.Gamma[k, k] > 0.0 else 1.0  # nobody else's: rows have no sides
+        if net.side[k] != 0.0:
+            net.Gamma[k, k] = soft
+
+
+@jit
+def harden(net: Network) -> None:
+    """Undo ``soften``."""
+    for k in range(net.variables + net.slacks, len(net.u)):
+        if net.side[k] != 0.0:
+            net.Gamma[k, k] = 0.0
+
+
+@jit
+def right_sides(net: Network, v: Any) -> None:
+    """The Newton point whose sides are its own, into ``trial``, for rows that are all compliant.
+
+    Newton steps from v; while the number of wrong sides does not fall, only the last of them is changed.
+
+    Source: Júdice and Pires 1994, block principal pivoting.
+    """
+    bounds = net.variables + net.slacks
+    for i in range(bounds):
+        net.side[i] = 2.0
+    fewest, tries = bounds + 1, TRIES
+    for k in range(STEPS + LONG_STEPS * bounds):
+        wrong = _change_sides(net, v if k == 0 else net.trial, k == 0, tries == 0)
+        if wrong == 0:
+            break
+        if k > 0 and wrong < fewest:
+            fewest, tries = wrong, TRIES
+        elif tries > 0:
+            tries -= 1
+        _solve_unknowns(net, _unknowns(net))
+        residual(net, net.trial)
+
+
+@jit
+def _newton_steps(net: Network, o: Options, v: Any, size: float) -> bool:
+    """Newton steps from v, its F in the network, until ``trial`` is worth a jump; False when none is."""
+    for i in range(net.variables + net.slacks):
+        net.side[i] = 2.0
+    for k in range(1 if o.paper else STEPS):
+        if _change_sides(net, v if k == 0 else net.trial, k == 0, False) == 0:
+            return False
+        _solve_unknowns(net, _unknowns(net))
+        found = residual(net, net.trial)
+        if found < ACCEPTED * size if o.paper else is_solved(net, o, net.trial, found):
+            return True
+    return False
+
+
+@jit
+def jump(net: Network, o: Options, size: float, long: bool) -> bool:
+    """Replace u by a Newton point u^, or leave it alone: whether it was replaced.
+
+    With w = u - (Gamma u + z):  u^_i = the bound beyond which w_i lies,  (Gamma u^ + z)_i = 0 for the others.
+
+    Paper mode: one step, taken when |e(u^)| < |e(u)|/2. Else up to ``STEPS`` in a row, each from the last u^,
+    taken when u^ solves the QP: a point with a smaller |e| but huge multipliers can cost the base method
+    thousands of iterations. Either way the base method converges as without jumps. F and e are those of the
+    last u^, taken or not.
+
+    A long jump finds the sides of the QP whose hard rows yield a little, which always ends, and steps on from
+    there.
+
+    Source: docs/theory/recurrent-network.md, "Newton jumps".
+    """
+    if long:
+        soften(net)
+        residual(net, net.u)
+        right_sides(net, net.u)
+        harden(net)
+        residual(net, net.trial)
+        found = _newton_steps(net, o, net.trial, size)
+    else:
+        found = _newton_steps(net, o, net.u, size)
+    if found:
+        for i in range(len(net.u)):
+            net.u[i] = net.trial[i]
+    return found
+
+
+SHARE = 0.5
+"""What the proof must exceed, as a share of |y|^2; at the point nearest to all constraints it is 1. Half of
+that is left, so that rounding has no say (docs/theory/recurrent-network.md, "Infeasibility")."""
+VIOLATION = 1e-8
+"""Smallest violation, as a share of 1 + |b| + |x|, that may count as a proof. The ROW_TOLERANCE of a solved
+QP, because what is less counts as kept."""
+RAY = 1e-10
+"""Largest share of its terms that A'y may keep along a variable without a bound on that side. Five digits
+above the rounding of a sum."""
+
+
+@jit
+def _missing(net: Network, x: Any, y: Any) -> tuple[float, float]:
+    """y <- b - A x on the hard rows, 0 on the compliant ones; its largest entry and the size of its terms."""
+    primal = net.variables + net.slacks
+    worst, size = 0.0, 0.0
+    for k in range(net.rows):
+        r = primal + k
+        y[k] = 0.0
+        if net.Gamma[r, r] > 0.0:
+            continue
+        s = -net.z[r]
+        size = max(size, abs(s))
+        for j in range(primal):
+            s -= net.Gamma[r, j] * x[j]
+            size = max(size, abs(net.Gamma[r, j] * x[j]))
+        y[k] = s
+        worst = max(worst, abs(s))
+    return worst, size
+
+
+@jit
+def _proves(net: Network, y: Any) -> bool:
+    """Whether b'y - sum max((A'y)_i lb_i, (A'y)_i ub_i) > 0 beyond rounding, as in no feasible QP."""
+    primal = net.variables + net.slacks
+    value, size, length = 0.0, 0.0, 0.0
+    for k in range(net.rows):
+        value -= net.z[primal + k] * y[k]
+        size += abs(net.z[primal + k] * y[k])
+        length += y[k] * y[k]
+    for j in range(primal):
+        t, terms = 0.0, 0.0
+        for k in range(net.rows):
+            v = net.Gamma[primal + k, j] * y[k]
+            t += v
+            terms += abs(v)
+        bound = net.high[j] if t > 0.0 else net.low[j]
+        if bound == inf or bound == -inf:
+            if abs(t) > RAY * terms:
+                return False
+        else:
+            value -= t * bound
+            size += terms * abs(bound)
+    return value > SHARE * length and value > PROOF_SHARE * size
+
+
+@jit
+def _nearest(net: Network, x: Any) -> None:
+    """Move inner components of x to the least squares of the hard rows: (A'A + eps I) dx = A'(b - A x)."""
+    primal = net.variables + net.slacks
+    S, order, right = net.jump, net.order, net.direction
+    y = net.e
+    _missing(net, x, y)
+    count = 0
+    largest = 0.0
+    for j in range(primal):
+        if x[j] > net.low[j] and x[j] < net.high[j]:
+            order[count] = j
+            count += 1
+    for a in range(count):
+        i = int(order[a])
+        right[a] = 0.0
+        for k in range(net.rows):
+            right[a] += net.Gamma[primal + k, i] * y[k]
+        for c in range(count):
+            j = int(order[c])
+            s = 0.0
+            for k in range(net.rows):
+                r = primal + k
+                if not net.Gamma[r, r] > 0.0:
+                    s += net.Gamma[r, i] * net.Gamma[r, j]
+            S[a, c] = s
+            largest = max(largest, abs(s))
+    for a in range(count):
+        S[a, a] += 1e-13 * largest
+    lu_factor(S, count, net.jump_pivots)
+    lu_solve(S, count, net.jump_pivots, right)
+    for a in range(count):
+        x[int(order[a])] += right[a]
+
+
+@jit
+def proven_infeasible(net: Network) -> bool:
+    """Whether b'y - sum max((A'y)_i lb_i, (A'y)_i ub_i) > |y|^2/2 for y = b - A x at one of three points.
+
+    The sum is over variables and slacks. For a feasible x* the left side is at most b'y - (A'y)'x* = 0, so
+    this cannot hold but by rounding, for which there is a margin. The points are the clipped x, the nearest
+    one with its active bounds, and the one where rows that yield come to rest. e, F and the memory of a jump
+    are overwritten.
+    Source: docs/theory/recurrent-network.md, "Infeasibility".
+    """
+    primal = net.variables + net.slacks
+    x, y = net.trial, net.e
+    for attempt in range(4):
+        if attempt == 2:
+            soften(net)
+            residual(net, net.u)
+            right_sides(net, net.u)
+            harden(net)
+        for j in range(primal):
+            x[j] = min(max(net.u[j] if attempt < 2 else x[j], net.low[j]), net.high[j])
+        if attempt == 1 or attempt == 3:
+            _nearest(net, x)
+            _nearest(net, x)
+        worst, size = _missing(net, x, y)
+        if not worst > VIOLATION * (net.scales[1] + size):
+            if attempt == 2:
+                return False
+        elif _proves(net, y):
+            return True
+    return False

@@ -1,16 +1,16 @@
 """A QP as a network, and its state as a solution; ``ftqp.kernel.dtrnn.projection`` has the formulas."""
 
 from math import inf, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 from ftqp.kernel.dtrnn.iterations import dtrnn
-from ftqp.kernel.dtrnn.projection import Network, is_number, network, residual
-from ftqp.kernel.dtrnn.stopping import options_of
+from ftqp.kernel.dtrnn.projection import Network, is_number, network, options_of, residual
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import FAILED, INFEASIBLE, MAX_ITERATIONS, SOLVED
-from ftqp.kernel.layout.flat_arrays import KEPT, SIZES, VALID
-from ftqp.kernel.maths.cholesky import factor
-from ftqp.kernel.maths.matrix_view import matrix_view
+from ftqp.kernel.layout.feedback_rooms import KEPT
+from ftqp.kernel.layout.flat_arrays import SIZES, VALID
+from ftqp.kernel.maths.elementary import matrix_view
+from ftqp.kernel.maths.linear_systems import factor
 
 
 @jit
@@ -35,43 +35,50 @@ def _same_structure(qp: Any, kept: Any) -> bool:
     return same
 
 
+class Problem(NamedTuple):
+    """A QP of n variables, m equality rows and p two-sided rows, whose arrays may be larger.
+
+    ``dense`` tells whether H holds the Hessian, or else ``H_diagonal``; ``soft``, (m,), is the compliance of
+    the rows of A, 0 for a hard one.
+    """
+
+    n: int
+    m: int
+    p: int
+    dense: int
+    H: Any
+    H_diagonal: Any
+    g: Any
+    A: Any
+    b: Any
+    soft: Any
+    C: Any
+    l: Any
+    u: Any
+    lb: Any
+    ub: Any
+
+
 @part_jit
 def solve_planner_qp(cascade: Any, qp: Any, memory: Any) -> int:
     """The QP that stands in a planner's record, from the warm start if there is one; the claim."""
     n, m, p = qp.nx, qp.meq, qp.nc
+    Q = Problem(
+        n, m, p, qp.dense, qp.H, qp.H_diagonal, qp.g, qp.A, qp.b, qp.soft, qp.C, qp.l, qp.u, qp.lb, qp.ub
+    )
     at = KEPT + n + p
     x, y, z = memory[at : at + n], memory[at + n : at + n + m], memory[at + n + m : at + n + m + p]
     rest = memory[at + n + m + p :]
     warm = _same_structure(qp, memory) and memory[VALID] != 0.0
     memory[VALID] = 0.0
-    code, net = assemble(
-        rest,
-        n,
-        m,
-        p,
-        qp.dense,
-        qp.H,
-        qp.H_diagonal,
-        qp.g,
-        qp.A,
-        qp.b,
-        qp.soft,
-        qp.C,
-        qp.l,
-        qp.u,
-        qp.lb,
-        qp.ub,
-    )
     cascade.qp_iterations = 0
+    code, net = assemble(rest, Q)
     if code != SOLVED:
         return code
     if warm:
-        start(net, n, m, x, y, z)
+        start(net, m, x, y, z)
     code, cascade.qp_iterations = dtrnn(net, options_of(memory), matrix_view(rest, 0, 0, 4))
-    publish(
-        net, n, m, p, qp.dense, qp.H, qp.H_diagonal, qp.g, qp.A, qp.C, qp.lb, qp.ub, qp.x, qp.y, qp.z,
-        qp.z_box
-    )  # fmt: skip
+    publish(net, Q, qp.x, qp.y, qp.z, qp.z_box)
     if code == SOLVED:
         memory[VALID] = 1.0
         for i in range(n):
@@ -129,17 +136,18 @@ def solve_network_standalone(
     soft = memory[len(memory) - m :]
     for k in range(m):
         soft[k] = 0.0
-    code, net = assemble(memory, n, m, p, 1, H, g, g, A, b, soft, C, l, u, lb, ub)
+    Q = Problem(n, m, p, 1, H, g, g, A, b, soft, C, l, u, lb, ub)
+    code, net = assemble(memory, Q)
     iterations, size = 0, 0.0
     if code == SOLVED and not (is_number(net) and _is_convex(net)):
         code = FAILED
     if code == SOLVED:
         if warm:
-            start(net, n, m, x, y, z)
+            start(net, m, x, y, z)
         code, iterations = dtrnn(net, options_of(numbers), trace)
         size = residual(net, net.u)
     if code == SOLVED or code == MAX_ITERATIONS:
-        publish(net, n, m, p, 1, H, g, g, A, C, lb, ub, x, y, z, z_box)
+        publish(net, Q, x, y, z, z_box)
     return code, iterations, size
 
 
@@ -182,31 +190,14 @@ def _fixed_part(row: Any, lb: Any, ub: Any, n: int) -> tuple[float, float]:
 
 
 @jit
-def assemble(
-    memory: Any,
-    n: int,
-    m: int,
-    p: int,
-    dense: int,
-    H: Any,
-    H_diagonal: Any,
-    g: Any,
-    A: Any,
-    b: Any,
-    soft: Any,
-    C: Any,
-    l: Any,
-    u: Any,
-    lb: Any,
-    ub: Any,
-) -> tuple[int, Network]:
+def assemble(memory: Any, Q: Problem) -> tuple[int, Network]:
     """Write the unscaled network of a QP, its state 0, into memory: a claim and the network.
 
-    The claim is SOLVED, or INFEASIBLE or FAILED when the bounds say so already. The sizes of the QP are n
-    variables, m equality rows and p two-sided rows; the arrays may be larger. ``dense`` tells whether H holds
-    the Hessian, or else ``H_diagonal``; ``soft``, (m,), is the compliance of the rows of A, 0 for a hard one.
-    ``memory`` holds at least ``memory_size(n, m, p)`` numbers.
+    The claim is SOLVED, or INFEASIBLE or FAILED when the bounds say so already. ``memory`` holds at least
+    ``memory_size(n, m, p)`` numbers.
     """
+    n, m, p, H, A, C, l, u, lb, ub = Q.n, Q.m, Q.p, Q.H, Q.A, Q.C, Q.l, Q.u, Q.lb, Q.ub
+    b, soft = Q.b, Q.soft
     verdict = max(_bounds_verdict(lb, ub, n), _bounds_verdict(l, u, p))
     variables = 0
     for i in range(n):
@@ -247,12 +238,12 @@ def assemble(
     for i in range(n):
         if lb[i] < ub[i]:
             net.variable[k] = i
-            net.low[k], net.high[k], z[k] = lb[i], ub[i], g[i]
+            net.low[k], net.high[k], z[k] = lb[i], ub[i], Q.g[i]
             k += 1
     for a in range(variables):
         i = int(net.variable[a])
-        if not dense:
-            Gamma[a, a] = H_diagonal[i]
+        if not Q.dense:
+            Gamma[a, a] = Q.H_diagonal[i]
             continue
         for c in range(variables):
             Gamma[a, c] = H[i, int(net.variable[c])]
@@ -293,7 +284,7 @@ def assemble(
 
 
 @jit
-def start(net: Network, n: int, m: int, x: Any, y: Any, z: Any) -> None:
+def start(net: Network, m: int, x: Any, y: Any, z: Any) -> None:
     """Start an unscaled network at a former solution (x, y, z) in the convention of ``ftqp.QP``."""
     primal = net.variables + net.slacks
     equalities = net.rows - net.slacks
@@ -311,28 +302,12 @@ def start(net: Network, n: int, m: int, x: Any, y: Any, z: Any) -> None:
 
 
 @jit
-def publish(
-    net: Network,
-    n: int,
-    m: int,
-    p: int,
-    dense: int,
-    H: Any,
-    H_diagonal: Any,
-    g: Any,
-    A: Any,
-    C: Any,
-    lb: Any,
-    ub: Any,
-    x: Any,
-    y: Any,
-    z: Any,
-    z_box: Any,
-) -> None:
+def publish(net: Network, Q: Problem, x: Any, y: Any, z: Any, z_box: Any) -> None:
     """The QP's solution: x clipped, y and z by the convention of ``ftqp.QP``, z_box from stationarity.
 
     z_box_i = -(Hx + g + A'y + C'z)_i where x_i is fixed or x_i + scales[0] z_box_i is outside, else 0.
     """
+    n, m, p, H, A, C, lb, ub = Q.n, Q.m, Q.p, Q.H, Q.A, Q.C, Q.lb, Q.ub
     primal = net.variables + net.slacks
     for i in range(n):
         x[i] = ub[i]
@@ -351,12 +326,12 @@ def publish(
         else:
             z[i - m] = value / net.norm[k]
     for i in range(n):
-        if dense:
-            r = g[i]
+        if Q.dense:
+            r = Q.g[i]
             for j in range(n):
                 r += H[i, j] * x[j]
         else:
-            r = g[i] + H_diagonal[i] * x[i]
+            r = Q.g[i] + Q.H_diagonal[i] * x[i]
         for k in range(m):
             r += A[k, i] * y[k]
         for j in range(p):

@@ -22,91 +22,60 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from ftqp.kernel.jit import jit
-from ftqp.kernel.maths.finite import is_finite
-from ftqp.kernel.maths.matrix_view import matrix_view
+from ftqp.kernel.maths.elementary import is_finite, matrix_view
 
 
 class Network(NamedTuple):
-    """Gamma, z, Omega and the state u in the memory of a solve; N = variables + slacks + rows.
-
-    Attributes:
-        variables: How many free variables there are.
-        slacks: How many two-sided rows have one.
-        rows: How many multipliers there are; the last ones belong to the slacks.
-        Gamma: (N, N).
-        z: (N,).
-        low: Lower ends of Omega, (N,).
-        high: Upper ends of Omega, (N,).
-        u: The state (x; s; y), (N,).
-        F: Gamma u + z, (N,).
-        e: The residual, (N,).
-        factor: The factors of I + Gamma, (N, N).
-        jump: Memory of the last jump, (N, N).
-        pivots: Those of ``factor``, (N,).
-        jump_pivots: Those of ``jump``, (N,).
-        order: The open components of a jump, (N,), whole numbers.
-        side: Which bound each component sits at in a jump, (N,): -1, 0 or 1.
-        direction: Memory, (N,).
-        trial: The point that a jump tries, (N,).
-        variable: The index in the QP of each free variable.
-        row: The index in the QP of each row, those of C after those of A.
-        norm: What each row was divided by.
-        scales: Of objective and rows, (2,).
-    """
+    """Gamma, z, Omega = [low, high] and the state u in memory; N = variables + slacks + rows."""
 
     variables: int
+    """How many free variables there are, how many two-sided rows have a slack, ..."""
     slacks: int
     rows: int
+    """... and how many multipliers there are; the last ones belong to the slacks."""
     Gamma: Any
     z: Any
     low: Any
     high: Any
     u: Any
+    """The state (x; s; y), (N,)."""
     F: Any
+    """Gamma u + z, (N,)."""
     e: Any
+    """The residual, (N,)."""
     factor: Any
+    """The factors of I + Gamma, (N, N), and those of the last jump."""
     jump: Any
     pivots: Any
     jump_pivots: Any
     order: Any
+    """The open components of a jump, (N,), whole numbers."""
     side: Any
+    """Which bound each component sits at in a jump, (N,): -1, 0 or 1."""
     direction: Any
     trial: Any
+    """The point that a jump tries, (N,)."""
     variable: Any
+    """The index in the QP of each free variable, and of each row, those of C after those of A."""
     row: Any
     norm: Any
+    """What each row was divided by."""
     scales: Any
+    """Of objective and rows, (2,)."""
 
 
 @jit
 def network(memory: Any, variables: int, slacks: int, rows: int) -> Network:
     """The views of a network of these sizes, one after the other in ``memory``."""
     N = variables + slacks + rows
-    at = 3 * N * N
+    M = N * N
+    v = matrix_view(memory, 3 * M, 15, N)
+    scales = memory[3 * M + 15 * N : 3 * M + 15 * N + 2]
     return Network(
-        variables,
-        slacks,
-        rows,
-        matrix_view(memory, 0, N, N),
-        memory[at : at + N],
-        memory[at + N : at + 2 * N],
-        memory[at + 2 * N : at + 3 * N],
-        memory[at + 3 * N : at + 4 * N],
-        memory[at + 4 * N : at + 5 * N],
-        memory[at + 5 * N : at + 6 * N],
-        matrix_view(memory, N * N, N, N),
-        matrix_view(memory, 2 * N * N, N, N),
-        memory[at + 6 * N : at + 7 * N],
-        memory[at + 7 * N : at + 8 * N],
-        memory[at + 8 * N : at + 9 * N],
-        memory[at + 9 * N : at + 10 * N],
-        memory[at + 10 * N : at + 11 * N],
-        memory[at + 11 * N : at + 12 * N],
-        memory[at + 12 * N : at + 13 * N],
-        memory[at + 13 * N : at + 14 * N],
-        memory[at + 14 * N : at + 15 * N],
-        memory[at + 15 * N : at + 15 * N + 2],
-    )
+        variables, slacks, rows, matrix_view(memory, 0, N, N), v[0], v[1], v[2], v[3], v[4], v[5],
+        matrix_view(memory, M, N, N), matrix_view(memory, 2 * M, N, N),
+        v[6], v[7], v[8], v[9], v[10], v[11], v[12], v[13], v[14], scales,
+    )  # fmt: skip
 
 
 @jit
@@ -167,3 +136,113 @@ def is_number(net: Network) -> bool:
             if not is_finite(net.Gamma[i, j]):
                 return False
     return True
+
+
+ROW_TOLERANCE = 1e-8
+"""Largest |Ax - b| of a solved QP, beside max(1, |b|). A convention (docs/theory/recurrent-network.md, "When
+to stop"): 10 nm of a path in metres."""
+ROUNDING = 1e-14
+"""Rounding of a sum, relative to its largest terms. 45 units of rounding, for some 60 terms."""
+GAP_TOLERANCE = 1e-14
+"""Largest duality gap of a solved QP, beside 1 + |x'Wx| + |c'x|. It bounds (x - x*)'W(x - x*)
+(docs/theory/recurrent-network.md, "When to stop"), so that x is off by 1e-7 in the norm of W."""
+
+
+class Options(NamedTuple):
+    """How to solve."""
+
+    method: int
+    """LVI94, E47 or IMPLICIT of ``ftqp.kernel.dtrnn.iterations``."""
+    scaling: int
+    newton: int
+    """Whether to scale, and whether to jump."""
+    paper: int
+    """Whether |e| <= tolerance alone is the end; else it is relative to 1 + |x|."""
+    cap: int
+    """Most iterations."""
+    gamma: float
+    tolerance: float
+    """Step size, and tolerance of |e|."""
+
+
+@jit
+def options_of(numbers: Any) -> Options:
+    """Options from seven numbers in the order of the fields."""
+    o = numbers
+    return Options(int(o[0]), int(o[1]), int(o[2]), int(o[3]), int(o[4]), o[5], o[6])
+
+
+@jit
+def quality(net: Network, u: Any) -> tuple[float, float, float, float]:
+    """What u is worth as a solution after clipping, in the QP's units: (r_eq, its scale, gap, its scale).
+
+    With x clipped and g = Wx + c - A'y,
+
+        r_eq = max |Ax - b|,  gap = sum max(g_i (x_i - lb_i), g_i (x_i - ub_i)) >= 0,
+
+    and for r_eq = 0 both f(x) - f* <= gap and (x - x*)'W(x - x*) <= gap. Slacks count as variables.
+    Source: docs/theory/recurrent-network.md, "When to stop".
+    """
+    N, primal = len(u), net.variables + net.slacks
+    v = net.direction
+    for i in range(N):
+        v[i] = min(max(u[i], net.low[i]), net.high[i])
+    gap, energy, r_eq, right = 0.0, 0.0, 0.0, 0.0
+    for i in range(N):
+        row = net.Gamma[i]
+        force = net.z[i]
+        for j in range(primal):
+            force += row[j] * v[j]
+        s = force
+        for j in range(primal, N):
+            s += row[j] * v[j]
+        if i < primal:
+            if s != 0.0:
+                gap += s * (v[i] - (net.low[i] if s > 0.0 else net.high[i]))
+            energy += (abs(force) + abs(net.z[i])) * abs(v[i])
+        else:
+            unit = net.norm[i - primal] / net.scales[1]
+            r_eq = max(r_eq, abs(s) * unit)
+            right = max(right, abs(net.z[i]) * unit)
+    return r_eq, max(1.0, right), gap / net.scales[0], 1.0 + energy / net.scales[0]
+
+
+@jit
+def _rounding(net: Network, u: Any) -> float:
+    """What rounding leaves of |e| at best: ROUNDING max_i sum_j |Gamma_ij u_j|."""
+    N = len(u)
+    largest = 0.0
+    for i in range(N):
+        row = net.Gamma[i]
+        s = 0.0
+        for j in range(N):
+            s += abs(row[j] * u[j])
+        largest = max(largest, s)
+    return ROUNDING * largest
+
+
+@jit
+def is_solved(net: Network, o: Options, u: Any, size: float) -> bool:
+    """Whether u, with e its residual and |e| = size, may be called solved.
+
+    Paper: |e| <= tolerance. Else r_eq <= 1e-8 max(1, |b|) and (|e| <= tolerance (1 + |x|), or |e| is no more
+    than rounding, or gap <= 1e-14 (1 + energy)).
+    """
+    if o.paper:
+        return size <= o.tolerance
+    primal = net.variables + net.slacks
+    most = 1.0
+    for i in range(primal):
+        most = max(most, abs(u[i]))
+    small = size <= o.tolerance * (1.0 + most)
+    if not small:
+        if size > 1e-3 * (1.0 + most):
+            return False
+        for k in range(net.rows):
+            if abs(net.e[primal + k]) > 1e-6 * net.scales[1] * (1.0 + most):
+                return False
+        small = size <= _rounding(net, u)
+    r_eq, right, gap, energy = quality(net, u)
+    if not r_eq <= ROW_TOLERANCE * right:
+        return False
+    return small or gap <= GAP_TOLERANCE * energy

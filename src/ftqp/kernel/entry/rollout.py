@@ -9,8 +9,8 @@ from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.fallback_cascade import run_cascade
 from ftqp.kernel.layout.enums import AS_TOLD, FREE, INVALID_INPUT, MEASURED, OK, SOLVED, TARGET_SIZE, Status
 from ftqp.kernel.layout.record import dtype
-from ftqp.kernel.maths.finite import is_finite
-from ftqp.kernel.rows.turned_rows import turn_back
+from ftqp.kernel.maths.elementary import is_finite
+from ftqp.kernel.rows.task_rows import turn_back
 from ftqp.kernel.ticks.accepted_inputs import accept_state
 from ftqp.kernel.ticks.steps import FLOAT
 from ftqp.kernel.ticks.tick import prepare_free, prepare_rich

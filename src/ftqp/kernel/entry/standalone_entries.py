@@ -2,12 +2,12 @@
 
 from typing import Any
 
-from ftqp.kernel.active_set.standalone import solve_standalone
+from ftqp.kernel.active_set.active_set import solve_standalone
 from ftqp.kernel.dtrnn.network_of_qp import solve_network_standalone
 from ftqp.kernel.jit import jit
-from ftqp.kernel.judge.kkt import kkt_residuals
+from ftqp.kernel.judge.solution_check import kkt_residuals
 from ftqp.kernel.layout.flat_arrays import OPTIONS
-from ftqp.kernel.maths.matrix_view import matrix_view
+from ftqp.kernel.maths.elementary import matrix_view
 
 __all__ = ["OPTIONS", "solve_standalone"]
 

@@ -2,17 +2,13 @@
 
 from typing import Any
 
-from ftqp.kernel.continuation.bounded_runs import bounded_run
-from ftqp.kernel.continuation.exact_runs import exact_run
-from ftqp.kernel.continuation.failing import begin
+from ftqp.kernel.continuation.exact_runs import begin, bounded_run, exact_run
 from ftqp.kernel.continuation.passing_bodies import nearest_distance
 from ftqp.kernel.continuation.self_speed import self_speed_run
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.other_records import FACTS, FAILED_JOINTS, GOAL_SIZE
-from ftqp.kernel.study.null_directions import decompose
-from ftqp.kernel.study.solutions import self_motions_through, solve_goal, spread
-from ftqp.kernel.study.task_values import error_rates, jacobian_rates, task_values
-from ftqp.kernel.study.tracing import correct, put_joints, trace
+from ftqp.kernel.study.solutions import correct, put_joints, self_motions_through, solve_goal, spread, trace
+from ftqp.kernel.study.task_values import decompose, error_rates, jacobian_rates, task_values
 
 __all__ = ["FACTS", "FAILED_JOINTS"]
 

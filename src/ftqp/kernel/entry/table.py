@@ -106,7 +106,7 @@ block ticks.block_of_ticks first
 rollout entry.rollout nogil
     takes model:i8[words] B:batch own:i8[words] K:record F:free n first last
     calls rollout(model, B, own, K, F, n, first, last)
-write_together told.together demo alone
+write_together told.stops demo alone
     takes table:i8[rows,3] rows
     calls write_together(table)
 follow_plan rows.plan_posture
@@ -118,13 +118,13 @@ believe told.believed first c
 believed told.believed first c
     takes K:record G:given
     calls begin_to_believe(K, G)
-sample_reserve told.reserve first c
+sample_reserve told.believed first c
     takes A:arm rows:f8[samples,A.chain.n*(A.chain.n+3)] samples
     calls sample(A, rows)
-reserve_shares told.reserve first
+reserve_shares told.believed first
     takes rows:f8[samples,n*(n+3)] samples n a_max:f8[n] tau_max:f8[n] out:reserve
     calls reserve(rows, n, a_max, tau_max, out)
-count_on told.reserve first c
+count_on told.believed first c
     takes K:record G:given rows:f8[samples,K.chain.n*(K.chain.n+3)] samples out:reserve
     calls count_on(K, G, rows, out)
 hold_up told.stops first c
@@ -133,7 +133,7 @@ hold_up told.stops first c
 ask_for_brake told.stops
     takes K:record joint
     calls ask_for_brake(K.watch, K.feedback, joint)
-start told.starting first c
+start told.stops first c
     takes K:record G:given q:f8[K.chain.n] v:f8[K.chain.n]
     calls start(K, G, q, v)
 stop told.stops first c
@@ -142,13 +142,13 @@ stop told.stops first c
 resume told.stops first c
     takes K:record
     calls resume(K.watch, K.feedback, K.chain)
-carry told.load first c
+carry told.believed first c
     takes K:record A:arm G:given payload:load
     calls carry(K, A, G, payload)
-give_up latches.giving_up
+give_up latches.settling
     takes K:record
     calls give_up(K.task, K.terms, K.qp)
-begin_path told.path_start c-path
+begin_path told.stops c-path
     takes path:path
     calls begin(path)
 miss_tick ticks.accepted_inputs

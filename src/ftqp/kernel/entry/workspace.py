@@ -126,7 +126,7 @@ def solve_many(
 
 
 def kkt(flat: FloatArray, solution: FloatArray, n: int, m: int, p: int) -> FloatArray:
-    """The KKT residuals of a solution, (4,); see ``ftqp.kernel.judge.kkt.kkt_residuals``."""
+    """The KKT residuals of a solution, (4,); see ``ftqp.kernel.judge.solution_check.kkt_residuals``."""
     out = np.empty(4)
     bound("kkt", flat, solution, out, n, m, p)()
     return out

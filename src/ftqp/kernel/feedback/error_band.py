@@ -4,7 +4,7 @@ from typing import Any
 
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.maths.cholesky import factor, solve_factored
+from ftqp.kernel.maths.linear_systems import factor, solve_factored
 
 ERROR_BAND = 0.02
 """A joint may always be this far [rad or m] from its command ..."""

@@ -6,7 +6,7 @@ from ftqp.kernel.feedback.error_band import error_band
 from ftqp.kernel.feedback.lasting import lasts
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.latches.stop_latch import latch
+from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_DEVIATION, STOPPED_BY_LAG
 from ftqp.kernel.layout.hypotheses import LAGS
 from ftqp.kernel.maths.elementary import sqrt

@@ -8,8 +8,7 @@ Source: docs/theory/feedback.md, "The gate".
 from math import inf
 from typing import Any
 
-from ftqp.kernel.arm.kinematics import forward_kinematics
-from ftqp.kernel.arm.mimicry import mimic, mimic_places
+from ftqp.kernel.arm.kinematics import forward_kinematics, mimic, mimic_places
 from ftqp.kernel.feedback.observer import feel
 from ftqp.kernel.feedback.reference import place_of
 from ftqp.kernel.feedback.samples import ROOM, SIGMAS, SPEED_SHARE

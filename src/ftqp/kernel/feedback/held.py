@@ -8,13 +8,13 @@ Source: docs/theory/feedback.md, "A whole arm that is held".
 
 from typing import Any
 
-from ftqp.kernel.arm.mimicry import mimic_places
+from ftqp.kernel.arm.kinematics import mimic_places
 from ftqp.kernel.feedback.lasting import drop
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import NOTHING_HEARD, POSITION_DRIVE, TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
-from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.maths.elementary import is_finite
 
 FILTER = 0.006
 """Time constant [s] of the speed that samples show ..."""

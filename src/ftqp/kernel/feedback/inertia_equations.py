@@ -11,9 +11,8 @@ Source: docs/theory/feedback.md, "What the model lacks".
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.arm.newton_euler import torques_of
-from ftqp.kernel.arm.points import moves, point_column
+from ftqp.kernel.arm.dynamics import torques_of
+from ftqp.kernel.arm.kinematics import forward_kinematics, motion, moves, point_column
 from ftqp.kernel.feedback.learned_delay import hear_delay
 from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.samples import slot
@@ -21,7 +20,7 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY
 from ftqp.kernel.layout.feedback_rooms import POLES, UNKNOWNS
 from ftqp.kernel.layout.hypotheses import TOUCHED
-from ftqp.kernel.maths.vectors import cross
+from ftqp.kernel.maths.elementary import cross
 
 SENSE = 0.02
 """Slower than this [rad/s or m/s] a joint's dry friction is less than its whole."""

@@ -5,7 +5,7 @@ from typing import Any
 
 from ftqp.kernel.feedback.inertia_equations import bounded_limit
 from ftqp.kernel.jit import jit
-from ftqp.kernel.maths.cholesky import factor, solve_factored
+from ftqp.kernel.maths.linear_systems import factor, solve_factored
 
 LEAST_MISSED = 1e-3
 """Mean square of what the equations miss at least, in units of ``TORQUE_NOISE``."""

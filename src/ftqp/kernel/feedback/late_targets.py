@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from ftqp.kernel.arm.pose_error import exponential, rotation_vector
+from ftqp.kernel.arm.pose_error import exponential, turn_between
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.latches.stop_latch import latch
+from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import (
     HISTORY,
     STOPPED_BY_LAG,
@@ -84,17 +84,7 @@ def _between(A: Any, B: Any, s: float, h: float, history: Any, out: Any) -> None
             u, w = h * A[TARGET_TWIST + r], h * B[TARGET_TWIST + r]
             x += s * (1.0 - s) * ((1.0 - s) * (u - (b - a)) - s * (w - (b - a)))
         out[4 * r + 3] = x
-    x, y, z = rotation_vector(
-        B[0] * A[0] + B[1] * A[1] + B[2] * A[2],
-        B[0] * A[4] + B[1] * A[5] + B[2] * A[6],
-        B[0] * A[8] + B[1] * A[9] + B[2] * A[10],
-        B[4] * A[0] + B[5] * A[1] + B[6] * A[2],
-        B[4] * A[4] + B[5] * A[5] + B[6] * A[6],
-        B[4] * A[8] + B[5] * A[9] + B[6] * A[10],
-        B[8] * A[0] + B[9] * A[1] + B[10] * A[2],
-        B[8] * A[4] + B[9] * A[5] + B[10] * A[6],
-        B[8] * A[8] + B[9] * A[9] + B[10] * A[10],
-    )
+    x, y, z = turn_between(B, 4, A, 4)
     exponential(s * x, s * y, s * z, history.turn)
     Q = history.turn
     for r in range(3):

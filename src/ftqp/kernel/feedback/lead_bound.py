@@ -13,8 +13,7 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, TORQUE_DRIVE, VIABILITY
 from ftqp.kernel.layout.thresholds import UNLIMITED
-from ftqp.kernel.rows.joint_intervals import braking, viability
-from ftqp.kernel.rows.one_variable import narrow
+from ftqp.kernel.rows.joint_intervals import braking, narrow, viability
 
 REST_TIME = 0.01
 """The reference may be so far ahead of a joint at rest as that goes at its limit in this time [s], ..."""

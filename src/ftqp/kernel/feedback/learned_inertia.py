@@ -9,7 +9,7 @@ Source: docs/theory/feedback.md, "What the model lacks".
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.arm.joined_bodies import join
+from ftqp.kernel.arm.dynamics import join
 from ftqp.kernel.feedback.inertia_equations import SENSE, bounded_limit, hear, take
 from ftqp.kernel.feedback.inertia_squares import solve
 from ftqp.kernel.feedback.learned_delay import follow_delay, forget_delay

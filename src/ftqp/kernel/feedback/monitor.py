@@ -16,7 +16,7 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.touch import feel_touch, is_push
 from ftqp.kernel.feedback.unresponsive import leave_out, may_suspect, unusual, watch
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.latches.stop_latch import latch
+from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import ALL_BRAKES, HEALTHY, NO_BRAKES, STOPPED_BY_LAG, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import LEFT_BAND, SILENT, TOO_FAST, TOUCHED
 

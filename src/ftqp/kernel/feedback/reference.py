@@ -2,13 +2,12 @@
 
 from typing import Any
 
-from ftqp.kernel.arm.mimicry import mimic, mimic_places
+from ftqp.kernel.arm.kinematics import mimic, mimic_places
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY, LOCKED, MEASURED, POSITION_DRIVE
 from ftqp.kernel.layout.thresholds import STILL_SAMPLES, UNLIMITED
-from ftqp.kernel.maths.elementary import any_of
-from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.maths.elementary import any_of, is_finite
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
 STILL = 0.01

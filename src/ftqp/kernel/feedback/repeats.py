@@ -10,8 +10,7 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FROZEN, LOOKED_THROUGH, POSITION_DRIVE, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import FROZEN_SAMPLES, HELD_SAMPLES
 from ftqp.kernel.layout.thresholds import FROZEN_SIGMAS
-from ftqp.kernel.maths.elementary import larger, select, smaller
-from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.maths.elementary import is_finite, larger, select, smaller
 from ftqp.kernel.maths.side_by_side import put, several
 
 NORMAL = 2.0

@@ -14,7 +14,7 @@ from ftqp.kernel.feedback.repeats import (
     repeat_oddly,
 )
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.latches.stop_latch import latch
+from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import (
     AS_SENT,
     FREE,
@@ -28,9 +28,7 @@ from ftqp.kernel.layout.enums import (
     TORQUE_DRIVE,
 )
 from ftqp.kernel.layout.thresholds import FASTEST
-from ftqp.kernel.maths.elementary import any_of, larger
-from ftqp.kernel.maths.finite import is_finite
-from ftqp.kernel.maths.rotation import has_last_row
+from ftqp.kernel.maths.elementary import any_of, has_last_row, is_finite, larger
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, several
 
 SPEED_SHARE = 1.3

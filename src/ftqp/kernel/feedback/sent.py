@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ftqp.kernel.arm.mimicry import mimic
+from ftqp.kernel.arm.kinematics import mimic
 from ftqp.kernel.feedback.held import CREEPS
 from ftqp.kernel.feedback.lead_bound import hold_back
 from ftqp.kernel.feedback.pairs import is_soft, softly
@@ -10,7 +10,7 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.unresponsive import inform_unresponsive, predict_unresponsive
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, TORQUE_DRIVE, VELOCITY_DRIVE
-from ftqp.kernel.maths.cholesky import factor, solve_factored
+from ftqp.kernel.maths.linear_systems import factor, solve_factored
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
 FEED_FORWARD_SHARE = 0.3

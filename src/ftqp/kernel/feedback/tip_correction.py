@@ -4,8 +4,8 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics
-from ftqp.kernel.arm.pose_error import rotation_vector
-from ftqp.kernel.calm.swing import gives_up
+from ftqp.kernel.arm.pose_error import turn_between
+from ftqp.kernel.calm.rest import gives_up
 from ftqp.kernel.feedback.reference import follows
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
@@ -39,17 +39,7 @@ def _difference(seen: Any, reference: Any, off: Any) -> None:
     for k in range(3):
         off[k] = seen[9 + k] - reference[9 + k]
     S, R = seen, reference
-    off[3], off[4], off[5] = rotation_vector(
-        S[0] * R[0] + S[1] * R[1] + S[2] * R[2],
-        S[0] * R[3] + S[1] * R[4] + S[2] * R[5],
-        S[0] * R[6] + S[1] * R[7] + S[2] * R[8],
-        S[3] * R[0] + S[4] * R[1] + S[5] * R[2],
-        S[3] * R[3] + S[4] * R[4] + S[5] * R[5],
-        S[3] * R[6] + S[4] * R[7] + S[5] * R[8],
-        S[6] * R[0] + S[7] * R[1] + S[8] * R[2],
-        S[6] * R[3] + S[7] * R[4] + S[8] * R[5],
-        S[6] * R[6] + S[7] * R[7] + S[8] * R[8],
-    )
+    off[3], off[4], off[5] = turn_between(S, 3, R, 3)
 
 
 @jit

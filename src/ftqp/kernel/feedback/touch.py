@@ -6,7 +6,7 @@ from typing import Any
 from ftqp.kernel.feedback.lasting import lasts
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.hypotheses import ALONE_AGAIN, TOUCHED
-from ftqp.kernel.maths.cholesky import factor, solve_factored
+from ftqp.kernel.maths.linear_systems import factor, solve_factored
 
 SHARE = 0.85
 """A force at the tip explains this share of what is unusual ..."""

@@ -12,7 +12,7 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.hypotheses import CLEARED, OBEYS, PREDICTED, SILENT, TOUCHED
 from ftqp.kernel.layout.thresholds import LATELY, STILL_SAMPLES
-from ftqp.kernel.maths.cholesky import factor, solve_factored
+from ftqp.kernel.maths.linear_systems import factor, solve_factored
 
 USUAL_TIME = 0.1
 """What has disturbed a joint for so long [s] is a load, not a fault."""

@@ -9,18 +9,22 @@ Source: docs/theory/free-swinging.md, "Decision".
 from math import inf
 from typing import Any
 
-from ftqp.kernel.arm.gravity import knows_no_gravity
+from ftqp.kernel.arm.dynamics import knows_no_gravity
 from ftqp.kernel.arm.kinematics import forward_kinematics
-from ftqp.kernel.free.end_stop import rest_on_stops
+from ftqp.kernel.free.end_stop import end_stops, free_motion, rest_on_stops
 from ftqp.kernel.free.holding import (
     LENIENCE,
     ROLLOUT_STEPS,
     SETTLED,
     begin_gain,
     begin_rollout,
+    begin_start,
     finish_gain,
     go_on_doubling,
+    led,
     roll_on,
+    seek,
+    take_nearest,
 )
 from ftqp.kernel.free.look_ahead import (
     BOUNDARY,
@@ -30,14 +34,14 @@ from ftqp.kernel.free.look_ahead import (
     begin_plan,
     braking_is_safe,
     look_ahead,
+    planned,
     search,
+    shift_plan,
     weigh_holding,
 )
-from ftqp.kernel.free.rest_posture import begin_start, seek, take_nearest
-from ftqp.kernel.free.swept import HARMLESS, WORTH, mark_places
-from ftqp.kernel.free.swinging import viscous_friction
+from ftqp.kernel.free.swinging import HARMLESS, WORTH, braked, mark_places, viscous_friction
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.latches.stop_latch import latch
+from ftqp.kernel.latches.settling import latch, slow_enough
 from ftqp.kernel.layout.enums import (
     ARREST,
     DECIDE,
@@ -47,15 +51,22 @@ from ftqp.kernel.layout.enums import (
     NO_POSTURE,
     NOT_REFUSED,
     NOTHING_KEPT,
+    OK,
     POSE_KEPT,
+    POSITION_KEPT,
+    RELAXED,
     STILL,
+    STOPPED,
     STOPPED_BY_FREE_JOINT,
+    STOPPING,
     TARGET_TWIST,
+    VELOCITY,
 )
 from ftqp.kernel.layout.other_records import STARTS
-from ftqp.kernel.layout.thresholds import HANGS
-from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.layout.thresholds import FREE_SHARE, HANGS
+from ftqp.kernel.maths.elementary import is_finite
 from ftqp.kernel.rows.failed_joints import sort_joints
+from ftqp.kernel.rows.joint_intervals import draw
 
 SEEK, GAIN, DOUBLE, ROLL = 0, 1, 2, 3
 """Items of the decision."""
@@ -407,3 +418,64 @@ def think(K: Any, F: Any) -> None:
     if K.free.mode == ARREST and mode != ARREST:
         search(K, F)  # what lies ahead is told at once
     rest_on_stops(state, K.faults, K.free)
+
+
+REACHED, ATTAINED = 0.01, 0.05
+"""A tip that is nearer to its target than this counts as there [m] and [rad]."""
+
+
+@jit
+def _wanted(state: Any, faults: Any, limits: Any, kinematics: Any, free: Any, F: Any) -> None:
+    """The accelerations of the healthy joints into ``F.a``."""
+    mode, dt = free.mode, state.dt
+    if mode == HOLD:
+        led(state, faults, limits, kinematics, F, dt)
+    for k in range(faults.working):
+        j = faults.order[k]
+        if mode == ARREST:
+            F.a[j] = planned(state, limits, F, j, F.phase, F.left, dt)
+        elif mode != HOLD:
+            F.a[j] = braked(state, limits, j, dt)
+
+
+@jit
+def ask_for_motion(K: Any, F: Any) -> None:
+    """1/2 |x - x_wanted|^2 over box, torque rows and end stop; needs ``begin_rest`` and the rows of C."""
+    faults, state, qp = K.faults, K.state, K.qp
+    _wanted(state, faults, K.limits, K.kinematics, K.free, F)
+    for k in range(faults.working):
+        j = faults.order[k]
+        x = F.a[j] if state.level != VELOCITY else state.v[j] + state.dt * F.a[j]
+        F.x[j] = x
+        draw(qp, j, 1.0, x)
+    for k in range(faults.working, K.chain.n):
+        j = faults.order[k]
+        F.x[j] = qp.lb[j] if k >= faults.movable else (state.v[j] if state.level == VELOCITY else 0.0)
+    end_stops(K, F.x)
+    for k in range(faults.working, faults.movable):
+        i = faults.order[k]
+        draw(qp, i, FREE_SHARE, free_motion(K.chain, qp, i, F.x) if qp.lb[i] < qp.ub[i] else 0.0)
+    if K.free.mode == ARREST:
+        F.left -= F.dt
+        shift_plan(F, K.chain.n)
+
+
+@jit
+def outcome_beside_free(K: Any) -> int:
+    """STOPPING and STOPPED where the task is given up, OK where nothing of it is, else RELAXED."""
+    limits, faults, state, task, free = K.limits, K.faults, K.state, K.task, K.free
+    if K.watch.latched:
+        if free.mode == ARREST:
+            return STOPPING
+        slow = slow_enough(K)
+        for k in range(faults.movable if free.mode == HOLD else faults.working):
+            j = faults.order[k]
+            top = limits.v_max[j] if limits.v_max[j] < inf else 1.0
+            if abs(state.v[j]) > slow * top:
+                return STOPPING
+        K.watch.stopped = 1
+        return STOPPED
+    whole = free.rows == POSE_KEPT or (free.rows == POSITION_KEPT and not task.uses_rotation)
+    whole = whole or (free.rows > POSITION_KEPT and task.tool_rows)
+    near = task.position_error <= REACHED and task.rotation_error <= ATTAINED
+    return OK if free.mode == HOLD and whole and near and not K.feedback.lagging else RELAXED

@@ -5,7 +5,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import VELOCITY
-from ftqp.kernel.rows.one_variable import fix
+from ftqp.kernel.rows.joint_intervals import fix
 
 TOUCHES = 1e-3
 """A joint so near to its stop may be in contact [rad or m] ..."""

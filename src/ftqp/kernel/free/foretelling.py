@@ -15,7 +15,7 @@ from ftqp.kernel.free.swinging import free_velocity, viscous_friction
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FREE, MEASURED, STOPPED_BY_FREE_JOINT
 from ftqp.kernel.rows.failed_joints import sort_joints
-from ftqp.kernel.told.measured import who_leads, window_ticks
+from ftqp.kernel.told.believed import who_leads, window_ticks
 from ftqp.kernel.told.stops import release
 
 BETTER = 2.0

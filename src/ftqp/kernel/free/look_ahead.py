@@ -8,13 +8,15 @@ Source: docs/theory/free-swinging.md, "Look-ahead".
 from math import cos, inf, sin, sqrt
 from typing import Any
 
-from ftqp.kernel.arm.gravity import gravity_torque
+from ftqp.kernel.arm.dynamics import gravity_torque
 from ftqp.kernel.arm.kinematics import forward_kinematics
-from ftqp.kernel.free.swept import farthest, is_worth, mark_places
 from ftqp.kernel.free.swinging import (
     ROLLOUT_STEP,
     braked,
+    farthest,
     free_velocity,
+    is_worth,
+    mark_places,
     see_arm,
     swing_on,
     viscous_friction,

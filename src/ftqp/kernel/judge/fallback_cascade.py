@@ -1,14 +1,18 @@
-"""The fallback cascade: which QP comes next when an answer is bad, by ``ftqp.kernel.judge.cascade_table``.
+"""The fallback cascade: which QP comes next when an answer is bad, as a table and the loop over it.
 
 The table has the stages and their order; here is what goes from one to the next. The box and the failed
 joints are never relaxed. There is one loop and one call of the solver, whatever happens; an external solver
 takes the place of the first one for the QP itself. No foreign solver's claim that a QP has no solution is
 believed: RELAXED is said where the least excess proves it, or what is left of a hard task, and FALLBACK
 otherwise.
+
+``ftqp.kernel.judge.stage_problems`` poses the QPs of the stages.
 """
 
+from collections.abc import Iterable
+from enum import Enum
 from math import inf
-from typing import Any
+from typing import Any, Final, NamedTuple
 
 from ftqp.kernel.active_set.active_set import active_set
 from ftqp.kernel.arm.reaction import react
@@ -16,32 +20,22 @@ from ftqp.kernel.feedback.gate import pass_gate
 from ftqp.kernel.feedback.sent import send
 from ftqp.kernel.feedback.status_report import goes_on, report_status
 from ftqp.kernel.jit import jit, part_jit, rare_jit
-from ftqp.kernel.judge.cascade_table import (
-    AFTER_BAD,
-    AFTER_GOOD,
-    ASKS_FOR_TASK,
-    BITS,
-    MASK,
-    SAYS_AS_MISSED,
-    SAYS_AS_SOLVED,
-)
-from ftqp.kernel.judge.kept_limits import joints_outside, too_near
-from ftqp.kernel.judge.least_excess import begin_least_excess, box_excludes_rows
-from ftqp.kernel.judge.solution_check import check_solution, command
+from ftqp.kernel.judge.solution_check import check_solution, command, joints_outside, too_near
 from ftqp.kernel.judge.stage_problems import (
     CALM_ELASTIC,
     begin_decay,
     begin_elastic,
     begin_elastic_rest,
+    begin_least_excess,
     begin_plain,
     begin_relaxed,
     begin_relaxed_after_calm,
     begin_second_stage,
+    box_excludes_rows,
     clip_rest,
 )
 from ftqp.kernel.judge.straight import straight
-from ftqp.kernel.latches.giving_up import give_up, keep_rows
-from ftqp.kernel.latches.stop_latch import latch, slow_enough
+from ftqp.kernel.latches.settling import give_up, keep_rows, latch, slow_enough
 from ftqp.kernel.layout.enums import (
     CALM_ELASTIC_STAGE,
     CALM_STAGE,
@@ -71,11 +65,80 @@ from ftqp.kernel.layout.enums import (
     STOPPED,
     STOPPED_BY_FALLBACKS,
     STOPPING,
+    Stage,
 )
 from ftqp.kernel.layout.thresholds import AT_REST, RELAXED_FROM, SCALED_FROM, TASK_FLOOR
 from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
 from ftqp.kernel.rows.rows_given_up import is_whole, more_rows_hold
 from ftqp.kernel.rows.task_terms import judge_terms
+
+
+class Says(Enum):
+    """What a good answer says of the tick."""
+
+    NOTHING = "it is no command"
+    AS_SOLVED = "OK, SCALED or RELAXED, by what is left of the task"
+    AS_MISSED = "RELAXED where the task is missed by a proof, else what was said before"
+    AS_BEFORE = "what was said when the cascade left the task's own QP"
+
+
+class StageRow(NamedTuple):
+    """One stage of the cascade.
+
+    ``good`` and ``bad`` are the stages after an answer that keeps the QP and after one that does not;
+    ``task`` tells whether the QP asks for the task.
+    """
+
+    stage: Stage
+    good: Stage
+    bad: Stage
+    task: bool
+    says: Says
+    gives_up: str
+
+
+def _rows() -> tuple[StageRow, ...]:
+    S, solved, missed, before, nothing = Stage, Says.AS_SOLVED, Says.AS_MISSED, Says.AS_BEFORE, Says.NOTHING
+    end = Stage.COMMAND
+    return (
+        StageRow(S.FIRST, S.MAIN, S.MAIN, True, nothing, "nothing: how near to the task can x be?"),
+        StageRow(S.MAIN, end, S.RELAX, True, solved, "nothing: the task's QP, by its mode"),
+        StageRow(S.CALM, end, S.CALM_ELASTIC, True, solved, "nothing: the QP of calm"),
+        StageRow(S.CALM_ELASTIC, end, S.RELAX, True, before, "torque limits, and no task for them"),
+        StageRow(S.RELAX, end, S.LEAST_EXCESS, True, missed, "of the task what cannot be kept"),
+        StageRow(S.LEAST_EXCESS, S.ELASTIC, S.REST, False, nothing, "all: what do torque limits lack?"),
+        StageRow(S.ELASTIC, end, S.PLAIN, True, missed, "of torque limits what they lack, and of the task"),
+        StageRow(S.PLAIN, end, S.REST, True, missed, "the criterion of the scheme, too"),
+        StageRow(S.REST, end, S.REST_ELASTIC, False, before, "the task: the arm is brought to rest"),
+        StageRow(S.REST_ELASTIC, end, S.CLIP, False, before, "torque limits, too"),
+        StageRow(S.CLIP, end, end, False, before, "all but box and failed joints: there is no QP any more"),
+    )
+
+
+CASCADE: Final = _rows()
+"""All stages, in the order in which they give up more. A tick enters at FIRST (lexicographic mode), MAIN,
+CALM or REST (a stop, or a free-swinging joint that the task is left for). A stage that adds nothing to the
+one that failed is passed over. Box and failed joints are
+never given up."""
+
+BITS: Final = 4
+"""Of an entry of a packed column."""
+MASK: Final = (1 << BITS) - 1
+"""The largest entry."""
+
+
+def _packed(entries: Iterable[tuple[Stage, int]]) -> int:
+    """A column of the table as one number, which compiled code reads by a shift."""
+    return sum(int(entry) << BITS * int(stage) for stage, entry in entries)
+
+
+AFTER_GOOD: Final = _packed((row.stage, row.good) for row in CASCADE)
+AFTER_BAD: Final = _packed((row.stage, row.bad) for row in CASCADE)
+ASKS_FOR_TASK: Final = _packed((row.stage, row.task) for row in CASCADE)
+SAYS_AS_SOLVED: Final = _packed((row.stage, row.says is Says.AS_SOLVED) for row in CASCADE)
+SAYS_AS_MISSED: Final = _packed((row.stage, row.says is Says.AS_MISSED) for row in CASCADE)
+"""The columns, packed."""
+
 
 NEARER = 0.99
 """A task whose error is below this share of the least one so far is still being approached."""

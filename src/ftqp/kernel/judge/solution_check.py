@@ -1,16 +1,83 @@
-"""What an answer is worth and what it commands: residuals, clamp, integration."""
+"""What an answer is worth and what it commands: residuals, clamp, integration.
+
+The assembled QP in the standard form that external solvers take, and their answer back.
+
+The compliance of a task row becomes a slack variable t with A x + sqrt(soft h) t = b and cost h t^2/2, where
+h is the mean diagonal of H: this is the same problem, scaled so that a first-order method is not hurt. The
+variables are the joints, the path scale (in scaled mode) and the slacks (in every mode but hard); the rows of
+C are those of ``ftqp.kernel.layout.rows``. Sizes never change in a planner's life.
+"""
 
 from math import inf, sqrt
 from typing import Any
 
-from ftqp.kernel.arm.mimicry import mimic, mimic_places
-from ftqp.kernel.arm.newton_euler import torques_of
+from ftqp.kernel.arm.dynamics import torques_of
+from ftqp.kernel.arm.kinematics import mimic, mimic_places
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.judge.kept_limits import torque_excess
-from ftqp.kernel.layout.enums import ACCELERATION, BRAKING, HEALTHY, LOCKED
-from ftqp.kernel.maths.elementary import select
-from ftqp.kernel.maths.finite import is_finite
-from ftqp.kernel.maths.side_by_side import WIDTH, below, put, several
+from ftqp.kernel.layout.enums import ACCELERATION, BRAKING, FREE, HARD, HEALTHY, LOCKED, SCALE
+from ftqp.kernel.layout.thresholds import NEARER, OUTSIDE_FROM
+from ftqp.kernel.maths.elementary import any_of, is_finite, select
+from ftqp.kernel.maths.side_by_side import WIDTH, below, is_set, put, several
+
+
+@jit
+def is_beyond_range(K: Any, i: int) -> bool:
+    """Whether joint i is beyond its range as believed, a failed one beyond its healthy range."""
+    limits, q = K.limits, K.state.q[i]
+    return bool(q < limits.q_min[i] - OUTSIDE_FROM or q > limits.q_max[i] + OUTSIDE_FROM)
+
+
+@jit
+def is_too_fast(K: Any, i: int) -> bool:
+    """Whether joint i moves faster than its limit as believed."""
+    return bool(abs(K.state.v[i]) > K.limits.v_max[i] * (1.0 + OUTSIDE_FROM))
+
+
+@jit
+def joints_outside(K: Any) -> int:
+    """How many joints are beyond their range, or work and are faster than their limit."""
+    limits, faults, state = K.limits, K.faults, K.state
+    count = 0
+    for at in range(0, K.chain.n, WIDTH):
+        q, v = several(state.q, at), several(state.v, at)
+        beyond = (q < several(limits.q_min, at) - OUTSIDE_FROM) | (
+            q > several(limits.q_max, at) + OUTSIDE_FROM
+        )
+        fast = abs(v) > several(limits.v_max, at) * (1.0 + OUTSIDE_FROM)
+        if any_of(beyond | (fast & ~is_set(faults.code, at))):
+            for i in range(at, min(at + WIDTH, K.chain.n)):
+                if is_beyond_range(K, i) or (faults.code[i] == HEALTHY and is_too_fast(K, i)):
+                    count += 1
+    return count
+
+
+@jit
+def too_near(K: Any) -> int:
+    """Whether bodies are nearer than they are to be kept, or more pairs are near than have rows."""
+    scene = K.scene
+    return 1 if scene.pairs > 0 and (scene.crowded or scene.distance < scene.keep - NEARER) else 0
+
+
+@jit
+def torque_excess(K: Any) -> float:
+    """By how much the command breaks what is believed of the motors [N m or N], over all joints.
+
+    max(|tau_i| - tau_max_i, 0) of a motor that works; |tau_i + friction_i v_i| of a joint that swings freely,
+    all friction with v after the step as in its row: whatever it is, no motor gives it.
+    Coulomb friction may carry some of it, an end stop everything.
+    """
+    chain, faults, limits, state, kinematics = K.chain, K.faults, K.limits, K.state, K.kinematics
+    worst = 0.0
+    for i in range(chain.n):
+        if faults.code[i] == HEALTHY:
+            worst = max(worst, abs(state.tau[i]) - limits.tau_max[i])
+        elif faults.code[i] == FREE and not K.free.contact[i]:
+            v = state.v_command[i]
+            tau = kinematics.h[i] + faults.friction[i] * v + chain.viscous[i] * (v - state.v[i])
+            for j in range(chain.n):
+                tau += kinematics.M[i, j] * state.a_command[j]
+            worst = max(worst, abs(tau) - faults.coulomb[i])
+    return worst
 
 
 @jit
@@ -158,3 +225,177 @@ def torques_without_inertia(K: Any) -> None:
     for i in range(K.chain.n):
         _carry(K.state, K.faults, i, K.kinematics.tau[i])
     K.kinematics.has_dynamics = 1  # as far as torques are concerned
+
+
+@jit
+def violation(value: float, low: float, high: float) -> float:
+    """How far a value is outside [low, high], max(low - value, value - high, 0); inf when anything is NaN."""
+    if value != value or low != low or high != high:
+        return inf
+    return max(low - value, value - high, 0.0)
+
+
+@jit
+def slackness(value: float, low: float, high: float, z: float) -> float:
+    """min(z+, |high - value|) or min(z-, |value - low|); |z| at an infinite bound.
+
+    The smaller of the two and not their product, so that it is 0 exactly at complementary pairs, has no unit
+    trouble with infinite bounds, and cannot hide a large multiplier behind a tiny distance.
+    """
+    if value != value or low != low or high != high or z != z:
+        return inf
+    if z > 0.0:
+        return min(z, abs(high - value))
+    return min(-z, abs(value - low))
+
+
+@jit
+def support(low: float, high: float, z: float) -> float:
+    """max of z s over low <= s <= high, z+ high - z- low, infinite bounds left to ``slackness``."""
+    bound = high if z > 0.0 else low
+    return z * bound if is_finite(bound) else 0.0
+
+
+@jit
+def kkt_residuals(
+    H: Any,
+    g: Any,
+    A: Any,
+    b: Any,
+    C: Any,
+    l: Any,
+    u: Any,
+    lb: Any,
+    ub: Any,
+    x: Any,
+    y: Any,
+    z: Any,
+    z_box: Any,
+    out: Any,
+) -> None:
+    """Write the four KKT residuals of (x, y, z, z_box) into out, (4,).
+
+        out[0] = max(|Ax - b|, violation of l <= Cx <= u and of lb <= x <= ub)      primal
+        out[1] = max |Hx + g + A'y + C'z + z_box|                                   stationarity
+        out[2] = max of min(z+, |u - Cx|), min(z-, |Cx - l|), and of the box        complementarity
+        out[3] = |x'Hx + g'x + b'y + sum(z+ u - z- l) + sum(z_box+ ub - z_box- lb)| duality gap
+
+    Signs: L = 1/2 x'Hx + g'x + y'(Ax - b) + z'Cx + z_box'x, so z > 0 at an upper bound. NaN anywhere makes
+    the residual it touches infinite; infinite bounds are no bounds. Every array is C-contiguous.
+
+    Source: Boyd and Vandenberghe 2004, section 5.5.3; the natural residual of complementarity.
+    """
+    n, m, p = len(g), len(b), len(l)
+    primal, dual, complementary, gap = 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        Hx = 0.0
+        for j in range(n):
+            Hx += H[i, j] * x[j]
+        r = Hx + g[i] + z_box[i]
+        for j in range(m):
+            r += A[j, i] * y[j]
+        for j in range(p):
+            r += C[j, i] * z[j]
+        dual = max(dual, abs(r) if is_finite(r) else inf)
+        primal = max(primal, violation(x[i], lb[i], ub[i]))
+        complementary = max(complementary, slackness(x[i], lb[i], ub[i], z_box[i]))
+        gap += x[i] * (Hx + g[i]) + support(lb[i], ub[i], z_box[i])
+    for j in range(m):
+        r = -b[j]
+        for i in range(n):
+            r += A[j, i] * x[i]
+        primal = max(primal, abs(r) if is_finite(r) else inf)
+        gap += b[j] * y[j]
+    for j in range(p):
+        row = 0.0
+        for i in range(n):
+            row += C[j, i] * x[i]
+        primal = max(primal, violation(row, l[j], u[j]))
+        complementary = max(complementary, slackness(row, l[j], u[j], z[j]))
+        gap += support(l[j], u[j], z[j])
+    out[0] = primal
+    out[1] = dual
+    out[2] = complementary
+    out[3] = abs(gap) if is_finite(gap) else inf
+
+
+@jit
+def sizes(task: Any, cascade: Any, chain: Any) -> tuple[int, int, int]:
+    """Variables, equality rows and two-sided rows of the external QP."""
+    variables = chain.n + (1 if task.mode == SCALE else 0) + (0 if task.mode == HARD else task.m)
+    return variables, task.m, cascade.p
+
+
+@jit
+def packed_size(task: Any, cascade: Any, chain: Any) -> int:
+    """Numbers that ``pack`` writes."""
+    n, m, p = sizes(task, cascade, chain)
+    return n * n + n + (m + p) * n + 2 * (n + m + p)
+
+
+@jit
+def solution_size(task: Any, cascade: Any, chain: Any) -> int:
+    """Numbers that ``unpack`` reads."""
+    n, m, p = sizes(task, cascade, chain)
+    return 2 * n + m + p
+
+
+@jit
+def pack(task: Any, cascade: Any, chain: Any, qp: Any, flat: Any) -> None:
+    """Write H, g, A, C, lb, b, l, ub, b, u one after the other, matrices by rows, into ``flat``."""
+    n, m, p = sizes(task, cascade, chain)
+    nx = qp.nx
+    mean = 0.0
+    for i in range(chain.n):
+        mean += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
+    mean /= chain.n
+    at = 0
+    for i in range(nx):
+        if qp.dense:
+            for j in range(nx):
+                flat[at + j] = qp.H[i, j]
+        else:
+            for j in range(nx):
+                flat[at + j] = 0.0
+            flat[at + i] = qp.H_diagonal[i]
+        at += n
+    for i in range(nx, n):
+        flat[at + i] = mean
+        at += n
+    for i in range(n):
+        flat[at + i] = qp.g[i] if i < nx else 0.0
+    at += n
+    for k in range(m):
+        for i in range(nx):
+            flat[at + i] = qp.A[k, i]
+        if n > nx:
+            flat[at + nx + k] = sqrt(qp.soft[k] * mean)
+        at += n
+    for j in range(p):
+        for i in range(chain.n):
+            flat[at + i] = qp.C[j, i] if qp.nc > 0 else 0.0
+        at += n
+    k = n + m + p
+    for i in range(n):
+        flat[at + i] = qp.lb[i] if i < nx else -inf
+        flat[at + k + i] = qp.ub[i] if i < nx else inf
+    at += n
+    for i in range(m):
+        flat[at + i] = flat[at + k + i] = qp.b[i]
+    at += m
+    for j in range(p):
+        flat[at + j] = qp.l[j] if qp.nc > 0 else -inf
+        flat[at + k + j] = qp.u[j] if qp.nc > 0 else inf
+
+
+@jit
+def unpack(task: Any, cascade: Any, chain: Any, qp: Any, flat: Any) -> None:
+    """Read x, z_box, y, z, one after the other in ``flat``, back into the record."""
+    n, m, _ = sizes(task, cascade, chain)
+    for i in range(qp.nx):
+        qp.x[i] = flat[i]
+        qp.z_box[i] = flat[n + i]
+    for k in range(m):
+        qp.y[k] = flat[2 * n + k]
+    for j in range(qp.nc):
+        qp.z[j] = flat[2 * n + m + j]

@@ -5,7 +5,7 @@
 
 An arm that follows, arrives or doubts is driven by its error; one that holds is not. The formulas that find
 these things are elsewhere: ``ftqp.kernel.calm.trigger`` (regular), ``metric`` (no metric), ``rest`` (the
-others). How often the arm has been seen to swing is counted beside this, see ``ftqp.kernel.calm.swing``.
+others). How often the arm has been seen to swing is counted beside this, see ``ftqp.kernel.calm.rest``.
 Source: docs/theory/calm.md, "Holding".
 """
 
@@ -14,6 +14,8 @@ from enum import IntEnum
 from typing import Any, Final, NamedTuple
 
 from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import HOLD
+from ftqp.kernel.layout.thresholds import AT_REST, GOES_ON, STANDS
 
 SURE = 0.1
 """How long it must be clear that hardly anything can be gained [s]."""
@@ -115,3 +117,47 @@ def forget_settling(calm: Any) -> None:
     settle(calm, TARGET_MOVES, 0.0)
     calm.hushed = 0
     calm.window = 0.0
+
+
+@jit
+def keep_rows(task: Any, terms: Any, qp: Any, level: int) -> None:
+    """Reduce the task by so many sets; 0 is the whole task. The tip is drawn to rows that are given up."""
+    task.given_up = level
+    task.m, task.tool_rows = task.m_of[level], task.tool_of[level]
+    task.late = task.held = qp.warm = 0
+    terms.count = terms.own + (1 if level > 0 and task.uses_rotation != 0 else 0)
+
+
+@jit
+def restore(task: Any, terms: Any, qp: Any) -> None:
+    """The whole task again, as if nothing had been given up."""
+    keep_rows(task, terms, qp, 0)
+    task.wait = task.patience
+
+
+@jit
+def give_up(task: Any, terms: Any, qp: Any) -> bool:
+    """Give up the next set of rows; False where no more may be."""
+    if task.given_up >= task.sets:
+        return False
+    keep_rows(task, terms, qp, task.given_up + 1)
+    return True
+
+
+@jit
+def latch(watch: Any, reason: int) -> None:
+    """Latch a stop; whoever does asks before whether one is latched, whose reason stays."""
+    watch.latched = 1
+    watch.reason = reason
+
+
+@jit
+def slow_enough(K: Any) -> float:
+    """Below this share of its limit a joint counts as at rest in a stop.
+
+    An arm that balances the free joint always moves a little, so that what is seen of joints counts there:
+    5 % while it is said to have stopped, 2 % until then.
+    """
+    if K.faults.movable == K.faults.working or K.free.mode != HOLD:
+        return AT_REST
+    return GOES_ON if K.watch.stopped else STANDS

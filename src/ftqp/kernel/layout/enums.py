@@ -208,7 +208,7 @@ WRONG_SHAPE, NO_ROTATION, NOT_RESET, NOT_READ, TWIST_ALONE = map(int, Mistake)
 
 
 class Stage(IntEnum):
-    """Which QP of the fallback cascade is being solved, see ``ftqp.kernel.judge.cascade_table``."""
+    """Which QP of the fallback cascade is being solved, see ``ftqp.kernel.judge.fallback_cascade``."""
 
     FIRST = 0
     MAIN = 1

@@ -49,7 +49,7 @@ PLACES: Final = len(BLOCK_FIELDS)
 """Of a row of a block. A whole row may hold more; whoever gives the memory says where each field begins."""
 
 OPTIONS: Final = 7
-"""Numbers that say how to solve, see ``ftqp.kernel.dtrnn.stopping.Options``."""
+"""Numbers that say how to solve, see ``ftqp.kernel.dtrnn.projection.Options``."""
 VECTORS: Final = 15
 """Vectors of the network's size."""
 VALID: Final = OPTIONS

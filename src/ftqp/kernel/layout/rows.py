@@ -22,7 +22,8 @@ class RowKind:
         symmetric: Whether what is limited has limits of equal size on both sides; it is then C x minus the
             middle of l and u, and is shown so.
         needs_inertia: Whether the rows need M or h, so that an arm without masses has none of them.
-        module: The file in ``ftqp.kernel.rows`` whose ``fill(K, at)`` writes them.
+        module: The file in ``ftqp.kernel.rows`` that writes them ...
+        fill: ... by this function of (K, at).
         most: The most rows that a planner may ask for; None where there is one a joint.
     """
 
@@ -32,6 +33,7 @@ class RowKind:
     symmetric: bool
     needs_inertia: bool
     module: str
+    fill: str = "fill"
     most: int | None = None
 
     def label(self, joint: str) -> str:
@@ -56,7 +58,8 @@ TORQUE = RowKind(
     sliding_unit="N",
     symmetric=True,
     needs_inertia=True,
-    module="torque_rows",
+    module="row_blocks",
+    fill="fill_torques",
 )
 
 KEEPS = 8
@@ -79,7 +82,8 @@ HOLD = RowKind(
     sliding_unit="m/s2",
     symmetric=True,
     needs_inertia=False,
-    module="hold_rows",
+    module="row_blocks",
+    fill="fill_held",
     most=HELD_ROWS,
 )
 
@@ -91,7 +95,8 @@ OWN_ROW = RowKind(
     sliding_unit="1",
     symmetric=False,
     needs_inertia=False,
-    module="own_rows",
+    module="row_blocks",
+    fill="fill_own",
     most=OWN_ROWS,
 )
 
@@ -103,7 +108,8 @@ CLEARANCE = RowKind(
     sliding_unit="m/s2",
     symmetric=False,
     needs_inertia=False,
-    module="clearance_rows",
+    module="row_blocks",
+    fill="fill_clearances",
     most=CLEARANCES,
 )
 

@@ -91,7 +91,7 @@ terms  Further tasks, see ``ftqp.kernel.rows.further_tasks`` and ``ftqp.kernel.r
     q_goal share  f8[PLACES_OF,N]  of a task of joints
     J  f8[PLACES_OF,6,N]  of a task that the user fills in; of the others as of the last tick
     b  f8[PLACES_OF,6]  the same
-keeps  What ``ftqp.kernel.rows.keep_rows`` and ``own_rows`` need: planes, cones, and rows of the user's own.
+keeps  What ``ftqp.kernel.rows.keep_rows`` and ``row_blocks`` need: planes, cones, and rows of the user's own.
     asked  i8  how many rows the planner asks for, those of tasks included
     count  i8
     own  i8  rows of the user's own

@@ -4,11 +4,13 @@ In compiled code they take a float64 or eight in a vector register, in plain Pyt
 """
 
 import math
+from math import inf
 from typing import Any
 
 import numpy as np
 
-from ftqp.kernel.jit import COMPILED
+from ftqp.core.pose import ORTHONORMAL_TOLERANCE
+from ftqp.kernel.jit import COMPILED, carray, jit, pointer
 
 
 def sqrt(x: Any) -> Any:
@@ -47,3 +49,56 @@ if COMPILED:
     from ftqp.kernel.compiled.making.lane_numbers import register_elementary
 
     register_elementary(sqrt=sqrt, floor=floor, larger=larger, smaller=smaller, select=select, any_of=any_of)
+
+
+@jit
+def is_finite(x: float) -> bool:
+    """|x| < inf: false for NaN and infinities.
+
+    numba's ``math.isfinite`` compares x - x with itself; with reassociation allowed, the compiler folds that
+    into 0 when x is a sum, and NaN passes.
+    """
+    return abs(x) < inf
+
+
+@jit
+def cross(a0: float, a1: float, a2: float, b0: float, b1: float, b2: float) -> tuple[float, float, float]:
+    """a x b."""
+    return a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
+
+
+_FLOAT = np.dtype(np.float64)
+
+
+@jit
+def matrix_view(vector: Any, first: int, rows: int, columns: int) -> Any:
+    """The numbers of a vector from ``first`` on as a matrix by rows; the caller keeps the vector alive."""
+    return carray(pointer(vector.ctypes.data + 8 * first), (rows, columns), _FLOAT)
+
+
+@jit
+def is_rotation(pose: Any) -> bool:
+    """|R'R - I| <= ORTHONORMAL_TOLERANCE entry by entry and det R > 0, for the R of a packed pose, (12+,).
+
+    det R is r0 . (r1 x r2) of its columns, which is 1 or -1 where R'R = I.
+    """
+    a0, a1, a2 = pose[0], pose[4], pose[8]
+    b0, b1, b2 = pose[1], pose[5], pose[9]
+    c0, c1, c2 = pose[2], pose[6], pose[10]
+    off = max(
+        max(abs(a0 * a0 + a1 * a1 + a2 * a2 - 1.0), abs(b0 * b0 + b1 * b1 + b2 * b2 - 1.0)),
+        max(abs(c0 * c0 + c1 * c1 + c2 * c2 - 1.0), abs(a0 * b0 + a1 * b1 + a2 * b2)),
+    )
+    off = max(off, max(abs(a0 * c0 + a1 * c1 + a2 * c2), abs(b0 * c0 + b1 * c1 + b2 * c2)))
+    volume = a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0)
+    return bool(off <= ORTHONORMAL_TOLERANCE and volume > 0.0)
+
+
+@jit
+def has_last_row(a: float, b: float, c: float, d: float) -> bool:
+    """Whether the last row of a pose is 0 0 0 1 to ORTHONORMAL_TOLERANCE.
+
+    That of a transposed pose is its place, and its place is the base.
+    """
+    off = max(max(abs(a), abs(b)), max(abs(c), abs(d - 1.0)))
+    return bool(off <= ORTHONORMAL_TOLERANCE)

@@ -5,11 +5,8 @@ from importlib import import_module
 from math import inf
 from typing import Any
 
-from ftqp.kernel.arm.dynamics import dynamics
-from ftqp.kernel.arm.kinematics import motion
-from ftqp.kernel.arm.mimicry import mimic
-from ftqp.kernel.arm.newton_euler import torques_of
-from ftqp.kernel.arm.torque_bound import torque_bound
+from ftqp.kernel.arm.dynamics import dynamics, torque_bound, torques_of
+from ftqp.kernel.arm.kinematics import mimic, motion
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import VELOCITY
 from ftqp.kernel.layout.rows import ROW_KINDS, TORQUE, RowKind
@@ -25,7 +22,8 @@ def _nothing(K: Any, at: int) -> int:
 
 def _then(first: Any, kind: RowKind) -> Any:
     """The rows of the first, then those of a kind, if the arm has what they need."""
-    needs_inertia, fill = kind.needs_inertia, import_module(f"ftqp.kernel.rows.{kind.module}").fill
+    needs_inertia = kind.needs_inertia
+    fill = getattr(import_module(f"ftqp.kernel.rows.{kind.module}"), kind.fill)
 
     @jit
     def both(K: Any, at: int) -> int:

@@ -3,7 +3,7 @@
 Acceleration level: b = goal'' + kp e + kv (goal' - J v) - Jdot v.  Velocity level: b = goal' + kp e. Soft
 ones are terms weight/2 |J x - b|^2 of the objective: they share what the task of the tip leaves, as their
 weights say; the columns of failed joints are those of a constant, so that what works pays for what does not.
-Those that go before the tip's task are rows of C, see ``ftqp.kernel.rows.hold_rows``; how the others come
+Those that go before the tip's task are rows of C, see ``ftqp.kernel.rows.row_blocks``; how the others come
 into the objective is ``ftqp.kernel.rows.task_terms``.
 Source: docs/theory/further-tasks.md.
 """
@@ -11,14 +11,13 @@ Source: docs/theory/further-tasks.md.
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.arm.mimicry import fold_row
-from ftqp.kernel.arm.points import moves, point_column, point_drift, point_of, turned
+from ftqp.kernel.arm.kinematics import fold_row, moves, point_column, point_drift, point_of, turned
 from ftqp.kernel.arm.pose_error import rotation_vector
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.layout.scene_room import AXIS, FRAME, MASS, OWN
+from ftqp.kernel.maths.elementary import cross
 from ftqp.kernel.maths.side_by_side import WIDTH, numbers, put, several, sum_of
-from ftqp.kernel.maths.vectors import cross
 
 ALIGNED = 1e-9
 """A sine below which two directions count as one line. Some million units of rounding."""

@@ -35,11 +35,9 @@ from ftqp.kernel.layout.enums import (
     TARGET_TWIST,
 )
 from ftqp.kernel.layout.thresholds import AT_REST
-from ftqp.kernel.maths.cholesky import factor
-from ftqp.kernel.maths.finite import is_finite
-from ftqp.kernel.maths.rotation import has_last_row
-from ftqp.kernel.maths.vectors import cross
-from ftqp.kernel.rows.one_variable import narrow
+from ftqp.kernel.maths.elementary import cross, has_last_row, is_finite
+from ftqp.kernel.maths.linear_systems import factor
+from ftqp.kernel.rows.joint_intervals import narrow
 
 PATIENCE = 5
 """Samples in a row of standing, or of leaning on a position limit, after which a target is out of reach."""

@@ -3,6 +3,8 @@
 Every function gives the upper end, as ``(bound, limit that set it)``; the lower end is its mirror (v -> -v,
 distance to the other limit, sign flipped). ``d`` is the distance to the upper position limit [rad or m]. Each
 bound is derived in docs/theory/joint-limits.md.
+
+``bound`` to ``lighten`` say what else is asked of one variable of the QP: its interval, and a value near it.
 """
 
 from math import ceil, inf, sqrt
@@ -23,7 +25,46 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.maths.elementary import larger, select, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, put_either, several
-from ftqp.kernel.rows.one_variable import bound
+
+
+@jit
+def bound(qp: Any, i: int, low: float, high: float) -> None:
+    """low <= x_i <= high."""
+    qp.lb[i], qp.ub[i] = low, high
+
+
+@jit
+def fix(qp: Any, i: int, x: float) -> None:
+    """x_i = x."""
+    bound(qp, i, x, x)
+
+
+@jit
+def widen(qp: Any, i: int, low: float, high: float) -> None:
+    """Let x_i go to low and to high, too."""
+    bound(qp, i, min(qp.lb[i], low), max(qp.ub[i], high))
+
+
+@jit
+def narrow(qp: Any, i: int, low: float, high: float) -> None:
+    """low <= x_i <= high within the interval that x_i has; where they do not meet, its nearer end."""
+    lb, ub = qp.lb[i], qp.ub[i]
+    bound(qp, i, min(max(low, lb), ub), max(min(high, ub), lb))
+
+
+@jit
+def draw(qp: Any, i: int, weight: float, x: float) -> None:
+    """weight (x_i - x)^2/2 in the place of what a diagonal objective has for x_i."""
+    qp.H_diagonal[i] = weight
+    qp.g[i] = -weight * x
+
+
+@jit
+def lighten(qp: Any, i: int, share: float) -> None:
+    """The same with that share of its weight."""
+    qp.H_diagonal[i] *= share
+    qp.g[i] *= share
+
 
 AT_LIMIT = 1e-12
 """A joint this near its position limit [rad or m], on either side, stands at it: rounding does no more."""

@@ -8,8 +8,7 @@ with kv = 0. Source: docs/theory/ways-to-a-goal.md.
 
 from typing import Any
 
-from ftqp.kernel.arm.kinematics import forward_kinematics
-from ftqp.kernel.arm.mimicry import mimic_places
+from ftqp.kernel.arm.kinematics import forward_kinematics, mimic_places
 from ftqp.kernel.jit import jit
 from ftqp.kernel.latches.settling import forget_settling
 from ftqp.kernel.layout.enums import (
@@ -20,7 +19,7 @@ from ftqp.kernel.layout.enums import (
     TARGET_POSE,
     TARGET_TWIST,
 )
-from ftqp.kernel.rows.one_variable import draw
+from ftqp.kernel.rows.joint_intervals import draw
 
 FREE_WEIGHT = 1e-6
 """Weight of a free-swinging joint, which others are not to hold still; H stays positive definite. Six digits

@@ -3,11 +3,10 @@
 from math import atan2, inf, sqrt
 from typing import Any
 
-from ftqp.kernel.arm.mimicry import fold_row
-from ftqp.kernel.arm.points import moves, point_column, point_drift, point_of, turned
+from ftqp.kernel.arm.kinematics import fold_row, moves, point_column, point_drift, point_of, turned
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import ACCELERATION
-from ftqp.kernel.maths.vectors import cross
+from ftqp.kernel.maths.elementary import cross
 from ftqp.kernel.rows.joint_intervals import braking, return_velocity, viability
 
 HARDEST = 4.0

@@ -3,11 +3,11 @@
     1/2 norm |x|^2_D + x'D (norm_v v + norm_q (q - posture))          MVN, MAN, RMP
     1/2 inertia x'M x + x'(inertia_v M v + inertia_h h)               MKE, IIWT
     1/2 torque |tau_H|^2                                              MTN, the torque part of DLSM
-    - manipulability x' d/dq log sqrt det(J_H J_H')                   ``ftqp.kernel.rows.manipulability``
+    - manipulability x' d/dq log sqrt det(J_H J_H')
     1/2 sum_t weight_t |J_t x - b_t|^2                                ``ftqp.kernel.rows.task_terms``
     - x'H sway                                                        small motions that only serve to tell
 
-Of an arm that swings beside its target only coming to rest is left, see ``ftqp.kernel.calm.swing``.
+Of an arm that swings beside its target only coming to rest is left, see ``ftqp.kernel.calm.rest``.
 
 x is the acceleration or the velocity. At the velocity level torque is that of the acceleration (x - v)/dt,
 times dt. D is the diagonal of joint weights. tau_H and J_H leave out every failed joint: its motor does not
@@ -17,10 +17,12 @@ Source: docs/theory/schemes.md, which derives the coefficients of every recipe.
 
 from typing import Any
 
+from ftqp.kernel.arm.kinematics import columns, fold_row
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, FREE, HEALTHY, VELOCITY
-from ftqp.kernel.maths.elementary import select
-from ftqp.kernel.maths.trigonometry import sin_cos
+from ftqp.kernel.maths.elementary import cross, select
+from ftqp.kernel.maths.linear_systems import factor, solve_factored
+from ftqp.kernel.maths.side_by_side import sin_cos
 from ftqp.kernel.rows.rows_given_up import draw_to_rows
 from ftqp.kernel.rows.task_terms import add_terms
 
@@ -132,3 +134,136 @@ def _hush(K: Any) -> None:
         else:
             momentum = qp.H_diagonal[i] * state.v[i]
         qp.g[i] = kv * momentum
+
+
+DRIVE_GAIN = 4.0
+"""How fast the null-space velocity approaches the drive at least, where it is a state [1/s]."""
+
+
+@jit
+def add_drive(K: Any, path: Any) -> None:
+    """The objective of x - x_0 in place of x, g -= H x_0: the null space is drawn to the velocity ``drive``.
+
+    Velocity level: x_0 = drive, or DRIVE_GAIN dt (drive - v) where the scheme keeps the last velocity.
+    Acceleration level: x_0 = gain drive - (gain - own) v, own the velocity gain that the scheme has already
+    and gain = max(DRIVE_GAIN, own).
+    """
+    faults, state, criteria, scratch = K.faults, K.state, K.criteria, K.scratch
+    own = 0.0
+    if criteria.norm > 0.0:
+        own = criteria.norm_v / criteria.norm
+    elif criteria.inertia > 0.0:
+        own = criteria.inertia_v / criteria.inertia
+    gain = max(DRIVE_GAIN, own)
+    keeps = own < 0.0 or (criteria.norm == 0.0 and criteria.inertia == 0.0)
+    for i in range(K.chain.n):
+        x = path.drive[i]
+        if state.level != VELOCITY:
+            x = gain * x - (gain - own) * state.v[i]
+        elif keeps:
+            x = DRIVE_GAIN * state.dt * (x - state.v[i])
+        scratch.joints[i] = x if faults.code[i] == HEALTHY else 0.0
+    draw_to(K.chain, K.qp, scratch.joints)
+
+
+FLOOR = 0.01
+"""Singular values below FLOOR lengths count as about that, so that the gradient stays finite."""
+
+
+@jit
+def _along_rows(task: Any, kinematics: Any, scratch: Any) -> tuple[float, float, float, float, float, float]:
+    """The six-vector along W that the row coefficients in t stand for."""
+    f0 = f1 = f2 = m0 = m1 = m2 = 0.0
+    for k in range(task.m):
+        c = task.rows[k]
+        s = task.row_scale[c] * scratch.rows[k]
+        if c == 0:
+            f0 += s
+        elif c == 1:
+            f1 += s
+        elif c == 2:
+            f2 += s
+        elif not task.tool_rows:
+            m0 += s if c == 3 else 0.0
+            m1 += s if c == 4 else 0.0
+            m2 += s if c == 5 else 0.0
+        else:
+            a = c - 3
+            m0 += s * (
+                kinematics.R_tip[0] * task.axis[a]
+                + kinematics.R_tip[1] * task.axis[3 + a]
+                + kinematics.R_tip[2] * task.axis[6 + a]
+            )
+            m1 += s * (
+                kinematics.R_tip[3] * task.axis[a]
+                + kinematics.R_tip[4] * task.axis[3 + a]
+                + kinematics.R_tip[5] * task.axis[6 + a]
+            )
+            m2 += s * (
+                kinematics.R_tip[6] * task.axis[a]
+                + kinematics.R_tip[7] * task.axis[3 + a]
+                + kinematics.R_tip[8] * task.axis[6 + a]
+            )
+    return f0, f1, f2, m0, m1, m2
+
+
+@jit
+def manipulability_gradient(K: Any) -> None:
+    """d/dq_i log sqrt det S, S = A_f A_f' + (FLOOR length)^2 I, = sum_j (dA_j/dq_i)' S^-1 A_j, into scratch.
+
+    A_f are the columns of the working joints j. With column (v_j; w_j) of the geometric Jacobian, w_j = 0 for
+    a prismatic joint,
+
+        d/dq_i (v_j; w_j) = (w_i x v_j; w_i x w_j)  for i <= j,   (w_j x v_i; 0)  for i > j;
+
+    with rows along the tool's axes the angular part is 0 and w_j x w_i instead. It needs ``task_rows``, not
+    turned.
+    Source: Yoshikawa 1985 for the measure; its floor keeps the gradient finite at a singularity.
+    """
+    chain, faults, kinematics, task, qp, scratch = K.chain, K.faults, K.kinematics, K.task, K.qp, K.scratch
+    n, m = chain.n, task.m
+    S, gradient, J = scratch.square, scratch.joints, columns(kinematics, chain)
+    for a in range(m):
+        for b in range(m):
+            s = 0.0
+            for k in range(faults.working):
+                j = faults.order[k]
+                s += qp.A[a, j] * qp.A[b, j]
+            S[a, b] = s
+        S[a, a] += (FLOOR * task.length) ** 2
+    for i in range(n):
+        gradient[i] = 0.0
+    if not factor(S, m):
+        return
+    for column in range(faults.working):
+        j = faults.order[column]
+        for k in range(m):
+            scratch.rows[k] = chain.ratio[j] * qp.A[k, chain.lead[j]]
+        solve_factored(S, m, scratch.rows)
+        f0, f1, f2, m0, m1, m2 = _along_rows(task, kinematics, scratch)
+        w0, w1, w2 = J[3, j], J[4, j], J[5, j]
+        for i in range(n):
+            x0 = x1 = x2 = 0.0
+            y0 = y1 = y2 = 0.0
+            u0, u1, u2 = J[3, i], J[4, i], J[5, i]
+            if i <= j:
+                if not chain.prismatic[i]:
+                    x0, x1, x2 = cross(u0, u1, u2, J[0, j], J[1, j], J[2, j])
+                    if not task.tool_rows:
+                        y0, y1, y2 = cross(u0, u1, u2, w0, w1, w2)
+            else:
+                x0, x1, x2 = cross(w0, w1, w2, J[0, i], J[1, i], J[2, i])
+                if task.tool_rows and not chain.prismatic[i]:
+                    y0, y1, y2 = cross(w0, w1, w2, u0, u1, u2)
+            gradient[i] += f0 * x0 + f1 * x1 + f2 * x2 + m0 * y0 + m1 * y1 + m2 * y2
+    if chain.mimics:
+        fold_row(chain, gradient)
+
+
+@part_jit
+def add_manipulability(K: Any) -> None:
+    """g -= gain d/dq log w: with |x|^2/2 beside it, x is drawn towards gain times the gradient."""
+    chain, criteria, qp, scratch = K.chain, K.criteria, K.qp, K.scratch
+    manipulability_gradient(K)
+    for i in range(chain.n):
+        qp.g[i] -= criteria.manipulability * scratch.joints[i]

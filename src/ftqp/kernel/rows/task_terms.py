@@ -13,10 +13,9 @@ from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, SCALE
 from ftqp.kernel.layout.scene_room import AXIS, BEFORE_SCHEME, BESIDE_TIP, JOINT_PLACES
 from ftqp.kernel.layout.thresholds import MISSED_FROM, RELAXED_FROM, TASK_FLOOR
-from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.elementary import select
-from ftqp.kernel.maths.side_by_side import WIDTH, below, numbers, put, several, sum_of
-from ftqp.kernel.maths.trigonometry import sin_cos
+from ftqp.kernel.maths.linear_systems import factor, solve_factored
+from ftqp.kernel.maths.side_by_side import WIDTH, below, numbers, put, several, sin_cos, sum_of
 from ftqp.kernel.rows.further_tasks import error_of, term_rows
 from ftqp.kernel.rows.task_rows import component_of
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import CORRECT, NONE, UNRESOLVED
 from ftqp.kernel.layout.other_records import LONG_WAY, SHARE
-from ftqp.kernel.maths.lu import lu_factor, lu_solve
+from ftqp.kernel.maths.linear_systems import lu_factor, lu_solve
 from ftqp.kernel.maths.side_by_side import WIDTH, several
 from ftqp.kernel.study.ends_ahead import (
     MOVING,
@@ -22,8 +22,7 @@ from ftqp.kernel.study.ends_ahead import (
     goal_ahead,
     put_slopes,
 )
-from ftqp.kernel.study.law_rates import rates_at
-from ftqp.kernel.study.law_steps import LOOKS, note
+from ftqp.kernel.study.law_rates import LOOKS, note, rates_at
 
 D: Final = 0.2928932188134524
 """1 / (2 + sqrt 2). Derived in the source."""

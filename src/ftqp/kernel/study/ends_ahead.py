@@ -10,7 +10,7 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import CORRECT, ERRONEOUS, SINGULAR, TASK_ROWS
 from ftqp.kernel.layout.other_records import SHARE
 from ftqp.kernel.maths.elementary import select
-from ftqp.kernel.maths.lu import lu_factor, lu_solve
+from ftqp.kernel.maths.linear_systems import lu_factor, lu_solve
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 from ftqp.kernel.study.law_rates import (
     factor,

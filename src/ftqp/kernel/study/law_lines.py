@@ -140,19 +140,10 @@ def eight_lines(
 ) -> None:
     """Up to eight lines from starts to the goal in K equal parts; rotations are those of the goal all along.
 
-    Args:
-        S: The record of the study.
-        L: The memory of the law.
-        starts: Configurations, (C, n) [rad or m].
-        first: The first start.
-        last: Behind the last start.
-        K: Parts of a line.
-        boxes: The intervals of each box and joint as (middle, half width), (boxes, n, intervals, 2).
-        turns: Whether the values of a joint count modulo one turn, (n,).
-        inside: Out: the share of the length with joint i, and at last all joints, in the boxes, (C, n + 1).
-        failed: Out: whether the line ended at a singularity, (C,).
-        q: Out: the configurations at the nodes, (C, K + 1, n) [rad or m]; empty where nobody asks.
-        within: Out: whether the margins at the nodes are not negative, (C, K + 1, n + 1); empty likewise.
+    ``boxes``: the intervals of each box and joint as (middle, half width), (boxes, n, intervals, 2);
+    ``turns``: whether a joint counts modulo one turn. Out: ``inside``, the share of the length with joint i,
+    and at last all joints, in the boxes, (C, n + 1); ``failed``, whether a line ended at a singularity, (C,);
+    where somebody asks, ``q`` and ``within`` at the nodes, (C, K + 1, n) and (C, K + 1, n + 1).
     """
     n, m, count = S.chain.n, S.study.m, last - first
     seats, size = (1 << count) - 1, n * WIDTH

@@ -20,7 +20,7 @@ from ftqp.kernel.study.ends_ahead import (
     ending_ahead,
     goal_ahead,
 )
-from ftqp.kernel.study.law_steps import LOOKS, NEVER, begin, note, step
+from ftqp.kernel.study.law_rates import LOOKS, NEVER, begin, note, step
 
 PATIENCE: Final = 10
 """A run that is given a time may take so many times as many steps as another before it creeps."""
@@ -106,20 +106,7 @@ def drive(
     S: Any, L: Any, starts: Any, locked: Any, first: int, last: int, endings: Any, ends: Any, facts: Any,
     trace: Any,
 ) -> None:  # fmt: skip
-    """Runs ``first`` to ``last - 1`` to their ends.
-
-    Args:
-        S: The record of the study.
-        L: The memory of the law.
-        starts: Configurations at the failure, (R, n) [rad or m].
-        locked: Which joints do not move, bit i for joint i, (R,).
-        first: The first run.
-        last: Behind the last run.
-        endings: Out: how it ended, (R,).
-        ends: Out: the rest, or where the run was when it was given up, (R, n) [rad or m].
-        facts: Out: way [rad], time when |e| fell below ``success`` [s], and steps, (R, 3).
-        trace: Out: the way of the first run, (rows, n + 3); empty where nobody asks.
-    """
+    """Runs ``first`` to ``last - 1`` to their ends."""
     n, run = S.chain.n, first
     for i in range(n):
         L.q[i * WIDTH : (i + 1) * WIDTH] = starts[first, i]

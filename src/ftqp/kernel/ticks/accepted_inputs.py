@@ -20,8 +20,7 @@ from ftqp.kernel.layout.enums import (
     WRONG_SHAPE,
 )
 from ftqp.kernel.layout.thresholds import MOST_ROWS
-from ftqp.kernel.maths.finite import is_finite
-from ftqp.kernel.maths.rotation import has_last_row, is_rotation
+from ftqp.kernel.maths.elementary import has_last_row, is_finite, is_rotation
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, several
 
 MOST_TURNS = 1e9

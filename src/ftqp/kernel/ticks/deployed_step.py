@@ -8,8 +8,7 @@ from ftqp.kernel.judge.fallback_cascade import run_cascade
 from ftqp.kernel.layout.enums import ALL_USABLE, SOLVED, TARGET_SIZE
 from ftqp.kernel.layout.flat_arrays import COLUMNS
 from ftqp.kernel.layout.thresholds import MOST_TICKS
-from ftqp.kernel.rows.path_rows import advance
-from ftqp.kernel.rows.path_sample import look_up
+from ftqp.kernel.rows.path_rows import advance, look_up
 from ftqp.kernel.ticks.accepted_inputs import accept_numbers
 from ftqp.kernel.ticks.steps import settle, settle_beside_free
 from ftqp.kernel.ticks.tick import prepare_free, prepare_on_path, prepare_plain, prepare_rich

@@ -10,7 +10,7 @@ from ftqp.kernel.feedback.status_report import see_error
 from ftqp.kernel.feedback.tip_correction import displace
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.judge.stage_problems import begin_stop
-from ftqp.kernel.latches.stop_latch import latch
+from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
     BRAKING,

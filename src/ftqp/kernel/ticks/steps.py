@@ -12,8 +12,8 @@ from ftqp.kernel.closed_forms.closed_form_tick import resolve
 from ftqp.kernel.dtrnn.network_of_qp import solve_planner_qp
 from ftqp.kernel.free.end_stop import stop_torques
 from ftqp.kernel.jit import carray, jit, part_jit, pointer
-from ftqp.kernel.judge.external_qp import pack, packed_size, solution_size, unpack
 from ftqp.kernel.judge.fallback_cascade import run_cascade
+from ftqp.kernel.judge.solution_check import pack, packed_size, solution_size, unpack
 from ftqp.kernel.layout.enums import (
     ANSWERED,
     HEALTHY,
@@ -28,9 +28,8 @@ from ftqp.kernel.layout.enums import (
 from ftqp.kernel.layout.flat_arrays import COLUMNS, VALID
 from ftqp.kernel.layout.thresholds import RELAXED_FROM, TASK_FLOOR
 from ftqp.kernel.rows.inertial_target import base_verdict
-from ftqp.kernel.rows.path_rows import advance
-from ftqp.kernel.rows.path_sample import look_up
-from ftqp.kernel.rows.turned_rows import turn_back
+from ftqp.kernel.rows.path_rows import advance, look_up
+from ftqp.kernel.rows.task_rows import turn_back
 from ftqp.kernel.ticks.accepted_inputs import accept_arrays, accept_state, accept_target
 from ftqp.kernel.ticks.tick import (
     prepare_free,

@@ -9,9 +9,8 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.arm.pose_error import pose_error
-from ftqp.kernel.calm.calm_qp import begin_calm, calms
-from ftqp.kernel.calm.path_outlook import outlook
-from ftqp.kernel.calm.waiting import begin_calm_on_path, leave_calm, stand_still, waits
+from ftqp.kernel.calm.calm_qp import begin_calm, begin_calm_on_path, calms, leave_calm, stand_still, waits
+from ftqp.kernel.calm.metric import outlook
 from ftqp.kernel.feedback.gap import measure_gap, stand_by, wait
 from ftqp.kernel.feedback.held import watch_arm
 from ftqp.kernel.feedback.lead_bound import keep_near
@@ -22,10 +21,9 @@ from ftqp.kernel.feedback.reference import leave_margin, refer, take_jump
 from ftqp.kernel.feedback.samples import believe
 from ftqp.kernel.feedback.status_report import see_error
 from ftqp.kernel.feedback.tip_correction import correct, look_at_tip
-from ftqp.kernel.free.decision import think
+from ftqp.kernel.free.decision import ask_for_motion, outcome_beside_free, think
 from ftqp.kernel.free.end_stop import end_stops
 from ftqp.kernel.free.foretelling import foretell
-from ftqp.kernel.free.free_command import ask_for_motion, outcome_beside_free
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.judge.stage_problems import begin_first_stage, begin_rest
 from ftqp.kernel.latches.settling import TASK_LEFT, settle
@@ -52,20 +50,22 @@ from ftqp.kernel.rows.constraint_rows import (
     add_other_rows,
     stood_at_torque_limit,
 )
-from ftqp.kernel.rows.drive import add_drive
-from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_instantly, prescribed_motion, sort_joints
+from ftqp.kernel.rows.failed_joints import (
+    any_instant_lock,
+    give_back,
+    lock_instantly,
+    loses,
+    prescribed_motion,
+    sort_joints,
+)
 from ftqp.kernel.rows.inertial_target import follow_base, reduce_by_lead
 from ftqp.kernel.rows.joint_intervals import intervals
 from ftqp.kernel.rows.joint_reference import aim_at_reference, joint_objective
-from ftqp.kernel.rows.lost_velocity import give_back, loses
-from ftqp.kernel.rows.manipulability import add_manipulability
-from ftqp.kernel.rows.objective import objective
+from ftqp.kernel.rows.objective import add_drive, add_manipulability, objective
 from ftqp.kernel.rows.path_rows import STIFFNESS, begin_on_path, path_rows, rate_variable
-from ftqp.kernel.rows.task_rows import compliance, path_scale, softness, task_rows
+from ftqp.kernel.rows.task_rows import compliance, fade_feedback, path_scale, softness, task_rows, turn_rows
 from ftqp.kernel.rows.task_terms import share
-from ftqp.kernel.rows.turned_rows import fade_feedback, turn_rows
-from ftqp.kernel.scene.clearance import look_around
-from ftqp.kernel.scene.watched_scene import stop_unwatched
+from ftqp.kernel.scene.clearance import look_around, stop_unwatched
 from ftqp.kernel.ticks.accepted_inputs import state_is_finite, target_is_usable
 from ftqp.kernel.ticks.going_on import may_go_on, may_go_on_as_measured, may_go_on_by_the_clock
 

@@ -3,11 +3,49 @@
 from math import inf
 from typing import Any
 
+from ftqp.kernel.arm.dynamics import dynamics, join
+from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit
-from ftqp.kernel.latches.giving_up import restore
-from ftqp.kernel.layout.enums import AS_TOLD, BRAKING, FREE, HEALTHY, INSTANT, LOCKED, MEASURED, TORQUE_DRIVE
+from ftqp.kernel.latches.settling import restore
+from ftqp.kernel.layout.enums import (
+    AS_TOLD,
+    BRAKING,
+    FREE,
+    HEALTHY,
+    INSTANT,
+    LOCKED,
+    MAKE_UP,
+    MEASURED,
+    TORQUE_DRIVE,
+    VELOCITY,
+)
 from ftqp.kernel.layout.other_records import IS_LOCKED_NOW, SWINGS_NOW
-from ftqp.kernel.told.measured import who_leads, window_ticks
+
+WINDOW = 0.05
+"""Motion that is looked at as a whole [s]. A convention: a joint that falls has gone 12 mrad by then."""
+LEAST_SAMPLES = 8
+"""Samples of a window at least, because a line through fewer leaves hardly anything of their noise."""
+
+
+@jit
+def window_ticks(dt: float) -> int:
+    """Ticks of a window."""
+    return max(LEAST_SAMPLES, int(WINDOW / dt + 0.5))
+
+
+@jit
+def who_leads(faults: Any, chain: Any, free: Any) -> None:
+    """The search begins anew where a joint swings; where joints are only measured, the task leads."""
+    measured = -1
+    for i in range(chain.n):
+        if faults.code[i] == FREE:
+            free.joint = -1
+            return
+        if faults.code[i] == MEASURED and measured < 0:
+            measured = i
+    if measured >= 0:
+        free.joint, free.mode, free.impact_side = measured, MAKE_UP, 0
+
 
 LOCK_SHARE = 0.25
 """Default deceleration of a joint that is being locked, as a share of its acceleration limit.
@@ -119,3 +157,105 @@ def begin_to_believe(K: Any, given: Any) -> None:
         K.cascade.external = given.external
         restore(K.task, K.terms, K.qp)
     given.swings = 1 if now else 0
+
+
+MARGIN = 1.3
+"""Bias and inertia beyond what was sampled that ``guard`` allows for."""
+LEAST_SHARE = 0.05
+"""Share of a_max that braking counts on at least, so that it counts on something where gravity leaves
+nothing."""
+
+
+@jit
+def sample(K: Any, rows: Any) -> None:
+    """|h| and |M| of an arm at states: each row has q and v, (n,), and gets |h|, (n,), and |M|, (n, n)."""
+    state, kinematics, n = K.state, K.kinematics, K.chain.n
+    for s in range(len(rows)):
+        row = rows[s]
+        for i in range(n):
+            state.q[i], state.v[i] = row[i], row[n + i]
+        forward_kinematics(K, state)
+        motion(K, state)
+        dynamics(K, state)
+        for i in range(n):
+            row[2 * n + i] = abs(kinematics.h[i])
+            for j in range(n):
+                row[3 * n + i * n + j] = abs(kinematics.M[i, j])
+
+
+@jit
+def _kappa(rows: Any, n: int, a_max: Any, tau_max: Any, margin: float) -> float:
+    """The largest kappa with |h_i| + kappa sum_j |M_ij| a_max_j <= tau_max_i in all samples."""
+    least = inf
+    for s in range(len(rows)):
+        row = rows[s]
+        for i in range(n):
+            left = tau_max[i] - margin * row[2 * n + i]
+            if left < inf:
+                needed = 0.0
+                for j in range(n):
+                    needed += row[3 * n + i * n + j] * a_max[j]
+                least = min(least, left / (margin * needed))
+    return least
+
+
+@jit
+def reserve(rows: Any, n: int, a_max: Any, tau_max: Any, out: Any) -> None:
+    """The shares of a_max with which every joint can brake at once, and up to which torque limits hold."""
+    out.share = min(max(_kappa(rows, n, a_max, tau_max, 1.0), LEAST_SHARE), 1.0)
+    out.guard = min(max(_kappa(rows, n, a_max, tau_max, MARGIN), 0.0), 1.0)
+
+
+@jit
+def count_on(K: Any, given: Any, rows: Any, out: Any) -> None:
+    """The deceleration that viability counts on, and when torque limits are looked at."""
+    limits, n, limited = K.limits, K.chain.n, len(rows) > 0
+    look_again(K.scene)
+    on_demand = limited and given.on_demand != 0 and not swings(K.faults, K.chain)
+    out.share = 1.0
+    out.guard = 0.0
+    if limited:
+        reserve(rows, n, limits.a_max, limits.tau_max, out)
+    for i in range(n):
+        limits.a_brake[i] = out.share * limits.a_max[i]
+    limits.on_demand = 1 if on_demand else 0
+    limits.guard = out.guard if on_demand and K.state.level == VELOCITY else 0.0
+
+
+@jit
+def load(chain: Any, given: Any, payload: Any) -> None:
+    """The body at the tip with a load instead of the last one; mass 0 is none.
+
+    The load's own inertia, R I R' along the axes of the body, is added to what its mass makes of the body's;
+    of its principal moments none is larger than half their sum.
+    """
+    body, R, t, c = given.body, given.tip_rotation, given.tip_translation, payload.com
+    join(
+        chain, body, given.body_mass, given.body_com, given.body_inertia, given.body_stoutness, payload.mass,
+        t[0] + R[0] * c[0] + R[1] * c[1] + R[2] * c[2],
+        t[1] + R[3] * c[0] + R[4] * c[1] + R[5] * c[2],
+        t[2] + R[6] * c[0] + R[7] * c[1] + R[8] * c[2],
+    )  # fmt: skip
+    I, own = payload.inertia, chain.inertia[body]
+    k = 0
+    for r in range(3):
+        for s in range(r, 3):
+            for a in range(3):
+                for b in range(3):
+                    own[k] += R[3 * r + a] * I[3 * a + b] * R[3 * s + b]
+            k += 1
+    chain.stoutness[body] += 0.5 * (I[0] + I[4] + I[8])
+
+
+@jit
+def carry(K: Any, A: Any, given: Any, payload: Any) -> None:
+    """The arm by itself and the record's with a load; what was learned of it before is learned anew."""
+    load(A.chain, given, payload)
+    learned, chain = K.learned, K.chain
+    if learned.based:
+        for i in range(chain.n):
+            chain.armature[i] = learned.base_armature[i]
+    load(chain, given, payload)
+    learned.based = 0
+    for k in range(4):
+        learned.load[k] = 0.0

@@ -3,11 +3,21 @@
 from math import inf
 from typing import Any
 
+import numpy as np
+
 from ftqp.kernel.arm.dynamics import dynamics
-from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.jit import jit
-from ftqp.kernel.latches.stop_latch import latch
-from ftqp.kernel.layout.enums import ALL_BRAKES, NO_BRAKES, NOT_STOPPED, STOPPED_BY_LAG, STOPPED_BY_OVERLOAD
+from ftqp.kernel.arm.kinematics import forward_kinematics, mimic, mimic_places, motion
+from ftqp.kernel.jit import carray, jit, pointer
+from ftqp.kernel.latches.settling import forget_settling, latch, restore
+from ftqp.kernel.layout.enums import (
+    ALL_BRAKES,
+    AS_TOLD,
+    NO_BRAKES,
+    NOT_STOPPED,
+    STOPPED_BY_LAG,
+    STOPPED_BY_OVERLOAD,
+)
+from ftqp.kernel.told.believed import look_again, swing_as_foretold
 
 
 @jit
@@ -74,3 +84,64 @@ def hold_up(K: Any, A: Any, i: int) -> bool:
         latch(K.watch, STOPPED_BY_OVERLOAD)
     ask_for_brake(K.watch, K.feedback, i)
     return True
+
+
+@jit
+def forget_distances(scene: Any) -> None:
+    """No row keeps bodies apart, and every pair is looked at anew."""
+    scene.nearest = -1
+    scene.held = 0
+    for k in range(len(scene.slot)):
+        scene.slot[k] = -1
+    look_again(scene)
+    for k in range(len(scene.gap)):
+        scene.gap[k] = -inf
+
+
+@jit
+def start(K: Any, given: Any, q: Any, v: Any) -> None:
+    """Begin at (q, v): no stop is latched, and nothing is known of the arm but that."""
+    state, gate = K.state, K.gate
+    for i in range(K.chain.n):
+        gate.q[i] = state.q_command[i] = state.q[i] = q[i]
+        gate.sent[i] = q[i] + gate.lead * v[i]
+        gate.v[i] = gate.speed[i] = state.v_command[i] = state.v[i] = v[i]
+        state.a_command[i] = 0.0
+        K.criteria.posture[i] = given.posture[i] if given.has_posture else q[i]
+    if K.chain.mimics:
+        for places in (state.q, state.q_command, gate.q, gate.sent):
+            mimic_places(K.chain, places)
+        for speeds in (state.v, state.v_command, gate.v):
+            mimic(K.chain, speeds)
+    K.qp.warm = state.ticks = 0
+    state.is_reset = 1
+    release(K.watch, K.feedback, K.chain)
+    K.feedback.fresh = AS_TOLD
+    swing_as_foretold(K)
+    forget_settling(K.calm)
+    if K.scene.pairs > 0:
+        forget_distances(K.scene)
+    restore(K.task, K.terms, K.qp)
+
+
+@jit
+def begin(path: Any) -> None:
+    """The progress at 0 and its rate not yet known, free to run at full speed."""
+    path.progress = 0.0
+    path.rate = -1.0
+    path.limit = 1.0
+    path.speed = 0.0
+    path.driven = path.found = 0
+
+
+WORD = np.dtype(np.int64)
+
+
+@jit
+def write_together(table: Any) -> None:
+    """Words from some places to others, (rows, 3) of addresses to and from and how many."""
+    for k in range(len(table)):
+        to = carray(pointer(table[k, 0]), (table[k, 2],), WORD)
+        given = carray(pointer(table[k, 1]), (table[k, 2],), WORD)
+        for i in range(table[k, 2]):
+            to[i] = given[i]

@@ -1,13 +1,44 @@
-"""What torque limits give way by, and the proof that they have to."""
+"""How a joint comes to rest: as fast as asked, within its limits, and with a jerk limit where one is set."""
 
 import numpy as np
 import pytest
+from records import formula
 from scipy.optimize import lsq_linear
 from tests.arm_at import arm_at
 
 import ftqp
+from ftqp.kernel.judge import stage_problems
 from ftqp.qp.adapters.backend import Backend, Claim
 from ftqp.qp.problem import SolveStatus
+
+TICK = 0.004
+deceleration = formula(stage_problems.deceleration)
+
+
+@pytest.mark.parametrize(("v", "expected"), [(0.1, -2.0), (-0.1, 2.0), (1.0, -8.0), (-1.0, 8.0), (0.0, 0.0)])
+@pytest.mark.parametrize("rise", [0.0, TICK])
+def test_without_a_jerk_limit_a_joint_is_braked_by_its_speed_over_the_time_up_to_its_limit(v, expected, rise):
+    assert deceleration(v, 3.0, 8.0, 0.05, rise, TICK) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("v", [0.02, 0.3, -0.9])
+@pytest.mark.parametrize("rise", [2.0 * TICK, 0.04, 0.2])
+def test_with_a_jerk_limit_a_joint_rests_without_a_jolt_and_never_turns_round(v, rise):
+    a_max, side = 8.0, np.sign(v)
+    jerk, a, begun, ticks = a_max / rise, 0.0, v, 0
+    while v != 0.0:
+        before, a = a, deceleration(v, a, a_max, TICK, rise, TICK)
+        assert abs(a) <= a_max * (1.0 + 1e-12) and side * a <= 0.0
+        v = 0.0 if abs(v + TICK * a) < 1e-12 else v + TICK * a
+        assert side * v >= 0.0
+        last = 9.0 / 8.0 if v == 0.0 else 1.0  # the last tick ends at rest exactly
+        assert abs(a - before) <= last * jerk * TICK * (1.0 + 1e-6)
+        ticks += 1
+        assert ticks < 1000
+    assert abs(a) <= jerk * TICK, "it ends with hardly any deceleration"
+    quick = abs(begun) / a_max + 2.0 * np.sqrt(abs(begun) / jerk) + rise
+    assert TICK * ticks <= quick + 6.0 * TICK
+
 
 PANDA = ftqp.robots.load("panda")
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])

@@ -1,4 +1,4 @@
-"""The Riccati equation by doubling, against scipy."""
+"""LU factorisation with partial pivoting."""
 
 from math import inf
 
@@ -6,7 +6,32 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
 
-from ftqp.kernel.maths.riccati import begin_doubling, double
+from ftqp.kernel.maths.linear_systems import begin_doubling, double, lu_factor, lu_solve
+
+
+@pytest.mark.parametrize("n", [1, 2, 5, 13, 30])
+def test_factors_solve_a_system(n):
+    rng = np.random.default_rng(n)
+    for _ in range(20):
+        S, x = rng.normal(size=(n + 2, n + 2)), rng.normal(size=n)
+        b, pivots = S[:n, :n] @ x, np.zeros(n)
+        margin = np.linalg.cond(S[:n, :n])
+        assert lu_factor(S, n, pivots)
+        lu_solve(S, n, pivots, b)
+        np.testing.assert_allclose(b, x, rtol=0, atol=1e-13 * margin)
+
+
+def test_a_consistent_singular_system_is_solved_by_leaving_an_equation_out():
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        B = rng.normal(size=(6, 4))
+        S, pivots = B @ B.T, np.zeros(6)
+        b = S @ rng.normal(size=6)
+        x, factors = b.copy(), S.copy()
+        assert not lu_factor(factors, 6, pivots)
+        lu_solve(factors, 6, pivots, x)
+        np.testing.assert_allclose(S @ x, b, rtol=0, atol=1e-9)
+        assert np.count_nonzero(x) == 4
 
 
 def solved(A, G, H, rate):
