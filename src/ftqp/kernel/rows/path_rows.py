@@ -6,13 +6,12 @@ from typing import Any
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
-    POSITION,
     SCALE,
     TARGET_ACCELERATION,
     TARGET_HAS_ROTATION,
     TARGET_TWIST,
 )
-from ftqp.kernel.layout.flat_arrays import BEGIN, ORIENTATION, SPIN, STOP, TURN
+from ftqp.kernel.layout.flat_arrays import BEGIN, ORIENTATION, POSITION, SPIN, STOP, TURN
 from ftqp.kernel.layout.thresholds import SINGULAR_FROM, TIME_SLACK
 from ftqp.kernel.rows.joint_intervals import bound, braking_velocity, draw
 from ftqp.kernel.rows.task_rows import SCALE_WEIGHT, component_of
