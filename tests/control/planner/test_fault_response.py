@@ -228,18 +228,3 @@ def test_a_joint_that_seems_free_beside_one_that_failed_before_is_not_believed(
     kinds: tuple[str, ...], another: bool, stands: bool, doubtful: bool
 ) -> None:
     assert is_doubtful(finding(*kinds), another=another, stands=stands) is doubtful
-
-
-@pytest.mark.long
-def test_a_joint_that_was_held_for_a_while_and_follows_again_is_believed_no_longer() -> None:
-    planner = planner_of(ftqp.Detector())
-    seen: list[bool] = []
-
-    def truth(k: int, q: np.ndarray, sent: np.ndarray) -> np.ndarray:
-        seen.append(bool(planner.faults))
-        if 1700 <= k < 2200:
-            sent[2] = q[2]
-        return sent
-
-    drive(planner, 5.0, truth=truth)
-    assert any(seen) and planner.faults == {}
