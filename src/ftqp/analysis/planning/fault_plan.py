@@ -15,7 +15,14 @@ from ftqp.analysis.planning.corridor import Corridor, corridor_of
 from ftqp.analysis.planning.remaining import continuation, remaining
 from ftqp.analysis.survival.coverage import coverage
 from ftqp.analysis.survival.coverage_report import CoverageReport
-from ftqp.analysis.survival.task_path import Around, TaskPath, around_of, robot_digest, task_path
+from ftqp.analysis.survival.task_path import (
+    Around,
+    MotionOnPath,
+    TaskPath,
+    around_of,
+    robot_digest,
+    task_path,
+)
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
@@ -81,7 +88,7 @@ ROUNDING = 1e-8
 
 @final
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Plan:
+class Plan(MotionOnPath):
     """A trajectory along a path, and what it survives; made by ``plan``, read by ``load_plan``.
 
     Attributes:

@@ -10,7 +10,7 @@ import numpy as np
 from ftqp.analysis.survival.continuing import path_values, track
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.failure_instants import Pairs, refuse_no_masses
-from ftqp.analysis.survival.task_path import TaskPath, task_path
+from ftqp.analysis.survival.task_path import MotionOnPath, TaskPath, task_path
 from ftqp.analysis.survival.tolerable_joints import Bound, bound_of
 from ftqp.analysis.tolerance import null_vector, relative_manipulability, structural_joints
 from ftqp.control.paths import Path
@@ -101,13 +101,11 @@ def coverage(
             to another robot, a setting is out of its range, or something in the scene moves.
     """
     instance("robot", robot, Robot, "a Robot")
-    from ftqp.analysis.planning.fault_plan import Plan  # which knows its own coverage
-
     whole_number("stride", stride, 1)
-    if task is not None or not (robot.is_serial or isinstance(q, Plan)):
+    if task is not None or not (robot.is_serial or isinstance(q, MotionOnPath)):
         frame = robot.tip if task is None else task
         robot, q = robot.arm_to(frame), on_way(robot, frame, q)
-    if isinstance(q, Plan):
+    if isinstance(q, MotionOnPath):
         own = q.of(robot, path)
         path, q = own.task, own.q
     way = _task(robot, path, q, dt, scene=scene, clearance=clearance)

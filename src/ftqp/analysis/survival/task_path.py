@@ -1,6 +1,7 @@
 """A task on its time grid: the poses that a robot's tip passes, sample by sample."""
 
 import hashlib
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self, final
@@ -239,6 +240,21 @@ class TaskPath:
         session = robot_session(self.robot, self.indices, axis=self.axis)
         session.keep_clear(self.around.room)
         return session.clearances(q)
+
+
+class MotionOnPath(ABC):
+    """The role of a motion that brings its own path, as a plan does."""
+
+    q: FloatArray
+
+    @property
+    @abstractmethod
+    def task(self) -> TaskPath:
+        """The path on its samples."""
+
+    @abstractmethod
+    def of(self, robot: Robot, path: Any = None) -> Self:
+        """The motion with its robot, for a path if one is given."""
 
 
 def task_path(
