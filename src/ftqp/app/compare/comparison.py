@@ -4,8 +4,9 @@ import csv
 import io
 import json
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -101,7 +102,7 @@ def _rows(
                     run = runs.run(
                         combination.setup,
                         folder / combination.name,
-                        advance=lambda share, done=done: advance(done + share),
+                        advance=partial(_advanced, advance, done),
                         drawn=drawn,
                     )
                     facts, interrupted = run.summary, run.summary["interrupted"]
@@ -113,6 +114,11 @@ def _rows(
                 done += 1
             rows.append(_row(combination, facts, reason))
     return rows, interrupted, failed
+
+
+def _advanced(advance: Callable[[float], None], done: int, share: float) -> None:
+    """Tell that so many runs and a share of the next are done."""
+    advance(done + share)
 
 
 def _kept(folder: Path) -> dict[str, Any]:

@@ -28,7 +28,8 @@ def draw_motion(path: str | Path, title: str, robot: Robot, t: FloatArray, q: Fl
             panel.set_visible(False)
             continue
         ends = (robot.limits.q_min[i], robot.limits.q_max[i])
-        shade_beyond(panel, *(float(x) if np.isfinite(x) else None for x in ends), q[:, i])
+        low, high = (float(x) if np.isfinite(x) else None for x in ends)
+        shade_beyond(panel, low, high, q[:, i])
         panel.plot(t, q[:, i], color=BLUE, linewidth=1.6)
         tidy(panel, "time [s]" if i >= robot.nv - 2 else "", "[rad or m]", robot.joints[i])
         panel.set_xlim(t[0], t[-1])

@@ -76,9 +76,13 @@ class DragHandles:
         """
         self.release_marks()
         for k, position in marks.items():
+
+            def placed(pose: FloatArray, k: int = k) -> None:
+                moved(k, pose[:3, 3])
+
             self.marks[k] = DragHandle(
                 self._scene, f"{self._name}/handle{k}", MARK * self._size, transform(np.eye(3), position),
-                lambda pose, k=k: moved(k, pose[:3, 3]), turns=False,
+                placed, turns=False,
             )  # fmt: skip
 
     def follow(self, target: FloatArray | None, marks: Mapping[int, FloatArray]) -> None:
