@@ -7,8 +7,7 @@ from ftqp.kernel.dtrnn.iterations import dtrnn
 from ftqp.kernel.dtrnn.projection import Network, is_number, network, options_of, residual
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import FAILED, INFEASIBLE, MAX_ITERATIONS, SOLVED
-from ftqp.kernel.layout.feedback_rooms import KEPT
-from ftqp.kernel.layout.flat_arrays import SIZES, VALID
+from ftqp.kernel.layout.flat_arrays import KEPT, SIZES, VALID
 from ftqp.kernel.maths.elementary import matrix_view
 from ftqp.kernel.maths.linear_systems import factor
 
