@@ -10,7 +10,6 @@ import numpy as np
 from ftqp.core.checks import FloatArray, IntArray, array, frozen, positive
 from ftqp.core.errors import InputError
 from ftqp.core.setting import REQUIRED, setting
-from ftqp.model.reduction import frame_names
 
 CALLED = "what it is called; what it is, and its number, if absent"
 """What a file says of a name."""
@@ -191,33 +190,9 @@ def estimated(robot: Any) -> tuple[Capsule, ...]:
     return named_apart(found)
 
 
-def bodies_of(robot: Any) -> tuple[Capsule, ...]:
-    """The bodies of a robot as capsules: given, around what its file has, or estimated from its joints."""
-    there = (*frame_names(robot.model), WORLD)
-    own = [one for one in robot.shapes if (one.frame if isinstance(one, Capsule) else one.link) in there]
-    if not own:
-        return estimated(robot)
-    from ftqp.model.collision_geometry import fitted  # it loads scipy, which few robots need
-
-    return fitted(own)
-
-
 def carried(shapes: Shapes, joint: str) -> Shapes:
     """The bodies of an arm that is put on a base: what stood still moves with the last joint of the base."""
     return tuple(
         replace(one, frame=joint) if isinstance(one, Capsule) and one.frame == WORLD else one
         for one in shapes
     )
-
-
-def volume_ratios(robot: Any) -> dict[str, float]:
-    """How many times larger the capsules of a link are than the collision geometry that they contain."""
-    from ftqp.model.collision_geometry import volume_of  # it loads scipy
-
-    inside, around = dict[str, float](), dict[str, float]()
-    for shape in robot.shapes:
-        if isinstance(shape, Collision):
-            inside[shape.link] = inside.get(shape.link, 0.0) + volume_of(shape)
-    for one in robot.capsules:
-        around[one.frame] = around.get(one.frame, 0.0) + one.volume
-    return {link: around[link] / size for link, size in inside.items() if size > 0.0 and link in around}

@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
-from ftqp.model.capsules import Capsule, Collision, HullParts, named_apart, turned_along
+from ftqp.model.capsules import WORLD, Capsule, Collision, HullParts, estimated, named_apart, turned_along
 from ftqp.model.reading import urdf
 from ftqp.model.reading.safe_xml import refuse_other_than_mesh
 from ftqp.model.reduction import frame_names
@@ -41,6 +41,15 @@ def fitted(shapes: Sequence[Capsule | Collision]) -> tuple[Capsule, ...]:
     for shape in shapes:
         found += [shape] if isinstance(shape, Capsule) else _of(shape)
     return named_apart(found)
+
+
+def bodies_of(robot: Any) -> tuple[Capsule, ...]:
+    """The bodies of a robot as capsules: given, around what its file has, or estimated from its joints."""
+    there = (*frame_names(robot.model), WORLD)
+    own = [one for one in robot.shapes if (one.frame if isinstance(one, Capsule) else one.link) in there]
+    if not own:
+        return estimated(robot)
+    return fitted(own)
 
 
 def _of(shape: Collision) -> list[Capsule]:
@@ -69,6 +78,17 @@ def volume_of(shape: Collision) -> float:
         return float(np.prod(shape.size))
     r, length = shape.size[0], shape.size[1] if len(shape.size) > 1 else 0.0
     return float(np.pi * r * r * (length + (0.0 if shape.kind == "cylinder" else 4.0 / 3.0 * r)))
+
+
+def volume_ratios(robot: Any) -> dict[str, float]:
+    """How many times larger the capsules of a link are than the collision geometry that they contain."""
+    inside, around = dict[str, float](), dict[str, float]()
+    for shape in robot.shapes:
+        if isinstance(shape, Collision):
+            inside[shape.link] = inside.get(shape.link, 0.0) + volume_of(shape)
+    for one in robot.capsules:
+        around[one.frame] = around.get(one.frame, 0.0) + one.volume
+    return {link: around[link] / size for link, size in inside.items() if size > 0.0 and link in around}
 
 
 def vertices(shape: Collision) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, final
+from typing import Any, final
 
 import numpy as np
 import pinocchio as pin
@@ -13,16 +13,13 @@ from ftqp.core.pose import transform
 from ftqp.model.chain import configuration_of
 from ftqp.model.reduction import named_frame
 
-if TYPE_CHECKING:
-    from ftqp.model.robot import Robot
 
-
-def centre_of_mass(robot: "Robot", q: Any) -> FloatArray:
+def centre_of_mass(robot: Any, q: Any) -> FloatArray:
     """Centre of mass of all bodies in the world, (3,) [m], at joint values q, (nv,) or (nq,)."""
     return np.array(pin.centerOfMass(robot.model, robot.model.createData(), robot.configuration(q)))
 
 
-def base_wrenches(robot: "Robot", q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+def base_wrenches(robot: Any, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
     """The force and the torque that the base bears on a motion, about its origin, (k, 2) [N, N m].
 
     They hold the arm's weight and make its bodies accelerate; rotors, which spin beside, are left out. Joint
@@ -40,7 +37,7 @@ def base_wrenches(robot: "Robot", q: FloatArray, v: FloatArray, a: FloatArray) -
     return sizes
 
 
-def mount_of(robot: "Robot", name: str) -> tuple[int, FloatArray]:
+def mount_of(robot: Any, name: str) -> tuple[int, FloatArray]:
     """The joint that a frame moves with, -1 is none, and its pose in the chain's frame of that joint, (4, 4).
 
     The chain's frames have their z axis along the joint, so that they are others than pinocchio's.
@@ -53,7 +50,7 @@ def mount_of(robot: "Robot", name: str) -> tuple[int, FloatArray]:
     return body, np.array(np.linalg.solve(W, T), dtype=np.float64)
 
 
-def joint_of_frames(robot: "Robot") -> dict[str, str | None]:
+def joint_of_frames(robot: Any) -> dict[str, str | None]:
     """Names of all frames, links and joints of a robot's model, each with the joint that it moves with.
 
     None stands for a frame that does not move.
@@ -69,7 +66,7 @@ def joint_of_frames(robot: "Robot") -> dict[str, str | None]:
 class PlacedFrames:
     """Poses of some frames of a robot, posture after posture."""
 
-    def __init__(self, robot: "Robot", names: Sequence[str]) -> None:
+    def __init__(self, robot: Any, names: Sequence[str]) -> None:
         self._robot, self._data = robot, robot.model.createData()
         self._numbers = [named_frame(robot.model, name) for name in names]
 
@@ -81,14 +78,14 @@ class PlacedFrames:
         return np.array(poses).reshape(-1, 4, 4)
 
 
-def way_to(robot: "Robot", frame: str) -> IntArray:
+def way_to(robot: Any, frame: str) -> IntArray:
     """The joints on the way from the base to a frame of a robot, and those that they follow, base first."""
     body = int(robot.model.frames[named_frame(robot.model, frame)].parentJoint) - 1
     way = robot.chain.way(body)
     return np.unique([*way, *robot.chain.lead[way]])
 
 
-def on_way(robot: "Robot", frame: str, q: Any, name: str = "q") -> FloatArray:
+def on_way(robot: Any, frame: str, q: Any, name: str = "q") -> FloatArray:
     """The joints on the way to a frame in positions of all, (..., nv) [rad or m]."""
     given = np.asarray(q, dtype=np.float64)
     if given.ndim not in (1, 2) or given.shape[-1] != robot.nv:
@@ -98,14 +95,14 @@ def on_way(robot: "Robot", frame: str, q: Any, name: str = "q") -> FloatArray:
     return np.ascontiguousarray(given[..., way_to(robot, frame)])
 
 
-def off_way(robot: "Robot", frame: str, q: FloatArray, others: FloatArray) -> FloatArray:
+def off_way(robot: Any, frame: str, q: FloatArray, others: FloatArray) -> FloatArray:
     """Positions of all joints, (..., nv): those on the way to a frame as given, the others as in (nv,)."""
     whole = np.array(np.broadcast_to(others, (*q.shape[:-1], robot.nv)))
     whole[..., way_to(robot, frame)] = q
     return whole
 
 
-def faults_on_way(robot: "Robot", frame: str, faults: Iterable[Any]) -> tuple[Any, ...]:
+def faults_on_way(robot: Any, frame: str, faults: Iterable[Any]) -> tuple[Any, ...]:
     """The faults of joints on the way to a frame, each by its joint's name."""
     way = way_to(robot, frame)
     return tuple(

@@ -2,15 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray, as_number, frozen, instance
 from ftqp.core.errors import InputError, unknown
-
-if TYPE_CHECKING:
-    from ftqp.model.robot import Robot
 
 RISE_TIME = 0.2
 """Time [s] from rest to v_max where no acceleration limit is known, a_max = v_max / RISE_TIME.
@@ -171,7 +168,7 @@ def one_each(name: str, value: Any, count: int) -> FloatArray:
     return result
 
 
-def within_branch(robot: "Robot", limits: Mapping[str | int, Any]) -> "Robot":
+def within_branch(robot: Any, limits: Mapping[str | int, Any]) -> Any:
     """The robot with some joints kept in a range inside their own.
 
     An elbow that has to stay bent one way gets its singular angle plus a margin as one end. The planner

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -13,9 +13,6 @@ from ftqp.model.chain import Chain, configuration_of
 from ftqp.model.followers import coupled_columns, coupled_places, coupled_square
 from ftqp.model.limits import JointLimits
 from ftqp.model.shape import random_postures
-
-if TYPE_CHECKING:
-    from ftqp.model.robot import Robot
 
 LOOKED_AT = 400
 """Postures that are looked at: enough that one in a hundred is met with a probability of 0.98."""
@@ -111,7 +108,7 @@ class Locks:
     fatal: tuple[str, ...]
 
 
-def locks(robot: "Robot", rows: Sequence[str]) -> Locks:
+def locks(robot: Any, rows: Sequence[str]) -> Locks:
     """What a lock of each joint leaves of the rows of a task, over postures inside the limits.
 
     A posture survives the lock of joint i where the Jacobian without column i has sigma_min >=

@@ -17,7 +17,7 @@ from ftqp.core.pose import pose as checked_pose
 from ftqp.model import audit
 from ftqp.model.audit import UNKNOWN_TORQUE, Finding, Severity, friction_findings, rotor_findings
 from ftqp.model.build import Shape, Wishes, robot_fields, write_friction, write_limits
-from ftqp.model.capsules import WORLD, Capsule, Shapes, bodies_of, carried, checked
+from ftqp.model.capsules import WORLD, Capsule, Shapes, carried, checked
 from ftqp.model.chain import Chain, chain_of, configuration_of, frame_id, positions_of
 from ftqp.model.followers import coupled_columns, coupled_limits, coupled_places, coupled_square, followers_of
 from ftqp.model.frames import way_to
@@ -477,6 +477,8 @@ class Robot:
             InputError: A mesh is missing, or holds nothing.
         """
         if self not in _MADE:
+            from ftqp.model.collision_geometry import bodies_of  # it loads scipy, which few calls need
+
             _MADE[self] = bodies_of(self)
         return _MADE[self]
 

@@ -15,8 +15,8 @@ from ftqp.core.errors import InputError, MissingPackage, ModelError, unknown
 from ftqp.core.quiet import quiet
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model import catalog
-from ftqp.model.capsules import volume_ratios
 from ftqp.model.chain import frame_id
+from ftqp.model.collision_geometry import volume_ratios
 from ftqp.model.followers import coupled_columns, followers_of
 from ftqp.model.frames import joint_of_frames
 from ftqp.model.limits import RISE_TIME
