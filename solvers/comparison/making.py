@@ -14,7 +14,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.model.robot import Robot
 from ftqp.qp import QP, Claim, Recorder, Recording, Solution, SolveStatus
 from ftqp.qp.answer_check import scales
-from ftqp.qp.recording.recorded_qps import ANSWER
+from ftqp.qp.problem import ANSWER
 from ftqp.sim.log.description import recorded
 from ftqp.sim.schedule import FaultEvent, Schedule
 

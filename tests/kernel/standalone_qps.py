@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.entry.session import bound, rooms
-from ftqp.kernel.entry.table import ANY_SIZE
 from ftqp.kernel.entry.workspace import TOLERANCE
 from ftqp.kernel.layout.record import dtype
 
@@ -30,7 +29,7 @@ class StandaloneQP:
         self.C, self.l, self.u, self.lb, self.ub = Q.C[:p, :n], Q.l[:p], Q.u[:p], Q.lb[:n], Q.ub[:n]
         self.x, self.y, self.z, self.z_box = Q.x[:n], Q.y[:m], Q.z[:p], Q.z_box[:n]
         self._memory = memory
-        self._solve = bound("solve_qp", ANY_SIZE, memory)
+        self._solve = bound("solve_qp", memory)
 
     def solve(self, cold: bool = False) -> int:
         """The claim of the active set on what the arrays hold now."""

@@ -146,17 +146,12 @@ def test_what_links_may_come_while_the_rest_is_compiled(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     (library,) = json.loads((tmp_path / "out" / MANIFEST).read_text())["libraries"]
-    assert list(library["entries"]) == ["ftqp_write_target_0"]
+    assert list(library["entries"]) == ["ftqp_write_target"]
 
 
-def test_object_files_that_others_could_have_put_there_are_not_linked(tiny: Any) -> None:
+def test_object_files_that_somebody_has_changed_are_not_linked(tiny: Any) -> None:
     store = tiny.source.parent / "store"
     assert tiny.build(tiny.summed) == 2 and not list(store.glob("*.parts"))
-    store.chmod(0o777)
-    process = tiny.building(tiny.summed)
-    _, said = process.communicate()
-    assert process.returncode == 1 and "can be written by other users, expected one of your own" in said
-    store.chmod(0o755)
     for path in store.glob("*.o"):
         path.write_bytes(path.read_bytes() + b"\0")
     assert tiny.build(tiny.summed) == 2, "what differs from its hash is compiled anew"

@@ -10,7 +10,7 @@ def test_measured_state_is_not_lent():
     """Whoever asks how the arm would be elsewhere writes the supposed state; limits have their one way in."""
     found = writers()
     assert len(found["state.q"]) <= 3 and len(found["state.v"]) <= 5
-    assert len(found["qp.lb"]) == len(found["qp.ub"]) == 2
+    assert len(found["qp.lb"]) == len(found["qp.ub"]) == 1
 
 
 def test_a_write_is_seen_however_it_is_written():

@@ -13,7 +13,6 @@ from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import write_together
 from ftqp.kernel.layout.scene_room import BALLS, SHAPES
 from ftqp.model.capsules import Capsule, Collision
-from ftqp.model.collision_geometry import placed_collisions
 
 STANDS = np.zeros(6)
 STANDS.flags.writeable = False
@@ -84,6 +83,8 @@ class Scene(Mapping[str, Placed]):
             InputError: The file cannot be read, a mesh is missing or holds nothing, a size is one of
                 millimetres, nothing stands there, or there is more than a scene has room for.
         """
+        from ftqp.model.collision_geometry import placed_collisions  # it loads scipy
+
         return cls._of(placed_collisions(source), "the URDF has no collision geometry, expected <collision>")
 
     @classmethod

@@ -22,7 +22,6 @@ from ftqp.kernel.layout.scene_room import (
     SEGMENT,
 )
 from ftqp.model.capsules import CALLED, Capsule, Collision, HullParts, Three, length_of, turned_along
-from ftqp.model.collision_geometry import vertices
 
 HULL_ROOM = (HULL_CORNERS, HULL_EDGES, HULL_FACES)
 """How many corners, edges and faces all hulls of a scene have at most ..."""
@@ -257,6 +256,8 @@ def shape_of(one: Collision) -> Shape:
         case "half_space":
             return HalfSpace(one.place[:3, 3], one.place[:3, 2])
         case _:
+            from ftqp.model.collision_geometry import vertices  # it loads scipy
+
             return Hull(vertices(one), place=one.place)
 
 

@@ -106,7 +106,7 @@ block ticks.block_of_ticks first
 rollout entry.rollout nogil
     takes model:i8[words] B:batch own:i8[words] K:record F:free n first last
     calls rollout(model, B, own, K, F, n, first, last)
-write_together told.stops demo alone
+write_together told.stops first alone
     takes table:i8[rows,3] rows
     calls write_together(table)
 follow_plan rows.plan_posture

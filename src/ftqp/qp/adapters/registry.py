@@ -22,8 +22,11 @@ from ftqp.qp.adapters.backend_settings import settings
 
 def profile(path: str | Path) -> dict[str, Any]:
     """The content of a profile, to be handed to ``ftqp.qp.backend``: name = "osqp", tolerance = 1e-9."""
+    path = Path(path)
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError(f"profile {path} is not a regular file; expected a TOML file")
     try:
-        content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         reason = error.strerror or error
         raise InputError(f"profile {path} cannot be read ({reason}); expected a TOML file") from error
