@@ -200,7 +200,7 @@ def test_every_variant_is_right_about_infeasibility(run: tuple[dict[str, Any], P
 def test_results_are_written_as_json_and_markdown(run: tuple[dict[str, Any], Path]) -> None:
     result, out = run
     stem = "study_dtrnn-quick"
-    assert json.loads((out / f"{stem}.json").read_text()) == result
+    assert json.loads((out / f"{stem}.json").read_text()).items() >= result.items()
     assert result["command"] == "python solvers/study_dtrnn.py --quick --json"
     assert {"cpu", "cores", "system"} <= set(result["machine"])
     assert {"ftqp", "numpy", "numba"} <= set(result["versions"])

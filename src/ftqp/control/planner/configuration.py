@@ -115,9 +115,9 @@ class Configuration:
 
 
 WORK = ("kinematics", "scratch", "past", "history", "ahead", "supposed")
-"""Rooms that only ticks use ..."""
-MATRICES_FROM = "V"
-"""... and the field of the room ``qp`` from which on it is so there."""
+"""Rooms that only ticks use; ..."""
+MATRICES_IN, LARGE = ("qp", "calm", "scene"), 10_000
+"""... of these rooms the fields of more than so many bytes: matrices, and the shapes of bodies."""
 
 
 @cache
@@ -125,10 +125,15 @@ def told_parts(record: Any) -> tuple[slice, ...]:
     """Where a record of that dtype has what orders read or write, in words."""
     parts = []
     for room, (fields, begin, *_) in record.fields.items():
-        size = fields.fields[MATRICES_FROM][1] if room == "qp" else fields.itemsize
-        if room not in WORK:
-            parts.append(slice(begin // WORD, (begin + size) // WORD))
-    return tuple(parts)
+        end = begin + fields.itemsize
+        if room in WORK:
+            continue
+        for field, at, *_ in sorted(fields.fields.values(), key=lambda field: field[1]):
+            if room in MATRICES_IN and field.itemsize > LARGE:
+                parts.append(slice(begin // WORD, (record.fields[room][1] + at) // WORD))
+                begin = record.fields[room][1] + at + field.itemsize
+        parts.append(slice(begin // WORD, end // WORD))
+    return tuple(part for part in parts if part.stop > part.start)
 
 
 @final
