@@ -10,7 +10,8 @@ from typing import Any
 
 from rich.console import Console
 
-from bench.results import appendix, folder, preamble, put_into_readme, written
+from bench import command_line
+from bench.results import appendix, circumstances, folder, preamble, put_into_readme, written
 from bench.tables import Table
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -23,6 +24,27 @@ def options(parser: argparse.ArgumentParser) -> None:
     add("--out", type=Path, metavar="DIR", help="write report and JSON there (default: nothing is written)")
     add("--update-docs", action="store_true", help="put it on record, and into docs/evidence/speed.md")
     add("--json", action="store_true", help="print one JSON object and nothing else")
+
+
+def asked(document: str | None, quick: str = "", **counts: tuple[int, str]) -> argparse.Namespace:
+    """The options of a benchmark: how many of what, by default and in words, and what ``--quick`` takes."""
+    parser = command_line.parser(document)
+    for name, (default, of) in counts.items():
+        told = f"{of} (default {default})"
+        parser.add_argument(
+            f"--{name}", type=command_line.at_least_one, default=default, metavar="N", help=told
+        )
+    if quick:
+        parser.add_argument("--quick", action="store_true", help=quick)
+    options(parser)
+    return parser.parse_args()
+
+
+def measured(
+    benchmark: str, settings: dict[str, Any], rows: Any, limitations: Sequence[str], **more: Any
+) -> dict[str, Any]:
+    """The result of a benchmark, with the machine, the versions and the command."""
+    return circumstances(benchmark, [], settings) | {"rows": rows, "limitations": list(limitations)} | more
 
 
 def shown(result: dict[str, Any], report: Path, places: Mapping[Path, Sequence[Table]]) -> list[Path]:

@@ -11,7 +11,6 @@ are looked for in 200 restarts (from another posture). Finished is a tip that wa
 the line since the lock, but on bridges, and ends within 1 mm and 0.01 rad.
 """
 
-import argparse
 import os
 import sys
 from itertools import pairwise
@@ -21,8 +20,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 import numpy as np  # noqa: E402
-from bench import command_line, docs  # noqa: E402
-from bench.results import circumstances  # noqa: E402
+from bench import docs  # noqa: E402
 from bench.tables import Table  # noqa: E402
 from compare_peers import ARMS, drawn  # noqa: E402
 from peers.motion_case import vector_of  # noqa: E402
@@ -144,12 +142,7 @@ def interval(good: int, of: int) -> str:
 
 def main() -> int:
     """Draw, lock, search, follow, print, write; 0 when done, 2 for bad input."""
-    parser = command_line.parser(__doc__)
-    told = "for each arm (default 30)"
-    parser.add_argument("--paths", type=command_line.at_least_one, default=30, metavar="N", help=told)
-    parser.add_argument("--quick", action="store_true", help="4 of each")
-    docs.options(parser)
-    options: argparse.Namespace = parser.parse_args()
+    options = docs.asked(__doc__, "4 of each", paths=(30, "for each arm"))
     count, runs = 4 if options.quick else options.paths, []
     for name in ARMS[:3]:
         k, done = -1, 0
@@ -170,10 +163,9 @@ def main() -> int:
             if run["feasible"] == FEASIBLE[0] and not run["as it comes"]:
                 sys.stderr.write(f"{name} {k}: joint {joint + 1} at {100 * when:.0f} %: not finished\n")
     lines = _lines(runs)
-    result = {
-        **circumstances("bench_after_failures", [], {"paths": count, "seed": SEED, "dt": DT}),
-        "rows": runs, "limitations": list(LIMITATIONS),
-    }  # fmt: skip
+    result = docs.measured(
+        "bench_after_failures", {"paths": count, "seed": SEED, "dt": DT}, runs, LIMITATIONS
+    )
     table = Table(
         title="Of the failures whose rest is feasible, how many are finished",
         headings=("", "the search says", *SETTINGS),

@@ -9,7 +9,6 @@ joints left leave the limits or the line, and whose end has a posture all the sa
 1,000 restarts). The arm does what it is told.
 """
 
-import argparse
 import os
 import sys
 from time import thread_time_ns
@@ -18,7 +17,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 import numpy as np  # noqa: E402
-from bench import command_line, docs  # noqa: E402
+from bench import docs  # noqa: E402
 from bench.results import circumstances  # noqa: E402
 from bench.tables import Table, quantity  # noqa: E402
 from compare_peers import ARMS, drawn, feasible  # noqa: E402
@@ -71,7 +70,7 @@ def followed(case, arm, leave: float) -> dict[str, object]:
 
 def main() -> int:
     """Measure, print, write; 0 when done, 2 for bad input."""
-    options = _options()
+    options = docs.asked(__doc__, "4 of them", paths=(20, "how many"))
     wanted, restarts = (4, 500) if options.quick else (options.paths, 1000)
     found, k = {leave: [] for leave in LEAVES}, 0
     while len(found[0.0]) < wanted:
@@ -117,16 +116,6 @@ def main() -> int:
     )
     docs.told(result, "Bridges after a lock", [table], options)
     return 0
-
-
-def _options() -> argparse.Namespace:
-    parser = command_line.parser(__doc__)
-    told = "how many (default 20)"
-    parser.add_argument("--paths", type=command_line.at_least_one, default=20, metavar="N", help=told)
-    parser.add_argument("--quick", action="store_true", help="4 of them")
-    docs.options(parser)
-    options: argparse.Namespace = parser.parse_args()
-    return options
 
 
 if __name__ == "__main__":

@@ -20,7 +20,6 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 import numpy as np  # noqa: E402
 from bench import command_line, docs  # noqa: E402
-from bench.results import circumstances  # noqa: E402
 from bench.tables import Table, quantity  # noqa: E402
 from peers.near_case import NearCase  # noqa: E402
 from peers.run_script import run_script  # noqa: E402
@@ -122,13 +121,9 @@ def main() -> int:
                 rows.append(
                     _row(robot, name, lock, cases, q, us, failed, int(sum(d < 0.0 for d in straight)))
                 )
-    result = {
-        **circumstances(
-            "bench_collisions", [], {"cases": options.cases, "seed": SEED, "dt": DT, "keep": KEEP}
-        ),
-        "rows": rows,
-        "limitations": list(LIMITATIONS),
-    }
+    result = docs.measured(
+        "bench_collisions", {"cases": options.cases, "seed": SEED, "dt": DT, "keep": KEEP}, rows, LIMITATIONS
+    )
     result["versions"] |= versions
     result["left_out"] |= left_out
     docs.told(

@@ -6,13 +6,11 @@
 Only differences and ratios mean anything: machines differ and other work disturbs.
 """
 
-import argparse
 import sys
 from time import perf_counter_ns
 
 import numpy as np
-from bench import command_line, docs
-from bench.results import circumstances
+from bench import docs
 from bench.tables import Table, quantity
 
 import ftqp
@@ -63,13 +61,9 @@ def measured(name: str, rounds: int) -> dict[str, object]:
 
 def main() -> int:
     """Measure, print, write; 0 when done, 2 for bad input."""
-    options = _options()
+    options = docs.asked(__doc__, rounds=(5, "circles of each"))
     rows = [measured(name, options.rounds) for name in PLANNERS]
-    result = {
-        **circumstances("bench_detector", [], {"rounds": options.rounds, "ticks": TICKS}),
-        "rows": rows,
-        "limitations": list(LIMITATIONS),
-    }
+    result = docs.measured("bench_detector", {"rounds": options.rounds, "ticks": TICKS}, rows, LIMITATIONS)
     lines = [
         (row["planner"], *(quantity(x) for x in (*row["p50"], row["added"], *row["p99"]))) for row in rows
     ]
@@ -77,16 +71,6 @@ def main() -> int:
     table = Table(title="A step with and without a detector [us]", headings=headings, rows=lines)
     docs.told(result, "Detector", [table], options)
     return 0
-
-
-def _options() -> argparse.Namespace:
-    parser = command_line.parser(__doc__)
-    parser.add_argument(
-        "--rounds", type=command_line.at_least_one, default=5, metavar="N", help="circles of each (default 5)"
-    )
-    docs.options(parser)
-    options: argparse.Namespace = parser.parse_args()
-    return options
 
 
 if __name__ == "__main__":

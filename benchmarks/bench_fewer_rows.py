@@ -10,7 +10,6 @@ joint is locked from the beginning. Kept are paths at whose end ``ftqp.postures`
 tip has to come back to the whole pose.
 """
 
-import argparse
 import os
 import sys
 
@@ -18,8 +17,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 import numpy as np  # noqa: E402
-from bench import command_line, docs  # noqa: E402
-from bench.results import circumstances  # noqa: E402
+from bench import docs  # noqa: E402
 from bench.tables import Table  # noqa: E402
 
 import ftqp  # noqa: E402
@@ -97,12 +95,7 @@ def followed(robot, q, path, joint: int, *, progress: bool, degrade):
 
 def main() -> int:
     """Draw, follow, print, write; 0 when done, 2 for bad input."""
-    parser = command_line.parser(__doc__)
-    count = command_line.at_least_one
-    parser.add_argument("--paths", type=count, default=30, metavar="N", help="for each arm (default 30)")
-    parser.add_argument("--quick", action="store_true", help="6 paths for each arm")
-    docs.options(parser)
-    options: argparse.Namespace = parser.parse_args()
+    options = docs.asked(__doc__, "6 paths for each arm", paths=(30, "for each arm"))
     count = 6 if options.quick else options.paths
     rows = []
     for arm in ARMS:
@@ -117,10 +110,7 @@ def main() -> int:
                     "off": 1e3 * float(np.median([one[0] for one in done])),
                     "back": len(back), "whole": sum(one[2] for one in back),
                 })  # fmt: skip
-    result = {
-        **circumstances("bench_fewer_rows", [], {"paths": count, "seed": SEED, "dt": DT}),
-        "rows": rows, "limitations": list(LIMITATIONS),
-    }  # fmt: skip
+    result = docs.measured("bench_fewer_rows", {"paths": count, "seed": SEED, "dt": DT}, rows, LIMITATIONS)
     lines = [
         (r["arm"], r["leader"], r["rows"], f"{r['finished']} of {r['paths']}", f"{r['off']:.2g}",
          str(r["back"]), str(r["whole"]))

@@ -8,7 +8,6 @@ formula compiles anew. Each figure is of new processes, by the CPU time that the
 those that they start. A first planner is counted without imports, which have a line of their own.
 """
 
-import argparse
 import json
 import os
 import shutil
@@ -18,7 +17,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from bench import command_line, docs
+from bench import docs
 from bench.results import circumstances
 from bench.tables import Table
 from rich.console import Console
@@ -110,7 +109,7 @@ def started() -> dict[str, float]:
 
 def main() -> int:
     """Measures and prints; 0 when done."""
-    options = _options()
+    options = docs.asked(__doc__)
     messages = Console(stderr=True)
     with tempfile.TemporaryDirectory() as folder:
         messages.print("building", highlight=False)
@@ -127,13 +126,6 @@ def main() -> int:
     }
     docs.told(result, "First use", [_table(figures)], options)
     return 0
-
-
-def _options() -> argparse.Namespace:
-    parser = command_line.parser(__doc__)
-    docs.options(parser)
-    options: argparse.Namespace = parser.parse_args()
-    return options
 
 
 def _table(figures: dict[str, float]) -> Table:

@@ -10,7 +10,6 @@ squares in numpy, 1,000 restarts) finds a posture of it within limits with that 
 what it is told; dt is 1 ms.
 """
 
-import argparse
 import os
 import sys
 from time import thread_time_ns
@@ -19,8 +18,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 import numpy as np  # noqa: E402
-from bench import command_line, docs  # noqa: E402
-from bench.results import circumstances  # noqa: E402
+from bench import docs  # noqa: E402
 from bench.tables import Table, quantity  # noqa: E402
 from peers.independent_arm import IndependentArm  # noqa: E402
 
@@ -119,14 +117,12 @@ def measured(kind: str, count: int, restarts: int) -> dict[str, object]:
 
 def main() -> int:
     """Measure, print, write; 0 when done, 2 for bad input."""
-    options = _options()
+    options = docs.asked(__doc__, "9 goals of each kind")
     counts, restarts = ((9, 9), 500) if options.quick else ((45, 50), 1000)
     rows = [measured(kind, count, restarts) for kind, count in zip(KINDS, counts, strict=True)]
-    result = {
-        **circumstances("bench_goals", [], {"goals": counts, "restarts": restarts, "seed": SEED, "dt": DT}),
-        "rows": rows,
-        "limitations": list(LIMITATIONS),
-    }
+    result = docs.measured(
+        "bench_goals", {"goals": counts, "restarts": restarts, "seed": SEED, "dt": DT}, rows, LIMITATIONS
+    )
     headings = (
         "goals",
         "with a posture",
@@ -152,14 +148,6 @@ def main() -> int:
     )
     docs.told(result, "Goals after a lock", [reached, ticks], options)
     return 0
-
-
-def _options() -> argparse.Namespace:
-    parser = command_line.parser(__doc__)
-    parser.add_argument("--quick", action="store_true", help="9 goals of each kind")
-    docs.options(parser)
-    options: argparse.Namespace = parser.parse_args()
-    return options
 
 
 if __name__ == "__main__":

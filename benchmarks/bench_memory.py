@@ -6,15 +6,13 @@
 The arm is a Panda, and every planner makes a step. The compiled kernel is on disk before.
 """
 
-import argparse
 import json
 import statistics
 import subprocess
 import sys
 from itertools import pairwise
 
-from bench import command_line, docs
-from bench.results import circumstances
+from bench import docs
 from bench.tables import Table, quantity
 
 LEVELS = ("velocity", "acceleration")
@@ -96,14 +94,15 @@ def measured(level: str, runs: int) -> dict[str, object]:
 
 def main() -> int:
     """Measure both levels, print, write; 0 when done, 2 for bad input."""
-    options = _options()
+    options = docs.asked(__doc__, runs=(5, "processes a level"))
     rows = [measured(level, options.runs) for level in LEVELS]
-    result = {
-        **circumstances("bench_memory", [], {"runs": options.runs, "further": FURTHER}),
-        "rows": rows,
-        "first_planner_at_most": AT_MOST,
-        "limitations": list(LIMITATIONS),
-    }
+    result = docs.measured(
+        "bench_memory",
+        {"runs": options.runs, "further": FURTHER},
+        rows,
+        LIMITATIONS,
+        first_planner_at_most=AT_MOST,
+    )
     lines = [
         (
             title,
@@ -119,16 +118,6 @@ def main() -> int:
         result, "Memory", [Table(title="Resident memory [MiB]", headings=headings, rows=lines)], options
     )
     return 0
-
-
-def _options() -> argparse.Namespace:
-    parser = command_line.parser(__doc__)
-    parser.add_argument(
-        "--runs", type=command_line.at_least_one, default=5, metavar="N", help="processes a level (default 5)"
-    )
-    docs.options(parser)
-    options: argparse.Namespace = parser.parse_args()
-    return options
 
 
 if __name__ == "__main__":

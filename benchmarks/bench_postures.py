@@ -8,7 +8,6 @@ goals cannot be reached any more. The other solver is damped least squares in nu
 with limits, and shares no code with ftqp. One core; a first call that loads code is not counted.
 """
 
-import argparse
 import os
 import sys
 from time import thread_time
@@ -17,8 +16,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 import numpy as np  # noqa: E402
-from bench import command_line, docs  # noqa: E402
-from bench.results import circumstances  # noqa: E402
+from bench import docs  # noqa: E402
 from bench.tables import Table, quantity  # noqa: E402
 from peers.independent_arm import IndependentArm  # noqa: E402
 
@@ -76,14 +74,12 @@ def measured(name: str, goals: int, restarts: int) -> dict[str, object]:
 
 def main() -> int:
     """Measure, print, write; 0 when done, 2 for bad input."""
-    options = _options()
+    options = docs.asked(__doc__, "20 goals of each arm, 500 restarts", goals=(100, "of each arm"))
     goals, restarts = (20, 500) if options.quick else (options.goals, 2000)
     rows = [measured(name, goals, restarts) for name in ARMS]
-    result = {
-        **circumstances("bench_postures", [], {"goals": goals, "restarts": restarts, "seed": SEED}),
-        "rows": rows,
-        "limitations": list(LIMITATIONS),
-    }
+    result = docs.measured(
+        "bench_postures", {"goals": goals, "restarts": restarts, "seed": SEED}, rows, LIMITATIONS
+    )
     headings = (
         "arm", "goals", "both find one", "only ftqp", "only the other", "share of the other's", "p50", "p99",
         "p50, one found", "p50, none found",
@@ -104,17 +100,6 @@ def main() -> int:
     )
     docs.told(result, "Postures after a lock", [table], options)
     return 0
-
-
-def _options() -> argparse.Namespace:
-    parser = command_line.parser(__doc__)
-    parser.add_argument(
-        "--goals", type=command_line.at_least_one, default=100, metavar="N", help="of each arm (default 100)"
-    )
-    parser.add_argument("--quick", action="store_true", help="20 goals of each arm, 500 restarts")
-    docs.options(parser)
-    options: argparse.Namespace = parser.parse_args()
-    return options
 
 
 if __name__ == "__main__":

@@ -21,7 +21,6 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 import numpy as np  # noqa: E402
 from bench import command_line, docs  # noqa: E402
-from bench.results import circumstances  # noqa: E402
 from bench.tables import Table, quantity  # noqa: E402
 from peers.motion_case import turn  # noqa: E402
 from rich.console import Console  # noqa: E402
@@ -172,11 +171,7 @@ def main() -> int:
         return 0
     count = 8 if options.quick else options.motions
     rows = [measured(name, count) for name in ARMS]
-    result = {
-        **circumstances("bench_retreats", [], {"motions": count, "seed": SEED, "dt": DT}),
-        "rows": rows,
-        "limitations": list(LIMITATIONS),
-    }
+    result = docs.measured("bench_retreats", {"motions": count, "seed": SEED, "dt": DT}, rows, LIMITATIONS)
     headings = (
         "arm", "motions", "a way is clear", "it ends as announced", "in MuJoCo, too", "joints left are back",
         "tip straight back", "asking, p50 [ms]", "p99", "time off [s], p50",

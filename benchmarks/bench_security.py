@@ -10,7 +10,6 @@ followed with the scheme mvn, with rmp, and with rmp led by ``NMinusOne``. What 
 what happens over the horizon: right is a lock that was survived where it was said to be, and lost where not.
 """
 
-import argparse
 import os
 import sys
 from time import perf_counter
@@ -20,7 +19,6 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 import numpy as np  # noqa: E402
 from bench import command_line, docs  # noqa: E402
-from bench.results import circumstances  # noqa: E402
 from bench.tables import Table, quantity  # noqa: E402
 
 import ftqp  # noqa: E402
@@ -130,19 +128,10 @@ def study(arm: str, count: int) -> dict:
 
 def main() -> int:
     """Follow, lock, print, write; 0 when done, 2 for bad input."""
-    parser = command_line.parser(__doc__)
-    parser.add_argument(
-        "--paths", type=command_line.at_least_one, default=40, metavar="N", help="for each arm"
-    )
-    parser.add_argument("--quick", action="store_true", help="6 paths for each arm")
-    docs.options(parser)
-    options: argparse.Namespace = parser.parse_args()
+    options = docs.asked(__doc__, "6 paths for each arm", paths=(40, "for each arm"))
     count = 6 if options.quick else options.paths
     rows = [study(arm, count) for arm in ARMS]
-    result = {
-        **circumstances("bench_security", [], {"paths": count, "seed": SEED, "dt": DT}),
-        "rows": rows, "limitations": list(LIMITATIONS),
-    }  # fmt: skip
+    result = docs.measured("bench_security", {"paths": count, "seed": SEED, "dt": DT}, rows, LIMITATIONS)
     lines = [
         (r["arm"], str(r["paths"]), *(f"{100.0 * r['survived'][way]:.1f} %" for way in WAYS),
          f"{r['right']} of {r['asked']}", *(quantity(r["us"][way]) for way in ("rmp", "N-1")))
