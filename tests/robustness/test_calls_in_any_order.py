@@ -22,6 +22,15 @@ ARMS = {name: ftqp.robots.load(name) for name in ("panda", "planar(4)", "srs7")}
 BAD_NUMBERS = (np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324)
 NO_ARRAYS = (None, "home", object(), [], [[1.0]], 1 + 1j, np.zeros(99))
 NO_JOINTS = ("elbow", "", -1, 99, 1.5, None, True, (0,), 2**70)
+FORMS = {
+    "list": list,
+    "tuple": tuple,
+    "strided": lambda q: np.repeat(q, 2)[::2],
+    "backwards": lambda q: q[::-1].copy()[::-1],
+    "objects": lambda q: q.astype(object),
+    "other bytes": lambda q: q.astype(">f8"),
+    "column": lambda q: np.asfortranarray(np.tile(q, (3, 1)))[1],
+}
 ROUNDING = 1e-9
 SMALL = st.floats(-0.05, 0.05)
 SHARES = st.floats(0.6, 1.0)
@@ -209,6 +218,28 @@ class Calls(RuleBasedStateMachine):
         given = {"q": self.q, "target": self.target, name: bad}
         finite = bool(np.isfinite(bad).all())
         self.judge(*[planner.step(**given) for planner in (self.planner, self.twin)], finite=finite)
+
+    @rule(form=st.sampled_from(sorted(FORMS)))
+    def step_with_other_forms(self, form):
+        """The same numbers in another form are the same, and what was handed in may be overwritten."""
+        q = FORMS[form](self.q)
+        step, other = self.planner.step(q, None, self.target), self.twin.step(self.q, None, self.target)
+        if getattr(getattr(q, "flags", None), "writeable", False):
+            q[:] = np.nan
+        self.judge(step, other)
+
+    @rule()
+    def write_into_what_is_handed_out(self):
+        """It is a copy, or cannot be written."""
+        step, other = [planner.step(self.q, None, self.target) for planner in (self.planner, self.twin)]
+        for array in (step.q, step.v, step.a, step.reference.q, step.reference.v):
+            kept = array.copy()
+            try:
+                array[:] = np.nan
+            except ValueError:
+                continue
+            array[:] = kept
+        self.judge(step, other)
 
     @rule(line=st.integers(1, 60))
     def interrupt_a_step(self, line):

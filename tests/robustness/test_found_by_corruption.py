@@ -1,4 +1,4 @@
-"""What ten million corrupted steps found, made smaller (``studies/fuzz_step.py --steps 10000000``)."""
+"""What ten million corrupted steps found, made smaller."""
 
 import numpy as np
 import pytest

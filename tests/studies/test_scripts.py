@@ -1,7 +1,6 @@
 """The scripts of studies run from end to end, and what they find is what they promise."""
 
 import json
-import os
 from pathlib import Path
 
 import pytest
@@ -30,20 +29,6 @@ def test_figures_of_papers_are_made_again_by_a_command_each(tmp_path: Path) -> N
         assert all(value in row["ours"] for value, row in zip(values, rows, strict=False)), rows
     assert ran("studies/holt1994.py", "--quick", "--out", tmp_path).returncode == 0
     assert len(list(tmp_path.glob("holt1994-quick-*.png"))) == 2
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
-def test_killed_runs_and_campaigns_leave_files_that_are_whole(tmp_path: Path) -> None:
-    given = ("--runs", 60, "--campaigns", 4, "--out", tmp_path, "--json")
-    done = ran("studies/kill_runs.py", *given)
-    assert done.returncode in (0, 1), done.stderr
-    found = json.loads(done.stdout)
-    assert {way: facts["damaged"] for way, facts in found["runs"].items()} == {
-        way: [] for way in found["runs"]
-    }
-    assert sum(facts["kills"] for facts in found["runs"].values()) > 50
-    assert sum(facts["rows"] for facts in found["runs"].values()) > 0
-    assert found["studies"]["damaged"] == [] and found["studies"]["kills"] > 0
 
 
 def test_locked_joints_do_not_keep_the_arm_from_its_line() -> None:

@@ -1,1 +1,0 @@
-"""Corrupted inputs of ``planner.step`` and of the calls around it, and who judges what comes back."""
