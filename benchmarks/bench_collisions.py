@@ -21,7 +21,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 import numpy as np  # noqa: E402
 from bench import command_line, docs  # noqa: E402
 from bench.tables import Table, quantity  # noqa: E402
-from peers.near_case import NearCase  # noqa: E402
+from peers.motion_case import MotionCase  # noqa: E402
 from peers.run_script import run_script  # noqa: E402
 from steps.environments import DEFAULT, NotInstalled  # noqa: E402
 
@@ -31,10 +31,10 @@ HERE = Path(__file__).resolve().parent
 SEED, DT, KEEP, REST = 20261126, 4e-3, 0.02, 3.0
 FASTEST = 0.25
 PROGRAMS = {
-    "ftqp, velocity": ("near_ftqp", "velocity", None),
-    "ftqp, acceleration": ("near_ftqp", "acceleration", None),
-    "pink": ("near_pink", "", "pink"),
-    "mink": ("near_mink", "", "mink"),
+    "ftqp, velocity": ("with_ftqp", "velocity", None),
+    "ftqp, acceleration": ("with_ftqp", "acceleration", None),
+    "pink": ("with_pink", "", "pink"),
+    "mink": ("with_mink", "", "mink"),
 }
 ARRIVED = 5e-3
 """A goal counts as reached within this [m]."""
@@ -45,7 +45,7 @@ LIMITATIONS = (
 )
 
 
-def drawn(robot, lock: bool, k: int) -> NearCase:
+def drawn(robot, lock: bool, k: int) -> MotionCase:
     """A motion that leads into a ball unless something is done."""
     rng = np.random.default_rng([SEED, int(lock), k])
     low, high = robot.limits.q_min, robot.limits.q_max
@@ -67,7 +67,7 @@ def drawn(robot, lock: bool, k: int) -> NearCase:
             break
     limits = [low, high, robot.limits.v_max, robot.limits.a_max]
     size = float(np.linalg.norm(way))
-    return NearCase(
+    return MotionCase(
         kind="goal", arm="panda", urdf=robot.to_urdf(), tip=robot.tip, joints=list(robot.joints),
         locked=int(rng.integers(robot.nv)) if lock else -1, dt=DT, q=q.tolist(), start=start.tolist(),
         goal=goal.tolist(), duration=1.875 * size / FASTEST, rest=REST,

@@ -45,15 +45,15 @@ CLASSES = {
 SEED, DT, GOAL_TIME, REST = 20261128, 4e-3, 12.0, 2.0
 FASTEST, FASTEST_TURN = 0.25, 0.75
 PROGRAMS = {
-    "ftqp step": ("path", "run_ftqp", "step", None),
-    "ftqp PathFollower": ("path", "run_ftqp", "follower", None),
-    "ftqp PathFollower, bridges": ("path", "run_ftqp", "bridges", None),
-    "ftqp GoTo": ("goal", "run_ftqp", "ways", None),
-    "ftqp GoTo, straight": ("goal", "run_ftqp", "straight", None),
-    "damped least squares": ("path goal", "run_dls", "", None),
-    "placo": ("path goal", "run_placo", "", "placo"),
-    "pink": ("path goal", "run_pink", "plain", "pink"),
-    "pink, AccelerationLimit": ("path goal", "run_pink", "accelerations", "pink"),
+    "ftqp step": ("path", "with_ftqp", "step", None),
+    "ftqp PathFollower": ("path", "with_ftqp", "follower", None),
+    "ftqp PathFollower, bridges": ("path", "with_ftqp", "bridges", None),
+    "ftqp GoTo": ("goal", "with_ftqp", "ways", None),
+    "ftqp GoTo, straight": ("goal", "with_ftqp", "straight", None),
+    "damped least squares": ("path goal", "with_dls", "", None),
+    "placo": ("path goal", "with_placo", "", "placo"),
+    "pink": ("path goal", "with_pink", "plain", "pink"),
+    "pink, AccelerationLimit": ("path goal", "with_pink", "accelerations", "pink"),
 }
 """For which kinds, which script and way, and whose environment; None is this one."""
 SEEDS, EACH, DISTINCT = 40, 10, 0.05

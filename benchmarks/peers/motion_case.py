@@ -1,7 +1,7 @@
 """One motion after a lock, the same for every program; it needs numpy only, as all of them have it."""
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from time import process_time
 
@@ -13,7 +13,7 @@ STOOD, STANDS = 25, 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionCase:
-    """A straight motion of the tip of an arm one of whose joints is locked from the beginning.
+    """A straight motion of the tip of an arm one of whose joints is locked from the beginning, past balls.
 
     Attributes:
         kind: ``path`` or ``goal``: whether the tip has to be on the line all the time, or at its end only.
@@ -21,7 +21,7 @@ class MotionCase:
         urdf: The arm, as text.
         tip: The frame that moves.
         joints: Names from base to tip, (n,).
-        locked: Index of the locked joint.
+        locked: Index of the locked joint, -1 of a healthy arm.
         dt: Step [s].
         q: Start, at rest, (n,).
         start: Pose of the tip there, (4, 4).
@@ -30,6 +30,9 @@ class MotionCase:
         rest: How long it stands at the end [s].
         limits: q_min, q_max, v_max and a_max, (4, n).
         feasible: What the oracle says: ``straight``, ``other posture`` or ``not known``.
+        rods: The arm's bodies: number of the joint, both ends in its frame, radius, (8,) each.
+        balls: x, y, z and radius of each that stands in the way, (K, 4).
+        keep: How far the arm shall stay away from them [m].
     """
 
     kind: str
@@ -46,6 +49,9 @@ class MotionCase:
     rest: float
     limits: list
     feasible: str = ""
+    rods: list = field(default_factory=list)
+    balls: list = field(default_factory=list)
+    keep: float = 0.0
 
     @property
     def steps(self) -> int:

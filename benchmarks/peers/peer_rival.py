@@ -12,7 +12,7 @@ import ftqp
 from peers.servant import Charge
 
 HERE = Path(__file__).resolve().parents[1]
-OINK = Peer(name="oink", module="peers.serve_oink", packages=("roboplan-oink==0.7.*", "numpy"))
+OINK = Peer(name="oink", module="peers.with_oink", packages=("roboplan-oink==0.7.*", "numpy"))
 """roboplan's OInK, which leads an arm only here."""
 
 
@@ -33,7 +33,7 @@ class PeerRival:
         python = python_of(next(one for one in (*PEERS, OINK) if one.name == peer), environments)
         path = os.pathsep.join([str(HERE), str(HERE.parent / "src")])
         self._program = subprocess.Popen(
-            [str(python), "-m", f"peers.serve_{peer}"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            [str(python), "-m", f"peers.with_{peer}", "serve"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": path},
         )  # fmt: skip
         self._robot = robot

@@ -12,7 +12,7 @@ from importlib.metadata import version
 
 import numpy as np
 
-from peers.motion_case import turn, vector_of
+from peers.motion_case import read, run_all, turn, vector_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,7 +29,7 @@ class Charge:
         gain: Feedback of the tip's error [1/s].
         length: What one radian of the tip's error weighs as [m].
         fed_back: Whether it solves at the measured joints, or at its own integral as examples do.
-        rods: The arm's bodies as in `NearCase`.
+        rods: The arm's bodies as in `MotionCase`.
         box: Edges and middle of a box in the way, (6,), or nothing.
         keep: How far to stay away from it [m].
     """
@@ -90,3 +90,12 @@ def serve(make, packages) -> None:
         v, q = (to - q) / charge.dt, to
         told.write(np.concatenate([q, v, [float(found is None)]]).tobytes())
         told.flush()
+
+
+def main(of_case, of_charge, packages) -> None:
+    """Lead an arm with ``serve``, else go along cases; what makes a step gets a case and the way of going."""
+    if sys.argv[1:] == ["serve"]:
+        serve(of_charge, packages)
+    else:
+        given, out, way = sys.argv[1:]
+        run_all(lambda case: of_case(case, way), read(given), out, {name: version(name) for name in packages})

@@ -3,7 +3,7 @@
 import numpy as np
 from roboplan import core, optimal_ik
 
-from peers.servant import aimed, serve
+from peers.servant import aimed, main
 
 REGULARIZATION = 1e-6
 """Of what the task leaves free: the square of pink's damping cost."""
@@ -45,4 +45,4 @@ def make(charge):
 
 
 if __name__ == "__main__":
-    serve(make, ("roboplan-oink", "roboplan-core"))
+    main(None, make, ("roboplan-oink", "roboplan-core"))

@@ -1,4 +1,4 @@
-"""ftqp along the cases of a file: ``planner.step``, a ``PathFollower`` with bridges or not, or ``GoTo``."""
+"""ftqp along cases: ``planner.step``, a ``PathFollower`` with bridges or not, ``GoTo``, or past balls."""
 
 import sys
 
@@ -14,6 +14,8 @@ STANDS = 1e-6
 """Joints slower than this stand [rad/s]."""
 FOLLOWERS = ("follower", "bridges")
 """Ways that end by themselves, and have the case's rest behind their end."""
+LEVELS = ("velocity", "acceleration")
+"""Ways that are planners past balls."""
 ENDS = (
     ftqp.PathStatus.DONE, ftqp.PathStatus.BLOCKED, ftqp.GoToStatus.REACHED, ftqp.GoToStatus.UNREACHABLE,
 )  # fmt: skip
@@ -66,9 +68,37 @@ def maker(way):
     return make
 
 
+def near_maker(level):
+    """What makes the step of a case past balls, of a planner at a level that was given a scene."""
+
+    def make(case):
+        robot = ftqp.robots.load(case.arm)
+        scene = ftqp.Scene()
+        for k, (*place, radius) in enumerate(case.balls):
+            scene.add(f"ball {k + 1}", ftqp.Sphere(radius, place))
+        clearance = ftqp.Clearance(keep=case.keep, self_pairs=False)
+        planner = ftqp.Planner(robot, case.dt, level=level, scene=scene, clearance=clearance, emergency=None)
+        q, v = np.array(case.q), np.zeros(robot.nv)
+        planner.reset(q)
+        if case.locked >= 0:
+            planner.report(ftqp.Locked(case.locked, mode="instant"))
+        targets = ftqp.Targets(*case.targets())
+        state = [q, v]
+
+        def step(k):
+            done = planner.step(*state, targets.at(k))
+            state[:] = done.q.copy(), done.v.copy()
+            return state[0]
+
+        return step
+
+    return make
+
+
 if __name__ == "__main__":
     way = sys.argv[3]
     run_all(
-        maker(way), read(sys.argv[1]), sys.argv[2], {"ftqp": ftqp.__version__},
-        LONGEST if way in FOLLOWERS else 0.0, remembers=True,
+        near_maker(way) if way in LEVELS else maker(way),
+        read(sys.argv[1]), sys.argv[2], {"ftqp": ftqp.__version__},
+        LONGEST if way in FOLLOWERS else 0.0, remembers=way not in LEVELS,
     )  # fmt: skip
