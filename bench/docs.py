@@ -47,6 +47,12 @@ def measured(
     return circumstances(benchmark, [], settings) | {"rows": rows, "limitations": list(limitations)} | more
 
 
+def report(title: str, result: dict[str, Any], tables: Sequence[Table]) -> str:
+    """The whole report of a result, in Markdown."""
+    lines = [line for table in tables for line in table.markdown()]
+    return "\n".join([*preamble(title, result), *lines, *appendix(result)])
+
+
 def shown(result: dict[str, Any], report: Path, places: Mapping[Path, Sequence[Table]]) -> list[Path]:
     """Put tables of a result between its markers in texts, with where they come from; returns the texts.
 
@@ -73,9 +79,7 @@ def told(result: dict[str, Any], title: str, tables: Sequence[Table], chosen: ar
     out = chosen.out or (folder(result["benchmark"]) if chosen.update_docs else None)
     if out is None:
         return
-    lines = [*preamble(title, result), *(line for table in tables for line in table.markdown())]
-    text = "\n".join([*lines, *appendix(result)])
-    files = written(result, text, out, result["benchmark"])
+    files = written(result, report(title, result, tables), out, result["benchmark"])
     if chosen.update_docs and f"<!-- begin {result['benchmark']} -->" in SPEED.read_text(encoding="utf-8"):
         files += shown(result, files[0], {SPEED: tables})
     for file in files:

@@ -4,8 +4,8 @@ from collections import Counter
 from typing import Any
 
 import numpy as np
+from bench import docs
 from bench.contenders import REFERENCE
-from bench.results import appendix, preamble
 from bench.tables import Table, counted, exponent
 from comparison.accuracy import COARSE, INFEASIBLE, PARTS, SOLVABLE, STARTS, Outcome
 
@@ -111,10 +111,11 @@ def tables(result: dict[str, Any]) -> list[Table]:
 
 def markdown(result: dict[str, Any]) -> str:
     """The whole report."""
-    lines = preamble("Claims of QP solvers against the truth", result)
-    for table in [*tables(result), _sequences(result), *_by_sequence(result)]:
-        lines += table.markdown()
-    return "\n".join([*lines, *appendix(result)]).rstrip() + "\n"
+    return docs.report(
+        "Claims of QP solvers against the truth",
+        result,
+        [*tables(result), _sequences(result), *_by_sequence(result)],
+    )
 
 
 _FACTS = (

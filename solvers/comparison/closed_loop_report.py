@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
+from bench import docs
 from bench.contenders import REFERENCE
-from bench.results import appendix, preamble
 from bench.tables import Table, quantity
 from comparison.closed_loop import AGREEMENT, KEPT, SIMILAR
 
@@ -87,7 +87,6 @@ def _cells(row: dict[str, Any]) -> tuple[str, ...]:
 
 def markdown(result: dict[str, Any]) -> str:
     """The whole report."""
-    lines = preamble("One scenario under every backend", result)
-    for case in result["cases"]:
-        lines += _table(case, result, HEADINGS, range(len(HEADINGS)), ALL_UNITS).markdown()
-    return "\n".join([*lines, *appendix(result)])
+    every = range(len(HEADINGS))
+    found = [_table(case, result, HEADINGS, every, ALL_UNITS) for case in result["cases"]]
+    return docs.report("One scenario under every backend", result, found)

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from bench import command_line
+from bench import command_line, docs
 from bench.isolation import LIMIT
-from bench.results import README, put_into_readme, stem, written
+from bench.results import README, stem, written
 from bench.tables import Table
 from rich.console import Console
 
@@ -64,13 +64,7 @@ def run(
 ) -> int:
     """Measure, print, write: 0 when somebody took part, 1 when nobody, 2 for bad input, 130 when interrupted.
 
-    Args:
-        chosen: The options.
-        compared: Measures and returns the result.
-        tables: The tables of a result, for the screen; the first goes into the README.
-        markdown: The whole report of a result.
-        figures: Writes the pictures of a result, if there are any, into a folder, under names that begin with
-            a stem.
+    The first of ``tables`` goes into the README; ``figures`` writes pictures into a folder, under a stem.
     """
     messages = Console(stderr=True, highlight=False)
     try:
@@ -78,8 +72,7 @@ def run(
         name = stem(result["benchmark"], name=chosen.name, quick=chosen.quick)
         files = written(result, markdown(result), chosen.out, name, figures)
         if chosen.update_readme:
-            put_into_readme(result["benchmark"], readme_lines(result, tables(result)[0], files[0].name))
-            files.append(README)
+            files += docs.shown(result, files[0], {README: tables(result)[:1]})
     except KeyboardInterrupt:
         messages.print("interrupted; nothing was written")
         return 130
@@ -98,13 +91,3 @@ def run(
     for file in files:
         messages.print(f"wrote {file}", soft_wrap=True)
     return 0 if result["cells"] else 1
-
-
-def readme_lines(result: dict[str, Any], table: Table, file: str) -> list[str]:
-    """The part of the README that shows a result: its table and where it comes from."""
-    machine = f"{result['machine']['cpu']}, {result['machine']['cores']} cores"
-    link = f"[{file}](results/{file})"
-    return [
-        *table.markdown(3),
-        f"From {link}, {result['date'][:10]}, {machine}. Made by `{result['command']}`.",
-    ]

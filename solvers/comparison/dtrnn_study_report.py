@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from bench.results import appendix, preamble
+from bench import docs
 from bench.tables import Table, exponent
 from comparison.dtrnn_study import JUMPING, METHODS, PRODUCT, SCALED, SCALED_LVI, cells
 from comparison.dtrnn_study_problems import OBJECTIVES
@@ -194,7 +194,4 @@ def _tolerances(result: dict[str, Any]) -> Table:
 
 def markdown(result: dict[str, Any]) -> str:
     """The whole report."""
-    lines = preamble("How the recurrent network converges", result)
-    for table in tables(result):
-        lines += table.markdown()
-    return "\n".join([*lines, *appendix(result)]).rstrip() + "\n"
+    return docs.report("How the recurrent network converges", result, tables(result))

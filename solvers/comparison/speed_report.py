@@ -4,8 +4,8 @@ from math import exp, log
 from statistics import fmean, median
 from typing import Any
 
+from bench import docs
 from bench.contenders import REFERENCE
-from bench.results import appendix, preamble
 from bench.tables import Table, quantity
 from comparison.speed import EMPTY
 
@@ -147,7 +147,4 @@ def by_sequence(result: dict[str, Any]) -> list[Table]:
 
 def markdown(result: dict[str, Any]) -> str:
     """The whole report."""
-    lines = preamble("Time of QP solvers on recorded QPs", result)
-    for table in [*tables(result), *by_sequence(result)]:
-        lines += table.markdown()
-    return "\n".join([*lines, *appendix(result)]).rstrip() + "\n"
+    return docs.report("Time of QP solvers on recorded QPs", result, [*tables(result), *by_sequence(result)])
