@@ -70,23 +70,12 @@ def measured(
 ) -> tuple[list[dict[str, Any]], dict[str, Any], dict[str, str]]:
     """Every contender on one case; its logs and its figure go into ``folder``.
 
-    Args:
-        case: What is run.
-        ready: Who takes part.
-        folder: For logs and figures.
-        quick: Whether runs are short.
-        seconds: How long the run of a contender may take [s].
-
-    Returns:
-        one row a contender, what is known of the case, and why contenders could not take part.
-
-    Raises:
-        ScenarioError: The scenario is wrong, or the reference cannot run it.
+    Gives one row a contender, what is known of the case, and why contenders could not take part.
     """
     reference = next(contender for contender in ready if contender.name == REFERENCE)
     setup = case.setup(reference, quick=quick)
-    base = _run(setup, folder / "reference.sqlite")
-    nudged = _run(case.setup(reference, quick=quick), folder / "nudged.sqlite", nudge=NUDGE)
+    base = _run(setup, folder / "reference.npy")
+    nudged = _run(case.setup(reference, quick=quick), folder / "nudged.npy", nudge=NUDGE)
     growth = float(joint_difference(nudged, base).max())
     about = {
         "title": case.title(),
@@ -101,7 +90,7 @@ def measured(
     rows, declined = [], {}
     logs: dict[str, Log] = {}
     for index, contender in enumerate(ready):
-        file = folder / f"{index}.sqlite"
+        file = folder / f"{index}.npy"
         ended = isolated(_ran, case, contender, quick, file, seconds=seconds)
         if ended.reason:
             declined[contender.name] = " ".join(ended.reason.split())
@@ -118,7 +107,7 @@ def measured(
         title=f"{about['title']}: {len(logs)} backends in closed loop",
         tolerance=None if about["chaotic"] else AGREEMENT,
     )
-    for file in folder.glob("*.sqlite"):
+    for file in (*folder.glob("*.npy"), *folder.glob("*.json")):
         file.unlink()
     return rows, about, declined
 
