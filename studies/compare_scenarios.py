@@ -76,12 +76,7 @@ def run_all(tree: Path, names: list[str], out: Path) -> subprocess.Popen[str]:
 
 
 def difference(ours: Any, theirs: Any) -> float:
-    """The largest difference of two signals: of numbers above 1 as a share; inf where only one is a number.
-
-    Args:
-        ours: The one, (K,).
-        theirs: The other.
-    """
+    """The largest difference of signals: of numbers above 1 as a share; inf where only one is a number."""
     if ours.shape != theirs.shape:
         return float("inf")
     with np.errstate(invalid="ignore"):

@@ -14,13 +14,7 @@ from alarms.detection_world import Record
 
 
 def kept(folder: Path | None, begins: list[int], make: Callable[[], Any]) -> Any:
-    """A motion or a tour: that of the file, else made and written there.
-
-    Args:
-        folder: where the files are; None keeps none.
-        begins: the seed, from which the file has its name.
-        make: makes a `Motion` or a `Record`.
-    """
+    """A motion or a tour: that of the file, else made and written there."""
     if folder is None:
         return _read(_written(make()))
     file = folder / f"{'-'.join(str(number) for number in begins)}.npz"
