@@ -25,7 +25,7 @@ from ftqp.kernel.maths.side_by_side import WIDTH, all_of, several
 
 MOST_TURNS = 1e9
 """An angle of more turns is none: no encoder tells it. Rounding alone makes 1e-6 rad of a larger one, so that
-its sine is none; `python studies/fuzz_step.py` draws such numbers."""
+its sine is none."""
 
 
 @jit
