@@ -1,6 +1,7 @@
 """For all tests: how long a case takes decides nothing, as machines differ; whole scripts are slow."""
 
 import gc
+import logging
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -53,3 +54,13 @@ def spread(cases: list[pytest.Item], few: int) -> list[pytest.Item]:
     """At most so many of them, from the first to the last."""
     places = {k * (len(cases) - 1) // max(1, few - 1) for k in range(few)}
     return [case for place, case in enumerate(cases) if place in places]
+
+
+@pytest.fixture(autouse=True, scope="module")
+def what_is_said() -> Iterator[None]:
+    """Scripts that say errors alone say so of themselves, and not of the tests after them."""
+    log, disabled = logging.getLogger("ftqp"), logging.root.manager.disable
+    level = log.level
+    yield
+    log.setLevel(level)
+    logging.disable(disabled)
