@@ -58,9 +58,10 @@ def spread(cases: list[pytest.Item], few: int) -> list[pytest.Item]:
 
 @pytest.fixture(autouse=True, scope="module")
 def what_is_said() -> Iterator[None]:
-    """Scripts that say errors alone say so of themselves, and not of the tests after them."""
+    """Scripts that say errors alone, and calls that are interrupted, hush no test after them."""
     log, disabled = logging.getLogger("ftqp"), logging.root.manager.disable
-    level = log.level
+    level, filters = log.level, log.filters.copy()
     yield
     log.setLevel(level)
+    log.filters[:] = filters
     logging.disable(disabled)

@@ -14,8 +14,8 @@ def quiet() -> Iterator[None]:
     def others(record: logging.LogRecord) -> bool:
         return record.thread != here
 
-    logger.addFilter(others)
     try:
+        logger.addFilter(others)
         yield
     finally:
         logger.removeFilter(others)
