@@ -235,14 +235,14 @@ def test_what_is_worked_out_on_a_copy_is_what_orders_write(drive):
     arm = ArmSession(PANDA.chain.constants())
     orders = Orders(session, arm, {})
     orders.memory[:] = planner._orders.memory
-    draft = Draft(session, arm, orders)
+    draft = Draft.taken(arm)
     told = Configuration(0, Belief(PANDA), MountedRobot(PANDA), braking_reserve(PANDA))
     twin, lone = session.copy(), ArmSession(PANDA.chain.constants())
     direct = Orders(twin, lone, {})
     direct.memory[:] = orders.memory
     for change in TOLD:
         before, told = told, dataclasses.replace(told, **change(told))
-        draft.begin()
+        draft.begin(session, arm, orders)
         told.tell(draft.K, draft.orders, before)
         write_together(draft.changes)
         told.tell(twin.K, direct, before)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
@@ -140,33 +140,44 @@ def told_parts(record: Any) -> tuple[slice, ...]:
 class Draft:
     """A copy of what a kernel knows, on which a change is worked out, and which one call then writes.
 
-    Words that the change leaves alone stay as they are, whoever has written them meanwhile.
+    Words that the change leaves alone stay as they are, whoever has written them meanwhile. Planners of as
+    many joints have one in common, which is taken for as long as a change lasts.
 
     Attributes:
         K: The rooms of the copy.
         orders: The orders on the copy.
     """
 
-    def __init__(self, session: Session, arm: ArmSession, orders: Orders) -> None:
-        other, lone = Session(len(arm.joints)), copy(arm)
-        self.K, self.orders = other.K, Orders(other, lone, {})
-        self.orders.memory[:] = orders.memory
-        record, now = session.memory.view(np.int64), other.memory.view(np.int64)
-        self._words = [
-            (to[part], of[part], np.empty_like(of[part]))
-            for to, of, parts in (
-                (record, now, told_parts(session.memory.dtype)),
-                (arm.memory.view(np.int64), lone.memory.view(np.int64), (slice(None),)),
-                (orders.memory.view(np.int64), self.orders.memory.view(np.int64), (slice(None),)),
-            )
-            for part in parts
-        ]
+    free: ClassVar[dict[int, list["Draft"]]] = {}
 
-    def begin(self) -> None:
-        """Take what the kernel knows now."""
-        for to, of, before in self._words:
-            before[:] = to
-            of[:] = before
+    def __init__(self, arm: ArmSession) -> None:
+        session, lone = Session(len(arm.joints)), copy(arm)
+        self.K, self.orders = session.K, Orders(session, lone, {})
+        self._mine = session.memory, lone.memory, self.orders.memory
+        self._words: list[tuple[Any, Any, Any]] = []
+
+    @classmethod
+    def taken(cls, arm: ArmSession) -> "Draft":
+        """One that nobody has, for a planner of that arm; ``give_back`` it."""
+        free = cls.free.setdefault(len(arm.joints), [])
+        try:
+            return free.pop()
+        except IndexError:  # a signal handler, or another thread, has it
+            return cls(arm)
+
+    def give_back(self) -> None:
+        """Let others have it."""
+        self._words = []
+        self.free[len(self.orders.expected)].append(self)
+
+    def begin(self, session: Session, arm: ArmSession, orders: Orders) -> None:
+        """Take what a kernel knows now."""
+        self._words = []
+        for theirs, mine in zip((session.memory, arm.memory, orders.memory), self._mine, strict=True):
+            to, now = theirs.view(np.int64), mine.view(np.int64)
+            for part in told_parts(theirs.dtype) if theirs is session.memory else (slice(None),):
+                now[part] = before = to[part].copy()
+                self._words.append((to[part], now[part], before))
 
     @property
     def changes(self) -> list[tuple[Any, Any]]:

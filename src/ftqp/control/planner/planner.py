@@ -142,7 +142,6 @@ class Planner:
         "_at_rest",
         "_begin",
         "_constraints",
-        "_draft",
         "_fast",
         "_fault_response",
         "_free",
@@ -169,7 +168,6 @@ class Planner:
     )
     _applied: Configuration | None
     _begin: Tick | None
-    _draft: Draft | None
     _inside: Inside
     _known: dict[int, Configuration]
 
@@ -292,7 +290,7 @@ class Planner:
         reserve = braking_reserve(robot) if given.limits_torque else None
         told = Configuration(next(NUMBERS), Belief(robot), MountedRobot(robot), reserve)
         self._number, self._known = np.array([told.number]), {told.number: told}
-        self._applied, self._draft = None, None
+        self._applied = None
         self._said = Said(int(self._session.K.cascade.status))
         self._out, self._loop = (
             Step(
@@ -659,15 +657,14 @@ class Planner:
             self._apply()
             before = self._configuration
             after = replace(change(before), number=next(NUMBERS), then=then)
-            draft, self._draft = self._draft, None  # a signal handler that tells something takes its own
-            draft = draft or Draft(self._session, self._arm, self._orders)
+            draft = Draft.taken(self._arm)
             changes = self._worked_out(before, after, draft)
             write, _table = write_call(changes)
             self._known[after.number] = after
             self._begin = None  # until its parts have followed, steps look at what the planner was told
             # as one expression: no signal handler comes between the look and the call
             written = self._number[0] == before.number and write() == 0
-            self._draft = draft
+            draft.give_back()
             self._known.pop((before if written else after).number, None)
         self._apply()
 
@@ -677,7 +674,7 @@ class Planner:
         if not after.tells_as(before):
             if before.arm is not after.arm:
                 self._out.fill_in()  # steps that are kept stay with the arm that they had
-            draft.begin()
+            draft.begin(self._session, self._arm, self._orders)
             after.tell(draft.K, draft.orders, before)
             if draft.K.state.is_reset:
                 for i in after.weakened(before):
