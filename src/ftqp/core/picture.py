@@ -4,8 +4,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, final
 
-from ftqp.core.errors import InputError
-
 
 @final
 class Picture:
@@ -36,6 +34,8 @@ class Picture:
         try:
             Path(path).write_bytes(self._png)
         except OSError as error:
+            from ftqp.core.errors import InputError  # `import ftqp` needs this file, and no sentences
+
             raise InputError(f"picture {path} cannot be written: {error.strerror}") from error
         return Path(path)
 
