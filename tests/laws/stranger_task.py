@@ -135,7 +135,9 @@ def main(folder: Path) -> dict[str, Any]:
     wrong.write_text(SCENARIO.replace("distance = 0.47", "distanc = 0.47"), encoding="utf-8")
     found["wrong key"] = runner.invoke(app, ["check", str(wrong)]).output
     found["run"] = runner.invoke(app, ["run", str(file), "--out", str(out)]).output
-    found["report"] = runner.invoke(app, ["report", str(out)]).output
+    page = folder / "report.html"
+    found["report"] = runner.invoke(app, ["report", str(out), "-o", str(page)]).output
+    found["names it"] = "The task Distance was" in page.read_text(encoding="utf-8")
     found["summary"] = json.loads((out / "summary.json").read_text())
     log = ftqp.load_log(out)
     found["columns"] = [name for name in log.units if name.startswith(("task_error", "distance"))]

@@ -40,7 +40,7 @@ def test_a_run_does_what_they_ask_logs_it_and_says_it(found):
     tasks, constraints = found["metadata"]
     assert tasks[0]["kind"] == "distance" and tasks[0]["distance"] == 0.47
     assert {one["kind"] for one in constraints} == {"rows", "plane"}
-    assert "Distance" in found["run"] and "written" in found["report"].lower() + "written"
+    assert "Distance" in found["run"] and "report.html" in found["report"] and found["names it"]
 
 
 def test_they_work_in_a_step_and_batches_refuse_them_in_a_sentence(found):
