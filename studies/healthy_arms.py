@@ -10,16 +10,11 @@ Full study: two minutes on one core; ``--seeds 4 --cases 20`` takes twenty. Resu
 unless --out says otherwise.
 """
 
-import argparse
-import json
-import logging
-import platform
-from datetime import date
-from time import perf_counter
 from typing import Any
 
 import numpy as np
-from bench import results
+from bench import study
+from bench.tables import Table
 
 import ftqp
 from ftqp.sim.plants.hidden_faults import Weakened
@@ -27,7 +22,6 @@ from ftqp.sim.plants.hidden_faults import Weakened
 DT, SECONDS, RADIUS = 0.001, 4.0, 0.1
 ARMS = ("panda", "iiwa14")
 NOISES = (0.0, 5e-5, 2e-4)
-PACKAGES = ("ftqp", "numpy", "numba", "mujoco", "pin")
 FAULTS = ("locked", "free", "half torque")
 SEEDS, CASES = 1, 2
 
@@ -88,7 +82,7 @@ def run(
     }
 
 
-def study(quick: bool, seeds: int, cases: int) -> list[dict[str, Any]]:
+def measured(quick: bool, seeds: int, cases: int) -> list[dict[str, Any]]:
     """Arms that work, then arms of which a joint fails."""
     rows = []
     for name in ARMS[: 1 if quick else None]:
@@ -109,21 +103,9 @@ def study(quick: bool, seeds: int, cases: int) -> list[dict[str, Any]]:
     return rows
 
 
-def table(rows: list[dict[str, Any]], seconds: float) -> str:
-    """The report."""
-    versions = ", ".join(map(" ".join, results.packages(PACKAGES).items()))
-    lines = [
-        "# Torque arms that work",
-        "",
-        f"`python studies/healthy_arms.py`, {date.today()}, {platform.machine()} {platform.system()}, Python "
-        f"{platform.python_version()}, {versions}; {seconds:.0f} s on one core. A circle in {SECONDS:g} s,",
-        f"noise {', '.join(f'{noise:g}' for noise in NOISES)} rad; faults at 5e-5 rad, after 1 to 2.5 s.",
-        "",
-        "| in truth only | working arms | a joint is named | stopped | "
-        + " | ".join(f"{kind}: right, another, median [s]" for kind in FAULTS)
-        + " |",
-        "|---|---|---|---|" + "---|" * len(FAULTS),
-    ]
+def tables(found: dict[str, Any]) -> list[Table]:
+    """By what is in truth only, and every wrong finding in its words."""
+    rows, lines = found["rows"], []
     for label in dict.fromkeys(row["truth"] for row in rows):
         own = [row for row in rows if row["truth"] == label and row["fault"] is None]
         cells = [label, len(own), sum(row["found"] is not None for row in own)]
@@ -135,41 +117,29 @@ def table(rows: list[dict[str, Any]], seconds: float) -> str:
             cells.append(
                 f"{len(after)} of {len(failed)}, {wrong}, {np.median(after) if after else np.nan:.3f}"
             )
-        lines.append("| " + " | ".join(map(str, cells)) + " |")
-    lines += [""]
-    lines += [
-        f"* {row['arm']}, {row['truth']}, noise {row['noise']:g}, {row['fault'] or 'nothing failed'}: "
+        lines.append(tuple(map(str, cells)))
+    wrong = [
+        f"{row['arm']}, {row['truth']}, noise {row['noise']:g}, {row['fault'] or 'nothing failed'}: "
         f"{row['found'] or row['stopped']}"
         for row in rows
         if (row["fault"] is None and (row["found"] or row["stopped"]))
         or (row["fault"] is not None and row["found"] and not row["right"])
     ]
-    lines += ["", "What this does not say: calibrated detectors, arms behind servos, faults of sensors.", ""]
-    return "\n".join(lines)
-
-
-def main() -> None:
-    """The command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--quick", action="store_true", help="one arm, two truths, no noise")
-    parser.add_argument("--seeds", type=int, default=SEEDS, help="circles of each (default %(default)s)")
-    parser.add_argument("--cases", type=int, default=CASES, help="faults of each kind (default %(default)s)")
-    results.add_out(parser, "healthy_arms")
-    parser.add_argument("--json", action="store_true", help="print every row as JSON and write nothing")
-    given = parser.parse_args()
-    logging.getLogger("ftqp").setLevel(logging.ERROR)
-    began = perf_counter()
-    rows = study(given.quick, given.seeds, given.cases)
-    if given.json:
-        print(json.dumps(rows))
-        return
-    report = table(rows, perf_counter() - began)
-    stem = results.stem("healthy_arms", name=None, quick=given.quick)
-    results.written({"rows": rows}, report, given.out, stem)
-    print(report)
+    headings = (
+        "in truth only", "working arms", "a joint is named", "stopped",
+        *(f"{kind}: right, another, median [s]" for kind in FAULTS),
+    )  # fmt: skip
+    noises = ", ".join(f"{noise:g}" for noise in NOISES)
+    title = f"A circle in {SECONDS:g} s, noise {noises} rad; faults at 5e-5 rad, after 1 to 2.5 s"
+    return [Table(title=title, headings=headings, rows=lines, notes=wrong)]
 
 
 if __name__ == "__main__":
-    main()
+    parser = study.options(__doc__, "healthy_arms", "one arm, two truths, no noise")
+    parser.add_argument("--seeds", type=int, default=SEEDS, help="circles of each (default %(default)s)")
+    parser.add_argument("--cases", type=int, default=CASES, help="faults of each kind (default %(default)s)")
+    study.on_record(
+        parser.parse_args(), "Torque arms that work",
+        lambda given: {"rows": measured(given.quick, given.seeds, given.cases)}, tables,
+        ("Calibrated detectors, arms behind servos, faults of sensors: not looked at.",),
+    )  # fmt: skip

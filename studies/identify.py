@@ -8,20 +8,15 @@ The true arm is MuJoCo's, behind position servos that know its rotors and not it
 Full study: a minute on one core. Results go to ``studies/results`` unless --out says otherwise.
 """
 
-import argparse
-import json
-import platform
-from datetime import date
-from time import perf_counter
 from typing import Any
 
 import numpy as np
-from bench import results
+from bench import study
+from bench.tables import Table
 
 import ftqp
 from ftqp.sim.torque_logs import rehearsed
 
-PACKAGES = ("ftqp", "numpy", "mujoco", "pin", "numba")
 COUNT = 8
 """True arms a robot."""
 
@@ -39,7 +34,7 @@ def drawn(rng: np.random.Generator, robot: ftqp.Robot) -> tuple[dict[str, Any], 
     return truth, rng.uniform(-0.1, 0.1, robot.nv), rng.uniform(-0.01, 0.01, robot.nv)
 
 
-def study(quick: bool) -> list[dict[str, Any]]:
+def measured(quick: bool) -> list[dict[str, Any]]:
     """Every arm with drawn truths: the errors of what is found."""
     rows = []
     for name in ("panda", "iiwa14", "xarm7")[: 1 if quick else None]:
@@ -82,21 +77,9 @@ COLUMNS = {
 """Errors, what they are called, and by what they are multiplied."""
 
 
-def table(rows: list[dict[str, Any]], seconds: float) -> str:
-    """The report."""
-    versions = ", ".join(map(" ".join, results.packages(PACKAGES).items()))
-    lines = [
-        "# What a motion tells of an arm",
-        "",
-        f"`python studies/identify.py`, {date.today()}, {platform.machine()} {platform.system()}, Python "
-        f"{platform.python_version()}, {versions}; {seconds:.0f} s on one core. Errors of what is told,",
-        "median and nine tenths over joints and arms; every value is drawn: rotors 0.02 to 0.3 kg m²,",
-        "friction, a load of 0.3 to 2.5 kg, torques that are logged up to 10 % wrong, encoders up to 10",
-        "mrad off.",
-        "",
-        "| arm | " + " | ".join(label for label, _ in COLUMNS.values()) + " | not told |",
-        "|---|" + "---|" * (len(COLUMNS) + 1),
-    ]
+def tables(found: dict[str, Any]) -> list[Table]:
+    """Errors of what is told, and how honest its standard errors are."""
+    rows, lines = found["rows"], []
     for name in dict.fromkeys(row["arm"] for row in rows):
         own = [row for row in rows if row["arm"] == name]
         cells, missing = [], 0
@@ -105,41 +88,25 @@ def table(rows: list[dict[str, Any]], seconds: float) -> str:
             cells.append(f"{np.median(values):.1f}, {np.quantile(values, 0.9):.1f}")
             if kind not in ("load", "centre"):
                 missing += len(own) * ftqp.robots.load(name).nv - len(values)
-        total = 5 * len(own) * ftqp.robots.load(name).nv
-        lines.append(f"| {name} | " + " | ".join(cells) + f" | {missing} of {total} |")
+        lines.append((name, *cells, f"{missing} of {5 * len(own) * ftqp.robots.load(name).nv}"))
     z = np.concatenate([row[f"{kind}_z"] for row in rows for kind in ("rotors", "coulomb", "viscous")])
-    lines += [
-        "",
+    notes = (
+        "Every value is drawn: rotors 0.02 to 0.3 kg m², friction, a load of 0.3 to 2.5 kg, torques that are "
+        "logged up to 10 % wrong, encoders up to 10 mrad off.",
         f"Of rotors and friction {100.0 * np.mean(np.abs(z) < 2.0):.0f} % are within two standard errors of "
         f"the truth and {100.0 * np.mean(np.abs(z) < 3.0):.0f} % within three. At most "
-        f"{100.0 * max(row['share_left'] for row in rows):.0f} % of what the model misses of a joint's",
+        f"{100.0 * max(row['share_left'] for row in rows):.0f} % of what the model misses of a joint's "
         "torque is left.",
-        "",
-        "Not told are mostly offsets of joints whose position no torque depends on, the first joint of an",
+        "Not told are mostly offsets of joints whose position no torque depends on, the first joint of an "
         "arm that stands upright among them.",
-        "",
-    ]
-    return "\n".join(lines)
-
-
-def main() -> None:
-    """The command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--quick", action="store_true", help="one arm and two truths")
-    results.add_out(parser, "identify")
-    parser.add_argument("--json", action="store_true", help="print every row as JSON and write nothing")
-    given = parser.parse_args()
-    began = perf_counter()
-    rows = study(given.quick)
-    if given.json:
-        print(json.dumps(rows))
-        return
-    report = table(rows, perf_counter() - began)
-    results.written({"rows": rows}, report, given.out, results.stem("identify", name=None, quick=given.quick))
-    print(report)
+    headings = ("arm", *(label for label, _ in COLUMNS.values()), "not told")
+    title = "Errors of what is told, median and nine tenths over joints and arms"
+    return [Table(title=title, headings=headings, rows=lines, notes=notes)]
 
 
 if __name__ == "__main__":
-    main()
+    study.on_record(
+        study.options(__doc__, "identify", "one arm and two truths").parse_args(),
+        "What a motion tells of an arm", lambda given: {"rows": measured(given.quick)}, tables, (),
+    )  # fmt: skip

@@ -9,22 +9,16 @@ comparison, a joint locks, swings freely or keeps half of its torque, and nobody
 Full study: some minutes on one core. Results go to ``studies/results`` unless --out says otherwise.
 """
 
-import argparse
-import json
-import logging
-import platform
-from datetime import date
-from time import perf_counter
 from typing import Any
 
 import numpy as np
-from bench import results
+from bench import study
+from bench.tables import Table
 
 import ftqp
 from ftqp.sim.plants.hidden_faults import Weakened
 
 DT, SECONDS, RADIUS, NOISE = 0.001, 2.5, 0.1, 1e-5
-PACKAGES = ("ftqp", "numpy", "mujoco", "pin", "numba")
 CASES = 20
 """Pushes an arm, drive and detector, and as many faults."""
 FAULTS = ("locked", "free", "half torque")
@@ -91,7 +85,7 @@ def begin(plant: ftqp.MujocoPlant, case: dict[str, Any]) -> None:
         plant.suffer(Weakened(joint, 0.5))
 
 
-def study(quick: bool) -> list[dict[str, Any]]:
+def measured(quick: bool) -> list[dict[str, Any]]:
     """Every arm and drive: pushes and faults."""
     rows = []
     for name in ("panda", "iiwa14")[: 1 if quick else None]:
@@ -112,20 +106,9 @@ def study(quick: bool) -> list[dict[str, Any]]:
     return rows
 
 
-def table(rows: list[dict[str, Any]], seconds: float) -> str:
-    """The report."""
-    versions = ", ".join(map(" ".join, results.packages(PACKAGES).items()))
-    lines = [
-        "# Pushed, or failed?",
-        "",
-        f"`python studies/touches.py`, {date.today()}, {platform.machine()} {platform.system()}, Python "
-        f"{platform.python_version()}, {versions}; {seconds:.0f} s on one core. Something pushes the tip,",
-        "up to 10 to 80 N and for 0.1 to 0.6 s, or a motor fails and nobody says so.",
-        "",
-        "| arm | drive | detector | pushes | said to be a push | a joint is named | arm stopped | force "
-        "off by | faults | said to be a push | right joint named | another |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|",
-    ]
+def tables(found: dict[str, Any]) -> list[Table]:
+    """By arm, drive and detector."""
+    rows, lines = found["rows"], []
     for key in dict.fromkeys((row["arm"], row["drive"], row["detector"]) for row in rows):
         own = [row for row in rows if (row["arm"], row["drive"], row["detector"]) == key]
         pushes, faults = ([row for row in own if row["fault"] == fault] for fault in (False, True))
@@ -137,35 +120,17 @@ def table(rows: list[dict[str, Any]], seconds: float) -> str:
             sum(row["touch"] is not None for row in faults), sum(row["right"] for row in faults),
             sum(bool(row["found"]) and not row["right"] for row in faults),
         )  # fmt: skip
-        lines.append("| " + " | ".join(map(str, cells)) + " |")
-    lines += [
-        "",
-        "What this does not say: pushes of other links, contacts that stay, arms whose detector is",
-        "calibrated.",
-        "",
-    ]
-    return "\n".join(lines)
-
-
-def main() -> None:
-    """The command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--quick", action="store_true", help="one arm and drive, four cases each")
-    results.add_out(parser, "touches")
-    parser.add_argument("--json", action="store_true", help="print every row as JSON and write nothing")
-    given = parser.parse_args()
-    logging.getLogger("ftqp").setLevel(logging.ERROR)
-    began = perf_counter()
-    rows = study(given.quick)
-    if given.json:
-        print(json.dumps(rows))
-        return
-    report = table(rows, perf_counter() - began)
-    results.written({"rows": rows}, report, given.out, results.stem("touches", name=None, quick=given.quick))
-    print(report)
+        lines.append(tuple(map(str, cells)))
+    headings = (
+        "arm", "drive", "detector", "pushes", "said to be a push", "a joint is named", "arm stopped",
+        "force off by", "faults", "said to be a push", "right joint named", "another",
+    )  # fmt: skip
+    return [Table(title="Something pushes the tip, or a motor fails", headings=headings, rows=lines)]
 
 
 if __name__ == "__main__":
-    main()
+    study.on_record(
+        study.options(__doc__, "touches", "one arm and drive, four cases each").parse_args(),
+        "Pushed, or failed?", lambda given: {"rows": measured(given.quick)}, tables,
+        ("Pushes of other links, contacts that stay, arms whose detector is calibrated: not looked at.",),
+    )  # fmt: skip

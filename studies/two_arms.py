@@ -10,15 +10,11 @@ are pinocchio's, of the configurations that the planner sends.
 Full study: about ten minutes on one core. Results go to ``studies/results`` unless --out says otherwise.
 """
 
-import argparse
-import json
-import platform
-from datetime import date
-from time import perf_counter
 from typing import Any
 
 import numpy as np
-from bench import results
+from bench import study
+from bench.tables import Table
 
 import ftqp
 
@@ -30,7 +26,6 @@ SLIP, ARRIVED = 1e-3, 1e-3
 """The grip holds up to this relative position error, and the load is on its way up to this one [m]."""
 LEVELS = ("velocity", "acceleration")
 SEED = 20261125
-PACKAGES = ("ftqp", "numpy", "numba", "pin")
 
 
 def held(q: Any) -> Any:
@@ -86,7 +81,7 @@ def ways(count: int) -> list[tuple[Any, float]]:
     return found
 
 
-def study(count: int) -> list[dict[str, Any]]:
+def measured(count: int) -> list[dict[str, Any]]:
     """All runs, joint by joint and level by level."""
     drawn = ways(count)
     return [
@@ -97,59 +92,32 @@ def study(count: int) -> list[dict[str, Any]]:
     ]
 
 
-def table(runs: list[dict[str, Any]], seconds: float) -> str:
-    """The report."""
-    versions = ", ".join(map(" ".join, results.packages(PACKAGES).items()))
-    lines = [
-        "# Two arms carry a bar, and a joint locks",
-        "",
-        f"`python studies/two_arms.py`, {date.today()}, {platform.machine()} {platform.system()}, Python "
-        f"{platform.python_version()}, {versions}; dt {DT} s, {seconds:.0f} s on one core.",
-        "",
-        "| level | joint that locks | runs | grip within 1 mm | load on its line within 1 mm | "
-        "load at its end | blocked | stopped | largest slip | limits kept |",
-        "|---|---|---|---|---|---|---|---|---|---|",
-    ]
+def tables(found: dict[str, Any]) -> list[Table]:
+    """By level and joint."""
+    lines = []
     for level in LEVELS:
-        of_level = [run for run in runs if run["level"] == level]
+        of_level = [run for run in found["runs"] if run["level"] == level]
         for name in (*ROBOT.joints, "all"):
             rows = [run for run in of_level if name in (run["joint"], "all")]
-            lines.append(
-                f"| {level} | {name} | {len(rows)} | {sum(run['slip'] < SLIP for run in rows)} | "
-                f"{sum(run['off'] < ARRIVED for run in rows)} | "
-                f"{sum(run['left'] < ARRIVED for run in rows)} | "
-                f"{sum(run['end'] == 'BLOCKED' for run in rows)} | "
-                f"{sum(run['stopped'] for run in rows)} | "
-                f"{1e3 * max(run['slip'] for run in rows):.3f} mm | {sum(run['kept'] for run in rows)} |"
-            )
-    lines += [
-        "",
-        "What this does not say: one pair of arms, straight ways from one posture, joints that lock at once,",
-        "arms that do what they are told. That a way cannot be finished is no proof that no planner could.",
-        "",
-    ]
-    return "\n".join(lines)
-
-
-def main() -> None:
-    """The command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--quick", action="store_true", help=f"{QUICK_WAYS} ways")
-    results.add_out(parser, "two_arms")
-    parser.add_argument("--json", action="store_true", help="print every run as JSON and write nothing")
-    given = parser.parse_args()
-    began = perf_counter()
-    runs = study(QUICK_WAYS if given.quick else WAYS)
-    if given.json:
-        print(json.dumps(runs))
-        return
-    report = table(runs, perf_counter() - began)
-    stem = results.stem("two_arms", name=None, quick=given.quick)
-    results.written({"runs": runs}, report, given.out, stem)
-    print(report)
+            counts = (
+                len(rows), sum(run["slip"] < SLIP for run in rows), sum(run["off"] < ARRIVED for run in rows),
+                sum(run["left"] < ARRIVED for run in rows), sum(run["end"] == "BLOCKED" for run in rows),
+                sum(run["stopped"] for run in rows),
+            )  # fmt: skip
+            slip, kept = 1e3 * max(run["slip"] for run in rows), sum(run["kept"] for run in rows)
+            lines.append((level, name, *map(str, counts), f"{slip:.3f} mm", str(kept)))
+    headings = (
+        "level", "joint that locks", "runs", "grip within 1 mm", "load on its line within 1 mm",
+        "load at its end", "blocked", "stopped", "largest slip", "limits kept",
+    )  # fmt: skip
+    return [Table(title="Every joint locks once on each way", headings=headings, rows=lines)]
 
 
 if __name__ == "__main__":
-    main()
+    study.on_record(
+        study.options(__doc__, "two_arms", f"{QUICK_WAYS} ways").parse_args(),
+        "Two arms carry a bar, and a joint locks",
+        lambda given: {"runs": measured(QUICK_WAYS if given.quick else WAYS)}, tables,
+        ("One pair of arms, straight ways from one posture, joints that lock at once, arms that do what they "
+         "are told.", "That a way cannot be finished is no proof that no planner could."),
+    )  # fmt: skip

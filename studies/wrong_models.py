@@ -10,17 +10,12 @@ that is told the truth.
 Full study: two minutes on one core. Results go to ``studies/results`` unless --out says otherwise.
 """
 
-import argparse
-import json
-import logging
-import platform
-from datetime import date
-from time import perf_counter
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from bench import results
+from bench import study
+from bench.tables import Table
 
 import ftqp
 
@@ -28,7 +23,6 @@ DT, SECONDS, RADIUS = 0.001, 5.0, 0.1
 LAWS = ("PD 400/40", "as it is", "learns", "told")
 FAR = 0.05
 """An arm is lost when it stops, or when its tip is farther from its way than this [m]."""
-PACKAGES = ("ftqp", "numpy", "numba", "mujoco", "pin")
 
 
 def load(mass: float) -> ftqp.Payload:
@@ -95,7 +89,7 @@ def run(robot: ftqp.Robot, law: str, noise: float = 0.0, **truth: Any) -> tuple[
     return far, lost
 
 
-def study(quick: bool) -> list[dict[str, Any]]:
+def measured(quick: bool) -> list[dict[str, Any]]:
     """Every arm, truth and law."""
     arms = [ftqp.robots.load("panda"), ftqp.robots.load("iiwa14"), ftqp.robots.load("xarm7").with_rotors(0.0)]
     rows = []
@@ -109,52 +103,20 @@ def study(quick: bool) -> list[dict[str, Any]]:
     return rows
 
 
-def table(rows: list[dict[str, Any]], seconds: float) -> str:
-    """The report."""
-    versions = ", ".join(map(" ".join, results.packages(PACKAGES).items()))
-    lines = [
-        "# Torque arms whose models lack something",
-        "",
-        f"`python studies/wrong_models.py`, {date.today()}, {platform.machine()} {platform.system()}, Python "
-        f"{platform.python_version()}, {versions}; {seconds:.0f} s on one core. The largest error of the "
-        f"tip [mm] on a circle of {RADIUS} m in {SECONDS:g} s.",
-        "",
-        "| arm | in truth only | " + " | ".join(LAWS) + " |",
-        "|---|---|" + "---|" * len(LAWS),
+def tables(found: dict[str, Any]) -> list[Table]:
+    """The largest errors."""
+    told = [
+        (row["arm"], row["truth"], *("lost" if row[law] is None else f"{row[law]:.2f}" for law in LAWS))
+        for row in found["rows"]
     ]
-    for row in rows:
-        told = ("lost" if row[law] is None else f"{row[law]:.2f}" for law in LAWS)
-        lines.append(f"| {row['arm']} | {row['truth']} | " + " | ".join(told) + " |")
-    lines += [
-        "",
-        "What this does not say: one posture of each arm and one way, exact samples but for the last row,",
-        "none of them late, rotors that are the same in all joints, no joint that fails.",
-        "",
-    ]
-    return "\n".join(lines)
-
-
-def main() -> None:
-    """The command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--quick", action="store_true", help="one arm and three truths")
-    results.add_out(parser, "wrong_models")
-    parser.add_argument("--json", action="store_true", help="print every row as JSON and write nothing")
-    given = parser.parse_args()
-    logging.getLogger("ftqp").setLevel(logging.ERROR)
-    began = perf_counter()
-    rows = study(given.quick)
-    if given.json:
-        print(json.dumps(rows))
-        return
-    report = table(rows, perf_counter() - began)
-    results.written(
-        {"rows": rows}, report, given.out, results.stem("wrong_models", name=None, quick=given.quick)
-    )
-    print(report)
+    title = f"The largest error of the tip [mm] on a circle of {RADIUS} m in {SECONDS:g} s"
+    return [Table(title=title, headings=("arm", "in truth only", *LAWS), rows=told)]
 
 
 if __name__ == "__main__":
-    main()
+    study.on_record(
+        study.options(__doc__, "wrong_models", "one arm and three truths").parse_args(),
+        "Torque arms whose models lack something", lambda given: {"rows": measured(given.quick)}, tables,
+        ("One posture of each arm and one way, exact samples but for the last row, none of them late, rotors "
+         "that are the same in all joints, no joint that fails.",),
+    )  # fmt: skip

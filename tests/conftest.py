@@ -13,7 +13,7 @@ settings.load_profile("ftqp")
 
 SCRIPTS = [Path(__file__).parent / name for name in ("solvers", "benchmarks", "studies")]
 FROM_END_TO_END = (
-    "test_bench_", "test_compare_", "test_study_", "test_campaign_physics", "test_check_reports",
+    "test_bench_", "test_compare_", "test_study_", "test_campaign_physics",
     "test_detection", "test_environments", "test_qpbenchmark_set", "test_scripts",
     "test_zhang2016",
 )  # fmt: skip

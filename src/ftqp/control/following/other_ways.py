@@ -32,7 +32,7 @@ CHOICE = 6
 """Postures that are looked at more closely."""
 THOROUGH = 4
 """So many times as many starts and postures where only some of the postures will do. These are guesses that
-`python benchmarks/bench_bridges.py` has not contradicted."""
+`python benchmarks/compare_peers.py` has not contradicted."""
 WORTHLESS = 0.02
 """A posture that is worth less is not gone to, by convention."""
 Reach = Callable[[FloatArray], Generator[None, None, float]]
