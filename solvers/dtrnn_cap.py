@@ -11,16 +11,12 @@ product mode, cold.
 Full study: some seconds on one core. Results go to ``solvers/results`` unless --out says otherwise.
 """
 
-import argparse
-import json
-import platform
-import sys
 from collections import Counter
-from datetime import date
 from typing import Any
 
 import numpy as np
-from bench import results
+from bench import study
+from bench.tables import Table
 
 from ftqp.qp import QP, SolveStatus, solve
 
@@ -30,7 +26,6 @@ REACHES = (1.0, 10.0, 100.0)
 """How far off the least objective is, in the size of the box."""
 ILL = 1e6
 """The condition from which the total counts."""
-PACKAGES = ("ftqp", "numpy", "numba")
 
 
 def feasible_qp(rng: np.random.Generator, condition: float, reach: float) -> QP:
@@ -44,7 +39,7 @@ def feasible_qp(rng: np.random.Generator, condition: float, reach: float) -> QP:
     return QP(W, -W @ rng.normal(size=n) * reach, A, A @ inside, lb=lb, ub=ub)
 
 
-def study(count: int) -> list[dict[str, Any]]:
+def ended(count: int) -> list[dict[str, Any]]:
     """A row a condition and reach: how the network and ``active_set`` ended on the same QPs."""
     rows = []
     for reach in REACHES:
@@ -77,66 +72,38 @@ def capped(rows: list[dict[str, Any]]) -> tuple[int, int]:
     return sum(row["ends"].get("MAX_ITERATIONS", 0) for row in ill), sum(row["count"] for row in ill)
 
 
-def markdown(result: dict[str, Any]) -> str:
-    """The table for a reader."""
-    at_cap, of = result["capped"], result["ill_conditioned"]
-    lines = [
-        "# Feasible QPs on which the network ends at its cap",
-        "",
-        f"`{result['command']}`, {result['date']}, {result['machine']}, "
-        f"Python {result['versions']['python']}, "
-        + ", ".join(f"{name} {result['versions'][name]}" for name in PACKAGES),
-        "",
-        "| least objective off by | condition of W | bounds active, mean | `dtrnn` solves | at its cap "
-        "| otherwise | `active_set` solves |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for row in result["rows"]:
+def tables(found: dict[str, Any]) -> list[Table]:
+    """How the network ended, by reach and condition."""
+    lines = []
+    for row in found["rows"]:
         ends = row["ends"]
         solved, at_limit = ends.get("SOLVED", 0), ends.get("MAX_ITERATIONS", 0)
-        lines.append(
-            f"| {row['reach']:g} | {row['condition']:.0e} | {row['active']:.1f} | {solved} of {row['count']} "
-            f"| {at_limit} | {row['count'] - solved - at_limit} | {row['active_set']} |"
-        )
-    lines += [
-        "",
-        f"Condition 1e6 to 1e8: {at_cap} of {of} at the cap, {100.0 * at_cap / of:.0f} %.",
-        "",
-        "What this does not say: how often a planner meets such a QP. Of the recorded ones of arms `dtrnn`",
-        "solves all ([the study](study_dtrnn.md)).",
-    ]
-    return "\n".join(lines) + "\n"
+        other, exact = row["count"] - solved - at_limit, row["active_set"]
+        lines.append((
+            f"{row['reach']:g}", f"{row['condition']:.0e}", f"{row['active']:.1f}",
+            f"{solved} of {row['count']}", *map(str, (at_limit, other, exact)),
+        ))  # fmt: skip
+    headings = (
+        "least objective off by", "condition of W", "bounds active, mean", "`dtrnn` solves", "at its cap",
+        "otherwise", "`active_set` solves",
+    )  # fmt: skip
+    at_cap, of = found["capped"], found["ill_conditioned"]
+    share = f"Condition 1e6 to 1e8: {at_cap} of {of} at the cap, {100.0 * at_cap / of:.0f} %."
+    return [Table(title="How the network ends", headings=headings, rows=lines, notes=(share,))]
 
 
-def main() -> None:
-    """The command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--quick", action="store_true", help="a tenth of the QPs")
-    parser.add_argument("--count", type=int, default=200, help="QPs a row (200)")
-    results.add_out(parser, "dtrnn_cap")
-    parser.add_argument("--json", action="store_true", help="print the rows as JSON and write nothing")
-    given = parser.parse_args()
-    rows = study(max(given.count // 10, 1) if given.quick else given.count)
+def measured(given: Any) -> dict[str, Any]:
+    """Every row, and the total of the ill-conditioned ones."""
+    rows = ended(max(given.count // 10, 1) if given.quick else given.count)
     at_cap, of = capped(rows)
-    result = {
-        "command": results.command("dtrnn_cap", sys.argv[1:]),
-        "date": date.today().isoformat(),
-        "machine": f"{platform.machine()} {platform.system()}",
-        "versions": {"python": platform.python_version()} | results.packages(PACKAGES),
-        "rows": rows,
-        "capped": at_cap,
-        "ill_conditioned": of,
-    }
-    if given.json:
-        print(json.dumps(result))
-        return
-    results.written(
-        result, markdown(result), given.out, results.stem("dtrnn_cap", name=None, quick=given.quick)
-    )
-    print(markdown(result))
+    return {"rows": rows, "capped": at_cap, "ill_conditioned": of}
 
 
 if __name__ == "__main__":
-    main()
+    parser = study.options(__doc__, "dtrnn_cap", "a tenth of the QPs")
+    parser.add_argument("--count", type=int, default=200, help="QPs a row (200)")
+    study.on_record(
+        parser.parse_args(), "Feasible QPs on which the network ends at its cap", measured, tables,
+        ("How often a planner meets such a QP: of the recorded ones of arms `dtrnn` solves all "
+         "([the study](study_dtrnn.md)).",),
+    )  # fmt: skip

@@ -10,16 +10,12 @@ that was given them.
     python studies/contacts_in_physics.py --episodes 20 --seed 7
 """
 
-import argparse
-import logging
-import platform
 import sys
-import time
-from datetime import date
 from typing import NamedTuple
 
 import numpy as np
-from bench import results
+from bench import study
+from bench.tables import Table
 
 import ftqp
 
@@ -136,11 +132,11 @@ def draw(rng, what, robots):
     )  # fmt: skip
 
 
-def study(count, seed, verbose):
+def measured(count, seed, verbose):
     """A row for each kind of motion and of failure."""
     rows, robots = [], [ftqp.robots.load(name) for name in ARMS]
     for number, what in enumerate(("lines", "goals")):
-        rng, done, begun = np.random.default_rng([seed, number]), 0, time.process_time()
+        rng, done = np.random.default_rng([seed, number]), 0
         found = {kind: [] for kind in KINDS}
         while done < count:
             one = draw(rng, what, robots)
@@ -159,50 +155,44 @@ def study(count, seed, verbose):
                     "touch without": int(blind.sum()),
                     "touch with": int(seeing.sum()), "largest force with [N]": round(float(force.max()), 1),
                 })  # fmt: skip
-        rows[-1]["seconds"] = round(time.process_time() - begun)
     return rows
 
 
-def report(rows, seed, command):
-    """The page of the results."""
-    versions = ", ".join(map(" ".join, results.packages(("ftqp", "numpy", "mujoco", "pin", "numba")).items()))
-    named = [name for name in rows[0] if name != "seconds"]
-    lines = [
-        "# Arms past boxes in MuJoCo",
-        "",
-        f"`{command}`, {date.today()}, {platform.machine()} {platform.system()}, "
-        f"Python {platform.python_version()}, {versions}; "
-        f"{sum(row.get('seconds', 0) for row in rows)} s of CPU, seed {seed}. Three boxes beside the way, "
-        f"`Clearance(keep={KEEP:g})`, arms that begin {1e3 * CLEAR:g} mm clear; the true arm has up to 10 % "
-        "other masses, rotors up to 0.3 kg m2, dry friction up to 0.5 N m, brakes that take up to 50 ms; "
-        f"positions are measured with {NOISE:g} rad; the planner is told up to {1e3 * LATE:g} ms late.",
-        "",
-        "| " + " | ".join(named) + " |",
-        "|---" * len(named) + "|",
-        *("| " + " | ".join(str(row[name]) for name in named) + " |" for row in rows),
-        "",
-        "What this does not say: bodies that collide are the capsules of the links; boxes stand still; a",
-        "joint that swings free falls as it may, and no planner holds what hangs on it.",
-        "",
+def tables(found):
+    """A row for each kind of motion and of failure."""
+    named = list(found["rows"][0])
+    lines = [tuple(str(row[name]) for name in named) for row in found["rows"]]
+    notes = (
+        f"Three boxes beside the way, `Clearance(keep={KEEP:g})`, arms that begin {1e3 * CLEAR:g} mm clear.",
+        "The true arm has up to 10 % other masses, rotors up to 0.3 kg m2, dry friction up to 0.5 N m, "
+        f"brakes that take up to 50 ms; positions are measured with {NOISE:g} rad; the planner is told up to "
+        f"{1e3 * LATE:g} ms late.",
+    )
+    return [
+        Table(title="Episodes in which an arm touches something", headings=named, rows=lines, notes=notes)
     ]
-    return "\n".join(lines)
+
+
+LIMITATIONS = (
+    "Bodies that collide are the capsules of the links; boxes stand still; a joint that swings free falls as "
+    "it may, and no planner holds what hangs on it.",
+)
 
 
 def main() -> int:
     """Writes a table: 0 when no arm with a scene touched anything but those with a joint that swings free."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--episodes", type=int, default=0, help="of each motion, instead of 500")
+    parser = study.options(__doc__, "contacts_in_physics", "20 of each motion")
+    parser.add_argument("--episodes", type=int, default=500, help="of each motion (default %(default)s)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--verbose", action="store_true", help="a line for every episode that touches")
-    results.add_out(parser, "contacts_in_physics")
     given = parser.parse_args()
-    logging.disable(logging.WARNING)
-    rows = study(given.episodes or 500, given.seed, given.verbose)
-    page = report(rows, given.seed, " ".join(["python studies/contacts_in_physics.py", *sys.argv[1:]]))
-    stem = results.stem("contacts_in_physics", name=None, quick=bool(given.episodes))
-    results.written({"rows": rows, "seed": given.seed}, page, given.out, stem)
-    print(page)
-    return int(any(row["touch with"] for row in rows if row["failure"] != "free"))
+    count = 20 if given.quick else given.episodes
+    found = study.on_record(
+        given, "Arms past boxes in MuJoCo",
+        lambda given: {"rows": measured(count, given.seed, given.verbose)}, tables, LIMITATIONS,
+        quick=count < 500,
+    )  # fmt: skip
+    return int(any(row["touch with"] for row in found["rows"] if row["failure"] != "free"))
 
 
 if __name__ == "__main__":

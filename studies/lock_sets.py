@@ -11,17 +11,12 @@ by 0.5 deg. Where the path may be left by 0.5 in the tip may turn by as much ove
 Full study: some minutes on one core. Results go to ``studies/results`` unless --out says otherwise.
 """
 
-import argparse
-import json
-import platform
-import sys
-from datetime import date
 from itertools import combinations
-from time import perf_counter
 from typing import Any
 
 import numpy as np
-from bench import results
+from bench import study
+from bench.tables import Table
 
 import ftqp
 
@@ -43,7 +38,6 @@ SETTINGS = {
 }
 """The escape, whether paths wait in calm, and by how much the tip may leave them for another posture [m]."""
 LIMITS = {"off_path": 0.5 * INCH, "turned": float(np.deg2rad(0.5))}
-PACKAGES = ("ftqp", "numpy", "numba", "pin")
 
 
 def lock_sets(quick: bool) -> list[tuple[int, ...]]:
@@ -93,7 +87,7 @@ def follow(start: str, locks: tuple[int, ...], setting: str, dt: float) -> dict[
     }
 
 
-def study(starts: list[str], settings: list[str], dt: float, quick: bool) -> dict[str, Any]:
+def measured(starts: list[str], settings: list[str], dt: float, quick: bool) -> dict[str, Any]:
     """A table by start, setting and size of the set, and every run that was not complete."""
     sets, tables, runs = lock_sets(quick), [], {}
     for start in starts:
@@ -118,66 +112,38 @@ def study(starts: list[str], settings: list[str], dt: float, quick: bool) -> dic
     return {"tables": tables, "incomplete": runs}
 
 
-def markdown(result: dict[str, Any]) -> str:
-    """The tables for a reader."""
+def tables(found: dict[str, Any]) -> list[Table]:
+    """By start and setting."""
     lines = [
-        "# Lock sets of the 11-joint arm",
-        "",
-        f"`{result['command']}`, {result['date']}, {result['machine']}, "
-        f"Python {result['versions']['python']}, "
-        + ", ".join(f"{name} {result['versions'][name]}" for name in PACKAGES)
-        + f"; dt {result['dt']:g} s, {result['seconds']:.0f} s on one core.",
-        "",
-        "| start | setting | complete | sizes 0/1/2/3 | blocked | worst off line | turned | latest end |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    lines += [
-        f"| {t['start']} | {t['setting']} | {t['complete']} of {t['sets']} | {', '.join(t['by_size'])} "
-        f"| {t['blocked']} | {t['worst_off_path'] / INCH:.2f} in | {np.rad2deg(t['worst_turned']):.2f} deg "
-        f"| {t['latest']:.1f} s |"
-        for t in result["tables"]
-    ]
-    lines += [
-        "",
-        "What this does not say: one arm, one line, one speed; sets that are locked from the start, at rest.",
-        "`blocked` is no proof that the rest of the line is out of reach. Without the escape a stalled arm",
-        "goes on trying until the 40 s are over; which of the last then get through depends on rounding.",
-        "With bridges, what the tip does on a bridge is not counted; 120 s are given there and to 0.5 in.",
-    ]
-    return "\n".join(lines) + "\n"
+        (t["start"], t["setting"], f"{t['complete']} of {t['sets']}", ", ".join(t["by_size"]),
+         str(t["blocked"]), f"{t['worst_off_path'] / INCH:.2f} in",
+         f"{np.rad2deg(t['worst_turned']):.2f} deg",
+         f"{t['latest']:.1f} s")
+        for t in found["tables"]
+    ]  # fmt: skip
+    headings = (
+        "start", "setting", "complete", "sizes 0/1/2/3", "blocked", "worst off line", "turned", "latest end",
+    )  # fmt: skip
+    return [Table(title="Sets of locked joints", headings=headings, rows=lines)]
 
 
-def main() -> None:
-    """The command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--quick", action="store_true", help="a tenth of the sets")
-    parser.add_argument("--start", choices=sorted(STARTS), action="append", help="N or R; both if left out")
-    parser.add_argument("--setting", choices=sorted(SETTINGS), action="append", help="all if left out")
-    parser.add_argument("--dt", type=float, default=0.02, help="control period [s]")
-    results.add_out(parser, "lock_sets")
-    parser.add_argument("--json", action="store_true", help="print the tables as JSON and write nothing")
-    given = parser.parse_args()
-    began = perf_counter()
-    result = study(given.start or sorted(STARTS), given.setting or sorted(SETTINGS), given.dt, given.quick)
-    result = {
-        "command": " ".join(["python", "studies/lock_sets.py", *sys.argv[1:]]),
-        "date": date.today().isoformat(),
-        "machine": f"{platform.machine()} {platform.system()}",
-        "versions": {"python": platform.python_version()} | results.packages(PACKAGES),
-        "dt": given.dt,
-        "seconds": perf_counter() - began,
-        **result,
-    }
-    if given.json:
-        print(json.dumps({key: value for key, value in result.items() if key != "incomplete"}))
-        return
-    results.written(
-        result, markdown(result), given.out, results.stem("lock_sets", name=None, quick=given.quick)
-    )
-    print(markdown(result))
+LIMITATIONS = (
+    "One arm, one line, one speed; sets that are locked from the start, at rest.",
+    "`blocked` is no proof that the rest of the line is out of reach. Without the escape a stalled arm goes "
+    "on trying until the 40 s are over; which of the last then get through depends on rounding.",
+    "With bridges, what the tip does on a bridge is not counted; 120 s are given there and to 0.5 in.",
+)
 
 
 if __name__ == "__main__":
-    main()
+    parser = study.options(__doc__, "lock_sets", "a tenth of the sets")
+    parser.add_argument("--start", choices=sorted(STARTS), action="append", help="N or R; both if left out")
+    parser.add_argument("--setting", choices=sorted(SETTINGS), action="append", help="all if left out")
+    parser.add_argument("--dt", type=float, default=0.02, help="control period [s]")
+    study.on_record(
+        parser.parse_args(), "Lock sets of the 11-joint arm",
+        lambda given: measured(
+            given.start or sorted(STARTS), given.setting or sorted(SETTINGS), given.dt, given.quick
+        ),
+        tables, LIMITATIONS,
+    )  # fmt: skip

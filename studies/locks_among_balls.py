@@ -9,16 +9,12 @@ those of the arm's capsules.
     python studies/locks_among_balls.py --episodes 40 --seed 7
 """
 
-import argparse
-import logging
-import platform
 import sys
-import time
-from datetime import date
 from typing import NamedTuple
 
 import numpy as np
-from bench import results
+from bench import study
+from bench.tables import Table
 
 import ftqp
 
@@ -107,11 +103,11 @@ def draw(robot, rng):
     return q0, line, fit[:BALLS], joint, at
 
 
-def study(counts, seed, verbose):
+def measured(counts, seed, verbose):
     """The rows of the table, an arm each."""
     found = []
     for name, count in counts:
-        robot, rng, rows, begun = ftqp.robots.load(name), np.random.default_rng(seed), [], time.perf_counter()
+        robot, rng, rows = ftqp.robots.load(name), np.random.default_rng(seed), []
         while len(rows) < count:
             drawn = draw(robot, rng)
             if drawn is None:
@@ -138,51 +134,43 @@ def study(counts, seed, verbose):
                 "nearest with [mm]": round(1e3 * float(near1.min()), 2),
                 "harmless": int(harmless.sum()),
                 "kept with": int((harmless & (e1 < KEPT)).sum()),
-                "seconds": round(time.perf_counter() - begun),
             }
         )
     return found
 
 
-def report(rows, seed):
-    """The page of the results."""
-    versions = ", ".join(map(" ".join, results.packages(("ftqp", "numpy", "pin", "numba")).items()))
-    named = [name for name in rows[0] if name != "seconds"]
-    lines = [
-        "# Locks on the way past balls",
-        "",
-        f"`python studies/locks_among_balls.py`, {date.today()}, {platform.machine()} {platform.system()}, "
-        f"Python {platform.python_version()}, {versions}; "
-        f"{sum(row['seconds'] for row in rows)} s on one core, seed {seed}. Lines of 0.15 to 0.35 m among "
-        f"{BALLS} balls of {1e3 * RADIUS:.0f} mm, `Clearance(keep={KEEP:g})`. A lock is harmless where the "
-        f"arm that knows of no ball touches nothing and keeps its task within {1e3 * KEPT:g} mm.",
-        "",
-        "| " + " | ".join(named) + " |",
-        "|---" * len(named) + "|",
-        *("| " + " | ".join(str(row[name]) for name in named) + " |" for row in rows),
-        "",
-        "What this does not say: distances are those of capsules, which are larger than the links; the arm",
-        "follows its commands; locks are told at once and brake instantly; balls stand still.",
-        "",
-    ]
-    return "\n".join(lines)
+def tables(found):
+    """A row for each arm."""
+    named = list(found["rows"][0])
+    lines = [tuple(str(row[name]) for name in named) for row in found["rows"]]
+    notes = (
+        f"Lines of 0.15 to 0.35 m among {BALLS} balls of {1e3 * RADIUS:.0f} mm, `Clearance(keep={KEEP:g})`. "
+        "A lock is harmless where the arm that knows of no ball touches nothing and keeps its task within "
+        f"{1e3 * KEPT:g} mm.",
+    )
+    return [Table(title="Arms that hit a ball", headings=named, rows=lines, notes=notes)]
+
+
+LIMITATIONS = (
+    "Distances are those of capsules, which are larger than the links; the arm follows its commands; locks "
+    "are told at once and brake instantly; balls stand still.",
+)
 
 
 def main() -> int:
     """Writes a table: 0 when no arm with a scene came nearer than a millimetre below what it keeps."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = study.options(__doc__, "locks_among_balls", "20 of each arm")
     parser.add_argument("--episodes", type=int, default=0, help="of each arm, instead of 200 and 150")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--verbose", action="store_true", help="a line for every episode that is lost")
-    results.add_out(parser, "locks_among_balls")
     given = parser.parse_args()
-    logging.disable(logging.WARNING)
-    rows = study([(name, given.episodes or count) for name, count in ARMS], given.seed, given.verbose)
-    page = report(rows, given.seed)
-    stem = results.stem("locks_among_balls", name=None, quick=bool(given.episodes))
-    results.written({"rows": rows, "seed": given.seed}, page, given.out, stem)
-    print(page)
-    return int(any(row["nearest with [mm]"] < 1e3 * KEEP - 1.0 for row in rows))
+    count = 20 if given.quick else given.episodes
+    found = study.on_record(
+        given, "Locks on the way past balls",
+        lambda given: {"rows": measured([(a, count or n) for a, n in ARMS], given.seed, given.verbose)},
+        tables, LIMITATIONS, quick=bool(count),
+    )  # fmt: skip
+    return int(any(row["nearest with [mm]"] < 1e3 * KEEP - 1.0 for row in found["rows"]))
 
 
 if __name__ == "__main__":

@@ -14,24 +14,19 @@ circles near singular postures stop arms, too.
 Full study: an hour on one core. Results go to ``studies/results`` unless --out says otherwise.
 """
 
-import argparse
-import json
 import logging
-import platform
 import re
-import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from datetime import date
 from functools import cache
-from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bench import results
+from bench import study
+from bench.tables import Table
 
 import ftqp
 from ftqp.core.pose import rotation_vector
@@ -57,7 +52,6 @@ HELD = {"tiago": ("torso_lift_joint",)}
 STRANGE = (*FILES, "gen3")
 ARMS = (*STRANGE, *CATALOG)
 DRIVES = ("position", "velocity", "torque")
-PACKAGES = ("ftqp", "numpy", "numba", "mujoco", "pin")
 NEAR, TURNED, FAST = 0.01, 0.1, 1.02
 """How near to its target a tip has to end [m] and [rad], and the share of a speed limit that is kept."""
 CONTROLLERS = ("ftqp", "least squares")
@@ -211,43 +205,30 @@ def _cell(rows: list[dict[str, Any]], most: bool) -> str:
     return f"{text} | {np.median(far):.0f}, {max(far):.0f} | {fast}"
 
 
-def table(rows: list[dict[str, Any]]) -> str:
-    """The report."""
-    versions = ", ".join(f"{name} {metadata.version(name)}" for name in PACKAGES)
-    head = " | ".join(f"{name}: finished | farthest [mm] p50, max | too fast" for name in CONTROLLERS)
-    lines = [
-        "# Joints without motor and brake, told at once",
-        "",
-        f"`{results.command('told_free_joints', sys.argv[1:])}`, {date.today()}, "
-        f"{platform.machine()} {platform.system()}, Python {platform.python_version()}, {versions}.",
-        "",
-        f"Circles of {RADIUS:g} m in {SECONDS:g} s; the joint fails after {AT:g} s. Friction is dry, a share",
-        "of the torque limit, unknown to both. Beside a torque drive damped least squares lead a",
+def tables(found: dict[str, Any]) -> list[Table]:
+    """By arm and drive, then by drive and friction; bold is who finishes more."""
+    rows, drives = found["rows"], list(dict.fromkeys(row["drive"] for row in found["rows"]))
+    names = dict.fromkeys(row["arm"] for row in rows)
+    keys = [(name, drive, "all") for name in names for drive in drives]
+    keys += [("all", drive, label) for drive in drives for label in FRICTIONS]
+    headings = (
+        "arm", "drive", "friction",
+        *(f"{name}: {what}" for name in CONTROLLERS
+          for what in ("finished", "farthest [mm] p50, max", "too fast")),
+    )  # fmt: skip
+    notes = (
+        f"Circles of {RADIUS:g} m in {SECONDS:g} s; the joint fails after {AT:g} s. Friction is dry, a share "
+        "of the torque limit, unknown to both. Beside a torque drive damped least squares lead a "
         "computed-torque law of 15 Hz, that of the position servo.",
-        "",
-        f"| arm | drive | friction | {head} |",
-        "|---|---|---|" + "---|" * 3 * len(CONTROLLERS),
-    ]
-    drives = list(dict.fromkeys(row["drive"] for row in rows))
-    for name in dict.fromkeys(row["arm"] for row in rows):
-        for drive in drives:
-            lines.append(_line(rows, name, drive, "all"))
-    for drive in drives:
-        for label in FRICTIONS:
-            lines.append(_line(rows, "all", drive, label))
-    lines += [
-        "",
-        f"{len(rows) // len(CONTROLLERS)} episodes, each by both. Finished: no stop, the tip within",
-        f"{1e3 * NEAR:g} mm and {TURNED:g} rad of its target in the end,",
-        f"no healthy joint above {FAST:g} times its limit; in bold where it is more than the other finishes.",
-        "Arms of six joints are asked for a position only. Torque limits are those of the files.",
-        "What this does not say: noise, loads, arms at other speeds.",
-        "",
-    ]
-    return "\n".join(lines)
+        f"{len(rows) // len(CONTROLLERS)} episodes, each by both. Finished: no stop, the tip within "
+        f"{1e3 * NEAR:g} mm and {TURNED:g} rad of its target in the end, no healthy joint above {FAST:g} "
+        "times its limit. Arms of six joints are asked for a position only. Torque limits are the files'.",
+    )
+    lines = [_line(rows, *key) for key in keys]
+    return [Table(title="Who finishes", headings=headings, rows=lines, notes=notes)]
 
 
-def _line(rows: list[dict[str, Any]], name: str, drive: str, label: str) -> str:
+def _line(rows: list[dict[str, Any]], name: str, drive: str, label: str) -> tuple[str, ...]:
     """A row of the table; "all" takes every arm or friction."""
     own = [
         row
@@ -257,34 +238,24 @@ def _line(rows: list[dict[str, Any]], name: str, drive: str, label: str) -> str:
     sides = [[row for row in own if row["controller"] == who] for who in CONTROLLERS]
     done = [sum(row["finished"] for row in side) for side in sides]
     cells = [_cell(side, k == max(done) != min(done)) for side, k in zip(sides, done, strict=True)]
-    return f"| {name} | {drive} | {label} | " + " | ".join(cells) + " |"
+    return name, drive, label, *(cell for of in cells for cell in of.split(" | "))
 
 
-def main() -> None:
-    """The command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(STRANGE), help="which (default ten)")
-    parser.add_argument("--drives", nargs="+", choices=DRIVES, default=list(DRIVES), help="which")
-    parser.add_argument("--jobs", type=int, default=1, help="processes (default %(default)s)")
-    parser.add_argument("--quick", action="store_true", help="xarm7 behind position servos alone")
-    parser.add_argument("--healthy", action="store_true", help="nothing fails")
-    parser.add_argument("--seeds", type=int, default=1, help="circles of each (default %(default)s)")
-    results.add_out(parser, "told_free_joints")
-    parser.add_argument("--json", action="store_true", help="print every row as JSON and write nothing")
-    given = parser.parse_args()
+def _ridden(given: Any) -> dict[str, Any]:
     names, drives = (["xarm7"], ["position"]) if given.quick else (given.arms, given.drives)
     with ProcessPoolExecutor(given.jobs) as pool:
-        rows = list(pool.map(_of, episodes(names, drives, given.seeds, not given.healthy)))
-    if given.json:
-        print(json.dumps(rows))
-        return
-    report = table(rows)
-    stem = results.stem("told_free_joints", name=None, quick=given.quick)
-    results.written({"rows": rows}, report, given.out, stem)
-    print(report)
+        return {"rows": list(pool.map(_of, episodes(names, drives, given.seeds, not given.healthy)))}
 
 
 if __name__ == "__main__":
-    main()
+    parser = study.options(__doc__, "told_free_joints", "xarm7 behind position servos alone")
+    add = parser.add_argument
+    add("--arms", nargs="+", choices=ARMS, default=list(STRANGE), help="which (default ten)")
+    add("--drives", nargs="+", choices=DRIVES, default=list(DRIVES), help="which")
+    add("--jobs", type=int, default=1, help="processes (default %(default)s)")
+    add("--healthy", action="store_true", help="nothing fails")
+    add("--seeds", type=int, default=1, help="circles of each (default %(default)s)")
+    study.on_record(
+        parser.parse_args(), "Joints without motor and brake, told at once", _ridden, tables,
+        ("Noise, loads, arms at other speeds: not looked at.",),
+    )  # fmt: skip

@@ -12,15 +12,11 @@ the tip together as the task weighs them, is published, as nobody could know it 
 About two minutes on one core. With --gains the rival alone, with other gains, on the demo's lock.
 """
 
-import argparse
-import json
-import platform
-import sys
-from datetime import date
 from typing import Any
 
 import numpy as np
-from bench import results
+from bench import study
+from bench.tables import Table
 
 import ftqp
 from ftqp.app.scenario.setup import load
@@ -31,7 +27,6 @@ GAINS = (10.0, 20.0, 40.0, GAIN, 80.0, 120.0, 200.0)
 TRIED = (0.5 * GAIN, GAIN, 2.0 * GAIN)
 """Gains of the rival in a row [1/s]."""
 CONTROLLERS = ("ftqp, not told", "ftqp, told", "rates, not told", "rates, told")
-PACKAGES = ("ftqp", "numpy", "numba", "pin", "mujoco")
 
 
 def facts(t: Any, error: Any, turn: Any, v: Any, at: float, robot: ftqp.Robot, said: str) -> dict[str, Any]:
@@ -98,47 +93,32 @@ def _best_bold(row: dict[str, Any], of: list[dict[str, Any]], what: str) -> str:
     return f"**{text}**" if float(text) == least else text
 
 
-def markdown(result: dict[str, Any]) -> str:
-    """The table for a reader."""
-    lines = [
-        "# Beside a controller that is wired well",
-        "",
-        f"`{result['command']}`, {result['date']}, {result['machine']}, "
-        f"Python {result['versions']['python']}, "
-        + ", ".join(f"{name} {result['versions'][name]}" for name in PACKAGES)
-        + ".",
-        "",
-        "| joint | controller | before the lock [mm] | after it [mm] | at the end [mm] "
-        "| turned at most [mrad] | at the end [mrad] | fastest joint | ends |",
-        "|---|---|---:|---:|---:|---:|---:|---:|---|",
-    ]
-    for row in result["rows"]:
-        of = [one for one in result["rows"] if one["joint"] == row["joint"]]
+def tables(found: dict[str, Any]) -> list[Table]:
+    """A row for each joint and controller; the least of the controllers at a joint is bold."""
+    lines = []
+    for row in found["rows"]:
+        of = [one for one in found["rows"] if one["joint"] == row["joint"]]
         cells = [_best_bold(row, of, what) for what in ("before", "after", "end", "turned", "turned_end")]
-        lines.append(
-            f"| {row['joint'].removeprefix('panda_')} | {row['controller']} | {' | '.join(cells)} "
-            f"| {100 * row['speed']:.0f} % | {row['said']} |"
-        )
-    lines += [
-        "",
-        "Largest and last distances of the true tip from its target; `fastest joint` is the largest share of",
-        "its speed limit that a joint truly had. The least of the four controllers at a joint is bold. The",
-        f"rival's gain is the best of {', '.join(f'{gain:g}' for gain in TRIED)} 1/s in each row; ftqp and",
-        "its detector have their defaults. What this does not say: one arm, one path, one instant, one",
-        "noise, and a rival of one kind.",
-    ]
-    return "\n".join(lines) + "\n"
+        joint, fastest = row["joint"].removeprefix("panda_"), f"{100 * row['speed']:.0f} %"
+        lines.append((joint, row["controller"], *cells, fastest, row["said"]))
+    headings = (
+        "joint", "controller", "before the lock [mm]", "after it [mm]", "at the end [mm]",
+        "turned at most [mrad]", "at the end [mrad]", "fastest joint", "ends",
+    )  # fmt: skip
+    notes = (
+        "Largest and last distances of the true tip from its target; `fastest joint` is the largest share of "
+        "its speed limit that a joint truly had.",
+        f"The rival's gain is the best of {', '.join(f'{gain:g}' for gain in TRIED)} 1/s in each row; ftqp "
+        "and its detector have their defaults.",
+    )
+    title = "The brake of one joint closes"
+    return [Table(title=title, headings=headings, rows=lines, notes=notes, text_last=True)]
 
 
 def main() -> None:
     """The command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = study.options(__doc__, "well_wired", "the demo's joint only")
     parser.add_argument("--gains", action="store_true", help="the rival alone, with other gains")
-    parser.add_argument("--quick", action="store_true", help="the demo's joint only")
-    parser.add_argument("--json", action="store_true", help="print the rows as JSON and write nothing")
-    results.add_out(parser, "well_wired")
     given = parser.parse_args()
     if given.gains:
         print("gain [1/s]   told   after the lock [mm]   at the end [mm]")
@@ -148,20 +128,10 @@ def main() -> None:
                 said = f"{gain:10.0f}   {'yes' if told else 'no':4}"
                 print(f"{said}   {1e3 * run['after']:19.2f}   {1e3 * run['end']:15.2f}")
         return
-    result = {
-        "command": " ".join(["python", "studies/well_wired.py", *sys.argv[1:]]),
-        "date": date.today().isoformat(),
-        "machine": f"{platform.machine()} {platform.system()}",
-        "versions": {"python": platform.python_version()} | results.packages(PACKAGES),
-        "rows": by_joint(given.quick),
-    }
-    if given.json:
-        print(json.dumps(result))
-        return
-    results.written(
-        result, markdown(result), given.out, results.stem("well_wired", name=None, quick=given.quick)
-    )
-    print(markdown(result))
+    study.on_record(
+        given, "Beside a controller that is wired well", lambda given: {"rows": by_joint(given.quick)},
+        tables, ("One arm, one path, one instant, one noise, and a rival of one kind.",),
+    )  # fmt: skip
 
 
 if __name__ == "__main__":
