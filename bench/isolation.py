@@ -103,18 +103,6 @@ class Apart:
         return words
 
 
-def isolated(work: Callable[..., Any], *arguments: Any, seconds: float = LIMIT) -> Ended:
-    """Call ``work`` in a process of its own.
-
-    Args:
-        work: A function of a module.
-        arguments: Its arguments.
-        seconds: How long it may take [s].
-    """
-    with Apart(seconds) as apart:
-        return apart.ask(work, *arguments)
-
-
 def _serve(its: Connection) -> None:
     """The side of the process apart; Ctrl-C is its parent's."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

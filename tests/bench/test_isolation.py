@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bench.isolation import Apart, isolated
+from bench.isolation import Apart
 
 from ftqp import InputError
 
@@ -69,7 +69,8 @@ def test_a_process_apart_answers_and_survives_whatever_work_does() -> None:
 
 def test_work_that_hangs_is_ended_within_its_time() -> None:
     before = time.monotonic()
-    ended = isolated(hang, seconds=1.0)
+    with Apart(1.0) as apart:
+        ended = apart.ask(hang)
     assert ended.reason == "gave no answer within 1 s and was ended"
     assert time.monotonic() - before < 60.0
 
