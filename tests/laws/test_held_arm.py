@@ -65,14 +65,14 @@ def leader(planner, kind, path, goal):
     return lambda q, k: led.step(q, None, ftqp.Target(pose=goal))
 
 
-def motion(robot, kind, hold, drive="position", w=50.0, fed=True, noise=0.0, seconds=None):
+def motion(robot, kind, hold, drive="position", w=50.0, fed=True, noise=0.0, seconds=None, stated=True):
     """The steps' statuses, the fastest joint after the hold, what was asked of brakes, and the error [m]."""
     start = robot.pose(robot.neutral)
     path, goal = ftqp.paths.Circle(start, radius=0.05, duration=3.0), start.copy()
     goal[:3, 3] += [-0.1, 0.15, -0.1]
     takes = ftqp.Drive(takes_velocity=fed) if drive == "position" else drive
     task = ftqp.Task(mode="scaled") if kind == "path" else None
-    planner = ftqp.Planner(robot, drive=takes, task=task, noise=ftqp.Noise(q=noise))
+    planner = ftqp.Planner(robot, drive=takes, task=task, noise=ftqp.Noise(q=noise if stated else 0.0))
     planner.reset(robot.neutral)
     tick, arm = leader(planner, kind, path, goal), Arm(robot, drive, w, fed)
     rng, said, fastest, brakes, leads = np.random.default_rng(1), [], 0.0, False, []
@@ -187,10 +187,10 @@ def test_command_leads_a_joint_that_locks_by_no_more_than_its_known_servo_explai
     assert lead < 1.15 * 2.0 * PANDA.limits.v_max[0] / 94.0
 
 
-def creeping(v, step=0.0, noise=0.0, seconds=3.0):
+def creeping(v, step=0.0, noise=0.0, seconds=3.0, stated=True):
     """How often an arm is called held whose first two joints go at v [rad/s], seen in steps of an encoder."""
     arm, rng, held = Arm(PANDA, w=40.0), np.random.default_rng(3), 0
-    planner = ftqp.Planner(PANDA, noise=ftqp.Noise(q=noise))
+    planner = ftqp.Planner(PANDA, noise=ftqp.Noise(q=noise if stated else 0.0))
     ways = np.array([v, v, 0.0, 0.0, 0.0, 0.0, 0.0])
 
     def seen():
@@ -207,8 +207,9 @@ def creeping(v, step=0.0, noise=0.0, seconds=3.0):
 
 @pytest.mark.parametrize("v", [0.02, 0.05, 0.1])
 @pytest.mark.parametrize(("step", "noise"), [(0.0, 0.0), (1e-3, 0.0), (2e-3, 0.0), (0.0, 1e-4), (0.0, 1e-3)])
-def test_arm_that_goes_slowly_is_not_held_however_coarse_its_encoders(v, step, noise):
-    assert creeping(v, step, noise) == 0
+@pytest.mark.parametrize("stated", [True, False])
+def test_arm_that_goes_slowly_is_not_held_however_coarse_its_encoders(v, step, noise, stated):
+    assert creeping(v, step, noise, stated=stated) == 0
 
 
 def test_hold_is_said_soon_and_ends_when_the_arm_follows_again():
@@ -226,8 +227,11 @@ def test_path_is_not_cut_short_by_a_long_hold():
 
 
 @pytest.mark.parametrize("fed", [True, False])
-def test_arm_of_a_stranger_with_noise_is_held_and_let_go(tmp_path, fed):
-    said, fastest, brakes, error, _, planner = motion(stranger(tmp_path), "clock", 1.0, fed=fed, noise=1e-4)
+@pytest.mark.parametrize(("noise", "stated"), [(1e-4, True), (1e-4, False), (6e-4, False)])
+def test_arm_of_a_stranger_with_noise_is_held_and_let_go(tmp_path, fed, noise, stated):
+    """Whether or not anybody said how noisy its encoders are."""
+    given = {"fed": fed, "noise": noise, "stated": stated}
+    said, fastest, brakes, error, _, planner = motion(stranger(tmp_path), "clock", 1.0, **given)
     assert StepStatus.HELD in said
     assert fastest < 1.1 and error < 2e-3 and planner.stopped_because is None and not brakes
 

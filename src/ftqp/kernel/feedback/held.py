@@ -6,6 +6,7 @@ to where the arm stands and a little ahead of that, so that it shows when it is 
 Source: docs/theory/feedback.md, "A whole arm that is held".
 """
 
+from math import sqrt
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import mimic_places
@@ -16,6 +17,9 @@ from ftqp.kernel.layout.enums import NOTHING_HEARD, POSITION_DRIVE, TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
 from ftqp.kernel.maths.elementary import is_finite
 
+LEARNS, CLIP, LEAST_NOISE = 0.005, 25.0, 1e-11
+"""Share of a sample in the noise that is learned from third differences, whose variance is 20 times a
+sample's; what counts of one is at most so many times what was learned, and so much [rad2]."""
 FILTER = 0.006
 """Time constant [s] of the speed that samples show ..."""
 STANDS, STANDS_SIGMAS = 0.012, 3.0
@@ -76,6 +80,8 @@ def _begin(K: Any, then: int) -> None:
         held.last[i] = K.state.q[i] if is_finite(K.state.q[i]) else K.state.q_command[i]
         held.speed[i] = v
         held.usual[i] = 0.0
+        held.older[0, i] = held.older[1, i] = held.last[i]
+        held.sigma[i] = K.feedback.sigma
         held.begun[i], held.at[i], held.near[i] = K.past.q[then, i], held.last[i], held.last[i]
         held.went[i] = 0.0 if abs(v) < should else (JUST if v > 0.0 else -JUST)
 
@@ -87,14 +93,24 @@ def _toward(value: float, end: float, most: float) -> float:
 
 
 @jit
+def _learn_noise(K: Any, i: int, sample: float) -> None:
+    """The standard deviation of joint i's samples, by y - 3 y1 + 3 y2 - y3; never below the stated one."""
+    held, stated = K.held, K.feedback.sigma
+    d = sample - 3.0 * (held.last[i] - held.older[0, i]) - held.older[1, i]
+    known = held.sigma[i] * held.sigma[i]
+    known += LEARNS * (min(d * d / 20.0, CLIP * known + LEAST_NOISE) - known)
+    held.sigma[i] = max(sqrt(known), stated)
+    held.older[1, i], held.older[0, i], held.last[i] = held.older[0, i], held.last[i], sample
+
+
+@jit
 def _stands(K: Any, then: int, dt: float) -> bool:
     """Whether all joints that work stand, and enough of them though they should move.
 
     One is enough that has just moved, unless its encoder is doubted: what it says shows nothing then.
     """
     held, feedback, faults = K.held, K.feedback, K.faults
-    still = STANDS + STANDS_SIGMAS * feedback.sigma / FILTER
-    share, slow, should = min(1.0, dt / FILTER), min(1.0, dt / USUAL_TIME), SHOULD * still
+    share, slow = min(1.0, dt / FILTER), min(1.0, dt / USUAL_TIME)
     lately, asked, moved = max(JUST, 2.0 * SAMPLES * K.state.dt), 0, 0
     all_stand = True
     for k in range(faults.working):
@@ -105,11 +121,14 @@ def _stands(K: Any, then: int, dt: float) -> bool:
             continue
         speed = min(max((sample - held.last[i]) / dt, -FASTEST), FASTEST)
         held.speed[i] = speed = held.speed[i] + share * (speed - held.speed[i])
-        held.last[i] = sample
+        _learn_noise(K, i, sample)
+        sigma = held.sigma[i]
+        still = STANDS + STANDS_SIGMAS * sigma / FILTER
+        should = SHOULD * still
         if held.on:
             continue
         held.near[i] = _toward(held.near[i], sample, STANDS * dt)
-        if abs(sample - held.near[i]) > PLACE_SIGMAS * feedback.sigma + ROUNDING:
+        if abs(sample - held.near[i]) > PLACE_SIGMAS * sigma + ROUNDING:
             all_stand = False
             held.near[i] = sample
         if abs(speed) > still:
@@ -121,7 +140,7 @@ def _stands(K: Any, then: int, dt: float) -> bool:
             held.went[i] = _toward(held.went[i], 0.0, dt)
         v, gone = K.past.v[then, i], K.past.q[then, i] - held.begun[i]
         just = abs(v) > should and v * held.went[i] > 0.0 and abs(gone) > STEPS * feedback.increment[i]
-        most = FAR + EXCESS_SIGMAS * feedback.sigma + SHOULD * abs(sample - held.at[i])
+        most = FAR + EXCESS_SIGMAS * sigma + SHOULD * abs(sample - held.at[i])
         far = held.still > ASKED and abs(gone) > most
         held.way[i] = 1.0 if (v if just else gone) > 0.0 else -1.0
         held.asked[i] = 1.0 if just or far else 0.0
@@ -163,10 +182,11 @@ def _stay(K: Any, dt: float) -> bool:
     held, feedback, faults, gate, limits = K.held, K.feedback, K.faults, K.gate, K.limits
     grows = GROWS_BY_TORQUE if feedback.kind == TORQUE_DRIVE else GROWS
     held.ahead = min(held.ahead + grows * dt, MOST)
-    ahead, far = held.ahead + EXCESS_SIGMAS * feedback.sigma, GONE + GONE_SIGMAS * feedback.sigma
     gone = asked = 0
     for k in range(faults.working):
         i = faults.order[k]
+        ahead = held.ahead + EXCESS_SIGMAS * held.sigma[i]
+        far = GONE + GONE_SIGMAS * held.sigma[i]
         top = min(limits.v_max[i], UNLIMITED)
         off = held.last[i] - held.at[i]
         if held.way[i] * off > far:

@@ -33,7 +33,7 @@ def beyond(K: Any, then: int, i: int, v: float) -> float:
     most = max(REST_TIME * top, LEAST) + BAND_TIME * abs(v)
     if K.feedback.servo < inf:
         most = min(most, max(LAGS * top / K.feedback.servo, LEAST))
-    most += BAND_SIGMAS * K.feedback.sigma
+    most += BAND_SIGMAS * max(K.feedback.sigma, K.held.sigma[i])
     if K.feedback.kind != TORQUE_DRIVE:
         most += abs(K.held.usual[i])
     return (off if v > 0.0 else -off) - most

@@ -123,6 +123,8 @@ held  What ``ftqp.kernel.feedback.held`` keeps of the arm as a whole: it stands 
     begun  f8[N]  its reference when all began to stand
     usual  f8[N]  how far ahead of its sample it is sent in the mean, or what disturbs a torque arm
     at  f8[N]  where it is held, or began to stand
+    older  f8[2,N]  the two samples before the last one
+    sigma  f8[N]  the standard deviation of samples, learned, and at least what was stated
     near  f8[N]  where it stands now, as this may go slowly
     way  f8[N]  the sign of where it was to go
 learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's model does not say.
