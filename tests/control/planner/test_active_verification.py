@@ -71,12 +71,3 @@ def test_a_joint_that_moves_by_itself_is_not_held_and_one_that_creeps_is() -> No
     assert moving.run(2.0, drift=0.3) == pytest.approx(0.33, abs=0.03)
     assert creeping.run(2.0, drift=0.02) is None
     assert set(creeping.sent) == {creeping.home}
-
-
-@pytest.mark.long
-def test_nobody_is_asked_during_a_stop_or_once_a_brake_was_asked_for() -> None:
-    for room, field in (("watch", "latched"), ("feedback", "asks")):
-        arm = Arm(1.0)
-        arm.verification.begin(2)
-        getattr(arm.K, room)[field] = 1
-        assert arm.run(3.0) is None and set(arm.sent) == {arm.home}

@@ -253,23 +253,3 @@ def test_an_axis_in_the_middle_of_its_cone_or_opposite_to_it_is_let_pass():
         angle = 0.0 if sign > 0.0 else np.pi
         assert planner.constraints[TIP].distance == pytest.approx(0.2 - angle, abs=1e-6)
         assert planner._session.K.qp.l[7] == -INF
-
-
-WRONG = [
-    ({}, "has neither above, inside nor along, expected one of them"),
-    ({"above": (0, 0, 0), "inside": BOX}, "has above and inside, expected one of them"),
-    ({"inside": BOX, "normal": (0, 0, 1)}, "has normal beside inside, expected it only with above"),
-    ({"above": (0, 0, 0), "within": 0.3}, "has within beside above, expected it only with along"),
-    ({"along": (0, 0, 1), "within": 0.3, "point": (0, 0, 1)}, "has point beside along"),
-    ({"along": (0, 0, 1)}, "has along without within, expected how far"),
-    ({"along": (0, 0, 1), "within": 4.0}, "within is 4 rad, expected less than pi"),
-    ({"along": (0, 0, 1), "within": 0.0}, "within is 0"),
-    ({"along": (0, 0, 0), "within": 0.3}, "along is .*expected a direction"),
-    ({"along": (0, 0, 1), "within": 0.3, "axis": (0, 0, 0)}, "axis is .*expected a direction"),
-    ({"inside": ((0, 0, 0), (1, 1))}, "inside"),
-    ({"inside": (0, 1)}, r"inside has shape \(2,\), expected \(2, 3\)"),
-    ({"inside": ((0, 0, np.nan), (1, 1, 1))}, "inside contains NaN"),
-    ({"inside": ((0, 0.5, 0), (1, 0.5, 1))}, "inside goes from 0.5 to 0.5 along y"),
-    ({"inside": ((-INF,) * 3, (INF,) * 3)}, "expected a finite side at least"),
-    ({"inside": ((-INF, -INF, 0), (-3, INF, INF)), "braking": -1}, "braking is -1"),
-]

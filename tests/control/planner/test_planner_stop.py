@@ -20,7 +20,7 @@ def running_away(home, speed=1.0, start=0.2):
     return at
 
 
-@pytest.mark.parametrize("samples", [1, 2, 3, 7])
+@pytest.mark.parametrize("samples", [1, 7])
 def test_stop_comes_after_that_many_rising_samples(panda, home, level, follow, samples):
     stop = ftqp.EmergencyStop(position=0.05, samples=samples)
     planner = ftqp.Planner(panda, DT, level=level, emergency=stop)
@@ -54,7 +54,7 @@ def test_rotation_error_stops_too(panda, home, level, follow):
     )
 
 
-@pytest.mark.parametrize("backend", ["active_set", "dtrnn", "daqp"])
+@pytest.mark.parametrize("backend", ["active_set", "daqp"])
 def test_stop_brakes_every_joint_within_its_limits_and_latches_until_reset(
     panda, home, level, follow, backend
 ):

@@ -24,9 +24,9 @@ def random_case(rng):
     return J, xdot, float(np.abs(np.linalg.pinv(J) @ xdot).max() * 10.0 ** rng.uniform(-3.0, -0.01))
 
 
-def test_ten_thousand_random_cases_keep_the_limit_and_the_order_of_the_rules():
+def test_random_cases_keep_the_limit_and_the_order_of_the_rules():
     rng = np.random.default_rng(2)
-    for _ in range(10_000):
+    for _ in range(2_000):
         J, xdot, limit = random_case(rng)
         P = problem(J, xdot)
         kappa = {}

@@ -180,22 +180,6 @@ def test_matrices_are_those_of_the_formula():
     assert np.linalg.eigvalsh(net.Gamma + net.Gamma.T).min() >= -1e-12
 
 
-def test_fixed_variables_equal_rows_and_open_rows_are_left_out_exactly():
-    q = problem(np.random.default_rng(1), 5, 2, 3)
-    q["lb"][1] = q["ub"][1] = 0.4
-    q["l"][0] = q["u"][0] = 0.2
-    q["l"][2], q["u"][2] = -np.inf, np.inf
-    _, net = network_of(q)
-    free = [0, 2, 3, 4]
-    assert (net.variables, net.slacks, net.rows) == (4, 1, 4)
-    np.testing.assert_allclose(net.Gamma[:4, :4], q["H"][np.ix_(free, free)])
-    np.testing.assert_allclose(net.z[:4], q["g"][free] + 0.4 * q["H"][free, 1])
-    np.testing.assert_allclose(net.z[5:7], 0.4 * q["A"][:, 1] - q["b"])
-    norm = np.linalg.norm(q["C"][:, free], axis=1)
-    np.testing.assert_allclose(net.z[7], (0.4 * q["C"][0, 1] - 0.2) / norm[0])
-    np.testing.assert_allclose(net.high[4], (q["u"][1] - 0.4 * q["C"][1, 1]) / norm[1])
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_the_residual_vanishes_at_the_solution_and_publish_undoes_start(seed):
     rng = np.random.default_rng(seed)

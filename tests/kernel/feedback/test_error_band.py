@@ -65,33 +65,6 @@ def test_a_joint_that_comes_back_into_its_error_band_is_counted_anew():
         assert not planner.step(q, None, target).brakes.any()
 
 
-def overspeed(share, **settings):
-    """Ticks of 10 ms until a joint that moves unasked at a share of its limit asks for its brake, or None."""
-    planner = ftqp.Planner(ROBOT, 0.01, drive="position", task=ftqp.Task(rows=("x",)), **settings)
-    planner.reset(ROBOT.neutral)
-    target = ftqp.Target(position=ROBOT.pose(ROBOT.neutral)[:3, 3])
-    q, step = ROBOT.neutral.copy(), None
-    for k in range(30):
-        q[2] -= share * LIMITS.v_max[2] * 0.01
-        step = planner.step(q, None, target)
-        if step.brakes.any():
-            return k, step, planner
-    return None, step, planner
-
-
-def test_a_joint_out_of_hand_stops_the_arm_after_a_tenth_of_a_second():
-    ticks, step, planner = overspeed(1.28)
-    assert 9 <= ticks <= 14
-    assert step.brakes.tolist() == [False, False, True]
-    assert step.status in (ftqp.StepStatus.STOPPING, ftqp.StepStatus.STOPPED)
-    assert ROBOT.joints[2] in planner.stopped_because
-
-
-def test_without_an_emergency_stop_it_asks_for_its_brake_and_stops_nobody():
-    ticks, _, planner = overspeed(1.28, emergency=None)
-    assert 9 <= ticks <= 14 and planner.stopped_because is None
-
-
 def test_a_joint_that_is_known_to_have_failed_asks_for_nothing():
     planner = ftqp.Planner(ROBOT, 0.01, drive="position", task=ftqp.Task(rows=("x",)), emergency=None)
     planner.reset(ROBOT.neutral)

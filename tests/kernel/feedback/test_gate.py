@@ -162,16 +162,6 @@ def test_a_record_that_stays_wrong_ends_in_a_stop():
     assert ride.planner.stopped_because is not None and np.all(step.reference.v == 0.0)
 
 
-def test_a_sensor_that_was_lost_stays_lost_when_the_gate_was_shut():
-    ride = Ride()
-    ride.K.feedback.lost[2] = 1
-    ride.K.gate.lead = np.nan
-    ride.tick()
-    ride.K.gate.lead = 0.0
-    ride.tick()
-    assert ride.K.gate.shut == 1 and ride.K.feedback.lost[2] == 1
-
-
 @pytest.mark.parametrize("speed", [0.005, 0.3, 2.5])
 @pytest.mark.parametrize("drive", ["position", "velocity"])
 def test_a_locked_joint_whose_encoder_drifts_is_sent_where_it_is_locked(drive, speed):

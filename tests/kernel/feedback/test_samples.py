@@ -91,16 +91,6 @@ def test_a_joint_whose_speed_limit_is_lowered_is_still_believed_at_the_speed_tha
     assert arm.loop.bad[joint] == 0
 
 
-def test_in_the_place_of_a_refused_sample_stands_the_command_with_the_last_following_error():
-    arm = Arm()
-    arm.tick()
-    arm.tick(arm.off(1, 0.003))
-    sent = arm.q.copy()
-    arm.tick(arm.off(1, np.inf))
-    assert arm.loop.seen[1] == pytest.approx(sent[1] + 0.003, abs=1e-12)
-    assert arm.loop.seen[0] == sent[0] and arm.loop.age[1] == 1 and arm.loop.age[0] == 0
-
-
 @pytest.mark.parametrize("bad", [11, 10])
 def test_patience_ends_after_twenty_milliseconds_of_bad_samples(bad):
     arm = Arm(dt=0.002)
@@ -173,17 +163,6 @@ def test_a_noisy_sensor_that_repeats_its_number_is_frozen_once_its_joint_should_
     assert frozen == (2 if sigma else 0)
 
 
-@pytest.mark.parametrize("sigma", [0.0, SIGMA])
-def test_samples_are_kept_in_a_ring_of_all_its_places(sigma):
-    arm = Arm(sigma=sigma)
-    span = int(arm.loop.span)
-    assert span >= 2
-    for k in range(2 * span + 1):
-        step = arm.tick()
-        assert arm.loop.now == k % span
-        assert not step.brakes.any() and arm.loop.refused == 0
-
-
 @pytest.mark.parametrize("drive", ["position", "velocity"])
 def test_after_a_reset_nothing_is_left_of_what_came_before(drive):
     def driven(planner, rng):
@@ -207,13 +186,3 @@ def test_after_a_reset_nothing_is_left_of_what_came_before(drive):
         used.step(ROBOT.neutral + away, np.array([np.nan, 0.0, 0.0]), here, tip=np.full((4, 4), np.nan))
     assert used.stopped_because is not None
     assert np.array_equal(driven(used, np.random.default_rng(1)), expected)
-
-
-@pytest.mark.parametrize("joint", [0, 2])
-def test_a_joint_whose_sample_was_refused_is_believed_again_with_the_next_good_one(joint):
-    arm = Arm()
-    arm.tick()
-    arm.tick(arm.off(joint, np.nan))
-    assert (arm.loop.bad[joint], arm.loop.age[joint], arm.loop.refused) == (1, 1, 1)
-    arm.tick()
-    assert (arm.loop.bad[joint], arm.loop.age[joint], arm.loop.refused) == (0, 0, 0)

@@ -66,11 +66,3 @@ def test_a_push_is_over_when_a_quarter_is_left_for_a_tenth_of_a_second_and_after
     K = record()
     assert looked_at(K, r, 990)
     assert not looked_at(K, r, 400)
-
-
-def test_one_tick_without_evidence_begins_the_count_anew():
-    K = record()
-    r = push(K, (30.0, 20.0, 0.0))
-    for _ in range(5):
-        assert not looked_at(K, r, 9)
-        assert not looked_at(K, np.zeros(N), 1)

@@ -14,13 +14,9 @@ from ftqp.kernel.layout.enums import (
     INSTANT,
     LOCKED,
     MEASURED,
-    RESET_MOMENTUM,
-    RESET_TASK,
     JointCode,
 )
 from ftqp.kernel.rows.failed_joints import (
-    braked_velocity,
-    lock_instantly,
     lock_rate,
     sort_joints,
 )
@@ -207,20 +203,6 @@ def test_an_instant_lock_never_throws_the_others_over_their_speed_limits(name, r
     assert shortened >= 3
 
 
-@pytest.mark.parametrize("reset", [RESET_MOMENTUM, RESET_TASK])
-def test_a_jump_that_is_no_number_leaves_the_velocities_that_the_gate_judges_by(reset):
-    K = listed([HEALTHY, INSTANT, HEALTHY])
-    K.faults.reset_mode, K.task.m = reset, 2
-    K.kinematics.M[:3, :3] = np.eye(3) + 0.1
-    K.kinematics.J[:2, :3] = [[1.0, 0.5, 0.2], [0.0, 1.0, 0.7]]
-    K.limits.v_max[:3], K.limits.q_max[:3], K.limits.q_min[:3] = 2.0, 1.0, -1.0
-    K.state.v[:3] = K.gate.v[:3] = 0.3, 0.2, -0.1
-    K.state.v[1] = np.nan
-    lock_instantly(K)
-    assert list(K.gate.v[:3]) == [0.3, 0.0, -0.1] and list(K.state.v[:3]) == [0.3, 0.0, -0.1]
-    assert K.faults.code[1] == LOCKED
-
-
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("room", [0.3, 0.05, 0.01])
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -286,15 +268,6 @@ def test_a_joint_that_stands_but_for_rounding_is_locked_at_once(speed, code):
     ticks.reset(Q, v)
     ticks.tick(Q, v, ftqp.Target(position=robot.pose(Q)[:3, 3]))
     assert ticks.K.faults.code[2] == code
-
-
-def test_brake_ends_at_rest_before_the_limit():
-    v, q, dt = 1.0, 0.0, 1e-2
-    for _ in range(2000):
-        rate = lock_rate(v, 0.3 - q, 0.5, 9.0, dt)
-        after = braked_velocity(v, rate, dt)
-        q, v = q + 0.5 * dt * (v + after), after
-    assert v == 0.0 and 0.25 < q <= 0.3
 
 
 TICK = 1e-3

@@ -156,23 +156,6 @@ def retype(a, kind):
         a.dtype = kind
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [None, 3.0, "1234567", b"12345678" * 7, object(), {}, [1.0, None], [[1.0] * 7], np.zeros((1, 7)),
-     np.zeros((7, 1)), np.zeros(()), np.zeros(6), np.zeros(8), ["a"] * 7, np.full(7, 1j)],
-    ids=lambda value: f"{type(value).__name__}{np.shape(value)!s}" if not isinstance(value, dict) else "dict",
-)  # fmt: skip
-@pytest.mark.parametrize("place", ["q", "v"])
-def test_what_is_no_state_is_an_error_of_one_sentence(planner, fed_copies, aim, wrong, place):
-    if place == "v" and wrong is None:
-        planner.step(Q.copy(), None, aim)  # a velocity that is not measured
-        return
-    given = {"q": Q.copy(), "v": V.copy()} | {place: wrong}
-    with pytest.raises(ftqp.InputError, match=rf"^{place} (has shape|is not an array of numbers)"):
-        planner.step(given["q"], given["v"], aim)
-    check(planner, fed_copies, Q, V, aim)  # and the planner goes on
-
-
 def test_no_buffer_is_held_after_a_step(planner, aim):
     q, v = bytearray(Q.tobytes()), bytearray(V.tobytes())
     planner.step(memoryview(q).cast("d"), memoryview(v).cast("d"), aim)
