@@ -2,7 +2,6 @@
 
 import ast
 import inspect
-import itertools
 import re
 import textwrap
 from functools import cache
@@ -10,9 +9,6 @@ from pathlib import Path
 
 import ftqp
 from tests.test_texts import ROOT, SOURCES, relative
-
-WIDTH = 110
-"""Longest line, as ruff has it."""
 
 
 def statements(node):
@@ -146,44 +142,3 @@ def test_every_public_callable_says_what_each_of_its_arguments_means():
         if not text or (real and not set(real) <= set(named)):
             wrong.append(f"{name}: {sorted(set(real or []) - set(named)) or 'no docstring'}")
     assert not wrong
-
-
-SECTION = re.compile(r"(Args|Attributes|Returns|Raises|Yields|Source|Example|Note|Limitations):")
-ENTRY = re.compile(r"\*{0,2}[\w`.]+( \([^)]*\))?: ")
-
-
-def stray_wraps(text, first_indent):
-    """Lines of prose that end early although the next word would have fitted: a wrap done by a machine."""
-    found = []
-    lines = text.splitlines()
-    for number, (line, after) in enumerate(itertools.pairwise(lines)):
-        indent, deeper = (len(one) - len(one.lstrip()) for one in (line, after))
-        indent = first_indent if number == 0 else indent
-        words, following = line.split(), after.split()
-        if not words or not following or deeper not in (indent, indent + 4):
-            continue
-        if any(mark in one for mark in ("  ", "|", "python ") for one in (line.strip(), after.strip())):
-            continue
-        if SECTION.match(line.strip()) or ENTRY.match(after.strip()) or after.strip().startswith("- "):
-            continue
-        short = len(words) <= 2 and line.rstrip()[-1] not in ".:"
-        if short and indent + len(line.strip()) + 1 + len(following[0]) <= WIDTH:
-            found.append(line.strip())
-    return found
-
-
-def test_no_docstring_was_wrapped_by_a_machine():
-    wrong = []
-    for file, node in all_statements():
-        if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
-            continue
-        if isinstance(node.value.value, str) and "\n" in node.value.value:
-            lines = stray_wraps(node.value.value, node.col_offset)
-            wrong += [f"{file}:{node.lineno}: {line}" for line in lines]
-    assert not wrong
-
-
-def test_a_machine_wrap_is_found():
-    text = "What is done.\n\n    The directions lie along left singular vectors of the Jacobian (rows in\n"
-    assert stray_wraps(text + "    units\n    of the characteristic length).", 4) == ["units"]
-    assert stray_wraps(text + "    units of the characteristic length).", 4) == []

@@ -16,7 +16,6 @@ from ftqp.control.task.task import MODES
 from ftqp.faults.kinds import KINDS
 
 ROOT = Path(__file__).parents[1]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
 LINK = (
     '<link name="l{}"><inertial><mass value="1"/>'
     '<inertia ixx=".01" iyy=".01" izz=".01" ixy="0" ixz="0" iyz="0"/></inertial></link>'
@@ -192,13 +191,6 @@ def test_the_lines_of_a_notebook_run_and_print_a_result(shown, monkeypatch):
     matplotlib.use("Agg")
     lines = shown("docs/how-to/notebook.md")
     assert lines[0] == "Result" and "completed in 2001 steps" in lines[1]
-
-
-def test_readme_is_one_page():
-    assert len(README.splitlines()) <= 120
-    (code,) = re.findall(r"```python\n(.*?)```", README, re.S)
-    lines = [line for line in code.splitlines() if line and not line.startswith("import")]
-    assert len(lines) == 12
 
 
 def first_column(page, title=None):

@@ -6,7 +6,6 @@ import time
 from typing import Any
 
 import numpy as np
-import pytest
 from bench.isolation import Apart
 
 from ftqp import InputError
@@ -73,26 +72,3 @@ def test_work_that_hangs_is_ended_within_its_time() -> None:
         ended = apart.ask(hang)
     assert ended.reason == "gave no answer within 1 s and was ended"
     assert time.monotonic() - before < 60.0
-
-
-@pytest.mark.slow
-def test_a_contender_that_hangs_crashes_or_answers_nonsense_costs_its_own_row_only() -> None:
-    from comparison.speed import EMPTY, Settings, measured
-    from tests.solvers.stand_ins import SOLVABLE, Villain, sequence
-
-    settings = Settings(samples=10, seconds=60.0, turn=5, turn_seconds=60.0, setups=1)
-    contenders: list[Any] = [
-        Villain(name=deed, settings={"name": "active_set"})
-        for deed in ("good", "hangs", "dies", "raises", "nonsense")
-    ]
-    processes = {name: Apart(20.0) for name in (EMPTY, *(who.name for who in contenders))}
-    tape = sequence(*[SOLVABLE] * 3)
-    try:
-        cells, left_out = measured(contenders, processes, tape, settings, 3)
-    finally:
-        for process in processes.values():
-            process.close()
-    solved = {cell["contender"]: cell["solved"] for cell in cells}
-    assert solved["good"] == 100.0 and solved["raises"] == 0.0
-    assert "20 s" in left_out["hangs"] and "exit code 3" in left_out["dies"]
-    assert "nonsense" not in solved or solved["nonsense"] == 0.0

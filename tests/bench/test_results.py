@@ -4,9 +4,8 @@ import json
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
-from bench.results import FOLDERS, README, ROOT, commit, folder, packages, stem, written
+from bench.results import FOLDERS, README, ROOT, folder, stem, written
 
 REPORTS = sorted(report for home in FOLDERS for report in (home / "results").glob("*.md"))
 
@@ -80,16 +79,3 @@ def test_a_full_result_replaces_the_last_and_a_quick_one_does_not(tmp_path: Path
     text = (tmp_path / "study.md").read_text()
     assert text.startswith("# Study\n\n## Figures\n\n![two curves](study-two-curves.png)\n\nMade at")
     assert len(list(tmp_path.iterdir())) == 3
-
-
-def test_a_result_names_the_commit_it_was_made_at(tmp_path: Path) -> None:
-    report, numbers = written({"rows": []}, "# A study", tmp_path, "study")
-    assert report.read_text(encoding="utf-8").endswith(f"\n\nMade at commit {commit()}.\n")
-    assert json.loads(numbers.read_text(encoding="utf-8")) == {"rows": [], "commit": commit()}
-    assert re.fullmatch(r"unknown|[0-9a-f]{10}( with changes)?", commit())
-
-
-def test_a_package_that_is_absent_ends_no_study() -> None:
-    assert packages(("numpy", "no-such-package-anywhere")) == {
-        "numpy": np.__version__, "no-such-package-anywhere": "not there",
-    }  # fmt: skip

@@ -46,19 +46,3 @@ def test_chain30_has_30_joints_that_alternate_and_a_reach_of_3_metres() -> None:
     axes = np.abs(data.J[3:].T)
     np.testing.assert_allclose(axes[0::2], np.tile([0.0, 0.0, 1.0], (15, 1)), atol=1e-12)
     np.testing.assert_allclose(axes[1::2], np.tile([0.0, 1.0, 0.0], (15, 1)), atol=1e-12)
-
-
-def test_chain30_can_hold_itself_stretched_out() -> None:
-    arm = cases.chain30()
-    robot = ftqp.Robot.from_urdf(text("chain30", arm), tip=TIP, acceleration=arm.a_max)
-    q = np.zeros(30)
-    q[1] = np.pi / 2
-    torque = pin.computeGeneralizedGravity(robot.model, robot.model.createData(), q)
-    assert (np.abs(torque) < robot.limits.tau_max).all()
-
-
-def test_a_limit_that_a_urdf_cannot_say_is_refused() -> None:
-    arm = cases.chain30()
-    arm.v_max[3] = np.inf
-    with pytest.raises(ValueError, match="chain30 has an infinite velocity or torque limit"):
-        text("chain30", arm)

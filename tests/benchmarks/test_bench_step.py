@@ -1,12 +1,10 @@
 """The step benchmark runs and says what it promises; no figure of it is judged here."""
 
 import json
-from argparse import Namespace
 from itertools import product
 from pathlib import Path
 from typing import Any
 
-import bench_step
 import pytest
 from tests.scripts import told
 
@@ -54,27 +52,3 @@ def test_what_is_timed_follows_the_target_and_holds_the_joint(run) -> None:
         assert row["position_error"] < 5e-3
         assert row["locked_joint_motion"] == 0.0
         assert set(row["statuses"]) == {"OK"}
-
-
-def test_results_are_written_as_json_and_markdown(run) -> None:
-    result, out = run
-    stem = "bench_step-quick"
-    assert json.loads((out / f"{stem}.json").read_text()) == result
-    text = (out / f"{stem}.md").read_text()
-    assert all(
-        part in text for part in ("## Limitations", "## Versions", "30 joints, acceleration level", OURS)
-    )
-
-
-def test_only_a_full_run_replaces_the_result_on_record() -> None:
-    full = {"ratios_to_placo": {"panda_velocity": 0.5}}
-    lacking = {"ratios_to_placo": {"panda_velocity": None}}
-    for result, peers, ways, steps, suffix in (
-        (full, True, WAYS, None, None),
-        (lacking, True, WAYS, None, "part"),
-        (full, False, WAYS, None, "part"),
-        (full, True, ("paced",), None, "part"),
-        (full, True, WAYS, 100, "part"),
-    ):
-        options = Namespace(peers=peers, ways=ways, steps=steps, quick=False)
-        assert bench_step.suffix(options, result) == suffix

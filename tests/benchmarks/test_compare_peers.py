@@ -24,13 +24,6 @@ def test_programs_of_this_environment_are_compared_on_both_kinds() -> None:
             assert row["beyond_a"] == row["beyond_v"] == row["beyond_q"] == row["moved_locked"] == 0
 
 
-def test_programs_of_one_kind_alone_are_compared_on_that_kind() -> None:
-    (row,) = json.loads(
-        told("benchmarks/compare_peers.py", "--cases", 1, "--json", "--only", "ftqp PathFollower")
-    )["rows"]
-    assert row["kind"] == "path" and row["cases"] == 4 and row["beyond_a"] == 0
-
-
 def test_an_arm_that_stands_has_finished_nothing_and_broken_nothing() -> None:
     case, arm = drawn("panda", "path", 0)
     assert feasible(case, arm, 250) in ("straight", "other posture", "not known")

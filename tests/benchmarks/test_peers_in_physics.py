@@ -6,7 +6,6 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import peers_in_physics
 from peers.servant import Charge, aimed
 
 import ftqp
@@ -68,35 +67,3 @@ def test_what_a_peer_asks_for_is_sent_within_limits_and_a_lock_stands_at_once():
     program.stdin.close()
     program.stdout.close()
     assert program.wait() == 0 and unsolved == 1 and q[0] <= 0.05
-
-
-def test_a_rival_is_tried_with_every_gain_and_keeps_in_each_row_the_one_that_strays_least():
-    tried = peers_in_physics.wired(("pink", "pink"))
-    assert [gain for *_, gain in tried] == list(peers_in_physics.GAINS)
-    assert peers_in_physics.wired("ftqp") == ["ftqp"]
-    rows = [{"gain": gain, "weighted": abs(gain - 31.0)} for *_, gain in tried]
-    assert peers_in_physics.best(rows)["gain"] == 30.0
-
-
-def test_a_turn_of_the_tip_counts_as_much_as_its_length_says():
-    robot = ftqp.robots.load("panda")
-    q = np.tile(robot.neutral, (3, 1))
-    poses = np.tile(robot.pose(robot.neutral), (3, 1, 1))
-    poses[2, :3, :3] = poses[2, :3, :3] @ np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
-    log = (np.arange(3.0), np.array([0.0, 0.0, 0.03]), poses, q, np.zeros_like(q), 1.0, robot)
-    row = peers_in_physics.facts("one", "panda_joint1", True, log)
-    turned = np.arcsin(0.6)
-    assert np.isclose(row["turned"], turned) and np.isclose(row["turned_end"], turned)
-    assert np.isclose(row["weighted"], np.hypot(0.03, robot.length * turned))
-
-
-def test_the_best_of_each_row_is_bold():
-    shared = {"joint": "panda_joint1", "told": True, "end": 0.0, "turned_end": 0.0, "speed": 0.5, "said": ""}
-    rows = [
-        {"program": "ftqp", "after": 1e-3, "turned": 2e-3, **shared},
-        {"program": "pink", "after": 2e-3, "turned": 1e-3, "gain": 60.0, **shared},
-    ]
-    near, straight, gains = peers_in_physics.circle_tables(rows, True)
-    assert near.rows[0] == ("1", "**1.00, then 0.00**", "2.00, then 0.00")
-    assert straight.rows[0] == ("1", "2.00, then 0.00", "**1.00, then 0.00**")
-    assert gains.rows == [("1", "60")]

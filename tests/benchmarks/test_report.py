@@ -43,15 +43,6 @@ def test_every_way_has_ratios_of_its_own() -> None:
     )  # fmt: skip
 
 
-def test_what_was_not_measured_has_no_ratio() -> None:
-    cases = [case("panda_torque", "paced", 5.0)]
-    result = {**report.ratios(cases), "cases": cases}
-    assert result["ratios_to_placo_paced"] == dict.fromkeys(TASKS) | {"panda_torque": 0.5}
-    assert set(result["ratios_to_placo"].values()) == {None}
-    assert not report.complete(result)
-    assert [row[1] for row in report.short(result).rows] == ["-"] * 4
-
-
 def test_the_tables_name_what_is_missed_and_nothing_else() -> None:
     result = measured({"best": 3.0, "readme": 3.0, "paced": 3.0})
     rows = {row[0]: row for row in report.missed(result).rows}

@@ -7,18 +7,6 @@ pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install -e ".[
 from mkdocs.exceptions import PluginError
 
 
-def test_accents_of_tex_become_letters():
-    plain = module("citations").plain
-    assert (
-        plain(r"Kr{\"o}ger and Veseli{\'c}, Kre{\v s}imir; {LDL}' of J{\'u}dice")
-        == "Kröger and Veselić, Krešimir; LDL' of Júdice"
-    )
-    assert (
-        plain(r"Computers \& Operations Research, 321--325")
-        == "Computers & Operations Research, 321\N{EN DASH}325"
-    )
-
-
 def test_every_work_says_who_what_where_and_when():
     for key, work in module("citations").works().items():
         assert work["author"] and work["title"] and len(work["year"]) == 4, key

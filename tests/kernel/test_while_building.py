@@ -18,6 +18,7 @@ FILES = (
 )
 
 
+@pytest.mark.slow
 def test_helpers_pass_their_tests_as_compiled_code():
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow",

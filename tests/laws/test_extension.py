@@ -67,7 +67,7 @@ def said_by(script, *arguments, source=ROOT / "src", **environment):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("how", ["registered", "unheard"])
+@pytest.mark.parametrize("how", ["registered", pytest.param("unheard", marks=pytest.mark.slow)])
 def test_kind_of_fault_without_a_case_is_refused_by_every_consumer(how, tmp_path):
     for package in ("mujoco", "matplotlib", "rosbags", "viser"):
         pytest.importorskip(package, reason="every consumer needs its extra: pip install 'ftqp[dev]'")

@@ -89,8 +89,15 @@ def motion(robot, kind, hold, drive="position", w=50.0, fed=True, noise=0.0, sec
 
 
 @pytest.mark.parametrize("kind", ["clock", "path", "target", "goto"])
-@pytest.mark.parametrize("hold", [0.1, 1.0])
-@pytest.mark.parametrize(("w", "fed"), [(20.0, True), (300.0, False)])
+@pytest.mark.parametrize(
+    ("hold", "w", "fed"),
+    [
+        (1.0, 20.0, True),
+        (0.1, 300.0, False),
+        pytest.param(0.1, 20.0, True, marks=pytest.mark.slow),
+        pytest.param(1.0, 300.0, False, marks=pytest.mark.slow),
+    ],
+)
 def test_arm_that_was_held_goes_on_without_a_leap_and_finishes(kind, hold, w, fed):
     _, fastest, brakes, error, _, planner = motion(PANDA, kind, hold, w=w, fed=fed)
     assert fastest < 1.1
@@ -98,8 +105,10 @@ def test_arm_that_was_held_goes_on_without_a_leap_and_finishes(kind, hold, w, fe
     assert not brakes and not planner.faults
 
 
-@pytest.mark.parametrize("drive", ["velocity", "torque"])
-@pytest.mark.parametrize("hold", [0.1, 1.0])
+@pytest.mark.parametrize(
+    ("drive", "hold"),
+    [("velocity", 1.0), ("torque", 0.1), pytest.param("torque", 1.0, marks=pytest.mark.slow)],
+)
 def test_held_arm_on_other_drives_asks_for_no_brake_and_finishes(drive, hold):
     said, fastest, brakes, error, _, planner = motion(PANDA, "clock", hold, drive)
     assert StepStatus.HELD in said
@@ -107,7 +116,7 @@ def test_held_arm_on_other_drives_asks_for_no_brake_and_finishes(drive, hold):
     assert not brakes and planner.stopped_because is None
 
 
-@pytest.mark.parametrize("hold", [0.1, 1.0, 9.0])
+@pytest.mark.parametrize("hold", [0.1, *(pytest.param(hold, marks=pytest.mark.slow) for hold in (1.0, 9.0))])
 def test_hold_of_a_torque_arm_that_goes_to_a_target_comes_before_its_encoders_are_doubted(hold):
     said, fastest, brakes, error, _, planner = motion(PANDA, "target", hold, "torque")
     assert said.index(StepStatus.HELD) * DT < AT + 0.02
@@ -116,7 +125,7 @@ def test_hold_of_a_torque_arm_that_goes_to_a_target_comes_before_its_encoders_ar
     assert not brakes and planner.stopped_because is None
 
 
-@pytest.mark.parametrize("hold", [0.0, 0.3, 3.0])
+@pytest.mark.parametrize("hold", [0.3, *(pytest.param(hold, marks=pytest.mark.slow) for hold in (0.0, 3.0))])
 def test_target_is_reached_behind_a_slow_servo_that_nobody_told_of(hold):
     _, fastest, _, error, _, planner = motion(PANDA, "target", hold, w=20.0, fed=False)
     assert planner.stopped_because is None
@@ -205,7 +214,7 @@ def creeping(v, step=0.0, noise=0.0, seconds=3.0, stated=True):
     return held
 
 
-@pytest.mark.parametrize("v", [0.02, 0.05, 0.1])
+@pytest.mark.parametrize("v", [0.02, pytest.param(0.05, marks=pytest.mark.slow), 0.1])
 @pytest.mark.parametrize(("step", "noise"), [(0.0, 0.0), (1e-3, 0.0), (2e-3, 0.0), (0.0, 1e-4), (0.0, 1e-3)])
 @pytest.mark.parametrize("stated", [True, False])
 def test_arm_that_goes_slowly_is_not_held_however_coarse_its_encoders(v, step, noise, stated):
@@ -221,6 +230,7 @@ def test_hold_is_said_soon_and_ends_when_the_arm_follows_again():
     assert max(leads[round((AT + 0.5) / DT) : round((AT + 1.0) / DT)]) < 0.02
 
 
+@pytest.mark.slow
 def test_path_is_not_cut_short_by_a_long_hold():
     _, fastest, _, error, _, planner = motion(PANDA, "clock", 9.0)
     assert fastest < 1.1 and error < 2e-3 and planner.stopped_because is None

@@ -7,6 +7,7 @@ import pytest
 from tests.telescope import telescope
 
 import ftqp
+from ftqp.analysis.planning.plan_case import PlanSettings
 from ftqp.control.task.compatibility import NEEDS, ROBOTS, robots_table
 from ftqp.core.errors import InputError
 from ftqp.model.serial import Inertial
@@ -69,7 +70,7 @@ def led(robot, q):
 
 def searched(robot, q):
     ftqp.postures(robot, robot.pose(q), near=q)
-    ftqp.analysis.plan(robot, line(robot, q), q)
+    ftqp.analysis.plan(robot, line(robot, q), q, settings=PlanSettings(waypoints=6, spacing=0.5))
 
 
 def spherical(robot, q):

@@ -100,7 +100,7 @@ def loosen(world, joint, beyond, side):
 
 
 @pytest.mark.parametrize("drive", DRIVES)
-@pytest.mark.parametrize("beyond", [0.01, 0.1, 0.5])
+@pytest.mark.parametrize("beyond", [0.01, pytest.param(0.1, marks=pytest.mark.slow), 0.5])
 @pytest.mark.parametrize("after", ["withdraw", "degraded", "locked", "locked, then withdraw"])
 def test_a_joint_that_swung_free_returns_from_where_it_stands(drive, beyond, after):
     world = World(ftqp.robots.load("panda"), drive)
@@ -170,7 +170,7 @@ def test_a_lock_on_the_way_is_sent_its_braking_distance_and_no_farther(drive, le
     assert np.ptp(places[-500:]) == 0.0
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2, 3))])
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("arm", ["panda", "bent"])
 def test_no_sequence_of_reports_makes_what_is_sent_jump(drive, seed, arm):

@@ -27,6 +27,7 @@ def figures(tmp_path_factory):
     return of
 
 
+@pytest.mark.slow
 def test_locks_of_bedrossians_first_manoeuvre_leave_the_tip_as_it_was(figures):
     values = figures("bedrossian1993")
     assert list(values) == ["2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12"]
@@ -34,6 +35,7 @@ def test_locks_of_bedrossians_first_manoeuvre_leave_the_tip_as_it_was(figures):
     assert values["5"]["still"] == [1, 6, 7] and values["3"]["still"] == []
 
 
+@pytest.mark.slow
 def test_bedrossians_second_manoeuvre_runs_into_a_singularity_and_is_damped(figures):
     values = figures("bedrossian1993")
     assert values["7"]["most"] == pytest.approx(5.02, abs=0.01)
@@ -69,6 +71,7 @@ def test_servo_of_holts_steps_is_the_one_that_is_nearest_to_the_published_row(mo
     assert holt1994.fit() == holt1994.SERVO
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("figure", "most"), [("3", 131.0), ("4", 103.0)])
 def test_zhangs_two_failures_are_survived_on_the_path(figures, figure, most):
     values = figures("zhang2016")[figure]
@@ -83,6 +86,7 @@ def test_jins_cases_end_as_published_or_as_documented(figures):
     assert values["E3"]["stopped"] == pytest.approx(16.83, abs=0.02)
 
 
+@pytest.mark.slow
 def test_goels_figures_show_the_published_ends(figures):
     values = {key: one["said"] for key, one in figures("goel2005").items()}
     assert "goal D (2, 60): none, every 3.6276 s" in values["3 and 4"]
@@ -90,6 +94,7 @@ def test_goels_figures_show_the_published_ends(figures):
     assert "114.2952" in values["9"]
 
 
+@pytest.mark.slow
 def test_page_shows_every_figure(figures):
     page = (ROOT / "docs" / "evidence" / "paper-figures.md").read_text(encoding="utf-8")
     for name in PAPERS:
@@ -98,7 +103,9 @@ def test_page_shows_every_figure(figures):
             assert "**Ours**" in part and ("![" in part or "|---|" in part), (name, key)
 
 
-@pytest.mark.parametrize("name", PAPERS)
+@pytest.mark.parametrize(
+    "name", [*(pytest.param(one, marks=pytest.mark.slow) for one in PAPERS[:-1]), PAPERS[-1]]
+)
 def test_unknown_figure_is_answered_with_those_that_there_are(name, tmp_path):
     done = ran(f"studies/{name}.py", "--figures", tmp_path, "--only", "99")
     assert done.returncode == 2

@@ -207,7 +207,7 @@ def intervals_at(session: Session, q: FloatArray, v: FloatArray) -> tuple[FloatA
     return K.qp.lb[:n], K.qp.ub[:n]
 
 
-@pytest.mark.parametrize("level", ["velocity", "acceleration"])
+@pytest.mark.parametrize("level", [pytest.param("velocity", marks=pytest.mark.slow), "acceleration"])
 def test_e9_bounds_are_never_empty_and_never_broken(level: str) -> None:
     """Adversarial choices inside the interval, random or bang-bang, on every joint of the arm."""
     generator = np.random.default_rng(9)

@@ -61,6 +61,7 @@ def test_sweep_of_self_motion_speeds_is_that_of_the_table() -> None:
     assert ((found.excess <= 1e-9) == inside).all()
 
 
+@pytest.mark.slow
 def test_speed_of_most_coverage_is_a_tenth_and_that_of_the_rule_in_print_nearly_nothing() -> None:
     thetas = tuple(np.round(np.arange(-0.3, 0.301, 0.02), 2))
     task = example(0.05)
@@ -70,12 +71,13 @@ def test_speed_of_most_coverage_is_a_tenth_and_that_of_the_rule_in_print_nearly_
     assert rule.settings["theta"] == pytest.approx(0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "settings", "fixed", "free"),
     [
         ("planar", replace(COARSE, waypoints=100, spacing=0.06), 0.900, 1.000),
-        pytest.param("zhang7", COARSE, 0.860, 0.860, marks=pytest.mark.slow),
-        pytest.param("panda", COARSE, 0.955, 0.971, marks=pytest.mark.slow),
+        ("zhang7", COARSE, 0.860, 0.860),
+        ("panda", COARSE, 0.955, 0.971),
     ],
 )
 def test_dynamic_programming_beats_the_best_constant_speed_and_a_free_start_a_given_one(

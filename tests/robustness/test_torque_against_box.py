@@ -36,7 +36,7 @@ def statuses_from_wild_states(planner, episodes, ticks):
     return found
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("level", ["acceleration", pytest.param("velocity", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("mode", ["hard", "slack", "scaled", "lexicographic"])
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_no_scheme_falls_back_where_a_motor_is_too_weak(scheme, mode, level):

@@ -49,18 +49,3 @@ def test_counts_bound_and_command_of_a_campaign_are_told(campaign, tmp_path):
     assert "`ftqp campaign mine --episodes 103` at 1a2b3c4, seed 12" in report
     assert "OK 80.00 %" in report and "episode 7: braking from tick 3 on\n" in report
     assert "| `daqp` | 50 | 2,000 | 0.25 % |\n| `osqp` | 53 | 3,000 | 0.00 % |" in report
-
-
-def test_folder_without_a_campaign_is_one_sentence(tmp_path):
-    done = told(tmp_path, "--commit", "x")
-    assert done.returncode == 2 and "holds no campaign that was run" in done.stderr
-    assert "Traceback" not in done.stderr
-
-
-def test_summary_of_before_ticks_were_counted_is_one_sentence(campaign):
-    facts = json.loads((campaign / "summary.json").read_text())
-    del facts["by_key"]["planner.backend"]["daqp"]["ticks"]
-    (campaign / "summary.json").write_text(json.dumps(facts))
-    done = told(campaign, "--commit", "x")
-    assert done.returncode == 2 and "the same command writes it at its end" in done.stderr
-    assert "Traceback" not in done.stderr

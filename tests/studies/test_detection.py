@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
 from alarms import detection_cases as drawn
-from alarms import detection_figures, detection_files, detection_scores
+from alarms import detection_figures, detection_scores
 from alarms.detection_world import Configuration, world
 
 SCRIPT = Path(__file__).parents[2] / "studies" / "detection.py"
@@ -67,38 +67,6 @@ def test_arm_that_goes_on_from_a_kept_instant_without_a_fault_moves_as_if_nothin
     np.testing.assert_array_equal(again.truth, trunk.truth[700:1000])
 
 
-def test_nothing_is_seen_at_the_tick_of_a_fault_but_of_an_encoder_that_fails(motion: drawn.Motion) -> None:
-    assert {case.kind for case in motion.cases} == set(drawn.KINDS)
-    for case in motion.cases:
-        healthy = motion.record.part(case.at, case.at + len(case.record.codes))
-        np.testing.assert_array_equal(case.record.truth[0], healthy.truth[0])
-        changes = np.flatnonzero((case.record.truth != healthy.truth).any(axis=(1, 2)))
-        if drawn.KINDS[case.kind].sensor and "servo" not in case.kind:
-            assert (case.record.seen[SERVO.latency, 0] != healthy.seen[SERVO.latency, 0]).any()
-        else:
-            assert changes[0] == 1
-        late = SERVO.latency + (not drawn.KINDS[case.kind].sensor)
-        np.testing.assert_array_equal(case.record.seen[:late, :3], healthy.seen[:late, :3])
-
-
-def test_motion_of_a_file_is_scored_as_the_one_that_was_simulated(
-    motion: drawn.Motion, tmp_path: Path
-) -> None:
-    simulated = detection_files.kept(None, [5, 1], lambda: motion)
-    again = [detection_files.kept(tmp_path / "motions", [5, 1], lambda: motion) for _ in range(2)][1]
-    looks = Threshold(SERVO.latency, 8e-3)
-    one, other = (detection_scores.judged(looks, seen, "encoders", SERVO) for seen in (simulated, again))
-    assert one == other and [row["loss"] for row in one] == [case.loss for case in motion.cases]
-    record = detection_files.kept(tmp_path, [1], lambda: motion.record)
-    np.testing.assert_array_equal(detection_files.kept(tmp_path, [1], lambda: None).seen, record.seen)
-
-
-def test_degraded_motor_gives_half_of_the_demand_of_the_same_instant(motion: drawn.Motion) -> None:
-    case = next(case for case in motion.cases if case.kind == "degraded")
-    _, tau, demand = np.moveaxis(case.record.truth[1:], 1, 0)
-    np.testing.assert_allclose(tau[:, case.joint], 0.5 * demand[:, case.joint], rtol=1e-12)
-
-
 def test_detector_of_one_threshold_finds_locks_and_nothing_else(motion: drawn.Motion) -> None:
     rows = detection_scores.judged(Threshold(SERVO.latency, 8e-3), motion, "encoders", SERVO)
     assert [row["kind"] for row in rows] == [case.kind for case in motion.cases]
@@ -108,21 +76,6 @@ def test_detector_of_one_threshold_finds_locks_and_nothing_else(motion: drawn.Mo
             row["kind"].startswith("locked") and row["of"] == row["joint"]
         )
     assert any(detection_figures.is_right(row) for row in rows)
-
-
-def test_what_is_said_before_the_fault_is_wrong_whatever_it_is(motion: drawn.Motion) -> None:
-    rows = detection_scores.judged(Threshold(SERVO.latency, 1e-5), motion, "encoders", SERVO)
-    assert all(row["early"] and not detection_figures.is_right(row) for row in rows)
-    figures = detection_figures.cell(rows, "real")
-    assert figures["soon"] == figures["right"] == 0 and figures["early"] == len(rows)
-
-
-def test_suspicions_of_a_second_are_one_alarm_and_a_finding_begins_anew(motion: drawn.Motion) -> None:
-    said = detection_scores.alarms(Threshold(SERVO.latency, 1e-5), motion.record, "encoders", SERVO)
-    assert len(said["findings"]) > 100 and len(said["suspicions"]) <= len(motion.record.codes) / 1000
-    quiet = detection_scores.alarms(Threshold(SERVO.latency, 0.1), motion.record, "encoders", SERVO)
-    assert quiet["findings"] == quiet["suspicions"] == []
-    assert quiet["ticks"] == len(motion.record.codes) - detection_scores.SETTLING
 
 
 def test_intervals_are_those_of_clopper_and_pearson() -> None:

@@ -95,9 +95,11 @@ def reacted(robot, told, level):
     return body
 
 
-@pytest.mark.parametrize("level", LEVELS)
-@pytest.mark.parametrize("lock", [None, 2])
-@pytest.mark.parametrize("rows", ["position", "pose"])
+@pytest.mark.parametrize(
+    ("level", "lock", "rows"),
+    [("acceleration", 2, "position"), ("velocity", None, "pose")]
+    + [pytest.param(level, 2, "pose", marks=pytest.mark.slow) for level in LEVELS],
+)
 def test_the_attitude_of_ets7_is_that_of_an_integration_of_the_momentum_equations(level, lock, rows):
     """Also where a joint locks on the way; six joints then follow what they can."""
     robot, steps = ets7(), 1500

@@ -201,8 +201,11 @@ def _said(drive, joint, *, reported_at=None):
     return said, planner.findings
 
 
-@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
-@pytest.mark.parametrize("joint", [3, 4])
+@pytest.mark.parametrize(
+    ("drive", "joint"),
+    [("position", 3), ("velocity", 4), ("torque", 3)]
+    + [pytest.param(drive, 7 - k, marks=pytest.mark.slow) for drive, k in (("position", 3), ("torque", 3))],
+)
 def test_joint_that_a_detector_finds_goes_the_way_of_one_that_is_told(drive, joint):
     found, (finding,) = _said(drive, joint)
     assert finding.joint == f"panda_joint{joint + 1}" and finding.kinds == {"free_swinging"}

@@ -139,17 +139,6 @@ def test_joints_and_ones_own_rows_are_the_same_term(level):
     assert np.count_nonzero(one[0]) == 2
 
 
-def test_terms_add_up_with_any_scheme():
-    first, second = (
-        ftqp.PositionTask(ELBOW, target=[0.3, 0.1, 0.6]),
-        ftqp.PostureTask(np.zeros(7), weight=0.5),
-    )
-    for scheme in ("mvn", "mtn", "mke"):
-        parts = [objective([task], "acceleration", scheme=scheme) for task in (first, second)]
-        both = objective([first, second], "acceleration", scheme=scheme)
-        close(both[:2], (parts[0][0] + parts[1][0], parts[0][1] + parts[1][1]))
-
-
 def run(planner, target, ticks=2500, fault=None, robot=PANDA):
     q = robot.neutral.copy()
     planner.reset(q)
@@ -271,19 +260,6 @@ def test_a_function_that_fails_leaves_its_task_out_of_the_tick_and_says_so(caplo
     assert pickle.loads(pickle.dumps(step)).tasks["own"].failed is None
     with pytest.raises(InputError, match="a batch does not"):
         ftqp.batch.rollout(planner, q[None], targets=ftqp.Targets(np.eye(4)[None]))
-
-
-def test_a_function_is_tried_at_the_neutral_posture_at_rest_which_it_cannot_change():
-    seen = []
-
-    def fill(state, J, b):
-        seen.append((state.q.copy(), state.v.copy()))
-        with pytest.raises(ValueError, match="read-only"):
-            state.q[0] = 1.0
-
-    ftqp.Planner(PANDA, DT, tasks=[ftqp.LeastSquares(1, fill)])
-    np.testing.assert_array_equal(seen[0][0], PANDA.neutral)
-    assert len(seen) == 1 and not seen[0][1].any()
 
 
 def test_what_a_running_task_refuses():

@@ -49,7 +49,10 @@ def known(scene, planners):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", CHANGES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(one, marks=[pytest.mark.slow] if one in ("add", "detach") else []) for one in CHANGES],
+)
 def test_a_change_that_is_interrupted_at_any_line_is_whole_or_was_none(name):
     change, back = CHANGES[name]
     scene = ftqp.Scene()

@@ -171,32 +171,17 @@ def test_approximate_pseudoinverse_keeps_the_position_when_the_wrist_is_singular
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        (
-            {"name": "singularity_robust", "rule": "bond"},
-            r"damping rule is 'bond' \(did you mean 'bound'\?\)",
-        ),
+        ({"name": "singularity_robust", "rule": "bond"}, r"damping rule is 'bond' \(did you mean"),
         ({"name": "singularity_robust", "rule": ["row"]}, "damping rule is"),
         ({"name": "singularity_robust", "limit": 0.0}, "limit is 0, expected a finite number > 0 rad/s"),
         ({"name": "singularity_robust", "limit": -1.0}, "limit is -1, expected"),
         ({"name": "singularity_robust", "limit": float("nan")}, "limit is nan, expected"),
-        (
-            {"name": "singularity_robust", "kappa": 1.0},
-            "'kappa' is not a parameter of scheme 'singularity_robust'",
-        ),
+        ({"name": "singularity_robust", "kappa": 1.0}, "'kappa' is not a parameter of scheme"),
         ({"name": "weighted_pseudoinverse"}, "needs weights, one positive number a joint"),
-        (
-            {"name": "weighted_pseudoinverse", "weights": [1.0, 0.0]},
-            "weight 1 is 0, expected a finite number > 0",
-        ),
-        (
-            {"name": "weighted_pseudoinverse", "weights": 3.0},
-            "weights are 3.0, expected one positive number a joint",
-        ),
+        ({"name": "weighted_pseudoinverse", "weights": [1.0, 0.0]}, "weight 1 is 0, expected a finite"),
+        ({"name": "weighted_pseudoinverse", "weights": 3.0}, "weights are 3.0, expected one positive"),
         ({"name": "weighted_pseudoinverse", "weights": ["a"]}, "weight 0 is 'a', expected a number"),
-        (
-            {"name": "approximate_pseudoinverse", "threshold": 0.0},
-            "threshold is 0, expected a finite number > 0",
-        ),
+        ({"name": "approximate_pseudoinverse", "threshold": 0.0}, "threshold is 0, expected a finite"),
         ({"name": "pseudoinverse", "limit": 1.0}, "'limit' is not a parameter of scheme 'pseudoinverse'"),
         ("pseudo_inverse", r"is not a scheme \(did you mean 'pseudoinverse'\?\)"),
     ],
@@ -209,21 +194,9 @@ def test_wrong_parameters_are_refused_with_one_sentence(given, sentence):
 @pytest.mark.parametrize(
     ("scheme", "options", "sentence"),
     [
-        (
-            "pseudoinverse",
-            {"level": "acceleration"},
-            "a closed form gives rates; make the planner with level='velocity'",
-        ),
-        (
-            "pseudoinverse",
-            {"backend": "daqp"},
-            "a closed form solves no QP and has no backend; leave backend at 'active_set'",
-        ),
-        (
-            "pseudoinverse",
-            {"task": ftqp.Task(mode="scaled")},
-            "scheme 'pseudoinverse' does not go with mode 'scaled': .* no task mode; leave mode at 'slack'",
-        ),
+        ("pseudoinverse", {"level": "acceleration"}, "a closed form gives rates; make the planner with"),
+        ("pseudoinverse", {"backend": "daqp"}, "a closed form solves no QP and has no backend; leave"),
+        ("pseudoinverse", {"task": ftqp.Task(mode="scaled")}, "scheme 'pseudoinverse' does not go with"),
         ({"name": "weighted_pseudoinverse", "weights": [1.0]}, {}, "has 1 weights, expected one a joint: 7"),
         ("approximate_pseudoinverse", {}, "needs a spherical wrist"),
         ("approximate_pseudoinverse", {"task": ftqp.Task(rows="position")}, "follows whole poses"),

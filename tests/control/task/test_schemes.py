@@ -104,10 +104,7 @@ def test_table_with_parameters_is_the_recipe_called_with_them():
         ({"name": "man", "gain": 1.0}, "'gain' is not a parameter of scheme 'man'; it has none"),
         ({"mu": 1.0}, "expected a name, {name = ..., ...} or an ftqp.Scheme"),
         (7, "scheme is 7, expected a name"),
-        (
-            {"name": "dlsm", "alpha": 1.0},
-            r"alpha is 1, expected a share in \[0, 1\); for torque alone use mtn",
-        ),
+        ({"name": "dlsm", "alpha": 1.0}, r"alpha is 1, expected a share in \[0, 1\); for torque alone use"),
         ({"name": "dlsm", "tau_ref": 0.0}, "tau_ref is 0, expected a finite number > 0 N m"),
         ({"name": "mvn", "gain": -1.0}, "gain is -1, expected a finite number >= 0 1/s"),
     ],

@@ -8,7 +8,7 @@ from standalone_qps import standalone_qp
 
 from ftqp.kernel.layout import enums as codes
 
-PER_KIND = 600
+PER_KIND = 200
 """Random QPs of each kind, dense and diagonal each, every one solved cold and, a tick later, warm."""
 AGREEMENT = 1e-9
 
@@ -77,7 +77,7 @@ def test_infeasible_qps_are_called_infeasible_as_by_daqp(kind, dense):
 @pytest.mark.parametrize("dense", [False, True], ids=["diagonal", "dense"])
 def test_feasibility_is_judged_as_by_daqp_when_nobody_planned_it(dense):
     rng, solved, infeasible_count = np.random.default_rng(19), 0, 0
-    for _ in range(2 * PER_KIND):
+    for _ in range(1200):
         case = unplanned(rng, dense)
         ws, expected = loaded(case), by_daqp(case)
         code = ws.solve(cold=True)
@@ -93,7 +93,7 @@ def test_feasibility_is_judged_as_by_daqp_when_nobody_planned_it(dense):
 def test_quadprog_finds_the_same_point(dense):
     rng = np.random.default_rng(20)
     for kind in ("plain", "compliant", "locked", "unbounded"):
-        for _ in range(200):
+        for _ in range(100):
             case = feasible(rng, kind, dense)
             ws = loaded(case)
             agrees(case, ws.solve(cold=True), ws, by_quadprog(case))

@@ -81,7 +81,7 @@ def test_exact_inf_is_the_smallest_root_of_all():
     """Including cases in which the largest rate rises with kappa after a first root."""
     rng = np.random.default_rng(4)
     several = 0
-    for _ in range(400):
+    for _ in range(200):
         n, m = int(rng.integers(2, 9)), int(rng.integers(2, 5))
         J = rng.normal(size=(m, n)) * 10.0 ** rng.uniform(-1.0, 1.0, (m, 1))
         xdot = rng.normal(size=m)
@@ -96,7 +96,7 @@ def test_exact_inf_is_the_smallest_root_of_all():
             continue
         found = kappa_of(problem(J, xdot), "exact_inf", limit)
         assert found == pytest.approx(first_root(J, xdot, limit), rel=1e-5)
-    assert several >= 10
+    assert several >= 5
 
 
 def test_undamped_rates_inside_the_limit_are_not_damped():

@@ -119,6 +119,7 @@ def test_folder_that_cannot_be_written_costs_one_sentence(tmp_path: Path) -> Non
     assert done.stderr.startswith("the kernel is not built: ") and done.stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_what_links_may_come_while_the_rest_is_compiled(tmp_path: Path) -> None:
     code = (
@@ -149,6 +150,7 @@ def test_what_links_may_come_while_the_rest_is_compiled(tmp_path: Path) -> None:
     assert list(library["entries"]) == ["ftqp_write_target"]
 
 
+@pytest.mark.slow
 def test_object_files_that_somebody_has_changed_are_not_linked(tiny: Any) -> None:
     store = tiny.source.parent / "store"
     assert tiny.build(tiny.summed) == 2 and not list(store.glob("*.parts"))

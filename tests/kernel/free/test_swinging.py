@@ -112,7 +112,7 @@ def test_joint_near_its_limit_is_not_driven_further():
     assert 0.0 <= a < K.limits.a_max[0] and 0.5 * a * 0.01**2 <= 1e-3
 
 
-@pytest.mark.parametrize("seed", [0, 2, 6, 11])  # no impact; a slow one, two fast ones
+@pytest.mark.parametrize("seed", [0, 6])  # no impact; a fast one
 def test_what_comes_later_is_what_a_rollout_of_the_whole_arm_says(seed):
     rng = np.random.default_rng(seed)
     joint = int(rng.integers(1, 6))

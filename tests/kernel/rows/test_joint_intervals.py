@@ -268,7 +268,7 @@ def test_a_joint_outside_its_limits_is_led_back_with_bounded_acceleration(level,
     v_max=st.sampled_from((0.7, np.inf)),
     a_max=st.floats(0.1, 50.0),
 )
-@settings(max_examples=500, deadline=None, derandomize=True)
+@settings(max_examples=200, deadline=None, derandomize=True)
 def test_bounds_never_cross_whatever_the_state(q, v, dt, level, conversion, q_max, v_max, a_max):
     limits = {"q_min": -q_max, "q_max": q_max, "v_max": v_max, "a_max": a_max}
     lb, ub = interval(joints(limits, dt, level, conversion), q, v)

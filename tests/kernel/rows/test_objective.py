@@ -98,7 +98,7 @@ def test_a_continuous_joint_returns_to_its_posture_the_short_way():
 
 @pytest.mark.long
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
-@pytest.mark.parametrize("scheme", ["mvn", "man", "rmp", "mke"])
+@pytest.mark.parametrize("scheme", ["mvn", "rmp"])
 def test_drive_is_where_the_null_space_comes_to_rest(level, scheme):
     """With a path that rests, of one row, the joints take the velocity of the drive; a locked joint stays."""
     robot = ftqp.robots.load("panda")

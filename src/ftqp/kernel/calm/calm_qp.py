@@ -150,7 +150,7 @@ def pose_calm(K: Any, kp: float) -> None:
 APPROACHES = 6.0
 """At the velocity level joints and rate go to what they wait for with so many times the gain of the error. 4
 is critically damped and slow, and with 8 a path near a singularity jolted
-(tests/robustness/test_jolts_on_slow_paths.py)."""
+(tests/robustness/test_found_by_campaigns.py)."""
 SLOW = 0.5
 """Rate of a path below which its ticks may be posed in calm. Faster paths are posed as if there were no calm
 (docs/theory/calm.md, "Paths that wait")."""

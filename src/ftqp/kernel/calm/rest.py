@@ -13,7 +13,7 @@ SETTLED = 1.0
 WINDOW, LONG_WINDOW = 1.0, 4.0
 """Over how long a motion is looked at [s], second by second and, for slow swings, four seconds at once. The
 long one because greatest manipulability swung slowly without end
-(tests/robustness/test_swings_of_seconds.py)."""
+(tests/robustness/test_found_by_campaigns.py)."""
 TO_AND_FRO = 0.5
 """It is a swing where the joints come no farther than this share of the way that they go ..."""
 LEAST_WAY = 0.005

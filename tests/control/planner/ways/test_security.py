@@ -139,6 +139,7 @@ def test_a_forked_process_goes_on_looking(waits):
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_a_cloud_that_comes_and_goes_while_it_is_looked_at_ends_nothing():
     code = """
