@@ -19,29 +19,39 @@ def stop() -> None:
     raise Interrupt
 
 
-def interrupted(call: Callable[[], Any], line: int, act: Callable[[], Any] = stop) -> bool:
-    """Whether the call came to the ``line``-th line of ftqp, from 0 on, before which ``act`` was done."""
-    count = -1
+def traced(call: Callable[[], Any], at_line: Callable[[Any], None]) -> None:
+    """Make a call, and look at every line of ftqp before it is run."""
 
     def look(frame: Any, event: str, _: Any) -> Any:
-        nonlocal count
         file = frame.f_code.co_filename
         if not file.startswith(SOURCE) or file.startswith(LOADING):
             return None
         if event == "line":
-            count += 1
-            if count == line:
-                act()
+            at_line(frame)
         return look
 
     before = sys.gettrace()
     sys.settrace(look)
     try:
         call()
-    except Interrupt:
-        return True
     finally:
         sys.settrace(before)
+
+
+def interrupted(call: Callable[[], Any], line: int, act: Callable[[], Any] = stop) -> bool:
+    """Whether the call came to the ``line``-th line of ftqp, from 0 on, before which ``act`` was done."""
+    count = -1
+
+    def at_line(_: Any) -> None:
+        nonlocal count
+        count += 1
+        if count == line:
+            act()
+
+    try:
+        traced(call, at_line)
+    except Interrupt:
+        return True
     return count >= line
 
 
@@ -51,21 +61,12 @@ def lines_of(call: Callable[[], Any]) -> list[int]:
     last: dict[tuple[str, int], int] = {}
     count = -1
 
-    def look(frame: Any, event: str, _: Any) -> Any:
+    def at_line(frame: Any) -> None:
         nonlocal count
-        file = frame.f_code.co_filename
-        if not file.startswith(SOURCE) or file.startswith(LOADING):
-            return None
-        if event == "line":
-            count += 1
-            first.setdefault((file, frame.f_lineno), count)
-            last[file, frame.f_lineno] = count
-        return look
+        count += 1
+        place = frame.f_code.co_filename, frame.f_lineno
+        first.setdefault(place, count)
+        last[place] = count
 
-    before = sys.gettrace()
-    sys.settrace(look)
-    try:
-        call()
-    finally:
-        sys.settrace(before)
+    traced(call, at_line)
     return sorted({*first.values(), *last.values()})

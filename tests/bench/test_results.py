@@ -10,42 +10,25 @@ from bench.results import FOLDERS, README, ROOT, folder, stem, written
 REPORTS = sorted(report for home in FOLDERS for report in (home / "results").glob("*.md"))
 
 
-@pytest.mark.parametrize("benchmark", ["compare_accuracy", "compare_speed", "study_dtrnn"])
-def test_the_readme_shows_the_tables_of_the_report_on_record(benchmark: str) -> None:
-    """Every line of its part of the README is one of the report; so are date and command."""
-    report = (folder(benchmark) / f"{benchmark}.md").read_text(encoding="utf-8")
+SHOWN = {
+    README: ("compare_accuracy", "compare_speed", "study_dtrnn"),
+    ROOT / "docs/evidence/speed.md": ("bench_step", "bench_memory", "bench_first_use", "bench_batch"),
+}
+
+
+@pytest.mark.parametrize(("text", "name"), [(text, name) for text, names in SHOWN.items() for name in names])
+def test_a_text_shows_the_tables_of_the_report_on_record(text: Path, name: str) -> None:
+    """Every line of its part of the text is one of the report; so are date and command."""
+    report = (folder(name) / f"{name}.md").read_text(encoding="utf-8")
     part = (
-        README.read_text(encoding="utf-8")
-        .split(f"<!-- begin {benchmark} -->")[1]
-        .split(f"<!-- end {benchmark} -->")[0]
+        text.read_text(encoding="utf-8").split(f"<!-- begin {name} -->")[1].split(f"<!-- end {name} -->")[0]
     )
-    *lines, last = [line.lstrip("# ") for line in part.splitlines() if line]
-    held = {line.lstrip("# ") for line in report.splitlines()}
-    assert len(lines) > 5 and not [line for line in lines if line not in held]
-    said = re.fullmatch(r"From \[(\S+)\]\((\S+)\), (\S+), .* Made by `(.*)`\.", last)
-    assert said is not None and said[1] == f"{benchmark}.md" and said[2] == f"results/{benchmark}.md"
-    assert said[3] in report and f"    {said[4]}" in report.splitlines()
-
-
-@pytest.mark.parametrize(
-    ("text", "benchmark"),
-    [
-        ("docs/evidence/speed.md", "bench_step"),
-        ("docs/evidence/speed.md", "bench_memory"),
-        ("docs/evidence/speed.md", "bench_first_use"),
-        ("docs/evidence/speed.md", "bench_batch"),
-    ],
-)
-def test_texts_show_the_figures_of_the_report_on_record(text: str, benchmark: str) -> None:
-    report = (folder(benchmark) / f"{benchmark}.md").read_text(encoding="utf-8")
-    whole = (ROOT / text).read_text(encoding="utf-8")
-    part = whole.split(f"<!-- begin {benchmark} -->")[1].split(f"<!-- end {benchmark} -->")[0]
     *lines, last = [line.lstrip("# ") for line in part.splitlines() if line]
     held = {line.lstrip("# ") for line in report.splitlines()}
     assert len(lines) > 4 and not [line for line in lines if line not in held]
     said = re.fullmatch(r"From \[(\S+)\]\((\S+)\), (\S+), .* Made by `(.*)`\.", last)
-    assert said is not None and said[1] == f"{benchmark}.md"
-    assert ((ROOT / text).parent / said[2]).resolve() == folder(benchmark) / f"{benchmark}.md"
+    assert said is not None and said[1] == f"{name}.md"
+    assert (text.parent / said[2]).resolve() == folder(name) / f"{name}.md"
     assert said[3] in report and f"    {said[4]}" in report.splitlines()
 
 

@@ -31,6 +31,17 @@ def test_figures_of_papers_are_made_again_by_a_command_each(tmp_path: Path) -> N
     assert len(list(tmp_path.glob("holt1994-quick-*.png"))) == 2
 
 
+def test_zhang2016_meets_the_expected_sweep_and_compares_every_method(tmp_path: Path) -> None:
+    from zhang2016 import METHODS, SWEEP
+
+    result = json.loads(told("studies/zhang2016.py", "--quick", "--json", "--out", tmp_path))
+    for row in result["sweep"]:
+        assert row["coverage"] == pytest.approx(SWEEP[row["theta"]][0], abs=0.01), row
+    assert result["safe_start"] == {"pairs": 2800, "coverage": 1.0}
+    assert [row["method"] for row in result["compared"] if row["path"] == "planar3"] == list(METHODS)
+    assert len(list(tmp_path.glob("zhang2016-quick-*.png"))) == 3
+
+
 def test_locked_joints_do_not_keep_the_arm_from_its_line() -> None:
     tables = json.loads(told("studies/lock_sets.py", "--quick", "--setting", "default", "--json"))["tables"]
     assert [table["start"] for table in tables] == ["N", "R"]

@@ -131,16 +131,6 @@ def test_rows_that_were_given_up_stay_so_over_a_bridge_and_the_tip_stays_on_its_
     assert led and rows == {3} and not stopped and off < 5e-3
 
 
-def test_reset_on_a_bridge_begins_anew_and_bad_input_is_refused():
-    leader = follower(bridges=True)
-    follow(leader, START, longest=DT * 710)
-    assert leader.status is STATUS.BRIDGING
-    leader.reset(START)
-    assert leader.progress == 0.0 and leader.blocked is None
-    with pytest.raises(ftqp.InputError, match="bridges"):
-        follower(bridges="yes")
-
-
 def test_path_that_ends_in_a_wall_is_blocked_soon_and_names_the_wall():
     """What is looked at ahead meets the scene, too: no motion on the spot is gone in vain."""
     panda = ftqp.robots.load("panda")
@@ -247,15 +237,17 @@ def test_arm_goes_back_along_its_path_to_where_a_self_motion_leads_on_within_hal
     assert off < 0.5 * INCH and (moved[[1, 2, 6, 10]] == 0.0).all()
 
 
-@pytest.mark.parametrize("leave", [-0.01, np.nan, "a little", True])
-def test_what_is_no_length_is_refused(leave):
-    with pytest.raises(ftqp.InputError, match="leave is"):
-        round_a_hole(leave=leave)
-
-
-def test_bridges_that_may_not_leave_the_path_are_refused():
-    with pytest.raises(ftqp.InputError, match="bridges is True and leave 0"):
-        round_a_hole(leave=0.0, bridges=True)
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        *(({"leave": leave}, "leave is") for leave in (-0.01, np.nan, "a little", True)),
+        ({"leave": 0.0, "bridges": True}, "bridges is True and leave 0"),
+        ({"bridges": "yes"}, "bridges"),
+    ],
+)
+def test_what_is_no_length_and_no_word_is_refused(given, said):
+    with pytest.raises(ftqp.InputError, match=said):
+        round_a_hole(**given)
 
 
 @pytest.mark.parametrize("when", ["is looked for", "the joints go"])

@@ -127,30 +127,6 @@ def test_stop_on_the_way_halts_and_resume_goes_on():
     assert goto.status is STATUS.REACHED
 
 
-def test_joint_that_swings_freely_leaves_the_straight_way_only():
-    planner = planner_at(PANDA.neutral)
-    planner.report(ftqp.FreeSwinging(5))
-    goal = PANDA.pose(PANDA.neutral)
-    goal[:3, 3] += [2.0, 0.0, 0.0]
-    goto, q, v, notes = ftqp.GoTo(planner, pose=goal), PANDA.neutral, np.zeros(7), set()
-    for _ in range(1000):
-        step = goto.step(q, v)
-        q, v = step.q.copy(), step.v.copy()
-        notes.add(goto.note)
-    assert not any("starts so far" in note and " 0 starts" not in note for note in notes)
-
-
-def test_two_arms_go_as_straight_as_ever():
-    dual = ftqp.robots.load("dual_panda")
-    planner = ftqp.Planner(dual, 4e-3)
-    planner.reset(dual.neutral)
-    goal = dual.pose(dual.neutral)
-    goal[:3, 3] += [0.05, 0.05, -0.05]
-    goto = ftqp.GoTo(planner, pose=goal)
-    steps = go(goto, dual.neutral)
-    assert goto.status is STATUS.REACHED and within_limits(steps, dual)
-
-
 def test_way_leads_round_a_wall_that_the_straight_way_cannot_pass():
     """No body is nearer to another one than is kept, and ``straight`` stays before the wall."""
     scene = ftqp.Scene()

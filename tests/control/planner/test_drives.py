@@ -56,24 +56,6 @@ def test_a_sensor_that_stays_impossible_stops_the_arm_after_its_patience(drive, 
     assert not planner.resume()
 
 
-@pytest.mark.long
-def test_a_torque_arm_that_lost_a_sensor_asks_for_that_joints_brake():
-    robot = ftqp.robots.load("panda")
-    planner, arm = wired(robot, "torque")
-    path = circle(robot, START, 0.07, 3.0)
-    planner.reset(START)
-    for k in range(1500):
-        q = arm.measured()
-        if k >= 1000:
-            q[1] = np.nan
-        step = planner.step(q, None, target_at(path, k * DT))
-        if step.brakes.any():
-            arm.braked |= step.brakes
-        arm.command(step)
-    assert step.brakes.tolist() == [False, True, False, False, False, False, False]
-    assert step.status.name == "STOPPED" and np.abs(arm.v).max() < 1e-2
-
-
 def test_measured_velocity_is_used_nowhere():
     robot = ftqp.robots.load("panda")
     ends = []
@@ -86,20 +68,3 @@ def test_measured_velocity_is_used_nowhere():
             q = step.q.copy()
         ends.append(q)
     assert (ends[0] == ends[1]).all() and (ends[0] == ends[2]).all()
-
-
-def test_a_stop_brings_its_deceleration_up_without_a_step():
-    robot = ftqp.robots.load("panda")
-    planner = ftqp.Planner(robot, DT)
-    path, q, a = circle(robot, START, 0.1, 2.0), START, []
-    planner.reset(q)
-    for k in range(1200):
-        if k == 700:
-            planner.stop()
-        step = planner.step(q, None, target_at(path, k * DT))
-        q = step.q.copy()
-        if k >= 701:
-            a.append(step.a.copy())
-    jerk = np.abs(np.diff(a, axis=0)) / DT
-    assert step.status.name == "STOPPED" and np.abs(step.v).max() < 1e-12
-    assert (jerk <= 1.15 * robot.limits.a_max / 0.05).all()

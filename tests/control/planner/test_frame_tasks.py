@@ -290,17 +290,3 @@ def test_rows_that_fail_while_running_stop_the_arm_and_say_why(level, fill, why)
         q = step.q.copy()
     assert step.status is ftqp.StepStatus.STOPPED and np.abs(step.v).max() < 1e-9
     assert why in planner.constraints["rows"].failed
-
-
-def test_an_interrupt_in_rows_of_ones_own_goes_through():
-    told = []
-
-    def interrupted(state, C, l, u):
-        if told:
-            raise KeyboardInterrupt
-
-    planner = ftqp.Planner(BOTH, constraints=[ftqp.Rows(1, interrupted)])
-    planner.reset(Q)
-    told.append("running")
-    with pytest.raises(KeyboardInterrupt):
-        planner.step(Q, None, ftqp.Target(pose=BOTH.pose(Q)))

@@ -96,15 +96,6 @@ def test_ticks_that_are_none_are_a_sentence(panda, ticks):
         planner.step(panda.neutral, None, ftqp.Target(pose=panda.pose(panda.neutral)), ticks=ticks)
 
 
-def test_a_target_that_is_not_finite_brakes_over_a_gap(panda):
-    planner = ftqp.Planner(panda, DT)
-    planner.reset(panda.neutral, np.full(7, 0.1))
-    target = ftqp.Target(pose=np.full((4, 4), np.nan))
-    step = planner.step(panda.neutral, None, target, ticks=5)
-    assert step.status is ftqp.StepStatus.INVALID_INPUT and np.isfinite(step.q).all()
-    assert np.abs(step.v).max() < 0.1
-
-
 def test_a_detector_finds_nothing_in_a_loop_that_is_late(panda):
     planner = ftqp.Planner(panda, DT, detector=ftqp.Detector())
     q = panda.neutral.copy()

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from tests.puppet import Puppet, writes
 
 import ftqp
-from ftqp.qp.adapters.backend import Backend, Claim
+from ftqp.qp.adapters.backend import Claim
 
 DT = 2e-3
 TOLERANCE = {
@@ -85,32 +86,6 @@ def test_other_modes_and_dense_objectives_agree_too(panda, home, level, mode, sc
         assert a.status is b.status
         x, y = (a.a, b.a) if level == "acceleration" else (a.v, b.v)
         np.testing.assert_allclose(x, y, rtol=0.0, atol=1e-6)
-
-
-class Puppet(Backend):
-    """A backend that answers as it is told."""
-
-    package = "none"
-
-    def __init__(self, answer):
-        super().__init__("puppet")
-        self._answer = answer
-
-    def _prepare(self, qp):
-        """Nothing to prepare."""
-
-    def _run(self, qp, cold):
-        return self._answer(qp)
-
-
-def writes(value, claim=Claim.SOLVED):
-    """An answer that is the same everywhere, and what is claimed of it."""
-
-    def answer(qp):
-        qp.solution[:] = value
-        return claim
-
-    return answer
 
 
 def noise(qp):

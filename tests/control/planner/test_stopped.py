@@ -99,13 +99,6 @@ def test_degraded_joint_that_cannot_hold_the_arm_asks_for_its_brake_at_the_repor
         assert arm.planner.stopped_because.startswith("panda_joint2 cannot hold the arm here")
 
 
-def test_planner_that_never_stops_asks_for_the_brake_and_goes_on(robot):
-    arm = Arm(robot, emergency=None)
-    arm.tick()
-    arm.planner.report(ftqp.Degraded(OVERLOADED, torque=0.02))
-    assert arm.tick().brakes[OVERLOADED] and arm.planner.stopped_because is None
-
-
 @pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 @pytest.mark.parametrize("brakes", ["each", "all", "none"])
 def test_brakes_are_asked_for_as_the_arm_has_them(robot, drive, brakes):

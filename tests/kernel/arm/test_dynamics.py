@@ -13,30 +13,10 @@ from ftqp.kernel.entry.session import ArmSession
 from ftqp.model.catalog import load
 from ftqp.model.robot import Robot
 
-SIZES = (*range(2, 13), 16, *(pytest.param(n, marks=pytest.mark.slow) for n in (20, 25, 31, 32)))
-
 
 def arm_of(robot):
     """The arm alone."""
     return ArmSession(robot.chain.constants())
-
-
-@pytest.mark.parametrize("joints", SIZES)
-def test_inertia_and_bias_agree_with_pinocchio(joints):
-    rng = np.random.default_rng(joints)
-    for _ in range(3):
-        robot = random_robot(rng, joints)
-        arm, data = arm_of(robot), robot.model.createData()
-        for _ in range(4):
-            q, full, v = configuration(rng, robot)
-            arm.dynamics(q, v)
-            upper = np.triu(pin.crba(robot.model, data, full))
-            expected = upper + np.triu(upper, 1).T
-            M = arm.K.kinematics.M[:joints, :joints]
-            assert np.abs(M - expected).max() < 1e-12 * np.abs(expected).max()
-            assert np.array_equal(M, M.T)
-            bias = pin.rnea(robot.model, data, full, v, np.zeros(joints))
-            assert np.abs(arm.K.kinematics.h[:joints] - bias).max() < 1e-12 * np.abs(bias).max()
 
 
 @pytest.mark.parametrize("held", [[], [2], [0, 5]])

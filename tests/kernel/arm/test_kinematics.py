@@ -1,4 +1,4 @@
-"""Pose, Jacobian and drift against pinocchio, on chains of every joint type."""
+"""Pose, Jacobian, drift, inertia and bias against pinocchio, on chains of every joint type."""
 
 import numpy as np
 import pinocchio as pin
@@ -29,7 +29,7 @@ def pose(arm):
 
 
 @pytest.mark.parametrize("joints", SIZES)
-def test_pose_jacobian_and_drift_agree_with_pinocchio(joints):
+def test_pose_jacobian_drift_inertia_and_bias_agree_with_pinocchio(joints):
     rng = np.random.default_rng(joints)
     for _ in range(3):
         robot = random_robot(rng, joints)
@@ -37,7 +37,7 @@ def test_pose_jacobian_and_drift_agree_with_pinocchio(joints):
         frame = robot.model.getFrameId("tip")
         for _ in range(4):
             q, full, v = configuration(rng, robot)
-            arm.kinematics(q, v)
+            arm.dynamics(q, v)
             pin.forwardKinematics(robot.model, data, full, v, np.zeros(joints))
             pin.updateFramePlacements(robot.model, data)
             world = pin.LOCAL_WORLD_ALIGNED
@@ -46,6 +46,10 @@ def test_pose_jacobian_and_drift_agree_with_pinocchio(joints):
             assert relative(pose(arm), data.oMf[frame].homogeneous) < 1e-12
             assert relative(arm.K.kinematics.J[:, :joints], J) < 1e-12
             assert relative(arm.K.kinematics.drift, drift) < 1e-12
+            upper, M = np.triu(pin.crba(robot.model, data, full)), arm.K.kinematics.M[:joints, :joints]
+            assert relative(M, upper + np.triu(upper, 1).T) < 1e-12 and np.array_equal(M, M.T)
+            bias = pin.rnea(robot.model, data, full, v, np.zeros(joints))
+            assert relative(arm.K.kinematics.h[:joints], bias) < 1e-12
 
 
 @pytest.mark.parametrize("joints", SIZES)

@@ -6,11 +6,9 @@ from networks import PRODUCT, network_of, problem, problem_of, residual_of
 from random_qps import FEASIBLE, INFEASIBLE, feasible, infeasible
 
 from ftqp.kernel.dtrnn.iterations import (
-    drift,
     dtrnn,
     factor_implicit,
     iterate,
-    jump,
     proven_infeasible,
 )
 from ftqp.kernel.dtrnn.network_of_qp import publish, start
@@ -90,39 +88,6 @@ def test_every_step_comes_nearer_to_the_solution_by_what_the_theory_says(seed, g
         assert after <= before - (gain if name != "e47" else 0.0) + 1e-9 * before
 
 
-def test_a_jump_lands_on_the_solution_when_the_active_bounds_are_right():
-    net, _, solution = started(3)
-    net.u[:] = solution + 1e-6 * np.random.default_rng(3).normal(size=len(solution))
-    paper = PRODUCT._replace(paper=1)
-    for options in (PRODUCT, paper):
-        net.u[:] = solution + 1e-6
-        assert jump(net, options, residual(net, net.u), False)
-        np.testing.assert_allclose(net.u, solution, rtol=0, atol=1e-9)
-
-
-def test_a_stretch_is_what_many_steps_would_do():
-    # min 1/2 x^2 + 1000 x, x/10 = 1/10, x >= 0: x rests at 0 until y has grown to 10^4, < 0.1 a step
-    none = np.zeros(0)
-    parts = dict(H=np.eye(1), g=np.full(1, 1e3), A=np.full((1, 1), 0.1), b=np.full(1, 0.1), soft=np.zeros(1),
-                 C=np.zeros((0, 1)), l=none, u=none, lb=np.zeros(1), ub=np.full(1, 10.0))  # fmt: skip
-    _, net = network_of(parts)
-    factor_implicit(net)
-    for _ in range(40):
-        iterate(net, IMPLICIT, 1.0, residual(net, net.u))
-    y, size = net.u[1], residual(net, net.u)
-    iterate(net, IMPLICIT, 1.0, size)
-    step_of_y = net.u[1] - y
-    start_u, size = net.u.copy(), residual(net, net.u)
-    assert drift(net, 1.0, 1e-2)
-    stretched = net.u.copy()
-    steps = round((stretched[1] - start_u[1]) / step_of_y)
-    assert steps > 1000
-    net.u[:] = start_u
-    for _ in range(steps):
-        iterate(net, IMPLICIT, 1.0, residual(net, net.u))
-    np.testing.assert_allclose(net.u, stretched, rtol=1e-6, atol=2.0 * step_of_y)
-
-
 @pytest.mark.parametrize("kind", FEASIBLE)
 def test_no_feasible_qp_is_called_infeasible_whatever_the_state(kind):
     rng = np.random.default_rng(FEASIBLE.index(kind))
@@ -197,18 +162,6 @@ def test_the_residual_vanishes_at_the_solution_and_publish_undoes_start(seed):
     publish(net, problem_of(q), x, y, z, z_box)
     for mine, its in ((x, answer.x), (y, answer.y), (z, answer.z), (z_box, answer.z_box)):
         np.testing.assert_allclose(mine, its, atol=1e-8)
-
-
-def test_a_compliant_row_yields_by_its_compliance():
-    q = problem(np.random.default_rng(5), 4, 1, 0, lb=np.full(4, -np.inf), ub=np.full(4, np.inf))
-    q["soft"][:] = 0.7
-    _, net = network_of(q)
-    u = np.linalg.solve(net.Gamma, -net.z)
-    assert residual(net, u) < 1e-12
-    slack = q["b"] - q["A"] @ u[:4]
-    np.testing.assert_allclose(slack, 0.7 * u[4:])
-    penalty = q["H"] + np.outer(q["A"], q["A"]) / 0.7
-    np.testing.assert_allclose(u[:4], np.linalg.solve(penalty, q["A"].T @ q["b"] / 0.7 - q["g"]))
 
 
 @pytest.mark.parametrize(

@@ -139,13 +139,16 @@ def test_one_step_has_its_formula():
     assert np.allclose(ub, expected, atol=1e-10)
 
 
-@LONG
-@given(
+PLAY = given(
     seed=st.integers(0, 2**32),
     dt=st.sampled_from(DTS),
     style=st.sampled_from(STYLES),
     share=st.floats(0.1, 1.0),
 )
+
+
+@LONG
+@PLAY
 @EXACT
 def test_viability_is_never_empty_and_never_broken(seed, dt, style, share):
     rng = np.random.default_rng(seed)
@@ -172,12 +175,7 @@ def test_viability_is_never_empty_and_never_broken(seed, dt, style, share):
 
 
 @LONG
-@given(
-    seed=st.integers(0, 2**32),
-    dt=st.sampled_from(DTS),
-    style=st.sampled_from(STYLES),
-    share=st.floats(0.1, 1.0),
-)
+@PLAY
 @EXACT
 def test_discrete_braking_is_never_empty_and_never_broken(seed, dt, style, share):
     rng = np.random.default_rng(seed)

@@ -75,16 +75,6 @@ def test_torque_of_a_free_swinging_joint_is_not_minimised(level, damping):
     assert np.linalg.eigvalsh(H).min() > 0.0
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
-@pytest.mark.parametrize("coefficient", ["inertia_v", "inertia_h"])
-def test_a_linear_term_counts_without_the_weight_of_its_quadratic_form(coefficient, level):
-    level_of = {level: ftqp.Criterion(norm=1.0, **{coefficient: 2.0})}
-    other = {"velocity": "acceleration", "acceleration": "velocity"}[level]
-    H, g, M, h, v = assembled(ftqp.Scheme(name="own", **level_of, **{other: ftqp.Criterion()}), level)
-    scale = DT if level == "velocity" else 1.0
-    assert close(H, np.eye(7)) and close(g, 2.0 * {"inertia_v": M @ v, "inertia_h": scale * h}[coefficient])
-
-
 def test_a_continuous_joint_returns_to_its_posture_the_short_way():
     robot = random_robot(np.random.default_rng(4), 12)
     i = int(np.flatnonzero(robot.continuous)[0])
