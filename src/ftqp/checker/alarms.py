@@ -15,45 +15,27 @@ SHORT = {"free_swinging": "free"}
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Alarm:
-    """A joint that a detector says has failed.
+    """A joint that a detector says has failed."""
 
-    Attributes:
-        joint: Its 0-based index.
-        at: When it was said [s].
-        kinds: What it may be; more than one where they cannot be told apart.
-    """
-
-    joint: int
-    at: float
-    kinds: frozenset[str]
+    joint: int  # Its 0-based index
+    at: float  # When it was said [s]
+    kinds: frozenset[str]  # What it may be; more than one where they cannot be told apart
 
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Detection:
-    """How a detector did in a run.
+    """How a detector did in a run."""
 
-    Attributes:
-        healthy: How long nothing had failed and the detector was watching [s].
-        false_alarms: Alarms of that time.
-        unannounced: Failures of which nobody told the detector before it could find them.
-        showed: Those of them that made a difference, or were found.
-        found: Those whose joint it named.
-        right_kind: Those whose kind was among those named as well.
-        wrong_joint: Alarms after a failure that name a joint which works.
-        delay: From the first failure to its alarm [s]; None where it was not found.
-        said: What was said of that one, in alphabetical order; empty where it was not found.
-    """
-
-    healthy: float
-    false_alarms: int
-    unannounced: int
-    showed: int
-    found: int
-    right_kind: int
-    wrong_joint: int
-    delay: float | None
-    said: str
+    healthy: float  # How long nothing had failed and the detector was watching [s]
+    false_alarms: int  # Alarms of that time
+    unannounced: int  # Failures of which nobody told the detector before it could find them
+    showed: int  # Those of them that made a difference, or were found
+    found: int  # Those whose joint it named
+    right_kind: int  # Those whose kind was among those named as well
+    wrong_joint: int  # Alarms after a failure that name a joint which works
+    delay: float | None  # From the first failure to its alarm [s]; None where it was not found
+    said: str  # What was said of that one, in alphabetical order; empty where it was not found
 
 
 def detection(

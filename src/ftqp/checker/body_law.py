@@ -45,19 +45,12 @@ def _too_near(arm: ModelFile, run: Trace) -> Iterator[tuple[int, FloatArray]]:
 
 
 class Placed(NamedTuple):
-    """A body at each tick.
+    """A body at each tick."""
 
-    Attributes:
-        shape: As coal has it.
-        R: How it is turned, (K + 1, 3, 3).
-        p: Where its middle is, (K + 1, 3) [m].
-        reach: How far it extends from there [m]; infinite of a half-space.
-    """
-
-    shape: Any
-    R: FloatArray
-    p: FloatArray
-    reach: float
+    shape: Any  # As coal has it
+    R: FloatArray  # How it is turned, (K + 1, 3, 3)
+    p: FloatArray  # Where its middle is, (K + 1, 3) [m]
+    reach: float  # How far it extends from there [m]; infinite of a half-space
 
 
 def _body(arm: ModelFile, run: Trace, body: Body) -> Placed:

@@ -61,21 +61,13 @@ LAWS: dict[str, tuple[Law, str]] = {
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Breach:
-    """A law that was broken.
+    """A law that was broken."""
 
-    Attributes:
-        law: Its name.
-        tick: When it was broken first.
-        joint: By which joint, or an empty text where it is a matter of the whole arm.
-        size: By how much at the worst, in the unit of the law.
-        ticks: At how many ticks.
-    """
-
-    law: str
-    tick: int
-    joint: str
-    size: float
-    ticks: int
+    law: str  # Its name
+    tick: int  # When it was broken first
+    joint: str  # By which joint, or an empty text where it is a matter of the whole arm
+    size: float  # By how much at the worst, in the unit of the law
+    ticks: int  # At how many ticks
 
     def __str__(self) -> str:
         """One sentence."""
@@ -87,19 +79,12 @@ class Breach:
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """What a checker says of a run.
+    """What a checker says of a run."""
 
-    Attributes:
-        breaches: The laws that were broken, none where all held.
-        largest_error: Largest distance of the tip from its target [m].
-        rms_error: Root mean square of that distance [m].
-        largest_ok_error: Largest distance while OK was claimed [m].
-    """
-
-    breaches: tuple[Breach, ...]
-    largest_error: float
-    rms_error: float
-    largest_ok_error: float
+    breaches: tuple[Breach, ...]  # The laws that were broken, none where all held
+    largest_error: float  # Largest distance of the tip from its target [m]
+    rms_error: float  # Root mean square of that distance [m]
+    largest_ok_error: float  # Largest distance while OK was claimed [m]
 
     @property
     def laws(self) -> frozenset[str]:

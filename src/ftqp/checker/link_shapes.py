@@ -13,21 +13,13 @@ from ftqp.core.errors import InputError
 
 
 class LinkShape(NamedTuple):
-    """A piece of a link.
+    """A piece of a link."""
 
-    Attributes:
-        name: Of the piece.
-        joint: 0-based index of the joint that it moves with; -1 of none.
-        at_zero: Its pose while all joints are at 0, in the base frame, (4, 4) [m].
-        shape: As coal has it.
-        reach: How far it extends from its own origin [m].
-    """
-
-    name: str
-    joint: int
-    at_zero: FloatArray
-    shape: Any
-    reach: float
+    name: str  # Of the piece
+    joint: int  # 0-based index of the joint that it moves with; -1 of none
+    at_zero: FloatArray  # Its pose while all joints are at 0, in the base frame, (4, 4) [m]
+    shape: Any  # As coal has it
+    reach: float  # How far it extends from its own origin [m]
 
 
 def link_shapes(file: Path, joints: Sequence[str]) -> tuple[LinkShape, ...]:

@@ -26,34 +26,20 @@ class ModelFile:
     Configurations q, velocities v and accelerations a are (K, nv) [rad or m, and a second, and a second
     squared], or (nv,) where one is asked for. Points and frames that move with a joint, by its 0-based
     index, are given as they are in the base frame while all joints are at 0.
-
-    Attributes:
-        model: The pinocchio model; every joint has one velocity.
-        tip: Index of the tip's frame.
-        names: Joint names, base to tip.
-        q_min: Lowest positions, (nv,) [rad or m].
-        q_max: Highest positions, (nv,) [rad or m].
-        v_max: Largest speeds, (nv,) [rad/s or m/s].
-        a_max: Largest accelerations, (nv,) [rad/s2 or m/s2]; infinite where the file has none.
-        tau_max: Largest torques, (nv,) [N m or N].
-        friction: Viscous friction, (nv,) [N m s/rad or N s/m].
-        dry_friction: Friction of which only the size is known, (nv,) [N m or N].
-        has_masses: Whether the file has any.
-        links: Pieces of its links, where they are known.
     """
 
-    model: Any
-    tip: int
-    names: tuple[str, ...]
-    q_min: FloatArray
-    q_max: FloatArray
-    v_max: FloatArray
-    a_max: FloatArray
-    tau_max: FloatArray
-    friction: FloatArray
-    dry_friction: FloatArray
-    has_masses: bool
-    links: tuple[LinkShape, ...] = ()
+    model: Any  # The pinocchio model; every joint has one velocity
+    tip: int  # Index of the tip's frame
+    names: tuple[str, ...]  # Joint names, base to tip
+    q_min: FloatArray  # Lowest positions, (nv,) [rad or m]
+    q_max: FloatArray  # Highest positions, (nv,) [rad or m]
+    v_max: FloatArray  # Largest speeds, (nv,) [rad/s or m/s]
+    a_max: FloatArray  # Largest accelerations, (nv,) [rad/s2 or m/s2]; infinite where the file has none
+    tau_max: FloatArray  # Largest torques, (nv,) [N m or N]
+    friction: FloatArray  # Viscous friction, (nv,) [N m s/rad or N s/m]
+    dry_friction: FloatArray  # Friction of which only the size is known, (nv,) [N m or N]
+    has_masses: bool  # Whether the file has any
+    links: tuple[LinkShape, ...] = ()  # Pieces of its links, where they are known
 
     @classmethod
     def read(cls, source: str | Path, tip: str, *, gravity: Any = (0.0, 0.0, -9.81)) -> Self:

@@ -103,26 +103,18 @@ class Capsule:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Collision:
-    """Geometry of a link as a file has it.
+    """Geometry of a link as a file has it."""
 
-    Attributes:
-        link: The link.
-        kind: ``sphere``, ``cylinder``, ``capsule``, ``box``, ``mesh`` or ``half_space``, which
-            lies behind its own plane z = 0.
-        size: Radius; radius and length; edges; or the scale of a mesh [m].
-        place: Its pose in the link, (4, 4) [m].
-        file: That of a mesh, as it is written; empty of others.
-        beside: The URDF itself, from which meshes are looked for; None where it was read from text.
-        corners: Of a mesh that was read already, (V, 3) [m]; None of others.
-    """
-
-    link: str
+    link: str  # The link
+    # ``sphere``, ``cylinder``, ``capsule``, ``box``, ``mesh`` or ``half_space``, which lies behind its own
+    # plane z = 0
     kind: str
-    size: tuple[float, ...]
-    place: FloatArray
-    file: str = ""
+    size: tuple[float, ...]  # Radius; radius and length; edges; or the scale of a mesh [m]
+    place: FloatArray  # Its pose in the link, (4, 4) [m]
+    file: str = ""  # That of a mesh, as it is written; empty of others
+    # The URDF itself, from which meshes are looked for; None where it was read from text
     beside: Path | None = None
-    corners: FloatArray | None = None
+    corners: FloatArray | None = None  # Of a mesh that was read already, (V, 3) [m]; None of others
 
 
 Shapes = tuple[Capsule | Collision, ...]
@@ -130,17 +122,11 @@ Shapes = tuple[Capsule | Collision, ...]
 
 
 class HullParts(NamedTuple):
-    """A convex body, as ``ftqp.model.collision_geometry`` finds it.
+    """A convex body, as ``ftqp.model.collision_geometry`` finds it."""
 
-    Attributes:
-        corners: (V, 3) [m].
-        edges: The two corners of each, (E, 2).
-        faces: The outward normal n, of length 1, and the offset d of n'x <= d of each, (F, 4) [m].
-    """
-
-    corners: FloatArray
-    edges: IntArray
-    faces: FloatArray
+    corners: FloatArray  # (V, 3) [m]
+    edges: IntArray  # The two corners of each, (E, 2)
+    faces: FloatArray  # The outward normal n, of length 1, and the offset d of n'x <= d of each, (F, 4) [m]
 
 
 def checked(capsules: Iterable[Any]) -> tuple[Capsule, ...]:

@@ -31,51 +31,32 @@ class Chain:
 
     T_i = T_parent (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint. The parent of joint
     i of a serial arm is joint i-1.
-
-    Attributes:
-        names: Joint names, base to tips.
-        parent: The joint that each hangs on, lower than itself; -1 is the base, (nv,).
-        tip_joint: The joint that the tip moves with.
-        floating: How many joints from the first on have no motor, those of a base that floats: 6 or 0.
-        prismatic: Whether the joint slides, (nv,).
-        continuous: Whether the joint turns without limits and pinocchio stores it as (cos, sin), (nv,).
-        rotation: Orientation of joint frame i in that of its parent at q = 0, (nv, 3, 3).
-        translation: Origin of joint frame i in that of its parent at q = 0, (nv, 3) [m].
-        mass: Mass of the body behind each joint, held joints' bodies lumped in, (nv,) [kg].
-        com: Its centre of mass in the joint's frame, (nv, 3) [m].
-        inertia: Its inertia about the centre of mass, axes of the joint's frame, (nv, 3, 3) [kg m2].
-        armature: Rotor inertia seen at the joint, on the diagonal of M, (nv,) [kg m2 or kg].
-        viscous: Viscous friction, a part of h, (nv,) [N m s/rad or N s/m].
-        coulomb: Coulomb friction, (nv,) [N m or N]. The planner's torques leave it out: to feed forward a
-            friction whose sign flips at rest makes an arm hunt.
-        tip_rotation: Orientation of the tip in the frame of its joint, (3, 3).
-        tip_translation: Origin of the tip in the frame of its joint, (3,) [m].
-        gravity: Gravity in the base frame, (3,) [m/s2].
-        lead: The joint that each follows, as a file's ``mimic`` has it, itself where it follows none, (nv,).
-        ratio: Of its motion to that of its leader, 1 where it follows none, (nv,).
-        offset: Where it is when its leader is at 0, (nv,) [rad or m].
     """
 
-    names: tuple[str, ...]
-    parent: IntArray
-    tip_joint: int
-    floating: int
-    prismatic: BoolArray
+    names: tuple[str, ...]  # Joint names, base to tips
+    parent: IntArray  # The joint that each hangs on, lower than itself; -1 is the base, (nv,)
+    tip_joint: int  # The joint that the tip moves with
+    floating: int  # How many joints from the first on have no motor, those of a base that floats: 6 or 0
+    prismatic: BoolArray  # Whether the joint slides, (nv,)
+    # Whether the joint turns without limits and pinocchio stores it as (cos, sin), (nv,)
     continuous: BoolArray
-    rotation: FloatArray
-    translation: FloatArray
-    mass: FloatArray
-    com: FloatArray
-    inertia: FloatArray
-    armature: FloatArray
-    viscous: FloatArray
+    rotation: FloatArray  # Orientation of joint frame i in that of its parent at q = 0, (nv, 3, 3)
+    translation: FloatArray  # Origin of joint frame i in that of its parent at q = 0, (nv, 3) [m]
+    mass: FloatArray  # Mass of the body behind each joint, held joints' bodies lumped in, (nv,) [kg]
+    com: FloatArray  # Its centre of mass in the joint's frame, (nv, 3) [m]
+    inertia: FloatArray  # Its inertia about the centre of mass, axes of the joint's frame, (nv, 3, 3) [kg m2]
+    armature: FloatArray  # Rotor inertia seen at the joint, on the diagonal of M, (nv,) [kg m2 or kg]
+    viscous: FloatArray  # Viscous friction, a part of h, (nv,) [N m s/rad or N s/m]
+    # Coulomb friction, (nv,) [N m or N]. The planner's torques leave it out: to feed forward a friction whose
+    # sign flips at rest makes an arm hunt.
     coulomb: FloatArray
-    tip_rotation: FloatArray
-    tip_translation: FloatArray
-    gravity: FloatArray
+    tip_rotation: FloatArray  # Orientation of the tip in the frame of its joint, (3, 3)
+    tip_translation: FloatArray  # Origin of the tip in the frame of its joint, (3,) [m]
+    gravity: FloatArray  # Gravity in the base frame, (3,) [m/s2]
+    # The joint that each follows, as a file's ``mimic`` has it, itself where it follows none, (nv,)
     lead: IntArray
-    ratio: FloatArray
-    offset: FloatArray
+    ratio: FloatArray  # Of its motion to that of its leader, 1 where it follows none, (nv,)
+    offset: FloatArray  # Where it is when its leader is at 0, (nv,) [rad or m]
 
     def __post_init__(self) -> None:
         read_only(self)

@@ -24,19 +24,12 @@ class Led(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Follower:
-    """How a joint follows another one: q = ratio q_leader + offset.
+    """How a joint follows another one: q = ratio q_leader + offset."""
 
-    Attributes:
-        leader: The name of the joint that it follows.
-        ratio: Of its motion to that of its leader, any number but 0.
-        offset: Where it is when its leader is at 0 [rad or m].
-        otherwise: Why it follows in a way that is not this one, empty where it does; such a joint can only be
-            held.
-    """
-
-    leader: str
-    ratio: float = 1.0
-    offset: float = 0.0
+    leader: str  # The name of the joint that it follows
+    ratio: float = 1.0  # Of its motion to that of its leader, any number but 0
+    offset: float = 0.0  # Where it is when its leader is at 0 [rad or m]
+    # Why it follows in a way that is not this one, empty where it does; such a joint can only be held
     otherwise: str = ""
 
 

@@ -95,17 +95,12 @@ def acceleration_by_torque(model: Any, chain: Chain, limits: JointLimits) -> Flo
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Locks:
-    """What a lock of each joint leaves of a task.
+    """What a lock of each joint leaves of a task."""
 
-    Attributes:
-        possible: Whether the healthy arm has the rank that the task needs anywhere.
-        left: Share of the sampled postures at which the other joints still have it, by joint, 0 to 1.
-        fatal: The joints whose lock no sampled posture survives, by structure.
-    """
-
-    possible: bool
+    possible: bool  # Whether the healthy arm has the rank that the task needs anywhere
+    # Share of the sampled postures at which the other joints still have it, by joint, 0 to 1
     left: dict[str, float]
-    fatal: tuple[str, ...]
+    fatal: tuple[str, ...]  # The joints whose lock no sampled posture survives, by structure
 
 
 def locks(robot: Any, rows: Sequence[str]) -> Locks:

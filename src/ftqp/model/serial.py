@@ -51,20 +51,15 @@ class Inertial:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Body:
-    """A joint about or along its z axis and the body behind it.
+    """A joint about or along its z axis and the body behind it."""
 
-    Attributes:
-        name: The joint's name.
-        placement: Joint frame in the previous joint's frame (the base for the first) at q = 0, (4, 4).
-        prismatic: Whether the joint slides.
-        continuous: Whether the joint turns without end, so that pinocchio keeps its cosine and sine.
-        parts: Rigid bodies carried behind the joint, each with its frame's pose (4, 4) in the joint's frame.
-    """
-
-    name: str
+    name: str  # The joint's name
+    # Joint frame in the previous joint's frame (the base for the first) at q = 0, (4, 4)
     placement: FloatArray
-    prismatic: bool = False
+    prismatic: bool = False  # Whether the joint slides
+    # Whether the joint turns without end, so that pinocchio keeps its cosine and sine
     continuous: bool = False
+    # Rigid bodies carried behind the joint, each with its frame's pose (4, 4) in the joint's frame
     parts: Sequence[tuple[FloatArray, Inertial]] = field(default=())
 
 

@@ -15,21 +15,14 @@ from ftqp.model.chain import Chain, limbs_of
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Skeleton:
-    """Where the joints of an arm, or of several on one base, sit on each other.
+    """Where the joints of an arm, or of several on one base, sit on each other."""
 
-    Attributes:
-        prismatic: Whether the joint slides, (nv,).
-        placements: Each joint's frame in that of its parent at q = 0, its z axis along the joint, (nv, 4, 4).
-        tip: The tip in the frame of its joint, (4, 4).
-        parent: The joint that each hangs on, lower than itself; -1 is the base, (nv,).
-        tip_joint: The joint that the tip moves with.
-    """
-
-    prismatic: BoolArray
+    prismatic: BoolArray  # Whether the joint slides, (nv,)
+    # Each joint's frame in that of its parent at q = 0, its z axis along the joint, (nv, 4, 4)
     placements: FloatArray
-    tip: FloatArray
-    parent: IntArray
-    tip_joint: int
+    tip: FloatArray  # The tip in the frame of its joint, (4, 4)
+    parent: IntArray  # The joint that each hangs on, lower than itself; -1 is the base, (nv,)
+    tip_joint: int  # The joint that the tip moves with
 
     @classmethod
     def of(cls, chain: Chain) -> Self:

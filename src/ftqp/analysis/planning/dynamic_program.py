@@ -21,14 +21,11 @@ from ftqp.core.errors import InputError
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Ways:
-    """What it costs to go on from each node, and where to.
+    """What it costs to go on from each node, and where to."""
 
-    Attributes:
-        values: Cost from each node to the end, one array (M,) a waypoint; inf where no way leads there.
-        follows: The best node of the next waypoint, (M,), -1 where there is none; none for the last.
-    """
-
+    # Cost from each node to the end, one array (M,) a waypoint; inf where no way leads there
     values: list[FloatArray]
+    # The best node of the next waypoint, (M,), -1 where there is none; none for the last
     follows: list[IntArray]
 
     def from_node(self, first: int) -> IntArray:

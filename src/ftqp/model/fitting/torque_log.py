@@ -67,25 +67,15 @@ class TorqueLog:
 
 
 class Pieces(NamedTuple):
-    """A motion in the middles of pieces of it, S of them.
+    """A motion in the middles of pieces of it, S of them."""
 
-    Attributes:
-        t: Times, (S,) [s].
-        q: Positions, (S, nv) [rad or m].
-        v: Velocities, (S, nv) [rad/s or m/s].
-        a: Accelerations, (S, nv) [rad/s2 or m/s2].
-        tau: Torques, (S, nv) [N m or N].
-        width: How long a piece is [s].
-        left_out: Time that lies in gaps [s].
-    """
-
-    t: FloatArray
-    q: FloatArray
-    v: FloatArray
-    a: FloatArray
-    tau: FloatArray
-    width: float
-    left_out: float
+    t: FloatArray  # Times, (S,) [s]
+    q: FloatArray  # Positions, (S, nv) [rad or m]
+    v: FloatArray  # Velocities, (S, nv) [rad/s or m/s]
+    a: FloatArray  # Accelerations, (S, nv) [rad/s2 or m/s2]
+    tau: FloatArray  # Torques, (S, nv) [N m or N]
+    width: float  # How long a piece is [s]
+    left_out: float  # Time that lies in gaps [s]
 
 
 def pieces_of(log: TorqueLog, most: int = 10**6) -> Pieces:

@@ -28,42 +28,27 @@ GRAVITY = 9.81
 @final
 @dataclass(frozen=True, slots=True)
 class Unknown:
-    """A kind of unknown.
+    """A kind of unknown."""
 
-    Attributes:
-        about: What it is, in words.
-        unit: Its unit where joints turn.
-        usual: How large it may well be, from the arm, the torques where it has no limits, and the reach.
-        columns: What one unit of each adds to the torques, (S, nv, p), from the arm, the pieces of the
-            motion, and the torques (S, nv) that all unknowns so far make.
-        size: How many there are, one a joint (0) or so many of the whole arm.
-        told: What an error of this share of ``usual`` is still worth telling.
-    """
-
-    about: str
-    unit: str
+    about: str  # What it is, in words
+    unit: str  # Its unit where joints turn
+    # How large it may well be, from the arm, the torques where it has no limits, and the reach
     usual: Callable[["Sizes"], Any]
+    # What one unit of each adds to the torques, (S, nv, p), from the arm, the pieces of the motion, and the
+    # torques (S, nv) that all unknowns so far make
     columns: Callable[[Robot, Pieces, FloatArray], FloatArray]
-    size: int = 0
-    told: float = 0.15
+    size: int = 0  # How many there are, one a joint (0) or so many of the whole arm
+    told: float = 0.15  # What an error of this share of ``usual`` is still worth telling
 
 
 class Sizes(NamedTuple):
-    """What is large for an arm, each (nv,) but for the last two.
+    """What is large for an arm, each (nv,) but for the last two."""
 
-    Attributes:
-        tau: Torques [N m or N].
-        v: Speeds [rad/s or m/s].
-        a: Accelerations [rad/s2 or m/s2].
-        load: A mass that the strongest joint can just hold half of at full reach [kg].
-        length: The arm's characteristic length [m].
-    """
-
-    tau: FloatArray
-    v: FloatArray
-    a: FloatArray
-    load: float
-    length: float
+    tau: FloatArray  # Torques [N m or N]
+    v: FloatArray  # Speeds [rad/s or m/s]
+    a: FloatArray  # Accelerations [rad/s2 or m/s2]
+    load: float  # A mass that the strongest joint can just hold half of at full reach [kg]
+    length: float  # The arm's characteristic length [m]
 
 
 def sizes_of(robot: Robot, pieces: Pieces) -> Sizes:

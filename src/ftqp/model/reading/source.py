@@ -19,28 +19,19 @@ a_max, j_max, soft_min and soft_max where they are there.
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Source:
-    """A robot as it was read.
+    """A robot as it was read."""
 
-    Attributes:
-        model: pinocchio model of everything in the file.
-        limits: Limits by joint name.
-        followers: Joints that follow another one, and how.
-        findings: What the reader has to say.
-        postures: Postures that the model names, positions by joint [rad or m].
-        shapes: Collision geometry of the links.
-        held: Joints that are held anyway, those of a base that is free in a simulator.
-        rest: Where joints are held that nobody says a place for, 0 where absent [rad or m].
-        bodiless: Joints that have no body of their own, as the next joint moves the same one.
-    """
-
-    model: Any
-    limits: Mapping[str, Written]
-    followers: Mapping[str, Follower] = field(default_factory=dict)
-    findings: Sequence[Finding] = ()
+    model: Any  # pinocchio model of everything in the file
+    limits: Mapping[str, Written]  # Limits by joint name
+    followers: Mapping[str, Follower] = field(default_factory=dict)  # Joints that follow another one, and how
+    findings: Sequence[Finding] = ()  # What the reader has to say
+    # Postures that the model names, positions by joint [rad or m]
     postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    shapes: Sequence[Capsule | Collision] = ()
-    held: Sequence[str] = ()
+    shapes: Sequence[Capsule | Collision] = ()  # Collision geometry of the links
+    held: Sequence[str] = ()  # Joints that are held anyway, those of a base that is free in a simulator
+    # Where joints are held that nobody says a place for, 0 where absent [rad or m]
     rest: Mapping[str, float] = field(default_factory=dict)
+    # Joints that have no body of their own, as the next joint moves the same one
     bodiless: Collection[str] = ()
 
 
