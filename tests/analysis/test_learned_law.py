@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.analysis.learned_law import LearnedLaw, LearnedRun, learned_run
+from ftqp.analysis.learned_law import DOUBT, Effectiveness, LearnedLaw, LearnedRun, learned_run
 from ftqp.core.errors import InputError
 
 CASES = {
@@ -82,16 +82,6 @@ def test_a_panda_reaches_a_pose_with_a_joint_that_nobody_knows_to_be_locked(join
     assert (found.path[:, joint] == q[joint]).all()
 
 
-def test_settling_is_told_by_the_time_after_which_the_error_stays_small() -> None:
-    found = LearnedRun(
-        q=np.zeros(1), error=0.0, t=np.arange(5.0), errors=np.array([2.0, 0.1, 2.0, 0.1, 0.0]),
-        path=np.zeros((5, 1)), theta=np.ones(1),
-    )  # fmt: skip
-    assert found.settled(1.0) == 3.0
-    assert found.settled(3.0) == 0.0
-    assert found.settled(-1.0) is None
-
-
 def test_what_does_not_fit_is_bad_input() -> None:
     robot = ftqp.robots.load("planar", lengths=[1, 1], continuous=True)
     with pytest.raises(InputError, match="positive definite"):
@@ -102,3 +92,54 @@ def test_what_does_not_fit_is_bad_input() -> None:
         learned_run(robot, (1.0, 1.0), [0.1, 0.2], duration=0.001)
     with pytest.raises(InputError, match="q has shape"):
         LearnedLaw(robot, (1.0, 1.0)).command([1.0, 2.0, 3.0])
+
+
+def moved(count: int, theta: list[float], noise: float = 0.0, seed: int = 0) -> Effectiveness:
+    """What was learned from random motions of joints with this effectiveness."""
+    generator = np.random.default_rng(seed)
+    learned = Effectiveness(len(theta), 0.01, noise=noise)
+    for _ in range(count):
+        J, dq = generator.normal(size=(2, len(theta))), 0.01 * generator.normal(size=len(theta))
+        seen = noise * np.sqrt(2.0) * generator.normal(size=2)
+        learned.learn(J, dq, J @ (np.array(theta) * dq) + seen)
+    return learned
+
+
+@pytest.mark.parametrize("theta", [[1.0, 1.0, 1.0], [1.0, 0.0, 1.0], [0.4, 1.0, 0.0]])
+def test_what_each_joint_does_is_learned_from_the_motion_of_the_tip(theta: list[float]) -> None:
+    np.testing.assert_allclose(moved(40, theta).theta, theta, atol=2e-3)
+
+
+def test_of_a_joint_that_was_never_asked_to_move_nothing_is_learned() -> None:
+    learned = Effectiveness(2, 0.01)
+    for _ in range(100):
+        learned.learn([[1.0, 1.0]], [0.01, 0.0], [0.005])
+    assert learned.theta[0] == pytest.approx(0.5, abs=1e-3)
+    assert learned.theta[1] == 1.0
+    assert learned.deviation[1] >= DOUBT
+
+
+def test_a_fault_after_a_long_healthy_motion_is_learned() -> None:
+    generator = np.random.default_rng(1)
+    learned = Effectiveness(3, 0.01)
+    for k in range(6_000):
+        J, dq = generator.normal(size=(2, 3)), 0.01 * generator.normal(size=3)
+        learned.learn(J, dq, J @ (np.array([1.0, 1.0, 0.0 if k > 5_900 else 1.0]) * dq))
+    assert learned.theta[2] < 0.05
+
+
+def test_motions_that_do_not_fit_are_bad_input() -> None:
+    learned = Effectiveness(3, 0.01)
+    with pytest.raises(InputError, match=r"dq has shape \(2,\), expected \(nv,\) = \(3,\)"):
+        learned.learn(np.ones((2, 3)), np.ones(2), np.ones(2))
+    with pytest.raises(InputError, match="J has shape"):
+        learned.learn(np.ones((3, 3)), np.ones(3), np.ones(2))
+    with pytest.raises(InputError, match="dx contains NaN"):
+        learned.learn(np.ones((2, 3)), np.ones(3), [np.nan, 0.0])
+    for settings in (
+        {"joints": 0, "dt": 0.01},
+        {"joints": 2, "dt": 0.0},
+        {"joints": 2, "dt": 0.1, "noise": -1.0},
+    ):
+        with pytest.raises(InputError):
+            Effectiveness(**settings)

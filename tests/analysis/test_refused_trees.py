@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from planar_arms import links
 
 import ftqp
 from ftqp import analysis
+from ftqp.analysis.goals import goal_study
+from ftqp.core.errors import InputError
 
 DUAL = ftqp.robots.load("dual_panda")
 Q = DUAL.neutral
@@ -54,3 +57,20 @@ def test_falls_are_those_of_each_arm():
     for side in ("left", "right"):
         own = [found[f"{side}_joint{i}"] for i in range(1, 8)]
         assert own == pytest.approx(list(alone.values()), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("goal", "rows", "sentence"),
+    [
+        ((1.0, 2.0, 3.0, 4.0), "pose", r"shape \(4,\), expected a point"),
+        ((1.0, np.nan), "pose", "contains NaN"),
+        ((1.0, 1.0), ("x", "y", "rz"), "give a pose"),
+        ((1.0, 1.0), ("x", "z"), r"give a point \(3,\)"),
+        ((1.0, 1.0, 0.0), ("x", "y", "z"), "do not move independently"),
+        ((1.0, 1.0), "position_axis", "expected 'pose', 'position' or names"),
+        (np.ones((4, 4)), "pose", "not a rotation"),
+    ],
+)
+def test_goal_that_does_not_fit_its_rows_is_refused(goal: object, rows: object, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        goal_study(links(1, 1, 1), goal, rows)

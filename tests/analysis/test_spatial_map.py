@@ -30,25 +30,12 @@ def test_any_part_is_computed_alone_and_by_a_task_that_was_sent(task):
     assert whole["runs"].sum() > 100 and whole["R100"].shape == (3, 8)
 
 
-def test_points_lie_in_the_plane_through_the_goal_or_fill_the_space(panda, task):
-    some = points(task)
-    assert (some[:, 1] == task.goal[1]).all() and np.ptp(some[:, 0]) > 1.0 and np.ptp(some[:, 2]) > 1.0
-    space = points(spatial_task(panda, task.goal, "position", grid=5, plane=None))
-    assert all(np.ptp(space[:, k]) > 1.0 for k in range(3))
-
-
 def test_share_with_all_is_at_most_the_mean_and_nobody_starts_outside_the_limits(panda, task):
     found = map_chunk(task, points(task)[20:26])
     said = found["configurations"] > 0
     assert said.any()
     assert (found["R100"][said] <= found["Ravg"][said] + 1e-9).all()
     assert (found["Ravg"][said, 7:] <= found["Ravg"][said, :7].min(axis=1, keepdims=True) + 1e-9).all()
-
-
-def test_goal_itself_is_reached_from_everywhere_on_it(task):
-    """A start at the goal moves nowhere: everything stays within reach and nothing can go wrong."""
-    found = map_chunk(task, task.goal[None])
-    assert found["Ravg"][0, :7] == pytest.approx(100.0) and (found["F100"][0, :7] == 100.0).all()
 
 
 def test_map_of_poses_has_a_report_with_intervals(panda):

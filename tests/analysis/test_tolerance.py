@@ -1,14 +1,15 @@
 """Null vectors and minors, what is left without some joints, and joints that a task can never do without."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
+import ftqp
 from ftqp.analysis.survival.continuing import track
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.analysis.tolerance import (
     minors,
     null_vector,
-    random_jacobians,
     relative_manipulability,
     structural_joints,
     velocity_jump,
@@ -17,8 +18,6 @@ from ftqp.analysis.tolerance import (
 from ftqp.control.paths import Line
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
-from ftqp.model.catalog.arms import published
-from ftqp.model.robot import Robot
 
 DRAWN = np.random.default_rng(7).normal(size=(1000, 6, 7))
 
@@ -83,20 +82,6 @@ def test_relative_manipulability_is_the_ratio_of_both() -> None:
     assert (relative_manipulability(RANDOM, [(0, 1)]) == 0.0).all()
 
 
-def test_worst_case_is_at_most_that_of_equal_entries() -> None:
-    assert (worst_case(RANDOM) <= 1.0 / np.sqrt(7.0)).all()
-    assert (worst_case(RANDOM[:, :4]) <= np.sqrt(3.0 / 7.0)).all()
-    assert (worst_case(RANDOM, [(2,)]) == relative_manipulability(RANDOM)[:, 2]).all()
-
-
-def test_singular_values_without_a_joint_interlace() -> None:
-    sigma = np.linalg.svd(RANDOM, compute_uv=False)[:, -1]
-    share = relative_manipulability(RANDOM)
-    for j in range(7):
-        without = np.linalg.svd(np.delete(RANDOM, j, axis=2), compute_uv=False)[:, -1]
-        assert (share[:, j] * sigma <= without * (1 + 1e-9)).all() and (without <= sigma * (1 + 1e-9)).all()
-
-
 def test_jump_stops_the_joint_and_keeps_the_task() -> None:
     rng = np.random.default_rng(5)
     for J in (*RANDOM[:20], *RANDOM[:20, :4]):
@@ -142,14 +127,40 @@ def test_every_joint_counts_where_there_are_as_many_as_rows() -> None:
     assert structural_joints(puma) == puma.joints
 
 
-def test_table_read_as_modified_has_five_structural_joints() -> None:
-    table = published("zhang7")["dh"]
-    arm = Robot.from_dh(table, convention="modified", name="literal", limits={"q_min": -2.6, "q_max": 2.6})
-    assert structural_joints(arm) == arm.joints[:5]
+POSTURE = [0.3, 0.6, 0.2, -1.2, 0.3, 1.6, 0.4]
 
 
-def test_jacobians_of_a_tool_axis_are_taken_along_its_own_axes() -> None:
-    panda = catalog.load("panda")
-    J = random_jacobians(panda, "position_axis", 5)
-    assert J.shape == (5, 5, 7) and np.linalg.matrix_rank(J[0]) == 5
-    assert structural_joints(panda, "position_axis") == ()
+@pytest.mark.parametrize("name", ["panda", "iiwa14", "xarm7"])
+def test_energy_is_the_potential_energy_lost_on_the_way_to_the_stop(name):
+    robot = ftqp.robots.load(name)
+    q = robot.neutral + np.linspace(0.1, 0.4, 7)
+    data = robot.model.createData()
+    fell = 0
+    for i, energy in enumerate(ftqp.analysis.fall_energy(robot, q).values()):
+        ends = []
+        for stop in (robot.limits.q_min[i], robot.limits.q_max[i]):
+            way = np.linspace(q[i], stop, 400)
+            lost = []
+            for angle in way:
+                moved = q.copy()
+                moved[i] = angle
+                lost.append(pin.computePotentialEnergy(robot.model, data, moved))
+            gained = lost[0] - np.array(lost[1:])
+            ends.append(gained[-1] if (gained > 0.0).all() else 0.0)
+        assert energy == pytest.approx(max(ends), abs=0.02 * max(1.0, max(ends)))
+        fell += energy > 1.0
+    assert fell >= 1
+
+
+def test_joint_without_gravity_has_no_energy_to_lose():
+    assert ftqp.analysis.fall_energy(ftqp.robots.load("panda"), POSTURE)["panda_joint1"] == 0.0
+
+
+def test_shoulder_falls_harder_than_wrist():
+    energy = ftqp.analysis.fall_energy(ftqp.robots.load("panda"), POSTURE)
+    assert energy["panda_joint2"] > 10.0 > energy["panda_joint6"]
+
+
+def test_robot_without_masses_is_refused():
+    with pytest.raises(InputError, match="has no inertia, so no joint falls"):
+        ftqp.analysis.fall_energy(ftqp.robots.load("srs7"), np.zeros(7))

@@ -35,12 +35,6 @@ def test_result_does_not_depend_on_how_points_are_cut_into_chunks(arm):
     assert whole["runs"].sum() > 300
 
 
-def test_one_thread_and_two_give_the_same(arm):
-    one, two = (workspace(arm, GOAL, grid=8, configurations=5, steps=8, jobs=jobs) for jobs in (1, 2))
-    assert np.array_equal(one.R100, two.R100) and np.array_equal(one.Cavg, two.Cavg)
-    assert one.points.shape == (32, 2)
-
-
 def test_share_with_all_is_at_most_the_mean_and_any_joint_at_most_each(task):
     found = map_chunk(task, points(task)[::40])
     assert (found["R100"] <= found["Ravg"] + 1e-9).all()
@@ -53,27 +47,6 @@ def test_measures_do_not_depend_on_the_size_of_the_arm(arm, task):
     other = workspace_task(large, (3.75, 3.75), configurations=12, steps=20)
     some = points(task)[::97]
     assert same(map_chunk(task, some), map_chunk(other, 2.5 * some))
-
-
-def test_measures_turn_with_the_goal(arm, task):
-    angle = 0.7
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    turned = workspace_task(arm, turn @ GOAL, configurations=12, steps=20)
-    some = points(task)[::97]
-    one, other = map_chunk(task, some), map_chunk(turned, some @ turn.T)
-    assert np.allclose(one["Ravg"], other["Ravg"], atol=1e-6)
-
-
-def test_ranges_agree_with_what_the_arm_reaches(arm):
-    """Every line ends at the goal, where each joint is in its range by definition."""
-    task = workspace_task(arm, (-0.8, 0.0), configurations=8, steps=6, screen=False)
-    study = task.study()
-    starts = np.concatenate(task.links.configurations(task.links.local((2.0, -1.4)), 8, 0))
-    inside, failed, q, within = study.lines(starts, 6, task.boxes, by_joints=False, keep=True)
-    assert not failed.any() and within[:, -1].all() and (inside > 0.0).all()
-    tip = np.exp(1j * np.cumsum(q, axis=2)).sum(axis=2)
-    line = np.linspace(2.0 - 1.4j, -0.8, 7)
-    assert np.abs(tip - line).max() < 1e-9
 
 
 def test_lines_are_those_of_the_least_rates(arm):
@@ -96,16 +69,6 @@ def test_lines_are_those_of_the_least_rates(arm):
     assert q[0, -1] == pytest.approx(expected, abs=1e-6)
 
 
-def test_joint_lengths_and_component_boxes_change_the_measures(arm, task):
-    some = np.array([[2.0, -1.4]])
-    by_joints = map_chunk(workspace_task(arm, GOAL, configurations=12, steps=20, length="joint"), some)
-    assert by_joints["Ravg"][0, 3] > map_chunk(task, some)["Ravg"][0, 3] + 2.0
-    two = {"configurations": 12, "steps": 20}
-    product = map_chunk(workspace_task(arm, (0.5, 0.2), box="product", **two), some)
-    apart = map_chunk(workspace_task(arm, (0.5, 0.2), box="per_component", **two), some)
-    assert (apart["Ravg"] <= product["Ravg"] + 1e-6).all() and apart["Ravg"][0, 3] < product["Ravg"][0, 3]
-
-
 @pytest.mark.parametrize(
     ("lengths", "goal", "W"),
     [
@@ -125,6 +88,16 @@ def test_screened_and_simulated_maps_agree_where_failures_in_range_miss_the_goal
     assert other["F100"][:, 0].min() < 90.0 and one["runs"].sum() < 0.5 * other["runs"].sum()
     assert np.abs(one["F100"].mean(axis=0) - other["F100"].mean(axis=0)).max() < 0.1
     assert np.abs(one["Favg"].mean(axis=0) - other["Favg"].mean(axis=0)).max() < 0.1
+
+
+def test_joint_lengths_and_component_boxes_change_the_measures(arm, task):
+    some = np.array([[2.0, -1.4]])
+    by_joints = map_chunk(workspace_task(arm, GOAL, configurations=12, steps=20, length="joint"), some)
+    assert by_joints["Ravg"][0, 3] > map_chunk(task, some)["Ravg"][0, 3] + 2.0
+    two = {"configurations": 12, "steps": 20}
+    product = map_chunk(workspace_task(arm, (0.5, 0.2), box="product", **two), some)
+    apart = map_chunk(workspace_task(arm, (0.5, 0.2), box="per_component", **two), some)
+    assert (apart["Ravg"] <= product["Ravg"] + 1e-6).all() and apart["Ravg"][0, 3] < product["Ravg"][0, 3]
 
 
 def test_longer_horizon_lets_more_succeed(arm):

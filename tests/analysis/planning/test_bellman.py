@@ -3,8 +3,14 @@
 from itertools import product
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from ftqp.analysis.planning.dynamic_program import best_ways, farthest_waypoint
+from ftqp.analysis.planning.dynamic_program import best_ways
+from ftqp.analysis.planning.nodes import curve_nodes
+from ftqp.analysis.planning.plan_case import planning_study
+from ftqp.analysis.survival.task_path import task_path
+from ftqp.control.paths import Line
+from ftqp.model import catalog
 
 DT = np.full(3, 0.5)
 REACH = np.array([1.2, 0.8])
@@ -57,8 +63,50 @@ def test_joint_that_reaches_all_the_way_round_parts_no_nodes() -> None:
         assert np.isfinite(ways.values[0][0]) == finite
 
 
-def test_waypoint_behind_which_no_way_leads_is_named() -> None:
-    nodes = [np.zeros((1, 1)), np.full((1, 1), 0.5), np.full((1, 1), 5.0)]
-    starts, turning = np.array([True]), np.array([False])
-    assert farthest_waypoint(nodes, starts, np.ones(1), turning) == 1
-    assert farthest_waypoint(nodes, starts, np.full(1, 5.0), turning) == 2
+SPACING = 0.1
+PLANAR = catalog.load("planar", lengths=(1, 1, 1), continuous=True)
+Q0 = np.array([-1.524418, 1.260809, 0.741032])
+
+
+def planar_task(robot=PLANAR):
+    start = robot.pose(Q0)
+    return task_path(
+        robot, Line(start, np.array([0.5, 1.2, 0.0]) - start[:3, 3], duration=10.0), dt=0.5, rows="position"
+    )
+
+
+def closed_form(point: np.ndarray) -> np.ndarray:
+    """Configurations of three unit links at a point: all tool angles, both elbows, [0, 2 pi)."""
+    angles = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
+    wrist = point - np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    cosine = (np.einsum("ki,ki->k", wrist, wrist) - 2.0) / 2.0
+    reached = np.abs(cosine) < 1.0
+    found = []
+    for elbow in (1.0, -1.0):
+        q2 = elbow * np.arccos(cosine[reached])
+        q1 = np.arctan2(wrist[reached, 1], wrist[reached, 0]) - np.arctan2(np.sin(q2), 1.0 + np.cos(q2))
+        found.append(np.stack([q1, q2, angles[reached] - q1 - q2], axis=1))
+    return np.mod(np.vstack(found), 2 * np.pi)
+
+
+def test_every_configuration_of_the_closed_form_is_near_a_node() -> None:
+    task = planar_task()
+    nodes = curve_nodes(planning_study(task, SPACING), task.goals, spacing=SPACING, seed=0)
+    for goal, q in zip(task.goals, nodes, strict=True):
+        tree = cKDTree(q, boxsize=2 * np.pi)
+        away, _ = tree.query(closed_form(goal[:2, 3]))
+        assert away.max() < SPACING
+
+
+def test_nodes_are_at_their_goals_and_within_limits() -> None:
+    for robot, rows in ((catalog.load("panda"), "pose"), (catalog.load("zhang7"), "pose")):
+        path = Line(robot.pose(robot.neutral), 0.05 * robot.length * np.ones(3), duration=1.0)
+        task = task_path(robot, path, dt=0.5, rows=rows, q0=robot.neutral)
+        nodes = curve_nodes(
+            planning_study(task, SPACING), task.goals, spacing=SPACING, seed=1, q0=robot.neutral
+        )
+        assert np.array_equal(nodes[0][0], robot.neutral)
+        for goal, q in zip(task.goals, nodes, strict=True):
+            assert len(q) > 10
+            assert (q >= robot.limits.q_min - 1e-9).all() and (q <= robot.limits.q_max + 1e-9).all()
+            assert max(np.abs(robot.pose(one) - goal).max() for one in q[::5]) < 1e-9

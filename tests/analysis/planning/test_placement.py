@@ -36,6 +36,7 @@ def test_base_moves_to_where_more_is_survived_and_the_path_the_other_way() -> No
     assert np.allclose(there.goals[:, 1, 3], TASK.goals[:, 1, 3] - moved["base_y"])
 
 
+@pytest.mark.slow
 def test_yaw_turns_the_tool_about_its_own_axis() -> None:
     arm = catalog.load("panda")
     start = np.diag([1.0, -1.0, -1.0, 1.0])

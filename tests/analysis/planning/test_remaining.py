@@ -96,14 +96,6 @@ def test_of_a_failure_that_cannot_be_looked_ahead_on_only_a_stop_is_offered(reac
         assert offer.kind == "stop" and np.array_equal(offer.q, q[3][None])
 
 
-def test_at_the_end_nothing_is_left_to_lose_and_without_faults_all_of_it_remains(line):
-    task, q = line
-    assert remaining(task, q[-1], 10.0, [ftqp.Locked("j1")])[0].kind == "task"
-    offers = remaining(task, q[0], 0.0, [])
-    assert [offer.kind for offer in offers] == ["task", "stop"]
-    assert len(offers[0].q) == task.N + 1
-
-
 def test_continuation_after_a_lock_is_the_verified_one_where_there_is_something_to_choose():
     robot = ftqp.robots.load("planar", count=4)
     path = ftqp.paths.Line(robot.pose(robot.neutral), [-0.3, 0.1, 0.0], duration=4.0)

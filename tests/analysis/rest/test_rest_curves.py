@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from planar_arms import links, telescope
 
+from ftqp.analysis import outcome, reachable_after
 from ftqp.analysis.manifolds.joint_ranges import joint_ranges
 from ftqp.analysis.rest.linearisation import RestKind, rest_test
 from ftqp.analysis.rest.rest_configurations import rest_configurations
 from ftqp.analysis.rest.rest_curves import rest_curves
+from ftqp.core.errors import InputError
 from ftqp.model import catalog
 
 W = np.array([[1.0, 0.3, 0.0], [0.3, 2.0, -0.4], [0.0, -0.4, 0.7]])
@@ -40,11 +42,6 @@ def test_points_of_a_curve_rest() -> None:
         assert max(found.rest for found in tested if found.full_rank > 1e-3) < 1e-7
 
 
-def test_goal_out_of_reach_has_rests_all_the_same() -> None:
-    curves = rest_curves(links(1, 1, 1), (3.5, 0.0), "j2")
-    assert curves.sink_intervals().intervals
-
-
 def test_sinks_within_reach_appear_with_a_long_second_link() -> None:
     robot, goal = links(1.0, 1.0, 0.4), (0.9, 0.3)
     inside = rest_curves(robot, goal, "j1").sink_intervals() & joint_ranges(robot, goal)["j1"]
@@ -64,16 +61,6 @@ def test_sliding_joint_has_sinks_up_to_where_the_goal_comes_within_reach() -> No
     assert not curves.sink_intervals().circular
 
 
-def test_values_of_a_joint_with_limits_stay_within_them() -> None:
-    robot = catalog.load("planar", lengths=(1, 1, 1)).with_limits(q_min=-2.8, q_max=2.8)
-    free = rest_curves(links(1, 1, 1), (1.5, 1.5), "j1").sink_intervals()
-    found = rest_curves(robot, (1.5, 1.5), "j1").sink_intervals()
-    assert found.intervals
-    for low, high in found.intervals:
-        assert -2.8 <= low < high <= 2.8
-        assert free.contains(np.linspace(low + 1e-6, high - 1e-6, 9)).all()
-
-
 @pytest.mark.slow
 def test_sinks_of_a_panda_end_where_rests_leave_its_limits() -> None:
     robot = catalog.load("panda")
@@ -91,6 +78,7 @@ def test_sinks_of_a_panda_end_where_rests_leave_its_limits() -> None:
         assert any(rest.kind is RestKind.SINK for rest in rests)
 
 
+@pytest.mark.slow
 def test_crossings_of_curves_are_flagged() -> None:
     curves = rest_curves(links(1, 1, 1), (1.5, 1.5), "j2")
     main, circle = sorted(curves, key=lambda curve: np.ptp(curve.q[:, 1]), reverse=True)
@@ -101,3 +89,101 @@ def test_crossings_of_curves_are_flagged() -> None:
     ]
     assert len(shared) >= 4
     assert not any(len(curve.branches) for curve in rest_curves(links(1, 1, 1), (1.5, 1.5), "j1"))
+
+
+def closed_form(lengths: tuple[float, float, float], x: tuple[float, float], joint: int, value: float) -> int:
+    """How many rests three links have for a locked value: roots of A cos(phi - b) = C for both foldings."""
+    l1, l2, l3 = lengths
+    goal = complex(*x)
+    count = 0
+    for s in (1.0, -1.0):
+        if joint == 0:
+            o, d = l1 * np.exp(1j * value), l2 + s * l3
+            amplitude = abs(d * (goal - 2.0 * o))
+            constant = abs(o) ** 2 + d * d - (np.conj(o) * goal).real
+        elif joint == 1:
+            z = l1 + l2 * np.exp(1j * value)
+            d, delta = abs(z) + s * l3, np.angle(z)
+            amplitude = abs(goal) * abs(d - l1 * np.exp(-1j * delta))
+            constant = d * d - d * l1 * np.cos(delta)
+        else:
+            z = l2 + l3 * np.exp(1j * value)
+            d = l1 + s * abs(z)
+            kappa = (0.0 if s > 0 else np.pi) - np.angle(z) + value
+            amplitude, constant = abs(goal), d * np.cos(kappa)
+        count += 2 if abs(constant) < amplitude else 0
+    return count
+
+
+@pytest.mark.parametrize("joint", range(3))
+def test_grid_finds_all_rests_of_the_closed_form(joint: int) -> None:
+    lengths, x = (1.0, 0.8, 0.55), (1.1, 0.6)
+    robot = links(*lengths)
+    total = 0
+    for value in np.linspace(-3.1, 3.1, 20):
+        found = rest_configurations(robot, x, joint, float(value))
+        assert len(found) == closed_form(lengths, x, joint, float(value))
+        total += len(found)
+    assert total > 20
+
+
+def test_rests_outside_joint_limits_are_left_out() -> None:
+    free, limited = links(1, 1, 1), catalog.load("planar", lengths=(1, 1, 1))
+    value = np.deg2rad(45.0)
+    assert len(rest_configurations(free, (1.5, 1.5), "j2", value)) == 2
+    assert rest_configurations(limited, (1.5, 1.5), "j2", value) == []  # they need joint 3 at 157.5 degrees
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"joint": "j4"}, "is not a joint"),
+        ({"value": np.inf}, "expected a finite position"),
+        ({"W": -np.eye(3)}, "expected a positive definite matrix"),
+        ({"W": np.ones((2, 2))}, "W has shape"),
+        ({"rows": ("x", "y", "rz"), "goal": np.eye(4)}, "expected at least one joint more than rows"),
+    ],
+)
+def test_silly_input_is_refused(arguments: dict[str, object], sentence: str) -> None:
+    given = {"goal": (1.0, 1.0), "joint": "j1", "value": 0.0, **arguments}
+    with pytest.raises(InputError, match=sentence):
+        rest_configurations(links(1, 1, 1), **given)  # type: ignore[arg-type]
+
+
+def test_joint_that_never_moves_the_tip_is_left_out() -> None:
+    robot = catalog.load("panda").with_limits(q_min=-np.inf, q_max=np.inf)
+    goal = (0.5, 0.1, 0.4)
+    found = rest_configurations(robot, goal, "panda_joint2", 0.5)
+    assert len(found) > 20
+    for rest in found:
+        assert rest.q[6] == pytest.approx(robot.neutral[6], abs=1e-12)
+        assert len(rest.eigenvalues) == 5
+        assert rest_test(robot, rest.q, "panda_joint2", goal).passes()
+    assert {rest.kind for rest in found} <= {RestKind.SINK, RestKind.SADDLE, RestKind.SOURCE}
+    assert rest_configurations(robot, goal, "panda_joint7", 0.5) == []
+
+
+WEIGHTS = np.array([[1.0, 0.4, 0.0], [0.4, 1.5, -0.5], [0.0, -0.5, 0.8]])
+
+
+@pytest.mark.parametrize("weights", [pytest.param(None, marks=pytest.mark.slow), WEIGHTS])
+def test_simulated_arm_rests_off_its_goal_at_a_known_sink(weights: np.ndarray | None) -> None:
+    robot, goal = links(1, 1, 0.7), (1.2, 0.9)
+    rng = np.random.default_rng(3)
+    sinks = {joint: rest_curves(robot, goal, joint, weights).sink_intervals() for joint in robot.joints}
+    stopped = 0
+    for _ in range(24):
+        q, joint = rng.uniform(-np.pi, np.pi, 3), robot.joints[int(rng.integers(3))]
+        value = float(q[robot.joint(joint)])
+        found = outcome(robot, goal, q, locked=[joint], W=weights)
+        if found.kind == "correct":
+            assert reachable_after(robot, goal, {joint: value})
+        if found.kind != "erroneous":
+            continue
+        rests = rest_configurations(robot, goal, joint, value, weights)
+        ends = np.array([rest.q for rest in rests if rest.kind is RestKind.SINK])
+        away = (ends - found.q + np.pi) % (2.0 * np.pi) - np.pi
+        assert np.abs(away).max(axis=1).min() < 1e-5
+        assert sinks[joint].contains(value)
+        stopped += 1
+    assert stopped > 4

@@ -121,10 +121,3 @@ def test_what_moves_is_refused_and_a_scene_that_changes_later_changes_nothing():
     scene.move("ball", (5.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     with pytest.raises(InputError, match=r"'ball' in the scene moves, .*say where it stands"):
         task_path(PANDA, PATH, dt=0.02, scene=scene)
-
-
-def test_a_base_that_is_placed_leaves_the_things_where_they_are():
-    task = task_path(PANDA, PATH, dt=0.02, scene=SCENE, clearance=CLEAR)
-    by = np.array([0.1, -0.2, 0.05])
-    moved = task.around.moved(PANDA, by)
-    assert np.allclose(moved.scene["box"].place[:3, 3], SCENE["box"].place[:3, 3] + by)

@@ -4,7 +4,7 @@ import daqp
 import numpy as np
 import pytest
 
-from ftqp.analysis.survival.continuing import continuation_study, task_session, track, tracks
+from ftqp.analysis.survival.continuing import continuation_study, task_session, track
 from ftqp.analysis.survival.task_path import task_errors, task_path
 from ftqp.control.paths import Line
 from ftqp.core.errors import InputError
@@ -41,13 +41,6 @@ def test_motion_stays_on_its_path_with_the_self_motion_speed_that_was_asked_for(
         @ task_errors(TASK.rows, False, TASK.goals[31:32], PANDA.pose(least[30])[None]).ravel()
     )
     assert np.allclose(least[31] - least[30], step, atol=2e-4)
-
-
-def test_many_motions_are_those_of_each_alone_on_any_number_of_threads() -> None:
-    speeds = np.linspace(-0.5, 0.5, 5)[:, None]
-    q, last = tracks(TASK, np.tile(Q0, (5, 1)), speeds)
-    assert (last == TASK.N).all()
-    assert (q[3] == track(TASK, Q0, speeds[3, 0])).all()
 
 
 def test_continuation_keeps_the_joint_and_the_path() -> None:
@@ -133,26 +126,6 @@ def test_bounded_continuation_stays_inside_limits_that_an_exact_one_leaves() -> 
     assert (bounded.margin > -1e-9).all()
 
 
-def test_relaxed_task_survives_what_the_whole_one_does_not() -> None:
-    q = track(TASK, Q0)
-    shares = []
-    for rows in ("pose", "position_axis", "position"):
-        task = task_path(PANDA, TASK.goals, dt=TASK.dt, rows=rows)
-        found = continuation_study(task).runs(q[PAIRS[0]], *PAIRS, bounded=True)
-        shares.append((found.status == Survival.SURVIVED).mean())
-    assert shares[0] <= shares[1] <= shares[2] and shares[2] > shares[0] + 0.1
-
-
-def test_degraded_joint_goes_on_within_what_is_left_of_its_speed() -> None:
-    q, study = track(TASK, Q0), continuation_study(TASK)
-    for share in (0.5, 0.02):
-        found = study.runs(q[PAIRS[0]], *PAIRS, bounded=True, share=share)
-        assert (found.status == Survival.SURVIVED).all() == (share == 0.5)
-        motion = study.motion(q[8], 8, 0, bounded=True, share=share)
-        speed = np.abs(np.diff(motion, axis=0)).max(axis=0) / TASK.dt
-        assert speed[0] <= share * PANDA.limits.v_max[0] * (1.0 + 1e-9)
-
-
 def test_axis_rows_have_the_jacobian_of_their_error() -> None:
     task = task_path(PANDA, TASK.goals, dt=TASK.dt, rows="position_axis")
     session = task_session(task)
@@ -184,25 +157,3 @@ def test_unreachable_paths_and_wrong_speeds_are_refused() -> None:
         track(TASK, Q0, np.nan)
     with pytest.raises(InputError, match="one joint more than rows"):
         track(task_path(PANDA, TASK.goals, dt=0.05, rows="position"), Q0, 0.1)
-
-
-@pytest.mark.parametrize(
-    ("given", "sentence"),
-    [
-        ((Q0[None], [81], [0]), "samples are 81 to 81, expected 0 to 80"),
-        ((Q0[None], [-1], [0]), "samples are -1"),
-        ((Q0[None], [0], [7]), "failed has joints"),
-        ((Q0[None], [0, 1], [0]), "expected"),
-        ((Q0[None, :6], [0], [0]), r"q has shape \(1, 6\)"),
-        ((Q0[None], [0], [[0, 1]]), "leave not as many as 6 rows"),
-        ((Q0[None], [0], [-1]), "leave not as many as 6 rows"),
-    ],
-)
-def test_nothing_outside_the_arrays_is_read(given: tuple, sentence: str) -> None:
-    with pytest.raises(InputError, match=sentence):
-        continuation_study(TASK).runs(*given)
-
-
-def test_tracks_of_wrong_shapes_are_refused() -> None:
-    with pytest.raises(InputError, match=r"speeds \(1, 3\), expected"):
-        continuation_study(TASK).tracks(Q0[None], np.zeros((1, 3)))

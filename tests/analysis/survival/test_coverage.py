@@ -40,19 +40,6 @@ def test_a_start_stands_for_the_motion_that_moves_the_joints_least() -> None:
         coverage(PANDA, PATH, np.zeros((1, 7)))
 
 
-def test_path_of_ftqp_and_its_samples_give_the_same_report() -> None:
-    other = coverage(PANDA, PATH, MOTION)
-    assert other.task.digest == TASK.digest and (other.status == REPORT.status).all()
-    poses = coverage(PANDA, TASK.goals, MOTION, dt=TASK.dt)  # as plan takes them
-    assert poses.task.digest == TASK.digest and (poses.status == REPORT.status).all()
-
-
-def test_first_safe_instant_is_where_the_last_lost_failure_ends() -> None:
-    late = REPORT.t >= REPORT.first_safe
-    assert REPORT.survived[:, late].all() and not REPORT.survived[:, ~late][:, -1].all()
-    assert all(REPORT.survives(joint, REPORT.first_safe + 0.01) for joint in range(7))
-
-
 def test_failure_between_two_instants_is_survived_where_it_is_at_both() -> None:
     joint, k = np.argwhere(REPORT.survived[:, :-1] & ~REPORT.survived[:, 1:])[0]
     assert REPORT.survives(int(joint), float(REPORT.t[k]))
@@ -79,11 +66,6 @@ def test_plan_brings_its_own_path_and_belongs_to_its_robot() -> None:
         coverage(PANDA.with_limits(v_max=1.0), None, plan)
     with pytest.raises(InputError, match="another path"):
         coverage(PANDA, ftqp.paths.Line(PANDA.pose(Q0), (0.0, 0.2, 0.0), duration=4.0), plan)
-
-
-def test_best_effort_is_known_of_lost_pairs_only() -> None:
-    position, _ = REPORT.best_effort()
-    assert (np.isnan(position) == REPORT.survived).all() and np.nanmax(position) < 0.2
 
 
 def test_borderline_pairs_are_close_to_a_limit_or_lost_by_little() -> None:

@@ -86,15 +86,3 @@ def test_axis_errors_ignore_the_turn_about_the_tool() -> None:
 def test_bad_tasks_are_refused_in_one_sentence(path: object, settings: dict, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         task_path(PANDA, path, **settings)
-
-
-def test_arm_with_fewer_joints_than_rows_is_refused() -> None:
-    planar = catalog.load("planar", count=2)
-    with pytest.raises(InputError, match="2 joints and the task 3 rows"):
-        task_path(
-            planar, Line(planar.pose(planar.neutral), (-0.1, 0.0, 0.0), duration=1.0), rows=("x", "y", "rz")
-        )
-    with pytest.raises(InputError, match="moves in space"):
-        task_path(
-            planar, Line(planar.pose(planar.neutral), (-0.1, 0.0, 0.0), duration=1.0), rows="position_axis"
-        )
