@@ -2,13 +2,11 @@
 
 from collections.abc import Callable
 
-import numpy as np
 import pinocchio as pin
 import pytest
 
 from ftqp.core.errors import ModelError
 from ftqp.model import catalog
-from ftqp.model.audit import Severity
 from ftqp.model.robot import Robot
 
 Urdf = Callable[..., str]
@@ -113,19 +111,3 @@ def test_joint_that_follows_a_moving_one_but_is_held_is_a_warning(two_joints: Ur
     assert any("'c' mimics 'a' but is held still" in f.sentence for f in robot.findings)
     asked = Robot.from_urdf(two_joints(more=more), "two", ["c"])
     assert not any("mimics" in f.sentence for f in asked.findings)
-
-
-def test_missing_position_limits_are_a_note_and_missing_speeds_a_warning() -> None:
-    robot = Robot.from_dh([[0.0, 0.1, 0.2, 0.3]])
-    found = {f.sentence.split(";")[0]: f.severity for f in robot.findings}
-    assert found["joint 'j1' has no position limit on either side"] is Severity.NOTE
-    assert found["joint 'j1' has no velocity limit"] is Severity.WARNING
-
-
-def test_limits_of_a_pinocchio_model_are_audited() -> None:
-    model = catalog.load("planar6").model.copy()
-    model.lowerPositionLimit[2] = np.nan
-    model.velocityLimit[3] = 0.0
-    with pytest.raises(ModelError) as caught:
-        Robot.from_pinocchio(model)
-    assert len([f for f in caught.value.findings if "'j3'" in f or "'j4'" in f]) == 2

@@ -1,6 +1,8 @@
 """Bodies as capsules: estimated, read from a URDF, fitted to meshes, given."""
 
+import gzip
 import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +13,9 @@ import ftqp
 from ftqp.core.errors import InputError
 from ftqp.model.capsules import Collision
 from ftqp.model.catalog.arms import published
-from ftqp.model.collision_geometry import around, vertices
+from ftqp.model.collision_geometry import CORNERS, around, hull_of, vertices
 from ftqp.model.serial import Inertial
+from ftqp.viz.live.meshes import read_mesh
 
 LINK = """
 <link name="{name}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0"
@@ -52,13 +55,6 @@ def test_a_fit_contains_every_corner_and_is_no_balloon(seed):
     assert outside(points, made) < 1e-9
     volume = sum(np.pi * r * r * (np.linalg.norm(b - a) + 4 / 3 * r) for a, b, r in made)
     assert volume < 4.0 * ConvexHull(points).volume
-
-
-def test_a_long_box_becomes_a_long_capsule():
-    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.05, 0.05) for z in (-0.05, 0.05)])
-    ((a, b, r),) = around(corners)
-    assert r == pytest.approx(0.05 * np.sqrt(2.0), rel=0.02)
-    assert abs((b - a)[0]) == pytest.approx(1.0, rel=0.02)
 
 
 def test_primitives_of_a_urdf_are_contained():
@@ -166,3 +162,90 @@ def test_bodies_go_along_with_a_base_and_two_arms_have_two_of_each():
         np.testing.assert_allclose(ends[f"left_{name}"] - ends[f"right_{name}"], [0.0, 0.6, 0.0], atol=1e-9)
     planner = ftqp.Planner(both, clearance=ftqp.Clearance())
     assert planner.distances(q)["right_hand", "left_hand"] > 0.3
+
+
+def directions(count):
+    found = np.random.default_rng(0).normal(size=(count, 3))
+    return found / np.linalg.norm(found, axis=1)[:, None]
+
+
+def test_a_box_has_eight_corners_twelve_edges_and_six_faces():
+    points = np.array([[x, y, z] for x in (0, 1) for y in (0, 2) for z in (0, 3)], dtype=float)
+    hull = hull_of(np.vstack([points, 0.5 * points + 0.2]))
+    assert (len(hull.corners), len(hull.edges), len(hull.faces)) == (8, 12, 6)
+    lengths = np.linalg.norm(np.diff(hull.corners[hull.edges], axis=1)[:, 0], axis=1)
+    assert sorted(lengths.round(9).tolist()) == [1.0] * 4 + [2.0] * 4 + [3.0] * 4
+
+
+@pytest.mark.parametrize("count", [5, 30, 2000])
+@pytest.mark.parametrize("size", [1e-3, 1.0])
+def test_every_point_is_within_and_every_corner_on_the_hull(count, size):
+    points = size * directions(count) * [1.0, 0.6, 0.3] + size
+    hull = hull_of(points)
+    assert len(hull.corners) <= CORNERS
+    assert len(hull.corners) - len(hull.edges) + len(hull.faces) == 2  # Euler
+    above = points @ hull.faces[:, :3].T - hull.faces[:, 3]
+    assert above.max() < 1e-11 * size
+    own = hull.corners @ hull.faces[:, :3].T - hull.faces[:, 3]
+    assert own.max() < 1e-9 * size and (np.abs(own) < 1e-9 * size).sum(axis=1).min() >= 3
+
+
+@pytest.mark.parametrize(("most", "stands_out"), [(32, 0.26), (64, 0.15)])
+def test_around_a_ball_it_stands_out_by_a_seventh_of_the_radius(most, stands_out):
+    hull = hull_of(directions(3000), most)
+    assert len(hull.corners) <= most
+    assert 1.0 < np.linalg.norm(hull.corners, axis=1).max() < 1.0 + stands_out
+
+
+@pytest.mark.parametrize(
+    "points", [np.zeros((0, 3)), np.zeros((5, 3)), np.eye(3), np.ones((9, 3)) * [1, 2, 0]]
+)
+def test_points_without_a_body_are_refused(points):
+    with pytest.raises(InputError, match="have no body between them"):
+        hull_of(points)
+
+
+TETRAHEDRON = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])
+OBJ = "".join(f"v {x} {y} {z}\n" for x, y, z in TETRAHEDRON) + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+PLY = (
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    + "".join(f"{x} {y} {z}\n" for x, y, z in TETRAHEDRON)
+    + "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
+)
+READERS = {"hull": lambda file: ftqp.Hull(mesh=str(file)), "page": read_mesh}
+
+
+@pytest.fixture(params=list(READERS))
+def read(request):
+    if request.param == "page":
+        pytest.importorskip("trimesh")
+    return READERS[request.param]
+
+
+@pytest.mark.parametrize(
+    "name", ["part.zip", "part.3mf", "part.pk3", "part.zae", "part", "part.gltf", "part.off"]
+)
+def test_a_file_of_another_name_is_refused_unread(tmp_path, read, name):
+    with zipfile.ZipFile(tmp_path / name, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("part.obj", OBJ)
+    with pytest.raises(ftqp.InputError, match="expected one of STL, OBJ, PLY, GLB, DAE"):
+        read(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", ["part.stl", "part.OBJ", "part.ply", "part.glb", "part.dae"])
+@pytest.mark.parametrize("packed", ["zip", "gzip"])
+def test_an_archive_under_the_name_of_a_mesh_is_refused(tmp_path, read, name, packed):
+    if packed == "zip":
+        with zipfile.ZipFile(tmp_path / name, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("part.obj", OBJ)
+    else:
+        (tmp_path / name).write_bytes(gzip.compress(OBJ.encode()))
+    with pytest.raises(ftqp.InputError, match="is an archive, expected a mesh"):
+        read(tmp_path / name)
+
+
+@pytest.mark.parametrize(("name", "text"), [("part.obj", OBJ), ("part.OBJ", OBJ), ("part.ply", PLY)])
+def test_a_mesh_is_read(tmp_path, read, name, text):
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    read(tmp_path / name)

@@ -66,13 +66,6 @@ def test_planar6_has_the_published_check_values() -> None:
     assert robot.default_rows == ("x", "y")
 
 
-def test_planar6_in_a_vertical_plane_carries_its_weight() -> None:
-    robot = catalog.load("planar6", vertical=True)
-    tau = pin.computeGeneralizedGravity(robot.model, robot.model.createData(), robot.neutral)
-    assert tau == pytest.approx([29.41547, 15.58233, 6.54527, 2.35244, 0.45641, 0.0], abs=6e-6)
-    assert catalog.load("planar6").chain.gravity.tolist() == [0.0, 0.0, 0.0]
-
-
 def test_continuous_planar_arm_turns_without_end() -> None:
     robot = catalog.load("planar", lengths=(1, 1, 0.5), continuous=True)
     limited = catalog.load("planar", lengths=(1, 1, 0.5))
@@ -112,14 +105,6 @@ def test_modular11_has_the_published_check_values(
     J = jacobian(robot, q)
     J[:3] /= robot.length
     assert np.linalg.svd(J, compute_uv=False) == pytest.approx(singular, abs=1e-6)
-
-
-def test_puma560_starts_where_the_studies_of_a_moving_base_do() -> None:
-    robot = catalog.load("puma560")
-    shoulder = np.array([0.20, 0.0, 0.75])
-    assert robot.pose(robot.neutral)[:3, 3] + shoulder == pytest.approx(
-        [0.896303, -0.15005, 0.735646], abs=1e-6
-    )
 
 
 def test_srs7_starts_where_the_studies_of_a_moving_base_do() -> None:

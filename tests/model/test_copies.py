@@ -1,7 +1,6 @@
 """Load, tool and friction in copies of a robot."""
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from tests.arm_at import arm_at
 
@@ -51,15 +50,6 @@ def test_the_heaviest_load_has_torques_that_are_numbers():
         step = planner.step(robot.neutral, None, ftqp.Target(pose=robot.pose(robot.neutral)))
         assert (abs(step.tau) <= robot.limits.tau_max).all()
     assert np.isfinite(planner.robot.bias(robot.neutral, V)).all()
-
-
-def test_loaded_arm_has_the_dynamics_that_pinocchio_gives_its_model():
-    robot = ftqp.robots.load("panda").with_payload(LOAD)
-    at, model = arm_at(robot, Q, V), robot.model
-    upper = np.triu(pin.crba(model, model.createData(), np.array(Q)))
-    np.testing.assert_allclose(at.M, upper + np.triu(upper, 1).T, atol=1e-12)
-    bias = pin.rnea(model, model.createData(), np.array(Q), np.array(V), np.zeros(7))
-    np.testing.assert_allclose(at.h, bias, atol=1e-11)
 
 
 def test_load_adds_its_own_kinetic_energy_and_weight():

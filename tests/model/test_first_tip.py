@@ -42,24 +42,6 @@ def test_a_goal_is_of_that_tip_while_the_other_stays_and_a_joint_fails(level):
     np.testing.assert_allclose(BOTH.pose(q, LEFT), BOTH.pose(BOTH.neutral, LEFT), atol=1e-5)
 
 
-def test_a_path_is_followed_by_that_tip_while_the_other_stays():
-    tasks = [ftqp.Task(mode="scaled"), ftqp.PoseTask(LEFT, level=0)]
-    planner = ftqp.Planner(TURNED, 2e-3, tasks=tasks)
-    path = ftqp.paths.Circle(TURNED.pose(TURNED.neutral), 0.05, duration=2.0)
-    follower, q, least = ftqp.PathFollower(planner, path), TURNED.neutral.copy(), 0.0
-    follower.reset(q)
-    for k in range(2000):
-        if k == 300:
-            planner.report(ftqp.Locked("right_joint3"))
-        step = follower.step(q, None)
-        q, least = step.q.copy(), max(least, step.position_error)
-        if follower.status is ftqp.PathStatus.DONE:
-            break
-    assert follower.status is ftqp.PathStatus.DONE and least < 1e-4
-    np.testing.assert_allclose(BOTH.pose(q, RIGHT), path.start, atol=1e-3)
-    np.testing.assert_allclose(BOTH.pose(q, LEFT), BOTH.pose(BOTH.neutral, LEFT), atol=1e-5)
-
-
 def test_a_frame_that_is_none_or_does_not_move_is_one_sentence():
     with pytest.raises(InputError, match=r"frame is 'right_hnd' \(did you mean 'right_hand'\?\), expected"):
         BOTH.with_first_tip("right_hnd")

@@ -98,17 +98,3 @@ def test_a_pinocchio_model_is_told_what_follows_what():
         Robot.from_pinocchio(model, "tool", mimics={"lift2": "list"})
     with pytest.raises(InputError, match="mimics has"):
         Robot.from_pinocchio(model, "tool", mimics={"lift2": ("lift", "half")})
-
-
-def test_a_leader_beside_the_way_to_the_tip_moves_too():
-    text = telescope().replace("</robot>", "") + (
-        '<link name="finger"/><joint name="grip" type="prismatic"><parent link="l7"/><child link="finger"/>'
-        '<axis xyz="0 1 0"/><limit lower="0" upper="0.04" velocity="0.2" effort="20"/></joint>'
-        '<link name="thumb"/><joint name="other" type="prismatic"><parent link="l7"/><child link="thumb"/>'
-        '<axis xyz="0 -1 0"/><limit lower="0" upper="0.04" velocity="0.2" effort="20"/>'
-        '<mimic joint="grip"/></joint></robot>'
-    )
-    robot = Robot.from_urdf(text, "thumb", kinematics_only=True)
-    assert {"grip", "other"} <= set(robot.joints)
-    J = robot.jacobian(robot.neutral)
-    assert not J[:, robot.joint("other")].any() and J[:, robot.joint("grip")].any()

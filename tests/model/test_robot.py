@@ -4,10 +4,11 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from ftqp.control.planner.planner import Planner
-from ftqp.core.errors import InputError
+from ftqp.core.errors import InputError, ModelError
 from ftqp.model import catalog
 from ftqp.model.limits import JointLimits, within_branch
 from ftqp.model.robot import Robot
@@ -47,12 +48,6 @@ def test_one_number_that_widens_limits_is_a_finding(two_joints: Urdf) -> None:
     narrow = Robot.from_urdf(two_joints(), limits={"q_max": 0.5 * plain.limits.q_max.min()}).findings
     assert not any("for all joints is beyond" in f.sentence for f in narrow)
     assert any("v_max = 99 for all" in f.sentence for f in plain.with_limits(v_max=99.0).findings)
-
-
-def test_joint_is_found_by_name_and_by_index(two_joints: Urdf) -> None:
-    robot = Robot.from_urdf(two_joints())
-    assert robot.joints == ("a", "b")
-    assert robot.joint("b") == robot.joint(1) == robot.joint(np.int64(1)) == 1
 
 
 @pytest.mark.parametrize(
@@ -136,15 +131,6 @@ def test_a_robot_without_masses_has_no_mass_matrix() -> None:
         catalog.load("panda").bias(np.zeros(7), np.zeros(3))
 
 
-def test_limits_are_read_only_and_do_not_share_memory_with_what_was_given() -> None:
-    given = np.ones(2)
-    limits = JointLimits(q_min=-given, q_max=given, v_max=given, a_max=given, tau_max=given)
-    given[0] = 9.0
-    assert limits.v_max[0] == 1.0
-    with pytest.raises(ValueError, match="read-only"):
-        limits.v_max[0] = 2.0
-
-
 def test_branch_limits_narrow_a_range_and_never_widen_it() -> None:
     puma = catalog.load("puma560")
     found = within_branch(puma, {"j3": (-1.4, np.inf), 1: (-99.0, 0.5)})
@@ -170,3 +156,62 @@ def test_branch_limits_narrow_a_range_and_never_widen_it() -> None:
 def test_wrong_branch_is_one_clear_sentence(limits: Any, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         Planner(catalog.load("puma560"), branch_limits=limits)
+
+
+def mass_matrix(model: pin.Model, q: np.ndarray) -> np.ndarray:
+    M = np.asarray(pin.crba(model, model.createData(), q))
+    return np.triu(M) + np.triu(M, 1).T
+
+
+def test_held_joint_leaves_the_inertia_matrix_of_the_others_as_it_is() -> None:
+    robot = catalog.load("panda")
+    q = robot.neutral.copy()
+    q[3] = -1.2
+    held = Robot.from_pinocchio(robot.model, robot.tip, ["panda_joint4"], q_locked={"panda_joint4": -1.2})
+    free = [0, 1, 2, 4, 5, 6]
+    expected = mass_matrix(robot.model, q)[np.ix_(free, free)]
+    assert held.nv == 6
+    assert np.abs(mass_matrix(held.model, q[free]) - expected).max() < 1e-13 * expected.max()
+    assert np.abs(held.pose(q[free]) - robot.pose(q)).max() < 1e-14
+    assert held.chain.mass.sum() == pytest.approx(robot.chain.mass.sum())
+
+
+PLANAR, PANDA = catalog.load("planar6").model, catalog.load("panda").model
+MIMIC = """<robot name="m"><link name="base"/><link name="one"/><link name="two"/>
+<joint name="a" type="revolute"><parent link="base"/><child link="one"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
+<joint name="b" type="revolute"><parent link="one"/><child link="two"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" velocity="1" effort="1"/><mimic joint="a"/></joint></robot>"""
+
+
+def rotor(value: float) -> pin.Model:
+    model = PLANAR.copy()
+    model.armature = np.array([0.0, value, 0.0, 0.0, 0.0, 0.0])
+    return model
+
+
+@pytest.mark.parametrize(
+    ("model", "given", "sentence"),
+    [
+        (PLANAR, ("tip", [f"j{k}" for k in range(1, 7)]), "no joint moves 'tip'"),
+        (PANDA, ("panda_hand_tpc",), r"not a frame of panda \(did you mean 'panda_hand_tcp'\?\)"),
+        (pin.Model(), (), "no joint that moves"),
+        (pin.buildSampleModelHumanoid(), ("rarm_effector_body",), "is of type FreeFlyer"),
+        (pin.buildModelFromXML(MIMIC, mimic=True), ("two",), "built with mimic joints; build it without"),
+        *(
+            (rotor(x), (), rf"joint 'j2' has a rotor inertia \(armature\) of {x}")
+            for x in (-0.1, np.nan, np.inf)
+        ),
+    ],
+)
+def test_model_that_is_no_arm_is_refused(model: pin.Model, given: tuple, sentence: str) -> None:
+    with pytest.raises((InputError, ModelError), match=sentence):
+        Robot.from_pinocchio(model, *given)
+
+
+def test_several_tips_without_a_choice_are_listed() -> None:
+    model = PLANAR.copy()
+    model.addFrame(pin.Frame("camera", 3, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
+    with pytest.raises(ModelError, match=r"2 possible tips; .* tip=, or several with tips=.*: tip, camera"):
+        Robot.from_pinocchio(model)
+    assert Robot.from_pinocchio(model, "camera").joints == ("j1", "j2", "j3")

@@ -15,7 +15,6 @@ from ftqp.kernel.entry.session import ArmSession
 from ftqp.model import catalog
 from ftqp.model.chain import chain_of
 from ftqp.model.frames import PlacedFrames, centre_of_mass, mount_of
-from ftqp.model.posture import locks
 from ftqp.model.robot import Robot
 from ftqp.model.serial import Inertial
 from ftqp.model.shape import reach_of
@@ -109,10 +108,6 @@ def test_a_skeleton_in_a_log_places_joints_and_tip(count: int) -> None:
         assert close(frames[-1], robot.pose(row))
 
 
-def test_a_skeleton_of_a_serial_arm_is_written_as_ever() -> None:
-    assert set(Skeleton.of(catalog.load("panda").chain).facts()) == {"prismatic", "placements", "tip"}
-
-
 @pytest.mark.parametrize(
     "change", [{"parent": [-1]}, {"tip_joint": "x"}, {"tip": None}, {"placements": [[0.0]]}]
 )
@@ -168,14 +163,6 @@ def _fixed_mass(model: pin.Model, moving: set[str]) -> float:
     return sum(model.inertias[i].mass for i in at_base)
 
 
-def test_one_tip_among_tips_is_the_arm_with_that_tip() -> None:
-    model = catalog.load("dual_panda").model
-    one, same = Robot.from_pinocchio(model, "left_hand"), Robot.from_pinocchio(model, tips=["left_hand"])
-    assert (one.joints, one.tips, one.is_serial) == (same.joints, ("left_hand",), True)
-    assert np.array_equal(one.neutral, same.neutral)
-    assert repr(one).endswith("tip='left_hand')")
-
-
 def test_two_tips_on_one_arm_stay_serial_where_the_first_is_its_end() -> None:
     panda = catalog.load("panda")
     whole = Robot.from_pinocchio(panda.model, tips=["panda_hand_tcp", "panda_joint4"])
@@ -210,12 +197,6 @@ def test_wrong_tips_are_one_clear_sentence(given: dict, sentence: str) -> None:
         Robot.from_pinocchio(model, **given)
 
 
-def test_65_joints_are_refused_with_what_to_do() -> None:
-    model, tips = random_tree(np.random.default_rng(3), 65)
-    with pytest.raises(ModelError, match="65 joints move; expected 1 to 64; hold others with locked="):
-        Robot.from_pinocchio(model, tips=tips)
-
-
 @pytest.mark.parametrize("name", ["left_hnd", 3])
 def test_frame_that_is_none_is_one_clear_sentence(name: object) -> None:
     robot = catalog.load("dual_panda")
@@ -236,21 +217,6 @@ def test_a_new_tip_and_a_load_leave_the_other_arm_alone() -> None:
     heavier = loaded.chain.mass - robot.chain.mass
     assert heavier[6] == pytest.approx(2.0)
     assert np.abs(np.delete(heavier, 6)).max() == 0.0
-
-
-def test_every_arm_starts_away_from_its_singularities() -> None:
-    model = catalog.load("dual_panda").model
-    robot = Robot.from_pinocchio(model, tips=["left_hand", "right_hand"])
-    for tip, columns in (("left_hand", slice(0, 7)), ("right_hand", slice(7, 14))):
-        J = robot.jacobian(robot.neutral, tip)[:, columns]
-        J[3:] *= robot.length
-        assert np.linalg.svd(J, compute_uv=False)[-1] > 0.15 * robot.length
-
-
-def test_a_lock_of_the_other_arm_costs_the_tip_nothing() -> None:
-    found = locks(catalog.load("dual_panda"), ("x", "y", "z", "rx", "ry", "rz"))
-    assert all(found.left[f"right_joint{i}"] == found.left["right_joint1"] for i in range(1, 8))
-    assert found.left["right_joint1"] > max(found.left[f"left_joint{i}"] for i in range(1, 8))
 
 
 def test_dual_panda_is_two_pandas() -> None:
@@ -382,16 +348,3 @@ def test_joint_that_the_kernel_cannot_express_is_named_with_its_type(joint: obje
     model.addFrame(pin.Frame("tip", parent, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
     with pytest.raises(ModelError, match=f"'shoulder' is of type {kind}"):
         chain_of(model, "tip")
-
-
-def test_joint_beside_the_chain_hangs_on_its_own_parent() -> None:
-    model = pin.Model()
-    for i in range(2):
-        model.addJoint(i, pin.JointModelRZ(), pin.SE3.Identity(), f"j{i}")
-    model.addFrame(pin.Frame("tip", 2, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
-    assert chain_of(model, "tip").is_serial
-    model.addJoint(0, pin.JointModelRZ(), pin.SE3.Identity(), "other")
-    chain = chain_of(model, "tip")
-    assert chain.parent.tolist() == [-1, 0, -1]
-    assert (chain.tip_joint, chain.is_serial) == (1, False)
-    assert [chain.way(i) for i in range(-1, 3)] == [[], [0], [0, 1], [2]]

@@ -1,7 +1,6 @@
 """A robot written as URDF and read back: by ftqp, and by pinocchio and MuJoCo, which know nothing of it."""
 
 from dataclasses import replace
-from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
@@ -105,25 +104,6 @@ def test_name_that_xml_cannot_hold_is_refused(name: str) -> None:
     odd = replace(robot, chain=replace(chain, names=(name, *chain.names[1:])))
     with pytest.raises(InputError, match="cannot stand in a URDF"):
         odd.to_urdf()
-
-
-def test_rotors_and_accelerations_stand_where_drake_reads_them() -> None:
-    robot = catalog.load("panda")
-    root = ElementTree.fromstring(robot.to_urdf())
-    drake = "{http://drake.mit.edu}"
-    limit = root.findall("joint/limit")
-    assert [float(x.get(f"{drake}acceleration", "")) for x in limit] == robot.limits.a_max.tolist()
-    rotors = root.findall(f"transmission/actuator/{drake}rotor_inertia")
-    assert [float(x.get("value", "")) for x in rotors] == [x for x in robot.chain.armature if x]
-
-
-def test_limits_of_urdf_1_2_are_written_where_there_are_any() -> None:
-    robot = catalog.load("planar(3)").with_limits(a_max=[2.0, np.inf, 4.0], j_max=[np.inf, 30.0, 0.1])
-    same_everywhere(robot, Robot.from_urdf(robot.to_urdf(), gravity=robot.chain.gravity))
-    limits = ElementTree.fromstring(robot.to_urdf()).findall("joint/limit")
-    assert [limit.get("acceleration") for limit in limits] == ["2.0", None, "4.0"]
-    assert [limit.get("deceleration") for limit in limits] == ["2.0", None, "4.0"]
-    assert [limit.get("jerk") for limit in limits] == [None, "30.0", "0.1"]
 
 
 @settings(max_examples=200, deadline=None)

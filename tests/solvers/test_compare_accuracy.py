@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 from bench.contenders import Contender
-from bench.results import inserted
-from comparison.accuracy import Answers, Outcome, answers, outcome, settled, summed_up
-from comparison.truth import Fact, Truth, truth
-from tests.solvers.stand_ins import INFEASIBLE, SOLVABLE, Scripted, sequence
+from comparison.accuracy import Outcome, answers, outcome, summed_up
+from comparison.truth import Fact, truth
+from tests.solvers.stand_ins import SOLVABLE, Scripted, sequence
 
-from ftqp.core.errors import InputError
 from ftqp.qp import Claim
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -60,37 +58,6 @@ def test_a_liar_is_found_out() -> None:
     assert cell["residuals"]["dual"][1] == pytest.approx(3.0 / 4.0)
 
 
-def test_a_right_answer_has_no_residual_and_no_error() -> None:
-    cell = _cell(Scripted(Claim.SOLVED), SOLVABLE)
-    assert cell["outcomes"] == {"solved, right": 1}
-    assert cell["error"] == [0.0, 0.0]
-    assert cell["residuals"]["gap"] == [0.0, 0.0]
-
-
-def test_who_calls_an_infeasible_qp_solved_is_found_out() -> None:
-    assert _cell(Scripted(Claim.SOLVED), INFEASIBLE)["outcomes"] == {"called solved": 1}
-
-
-def test_a_warm_run_begins_cold_and_a_cold_one_is_always_cold() -> None:
-    for start, expected in (("warm", [True, False, False]), ("cold", [True, True, True])):
-        solver = Scripted(Claim.SOLVED)
-        answers(solver, sequence(SOLVABLE, SOLVABLE, SOLVABLE), start=start)
-        assert solver.colds == expected
-
-
-def test_an_open_question_is_settled_by_any_right_answer() -> None:
-    true = Truth(
-        facts=[Fact.OPEN, Fact.OPEN],
-        violations=np.zeros(2),
-        references=np.full((2, 2), np.nan),
-        worst_reference=0.0,
-        disputed=0,
-    )
-    residuals = np.array([[1e-9] * 4, [1e-2] * 4])
-    said = Answers(claims=[Claim.FAILED] * 2, residuals=residuals, x=np.zeros((2, 2)), iterations=[1, 1])
-    assert settled(true, [said]).facts == [Fact.SOLVABLE, Fact.OPEN]
-
-
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]:
     """The object printed by a quick run of some contenders, and the folder of its results."""
@@ -123,21 +90,6 @@ def test_exact_solvers_are_right_about_every_solvable_qp(run: tuple[dict[str, An
             assert cell["residuals"]["primal"][1] < 1e-9
 
 
-def test_who_cannot_take_part_says_why_and_the_others_go_on(run: tuple[dict[str, Any], Path]) -> None:
-    result, _ = run
-    assert "pip install" in result["left_out"]["qpsolvers:gurobi"]
-
-
-def test_results_say_how_they_were_made(run: tuple[dict[str, Any], Path]) -> None:
-    result, out = run
-    assert result["command"].startswith("python solvers/compare_accuracy.py --quick --json --backends")
-    assert str(out) not in result["command"]
-    assert {"ftqp", "numpy", "daqp", "osqp", "quadprog", "python"} <= set(result["versions"])
-    assert {"cpu", "cores", "system"} <= set(result["machine"])
-    assert result["contenders"]["daqp-fast"]["name"] == "daqp"
-    assert result["limitations"]
-
-
 def test_results_are_written_as_json_and_markdown(run: tuple[dict[str, Any], Path]) -> None:
     result, out = run
     stem = "compare_accuracy-quick"
@@ -151,15 +103,6 @@ def test_results_are_written_as_json_and_markdown(run: tuple[dict[str, Any], Pat
         "panda-healthy",
     ):
         assert part in text
-
-
-def test_tables_fit_into_a_hundred_columns(tmp_path: Path) -> None:
-    done = _script(
-        "--quick", "--backends", "active_set", "--sequences", "planar6-healthy", "--out", str(tmp_path)
-    )
-    assert done.returncode == 0, done.stderr
-    assert max(len(line.rstrip()) for line in done.stdout.splitlines()) <= 100
-    assert "solvable QPs" in done.stdout
 
 
 @pytest.mark.parametrize(
@@ -176,10 +119,3 @@ def test_an_unknown_name_is_one_sentence_and_exit_code_2(arguments: tuple[str, .
     assert sentence in done.stderr
     assert "Traceback" not in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
-
-
-def test_the_part_between_the_markers_is_replaced_and_nothing_else() -> None:
-    text = "above\n<!-- begin x -->\nold\n<!-- end x -->\nbelow\n"
-    assert inserted(text, "x", ["new", ""]) == "above\n<!-- begin x -->\nnew\n<!-- end x -->\nbelow\n"
-    with pytest.raises(InputError, match="<!-- begin y -->"):
-        inserted(text, "y", ["new"])

@@ -1,14 +1,13 @@
 """Every profile of the bench loads strictly, says what it trades, and solves."""
 
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
-from bench.contenders import PROFILES, contenders, split
+from bench.contenders import PROFILES
 from tests.solvers.stand_ins import SOLVABLE, sequence
 
-from ftqp.core.errors import InputError, MissingPackage
+from ftqp.core.errors import MissingPackage
 from ftqp.qp import backend, backend_names, backends, residuals
 from ftqp.qp.adapters.registry import profile
 from ftqp.qp.answer_check import scales
@@ -56,31 +55,6 @@ def test_fast_profiles_are_not_tighter_than_accurate_ones() -> None:
 def test_every_backend_of_its_own_has_a_profile() -> None:
     named = {profile(file)["name"] for file in FILES}
     assert {name for name in backend_names() if "<" not in name} <= named
-
-
-def test_a_name_is_a_profile_a_backend_or_a_file(tmp_path: Path) -> None:
-    file = tmp_path / "mine.toml"
-    file.write_text('name = "daqp"\n')
-    found = contenders(["daqp-fast", "daqp", str(file), "daqp"])
-    assert [one.name for one in found] == ["daqp-fast", "daqp", "mine"]
-    assert found[1].settings == {"name": "daqp"}
-
-
-def test_an_unknown_name_is_answered_with_the_nearest() -> None:
-    with pytest.raises(
-        InputError, match=r"'daqp-fsat' is not a backend or profile.*did you mean 'daqp-fast'"
-    ):
-        contenders(["daqp-fsat"])
-    with pytest.raises(InputError, match="qpsolvers"):
-        contenders(["qpsolvers:nobody"])
-
-
-def test_who_is_not_installed_says_what_is_missing() -> None:
-    if find_spec("gurobipy") is not None:
-        pytest.skip("gurobi is installed here")
-    ready, declined = split(contenders(["qpsolvers:gurobi", "active_set"]))
-    assert [one.name for one in ready] == ["active_set"]
-    assert "pip install" in declined["qpsolvers:gurobi"]
 
 
 def test_the_readme_gives_the_licence_of_every_backend_that_has_a_profile() -> None:

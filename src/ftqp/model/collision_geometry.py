@@ -27,7 +27,7 @@ SAVES = 0.8
 """... where both together have at most this share of its volume. Conventions."""
 CORNERS = 64
 """A hull with more corners is replaced by one around it that has at most so many. Around a ball it stands out
-by a seventh of its radius then, and by a quarter with 32 (``pytest tests/model/test_convex_hulls.py``)."""
+by a seventh of its radius then, and by a quarter with 32 (``pytest tests/model/test_capsules.py``)."""
 SAME = 1e-9
 """Faces whose normals and offsets differ by less than this, of a hull of length 1, are one. Rounding."""
 CLOSE = 1e-3

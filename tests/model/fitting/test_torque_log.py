@@ -1,10 +1,13 @@
 """A log is looked at in pieces of its own times; one that cannot be one is refused in a sentence."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import ftqp
-from ftqp.model.fitting.torque_log import pieces_of
+from ftqp.model.fitting.torque_log import Pieces, pieces_of
+from ftqp.model.fitting.unknowns import KINDS, symmetric, torques
 
 
 def wave(t: np.ndarray) -> ftqp.TorqueLog:
@@ -34,12 +37,6 @@ def test_no_piece_lies_across_a_gap() -> None:
     assert not ((pieces.t > 1.99) & (pieces.t < 3.01)).any()
 
 
-def test_pieces_are_longer_where_there_is_noise() -> None:
-    t = np.arange(0.0, 5.0, 0.002)
-    noisy = wave(t).q + 1e-3 * np.random.default_rng(0).standard_normal((len(t), 2))
-    assert pieces_of(ftqp.TorqueLog(t=t, q=noisy, tau=noisy)).width > pieces_of(wave(t)).width
-
-
 def test_samples_that_are_too_rare_are_refused() -> None:
     with pytest.raises(ftqp.InputError, match="has 10 samples a second, expected 33 at least"):
         pieces_of(wave(np.arange(0.0, 20.0, 0.1)))
@@ -59,3 +56,37 @@ def test_samples_that_are_too_rare_are_refused() -> None:
 def test_what_is_no_log_is_refused(t: object, q: object, message: str) -> None:
     with pytest.raises(ftqp.InputError, match=message):
         ftqp.TorqueLog(t=t, q=q, tau=np.zeros((12, 2)) if np.shape(q) != (3, 2) else q)  # type: ignore[arg-type]
+
+
+def _at(motion: Any) -> Pieces:
+    every = slice(100, None, 400)
+    q, v, a = motion.q[every], motion.v[every], motion.a[every]
+    return Pieces(motion.t[every], q, v, a, np.zeros_like(q), 0.0, 0.0)
+
+
+def test_torques_are_those_of_the_model(panda: ftqp.Robot, motion: Any) -> None:
+    robot, at = panda.with_friction(viscous=0.4).with_rotors(0.1), _at(motion)
+    own = [robot.mass_matrix(q) @ a + robot.bias(q, v) for q, v, a in zip(at.q, at.v, at.a, strict=True)]
+    np.testing.assert_allclose(torques(robot, at), own, atol=1e-10)
+
+
+def test_a_load_is_linear_in_mass_moments_and_inertia(panda: ftqp.Robot, motion: Any) -> None:
+    load, at = ftqp.Payload(2.0, (0.05, -0.1, 0.2), np.diag([0.01, 0.02, 0.025])), _at(motion)
+    about = np.array(load.inertia) + load.mass * (
+        load.com @ load.com * np.eye(3) - np.outer(load.com, load.com)
+    )
+    six = [about[i, j] for i, j in ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))]
+    np.testing.assert_allclose(symmetric(np.array(six)), about)
+    unknown = np.array([load.mass, *(load.mass * load.com), *six])
+    added = torques(panda.with_payload(load), at) - torques(panda, at)
+    columns = KINDS["load"].columns(panda, at, added)
+    np.testing.assert_allclose(columns @ unknown, added, atol=1e-10)
+
+
+def test_offsets_change_torques_by_their_derivative(panda: ftqp.Robot, motion: Any) -> None:
+    at, step = _at(motion), 1e-6
+    columns = KINDS["offsets"].columns(panda, at, np.zeros_like(at.q))
+    for j in range(panda.nv):
+        moved = at._replace(q=at.q + step * np.eye(panda.nv)[j])
+        slope = (torques(panda, moved) - torques(panda, at)) / step
+        np.testing.assert_allclose(columns[:, :, j], slope, atol=1e-3)

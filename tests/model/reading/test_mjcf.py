@@ -160,15 +160,6 @@ def test_without_mujoco_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> N
         Robot.from_mjcf(arm())
 
 
-def test_damping_and_frictionloss_are_read_with_the_defaults_of_their_class() -> None:
-    text = arm().replace(
-        "<worldbody>", '<default><joint damping="2" frictionloss="0.4"/></default><worldbody>'
-    )
-    robot = Robot.from_mjcf(text.replace('axis="1 1 0"', 'axis="1 1 0" damping="3"'), limits={"v_max": 1.0})
-    assert robot.viscous.tolist() == [2.0, 3.0]
-    assert robot.coulomb.tolist() == [0.4, 0.4]
-
-
 CUP = '<body name="cup" pos="1 0 0"><freejoint/><geom size=".05" mass=".2"/></body>'
 
 
@@ -201,21 +192,6 @@ def test_site_goes_before_the_body_of_its_name() -> None:
     text = arm().replace('site name="tcp"', 'site name="two"')
     assert Robot.from_mjcf(text, tip="two", limits={"v_max": 1.0}).pose([0.0, 0.0])[0, 3] == 0.1
     assert "both a site and a body are called 'two'" in sentences(text, "two")
-
-
-def test_joints_of_one_body_are_no_bodies_without_mass() -> None:
-    base = '<joint name="x" type="slide"/><joint name="y" type="slide" axis="0 1 0"/><joint name="a"'
-    text = arm().replace('<joint name="a"', base)
-    assert Robot.from_mjcf(text, tip="tcp", limits={"v_max": 1.0}).joints == ("x", "y", "a", "b")
-    assert "no mass" not in sentences(text)
-
-
-def test_sensor_of_a_mesh_that_is_left_out_does_not_matter() -> None:
-    text = arm(
-        more='<asset><mesh name="m" vertex="0 0 0  .1 0 0  0 .1 0  0 0 .1"/></asset>'
-        '<sensor><tactile geom="g" mesh="m"/></sensor>'
-    ).replace("<site", '<geom name="g" type="mesh" mesh="m"/><site')
-    assert Robot.from_mjcf(text, limits={"v_max": 1.0}).joints == ("a", "b")
 
 
 def test_frame_with_a_name_can_be_the_tip() -> None:
@@ -272,18 +248,6 @@ BESIDE = {
 def test_what_moves_the_arm_beside_its_motors_is_a_finding(said: str) -> None:
     assert said not in sentences(arm())
     assert said in sentences(arm().replace(*BESIDE[said]))
-
-
-def test_loop_inside_a_hand_that_is_held_is_no_finding() -> None:
-    finger = '<body name="{n}"><joint name="{n}" axis="0 1 0" stiffness="3"/><geom size=".01"/></body>'
-    text = arm(
-        more='<equality><connect body1="f" body2="g" anchor="0 0 0"/></equality><tendon><fixed name="t" '
-        'stiffness="2"><joint joint="f" coef="1"/><joint joint="g" coef="1"/></fixed></tendon>'
-    ).replace('<site name="tcp"', finger.format(n="f") + finger.format(n="g") + '<site name="tcp"')
-    said = sentences(text)
-    assert "loop" not in said
-    assert "spring" not in said
-    assert "tendon" not in said
 
 
 def test_mesh_of_a_body_with_an_inertial_need_not_be_there() -> None:

@@ -192,18 +192,6 @@ def test_data_that_are_no_numbers_are_failed_and_leave_no_trace(name, bad, part)
 
 
 @pytest.mark.parametrize("name", EVERY)
-@pytest.mark.parametrize(("low", "high"), [("l", "u"), ("lb", "ub")])
-def test_crossed_bounds_are_infeasible(name, low, high, capfd):
-    case = planted(np.random.default_rng(4), 7, 3, 4)
-    qp = buffers(case.problem)
-    getattr(qp, low)[1], getattr(qp, high)[1] = 1.0, -1.0
-    solver = backend(name)
-    solver.setup(qp)
-    assert solver.solve(cold=False) is Claim.INFEASIBLE
-    assert capfd.readouterr() == ("", "")
-
-
-@pytest.mark.parametrize("name", EVERY)
 def test_solvers_write_nothing_to_the_terminal(name, capfd):
     rng = np.random.default_rng(1)
     for problem in (planted(rng).problem, infeasible(rng), planted(rng, 3, 0, 0, unbounded=1.0).problem):
@@ -212,24 +200,3 @@ def test_solvers_write_nothing_to_the_terminal(name, capfd):
         solver.solve(cold=True)
         solver.solve(cold=False)
     assert capfd.readouterr() == ("", "")
-
-
-@pytest.mark.parametrize("name", NATIVE)
-def test_the_same_input_gives_the_same_output(name):
-    rng = np.random.default_rng(13)
-    cases = [planted(rng, 7, 3, 4).problem for _ in range(4)]
-    answers = []
-    for _ in range(2):
-        qp = QPBuffers.zeros(7, 3, 4)
-        solver = backend(name)
-        solver.setup(qp)
-        run = []
-        for problem in cases:
-            fill(qp, problem)
-            solver.solve(cold=False)
-            run.append(qp.solution.copy())
-        answers.append(np.array(run))
-    if name == "proxqp":  # 4e-15 apart once in a process with much history; the others repeat bit by bit
-        np.testing.assert_allclose(*answers, rtol=0, atol=1e-13)
-    else:
-        np.testing.assert_array_equal(*answers)

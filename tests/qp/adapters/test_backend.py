@@ -73,3 +73,13 @@ def test_bad_data_never_reach_the_solver_and_make_the_next_solve_cold():
 def test_solving_before_setup_is_a_programming_error():
     with pytest.raises(InputError, match="before setup"):
         Scripted().solve(cold=True)
+
+
+def test_flat_is_the_problem_in_the_documented_order():
+    n, m, p = 4, 2, 3
+    qp = QPBuffers.zeros(n, m, p)
+    qp.flat[:] = np.arange(len(qp.flat))
+    order = [qp.H, qp.g, qp.A, qp.C, qp.lb, qp.b, qp.l, qp.ub, qp.upper[n : n + m], qp.u]
+    np.testing.assert_array_equal(np.concatenate([part.ravel() for part in order]), qp.flat)
+    qp.solution[:] = np.arange(len(qp.solution))
+    np.testing.assert_array_equal(np.concatenate([qp.x, qp.z_box, qp.y, qp.z]), qp.solution)

@@ -4,52 +4,9 @@ import numpy as np
 import pytest
 from planted import buffers, compliant, fill, planted
 
-from ftqp.core.errors import InputError
 from ftqp.qp import QP, Claim, QPBuffers, backend, solve
-from ftqp.qp.adapters.polished_backend import LARGE, EasedQP, PolishedBackend, compliance, polished
+from ftqp.qp.adapters.polished_backend import LARGE, EasedQP, compliance, polished
 from ftqp.qp.problem import SolveStatus
-
-
-class Rough(PolishedBackend):
-    """Answers nothing useful, and keeps how it was asked."""
-
-    package = "none"
-
-    def __init__(self, claims, **options):
-        super().__init__("rough", first_cap=10, cap=50, **{"polish": True} | options)
-        self.claims, self.asked = list(claims), []
-
-    def _set_up(self, qp):
-        self.own = qp
-
-    def _answer(self, qp, cold, cap):
-        self.asked.append(("own" if qp is self.own else "eased", cold, cap))
-        self.iterations = cap
-        qp.solution[:] = np.random.default_rng(len(self.asked)).normal(size=len(qp.solution)) * 1e3
-        return self.claims.pop(0)
-
-
-def rough(claims, unreachable=30.0, **options):
-    solver = Rough(claims, **options)
-    solver.setup(buffers(compliant(1, 1e-8, unreachable)))
-    return solver
-
-
-def test_what_the_solver_calls_solved_is_taken_as_it_is():
-    solver = rough([Claim.SOLVED])
-    assert solver.solve(cold=True) is Claim.SOLVED and solver.asked == [("own", True, 10)]
-
-
-def test_infeasible_in_both_units_is_believed_and_the_outputs_are_left_alone():
-    solver = rough([Claim.INFEASIBLE, Claim.INFEASIBLE])
-    solver.own.solution[:] = 0.5
-    assert solver.solve(cold=True) is Claim.INFEASIBLE
-    assert len(solver.asked) == 2 and (solver.own.solution == 0.5).all()
-
-
-def test_without_polish_the_solver_is_asked_once_for_all_its_iterations():
-    solver = rough([Claim.MAX_ITERATIONS], polish=False)
-    assert solver.solve(cold=True) is Claim.MAX_ITERATIONS and solver.asked == [("own", True, 50)]
 
 
 @pytest.mark.parametrize("name", ["osqp", "proxqp"])
@@ -74,11 +31,6 @@ def test_a_loop_through_a_task_given_up_and_taken_up_again_is_solved_at_every_st
         assert exact.solve(cold=False) is Claim.SOLVED
         assert solver.solve(cold=False) is Claim.SOLVED, far
         np.testing.assert_allclose(qp.x[:7], same.x[:7], rtol=0, atol=1e-6)
-
-
-def test_polish_of_qpsolvers_is_true_or_false():
-    with pytest.raises(InputError, match="polish is 3, expected true or false"):
-        backend({"name": "qpsolvers:daqp", "polish": 3})
 
 
 def test_other_units_pose_the_same_qp():
@@ -163,15 +115,3 @@ def test_signs_of_multipliers_are_seen_in_whatever_unit_the_objective_is(unit):
     qp.x[:], qp.z_box[:2] = [-5.0, -5.0, 0.3], -unit
     assert polished(qp, None)
     np.testing.assert_allclose(qp.x, [1.0, 1.0, 1.0 / 3.0], atol=1e-9)
-
-
-@pytest.mark.parametrize("unreachable", [0.0, 30.0])
-def test_eliminating_slacks_gives_the_same_answer(unreachable):
-    qp, same = ready(compliant(4, 1e-4, unreachable)), ready(compliant(4, 1e-4, unreachable))
-    exact = backend("active_set")
-    exact.setup(same)
-    exact.solve(cold=True)
-    qp.solution[:] = same.solution * (1.0 + 1e-6)
-    assert polished(qp, compliance(qp))
-    np.testing.assert_allclose(qp.x, same.x, rtol=0, atol=1e-9 * (1.0 + np.abs(same.x).max()))
-    np.testing.assert_allclose(qp.y, same.y, rtol=1e-7, atol=1e-9)

@@ -1,14 +1,16 @@
 """The file of a recording comes back as it was, or an error says in a sentence what is wrong with it."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from recorded import small
 
+import ftqp
 from ftqp.core.errors import InputError
-from ftqp.qp import Recording
+from ftqp.qp import QPBuffers, Recorder, Recording
 from ftqp.qp.recording.recorded_qps import SHAPES
 
 
@@ -77,34 +79,163 @@ def test_a_damaged_file_is_refused_in_one_sentence(file, changes, message):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("content", [b"", b"hello", b"PK\x03\x04", b"\x93NUMPY\x01\x00"])
-def test_another_file_is_refused(tmp_path, content):
-    path = tmp_path / "other.npz"
-    path.write_bytes(content)
-    with pytest.raises(InputError, match="is not a recording, or is damaged"):
-        Recording.load(path)
-
-
 def test_a_missing_file_or_a_folder_is_refused(tmp_path):
     for path in (tmp_path, tmp_path / "none.npz"):
         with pytest.raises(InputError, match="does not exist; `ftqp run --record-qps FILE` makes one"):
             Recording.load(path)
 
 
-def test_truncated_and_flipped_files_never_do_more_than_an_error(file, tmp_path):
-    data, path = file.read_bytes(), tmp_path / "hurt.npz"
-    rng = np.random.default_rng(0)
-    refused = 0
-    for k in range(60):
-        hurt = bytearray(data)
-        if k % 3 == 0:
-            hurt = hurt[: rng.integers(len(hurt))]
-        else:
-            for at in rng.integers(len(hurt), size=3):
-                hurt[at] ^= 1 << rng.integers(8)
-        path.write_bytes(bytes(hurt))
-        try:
-            Recording.load(path)
-        except InputError:
-            refused += 1
-    assert refused > 40
+def test_an_unknown_tick_is_answered_with_the_range_and_the_nearest():
+    recording = small()
+    sparse = replace(recording, tick=np.array([10, 12, 15, 20, 31]))
+    with pytest.raises(InputError, match=r"tick 9 was not recorded, expected one of 0 to 4; .* is 4"):
+        recording.position(9)
+    with pytest.raises(InputError, match=r"one of 10 to 31 \(5 of them\); the nearest recorded one is 15"):
+        sparse.position(16)
+    with pytest.raises(InputError, match="nearest recorded one is 10"):
+        sparse.position(-3)
+
+
+def changed(name, change):
+    value = np.array(getattr(small(), name))
+    return {name: change(value)}
+
+
+WRONG = {
+    "too few rows": (changed("A", lambda a: a[:, :0]), r"A has shape \(5, 0, 3\), expected \(K, m, n\)"),
+    "another K": (changed("x", lambda x: x[:-1]), r"x has shape \(4, 3\), expected \(K, n\) = \(5, 3\)"),
+    "flat g": (changed("g", lambda g: g.ravel()), "has shape"),
+    "no QP": (changed("g", lambda g: g[:0]), "has shape"),
+    "text": ({"b": np.array([["one"]] * 5)}, "b is no array of numbers"),
+    "ticks": (changed("tick", lambda t: t[::-1]), "tick does not rise"),
+    "few names": ({"variables": ("a", "b")}, "variables has 2 different names, expected 3"),
+    "same names": ({"rows": ("a", "b", "b")}, "rows has 2 different names, expected 3"),
+}
+
+
+@pytest.mark.parametrize(("parts", "message"), WRONG.values(), ids=WRONG)
+def test_parts_that_do_not_fit_are_refused(parts, message):
+    with pytest.raises(InputError, match=message):
+        replace(small(), **parts)
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "message"),
+    [
+        ("g", lambda g: g * np.nan, "g"),
+        ("l", lambda l: l + 10.0, "leave nothing between them"),
+        ("H", lambda h: h + np.triu(np.ones((3, 3)), 1), "H is not symmetric"),
+    ],
+)
+def test_a_qp_that_is_none_is_refused_when_it_is_asked_for(name, change, message):
+    with pytest.raises(InputError, match=message):
+        replace(small(), **changed(name, change)).problem(0)
+
+
+def test_answers_are_those_of_the_inner_backend():
+    plain, buffers = ftqp.qp.backend("active_set"), QPBuffers.zeros(**SIZES)
+    plain.setup(buffers)
+    recorded = record(Recorder("active_set"), 6).recording(dt=0.1)
+    for k in range(6):
+        fill(buffers, k)
+        assert plain.solve(cold=False) == recorded.claim[k]
+        for name in ("x", "y", "z", "z_box"):
+            np.testing.assert_array_equal(getattr(recorded, name)[k], getattr(buffers, name))
+
+
+def test_recorded_problems_are_those_that_were_handed_over():
+    buffers = QPBuffers.zeros(**SIZES)
+    for k, problem in enumerate(record(Recorder("daqp"), 4).recording(dt=0.1)):
+        fill(buffers, k)
+        for name in ("H", "g", "A", "b", "C", "l", "u", "lb", "ub"):
+            np.testing.assert_array_equal(getattr(problem, name), getattr(buffers, name))
+
+
+@pytest.mark.parametrize("mode", ["slack", "scaled"])
+@pytest.mark.parametrize("level", ["velocity", "acceleration"])
+def test_planner_moves_the_same_with_a_recorder(level, mode):
+    robot = ftqp.robots.load("panda")
+    path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.05, duration=0.8)
+    ends = []
+    for backend in ("active_set", Recorder("active_set")):
+        planner = ftqp.Planner(robot, 2e-3, level=level, task=ftqp.Task(mode=mode), backend=backend)
+        planner.reset(robot.neutral)
+        q, v = robot.neutral.copy(), np.zeros(robot.nv)
+        for k in range(150):
+            if k == 75:
+                planner.report(ftqp.Locked(2))
+            sample = path.sample(np.array([k * 2e-3]))
+            target = ftqp.Target(
+                pose=sample.pose[0], twist=sample.twist[0], acceleration=sample.acceleration[0]
+            )
+            step = planner.step(q, v, target)
+            q, v = step.q.copy(), step.v.copy()
+        ends.append(q)
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0.0, atol=1e-9)
+
+
+def test_ticks_and_names_are_those_of_the_planner():
+    robot = ftqp.robots.load("planar6")
+    recorder = Recorder("active_set", first=2, every=3)
+    planner = ftqp.Planner(robot, 0.01, backend=recorder)
+    recorder.follow(planner)
+    planner.reset(robot.neutral)
+    for _ in range(10):
+        planner.step(robot.neutral, np.zeros(6), ftqp.Target(pose=robot.pose(robot.neutral)))
+    recording = recorder.recording(dt=planner.dt)
+    assert recording.tick.tolist() == [2, 5, 8]
+    np.testing.assert_allclose(recording.time, [0.02, 0.05, 0.08])
+    assert planner.backend == "recorder:active_set"
+    assert recording.metadata["backend"] == "active_set"
+
+
+def test_nothing_recorded_is_an_error_that_says_what_to_do():
+    with pytest.raises(InputError, match="no QP was recorded; let the planner step"):
+        Recorder("active_set").recording(dt=0.1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"every": 0}, "every is 0, expected a whole number >= 1"),
+        ({"limit": 0}, "limit is 0, expected a whole number >= 1"),
+        ({"limit": True}, "limit is True"),
+        ({"first": -1}, "first is -1"),
+        ({"first": 3, "last": 2}, "last is 2, expected a whole number >= first, 3"),
+        ({"inner": "daqpp"}, "did you mean 'daqp'"),
+        ({"inner": Recorder("daqp")}, "recorder:daqp records already"),
+    ],
+)
+def test_wrong_arguments_are_refused(arguments, message):
+    with pytest.raises(InputError, match=message):
+        Recorder(**{"inner": "daqp", **arguments})
+
+
+SIZES = {"n": 3, "m": 1, "p": 2}
+
+
+def fill(buffers: QPBuffers, k: int) -> None:
+    """A strictly convex QP that changes with k."""
+    n = buffers.n
+    buffers.H[:] = np.eye(n) + 0.1 * np.ones((n, n))
+    buffers.g[:] = np.sin(np.arange(n) + k)
+    buffers.A[:] = 1.0
+    buffers.b[:] = 0.01 * k
+    buffers.C[:] = np.arange(buffers.C.size).reshape(buffers.C.shape)
+    buffers.l[:], buffers.u[:] = [-1.0, -np.inf], [1.0, 2.0]
+    buffers.lb[:], buffers.ub[:] = -0.3, 0.3
+
+
+def record(recorder: Recorder, count: int = 5, first: int = 0) -> Recorder:
+    """``count`` QPs through a recorder."""
+    buffers = QPBuffers.zeros(**SIZES)
+    recorder.setup(buffers)
+    for k in range(first, first + count):
+        fill(buffers, k)
+        recorder.solve(cold=False)
+    return recorder
+
+
+def small(**metadata: Any) -> Recording:
+    """Five QPs of three variables, an equality and two rows."""
+    return record(Recorder("active_set")).recording(dt=0.1, metadata=metadata)
