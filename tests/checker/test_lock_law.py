@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.checker.panda_runs import ARM, ROBOT, places_of, trace_of
 
-from ftqp.checker.lock_law import failed, held
+from ftqp.checker.motion_laws import failed, held
 from ftqp.checker.trace import PHYSICS, Failure
 
 DT, TICKS, J = 1e-3, 2000, 3

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.reference_motion import followable
+from ftqp.checker.recovery_law import followable
 from ftqp.control.paths import Circle, Line
 from ftqp.model import catalog
 

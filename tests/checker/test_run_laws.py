@@ -8,8 +8,8 @@ import pytest
 from tests.checker.panda_runs import ARM, ROBOT, places_of, trace_of
 
 from ftqp.checker.checked_run import verdict
+from ftqp.checker.claim_laws import rotation_vectors
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.tip_errors import rotation_vectors
 from ftqp.checker.trace import PHYSICS, Failure, Plane
 from ftqp.core.errors import InputError
 from ftqp.model import catalog

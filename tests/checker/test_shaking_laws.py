@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tests.checker.panda_runs import ARM, ROBOT, trace_of
 
-from ftqp.checker.shaking_laws import JOLTS, NEAR_TICKS, chatter, rest
+from ftqp.checker.motion_laws import JOLTS, NEAR_TICKS, chatter, rest
 from ftqp.checker.trace import KINEMATIC, PHYSICS, Failure
 
 DT, TICKS, J = 2e-3, 4000, 3

@@ -8,7 +8,7 @@ import pytest
 from tests.checker.test_run_laws import ARM, DT, JOINT, ROBOT, run
 
 from ftqp.checker.checked_run import verdict
-from ftqp.checker.task_law import task_errors
+from ftqp.checker.claim_laws import task_errors
 from ftqp.checker.trace import PHYSICS, HeldTask
 
 AT_ZERO = ROBOT.pose(np.zeros(ROBOT.nv), ROBOT.joints[JOINT])

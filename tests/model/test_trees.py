@@ -13,12 +13,11 @@ from ftqp.core.errors import InputError, ModelError
 from ftqp.core.pose import transform
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.model import catalog
-from ftqp.model.chain import chain_of
+from ftqp.model.chain import Skeleton, chain_of
 from ftqp.model.frames import PlacedFrames, centre_of_mass, mount_of
 from ftqp.model.robot import Robot
 from ftqp.model.serial import Inertial
 from ftqp.model.shape import reach_of
-from ftqp.model.skeleton import Skeleton
 
 SIZES = (3, 5, 8, 13, 20, 32)
 BASE = Inertial(mass=40.0, com=np.array([0.1, 0.0, 0.2]), inertia=np.diag([2.0, 2.5, 3.0]))

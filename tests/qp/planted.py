@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import QPBuffers
 from ftqp.qp.problem import QP
 
 

@@ -1,7 +1,6 @@
 """Studies of an arm before it moves."""
 
 from ftqp.analysis.circular_intervals import CircularIntervals as CircularIntervals
-from ftqp.analysis.falling import fall_energy as fall_energy
 from ftqp.analysis.learned_law import Effectiveness as Effectiveness
 from ftqp.analysis.learned_law import LearnedLaw as LearnedLaw
 from ftqp.analysis.learned_law import LearnedRun as LearnedRun
@@ -10,9 +9,11 @@ from ftqp.analysis.manifolds.joint_ranges import joint_ranges as joint_ranges
 from ftqp.analysis.manifolds.joint_ranges import reachable_after as reachable_after
 from ftqp.analysis.manifolds.manifold import Manifold as Manifold
 from ftqp.analysis.manifolds.manifold import self_motion as self_motion
+from ftqp.analysis.map_chunks import SpatialTask as SpatialTask
 from ftqp.analysis.map_chunks import WorkspaceTask as WorkspaceTask
 from ftqp.analysis.map_chunks import map_chunk as map_chunk
 from ftqp.analysis.map_chunks import points as points
+from ftqp.analysis.map_chunks import spatial_task as spatial_task
 from ftqp.analysis.map_chunks import workspace_task as workspace_task
 from ftqp.analysis.outcomes.after_failure import Outcome as Outcome
 from ftqp.analysis.outcomes.after_failure import outcome as outcome
@@ -21,7 +22,7 @@ from ftqp.analysis.outcomes.basin_map import basins as basins
 from ftqp.analysis.outcomes.unaware_law import PointToPoint as PointToPoint
 from ftqp.analysis.outcomes.unaware_law import point_to_point as point_to_point
 from ftqp.analysis.outcomes.unaware_law import qp_rates as qp_rates
-from ftqp.analysis.planning.corridor import Corridor as Corridor
+from ftqp.analysis.planning.fault_plan import Corridor as Corridor
 from ftqp.analysis.planning.fault_plan import Plan as Plan
 from ftqp.analysis.planning.fault_plan import load_plan as load_plan
 from ftqp.analysis.planning.plan_case import PlanSettings as PlanSettings
@@ -30,22 +31,21 @@ from ftqp.analysis.rest.linearisation import RestKind as RestKind
 from ftqp.analysis.rest.linearisation import RestTest as RestTest
 from ftqp.analysis.rest.linearisation import convergence_rates as convergence_rates
 from ftqp.analysis.rest.linearisation import rest_test as rest_test
-from ftqp.analysis.rest.rest_configurations import RestConfiguration as RestConfiguration
-from ftqp.analysis.rest.rest_configurations import rest_configurations as rest_configurations
+from ftqp.analysis.rest.rest_curves import RestConfiguration as RestConfiguration
 from ftqp.analysis.rest.rest_curves import RestCurve as RestCurve
 from ftqp.analysis.rest.rest_curves import RestCurves as RestCurves
+from ftqp.analysis.rest.rest_curves import rest_configurations as rest_configurations
 from ftqp.analysis.rest.rest_curves import rest_curves as rest_curves
-from ftqp.analysis.spatial_map import SpatialTask as SpatialTask
-from ftqp.analysis.spatial_map import spatial_task as spatial_task
 from ftqp.analysis.survival.continuing import track as track
 from ftqp.analysis.survival.coverage import coverage as coverage
 from ftqp.analysis.survival.coverage_report import CoverageReport as CoverageReport
+from ftqp.analysis.survival.coverage_report import MissionSurvival as MissionSurvival
 from ftqp.analysis.survival.coverage_report import NotSurvived as NotSurvived
-from ftqp.analysis.survival.mission_survival import MissionSurvival as MissionSurvival
 from ftqp.analysis.survival.survival_map import SurvivalMap as SurvivalMap
 from ftqp.analysis.survival.survival_map import survival_map as survival_map
 from ftqp.analysis.survival.task_path import TaskPath as TaskPath
 from ftqp.analysis.survival.task_path import task_path as task_path
+from ftqp.analysis.tolerance import fall_energy as fall_energy
 from ftqp.analysis.tolerance import minors as minors
 from ftqp.analysis.tolerance import null_vector as null_vector
 from ftqp.analysis.tolerance import relative_manipulability as relative_manipulability

@@ -12,12 +12,14 @@ from ftqp.analysis.map_chunks import (
     MEASURES,
     Box,
     Length,
+    Plane,
+    SpatialTask,
     WorkspaceTask,
     map_chunk,
     points,
+    spatial_task,
     workspace_task,
 )
-from ftqp.analysis.spatial_map import Plane, SpatialTask, spatial_task
 from ftqp.core.checks import FloatArray, IntArray, frozen, whole_number
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.threads import thread_count

@@ -6,16 +6,11 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.checker.body_law import touched
-from ftqp.checker.boundary_laws import cone, plane
-from ftqp.checker.claim_laws import honesty, inside, obedience, tracking
-from ftqp.checker.lock_law import failed, held
+from ftqp.checker.boundary_laws import cone, plane, touched
+from ftqp.checker.claim_laws import errors, honesty, inside, obedience, tasks, tracking
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.motion_laws import acceleration, braking, position, speed
+from ftqp.checker.motion_laws import acceleration, braking, chatter, failed, held, position, rest, speed
 from ftqp.checker.recovery_law import recovery
-from ftqp.checker.shaking_laws import chatter, rest
-from ftqp.checker.task_law import tasks
-from ftqp.checker.tip_errors import errors
 from ftqp.checker.torque_law import torque
 from ftqp.checker.trace import KINEMATIC, Strictness, Trace
 from ftqp.core.checks import FloatArray

@@ -1,13 +1,11 @@
 """Convex QPs: the problem, backends behind one interface, checks of their answers. Knows no robot."""
 
 from ftqp.qp import dtrnn
-from ftqp.qp.adapters.backend import Backend, Claim
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 from ftqp.qp.adapters.registry import BackendInfo, backend, backend_names, backends
 from ftqp.qp.answer_check import accepted, residuals
 from ftqp.qp.problem import QP, Certificate, Residuals, Solution, SolveStatus
-from ftqp.qp.recording.recorded_qps import Recording
-from ftqp.qp.recording.recorder import Recorder
+from ftqp.qp.recording.recorded_qps import Recorder, Recording
 from ftqp.qp.solving import solve
 
 __all__ = [

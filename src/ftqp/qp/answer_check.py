@@ -4,7 +4,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.workspace import kkt
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import QPBuffers
 from ftqp.qp.problem import QP, Certificate, Residuals
 
 ACCEPTANCE = 1e-6

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.errors import InputError
-from ftqp.qp.adapters.backend import Backend, Claim
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 from ftqp.qp.adapters.registry import backend as backend_of
 from ftqp.qp.answer_check import accepted, infeasibility, residuals
 from ftqp.qp.problem import PARTS, QP, Solution, SolveStatus

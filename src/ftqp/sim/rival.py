@@ -10,10 +10,9 @@ from ftqp.control.paths import Path
 from ftqp.core.checks import BoolArray, FloatArray, array, positive, seen
 from ftqp.core.pose import rotation_vector
 from ftqp.kernel.layout.rows import COMPONENTS
-from ftqp.model.chain import frame_id
+from ftqp.model.chain import Skeleton, frame_id
 from ftqp.model.posture import scaled_jacobian
 from ftqp.model.robot import Robot
-from ftqp.model.skeleton import Skeleton
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.plants.plant import Command, Plant
 from ftqp.sim.schedule import Schedule

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ftqp.analysis.planning import placement
+from ftqp.analysis.planning import planned as placement
 from ftqp.analysis.planning.plan_case import PlanCase, PlanSettings
 from ftqp.analysis.planning.planned import plan
 from ftqp.analysis.survival.task_path import task_path

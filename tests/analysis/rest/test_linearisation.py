@@ -6,7 +6,7 @@ from planar_arms import links
 
 from ftqp.analysis.goals import goal_study
 from ftqp.analysis.rest.linearisation import convergence_rates, reduced_jacobians, rest_test, weighted_inverse
-from ftqp.analysis.rest.rest_configurations import rest_configurations
+from ftqp.analysis.rest.rest_curves import rest_configurations
 from ftqp.analysis.rest.rest_tracing import RestEquations
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError

@@ -7,8 +7,7 @@ from planar_arms import links, telescope
 from ftqp.analysis import outcome, reachable_after
 from ftqp.analysis.manifolds.joint_ranges import joint_ranges
 from ftqp.analysis.rest.linearisation import RestKind, rest_test
-from ftqp.analysis.rest.rest_configurations import rest_configurations
-from ftqp.analysis.rest.rest_curves import rest_curves
+from ftqp.analysis.rest.rest_curves import rest_configurations, rest_curves
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 

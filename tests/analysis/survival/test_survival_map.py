@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ftqp.analysis.survival.mission_survival import mission_survival
+from ftqp.analysis.survival.coverage_report import mission_survival
 from ftqp.analysis.survival.survival_map import STEPS, survival_map
 from ftqp.core.errors import InputError
 from ftqp.model import catalog

@@ -7,8 +7,7 @@ from ftqp.app.campaign.judged_scenario import broken_laws
 from ftqp.app.campaign.shown_trace import failures, model_file, trace
 from ftqp.app.scenario.setup import load
 from ftqp.checker.checked_run import verdict
-from ftqp.checker.task_law import task_errors
-from ftqp.checker.tip_errors import errors
+from ftqp.checker.claim_laws import errors, task_errors
 from ftqp.model.payload import Payload
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.loop import MEMORY, Simulation

@@ -9,7 +9,7 @@ from session_ticks import Ticks
 import ftqp
 from ftqp.kernel.judge.solution_check import check_solution, sizes
 from ftqp.kernel.layout import enums as codes
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import QPBuffers
 
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog, minimize
 
-from ftqp.checker.link_shapes import hull_of_corners
+from ftqp.checker.model_file import hull_of_corners
 from ftqp.kernel.layout.scene_room import BOX, CYLINDER, HALF_SPACE
 from ftqp.kernel.maths.nearest_points import of_segment_and_body, of_segment_and_hull, of_segments, to_body
 from ftqp.model.collision_geometry import hull_of

@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 import ftqp
+from ftqp.model.fitting.fitted_arm import torques
 from ftqp.model.fitting.torque_log import Pieces
-from ftqp.model.fitting.unknowns import torques
 
 FloatArray = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import ftqp
+from ftqp.model.fitting.fitted_arm import KINDS, symmetric, torques
 from ftqp.model.fitting.torque_log import Pieces, pieces_of
-from ftqp.model.fitting.unknowns import KINDS, symmetric, torques
 
 
 def wave(t: np.ndarray) -> ftqp.TorqueLog:

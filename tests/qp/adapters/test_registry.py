@@ -9,7 +9,7 @@ import pytest
 from ftqp import InputError, MissingPackage
 from ftqp.core.extras import remedy_for_extra
 from ftqp.qp import Backend, backend, backends
-from ftqp.qp.adapters.backend_settings import settings
+from ftqp.qp.adapters.backend import settings
 from ftqp.qp.adapters.registry import profile
 
 PACKAGES = {

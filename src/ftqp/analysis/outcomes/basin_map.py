@@ -10,7 +10,7 @@ from ftqp.analysis.goals import GoalStudy, goal_study
 from ftqp.analysis.outcomes.unaware_law import UnawareLaw, weights_inverse
 from ftqp.analysis.planar_links import PlanarLinks
 from ftqp.analysis.rest.linearisation import reduced_jacobians
-from ftqp.analysis.rest.rest_configurations import rests_at
+from ftqp.analysis.rest.rest_curves import rests_at
 from ftqp.core.checks import FloatArray, IntArray, frozen, whole_number
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.enums import Ending

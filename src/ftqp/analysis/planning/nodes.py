@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ftqp.analysis.goals import GoalStudy
-from ftqp.analysis.manifolds.limited_curves import beside, turned
+from ftqp.analysis.manifolds.manifold import beside, turned
 from ftqp.analysis.planning.plan_case import Here, Portions, packed, unpacked
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.study_session import TracedCurve

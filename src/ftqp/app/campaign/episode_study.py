@@ -24,8 +24,7 @@ from ftqp.app.schema.robot_section import RobotTable
 from ftqp.app.schema.scenario_file import Scenario
 from ftqp.checker.checked_run import LAWS, Verdict, verdict
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.recovery_law import rest_after
-from ftqp.checker.reference_motion import followable
+from ftqp.checker.recovery_law import followable, rest_after
 from ftqp.checker.trace import KINEMATIC, PHYSICS, Strictness, Trace
 from ftqp.control.task.keep import Keep, TorqueLimits
 from ftqp.core.errors import FtqpError, InputError, ScenarioError

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.app.scenario.setup import Setup
-from ftqp.checker.link_shapes import link_shapes
-from ftqp.checker.model_file import ModelFile
+from ftqp.checker.model_file import ModelFile, link_shapes
 from ftqp.checker.trace import Body, Cone, Failure, HeldTask, Plane, Thing, Trace
 from ftqp.control.planner.status import STATUSES
 from ftqp.control.task.soft_tasks import SETS

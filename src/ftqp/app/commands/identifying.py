@@ -77,8 +77,7 @@ def identify(
 ) -> ExitCode:
     """Find rotors, friction, load, gains and offsets of an arm from logs with torques."""
     from ftqp.app.commands.inspection import arm_of
-    from ftqp.model.fitting.fitted_arm import fitted_arm
-    from ftqp.model.fitting.unknowns import KINDS
+    from ftqp.model.fitting.fitted_arm import KINDS, fitted_arm
 
     if motion is not None:
         if logs or robot is not None:
@@ -196,7 +195,7 @@ def _rehearse(arm: _Arm, moves: "ExcitingMotion", file: Path) -> None:
 
 def _facts(found: "FittedArm", kinds: list[str], file: Path | None) -> dict[str, Any]:
     """What ``--json`` prints."""
-    from ftqp.model.fitting.unknowns import LOAD
+    from ftqp.model.fitting.fitted_arm import LOAD
 
     joints, payload = found.robot.joints, found.payload
     facts: dict[str, Any] = {"robot": found.robot.name, "seconds_left_out": found.left_out}
@@ -218,7 +217,7 @@ def _facts(found: "FittedArm", kinds: list[str], file: Path | None) -> dict[str,
 
 def _tell(found: "FittedArm", kinds: list[str]) -> None:
     """What a person reads."""
-    from ftqp.model.fitting.unknowns import KINDS, LOAD
+    from ftqp.model.fitting.fitted_arm import KINDS, LOAD
 
     each = [name for name in kinds if name != LOAD]
     rows = []
@@ -250,7 +249,7 @@ def _number(value: float, error: float, untold: bool) -> str:
 
 def _notes(found: "FittedArm", kinds: list[str], logs: list["TorqueLog"]) -> list[str]:
     """What to know before relying on it."""
-    from ftqp.model.fitting.unknowns import KINDS, LOAD
+    from ftqp.model.fitting.fitted_arm import KINDS, LOAD
 
     joints, notes = found.robot.joints, []
     for name in (kind for kind in kinds if kind != LOAD):

@@ -10,8 +10,16 @@ import numpy as np
 
 from ftqp import __version__
 from ftqp.analysis.goals import goal_study
-from ftqp.analysis.map_chunks import COUNTS, MEASURES, WorkspaceTask, map_chunk, points, workspace_task
-from ftqp.analysis.spatial_map import SpatialTask, spatial_task
+from ftqp.analysis.map_chunks import (
+    COUNTS,
+    MEASURES,
+    SpatialTask,
+    WorkspaceTask,
+    map_chunk,
+    points,
+    spatial_task,
+    workspace_task,
+)
 from ftqp.app.scenario import composition, document
 from ftqp.app.schema.reading import plain, read
 from ftqp.app.schema.robot_section import quaternion_rotation

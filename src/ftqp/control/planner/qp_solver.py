@@ -16,8 +16,7 @@ from ftqp.kernel.layout.enums import SOLVED, TASK_ROWS, ClosedForm, Level, Turn
 from ftqp.kernel.layout.flat_arrays import OPTIONS, planner_memory_size
 from ftqp.kernel.layout.rows import constraint_capacity
 from ftqp.model.robot import Robot
-from ftqp.qp.adapters.backend import Backend
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import Backend, QPBuffers
 
 TOLERANCE = 1e-6
 """Largest distance of an axis from the common point [m] ..."""

@@ -8,8 +8,8 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, positive, read_only
 from ftqp.core.errors import InputError
+from ftqp.model.fitting.fitted_arm import KINDS, sizes_of, torques
 from ftqp.model.fitting.torque_log import Pieces
-from ftqp.model.fitting.unknowns import KINDS, sizes_of, torques
 from ftqp.model.robot import Robot
 
 PERIOD = 10.0

@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 from ftqp.kernel.entry.workspace import Workspace
-from ftqp.qp.adapters.backend import Backend, Claim
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 from ftqp.qp.problem import ANSWER, PARTS
 
 

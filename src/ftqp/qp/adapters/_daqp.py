@@ -5,9 +5,7 @@ from dataclasses import dataclass
 import daqp
 import numpy as np
 
-from ftqp.qp.adapters.backend import Backend, Claim
-from ftqp.qp.adapters.backend_settings import optional
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers, optional
 
 EQUALITY = 5
 """DAQP's sense flag of a row that is always active and never leaves the working set."""

@@ -3,8 +3,7 @@
 import numpy as np
 
 from ftqp.kernel.entry.workspace import NetworkMemory
-from ftqp.qp.adapters.backend import Backend, Claim
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 from ftqp.qp.dtrnn.dtrnn_settings import CAP, DtrnnSettings
 
 

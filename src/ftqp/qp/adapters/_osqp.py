@@ -8,9 +8,7 @@ import osqp
 from scipy.sparse import csc_matrix
 
 from ftqp.core.checks import FloatArray
-from ftqp.qp.adapters.backend import Claim
-from ftqp.qp.adapters.backend_settings import optional
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import Claim, QPBuffers, optional
 from ftqp.qp.adapters.polished_backend import PolishedBackend
 
 NO_BOUND = 1e30

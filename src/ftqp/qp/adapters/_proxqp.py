@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from proxsuite import proxqp
 
-from ftqp.qp.adapters.backend import Claim
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import Claim, QPBuffers
 from ftqp.qp.adapters.polished_backend import PolishedBackend
 
 WARM = proxqp.InitialGuess.WARM_START_WITH_PREVIOUS_RESULT

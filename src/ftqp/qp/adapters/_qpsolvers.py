@@ -10,8 +10,7 @@ from scipy.sparse import csc_matrix
 
 from ftqp.core.checks import positive
 from ftqp.core.errors import InputError, MissingPackage, unknown
-from ftqp.qp.adapters.backend import Claim
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import Claim, QPBuffers
 from ftqp.qp.adapters.polished_backend import PolishedBackend
 
 OTHER_SOLVERS = (

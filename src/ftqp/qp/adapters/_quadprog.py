@@ -6,8 +6,7 @@ import numpy as np
 import quadprog
 
 from ftqp.core.checks import FloatArray
-from ftqp.qp.adapters.backend import Backend, Claim
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

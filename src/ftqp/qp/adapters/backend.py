@@ -1,14 +1,123 @@
-"""What a QP solver is to the rest of ftqp: set up once, then solved again and again on rewritten arrays."""
+"""What a QP solver is to the rest of ftqp: its arrays, its settings, and one call again and again."""
 
 import logging
 from abc import ABC, abstractmethod
-from typing import ClassVar, final
+from collections.abc import Mapping
+from dataclasses import Field, dataclass, field, fields
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, final
 
 import numpy as np
 
-from ftqp.core.errors import InputError
+from ftqp.core.checks import FloatArray, non_negative, positive
+from ftqp.core.errors import InputError, nearest, unknown
 from ftqp.kernel.layout.enums import Claim as Claim
-from ftqp.qp.adapters.buffers import QPBuffers
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class QPBuffers:
+    """One QP and its solution as preallocated arrays.
+
+    min 1/2 x'Hx + g'x, Ax = b, l <= Cx <= u, lb <= x <= ub.
+
+    The content changes every tick, the shapes never do. Everything a solver wants in one piece lies in one
+    piece: the rows are stacked as [A; C], bounds and multipliers as [box; equality; two-sided], and ``A``,
+    ``b``, ``C``, ... are contiguous views of the stacks. Write ``b``; its copy inside ``upper``
+    is the backend's business. Made by ``zeros``.
+
+    Attributes:
+        flat: The whole problem in one piece, matrices by rows: [H; g; A; C; lb; b; l; ub; b; u].
+        data: Its first part, [H; g; A; C], (n * n + n + (m + p) * n,).
+        bounds: Its second part, [lower; upper], (2 * (n + m + p),).
+        solution: [x; z_box; y; z] in one piece, (2 * n + m + p,).
+        H: Hessian, (n, n), symmetric.
+        g: Linear term, (n,).
+        rows: [A; C], (m + p, n).
+        lower: [lb; b; l], (n + m + p,), -inf is no bound.
+        upper: [ub; b; u], (n + m + p,), inf is no bound.
+        A: Equality rows, (m, n).
+        b: Their right side, (m,).
+        C: Two-sided rows, (p, n).
+        l: Their lower bounds, (p,).
+        u: Their upper bounds, (p,); ``l == u`` is an equality.
+        lb: Lower bounds of x, (n,).
+        ub: Upper bounds of x, (n,); ``lb == ub`` fixes a variable.
+        x: Solution, (n,).
+        multipliers: [z_box; y; z], (n + m + p,).
+        y: Multipliers of Ax = b, (m,).
+        z: Multipliers of the two-sided rows, (p,), > 0 at an upper bound, < 0 at a lower one.
+        z_box: Multipliers of the bounds of x, (n,), same signs.
+        constant_hessian: Whether ``H`` keeps its values between solves, so that a warm solve may skip it.
+    """
+
+    flat: FloatArray
+    data: FloatArray
+    bounds: FloatArray
+    solution: FloatArray
+    H: FloatArray
+    g: FloatArray
+    rows: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    A: FloatArray
+    b: FloatArray
+    C: FloatArray
+    l: FloatArray
+    u: FloatArray
+    lb: FloatArray
+    ub: FloatArray
+    x: FloatArray
+    multipliers: FloatArray
+    y: FloatArray
+    z: FloatArray
+    z_box: FloatArray
+    constant_hessian: bool = False
+
+    @classmethod
+    def zeros(cls, n: int, m: int, p: int, *, constant_hessian: bool = False) -> Self:
+        """Buffers with H = I, no bounds, and zero elsewhere.
+
+        Args:
+            n: Number of variables, >= 1.
+            m: Number of equality rows, >= 0.
+            p: Number of two-sided rows, >= 0.
+            constant_hessian: Whether ``H`` keeps its values between solves, so that a warm solve may skip it.
+
+        Raises:
+            InputError: There are no variables, or a count is negative.
+        """
+        if n < 1 or m < 0 or p < 0:
+            raise InputError(f"a QP cannot have n = {n}, m = {m}, p = {p}; expected n >= 1, m >= 0, p >= 0")
+        k = n + m + p
+        size = n * n + n + (m + p) * n
+        flat, solution = np.zeros(size + 2 * k), np.zeros(n + k)
+        data, bounds = flat[:size], flat[size:]
+        H, g, rows = data[: n * n].reshape(n, n), data[n * n : n * n + n], data[n * n + n :].reshape(m + p, n)
+        lower, upper, multipliers = bounds[:k], bounds[k:], solution[n:]
+        H[np.diag_indices(n)] = 1.0
+        lower[:n] = lower[n + m :] = -np.inf
+        upper[:n] = upper[n + m :] = np.inf
+        return cls(
+            flat=flat, data=data, bounds=bounds, solution=solution, H=H, g=g, rows=rows, lower=lower,
+            upper=upper, A=rows[:m], b=lower[n : n + m], C=rows[m:], l=lower[n + m :], u=upper[n + m :],
+            lb=lower[:n], ub=upper[:n], x=solution[:n], multipliers=multipliers, y=multipliers[n : n + m],
+            z=multipliers[n + m :], z_box=multipliers[:n], constant_hessian=constant_hessian,
+        )  # fmt: skip
+
+    @property
+    def n(self) -> int:
+        """Number of variables."""
+        return len(self.g)
+
+    @property
+    def m(self) -> int:
+        """Number of equality rows."""
+        return len(self.b)
+
+    @property
+    def p(self) -> int:
+        """Number of two-sided rows."""
+        return len(self.l)
+
 
 UNSOLVED = (Claim.MAX_ITERATIONS, Claim.FAILED)
 """What a solver may say that was cut short by its time limit."""
@@ -149,3 +258,73 @@ class Backend(ABC):
     @abstractmethod
     def _run(self, qp: QPBuffers, cold: bool) -> Claim:
         """Hand what the buffers hold to the native solver, solve, write the outputs and ``iterations``."""
+
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+    Settings = TypeVar("Settings", bound=DataclassInstance)
+else:
+    Settings = TypeVar("Settings")
+
+
+TIME_LIMIT = "time_limit"
+"""What the setting is called by which a solver that has one ends in time."""
+
+
+LARGEST_COUNT = 2**31 - 1
+"""What a whole number of a solver's settings is at most: solvers hold them in 32 bits."""
+
+
+def choice(default: str, *others: str) -> Any:
+    """A field that holds one of some words, the first by default."""
+    return field(default=default, metadata={"choices": (default, *others)})
+
+
+def optional(like: bool | int | float) -> Any:
+    """A field that is None by default, "whatever suits the others", and else of the kind of ``like``."""
+    return field(default=None, metadata={"like": like})
+
+
+def settings(kind: type[Settings], backend: str, given: Mapping[str, Any]) -> Settings:
+    """``given`` as a ``kind``, a dataclass whose defaults say what each field holds.
+
+    A default that is a bool takes true or false, an int takes a whole number >= 1 and a float a number > 0,
+    or >= 0 where the default is 0; a ``choice`` takes one of its words, an ``optional`` None or its kind.
+    """
+    known = {field.name: field for field in fields(kind)}
+    for name in given:
+        if name == TIME_LIMIT and name not in known:
+            remedy = "bound its time by max_iterations" if "max_iterations" in known else "leave it out"
+            raise InputError(
+                f"backend {backend!r} has no {TIME_LIMIT}: its solver does not look at a clock; {remedy}"
+            )
+        if name not in known:
+            raise unknown("setting", name, f"backend {backend!r}", known)
+    return kind(**{name: _field(f"{backend}.{name}", value, known[name]) for name, value in given.items()})
+
+
+def _field(name: str, value: Any, of: Field[Any]) -> bool | int | float | str | None:
+    choices = of.metadata.get("choices")
+    if choices is not None:
+        if not isinstance(value, str) or value not in choices:
+            words = ", ".join(choices)
+            raise InputError(f"{name} is {value!r}{nearest(str(value), choices)}, expected one of {words}")
+        return value
+    if "like" in of.metadata:
+        return None if value is None else _value(name, value, of.metadata["like"])
+    return _value(name, value, of.default)
+
+
+def _value(name: str, value: Any, default: Any) -> bool | int | float:
+    if isinstance(default, bool):
+        if not isinstance(value, bool):
+            raise InputError(f"{name} is {value!r}, expected true or false")
+        return value
+    if isinstance(value, bool | str):
+        raise InputError(f"{name} is {value!r}, expected a number")
+    if isinstance(default, int):
+        if not isinstance(value, int) or not 1 <= value <= LARGEST_COUNT:
+            raise InputError(f"{name} is {value!r:.60}, expected a whole number from 1 to {LARGEST_COUNT}")
+        return value
+    return positive(name, value) if default > 0.0 else non_negative(name, value)

@@ -8,8 +8,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.clock import now
-from ftqp.qp.adapters.backend import Backend, Claim
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 
 STEPS = 2
 """The most systems that are solved: one for the active bounds of the answer, one for those that its own

@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 from ftqp.core.errors import InputError, MissingPackage, unknown
 from ftqp.core.extras import remedy_for_extra
 from ftqp.qp import adapters
-from ftqp.qp.adapters.backend import Backend
-from ftqp.qp.adapters.backend_settings import settings
+from ftqp.qp.adapters.backend import Backend, settings
 
 
 def profile(path: str | Path) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.qp.adapters.backend_settings import choice, optional
+from ftqp.qp.adapters.backend import choice, optional
 
 METHODS = ("implicit", "94lvi", "e47")
 MODES = ("product", "paper")

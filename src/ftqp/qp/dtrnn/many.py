@@ -9,8 +9,7 @@ from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.core.one_engine import check_engine
 from ftqp.kernel.entry.workspace import solve_many
-from ftqp.qp.adapters.backend import Claim
-from ftqp.qp.adapters.backend_settings import settings
+from ftqp.qp.adapters.backend import Claim, settings
 from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
 from ftqp.qp.problem import SYMMETRY_TOLERANCE, refuse_halves
 

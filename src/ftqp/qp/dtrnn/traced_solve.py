@@ -8,9 +8,7 @@ import numpy as np
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen
 from ftqp.core.errors import InputError
 from ftqp.qp.adapters._dtrnn import Dtrnn
-from ftqp.qp.adapters.backend import Claim
-from ftqp.qp.adapters.backend_settings import settings
-from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.backend import Claim, QPBuffers, settings
 from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
 from ftqp.qp.problem import QP, Solution
 from ftqp.qp.solving import checked, loaded

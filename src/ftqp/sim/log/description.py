@@ -20,11 +20,10 @@ from ftqp.control.task.own_task import LeastSquares, OwnConstraint, OwnTask
 from ftqp.control.task.soft_tasks import FIRST, PositionTask
 from ftqp.control.task.task_kinds import KINDS
 from ftqp.core.checks import FloatArray
+from ftqp.model.chain import Skeleton
 from ftqp.model.frames import mount_of
 from ftqp.model.robot import Robot
-from ftqp.model.skeleton import Skeleton
-from ftqp.qp.recording.recorded_qps import Recording
-from ftqp.qp.recording.recorder import Recorder
+from ftqp.qp.recording.recorded_qps import Recorder, Recording
 from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.log.signals import ITSELF, TASKS
 from ftqp.sim.schedule import FaultEvent, Schedule

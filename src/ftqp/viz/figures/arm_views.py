@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.pose import rotated
-from ftqp.model.skeleton import Skeleton
+from ftqp.model.chain import Skeleton
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
+from ftqp.model.chain import Skeleton
 from ftqp.model.robot import Robot
-from ftqp.model.skeleton import Skeleton
 from ftqp.viz.figures import arm_views
 from ftqp.viz.figures.canvas import BLUE, paper, save, shade_beyond, tidy
 

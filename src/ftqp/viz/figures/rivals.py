@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.model.skeleton import Skeleton
+from ftqp.model.chain import Skeleton
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.rival import strayed
 from ftqp.viz.figures import arm_views, events
