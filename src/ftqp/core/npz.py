@@ -1,7 +1,10 @@
-"""Arrays from an NPZ file that somebody else may have made: measured before they are read."""
+"""Arrays and a JSON text in an NPZ file: written whole or not at all, and measured before they are read."""
 
+import json
+import os
 import zipfile
 import zlib
+from collections.abc import Mapping
 from pathlib import Path
 from tokenize import TokenError
 from typing import Any
@@ -18,6 +21,29 @@ HEADERS = {
     (2, 0): np.lib.format.read_array_header_2_0,
 }
 """What reads the head of an array, by the version of its format."""
+
+
+ABOUT = "about"
+"""The array that holds the JSON text."""
+
+
+def write_npz(file: Path, arrays: Mapping[str, NDArray[Any]], about: Mapping[str, Any]) -> None:
+    """Write arrays and what JSON can hold about them; a file of the same name is replaced at the end."""
+    text = np.array(json.dumps(about, allow_nan=False))
+    part = file.with_name(f".{file.name}.{os.getpid()}.part")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with part.open("wb") as stream:
+            np.savez_compressed(stream, **{ABOUT: text}, **arrays)  # type: ignore[arg-type]
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def read_npz(file: Path, largest: float) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """The arrays of a file that ``write_npz`` has written, and what its text says."""
+    arrays = npz_arrays(file, largest)
+    return arrays, json.loads(str(arrays.pop(ABOUT)))
 
 
 def npz_arrays(file: Path, largest: float) -> dict[str, NDArray[Any]]:

@@ -1,7 +1,7 @@
 """Joint limits: the record, and the rule that fills in accelerations nobody published."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 import numpy as np
@@ -71,20 +71,12 @@ class JointLimits:
         Raises:
             InputError: These are no numbers, or as many as neither one nor nv.
         """
-        speed = one_each("v_max", v_max, count)
         if a_max is None:
+            speed = one_each("v_max", v_max, count)
             with np.errstate(over="ignore"):  # such a speed is refused later, in a sentence
-                acceleration = np.where(speed > 0.0, speed / RISE_TIME, np.inf)
-        else:
-            acceleration = one_each("a_max", a_max, count)
-        return cls(
-            q_min=one_each("q_min", q_min, count),
-            q_max=one_each("q_max", q_max, count),
-            v_max=speed,
-            a_max=acceleration,
-            tau_max=one_each("tau_max", tau_max, count),
-            j_max=one_each("j_max", j_max, count),
-        )
+                a_max = np.where(speed > 0.0, speed / RISE_TIME, np.inf)
+        low = one_each("q_min", q_min, count)
+        return cls(q_min=low, q_max=q_max, v_max=v_max, a_max=a_max, tau_max=tau_max, j_max=j_max)
 
     def __len__(self) -> int:
         """The number of joints nv."""
@@ -103,19 +95,17 @@ class JointLimits:
         Raises:
             InputError: A limit or a joint is unknown, or a value is not one number or nv of them.
         """
-        changes = {
-            name: by_joint(name, value, joints, getattr(self, name, None)) for name, value in changes.items()
-        }
-        if "v_max" in changes and "a_max" not in changes and np.isinf(self.a_max).any():
-            speed = one_each("v_max", changes["v_max"], len(self))
-            changes = {**changes, "a_max": np.where(np.isinf(self.a_max), speed / RISE_TIME, self.a_max)}
         names = [field.name for field in fields(self)]
         for name in changes:
             if name not in names:
                 raise unknown("limit", name, "a robot", names)
-        return type(self)(
-            **{name: one_each(name, changes.get(name, getattr(self, name)), len(self)) for name in names}
-        )
+        changes = {name: by_joint(name, new, joints, getattr(self, name)) for name, new in changes.items()}
+        if "v_max" in changes and "a_max" not in changes and np.isinf(self.a_max).any():
+            speed = one_each("v_max", changes["v_max"], len(self))
+            changes = {**changes, "a_max": np.where(np.isinf(self.a_max), speed / RISE_TIME, self.a_max)}
+        if "q_min" in changes:
+            changes = {**changes, "q_min": one_each("q_min", changes["q_min"], len(self))}
+        return replace(self, **changes)
 
 
 def part_of(limits: JointLimits, joints: IntArray) -> JointLimits:
@@ -135,15 +125,8 @@ def joined(first: JointLimits, *others: JointLimits) -> JointLimits:
 
 
 def by_joint(name: str, value: Any, joints: Sequence[str], now: Any) -> Any:
-    """``value``, or where it is a mapping of names of joints to numbers, ``now`` with those replaced.
-
-    Args:
-        name: What it is a limit of, for the message.
-        value: The limits that are given.
-        joints: The names of the joints, (nv,).
-        now: The limits there are, (nv,).
-    """
-    if not isinstance(value, Mapping) or now is None:
+    """``value``, or where it is a mapping of names of joints to numbers, ``now`` with those replaced."""
+    if not isinstance(value, Mapping):
         return value
     result = np.array(now, dtype=np.float64)
     for joint, number in value.items():
@@ -171,13 +154,8 @@ def one_each(name: str, value: Any, count: int) -> FloatArray:
 def within_branch(robot: Any, limits: Mapping[str | int, Any]) -> Any:
     """The robot with some joints kept in a range inside their own.
 
-    An elbow that has to stay bent one way gets its singular angle plus a margin as one end. The planner
-    brakes before these ends as before any position limit.
-
-    Args:
-        robot: The arm.
-        limits: Joint, by name or 0-based index, to (low, high) [rad or m]; -inf and inf keep the joint's own
-            end.
+    An elbow that has to stay bent one way gets its singular angle plus a margin as one end. ``limits`` are by
+    name or 0-based index (low, high) [rad or m]; -inf and inf keep the joint's own end.
     """
     instance("branch_limits", limits, Mapping, "joints with their (low, high), {joint: (low, high)}")
     low, high = robot.limits.q_min.copy(), robot.limits.q_max.copy()

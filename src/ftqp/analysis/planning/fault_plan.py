@@ -1,8 +1,6 @@
 """A plan: a trajectory along a path whose postures survive as many failures as can be."""
 
 import hashlib
-import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -31,7 +29,7 @@ from ftqp.control.scene.placed_shapes import Scene
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, frozen, positive, read_only, whole_number
 from ftqp.core.errors import InputError
 from ftqp.core.html_table import html_table
-from ftqp.core.npz import npz_arrays
+from ftqp.core.npz import read_npz, write_npz
 from ftqp.core.small_picture import curves_svg
 from ftqp.faults.kinds import Fault
 from ftqp.model.robot import Robot
@@ -107,39 +105,6 @@ FORMAT = 1
 """Version of the file's layout."""
 LARGEST = 2_000_000_000
 """Bytes of the arrays of a file that is read; more is taken for a mistake."""
-ABOUT = "about"
-"""The array that holds the JSON text."""
-
-
-def write_plan(path: str | Path, arrays: Mapping[str, FloatArray], about: Mapping[str, Any]) -> None:
-    """Write a file, whole or not at all; one of the same name is replaced."""
-    file = Path(path)
-    if file.suffix != ".npz":
-        raise InputError(f"plan {str(path)!r} has to end in .npz; name it {file.stem or 'plan'}.npz")
-    text = json.dumps({"format": FORMAT, **about, "content": _content(arrays)}, allow_nan=False)
-    part = file.with_name(f".{file.name}.{os.getpid()}.part")
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with part.open("wb") as stream:
-            np.savez_compressed(stream, **{ABOUT: np.array(text)}, **arrays)  # type: ignore[arg-type]
-        part.replace(file)
-    except OSError as error:
-        raise InputError(f"plan {file} cannot be written: {error.strerror or error}") from error
-    finally:
-        part.unlink(missing_ok=True)
-
-
-def read_plan(file: Path) -> tuple[dict[str, FloatArray], dict[str, Any]]:
-    """The arrays of a file, and what its text says; all kinds of errors where it is damaged."""
-    arrays = npz_arrays(file, LARGEST)
-    about = json.loads(str(arrays.pop(ABOUT)[()]))
-    if (version := about.pop("format")) != FORMAT:
-        raise InputError(
-            f"plan {file} has format {version!r:.20}, this ftqp reads {FORMAT}; plan it again with this ftqp"
-        )
-    if about.pop("content") != _content(arrays):
-        raise ValueError("its arrays are not those that were written")
-    return arrays, about
 
 
 def _content(arrays: Mapping[str, FloatArray]) -> str:
@@ -151,6 +116,10 @@ def _content(arrays: Mapping[str, FloatArray]) -> str:
     return whole.hexdigest()[:32]
 
 
+FACTS = (
+    "dt", "joints", "rows", "axis", "coverage", "stride", "method", "settings", "robot_digest", "task_digest",
+)  # fmt: skip
+"""What a file holds of a plan beside its arrays, and the arm's name as ``robot``."""
 ROUNDING = 1e-8
 """Poses of one path differ by less, whatever start they are computed from [m, and entries of rotations]."""
 
@@ -339,18 +308,9 @@ class Plan(MotionOnPath):
     def continuation(
         self, q: FloatArray, at: float, faults: Sequence[Fault]
     ) -> tuple[int, FloatArray] | None:
-        """The verified postures after locks, from a sample on; None where there is nothing to choose.
+        """The verified postures after locks: the sample, and the joints from there on, (k, nv) [rad or m].
 
-        Args:
-            q: Where the arm is, (nv,) [rad or m].
-            at: The time that the tip has reached on the path [s].
-            faults: What has failed.
-
-        Returns:
-            The sample, and the joints from there on, (k, nv) [rad or m].
-
-        Raises:
-            InputError: The plan was read without its robot.
+        Of the same arguments as ``remaining``; None where there is nothing to choose.
         """
         return continuation(self.task, q, at, faults)
 
@@ -363,20 +323,14 @@ class Plan(MotionOnPath):
         Raises:
             InputError: It does not end so, or cannot be written.
         """
-        about = {
-            "robot": self.robot_name,
-            "robot_digest": self.robot_digest,
-            "task_digest": self.task_digest,
-            "method": self.method,
-            "dt": self.dt,
-            "coverage": self.coverage,
-            "joints": list(self.joints),
-            "rows": list(self.rows),
-            "axis": self.axis,
-            "stride": self.stride,
-            "settings": dict(self.settings),
-        }
-        write_plan(file, {"q": self.q, "goals": self.goals}, about)
+        path, arrays = Path(file), {"q": self.q, "goals": self.goals}
+        if path.suffix != ".npz":
+            raise InputError(f"plan {str(file)!r} has to end in .npz; name it {path.stem or 'plan'}.npz")
+        about = {name: getattr(self, name) for name in FACTS} | {"robot": self.robot_name}
+        try:
+            write_npz(path, arrays, {"format": FORMAT, **about, "content": _content(arrays)})
+        except OSError as error:
+            raise InputError(f"plan {path} cannot be written: {error.strerror or error}") from error
 
 
 def plan_of(
@@ -425,22 +379,16 @@ def load_plan(file: str | Path, robot: Robot | None = None, path: Any = None) ->
     if not file.is_file():
         raise InputError(f"plan {file} does not exist; `ftqp.analysis.plan(...).save(file)` makes one")
     try:
-        arrays, about = read_plan(file)
-        found = Plan(
-            q=frozen(arrays["q"]),
-            goals=frozen(arrays["goals"]),
-            dt=float(about["dt"]),
-            joints=tuple(about["joints"]),
-            rows=tuple(about["rows"]),
-            axis=about["axis"],
-            coverage=float(about["coverage"]),
-            stride=int(about["stride"]),
-            method=about["method"],
-            settings=about["settings"],
-            robot_name=about["robot"],
-            robot_digest=about["robot_digest"],
-            task_digest=about["task_digest"],
-        )
+        arrays, about = read_npz(file, LARGEST)
+        if (version := about["format"]) != FORMAT:
+            raise InputError(
+                f"plan {file} has format {version!r:.20}, this ftqp reads {FORMAT}; plan it again with it"
+            )
+        if about["content"] != _content(arrays):
+            raise ValueError("its arrays are not those that were written")
+        about |= {name: tuple(about[name]) for name in ("joints", "rows")}
+        facts: dict[str, Any] = {name: about[name] for name in FACTS}
+        found = Plan(q=arrays["q"], goals=arrays["goals"], robot_name=about["robot"], **facts)
         if found.q.shape != (len(found.goals), len(found.joints)) or not np.isfinite(found.q).all():
             raise ValueError("it has joints for other samples")
     except InputError:

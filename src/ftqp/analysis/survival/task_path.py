@@ -156,14 +156,7 @@ class TaskPath:
         return tuple(COMPONENTS.index(name) for name in self.rows)
 
     def every(self, stride: int) -> Self:
-        """This task with every stride-th sample only, from the first on; the last one always stays.
-
-        Args:
-            stride: From 1; N must be a multiple of it, so that the grid stays even.
-
-        Raises:
-            InputError: N is no multiple of it.
-        """
+        """This task with every stride-th sample only, the first and the last one among them."""
         if stride < 1 or self.N % stride:
             raise InputError(
                 f"stride is {stride}, expected a divisor of N = {self.N}, so that the grid stays even"
@@ -172,69 +165,36 @@ class TaskPath:
         return self.through(self.goals[at], self.dt * stride)
 
     def coarse(self, K: int) -> Self:
-        """This task on a grid of K + 1 samples, as near to even as the samples allow.
-
-        Args:
-            K: Intervals of the coarser grid, from 1 to N; where N is no multiple of K the nearest smaller
-                stride is taken and the grid gets finer than asked for.
-        """
+        """This task on a grid of K + 1 samples, or more where N is no multiple of K."""
         stride = max(1, self.N // max(1, K))
         while self.N % stride:
             stride -= 1
         return self.every(stride)
 
     def with_rows(self, rows: Any) -> Self:
-        """This task with other rows of the same samples, as what is to be kept of it after a failure.
-
-        Args:
-            rows: As in ``task_path``.
-
-        Raises:
-            InputError: The rows are unknown, or the arm has fewer joints.
-        """
+        """This task with other rows of the same samples, as ``task_path`` takes them."""
         names, axis = task_rows(self.robot, rows)
         return replace(self, rows=names, axis=axis)
 
     def with_robot(self, robot: Robot) -> Self:
-        """The same samples and rows of another arm.
-
-        Args:
-            robot: The arm.
-        """
+        """The same samples and rows of another arm."""
         around = None if self.around is None else self.around.on(robot)
         return replace(self, robot=robot, around=around)
 
     def among(self, around: Around | None) -> Self:
-        """The same path of the same arm among other things.
-
-        Args:
-            around: What it keeps clear of.
-        """
+        """The same path of the same arm among other things."""
         return replace(self, around=around)
 
     def through(self, goals: FloatArray, dt: float | None = None) -> Self:
-        """The same arm and rows among the same things on other samples.
-
-        Args:
-            goals: Poses, (K + 1, 4, 4) [m].
-            dt: The time between them [s]; None is as it was.
-        """
+        """The same arm and rows among the same things on other samples, (K + 1, 4, 4) [m], dt apart [s]."""
         return replace(self, goals=frozen(goals.copy()), dt=self.dt if dt is None else dt)
 
     def clear(self, q: FloatArray) -> BoolArray:
-        """Whether the arm is as far from everything as it is to keep, (k,).
-
-        Args:
-            q: Postures, (k, nv) [rad or m].
-        """
+        """Whether the arm is as far from everything as it is to keep at postures (k, nv), (k,)."""
         return np.asarray(self.clearances(q) >= (0.0 if self.around is None else self.around.clearance.keep))
 
     def clearances(self, q: FloatArray) -> FloatArray:
-        """The least distance of two bodies that are to be kept apart, (k,) [m]; inf where none are.
-
-        Args:
-            q: Postures, (k, nv) [rad or m].
-        """
+        """The least distance of bodies that are to be kept apart at postures (k, nv), (k,) [m]; or inf."""
         if self.around is None:
             return np.full(len(q), np.inf)
         session = robot_session(self.robot, self.indices, axis=self.axis)

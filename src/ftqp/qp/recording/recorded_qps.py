@@ -1,6 +1,5 @@
 """Recorded QPs: a backend that keeps what it is asked, and the arrays with names and their file."""
 
-import json
 import os
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,7 +11,7 @@ import numpy as np
 
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, frozen, positive
 from ftqp.core.errors import InputError
-from ftqp.core.npz import npz_arrays
+from ftqp.core.npz import read_npz, write_npz
 from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 from ftqp.qp.adapters.registry import backend as backend_of
 from ftqp.qp.problem import ANSWER, PARTS, QP
@@ -21,8 +20,6 @@ FORMAT = 1
 """Version of the file's layout."""
 LARGEST = 4_000_000_000
 """Bytes of the arrays of a file that is read; more is taken for a mistake."""
-ABOUT = "about"
-"""The array of the file that holds the names and the metadata, a JSON text."""
 
 SHAPES: dict[str, tuple[str, ...]] = {
     "H": ("n", "n"), "g": ("n",), "A": ("m", "n"), "b": ("m",), "C": ("p", "n"), "l": ("p",), "u": ("p",),
@@ -170,21 +167,13 @@ class Recording:
             InputError: The file exists already or cannot be written, or the metadata are not JSON.
         """
         file, about = free_file(path), {"variables": self.variables, "rows": self.rows, "format": FORMAT}
+        arrays = {name: getattr(self, name) for name in SHAPES}
         try:
-            text = json.dumps({**about, "metadata": self.metadata}, allow_nan=False)
+            write_npz(file, arrays, {**about, "metadata": self.metadata})
         except (TypeError, ValueError) as error:
             raise InputError(f"metadata of the recording are not JSON: {error}") from error
-        arrays: dict[str, Any] = {name: getattr(self, name) for name in SHAPES}
-        part = file.with_name(f".{file.name}.{os.getpid()}.part")
-        try:
-            file.parent.mkdir(parents=True, exist_ok=True)
-            with part.open("wb") as stream:
-                np.savez_compressed(stream, **{ABOUT: np.array(text)}, **arrays)  # type: ignore[arg-type]
-            part.rename(free_file(file))
         except OSError as error:
             raise InputError(f"recording {file} cannot be written: {error.strerror or error}") from error
-        finally:
-            part.unlink(missing_ok=True)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -201,11 +190,10 @@ class Recording:
         if not file.is_file():
             raise InputError(f"recording {file} does not exist; `ftqp run --record-qps FILE` makes one")
         try:
-            arrays: dict[str, Any] = npz_arrays(file, LARGEST)
-            about = json.loads(str(arrays.pop(ABOUT)))
+            arrays, about = read_npz(file, LARGEST)
             version = about.pop("format")
             if version == FORMAT:
-                return cls(**arrays, **about)
+                return cls(**arrays, **about)  # type: ignore[arg-type]
         except (OSError, KeyError, AttributeError, TypeError, ValueError, RecursionError) as error:
             raise InputError(
                 f"{file} is not a recording, or is damaged ({error!s:.100}); expected the .npz of "
