@@ -157,10 +157,11 @@ class Robot:
 
         Args:
             source: The path of a file, or the XML itself.
-            tip: The name of the controlled frame.
-            locked: Joints to hold, by name or 0-based index; this and the rest as in ``from_pinocchio``.
+            tip: The name of the controlled frame; this and the rest as in ``from_pinocchio``.
+            locked: Joints to hold, by name or 0-based index.
             tips: The names of several frames to control in place of ``tip``.
-            wishes: By keyword.
+            wishes: By keyword: limits, acceleration, neutral, default_rows, length, q_locked, name, gravity,
+                mimics and kinematics_only.
 
         Raises:
             InputError: The file cannot be read; or as ``from_pinocchio``.
@@ -190,10 +191,10 @@ class Robot:
 
         Args:
             source: The path of a file, or the XML itself.
-            tip: The name of the controlled frame: a site, a body or a named frame.
-            locked: Joints to hold, by name or 0-based index; this and the rest as in ``from_pinocchio``.
+            tip: The name of the controlled frame; this and the rest as in ``from_pinocchio``.
+            locked: Joints to hold, by name or 0-based index.
             tips: The names of several frames to control in place of ``tip``.
-            wishes: By keyword.
+            wishes: By keyword, as in ``from_urdf``.
 
         Raises:
             InputError: The file cannot be read; or as ``from_pinocchio``.
@@ -328,17 +329,26 @@ class Robot:
         return joint_index(self.joints, name_or_index, self.name)
 
     def angles(self, q: Any) -> FloatArray:
-        """Joint positions, (nv,) [rad or m], of a configuration."""
+        """Joint positions, (nv,) [rad or m], of a configuration.
+
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
+        """
         return positions_of(self.model, self.continuous, q)
 
     def configuration(self, q: Any) -> FloatArray:
-        """pinocchio's configuration, (nq,) [rad or m], of a configuration."""
+        """pinocchio's configuration, (nq,) [rad or m], of a configuration.
+
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
+        """
         return configuration_of(self.model, self.continuous, self.angles(q))
 
     def pose(self, q: Any, frame: str | None = None) -> FloatArray:
         """Pose T_WE of the tip, or of another frame, (4, 4) [m].
 
         Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
             frame: The name of any frame of the model; None is the tip.
 
         Raises:
@@ -357,6 +367,7 @@ class Robot:
         its leader's.
 
         Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
             frame: The name of any frame of the model; None is the tip.
 
         Raises:
@@ -371,6 +382,9 @@ class Robot:
 
         A joint that follows another has a row of zeros: its leader's motor moves it.
 
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
+
         Raises:
             InputError: The robot has no masses.
         """
@@ -382,6 +396,7 @@ class Robot:
         """h, (nv,) [N m or N]: gravity, Coriolis and centrifugal terms and viscous friction, tau = M a + h.
 
         Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
             v: The velocity, (nv,) [rad/s or m/s].
 
         Raises:
@@ -394,7 +409,11 @@ class Robot:
         return coupled_columns(self.chain, np.asarray(h + self.viscous * speed))
 
     def refuse_tree(self, what: str) -> None:
-        """Refuses a robot with joints beside the way to its tip, or that follow others, or that floats."""
+        """Refuses a robot whose joints are not all on the way to its tip, or follow others, or that floats.
+
+        Args:
+            what: What needs another robot, the beginning of the sentence, such as ``coverage needs``.
+        """
         self.refuse_followers(what)
         if not self.is_serial:
             raise InputError(
@@ -404,7 +423,11 @@ class Robot:
         self.refuse_floating(what)
 
     def refuse_followers(self, what: str) -> None:
-        """Refuses a robot of which a joint follows another one."""
+        """Refuses a robot of which a joint follows another one.
+
+        Args:
+            what: What needs another robot, the beginning of the sentence, such as ``coverage needs``.
+        """
         for name, one in followers_of(self.joints, self.chain).items():
             raise InputError(
                 f"{what} a motor at every joint, but {name!r} of {self.name} mimics {one.leader!r}; hold "
@@ -412,7 +435,11 @@ class Robot:
             )
 
     def refuse_floating(self, what: str) -> None:
-        """Refuses a robot whose base floats."""
+        """Refuses a robot whose base floats.
+
+        Args:
+            what: What needs another robot, the beginning of the sentence, such as ``coverage needs``.
+        """
         if self.chain.floating:
             raise InputError(
                 f"{what} a base that stands, but {self.name} floats (on_free_base), and nothing there keeps "
@@ -420,7 +447,11 @@ class Robot:
             )
 
     def refuse_unknown_torques(self, what: str) -> None:
-        """Refuses a robot whose file has no torque limit of any motor, where nobody has given them since."""
+        """Refuses a robot whose file has no torque limit of any motor, where nobody has given them since.
+
+        Args:
+            what: What needs another robot, the beginning of the sentence, such as ``coverage needs``.
+        """
         if any(finding.about == UNKNOWN_TORQUE for finding in self.findings):
             raise InputError(
                 f"{what}, and the file of {self.name} has no torque limits (effort 0 or missing); give them "
