@@ -60,15 +60,6 @@ def test_margin_is_the_distance_to_the_nearest_end_across_the_seam() -> None:
     assert 3.2 - TURN in found
 
 
-def test_whole_circle_is_whole_and_the_line_is_no_circle() -> None:
-    whole = CircularIntervals.of([(0.0, 4.0), (3.9, 7.0)])
-    assert whole.whole
-    assert whole.margin(2.0) == np.inf
-    line = CircularIntervals.of([(0.0, 1.0)], circular=False)
-    assert not line.contains(0.5 + TURN)
-    assert CircularIntervals.of([]).margin(0.0) == -np.inf
-
-
 def test_points_are_structural() -> None:
     assert CircularIntervals.of([(1.0, 1.0), (-1.0, -1.0)]).structural
     assert not CircularIntervals.of([(1.0, 1.1)]).structural

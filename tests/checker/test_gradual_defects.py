@@ -232,7 +232,3 @@ def test_run_without_a_defect_breaks_no_law(sound, what, strict):
 def test_gradual_defect_is_found(sound, defect, strict):
     law, plant = DEFECTS[defect]
     assert law in verdict(ARM, plant(sound), strict).laws
-
-
-def test_there_are_twenty_defects_and_more():
-    assert len(DEFECTS) >= 20

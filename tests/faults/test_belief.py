@@ -95,12 +95,6 @@ def test_lock_brakes_at_a_quarter_of_the_acceleration_limit_unless_told(belief, 
     assert K.faults.lock_rate[2] == 0.3
 
 
-@pytest.mark.parametrize(("name", "code"), [("kinematic", 0), ("momentum", 1), ("task", 2)])
-def test_reset_rule_reaches_the_record(belief, K, name, code):
-    belief.report(Locked(3, mode="instant", reset=name))
-    assert K.faults.reset_mode == code
-
-
 def test_degraded_joint_gets_its_share_of_the_limits(belief, K):
     belief.report(Degraded("panda_joint2", velocity=0.5, acceleration=0.25, torque=0.75, q_min=-1.0))
     assert K.limits.v_max[1] == 0.5 * PANDA.limits.v_max[1]
@@ -108,11 +102,6 @@ def test_degraded_joint_gets_its_share_of_the_limits(belief, K):
     assert K.limits.tau_max[1] == 0.75 * PANDA.limits.tau_max[1]
     assert K.limits.q_min[1] == -1.0 and K.limits.q_max[1] == PANDA.limits.q_max[1]
     assert K.limits.v_max[0] == PANDA.limits.v_max[0]
-
-
-def test_range_of_a_degraded_joint_never_grows(belief, K):
-    belief.report(Degraded(1, q_min=-99.0, q_max=99.0))
-    assert K.limits.q_min[1] == PANDA.limits.q_min[1] and K.limits.q_max[1] == PANDA.limits.q_max[1]
 
 
 @pytest.mark.parametrize(
@@ -150,13 +139,6 @@ def test_locked_joint_reported_locked_again_stays_locked(belief, K, again):
     belief.report(again)
     assert K.faults.code[3] == LOCKED
     assert belief.faults == {"panda_joint4": again}
-
-
-def test_braking_joint_reported_under_another_name_goes_on_braking_from_where_it_is(belief, K):
-    belief.report(Locked(3))
-    K.faults.lock_velocity[3] = 0.1
-    belief.report(Locked("panda_joint4"))
-    assert K.faults.code[3] == BRAKING and K.faults.lock_velocity[3] == 0.1
 
 
 def test_withdrawn_joint_that_locks_again_brakes_again(belief, K):
@@ -197,15 +179,6 @@ def test_free_swinging_joint_needs_the_inertia_of_the_robot():
     ):
         belief.report(FreeSwinging(0))
     assert belief.faults == {} and not belief.needs_dynamics
-
-
-def test_dynamics_are_needed_only_while_a_joint_swings_free(belief):
-    belief.report(Locked(1))
-    assert not belief.needs_dynamics
-    belief.report(FreeSwinging(3))
-    assert belief.needs_dynamics
-    belief.withdraw(3)
-    assert not belief.needs_dynamics
 
 
 def test_a_range_of_which_one_position_is_left_is_no_range(belief):

@@ -66,21 +66,6 @@ def test_planar6_has_the_published_check_values() -> None:
     assert robot.default_rows == ("x", "y")
 
 
-def test_continuous_planar_arm_turns_without_end() -> None:
-    robot = catalog.load("planar", lengths=(1, 1, 0.5), continuous=True)
-    limited = catalog.load("planar", lengths=(1, 1, 0.5))
-    assert robot.continuous.all()
-    assert (robot.nq, robot.nv) == (6, 3)
-    assert np.isinf(robot.limits.q_min).all()
-    assert np.isinf(robot.limits.q_max).all()
-    assert robot.limits.v_max.tolist() == limited.limits.v_max.tolist()
-    assert robot.limits.a_max.tolist() == limited.limits.a_max.tolist()
-    for q in np.random.default_rng(5).uniform(-2.0, 2.0, (5, 3)):
-        turned = q + 2.0 * np.pi * np.array([1.0, -2.0, 1.0])
-        assert np.abs(robot.pose(turned) - limited.pose(q)).max() < 1e-12
-        assert np.abs(mass_matrix(robot, robot.configuration(q)) - mass_matrix(limited, q)).max() < 1e-12
-
-
 @pytest.mark.parametrize(
     ("degrees", "tip", "singular"),
     [
@@ -105,19 +90,6 @@ def test_modular11_has_the_published_check_values(
     J = jacobian(robot, q)
     J[:3] /= robot.length
     assert np.linalg.svd(J, compute_uv=False) == pytest.approx(singular, abs=1e-6)
-
-
-def test_srs7_starts_where_the_studies_of_a_moving_base_do() -> None:
-    robot = catalog.load("srs7")
-    shoulder = np.array([0.20, 0.0, 0.75])
-    assert robot.pose(robot.neutral)[:3, 3] + shoulder == pytest.approx(
-        [0.746051, 0.058732, 0.937658], abs=1e-6
-    )
-    J = jacobian(robot, robot.neutral)
-    J[:3] /= robot.length
-    assert np.linalg.svd(J, compute_uv=False)[-1] == pytest.approx(0.477635, abs=1e-6)
-    least = [np.linalg.svd(np.delete(J, i, 1), compute_uv=False)[-1] for i in range(7)]
-    assert least == pytest.approx([0.3395, 0.2092, 0.4599, 0.0, 0.3766, 0.1403, 0.1983], abs=5e-5)
 
 
 def test_canadarm2_is_as_long_as_its_maker_says_and_keeps_its_task_without_any_one_joint() -> None:

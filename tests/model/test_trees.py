@@ -1,6 +1,5 @@
 """Robots with several tips against pinocchio: kinematics, dynamics, frames, files, bases, refusals."""
 
-import itertools
 import json
 
 import numpy as np
@@ -162,18 +161,6 @@ def _fixed_mass(model: pin.Model, moving: set[str]) -> float:
     return sum(model.inertias[i].mass for i in at_base)
 
 
-def test_two_tips_on_one_arm_stay_serial_where_the_first_is_its_end() -> None:
-    panda = catalog.load("panda")
-    whole = Robot.from_pinocchio(panda.model, tips=["panda_hand_tcp", "panda_joint4"])
-    assert whole.is_serial
-    assert np.array_equal(whole.pose(panda.neutral), panda.pose(panda.neutral))
-    turned = Robot.from_pinocchio(panda.model, tips=["panda_joint4", "panda_hand_tcp"])
-    assert not turned.is_serial
-    assert (turned.nv, turned.chain.tip_joint, turned.tip) == (7, 3, "panda_joint4")
-    assert not turned.jacobian(panda.neutral)[:, 4:].any()
-    assert reach_of(turned.chain, turned.limits) < reach_of(panda.chain, panda.limits)
-
-
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
@@ -311,16 +298,6 @@ def test_a_base_on_a_base_and_a_mass_under_no_mass_are_refused() -> None:
         based.on_planar_base(v_max=1.0, a_max=1.0)
     with pytest.raises(InputError, match="srs7 has no masses"):
         catalog.load("srs7").on_planar_base(v_max=1.0, a_max=1.0, inertial=BASE)
-
-
-def test_a_drawn_arm_has_every_piece_once() -> None:
-    assert catalog.load("panda").chain.limbs == [list(range(9))]
-    robot, _ = random_robot(np.random.default_rng(7), 20)
-    limbs = robot.chain.limbs
-    pieces = [pair for limb in limbs for pair in itertools.pairwise(limb)]
-    above = [0, *(robot.chain.parent + 1), robot.chain.tip_joint + 1]
-    assert sorted(pieces) == sorted((int(above[i]), i) for i in range(1, 22))
-    assert limbs == Skeleton.of(robot.chain).limbs
 
 
 UNALIGNED_CONTINUOUS = """<robot name="c"><link name="base"/><link name="one"><inertial><mass value="1"/>

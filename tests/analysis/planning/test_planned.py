@@ -5,7 +5,6 @@ import pytest
 from planar_arms import PATH, Q0, START, TASK, survives
 from planar_arms import UNIT as ARM
 
-from ftqp.analysis.planning.dynamic_program import waypoint_task
 from ftqp.analysis.planning.plan_case import PlanSettings
 from ftqp.analysis.planning.planned import plan
 from ftqp.analysis.planning.survival_labels import survivals
@@ -119,16 +118,6 @@ def test_lock_that_is_not_survived_says_until_when_the_path_can_be_followed() ->
     assert error.time <= error.until < 10.0 and len(error.q) == round((error.until - error.time) / 0.1) + 1
     last = round(error.until / 0.1)
     assert np.abs(ARM.pose(error.q[-1])[:2, 3] - TASK.goals[last, :2, 3]).max() < 1e-8
-
-
-def test_number_of_samples_that_divides_badly_costs_no_more_waypoints() -> None:
-    prime = task_path(ARM, PATH, dt=10.0 / 211.0, rows="position")
-    grid = waypoint_task(prime, 50)
-    assert prime.N == 211 and grid.N == 50 and np.isclose(grid.t[-1], 10.0)
-    assert np.abs(grid.goals - PATH.sample(grid.t).pose).max() < 1e-4
-    made = plan(ARM, prime, settings=FEW)
-    assert made.q.shape == (212, 3) and made.coverage == 1.0
-    assert waypoint_task(TASK, 50).digest == TASK.every(2).digest
 
 
 def test_two_joints_to_spare_survive_more_than_with_least_motion() -> None:

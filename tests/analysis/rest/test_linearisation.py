@@ -139,16 +139,6 @@ def test_several_locks_need_more_than_a_loss_of_rank() -> None:
     assert other.rest > 1e-2
 
 
-def test_pose_of_a_panda_rests_where_the_search_says() -> None:
-    robot = catalog.load("panda")
-    goal = robot.pose(robot.neutral)
-    found = rest_configurations(robot, goal, "panda_joint2", 0.5, rows="pose")
-    assert found
-    for rest in found:
-        assert rest.q[1] == 0.5
-        assert rest_test(robot, rest.q, ["panda_joint2"], goal, rows="pose").passes()
-
-
 def test_at_the_goal_nothing_is_commanded() -> None:
     robot = links(1, 1, 1)
     q = np.array([0.3, 0.5, 0.7])

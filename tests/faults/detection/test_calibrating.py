@@ -26,11 +26,6 @@ def changed(motion, **columns):
     return ftqp.MotionLog(**(motion.log().columns() | columns))
 
 
-def test_noise_is_found_in_the_log(calibrated):
-    assert calibrated.calibration.sigma == pytest.approx(SIGMA, rel=0.03)
-    assert calibrated.calibration.quantum == 0.0
-
-
 @pytest.mark.long
 def test_thresholds_lie_above_what_is_in_the_log(calibrated, motion):
     room = calibrated.calibration.room[:3]

@@ -43,11 +43,6 @@ def test_the_effort_of_a_torque_arm_is_what_was_sent() -> None:
     assert motion.effort is not None and (motion.effort == log["tau"]).all()
 
 
-@pytest.mark.parametrize(("without", "name"), [("tau_measured", "tau"), ("tau_demand", "effort")])
-def test_torques_that_are_not_known_are_left_out(without: str, name: str) -> None:
-    assert getattr(motion_of(kept_log(without), JOINTS, DT, "position"), name) is None
-
-
 @pytest.mark.parametrize(
     ("log", "sentence"),
     [

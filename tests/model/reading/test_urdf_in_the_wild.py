@@ -170,22 +170,12 @@ def test_what_ros_and_pinocchio_read_is_read_and_changes_nothing(text):
     np.testing.assert_array_equal(robot.mass_matrix(q), plain.mass_matrix(q))
 
 
-def test_drakes_words_are_read_without_their_declaration():
-    fast = LIMIT + ' drake:acceleration="7"'
-    np.testing.assert_array_equal(Robot.from_urdf(arm((fast,) * 3)).limits.a_max, [7.0, 7.0, 7.0])
-
-
 @pytest.mark.parametrize(
     ("more", "line"), [("<!-- a\n -- b\n -->\n<broken>", 5), ("<a:b>\n</a:c>", 3), ("<!-- open", 2)]
 )
 def test_what_is_broken_is_refused_with_its_line(more, line):
     with pytest.raises(InputError, match=f"not well-formed XML: .*line {line}"):
         Robot.from_urdf(arm(more="\n" + more))
-
-
-def test_an_unexpanded_xacro_is_told_without_its_declaration():
-    with pytest.raises(InputError, match="xacro that was not expanded"):
-        Robot.from_urdf(arm(more='<xacro:macro name="x"/>'))
 
 
 # --- figures that are doubtful
