@@ -29,7 +29,6 @@ from ftqp.app.view.live_source import LiveSource
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice
 from ftqp.sim.session.session_commands import Break, Repair
-from ftqp.viz.live.frame import DrawnArm, frame_of
 from ftqp.viz.live.live_page import Page
 
 RESULTS = Path(__file__).parent / "results"
@@ -111,9 +110,8 @@ def measure(minutes: float, chromium: str | None) -> str:
                 browser.terminate()
                 browser.wait()
         refresh = _cost(page.refresh, 100)
-    drawn = DrawnArm(session.arms.robot)
-    facts = session.facts
-    frame = _cost(lambda: frame_of(facts, drawn), 500)
+    arm, tick = session._arm, session.frame.tick
+    frame = _cost(lambda: arm.frame(tick), 500)
     return _report(minutes, times, memory, nodes, frame, refresh, browsers)
 
 
@@ -209,7 +207,7 @@ have taken time between two bursts of ticks.
 
 | picture [ms] | median wall | mean CPU |
 |---|---:|---:|
-| frame of the session's facts, with the rival | {frame[0]:.2f} | {frame[1]:.2f} |
+| frame of the session | {frame[0]:.2f} | {frame[1]:.2f} |
 | frame, scene and, ten times a second, plots | {refresh[0]:.2f} | {refresh[1]:.2f} |
 
 A frame takes {1e3 * frame[1] / quantiles[False][0]:.0f} times the CPU of the median planner step.

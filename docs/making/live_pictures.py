@@ -16,16 +16,17 @@ from pathlib import Path
 from time import sleep
 from typing import Any
 
-import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from playwright.sync_api import sync_playwright
 
 from ftqp.app.view.arms_of_scenario import arms_of
+from ftqp.app.view.live_source import stage_of
+from ftqp.sim.session.frame import Frame
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice
 from ftqp.sim.session.session_commands import Break, Command
-from ftqp.viz.live.frame import DrawnArm, Frame, Stage, frame_of
 from ftqp.viz.live.live_page import Page
+from ftqp.viz.live.stage import Stage
 
 FOLDER = Path(__file__).parents[1] / "pictures"
 SCENARIO = Choice(scenario="panda-unannounced", overrides=("faults=[]",))
@@ -54,38 +55,23 @@ class Story:
 
     def __init__(self) -> None:
         self._session = Session(lambda choice: arms_of(choice, faults=False), SCENARIO)
-        self._arm = DrawnArm(self._session.arms.robot)
 
     def put(self, command: Command) -> None:
         self._session.put(command)
 
     def frame(self) -> Frame:
-        return frame_of(self._session.facts, self._arm)
+        return self._session.frame
 
     def go_on(self) -> float:
         """One step further; the time [s]."""
-        t = self._session.facts.t
+        t = self._session.frame.t
         if t < LOCK <= t + STEP:
             self.put(Break(JOINT))
         self._session.advance(STEP)
-        return float(self._session.facts.t)
+        return self._session.frame.t
 
     def stage(self) -> Stage:
-        path = self._session.arms.path
-        times = np.linspace(0.0, path.duration, 121)
-        return Stage(
-            number=0,
-            title="panda-unannounced",
-            tell="detector",
-            robot=self._session.arms.robot,
-            scheme="mvn",
-            backend="active_set",
-            path=path.sample(times).pose[:, :3, 3],
-            robots=("panda",),
-            scenarios=("panda-unannounced",),
-            schemes=("mvn",),
-            backends=("active_set",),
-        )
+        return stage_of(self._session)
 
 
 def main() -> int:
@@ -149,10 +135,10 @@ def titled(seen: Image.Image, frame: Frame) -> Image.Image:
     locked = bool(frame.truth.any())
     said = f"   {JOINT} brakes, nobody says so" if locked else ""
     lines = [(f"{frame.t:.2f} s{said}", "#222222")]
-    if locked:
+    if locked and frame.rival is not None:
         found = "found out by itself" if frame.belief.any() else "not told"
         lines.append((f"ftqp, {found}: {1e3 * frame.position_error:.1f} mm off", "#2e70b8"))
-        lines.append((f"damped resolved rates, not told: {1e3 * frame.rival_error:.1f} mm off", "#783c82"))
+        lines.append((f"damped resolved rates, not told: {1e3 * frame.rival.error:.1f} mm off", "#783c82"))
     for row, (words, colour) in enumerate(lines):
         pen.text((14, SCENE[1] - 82 + 23 * row), words, fill=colour, font=font)
     return picture

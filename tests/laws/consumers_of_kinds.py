@@ -79,8 +79,8 @@ def broken(order: Any) -> str:
     )
     session.put(order)
     session.advance(0.05)
-    assert not session.facts.truth.any() and not session.facts.belief.any()
-    return str(session.facts.message)
+    assert not session.frame.truth.any() and not session.frame.belief.any()
+    return str(session.frame.message)
 
 
 def said_by(*arguments: str) -> str:

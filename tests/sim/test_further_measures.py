@@ -15,7 +15,7 @@ from ftqp.sim.log.signals import PLANES, TASKS, names_in
 from ftqp.sim.loop import MEMORY, Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
-from ftqp.sim.session.tick_facts import facts_of
+from ftqp.sim.session.frame import DrawnArm
 
 PANDA = ftqp.robots.load("panda")
 TIP, ELBOW, DT = PANDA.tip, "panda_joint4", 1e-3
@@ -155,8 +155,9 @@ def test_the_angle_of_a_pose_is_told_beside_its_distance():
     assert [told[name]["unit"] for name in ("wrist", "wrist rotation")] == ["m", "rad"]
     for name, facts in told.items():
         assert facts["max_error"] == log[f"task_error.{name}"].max() > 0.0
-    assert [one.name for one in facts_of(log, 5).further[:2]] == ["wrist", "wrist rotation"]
-    assert facts_of(log, 5).further[1].value == log["task_error.wrist rotation"][5]
+    shown = DrawnArm(PANDA).recorded(log, 5).further
+    assert [one.name for one in shown[:2]] == ["wrist", "wrist rotation"]
+    assert shown[1].value == log["task_error.wrist rotation"][5]
 
 
 def test_a_task_of_ones_own_has_no_error_and_a_planner_without_tasks_no_columns():

@@ -7,7 +7,7 @@ from tests.model.random_robots import random_robot
 import ftqp
 from ftqp.model.serial import Inertial
 from ftqp.sim.plants.plant import Arm
-from ftqp.viz.live.frame import DrawnArm
+from ftqp.sim.session.frame import DrawnArm
 
 DT = 2e-3
 DUAL = ftqp.robots.load("dual_panda")

@@ -8,8 +8,8 @@ from ftqp.app.view.replay_source import ReplaySource, notes_of
 from ftqp.core.errors import InputError
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.loop import Simulation
+from ftqp.sim.session.frame import frames_of
 from ftqp.sim.session.session_commands import Break, Pause, Reset, Seek, Speed
-from ftqp.viz.live.frame import frames_of
 
 CLOCK = [0.0]
 

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from ftqp.app.view.arms_of_scenario import arms_of
-from ftqp.control.planner.status import STATUSES
 from ftqp.faults.kinds import KINDS
 from ftqp.model import catalog
-from ftqp.sim.log.log_arrays import MemoryRows
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice
@@ -25,7 +23,6 @@ from ftqp.sim.session.session_commands import (
     Tell,
     Use,
 )
-from ftqp.sim.session.tick_facts import facts_of
 
 Y_LINE = Choice(scenario="panda-y-line", overrides=("faults=",))
 CIRCLE = Choice(scenario="panda-circle", overrides=("faults=",))
@@ -39,11 +36,7 @@ def after(session, *commands, seconds=0.004):
     for command in commands:
         session.put(command)
     session.advance(seconds)
-    return session.facts
-
-
-def status(facts):
-    return STATUSES[facts.status].name
+    return session.frame
 
 
 @pytest.mark.parametrize("name", catalog.names())
@@ -65,17 +58,17 @@ def test_every_joint_of_every_arm_locks_swings_weakens_and_is_repaired(name):
             np.testing.assert_array_equal(facts.belief, expected)
             assert facts.message.startswith(f"{joint} " if kind == "free_swinging" else "")
             assert kind == "free_swinging" or facts.message == ""
-            assert status(facts) in ("OK", "RELAXED", "STOPPING")
+            assert facts.status in ("OK", "RELAXED", "STOPPING")
             facts = after(session, Repair(joint), seconds=dt)
             assert not facts.truth.any() and not facts.belief.any()
-    assert session.facts.tick == robot.nv * (6 if swings else 5)
+    assert session.frame.tick == robot.nv * (6 if swings else 5)
 
 
 def test_locked_joint_stands_and_goes_on_after_its_repair():
     session = made()
     after(session, seconds=1.0)
     facts = after(session, Break("panda_joint6"), seconds=0.5)
-    assert facts.v[5] == 0.0 and status(facts) == "OK"
+    assert facts.v[5] == 0.0 and facts.status == "OK"
     assert after(session, Repair(5), seconds=0.5).v[5] != 0.0
 
 
@@ -87,7 +80,7 @@ def test_planner_that_is_never_told_believes_nothing():
 def test_planner_is_told_after_the_delay_and_not_before():
     session = made()
     after(session, Tell("after", 0.1), Break(2), seconds=0.1)
-    assert not session.facts.belief.any()
+    assert not session.frame.belief.any()
     assert after(session, seconds=0.002).belief[2] == 1
 
 
@@ -113,7 +106,7 @@ def test_arm_that_was_repaired_behind_its_planners_back_does_not_jump():
     assert np.abs(repaired.q - before.q).max() < 2e-3
     assert "Back to the path" in repaired.message
     goes_on = after(session, seconds=6.0)
-    assert goes_on.message == "" and status(goes_on) == "OK" and goes_on.position_error < 1e-4
+    assert goes_on.message == "" and goes_on.status == "OK" and goes_on.position_error < 1e-4
 
 
 def test_detector_finds_what_nobody_tells():
@@ -193,22 +186,22 @@ def test_scenarios_own_fault_happens_and_reset_brings_it_again():
 
 def test_pause_makes_no_tick_and_reset_shows_the_same_first_frame():
     session = made(rival=True)
-    first = session.facts
+    first = session.frame
     after(session, Break(3, "degraded"), seconds=0.1)
     paused = after(session, Pause(True), seconds=1.0)
     assert (paused.tick, paused.paused) == (50, True)
     assert session.advance(5.0) == 0
     again = after(session, Reset(), Pause(False), seconds=0.0)
     assert again.tick == 0 and not again.truth.any() and not again.belief.any()
-    for name in ("q", "v", "target_position", "target_quaternion", "status", "position_error"):
+    for name in ("q", "v", "target", "status", "position_error"):
         np.testing.assert_array_equal(getattr(again, name), getattr(first, name))
-    np.testing.assert_array_equal(again.twin.q, first.twin.q)
+    np.testing.assert_array_equal(again.rival.q, first.rival.q)
 
 
 def test_parts_of_ticks_are_kept_and_no_tick_is_lost():
     session = made()
     made_ticks = sum(session.advance(1.0 / 30.0) for _ in range(30))
-    assert made_ticks == session.facts.tick == round(1.0 / session.arms.arm.planner.dt)
+    assert made_ticks == session.frame.tick == round(1.0 / session.arms.arm.planner.dt)
 
 
 def test_rehearsed_failure_happens_at_its_time_and_is_the_only_one():
@@ -225,29 +218,29 @@ def test_rehearsed_failure_happens_at_its_time_and_is_the_only_one():
 def test_hand_leads_the_tip_and_gives_the_path_back():
     session = made(CIRCLE)
     after(session, seconds=0.5)
-    pose = session.arms.robot.pose(session.facts.q)
+    pose = session.arms.robot.pose(session.frame.q)
     pose[:3, 3] += (0.0, 0.1, 0.05)
     facts = after(session, Aim(pose), seconds=3.0)
     np.testing.assert_allclose(session.arms.robot.pose(facts.q), pose, atol=2e-3)
-    np.testing.assert_array_equal(facts.target_position, pose[:3, 3])
+    np.testing.assert_array_equal(facts.target[:3, 3], pose[:3, 3])
     assert "Led by hand" in facts.message
     facts = after(session, Aim(None), seconds=0.1)
     assert "Back to the path" in facts.message
     facts = after(session, seconds=5.0)
-    assert facts.message == "" and status(facts) == "OK"
-    on_circle = facts.target_position - session.arms.path.start[:3, 3]
+    assert facts.message == "" and facts.status == "OK"
+    on_circle = facts.target[:3, 3] - session.arms.path.start[:3, 3]
     assert 1e-4 < np.linalg.norm(on_circle) < 0.2
 
 
 @pytest.mark.long
 def test_hand_that_points_out_of_reach_is_no_end():
     session = made(CIRCLE)
-    pose = session.arms.robot.pose(session.facts.q)
+    pose = session.arms.robot.pose(session.frame.q)
     pose[:3, 3] += (3.0, 0.0, 0.0)
     facts = after(session, Aim(pose), seconds=3.0)
     assert "behind" in facts.message and np.isfinite(facts.q).all()
     facts = after(session, Aim(None), seconds=6.0)
-    assert status(facts) == "OK" and facts.message == ""
+    assert facts.status == "OK" and facts.message == ""
 
 
 def test_nan_in_the_state_is_said_in_words_and_reset_recovers():
@@ -258,17 +251,17 @@ def test_nan_in_the_state_is_said_in_words_and_reset_recovers():
     said = facts.message
     assert "cannot go on" in said and "panda_joint4" in said and "Reset" in said
     assert np.isfinite(facts.q).all()
-    assert session.advance(1.0) == 0 and session.facts.message == said
+    assert session.advance(1.0) == 0 and session.frame.message == said
     facts = after(session, Reset(), seconds=0.1)
-    assert facts.tick == 50 and status(facts) == "OK" and facts.message == ""
+    assert facts.tick == 50 and facts.status == "OK" and facts.message == ""
 
 
 def test_stopped_arm_stays_on_the_page_and_reset_recovers():
     session = made(Choice(scenario="planar6-stop"))
     facts = after(session, seconds=30.0)
-    assert status(facts) == "STOPPED" and facts.tick == 3000
+    assert facts.status == "STOPPED" and facts.tick == 3000
     assert "stopped the arm: the task error was beyond its threshold" in facts.message
-    assert status(after(session, Reset(), seconds=0.1)) == "OK"
+    assert after(session, Reset(), seconds=0.1).status == "OK"
 
 
 def test_stopped_arm_goes_on_when_it_is_resumed():
@@ -276,31 +269,31 @@ def test_stopped_arm_goes_on_when_it_is_resumed():
     after(session, seconds=2.0)
     session.arms.arm.planner.stop()
     stopped = after(session, seconds=1.0)
-    assert status(stopped) == "STOPPED" and "Resume tries again" in stopped.message
+    assert stopped.status == "STOPPED" and "Resume tries again" in stopped.message
     still = after(session, Pause(True), seconds=1.0)
     assert still.paused and still.tick == stopped.tick
     began = after(session, Pause(False), seconds=0.01)
-    assert status(began) != "STOPPED" and not began.paused and "Back to the path" in began.message
+    assert began.status != "STOPPED" and not began.paused and "Back to the path" in began.message
     assert np.abs(began.q - stopped.q).max() < 1e-3
     later = after(session, seconds=3.0)
-    assert status(later) == "OK" and later.message == "" and later.twin.position_error < 1e-3
+    assert later.status == "OK" and later.message == "" and later.rival.error < 1e-3
 
 
 def test_arm_whose_failure_lasts_stops_again_after_it_is_resumed():
     session = made(Choice(scenario="planar6-stop"))
     stopped = after(session, seconds=30.0)
     session.put(Pause(False))
-    assert status(after(session, seconds=0.05)) == "RELAXED"
+    assert after(session, seconds=0.05).status == "RELAXED"
     again = after(session, seconds=1.0)
-    assert status(again) == "STOPPED" and again.message == stopped.message
+    assert again.status == "STOPPED" and again.message == stopped.message
 
 
 def test_resume_that_a_lost_sensor_forbids_says_so():
     dropped = ("faults=", 'sensors.faults=[{kind="dropped", joint=2, at=0.1}]')
     session = made(Choice(scenario="panda-detected", overrides=dropped))
-    assert status(after(session, seconds=0.5)) == "STOPPED"
+    assert after(session, seconds=0.5).status == "STOPPED"
     facts = after(session, Pause(False), seconds=0.1)
-    assert status(facts) == "STOPPED" and "The arm does not go on: " in facts.message
+    assert facts.status == "STOPPED" and "The arm does not go on: " in facts.message
     assert "panda_joint3" in facts.message
 
 
@@ -312,30 +305,30 @@ def test_operator_is_told_of_a_joint_that_swings_towards_its_stop():
 def test_rival_is_broken_with_the_arm_and_told_what_a_person_tells():
     session = made(CIRCLE, rival=True)
     after(session, seconds=4.0)
-    assert session.facts.twin.position_error < 1e-4 and not session.facts.twin.told
+    assert session.frame.rival.error < 1e-4 and not session.frame.rival.told
     untold = after(session, Tell("never"), Break(2), seconds=1.0)
-    assert untold.twin.position_error > 1e-5 and not untold.twin.told
-    assert untold.twin.q[2] == pytest.approx(untold.q[2], abs=1e-2)
+    assert untold.rival.error > 1e-5 and not untold.rival.told
+    assert untold.rival.q[2] == pytest.approx(untold.q[2], abs=1e-2)
     told = after(session, Tell("at once"), seconds=1.0)
-    assert told.twin.told and told.twin.position_error < 0.1 * untold.twin.position_error
-    assert not after(session, Repair(2), seconds=0.5).twin.told
+    assert told.rival.told and told.rival.error < 0.1 * untold.rival.error
+    assert not after(session, Repair(2), seconds=0.5).rival.told
 
 
 def test_rival_waits_while_a_hand_leads_and_begins_anew_beside_the_arm():
     session = made(CIRCLE, rival=True)
     after(session, Break(2), seconds=1.0)
-    pose = session.arms.robot.pose(session.facts.q)
+    pose = session.arms.robot.pose(session.frame.q)
     pose[2, 3] += 0.02
-    assert after(session, Aim(pose), seconds=0.5).twin is None
+    assert after(session, Aim(pose), seconds=0.5).rival is None
     back = after(session, Aim(None), seconds=4.0)
     assert "Back to the path" not in back.message
-    assert back.twin is not None and back.twin.position_error < 5e-3
+    assert back.rival is not None and back.rival.error < 5e-3
 
 
 def test_rival_is_left_out_where_it_cannot_lead():
-    assert made(Choice(scenario="panda-mujoco-payload"), rival=True).facts.twin is None  # it takes torques
+    assert made(Choice(scenario="panda-mujoco-payload"), rival=True).frame.rival is None  # it takes torques
     planar = after(made(Choice(scenario="planar6-square"), rival=True), seconds=0.5)
-    assert planar.twin.position_error < 1e-3  # x and y only
+    assert planar.rival.error < 1e-3  # x and y only
 
 
 @pytest.mark.parametrize("scenario", ["panda-mujoco-brake", "panda-mujoco-free", "modular11-locked"])
@@ -345,7 +338,7 @@ def test_every_kind_of_arm_and_leader_plays(scenario):
     assert facts.truth[1] == facts.belief[1] == 1
     facts = after(session, Repair(1), seconds=0.1)
     assert facts.message == "" and np.isfinite(facts.q).all()
-    assert (facts.twin is None) == (session.arms.arm.plant.drive == "torque")
+    assert (facts.rival is None) == (session.arms.arm.plant.drive == "torque")
 
 
 @pytest.mark.long
@@ -354,32 +347,12 @@ def test_path_with_progress_goes_there_and_back_without_end():
     start, end = session.arms.path.start[:3, 3], session.arms.path.sample(2.0).pose[0, :3, 3]
     reached = ["start"]
     for _ in range(400):
-        at = after(session, seconds=0.1).target_position
+        at = after(session, seconds=0.1).target[:3, 3]
         for name, place in (("start", start), ("end", end)):
             if np.linalg.norm(at - place) < 1e-3 and reached[-1] != name:
                 reached.append(name)
     assert reached[:4] == ["start", "end", "start", "end"]
-    assert status(session.facts) in ("OK", "SCALED")
-
-
-def test_log_of_a_session_has_the_facts_that_were_shown():
-    session = made()
-    sink = MemoryRows(session.signals, {})
-    session.record(sink)
-    shown = [after(session, seconds=0.1), after(session, Break(2), seconds=0.1)]
-    shown += [after(session, Repair(2), seconds=0.1), after(session, Break(4, "degraded"), seconds=0.1)]
-    session.close()
-    log, first = sink.log, 1
-    assert len(log) == 200
-    for facts in shown:
-        kept = facts_of(log, facts.tick - first)
-        for name in ("q", "v", "truth", "belief", "target_position", "target_quaternion", "status"):
-            np.testing.assert_array_equal(getattr(kept, name), getattr(facts, name), err_msg=name)
-        assert (kept.t, kept.position_error, kept.step_time) == (
-            facts.t,
-            facts.position_error,
-            facts.step_time,
-        )
+    assert session.frame.status in ("OK", "SCALED")
 
 
 def test_ways_out_are_shown_with_what_they_take_and_one_is_taken():
@@ -410,10 +383,10 @@ def test_a_stopped_arm_takes_a_way_out():
     session = made()
     after(session, seconds=0.5)
     session.arms.arm.planner.stop()
-    assert status(after(session, seconds=1.0)) == "STOPPED"
+    assert after(session, seconds=1.0).status == "STOPPED"
     ways = after(session, LookForWays()).ways
     after(session, TakeWay([way.kind for way in ways].index("halt")), seconds=0.02)
-    assert status(session.facts) not in ("STOPPED", "STOPPING")
+    assert session.frame.status not in ("STOPPED", "STOPPING")
     assert session.arms.arm.planner.stopped_because is None
 
 

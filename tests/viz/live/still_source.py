@@ -2,31 +2,28 @@
 
 import numpy as np
 
-from ftqp.core.pose import quaternions
-from ftqp.sim.session.tick_facts import Facts
-from ftqp.viz.live.frame import DrawnArm, Stage, frame_of
+from ftqp.sim.session.frame import DrawnArm, placed
+from ftqp.viz.live.stage import Stage
 
 
 class StillSource:
     """An arm that stands; ``facts`` are what every frame is made of."""
 
     def __init__(self, robot, **stage):
-        n = robot.nv
-        pose = robot.pose(robot.neutral)
+        self._arm = DrawnArm(robot)
+        healthy = self._arm.codes({})
         self.facts = {
-            "tick": 0, "t": 0.0, "q": robot.neutral, "v": np.zeros(n),
-            "truth": np.zeros(n, dtype=np.int64), "belief": np.zeros(n, dtype=np.int64),
-            "target_position": pose[:3, 3], "target_quaternion": quaternions(pose[None, :3, :3])[0],
-            "status": 0, "path_status": 0, "position_error": 1e-4, "rotation_error": 0.0, "step_time": 5.0,
+            "tick": 0, "t": 0.0, "q": robot.neutral, "v": np.zeros(robot.nv), "truth": healthy,
+            "belief": healthy, "target": placed(robot.pose(robot.neutral)), "position_error": 1e-4,
+            "step_time_us": 5.0,
         }  # fmt: skip
         self.robot, self.orders, self.more, self.number = robot, [], stage, 0
-        self._arm = DrawnArm(robot)
 
     def put(self, order):
         self.orders.append(order)
 
     def frame(self):
-        return frame_of(Facts(**self.facts, stage=self.number), self._arm)
+        return self._arm.frame(**self.facts, stage=self.number)
 
     def stage(self):
         texts = {"title": self.robot.name, "scheme": "mvn", "backend": "active_set"}

@@ -191,12 +191,12 @@ def test_ways_out_are_ghosts_with_a_price_and_a_click_on_one_takes_it(source, pa
     insist(lambda: click(tab, "look", 0), lambda: "go home" in tab.inner_text("#ftqp-ways"))
     ghosts = [name for name in page._server.scene._handle_from_node_name if "/ways/" in name]
     assert len({name.split("/ways/")[1].split("/")[0] for name in ghosts}) >= 3
-    ways = source.session.facts.ways
+    ways = source.session.frame.ways
     number = [way.kind for way in ways].index("home")
     source.orders.clear()
     tab.get_by_role("button", name=f"{number + 1} home").click()
     until(lambda: TakeWay(number) in source.orders)
-    until(lambda: not source.session.facts.ways)
+    until(lambda: not source.session.frame.ways)
     until(lambda: not [name for name in page._server.scene._handle_from_node_name if "/ways/" in name])
     insist(
         tab.get_by_role("button", name="to path", exact=True).click,

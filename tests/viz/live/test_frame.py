@@ -9,27 +9,25 @@ from ftqp.app.scenario.setup import load
 from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.model import catalog
 from ftqp.sim.loop import Simulation
+from ftqp.sim.session.frame import DrawnArm, frames_of
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice
-from ftqp.sim.session.tick_facts import Facts
-from ftqp.viz.live.frame import DrawnArm, frame_of, frames_of
 
-CLOCK = {"step_time_us"}
+CLOCK = {"step_time_us", "speed"}
 
 
 def session(scenario, **kwargs):
     return Session(lambda choice: arms_of(choice, rival=False), Choice(scenario=scenario, **kwargs))
 
 
-def facts(robot, q=None, **others):
-    n = robot.nv
+def framed(arm, **given):
+    """A picture at rest, all healthy unless it is said."""
+    robot, healthy = arm.robot, arm.codes({})
     known = {
-        "tick": 7, "t": 0.007, "q": robot.neutral if q is None else q, "v": np.zeros(n),
-        "truth": np.zeros(n, dtype=int), "belief": np.zeros(n, dtype=int),
-        "target_position": np.zeros(3), "target_quaternion": np.array([0.0, 0.0, 0.0, 1.0]),
-        "status": 0, "path_status": 0, "position_error": 0.0, "rotation_error": 0.0, "step_time": 10.0,
+        "tick": 7, "t": 0.007, "q": robot.neutral, "v": np.zeros(robot.nv), "truth": healthy,
+        "belief": healthy, "target": np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
     }  # fmt: skip
-    return Facts(**{**known, **others})
+    return arm.frame(**{**known, **given})
 
 
 def different(one, other):
@@ -50,13 +48,13 @@ def test_frames_of_a_log_are_those_of_the_session_bit_by_bit(scenario, early):
         follower=setup.follower, duration=0.4, log="memory",
     ).run().log  # fmt: skip
     live = session(scenario, overrides=early)
-    arm, dt = DrawnArm(setup.robot), setup.planner.dt
+    dt = setup.planner.dt
     ticks = range(0, len(log), 7)
     compared = 0
     for frame in frames_of(log, setup.robot, ticks):
         if frame.tick:
             assert live.advance(7 * dt) == 7
-        assert different(frame_of(live.facts, arm), frame) == set(), frame.tick
+        assert different(live.frame, frame) == set(), frame.tick
         compared += 1
     assert compared == len(ticks) > 5
 
@@ -65,7 +63,7 @@ def test_frames_of_a_log_are_those_of_the_session_bit_by_bit(scenario, early):
 def test_last_pose_is_the_tip_and_ellipsoid_that_of_the_jacobian(name):
     robot = catalog.load(name)
     q = robot.neutral + 0.1
-    frame = frame_of(facts(robot, q), DrawnArm(robot))
+    frame = framed(DrawnArm(robot), q=q)
     np.testing.assert_allclose(frame.joints[-1], robot.pose(q), atol=1e-12)
     np.testing.assert_array_equal(frame.tip, frame.joints[-1])
     J = robot.jacobian(q)[:3]
@@ -81,7 +79,7 @@ def test_joint_that_failed_or_is_believed_to_flattens_the_ellipsoid():
     for truth, belief in ((1, 0), (0, 2), (2, 2)):
         codes = np.zeros((2, n), dtype=int)
         codes[0, 1], codes[1, 1] = truth, belief
-        frame = frame_of(facts(robot, truth=codes[0], belief=codes[1]), arm)
+        frame = framed(arm, truth=codes[0], belief=codes[1])
         np.testing.assert_allclose(frame.axes, np.linalg.svd(np.delete(J, 1, axis=1))[1], atol=1e-12)
     weak = np.full(n, 3)
-    np.testing.assert_allclose(frame_of(facts(robot, truth=weak), arm).axes, np.linalg.svd(J)[1], atol=1e-12)
+    np.testing.assert_allclose(framed(arm, truth=weak).axes, np.linalg.svd(J)[1], atol=1e-12)

@@ -13,8 +13,8 @@ import ftqp
 from ftqp.app.scenario.setup import load
 from ftqp.app.view.replay_source import ReplaySource
 from ftqp.sim.loop import MEMORY
+from ftqp.sim.session.frame import FurtherFact
 from ftqp.sim.session.session_commands import Place, Reset
-from ftqp.sim.session.tick_facts import FurtherFact
 from ftqp.viz.live.further_nodes import amount, further_table
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.recording import messages_of, recording
@@ -139,7 +139,7 @@ def test_targets_of_poses_are_dragged_as_they_are_turned_also_those_in_another_f
     there = np.add(other.place, [0.0, 0.02, 0.0])
     source.session.paused = True
     source.put(Place("left_joint4 to right_hand", there))
-    T = planner.robot.pose(source.session.facts.q, "right_hand")
+    T = planner.robot.pose(source.session.frame.q, "right_hand")
     source.frame()
     assert (T @ planner.tasks["left_joint4 to right_hand"].target)[:3, 3] == pytest.approx(there, abs=2e-3)
 
@@ -148,7 +148,7 @@ def test_replay_and_recording_show_what_the_session_showed(scenario):
     setup = load(scenario)
     log = setup.simulation(log=MEMORY, metadata={"resolved": setup.toml}).run().log
     frame = ReplaySource(log, "run", clock=lambda: 0.0).frame()
-    live = SteppedSource(scenario, seconds=0.0).session.facts.further
+    live = SteppedSource(scenario, seconds=0.0).session.frame.further
     for shown, expected in zip(frame.further, live, strict=True):
         assert shown._replace(value=0.0, place=None) == expected._replace(value=0.0, place=None)
         assert shown.value == pytest.approx(expected.value, abs=1e-9)

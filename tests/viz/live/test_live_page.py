@@ -15,12 +15,12 @@ from ftqp.control.planner.status import STATUSES
 from ftqp.sim.log.signals import CONDITIONS
 from ftqp.sim.session.session_commands import Aim, Break, Pause, Play, Repair, Reset, Seek, Speed, Tell, Use
 from ftqp.viz.live import colours
-from ftqp.viz.live.frame import HeatMap
 from ftqp.viz.live.heat_map import failure_map
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.panel import short_names
 from ftqp.viz.live.plots import History
 from ftqp.viz.live.scene import OVERLAYS, frame_names
+from ftqp.viz.live.stage import HeatMap
 from ftqp.viz.live.status_head import joint_table, status_head
 
 NASTY = ("<script>alert(1)</script>", '"><img src=x onerror=alert(2)>')

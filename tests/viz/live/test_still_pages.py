@@ -8,9 +8,9 @@ from tests.viz.live.still_source import StillSource
 
 import ftqp
 from ftqp.sim.session.session_commands import Break, Play
-from ftqp.viz.live.frame import HeatMap
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.recording import recording
+from ftqp.viz.live.stage import HeatMap
 
 PATIENCE = 120.0
 """How long anything may take on a busy machine [s]."""

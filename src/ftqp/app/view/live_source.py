@@ -1,7 +1,7 @@
 """A session in a thread of its own, and its frames for a page."""
 
 from dataclasses import replace
-from threading import Event, Lock, Thread
+from threading import Event, Thread
 from time import monotonic
 from typing import Final, Self, final
 
@@ -11,11 +11,11 @@ from ftqp.control.paths import Hold
 from ftqp.control.task import schemes
 from ftqp.model import catalog
 from ftqp.qp import backends as known_backends
+from ftqp.sim.session.frame import Frame
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_commands import Command, Play
 from ftqp.sim.session.session_leader import path_points
-from ftqp.sim.session.tick_facts import Facts
-from ftqp.viz.live.frame import DrawnArm, Frame, Stage, frame_of
+from ftqp.viz.live.stage import Stage
 
 PICTURES: Final = 30.0
 """Pictures of a second: between two of them the session makes its ticks without a pause."""
@@ -25,7 +25,7 @@ SMOOTH: Final = 0.1
 
 @final
 class LiveSource:
-    """Steps a session by the clock, and makes a frame of its facts when a page asks for one.
+    """Steps a session by the clock, and keeps its latest frame for a page.
 
     A picture advances the session by its speed over the pictures of a second. Where the machine is slower,
     time goes slower, and ``pace`` says by how much: no tick is skipped, and what was missed is not made up.
@@ -36,12 +36,9 @@ class LiveSource:
         self, session: Session, *, report: Verdicts | None = None, pictures: float = PICTURES
     ) -> None:
         self._session, self._report, self._pictures = session, report, pictures
-        self._over, self._drawing = Event(), Lock()
+        self._over = Event()
         self._thread = Thread(target=self._run, name="ftqp session", daemon=True)
-        self._stage = self._staged()
-        self._drawn = DrawnArm(session.arms.robot)
-        self._shown: tuple[Facts, DrawnArm] = session.facts, self._drawn
-        self._last: tuple[Facts | None, Frame | None] = (None, None)
+        self._stage, self._frame = stage_of(session, report), session.frame
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -52,14 +49,8 @@ class LiveSource:
         self._thread.join()
 
     def frame(self) -> Frame:
-        """The latest frame, made in the caller's thread."""
-        with self._drawing:
-            facts, drawn = self._shown
-            known, frame = self._last
-            if frame is None or known is not facts:
-                frame = frame_of(facts, drawn)
-                self._last = facts, frame
-            return frame
+        """The latest frame."""
+        return self._frame
 
     def stage(self) -> Stage:
         """The stage of the latest frame, or a later one."""
@@ -89,31 +80,30 @@ class LiveSource:
             self._over.wait(max(due - monotonic(), 0.0))
 
     def _publish(self) -> None:
-        """Hand the facts to whoever draws; the stage first, because a frame names it."""
+        """Hand the frame to whoever draws; the stage first, because a frame names it."""
         session = self._session
         if session.stage != self._stage.number or session.tell != self._stage.tell:
-            if session.stage != self._stage.number:
-                self._drawn = DrawnArm(session.arms.robot)
-            self._stage = self._staged()
-        self._shown = session.facts, self._drawn
+            self._stage = stage_of(session, self._report)
+        self._frame = session.frame
 
-    def _staged(self) -> Stage:
-        """The stage of the session's arms."""
-        session, arms = self._session, self._session.arms
-        report = None if session.stage else self._report
-        return Stage(
-            number=session.stage,
-            title=arms.title if report is None else f"{report.name}, failures of its motion",
-            robot=arms.robot,
-            scheme=arms.arm.planner.scheme.name,
-            backend=arms.arm.planner.backend,
-            tell=session.tell,
-            path=None if isinstance(arms.path, Hold) else path_points(arms.path),
-            urdf=arms.urdf,
-            robots=tuple(catalog.names()),
-            scenarios=tuple(document.bundled()),
-            schemes=tuple(schemes.names()),
-            backends=tuple(info.name for info in known_backends() if info.available),
-            box=arms.box,
-            heat=None if report is None else report.heat,
-        )
+
+def stage_of(session: Session, report: Verdicts | None = None) -> Stage:
+    """The stage of the arms of a session; failures of a report can be played on the first."""
+    arms = session.arms
+    report = None if session.stage else report
+    return Stage(
+        number=session.stage,
+        title=arms.title if report is None else f"{report.name}, failures of its motion",
+        robot=arms.robot,
+        scheme=arms.arm.planner.scheme.name,
+        backend=arms.arm.planner.backend,
+        tell=session.tell,
+        path=None if isinstance(arms.path, Hold) else path_points(arms.path),
+        urdf=arms.urdf,
+        robots=tuple(catalog.names()),
+        scenarios=tuple(document.bundled()),
+        schemes=tuple(schemes.names()),
+        backends=tuple(info.name for info in known_backends() if info.available),
+        box=arms.box,
+        heat=None if report is None else report.heat,
+    )

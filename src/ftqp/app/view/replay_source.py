@@ -17,10 +17,10 @@ from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import refuse_unknown_conditions
+from ftqp.sim.session.frame import DrawnArm, Frame
 from ftqp.sim.session.live_session import FASTEST
 from ftqp.sim.session.session_commands import Command, Pause, Reset, Seek, Speed
-from ftqp.sim.session.tick_facts import facts_of
-from ftqp.viz.live.frame import DrawnArm, Frame, Stage, frame_of
+from ftqp.viz.live.stage import Stage
 
 
 @final
@@ -59,14 +59,13 @@ class ReplaySource:
         with self._lock:
             t = self._now()
             tick = max(int(np.searchsorted(self._t, t + 1e-9, side="right")) - 1, 0)
-            facts = replace(
-                facts_of(self._log, tick),
+            return replace(
+                self._arm.recorded(self._log, tick),
                 paused=self._paused,
                 speed=self._speed,
                 pace=self._speed,
                 message=self._message,
             )
-            return frame_of(facts, self._arm)
 
     def stage(self) -> Stage:
         """The stage, always the same."""

@@ -15,10 +15,11 @@ from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
 from ftqp.sim.log.log_file import OLD, load_log
 from ftqp.sim.log.log_writer import FILE_NAME, log_files
+from ftqp.sim.session.frame import Frame
 from ftqp.sim.session.live_session import FASTEST, Session
 from ftqp.sim.session.session_arms import Choice
 from ftqp.sim.session.session_commands import Command, Speed
-from ftqp.viz.live.frame import Frame, Source, Stage
+from ftqp.viz.live.stage import Source, Stage
 
 MOST: Final = 1800
 """Frames that are kept at most, one minute of 30 a second; every other one goes when they are reached."""

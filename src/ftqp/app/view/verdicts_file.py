@@ -12,7 +12,7 @@ from ftqp.app.run.runs import SCENARIO, write
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import KINDS
 from ftqp.kernel.layout.enums import Survival
-from ftqp.viz.live.frame import HeatMap
+from ftqp.viz.live.stage import HeatMap
 
 if TYPE_CHECKING:
     from ftqp.analysis import CoverageReport  # slow to load, needed for writing only

@@ -8,13 +8,13 @@ from typing import Literal, final
 import numpy as np
 
 from ftqp.core.errors import FtqpError, InputError
-from ftqp.faults.kinds import Fault
-from ftqp.sim.log.log_rows import RowSink
-from ftqp.sim.log.signals import Column
+from ftqp.faults.kinds import Degraded, Fault, kind_of
 from ftqp.sim.schedule import FaultEvent, Schedule
+from ftqp.sim.session.frame import Frame
 from ftqp.sim.session.session_arms import ArmsOf, Choice, RivalArm, SessionArms
 from ftqp.sim.session.session_commands import (
     TELLS,
+    WEAK,
     Aim,
     Break,
     Command,
@@ -30,7 +30,6 @@ from ftqp.sim.session.session_commands import (
     Tell,
     Use,
 )
-from ftqp.sim.session.tick_facts import Facts
 from ftqp.sim.session.watched_arm import WatchedArm
 
 FASTEST = 100.0
@@ -44,7 +43,7 @@ class Session:
     """An arm that goes along its path without end while joints are broken and repaired.
 
     It is stepped by one thread; commands may come from any. Whatever the world does, nothing is raised: the
-    facts say in words what has happened, and ``Reset`` begins anew.
+    frame says in words what has happened, and ``Reset`` begins anew.
     """
 
     def __init__(self, arms_of: ArmsOf, choice: Choice) -> None:
@@ -62,10 +61,10 @@ class Session:
         self._orders.put(command)
 
     @property
-    def facts(self) -> Facts:
-        """What a picture of the last tick needs."""
+    def frame(self) -> Frame:
+        """The picture of the last tick."""
         return replace(
-            self._facts,
+            self._frame,
             stage=self.stage,
             paused=self.paused,
             speed=self.speed,
@@ -77,15 +76,6 @@ class Session:
     def tell(self) -> str:
         """How the planner learns of failures, one of `ftqp.sim.session.session_commands.TELLS`."""
         return self._tell.how
-
-    @property
-    def signals(self) -> tuple[Column, ...]:
-        """The columns of a log of this session."""
-        return self._arm.signals
-
-    def record(self, sink: RowSink) -> None:
-        """Keep the row of every tick from the next one on; the caller closes the sink."""
-        self._arm.record(sink)
 
     def advance(self, seconds: float) -> int:
         """Apply the commands that have come, then go on; every tick is made, none is skipped."""
@@ -99,10 +89,6 @@ class Session:
             if not self._tick(last=left == 1):
                 return count - left
         return count
-
-    def close(self) -> None:
-        """Hand the rows on that are still to be kept."""
-        self._arm.flush()
 
     def _apply_orders(self) -> None:
         while True:
@@ -162,13 +148,17 @@ class Session:
         self._arm = WatchedArm(arms.arm)
         self._tell = Tell("detector" if arms.detects else "at once")
 
+    @property
+    def _both(self) -> tuple[WatchedArm | RivalArm, ...]:
+        """The arm, and the rival while there is one."""
+        return (self._arm,) if self._rival is None else (self._arm, self._rival)
+
     def _begin(self, schedule: Schedule | None = None) -> None:
         """Tick 0, nothing broken; what fails by itself comes from the schedule, or from the arms."""
         arms, dt = self.arms, self.arms.arm.planner.dt
         self._rival = None if arms.rival is None else RivalArm(arms.rival, arms.arm)
-        self._arm.begin(arms.q, arms.v)
-        if self._rival is not None:
-            self._rival.begin(arms.q, arms.v)
+        for one in self._both:
+            one.begin(arms.q, arms.v)
         events = arms.schedule if schedule is None else schedule
         self._failing, self._announced = events.failing(dt), events.announced(dt)
         self._telling: dict[str, int] = {}
@@ -180,15 +170,12 @@ class Session:
         k = self._k
         try:
             self._happen(k)
-            self._arm.think(k)
-            rival = self._rival
-            if rival is not None:
-                rival.think()
+            for one in self._both:
+                one.think(k)
             if last:
-                self._facts = self._arm.facts(k, None if rival is None else rival.facts())
-            self._arm.move()
-            if rival is not None:
-                rival.move()
+                self._frame = self._arm.frame(k, None if self._rival is None else self._rival.seen())
+            for one in self._both:
+                one.move()
         except (FtqpError, ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
             return self._break_off(str(error))
         self._k = k + 1
@@ -208,9 +195,8 @@ class Session:
     def _happen(self, k: int) -> None:
         """What fails by itself at tick k, and what is told then."""
         for event in self._failing.get(k, ()):
-            self._arm.fail(event.fault)
-            if self._rival is not None:
-                self._rival.fail(event.fault)
+            for one in self._both:
+                one.fail(event.fault)
         for event in self._announced.get(k, ()):
             self._announce(event.fault)
         if self._telling:
@@ -220,9 +206,8 @@ class Session:
 
     def _announce(self, fault: Fault) -> None:
         """Tell the planner, and the rival."""
-        self._arm.tell(fault)
-        if self._rival is not None:
-            self._rival.tell(fault)
+        for one in self._both:
+            one.tell(fault)
 
     def _joint(self, joint: str | int) -> str:
         robot = self.arms.robot
@@ -258,10 +243,11 @@ class Session:
         self._begin(Schedule([FaultEvent(command.time, fault, announced=told) for fault in faults]))
 
     def _fault(self, command: Break) -> Fault:
-        """The fault of an command, for a joint by name."""
+        """The fault of a command, for a joint by name."""
         joint = self._joint(command.joint)
+        settings = command.settings or (WEAK if command.kind == Degraded.kind else {})
         try:
-            return command.fault(joint)
+            return kind_of(command.kind)(joint, **settings)
         except TypeError as error:
             raise InputError(f"a fault of kind {command.kind} has no such setting: {error}") from error
 
@@ -271,9 +257,8 @@ class Session:
     def _repair(self, which: str | int) -> None:
         joint = self._joint(which)
         self._telling.pop(joint, None)
-        self._arm.repair(joint)
-        if self._rival is not None:
-            self._rival.repair(joint)
+        for one in self._both:
+            one.repair(joint)
 
     def _hurry(self, factor: float) -> None:
         if not (isinstance(factor, int | float) and isfinite(factor) and 0.0 < factor <= FASTEST):
@@ -316,7 +301,6 @@ class Session:
     def _recast(self, choice: Choice) -> None:
         """Other arms, if they can be made and moved; else the old one goes on."""
         arms = self._arms_of(choice)
-        self._arm.flush()
         self.choice = choice
         self._show(arms)
         self.stage += 1

@@ -15,8 +15,8 @@ from ftqp.sim.plants.plant import Plant
 from ftqp.sim.rival import ResolvedRates
 from ftqp.sim.schedule import Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
+from ftqp.sim.session.frame import DrawnArm, Twin
 from ftqp.sim.session.session_leader import SessionLeader
-from ftqp.sim.session.tick_facts import TwinFacts
 
 SessionArm = LedArm[SessionLeader]
 """An arm of a session, with its planner."""
@@ -80,7 +80,7 @@ class RivalArm:
     def __init__(self, rival: SessionRival, beside: SessionArm) -> None:
         self._plant, self._sensors, self._beside = rival.plant, rival.sensors, beside
         robot: Robot = beside.planner.robot
-        self._robot = robot
+        self._robot, self._drawn = robot, DrawnArm(robot)
         self._rates = ResolvedRates(robot, beside.planner.dt, rows=rival.rows)
         self._error_rows = [LINEAR.index(row) for row in rival.rows if row in LINEAR]
         self._failed: dict[int, Fault] = {}
@@ -134,7 +134,7 @@ class RivalArm:
             return None
         return "the position of a joint is not a number any more"
 
-    def think(self) -> None:
+    def think(self, k: int) -> None:
         """Its command at this tick, after the other arm has thought."""
         leader, plant = self._beside.leader, self._beside.plant
         if leader.on_path and not self._here:
@@ -154,14 +154,15 @@ class RivalArm:
         if self._here:
             self._plant.advance(self._rates)
 
-    def facts(self) -> TwinFacts | None:
+    def seen(self) -> Twin | None:
         """What a picture needs of it; None while it is not there."""
         if not self._here:
             return None
         q = self._plant.q
         off = self._robot.pose(q)[:3, 3] - self._beside.leader.target.pose[:3, 3]
-        return TwinFacts(
+        return Twin(
+            joints=self._drawn.joints(q),
             q=frozen(q.copy()),
-            position_error=float(np.linalg.norm(off[self._error_rows])),
+            error=float(np.linalg.norm(off[self._error_rows])),
             told=bool(self._failed) and self._told.issuperset(self._failed),
         )

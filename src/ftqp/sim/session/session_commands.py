@@ -6,7 +6,6 @@ from types import MappingProxyType
 from typing import Any
 
 from ftqp.core.checks import FloatArray
-from ftqp.faults.kinds import Degraded, Fault, kind_of
 
 TELLS = ("at once", "after", "never", "detector")
 """Ways in which the planner learns of a failure."""
@@ -16,20 +15,24 @@ WEAK: Mapping[str, float] = MappingProxyType({"velocity": 0.3, "acceleration": 0
 
 @dataclass(frozen=True, slots=True)
 class Break:
-    """Let a joint of the real arm fail, by its name or 0-based index.
-
-    The kind is one of ``ftqp.faults.kinds.KINDS``, with its settings; a degraded joint without any has what
-    `WEAK` leaves.
-    """
+    """Let a joint of the real arm fail, by its name or 0-based index."""
 
     joint: str | int
+    kind: str = "locked"  # One of ``ftqp.faults.kinds.KINDS``
+    settings: Mapping[str, Any] = field(default_factory=dict)  # A degraded joint without any: `WEAK`
+
+
+@dataclass(frozen=True, slots=True)
+class Play:
+    """Begin anew with one failure to come and none of the scenario's, such as one of a coverage report.
+
+    The planner is told of it as `Tell` says.
+    """
+
+    joint: str | int  # Names with a plus sign between them fail together
+    time: float  # When [s]
     kind: str = "locked"
     settings: Mapping[str, Any] = field(default_factory=dict)
-
-    def fault(self, joint: str) -> Fault:
-        """The fault itself."""
-        settings = self.settings or (WEAK if self.kind == Degraded.kind else {})
-        return kind_of(self.kind)(joint, **settings)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +62,13 @@ class Speed:
 
 
 @dataclass(frozen=True, slots=True)
+class Seek:
+    """Go to another time of a replay [s]."""
+
+    t: float
+
+
+@dataclass(frozen=True, slots=True)
 class Use:
     """Take another arm, scenario, scheme or solver by its name, and begin anew; None keeps what there is.
 
@@ -75,13 +85,10 @@ class Use:
 
 @dataclass(frozen=True, slots=True)
 class Tell:
-    """How the planner learns of failures from now on, one of `TELLS`; ``after`` takes a delay [s].
+    """How the planner learns of failures from now on; for its ``detector`` the arm begins anew."""
 
-    For its ``detector`` the arm begins anew.
-    """
-
-    how: str
-    delay: float = 0.0
+    how: str  # One of `TELLS`
+    delay: float = 0.0  # Of ``after`` [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +107,7 @@ class LookForWays:
 
 @dataclass(frozen=True, slots=True)
 class TakeWay:
-    """Let the arm go one of the ways that were found, from 0 in the order of the facts."""
+    """Let the arm go one of the ways that were found, from 0 in the order of the frame."""
 
     number: int
 
@@ -114,27 +121,6 @@ class Place:
 
     name: str
     position: FloatArray
-
-
-@dataclass(frozen=True, slots=True)
-class Seek:
-    """Go to another time of a replay [s]."""
-
-    t: float
-
-
-@dataclass(frozen=True, slots=True)
-class Play:
-    """Begin anew with one failure to come and none of the scenario's, such as one of a coverage report.
-
-    The joint, kind and settings are those of `Break`, and names with a plus sign between them fail together.
-    The planner is told of the failure, which happens at ``time`` [s], as `Tell` says.
-    """
-
-    joint: str | int
-    time: float
-    kind: str = "locked"
-    settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 Command = (

@@ -1,4 +1,4 @@
-"""An arm of a session: what has failed of it, what its planner was told, and the facts of its last tick."""
+"""An arm of a session: what has failed of it, what its planner was told, and its picture."""
 
 from typing import final
 
@@ -15,24 +15,10 @@ from ftqp.kernel.layout.enums import STOPPED, STOPPING
 from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.leader import Made
 from ftqp.sim.log.description import further_about
-from ftqp.sim.log.log_rows import RowSink
 from ftqp.sim.log.raw_rows import MICROSECONDS
-from ftqp.sim.log.signals import (
-    HEALTHY,
-    PATH_CODES,
-    Column,
-)
-from ftqp.sim.log.tick_recorder import TickRecorder, signals_of
+from ftqp.sim.log.signals import PATH_CODES
+from ftqp.sim.session.frame import DrawnArm, Frame, FurtherFact, Ghost, Twin, further_facts, placed
 from ftqp.sim.session.session_arms import SessionArm
-from ftqp.sim.session.tick_facts import (
-    Facts,
-    FurtherFact,
-    IntArray,
-    TwinFacts,
-    WayFact,
-    further_facts,
-    quaternion_of,
-)
 
 CARRIED = 0.2
 """Things of a scene are carried so fast [m/s]: an arm at rest can flee from that. A convention."""
@@ -53,26 +39,19 @@ class WatchedArm:
         self._robot = player.planner.robot
         self._measures = FurtherMeasures(player.planner)
         self.failed: dict[str, Fault] = {}
-        self._recorder: TickRecorder | None = None
+        self._drawn = DrawnArm(self._robot)
         self._made: Made | None = None
         self._placed: dict[str, FloatArray] = {}
         self._stood: dict[str, FloatArray] = {}
         self._going: dict[str, FloatArray] = {}
         self._ways: tuple[WayOut, ...] = ()
-        self._shown: tuple[WayFact, ...] = ()
-
-    @property
-    def signals(self) -> tuple[Column, ...]:
-        """The columns of its log."""
-        return signals_of(self._player.planner, self._player.leader, self._player.sensed)
+        self._ghosts: tuple[Ghost, ...] = ()
 
     def begin(self, q: FloatArray, v: FloatArray) -> None:
         """Tick 0: the healthy arm at (q, v), each (nv,), and nothing believed to have failed."""
         planner = self._player.planner
         for joint in (*self.failed, *planner.faults):
             planner.withdraw(joint)
-            if self._recorder is not None:
-                self._recorder.repair(joint)
         self.failed.clear()
         for name, target in self._placed.items():
             planner.tasks[name].target = target
@@ -85,24 +64,10 @@ class WatchedArm:
         self.forget_ways()
         self._player.reset(q, v, 2**31)
 
-    def record(self, sink: RowSink) -> None:
-        """Keep the rows of the ticks from the next one on."""
-        player = self._player
-        self._recorder = TickRecorder(sink, player.planner, player.leader, sensed=self._player.sensed)
-        for fault in self.failed.values():
-            self._recorder.fail(fault)
-
-    def flush(self) -> None:
-        """Hand the rows on that are still to be kept."""
-        if self._recorder is not None:
-            self._recorder.flush()
-
     def fail(self, fault: Fault) -> None:
         """Let a joint fail."""
         self._player.plant.fail(fault)
-        self.failed[self._name(fault.joint)] = fault
-        if self._recorder is not None:
-            self._recorder.fail(fault)
+        self.failed[self._robot.joints[self._robot.joint(fault.joint)]] = fault
 
     def tell(self, fault: Fault) -> None:
         """Tell the planner."""
@@ -118,8 +83,6 @@ class WatchedArm:
         plant.repair(joint)
         planner.withdraw(joint)
         self.failed.pop(joint, None)
-        if self._recorder is not None:
-            self._recorder.repair(joint)
         leader.resume()
         step = None if self._made is None else self._made.step
         if step is None:
@@ -153,13 +116,13 @@ class WatchedArm:
         planner = self._player.planner
         start = planner.view().command.q
         self._ways = planner.ways_out()
-        self._shown = tuple(_fact(way, start) for way in self._ways)
+        self._ghosts = tuple(self._ghost(way, start) for way in self._ways)
         clear = sum(way.clear for way in self._ways)
         return f"{clear} of {len(self._ways)} ways out are clear; click a ghost or its button to take one."
 
     def forget_ways(self) -> None:
         """Ways out that were found are not shown any more."""
-        self._ways = self._shown = ()
+        self._ways = self._ghosts = ()
 
     def take_way(self, number: int) -> str:
         """Go a way out that was found, also after a stop; what is done, in a sentence."""
@@ -243,9 +206,7 @@ class WatchedArm:
         """The planner's step of tick k."""
         if self._going:
             self._carry_things()
-        self._made, plant = self._player.think(k), self._player.plant
-        if self._recorder is not None:
-            self._recorder.write(k * self._player.planner.dt, plant.q, plant.v, *self._made)
+        self._made = self._player.think(k)
 
     def _carry_things(self) -> None:
         """Things of the scene go on to where they were asked to be."""
@@ -267,28 +228,27 @@ class WatchedArm:
         assert self._made is not None
         self._player.plant.advance(self._made.step)
 
-    def facts(self, k: int, twin: TwinFacts | None = None) -> Facts:
-        """The facts of tick k, beside those of a rival, between ``think`` and ``move``."""
+    def frame(self, k: int, rival: Twin | None = None) -> Frame:
+        """The picture of tick k, beside a rival, between ``think`` and ``move``."""
         assert self._made is not None
         player, step = self._player, self._made.step
-        plant, planner, target = player.plant, player.planner, player.leader.target.pose
-        return Facts(
+        plant, planner, leader = player.plant, player.planner, player.leader
+        return self._drawn.frame(
             tick=k,
             t=k * planner.dt,
-            q=frozen(plant.q.copy()),
-            v=frozen(plant.v.copy()),
-            truth=self._codes(self.failed),
-            belief=self._codes(dict(planner.faults)),
-            target_position=frozen(target[:3, 3].copy()),
-            target_quaternion=frozen(quaternion_of(target)),
+            q=plant.q,
+            v=plant.v,
+            truth=self._drawn.codes(self.failed),
+            belief=self._drawn.codes(planner.faults),
+            target=placed(leader.target.pose),
             status=step.code,
-            path_status=PATH_CODES[player.leader.standing.status],
+            path_status=PATH_CODES[leader.standing.status],
             position_error=step.position_error,
             rotation_error=step.rotation_error,
-            step_time=MICROSECONDS * self._made.elapsed,
-            twin=twin,
+            step_time_us=MICROSECONDS * self._made.elapsed,
+            rival=rival,
             further=self._further(plant.q),
-            ways=self._shown,
+            ways=self._ghosts,
         )
 
     def _further(self, q: FloatArray) -> tuple[FurtherFact, ...]:
@@ -300,21 +260,12 @@ class WatchedArm:
         named = {f"{one.group}.{one.name}": value for one, value in values}
         return further_facts(further_about(self._player.planner, q), named)
 
-    def _codes(self, faults: dict[str, Fault]) -> IntArray:
-        codes = np.full(self._robot.nv, HEALTHY, dtype=np.int64)
-        for joint, fault in faults.items():
-            codes[self._robot.joint(joint)] = fault.number
-        return codes
-
-    def _name(self, joint: str | int) -> str:
-        return self._robot.joints[self._robot.joint(joint)]
-
-
-def _fact(way: WayOut, start: FloatArray) -> WayFact:
-    """A way out as a picture needs it."""
-    price = f"{way.time:.2g} s" if way.time >= 0.05 else "at once"
-    if way.effort > 0.0:
-        price += f", motors {100.0 * way.effort:.0f} %"
-    if np.isfinite(way.clearance):
-        price += f", {1e3 * way.clearance:.0f} mm clear"
-    return WayFact(way.kind, way.clear, price, way.sentence, frozen(np.vstack([start, way.places])))
+    def _ghost(self, way: WayOut, start: FloatArray) -> Ghost:
+        """A way out as a picture needs it."""
+        price = f"{way.time:.2g} s" if way.time >= 0.05 else "at once"
+        if way.effort > 0.0:
+            price += f", motors {100.0 * way.effort:.0f} %"
+        if np.isfinite(way.clearance):
+            price += f", {1e3 * way.clearance:.0f} mm clear"
+        q, drawn = frozen(np.vstack([start, way.places])), self._drawn
+        return Ghost(way.kind, way.clear, price, way.sentence, q, drawn.joints(q[-1]), drawn.tips(q))

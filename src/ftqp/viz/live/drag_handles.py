@@ -8,7 +8,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import quaternions, transform
-from ftqp.viz.live.frame import rotation_of
+from ftqp.sim.session.frame import rotation_of
 
 LET_GO, SETTLES = 60.0, 1.0
 """A handle of whose hold nothing has been heard for so long was let go, as its browser is gone; what it is of

@@ -9,7 +9,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import quaternions
 from ftqp.model.chain import rotation_to
-from ftqp.sim.session.tick_facts import FurtherFact, Solid
+from ftqp.sim.session.frame import FurtherFact, Solid
 from ftqp.viz.live import colours
 from ftqp.viz.live.shapes import Mesh, ball, box, cylinder, hull, joined
 

@@ -6,9 +6,9 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.sim.session.frame import Ghost
 from ftqp.sim.session.session_commands import Command, LookForWays, TakeWay
 from ftqp.viz.live import colours
-from ftqp.viz.live.frame import Ghost
 
 LOOK, FORGET = "look", "forget"
 
@@ -41,10 +41,10 @@ class WaysTab:
             button.remove()
         self._takes.clear()
         self._said.content = ways_table(ghosts)
-        self._folder.visible = any(ghost.way.clear for ghost in ghosts)
+        self._folder.visible = any(ghost.clear for ghost in ghosts)
         with self._folder:
             for number, ghost in enumerate(ghosts):
-                if ghost.way.clear:
+                if ghost.clear:
                     self._add(number, label_of(number, ghost))
 
     def take(self, number: int) -> None:
@@ -105,7 +105,7 @@ class GhostNodes:
         self._root = self._server.scene.add_frame(root, show_axes=False)
         tips: list[Any] = []
         for number, ghost in enumerate(ghosts):
-            if ghost.way.clear:
+            if ghost.clear:
                 self._add(f"{root}/{number}", number, ghost, tips)
 
     def _add(self, name: str, number: int, ghost: Ghost, tips: list[Any]) -> None:
@@ -144,14 +144,14 @@ def colour_of(number: int) -> colours.Colour:
 
 def label_of(number: int, ghost: Ghost) -> str:
     """What a way is, and what it takes."""
-    return f"{number + 1} {ghost.way.kind}: {ghost.way.price}"
+    return f"{number + 1} {ghost.kind}: {ghost.price}"
 
 
 def ways_table(ghosts: Sequence[Ghost]) -> str:
     """All ways in words, those that are not clear, too."""
     rows = "".join(
         f'<div style="color:{_shade(number, ghost)};margin-bottom:4px"><b>{number + 1}</b> '
-        f"{escape(ghost.way.sentence)}</div>"
+        f"{escape(ghost.sentence)}</div>"
         for number, ghost in enumerate(ghosts)
     )
     said = (
@@ -163,4 +163,4 @@ def ways_table(ghosts: Sequence[Ghost]) -> str:
 
 def _shade(number: int, ghost: Ghost) -> str:
     """The colour of a way's line in the table."""
-    return colours.hexadecimal(colour_of(number)) if ghost.way.clear else "#999"
+    return colours.hexadecimal(colour_of(number)) if ghost.clear else "#999"

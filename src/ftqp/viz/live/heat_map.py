@@ -9,7 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.sim.session.session_commands import Command, Play
-from ftqp.viz.live.frame import HeatMap
+from ftqp.viz.live.stage import HeatMap
 
 WIDTH, ROW = 300, 20
 """Width of the map and height of a joint's row, in units of its drawing."""

@@ -7,14 +7,15 @@ from typing import Any, final
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import KINDS
 from ftqp.sim.session import session_commands as commands
+from ftqp.sim.session.frame import Frame
 from ftqp.sim.session.session_commands import TELLS, Command
 from ftqp.viz.live.colours import legend
-from ftqp.viz.live.frame import Frame, Stage
 from ftqp.viz.live.further_nodes import further_table
 from ftqp.viz.live.ghosts import WaysTab
 from ftqp.viz.live.heat_map import FailureMap
 from ftqp.viz.live.plots import History, Plots
 from ftqp.viz.live.scene import Scene
+from ftqp.viz.live.stage import Stage
 from ftqp.viz.live.status_head import joint_table, status_head
 
 ACTIONS = {kind.button: name for name, kind in KINDS.items()}

@@ -8,8 +8,8 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.core.checks import FloatArray
+from ftqp.sim.session.frame import Frame
 from ftqp.viz.live import colours
-from ftqp.viz.live.frame import Frame
 
 SAMPLES = 150
 """Samples that are kept."""
@@ -101,8 +101,8 @@ class History:
         self.t[-1] = frame.t
         self.share[-1] = frame.share
         self.error[-1] = _millimetres(frame.position_error)
-        failed = frame.rival is not None and frame.truth.any()
-        self.rival[-1] = _millimetres(frame.rival_error) if failed else np.nan
+        seen = frame.rival is not None and frame.truth.any()
+        self.rival[-1] = _millimetres(frame.rival.error) if seen and frame.rival else np.nan
         self.step_time[-1] = max(frame.step_time_us, LEAST_TIME)
 
 

@@ -16,8 +16,8 @@ from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import FtqpError, InputError
 from ftqp.model.robot import Robot
 from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.session.frame import Frame, frames_of
 from ftqp.viz.live.colours import legend
-from ftqp.viz.live.frame import Frame, frames_of
 from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.server import VERSION, close_server, open_server, unpacked
 from ftqp.viz.live.shapes import Part

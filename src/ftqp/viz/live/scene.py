@@ -9,9 +9,9 @@ from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.pose import quaternions
 from ftqp.model.robot import Robot
 from ftqp.sim.log.signals import CONDITIONS, HEALTHY
+from ftqp.sim.session.frame import Frame, Ghost, rotation_of
 from ftqp.viz.live import colours
 from ftqp.viz.live.drag_handles import DragHandles, wxyz
-from ftqp.viz.live.frame import Frame, Ghost, rotation_of
 from ftqp.viz.live.further_nodes import FurtherNodes
 from ftqp.viz.live.ghosts import GhostNodes
 from ftqp.viz.live.shapes import BASE, Mesh, Part, arm_parts, ball, size_of
@@ -277,10 +277,10 @@ class Scene:
         if frame.rival is None or not apart:
             self._rival_trail.rest()
             return
-        _place(self._rival_frames, frame.rival, self._above)
-        if self._named.text != NAMES[frame.rival_told]:
-            self._named.text = NAMES[frame.rival_told]
-        tip = frame.rival[-1, :3, 3]
+        _place(self._rival_frames, frame.rival.joints, self._above)
+        if self._named.text != NAMES[frame.rival.told]:
+            self._named.text = NAMES[frame.rival.told]
+        tip = frame.rival.joints[-1, :3, 3]
         self._named.position = tip - np.array([0.0, 0.0, 0.07 * self.size])
         self._rival_trail.follow(tip, frame.tick, RIVAL not in self._hidden)
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from ftqp.core.checks import IntArray
 from ftqp.sim.log.signals import CONDITIONS, HEALTHY
+from ftqp.sim.session.frame import Frame
 from ftqp.viz.live import colours
-from ftqp.viz.live.frame import Frame
 
 _FONT = "font:13px/1.45 system-ui,sans-serif;color:#222"
 
@@ -20,9 +20,9 @@ def status_head(frame: Frame, title: str, joints: Sequence[str], ribbon: str) ->
     facts = [f"{frame.t:.1f} s, {time}", f"tip error <b>{_length(frame.position_error)}</b>"]
     if frame.rival is not None and frame.truth.any():
         colour = colours.hexadecimal(colours.RIVAL)
-        told = "told" if frame.rival_told else "not told"
+        told = "told" if frame.rival.told else "not told"
         facts.append(
-            f'<span style="color:{colour}">resolved rates, {told}: <b>{_length(frame.rival_error)}</b></span>'
+            f'<span style="color:{colour}">resolved rates, {told}: <b>{_length(frame.rival.error)}</b></span>'
         )
     note = f'<div style="color:#8a4b00">{escape(frame.message)}</div>' if frame.message else ""
     return (

@@ -7,15 +7,13 @@ import numpy as np
 
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
-from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import Fault
 from ftqp.model.robot import Robot
-from ftqp.sim.log.signals import HEALTHY
+from ftqp.sim.session.frame import DrawnArm, Frame, placed
 from ftqp.sim.session.session_commands import Command
-from ftqp.sim.session.tick_facts import Facts, quaternion_of
-from ftqp.viz.live.frame import DrawnArm, Frame, Stage, frame_of
 from ftqp.viz.live.live_page import PICTURES, Page
+from ftqp.viz.live.stage import Stage
 
 HEIGHT = 480
 """Of the page in a cell [px]."""
@@ -129,27 +127,17 @@ class View:
 
     def _framed(self, q: FloatArray, step: Any) -> Frame:
         """The picture at a configuration, (nv,), after a step or without one."""
-        planner, n = self._planner, self.robot.nv
-        codes = np.full(n, HEALTHY, dtype=np.int64)
-        faults: dict[str, Fault] = {} if planner is None else dict(planner.faults)
-        for joint, fault in faults.items():
-            codes[self.robot.joint(joint)] = fault.number
-        pose = self.robot.pose(q)
-        return frame_of(
-            Facts(
-                tick=self._k,
-                t=self._k * (0.0 if planner is None else planner.dt),
-                q=frozen(q.copy()),
-                v=frozen(np.zeros(n) if step is None else np.array(step.v)),
-                truth=codes,
-                belief=codes,
-                target_position=frozen(pose[:3, 3].copy()),
-                target_quaternion=frozen(quaternion_of(pose)),
-                status=0 if step is None else step.code,
-                path_status=0,
-                position_error=0.0 if step is None else step.position_error,
-                rotation_error=0.0 if step is None else step.rotation_error,
-                step_time=0.0,
-            ),
-            self._drawn,
+        planner, drawn = self._planner, self._drawn
+        codes = drawn.codes({} if planner is None else planner.faults)
+        return drawn.frame(
+            tick=self._k,
+            t=self._k * (0.0 if planner is None else planner.dt),
+            q=q,
+            v=np.zeros(self.robot.nv) if step is None else step.v,
+            truth=codes,
+            belief=codes,
+            target=placed(self.robot.pose(q)),
+            status=0 if step is None else step.code,
+            position_error=0.0 if step is None else step.position_error,
+            rotation_error=0.0 if step is None else step.rotation_error,
         )

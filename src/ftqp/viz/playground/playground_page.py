@@ -18,16 +18,15 @@ from ftqp.control.paths.path import Path
 from ftqp.control.paths.repeated import Repeated
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus
-from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.checks import FloatArray
 from ftqp.core.pose import quaternions
 from ftqp.faults.kinds import Degraded, Locked
 from ftqp.sim.log.signals import CONDITIONS
+from ftqp.sim.session.frame import NEAR, DrawnArm, Frame, placed
 from ftqp.sim.session.session_commands import WEAK
 from ftqp.sim.session.session_leader import path_points
-from ftqp.sim.session.tick_facts import Facts, quaternion_of
 from ftqp.viz.live import colours
 from ftqp.viz.live.drag_handles import wxyz
-from ftqp.viz.live.frame import NEAR, DrawnArm, Frame, frame_of
 from ftqp.viz.live.live_page import CONTROLS
 from ftqp.viz.live.panel import (
     FASTEST,
@@ -162,16 +161,9 @@ def _about(played: Played) -> str:
 def _first(played: Played) -> Frame:
     """The picture at the start."""
     robot = played.planner.robot
-    codes = np.zeros(robot.nv, dtype=np.int64)
-    pose = robot.pose(played.q)
-    return frame_of(
-        Facts(
-            tick=0, t=0.0, q=frozen(played.q.copy()), v=frozen(np.zeros(robot.nv)), truth=codes, belief=codes,
-            target_position=frozen(pose[:3, 3].copy()), target_quaternion=frozen(quaternion_of(pose)),
-            status=0, path_status=0, position_error=0.0, rotation_error=0.0, step_time=0.0,
-        ),
-        DrawnArm(robot),
-    )  # fmt: skip
+    drawn, still = DrawnArm(robot), np.zeros(robot.nv)
+    codes, target = drawn.codes({}), placed(robot.pose(played.q))
+    return drawn.frame(tick=0, t=0.0, q=played.q, v=still, truth=codes, belief=codes, target=target)
 
 
 def _arm(played: Played, size: float) -> dict[str, Any]:
