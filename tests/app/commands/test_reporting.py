@@ -103,7 +103,7 @@ def test_report_has_words_numbers_figures_replay_and_scenario(told: Path, tmp_pa
                      "largest distance from the target"):  # fmt: skip
         assert expected in words
     assert page.tags.count("svg") == 5, "path, joints, velocities, torques, status"
-    from ftqp.viz.live.recording import messages_of
+    from tests.viz.live.tape import messages_of
 
     (played,) = page.inner
     duration, messages = messages_of(played.source)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tests.viz.live.stepped_source import SteppedSource
 from tests.viz.live.still_source import StillSource
+from tests.viz.live.tape import messages_of
 from tests.viz.live.test_live_page import controls, use
 
 import ftqp
@@ -17,7 +18,7 @@ from ftqp.sim.session.frame import FurtherFact
 from ftqp.sim.session.session_commands import Place, Reset
 from ftqp.viz.live.further_nodes import amount, further_table
 from ftqp.viz.live.live_page import Page
-from ftqp.viz.live.recording import messages_of, recording
+from ftqp.viz.live.recording import recording
 from ftqp.viz.live.scene import FURTHER, OVERLAYS
 
 SCENARIO = """

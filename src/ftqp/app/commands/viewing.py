@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 import webbrowser
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from ipaddress import ip_address
@@ -22,8 +22,10 @@ from ftqp.app.view.subjects import FrameKeeper, shown
 from ftqp.core.errors import FtqpError, InputError, unknown
 from ftqp.core.extras import remedy_for_extra
 from ftqp.model.robot import Robot
+from ftqp.sim.session.frame import Frame
 from ftqp.sim.session.session_arms import Choice
 from ftqp.viz.live.meshes import mesh_parts
+from ftqp.viz.live.stage import Stage
 
 if TYPE_CHECKING:
     from ftqp.viz.live.shapes import Part
@@ -70,8 +72,12 @@ def view(
             "this simulation, and nothing is encrypted; leave --host out to keep it to this machine"
         )
     with _until_interrupted() as ended, shown(choice, speed=speed, rival=rival) as (kind, source):
-        kept = FrameKeeper(source)
-        with Page(kept, host=host, port=port, parts=lambda robot: _parts(kept, robot, meshes)) as page:
+        kept = FrameKeeper()
+
+        def parts(robot: Robot) -> "Sequence[Part]":
+            return mesh_parts(robot, source.stage().urdf, "chain" if meshes == "none" else meshes)
+
+        with Page(source, host=host, port=port, parts=parts, seen=kept.keep) as page:
             try:
                 _wait_for(page.url)
                 if as_json:
@@ -85,7 +91,7 @@ def view(
                 page.run(ended)
             finally:
                 if record is not None:
-                    _write(record, kept, meshes)
+                    _write(record, kept.frames, source.stage(), parts)
     return ExitCode.INTERRUPTED
 
 
@@ -119,20 +125,17 @@ def _until_interrupted() -> Iterator[Event]:
         signal.signal(signal.SIGINT, before)
 
 
-def _parts(kept: FrameKeeper, robot: Robot, meshes: str) -> "Sequence[Part]":
-    """What the arm is drawn from."""
-    return mesh_parts(robot, kept.stage().urdf, "chain" if meshes == "none" else meshes)
-
-
-def _write(file: Path, kept: FrameKeeper, meshes: str) -> None:
+def _write(
+    file: Path, frames: Sequence[Frame], stage: Stage, parts: "Callable[[Robot], Sequence[Part]]"
+) -> None:
     """The recording of what was shown."""
     from ftqp.viz.live.recording import recording
 
-    if len(kept.frames) < 2:
+    if len(frames) < 2:
         say(f"note: nothing moved, so there is no recording {file}")
         return
-    stage, parts = kept.stage(), _parts(kept, kept.stage().robot, meshes)
-    write(file, recording(kept.frames, stage.robot, path=stage.path, title=stage.title, parts=parts))
+    robot = stage.robot
+    write(file, recording(frames, robot, path=stage.path, title=stage.title, parts=parts(robot)))
     say(f"recording: {file}")
 
 

@@ -12,14 +12,13 @@ from ftqp.app.view.live_source import LiveSource
 from ftqp.app.view.replay_source import ReplaySource
 from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts
 from ftqp.core.errors import InputError
-from ftqp.model.robot import Robot
 from ftqp.sim.log.log_file import OLD, load_log
 from ftqp.sim.log.log_writer import FILE_NAME, log_files
 from ftqp.sim.session.frame import Frame
 from ftqp.sim.session.live_session import FASTEST, Session
 from ftqp.sim.session.session_arms import Choice
-from ftqp.sim.session.session_commands import Command, Speed
-from ftqp.viz.live.stage import Source, Stage
+from ftqp.sim.session.session_commands import Speed
+from ftqp.viz.live.stage import Source
 
 MOST: Final = 1800
 """Frames that are kept at most, one minute of 30 a second; every other one goes when they are reached."""
@@ -27,24 +26,17 @@ MOST: Final = 1800
 
 @final
 class FrameKeeper:
-    """A source that keeps what it shows: a whole session, thinned to a minute of pictures at most.
+    """Keeps what a page shows: a whole session, thinned to a minute of pictures at most.
 
     When the arm is replaced by another one, or begins anew, the recording begins anew, too.
     """
 
-    def __init__(self, source: Source) -> None:
-        self._source = source
+    def __init__(self) -> None:
         self.frames: list[Frame] = []
         self._every, self._seen = 1, 0
 
-    @property
-    def robot(self) -> Robot:
-        """The arm of the kept frames."""
-        return self._source.stage().robot
-
-    def frame(self) -> Frame:
-        """The latest frame of the source; it is kept if its tick is a later one."""
-        frame = self._source.frame()
+    def keep(self, frame: Frame) -> None:
+        """Keep a frame if its tick is a later one."""
         kept = self.frames
         if kept and (frame.stage != kept[-1].stage or frame.tick < kept[-1].tick):
             kept.clear()
@@ -56,15 +48,6 @@ class FrameKeeper:
         if len(kept) >= MOST:
             del kept[1::2]
             self._every *= 2
-        return frame
-
-    def stage(self) -> Stage:
-        """The stage of the source."""
-        return self._source.stage()
-
-    def put(self, command: Command) -> None:
-        """Hand an command on."""
-        self._source.put(command)
 
 
 @contextmanager

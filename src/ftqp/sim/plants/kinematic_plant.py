@@ -28,17 +28,11 @@ AGREEMENT = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class StopImpact:
-    """A free-swinging joint has met its end stop.
+    """A free-swinging joint has met its end stop."""
 
-    Attributes:
-        joint: Its name.
-        time: When, since the plant was reset [s].
-        speed: How fast it was [rad/s or m/s].
-    """
-
-    joint: str
-    time: float
-    speed: float
+    joint: str  # Its name
+    time: float  # When, since the plant was reset [s]
+    speed: float  # How fast it was [rad/s or m/s]
 
 
 @final
@@ -109,12 +103,10 @@ class KinematicPlant(Plant):
 
     @property
     def q(self) -> FloatArray:
-        """True joint positions, (nv,) [rad or m]; belongs to the plant."""
         return seen(self._q)
 
     @property
     def v(self) -> FloatArray:
-        """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
         return seen(self._v)
 
     @property
@@ -123,12 +115,7 @@ class KinematicPlant(Plant):
         return tuple(self._impacts)
 
     def reset(self, q: FloatArray, v: FloatArray) -> None:
-        """Put the healthy arm at (q, v).
-
-        Args:
-            q: Joint positions, (nv,) or (nq,) [rad or m].
-            v: Joint velocities, (nv,) [rad/s or m/s].
-        """
+        """Put the healthy arm at (q, v)."""
         self._faults.clear()
         self._impacts.clear()
         self._ticks = 0
@@ -137,14 +124,7 @@ class KinematicPlant(Plant):
         self._sent[:] = self._q
 
     def fail(self, fault: Fault) -> None:
-        """From now on the joint of ``fault`` behaves as it says, and no longer as an earlier one said.
-
-        Args:
-            fault: What happens, and to which joint.
-
-        Raises:
-            InputError: unknown joint, or a free-swinging joint of a robot without inertia.
-        """
+        """From now on the joint of ``fault`` behaves as it says, and no longer as an earlier one said."""
         i = int(self._robot.chain.lead[self._robot.joint(fault.joint)])
         match fault:
             case Locked(mode="instant", reset="kinematic"):
@@ -161,14 +141,7 @@ class KinematicPlant(Plant):
         self._faults[i] = fault
 
     def repair(self, joint: str | int) -> None:
-        """From now on the joint works as if it had never failed.
-
-        Args:
-            joint: Its name or 0-based index; one that works stays so.
-
-        Raises:
-            InputError: unknown joint.
-        """
+        """From now on the joint works as if it had never failed."""
         self._faults.pop(int(self._robot.chain.lead[self._robot.joint(joint)]), None)
 
     def obeys(self, believed: Mapping[str, Fault]) -> bool:
@@ -188,11 +161,7 @@ class KinematicPlant(Plant):
         )
 
     def advance(self, command: Command) -> None:
-        """Move on by dt.
-
-        Args:
-            command: the planner's step for this tick.
-        """
+        """Move on by dt."""
         self._ticks += 1
         self._sent[:] = command.q
         if self._faults:

@@ -28,15 +28,10 @@ class Command(Protocol):
 
 
 class Motors(NamedTuple):
-    """What the motors of an arm did in the last time step, each (nv,) [N m or N].
+    """What the motors of an arm did in the last time step, each (nv,) [N m or N]."""
 
-    Attributes:
-        tau: The torques that they gave.
-        demand: The torques that the drives asked of them, within the healthy limits.
-    """
-
-    tau: FloatArray
-    demand: FloatArray
+    tau: FloatArray  # The torques that they gave
+    demand: FloatArray  # The torques that the drives asked of them, within the healthy limits
 
 
 class Plant(ABC):
@@ -76,27 +71,19 @@ class Plant(ABC):
 
     @abstractmethod
     def reset(self, q: FloatArray, v: FloatArray) -> None:
-        """Put the healthy arm at (q, v).
-
-        Args:
-            q: Joint positions, (nv,) or (nq,) [rad or m].
-            v: Joint velocities, (nv,) [rad/s or m/s].
-        """
+        """Put the healthy arm at q, (nv,) or (nq,) [rad or m], and v, (nv,) [rad/s or m/s]."""
 
     @abstractmethod
     def fail(self, fault: Fault) -> None:
-        """From now on the joint of ``fault`` behaves as it says.
+        """From now on the joint of ``fault`` behaves as it says, and no longer as an earlier one said.
 
-        Args:
-            fault: What happens, and to which joint.
+        Raises:
+            InputError: unknown joint, or a fault that this plant does not know.
         """
 
     @abstractmethod
     def repair(self, joint: str | int) -> None:
-        """From now on the joint works as if it had never failed; one that works stays so.
-
-        Args:
-            joint: Its name or 0-based index.
+        """From now on the joint, by name or 0-based index, works as if it had never failed.
 
         Raises:
             InputError: unknown joint.
@@ -104,11 +91,7 @@ class Plant(ABC):
 
     @abstractmethod
     def advance(self, command: Command) -> None:
-        """Move on by dt.
-
-        Args:
-            command: The planner's step for this tick.
-        """
+        """Move on by dt with the planner's step for this tick."""
 
 
 @final

@@ -28,7 +28,7 @@ class Page:
     Nothing here waits for a browser or for a planner: ``refresh`` draws the latest frame, and what is clicked
     is handed to the source from a thread of the server. Any other host than this machine opens the page to
     the network; a port in use, or 0, gives the next free one. Without ``parts`` an arm is what its chain
-    gives.
+    gives; ``seen`` is told every frame.
 
     Raises:
         InputError: The address is none of this machine, or no port is free.
@@ -40,13 +40,13 @@ class Page:
         *,
         host: str = LOOPBACK,
         port: int = 8080,
-        parts: Callable[[Robot], Sequence[Part]] | None = None,
-        shadows: bool = False,
+        parts: Callable[[Robot], Sequence[Part]] = arm_parts,
+        seen: Callable[[Frame], None] = lambda frame: None,
     ) -> None:
-        self._source, self._parts = source, parts
+        self._source, self._parts, self._seen = source, parts, seen
         self._server = open_server(host, port)
         self._host, self._count, self._plotted = host, 0, 0.0
-        self._server.scene.configure_default_lights(True, cast_shadow=shadows)
+        self._server.scene.configure_default_lights(True, cast_shadow=False)
         self._server.gui.configure_theme(
             control_width="large", show_logo=False, show_share_button=False, brand_color=(46, 112, 184)
         )
@@ -90,6 +90,7 @@ class Page:
     def refresh(self) -> bool:
         """Draw the latest frame of the source, with plots ten times a second; whether it could be drawn."""
         frame = self._source.frame()
+        self._seen(frame)
         if self._stage is None or frame.stage != self._stage.number:
             stage = self._source.stage()
             if stage.number != frame.stage:
@@ -132,7 +133,7 @@ class Page:
             if self._scene is not None:
                 self._scene.remove()
             self._count += 1
-            parts = self._parts(stage.robot) if self._parts is not None else arm_parts(stage.robot)
+            parts = self._parts(stage.robot)
             scene = Scene(
                 self._server, stage.robot, frame, path=stage.path, name=f"arm-{self._count}", parts=parts
             )

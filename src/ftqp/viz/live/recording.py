@@ -4,13 +4,10 @@ The file is viser's client, 819 KB, with the scene's messages in it; their forma
 which is written into the file. The log of a run stays its record.
 """
 
-from base64 import b64decode
 from collections.abc import Iterable, Sequence
 from html import escape
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import FtqpError, InputError
@@ -19,7 +16,7 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.session.frame import Frame, frames_of
 from ftqp.viz.live.colours import legend
 from ftqp.viz.live.scene import Scene
-from ftqp.viz.live.server import VERSION, close_server, open_server, unpacked
+from ftqp.viz.live.server import VERSION, close_server, open_server
 from ftqp.viz.live.shapes import Part
 from ftqp.viz.pages.page import inner_page
 
@@ -29,7 +26,6 @@ RATES = (30.0, 10.0, 4.0)
 """Pictures a second; the next smaller one is taken where a replay is too large."""
 WAY = 240
 """The path is drawn by so many points."""
-_MARK = '__VISER_EMBED_DATA__="'
 
 
 def picture_ticks(t: FloatArray, fps: float = 30.0, longest: float | None = LONGEST) -> IntArray:
@@ -103,29 +99,6 @@ def replay(log: Log, robot: Robot, title: str, room: int, full: bool = False) ->
         f"the replay of {title} takes {len(part) / 1e6:.1f} MB and {max(room, 0) / 1e6:.1f} MB are left; "
         "make a report of this run alone, or see `ftqp view`"
     )
-
-
-def messages_of(page: str) -> tuple[float, list[tuple[float, dict[str, Any]]]]:
-    """Length [s] and messages of a recording, each with its time [s]."""
-    start = page.find(_MARK)
-    if start < 0:
-        raise InputError("the page is no recording of ftqp: no embedded scene was found in it")
-    start += len(_MARK)
-    content = unpacked(b64decode(page[start : page.index('"', start)]))
-    return float(content["durationSeconds"]), [(float(t), dict(m)) for t, m in content["messages"]]
-
-
-def poses_of(page: str, node: str) -> tuple[NDArray[np.float64], FloatArray]:
-    """When a node of a recording turned and to where: times (k,) [s], quaternions w, x, y, z (k, 4).
-
-    The node of the third joint is called ``/arm-1/frame2``.
-    """
-    _, messages = messages_of(page)
-    turns = [
-        (t, m["wxyz"]) for t, m in messages if m["type"] == "SetOrientationMessage" and m["name"] == node
-    ]
-    times = np.array([t for t, _ in turns])
-    return times, np.array([wxyz for _, wxyz in turns], dtype=np.float64).reshape(-1, 4)
 
 
 def _inserted(page: str, mark: str, text: str) -> str:

@@ -13,9 +13,7 @@ from ftqp.core.errors import FtqpError, InputError, MissingPackage
 from ftqp.core.extras import remedy_for_extra
 
 try:
-    import msgspec
     import viser
-    import zstandard
     from viser import _messages
 except ImportError as error:
     raise MissingPackage("the live page", "viser", remedy_for_extra("viz")) from error
@@ -106,13 +104,3 @@ def _silent() -> Iterator[None]:
     """Without viser's lines on standard output, where ``--json`` prints one object and nothing else."""
     with redirect_stdout(StringIO()):
         yield
-
-
-def unpacked(data: bytes) -> dict[str, Any]:
-    """What viser's serializer has packed: eight bytes of length and zstd, in it eight bytes and msgpack."""
-    inner = zstandard.ZstdDecompressor().decompress(
-        data[8:], max_output_size=int.from_bytes(data[:8], "little")
-    )
-    length = int.from_bytes(inner[:8], "little")
-    content: dict[str, Any] = msgspec.msgpack.decode(inner[8 : 8 + length])
-    return content

@@ -5,6 +5,7 @@ Barrels stand for joints, tubes for links; cylinder, tube, box, ball and hull ar
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -55,28 +56,25 @@ def joined(meshes: Iterable[Mesh]) -> Mesh:
     return Mesh(np.vstack(vertices), np.vstack(faces))
 
 
-def cylinder(radius: float, low: float, high: float, top_radius: float | None = None) -> Mesh:
-    """A closed cylinder along z from ``low`` to ``high`` [m]; with another radius at its top, a cone's part.
-
-    Corners at the rims are doubled, so that light breaks there.
-    """
+def turned(profile: FloatArray) -> Mesh:
+    """A profile of radii and heights, (k, 2) [m], turned about z; points that stand twice are sharp edges."""
     turn = 2.0 * np.pi * np.arange(SIDES) / SIDES
-    ring = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(SIDES)])
-    above = radius if top_radius is None else top_radius
-    bottom, top = radius * ring + [0.0, 0.0, low], above * ring + [0.0, 0.0, high]
-    middle = np.array([[0.0, 0.0, low], [0.0, 0.0, high]])
-    vertices = np.vstack([bottom, top, bottom, top, middle])
+    around = np.stack([np.cos(turn), np.sin(turn), np.ones(SIDES)], axis=1)
+    vertices = (profile[:, None, [0, 0, 1]] * around).reshape(-1, 3)
     here = np.arange(SIDES)
-    after = (here + 1) % SIDES
-    wall = [
-        np.column_stack([here, after, SIDES + after]),
-        np.column_stack([here, SIDES + after, SIDES + here]),
-    ]
-    lids = [
-        np.column_stack([2 * SIDES + after, 2 * SIDES + here, np.full(SIDES, 4 * SIDES)]),
-        np.column_stack([3 * SIDES + here, 3 * SIDES + after, np.full(SIDES, 4 * SIDES + 1)]),
-    ]
-    return Mesh(vertices, np.vstack([*wall, *lids]))
+    after, rings = (here + 1) % SIDES, SIDES * np.arange(len(profile) - 1)[:, None]
+    below = np.stack(np.broadcast_arrays(rings + here, rings + after, rings + after + SIDES), axis=-1)
+    above = np.stack(np.broadcast_arrays(rings + here, rings + after + SIDES, rings + here + SIDES), axis=-1)
+    faces = np.concatenate([below, above]).reshape(-1, 3)
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    return Mesh(vertices, faces[np.cross(b - a, c - a).any(axis=1)])
+
+
+def cylinder(radius: float, low: float, high: float, top_radius: float | None = None) -> Mesh:
+    """A closed cylinder along z from ``low`` to ``high`` [m]; a part of a cone with another radius above."""
+    top = radius if top_radius is None else top_radius
+    rims = [(0.0, low), (radius, low), (radius, low), (top, high), (top, high), (0.0, high)]
+    return turned(np.array(rims))
 
 
 def hull(points: FloatArray) -> Mesh:
@@ -98,38 +96,19 @@ def tube(start: FloatArray, end: FloatArray, radius: float) -> Mesh:
     return cylinder(radius, 0.0, length).moved(rotation_to(along / length), np.asarray(start))
 
 
+_CUBE = hull(np.array(list(product((-1.0, 1.0), repeat=3))))
+
+
 def box(size: FloatArray) -> Mesh:
     """A box around the origin with edges of the lengths ``size``, (3,) [m]."""
-    square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    vertices: list[FloatArray] = []
-    faces: list[list[int]] = []
-    for axis in range(3):
-        for side in (-1.0, 1.0):
-            corners = np.empty((4, 3))
-            corners[:, axis] = side
-            corners[:, [(axis + 1) % 3, (axis + 2) % 3]] = square[:: int(side)]
-            faces += [[4 * len(vertices) + k for k in triangle] for triangle in ((0, 1, 2), (0, 2, 3))]
-            vertices.append(corners)
-    return Mesh(0.5 * np.vstack(vertices) * size, np.array(faces))
+    return Mesh(0.5 * _CUBE.vertices * size, _CUBE.faces)
 
 
 def ball(radius: float, center: FloatArray | None = None) -> Mesh:
     """A ball around a point, (3,) [m], or around the origin."""
-    turn = 2.0 * np.pi * np.arange(SIDES) / SIDES
-    rise = np.pi * np.arange(RINGS + 1) / RINGS
-    x = np.outer(np.sin(rise), np.cos(turn)).ravel()
-    y = np.outer(np.sin(rise), np.sin(turn)).ravel()
-    z = np.repeat(np.cos(rise), SIDES)
-    faces = []
-    for ring in range(RINGS):
-        here = ring * SIDES + np.arange(SIDES)
-        after = ring * SIDES + (np.arange(SIDES) + 1) % SIDES
-        if ring > 0:
-            faces.append(np.column_stack([here, here + SIDES, after]))
-        if ring < RINGS - 1:
-            faces.append(np.column_stack([after, here + SIDES, after + SIDES]))
-    middle = np.zeros(3) if center is None else center
-    return Mesh(radius * np.column_stack([x, y, z]) + middle, np.vstack(faces))
+    rise = np.linspace(-0.5, 0.5, RINGS + 1) * np.pi
+    round_one = turned(radius * np.column_stack([np.cos(rise).round(12), np.sin(rise)]))
+    return Mesh(round_one.vertices + (np.zeros(3) if center is None else center), round_one.faces)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
