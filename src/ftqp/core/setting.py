@@ -1,9 +1,13 @@
-"""Settings: what an option says of itself, once; checks, files and listings of keys are made of it."""
+"""Settings: what an option says of itself, once; checks, files and listings of keys are made of it.
 
+Its words are those of its class's docstring, under ``Args`` or ``Attributes``; its field has range and unit.
+"""
+
+import re
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
 from functools import cache
-from inspect import Parameter, signature
+from inspect import Parameter, cleandoc, signature
 from typing import Any, Final, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -29,7 +33,7 @@ class Setting:
     """What an option of a class says of itself; a file may give those that say something.
 
     Attributes:
-        about: The meaning in a few words.
+        about: The meaning in a few words; none are those of the docstring of its class.
         of: The type of the value in a file, where it is not that of the field or argument.
         unit: The unit, or nothing.
         choices: The words that are allowed, for a setting that is a word.
@@ -48,7 +52,7 @@ class Setting:
         needed: Whether a file has to give it though it has a default.
     """
 
-    about: str = field(kw_only=False)
+    about: str = field(default="", kw_only=False)
     of: Any = None
     unit: str = ""
     choices: tuple[str, ...] = ()
@@ -71,7 +75,7 @@ Settings = Mapping[str, Setting]
 """What a class without fields declares: what a file may say of its arguments, by name."""
 
 
-def setting(default: Any, about: str, *, kw_only: bool | None = None, **says: Any) -> Any:
+def setting(default: Any, about: str = "", *, kw_only: bool | None = None, **says: Any) -> Any:
     """A field of a dataclass that is a setting."""
     return _field(default, Setting(about, **says), **({} if kw_only is None else {"kw_only": kw_only}))
 
@@ -156,10 +160,21 @@ def _keys_of(owner: Any) -> Mapping[str, Key]:
         name: Key(
             hint=hints[name] if says.of is None else says.of,
             default=REQUIRED if says.needed else defaults[name],
-            says=says,
+            says=says if says.about else replace(says, about=_words(owner, name)),
         )
         for name, says in declared.items()
     }
+
+
+def _words(owner: type[Any], name: str) -> str:
+    """What docstrings say of an argument: their first clause, and what it is if it is not given."""
+    told = (cleandoc(kind.__doc__ or "") for kind in owner.__mro__)
+    found = (re.search(rf"^    {name}: (.*(?:\n        .*)*)", doc, re.MULTILINE) for doc in told)
+    entry = next((match[1] for match in found if match), "")
+    text = re.sub(r" \[[^]]*\]", "", " ".join(entry.split()).replace("``", "'"))  # units stand beside it
+    absent = re.search(r"(?:^|[.;] )None(?: is|:) (.+?)(?:[.;:] |[.;]?$)", text)
+    first = re.split(r"[.;:](?: |$)", text)[0]
+    return first[:1].lower() + first[1:] + (f"; if absent {absent[1]}" if absent else "")
 
 
 def like(owner: type[Any], name: str) -> Any:

@@ -84,8 +84,8 @@ class Noise:
         InputError: A number is negative or not finite.
     """
 
-    q: float = setting(0.0, "of positions, >= 0", unit="rad or m", least=0.0)
-    tau: float = setting(0.0, "of torques, >= 0", unit="N m or N", least=0.0)
+    q: float = setting(0.0, unit="rad or m", least=0.0)
+    tau: float = setting(0.0, unit="N m or N", least=0.0)
 
     def __post_init__(self) -> None:
         refuse_out_of_range(self, " of the noise")
@@ -102,8 +102,8 @@ class Drive:
     """What the arm takes, and what is known of the loop inside it.
 
     Attributes:
-        kind: ``position``: send ``step.q``, and ``step.v`` where the arm takes it as well. ``velocity``: send
-            ``step.v``. ``torque``: send ``step.tau``.
+        kind: What the arm takes: of ``position`` send ``step.q``, and ``step.v`` where the arm takes it as
+            well, of ``velocity`` ``step.v``, and of ``torque`` ``step.tau``.
         bandwidth: Of the arm's own servo, > 0 [rad/s], or one of each joint, (nv,); None is unknown. A larger
             one lets the tip's error be taken back faster; stating more than the servo has makes the loop
             ring. Of several the slowest counts for loops, and the fastest for ``lead``, so that no joint is
@@ -133,25 +133,14 @@ class Drive:
     Source: docs/theory/feedback.md.
     """
 
-    kind: str = setting("position", "what the arm takes", choices=tuple(KINDS))
-    bandwidth: float | Sequence[float] | None = setting(
-        None, "of the arm's own servo, > 0; unknown if absent", of=float | None, unit="rad/s", above=0.0
-    )
-    takes_velocity: bool = setting(True, "whether a position servo is given velocities, too")
-    lead: float | None = setting(
-        None, "how far ahead positions are sent, >= 0; by the servo if absent", unit="s", least=0.0
-    )
-    latency: float = setting(0.0, "how late measurements come, >= 0", unit="s", least=0.0)
-    stiffness: float | None = setting(
-        None, "of the loop around a torque arm, > 0; by latency if absent", unit="1/s", above=0.0
-    )
-    inertia_error: float | None = setting(
-        None,
-        "rotor inertia that a torque arm's model may lack, >= 0; 0.3 if absent, 0 learns nothing",
-        unit="kg m2 or kg",
-        least=0.0,
-    )
-    brakes: str = setting("each", "which brakes the arm has", choices=tuple(BRAKES))
+    kind: str = setting("position", choices=tuple(KINDS))
+    bandwidth: float | Sequence[float] | None = setting(None, of=float | None, unit="rad/s", above=0.0)
+    takes_velocity: bool = setting(True)
+    lead: float | None = setting(None, unit="s", least=0.0)
+    latency: float = setting(0.0, unit="s", least=0.0)
+    stiffness: float | None = setting(None, unit="1/s", above=0.0)
+    inertia_error: float | None = setting(None, unit="kg m2 or kg", least=0.0)
+    brakes: str = setting("each", choices=tuple(BRAKES))
 
     def __post_init__(self) -> None:
         if self.brakes not in BRAKES:

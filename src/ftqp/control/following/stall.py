@@ -42,14 +42,14 @@ class StallEscape:
     Source: ``docs/theory/path-progress.md``.
     """
 
-    below: float = setting(0.2, "mean path rate that counts as stalled", above=0.0, below=1.0)
-    after: float = setting(0.1, "time constant of that mean, > 0", unit="s", above=0.0)
-    until: float = setting(0.5, "mean path rate that ends the escape", above=0.0, below=1.0)
-    patience: float = setting(3.0, "stalled time after which the path is blocked, > 0", unit="s", above=0.0)
-    standing: float = setting(0.6, "the same for a path that does not go on at all, > 0", unit="s", above=0.0)
-    speed: float = setting(float(np.deg2rad(3.0)), "speed of the joints, > 0", unit="rad/s", above=0.0)
-    patterns: tuple[str, ...] = setting(PATTERNS, f"among {', '.join(PATTERNS)}, in turn", count=(1, None))
-    seed: int = setting(0, "seed of the random pattern, >= 0", least=0.0)
+    below: float = setting(0.2, above=0.0, below=1.0)
+    after: float = setting(0.1, unit="s", above=0.0)
+    until: float = setting(0.5, above=0.0, below=1.0)
+    patience: float = setting(3.0, unit="s", above=0.0)
+    standing: float = setting(0.6, unit="s", above=0.0)
+    speed: float = setting(float(np.deg2rad(3.0)), unit="rad/s", above=0.0)
+    patterns: tuple[str, ...] = setting(PATTERNS, count=(1, None))
+    seed: int = setting(0, least=0.0)
 
     def __post_init__(self) -> None:
         refuse_out_of_range(self)

@@ -89,16 +89,10 @@ class Observer:
         InputError: The factor is outside (0, 1], or noise and acceleration are not both given.
     """
 
-    lowpass: float | None = setting(
-        None, "low-pass factor, 0 < x <= 1; 1 if all is absent", above=0.0, most=1.0
-    )
-    noise: float | None = setting(
-        None, "noise of the measured tip, to choose the factor, > 0", unit="m", above=0.0
-    )
-    acceleration: float | None = setting(
-        None, "acceleration of the tip by the base, to choose the factor, > 0", unit="m/s2", above=0.0
-    )
-    frozen: bool = setting(False, "whether it stands still after a step that limits have cut")
+    lowpass: float | None = setting(None, above=0.0, most=1.0)
+    noise: float | None = setting(None, unit="m", above=0.0)
+    acceleration: float | None = setting(None, unit="m/s2", above=0.0)
+    frozen: bool = setting(False)
 
     def __post_init__(self) -> None:
         if (self.noise is None) != (self.acceleration is None):

@@ -73,21 +73,13 @@ class MovingBase:
             is negative.
     """
 
-    sensing: str = setting(
-        "unknown", "what is known of the base's motion; unknown: the tip is measured", choices=SENSINGS
-    )
-    attitude: str = setting(
-        "estimated",
-        "base attitude by which the error is turned; nominal as in the paper",
-        choices=tuple(ATTITUDES),
-    )
-    observer: Observer | None = setting(None, "the disturbance observer; 'off' to have none", off=True)
+    sensing: str = setting("unknown", choices=SENSINGS)
+    attitude: str = setting("estimated", choices=tuple(ATTITUDES))
+    observer: Observer | None = setting(None, off=True)
     nominal: Any = None
-    delay: float = setting(0.0, "how late measurements are, for sensing = 'late'", unit="s", least=0.0)
-    patience: float = setting(
-        0.05, "how long the last base pose is used without a measurement, >= 0", unit="s", least=0.0
-    )
-    anti_windup: bool = setting(False, "whether commands wait for servos that lag")
+    delay: float = setting(0.0, unit="s", least=0.0)
+    patience: float = setting(0.05, unit="s", least=0.0)
+    anti_windup: bool = setting(False)
 
     def __post_init__(self) -> None:
         for name, value, valid in (

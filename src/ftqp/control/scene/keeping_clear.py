@@ -29,12 +29,12 @@ class Clearance:
         InputError: A number is out of its range, or ``ignore`` is no list of pairs.
     """
 
-    keep: float = setting(0.02, "bodies are kept so far apart, > 0", unit="m", above=0.0)
-    stop: float = setting(0.005, "nearer than this, and coming nearer, the arm stops", unit="m", least=0.0)
-    gain: float = setting(20.0, "how fast a body comes near, by the way that is left", unit="1/s", above=0.0)
-    share: float = setting(0.5, "share of the joints' deceleration that is counted on", above=0.0, most=1.0)
-    self_pairs: bool = setting(True, "whether bodies of the arm are kept apart from each other")
-    ignore: Any = setting((), "pairs of names that need not be kept apart", of=tuple[tuple[str, str], ...])
+    keep: float = setting(0.02, unit="m", above=0.0)
+    stop: float = setting(0.005, unit="m", least=0.0)
+    gain: float = setting(20.0, unit="1/s", above=0.0)
+    share: float = setting(0.5, above=0.0, most=1.0)
+    self_pairs: bool = setting(True)
+    ignore: Any = setting((), of=tuple[tuple[str, str], ...])
 
     def __post_init__(self) -> None:
         refuse_out_of_range(self)

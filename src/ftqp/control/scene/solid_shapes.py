@@ -21,7 +21,7 @@ from ftqp.kernel.layout.scene_room import (
     HULL_FACES,
     SEGMENT,
 )
-from ftqp.model.capsules import CALLED, Capsule, Collision, HullParts, Three, length_of, turned_along
+from ftqp.model.capsules import Capsule, Collision, HullParts, Three, length_of, turned_along
 
 HULL_ROOM = (HULL_CORNERS, HULL_EDGES, HULL_FACES)
 """How many corners, edges and faces all hulls of a scene have at most ..."""
@@ -55,14 +55,14 @@ class Sphere:
     """A ball.
 
     Args:
-        radius: > 0 [m].
+        radius: Its radius, > 0 [m].
         place: Where its centre is, (3,) [m], or a pose, (4, 4).
         name: What a scenario calls it; ``scene.add`` has its own name.
     """
 
-    radius: float = setting(REQUIRED, "its radius, > 0", unit="m", above=0.0)
-    place: Any = setting((0.0, 0.0, 0.0), "where its centre is", of=Three, unit="m")
-    name: str | None = setting(None, CALLED, kw_only=True)
+    radius: float = setting(REQUIRED, unit="m", above=0.0)
+    place: Any = setting((0.0, 0.0, 0.0), of=Three, unit="m")
+    name: str | None = setting(None, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", length_of("radius", self.radius))
@@ -81,14 +81,14 @@ class Box:
     Args:
         size: The lengths of its edges along its own x, y and z, each > 0, (3,) [m].
         place: Where its middle is, (3,) [m], or its pose, (4, 4).
-        rpy: How it is turned in place of that, (3,) [rad]: roll, pitch and yaw as in a URDF.
+        rpy: Roll, pitch and yaw in place of that, as in a URDF, (3,) [rad].
         name: What a scenario calls it; ``scene.add`` has its own name.
     """
 
-    size: Any = setting(REQUIRED, "the lengths of its edges, each > 0", of=Three, unit="m")
-    place: Any = setting((0.0, 0.0, 0.0), "where its middle is", of=Three, unit="m")
-    rpy: Any = setting(None, "roll, pitch and yaw, as in a URDF; not turned if absent", of=Three, unit="rad")
-    name: str | None = setting(None, CALLED, kw_only=True)
+    size: Any = setting(REQUIRED, of=Three, unit="m")
+    place: Any = setting((0.0, 0.0, 0.0), of=Three, unit="m")
+    rpy: Any = setting(None, of=Three, unit="rad")
+    name: str | None = setting(None, kw_only=True)
 
     def __post_init__(self) -> None:
         edges = array("size", self.size, (3,), "(3,)")
@@ -109,18 +109,18 @@ class Cylinder:
     """A cylinder along its own z axis.
 
     Args:
-        radius: > 0 [m].
-        length: > 0 [m].
+        radius: Its radius, > 0 [m].
+        length: Its length, > 0 [m].
         place: Where its middle is, (3,) [m], or its pose, (4, 4).
-        rpy: How it is turned in place of that, (3,) [rad]: roll, pitch and yaw as in a URDF.
+        rpy: Roll, pitch and yaw in place of that, as in a URDF, (3,) [rad].
         name: What a scenario calls it; ``scene.add`` has its own name.
     """
 
-    radius: float = setting(REQUIRED, "its radius, > 0", unit="m", above=0.0)
-    length: float = setting(REQUIRED, "its length along its z axis, > 0", unit="m", above=0.0)
-    place: Any = setting((0.0, 0.0, 0.0), "where its middle is", of=Three, unit="m")
-    rpy: Any = setting(None, "roll, pitch and yaw, as in a URDF; not turned if absent", of=Three, unit="rad")
-    name: str | None = setting(None, CALLED, kw_only=True)
+    radius: float = setting(REQUIRED, unit="m", above=0.0)
+    length: float = setting(REQUIRED, unit="m", above=0.0)
+    place: Any = setting((0.0, 0.0, 0.0), of=Three, unit="m")
+    rpy: Any = setting(None, of=Three, unit="rad")
+    name: str | None = setting(None, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", length_of("radius", self.radius))
@@ -143,9 +143,9 @@ class HalfSpace:
         name: What a scenario calls it; ``scene.add`` has its own name.
     """
 
-    point: Any = setting((0.0, 0.0, 0.0), "a place on its plane", of=Three, unit="m")
-    normal: Any = setting((0.0, 0.0, 1.0), "across its plane, into the free side", of=Three)
-    name: str | None = setting(None, CALLED, kw_only=True)
+    point: Any = setting((0.0, 0.0, 0.0), of=Three, unit="m")
+    normal: Any = setting((0.0, 0.0, 1.0), of=Three)
+    name: str | None = setting(None, kw_only=True)
 
     def __post_init__(self) -> None:
         point, normal = array("point", self.point, (3,), "(3,)"), array("normal", self.normal, (3,), "(3,)")
@@ -180,18 +180,16 @@ class Hull:
         mesh: In place of that, a file with a mesh, in STL, OBJ, PLY, GLB or DAE by its name.
         scale: By what the numbers of the mesh are multiplied: 0.001 for millimetres.
         place: Where its own origin is, (3,) [m], or its pose, (4, 4).
-        rpy: How it is turned in place of that, (3,) [rad]: roll, pitch and yaw as in a URDF.
+        rpy: Roll, pitch and yaw in place of that, as in a URDF, (3,) [rad].
         name: What a scenario calls it; ``scene.add`` has its own name.
     """
 
-    corners: Any = setting(
-        None, "points of which it is the hull", of=tuple[Three, ...], unit="m", count=(4, None)
-    )
-    mesh: str | None = setting(None, "a mesh of which it is the hull, relative to the scenario", file=True)
-    scale: float = setting(1.0, "by what the numbers of the mesh are multiplied", above=0.0)
-    place: Any = setting((0.0, 0.0, 0.0), "where its own origin is", of=Three, unit="m")
-    rpy: Any = setting(None, "roll, pitch and yaw, as in a URDF; not turned if absent", of=Three, unit="rad")
-    name: str | None = setting(None, CALLED, kw_only=True)
+    corners: Any = setting(None, of=tuple[Three, ...], unit="m", count=(4, None))
+    mesh: str | None = setting(None, file=True)
+    scale: float = setting(1.0, above=0.0)
+    place: Any = setting((0.0, 0.0, 0.0), of=Three, unit="m")
+    rpy: Any = setting(None, of=Three, unit="rad")
+    name: str | None = setting(None, kw_only=True)
 
     def __post_init__(self) -> None:
         if (self.corners is None) == (self.mesh is None):

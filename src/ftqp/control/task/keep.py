@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.task.soft_tasks import AXES, WHICH, Three, direction
+from ftqp.control.task.soft_tasks import AXES, Three, direction
 from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError
 from ftqp.core.setting import REQUIRED, refuse_out_of_range, setting
@@ -50,8 +50,8 @@ class Keep:
         above: A place on the plane, (3,) [m].
         normal: Across the plane, into the side that is free, (3,); its length does not matter. None is the
             vertical, so that the point stays above the place.
-        inside: The box, along the axes of the world: its lowest and its highest corner, (2, 3) [m]. -inf and
-            inf leave a side out.
+        inside: The lowest and the highest corner of the box, along the axes of the world, (2, 3) [m]. -inf
+            and inf leave a side out.
         along: The middle of the cone, a direction in the world, (3,); its length does not matter.
         within: How far the axis may lean from ``along``, > 0 and < pi [rad].
         axis: The axis that stays in the cone, in the frame, (3,); its length does not matter. None is its
@@ -66,37 +66,16 @@ class Keep:
             together.
     """
 
-    frame: str = setting(REQUIRED, WHICH)
-    above: Any = setting(None, "a place on the plane that it stays above", of=Three, unit="m", kw_only=True)
-    normal: Any = setting(
-        None, "across the plane, into the free side; up if absent", of=Three, kw_only=True
-    )  # fmt: skip
-    inside: Any = setting(
-        None,
-        "in place of above: lowest and highest corner of a box; infinite leaves a side out",
-        of=Corners,
-        unit="m",
-        infinite=True,
-        kw_only=True,
-    )
-    along: Any = setting(
-        None, "in place of above: direction in the world that an axis stays near", of=Three, kw_only=True
-    )
-    within: float | None = setting(
-        None, "how far the axis may lean from it, > 0", unit="rad", above=0.0, below=pi, kw_only=True
-    )
-    axis: Any = setting(None, "the axis in the frame; its z axis if absent", of=Three, kw_only=True)
-    point: Any = setting(
-        None, "another point of the frame; its origin if absent", of=Three, unit="m", kw_only=True
-    )
-    braking: float = setting(
-        1.0,
-        "how hard the arm can surely brake it, > 0",
-        unit="m/s2 or rad/s2",
-        above=0.0,
-        kw_only=True,
-    )
-    name: str | None = setting(None, "what it is called; its frame if absent", kw_only=True)
+    frame: str = setting(REQUIRED)
+    above: Any = setting(None, of=Three, unit="m", kw_only=True)
+    normal: Any = setting(None, of=Three, kw_only=True)
+    inside: Any = setting(None, of=Corners, unit="m", infinite=True, kw_only=True)
+    along: Any = setting(None, of=Three, kw_only=True)
+    within: float | None = setting(None, unit="rad", above=0.0, below=pi, kw_only=True)
+    axis: Any = setting(None, of=Three, kw_only=True)
+    point: Any = setting(None, of=Three, unit="m", kw_only=True)
+    braking: float = setting(1.0, unit="m/s2 or rad/s2", above=0.0, kw_only=True)
+    name: str | None = setting(None, kw_only=True)
 
     def __post_init__(self) -> None:
         refuse_out_of_range(self)

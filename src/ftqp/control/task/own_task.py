@@ -128,7 +128,7 @@ class OwnConstraint:
         InputError: A setting is out of its range, ``count`` is no number of rows, or ``filling`` is missing.
     """
 
-    name: str | None = setting(None, "what it is called; after its kind if absent")
+    name: str | None = setting(None)
     unit: ClassVar[str] = ""
     about: ClassVar[str] = "distance from the boundary, positive where it is kept"
 

@@ -20,8 +20,6 @@ GENTLE = {"acceleration": 4.0, "velocity": 2.0}
 """kp at each level: an error decays by 2 1/s, five times as slowly as that of the tip, so that a soft task
 does not take the arm into limits that the tip's task needs."""
 Three = tuple[float, float, float] | None
-WHERE = "where it should be; where it is at the start if absent"
-WHICH = "a frame, link or joint of the robot's model"
 Matrix = tuple[tuple[float, ...], ...] | None
 SETS = {"pose": 0b111111, "position": 0b000111, "orientation": 0b111000}
 """Rows by the word for them, a bit for each of x, y, z, rx, ry, rz."""
@@ -36,10 +34,11 @@ class SoftTask:
     """What every further task has.
 
     Args:
-        level: 0 goes before the task of the tip: it is kept as an equation, and where joints and limits
-            cannot do both, the tip gives way. 1 stands beside the task of the tip, as firm as it: where they
-            cannot both be done, each gives way as its weight says, the tip's being 1. 2 has what the tasks
-            on level 1 leave, and the scheme's objective what is left then. 3 shares that with the scheme.
+        level: Before (0), beside (1) or after (2) the task of the tip, or beside the scheme's objective (3).
+            0 is kept as an equation, and where joints and limits cannot do both, the tip gives way. 1 is as
+            firm as the tip's: where they cannot both be done, each gives way as its weight says, the tip's
+            being 1. 2 has what the tasks on level 1 leave, and the scheme's objective what is left then. 3
+            shares that with the scheme.
         weight: How much it counts beside the other tasks on its level, >= 0, and on level 3 beside the
             scheme's objective. A larger one is kept more closely where two of them want different things; 0
             leaves it out. On level 0 it only matters whether it is 0.
@@ -58,19 +57,12 @@ class SoftTask:
         InputError: A number is out of its range, or an array has a wrong shape.
     """
 
-    level: int = setting(
-        LAST,
-        "0: before the task of the tip; 1: beside it; 2: after it; 3: beside the scheme's objective",
-        least=0,
-        most=3,
-    )
-    weight: float = setting(1.0, "how much it counts beside the others, >= 0", least=0.0)
-    kp: float | None = setting(None, "gain on its error, >= 0", unit="1/s2 or 1/s", least=0.0)
-    kv: float | None = setting(None, "gain on the error of its velocity, >= 0", unit="1/s", least=0.0)
-    required: bool | None = setting(
-        None, "whether the status speaks of it; if absent yes of poses and places on level 0 and 1"
-    )
-    name: str | None = setting(None, "what it is called; after its frame or kind if absent")
+    level: int = setting(LAST, least=0, most=3)
+    weight: float = setting(1.0, least=0.0)
+    kp: float | None = setting(None, unit="1/s2 or 1/s", least=0.0)
+    kv: float | None = setting(None, unit="1/s", least=0.0)
+    required: bool | None = setting(None)
+    name: str | None = setting(None)
     code: ClassVar[int]
     can_go_first: ClassVar[bool] = True
     is_place: ClassVar[bool] = False
@@ -169,11 +161,9 @@ class PoseTask(SoftTask):
         target: Its pose, (4, 4) [m]; None is where it is at ``planner.reset``.
     """
 
-    frame: str = setting(REQUIRED, WHICH)
-    rows: str | Sequence[str] = setting(
-        "pose", "pose, position, orientation, or names of rows", of=str | tuple[str, ...], kw_only=True
-    )
-    target: Any = setting(None, "its pose; the one that it starts with if absent", of=Matrix, kw_only=True)
+    frame: str = setting(REQUIRED)
+    rows: str | Sequence[str] = setting("pose", of=str | tuple[str, ...], kw_only=True)
+    target: Any = setting(None, of=Matrix, kw_only=True)
     code: ClassVar[int] = FRAME
     called: ClassVar[str] = "{0.frame}"
     is_place: ClassVar[bool] = True
@@ -201,12 +191,10 @@ class RelativeTask(SoftTask):
         target: Pose of ``frame`` in ``to``, (4, 4) [m]; None is the one at ``planner.reset``.
     """
 
-    frame: str = setting(REQUIRED, WHICH)
-    to: str = setting(REQUIRED, "the frame in which it has its pose")
-    rows: str = setting("pose", "what of the pose", choices=tuple(SETS), kw_only=True)
-    target: Any = setting(
-        None, "pose of frame in to; the one that it starts with if absent", of=Matrix, kw_only=True
-    )
+    frame: str = setting(REQUIRED)
+    to: str = setting(REQUIRED)
+    rows: str = setting("pose", choices=tuple(SETS), kw_only=True)
+    target: Any = setting(None, of=Matrix, kw_only=True)
     code: ClassVar[int] = FRAME
     called: ClassVar[str] = "{0.frame} to {0.to}"
     is_place: ClassVar[bool] = True
@@ -236,12 +224,10 @@ class PositionTask(SoftTask):
         point: Another point of that frame, (3,) [m].
     """
 
-    frame: str = setting(REQUIRED, WHICH)
-    rows: str = setting("xyz", "axes of the world along which it counts, some of x, y, z", kw_only=True)
-    target: Any = setting(
-        None, "where it should be; where it starts if absent", of=Three, unit="m", kw_only=True
-    )
-    point: Any = setting((0.0, 0.0, 0.0), "another point of the frame", of=Three, unit="m", kw_only=True)
+    frame: str = setting(REQUIRED)
+    rows: str = setting("xyz", kw_only=True)
+    target: Any = setting(None, of=Three, unit="m", kw_only=True)
+    point: Any = setting((0.0, 0.0, 0.0), of=Three, unit="m", kw_only=True)
     code: ClassVar[int] = FRAME
     called: ClassVar[str] = "{0.frame}"
     is_place: ClassVar[bool] = True
@@ -266,16 +252,10 @@ class AxisTask(SoftTask):
             the name of a frame of the arm, for example the hand that a camera looks at.
     """
 
-    frame: str = setting(REQUIRED, WHICH)
-    axis: Any = setting((0.0, 0.0, 1.0), "the axis in the frame", of=Three, kw_only=True)
-    along: Any = setting(None, "direction in the world that it points along", of=Three, kw_only=True)
-    towards: Any = setting(
-        None,
-        "place, or name of a frame, that it points at instead",
-        of=tuple[float, float, float] | str | None,
-        unit="m",
-        kw_only=True,
-    )
+    frame: str = setting(REQUIRED)
+    axis: Any = setting((0.0, 0.0, 1.0), of=Three, kw_only=True)
+    along: Any = setting(None, of=Three, kw_only=True)
+    towards: Any = setting(None, of=tuple[float, float, float] | str | None, unit="m", kw_only=True)
     code: ClassVar[int] = AXIS
     called: ClassVar[str] = "{0.frame} axis"
 
@@ -313,10 +293,8 @@ class CentreOfMass(SoftTask):
         target: Where it should be, (3,) [m]; None is where it is at ``planner.reset``.
     """
 
-    rows: str = setting("xyz", "axes of the world along which it counts, some of x, y, z")
-    target: Any = setting(
-        None, "where it should be; where it starts if absent", of=Three, unit="m", kw_only=True
-    )
+    rows: str = setting("xyz")
+    target: Any = setting(None, of=Three, unit="m", kw_only=True)
     code: ClassVar[int] = MASS
 
     def __post_init__(self) -> None:
@@ -334,9 +312,7 @@ class PostureTask(SoftTask):
         target: The posture, (nv,) [rad or m]; None is where the arm is at ``planner.reset``.
     """
 
-    target: Any = setting(
-        None, "the posture; where the arm starts if absent", of=tuple[float, ...] | None, unit="rad or m"
-    )
+    target: Any = setting(None, of=tuple[float, ...] | None, unit="rad or m")
     code: ClassVar[int] = JOINT_PLACES
     can_go_first: ClassVar[bool] = False
 
@@ -349,9 +325,7 @@ class JointTask(SoftTask):
         joints: Where each should be, by name or 0-based index [rad or m].
     """
 
-    joints: Mapping[str | int, float] = setting(
-        REQUIRED, "where some joints should be, { joint = place }", of=dict[str, float], unit="rad or m"
-    )
+    joints: Mapping[str | int, float] = setting(REQUIRED, of=dict[str, float], unit="rad or m")
     code: ClassVar[int] = JOINT_PLACES
     can_go_first: ClassVar[bool] = False
 

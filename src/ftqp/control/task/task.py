@@ -45,8 +45,8 @@ class DirectionalDamping:
             more of the task; position tasks may need 0.3.
     """
 
-    threshold: float = setting(0.2, "singular value, in lengths, where damping begins, > 0", above=0.0)
-    factor: float = setting(0.2, "damping at a singularity, > 0", above=0.0)
+    threshold: float = setting(0.2, above=0.0)
+    factor: float = setting(0.2, above=0.0)
 
     def __post_init__(self) -> None:
         refuse_out_of_range(self, " of the damping")
@@ -74,9 +74,9 @@ class Task:
         axis: The tool axis in the tip frame, (3,), for ``position_axis``; its length does not matter.
         slack: How soft the task is, 1e-12 to 1, without unit, relative to the QP's own magnitude, for
             ``slack``. A larger one gives up more of the task near limits and singularities.
-        priority: ``weighted`` lets rotation count as much as position; ``position_first`` leaves to rotation
-            what position does not need.
-        damping: Lets the task give way along singular directions, see ``DirectionalDamping``; None never
+        priority: What rotation counts beside position: as much with ``weighted``, and ``position_first``
+            leaves to it what position does not need.
+        damping: How the task gives way along singular directions, see ``DirectionalDamping``; None never
             does. It goes neither with ``scaled``, whose path waits at a singularity instead, nor with
             ``position_first``.
         calm: Whether the arm comes to rest where the target stands, also out of reach, at a singularity or
@@ -96,31 +96,19 @@ class Task:
         InputError: A name is unknown, a number is out of its range, or two settings exclude each other.
     """
 
-    rows: str | tuple[str, ...] | None = setting(
-        None, "'pose', 'position', 'position_axis' or some of x, y, z, rx, ry, rz; by robot if absent"
-    )
+    rows: str | tuple[str, ...] | None = setting(None)
     _: KW_ONLY
-    mode: str = setting("slack", "what gives way when the task cannot be kept", choices=tuple(MODES))
-    kp: float | None = setting(None, "position gain, >= 0", unit="1/s2 or 1/s", least=0.0)
-    kv: float | None = setting(None, "velocity gain, >= 0", unit="1/s", least=0.0)
-    length: float | None = setting(
-        None, "length that makes radians comparable to metres, > 0", unit="m", above=0.0
-    )
-    axis: tuple[float, float, float] = setting(
-        (0.0, 0.0, 1.0), "tool axis in the tip frame, for rows = 'position_axis'"
-    )
-    priority: str = setting(
-        "weighted",
-        "whether rotation counts as much as position or gets what position leaves",
-        choices=tuple(PRIORITIES),
-    )
-    slack: float = setting(1e-6, "compliance of the rows in mode slack, 1e-12 to 1", above=0.0, most=1.0)
-    damping: DirectionalDamping | None = setting(
-        None, "directional damping near singularities; none if absent"
-    )
+    mode: str = setting("slack", choices=tuple(MODES))
+    kp: float | None = setting(None, unit="1/s2 or 1/s", least=0.0)
+    kv: float | None = setting(None, unit="1/s", least=0.0)
+    length: float | None = setting(None, unit="m", above=0.0)
+    axis: tuple[float, float, float] = setting((0.0, 0.0, 1.0))
+    priority: str = setting("weighted", choices=tuple(PRIORITIES))
+    slack: float = setting(1e-6, above=0.0, most=1.0)
+    damping: DirectionalDamping | None = setting(None)
     tolerance: float = 0.01
     rotation_tolerance: float = 0.05
-    calm: bool = setting(True, "whether the arm comes to rest where its target stands")
+    calm: bool = setting(True)
     degrade: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -248,9 +236,9 @@ class EmergencyStop:
         InputError: A threshold is not positive, or ``samples`` is not a whole number from 1.
     """
 
-    position: float = setting(0.05, "threshold of the position error, > 0", unit="m", above=0.0)
-    rotation: float = setting(0.3, "threshold of the rotation error, > 0", unit="rad", above=0.0)
-    samples: int = setting(3, "rising samples in a row, >= 1", least=1.0)
+    position: float = setting(0.05, unit="m", above=0.0)
+    rotation: float = setting(0.3, unit="rad", above=0.0)
+    samples: int = setting(3, least=1.0)
 
     def __post_init__(self) -> None:
         refuse_out_of_range(self)
