@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from tests.orders_on import orders_on
 
-from ftqp.control.planner.braking_reserve import braking_reserve
-from ftqp.control.planner.filling import filled
+from ftqp.control.planner.assembly import filled
+from ftqp.control.planner.mounted_robot import braking_reserve
 from ftqp.control.task import bounds, schemes
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.task import Task

@@ -13,8 +13,8 @@ from tests.papers.jin2017 import START, Run, run
 
 import ftqp
 from ftqp import EmergencyStop, Locked, StepStatus
-from ftqp.control.planner.braking_reserve import braking_reserve
-from ftqp.control.planner.filling import filled
+from ftqp.control.planner.assembly import filled
+from ftqp.control.planner.mounted_robot import braking_reserve
 from ftqp.core.checks import FloatArray
 from ftqp.faults.belief import Belief
 from ftqp.kernel.entry.session import Session

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.braking_reserve import SPEED_SHARE, BrakingReserve
+from ftqp.control.planner.mounted_robot import SPEED_SHARE, BrakingReserve
 
 
 @pytest.fixture(scope="module")

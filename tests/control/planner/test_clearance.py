@@ -97,7 +97,7 @@ def test_a_row_is_the_gradient_of_the_distance_at_the_predicted_posture(name):
     shape, goal = THINGS[name]
     planner = ftqp.Planner(PANDA, DT, emergency=None, scene=scene(**{name: shape}))
     follow(planner, goal, ticks=700)
-    K, names = planner._session.K, planner._surroundings.names
+    K, names = planner._session.K, planner._parts.surroundings.names
     q = K.ahead.q[:7].copy()
     np.testing.assert_allclose(q, K.state.q[:7] + DT * K.state.v[:7], atol=1e-15)
     held = [k for k in range(CLEARANCES) if K.scene.slot[k] >= 0]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.app.deployment.arm_file import FORMAT, checksum, kernel_hash
-from ftqp.control.planner.braking_reserve import SAMPLES
+from ftqp.control.planner.mounted_robot import SAMPLES
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import STOP_REASONS, StepStatus
 from ftqp.control.task.task import row_indices

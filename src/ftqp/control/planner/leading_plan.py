@@ -174,7 +174,7 @@ class PlanLeading:
             ticks=(CLOCK, *LED),
             before=self.follow,
             believe=self._adopt,
-            begin=lambda q, told: self.begin(q, told.belief.faults),
+            begin=lambda q, _, belief: self.begin(q, belief.faults),
         )
 
     def _adopt(self, belief: Belief) -> None:

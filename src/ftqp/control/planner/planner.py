@@ -1,32 +1,25 @@
 """Planner: one arm, one task, one QP a tick."""
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import partial, update_wrapper
 from itertools import count
 from pathlib import Path as File
-from typing import Any, NoReturn
+from threading import get_ident
+from types import FrameType
+from typing import Any, Concatenate, NoReturn, ParamSpec, TypeVar
 
 import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.control.inverse_kinematics.passable import Passable, Walled
 from ftqp.control.paths.path import Path
-from ftqp.control.planner.arm_loop import ArmLoop, Learned, learned
-from ftqp.control.planner.braking_reserve import braking_reserve
-from ftqp.control.planner.configuration import Configuration, Draft, MountedRobot, warn_of_weight, write_call
-from ftqp.control.planner.constraint_list import (
-    Constraint,
-    Constraints,
-    asked_of,
-    listed,
-    need_a_qp,
-    refuse_without_effect,
-)
-from ftqp.control.planner.degrading import Degrading, fewer_rows
-from ftqp.control.planner.filled_rows import refuse_asking
-from ftqp.control.planner.filling import filled, orders_of
-from ftqp.control.planner.free_joint import FreeJoint
+from ftqp.control.planner.arm_loop import Learned, learned
+from ftqp.control.planner.assembly import Assembly
+from ftqp.control.planner.constraint_list import Constraint, Constraints
+from ftqp.control.planner.degrading import fewer_rows
+from ftqp.control.planner.draft import Draft, write_call
 from ftqp.control.planner.given_arrays import (
     converted_tick,
     is_row,
@@ -37,35 +30,28 @@ from ftqp.control.planner.given_arrays import (
     whole_ticks,
 )
 from ftqp.control.planner.lead import Blocks, Lead, judged_by
-from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading, Remaining
-from ftqp.control.planner.one_thread import Inside, guarded
+from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
+from ftqp.control.planner.mounted_robot import BrakingReserve, MountedRobot, braking_reserve, warn_of_weight
 from ftqp.control.planner.planner_view import PlannerView, planner_html
-from ftqp.control.planner.qp_solver import IN_KERNEL, Solver
-from ftqp.control.planner.response.fault_response import FaultResponse
-from ftqp.control.planner.response.probing import probing_of
+from ftqp.control.planner.qp_solver import IN_KERNEL
 from ftqp.control.planner.settings import settled
 from ftqp.control.planner.stages import CLOCK, FREE, Tick, staged
-from ftqp.control.planner.start import Rest, StartWatch
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.step_parts import Said
-from ftqp.control.planner.surroundings import Surroundings, clearance_rows, refuse_moving_base
+from ftqp.control.planner.surroundings import refuse_moving_base
 from ftqp.control.planner.target import Target, Targets
-from ftqp.control.planner.task_list import TaskList, held_rows, split
+from ftqp.control.planner.task_list import TaskList
 from ftqp.control.planner.ways.n_minus_one import NMinusOne, Security
-from ftqp.control.planner.ways.remembered import remembered
-from ftqp.control.planner.ways.security_watch import SecurityWatch, refuse_led, scheme_led
 from ftqp.control.planner.ways.way_out import WayOut, ways_out
-from ftqp.control.planner.what_ifs import Deployable, WhatIfs, deployable
+from ftqp.control.planner.what_ifs import Deployable, WhatIfs
 from ftqp.control.scene.keeping_clear import Clearance
 from ftqp.control.scene.placed_shapes import Scene
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
-from ftqp.control.task.keep import Keep
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.control.task.task import EmergencyStop, Task
-from ftqp.core.checks import FloatArray, array, frozen, instance, positive
+from ftqp.core.checks import FloatArray, array, frozen, positive
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import Fixed
@@ -73,18 +59,116 @@ from ftqp.faults.belief import Belief
 from ftqp.faults.detection.detector import Detector
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
-from ftqp.kernel.entry.session import ArmSession, BaseMemory, JointsMemory, PathMemory, Session
+from ftqp.kernel.entry.orders import Orders
+from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory, Session
 from ftqp.kernel.layout.enums import RELAXED
-from ftqp.kernel.layout.rows import CLEARANCE, COMPONENTS, HOLD
+from ftqp.kernel.layout.record import load_chain
+from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.capsules import Capsule
 from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 
+P = ParamSpec("P")
+R = TypeVar("R")
 NUMBERS = count()
 """Of configurations: none occurs twice, so that a number says which one it is."""
 ANEW = "the planner was laid out for it; make another one, ftqp.Planner(robot, {name}=...)"
 """What to do about an attribute that a planner was made with."""
+
+
+def guarded(name: str) -> Callable[[Callable[Concatenate[Any, P], R]], Callable[Concatenate[Any, P], R]]:
+    """Lets one thread at a time into a method, and no step into a step, of a function that the step asks."""
+
+    def with_guard(call: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
+        def guard(planner: Any, /, *args: P.args, **kwargs: P.kwargs) -> R:
+            me, inside = get_ident(), planner._inside
+            if inside is not None and (inside[0] != me or name == inside[1] == "step"):
+                _refuse_inside(name, me, *inside)
+                inside = None
+            try:
+                planner._inside = me, name, sys._getframe()
+                return call(planner, *args, **kwargs)
+            finally:
+                planner._inside = inside
+
+        return update_wrapper(guard, call)
+
+    return with_guard
+
+
+def _refuse_inside(name: str, me: int, owner: int, other: str, frame: FrameType) -> None:
+    """Refuse a call inside another one; one that an exception has ended may not have said so."""
+    found = sys._current_frames().get(owner)
+    while found is not None and found is not frame:
+        found = found.f_back
+    if found is None:
+        return
+    if me != owner:
+        raise InputError(
+            f"planner.{name} is called while another thread is inside planner.{other}; a planner "
+            "belongs to one thread: let the others hand over to it what they want, by a queue.Queue"
+        )
+    raise InputError(
+        "planner.step is called inside planner.step, by a function that it asks; let that only fill "
+        "in its arrays, and step another planner to look ahead"
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Configuration:
+    """All that a planner was told; it never changes, another one takes its place.
+
+    Attributes:
+        number: Its own, which the call that writes it into the record leaves beside that.
+        belief: Which joints have failed.
+        arm: The arm with its load and tool.
+        reserve: The deceleration that its motors have; None where torque is not limited.
+        start: Where the arm begins, q and v, (nv,) each; None before the first ``reset``.
+        speed: How fast the arm is led, in (0, 1] of full speed.
+        then: What else the last change brings about, as often as it is called; None is nothing.
+    """
+
+    number: int
+    belief: Belief
+    arm: MountedRobot
+    reserve: BrakingReserve | None
+    start: tuple[FloatArray, FloatArray] | None = None
+    speed: float = 1.0
+    then: Callable[[], None] | None = None
+
+    def tell(self, K: Any, orders: Orders, before: "Configuration | None") -> None:
+        """Write what differs from the configuration before into a record, ``speed`` aside."""
+        if before is not None and before.arm is not self.arm:
+            if before.arm.payload is not self.arm.payload:
+                K.learned.load[:] = 0.0  # it is what is told now
+            load_chain(K, **self.arm.unloaded.chain.constants())
+            orders.carry(self.arm.load)
+        believes = before is None or before.belief is not self.belief
+        if believes:
+            self.belief.write(orders, None if before is None else before.belief)
+            orders.believed()
+        if before is None or believes or before.reserve is not self.reserve:
+            orders.count_on(None if self.reserve is None else self.reserve.samples)
+        if self.start is not None and (before is None or before.start is not self.start):
+            orders.start(*self.start)
+
+    def tells_as(self, before: "Configuration") -> bool:
+        """Whether nothing but ``speed`` differs of what a record is told."""
+        parts = ("belief", "arm", "reserve", "start")
+        return all(getattr(self, part) is getattr(before, part) for part in parts)
+
+    def weakened(self, before: "Configuration") -> list[int]:
+        """Joints that are now said to have less torque, of an arm whose weight is known."""
+        robot, was = self.arm.robot, before.belief.faults
+        return [
+            robot.joint(joint)
+            for joint, fault in self.belief.faults.items()
+            if robot.has_inertia
+            and was.get(joint) != fault
+            and "tau_max" in fault.shares
+            and getattr(fault, fault.shares["tau_max"]) < 1.0
+        ]
 
 
 class Planner:
@@ -136,39 +220,12 @@ class Planner:
     """
 
     __slots__ = (
-        "__weakref__",
-        "_applied",
-        "_arm",
-        "_at_rest",
-        "_begin",
-        "_constraints",
-        "_fast",
-        "_fault_response",
-        "_free",
-        "_given",
-        "_inside",
-        "_known",
-        "_leading",
-        "_loop",
-        "_number",
-        "_orders",
-        "_ordinary",
-        "_out",
-        "_remembered",
-        "_rest",
-        "_said",
-        "_session",
-        "_solver",
-        "_stages",
-        "_surroundings",
-        "_tasks",
-        "_tick",
-        "_timing",
-        "_watch",
-    )
+        "__weakref__", "_applied", "_at_rest", "_begin", "_fast", "_given", "_inside", "_known", "_loop",
+        "_number", "_ordinary", "_out", "_parts", "_rest", "_said", "_session", "_tick",
+    )  # fmt: skip
     _applied: Configuration | None
     _begin: Tick | None
-    _inside: Inside
+    _inside: tuple[int, str, FrameType] | None
     _known: dict[int, Configuration]
 
     robot: Fixed[Robot] = Fixed(
@@ -180,12 +237,14 @@ class Planner:
     level: Fixed[str] = Fixed("_given.level", "``acceleration`` or ``velocity``, what the QP decides.", ANEW)
     task: Fixed[Task] = Fixed("_given.task", "Which rows of the pose are followed, and how.", ANEW)
     tasks: Fixed[TaskList] = Fixed(
-        "_tasks",
+        "_parts.tasks",
         "The further tasks by name; their weights and targets may be changed between steps.",
         ANEW,
     )
     constraints: Fixed[Constraints] = Fixed(
-        "_constraints", "Points that are kept on their side of a plane, and rows of your own, by name.", ANEW
+        "_parts.constraints",
+        "Points that are kept on their side of a plane, and rows of your own, by name.",
+        ANEW,
     )
     scheme: Fixed[Scheme | Resolver] = Fixed("_given.scheme", "What the arm does with its redundancy.", ANEW)
     bounds: Fixed[Bounds] = Fixed("_given.bounds", "How limits become intervals.", ANEW)
@@ -248,84 +307,23 @@ class Planner:
         remember: float | None = None,
         n_minus_one: NMinusOne | None = None,
     ) -> None:
-        instance("n_minus_one", n_minus_one, NMinusOne | None, "an ftqp.NMinusOne or None")
-        scheme = scheme_led(scheme, plan, n_minus_one)
-        instance("detector", detector, Detector | None, "an ftqp.Detector or None")
-        task, soft, first = split(getattr(robot, "tip", None), task, tasks)
-        given_constraints = listed(constraints)
-        instance("scene", scene, Scene | None, "an ftqp.Scene or None")
-        instance("clearance", clearance, Clearance | None, "an ftqp.Clearance or None")
-        keeps_clear = scene is not None or clearance is not None
-        asked = {
-            **asked_of(given_constraints),
-            HOLD.name: held_rows(soft),
-            CLEARANCE.name: clearance_rows(keeps_clear),
-        }
         given = self._given = settled(
             robot, dt, level=level, scheme=scheme, task=task, bounds=bounds, backend=backend, posture=posture,
-            torque_limits=torque_limits, emergency=emergency, branch_limits=branch_limits, drive=drive,
-            noise=noise, plan=plan,
+            torque_limits=torque_limits, emergency=emergency, timing=timing, branch_limits=branch_limits,
+            drive=drive, noise=noise, detector=detector, plan=plan, tasks=tasks, constraints=constraints,
+            scene=scene, clearance=clearance, remember=remember, n_minus_one=n_minus_one,
         )  # fmt: skip
-        robot, self._inside = given.robot, {}
-        refuse_without_effect(given_constraints, robot, torque_limits)
-        self._session = filled(
-            robot, given.task, given.criterion, given.bounds, emergency,
-            level=level, dt=given.dt, drive=given.drive, noise=given.noise, asked=asked,
-        )  # fmt: skip
-        self._solver = Solver(self._session, robot, given.task, given.scheme, given.solver, bool(soft))
-        if not self._solver.has_qp:
-            robot.refuse_floating(f"scheme {given.scheme.name!r}, which solves no QP, needs")
-        if (soft or keeps_clear or need_a_qp(given_constraints)) and not self._solver.has_qp:
-            raise InputError(
-                f"scheme {given.scheme.name!r} solves no QP, so that further tasks, constraints and a scene "
-                "have no effect on it; take one that does, for example 'mvn'"
-            )
-        self._arm = ArmSession(robot.chain.constants())
-        self._orders = orders_of(self._session, self._arm, given, self._solver)
-        self._surroundings = None
-        if keeps_clear:
-            self._surroundings = Surroundings(self._session, robot, scene, clearance or Clearance())
-        length = float(self._session.K.task.length)
-        self._tasks = TaskList(self._session, robot, soft, level, given.dt, length, first)
+        robot, self._inside = given.robot, None
+        parts = self._parts = Assembly(given, self._believe, self._disbelieve, self.what_ifs)
+        self._session, self._loop = parts.session, parts.loop
+        self._out, self._said, self._rest = parts.out, parts.said, parts.rest
+        self._at_rest = np.zeros(robot.nv)
+        self._ordinary = parts.solver.tick(CLOCK)
         reserve = braking_reserve(robot) if given.limits_torque else None
         told = Configuration(next(NUMBERS), Belief(robot), MountedRobot(robot), reserve)
         self._number, self._known = np.array([told.number]), {told.number: told}
         self._applied = None
-        self._said = Said(int(self._session.K.cascade.status))
-        self._out, self._loop = (
-            Step(
-                self._session,
-                robot.joints,
-                self._said,
-                self._tasks.named(asked, self._surroundings, given.task),
-            ),
-            ArmLoop(self._session, self._orders, robot.joints, self._surroundings),
-        )
-        self._constraints = Constraints(self._session, robot, given_constraints, self._loop.stop)
-        degrading = Degrading(self._session, given.task.kept_sets)
-        self._rest, self._timing = Rest(self._session, degrading, robot), timing
-        self._at_rest = np.zeros(robot.nv)
-        self._free = FreeJoint(self._session, robot) if self._solver.has_qp else None
-        self._leading = None if given.plan is None else PlanLeading(given.plan, self._session, robot)
-        self._fault_response = None
-        if detector is not None:
-            self._fault_response = FaultResponse(
-                detector, self._session, robot, given.drive, given.noise, self._loop, self._believe,
-                self._disbelieve, probing_of(self._session, given, detector),
-            )  # fmt: skip
-        self._remembered = remembered(self._session, robot.nv, remember, given.dt)
-        self._watch = None
-        if n_minus_one is not None:
-            refuse_led(n_minus_one, given.criterion, given.scheme.name, plan)
-            self._watch = SecurityWatch(n_minus_one, self._session, robot, given.dt, self.what_ifs)
-        parts = (
-            self._watch, self._tasks, self._constraints, self._solver, self._leading, degrading, self._free,
-            self._fault_response, self._surroundings, self._remembered,
-            StartWatch(self._session.K, None if self._surroundings is None else self.distances),
-        )  # fmt: skip
-        self._stages = tuple(part.stage for part in parts if part is not None)
-        self._ordinary = self._solver.tick(CLOCK)
-        told.tell(self._session.K, self._orders, None)
+        told.tell(self._session.K, parts.orders, None)
         self._apply()
         if n_minus_one is not None:
             self._refuse_looking_ahead()
@@ -344,17 +342,17 @@ class Planner:
     @property
     def scene(self) -> Scene | None:
         """What stands around the arm; None where it keeps clear of nothing."""
-        return None if self._surroundings is None else self._surroundings.scene
+        return None if self._parts.surroundings is None else self._parts.surroundings.scene
 
     @property
     def clearance(self) -> Clearance | None:
         """How far it keeps from itself and from the scene; None where it keeps clear of nothing."""
-        return None if self._surroundings is None else self._surroundings.clearance
+        return None if self._parts.surroundings is None else self._parts.surroundings.clearance
 
     @property
     def pairs_left_out(self) -> tuple[tuple[str, str], ...]:
         """Pairs of the arm's own bodies that are built too near to each other to be kept apart, by name."""
-        return () if self._surroundings is None else self._surroundings.left_out
+        return () if self._parts.surroundings is None else self._parts.surroundings.left_out
 
     def distances(self, q: Any) -> dict[tuple[str, str], FloatArray]:
         """The distance of each pair of bodies that are kept apart [m], by their names.
@@ -366,20 +364,10 @@ class Planner:
         Raises:
             InputError: A wrong shape, or a planner without a scene.
         """
-        known = self._kept_clear()
+        known = self._parts.kept_clear()
         if np.ndim(q) == 2:
             return known.distances(array("q", q, (len(q), self.robot.nv), "(S, nv)"))
         return {names: d[0] for names, d in known.distances(self.robot.angles(q)[None]).items()}
-
-    def _kept_clear(self) -> Surroundings:
-        """What it keeps clear of.
-
-        Raises:
-            InputError: Nothing.
-        """
-        if self._surroundings is None:
-            raise InputError("the planner keeps clear of nothing; give it a scene, Planner(robot, scene=...)")
-        return self._surroundings
 
     @property
     def task_rows(self) -> tuple[str, ...]:
@@ -433,12 +421,12 @@ class Planner:
     @property
     def diagnosis(self) -> Diagnosis | None:
         """What the detector holds for likely; None without one."""
-        return None if self._fault_response is None else self._fault_response.diagnosis
+        return None if self._parts.response is None else self._parts.response.diagnosis
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What the detector has found since ``reset`` and the planner acted upon, in order."""
-        return () if self._fault_response is None else tuple(self._fault_response.findings)
+        return () if self._parts.response is None else tuple(self._parts.response.findings)
 
     def view(self) -> PlannerView:
         """The planner's own state and belief, to be read: for what is built around it."""
@@ -451,8 +439,7 @@ class Planner:
             walled: What the tip is to stay in beside; None is anywhere.
         """
         view = self.view()
-        keeps = [one.given for one in self._constraints.values() if isinstance(one.given, Keep)]
-        return Passable(self.robot, view.limits.tau, view.working, keeps, self, walled)
+        return Passable(self.robot, view.limits.tau, view.working, self._parts.keeps, self, walled)
 
     def session(self) -> Session:
         """A copy of all that the planner knows, for studies of what is in it."""
@@ -461,7 +448,7 @@ class Planner:
     @property
     def plan_time(self) -> float | None:
         """The time of the plan at which the tip is [s]; None without a plan."""
-        return None if self._leading is None else self._leading.at
+        return None if self._parts.leading is None else self._parts.leading.at
 
     @guarded("reset")
     def reset(self, q: Any, v: Any = None) -> None:
@@ -492,7 +479,7 @@ class Planner:
         Raises:
             InputError: An unknown joint, or not a fault.
         """
-        response = self._fault_response
+        response = self._parts.response
         self._change(
             lambda told: replace(told, belief=told.belief.reported(fault)),
             response and partial(response.told, fault),
@@ -529,7 +516,7 @@ class Planner:
         Raises:
             InputError: An unknown joint.
         """
-        response = self._fault_response
+        response = self._parts.response
         self._change(
             lambda told: replace(told, belief=told.belief.without(joint)),
             response and partial(response.forget, joint),
@@ -576,7 +563,7 @@ class Planner:
         Raises:
             InputError: T is no pose, or a plan leads the planner, which is one of its own tip.
         """
-        if self._leading is not None:
+        if self._parts.leading is not None:
             raise InputError("the planner follows a plan of another tip; plan for robot.with_tip(T) instead")
         self._change(lambda told: replace(told, arm=told.arm.holding(T)))
 
@@ -595,7 +582,7 @@ class Planner:
             InputError: These are no capsules, the name is taken, they touch the arm where it is neutral, or
                 the planner keeps clear of nothing. Nothing changes then.
         """
-        self._kept_clear().attach(name, shapes)
+        self._parts.kept_clear().attach(name, shapes)
 
     @guarded("detach")
     def detach(self, name: str) -> None:
@@ -607,7 +594,7 @@ class Planner:
         Raises:
             InputError: Nothing of that name is attached.
         """
-        self._kept_clear().detach(name)
+        self._parts.kept_clear().detach(name)
 
     @property
     def speed(self) -> float:
@@ -628,7 +615,7 @@ class Planner:
 
     def _believe(self, fault: Fault) -> None:
         """Believe a fault that the detector has found, and let it look at the other joints."""
-        response = self._fault_response
+        response = self._parts.response
         self._change(
             lambda told: replace(told, belief=told.belief.reported(fault)),
             response and partial(response.detector.believe, fault),
@@ -657,7 +644,7 @@ class Planner:
             self._apply()
             before = self._configuration
             after = replace(change(before), number=next(NUMBERS), then=then)
-            draft = Draft.taken(self._arm)
+            draft = Draft.taken(self._parts.arm)
             changes = self._worked_out(before, after, draft)
             write, _table = write_call(changes)
             self._known[after.number] = after
@@ -674,7 +661,7 @@ class Planner:
         if not after.tells_as(before):
             if before.arm is not after.arm:
                 self._out.fill_in()  # steps that are kept stay with the arm that they had
-            draft.begin(self._session, self._arm, self._orders)
+            draft.begin(self._session, self._parts.arm, self._parts.orders)
             after.tell(draft.K, draft.orders, before)
             if draft.K.state.is_reset:
                 for i in after.weakened(before):
@@ -690,31 +677,31 @@ class Planner:
         while self._applied is not self._configuration:
             before, told = self._applied, self._configuration
             if before is not None and before.arm is not told.arm:
-                for stage in self._stages:
+                for stage in self._parts.stages:
                     if stage.mount is not None:
                         stage.mount(told.arm.robot)
             if before is None or before.belief is not told.belief:
-                for stage in self._stages:
+                for stage in self._parts.stages:
                     if stage.believe is not None:
                         stage.believe(told.belief)
                 self._tick, self._fast = self._ticks()
             if before is not None and before.speed != told.speed:
                 self._loop.speed = told.speed
             if told.start is not None and (before is None or before.start is not told.start):
-                for stage in self._stages:
+                for stage in self._parts.stages:
                     if stage.begin is not None:
-                        stage.begin(told.start[0], told)
+                        stage.begin(told.start[0], told.arm.robot, told.belief)
             if told.then is not None:
                 told.then()
             self._applied = told
         self._begin = self._fast
 
     def _ticks(self) -> tuple[Tick, Tick | None]:
-        free = None if self._free is None else self._free.tick
+        free = None if self._parts.free is None else self._parts.free.tick
         if free is not None:
-            return staged(free, FREE, self._stages), None
-        tick = staged(self._ordinary, CLOCK, self._stages)
-        alone = tick is self._ordinary and self._solver.is_compiled and not self._timing
+            return staged(free, FREE, self._parts.stages), None
+        tick = staged(self._ordinary, CLOCK, self._parts.stages)
+        alone = tick is self._ordinary and self._parts.solver.is_compiled and not self._given.timing
         return tick, tick if alone else None
 
     def stop(self) -> None:
@@ -728,8 +715,8 @@ class Planner:
             Whether the planner goes on; it does not while a lost sensor forbids it, and needs ``reset``.
         """
         goes_on = self._loop.resume()
-        if goes_on and self._fault_response is not None:
-            self._fault_response.go_on()
+        if goes_on and self._parts.response is not None:
+            self._parts.response.go_on()
         return goes_on
 
     # Each default by keyword only costs 15 ns before Python 3.13: hence an argument that ends those by place.
@@ -768,7 +755,7 @@ class Planner:
                 code = begin(q, self._at_rest if v is None else v, target.packed, target.row)
             except (AttributeError, TypeError, ValueError, OverflowError) as error:
                 if isinstance(target, Mapping):
-                    return self.step(q, v, self._tasks.distributed(target))
+                    return self.step(q, v, self._parts.tasks.distributed(target))
                 raise not_a_target(target) from error
             if code >= 0:
                 self._said.code = code
@@ -776,7 +763,7 @@ class Planner:
                     self._rest.tell(self._out)
                 return self._out
         if isinstance(target, Mapping):
-            target = self._tasks.distributed(target)
+            target = self._parts.tasks.distributed(target)
         if _ is not None or not isinstance(target, Target | Targets) or not is_row(target.row):
             raise not_a_target(target, _)
         return self._led(None, q, v, (target.packed, target.row), tau, tip, ticks=ticks)
@@ -792,7 +779,9 @@ class Planner:
         Raises:
             InputError: There was no ``reset``, home has a wrong shape, or the robot floats.
         """
-        return ways_out(self, Planner, None if self._remembered is None else self._remembered.q, home)
+        return ways_out(
+            self, Planner, None if self._parts.remembered is None else self._parts.remembered.q, home
+        )
 
     def options(self) -> tuple[Remaining, ...]:
         """What can still be done after faults, least lost first; without a plan the clear ``ways_out()``.
@@ -800,10 +789,10 @@ class Planner:
         With one, of its path: all of it, with fewer rows, a part of it, the way back, and to stop. A plan is
         looked ahead on without constraints: a planner that has some answers as one without a plan.
         """
-        if self._leading is None or self._constraints:
+        if self._parts.leading is None or self._parts.constraints:
             return tuple(way.remaining for way in self.ways_out() if way.clear or way.kind == "stop")
         q = self._session.K.state.q_command[: self.robot.nv].copy()
-        return self._leading.options(q, self.faults)
+        return self._parts.leading.options(q, self.faults)
 
     def lead(self, leader: PathMemory | BaseMemory | JointsMemory, meant: FloatArray | None = None) -> Lead:
         """The planner's ticks led by a path's progress, an inertial target or a motion of the joints.
@@ -817,15 +806,15 @@ class Planner:
         """
         kind = {PathMemory: "path", BaseMemory: "base", JointsMemory: "joints"}[type(leader)]
         refuse(leader=kind, level=self.level, mode=self.task.mode)
-        refuse_moving_base(kind, self._surroundings)
-        tick = staged(self._solver.tick(kind, *leader.arguments()), kind, self._stages)
+        refuse_moving_base(kind, self._parts.surroundings)
+        tick = staged(self._parts.solver.tick(kind, *leader.arguments()), kind, self._parts.stages)
         path = leader if isinstance(leader, PathMemory) else None
 
         def step(q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
             out = self._led(tick, q, v, target, tau, tip, path)
             return out if meant is None else judged_by(self._session.K, self._said, out, meant)
 
-        return Lead(step, self._session, leader, self._orders.give_up)
+        return Lead(step, self._session, leader, self._parts.orders.give_up)
 
     def blocks(self) -> Blocks | None:
         """The planner's ticks in closed loop without Python between them, for simulations.
@@ -833,8 +822,7 @@ class Planner:
         None where a foreign solver or a clock takes part in every tick.
         """
         self._apply()
-        whole = self._solver.is_compiled and not self._timing and not self._asking
-        return Blocks(self._session, self._tick, self.robot) if whole else None
+        return Blocks(self._session, self._tick, self.robot) if self._parts.is_compiled else None
 
     @guarded("step")
     def _led(
@@ -852,17 +840,17 @@ class Planner:
         self._apply()
         self._begin = None  # so that another thread's step comes here, too, where it is refused
         # a joint that swings freely leads in the place of a path, which stands
-        if path is not None and self._free is not None and self._free.leads:
-            held = self._free.held_target(path)
+        if path is not None and self._parts.free is not None and self._parts.free.leads:
+            held = self._parts.free.held_target(path)
             if held is not None:
                 tick, target = None, (held, 0)
         tick = self._tick if tick is None else tick
-        began = now() if self._timing else 0
+        began = now() if self._given.timing else 0
         v = self._at_rest if v is None else v
         if ticks != 1:
-            made_up_for(self._orders, tick, target, whole_ticks(ticks), self._at_rest)
-        if self._fault_response is not None:
-            self._fault_response.feel(tau)
+            made_up_for(self._parts.orders, tick, target, whole_ticks(ticks), self._at_rest)
+        if self._parts.response is not None:
+            self._parts.response.feel(tau)
         if tau is None and tip is None:
             code = converted_tick(tick, q, v, target)
         else:
@@ -873,14 +861,10 @@ class Planner:
         said.code = code
         if code == RELAXED or self._rest.held:
             self._rest.tell(out)
-        if self._timing:
+        if self._given.timing:
             said.duration = (now() - began) * 1e-9
         self._begin = self._fast
         return out
-
-    @property
-    def _asking(self) -> tuple[str, ...]:
-        return self._tasks.asking + self._constraints.asking
 
     def _refuse_looking_ahead(self) -> None:
         """Refuse at once what ``n_minus_one`` would refuse when it looks ahead.
@@ -889,7 +873,6 @@ class Planner:
             InputError: No batch takes this planner.
         """
         try:
-            refuse_asking(self._asking, "a batch", "make a planner without {them}")
             self._what_ifs()
         except InputError as error:
             raise InputError(
@@ -902,25 +885,18 @@ class Planner:
         Raises:
             InputError: A foreign solver, or a plan.
         """
-        refuse_asking(self._asking, "a batch", "make a planner without {them}")
-        if not self._session.K.state.is_reset and self._tasks.begin_where_they_are:
-            raise InputError(
-                f"the task {self._tasks.begin_where_they_are[0]!r} has no target yet; give it one, or call "
-                "planner.reset(q) first"
-            )
+        if not self._session.K.state.is_reset:
+            self._parts.tasks.refuse_without_target()
         return self._what_ifs()
 
     def _what_ifs(self) -> WhatIfs:
-        return WhatIfs(
-            self._session, self._orders, self.robot, self._given, self._solver, self._configuration.reserve,
-            self.faults, self._surroundings, self._tasks,
-            [one.given for one in self._constraints.values()],
-        )  # fmt: skip
+        told = self._configuration
+        return self._parts.what_ifs(self.robot, self.faults, told.reserve)
 
     @property
     def security(self) -> Security | None:
         """What the lock of each joint would cost, as it was looked at last; None without ``n_minus_one``."""
-        return None if self._watch is None else self._watch.security
+        return None if self._parts.watch is None else self._parts.watch.security
 
     def foresee(self, path: Path | None, at: float = 0.0) -> None:
         """Say what the tip will follow, for ``n_minus_one``; a ``PathFollower`` says it by itself.
@@ -929,8 +905,8 @@ class Planner:
             path: What it follows by the clock; None goes on with the target's twist.
             at: The time of the path at the next step [s].
         """
-        if self._watch is not None:
-            self._watch.foresee(path, at)
+        if self._parts.watch is not None:
+            self._parts.watch.foresee(path, at)
 
     def deployable(self) -> Deployable:
         """What this planner is without Python, for ``ftqp build``; nothing here changes.
@@ -940,17 +916,7 @@ class Planner:
                 Python, a cloud of balls, or faults that it already believes in.
         """
         self._apply()
-        if self._surroundings is not None and len(self._surroundings.scene.balls):
-            raise InputError(
-                "the scene has a cloud of balls, which a library in C does not have; give what stands there "
-                "names, scene.add(...), or take the cloud away, scene.update(np.zeros((0, 4)))"
-            )
-        return deployable(
-            self._session, self._orders, self._given, self._solver, self._configuration, self._tasks,
-            asking=self._asking,
-            detector=None if self._fault_response is None else self._fault_response.detector.memory.copy(),
-            has_scene=self._surroundings is not None,
-        )  # fmt: skip
+        return self._parts.deployable(self._configuration.belief, self._configuration.reserve)
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(

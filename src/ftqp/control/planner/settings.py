@@ -1,26 +1,32 @@
 """What a planner was asked for: every argument checked, named things made, and what follows from them."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.control.planner.arm_loop import accepted_drive
-from ftqp.control.planner.configuration import warn_of_rotors
+from ftqp.control.planner.constraint_list import Constraint, listed, need_a_qp, refuse_without_effect
 from ftqp.control.planner.leading_plan import LeadingPlan, plan_for
+from ftqp.control.planner.mounted_robot import warn_of_rotors
 from ftqp.control.planner.qp_solver import IN_KERNEL, NETWORK
+from ftqp.control.planner.target import Target
+from ftqp.control.planner.task_list import split
+from ftqp.control.planner.ways.n_minus_one import NMinusOne
+from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.placed_shapes import Scene
 from ftqp.control.task import bounds as bound_conversions
 from ftqp.control.task import schemes
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
+from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.control.task.task import EmergencyStop, Task
 from ftqp.core.checks import FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError, ModelError, nearest
+from ftqp.faults.detection.detector import Detector
 from ftqp.kernel.layout.enums import JOINTS, Level
 from ftqp.model.limits import within_branch
 from ftqp.model.robot import Robot
@@ -34,32 +40,24 @@ SHORTEST = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """The arguments of a ``Planner`` in force, and what follows from them.
+    """The arguments of a ``Planner`` in force, by their names there, and what follows from them.
 
     Attributes:
         robot: The arm, within its branch.
-        dt: The sampling period [s].
-        level: ``acceleration`` or ``velocity``.
-        task: What is followed, and how.
-        scheme: What the arm does with its redundancy.
-        criterion: The scheme's objective at this level.
-        bounds: How limits become intervals.
-        emergency: When the planner stops the arm of its own accord, or None.
-        drive: What the arm takes.
-        noise: How noisy the measurements are.
-        posture: Where ``rmp`` and ``dlsm`` return to, (nv,) [rad or m], or None.
+        tasks: The further tasks, without that of the tip.
+        target: Of the tip, where its task was given with one.
         solver: The foreign backend; None is the kernel's own.
-        backend: The name of either.
+        criterion: The scheme's objective at this level.
         limits_torque: Whether torque limits are rows of the QP.
-        dynamic: Whether M and h are needed in every tick, whatever has failed.
-        on_demand: Whether torque rows are left out where the command keeps torque limits without them.
-        plan: What leads the null space, or None.
     """
 
     robot: Robot
     dt: float
     level: str
     task: Task
+    tasks: tuple[SoftTask, ...]
+    target: Target | None
+    constraints: tuple[Constraint, ...]
     scheme: Scheme | Resolver
     criterion: Any
     bounds: Bounds
@@ -68,31 +66,65 @@ class Settings:
     noise: Noise
     posture: FloatArray | None
     solver: Backend | None
-    backend: str
     limits_torque: bool
-    dynamic: bool
-    on_demand: bool
     plan: LeadingPlan | None
+    detector: Detector | None
+    scene: Scene | None
+    clearance: Clearance | None
+    remember: float | None
+    n_minus_one: NMinusOne | None
+    timing: bool
+
+    @property
+    def backend(self) -> str:
+        """The name of what solves the QP."""
+        return IN_KERNEL if self.solver is None else self.solver.name
+
+    @property
+    def keeps_clear(self) -> bool:
+        """Whether bodies are kept apart."""
+        return self.scene is not None or self.clearance is not None
+
+    @property
+    def dynamic(self) -> bool:
+        """Whether M and h are needed in every tick, whatever has failed."""
+        needed = self.limits_torque or self.drive.kind == "torque" or self.criterion.needs_inertia
+        return needed or self.robot.chain.floating > 0
+
+    @property
+    def on_demand(self) -> bool:
+        """Whether torque rows are left out where the command keeps torque limits without them."""
+        return (
+            self.solver is None
+            and not self.criterion.needs_inertia
+            and self.task.mode != "lexicographic"
+            and self.drive.kind != "torque"
+            and not self.robot.chain.floating
+        )
+
+    def refuse_without_qp(self) -> None:
+        """Refuse what a closed form, which solves no QP, has no rows for."""
+        self.robot.refuse_floating(f"scheme {self.scheme.name!r}, which solves no QP, needs")
+        if self.tasks or self.keeps_clear or need_a_qp(self.constraints):
+            raise InputError(
+                f"scheme {self.scheme.name!r} solves no QP, so that further tasks, constraints and a scene "
+                "have no effect on it; take one that does, for example 'mvn'"
+            )
 
 
 def settled(
-    robot: Robot,
-    dt: float,
-    *,
-    level: str,
-    scheme: Scheme | Resolver | str | Mapping[str, Any] | None,
-    task: Task | None,
-    bounds: Bounds | str | Mapping[str, Any],
-    backend: str | Path | Mapping[str, Any] | Backend,
-    posture: Any,
-    torque_limits: bool,
-    emergency: EmergencyStop | None,
-    branch_limits: Mapping[str | int, Any] | None,
-    drive: Drive | str | Mapping[str, Any],
-    noise: Noise | None,
-    plan: LeadingPlan | None = None,
-) -> Settings:
+    robot: Robot, dt: Any, *, level: str, scheme: Any, task: Any, bounds: Any, backend: Any, posture: Any,
+    torque_limits: bool, emergency: Any, timing: bool, branch_limits: Any, drive: Any, noise: Any,
+    detector: Any, plan: Any, tasks: Any, constraints: Any, scene: Any, clearance: Any, remember: Any,
+    n_minus_one: Any,
+) -> Settings:  # fmt: skip
     """The arguments of a ``Planner``, checked in their order; see there."""
+    instance("n_minus_one", n_minus_one, NMinusOne | None, "an ftqp.NMinusOne or None")
+    instance("detector", detector, Detector | None, "an ftqp.Detector or None")
+    task, soft, target = split(getattr(robot, "tip", None), task, tasks)
+    constraints = listed(constraints)
+    instance("scene", scene, Scene | None, "an ftqp.Scene or None")
+    instance("clearance", clearance, Clearance | None, "an ftqp.Clearance or None")
     if level not in LEVELS:
         raise InputError(
             f"level is {level!r}{nearest(str(level), LEVELS)}, expected one of {', '.join(LEVELS)}"
@@ -105,12 +137,12 @@ def settled(
         raise InputError(f"dt is {dt:g} s, expected at least {SHORTEST:g} s; no arm takes commands so often")
     task = Task() if task is None else task
     instance("task", task, Task, 'an ftqp.Task or None, ftqp.Task(rows="position")')
-    made = schemes.by_name(scheme if plan is None or scheme is not None else "rmp")
+    is_led = plan is not None or (n_minus_one is not None and n_minus_one.leads)
+    made = schemes.by_name("rmp" if scheme is None and is_led else scheme)
     intervals = bound_conversions.by_name(bounds)
     instance("emergency", emergency, EmergencyStop | None, "an ftqp.EmergencyStop or None")
     taken, noise = accepted_drive(robot, drive, noise)
-    torque_drive = taken.kind == "torque"
-    if torque_drive:
+    if taken.kind == "torque":
         robot.refuse_floating("drive 'torque' needs")
         warn_of_rotors(robot)
     posture = None if posture is None else frozen(array("posture", posture, (robot.nv,), "(nv,)"))
@@ -131,32 +163,16 @@ def settled(
         )
     if plan is not None:
         _refuse_plan(made, criterion, posture)
-    limits_torque = torque_limits and robot.has_inertia and bool(np.isfinite(robot.limits.tau_max).any())
+    refuse_without_effect(constraints, robot, torque_limits)
+    if n_minus_one is not None:
+        n_minus_one.refuse_led(criterion, made.name, plan)
     return Settings(
-        robot=robot,
-        dt=dt,
-        level=level,
-        task=task,
-        scheme=made,
-        criterion=criterion,
-        bounds=intervals,
-        emergency=emergency,
-        drive=taken,
-        noise=noise,
-        posture=posture,
-        solver=solver,
-        backend=name,
-        limits_torque=limits_torque,
-        dynamic=limits_torque or torque_drive or criterion.needs_inertia or robot.chain.floating > 0,
-        on_demand=(
-            name == IN_KERNEL
-            and not criterion.needs_inertia
-            and task.mode != "lexicographic"
-            and not torque_drive
-            and not robot.chain.floating
-        ),
-        plan=plan,
-    )
+        robot=robot, dt=dt, level=level, task=task, tasks=soft, target=target, constraints=constraints,
+        scheme=made, criterion=criterion, bounds=intervals, emergency=emergency, drive=taken, noise=noise,
+        posture=posture, solver=solver, plan=plan, detector=detector, scene=scene, clearance=clearance,
+        remember=remember, n_minus_one=n_minus_one, timing=timing,
+        limits_torque=torque_limits and robot.has_inertia and bool(np.isfinite(robot.limits.tau_max).any()),
+    )  # fmt: skip
 
 
 def _refuse_plan(scheme: Scheme | Resolver, criterion: Any, posture: FloatArray | None) -> None:

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from ftqp.control.planner.configuration import Configuration
 from ftqp.core.checks import FloatArray
 from ftqp.faults.belief import Belief
 from ftqp.model.robot import Robot
@@ -29,8 +28,8 @@ class Stage:
         after: What it does after each of them, of its status or mistake and what the step was given.
         mount: What it does when the arm gets another load or tool.
         believe: What it does when other joints are believed to have failed; it may be called again.
-        begin: What it does at a reset to joint positions, (nv,) [rad or m], beside all else that the planner
-            was told; it may be called again.
+        begin: What it does at a reset to joint positions, (nv,) [rad or m], of the arm as it is fitted and
+            with what is believed; it may be called again.
     """
 
     ticks: tuple[str, ...] = ()
@@ -38,7 +37,7 @@ class Stage:
     after: Callable[[int, tuple[Any, ...]], object] | None = None
     mount: Callable[[Robot], object] | None = None
     believe: Callable[[Belief], object] | None = None
-    begin: Callable[[FloatArray, Configuration], object] | None = None
+    begin: Callable[[FloatArray, Robot, Belief], object] | None = None
 
 
 def staged(tick: Tick, kind: str, stages: Iterable[Stage]) -> Tick:

@@ -1,15 +1,16 @@
 """What the log says of the posture where a planner begins, and of an arm that holds short of its target."""
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.planner.configuration import weight_sentence
 from ftqp.control.planner.degrading import Degrading
+from ftqp.control.planner.mounted_robot import weight_sentence
 from ftqp.control.planner.stages import Stage
 from ftqp.control.planner.step import Step
+from ftqp.control.planner.surroundings import Surroundings
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import HEALTHY, TARGET_POSE, TARGET_TWIST
@@ -36,21 +37,19 @@ REACHES = 20.0
 class StartWatch:
     """Says once of a start what is wrong with it, as one warning on the logger ``ftqp``."""
 
-    def __init__(
-        self, K: Any, distances: Callable[[FloatArray], Mapping[tuple[str, str], Any]] | None = None
-    ) -> None:
-        self._K, self._said, self._distances = K, "", distances
+    def __init__(self, K: Any, around: Surroundings | None) -> None:
+        self._K, self._said, self._around = K, "", around
 
     @property
     def stage(self) -> Stage:
         """Its part in a planner's life."""
-        return Stage(begin=lambda q, told: self.look(told.arm.robot, q))
+        return Stage(begin=lambda q, robot, _: self.look(robot, q))
 
     def look(self, robot: Robot, q: FloatArray) -> None:
         """Warn of a start that is not what it seems; the warning of the start before is not repeated."""
         found = _sentences(robot, self._K, q)
-        if self._distances is not None:
-            found += _within(self._distances(q))
+        if self._around is not None:
+            found += _within({names: d[0] for names, d in self._around.distances(q[None]).items()})
         sentence = "; ".join(found)
         if sentence and sentence != self._said:
             _LOG.warning("%s: %s", robot.name, sentence)

@@ -7,7 +7,6 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.planner.configuration import Configuration
 from ftqp.control.planner.filled_rows import LETTERS, OwnRows, seen_of
 from ftqp.control.planner.given_arrays import sized
 from ftqp.control.planner.running_task import RunningTask, rows_of
@@ -31,6 +30,7 @@ from ftqp.control.task.soft_tasks import (
 from ftqp.control.task.task import Task, checked_gains, row_indices
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.core.errors import InputError
+from ftqp.faults.belief import Belief
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import COMPONENTS, HELD_ROWS, Asked
 from ftqp.kernel.layout.scene_room import BEFORE_SCHEME, BESIDE_TIP, TERMS
@@ -149,7 +149,6 @@ class TaskList(Mapping[str, RunningTask]):
         tasks: Sequence[SoftTask],
         level: str,
         dt: float,
-        length: float,
         first: Target | None = None,
     ) -> None:
         self._terms, self._robot = session.K.terms, robot
@@ -158,7 +157,7 @@ class TaskList(Mapping[str, RunningTask]):
         found: dict[str, RunningTask] = {}
         self._failed: dict[str, str] = {}
         terms = self._terms
-        terms.length = length
+        terms.length = session.K.task.length
         _refuse_contradictions(tasks)
         for at, task in enumerate(tasks):
             name = task.label
@@ -223,10 +222,13 @@ class TaskList(Mapping[str, RunningTask]):
         except Exception as error:  # whatever a kind of one's own raises
             return UNKNOWN, f"error of {one.name!r} raised {type(error).__name__}: {error!s:.{LETTERS}}"
 
-    @property
-    def begin_where_they_are(self) -> tuple[str, ...]:
-        """Names of those whose target is where the arm is at a reset."""
-        return tuple(one.name for one in self.values() if getattr(one.given, "target", self) is None)
+    def refuse_without_target(self) -> None:
+        """Refuse those whose target is where the arm is at a reset, before the first one."""
+        for one in self.values():
+            if getattr(one.given, "target", self) is None:
+                raise InputError(
+                    f"the task {one.name!r} has no target yet; give it one, or call planner.reset(q) first"
+                )
 
     @property
     def asking(self) -> tuple[str, ...]:
@@ -271,11 +273,11 @@ class TaskList(Mapping[str, RunningTask]):
         """Errors are those of the arm as it is fitted now."""
         self._fitted = robot
 
-    def _begin(self, q: FloatArray, told: Configuration) -> None:
+    def _begin(self, q: FloatArray, fitted: Robot, _: Belief) -> None:
         """Targets that nobody has given are where the arm is, and none was left out so far."""
         self._failed.clear()
         for one in self._by_name.values():
-            one.begin(self._robot, told.arm.robot, q)
+            one.begin(self._robot, fitted, q)
 
 
 def _refuse_contradictions(tasks: Sequence[SoftTask]) -> None:

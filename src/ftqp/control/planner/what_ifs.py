@@ -6,9 +6,8 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.planner.braking_reserve import BrakingReserve
-from ftqp.control.planner.configuration import Configuration
 from ftqp.control.planner.filled_rows import refuse_asking
+from ftqp.control.planner.mounted_robot import BrakingReserve
 from ftqp.control.planner.qp_solver import Solver
 from ftqp.control.planner.settings import Settings
 from ftqp.control.planner.surroundings import Surroundings
@@ -112,8 +111,8 @@ class Deployable:
 
 
 def deployable(
-    session: Session, orders: Orders, given: Settings, solver: Solver, told: Configuration, tasks: TaskList,
-    *, asking: Sequence[str], detector: Any, has_scene: bool,
+    session: Session, orders: Orders, given: Settings, solver: Solver, belief: Belief,
+    reserve: BrakingReserve | None, tasks: TaskList, *, asking: Sequence[str], detector: Any, has_scene: bool,
 ) -> Deployable:  # fmt: skip
     """The memory of a planner for programs in C."""
     if not solver.sizes_may_change:
@@ -128,7 +127,7 @@ def deployable(
         raise InputError(
             f"the planner has further tasks ({', '.join(tasks)}), which no library in C has; leave them out"
         )
-    if told.belief.faults:
+    if belief.faults:
         raise InputError(
             "this planner already believes in faults; build a healthy one, and report them to it"
         )
@@ -138,7 +137,7 @@ def deployable(
     copy = session.copy()
     copy.K.state.is_reset = 0
     memory = orders.on(copy).memory
-    rows = None if told.reserve is None else told.reserve.samples.rows
+    rows = None if reserve is None else reserve.samples.rows
     n = given.robot.nv
     memory["samples"] = 0 if rows is None else len(rows)
     states = np.zeros((0, 2 * n)) if rows is None else rows[:, : 2 * n].copy()

@@ -19,7 +19,7 @@ SOFTER = 1e4
 """Where all rows of C give way, the last of them are so many times softer."""
 REFINE_FROM = 1e-12
 """Residual of an active row, in its own unit, above which the solution is refined: two digits below 1e-10,
-the tolerance of ``ftqp.control.planner.filling``, so that rows that were solved well cost nothing."""
+the tolerance of ``ftqp.control.planner.assembly``, so that rows that were solved well cost nothing."""
 
 
 @jit

@@ -87,7 +87,7 @@ class FaultResponse:
             ticks=(CLOCK, FREE, *LED),
             after=self.look,
             mount=self.detector.fit,
-            begin=lambda q, _: self.reset(q),
+            begin=lambda q, *_: self.reset(q),
         )
 
     def look(self, code: int, inputs: tuple[Any, ...]) -> None:

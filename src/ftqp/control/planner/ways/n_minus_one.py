@@ -1,6 +1,7 @@
 """N-1: what the loss of any one joint would cost from here, as it is asked of power grids."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from ftqp.core.checks import positive
 from ftqp.core.errors import InputError
@@ -48,6 +49,20 @@ class NMinusOne:
         if not LEAST_RATE <= positive("rate", self.rate, "Hz") <= MOST_RATE:
             raise InputError(
                 f"rate is {self.rate:g} Hz, expected {LEAST_RATE:g} to {MOST_RATE:g} looks a second"
+            )
+
+    def refuse_led(self, criterion: Any, scheme: str, plan: Any) -> None:
+        """Refuse a null space that cannot be led, or that is led already."""
+        if not self.leads:
+            return
+        if plan is not None:
+            raise InputError(
+                "plan and n_minus_one both lead the null space; take NMinusOne(leads=False) beside it"
+            )
+        if not getattr(criterion, "norm_q", 0.0) > 0.0:
+            raise InputError(
+                f"scheme {scheme!r} leads to no posture, so that n_minus_one cannot lead it; use rmp, dlsm "
+                "or a mix with one of them, or NMinusOne(leads=False)"
             )
 
 

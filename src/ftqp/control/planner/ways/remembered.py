@@ -52,8 +52,3 @@ class Remembered:
         """The places in the order of time, (k, nv) [rad or m]; a copy."""
         first = max(0, self._count - ROWS)
         return self._rows[np.arange(first, self._count) % ROWS].copy()
-
-
-def remembered(session: Session, joints: int, seconds: float | None, dt: float) -> Remembered | None:
-    """What keeps the way of a planner for so many seconds; None where none is asked for."""
-    return None if seconds is None else Remembered(session, joints, seconds, dt)

@@ -18,7 +18,6 @@ from ftqp.control.planner.ways.n_minus_one import Loss, NMinusOne, Security
 from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.clock import give_way
-from ftqp.core.errors import InputError
 from ftqp.core.pose import rotation_exp, rotation_vector, transform
 from ftqp.faults.kinds import Locked
 from ftqp.kernel.entry.rollouts import Batch, beliefs_of
@@ -323,27 +322,6 @@ class SecurityWatch:
             survived=off <= given.tolerance and turned <= given.rotation_tolerance and clear > 0.0,
             after=given.horizon if first < 0 else first * self._dt,
         )  # fmt: skip
-
-
-def scheme_led(scheme: Any, plan: Any, n_minus_one: NMinusOne | None) -> Any:
-    """The scheme, or one that can be led where none is named."""
-    leads = n_minus_one is not None and n_minus_one.leads and plan is None
-    return "rmp" if leads and scheme is None else scheme
-
-
-def refuse_led(n_minus_one: NMinusOne, criterion: Any, scheme: str, plan: Any) -> None:
-    """Refuse a null space that cannot be led, or that is led already."""
-    if not n_minus_one.leads:
-        return
-    if plan is not None:
-        raise InputError(
-            "plan and n_minus_one both lead the null space; take NMinusOne(leads=False) beside it"
-        )
-    if not getattr(criterion, "norm_q", 0.0) > 0.0:
-        raise InputError(
-            f"scheme {scheme!r} leads to no posture, so that n_minus_one cannot lead it; use rmp, dlsm or a "
-            "mix with one of them, or NMinusOne(leads=False)"
-        )
 
 
 _WATCHING: Final[WeakSet[SecurityWatch]] = WeakSet()

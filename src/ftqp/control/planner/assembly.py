@@ -1,0 +1,267 @@
+"""What a planner is made of: its record, filled in once, and the parts that take part in its life."""
+
+from collections.abc import Callable
+from typing import final
+
+import numpy as np
+
+from ftqp.control.drive.joint_drive import BRAKES, KINDS, Drive, Noise
+from ftqp.control.planner.arm_loop import ArmLoop
+from ftqp.control.planner.constraint_list import Constraints, asked_of
+from ftqp.control.planner.degrading import Degrading, allow
+from ftqp.control.planner.filled_rows import refuse_asking
+from ftqp.control.planner.free_joint import KEPT_OF, FreeJoint
+from ftqp.control.planner.leading_plan import PlanLeading
+from ftqp.control.planner.mounted_robot import BrakingReserve
+from ftqp.control.planner.qp_solver import Solver
+from ftqp.control.planner.response.fault_response import FaultResponse
+from ftqp.control.planner.response.probing import probing_of
+from ftqp.control.planner.settings import LEVELS, Settings
+from ftqp.control.planner.stages import Stage
+from ftqp.control.planner.start import Rest, StartWatch
+from ftqp.control.planner.step import Step
+from ftqp.control.planner.step_parts import Said
+from ftqp.control.planner.surroundings import Surroundings, clearance_rows
+from ftqp.control.planner.task_list import TaskList, held_rows
+from ftqp.control.planner.ways.remembered import Remembered
+from ftqp.control.planner.ways.security_watch import SecurityWatch
+from ftqp.control.planner.what_ifs import Deployable, WhatIfs, deployable
+from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.task.bounds import Bounds, Jin
+from ftqp.control.task.keep import Keep
+from ftqp.control.task.task import (
+    MODES,
+    PRIORITIES,
+    EmergencyStop,
+    Task,
+    axis_frame,
+    checked_gains,
+    row_indices,
+)
+from ftqp.core.errors import InputError
+from ftqp.faults.belief import Belief
+from ftqp.faults.kinds import Fault
+from ftqp.kernel.entry.orders import LIMITS, Orders
+from ftqp.kernel.entry.session import ArmSession, Session
+from ftqp.kernel.layout.criteria import COEFFICIENTS, Criterion
+from ftqp.kernel.layout.enums import HISTORY
+from ftqp.kernel.layout.record import load_chain
+from ftqp.kernel.layout.rows import CLEARANCE, HOLD, NOTHING_ASKED, Asked, constraint_owners
+from ftqp.model.robot import Robot
+
+PATIENCE = 0.1
+"""Time [s] of fallback commands in a row after which the arm is stopped."""
+STOP_RISE = 0.05
+"""A stop brings the deceleration up to the acceleration limit within this time [s]. So that a stop ends at
+rest without a step of the acceleration, which makes servos overshoot (docs/theory/feedback.md, "Stops")."""
+REMEMBERED = 1.05
+"""How long given targets are kept [s]. LATEST, after which the arm is stopped, and 50 ms, so that the oldest
+one is still there."""
+TOLERANCE = 1e-10
+"""Largest violation of a bound that the active set counts as none. Some million units of rounding."""
+ACCEPT = 1e-6
+"""Largest scaled residual of a QP that counts as solved."""
+
+
+def filled(
+    robot: Robot,
+    task: Task,
+    criterion: Criterion,
+    bounds: Bounds,
+    emergency: EmergencyStop | None,
+    *,
+    level: str,
+    dt: float,
+    drive: Drive = Drive(),  # noqa: B008  frozen
+    noise: Noise = Noise(),  # noqa: B008  frozen
+    asked: Asked = NOTHING_ASKED,
+) -> Session:
+    """The session of a healthy robot; what is believed of its joints is another's to write."""
+    session = Session(robot.nv)
+    K = session.K
+    load_chain(K, **robot.chain.constants())
+    K.state.dt, K.state.level = dt, LEVELS[level]
+    rows = row_indices(robot.default_rows if task.rows is None else task.rows)
+    length = robot.length if task.length is None else task.length
+    t = K.task
+    t.kp, t.kv = checked_gains(task, level, dt)
+    t.mode, t.slack_ratio, t.length = MODES[task.mode], task.slack, length
+    t.m = len(rows)
+    t.rows[: len(rows)] = rows
+    t.row_scale[:] = 1.0, 1.0, 1.0, length, length, length
+    t.yielding[:] = PRIORITIES[task.priority]
+    t.uses_rotation = rows[-1] >= 3
+    t.tool_rows = task.rows == "position_axis"
+    t.axis[:] = axis_frame(task.axis).ravel()
+    K.calm.on = task.calm
+    if task.damping is not None:
+        K.turned.threshold, K.turned.factor = task.damping.threshold, task.damping.factor
+    for name in COEFFICIENTS:
+        setattr(K.criteria, name, getattr(criterion, name))
+    K.criteria.weight[:] = 1.0
+    K.limits.conversion = bounds.code
+    if isinstance(bounds, Jin):
+        K.limits.jin_p, K.limits.jin_v = bounds.gamma_p, bounds.gamma_v
+        K.limits.jin_margin, K.limits.jin_upsilon = bounds.margin, bounds.upsilon
+    watch = K.watch
+    watch.stop_position = watch.stop_rotation = np.inf
+    if emergency is not None:
+        watch.stop_position, watch.stop_rotation = emergency.position, emergency.rotation
+        watch.stop_samples = emergency.samples
+    watch.rise = STOP_RISE
+    watch.fallback_limit = max(1, round(PATIENCE / dt))
+    K.qp.tolerance, K.qp.max_iterations = TOLERANCE, 50 * (robot.nv + 10)
+    K.cascade.accept = ACCEPT
+    feedback = K.feedback
+    feedback.kind, feedback.latency = KINDS[drive.kind], drive.ticks(dt)
+    a_max = float(np.min(robot.limits.a_max))
+    paces = drive.paces(dt, noise, 6.0 * robot.length, a_max)
+    K.learned.by_delay[: len(paces)] = paces
+    feedback.span = feedback.latency + 1 + max(len(paces), 1)
+    feedback.brakes = BRAKES[drive.brakes]
+    feedback.stride = int(REMEMBERED / ((HISTORY - 2) * dt)) + 1
+    feedback.speed = 1.0
+    feedback.tolerance, feedback.rotation_tolerance = task.tolerance, task.rotation_tolerance
+    gains = drive.gains(dt, noise, 6.0 * robot.length, a_max)
+    K.gate.lead = gains.pop("lead")
+    for name, value in gains.items():
+        setattr(feedback, name, value)
+    for name, value in drive.learning(dt, noise).items():
+        setattr(K.learned, name, value)
+    K.keeps.asked = sum(len(names) for kind, names in asked.items() if kind != CLEARANCE.name)
+    K.cascade.p = len(constraint_owners(robot.joints, robot.has_inertia, asked))
+    return session
+
+
+def _orders_of(session: Session, arm: ArmSession, given: Settings, solver: Solver) -> Orders:
+    """The orders of a planner."""
+    K, robot, kept = session.K, given.robot, given.task.kept_sets
+    fewer = kept if solver.sizes_may_change else ()
+    allow(K, fewer, given.dt, asked=given.task.degrade is not None)
+    facts = {
+        **{name: getattr(robot.limits, name) for name in LIMITS},
+        "coulomb": robot.coulomb,
+        "torque_limits": int(given.limits_torque),
+        "dynamic": int(given.dynamic),
+        "on_demand": int(given.on_demand),
+        "external": int(K.cascade.external),
+        "rich": int(solver.rich),
+        "may_swing": int(
+            robot.has_inertia and robot.is_serial and not robot.chain.floating and solver.has_qp
+        ),
+        "allowed": sum(1 << KEPT_OF[name] for name in kept),
+    }
+    if given.posture is not None:
+        facts |= {"has_posture": 1, "posture": given.posture}
+    return Orders(session, arm, facts)
+
+
+@final
+class Assembly:
+    """A planner's record and parts, each with a public interface of its own.
+
+    Args:
+        given: What the planner was made with.
+        believe: Believes a fault that the detector has found.
+        disbelieve: Believes that a joint is healthy, as the detector has found.
+        what_ifs: Makes what is looked ahead with.
+
+    Attributes:
+        stages: What the parts do in a planner's life, in their order.
+        out: The step that the planner gives back.
+        said: What the planner writes of each step.
+    """
+
+    def __init__(
+        self,
+        given: Settings,
+        believe: Callable[[Fault], None],
+        disbelieve: Callable[[str], None],
+        what_ifs: Callable[[], WhatIfs],
+    ) -> None:
+        robot, task, soft, constraints = given.robot, given.task, given.tasks, given.constraints
+        self.given = given
+        asked = {
+            **asked_of(constraints),
+            HOLD.name: held_rows(soft),
+            CLEARANCE.name: clearance_rows(given.keeps_clear),
+        }
+        self.session = session = filled(
+            robot, task, given.criterion, given.bounds, given.emergency,
+            level=given.level, dt=given.dt, drive=given.drive, noise=given.noise, asked=asked,
+        )  # fmt: skip
+        self.solver = solver = Solver(session, robot, task, given.scheme, given.solver, bool(soft))
+        if not solver.has_qp:
+            given.refuse_without_qp()
+        self.arm = ArmSession(robot.chain.constants())
+        self.orders = _orders_of(session, self.arm, given, solver)
+        self.surroundings = around = None
+        if given.keeps_clear:
+            around = Surroundings(session, robot, given.scene, given.clearance or Clearance())
+            self.surroundings = around
+        self.tasks = TaskList(session, robot, soft, given.level, given.dt, given.target)
+        self.said = Said(int(session.K.cascade.status))
+        self.out = Step(session, robot.joints, self.said, self.tasks.named(asked, around, task))
+        self.loop = ArmLoop(session, self.orders, robot.joints, around)
+        self.constraints = Constraints(session, robot, constraints, self.loop.stop)
+        degrading = Degrading(session, task.kept_sets)
+        self.rest = Rest(session, degrading, robot)
+        self.free = FreeJoint(session, robot) if solver.has_qp else None
+        self.leading = None if given.plan is None else PlanLeading(given.plan, session, robot)
+        self.response = None
+        if given.detector is not None:
+            self.response = FaultResponse(
+                given.detector, session, robot, given.drive, given.noise, self.loop, believe, disbelieve,
+                probing_of(session, given, given.detector),
+            )  # fmt: skip
+        seconds, ahead = given.remember, given.n_minus_one
+        self.remembered = None if seconds is None else Remembered(session, robot.nv, seconds, given.dt)
+        self.watch = None if ahead is None else SecurityWatch(ahead, session, robot, given.dt, what_ifs)
+        parts = (
+            self.watch, self.tasks, self.constraints, solver, self.leading, degrading, self.free,
+            self.response, around, self.remembered, StartWatch(session.K, around),
+        )  # fmt: skip
+        self.stages: tuple[Stage, ...] = tuple(part.stage for part in parts if part is not None)
+
+    @property
+    def keeps(self) -> list[Keep]:
+        """The points and axes that are kept somewhere."""
+        return [one.given for one in self.constraints.values() if isinstance(one.given, Keep)]
+
+    @property
+    def asking(self) -> tuple[str, ...]:
+        """Tasks and constraints that ask a Python function in every tick."""
+        return self.tasks.asking + self.constraints.asking
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether Python has no part in a tick."""
+        return self.solver.is_compiled and not self.given.timing and not self.asking
+
+    def kept_clear(self) -> Surroundings:
+        """What the planner keeps clear of; InputError where it is nothing."""
+        if self.surroundings is None:
+            raise InputError("the planner keeps clear of nothing; give it a scene, Planner(robot, scene=...)")
+        return self.surroundings
+
+    def what_ifs(self, robot: Robot, faults: dict[str, Fault], reserve: BrakingReserve | None) -> WhatIfs:
+        """What other arms like this one would begin with; nothing here changes."""
+        refuse_asking(self.asking, "a batch", "make a planner without {them}")
+        return WhatIfs(
+            self.session, self.orders, robot, self.given, self.solver, reserve, faults, self.surroundings,
+            self.tasks, self.given.constraints,
+        )  # fmt: skip
+
+    def deployable(self, belief: Belief, reserve: BrakingReserve | None) -> Deployable:
+        """What the planner is without Python; nothing here changes."""
+        if self.surroundings is not None and len(self.surroundings.scene.balls):
+            raise InputError(
+                "the scene has a cloud of balls, which a library in C does not have; give what stands there "
+                "names, scene.add(...), or take the cloud away, scene.update(np.zeros((0, 4)))"
+            )
+        return deployable(
+            self.session, self.orders, self.given, self.solver, belief, reserve, self.tasks,
+            asking=self.asking,
+            detector=None if self.response is None else self.response.detector.memory.copy(),
+            has_scene=self.surroundings is not None,
+        )  # fmt: skip

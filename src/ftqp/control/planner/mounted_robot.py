@@ -1,0 +1,140 @@
+"""The arm as it is fitted, with load and tool: what its motors can hold and brake."""
+
+import logging
+from typing import Any, final
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.pose import pose
+from ftqp.kernel.entry.orders import NO_LOAD, Load, ReserveSamples
+from ftqp.model.followers import coupled_columns, coupled_places
+from ftqp.model.payload import Payload
+from ftqp.model.posture import gravity_torques
+from ftqp.model.robot import Robot
+
+_LOG = logging.getLogger("ftqp")
+SAMPLES = 400
+"""Random configurations that are looked at."""
+SPEED_SHARE = 0.5
+"""Velocities are sampled up to this share of the limits."""
+SEED = 20170511
+"""Of the samples: so that an arm always has the same reserve."""
+
+
+@final
+class MountedRobot:
+    """A bare robot and what is mounted on it; it never changes, another one takes its place.
+
+    Args:
+        bare: The bare robot; loads and tools are in the frame of its tip.
+        payload: The load; None is none.
+        place: Pose of the controlled point, (4, 4); None is the robot's own tip.
+
+    Attributes:
+        robot: The robot as it is fitted.
+        unloaded: The same without the load.
+        payload: The load; None is none.
+        load: The same as the kernel is told of it.
+    """
+
+    __slots__ = ("_bare", "_place", "load", "payload", "robot", "unloaded")
+
+    def __init__(self, bare: Robot, payload: Payload | None = None, place: FloatArray | None = None) -> None:
+        self._bare, self._place, self.payload = bare, place, payload
+        self.unloaded = bare if place is None else bare.with_tip(place, f"{bare.tip} tool")
+        robot = bare if payload is None else bare.with_payload(payload)
+        self.robot = robot if place is None else robot.with_tip(place, f"{robot.tip} tool")
+        self.load = NO_LOAD if payload is None else Load(payload.mass, payload.com, payload.inertia)
+
+    def carrying(self, payload: Payload | None) -> "MountedRobot":
+        """The robot with another load."""
+        return MountedRobot(self._bare, payload, self._place)
+
+    def holding(self, T: Any) -> "MountedRobot":
+        """The robot with another controlled point, (4, 4) in the frame of the bare robot's tip."""
+        return MountedRobot(self._bare, self.payload, None if T is None else pose(T, "T"))
+
+
+class BrakingReserve:
+    """Samples of what braking takes: |h_i| and sum_j |M_ij| a_max_j over random configurations.
+
+    If every joint brakes with kappa a_max, whatever the directions, joint i needs at most
+    |h_i| + kappa sum_j |M_ij| a_max_j. ``share`` is the largest kappa that all torque limits allow on all
+    samples: sound up to the sampling.
+
+    Args:
+        robot: The healthy arm without its load.
+        load: What it carries; None is nothing.
+
+    Attributes:
+        samples: The samples.
+    """
+
+    def __init__(self, robot: Robot, load: Load | None = None) -> None:
+        n, limits = robot.nv, robot.limits
+        generator = np.random.default_rng(SEED)
+        low = np.where(np.isfinite(limits.q_min), limits.q_min, -np.pi)
+        high = np.where(np.isfinite(limits.q_max), limits.q_max, np.pi)
+        v_max = np.minimum(limits.v_max, 10.0) * SPEED_SHARE
+        q, v = np.empty((SAMPLES, n)), np.empty((SAMPLES, n))
+        for k in range(SAMPLES):
+            q[k], v[k] = generator.uniform(low, high), generator.uniform(-v_max, v_max)
+        if robot.chain.has_followers:
+            v = coupled_places(robot.chain, v) - coupled_places(robot.chain, np.zeros(n))
+            q = coupled_places(robot.chain, q)
+        self.samples = ReserveSamples(robot.chain.constants(), q, v, load)
+
+    def share(self, a_max: FloatArray, tau_max: FloatArray) -> float:
+        """The largest share of a_max with which every joint can brake at once, LEAST_SHARE to 1."""
+        return self.samples.shares(a_max, tau_max)[0]
+
+    def guard(self, a_max: FloatArray, tau_max: FloatArray) -> float:
+        """The share of a_max up to which torque limits hold, MARGIN over the samples; 0 if there is none."""
+        return self.samples.shares(a_max, tau_max)[1]
+
+
+_RESERVES: WeakKeyDictionary[Robot, BrakingReserve] = WeakKeyDictionary()
+
+
+def braking_reserve(robot: Robot, load: Load | None = None) -> BrakingReserve:
+    """The samples of a robot; without a load taken once and shared by all its planners."""
+    if load is not None:
+        return BrakingReserve(robot, load)
+    if robot not in _RESERVES:
+        _RESERVES[robot] = BrakingReserve(robot)
+    return _RESERVES[robot]
+
+
+def weight_sentence(robot: Robot, q: FloatArray, tau_max: FloatArray) -> str:
+    """What is to be said where a motor cannot hold the arm at rest at q; empty where all can."""
+    holding = gravity_torques(robot.model, robot.model.createData(), robot.configuration(q))
+    tau = np.abs(coupled_columns(robot.chain, holding))
+    worst = int(np.argmax(tau / tau_max))
+    if not tau[worst] > tau_max[worst]:
+        return ""
+    return (
+        f"{robot.joints[worst]} needs {tau[worst]:.3g} N m to hold the arm at rest here, beyond its limit of "
+        f"{tau_max[worst]:.3g} N m, so the arm may sink; choose another posture, or correct the payload, the "
+        "masses or robot.with_limits(tau_max=...)"
+    )
+
+
+def warn_of_weight(robot: Robot, q: FloatArray | None, tau_max: FloatArray) -> None:
+    """One warning on the logger ``ftqp`` where a motor cannot hold the arm at rest at q, or at neutral."""
+    if sentence := weight_sentence(robot, robot.neutral if q is None else q, tau_max):
+        _LOG.warning("%s: %s", robot.name, sentence)
+
+
+def warn_of_rotors(robot: Robot) -> None:
+    """One warning on the logger ``ftqp`` where torques go to joints whose rotors the model lacks."""
+    without = [joint for joint, rotor in zip(robot.joints, robot.chain.armature, strict=True) if not rotor]
+    if without:
+        _LOG.warning(
+            "%s: no rotor inertia%s is in the model, and behind a gear it can be most of what a joint "
+            "accelerates; it is learned while the arm moves, and better known from the start: give it by "
+            "robot.with_rotors(...), armature in MJCF, or drake:rotor_inertia and drake:gear_ratio in URDF",
+            robot.name,
+            f" of {', '.join(without)}" if len(without) < robot.nv else "",
+        )
