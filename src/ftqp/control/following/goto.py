@@ -396,11 +396,7 @@ class GoTo:
         self._status = GoToStatus.REACHED if there else GoToStatus.UNREACHABLE
 
     def _end_swing(self, there: bool) -> None:
-        """Lead an arm that does not come to rest to where it was nearest and can be held, or stop it.
-
-        Args:
-            there: Whether its tip stays at its goal: then it is the scheme that moves the joints.
-        """
+        """Lead an arm that does not come to rest to where it was nearest and can be held, or stop it."""
         if self._is_on_other_way:
             self._rest(np.inf)
         elif there and self._tip is not None:

@@ -19,7 +19,7 @@ from ftqp.control.planner.response.probing import probing_of
 from ftqp.control.planner.settings import LEVELS, Settings
 from ftqp.control.planner.stages import Stage
 from ftqp.control.planner.start import Rest, StartWatch
-from ftqp.control.planner.step import Step
+from ftqp.control.planner.step import Step, parts_of_free
 from ftqp.control.planner.step_parts import Said
 from ftqp.control.planner.surroundings import Surroundings, clearance_rows
 from ftqp.control.planner.task_list import TaskList, held_rows
@@ -160,12 +160,6 @@ def _orders_of(session: Session, arm: ArmSession, given: Settings, solver: Solve
 class Assembly:
     """A planner's record and parts, each with a public interface of its own.
 
-    Args:
-        given: What the planner was made with.
-        believe: Believes a fault that the detector has found.
-        disbelieve: Believes that a joint is healthy, as the detector has found.
-        what_ifs: Makes what is looked ahead with.
-
     Attributes:
         stages: What the parts do in a planner's life, in their order.
         out: The step that the planner gives back.
@@ -206,7 +200,7 @@ class Assembly:
         self.constraints = Constraints(session, robot, constraints, self.loop.stop)
         degrading = Degrading(session, task.kept_sets)
         self.rest = Rest(session, degrading, robot)
-        self.free = FreeJoint(session, robot) if solver.has_qp else None
+        self.free = FreeJoint(session, robot, parts_of_free(session, robot.nv)) if solver.has_qp else None
         self.leading = None if given.plan is None else PlanLeading(given.plan, session, robot)
         self.response = None
         if given.detector is not None:

@@ -152,12 +152,7 @@ LEAST_SHARE = 1e-3
 
 
 def unreached(parts: Any, slack: FloatArray) -> list[Unreached]:
-    """What is missing of the task, largest first.
-
-    Args:
-        parts: Those of a step.
-        slack: What is missing in every row, (m,).
-    """
+    """What is missing of the task, largest first."""
     per = "/s" if int(parts["level"][0]) == VELOCITY else "/s2"
     names = [COMPONENTS[int(c)] for c in parts["components"][: len(slack)]]
     largest = float(np.abs(slack).max())
@@ -187,11 +182,6 @@ def without_bound(parts: Any, jacobian: FloatArray, code: int) -> str:
 
     With J the Jacobian of the joints that work, angular rows times the length and all divided by it, and s
     what is missing, the arm is singular that way where ||J's|| is below 0.02 ||s||.
-
-    Args:
-        parts: Those of a step that misses its task.
-        jacobian: J, (m, nv).
-        code: The status as a number.
     """
     s = parts["slack"][: len(jacobian)]
     if np.linalg.norm(jacobian.T @ s) < NEAR_SINGULAR * np.linalg.norm(s):
@@ -220,13 +210,7 @@ def too_near(parts: Any, nearest: tuple[str, str] | None) -> tuple[str, ...]:
 
 
 def instead(parts: Any, beside_free: str | None, excess: float) -> tuple[str, ...]:
-    """What makes a step RELAXED beside directions that are missed and limits that joints do not keep.
-
-    Args:
-        parts: Those of a step.
-        beside_free: What is done beside a joint that swings freely, or None.
-        excess: By how much torques exceed their limits [N m or N].
-    """
+    """What makes a step RELAXED beside directions that are missed and limits that joints do not keep."""
     said = [] if beside_free is None else [beside_free]
     if parts["given_up"][0]:
         kept = ", ".join(COMPONENTS[int(c)] for c in parts["components"][: int(parts["m"][0])])

@@ -84,11 +84,7 @@ class Pace:
 
 @final
 class OwnRows:
-    """Asks the user's functions for their rows; one that fails leaves its task out of that tick.
-
-    Raises:
-        InputError: A function raises, gives no numbers, or returns something, at the neutral posture at rest.
-    """
+    """Asks the user's functions for their rows; one that fails leaves its task out of that tick."""
 
     __slots__ = ("_all", "_failed", "_pace", "_seen", "_warned")
 

@@ -1,6 +1,7 @@
 """FreeJoint: the ticks of a planner one of whose joints swings freely, and what is said of it."""
 
 import logging
+from collections.abc import Mapping
 from math import ceil, isfinite
 from typing import Any, NamedTuple, final
 
@@ -14,24 +15,6 @@ from ftqp.model.robot import Robot
 _LOG = logging.getLogger("ftqp")
 KEPT_OF = {"pose": Kept.POSE, "position_axis": Kept.POSITION_AXIS, "position": Kept.POSITION}
 """The sets of rows by their names."""
-PLACES = {
-    "free_joint": ("free", "joint"),
-    "free_mode": ("free", "mode"),
-    "free_rows": ("free", "rows"),
-    "impact_side": ("free", "impact_side"),
-    "impact_time": ("free", "impact_time"),
-    "impact_speed": ("free", "impact_speed"),
-    "impact_energy": ("free", "impact_energy"),
-    "swing": ("free", "swing"),
-    "reach": ("free", "reach"),
-    "drift": ("free", "drift"),
-    "drift_time": ("free", "drift_time"),
-    "contact": ("free", "contact"),
-    "tau_stop": ("free", "tau_stop"),
-    "viscous": ("faults", "friction"),
-    "coulomb": ("faults", "coulomb"),
-}
-"""What a step can say of a free-swinging joint, and where it stands in the record."""
 ON_TASK = (FOLLOW, MAKE_UP)
 """What the others do where the task goes on."""
 STILL_SWING = 0.01
@@ -66,9 +49,8 @@ class Impact(NamedTuple):
 class FreeJoint:
     """The compiled tick for an arm with a free-swinging joint, from when one is believed in."""
 
-    def __init__(self, session: Session, robot: Robot) -> None:
-        self._session, self._joints = session, robot.joints
-        self._parts = {name: session.field(*place) for name, place in PLACES.items()}
+    def __init__(self, session: Session, robot: Robot, parts: Mapping[str, Any]) -> None:
+        self._session, self._joints, self._parts = session, robot.joints, parts
         self._tick: Tick | None = None
         self._said: Any = None
         self._on = False

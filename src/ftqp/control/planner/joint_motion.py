@@ -46,13 +46,6 @@ class JointMotion:
     It is planned from the last command, so that position and velocity go on without a jump, within the
     limits that are believed.
 
-    Args:
-        view: The planner's.
-        robot: The arm.
-        dt: The planner's sampling period [s].
-        level: The planner's level.
-        rise_time: How long an acceleration takes to reach its limit, > 0 [s].
-
     Attributes:
         memory: What the kernel reads of the motion.
         goal: The posture to go to, (nv,) [rad or m].
@@ -89,20 +82,12 @@ class JointMotion:
         return 0.0 if self._motion is None else self._motion.duration
 
     def decay(self, off: float) -> float:
-        """About how long an error of the command takes to be ``EXACT`` [s], a double pole's where it has one.
-
-        Args:
-            off: How large it is [rad or m].
-        """
+        """About how long an error of the command takes to be ``EXACT`` [s]."""
         poles = 1.5 if self._accelerates else 1.0
         return poles * float(np.log(max(off / EXACT, 1.0))) / self._bandwidth
 
     def way_from(self, q: FloatArray) -> FloatArray:
-        """From joint positions to the goal, (nv,) [rad or m]; for a continuous joint the short way round.
-
-        Args:
-            q: Joint positions, (nv,) [rad or m].
-        """
+        """From joint positions to the goal, (nv,) [rad or m]; for a continuous joint the short way round."""
         way = self.goal - q
         turns = self._robot.continuous
         return np.where(turns, np.remainder(way + np.pi, 2.0 * np.pi) - np.pi, way)

@@ -16,14 +16,7 @@ from ftqp.model.robot import Robot
 
 
 def judged_by(K: Any, said: Said, step: Step, meant: FloatArray) -> Step:
-    """The step, with errors to another pose, and a status that is no ``OK`` where that is far.
-
-    Args:
-        K: The planner's record after the tick.
-        said: What the step says of its status.
-        step: The step of the tick.
-        meant: Where the tip is meant to be, (4, 4).
-    """
+    """The step, with errors to another pose, and a status that is no ``OK`` where that is far."""
     task, rows = K.task, K.task.rows[: K.task.m]
     led = np.array(task.target[TARGET_POSE : TARGET_POSE + 16]).reshape(4, 4)
     seen = np.array(task.seen)  # from the measured tip to where the motion has it
@@ -124,13 +117,6 @@ class Blocks:
 
         None is made while the planner takes a failed joint to be elsewhere than it is, or does not know yet
         that it stands: that joint does not do what it is told.
-
-        Args:
-            q: Joint positions at the first tick, (nv,) [rad or m].
-            v: Joint velocities there, (nv,) [rad/s or m/s].
-            targets: Packed targets, (K, 29).
-            rows: Rows of numbers, (K, width), contiguous; the fields of ``BLOCK_FIELDS`` are filled in.
-            places: Where each of them begins in a row, (11,).
         """
         if self._K.faults.working < len(q) and not self._is_settled():
             return 0

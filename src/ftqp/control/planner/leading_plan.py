@@ -79,10 +79,6 @@ class PlanOnWay:
     """A plan of the arm to the first tip of a robot with branches, for all of its joints.
 
     The null space of the others is led to ``neutral``.
-
-    Args:
-        plan: The plan, of ``robot.arm_to(robot.tip)``.
-        robot: The robot.
     """
 
     __slots__ = ("_plan", "_robot", "q")
@@ -135,14 +131,6 @@ class PlanLeading:
     The tip says how far the plan has come, not the clock, so a path that waits or is stopped takes the plan
     with it. Where rows of the plan have the same tip, because the arm moves on the spot, the clock goes on.
     Rotations count where the task has all of them; else the plan's may be others than the arm's.
-
-    Args:
-        plan: The plan, of this arm.
-        session: The planner's; its criterion needs a term that leads to a posture.
-        robot: The arm.
-
-    Raises:
-        InputError: The plan is not of numbers, or at uneven times.
 
     Source: docs/theory/following-a-plan.md.
     """

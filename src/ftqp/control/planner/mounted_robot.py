@@ -27,11 +27,6 @@ SEED = 20170511
 class MountedRobot:
     """A bare robot and what is mounted on it; it never changes, another one takes its place.
 
-    Args:
-        bare: The bare robot; loads and tools are in the frame of its tip.
-        payload: The load; None is none.
-        place: Pose of the controlled point, (4, 4); None is the robot's own tip.
-
     Attributes:
         robot: The robot as it is fitted.
         unloaded: The same without the load.
@@ -63,10 +58,6 @@ class BrakingReserve:
     If every joint brakes with kappa a_max, whatever the directions, joint i needs at most
     |h_i| + kappa sum_j |M_ij| a_max_j. ``share`` is the largest kappa that all torque limits allow on all
     samples: sound up to the sampling.
-
-    Args:
-        robot: The healthy arm without its load.
-        load: What it carries; None is nothing.
 
     Attributes:
         samples: The samples.

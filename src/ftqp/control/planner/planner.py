@@ -633,12 +633,7 @@ class Planner:
     def _change(
         self, change: Callable[[Configuration], Configuration], then: Callable[[], None] | None = None
     ) -> None:
-        """Let the planner be told something else: all is worked out first, then one compiled call writes it.
-
-        Args:
-            change: Makes a configuration of the one before, again where a signal handler has told something.
-            then: What else the change brings about.
-        """
+        """Tell the planner something else: all is worked out first, then one compiled call writes it."""
         written = False
         while not written:
             self._apply()
@@ -867,11 +862,7 @@ class Planner:
         return out
 
     def _refuse_looking_ahead(self) -> None:
-        """Refuse at once what ``n_minus_one`` would refuse when it looks ahead.
-
-        Raises:
-            InputError: No batch takes this planner.
-        """
+        """Refuse at once what ``n_minus_one`` would refuse when it looks ahead."""
         try:
             self._what_ifs()
         except InputError as error:

@@ -47,12 +47,7 @@ class BelievedLimits(NamedTuple):
 
 @final
 class PlannerView:
-    """The planner's last command and what it believes.
-
-    Args:
-        session: The planner's.
-        robot: The arm.
-    """
+    """The planner's last command and what it believes."""
 
     def __init__(self, session: Session, robot: Robot) -> None:
         self._session = session
@@ -123,11 +118,7 @@ class PlannerView:
             K.task.m, K.task.tool_rows = K.task.m_of[0], K.task.tool_of[0]
 
     def holding_torques(self, places: FloatArray) -> FloatArray:
-        """The torques that hold the arm at rest with the load that is believed, (k, nv) [N m or N].
-
-        Args:
-            places: Joint positions, (k, nv) [rad or m].
-        """
+        """The torques that hold the arm at rest with the load that is believed, (k, nv) [N m or N]."""
         arm, held = self._arm, np.empty_like(places)
         arm.adopt(self._session)
         h = arm.K.kinematics.h[: self._n]
@@ -142,11 +133,7 @@ class PlannerView:
         return self.tip_at(self.command)
 
     def poses(self, places: FloatArray) -> FloatArray:
-        """Where the tip is with the joints at places, (k, 4, 4).
-
-        Args:
-            places: Joint positions, (k, nv) [rad or m].
-        """
+        """Where the tip is with the joints at places, (k, 4, 4)."""
         arm, poses = self._arm, np.tile(np.eye(4), (len(places), 1, 1))
         arm.adopt(self._session)
         R, o = arm.K.kinematics.R_tip, arm.K.kinematics.o_tip

@@ -37,13 +37,6 @@ SLIDES = 2.0
 class Layout:
     """Capsules, obstacles and pairs of a scene, written into a copy of a planner's record.
 
-    Args:
-        draft: The copy.
-        robot: The arm.
-        clearance: How far it keeps.
-        content: What stands in the scene.
-        attached: Bodies that move with the arm beside its own, by what they are called together.
-
     Attributes:
         names: The bodies of each pair.
         left_out: Pairs of the arm's own bodies that are built too near to each other, by name.

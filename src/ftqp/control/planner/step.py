@@ -1,5 +1,6 @@
 """Step: what one tick gives back, read from the planner's record when it is asked for."""
 
+import re
 from collections.abc import Sequence
 from functools import cache
 from typing import Any, Final, NoReturn, final
@@ -20,7 +21,6 @@ from ftqp.control.planner.certificate import (
     without_bound,
 )
 from ftqp.control.planner.free_joint import ON_TASK, Impact, impact, notice
-from ftqp.control.planner.free_joint import PLACES as PLACES_BESIDE_FREE
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.control.planner.step_parts import (
     RESIDUALS,
@@ -63,76 +63,30 @@ _SOLVE_STATUSES = tuple(SolveStatus[claim.name] for claim in Claim)
 ROUNDING = 10.0
 """A torque excess below so many tolerances of the solver is rounding."""
 
+
+PARTS: Final = """
+feedback: q=q_sent v=v_sent kind tau_sent lost asks brakes q_measured=seen sigma active bad
+state: a=a_command q_reference=q_command v_reference=v_command tau tau_brake q_before=q v_before=v level
+    ticks dt
+task: error=seen slack row_scale mode position_error rotation_error scale given_up m components=rows asked
+chain: has_inertia prismatic
+kinematics: has_dynamics
+faults: code viscous=friction coulomb
+qp: lower=lb upper=ub z_box z nc tolerance
+limits: q_min q_max v_max lower_by upper_by
+cascade: stage claim iterations=qp_iterations residual_task residual_bounds residual_dual torque_excess
+    kappa missed jump
+calm: holding
+terms: soft_error=error soft_slack=slack soft_asked=asked soft_missed=missed
+scene: pairs distance nearest keep slot crowded
+free: free_joint=joint free_mode=mode free_rows=rows impact_side impact_time impact_speed impact_energy
+    swing reach drift drift_time contact tau_stop
+"""
+"""Each part of a step by the name of its field in a room of the record, or by its own name before that."""
 PLACES: Final = {
-    "q": ("feedback", "q_sent"),
-    "v": ("feedback", "v_sent"),
-    "a": ("state", "a_command"),
-    "q_reference": ("state", "q_command"),
-    "v_reference": ("state", "v_command"),
-    "kind": ("feedback", "kind"),
-    "tau_sent": ("feedback", "tau_sent"),
-    "lost": ("feedback", "lost"),
-    "asks": ("feedback", "asks"),
-    "brakes": ("feedback", "brakes"),
-    "tau": ("state", "tau"),
-    "tau_brake": ("state", "tau_brake"),
-    "q_before": ("state", "q"),
-    "v_before": ("state", "v"),
-    "q_measured": ("feedback", "seen"),
-    "sigma": ("feedback", "sigma"),
-    "active": ("feedback", "active"),
-    "bad": ("feedback", "bad"),
-    "error": ("task", "seen"),
-    "slack": ("task", "slack"),
-    "row_scale": ("task", "row_scale"),
-    "mode": ("task", "mode"),
-    "position_error": ("task", "position_error"),
-    "rotation_error": ("task", "rotation_error"),
-    "scale": ("task", "scale"),
-    "has_inertia": ("chain", "has_inertia"),
-    "has_dynamics": ("kinematics", "has_dynamics"),
-    "code": ("faults", "code"),
-    "lower": ("qp", "lb"),
-    "upper": ("qp", "ub"),
-    "z_box": ("qp", "z_box"),
-    "z": ("qp", "z"),
-    "nc": ("qp", "nc"),
-    "tolerance": ("qp", "tolerance"),
-    "q_min": ("limits", "q_min"),
-    "q_max": ("limits", "q_max"),
-    "v_max": ("limits", "v_max"),
-    "lower_by": ("limits", "lower_by"),
-    "upper_by": ("limits", "upper_by"),
-    "prismatic": ("chain", "prismatic"),
-    "level": ("state", "level"),
-    "ticks": ("state", "ticks"),
-    "dt": ("state", "dt"),
-    "stage": ("cascade", "stage"),
-    "claim": ("cascade", "claim"),
-    "iterations": ("cascade", "qp_iterations"),
-    "residual_task": ("cascade", "residual_task"),
-    "residual_bounds": ("cascade", "residual_bounds"),
-    "residual_dual": ("cascade", "residual_dual"),
-    "torque_excess": ("cascade", "torque_excess"),
-    "kappa": ("cascade", "kappa"),
-    "missed": ("cascade", "missed"),
-    "given_up": ("task", "given_up"),
-    "jump": ("cascade", "jump"),
-    "holding": ("calm", "holding"),
-    "m": ("task", "m"),
-    "components": ("task", "rows"),
-    "soft_error": ("terms", "error"),
-    "soft_slack": ("terms", "slack"),
-    "soft_asked": ("terms", "asked"),
-    "asked": ("task", "asked"),
-    "soft_missed": ("terms", "missed"),
-    "pairs": ("scene", "pairs"),
-    "distance": ("scene", "distance"),
-    "nearest": ("scene", "nearest"),
-    "keep": ("scene", "keep"),
-    "slot": ("scene", "slot"),
-    "crowded": ("scene", "crowded"),
-    **PLACES_BESIDE_FREE,
+    word.partition("=")[0]: (room, word.rpartition("=")[2])
+    for room, words in re.findall(r"(\w+): ([^:]+)(?=\n\w+:|\n$)", PARTS)
+    for word in words.split()
 }
 """Where each part of a step stands in the record: room and field."""
 
@@ -167,11 +121,7 @@ def _by_themselves(live: np.dtype[Any], jacobian: tuple[int, int]) -> tuple[np.d
 
 @final
 class Parts:
-    """The parts of a step by name, each one-dimensional and read-only.
-
-    Args:
-        memory: They, (1,).
-    """
+    """The parts of a step by name, each one-dimensional and read-only."""
 
     __slots__ = ("memory",)
 
@@ -200,6 +150,12 @@ class Parts:
 def parts_in(session: Session, joints: int) -> Parts:
     """The parts of a planner's step, which follow its record."""
     return Parts(session.memory.view(_in_place(joints, int(session.K.cascade.p))))
+
+
+def parts_of_free(session: Session, joints: int) -> dict[str, Any]:
+    """The parts that are about joints that swing freely, looked up once."""
+    parts = parts_in(session, joints)
+    return {name: parts[name] for name, (room, _) in PLACES.items() if room in ("free", "faults")}
 
 
 class Step:

@@ -17,12 +17,7 @@ RESIDUALS = ("residual_task", "residual_bounds", "residual_dual")
 
 @final
 class Said:
-    """What a planner writes of each step, beside the record.
-
-    Args:
-        code: The status as a number.
-        duration: How long the step took [s]; None where that is not measured.
-    """
+    """What a planner writes of each step, beside the record."""
 
     __slots__ = ("code", "duration")
 
@@ -119,13 +114,7 @@ class Named(NamedTuple):
     measured: Mapping[str, Callable[[FloatArray], Off] | Off] = {}
 
     def off(self, name: str, errors: FloatArray, q: FloatArray) -> Off:
-        """How far a further task is from its target, read-only, and why nothing is known of that.
-
-        Args:
-            name: Of the task.
-            errors: Of all tasks, as they stand in the record.
-            q: Joint positions at which they were, (nv,) [rad or m].
-        """
+        """How far a further task is from its target, read-only, and why nothing is known of that."""
         found = self.measured.get(name)
         if found is not None:
             return found(q) if callable(found) else found
@@ -148,11 +137,7 @@ class Named(NamedTuple):
         return bool(position <= self.tolerance[0] and rotation <= self.tolerance[1])
 
     def copy(self, q: FloatArray) -> "Named":
-        """The same, which later ticks do not change.
-
-        Args:
-            q: Joint positions at which the errors are measured, (nv,) [rad or m].
-        """
+        """The same, which later ticks do not change."""
         kept = self if self.failed is None else self._replace(failed=dict(self.failed) or None)
         if kept.measured:
             kept = kept._replace(
@@ -177,12 +162,7 @@ class Measures(NamedTuple):
 
 
 def measures_of(jacobians: FloatArray, working: IntArray) -> FloatArray:
-    """The numbers of ``Measures`` for many Jacobians, (K, 3).
-
-    Args:
-        jacobians: (K, m, nv), the columns of joints that do not work zero.
-        working: how many joints work in each, (K,); with fewer than rows a direction is lost.
-    """
+    """The numbers of ``Measures`` for many Jacobians, (K, 3)."""
     rows = jacobians.shape[-2]
     sigma = np.linalg.svd(jacobians, compute_uv=False)
     sigma[np.minimum(working, sigma.shape[1]) < rows] *= np.arange(sigma.shape[1]) < rows - 1

@@ -61,16 +61,6 @@ class Surroundings:
     A change is worked out on a copy of the record, and then written by one compiled call. What Python knows
     of it is looked up by a number that the same call writes: whatever exception comes, and wherever, all is
     as before or all is as after.
-
-    Args:
-        session: The planner's, whose record is written.
-        robot: The arm.
-        scene: What stands around it; None is nothing, so that the arm keeps from itself only.
-        clearance: How far it keeps.
-
-    Raises:
-        InputError: Too many bodies, an unknown name in ``ignore``, an arm whose bodies touch each other
-            where it begins, or that has none to keep clear of the scene.
     """
 
     def __init__(self, session: Session, robot: Robot, scene: Scene | None, clearance: Clearance) -> None:

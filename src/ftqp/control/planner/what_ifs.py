@@ -35,9 +35,6 @@ class WhatIfs:
         tasks: Its further tasks, by name.
         constraints: Its constraints, as they were given.
         return_to_start: Whether the scheme draws each arm to a posture, and that is its own start.
-
-    Raises:
-        InputError: A foreign solver, a network, a closed form or a plan.
     """
 
     def __init__(
