@@ -9,7 +9,7 @@ from scipy.optimize import linprog
 
 import ftqp
 from ftqp.control.paths import Path
-from ftqp.control.planner.labels import SLACK
+from ftqp.control.planner.planner_view import SLACK
 from ftqp.core.checks import FloatArray
 from ftqp.model.robot import Robot
 from ftqp.qp import QP, Claim, Recorder, Recording, Solution, SolveStatus

@@ -5,7 +5,7 @@ import pytest
 
 import ftqp
 from ftqp.control.paths import laws
-from ftqp.control.paths.repeated import Backwards, Repeated, is_closed
+from ftqp.control.paths.path import Backwards, Repeated, is_closed
 from ftqp.core.errors import InputError
 
 ALL = [*laws.names(), {"name": "trapezoid", "ramp": 0.5}, {"name": "trapezoid", "ramp": 0.03}]

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.labels import row_labels
+from ftqp.control.planner.planner_view import row_labels
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.rows import CLEARANCES
 

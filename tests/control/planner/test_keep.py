@@ -5,7 +5,7 @@ import pytest
 from tests.control.planner.test_soft_tasks import LEVELS, LIGHT, PANDA, Q, V, frame, still
 
 import ftqp
-from ftqp.control.planner.labels import row_labels
+from ftqp.control.planner.planner_view import row_labels
 from ftqp.core.errors import InputError
 from ftqp.kernel.rows.joint_intervals import braking, viability
 

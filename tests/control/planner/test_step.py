@@ -8,7 +8,7 @@ import pytest
 from tests.arm_at import arm_at
 
 import ftqp
-from ftqp.control.planner.labels import row_labels, variable_labels
+from ftqp.control.planner.planner_view import row_labels, variable_labels
 from ftqp.qp import Recorder
 
 DT = 2e-3

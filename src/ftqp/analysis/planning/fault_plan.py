@@ -24,8 +24,7 @@ from ftqp.analysis.survival.task_path import (
     task_path,
 )
 from ftqp.control.planner.leading_plan import Remaining
-from ftqp.control.scene.keeping_clear import Clearance
-from ftqp.control.scene.placed_shapes import Scene
+from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, frozen, positive, read_only, whole_number
 from ftqp.core.errors import InputError
 from ftqp.core.html_table import html_table

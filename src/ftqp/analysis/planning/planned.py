@@ -35,8 +35,7 @@ from ftqp.analysis.planning.survival_labels import (
     unreached,
 )
 from ftqp.analysis.survival.task_path import TaskPath, task_path
-from ftqp.control.scene.keeping_clear import Clearance
-from ftqp.control.scene.placed_shapes import Scene
+from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.core.checks import FloatArray, instance, non_negative, whole_number
 from ftqp.core.errors import InputError, unknown
 from ftqp.core.pose import rotation_z, transform

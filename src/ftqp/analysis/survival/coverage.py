@@ -14,8 +14,7 @@ from ftqp.analysis.survival.task_path import MotionOnPath, TaskPath, task_path
 from ftqp.analysis.survival.tolerable_joints import Bound, bound_of
 from ftqp.analysis.tolerance import null_vector, relative_manipulability, structural_joints
 from ftqp.control.paths import Path
-from ftqp.control.scene.keeping_clear import Clearance
-from ftqp.control.scene.placed_shapes import Scene
+from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.core.checks import FloatArray, IntArray, array, frozen, instance, positive, whole_number
 from ftqp.core.errors import InputError
 from ftqp.faults import kinds

@@ -11,8 +11,7 @@ import numpy as np
 from ftqp.control.inverse_kinematics.arm_study import robot_session, task_rows
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
-from ftqp.control.scene.keeping_clear import Clearance
-from ftqp.control.scene.placed_shapes import Scene
+from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose

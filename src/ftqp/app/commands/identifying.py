@@ -169,8 +169,7 @@ def _write_motion(
 def _clear(arm: _Arm) -> Callable[[FloatArray], bool] | None:
     """Whether the arm keeps off itself and off what is in the scenario; None where its bodies are unknown."""
     from ftqp.control.planner.planner import Planner
-    from ftqp.control.scene.keeping_clear import Clearance
-    from ftqp.control.scene.placed_shapes import Scene
+    from ftqp.control.scene.placed_shapes import Clearance, Scene
 
     if not arm.robot.capsules:
         return None

@@ -10,7 +10,7 @@ import numpy as np
 
 from ftqp.app.output.console import ExitCode, answer, say, tell, tell_table
 from ftqp.control.planner.planner import Planner
-from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.placed_shapes import Clearance
 from ftqp.core.errors import InputError, MissingPackage, ModelError, unknown
 from ftqp.core.quiet import quiet
 from ftqp.kernel.layout.rows import COMPONENTS

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.control.planner.labels import SCALE, SLACK
+from ftqp.control.planner.planner_view import SCALE, SLACK
 from ftqp.core.checks import FloatArray, is_number
 from ftqp.kernel.layout.rows import RowKind, kind_of
 from ftqp.qp import QP, Certificate, Solution

@@ -11,7 +11,7 @@ from ftqp.app.schema.robot_section import LimitsTable, RobotTable
 from ftqp.app.schema.scenario_file import Scenario
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths import Path
-from ftqp.control.paths.repeated import Repeated
+from ftqp.control.paths.path import Repeated
 from ftqp.control.planner.leading_plan import plan_for
 from ftqp.control.planner.planner import Planner
 from ftqp.core.checks import FloatArray, array

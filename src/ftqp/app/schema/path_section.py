@@ -10,7 +10,7 @@ import numpy as np
 from ftqp.app.schema.reading import Options, Table
 from ftqp.app.schema.robot_section import Quaternion, Vector, quaternion_rotation
 from ftqp.control.paths import KINDS, Line, Path, PointToPoint, Waypoints
-from ftqp.control.paths.repeated import Repeated
+from ftqp.control.paths.path import Repeated
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.core.pose import transform

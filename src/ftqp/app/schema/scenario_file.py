@@ -10,7 +10,7 @@ from ftqp.app.schema.planner_section import PlannerTable
 from ftqp.app.schema.reading import Options, Table
 from ftqp.app.schema.robot_section import RobotTable
 from ftqp.app.schema.simulation_section import FaultTable, SimulationTable
-from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.placed_shapes import Clearance
 from ftqp.control.scene.solid_shapes import WORDS, Shape
 from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.control.task.task_kinds import CONSTRAINT_KINDS, KEPT, KINDS

@@ -8,8 +8,8 @@ import numpy as np
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState, PlannerView, TipState
 from ftqp.control.planner.step import Step
+from ftqp.control.planner.step_parts import TIP
 from ftqp.control.planner.target import Target
-from ftqp.control.planner.task_reports import TIP
 from ftqp.control.task.soft_tasks import PoseTask, PositionTask
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError

@@ -8,8 +8,8 @@ from ftqp.control.following.led_frame import FrameOfTask, FrameOfTip, LedFrame
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
+from ftqp.control.planner.step_parts import TIP
 from ftqp.control.planner.target import Target, target_on
-from ftqp.control.planner.task_reports import TIP
 from ftqp.control.references.tip_reference import TipLimits, TipReference
 from ftqp.core.checks import FloatArray, seen
 from ftqp.core.pose import rotation_vector

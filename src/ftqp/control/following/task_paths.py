@@ -10,8 +10,8 @@ from ftqp.control.following.path_follower import PathStatus
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
+from ftqp.control.planner.step_parts import TIP
 from ftqp.control.planner.target import Target, target_on
-from ftqp.control.planner.task_reports import TIP
 from ftqp.core.checks import instance, positive, seen
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed

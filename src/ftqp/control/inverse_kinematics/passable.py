@@ -5,7 +5,7 @@ from typing import Any, Final, Protocol, final
 
 import numpy as np
 
-from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.placed_shapes import Clearance
 from ftqp.control.task.keep import Keep
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import ArmSession

@@ -23,10 +23,10 @@ from ftqp.control.planner.step import Step, parts_of_free
 from ftqp.control.planner.step_parts import Said
 from ftqp.control.planner.surroundings import Surroundings, clearance_rows
 from ftqp.control.planner.task_list import TaskList, held_rows
-from ftqp.control.planner.ways.remembered import Remembered
 from ftqp.control.planner.ways.security_watch import SecurityWatch
+from ftqp.control.planner.ways.way_out import Remembered
 from ftqp.control.planner.what_ifs import Deployable, WhatIfs, deployable
-from ftqp.control.scene.keeping_clear import Clearance
+from ftqp.control.scene.placed_shapes import Clearance
 from ftqp.control.task.bounds import Bounds, Jin
 from ftqp.control.task.keep import Keep
 from ftqp.control.task.task import (

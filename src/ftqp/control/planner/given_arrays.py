@@ -13,8 +13,6 @@ from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import Mistake
 from ftqp.kernel.layout.thresholds import MOST_ROWS, MOST_TICKS
 
-__all__ = ["sized"]
-
 _MISTAKES: dict[int, str] = {
     Mistake.NOT_RESET: "the planner has no start; call planner.reset(q) before the first step",
     Mistake.NO_ROTATION: (

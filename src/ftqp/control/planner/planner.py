@@ -43,8 +43,7 @@ from ftqp.control.planner.task_list import TaskList
 from ftqp.control.planner.ways.n_minus_one import NMinusOne, Security
 from ftqp.control.planner.ways.way_out import WayOut, ways_out
 from ftqp.control.planner.what_ifs import Deployable, WhatIfs
-from ftqp.control.scene.keeping_clear import Clearance
-from ftqp.control.scene.placed_shapes import Scene
+from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.resolvers import Resolver

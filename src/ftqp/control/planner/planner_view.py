@@ -1,14 +1,19 @@
-"""PlannerView: what a planner starts its next step from, to be read by what is built around it."""
+"""What is built around a planner reads of it: what its next step starts from, its table, its QP's labels."""
 
 from typing import Any, NamedTuple, final
 
 import numpy as np
 
+from ftqp.control.planner.constraint_list import asked_of
+from ftqp.control.planner.surroundings import clearance_rows
+from ftqp.control.planner.task_list import held_rows
+from ftqp.control.task.task import row_indices
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.html_table import html_table
 from ftqp.core.pose import transform
 from ftqp.kernel.entry.session import ArmSession, Session
 from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.kernel.layout.rows import CLEARANCE, COMPONENTS, HOLD, constraint_labels
 from ftqp.model.robot import Robot
 from ftqp.model.robot_table import arm_svg
 
@@ -177,3 +182,35 @@ def planner_html(planner: Any) -> str:
         f"{note} Stopped: {stopped}." if stopped else note,
         arm_svg(robot, robot.neutral),
     )
+
+
+SCALE = "scale"
+SLACK = "slack "
+
+
+def variable_labels(planner: Any) -> tuple[str, ...]:
+    """The joints, ``scale`` in mode scaled, and ``slack x``, ... in every mode but hard, (n,)."""
+    mode = planner.task.mode
+    scale = (SCALE,) if mode == "scaled" else ()
+    slacks = () if mode == "hard" else tuple(SLACK + row for row in _task_rows(planner))
+    return (*planner.robot.joints, *scale, *slacks)
+
+
+def row_labels(planner: Any) -> tuple[str, ...]:
+    """The task rows ``x``, ``rz``, ... of A, then the rows of C, such as ``torque <joint>``."""
+    robot = planner.robot
+    held = held_rows([task.given for task in planner.tasks.values()])
+    asked = {
+        **asked_of([one.given for one in planner.constraints.values()]),
+        HOLD.name: held,
+        CLEARANCE.name: clearance_rows(planner.clearance is not None),
+    }
+    return (
+        *_task_rows(planner),
+        *constraint_labels(robot.joints, robot.has_inertia, asked),
+    )
+
+
+def _task_rows(planner: Any) -> tuple[str, ...]:
+    rows = planner.robot.default_rows if planner.task.rows is None else planner.task.rows
+    return tuple(COMPONENTS[index] for index in row_indices(rows))

@@ -6,7 +6,6 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.planner.given_arrays import sized
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.task.own_task import OwnTask
 from ftqp.control.task.soft_tasks import (
@@ -22,7 +21,7 @@ from ftqp.control.task.soft_tasks import (
     SoftTask,
     direction,
 )
-from ftqp.core.checks import FloatArray, array, frozen
+from ftqp.core.checks import FloatArray, array, frozen, sized
 from ftqp.core.errors import InputError
 from ftqp.core.pose import has_last_row, is_rotation_matrix, transform
 from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION

@@ -5,8 +5,7 @@ from typing import final
 
 import numpy as np
 
-from ftqp.control.scene.keeping_clear import Clearance
-from ftqp.control.scene.placed_shapes import CLOUD, Content, Placed
+from ftqp.control.scene.placed_shapes import CLOUD, Clearance, Content, Placed
 from ftqp.control.scene.solid_shapes import KINDS, HalfSpace, Hull, Sphere, fitting
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session

@@ -14,8 +14,7 @@ from ftqp.control.planner.qp_solver import IN_KERNEL, NETWORK
 from ftqp.control.planner.target import Target
 from ftqp.control.planner.task_list import split
 from ftqp.control.planner.ways.n_minus_one import NMinusOne
-from ftqp.control.scene.keeping_clear import Clearance
-from ftqp.control.scene.placed_shapes import Scene
+from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.control.task import bounds as bound_conversions
 from ftqp.control.task import schemes
 from ftqp.control.task.bounds import Bounds

@@ -29,9 +29,11 @@ from ftqp.control.planner.step_parts import (
     QPReport,
     Reference,
     Said,
+    TaskReport,
+    TaskReports,
     measures_of,
+    task_status,
 )
-from ftqp.control.planner.task_reports import TaskReport, TaskReports, task_status
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.html_table import html_table
 from ftqp.kernel.entry.session import Session

@@ -8,8 +8,7 @@ import numpy as np
 
 from ftqp.control.planner.scene_layout import FAR_AWAY, NEVER, Layout
 from ftqp.control.planner.stages import Stage
-from ftqp.control.scene.keeping_clear import Clearance
-from ftqp.control.scene.placed_shapes import CLOUD, Content, Scene
+from ftqp.control.scene.placed_shapes import CLOUD, Clearance, Content, Scene
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session, write_together

@@ -6,8 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from ftqp.control.planner.given_arrays import sized
-from ftqp.core.checks import FloatArray, array, as_number, frozen, numbers, seen
+from ftqp.core.checks import FloatArray, array, as_number, frozen, numbers, seen, sized
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
 from ftqp.kernel.entry.session import writer_of

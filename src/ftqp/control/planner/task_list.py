@@ -8,13 +8,11 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.planner.filled_rows import LETTERS, OwnRows, seen_of
-from ftqp.control.planner.given_arrays import sized
 from ftqp.control.planner.running_task import RunningTask, rows_of
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
-from ftqp.control.planner.step_parts import Named, Off
+from ftqp.control.planner.step_parts import TIP, Named, Off, no_task
 from ftqp.control.planner.surroundings import Surroundings
 from ftqp.control.planner.target import Target, Targets
-from ftqp.control.planner.task_reports import TIP, no_task
 from ftqp.control.task.own_task import OwnTask
 from ftqp.control.task.soft_tasks import (
     FIRST,
@@ -28,7 +26,7 @@ from ftqp.control.task.soft_tasks import (
     SoftTask,
 )
 from ftqp.control.task.task import Task, checked_gains, row_indices
-from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.checks import FloatArray, frozen, sized
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.kernel.entry.session import Session

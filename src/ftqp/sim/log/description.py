@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.paths import Path
-from ftqp.control.planner.labels import row_labels, variable_labels
 from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.planner_view import row_labels, variable_labels
 from ftqp.control.planner.running_task import RunningTask
 from ftqp.control.scene.solid_shapes import WORDS, Hull
 from ftqp.control.task.keep import BOX, CONE, Keep, TorqueLimits

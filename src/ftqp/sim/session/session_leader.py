@@ -8,8 +8,7 @@ from ftqp.control.following.goto import GoTo
 from ftqp.control.following.goto_status import GoToStatus
 from ftqp.control.following.path_follower import PathFollower, PathStatus
 from ftqp.control.following.target_follower import TargetFollower
-from ftqp.control.paths.path import Path
-from ftqp.control.paths.repeated import Backwards, Repeated, is_closed
+from ftqp.control.paths.path import Backwards, Path, Repeated, is_closed
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target

@@ -14,8 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from ftqp.control.paths.path import Path
-from ftqp.control.paths.repeated import Repeated
+from ftqp.control.paths.path import Path, Repeated
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus
 from ftqp.core.checks import FloatArray

@@ -9,11 +9,10 @@ import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.control.planner.arm_loop import ArmLoop
-from ftqp.control.planner.given_arrays import sized
 from ftqp.control.planner.response.active_verification import ActiveVerification
 from ftqp.control.planner.response.probing import Probing
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, sized
 from ftqp.faults.detection.detector import Detector
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked

@@ -4,19 +4,21 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import Any, Final
+from typing import Any, Final, final
 
 import numpy as np
 
 from ftqp.control.inverse_kinematics.passable import HELD, Passable
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.planner.planner_view import JointState, PlannerView
+from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.control.planner.ways.trial import Trial, Tried, Twin, corners, halt_posture, thinned
 from ftqp.control.task.task import Task
-from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.checks import FloatArray, frozen, positive
 from ftqp.core.errors import InputError
 from ftqp.core.quiet import quiet
 from ftqp.faults.kinds import FreeSwinging, Locked
+from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.thresholds import SINGULAR_FROM
 from ftqp.model.robot import Robot
 
@@ -303,3 +305,49 @@ def _sentence(way: WayOut) -> str:
         return text
     why = "it comes too near to something" if way.near else f"a motor needs more than {100.0 * HELD:.0f} %"
     return f"{text}; it is not clear, as {why} on the way"
+
+
+ROWS: Final = 1024
+"""Places that are kept, of however long a time."""
+STOOD: Final = 1e-3
+"""A place nearer than this to the last one in every joint is not kept [rad or m]: the arm stands. A
+convention."""
+
+
+@final
+class Remembered:
+    """Keeps where the joints were commanded to be, now and then, in memory of its own."""
+
+    def __init__(self, session: Session, joints: int, seconds: float, dt: float) -> None:
+        self._q = session.field("state", "q_command")[:joints]
+        self._rows = np.zeros((ROWS, joints))
+        self._stride = max(1, round(positive("remember", seconds, "s") / (ROWS * dt)))
+        self._count = self._ticks = 0
+
+    @property
+    def stage(self) -> Stage:
+        """Its part in a planner's life."""
+        return Stage(ticks=(CLOCK, FREE, *LED), after=self.see, begin=lambda *_: self.begin())
+
+    def begin(self) -> None:
+        """Forget the way, and keep where the arm is now."""
+        self._count = self._ticks = 0
+        self._keep()
+
+    def see(self, code: int, _inputs: tuple[Any, ...] = ()) -> None:
+        """Keep the place of a tick when it is time."""
+        self._ticks += 1
+        if code >= 0 and self._ticks % self._stride == 0:
+            last = self._rows[(self._count - 1) % ROWS]
+            if np.abs(self._q - last).max() > STOOD:
+                self._keep()
+
+    def _keep(self) -> None:
+        self._rows[self._count % ROWS] = self._q
+        self._count += 1
+
+    @property
+    def q(self) -> FloatArray:
+        """The places in the order of time, (k, nv) [rad or m]; a copy."""
+        first = max(0, self._count - ROWS)
+        return self._rows[np.arange(first, self._count) % ROWS].copy()
