@@ -1,4 +1,4 @@
-"""What a path is: a pose, a twist and an acceleration for every time; a path again and again, or backwards."""
+"""What a path is: a pose, a twist and an acceleration for every time; and paths repeated and backwards."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass

@@ -143,11 +143,6 @@ class Parts:
         memory["jacobian"] = jacobian
         return Parts(memory)
 
-    @property
-    def is_kept(self) -> bool:
-        """Whether later steps leave them as they are."""
-        return "jacobian" in self.memory.dtype.names
-
 
 def parts_in(session: Session, joints: int) -> Parts:
     """The parts of a planner's step, which follow its record."""

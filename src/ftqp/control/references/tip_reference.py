@@ -7,8 +7,9 @@ from typing import final
 import numpy as np
 
 from ftqp.control.references.jerk_limit import RISE_TIME, Motion, State
-from ftqp.core.checks import FloatArray, positive
+from ftqp.core.checks import FloatArray
 from ftqp.core.pose import rotation_exp, rotation_vector, skew
+from ftqp.core.setting import refuse_out_of_range, setting
 
 LEAST_SHARE = 0.2
 """Share of a limit that every axis has at least, before the shares are made one vector of length 1. So that
@@ -39,21 +40,14 @@ class TipLimits:
         InputError: A limit is not positive or not finite.
     """
 
-    speed: float = 0.5
-    acceleration: float = 2.0
-    turn: float = 1.5
-    turn_acceleration: float = 6.0
-    rise_time: float = RISE_TIME
+    speed: float = setting(0.5, unit="m/s", above=0.0)
+    acceleration: float = setting(2.0, unit="m/s2", above=0.0)
+    turn: float = setting(1.5, unit="rad/s", above=0.0)
+    turn_acceleration: float = setting(6.0, unit="rad/s2", above=0.0)
+    rise_time: float = setting(RISE_TIME, unit="s", above=0.0)
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("speed", "m/s"),
-            ("acceleration", "m/s2"),
-            ("turn", "rad/s"),
-            ("turn_acceleration", "rad/s2"),
-            ("rise_time", "s"),
-        ):
-            positive(name, getattr(self, name), unit)
+        refuse_out_of_range(self)
 
 
 @final

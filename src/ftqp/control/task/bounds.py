@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
-from ftqp.core.checks import non_negative, positive
 from ftqp.core.errors import InputError, nearest
+from ftqp.core.setting import refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import Conversion
 
 
@@ -44,17 +44,15 @@ class Jin:
     ``docs/theory/joint-limits.md``.
     """
 
-    gamma_p: float = 20.0
-    gamma_v: float = 20.0
-    margin: float = 0.1
-    upsilon: float = 4.0
+    gamma_p: float = setting(20.0, unit="1/s2", above=0.0)
+    gamma_v: float = setting(20.0, unit="1/s", above=0.0)
+    margin: float = setting(0.1, unit="rad", least=0.0)
+    upsilon: float = setting(4.0, unit="1/s", above=0.0)
     name: ClassVar[str] = "jin"
     code: ClassVar[int] = Conversion.JIN
 
     def __post_init__(self) -> None:
-        for key in ("gamma_p", "gamma_v", "upsilon"):
-            positive(key, getattr(self, key))
-        non_negative("margin", self.margin, "rad")
+        refuse_out_of_range(self)
 
 
 @dataclass(frozen=True, slots=True)

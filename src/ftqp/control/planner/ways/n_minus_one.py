@@ -5,6 +5,7 @@ from typing import Any
 
 from ftqp.core.checks import positive
 from ftqp.core.errors import InputError
+from ftqp.core.setting import refuse_out_of_range, setting
 
 LEAST_RATE, MOST_RATE = 1.0, 200.0
 """How often it may be looked ahead [Hz], by convention."""
@@ -32,18 +33,16 @@ class NMinusOne:
     Source: docs/theory/ways-out.md, "N-1 on line".
     """
 
-    horizon: float = 2.0
+    horizon: float = setting(2.0, unit="s", above=0.0)
     rate: float = 20.0
-    tolerance: float = 2e-3
-    rotation_tolerance: float = 0.02
+    tolerance: float = setting(2e-3, unit="m", above=0.0)
+    rotation_tolerance: float = setting(0.02, unit="rad", above=0.0)
     leads: bool = True
     waits: bool = False
     budget: int = 25_000
 
     def __post_init__(self) -> None:
-        positive("horizon", self.horizon, "s")
-        positive("tolerance", self.tolerance, "m")
-        positive("rotation_tolerance", self.rotation_tolerance, "rad")
+        refuse_out_of_range(self)
         if not isinstance(self.budget, int) or self.budget < 1:
             raise InputError(f"budget is {self.budget!r:.60}, expected a number of ticks, 1 or more")
         if not LEAST_RATE <= positive("rate", self.rate, "Hz") <= MOST_RATE:
