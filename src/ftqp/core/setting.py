@@ -1,6 +1,7 @@
 """Settings: what an option says of itself, once; checks, files and listings of keys are made of it.
 
-Its words are those of its class's docstring, under ``Args`` or ``Attributes``; its field has range and unit.
+Its words are those of its class's docstring, under ``Args`` or ``Attributes``, or of that of the class that
+it names as ``explained_by``; its field has range and unit.
 """
 
 import re
@@ -168,7 +169,7 @@ def _keys_of(owner: Any) -> Mapping[str, Key]:
 
 def _words(owner: type[Any], name: str) -> str:
     """What docstrings say of an argument: their first clause, and what it is if it is not given."""
-    told = (cleandoc(kind.__doc__ or "") for kind in owner.__mro__)
+    told = (cleandoc(kind.__doc__ or "") for kind in (*owner.__mro__, getattr(owner, "explained_by", object)))
     found = (re.search(rf"^    {name}: (.*(?:\n        .*)*)", doc, re.MULTILINE) for doc in told)
     entry = next((match[1] for match in found if match), "")
     text = re.sub(r" \[[^]]*\]", "", " ".join(entry.split()).replace("``", "'"))  # units stand beside it

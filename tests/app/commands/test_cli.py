@@ -205,7 +205,7 @@ def test_keys_of_a_scenario_come_with_default_and_unit() -> None:
         "key": "planner.dt",
         "default": "0.001",
         "unit": "s",
-        "meaning": "control period, 0 < dt <= 1",
+        "meaning": "the sampling period",
     }
     assert rows["path(circle).radius"]["default"] == "needed"
     assert all(row["meaning"] for row in rows.values())

@@ -1,11 +1,12 @@
 """The table ``[planner]``: its own keys, and those that its parts declare."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from ftqp.app.schema.reading import Options, Table, options
 from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.control.following.stall import StallEscape
+from ftqp.control.planner.planner import Planner
 from ftqp.control.task.task import EmergencyStop, Task
 from ftqp.core.errors import InputError
 from ftqp.core.setting import setting
@@ -19,18 +20,17 @@ Named = dict[str, Any]
 class PlannerTable(Table):
     """How the next command is chosen."""
 
-    dt: float = setting(1e-3, "control period, 0 < dt <= 1", unit="s", above=0.0, most=1.0)
-    level: str = setting("acceleration", "what is decided", choices=("acceleration", "velocity"))
-    drive: Options[Drive] = setting(
-        options(Drive), "what the arm takes, or a table that says more", short="kind"
-    )
-    noise: Options[Noise] = setting(options(Noise), "how noisy measurements are believed to be")
+    explained_by: ClassVar[type[Planner]] = Planner
+    dt: float = setting(1e-3, unit="s", above=0.0, most=1.0)
+    level: str = setting("acceleration", choices=("acceleration", "velocity"))
+    drive: Options[Drive] = setting(options(Drive), short="kind")
+    noise: Options[Noise] = setting(options(Noise))
     scheme: Named | None = setting(
         None,
         "a scheme or a table with its gains, see `ftqp schemes`; mvn, or rmp with a plan, if absent",
         short="name",
     )
-    task: Options[Task] = setting(options(Task), "what the tip has to follow")
+    task: Options[Task] = setting(options(Task))
     bounds: Named = setting(
         {"name": "viability"}, "'viability', 'jin', 'one_step' or a table with the gains of jin", short="name"
     )
@@ -40,28 +40,19 @@ class PlannerTable(Table):
         short="name",
     )
     profile: str | None = setting(None, "a backend's TOML profile, in place of backend", file=True)
-    posture: tuple[float, ...] | None = setting(
-        None, "the posture that rmp returns to; the start if absent", unit="rad or m"
-    )
+    posture: tuple[float, ...] | None = setting(None, unit="rad or m")
     plan: str | None = setting(
         None,
         "a file of `ftqp plan`: the arm starts as it does, and its postures lead the null space; "
         "scheme is rmp if absent",
         file=True,
     )
-    branch_limits: dict[str, tuple[float, float]] | None = setting(
-        None,
-        "ranges inside those of some joints, { joint = [low, high] }, to keep its branch",
-        unit="rad or m",
-        infinite=True,
-    )
-    torque_limits: bool = setting(True, "whether torque limits are constraints")
+    branch_limits: dict[str, tuple[float, float]] | None = setting(None, unit="rad or m", infinite=True)
+    torque_limits: bool = setting(True)
     emergency: Options[EmergencyStop] | None = setting(
         options(EmergencyStop), "the emergency stop; 'off' to have none", off=True
     )
-    detector: Options[Detector] | None = setting(
-        None, "what looks for failures that nobody announces; nothing does if absent"
-    )
+    detector: Options[Detector] | None = setting(None)
     stall: Options[StallEscape] | None = setting(
         options(StallEscape),
         "the escape of a stalled path, for reference = 'progress'; 'off' to have none",
@@ -80,9 +71,7 @@ class PlannerTable(Table):
         least=0.0,
     )
 
-    remember: float | None = setting(
-        None, "how long the way of the joints is kept for ways out; not at all if absent", unit="s", above=0.0
-    )
+    remember: float | None = setting(None, unit="s", above=0.0)
 
     def __post_init__(self) -> None:
         if self.backend is not None and self.profile is not None:
