@@ -10,6 +10,8 @@ from ftqp.core.errors import InputError
 from ftqp.core.setting import keys_of
 from ftqp.faults.kinds import KINDS, Degraded, FreeSwinging, Locked
 
+BRAKING = "a finite number > 0 rad/s2 or m/s2"
+
 
 @pytest.mark.parametrize(
     ("make", "sentence"),
@@ -23,8 +25,11 @@ from ftqp.faults.kinds import KINDS, Degraded, FreeSwinging, Locked
             lambda: Locked(0, reset="moment"),
             "reset is 'moment' (did you mean 'momentum'?), expected one of kinematic, momentum, task",
         ),
-        (lambda: Locked(0, deceleration=0.0), "deceleration is 0, expected a finite number > 0 rad/s2"),
-        (lambda: Locked(0, deceleration=np.nan), "deceleration is nan, expected a finite number > 0 rad/s2"),
+        (
+            lambda: Locked(0, deceleration=0.0),
+            f"deceleration is 0, expected {BRAKING}",
+        ),
+        (lambda: Locked(0, deceleration=np.nan), f"deceleration is nan, expected {BRAKING}"),
         (lambda: FreeSwinging(0, damping=-1.0), "damping is -1, expected a finite number >= 0 N m s/rad"),
         (lambda: FreeSwinging(0, damping=np.inf), "damping is inf, expected a finite number >= 0 N m s/rad"),
         (lambda: Degraded(0, velocity=0.0), "velocity is 0, expected a finite number > 0"),

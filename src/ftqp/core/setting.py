@@ -14,7 +14,7 @@ from typing import Any, Final, get_args, get_origin, get_type_hints
 import numpy as np
 
 from ftqp.core.checks import as_number, non_negative, numbers, positive
-from ftqp.core.errors import InputError
+from ftqp.core.errors import InputError, nearest
 
 BOUNDS: Final = (
     ("above", "greater than"),
@@ -201,9 +201,14 @@ def classes_in(hint: Any) -> Iterator[type[Any]]:
 
 
 def refuse_out_of_range(made: Any, whose: str = "", *, every: bool = False) -> None:
-    """Refuse numbers of a dataclass, or lists of them, that are out of its settings' ranges; None passes."""
+    """Refuse numbers of a dataclass, or lists of them, out of its settings' ranges, and unknown words."""
     for name, key in keys_of(type(made)).items():
         value, says = getattr(made, name), key.says
+        if value is not None and says.choices and value not in says.choices:
+            raise InputError(
+                f"{name}{whose} is {value!r:.80}{nearest(str(value), says.choices)}, expected one of "
+                f"{', '.join(says.choices)}"
+            )
         bounds = BOUNDS if every else BOUNDS[:2]
         if value is None or all(getattr(says, bound) is None for bound, _ in bounds):
             continue

@@ -18,19 +18,14 @@ from math import isnan
 from types import MappingProxyType
 from typing import Any, ClassVar, Never, NoReturn
 
-from ftqp.core.checks import as_number, non_negative, positive
-from ftqp.core.errors import InputError, nearest, unknown
-from ftqp.core.setting import setting
+from ftqp.core.checks import as_number, positive
+from ftqp.core.errors import InputError, unknown
+from ftqp.core.setting import refuse_out_of_range, setting
 
 MODES = ("ramp", "instant")
 RESETS = ("kinematic", "momentum", "task")
 NOTHING: Mapping[str, str] = MappingProxyType({})
 """The ``shares`` of a kind that leaves no limit lower than before."""
-
-
-def _choice(name: str, got: str, valid: tuple[str, ...]) -> None:
-    if got not in valid:
-        raise InputError(f"{name} is {got!r}{nearest(str(got), valid)}, expected one of {', '.join(valid)}")
 
 
 def _share(name: str, value: float) -> None:
@@ -44,8 +39,9 @@ class Locked:
 
     Args:
         joint: The joint's name or its 0-based index.
-        mode: ``ramp`` brings the joint to rest at ``deceleration`` while the others compensate; ``instant``
-            sets its velocity to zero at once, as in Jin et al. 2017, and the tip leaves its path by more.
+        mode: How it comes to rest: by ``ramp`` it brakes at ``deceleration`` while the others compensate;
+            ``instant`` sets its velocity to zero at once, as in Jin et al. 2017, and the tip leaves its path
+            by more.
         deceleration: Braking of the ramp, > 0 [rad/s2 or m/s2]. A larger one stops the joint sooner and asks
             more of the others at that moment. None is a quarter of the joint's acceleration limit.
         reset: What the velocities of the others do at an ``instant`` lock: ``kinematic`` leaves them,
@@ -64,22 +60,12 @@ class Locked:
     shares: ClassVar[Mapping[str, str]] = NOTHING
 
     joint: str | int
-    mode: str = setting("ramp", "brakes, or is at rest at once", choices=MODES)
-    deceleration: float | None = setting(
-        None,
-        "braking of a ramp, > 0; a quarter of the acceleration limit if absent",
-        unit="rad/s2 or m/s2",
-        above=0.0,
-    )
-    reset: str = setting(
-        "kinematic", "what the healthy joints' velocities do at an instant lock", choices=RESETS
-    )
+    mode: str = setting("ramp", choices=MODES)
+    deceleration: float | None = setting(None, unit="rad/s2 or m/s2", above=0.0)
+    reset: str = setting("kinematic", choices=RESETS)
 
     def __post_init__(self) -> None:
-        _choice("mode", self.mode, MODES)
-        _choice("reset", self.reset, RESETS)
-        if self.deceleration is not None:
-            positive("deceleration", self.deceleration, "rad/s2")
+        refuse_out_of_range(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,12 +95,11 @@ class FreeSwinging:
     shares: ClassVar[Mapping[str, str]] = NOTHING
 
     joint: str | int
-    damping: float = setting(0.0, "viscous friction, >= 0", unit="N m s/rad", least=0.0)
-    friction: float = setting(0.0, "Coulomb friction, >= 0", unit="N m", least=0.0)
+    damping: float = setting(0.0, unit="N m s/rad", least=0.0)
+    friction: float = setting(0.0, unit="N m", least=0.0)
 
     def __post_init__(self) -> None:
-        non_negative("damping", self.damping, "N m s/rad")
-        non_negative("friction", self.friction, "N m")
+        refuse_out_of_range(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,11 +129,11 @@ class Degraded:
     )
 
     joint: str | int
-    velocity: float = setting(1.0, "part of the speed limit left, 0 < x <= 1", above=0.0, most=1.0)
-    acceleration: float = setting(1.0, "part of the acceleration limit left, 0 < x <= 1", above=0.0, most=1.0)
-    torque: float = setting(1.0, "part of the torque limit left, 0 < x <= 1", above=0.0, most=1.0)
-    q_min: float | None = setting(None, "least position left", unit="rad or m")
-    q_max: float | None = setting(None, "greatest position left", unit="rad or m")
+    velocity: float = setting(1.0, above=0.0, most=1.0)
+    acceleration: float = setting(1.0, above=0.0, most=1.0)
+    torque: float = setting(1.0, above=0.0, most=1.0)
+    q_min: float | None = setting(None, unit="rad or m")
+    q_max: float | None = setting(None, unit="rad or m")
 
     def __post_init__(self) -> None:
         for name in ("velocity", "acceleration", "torque"):

@@ -128,7 +128,7 @@ def test_lost_sensor_of_a_torque_arm_asks_for_all_brakes_where_they_close_togeth
 
 
 def test_unknown_brakes_are_refused_with_the_names_that_there_are():
-    with pytest.raises(ftqp.InputError, match=r"brakes is 'some'.* expected one of each, all, none"):
+    with pytest.raises(ftqp.InputError, match=r"brakes of the drive is 'some'.* one of each, all, none"):
         ftqp.Drive(brakes="some")
 
 

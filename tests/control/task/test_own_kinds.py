@@ -46,7 +46,7 @@ class Slow(OwnConstraint):
         ({"radius": -1}, "radius of Reach is -1, expected a finite number >= 0 m"),
         ({"radius": float("nan")}, "radius of Reach is nan, expected a finite number >= 0 m"),
         ({"radius": "x"}, "radius of Reach is 'x', expected a number in m"),
-        ({"side": "lefd"}, r"'lefd' is not a side of Reach \(did you mean 'left'"),
+        ({"side": "lefd"}, r"side of Reach is 'lefd' \(did you mean 'left'"),
         ({"corner": (0.0, -0.6)}, "corner of Reach is -0.6, expected a number greater than -0.5"),
         ({"corner": (0.0, 1.5)}, "corner of Reach is 1.5, expected a number at most 1"),
         ({"turns": 0.5}, "turns is 0.5, expected a whole number >= 1"),

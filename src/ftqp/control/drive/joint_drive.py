@@ -143,11 +143,6 @@ class Drive:
     brakes: str = setting("each", choices=tuple(BRAKES))
 
     def __post_init__(self) -> None:
-        if self.brakes not in BRAKES:
-            raise InputError(
-                f"brakes is {self.brakes!r}{nearest(str(self.brakes), BRAKES)}, expected one of "
-                f"{', '.join(BRAKES)}"
-            )
         if self.kind not in KINDS:
             raise InputError(
                 f"drive is {self.kind!r}{nearest(str(self.kind), KINDS)}, expected one of {', '.join(KINDS)}"

@@ -13,11 +13,11 @@ from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.task.compatibility import refuse
-from ftqp.core.checks import FloatArray, instance, non_negative, positive, seen
-from ftqp.core.errors import InputError, nearest
+from ftqp.core.checks import FloatArray, instance, positive, seen
+from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import pose as checked_pose
-from ftqp.core.setting import setting
+from ftqp.core.setting import refuse_out_of_range, setting
 from ftqp.kernel.entry.session import BaseMemory
 from ftqp.kernel.layout.enums import DELAYS, HAS_BASE, HAS_POSITION, HAS_TIP, HAS_TWIST, Attitude, BaseCode
 from ftqp.kernel.layout.thresholds import SINGULAR_FROM
@@ -82,22 +82,14 @@ class MovingBase:
     anti_windup: bool = setting(False)
 
     def __post_init__(self) -> None:
-        for name, value, valid in (
-            ("sensing", self.sensing, SENSINGS),
-            ("attitude", self.attitude, tuple(ATTITUDES)),
-        ):
-            if value not in valid:
-                raise InputError(
-                    f"{name} is {value!r}{nearest(str(value), valid)}, expected one of {', '.join(valid)}"
-                )
+        refuse_out_of_range(self)
         if not isinstance(self.observer, Observer | None):
             raise InputError(f"observer is {self.observer!r}, expected ftqp.Observer(...) or None")
-        late = non_negative("delay", self.delay, "s") > 0.0
+        late = self.delay > 0.0
         if late != (self.sensing == "late"):
             raise InputError(
                 f"sensing is {self.sensing!r} with a delay of {self.delay:g} s; a delay goes with 'late' only"
             )
-        non_negative("patience", self.patience, "s")
         self.rotation()
 
     def rotation(self) -> FloatArray:

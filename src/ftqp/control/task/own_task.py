@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 
 from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import InputError, unknown
-from ftqp.core.setting import keys_of, refuse_out_of_range, setting
+from ftqp.core.errors import InputError
+from ftqp.core.setting import refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import TASK_ROWS
 from ftqp.kernel.layout.rows import OWN_ROWS
 from ftqp.kernel.layout.scene_room import OWN
@@ -178,10 +178,6 @@ def refuse_unfinished(made: Any, most: int) -> None:
             what = "a property" if name == "count" else "a method filling(robot)"
             raise InputError(f"{kind} has no {name}, expected {what}, as CONTRIBUTING.md shows")
     refuse_out_of_range(made, f" of {made.label}", every=True)
-    for name, key in keys_of(type(made)).items():
-        value = getattr(made, name)
-        if key.says.choices and isinstance(value, str) and value not in key.says.choices:
-            raise unknown(name, value, made.label, key.says.choices)
     count = made.count
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= most:
         raise InputError(

@@ -114,16 +114,7 @@ class Task:
     def __post_init__(self) -> None:
         if self.rows is not None:
             row_indices(self.rows)
-        if self.mode not in MODES:
-            raise InputError(
-                f"task mode is {self.mode!r}{nearest(str(self.mode), MODES)}, "
-                f"expected one of {', '.join(MODES)}"
-            )
-        if self.priority not in PRIORITIES:
-            raise InputError(
-                f"task priority is {self.priority!r}{nearest(str(self.priority), PRIORITIES)}, "
-                f"expected one of {', '.join(PRIORITIES)}"
-            )
+        refuse_out_of_range(self)
         if self.damping is not None and not isinstance(self.damping, DirectionalDamping):
             raise InputError(f"damping is {self.damping!r:.60}, expected an ftqp.DirectionalDamping or None")
         if not isinstance(self.calm, bool):
@@ -133,7 +124,6 @@ class Task:
             priority=self.priority,
             damping="none" if self.damping is None else "directional",
         )
-        refuse_out_of_range(self)
         positive("tolerance", self.tolerance, "m")
         positive("rotation_tolerance", self.rotation_tolerance, "rad")
         if not 1e-12 <= positive("slack", self.slack) <= 1.0:
