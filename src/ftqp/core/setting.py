@@ -5,17 +5,18 @@ it names as ``explained_by``; its field has range and unit.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from inspect import Parameter, cleandoc, signature
-from typing import Any, Final, get_args, get_origin, get_type_hints
+from typing import Any, Final, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from ftqp.core.checks import as_number, non_negative, numbers, positive
 from ftqp.core.errors import InputError, nearest
 
+T = TypeVar("T")
 BOUNDS: Final = (
     ("above", "greater than"),
     ("least", "at least"),
@@ -198,6 +199,18 @@ def classes_in(hint: Any) -> Iterator[type[Any]]:
         yield hint
     for inner in get_args(hint):
         yield from classes_in(inner)
+
+
+def made_from(make: Callable[..., T], given: Mapping[str, Any], whose: str) -> T:
+    """``make(**given)``; a parameter that it has not is refused with those that it has."""
+    known = list(signature(make).parameters)
+    for key in given:
+        if key not in known:
+            raise InputError(
+                f"{key!r} is not a parameter of {whose}{nearest(str(key), known)}; it has "
+                f"{', '.join(known) or 'none'}"
+            )
+    return make(**given)
 
 
 def refuse_out_of_range(made: Any, whose: str = "", *, every: bool = False) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, numbers
 from ftqp.core.errors import InputError, nearest
-from ftqp.core.setting import refuse_out_of_range, setting
+from ftqp.core.setting import made_from, refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import DELAYS, Brakes, DriveKind
 from ftqp.kernel.layout.feedback_rooms import LATER, PACES
 from ftqp.kernel.layout.thresholds import LATELY, NOISE_OF_D
@@ -343,12 +343,7 @@ def by_name(drive: Drive | str | Mapping[str, Any]) -> Drive:
         raise InputError(
             f"drive is {drive!r:.60}, expected one of {', '.join(KINDS)}, a table, or an ftqp.Drive"
         )
-    keys = tuple(Drive.__dataclass_fields__)
     for key, value in drive.items():
-        if key not in keys:
-            raise InputError(
-                f"{key!r} is not a key of a drive{nearest(str(key), keys)}; it has {', '.join(keys)}"
-            )
         if isinstance(value, float) and not isfinite(value):
             raise InputError(f"{key} of the drive is {value}, expected a finite number")
-    return Drive(**drive)
+    return made_from(Drive, drive, "a drive")

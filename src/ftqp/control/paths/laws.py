@@ -8,7 +8,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, unknown
-from ftqp.core.setting import Setting
+from ftqp.core.setting import Setting, made_from
 
 LAW = Setting(
     "law of motion: quintic, cycloid, sine_squared, constant, trapezoid, or a table such as { name, ramp }",
@@ -148,9 +148,4 @@ def by_name(law: str | Mapping[str, Any] | Law) -> Law:
     if not isinstance(name, str) or name not in _LAWS:
         raise unknown("law of motion", name, "ftqp", _LAWS)
     parameters = {key: value for key, value in table.items() if key != "name"}
-    allowed = ("ramp",) if name == Trapezoid.name else ()
-    for key in parameters:
-        if key not in allowed:
-            takes = f"it takes {', '.join(allowed)}" if allowed else "it takes no parameter"
-            raise InputError(f"{key!r} is not a parameter of the law {name!r}; {takes}")
-    return Trapezoid(**parameters) if parameters else _LAWS[name]()
+    return made_from(_LAWS[name], parameters, f"the law {name!r}")

@@ -9,7 +9,7 @@ import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, Noise, by_name
 from ftqp.control.planner.status import REPEATS, STOP_REASONS
-from ftqp.control.planner.step_parts import Pairs
+from ftqp.control.planner.surroundings import Surroundings
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.orders import Orders
@@ -83,9 +83,11 @@ def learned(session: Session, joints: int) -> Learned | None:
 class ArmLoop:
     """Stops and what is observed of the arm."""
 
-    def __init__(self, session: Session, orders: Orders, joints: Sequence[str], pairs: Pairs | None) -> None:
+    def __init__(
+        self, session: Session, orders: Orders, joints: Sequence[str], around: Surroundings | None
+    ) -> None:
         self._session, self._orders = session, orders
-        self._joints, self._pairs = tuple(joints), pairs
+        self._joints, self._around = tuple(joints), around
         self._speed = self._caution = 1.0
         self._named, self._why = 0, ""
 
@@ -164,7 +166,7 @@ class ArmLoop:
             named = ", ".join(self._joints[i] for i in lost) or "v, tau or the tip"
         if reason in (StopReason.OVERLOAD, StopReason.SECOND_FREE):
             named = self._joints[self._named]
-        names = () if self._pairs is None else self._pairs.names
+        names = () if self._around is None else self._around.names
         at = int(K.scene.nearest)
         pair = " and ".join(names[at]) if 0 <= at < len(names) else "two bodies"
         said = (reason is StopReason.ASKED and self._why) or sentence.format(joint=named, pair=pair)

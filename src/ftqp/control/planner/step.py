@@ -455,8 +455,7 @@ class Step:
 
     def _obstacles(self) -> list[Obstacle]:
         named, has_inertia = self._named, bool(self._number("has_inertia"))
-        pairs = () if named.pairs is None else named.pairs.names
-        return obstacles(self._parts, self._joints, has_inertia, named.asked, pairs)
+        return obstacles(self._parts, self._joints, has_inertia, named.asked, named.bodies)
 
     @property
     def clearance(self) -> float:
@@ -469,7 +468,7 @@ class Step:
     @property
     def nearest(self) -> tuple[str, str] | None:
         """The two bodies that are nearest to each other, of those that are kept apart; None without."""
-        pairs = () if self._named.pairs is None else self._named.pairs.names
+        pairs = self._named.bodies
         at = int(self._parts["nearest"][0])
         return pairs[at] if 0 <= at < len(pairs) else None
 

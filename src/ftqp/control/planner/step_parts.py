@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from math import inf
-from typing import NamedTuple, Protocol, final
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from ftqp.qp.problem import SolveStatus
 
 Off = tuple[FloatArray, str | None]
 """How far a task is from its target, and why nothing is known of that, in a sentence; None where it is."""
+Bodies = Sequence[tuple[str, str]]
 RESIDUALS = ("residual_task", "residual_bounds", "residual_dual")
 
 
@@ -64,24 +65,6 @@ class QPReport(NamedTuple):
     time: float | None
 
 
-class Pairs(Protocol):
-    """Who knows what the bodies of pairs are called."""
-
-    @property
-    def names(self) -> Sequence[tuple[str, str]]:
-        """The names of each pair."""
-
-
-class KeptPairs(NamedTuple):
-    """The names of pairs, as they were.
-
-    Attributes:
-        names: Those of each pair.
-    """
-
-    names: Sequence[tuple[str, str]]
-
-
 class Named(NamedTuple):
     """Names beside those of joints.
 
@@ -89,7 +72,7 @@ class Named(NamedTuple):
         tasks: Of the further tasks, with how many numbers an error of each has.
         asked: Of the rows that a planner asks for, by kind.
         failed: Why tasks were left out of the tick, or targets of them, by name; None where none can be.
-        pairs: The names of pairs of bodies; None where none are kept apart.
+        pairs: Says the names of pairs of bodies that are kept apart, or those as they were.
         tip: What the task of the tip is called; None leaves it out of the reports.
         judged: Which numbers of a task's error are metres, and which are angles, by name; tasks of joints and
             of one's own, whose error is not known, are left out.
@@ -106,7 +89,7 @@ class Named(NamedTuple):
     tasks: tuple[tuple[str, int], ...] = ()
     asked: Asked = NOTHING_ASKED
     failed: Mapping[str, str] | None = None
-    pairs: Pairs | None = None
+    pairs: Callable[[], Bodies] | Bodies = ()
     tip: str | None = None
     judged: Mapping[str, tuple[tuple[int, ...], tuple[int, ...]]] = {}
     tolerance: tuple[float, float] = (inf, inf)
@@ -115,6 +98,11 @@ class Named(NamedTuple):
     required: tuple[str, ...] = ()
     held: tuple[str, ...] = ()
     measured: Mapping[str, Callable[[FloatArray], Off] | Off] = {}
+
+    @property
+    def bodies(self) -> Bodies:
+        """The names of each pair of bodies that are kept apart."""
+        return self.pairs() if callable(self.pairs) else self.pairs
 
     def off(self, name: str, errors: FloatArray, q: FloatArray) -> Off:
         """How far a further task is from its target, read-only, and why nothing is known of that."""
@@ -146,7 +134,7 @@ class Named(NamedTuple):
             kept = kept._replace(
                 measured={name: one(q) if callable(one) else one for name, one in kept.measured.items()}
             )
-        return kept if kept.pairs is None else kept._replace(pairs=KeptPairs(kept.pairs.names))
+        return kept._replace(pairs=kept.bodies)
 
 
 class Measures(NamedTuple):

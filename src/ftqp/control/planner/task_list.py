@@ -194,7 +194,7 @@ class TaskList(Mapping[str, RunningTask]):
             (name, 6 if isinstance(one.given, PoseTask | RelativeTask) else 3) for name, one in self.items()
         )
 
-    def named(self, asked: Asked, pairs: Surroundings | None, main: Task) -> Named:
+    def named(self, asked: Asked, around: Surroundings | None, main: Task) -> Named:
         """What a step says of its tasks."""
         tip = self._robot.tip
         judged = {tip: split_rows(sum(1 << k for k in row_indices(main.rows or self._robot.default_rows)))}
@@ -208,6 +208,7 @@ class TaskList(Mapping[str, RunningTask]):
         required = tuple(name for name, one in self.items() if one.given.counts)
         held = tuple(name for name, one in self.items() if one.given.level == FIRST)
         measured = {name: partial(self._off, one) for name, one in self.items() if name not in judged}
+        pairs = () if around is None else lambda: around.names
         return Named(
             self.errors, asked, self.failed, pairs, tip, judged, limits, rows, self._terms.length, required,
             held, measured,

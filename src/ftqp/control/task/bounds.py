@@ -3,12 +3,12 @@
 Each of them is derived in ``docs/theory/joint-limits.md``.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ftqp.core.errors import InputError, nearest
-from ftqp.core.setting import refuse_out_of_range, setting
+from ftqp.core.setting import made_from, refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import Conversion
 
 
@@ -67,9 +67,7 @@ class OneStep:
 
 
 Bounds = Viability | Jin | OneStep
-_KINDS: dict[str, type[Viability] | type[Jin] | type[OneStep]] = {
-    k.name: k for k in (Viability, Jin, OneStep)
-}
+_KINDS: dict[str, Callable[..., Bounds]] = {kind.name: kind for kind in (Viability, Jin, OneStep)}
 
 
 def names() -> tuple[str, ...]:
@@ -94,12 +92,4 @@ def by_name(given: "str | Mapping[str, Any] | Bounds") -> Bounds:
         raise InputError(
             f"{name!r} is not a bound conversion{nearest(str(name), _KINDS)}; there are {', '.join(_KINDS)}"
         )
-    kind = _KINDS[name]
-    known = [f.name for f in fields(kind)]
-    for key in arguments:
-        if key not in known:
-            raise InputError(
-                f"{key!r} is not a parameter of bounds {name!r}{nearest(key, known)}; "
-                f"it has {', '.join(known) or 'none'}"
-            )
-    return kind(**arguments)
+    return made_from(_KINDS[name], arguments, f"bounds {name!r}")

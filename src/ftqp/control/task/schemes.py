@@ -4,7 +4,6 @@ Source: Jin et al. 2017 and the works it builds on; the objectives at both level
 ``docs/theory/schemes.md``.
 """
 
-import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -18,6 +17,7 @@ from ftqp.control.task.resolvers import (
 from ftqp.control.task.scheme import Scheme
 from ftqp.core.checks import non_negative, positive
 from ftqp.core.errors import InputError, nearest
+from ftqp.core.setting import made_from
 from ftqp.kernel.layout.criteria import Criterion
 
 
@@ -221,13 +221,5 @@ def by_name(given: "str | Mapping[str, Any] | Scheme | Resolver | None") -> Sche
         return recipe(given)()
     if not isinstance(given, Mapping) or "name" not in given:
         raise InputError(f"scheme is {given!r}, expected a name, {{name = ..., ...}} or an ftqp.Scheme")
-    make = recipe(str(given["name"]))
-    known = list(inspect.signature(make).parameters)
     arguments = {key: value for key, value in given.items() if key != "name"}
-    for key in arguments:
-        if key not in known:
-            raise InputError(
-                f"{key!r} is not a parameter of scheme {given['name']!r}{nearest(key, known)}; "
-                f"it has {', '.join(known) or 'none'}"
-            )
-    return make(**arguments)
+    return made_from(recipe(str(given["name"])), arguments, f"scheme {given['name']!r}")

@@ -1,19 +1,16 @@
 """A motion tried on a planner of its own: the same ticks as the arm would make, in thought."""
 
 from collections.abc import Sequence
-from typing import Any, Final, NamedTuple, Protocol, final
+from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
 from ftqp.control.inverse_kinematics.passable import HELD, Passable
 from ftqp.control.planner.joint_motion import JointMotion
-from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.planner_view import JointState, PlannerView
-from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target
 from ftqp.control.references.jerk_limit import RISE_TIME, Motion, State
 from ftqp.core.checks import FloatArray
-from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.enums import FALLBACK, INVALID_INPUT, STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.model.robot import Robot
@@ -50,37 +47,6 @@ ROOM_SHARE: Final = 0.1
 limit's whole share counts, at the limit. A convention."""
 
 
-class Twin(Protocol):
-    """What a trial needs of a planner."""
-
-    @property
-    def robot(self) -> Robot:
-        """The arm."""
-
-    @property
-    def dt(self) -> float:
-        """The sampling period [s]."""
-
-    @property
-    def level(self) -> str:
-        """What the QP decides."""
-
-    def reset(self, q: Any, v: Any = None) -> None:
-        """Begin at (q, v)."""
-
-    def step(self, q: Any, v: Any = None, target: Any = None) -> Step:
-        """The command for the next ``dt``."""
-
-    def report(self, fault: Fault) -> None:
-        """Believe a fault."""
-
-    def lead(self, leader: Any) -> Lead:
-        """Ticks that a motion of the joints leads."""
-
-    def view(self) -> PlannerView:
-        """Its state and belief."""
-
-
 class Tried(NamedTuple):
     """What a motion came to.
 
@@ -107,9 +73,9 @@ class Tried(NamedTuple):
 
 @final
 class Trial:
-    """Tries motions from one state of an arm."""
+    """Tries motions from one state of an arm, on a planner of its own."""
 
-    def __init__(self, twin: Twin, start: JointState, passable: Passable) -> None:
+    def __init__(self, twin: Any, start: JointState, passable: Passable) -> None:
         self._twin, self._start, self._passable = twin, start, passable
         self._view = twin.view()
 

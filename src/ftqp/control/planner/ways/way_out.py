@@ -12,7 +12,7 @@ from ftqp.control.inverse_kinematics.passable import HELD, Passable
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
-from ftqp.control.planner.ways.trial import Trial, Tried, Twin, corners, halt_posture, thinned
+from ftqp.control.planner.ways.trial import Trial, Tried, corners, halt_posture, thinned
 from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, frozen, positive
 from ftqp.core.errors import InputError
@@ -53,8 +53,7 @@ WORDS: Final = {
 TRIAL_DT: Final = 8e-3
 """Sampling period of planners for trials [s], if that is longer than the planner's own: motions of joints
 with limited jerk are the same at both, and a trial takes an eighth of the time."""
-Maker = Callable[..., Twin]
-Twins = Callable[[str | None], Twin]
+Twins = Callable[[str | None], Any]
 """Makes a planner for trials, with the task's own rows or fewer."""
 
 
@@ -118,7 +117,7 @@ class WayOut:
         return Remaining(kind=kind, rows=self.rows, until=0.0, q=self.places, sentence=self.sentence)
 
 
-def ways_out(planner: Any, make: Maker, came: FloatArray | None, home: Any) -> tuple[WayOut, ...]:
+def ways_out(planner: Any, came: FloatArray | None, home: Any) -> tuple[WayOut, ...]:
     """Ways out, those that are clear first, in the order: back, back by the tip, home, halt, stop."""
     robot, view = planner.robot, planner.view()
     robot.refuse_floating("ways out need")
@@ -129,7 +128,7 @@ def ways_out(planner: Any, make: Maker, came: FloatArray | None, home: Any) -> t
     passable = planner.passable()
     hang = _hanging(planner, view)
     with quiet():
-        found = _found(planner, partial(_twin, planner, make, hang), view, passable, came, belongs, hang)
+        found = _found(planner, partial(_twin, planner, hang), view, passable, came, belongs, hang)
     return tuple(sorted(found, key=lambda way: not way.clear))
 
 
@@ -141,10 +140,10 @@ def _hanging(planner: Any, view: PlannerView) -> tuple[str, ...]:
     return tuple(free) if rests and planner.drive.brakes == "each" else ()
 
 
-def _twin(planner: Any, make: Maker, hang: tuple[str, ...], rows: str | None) -> Twin:
+def _twin(planner: Any, hang: tuple[str, ...], rows: str | None) -> Any:
     """A planner for trials: this one with a slower clock, and the task's own rows or fewer."""
     own = planner.task
-    twin = make(
+    twin = type(planner)(
         planner.robot, max(planner.dt, TRIAL_DT), level=planner.level, bounds=planner.bounds, emergency=None,
         task=Task(rows=own.rows if rows is None else rows, length=own.length, axis=own.axis),
         torque_limits=bool(np.isfinite(planner.view().limits.tau).any()),
@@ -207,7 +206,7 @@ def _resting(start: JointState, a: FloatArray) -> FloatArray:
 
 
 def _back_by_tip(
-    twin: Twin, start: JointState, passable: Passable, came: FloatArray, rows: str
+    twin: Any, start: JointState, passable: Passable, came: FloatArray, rows: str
 ) -> tuple[FloatArray, Tried] | None:
     """The places of the way along the tip's, as the joints that are left follow it, and what they come to.
 
