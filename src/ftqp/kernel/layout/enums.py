@@ -1,11 +1,33 @@
 """Every code that the record carries, each enumeration once.
 
-Compiled code compares plain integers, so that each enumeration is followed by its members under their short
-names. Whoever shows a code to a person reads its name here.
+Compiled code compares plain integers: ``numbered`` gives those of an enumeration names in its module. Whoever
+shows a code to a person reads its name here.
 """
 
+import sys
+from collections.abc import Callable
 from enum import IntEnum
-from typing import Final
+from typing import TYPE_CHECKING, Final, TypeVar
+
+Kind = TypeVar("Kind", bound=type[IntEnum])
+
+if TYPE_CHECKING:
+
+    def __getattr__(name: str) -> int:
+        """A number that ``numbered`` has named."""
+
+
+def numbered(pattern: str = "{}", **others: str) -> Callable[[Kind], Kind]:
+    """Name the number of each member in its module, as in the pattern, or as it is said for the member."""
+
+    def name(kind: Kind) -> Kind:
+        vars(sys.modules[kind.__module__]).update(
+            {others.get(one.name, pattern.format(one.name)): int(one) for one in kind}
+        )
+        return kind
+
+    return name
+
 
 JOINTS: Final = 64
 """The most joints that an arm may have."""
@@ -15,6 +37,7 @@ SETS: Final = 3
 """The most sets of rows that a task may be reduced to, one after the other."""
 
 
+@numbered()
 class Level(IntEnum):
     """What the QP decides."""
 
@@ -22,9 +45,7 @@ class Level(IntEnum):
     ACCELERATION = 1
 
 
-VELOCITY, ACCELERATION = map(int, Level)
-
-
+@numbered(SCALED="SCALE")
 class Mode(IntEnum):
     """What becomes of the task where it cannot be kept."""
 
@@ -34,9 +55,7 @@ class Mode(IntEnum):
     LEXICOGRAPHIC = 3
 
 
-HARD, SLACK, SCALE, LEXICOGRAPHIC = map(int, Mode)
-
-
+@numbered()
 class Conversion(IntEnum):
     """How joint limits become one interval a joint."""
 
@@ -45,9 +64,7 @@ class Conversion(IntEnum):
     ONE_STEP = 2
 
 
-VIABILITY, JIN, ONE_STEP = map(int, Conversion)
-
-
+@numbered()
 class JointCode(IntEnum):
     """What is believed of a joint; an INSTANT lock jumps to LOCKED at the next tick.
 
@@ -63,9 +80,7 @@ class JointCode(IntEnum):
     MEASURED = 5
 
 
-HEALTHY, BRAKING, LOCKED, FREE, INSTANT, MEASURED = map(int, JointCode)
-
-
+@numbered("RESET_{}")
 class Reset(IntEnum):
     """What the velocities of the other joints do when one is locked at once."""
 
@@ -74,9 +89,7 @@ class Reset(IntEnum):
     TASK = 2
 
 
-RESET_KINEMATIC, RESET_MOMENTUM, RESET_TASK = map(int, Reset)
-
-
+@numbered()
 class Claim(IntEnum):
     """What a solver says of its answer."""
 
@@ -87,9 +100,7 @@ class Claim(IntEnum):
     OUT_OF_TIME = 4
 
 
-SOLVED, MAX_ITERATIONS, INFEASIBLE, FAILED, OUT_OF_TIME = map(int, Claim)
-
-
+@numbered()
 class Status(IntEnum):
     """What a step says to the operator; the sentences are those of ``ftqp.StepStatus``."""
 
@@ -104,9 +115,7 @@ class Status(IntEnum):
     HELD = 8
 
 
-OK, RELAXED, SCALED, LAGGING, FALLBACK, STOPPING, STOPPED, INVALID_INPUT, HELD = map(int, Status)
-
-
+@numbered(NONE="ALL_USABLE")
 class Unusable(IntEnum):
     """Why samples of a tick cannot be used."""
 
@@ -117,9 +126,7 @@ class Unusable(IntEnum):
     """The loop was late: nothing was measured at that tick, and no sensor is to blame."""
 
 
-ALL_USABLE, NOT_FINITE, NOTHING_HEARD = map(int, Unusable)
-
-
+@numbered("{}_DRIVE")
 class DriveKind(IntEnum):
     """What the arm takes."""
 
@@ -128,9 +135,7 @@ class DriveKind(IntEnum):
     TORQUE = 2
 
 
-POSITION_DRIVE, VELOCITY_DRIVE, TORQUE_DRIVE = map(int, DriveKind)
-
-
+@numbered("STOPPED_BY_{}", NONE="NOT_STOPPED", ASKED="STOPPED_AS_ASKED")
 class StopReason(IntEnum):
     """Why a stop is latched; the sentences are those of ``ftqp.Planner.stopped_because``."""
 
@@ -148,22 +153,7 @@ class StopReason(IntEnum):
     SCENE = 11
 
 
-(
-    NOT_STOPPED,
-    STOPPED_AS_ASKED,
-    STOPPED_BY_ERROR,
-    STOPPED_BY_FALLBACKS,
-    STOPPED_BY_SENSOR,
-    STOPPED_BY_DEVIATION,
-    STOPPED_BY_LAG,
-    STOPPED_BY_FREE_JOINT,
-    STOPPED_BY_OVERLOAD,
-    STOPPED_BY_SECOND_FREE,
-    STOPPED_BY_CLEARANCE,
-    STOPPED_BY_SCENE,
-) = map(int, StopReason)
-
-
+@numbered("{}_BRAKES", EACH="EACH_BRAKE", NONE="NO_BRAKES")
 class Brakes(IntEnum):
     """Which brakes an arm has, by the names that ``ftqp.Drive`` gives them."""
 
@@ -172,9 +162,7 @@ class Brakes(IntEnum):
     NONE = 2
 
 
-EACH_BRAKE, ALL_BRAKES, NO_BRAKES = map(int, Brakes)
-
-
+@numbered()
 class Turn(IntEnum):
     """What a tick waits for, where it has no status yet."""
 
@@ -186,9 +174,7 @@ class Turn(IntEnum):
     """A solver has answered."""
 
 
-QP_READY, SOLVE, ANSWERED = map(int, Turn)
-
-
+@numbered()
 class Mistake(IntEnum):
     """A programmer's mistake, in place of a status."""
 
@@ -204,9 +190,7 @@ class Mistake(IntEnum):
     """The target says how fast the tip should move, but not where it should be."""
 
 
-WRONG_SHAPE, NO_ROTATION, NOT_RESET, NOT_READ, TWIST_ALONE = map(int, Mistake)
-
-
+@numbered("{}_STAGE")
 class Stage(IntEnum):
     """Which QP of the fallback cascade is being solved, see ``ftqp.kernel.judge.fallback_cascade``."""
 
@@ -226,22 +210,7 @@ class Stage(IntEnum):
     """None: the answer is the command."""
 
 
-(
-    FIRST_STAGE,
-    MAIN_STAGE,
-    RELAX_STAGE,
-    ELASTIC_STAGE,
-    REST_STAGE,
-    REST_ELASTIC_STAGE,
-    LEAST_EXCESS_STAGE,
-    PLAIN_STAGE,
-    CALM_STAGE,
-    CALM_ELASTIC_STAGE,
-    CLIP_STAGE,
-    COMMAND_STAGE,
-) = map(int, Stage)
-
-
+@numbered("BY_{}", NONE="NO_LIMIT")
 class Limit(IntEnum):
     """Which limit set an end of a joint's interval."""
 
@@ -252,9 +221,7 @@ class Limit(IntEnum):
     FAULT = 4
 
 
-NO_LIMIT, BY_ACCELERATION, BY_VELOCITY, BY_POSITION, BY_FAULT = map(int, Limit)
-
-
+@numbered()
 class FreeMode(IntEnum):
     """What the healthy joints do while one swings freely."""
 
@@ -272,9 +239,7 @@ class FreeMode(IntEnum):
     """They follow the task and make up for where the joint is seen to go: nobody knows yet that it swings."""
 
 
-DECIDE, HOLD, ARREST, STILL, FOLLOW, MAKE_UP = map(int, FreeMode)
-
-
+@numbered("{}_KEPT", POSITION_AXIS="AXIS_KEPT")
 class Kept(IntEnum):
     """What is kept of a pose while a joint swings freely."""
 
@@ -284,6 +249,7 @@ class Kept(IntEnum):
     POSE = 3
 
 
+@numbered(NONE="NOT_REFUSED", TORQUE="TOO_WEAK")
 class Refusal(IntEnum):
     """Why a set of rows cannot be kept while a joint swings freely."""
 
@@ -296,10 +262,7 @@ class Refusal(IntEnum):
     OFF_IN_THE_END = 6
 
 
-NOT_REFUSED, NO_POSTURE, NO_GAIN, OFF_THE_WAY, STOP_TOUCHED, TOO_WEAK, OFF_IN_THE_END = map(int, Refusal)
-NOTHING_KEPT, POSITION_KEPT, AXIS_KEPT, POSE_KEPT = map(int, Kept)
-
-
+@numbered(ERROR="ERROR_RESIDUAL")
 class Residual(IntEnum):
     """What a detector compares with its threshold, joint by joint; slow and fast name the filter."""
 
@@ -319,19 +282,7 @@ class Residual(IntEnum):
     """The second pair over the joint's own inertia [rad/s2 or m/s2]."""
 
 
-(
-    ERROR_RESIDUAL,
-    ACCELERATION_SLOW,
-    ACCELERATION_FAST,
-    TORQUE_SLOW,
-    TORQUE_FAST,
-    MOTOR_SLOW,
-    MOTOR_FAST,
-    OWN_SLOW,
-    OWN_FAST,
-) = map(int, Residual)
-
-
+@numbered("TOLD_{}")
 class ToldDetector(IntEnum):
     """What a detector is told: to begin anew, that a joint has failed, that it works, of another load."""
 
@@ -341,9 +292,13 @@ class ToldDetector(IntEnum):
     LOAD = 3
 
 
-TOLD_ANEW, TOLD_FAILED, TOLD_WORKS, TOLD_LOAD = map(int, ToldDetector)
-
-
+@numbered(
+    "IS_{}",
+    FREE_SWINGING="IS_FREE",
+    SENSOR_FROZEN="IS_FROZEN",
+    SENSOR_BIASED="IS_BIASED",
+    SENSOR_DROPPED="IS_DROPPED",
+)
 class FaultKind(IntEnum):
     """What a detector can say of a joint, bit by bit: a set of kinds is one number."""
 
@@ -354,17 +309,6 @@ class FaultKind(IntEnum):
     SENSOR_FROZEN = 16
     SENSOR_BIASED = 32
     SENSOR_DROPPED = 64
-
-
-(
-    IS_LOCKED,
-    IS_FREE,
-    IS_DEGRADED,
-    IS_RUNAWAY,
-    IS_FROZEN,
-    IS_BIASED,
-    IS_DROPPED,
-) = map(int, FaultKind)
 
 
 AS_TOLD: Final = 1
@@ -394,6 +338,7 @@ HISTORY: Final = 64
 """Capacity: given targets that are kept."""
 
 
+@numbered("{}_ATTITUDE")
 class Attitude(IntEnum):
     """Which attitude of a moving base turns the inertial error into the base's axes."""
 
@@ -402,9 +347,7 @@ class Attitude(IntEnum):
     MEASURED = 2
 
 
-ESTIMATED_ATTITUDE, NOMINAL_ATTITUDE, MEASURED_ATTITUDE = map(int, Attitude)
-
-
+@numbered("BASE_{}")
 class BaseCode(IntEnum):
     """How a task in inertial space goes; the sentences are those of ``ftqp.BaseStatus``."""
 
@@ -416,15 +359,6 @@ class BaseCode(IntEnum):
     HALTED = 5
 
 
-(
-    BASE_TRACKING,
-    BASE_SATURATED,
-    BASE_RANK_DEFICIENT,
-    BASE_UNREACHABLE,
-    BASE_STALE,
-    BASE_HALTED,
-) = map(int, BaseCode)
-
 HAS_TIP: Final = 1
 """What is measured at a tick of a moving base, bit by bit."""
 HAS_POSITION: Final = 2
@@ -435,6 +369,7 @@ HAS_TWIST: Final = 8
 """The twist of the base."""
 
 
+@numbered()
 class ClosedForm(IntEnum):
     """Closed forms: x = J^+ b with scaled columns, its damped form, or the approximate pseudoinverse."""
 
@@ -443,9 +378,7 @@ class ClosedForm(IntEnum):
     APPROXIMATE = 2
 
 
-PSEUDOINVERSE, DAMPED, APPROXIMATE = map(int, ClosedForm)
-
-
+@numbered()
 class Rule(IntEnum):
     """Rules of the damping factor, see ``ftqp.kernel.closed_forms.damping_factor``."""
 
@@ -457,9 +390,7 @@ class Rule(IntEnum):
     EXACT_INF = 5
 
 
-BOUND, BOUND_2, TIGHT, ROW, EXACT_2, EXACT_INF = map(int, Rule)
-
-
+@numbered()
 class Iteration(IntEnum):
     """Methods of the network, by formula in ``ftqp.kernel.dtrnn.iterations``."""
 
@@ -468,9 +399,7 @@ class Iteration(IntEnum):
     IMPLICIT = 2
 
 
-LVI94, E47, IMPLICIT = map(int, Iteration)
-
-
+@numbered()
 class CurveEnd(IntEnum):
     """How a traced curve ended."""
 
@@ -479,9 +408,7 @@ class CurveEnd(IntEnum):
     UNFINISHED = 2  # its memory was full
 
 
-CUT, CLOSED, UNFINISHED = map(int, CurveEnd)
-
-
+@numbered()
 class Ending(IntEnum):
     """What becomes of the tip: at the goal, at rest elsewhere, no rest, at a singularity, or not known."""
 
@@ -492,9 +419,7 @@ class Ending(IntEnum):
     UNRESOLVED = 4
 
 
-CORRECT, ERRONEOUS, NONE, SINGULAR, UNRESOLVED = map(int, Ending)
-
-
+@numbered(VELOCITY="LOST_BY_VELOCITY", SINGULAR="LOST_BY_SINGULARITY")
 class Survival(IntEnum):
     """How the continuation of one pair of joint and instant ends.
 
@@ -514,17 +439,3 @@ class Survival(IntEnum):
     ERROR = 7
     STRUCTURAL = 8
     TOO_NEAR = 9
-
-
-(
-    SURVIVED,
-    LIMIT,
-    LOST_BY_VELOCITY,
-    LOST_BY_SINGULARITY,
-    SINGULAR_VELOCITY,
-    NOT_CONVERGED,
-    NOMINAL,
-    ERROR,
-    STRUCTURAL,
-    TOO_NEAR,
-) = map(int, Survival)

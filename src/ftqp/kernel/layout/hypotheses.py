@@ -7,9 +7,15 @@ lasted is answered by ``ftqp.kernel.feedback.monitor``, what a detector finds by
 """
 
 from enum import IntEnum
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from ftqp.kernel.layout.enums import numbered
+
+if TYPE_CHECKING:
+    from ftqp.kernel.layout.enums import __getattr__ as __getattr__
 
 
+@numbered()
 class Hypothesis(IntEnum):
     """What may be the case with a joint, or with the arm."""
 
@@ -117,6 +123,3 @@ MEAN_TIME: Final = MONITOR[Hypothesis.MOVES].torque
     SURE_OF_PUSH, CALM_TICKS, LONGEST_FIT,
 ) = (row.samples for row in MONITOR[Hypothesis.REPEATS:])  # fmt: skip
 """Times and numbers, as compiled code reads them."""
-(
-    LEFT_BAND, TOO_FAST, SILENT, OBEYS, CLEARED, PREDICTED, BOTH_OBEY, TOUCHED, ALONE_AGAIN, LAGS, FOLLOWS,
-) = range(HYPOTHESES)  # fmt: skip

@@ -1,10 +1,14 @@
 """The rooms of what stands around an arm, and of what is asked beside the task of the tip."""
 
 from enum import IntEnum
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from ftqp.kernel.layout import rows
+from ftqp.kernel.layout.enums import numbered
 from ftqp.kernel.layout.structures import sections
+
+if TYPE_CHECKING:
+    from ftqp.kernel.layout.enums import __getattr__ as __getattr__
 
 CAPSULES = 128
 """The most capsules of an arm, their ends among them. A convention, which sizes memory."""
@@ -25,6 +29,7 @@ HULL_CORNERS, HULL_EDGES, HULL_FACES = 512, 1024, 640
 512, 768 and 384."""
 
 
+@numbered()
 class Shape(IntEnum):
     """What an obstacle is; spheres and capsules are segments."""
 
@@ -36,14 +41,13 @@ class Shape(IntEnum):
     HULL = 5
 
 
-NOTHING, SEGMENT, HALF_SPACE, BOX, CYLINDER, HULL = map(int, Shape)
-
 TERMS = 8
 """The most tasks that a planner may have beside that of the tip. A convention, which sizes memory."""
 PLACES_OF = TERMS + 1
 """Places for them: the one behind the planner's own draws the tip to rows that were given up."""
 
 
+@numbered(JOINTS="JOINT_PLACES")
 class TermKind(IntEnum):
     """What a further task asks for."""
 
@@ -54,7 +58,6 @@ class TermKind(IntEnum):
     OWN = 4
 
 
-FRAME, AXIS, MASS, JOINT_PLACES, OWN = map(int, TermKind)
 BESIDE_TIP, BEFORE_SCHEME = 1, 2
 """How a term stands in the objective where it does not by its weight alone, which is 0."""
 
