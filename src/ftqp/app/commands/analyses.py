@@ -18,7 +18,7 @@ from ftqp.app.commands.options import (
     Source,
     StudyOut,
 )
-from ftqp.app.output.console import ExitCode, answer, say, tell, tell_json, tell_table
+from ftqp.app.output.console import ExitCode, Table, answer, say
 from ftqp.app.scenario import document
 from ftqp.core.errors import InputError
 
@@ -26,7 +26,7 @@ from ftqp.core.errors import InputError
 def tell_bundled(kind: str, key: str, as_json: bool) -> ExitCode:
     """The bundled files of a kind with their stories."""
     found = document.bundled(kind)
-    answer({key: found}, as_json, lambda: tell_table(f"Bundled {key}", ("name", "story"), found.items()))
+    answer({key: found}, as_json, [Table(f"Bundled {key}", ("name", "story"), list(found.items()))])
     return ExitCode.DONE
 
 
@@ -88,28 +88,19 @@ def calibrate(
     found = blank.calibrate(logs, alarms, extrapolate=extrapolate).calibration
     assert found is not None
     found.save(out)
-    if as_json:
-        tell_json(
-            {
-                "file": str(out),
-                "hours": found.hours,
-                "rate": found.rate,
-                "alarms": found.alarms,
-                "rate_interval": [found.rate_low, found.rate_high],
-                "extrapolated": found.extrapolated,
-                "noise": found.sigma,
-                "friction": dict(zip(found.joints, found.coulomb.tolist(), strict=True)),
-            }
-        )
-        return ExitCode.DONE
-    tell(str(found))
-    tell(f"The encoders' noise is {found.sigma:.2g} rad.")
+    friction = dict(zip(found.joints, found.coulomb.tolist(), strict=True))
+    facts = {
+        "file": str(out), "hours": found.hours, "rate": found.rate, "alarms": found.alarms,
+        "rate_interval": [found.rate_low, found.rate_high], "extrapolated": found.extrapolated,
+        "noise": found.sigma, "friction": friction,
+    }  # fmt: skip
+    told = [str(found), f"The encoders' noise is {found.sigma:.2g} rad."]
     if found.coulomb.any():
-        rubs = ", ".join(f"{joint} {f:.2g}" for joint, f in zip(found.joints, found.coulomb, strict=True))
-        tell(f"Coulomb friction [N m]: {rubs}.")
-    else:
+        told.append(f"Coulomb friction [N m]: {', '.join(f'{j} {f:.2g}' for j, f in friction.items())}.")
+    elif not as_json:
         say("note: no friction was found; runs without torques do not show any")
-    tell(f"{out}: use it by calibration = {str(out)!r} in [planner.detector]")
+    told.append(f"{out}: use it by calibration = {str(out)!r} in [planner.detector]")
+    answer(facts, as_json, told)
     return ExitCode.DONE
 
 

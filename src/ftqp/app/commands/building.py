@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from ftqp.app.commands.options import Json, Overrides
-from ftqp.app.output.console import ExitCode, answer, progress, say, tell
+from ftqp.app.output.console import ExitCode, answer, progress, say
 from ftqp.core.errors import InputError, unknown
 
 
@@ -92,7 +92,7 @@ def build(
                 f"with {'-o' if page is None else '--page'}"
             ) from error
     made = {"folder": folder and str(folder), "page": page and str(page)}
-    answer({**made, **bill}, as_json, lambda: tell(_said(folder or page, bill)))
+    answer({**made, **bill}, as_json, [_said(folder or page, bill)])
     for sentence in bill["left_out"]:
         say(f"left out: {sentence}")
     return ExitCode.DONE

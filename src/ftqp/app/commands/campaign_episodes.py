@@ -10,7 +10,7 @@ from ftqp.app.campaign.episode_study import COLUMNS, KIND, Campaign, EpisodeWork
 from ftqp.app.campaign.kept_campaign import STUDY
 from ftqp.app.commands.campaign_section import by_key, campaign_told
 from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
-from ftqp.app.output.console import ExitCode, answer, json_text, tell, tell_all
+from ftqp.app.output.console import ExitCode, Told, answer, json_text
 from ftqp.app.run import runs
 from ftqp.app.run.runs import SUMMARY, write
 from ftqp.app.study.results_file import ResultsFile
@@ -52,7 +52,7 @@ def run_episodes(
         "folder": str(folder),
     }
     write(folder / SUMMARY, json_text(facts))
-    answer(facts, as_json, lambda: _tell(facts, whole=table))
+    answer(facts, as_json, _told(facts, whole=table))
     good = not outcome.crashed and not facts["broken"] and not facts["raised"]
     return ExitCode.DONE if good else ExitCode.STOPPED
 
@@ -76,26 +76,26 @@ def replay_episode(made: Campaign, number: int, out: Path | None, *, as_json: bo
     said = [f"episode {number}: {json.dumps(drawn, default=str)}"]
     said += [f"  {sentence}" for sentence in facts["broken"] or ["every law holds"]]
     said.append(f"files: {folder}; look at it: ftqp view {folder}")
-    answer(facts, as_json, lambda: tell("\n".join(said)))
+    answer(facts, as_json, said)
     return ExitCode.STOPPED if seen.breaches else ExitCode.DONE
 
 
-def _tell(facts: dict[str, Any], *, whole: bool) -> None:
+def _told(facts: dict[str, Any], *, whole: bool) -> Told:
     """The summary for a person."""
-    tell_all(campaign_told(facts | {"given_up": len(facts["crashed"]), "missing": 0}))
+    told = campaign_told(facts | {"given_up": len(facts["crashed"]), "missing": 0})
     if facts["refused"]:
         first = facts["refusals"][0]
         reason = ((first["sentences"] or "").splitlines() or ["no reason was kept"])[-1].removeprefix("  - ")
-        tell(
+        told.append(
             f"{facts['refused']} were not run, as what was drawn is no scenario; episode {first['episode']}: "
             f"{reason}"
         )
-    for item, reason in facts["crashed"].items():
-        tell(f"  episode {item} was given up: {reason} each time; alone: {ALONE.format(item)}")
-    for example in facts["examples"]:
-        tell(f"  episode {example['episode']}: {example['sentences'].splitlines()[0]}")
+    told += [
+        f"  episode {item} was given up: {reason} each time; alone: {ALONE.format(item)}"
+        for item, reason in facts["crashed"].items()
+    ]
+    told += [f"  episode {one['episode']}: {one['sentences'].splitlines()[0]}" for one in facts["examples"]]
     if facts["examples"]:
-        tell(f"  one of them alone, with its log: {ALONE.format('N')}")
-    if whole:
-        tell_all(by_key(facts))
-    tell(f"{facts['seconds']:.1f} s of work; files: {facts['folder']}")
+        told.append(f"  one of them alone, with its log: {ALONE.format('N')}")
+    told += by_key(facts) if whole else []
+    return [*told, f"{facts['seconds']:.1f} s of work; files: {facts['folder']}"]

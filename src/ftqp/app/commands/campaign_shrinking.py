@@ -9,7 +9,7 @@ from typing import Any, Final
 from ftqp.app.campaign.episode_study import Campaign, EpisodeWork
 from ftqp.app.campaign.judged_scenario import broken_by
 from ftqp.app.campaign.shrinking import Broken, shrunk
-from ftqp.app.output.console import ExitCode, answer, progress, tell
+from ftqp.app.output.console import ExitCode, answer, progress
 from ftqp.app.run.runs import SCENARIO, free_folder, make_folder, write
 from ftqp.app.scenario import document
 from ftqp.core.errors import InputError, ScenarioError
@@ -84,7 +84,7 @@ def shrink(made: Campaign, number: int, out: Path | None, *, as_json: bool) -> E
         f"scenarios: {sentence}\n"
         f"run it: ftqp run {folder / SCENARIO}; a test of it: {folder / file}"
     )
-    answer(facts, as_json, lambda: tell(said))
+    answer(facts, as_json, [said])
     return ExitCode.STOPPED
 
 

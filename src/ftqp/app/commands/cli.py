@@ -19,6 +19,7 @@ from ftqp.app.output.console import (
     command,
     say,
     tell,
+    tell_json,
     tell_rows,
     tell_text,
 )
@@ -108,7 +109,7 @@ def run(
         scenario, overrides or (), backend=backend, scheme=scheme, record=record is not None, plan=plan
     )
     result = runs.run(setup, folder, record, drawn=not no_figures)
-    answer(result.summary, as_json, lambda: tell("\n".join(words.report(result.summary))))
+    answer(result.summary, as_json, words.report(result.summary))
     return result.exit_code
 
 
@@ -141,8 +142,7 @@ def replay(
     else:
         names = None if others is None else [name.strip() for name in others.split(",") if name.strip()]
         facts = again.replay(file, recording, tick, backend, names)
-    explain = explanation.tell_overview if tick is None else explanation.tell_replay
-    answer(facts, as_json, lambda: explain(facts))
+    answer(facts, as_json, (explanation.overview if tick is None else explanation.replay)(facts))
     unsolved = tick is not None and facts["solution"]["status"] in ("MAX_ITERATIONS", "FAILED")
     return ExitCode.STOPPED if unsolved else ExitCode.DONE
 
@@ -175,7 +175,7 @@ def compare(
     folder = runs.free_folder(out, "compare")
     combined = combinations(scenarios, overrides or (), backends=backends, schemes=schemes)
     result = comparison.compare(combined, folder, drawn=not no_figures)
-    answer({"runs": result.rows}, as_json, result.tell)
+    answer({"runs": result.rows}, as_json, result.told())
     return result.exit_code
 
 
@@ -204,7 +204,10 @@ def check(
 
     setup = load(scenario, overrides or (), backend=backend, scheme=scheme)
     facts = {"scenario": setup.name, "valid": True, "resolved": setup.content}
-    answer(facts, as_json, lambda: tell_text(setup.toml))
+    if as_json:
+        tell_json(facts)
+    else:
+        tell_text(setup.toml)
     for finding in setup.robot.findings:
         say(f"note: {setup.robot.name}: {finding}")
     end = setup.path.duration if setup.duration is None else setup.duration

@@ -16,7 +16,7 @@ from ftqp.analysis import (
     rest_configurations,
 )
 from ftqp.analysis.planar_links import PlanarLinks
-from ftqp.app.output.console import ExitCode, answer, json_text, say, tell, tell_table
+from ftqp.app.output.console import ExitCode, Table, Told, answer, json_text, say
 from ftqp.app.run.runs import SUMMARY, make_folder, write
 from ftqp.app.scenario.setup import Setup
 from ftqp.core.checks import FloatArray
@@ -74,7 +74,7 @@ def converge(setup: Setup, folder: Path, *, as_json: bool) -> ExitCode:
     make_folder(folder)
     facts["figure"] = _picture(setup, goal, found, learned, folder)
     write(folder / SUMMARY, json_text(facts))
-    answer(facts, as_json, lambda: _tell(facts))
+    answer(facts, as_json, _told(facts))
     return ExitCode.DONE if found.kind == "correct" else ExitCode.STOPPED
 
 
@@ -143,49 +143,34 @@ def _picture(setup: Setup, goal: FloatArray, found: Outcome, learned: LearnedRun
     return str(draw_motions(folder / PICTURE, title, lengths, motions, goal[:2, 3] - links.base))
 
 
-def _tell(facts: dict[str, Any]) -> None:
-    """The facts as sentences and a table."""
+def _told(facts: dict[str, Any]) -> Told:
+    """The facts as sentences and tables."""
     locks = ", ".join(f"{joint} at {np.rad2deg(value):.4g} deg" for joint, value in facts["locked"].items())
     goal = ", ".join(f"{x:.4g}" for x in facts["goal"])
-    tell(
+    told: list[str | Table] = [
         f"{facts['scenario']}: {facts['robot']}, rows {', '.join(facts['rows'])}, goal ({goal}) m; "
-        f"locks {locks}, {100.0 * facts['locked_at_share']:.0f} % of the way done, and nobody notices"
-    )
-    tell(f"  {facts['kind']}: {MEANINGS[facts['kind']]}. {facts['reason']}")
-    if facts["goal_within_reach"]:
-        tell("  the goal is within reach of the other joints")
-    else:
-        tell("  the goal is out of reach of the other joints")
-    learned = 1e3 * facts["learned"]["error"]
-    tell(
+        f"locks {locks}, {100.0 * facts['locked_at_share']:.0f} % of the way done, and nobody notices",
+        f"  {facts['kind']}: {MEANINGS[facts['kind']]}. {facts['reason']}",
+        f"  the goal is {'within' if facts['goal_within_reach'] else 'out of'} reach of the other joints",
         f"  it ends {1e3 * facts['error']:.4g} mm from the goal; a law that learns which joint does nothing "
-        f"ends {learned:.4g} mm from it"
-    )
+        f"ends {1e3 * facts['learned']['error']:.4g} mm from it",
+    ]
     if facts["rate"] is not None:
-        tell(f"  at last the error falls with {abs(facts['rate']):.3g} 1/s at a gain of 1 1/s")
+        told.append(f"  at last the error falls with {abs(facts['rate']):.3g} 1/s at a gain of 1 1/s")
     if facts["ranges"] is not None:
         rows = [
             (name, ", ".join(_interval(low, high) for low, high in intervals) or "nowhere")
             for name, intervals in facts["ranges"].items()
         ]
-        tell("")
-        tell_table("The goal stays within reach with", ("joint", "locked in deg at"), rows)
+        told.append(Table("The goal stays within reach with", ("joint", "locked in deg at"), rows))
     if facts["rests"]:
-        tell("")
-        tell_table(
-            "Rests away from the goal",
-            ("kind", "error in mm", "joints in deg"),
-            [
-                (
-                    rest["kind"],
-                    f"{1e3 * rest['error']:.4g}",
-                    ", ".join(f"{x:.2f}" for x in np.rad2deg(rest["q"])),
-                )
-                for rest in facts["rests"]
-            ],
-            numbers=("error in mm",),
-        )
-    tell(f"  files: {facts['folder']}")
+        heads = ("kind", "error in mm", "joints in deg")
+        rests = [
+            (one["kind"], f"{1e3 * one['error']:.4g}", ", ".join(f"{x:.2f}" for x in np.rad2deg(one["q"])))
+            for one in facts["rests"]
+        ]
+        told.append(Table("Rests away from the goal", heads, rests, heads[1:2]))
+    return [*told, f"  files: {facts['folder']}"]
 
 
 def _interval(low: float, high: float) -> str:

@@ -14,7 +14,7 @@ from ftqp.analysis.survival.coverage_report import SENTENCES
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.app.commands.coverage_words import HEAT_MAP, MOTION, PAGE, coverage_told, write_page
 from ftqp.app.commands.study_folder import study_folder
-from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_all, tell_json
+from ftqp.app.output.console import ExitCode, answer, json_text, say
 from ftqp.app.run.healthy_motion import healthy_motion, motion_of_task
 from ftqp.app.run.runs import SUMMARY, holds, make_folder, write
 from ftqp.app.scenario.setup import load
@@ -79,11 +79,8 @@ def cover(
         facts["mission"] = mission_of(rep, hours)
     facts |= report(found, rep, facts, folder)
     write_verdicts(folder, rep, setup.name, setup.toml, settings.get("velocity"))
-    if as_json:
-        tell_json(facts)
-    else:
-        tell_all(coverage_told(facts))
-        tell(f"files: {folder}; read {folder / PAGE}; ftqp view {folder} plays its failures")
+    files = f"files: {folder}; read {folder / PAGE}; ftqp view {folder} plays its failures"
+    answer(facts, as_json, [*coverage_told(facts), files])
     return ExitCode.DONE
 
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import ftqp
-from ftqp.app.output.console import ExitCode, answer, tell
+from ftqp.app.output.console import ExitCode, answer
 from ftqp.core import clock
 from ftqp.core.errors import FtqpError
 from ftqp.core.extras import NAME, missing_library, remedy_for_extra
@@ -48,7 +48,7 @@ def examine(*, as_json: bool) -> ExitCode:
     checks = [_python(), _processor(), _kernel(), *_packages(), _trial()]
     wrong = sum(one.state == "wrong" for one in checks)
     facts: dict[str, Any] = {"sound": not wrong, "checks": [one._asdict() for one in checks]}
-    answer(facts, as_json, lambda: tell("\n".join(lines(checks, wrong))))
+    answer(facts, as_json, lines(checks, wrong))
     return ExitCode.STOPPED if wrong else ExitCode.DONE
 
 

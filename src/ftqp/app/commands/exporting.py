@@ -8,7 +8,7 @@ import typer
 
 from ftqp import __version__
 from ftqp.app.commands.options import Json
-from ftqp.app.output.console import ExitCode, answer, progress, say, tell
+from ftqp.app.output.console import ExitCode, answer, progress, say
 from ftqp.core.errors import InputError, unknown
 
 FORMATS = {
@@ -42,7 +42,7 @@ def export(
     facts = _of_run(Path(source), form, output) if Path(source).exists() else _of_robot(source, form, output)
     ticks = f"{facts['ticks']} ticks, " if "ticks" in facts else ""
     said = f"{facts['file']}: {FORMATS[form][1]}; {ticks}{_size(facts['bytes'])}"
-    answer(facts, as_json, lambda: tell(said))
+    answer(facts, as_json, [said])
     for note in facts["notes"]:
         say(f"note: {note}")
     return ExitCode.DONE

@@ -8,7 +8,7 @@ import numpy as np
 import typer
 
 from ftqp.app.commands.options import Json
-from ftqp.app.output.console import ExitCode, answer, progress, say, tell, tell_table
+from ftqp.app.output.console import ExitCode, Table, Told, answer, progress, say
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, unknown
 
@@ -101,7 +101,7 @@ def identify(
         found = fitted_arm(arm.robot, every, kinds)
     if output is not None:
         output.write_text(found.fitted.to_urdf(), encoding="utf-8")
-    answer(_facts(found, kinds, output), as_json, lambda: _tell(found, kinds))
+    answer(_facts(found, kinds, output), as_json, _told(found, kinds))
     for note in _notes(found, kinds, every):
         say(f"note: {note}")
     if output is not None:
@@ -158,10 +158,8 @@ def _write_motion(
         _rehearse(arm, moves, rehearsal)
     joints = zip(arm.robot.joints, facts["range"], facts["v"], facts["a"], strict=True)
     rows = [(joint, f"{way:.2f}", f"{v:.2f}", f"{a:.2f}") for joint, way, v, a in joints]
-    answer(
-        facts, as_json,
-        lambda: tell_table(f"{file}: {seconds:g} s", ("joint", "way [rad]", "v [rad/s]", "a [rad/s2]"), rows),
-    )  # fmt: skip
+    heads = ("joint", "way [rad]", "v [rad/s]", "a [rad/s2]")
+    answer(facts, as_json, [Table(f"{file}: {seconds:g} s", heads, rows)])
     say("go it, record t, q.JOINT and tau.JOINT of every joint, and hand the file to ftqp identify")
     return ExitCode.DONE
 
@@ -214,7 +212,7 @@ def _facts(found: "FittedArm", kinds: list[str], file: Path | None) -> dict[str,
     return facts if file is None else {**facts, "file": str(file)}
 
 
-def _tell(found: "FittedArm", kinds: list[str]) -> None:
+def _told(found: "FittedArm", kinds: list[str]) -> Told:
     """What a person reads."""
     from ftqp.model.fitting.fitted_arm import KINDS, LOAD
 
@@ -227,18 +225,18 @@ def _tell(found: "FittedArm", kinds: list[str]) -> None:
         rows.append((joint, *cells, f"{found.before[i]:.3g} -> {found.left[i]:.3g}"))
     heads = [f"{KINDS[name].about} [{KINDS[name].unit}]" for name in each]
     title = f"{found.robot.name} beside its model, with standard errors"
-    tell_table(title, ("joint", *heads, "unexplained [N m]"), rows)
+    table = Table(title, ("joint", *heads, "unexplained [N m]"), rows)
     if LOAD not in kinds:
-        return
+        return [table]
     mass, error, payload = float(found.load[0]), float(found.errors[LOAD][0]), found.payload
     if payload is None:
-        tell(f"No load at the tip is told from none: {mass:.3f} kg, standard error {error:.3f}.")
-        return
+        return [table, f"No load at the tip is told from none: {mass:.3f} kg, standard error {error:.3f}."]
     x, y, z = (1e3 * c for c in payload.com)
-    tell(
+    return [
+        table,
         f"A load of {mass:.3f} kg (standard error {error:.3f}) with its centre at {x:.0f}, {y:.0f}, {z:.0f} "
-        f"mm of {found.robot.tip}: ftqp.Payload({mass:.3f}, ({x / 1e3:.4f}, {y / 1e3:.4f}, {z / 1e3:.4f}))."
-    )
+        f"mm of {found.robot.tip}: ftqp.Payload({mass:.3f}, ({x / 1e3:.4f}, {y / 1e3:.4f}, {z / 1e3:.4f})).",
+    ]
 
 
 def _number(value: float, error: float, untold: bool) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ftqp.app.output.console import ExitCode, answer, say, tell, tell_table
+from ftqp.app.output.console import ExitCode, Table, Told, answer, say
 from ftqp.control.planner.planner import Planner
 from ftqp.control.scene.placed_shapes import Clearance
 from ftqp.core.errors import InputError, MissingPackage, ModelError, unknown
@@ -118,7 +118,7 @@ def inspect(
     if capsules:
         found["capsules"], found["pairs_left_out"] = _bodies(robot)
     found["figure"] = None if folder is None else _picture(robot, folder)
-    answer(found, as_json, lambda: _tell(found))
+    answer(found, as_json, _told(found))
     return ExitCode.DONE
 
 
@@ -280,7 +280,7 @@ def _picture(robot: Robot, folder: Path) -> str | None:
     return str(robot_figure(file, title, robot, robot.neutral))
 
 
-def _tell(found: dict[str, Any]) -> None:
+def _told(found: dict[str, Any]) -> Told:
     """The facts as tables and sentences."""
     survived = found.get("survival", {})
     rows = [
@@ -305,24 +305,22 @@ def _tell(found: dict[str, Any]) -> None:
     count, way = len(found["joints"]), found["base_to_tip"]
     beside = "" if count == way else f" of {count}"
     title = f"{found['robot']}: {way}{beside} joints from base to {found['tip']} [rad, m, s, N m, kg m2]"
-    tell_table(title, heads, rows, numbers=(*NUMBERS, "rotor", *left))
-    tell("")
-    tell_table("Frames, by the joint that they move with", ("joint", "frames"), _by_joint(found["frames"]))
-    tell("")
+    told: list[str | Table] = [
+        Table(title, heads, rows, (*NUMBERS, "rotor", *left)),
+        Table("Frames, by the joint that they move with", ("joint", "frames"), _by_joint(found["frames"])),
+    ]
     if "capsules" in found:
         rows = [_capsule_row(one) for one in found["capsules"]]
         heads = ("body", "frame", "from", "to", "radius", "volume by that of its geometry")
-        tell_table("Bodies as capsules, in their frames, in metres", heads, rows, numbers=heads[4:])
-        tell("")
+        told.append(Table("Bodies as capsules, in their frames, in metres", heads, rows, heads[4:]))
         if found["pairs_left_out"]:
             pairs = ", ".join(f"{a} and {b}" for a, b in found["pairs_left_out"])
-            tell(f"Built too near to each other to be kept apart: {pairs}.")
-    for line in _sentences(found):
-        tell(line)
-    for finding in found["findings"]:
-        tell(f"{finding['severity']}: {finding['sentence']}")
+            told.append(f"Built too near to each other to be kept apart: {pairs}.")
+    told += _sentences(found)
+    told += [f"{finding['severity']}: {finding['sentence']}" for finding in found["findings"]]
     if found["figure"] is not None:
-        tell(f"Picture: {found['figure']} (--out DIR puts it elsewhere, --no-figures draws none)")
+        told.append(f"Picture: {found['figure']} (--out DIR puts it elsewhere, --no-figures draws none)")
+    return told
 
 
 def _capsule_row(one: dict[str, Any]) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 from ftqp import __version__
 from ftqp.analysis import WorkspaceReport
 from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
-from ftqp.app.output.console import ExitCode, answer, json_text, say, tell, tell_table
+from ftqp.app.output.console import ExitCode, Table, Told, answer, json_text, say
 from ftqp.app.run.runs import write
 from ftqp.app.study.results_file import ResultsFile
 from ftqp.app.study.runner import Outcome, refuse_wrong_workers, run_study
@@ -48,7 +48,7 @@ def map_workspace(
     facts = _summary(study, found, outcome, folder)
     facts["figures"] = [str(file) for file in _figures(study, found, folder)]
     write(folder / SUMMARY, json_text(facts))
-    answer(facts, as_json, lambda: _tell(study, facts))
+    answer(facts, as_json, _told(study, facts))
     return ExitCode.STOPPED if outcome.crashed else ExitCode.DONE
 
 
@@ -96,7 +96,7 @@ def _figures(study: WorkspaceStudy, found: dict[str, FloatArray], folder: Path) 
     )
 
 
-def _tell(study: WorkspaceStudy, facts: dict[str, Any]) -> None:
+def _told(study: WorkspaceStudy, facts: dict[str, Any]) -> Told:
     """The summary for a person."""
     joints = (*study.robot.joints, ANY)
     rows = [(name, *(_percent(value) for value in by.values())) for name, by in facts["means"].items()]
@@ -105,18 +105,16 @@ def _tell(study: WorkspaceStudy, facts: dict[str, Any]) -> None:
         for name in ("R100", "C100")
     ]
     title = f"{study.name}: {study.robot.name}, means over {facts['starts']} starts in percent"
-    tell_table(title, ("measure", *joints), rows, numbers=joints)
-    tell("")
-    tell(
+    again = f"the same command with --out {facts['folder']} tries them again"
+    return [
+        Table(title, ("measure", *joints), rows, joints),
         f"{facts['configurations']} ways to the goal, {facts['failed_lines']} of them end at a singularity; "
-        f"{facts['runs']} motions after a failure, {facts['unresolved']} of them unresolved"
-    )
-    tell("R: the goal stays within reach; F: where it does, the tip gets there; C: both, on the whole way.")
-    tell("100: configurations with all of it; avg: their mean; sens: the best minus the worst.")
-    if facts["crashed"]:
-        again = f"the same command with --out {facts['folder']} tries them again"
-        tell(f"{len(facts['crashed'])} starts killed their worker; {again}.")
-    tell(f"{facts['cpu_seconds']:.1f} s of processor time; files: {facts['folder']}")
+        f"{facts['runs']} motions after a failure, {facts['unresolved']} of them unresolved",
+        "R: the goal stays within reach; F: where it does, the tip gets there; C: both, on the whole way.",
+        "100: configurations with all of it; avg: their mean; sens: the best minus the worst.",
+        *([f"{len(facts['crashed'])} starts killed their worker; {again}."] if facts["crashed"] else []),
+        f"{facts['cpu_seconds']:.1f} s of processor time; files: {facts['folder']}",
+    ]
 
 
 def _percent(value: float) -> str:

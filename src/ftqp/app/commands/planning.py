@@ -9,7 +9,7 @@ from ftqp.analysis import Plan, PlanSettings, coverage, plan
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.app.commands import covering
 from ftqp.app.commands.coverage_words import coverage_told
-from ftqp.app.output.console import ExitCode, progress, say, tell, tell_all, tell_json
+from ftqp.app.output.console import ExitCode, answer, progress, say
 from ftqp.app.run.healthy_motion import task_of
 from ftqp.app.scenario.setup import load
 from ftqp.app.study.kept_portions import KeptPortions
@@ -99,11 +99,7 @@ def make_plan(
         facts["mission"] = covering.mission_of(rep, hours)
     if folder is not None:
         facts |= covering.report(found, rep, facts, folder)
-    if as_json:
-        tell_json(facts)
-    else:
-        tell_all(coverage_told(facts))
-        _tell(facts)
+    answer(facts, as_json, [*coverage_told(facts), *_told(facts)])
     return ExitCode.DONE
 
 
@@ -141,10 +137,13 @@ def _about(made: Plan, task: TaskPath, file: Path) -> dict[str, Any]:
     }
 
 
-def _tell(facts: dict[str, Any]) -> None:
+def _told(facts: dict[str, Any]) -> list[str]:
     """The rest, for a person."""
-    moved = {name: facts["settings"][name] for name in ("yaw", "base") if name in facts["settings"]}
+    told = [f"  plan: {facts['file']}; run it: ftqp run {facts['scenario']} --plan {facts['file']}"]
     if facts["moved"]:
-        ways = ", ".join(f"{name} {value}" for name, value in moved.items())
-        tell(f"  the path is moved ({ways}); move path, tool or base of the scenario alike before it is run")
-    tell(f"  plan: {facts['file']}; run it: ftqp run {facts['scenario']} --plan {facts['file']}")
+        settings = facts["settings"]
+        ways = ", ".join(f"{name} {settings[name]}" for name in ("yaw", "base") if name in settings)
+        told.insert(
+            0, f"  the path is moved ({ways}); move path, tool or base of the scenario alike before it is run"
+        )
+    return told

@@ -12,7 +12,7 @@ from ftqp.app.campaign.kept_campaign import kept_campaign
 from ftqp.app.commands.campaign_section import campaign_parts
 from ftqp.app.commands.coverage_words import coverage_parts, read_coverage
 from ftqp.app.output import words
-from ftqp.app.output.console import ExitCode, progress, say, tell, tell_json
+from ftqp.app.output.console import ExitCode, answer, progress, say
 from ftqp.app.run.recorded_robot import recorded_robot
 from ftqp.app.run.runs import SUMMARY, write
 from ftqp.app.study.results_file import FILE_NAME as RESULTS
@@ -127,11 +127,9 @@ def report(folders: Sequence[Path], file: Path, *, full: bool, as_json: bool) ->
     write(file, text)
     for note in notes:
         say(f"note: {note}")
-    if as_json:
-        runs = [summary(result.log) | {"label": result.label} for result in results if result.log is not None]
-        tell_json({"report": str(file), "bytes": size, "notes": notes, "runs": runs})
-    else:
-        tell(f"{file}: {size / 1e6:.1f} MB; open it with any browser, without a network")
+    runs = [summary(result.log) | {"label": result.label} for result in results if result.log is not None]
+    facts = {"report": str(file), "bytes": size, "notes": notes, "runs": runs}
+    answer(facts, as_json, [f"{file}: {size / 1e6:.1f} MB; open it with any browser, without a network"])
     return ExitCode.DONE
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from ftqp.app.compare import comparison_table
 from ftqp.app.compare.combinations import Combination, file_name
-from ftqp.app.output.console import ExitCode, json_text, progress, table_width, tell, tell_table
+from ftqp.app.output.console import ExitCode, Table, Told, json_text, progress, table_width
 from ftqp.app.run import runs
 from ftqp.core.errors import FtqpError, MissingPackage
 from ftqp.sim.log.log_file import load_log
@@ -43,26 +43,22 @@ class Comparison:
         completed = all(row["completed"] for row in self.rows if row["ran"])
         return ExitCode.DONE if completed and not self.failed else ExitCode.STOPPED
 
-    def tell(self) -> None:
-        """The table on stdout, as wide as the terminal allows, and where the files are."""
+    def told(self) -> Told:
+        """The tables, as wide as the terminal allows, and where the files are."""
         why = comparison_table.reasons(self.rows)
         left_out: dict[str, None] = {}
+        told: list[str | Table] = []
         for group in comparison_table.groups(self.rows):
             table = comparison_table.columns(group, why)
             shown, gone = comparison_table.fitting(table, table_width())
             left_out |= {column.name: None for column in gone}
-            tell_table(
-                comparison_table.labels(group)[0],
-                [column.heading for column in shown],
-                zip(*(column.cells for column in shown), strict=True),
-                [column.heading for column in shown if column.number],
-            )
-            tell("")
-        for note in comparison_table.notes(self.rows):
-            tell(note)
+            heads, numbers = [one.heading for one in shown], [one.heading for one in shown if one.number]
+            rows = list(zip(*(one.cells for one in shown), strict=True))
+            told.append(Table(comparison_table.labels(group)[0], heads, rows, numbers))
+        told += comparison_table.notes(self.rows)
         if left_out:
-            tell(f"not shown for lack of space: {', '.join(left_out)}; comparison.md has them")
-        tell(f"files: {self.folder}")
+            told.append(f"not shown for lack of space: {', '.join(left_out)}; comparison.md has them")
+        return [*told, f"files: {self.folder}"]
 
 
 def compare(combinations: Sequence[Combination], folder: Path, *, drawn: bool = True) -> Comparison:

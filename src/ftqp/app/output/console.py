@@ -63,18 +63,42 @@ def tell_json(content: Mapping[str, Any]) -> None:
     tell_text(json_text(content))
 
 
-def answer(facts: Mapping[str, Any], as_json: bool, tell_person: Callable[[], object]) -> None:
-    """A result for a program or a person."""
+class Table(NamedTuple):
+    """A table; ``numbers`` are the heads of columns that stand to the right."""
+
+    title: str
+    heads: Sequence[str]
+    rows: Iterable[Sequence[str]]
+    numbers: Collection[str] = ()
+
+
+Told = Sequence[str | Table]
+"""A result in words: for the terminal, and for a page."""
+
+
+def answer(facts: Mapping[str, Any], as_json: bool, told: Told) -> None:
+    """A result for a program, or on the terminal, where blank lines set tables off."""
     if as_json:
         tell_json(facts)
-    else:
-        tell_person()
+        return
+    for at, one in enumerate(told):
+        if at and (isinstance(one, Table) or isinstance(told[at - 1], Table)):
+            tell("")
+        if isinstance(one, Table):
+            _tell_table(one)
+        else:
+            tell(one)
+
+
+def page_parts(told: Told) -> list[str]:
+    """The same on a page."""
+    return [page.table(*one) if isinstance(one, Table) else page.paragraph(one) for one in told]
 
 
 def tell_rows(key: str, title: str, rows: Sequence[Mapping[str, str]], as_json: bool) -> ExitCode:
     """Rows of named cells, for a program below a key, for a person as a table."""
     cells = [tuple(row.values()) for row in rows]
-    answer({key: list(rows)}, as_json, lambda: tell_table(title, tuple(rows[0]), cells))
+    answer({key: list(rows)}, as_json, [Table(title, tuple(rows[0]), cells)])
     return ExitCode.DONE
 
 
@@ -97,53 +121,19 @@ def _plain(value: Any) -> Any:
     return str(value)
 
 
-def tell_table(
-    title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], numbers: Collection[str] = ()
-) -> None:
-    """A table for a person, on stdout; as wide as its content when stdout is not a terminal."""
-    table = RichTable(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
-    for index, column in enumerate(columns):
+def _tell_table(of: Table) -> None:
+    """A table on stdout; as wide as its content when stdout is not a terminal."""
+    table = RichTable(title=of.title, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    for index, column in enumerate(of.heads):
         table.add_column(
             escape(column),
             overflow="fold",
-            no_wrap=index == 0 or column in numbers,
-            justify="right" if column in numbers else "left",
+            no_wrap=index == 0 or column in of.numbers,
+            justify="right" if column in of.numbers else "left",
         )
-    for row in rows:
+    for row in of.rows:
         table.add_row(*(escape(printable(cell)) for cell in row))
     Console(highlight=False, width=table_width()).print(table)
-
-
-class Table(NamedTuple):
-    """A table; ``numbers`` are the heads of columns that stand to the right."""
-
-    title: str
-    heads: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    numbers: Sequence[str] = ()
-
-
-Told = Iterable[str | Table]
-
-
-def tell_all(told: Told) -> None:
-    """A result on the terminal."""
-    for one in told:
-        if isinstance(one, Table):
-            tell_table(one.title, one.heads, one.rows, numbers=one.numbers)
-            tell("")
-        else:
-            tell(one)
-
-
-def page_parts(told: Told) -> list[str]:
-    """A result on a page."""
-    return [
-        page.table(one.title, one.heads, one.rows, numbers=one.numbers)
-        if isinstance(one, Table)
-        else page.paragraph(one)
-        for one in told
-    ]
 
 
 def table_width() -> int:

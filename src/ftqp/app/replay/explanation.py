@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ftqp.app.output.console import tell, tell_table
+from ftqp.app.output.console import Table, Told
 from ftqp.app.output.words import fault_sentence
 from ftqp.kernel.layout.rows import TORQUE
 from ftqp.qp.adapters.registry import PREFIX
@@ -13,7 +13,7 @@ MOST_TICKS = 12
 """Ranges of ticks that are listed one by one."""
 
 
-def tell_overview(facts: Mapping[str, Any]) -> None:
+def overview(facts: Mapping[str, Any]) -> Told:
     """What a recording holds."""
     first, last = facts["ticks"]
     claims = ", ".join(f"{count} {word}" for word, count in facts["claims"].items())
@@ -27,11 +27,10 @@ def tell_overview(facts: Mapping[str, Any]) -> None:
     if facts["ticks_not_solved"]:
         lines.append(f"  not solved at ticks {_ranges(facts['ticks_not_solved'])}")
     tick = (facts["ticks_not_solved"] or [last])[0]
-    lines.append(f"  look at one: ftqp replay {facts['file']} --tick {tick}")
-    tell("\n".join(lines))
+    return [*lines, f"  look at one: ftqp replay {facts['file']} --tick {tick}"]
 
 
-def tell_replay(facts: Mapping[str, Any]) -> None:
+def replay(facts: Mapping[str, Any]) -> Told:
     """One QP of it, solved again."""
     about, answer, recorded, size = (facts[key] for key in ("metadata", "solution", "recorded", "size"))
     lines = [
@@ -49,10 +48,8 @@ def tell_replay(facts: Mapping[str, Any]) -> None:
     if answer["residuals"] is not None:
         told = ", ".join(f"{name} {_number(value, 2)}" for name, value in answer["residuals"].items())
         lines += [f"  residuals: {told}", f"  objective: {answer['objective']:.9g}"]
-    tell("\n".join([*lines, *_contradiction(answer["certificate"])]))
-    if answer["variables"]:
-        _tell_answer(facts)
-    _tell_backends(facts)
+    held = _answer(facts) if answer["variables"] else []
+    return [*lines, *_contradiction(answer["certificate"]), *held, *_backends(facts)]
 
 
 def _contradiction(certificate: Mapping[str, Any] | None) -> list[str]:
@@ -71,19 +68,18 @@ def _contradiction(certificate: Mapping[str, Any] | None) -> list[str]:
     ]
 
 
-def _tell_answer(facts: Mapping[str, Any]) -> None:
+def _answer(facts: Mapping[str, Any]) -> Told:
     """The three tables of an answer, and in a sentence what holds it."""
     answer = facts["solution"]
-    tell(f"\n{_holding(answer)}\n")
     columns = ("", "lower", "value", "upper", "unit", "at", "multiplier")
     flush = ("lower", "value", "upper", "multiplier")
-    tell_table("Variables", columns, [_bounded(row) for row in answer["variables"]], flush)
+    variables = Table("Variables", columns, [_bounded(row) for row in answer["variables"]], flush)
+    told: list[str | Table] = ["", _holding(answer), variables]
     if answer["torques"]:
         named = all(row["name"].startswith(TORQUE.prefix) for row in answer["torques"])
         prefix = TORQUE.prefix if named else ""
         rows = [_bounded(row | {"name": row["name"].removeprefix(prefix)}) for row in answer["torques"]]
-        tell("")
-        tell_table("Torques" if named else "Two-sided rows", columns, rows, flush)
+        told.append(Table("Torques" if named else "Two-sided rows", columns, rows, flush))
     if answer["task"]:
         asked = [
             (
@@ -96,11 +92,11 @@ def _tell_answer(facts: Mapping[str, Any]) -> None:
             )
             for row in answer["task"]
         ]
-        tell("")
         headings = ("", "asked", "done", "done - asked", "unit", "multiplier")
-        tell_table("Task rows", headings, asked, ("asked", "done", "done - asked", "multiplier"))
+        told.append(Table("Task rows", headings, asked, ("asked", "done", "done - asked", "multiplier")))
         if facts["metadata"].get("task_mode") == "lexicographic":
-            tell("Mode lexicographic: a row asks for what its first stage has found to be possible.")
+            told.append("Mode lexicographic: a row asks for what its first stage has found to be possible.")
+    return told
 
 
 def _bounded(row: Mapping[str, Any]) -> tuple[str, ...]:
@@ -126,27 +122,25 @@ def _at(row: Mapping[str, Any]) -> str:
     return f"{row['name']} ({row['active']})"
 
 
-def _tell_backends(facts: Mapping[str, Any]) -> None:
+def _backends(facts: Mapping[str, Any]) -> Told:
     rows = []
     for row in facts["backends"]:
         # an adapter does not hear how many iterations its solver took
         count = "-" if row["backend"].startswith(PREFIX) or row["iterations"] is None else row["iterations"]
         numbers = (str(count), _number(row["difference"], 2), _number(row["residual"], 2))
         rows.append((row["backend"], row["claim"] or "-", *numbers, row["verdict"]))
-    tell("")
     columns = ("backend", "claim", "iterations", "|x - x_ref|", "residual", "verdict")
-    tell_table("Backends", columns, rows, ("iterations", "|x - x_ref|", "residual"))
+    told: list[str | Table] = [Table("Backends", columns, rows, columns[2:5])]
     if facts["reference"] is not None:
-        tell(f"x_ref: {facts['reference']}")
-        tell("|x - x_ref|: largest entry, slacks left out; residual: the largest of the four")
+        told.append(f"x_ref: {facts['reference']}")
+        told.append("|x - x_ref|: largest entry, slacks left out; residual: the largest of the four")
     asked = [row for row in facts["backends"] if row["status"] is not None]
     wrong, silent = facts["disagree"], facts["gave_up"]
     if len(asked) < 2:
-        tell("no other backend was asked")
-        return
-    told = f"{len(asked) - len(wrong) - len(silent)} of {len(asked)} agree"
-    told += f"; disagree: {', '.join(wrong)}" if wrong else "; nobody disagrees"
-    tell(told + (f"; gave up: {', '.join(silent)}" if silent else ""))
+        return [*told, "no other backend was asked"]
+    ending = f"{len(asked) - len(wrong) - len(silent)} of {len(asked)} agree"
+    ending += f"; disagree: {', '.join(wrong)}" if wrong else "; nobody disagrees"
+    return [*told, ending + (f"; gave up: {', '.join(silent)}" if silent else "")]
 
 
 def _run(about: Mapping[str, Any]) -> str:
