@@ -24,13 +24,11 @@ class Scripted(Backend):
     def __init__(self, claim: Claim, x: Any = SOLUTION, z_box: Any = (2.0, -2.0)) -> None:
         super().__init__("scripted")
         self._claim, self._x, self._z_box = claim, x, z_box
-        self.colds: list[bool] = []
 
     def _prepare(self, qp: QPBuffers) -> None:
         pass
 
     def _run(self, qp: QPBuffers, cold: bool) -> Claim:
-        self.colds.append(cold)
         qp.x[:], qp.z_box[:] = self._x, self._z_box
         qp.y[:] = qp.z[:] = 0.0
         return self._claim

@@ -13,8 +13,6 @@ from comparison.sequences import FOLDER, feasible, names, sequences
 from ftqp.qp import QP, Recording, residuals
 from ftqp.qp.answer_check import infeasibility, scales
 
-"""Bytes that all sequences may take together."""
-
 
 @pytest.fixture(scope="module")
 def everything() -> dict[str, Recording]:

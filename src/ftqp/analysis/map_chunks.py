@@ -116,20 +116,7 @@ def spatial_task(
     W: Any = None,
     seed: int = 0,
 ) -> SpatialTask:
-    """What all points of a map of an arm in space share.
-
-    Args:
-        robot: The arm.
-        goal: A point, (3,) [m], or a pose, (4, 4).
-        rows: ``"position"``, ``"pose"``, or names of task rows.
-        grid: Nodes along each axis, >= 2.
-        configurations: Quasi-random starts at each point, >= 1.
-        steps: Equal parts of a line, >= 1.
-        plane: The plane through the goal that is mapped; None maps all of the space.
-        instants: At how many nodes of a line failures are simulated, >= 1.
-        W: Weights of the joint rates, (nv, nv) or its diagonal (nv,), positive definite; None is the
-            identity.
-        seed: Moves the quasi-random starts.
+    """What all points of a map of an arm in space share; see ``workspace`` for the arguments.
 
     Raises:
         InputError: The goal does not fit the rows or is out of reach, W is not positive definite, or a number

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -147,14 +147,8 @@ def grid_plan(case: PlanCase) -> GridPlan:
     on = task if study.redundancy == 1 else fine
     survives = node_labels(case, on, on.N // task.N, nodes)
     costs = _costs(case, nodes, survives)
-    ways = best_ways(
-        nodes,
-        costs,
-        np.full(task.N, task.dt),
-        farthest=farthest,
-        energy=settings.energy,
-        turning=study.turning,
-    )
+    dt, turning = np.full(task.N, task.dt), study.turning
+    ways = best_ways(nodes, costs, dt, farthest=farthest, energy=settings.energy, turning=turning)
     first = 0 if q0 is not None else int(np.argmin(ways.values[0]))
     if not np.isfinite(ways.values[0][first]):
         starts = np.arange(len(nodes[0])) == 0 if q0 is not None else np.ones(len(nodes[0]), dtype=np.bool_)
@@ -197,26 +191,13 @@ def _nodes(case: PlanCase, task: TaskPath, farthest: FloatArray) -> list[FloatAr
         case.told(k, task.N + 1, "nodes")
 
     study, settings = case.study, case.settings
+    common: dict[str, Any] = {"seed": case.seed, "q0": case.start, "told": tell}
     if study.redundancy == 1:
-        nodes = curve_nodes(
-            study,
-            task.goals,
-            spacing=settings.spacing,
-            seed=case.seed,
-            q0=case.start,
-            told=tell,
-            portions=case.portions,
-        )
-        return [q[task.clear(q)] for q in nodes]
-    nodes = sampled_nodes(
-        study,
-        task.goals,
-        count=settings.nodes,
-        reach=farthest * task.dt,
-        seed=case.seed,
-        q0=case.start,
-        told=tell,
-    )
+        spacing, portions = settings.spacing, case.portions
+        nodes = curve_nodes(study, task.goals, spacing=spacing, portions=portions, **common)
+    else:
+        reach = farthest * task.dt
+        nodes = sampled_nodes(study, task.goals, count=settings.nodes, reach=reach, **common)
     return [q[task.clear(q)] for q in nodes]
 
 

@@ -108,12 +108,8 @@ def better_placed(case: PlanCase, freedoms: Sequence[Freedom]) -> tuple[TaskPath
             kept(float(found), x)
         first = min(tried, key=lambda one: one[0])[1]
         simplex = np.vstack([first, first + 0.15 * np.diag(high - low)])
-        minimize(
-            cost,
-            first,
-            method="Nelder-Mead",
-            options={"maxfev": REFINED, "initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-3},
-        )
+        ends = {"maxfev": REFINED, "xatol": 1e-3, "fatol": 1e-3}
+        minimize(cost, first, method="Nelder-Mead", options={**ends, "initial_simplex": simplex})
     except KeyboardInterrupt:
         if portions.keeps or not tried:
             raise
@@ -238,7 +234,7 @@ def gradient_plan(case: PlanCase, start: FloatArray) -> SpeedPlan:
             )
         q[k + 1] = exact[0]
         case.told(k + 1, task.N, "samples")
-    return SpeedPlan(q=q, speeds=speeds)
+    return q, speeds
 
 
 def measure(study: GoalStudy, q: FloatArray, weights: FloatArray) -> FloatArray:
@@ -407,9 +403,7 @@ def _starts(case: PlanCase) -> FloatArray:
     if case.start is not None:
         return case.start[None]
     nodes = curve_nodes(case.study, case.task.goals[:1], spacing=START_SPACING, seed=case.seed)[0]
-    if not len(nodes):
-        raise unreached(case.study, case.task, 0)
-    clear = np.asarray(nodes[case.task.clear(nodes)])
+    clear = nodes[case.task.clear(nodes)] if len(nodes) else nodes
     if not len(clear):
         raise unreached(case.study, case.task, 0)
     return clear
@@ -448,14 +442,14 @@ def _smoothest(rated: Survivals) -> int:
 
 def _by_constant(case: PlanCase) -> _Found:
     """The paper's sweep."""
-    found = constant_plan(case, _starts(case))
-    return found.q, {"theta": float(found.speeds[0])}
+    q, speeds = constant_plan(case, _starts(case))
+    return q, {"theta": float(speeds[0])}
 
 
 def _by_spline(case: PlanCase) -> _Found:
     """A speed that changes over time."""
-    found = spline_plan(case, _starts(case))
-    return found.q, {"theta": [round(float(speed), 6) for speed in found.speeds]}
+    q, speeds = spline_plan(case, _starts(case))
+    return q, {"theta": speeds.round(6).tolist()}
 
 
 def _by_gradient(case: PlanCase) -> _Found:
@@ -463,9 +457,9 @@ def _by_gradient(case: PlanCase) -> _Found:
     starts = _starts(case)
     if case.start is None:
         by_coverage = replace(case, settings=replace(case.settings, select="coverage"))
-        starts = constant_plan(by_coverage, starts).q[:1]
-    found = gradient_plan(case, starts[0])
-    return found.q, {"theta": [round(float(speed), 6) for speed in found.speeds]}
+        starts = constant_plan(by_coverage, starts)[0][:1]
+    q, speeds = gradient_plan(case, starts[0])
+    return q, {"theta": speeds.round(6).tolist()}
 
 
 _METHODS: Mapping[str, Callable[[PlanCase], _Found]] = {

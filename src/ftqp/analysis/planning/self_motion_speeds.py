@@ -1,9 +1,7 @@
 """Plans by the speed of the self-motion: one speed for all of a path, a spline over time, or a gradient."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
-from typing import final
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -32,13 +30,8 @@ OUT_OF_LIMITS = 1.0
 """What a spline pays for each rad or m beyond a limit, in coverage."""
 
 
-@final
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SpeedPlan:
-    """A trajectory and the speed of its self-motion."""
-
-    q: FloatArray  # Configurations on the samples, (N + 1, nv) [rad or m]
-    speeds: FloatArray  # Of the self-motion between samples, (N,) [rad/s]
+SpeedPlan = tuple[FloatArray, FloatArray]
+"""A trajectory, (N + 1, nv) [rad or m], and the speed of its self-motion between samples, (N,) [rad/s]."""
 
 
 def constant_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
@@ -55,7 +48,7 @@ def constant_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
     begins, speeds = np.repeat(starts, len(thetas), axis=0), np.tile(thetas, len(starts))
     q, kept = _tracks(case.task, begins, speeds)
     best = _best(case, q, begins[kept], speeds[kept])
-    return SpeedPlan(q=q[best], speeds=np.full(case.task.N, speeds[kept][best]))
+    return q[best], np.full(case.task.N, speeds[kept][best])
 
 
 def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
@@ -66,10 +59,9 @@ def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
     """
     task, settings, weights = case.task, case.settings, case.weights
     begin = constant_plan(case, starts)
-    coarse = task.coarse(COARSE)
-    start = begin.q[0]
+    coarse, start, speed = task.coarse(COARSE), begin[0][0], float(begin[1][0])
     knots = np.linspace(task.t[0], task.t[-1], settings.knots)
-    best = np.inf, np.full(settings.knots, begin.speeds[0])
+    best = np.inf, np.full(settings.knots, speed)
     tried = 0
 
     def speeds_at(x: FloatArray, t: FloatArray) -> FloatArray:
@@ -94,20 +86,11 @@ def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
         return float(1.0 - found.coverage[0] - 0.5 * found.completed[0] + OUT_OF_LIMITS * beyond)
 
     first = best[1]
-    spread = 0.25 * max(0.2, abs(float(begin.speeds[0])))
+    spread = 0.25 * max(0.2, abs(speed))
     simplex = np.vstack([first, first + spread * np.eye(settings.knots)])
     try:
-        minimize(
-            cost,
-            first,
-            method="Nelder-Mead",
-            options={
-                "maxfev": settings.evaluations,
-                "initial_simplex": simplex,
-                "xatol": 1e-4,
-                "fatol": 1e-5,
-            },
-        )
+        ends = {"maxfev": settings.evaluations, "xatol": 1e-4, "fatol": 1e-5}
+        minimize(cost, first, method="Nelder-Mead", options={**ends, "initial_simplex": simplex})
     except KeyboardInterrupt:
         if case.portions.keeps:
             raise
@@ -115,9 +98,9 @@ def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
     q, last, _ = continuation_study(task).tracks(start[None], speeds[None])
     if last[0] < task.N:
         return begin
-    both = survivals(task, np.stack([begin.q, q[0]]), settings.stride, weights)
+    both = survivals(task, np.stack([begin[0], q[0]]), settings.stride, weights)
     better = (both.legal[1], both.coverage[1]) > (both.legal[0], both.coverage[0])
-    return SpeedPlan(q=q[0], speeds=speeds) if better else begin
+    return (q[0], speeds) if better else begin
 
 
 def start_ratings(

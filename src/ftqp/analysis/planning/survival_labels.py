@@ -97,7 +97,6 @@ class Survivals:
     completed: FloatArray
     excess: FloatArray  # How far the worst joint is outside its limits, (P,) [rad or m]; 0 inside
     hurry: FloatArray  # Largest |v| / v_max, (P,)
-    energy: FloatArray  # sum |dq|^2 / dt, (P,) [rad^2/s]
     # By how much the arm comes nearer to something than it is to keep, (P,) [m]; 0 if it does not
     short: FloatArray
 
@@ -152,14 +151,13 @@ def survivals(
     outside = np.repeat((beyond[:, at] > OUTSIDE).ravel(), nv)
     survived = (ends.status == SURVIVED) & ~outside
     done = np.where(survived, 1.0, (ends.sample - samples) / (task.N - samples))
-    v = np.diff(q, axis=1) / task.dt
+    speed = np.abs(np.diff(q, axis=1)) / task.dt
     counts = np.ones(len(failed)) if weights is None else weights[failed]
     return Survivals(
         coverage=(counts * survived).reshape(len(q), -1).mean(axis=1),
         completed=(counts * done).reshape(len(q), -1).mean(axis=1),
         excess=np.maximum(beyond.max(axis=1), 0.0),
-        hurry=(np.abs(v) / limits.v_max).max(axis=(1, 2)),
-        energy=(v * v).sum(axis=(1, 2)) * task.dt,
+        hurry=(speed / limits.v_max).max(axis=(1, 2)),
         short=_short(task, q),
     )
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any, Literal, assert_never, final, get_args
+from typing import Any, Literal, final, get_args
 
 import numpy as np
 
@@ -291,23 +291,15 @@ def _is_slower(fault: str) -> bool:
     return kind.works and "v_max" in kind.shares
 
 
-def _told(
-    joint: str, fault: Fault, lock: Literal["instant", "ramp"], velocity: float, brakes: Any
-) -> kinds.Fault:
+def _told(joint: str, fault: Fault, lock: str, velocity: float, brakes: Any) -> kinds.Fault:
     """What the planner is told of a joint."""
     match fault:
         case "free_swinging":
             return kinds.FreeSwinging(joint)
         case "degraded":
             return kinds.Degraded(joint, velocity=velocity)
-        case "locked":
-            return _locked(joint, lock, brakes)
-    assert_never(fault)
-
-
-def _locked(joint: str, lock: Literal["instant", "ramp"], brakes: Any) -> kinds.Locked:
-    if lock == "instant":
-        return kinds.Locked(joint, mode="instant", reset="task")
+        case "locked" if lock == "instant":
+            return kinds.Locked(joint, mode="instant", reset="task")
     if brakes is not None and np.ndim(brakes) > 0:
         raise InputError("deceleration has one number a joint, and a planner takes one for all; give that")
     return kinds.Locked(joint, deceleration=brakes)

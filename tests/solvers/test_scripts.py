@@ -1,0 +1,186 @@
+"""A quick run of each script of comparison: it counts what it says, in tables and in files."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from bench.contenders import Contender
+from comparison.accuracy import Outcome, answers, outcome, summed_up
+from comparison.dtrnn_study import METHODS
+from comparison.dtrnn_study_report import EXPECTED, OBJECTIVES
+from comparison.truth import Fact, truth
+from tests.solvers.stand_ins import SOLVABLE, Scripted, sequence
+
+from ftqp.qp import Claim
+
+ROOT = Path(__file__).resolve().parents[2]
+SEQUENCES = ["panda-healthy", "panda-infeasible"]
+JUDGED = ["active_set", "daqp-fast", "osqp-fast", "quadprog"]
+TIMED = ["active_set", "daqp-fast", "proxqp-fast", "qpsolvers:daqp"]
+ON_BOTH = ["--sequences", ",".join(SEQUENCES), "--backends"]
+RUNS = {
+    "compare_accuracy": ["--quick", *ON_BOTH, ",".join([*JUDGED, "qpsolvers:gurobi"])],
+    "compare_speed": ["--quick", *ON_BOTH, ",".join(TIMED)],
+    "compare_semidefinite": ["--quick"],
+    "study_dtrnn": ["--quick"],
+}
+WITHIN = 0.2
+"""How far iterations may be from the expected ones, as a share."""
+
+
+def script(name: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(ROOT / "solvers" / f"{name}.py"), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=400, check=False)
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[dict[str, Any], Path]]:
+    """What each script prints, and the place of its files but for their ending; run when asked for."""
+
+    class Runs(dict[str, Any]):
+        def __missing__(self, name: str) -> tuple[dict[str, Any], Path]:
+            out = tmp_path_factory.mktemp(name)
+            done = script(name, *RUNS[name], "--json", "--out", str(out))
+            assert done.returncode == 0, done.stderr
+            self[name] = json.loads(done.stdout), out / f"{name}-quick"
+            return self[name]
+
+    return Runs()
+
+
+@pytest.mark.parametrize(
+    ("name", "parts"),
+    [
+        ("compare_accuracy", ("Claims about", "Limitations", "Versions", "Could not take part")),
+        ("compare_speed", ("One solve [us]", "panda-infeasible", "Limitations", "Settings")),
+        ("compare_semidefinite", ()),
+        ("study_dtrnn", ("Iterations on the square", "Certificates", "Settings", "Limitations", "Versions")),
+    ],
+)
+def test_results_are_written_as_json_and_markdown(runs: Any, name: str, parts: tuple[str, ...]) -> None:
+    result, stem = runs[name]
+    assert json.loads(stem.with_suffix(".json").read_text()).items() >= result.items()
+    text = stem.with_suffix(".md").read_text()
+    assert all(f"## {part}" in text for part in parts)
+
+
+@pytest.mark.parametrize(
+    ("name", "contenders"), [("compare_accuracy", JUDGED), ("compare_speed", ["empty", *TIMED])]
+)
+def test_every_contender_answers_every_sequence_cold_and_warm(
+    runs: Any, name: str, contenders: list[str]
+) -> None:
+    result, _ = runs[name]
+    found = {(cell["contender"], cell["sequence"], cell["start"]) for cell in result["cells"]}
+    assert found == {(a, b, c) for a in contenders for b in SEQUENCES for c in ("cold", "warm")}
+    for cell in result["cells"]:
+        if name == "compare_speed":
+            assert 0.0 < cell["p50"] <= cell["worst"]
+            assert cell["setup"] > 0.0
+            assert cell["samples"] >= 1
+        else:
+            facts = result["sequences"][cell["sequence"]]["facts"]
+            assert sum(cell["outcomes"].values()) == sum(facts.values()) == 12
+
+
+def test_exact_solvers_are_right_about_every_solvable_qp(runs: Any) -> None:
+    for cell in runs["compare_accuracy"][0]["cells"]:
+        if cell["contender"] in ("active_set", "quadprog"):
+            assert set(cell["outcomes"]) <= {Outcome.RIGHT.value, Outcome.FOUND.value}
+            assert cell["residuals"]["primal"][1] < 1e-9
+    rows = [row for row in runs["compare_semidefinite"][0]["rows"] if row["backend"] == "active_set"]
+    assert len(rows) == 6 and all(row["right"] == row["of"] > 0 for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("claim", "residual", "fact", "expected"),
+    [
+        (Claim.SOLVED, 1e-9, Fact.SOLVABLE, Outcome.RIGHT),
+        (Claim.SOLVED, 1e-5, Fact.SOLVABLE, Outcome.COARSE),
+        (Claim.SOLVED, 1e-1, Fact.SOLVABLE, Outcome.WRONG),
+        (Claim.MAX_ITERATIONS, 1e-9, Fact.SOLVABLE, Outcome.UNSURE),
+        (Claim.MAX_ITERATIONS, 1e-1, Fact.SOLVABLE, Outcome.GAVE_UP),
+        (Claim.FAILED, np.inf, Fact.SOLVABLE, Outcome.GAVE_UP),
+        (Claim.INFEASIBLE, np.inf, Fact.SOLVABLE, Outcome.FALSE_ALARM),
+        (Claim.INFEASIBLE, np.inf, Fact.INFEASIBLE, Outcome.FOUND),
+        (Claim.FAILED, np.inf, Fact.INFEASIBLE, Outcome.MISSED),
+        (Claim.SOLVED, 1e-1, Fact.INFEASIBLE, Outcome.CLAIMED),
+        (Claim.SOLVED, 1e-1, Fact.OPEN, Outcome.OPEN),
+    ],
+)
+def test_a_claim_is_judged_by_residual_and_fact(
+    claim: Claim, residual: float, fact: Fact, expected: Outcome
+) -> None:
+    assert outcome(claim, residual, fact) is expected
+
+
+def test_a_liar_is_found_out() -> None:
+    tape = sequence(SOLVABLE, SOLVABLE)
+    given = answers(Scripted(Claim.SOLVED, x=(0.0, 0.0), z_box=(0.0, 0.0)), tape, start="warm")
+    who = Contender(name="scripted", settings={"name": "scripted"})
+    cell = summed_up(who, tape, "warm", given, truth(tape.problems, tape.solutions))
+    assert cell["outcomes"] == {"solved, wrong": 2}
+    assert cell["error"] == [0.5, 0.5]
+    assert cell["residuals"]["primal"] == [0.0, 0.0]
+    assert cell["residuals"]["dual"][1] == pytest.approx(3.0 / 4.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("--backends", "dapq"), "'dapq' is not a backend or profile of the bench (did you mean 'daqp'?)"),
+        (("--sequences", "panda-helthy"), "did you mean 'panda-healthy'?"),
+    ],
+)
+def test_an_unknown_name_is_one_sentence_and_exit_code_2(arguments: tuple[str, ...], sentence: str) -> None:
+    done = script("compare_accuracy", "--quick", *arguments)
+    assert done.returncode == 2
+    assert sentence in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(("method", "start"), list(EXPECTED))
+@pytest.mark.parametrize("objective", ["RMP", "DLSM"])
+def test_iterations_on_the_square_are_those_of_the_spec(
+    runs: Any, method: str, start: str, objective: str
+) -> None:
+    wanted = ("square", method, start, objective)
+    keys = ("part", "method", "start", "objective")
+    (cell,) = (c for c in runs["study_dtrnn"][0]["cells"] if tuple(c.get(k) for k in keys) == wanted)
+    expected = EXPECTED[method, start][OBJECTIVES.index(objective)]
+    assert isinstance(expected, tuple)
+    assert cell["median"] == pytest.approx(expected[0], rel=WITHIN)
+    assert cell["max"] == pytest.approx(expected[2], rel=WITHIN)
+    assert cell["capped"] == 0
+
+
+def test_every_method_of_the_network_is_right_about_infeasibility(runs: Any) -> None:
+    found = [cell for cell in runs["study_dtrnn"][0]["cells"] if cell["part"] == "recorded"]
+    assert {cell["method"] for cell in found} >= set(METHODS)
+    assert sum(cell["infeasible"] for cell in found) > 0
+    for cell in found:
+        assert cell["false_alarms"] == cell["called_solved"] == 0
+        assert cell["found"] == cell["infeasible"]
+        assert cell["solvable"] + cell["infeasible"] == cell["count"]
+
+
+def test_every_qp_of_the_study_of_the_cap_has_a_solution_and_some_end_at_the_cap() -> None:
+    found = json.loads(script("dtrnn_cap", "--count", "20", "--json").stdout)
+    for row in found["rows"]:
+        assert row["active_set"] == row["count"] == 20 and set(row["ends"]) <= {"SOLVED", "MAX_ITERATIONS"}
+        assert row["condition"] > 100.0 or row["ends"] == {"SOLVED": 20}
+    assert found["ill_conditioned"] == 180 and 0 < found["capped"] < 90
+
+
+def test_texts_have_the_figures_of_the_report_of_the_cap() -> None:
+    report = (ROOT / "solvers" / "results" / "dtrnn_cap.md").read_text(encoding="utf-8")
+    at_cap, of, percent = re.search(r"1e8: (\d+) of (\d+) at the cap, (\d+) %", report).groups()
+    page = (ROOT / "docs" / "theory" / "recurrent-network.md").read_text(encoding="utf-8")
+    assert f"{at_cap} of {of} ({percent} %)" in page
+    assert f"on {percent} % of feasible QPs" in (ROOT / "docs" / "promises.md").read_text(encoding="utf-8")
+    assert f"{at_cap} of {of}" in (ROOT / "solvers" / "README.md").read_text(encoding="utf-8")
