@@ -7,7 +7,6 @@ import pytest
 
 import ftqp
 from ftqp.analysis.learned_law import DOUBT, Effectiveness, LearnedLaw, LearnedRun, learned_run
-from ftqp.core.errors import InputError
 
 CASES = {
     "2R, A": ([1, 1], (0.0, -30.0), "j1", (1.0 + np.sqrt(0.5), np.sqrt(0.5)), 0.0, 0.0),
@@ -82,18 +81,6 @@ def test_a_panda_reaches_a_pose_with_a_joint_that_nobody_knows_to_be_locked(join
     assert (found.path[:, joint] == q[joint]).all()
 
 
-def test_what_does_not_fit_is_bad_input() -> None:
-    robot = ftqp.robots.load("planar", lengths=[1, 1], continuous=True)
-    with pytest.raises(InputError, match="positive definite"):
-        LearnedLaw(robot, (1.0, 1.0), W=np.diag([1.0, -1.0]))
-    with pytest.raises(InputError, match="'j7' is not a joint"):
-        learned_run(robot, (1.0, 1.0), [0.1, 0.2], ["j7"])
-    with pytest.raises(InputError, match=r"duration is 0\.001 s, expected at least one step of 0.01 s"):
-        learned_run(robot, (1.0, 1.0), [0.1, 0.2], duration=0.001)
-    with pytest.raises(InputError, match="q has shape"):
-        LearnedLaw(robot, (1.0, 1.0)).command([1.0, 2.0, 3.0])
-
-
 def moved(count: int, theta: list[float], noise: float = 0.0, seed: int = 0) -> Effectiveness:
     """What was learned from random motions of joints with this effectiveness."""
     generator = np.random.default_rng(seed)
@@ -126,20 +113,3 @@ def test_a_fault_after_a_long_healthy_motion_is_learned() -> None:
         J, dq = generator.normal(size=(2, 3)), 0.01 * generator.normal(size=3)
         learned.learn(J, dq, J @ (np.array([1.0, 1.0, 0.0 if k > 5_900 else 1.0]) * dq))
     assert learned.theta[2] < 0.05
-
-
-def test_motions_that_do_not_fit_are_bad_input() -> None:
-    learned = Effectiveness(3, 0.01)
-    with pytest.raises(InputError, match=r"dq has shape \(2,\), expected \(nv,\) = \(3,\)"):
-        learned.learn(np.ones((2, 3)), np.ones(2), np.ones(2))
-    with pytest.raises(InputError, match="J has shape"):
-        learned.learn(np.ones((3, 3)), np.ones(3), np.ones(2))
-    with pytest.raises(InputError, match="dx contains NaN"):
-        learned.learn(np.ones((2, 3)), np.ones(3), [np.nan, 0.0])
-    for settings in (
-        {"joints": 0, "dt": 0.01},
-        {"joints": 2, "dt": 0.0},
-        {"joints": 2, "dt": 0.1, "noise": -1.0},
-    ):
-        with pytest.raises(InputError):
-            Effectiveness(**settings)

@@ -48,20 +48,3 @@ def test_map_of_poses_has_a_report_with_intervals(panda):
     assert report.points.shape[1] == 3 and "unresolved" in report.table() and (mean <= 100.0).all()
     with pytest.raises(InputError, match="is not a share of configurations"):
         report.interval("Ravg")
-
-
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        ({"grid": 1}, "grid is 1"),
-        ({"instants": 0}, "instants is 0"),
-        ({"plane": "zx"}, "plane is 'zx'"),
-        ({"horizon": 3.0}, "are for planar arms"),
-        ({"rows": None}, "is not a planar arm"),
-        ({"goal": [9.0, 0.0, 0.0]}, "expected a goal inside the workspace"),
-        ({"W": -np.ones(7)}, "positive definite"),
-    ],
-)
-def test_bad_input_is_refused_in_a_sentence(panda, options, sentence):
-    with pytest.raises(InputError, match=sentence):
-        workspace(panda, **{"goal": [0.5, 0.0, 0.5], "rows": "position", **options})

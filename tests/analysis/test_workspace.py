@@ -7,7 +7,6 @@ import pytest
 
 import ftqp
 from ftqp.analysis import map_chunk, points, workspace, workspace_task
-from ftqp.core.errors import InputError
 
 GOAL = (1.5, 1.5)
 
@@ -116,24 +115,3 @@ def test_report_says_what_was_counted_and_is_saved(arm, tmp_path):
     report.save(tmp_path / "map.npz")
     with np.load(tmp_path / "map.npz") as saved:
         assert np.array_equal(saved["R100"], report.R100) and saved["joints"].tolist() == ["j1", "j2", "j3"]
-
-
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        ({"goal": (4.0, 0.0)}, "goal .* is 4 m from joint 1, expected between 0 and 3 m"),
-        ({"goal": (1.0, 2.0, 3.0, 4.0)}, "goal has shape"),
-        ({"grid": 0}, "grid is 0, expected a whole number from 2"),
-        ({"configurations": 0}, "configurations is 0"),
-        ({"steps": 2.5}, "steps is 2.5"),
-        ({"W": np.diag([1.0, 0.0, 1.0])}, "positive definite"),
-        ({"W": [[1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]}, "not symmetric"),
-        ({"W": np.eye(2)}, "W has shape"),
-        ({"horizon": 0.0}, "horizon is 0"),
-        ({"length": "way"}, "length is 'way'"),
-        ({"jobs": 0}, "jobs is 0"),
-    ],
-)
-def test_bad_input_is_refused_in_a_sentence(arm, options, sentence):
-    with pytest.raises(InputError, match=sentence):
-        workspace(arm, **{"goal": GOAL, **options})

@@ -9,7 +9,6 @@ from scipy.optimize import minimize
 from ftqp.analysis.goals import goal_study
 from ftqp.analysis.manifolds.joint_ranges import joint_ranges, reachable_after
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import InputError
 from ftqp.model import catalog
 from ftqp.model.robot import Robot
 
@@ -163,18 +162,3 @@ def test_several_locks_are_looked_at_together() -> None:
     assert reachable_after(robot, goal, {"j1": 0.3, "j3": -0.4})
     assert not reachable_after(robot, goal, {"j1": 0.3 + np.pi, "j3": -0.4})
     assert reachable_after(robot, goal, {0: 0.3, 1: 0.5, 2: -0.5}) is False  # one joint left of two needed
-
-
-@pytest.mark.parametrize(
-    ("locked", "sentence"),
-    [
-        ({"j9": 0.0}, "is not a joint"),
-        ({"j1": np.nan}, "expected a finite position"),
-        ({"j1": 0.0, 0: 0.0}, "twice"),
-        ({}, "expected 1 to 2 of 3"),
-        ({"j1": 0.0, "j2": 0.0, "j3": 0.0}, "expected 1 to 2 of 3"),
-    ],
-)
-def test_silly_locks_are_refused(locked: dict[str | int, float], sentence: str) -> None:
-    with pytest.raises(InputError, match=sentence):
-        reachable_after(links(1, 1, 1), (1.0, 1.0), locked)

@@ -8,7 +8,6 @@ from ftqp.analysis import outcome, reachable_after
 from ftqp.analysis.manifolds.joint_ranges import joint_ranges
 from ftqp.analysis.rest.linearisation import RestKind, rest_test
 from ftqp.analysis.rest.rest_curves import rest_configurations, rest_curves
-from ftqp.core.errors import InputError
 from ftqp.model import catalog
 
 W = np.array([[1.0, 0.3, 0.0], [0.3, 2.0, -0.4], [0.0, -0.4, 0.7]])
@@ -131,22 +130,6 @@ def test_rests_outside_joint_limits_are_left_out() -> None:
     value = np.deg2rad(45.0)
     assert len(rest_configurations(free, (1.5, 1.5), "j2", value)) == 2
     assert rest_configurations(limited, (1.5, 1.5), "j2", value) == []  # they need joint 3 at 157.5 degrees
-
-
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        ({"joint": "j4"}, "is not a joint"),
-        ({"value": np.inf}, "expected a finite position"),
-        ({"W": -np.eye(3)}, "expected a positive definite matrix"),
-        ({"W": np.ones((2, 2))}, "W has shape"),
-        ({"rows": ("x", "y", "rz"), "goal": np.eye(4)}, "expected at least one joint more than rows"),
-    ],
-)
-def test_silly_input_is_refused(arguments: dict[str, object], sentence: str) -> None:
-    given = {"goal": (1.0, 1.0), "joint": "j1", "value": 0.0, **arguments}
-    with pytest.raises(InputError, match=sentence):
-        rest_configurations(links(1, 1, 1), **given)  # type: ignore[arg-type]
 
 
 def test_joint_that_never_moves_the_tip_is_left_out() -> None:

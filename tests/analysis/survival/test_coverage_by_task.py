@@ -41,15 +41,6 @@ def test_only_joints_on_the_way_count_and_the_verdicts_are_those_of_that_arm():
     assert np.array_equal(found.status, alone.status) and 0.0 < found.coverage <= 1.0
 
 
-def test_wrong_frames_and_motions_are_refused_in_a_sentence():
-    q = np.repeat(BODY.neutral[None], 5, axis=0)
-    poses = np.array([BODY.pose(one) for one in q])
-    with pytest.raises(InputError, match="frame is 'nose'"):
-        coverage(BODY, poses, q, dt=0.1, task="nose")
-    with pytest.raises(InputError, match=r"q has shape \(5, 7\), expected \(N \+ 1, nv\)"):
-        coverage(BODY, poses, q[:, :7], dt=0.1)
-
-
 def test_the_arm_to_a_frame_has_its_joints_with_their_limits_and_moves_alike():
     arm = BODY.arm_to(RIGHT)
     assert arm.is_serial and arm.joints == BODY.joints[7:] and arm.length == BODY.length

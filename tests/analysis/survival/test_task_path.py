@@ -65,24 +65,3 @@ def test_axis_errors_ignore_the_turn_about_the_tool() -> None:
     task = task_path(PANDA, LINE, rows="position_axis")
     off = task_errors(task.rows, True, np.stack([goal, goal]), np.stack([spun, tilted]))
     assert np.allclose(off, [[0.0] * 5, [0.0, 0.0, 0.0, -0.2, 0.0]], atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("path", "settings", "sentence"),
-    [
-        ([], {"dt": 0.1}, "path has 0 samples, expected at least 2"),
-        (np.zeros((1, 3)), {"dt": 0.1}, "path has 1 samples"),
-        (np.full((3, 3), np.nan), {"dt": 0.1}, "sample 0 of the path is not finite"),
-        (np.zeros((3, 5)), {"dt": 0.1}, r"shape \(3, 5\), expected poses"),
-        (np.zeros((3, 4, 4)), {"dt": 0.1}, "sample 0 of the path has a rotation part"),
-        ("line", {"dt": 0.1}, "path is 'line', expected an ftqp path"),
-        (np.zeros((3, 3)), {}, "dt is None"),
-        (LINE, {"dt": 0.0}, "dt is 0"),
-        (LINE, {"rows": "poses"}, "poses"),
-        (LINE, {"q0": Q0 + 0.1}, "off in row .* at sample 0 of the path"),
-        (LINE, {"q0": Q0 + 4.0}, "outside its limits"),
-    ],
-)
-def test_bad_tasks_are_refused_in_one_sentence(path: object, settings: dict, sentence: str) -> None:
-    with pytest.raises(InputError, match=sentence):
-        task_path(PANDA, path, **settings)
