@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.core.errors import InputError, ModelError
 
 BOTH = ftqp.robots.load("dual_panda")
 LEFT, RIGHT = BOTH.tips
@@ -40,10 +39,3 @@ def test_a_goal_is_of_that_tip_while_the_other_stays_and_a_joint_fails(level):
     assert going.status is ftqp.GoToStatus.REACHED
     np.testing.assert_allclose(BOTH.pose(q, RIGHT), goal, atol=1e-3)
     np.testing.assert_allclose(BOTH.pose(q, LEFT), BOTH.pose(BOTH.neutral, LEFT), atol=1e-5)
-
-
-def test_a_frame_that_is_none_or_does_not_move_is_one_sentence():
-    with pytest.raises(InputError, match=r"frame is 'right_hnd' \(did you mean 'right_hand'\?\), expected"):
-        BOTH.with_first_tip("right_hnd")
-    with pytest.raises(ModelError, match="no joint moves 'universe'"):
-        BOTH.with_first_tip("universe")

@@ -1,16 +1,14 @@
 """A robot as its users see it."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from ftqp.control.planner.planner import Planner
-from ftqp.core.errors import InputError, ModelError
+from ftqp.core.errors import ModelError
 from ftqp.model import catalog
-from ftqp.model.limits import JointLimits, within_branch
+from ftqp.model.limits import within_branch
 from ftqp.model.robot import Robot
 
 Urdf = Callable[..., str]
@@ -28,19 +26,6 @@ def test_limits_of_one_joint_are_replaced_by_its_name(two_joints: Urdf) -> None:
     np.testing.assert_array_equal(again.limits.v_max, [plain.limits.v_max[0], 0.1])
 
 
-@pytest.mark.parametrize(
-    ("limits", "sentence"),
-    [
-        ({"q_max": {"c": 1.0}}, "'c' is not a joint of the limits q_max"),
-        ({"q_max": {"a": "far"}}, "q_max of a is 'far', expected a number"),
-        ({"q_top": {"a": 1.0}}, "'q_top' is not a limit of a robot"),
-    ],
-)
-def test_limits_of_a_joint_that_are_none_are_refused(two_joints: Urdf, limits: Any, sentence: str) -> None:
-    with pytest.raises(InputError, match=sentence):
-        Robot.from_urdf(two_joints(), limits=limits)
-
-
 def test_one_number_that_widens_limits_is_a_finding(two_joints: Urdf) -> None:
     plain = Robot.from_urdf(two_joints())
     wide = Robot.from_urdf(two_joints(), limits={"q_max": 9.0}).findings
@@ -48,23 +33,6 @@ def test_one_number_that_widens_limits_is_a_finding(two_joints: Urdf) -> None:
     narrow = Robot.from_urdf(two_joints(), limits={"q_max": 0.5 * plain.limits.q_max.min()}).findings
     assert not any("for all joints is beyond" in f.sentence for f in narrow)
     assert any("v_max = 99 for all" in f.sentence for f in plain.with_limits(v_max=99.0).findings)
-
-
-@pytest.mark.parametrize(
-    ("joint", "message"),
-    [
-        ("c", "'c' is not a joint of two; it has a, b"),
-        (2, r"index 2 of two is out of range, expected 0 to 1"),
-        (-1, "index -1 of two is out of range"),
-        (1.0, "by name or 0-based index, got 1.0"),
-        (True, "by name or 0-based index, got True"),
-    ],
-)
-def test_unknown_joint_is_an_error_that_names_the_valid_ones(
-    two_joints: Urdf, joint: object, message: str
-) -> None:
-    with pytest.raises(InputError, match=message):
-        Robot.from_urdf(two_joints()).joint(joint)  # type: ignore[arg-type]
 
 
 def test_pose_of_a_continuous_joint_takes_angles_or_the_configuration(two_joints: Urdf) -> None:
@@ -87,48 +55,11 @@ def test_given_limits_replace_those_of_the_file_and_of_the_model(two_joints: Urd
     assert robot.model.upperPositionLimit.tolist() == [0.5, 0.6]
 
 
-@pytest.mark.parametrize(
-    ("keywords", "message"),
-    [
-        ({"limits": JointLimits.of(3)}, r"limits are of 3 joints, expected \(nv,\) = \(2,\)"),
-        ({"limits": {"v_max": [1.0]}}, r"v_max has shape \(1,\)"),
-        ({"limits": {"speed": 1.0}}, "'speed' is not a limit"),
-        ({"limits": 3.0}, "limits is of type float"),
-        ({"acceleration": [1.0, 2.0, 3.0]}, r"a_max has shape \(3,\)"),
-        ({"neutral": [9.0, 0.0]}, r"neutral\[0\] is 9, expected a position from -1 to 2"),
-        ({"neutral": [0.0]}, r"neutral has shape \(1,\)"),
-        ({"length": 0.0}, "length is 0, expected a finite number > 0 m"),
-        ({"gravity": [0.0]}, r"gravity has shape \(1,\)"),
-        ({"default_rows": ("x", "q")}, "'q' is not a task row"),
-        ({"default_rows": ()}, "default_rows is empty"),
-        ({"locked": "a"}, r"locked is 'a', expected a list of joints"),
-        ({"locked": ["c"]}, "'c' is not a joint of two"),
-        ({"q_locked": {"b": 0.1}}, "'b', which is not held"),
-    ],
-)
-def test_wrong_arguments_are_input_errors(
-    two_joints: Urdf, keywords: dict[str, object], message: str
-) -> None:
-    with pytest.raises(InputError, match=message):
-        Robot.from_urdf(two_joints(), **keywords)  # type: ignore[arg-type]
-
-
 def test_pinocchio_model_handed_in_is_not_changed() -> None:
     model = catalog.load("planar6").model.copy()
     before = model.copy()
     Robot.from_pinocchio(model, "tip", ["j3"], limits={"v_max": 0.1}, gravity=(0.0, 0.0, 1.0))
     assert model == before
-
-
-def test_a_robot_without_masses_has_no_mass_matrix() -> None:
-    robot = catalog.load("modular11")
-    assert robot.jacobian(robot.neutral).shape == (6, 11)
-    with pytest.raises(InputError, match="modular11 has no masses, so no mass matrix"):
-        robot.mass_matrix(robot.neutral)
-    with pytest.raises(InputError, match="so no bias"):
-        robot.bias(robot.neutral, np.zeros(11))
-    with pytest.raises(InputError, match=r"v has shape \(3,\), expected \(nv,\) = \(7,\)"):
-        catalog.load("panda").bias(np.zeros(7), np.zeros(3))
 
 
 def test_branch_limits_narrow_a_range_and_never_widen_it() -> None:
@@ -138,24 +69,6 @@ def test_branch_limits_narrow_a_range_and_never_widen_it() -> None:
     assert found.limits.q_min[1] == puma.limits.q_min[1] and found.limits.q_max[1] == 0.5
     np.testing.assert_array_equal(found.limits.q_min[3:], puma.limits.q_min[3:])
     assert np.all((found.neutral >= found.limits.q_min) & (found.neutral <= found.limits.q_max))
-
-
-@pytest.mark.parametrize(
-    ("limits", "sentence"),
-    [
-        ({"j9": (0.0, 1.0)}, "'j9' is not a joint of puma560"),
-        ({"j3": 1.0}, r"branch limits of j3 are 1.0, expected \(low, high\)"),
-        ({"j3": (0.0, 1.0, 2.0)}, r"branch limits of j3 are .*, expected \(low, high\)"),
-        ({"j3": (np.nan, 1.0)}, r"branch limits of j3 are \(nan, 1\), expected numbers"),
-        (
-            {"j3": (1.0, 2.0)},
-            r"branch limits of j3 leave nothing: \(1, 2\) of its range \[-3.92699, 0.785398\]",
-        ),
-    ],
-)
-def test_wrong_branch_is_one_clear_sentence(limits: Any, sentence: str) -> None:
-    with pytest.raises(InputError, match=sentence):
-        Planner(catalog.load("puma560"), branch_limits=limits)
 
 
 def mass_matrix(model: pin.Model, q: np.ndarray) -> np.ndarray:
@@ -182,31 +95,6 @@ MIMIC = """<robot name="m"><link name="base"/><link name="one"/><link name="two"
 <limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
 <joint name="b" type="revolute"><parent link="one"/><child link="two"/><axis xyz="0 0 1"/>
 <limit lower="-1" upper="1" velocity="1" effort="1"/><mimic joint="a"/></joint></robot>"""
-
-
-def rotor(value: float) -> pin.Model:
-    model = PLANAR.copy()
-    model.armature = np.array([0.0, value, 0.0, 0.0, 0.0, 0.0])
-    return model
-
-
-@pytest.mark.parametrize(
-    ("model", "given", "sentence"),
-    [
-        (PLANAR, ("tip", [f"j{k}" for k in range(1, 7)]), "no joint moves 'tip'"),
-        (PANDA, ("panda_hand_tpc",), r"not a frame of panda \(did you mean 'panda_hand_tcp'\?\)"),
-        (pin.Model(), (), "no joint that moves"),
-        (pin.buildSampleModelHumanoid(), ("rarm_effector_body",), "is of type FreeFlyer"),
-        (pin.buildModelFromXML(MIMIC, mimic=True), ("two",), "built with mimic joints; build it without"),
-        *(
-            (rotor(x), (), rf"joint 'j2' has a rotor inertia \(armature\) of {x}")
-            for x in (-0.1, np.nan, np.inf)
-        ),
-    ],
-)
-def test_model_that_is_no_arm_is_refused(model: pin.Model, given: tuple, sentence: str) -> None:
-    with pytest.raises((InputError, ModelError), match=sentence):
-        Robot.from_pinocchio(model, *given)
 
 
 def test_several_tips_without_a_choice_are_listed() -> None:

@@ -108,8 +108,8 @@ def better_placed(case: PlanCase, freedoms: Sequence[Freedom]) -> tuple[TaskPath
             kept(float(found), x)
         first = min(tried, key=lambda one: one[0])[1]
         simplex = np.vstack([first, first + 0.15 * np.diag(high - low)])
-        ends = {"maxfev": REFINED, "xatol": 1e-3, "fatol": 1e-3}
-        minimize(cost, first, method="Nelder-Mead", options={**ends, "initial_simplex": simplex})
+        ends: Any = {"maxfev": REFINED, "xatol": 1e-3, "fatol": 1e-3}
+        minimize(cost, first, method="Nelder-Mead", options=ends | {"initial_simplex": simplex})
     except KeyboardInterrupt:
         if portions.keeps or not tried:
             raise

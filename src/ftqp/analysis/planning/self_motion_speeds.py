@@ -89,8 +89,14 @@ def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
     spread = 0.25 * max(0.2, abs(speed))
     simplex = np.vstack([first, first + spread * np.eye(settings.knots)])
     try:
-        ends = {"maxfev": settings.evaluations, "xatol": 1e-4, "fatol": 1e-5}
-        minimize(cost, first, method="Nelder-Mead", options={**ends, "initial_simplex": simplex})
+        minimize(
+            cost,
+            first,
+            method="Nelder-Mead",
+            options={
+                "maxfev": settings.evaluations, "initial_simplex": simplex, "xatol": 1e-4, "fatol": 1e-5,
+            },
+        )  # fmt: skip
     except KeyboardInterrupt:
         if case.portions.keeps:
             raise
