@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
@@ -40,8 +41,12 @@ def test_a_backend_is_made_from_a_name_a_mapping_or_itself():
         (3, "backend is 3, expected a name"),
         ("qpsolvers:dapq", "'dapq' is not a solver of qpsolvers (did you mean 'daqp'?)"),
         ("qpsolvers:", "'' is not a solver of qpsolvers"),
+        ("nothing.toml", "nothing.toml cannot be read (No such file"),
+        (Path("/"), "cannot be read"),
         ({"name": "qpsolvers:osqp", "max_iterations": 0}, "qpsolvers:osqp.max_iterations is 0"),
         ({"name": "qpsolvers:daqp", "polish": 3}, "polish is 3, expected true or false"),
+        ({"name": "proxqp", "time_limit": 1e-3}, "backend 'proxqp' has no time_limit"),
+        ({"name": "active_set", "time_limit": 1e-3}, "backend 'active_set' has no time_limit"),
     ],
 )
 def test_a_wrong_spec_is_refused_in_one_sentence(spec, sentence):
@@ -111,13 +116,6 @@ def test_a_wrong_profile_is_refused_in_one_sentence(tmp_path, content, sentence)
         backend(path)
 
 
-def test_a_missing_profile_or_a_folder_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"nothing\.toml cannot be read \(No such file"):
-        backend(str(tmp_path / "nothing.toml"))
-    with pytest.raises(InputError, match="cannot be read"):
-        backend(tmp_path)
-
-
 @dataclass(frozen=True, kw_only=True)
 class Some:
     tolerance: float = 1e-9
@@ -145,14 +143,6 @@ def test_a_wrong_setting_is_refused_in_one_sentence(given, sentence):
     with pytest.raises(InputError) as error:
         settings(Some, "some", given)
     assert sentence in str(error.value)
-
-
-@pytest.mark.parametrize(("name", "remedy"), [("proxqp", "max_iterations"), ("active_set", "leave it out")])
-def test_a_solver_without_a_clock_says_how_its_time_is_bounded(name, remedy):
-    from ftqp.qp import backend
-
-    with pytest.raises(InputError, match=f"backend '{name}' has no time_limit.*{remedy}"):
-        backend({"name": name, "time_limit": 1e-3})
 
 
 LOADED = "print([m for m in sys.modules if m.startswith('proxsuite.proxsuite_pywrap')])"
