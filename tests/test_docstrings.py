@@ -137,7 +137,7 @@ def test_every_public_callable_says_what_each_of_its_arguments_means():
         if not in_scope(value) or (inspect.isclass(value) and issubclass(value, Exception)):
             continue
         tree = ast.parse(textwrap.dedent(inspect.getsource(value)))
-        real, text = arguments_of(tree.body[0]), inspect.cleandoc(value.__doc__ or "")
+        real, text = arguments_of(tree.body[0]), inspect.getdoc(value) or ""
         named = entries_of(text, "Args") or entries_of(text, "Attributes") or []
         if not text or (real and not set(real) <= set(named)):
             wrong.append(f"{name}: {sorted(set(real or []) - set(named)) or 'no docstring'}")

@@ -127,11 +127,19 @@ class Schedule:
         return len(self._events)
 
     def failing(self, dt: float) -> dict[int, list[FaultEvent]]:
-        """The events by the tick at which they happen."""
+        """The events by the tick at which they happen.
+
+        Args:
+            dt: sampling period [s].
+        """
         return _by_tick(((event.at, event) for event in self.events), dt)
 
     def announced(self, dt: float) -> dict[int, list[FaultEvent]]:
-        """The events by the tick at which the planner is told; those never announced are absent."""
+        """The events by the tick at which the planner is told; those never announced are absent.
+
+        Args:
+            dt: sampling period [s].
+        """
         told = [(event.told, event) for event in self.events if event.told is not None]
         return _by_tick(sorted(told, key=lambda pair: pair[0]), dt)
 

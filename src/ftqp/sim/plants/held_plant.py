@@ -53,7 +53,6 @@ class HeldPlant(Plant):
     failure = property(attrgetter("_plant.failure"))
 
     def reset(self, q: FloatArray, v: FloatArray) -> None:
-        """Put the healthy arm at (q, v), (nv,) each, before the first hold."""
         self._plant.reset(q, v)
         self._tick = 0
         self._failed.clear()
@@ -77,7 +76,6 @@ class HeldPlant(Plant):
         return any(begin <= tick < end for begin, end in self._spans)
 
     def advance(self, command: Command) -> None:
-        """Move on by dt, or stand."""
         held = self._is_held(self._tick)
         if held != self._is_held(self._tick - 1):
             for i in range(self._robot.nv):

@@ -83,7 +83,11 @@ class JointServo:
         self._sent = np.zeros(n)
 
     def take(self, command: Command) -> None:
-        """Hold the command, a planner's step, from now on."""
+        """Hold the command from now on.
+
+        Args:
+            command: the planner's step for this tick.
+        """
         if self.drive == "torque":
             self._sent[:] = command.tau
             np.clip(self._sent, -self._tau_max, self._tau_max, out=self.demand)
@@ -93,7 +97,14 @@ class JointServo:
             self._v[:] = command.v
 
     def torques(self, q: FloatArray, v: FloatArray, limit: FloatArray, tau: FloatArray) -> None:
-        """Put the torques at the true (q, v), within ``limit``, 0.0 of a motor that is off, into ``tau``."""
+        """Put the motor torques at the true state into ``tau``.
+
+        Args:
+            q: True joint positions, (nv,) [rad or m].
+            v: True joint velocities, (nv,) [rad/s or m/s].
+            limit: Largest torque of every motor, 0.0 where it is off, (nv,) [N m or N].
+            tau: Motor torques, (nv,) [N m or N]; overwritten.
+        """
         if self.drive == "torque":
             np.clip(self._sent, -limit, limit, out=tau)
             return

@@ -115,7 +115,6 @@ class KinematicPlant(Plant):
         return tuple(self._impacts)
 
     def reset(self, q: FloatArray, v: FloatArray) -> None:
-        """Put the healthy arm at (q, v)."""
         self._faults.clear()
         self._impacts.clear()
         self._ticks = 0
@@ -124,7 +123,6 @@ class KinematicPlant(Plant):
         self._sent[:] = self._q
 
     def fail(self, fault: Fault) -> None:
-        """From now on the joint of ``fault`` behaves as it says, and no longer as an earlier one said."""
         i = int(self._robot.chain.lead[self._robot.joint(fault.joint)])
         match fault:
             case Locked(mode="instant", reset="kinematic"):
@@ -141,7 +139,6 @@ class KinematicPlant(Plant):
         self._faults[i] = fault
 
     def repair(self, joint: str | int) -> None:
-        """From now on the joint works as if it had never failed."""
         self._faults.pop(int(self._robot.chain.lead[self._robot.joint(joint)]), None)
 
     def obeys(self, believed: Mapping[str, Fault]) -> bool:
@@ -161,7 +158,6 @@ class KinematicPlant(Plant):
         )
 
     def advance(self, command: Command) -> None:
-        """Move on by dt."""
         self._ticks += 1
         self._sent[:] = command.q
         if self._faults:

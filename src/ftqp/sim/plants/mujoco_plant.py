@@ -158,7 +158,6 @@ class MujocoPlant(Plant):
         return self._physics.failure
 
     def reset(self, q: FloatArray, v: FloatArray) -> None:
-        """Put the healthy arm at (q, v)."""
         q = coupled_places(self._robot.chain, self._robot.angles(q))
         self._physics.reset(q, array("v", v, (self._robot.nv,), "(nv,)"))
         self._limit[:] = np.where(self._led, 0.0, self._robot.limits.tau_max)
@@ -168,7 +167,6 @@ class MujocoPlant(Plant):
         self._rng, self._started = np.random.default_rng(self._seed), False
 
     def fail(self, fault: Fault) -> None:
-        """From now on the joint of ``fault`` behaves as it says, and no longer as an earlier one said."""
         i = self._motor_of(fault.joint)
         match fault:
             case Locked(mode="instant"):
@@ -193,7 +191,6 @@ class MujocoPlant(Plant):
                 not_served(fault, "plant 'mujoco'")
 
     def repair(self, joint: str | int) -> None:
-        """From now on the joint works as if it had never failed."""
         self._work(self._motor_of(joint))
 
     def push(self, force: Any) -> None:
@@ -275,7 +272,6 @@ class MujocoPlant(Plant):
         self._physics.stop_at(i, self._low[i], self._high[i])
 
     def advance(self, command: Command) -> None:
-        """Move on by dt."""
         servo, physics, limit = self._servo, self._physics, self._limit
         late = int(self._rng.integers(self._latest + 1)) if self._latest and self._started else 0
         self._started = True

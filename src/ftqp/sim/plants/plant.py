@@ -71,11 +71,19 @@ class Plant(ABC):
 
     @abstractmethod
     def reset(self, q: FloatArray, v: FloatArray) -> None:
-        """Put the healthy arm at q, (nv,) or (nq,) [rad or m], and v, (nv,) [rad/s or m/s]."""
+        """Put the healthy arm at (q, v).
+
+        Args:
+            q: Joint positions, (nv,) or (nq,) [rad or m].
+            v: Joint velocities, (nv,) [rad/s or m/s].
+        """
 
     @abstractmethod
     def fail(self, fault: Fault) -> None:
         """From now on the joint of ``fault`` behaves as it says, and no longer as an earlier one said.
+
+        Args:
+            fault: What happens, and to which joint.
 
         Raises:
             InputError: unknown joint, or a fault that this plant does not know.
@@ -83,7 +91,10 @@ class Plant(ABC):
 
     @abstractmethod
     def repair(self, joint: str | int) -> None:
-        """From now on the joint, by name or 0-based index, works as if it had never failed.
+        """From now on the joint works as if it had never failed; one that works stays so.
+
+        Args:
+            joint: Its name or 0-based index.
 
         Raises:
             InputError: unknown joint.
@@ -91,7 +102,11 @@ class Plant(ABC):
 
     @abstractmethod
     def advance(self, command: Command) -> None:
-        """Move on by dt with the planner's step for this tick."""
+        """Move on by dt.
+
+        Args:
+            command: The planner's step for this tick.
+        """
 
 
 @final

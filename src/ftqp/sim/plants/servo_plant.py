@@ -91,7 +91,6 @@ class ServoPlant(Plant):
         return self._drive
 
     def reset(self, q: FloatArray, v: FloatArray) -> None:
-        """Put the healthy arm at (q, v), each (nv,), its set point there too."""
         self._works[:] = True
         self._q[:] = self._robot.angles(q)
         self._v[:] = array("v", v, (self._robot.nv,), "(nv,)")
@@ -113,7 +112,6 @@ class ServoPlant(Plant):
         self._v[i] = 0.0
 
     def repair(self, joint: str | int) -> None:
-        """From now on the joint works as if it had never failed."""
         i = self._leader(joint)
         if not self._works[i]:
             self._works[i] = True
@@ -124,7 +122,6 @@ class ServoPlant(Plant):
         return int(self._robot.chain.lead[self._robot.joint(joint)])
 
     def advance(self, command: Command) -> None:
-        """Move on by dt."""
         h, top = self._dt / self._substeps, self._robot.limits.v_max
         v = np.where(self._works, command.v, 0.0)
         if self._drive is None:

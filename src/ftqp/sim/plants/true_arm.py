@@ -100,7 +100,11 @@ class TrueArm:
             non_negative("end_stops", self.end_stops, "rad")
 
     def chain(self, robot: Robot) -> Chain:
-        """The robot's chain with the true masses and rotors and the load at its tip."""
+        """The robot's chain with the true masses and rotors and the load at its tip.
+
+        Args:
+            robot: the arm as the planner knows it.
+        """
         scale, load = self.mass_scale, self.payload
         if load is not None:
             robot = robot.with_payload(Payload(load.mass / scale, load.com, load.inertia / scale))
@@ -108,18 +112,31 @@ class TrueArm:
         return replace(chain, mass=scale * chain.mass, inertia=scale * chain.inertia)
 
     def geared(self, robot: Robot) -> Robot:
-        """The robot with the true rotors, which the maker of its servos knows."""
+        """The robot with the true rotors, which the maker of its servos knows.
+
+        Args:
+            robot: the arm as the planner knows it.
+        """
         rotors = _per_joint("rotors", self.rotors, robot)
         chain = robot.chain
         return replace(robot, chain=replace(chain, armature=chain.armature + rotors))
 
     def friction(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
-        """Dry and viscous friction of every joint, each (nv,) [N m, N m s/rad]."""
+        """Dry and viscous friction of every joint, each (nv,) [N m, N m s/rad].
+
+        Args:
+            robot: the arm as the planner knows it.
+        """
         dry, viscous = _per_joint("coulomb", self.coulomb, robot), _per_joint("viscous", self.viscous, robot)
         return robot.coulomb + dry, robot.viscous + viscous
 
     def brakes(self, robot: Robot, inertia: FloatArray) -> FloatArray:
-        """Torque that the brake of every joint holds, (nv,) [N m or N]."""
+        """Torque that the brake of every joint holds, (nv,) [N m or N].
+
+        Args:
+            robot: the arm.
+            inertia: diagonal of M somewhere, (nv,), for joints without torque limit.
+        """
         limits = robot.limits.tau_max
         torques = np.where(np.isfinite(limits), BRAKE * limits, STOPS_AT * inertia)
         for name, torque in (self.brake or {}).items():
@@ -127,7 +144,11 @@ class TrueArm:
         return torques
 
     def stops(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper end stops, each (nv,) [rad or m]; infinite where there is none."""
+        """Lower and upper end stops, each (nv,) [rad or m]; infinite where there is none.
+
+        Args:
+            robot: the arm as the planner knows it.
+        """
         low, high = robot.limits.q_min, robot.limits.q_max
         spread = np.where(np.isfinite(low) & np.isfinite(high), high - low, np.inf)
         room = np.minimum(CLEARANCE, CLEARANCE_SHARE * spread) if self.end_stops is None else self.end_stops

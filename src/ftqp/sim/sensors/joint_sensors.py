@@ -61,7 +61,12 @@ class SensorFault(ABC):
 
     @abstractmethod
     def spoil(self, reading: Reading, joints: slice) -> None:
-        """Change the reading of ``joints``, which is without this fault."""
+        """Change the reading of ``joints``, which is without this fault.
+
+        Args:
+            reading: what is measured.
+            joints: whose reading is wrong.
+        """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -255,7 +260,13 @@ class JointSensors:
         self._generator = np.random.default_rng(self._seed)
 
     def measure(self, q: FloatArray, v: FloatArray, motors: Motors | None = None) -> None:
-        """Take the next sample of the true (q, v), each (nv,), and of the motors, if there are any."""
+        """Take the next sample of the true state into ``q`` and ``v`` of the sensors.
+
+        Args:
+            q: True joint positions, (nv,) [rad or m].
+            v: True joint velocities, (nv,) [rad/s or m/s].
+            motors: What the motors do; None of an arm that has none.
+        """
         k, ring = self._samples, self._ring
         if k == 0:
             ring[:, 0], ring[:, 1] = q, v

@@ -1,0 +1,153 @@
+"""Raw rows of ticks and of blocks, and the columns that are made of them, against other means."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from ftqp.control.paths import Circle
+from ftqp.control.planner.planner import Planner
+from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.kernel.layout.flat_arrays import BLOCK_FIELDS, BLOCK_SCALARS
+from ftqp.model import catalog
+from ftqp.sim.base.moving_world import Platform
+from ftqp.sim.leader import ClockLeader, ClockTargets
+from ftqp.sim.log.log_arrays import Log, MemoryRows
+from ftqp.sim.log.raw_rows import PER_JOINT, RawLayout, across, table
+from ftqp.sim.log.signals import base_columns, columns
+from ftqp.sim.log.tick_recorder import TickRecorder
+from ftqp.sim.loop import MEMORY, Simulation
+from ftqp.sim.schedule import FaultEvent, Schedule
+
+COUNT = 40
+EQUAL = ("position_error", "rotation_error", "scale", "status", "qp_status", "qp_iterations", "qp_residual",
+         "sigma_min", "manipulability", "condition", "kappa", "progress", "path_status")  # fmt: skip
+
+
+def drawn(layout, seed=0):
+    generator = np.random.default_rng(seed)
+    raw = generator.standard_normal((COUNT, layout.width))
+    for name in ("target", "tip", "base_pose"):
+        if name in layout.fields:
+            turns = Rotation.random(COUNT, random_state=seed + len(name)).as_matrix()
+            layout.poses(raw, name)[:, :, :3] = turns
+    for name in ("belief", "truth", "status", "qp_status", "qp_iterations", "path_status", "base_status"):
+        if name in layout.fields:
+            raw[:, layout.fields[name]] = np.round(raw[:, layout.fields[name]])
+    return raw
+
+
+def test_places_of_the_kernel_s_blocks_are_those_of_the_fields():
+    layout = RawLayout(7)
+    places = dict(zip(BLOCK_FIELDS, layout.places().tolist(), strict=True))
+    assert places.pop("scalars") == layout.fields[BLOCK_SCALARS[0]].start
+    assert places == {name: layout.fields[name].start for name in places}
+    for k, name in enumerate(BLOCK_SCALARS):
+        assert layout.fields[name].start == layout.scalars.start + k
+
+
+def test_columns_of_a_block_are_those_of_its_rows_by_other_means():
+    panda, layout = catalog.load("panda"), RawLayout(7)
+    raw = drawn(layout)
+    log = Log.of_table(None, table(raw, layout), columns(panda.joints, np.zeros(7, bool), "velocity"), {})
+    for raw_name, name in zip(PER_JOINT, ("q", "v", "a", "tau", "tau_brake", "lb", "ub", "belief", "truth"),
+                              strict=True):  # fmt: skip
+        np.testing.assert_array_equal(log[name], raw[:, layout.fields[raw_name]])
+    for name in EQUAL:
+        np.testing.assert_array_equal(log[name], raw[:, layout.fields[name]][:, 0])
+    np.testing.assert_allclose(log["step_time"], 1e-3 * raw[:, layout.fields["step_time"]][:, 0])
+    np.testing.assert_allclose(log["slack"], [np.linalg.norm(row) for row in raw[:, layout.fields["slack"]]])
+    for k in range(COUNT):
+        for name in ("target", "tip"):
+            pose = layout.poses(raw, name)[k]
+            np.testing.assert_array_equal(log[name][k, :3], pose[:, 3])
+            turned = Rotation.from_matrix(pose[:, :3]).as_quat(canonical=True)
+            np.testing.assert_allclose(log[name][k, 3:], turned, atol=1e-14)
+        error = log["target"][k, :3] - log["tip"][k, :3]
+        along = raw[k, layout.fields["velocity"]]
+        expected = np.linalg.norm(np.cross(error, along)) / np.linalg.norm(along)
+        assert abs(log["off_path"][k] - expected) < 1e-12
+
+
+def test_columns_of_a_moving_base_follow():
+    layout = RawLayout(7, 3)
+    raw = drawn(layout)
+    signals = (
+        *columns(list("abcdefg"), np.zeros(7, bool), "velocity"),
+        *base_columns(Platform().coordinates),
+    )
+    log = Log.of_table(None, table(raw, layout), signals, {})
+    target, tip, base = (layout.poses(raw, name) for name in ("target", "tip", "base_pose"))
+    turns = Rotation.from_matrix(target[:, :, :3]) * Rotation.from_matrix(tip[:, :, :3]).inv()
+    np.testing.assert_allclose(log["inertial_error"][:, 3:], turns.as_rotvec(), atol=1e-12)
+    np.testing.assert_array_equal(log["inertial_error"][:, :3], target[:, :, 3] - tip[:, :, 3])
+    np.testing.assert_array_equal(log["base"][:, :3], base[:, :, 3])
+    np.testing.assert_array_equal(log["disturbance"], raw[:, layout.fields["eta"]])
+    np.testing.assert_array_equal(log["base_status"], raw[:, layout.fields["base_status"]][:, 0])
+
+
+def test_error_of_a_path_at_rest_is_all_across():
+    error = np.array([[3.0, 4.0, 0.0], [3.0, 4.0, 0.0]])
+    np.testing.assert_allclose(across(error, np.array([[1e-10, 0.0, 0.0], [2.0, 0.0, 0.0]])), [5.0, 4.0])
+
+
+DT = 0.01
+JACOBIAN = np.random.default_rng(0).standard_normal((6, 7)) * (np.arange(7) != 2)
+
+
+@pytest.fixture
+def made(fake, panda, start):
+    def make():
+        planner = fake(panda, DT)
+        leader = ClockLeader(planner, ClockTargets(Circle(start, 0.05, duration=1.0), DT, mean=False))
+        leader.reset(panda.neutral, np.zeros(7), 101)
+        rows = MemoryRows(columns(panda.joints, panda.chain.prismatic, "acceleration"), {})
+        return planner, leader, rows, TickRecorder(rows, planner, leader)
+
+    return make
+
+
+def test_block_of_raw_rows_gives_the_log_of_its_ticks(made, panda):
+    planner, leader, slow, recorder = made()
+    recorder.fail(FreeSwinging(3))
+    planner.report(Locked(2))
+    raw = []
+    for k in range(100):
+        leader.aim(k, panda.neutral)
+        free = recorder.free
+        recorder.write(k * DT, panda.neutral, np.zeros(7), leader.step(panda.neutral, np.zeros(7)), 1000)
+        raw.append(free[0].copy())
+    recorder.flush()
+    planner, _, fast, recorder = made()
+    recorder.fail(FreeSwinging(3))
+    planner.report(Locked(2))
+    for first, last in ((0, 40), (40, 41), (41, 100)):
+        recorder.free[: last - first] = raw[first:last]
+        recorder.free[: last - first, recorder.layout.fields["truth"]] = np.nan
+        recorder.free[: last - first, recorder.layout.fields["belief"]] = np.nan
+        recorder.free[: last - first, recorder.layout.fields["jacobian"]] = JACOBIAN.ravel()
+        recorder.keep(last - first, 6)
+    recorder.flush()
+    assert len(slow.log) == len(fast.log) == 100
+    sigma = np.linalg.svd(JACOBIAN, compute_uv=False)
+    np.testing.assert_allclose(fast.log["sigma_min"], sigma[-1])
+    np.testing.assert_allclose(fast.log["manipulability"], sigma.prod())
+    np.testing.assert_allclose(fast.log["condition"], sigma[0] / sigma[-1])
+    for name in set(slow.log.names) - {"sigma_min", "manipulability", "condition"}:
+        np.testing.assert_array_equal(slow.log[name], fast.log[name])
+    assert set(fast.log["truth.panda_joint4"]) == {FreeSwinging.number}
+    assert set(fast.log["belief.panda_joint3"]) == {Locked.number}
+
+
+def test_log_without_measures_of_singularity_is_the_same_otherwise(panda, start):
+    logs = []
+    for singularities in (True, False):
+        planner, path = Planner(panda, DT), Circle(start, 0.05, duration=0.5)
+        schedule = Schedule([FaultEvent(0.2, Degraded(1, velocity=0.5), announced=0.2)])
+        made = Simulation(
+            planner, path, q=panda.neutral, schedule=schedule, log=MEMORY, singularities=singularities
+        )
+        logs.append(made.run().log)
+    whole, lean = logs
+    assert np.isfinite(whole["sigma_min"]).all() and np.isnan(lean["sigma_min"]).all()
+    for name in set(whole.names) - {"sigma_min", "manipulability", "condition", "step_time"}:
+        np.testing.assert_array_equal(whole[name], lean[name])

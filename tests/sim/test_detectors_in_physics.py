@@ -1,0 +1,216 @@
+"""Detectors on arms in physics: led round circles, at rest, and behind MuJoCo's own position servos."""
+
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.sim.plants.hidden_faults import Jammed, Weakened
+
+DT, SIGMA, BANDWIDTH = 1e-3, 1e-4, 94.0
+AT, FREED = 1.0, 1.5
+Happens = Callable[[int, ftqp.MujocoPlant, ftqp.Planner], None]
+
+
+def led(
+    drive: str,
+    happens: Happens = lambda k, plant, planner: None,
+    *,
+    ticks: int,
+    probe_after: float | None = 0.5,
+    radius: float = 0.08,
+    friction: list[float] | None = None,
+    **settings: object,
+) -> tuple[ftqp.Planner, np.ndarray]:
+    """A Panda led round circles, or to stand where the radius is 0, and the true errors of its tip [m]."""
+    robot = ftqp.robots.load("panda")
+    robot = robot if friction is None else robot.with_friction(coulomb=friction)
+    made = {} if drive == "torque" else {"bandwidth": BANDWIDTH}
+    if drive == "torque" and not radius:  # an arm that has not moved has learned nothing: its model is right
+        made = {"inertia_error": 0.0}
+    planner = ftqp.Planner(
+        robot, DT, drive=ftqp.Drive(kind=drive, **made), noise=ftqp.Noise(q=SIGMA),
+        detector=ftqp.Detector(probe_after=probe_after), **settings,
+    )  # fmt: skip
+    servo = ftqp.JointServo(robot, drive, **({} if drive == "torque" else {"bandwidth": BANDWIDTH}))
+    plant = ftqp.MujocoPlant(robot, DT, servo, substeps=2 if radius else 4)
+    sensors = ftqp.JointSensors(robot, DT, position_noise=SIGMA, seed=1)
+    planner.reset(robot.neutral)
+    plant.reset(robot.neutral, np.zeros(7))
+    sensors.reset()
+    start = robot.pose(robot.neutral)
+    path = (
+        ftqp.paths.Circle(start, radius, duration=6.0, axes=("y", "z"))
+        if radius
+        else ftqp.paths.Hold(start, duration=6.0)
+    )
+    sample = path.sample(np.mod(DT * np.arange(ticks), path.duration))
+    targets = ftqp.Targets(sample.pose, sample.twist, sample.acceleration)
+    errors = np.zeros(ticks)
+    for k in range(ticks):
+        happens(k, plant, planner)
+        sensors.measure(plant.q, plant.v)
+        plant.advance(planner.step(sensors.q, None, targets.at(k)))
+        errors[k] = np.linalg.norm(robot.pose(plant.q)[:3, 3] - sample.pose[k, :3, 3])
+    return planner, errors
+
+
+def jam(joint: int) -> Happens:
+    """A joint is held for half a second."""
+
+    def happens(k: int, plant: ftqp.MujocoPlant, planner: ftqp.Planner) -> None:
+        if k == round(AT / DT):
+            plant.suffer(Jammed(joint))
+        if k == round(FREED / DT):
+            plant.suffer(Weakened(joint, 1.0))
+
+    return happens
+
+
+def lock(joint: int) -> Happens:
+    """A brake closes, and nobody announces it."""
+
+    def happens(k: int, plant: ftqp.MujocoPlant, planner: ftqp.Planner) -> None:
+        if k == round(AT / DT):
+            plant.fail(ftqp.Locked(joint))
+
+    return happens
+
+
+def standing(drive: str, happens: Happens = lambda k, plant, planner: None, **settings: object):
+    """The same of an arm that is to hold its tip where it is."""
+    return led(drive, happens, radius=0.0, task=ftqp.Task(rows="position"), **settings)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("drive", "joint"), [("position", 2), ("velocity", 3), ("torque", 3)])
+def test_a_joint_that_was_jammed_for_half_a_second_goes_on_being_used(drive: str, joint: int) -> None:
+    planner, errors = led(drive, jam(joint), ticks=3800)
+    name = planner.robot.joints[joint]
+    assert [finding.joint for finding in planner.findings] == [name]
+    assert planner.findings[0].withdrawn_at is not None
+    assert FREED < planner.findings[0].withdrawn_at < 4.0
+    assert planner.faults == {}
+    assert errors.max() < 0.04 and errors[-500:].max() < 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("drive", "joint"), [("position", 2), ("torque", 3)])
+def test_a_joint_that_is_locked_is_never_withdrawn(drive: str, joint: int) -> None:
+    planner, _ = led(drive, lock(joint), ticks=60_000)
+    name = planner.robot.joints[joint]
+    assert [(finding.joint, finding.withdrawn_at) for finding in planner.findings] == [(name, None)]
+    assert planner.faults == {name: ftqp.Locked(name)}
+
+
+@pytest.mark.long
+def test_what_a_user_reported_stays_whatever_the_joint_does() -> None:
+    def happens(k: int, plant: ftqp.MujocoPlant, planner: ftqp.Planner) -> None:
+        jam(2)(k, plant, planner)
+        if k == round(1.4 / DT):
+            assert planner.findings
+            planner.report(ftqp.Locked("panda_joint3"))
+
+    planner, _ = led("position", happens, ticks=3000)
+    assert planner.faults == {"panda_joint3": ftqp.Locked("panda_joint3")}
+    assert planner.findings[0].withdrawn_at is None
+
+
+@pytest.mark.long
+def test_without_probing_no_joint_of_an_arm_with_servos_is_asked_to_move() -> None:
+    sent = []
+
+    def happens(k: int, plant: ftqp.MujocoPlant, planner: ftqp.Planner) -> None:
+        jam(2)(k, plant, planner)
+        sent.append(float(planner._session.K.feedback.v_sent[2]))
+
+    planner, _ = led("position", happens, ticks=2600, probe_after=None)
+    assert planner.findings[0].withdrawn_at is None and set(sent[2000:]) == {0.0}
+
+
+@pytest.mark.parametrize(
+    ("drive", "joint"), [("position", 1), ("position", 3), ("velocity", 0), ("torque", 5), ("torque", 6)]
+)
+def test_a_joint_that_locks_at_rest_is_found_within_a_second(drive: str, joint: int) -> None:
+    planner, errors = standing(drive, lock(joint), ticks=2000)
+    name = planner.robot.joints[joint]
+    assert [finding.joint for finding in planner.findings] == [name]
+    assert "locked" in planner.findings[0].kinds and planner.findings[0].detected_at > AT
+    assert planner.faults == {name: ftqp.Locked(name)}
+    assert errors[:1000].max() < 2e-4
+
+
+def test_without_probing_a_lock_at_rest_is_never_noticed() -> None:
+    planner, _ = standing("position", lock(1), ticks=2000, probe_after=None)
+    assert planner.findings == () and planner.faults == {}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("drive", ["position", "torque"])
+def test_known_friction_is_no_lock(drive: str) -> None:
+    friction = [0.5] * 4 + [0.17] * 3
+    planner, _ = standing(drive, ticks=3000, probe_after=0.3, friction=friction)
+    assert planner.findings == ()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
+def test_a_healthy_arm_at_rest_is_probed_and_nothing_is_found(drive: str) -> None:
+    planner, _ = standing(drive, ticks=4000, probe_after=0.3)
+    assert planner.findings == () and planner.diagnosis is not None
+    assert any(joint.unobservable is not None for joint in planner.diagnosis.joints.values())
+
+
+PERIOD, FAILS = 0.002, 900
+BRAKE, STIFF = (0.9999, 0.9999, 0.001, 0.5, 2.0), (2 * PERIOD, 1.0)
+"""How hard and how stiff MuJoCo's friction is, so that the brake neither creeps nor slips."""
+
+
+def finished(robot, joint, kp, kv, file):
+    """The planner, and how far the tip strayed, after a joint that stops on a circle."""
+    file.write_text(robot.to_urdf())
+    spec = mujoco.MjSpec.from_file(str(file))
+    spec.option.timestep, spec.option.integrator = PERIOD, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.compiler.balanceinertia = True
+    for geom in spec.geoms:
+        geom.contype = geom.conaffinity = 0
+    for one in spec.joints:
+        spec.add_actuator(name=one.name, target=one.name, trntype=mujoco.mjtTrn.mjTRN_JOINT).set_to_position(
+            kp=kp, kv=kv
+        )
+        one.armature = 0.1
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    drive = ftqp.Drive(takes_velocity=False)
+    planner = ftqp.Planner(robot, PERIOD, drive=drive, detector=ftqp.Detector())
+    data.qpos[:] = data.ctrl[:] = robot.neutral
+    mujoco.mj_forward(model, data)
+    planner.reset(data.qpos)
+    path = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.1, duration=5.0, axes=("y", "z"))
+    way = path.sample(PERIOD * np.arange(2000))
+    targets, strayed = ftqp.Targets(way.pose, way.twist, way.acceleration), 0.0
+    for k in range(2000):
+        if k == FAILS:
+            model.dof_frictionloss[joint], model.dof_solimp[joint] = 500.0, BRAKE
+            model.dof_solref[joint] = STIFF
+            model.actuator_forcelimited[joint], model.actuator_forcerange[joint] = 1, 0.0
+        data.ctrl[:] = planner.step(data.qpos, None, targets.at(k)).q
+        mujoco.mj_step(model, data)
+        strayed = max(strayed, float(np.linalg.norm(robot.pose(data.qpos)[:3, 3] - way.pose[k, :3, 3])))
+    return planner, strayed
+
+
+@pytest.mark.parametrize(("joint", "kp", "kv"), [(6, 3000.0, 150.0), (4, 20000.0, 400.0)])
+def test_the_joint_that_stops_is_named_and_no_other(panda, tmp_path, joint, kp, kv):
+    planner, strayed = finished(panda, joint, kp, kv, tmp_path / "arm.urdf")
+    assert list(planner.faults) == [panda.joints[joint]] and planner.stopped_because is None
+    assert strayed < 0.02
+
+
+def test_joint_that_follows_late_beside_one_that_stands_has_not_lost_its_torque(tmp_path):
+    robot = ftqp.robots.load("iiwa14")
+    planner, strayed = finished(robot, 6, 3000.0, 150.0, tmp_path / "arm.urdf")
+    assert list(planner.faults) == [robot.joints[6]] and planner.stopped_because is None
+    assert strayed < 0.02
