@@ -183,7 +183,9 @@ def figure_8():
 
 def pictures(found_map, found_basins):
     """A function that draws all pictures into a folder."""
-    from ftqp.viz.figures import failure_pictures, map_pictures, rest_pictures
+    from papers import goel_pictures
+
+    from ftqp.viz.figures import map_pictures, rest_pictures
 
     def motion(count, goal, start, joint, duration):
         way = point_to_point(arm(count), goal, np.array(start) * DEG, duration=duration, locked=joint)
@@ -191,7 +193,7 @@ def pictures(found_map, found_basins):
 
     def draw(result, out, name):
         files = [out / f"{name}-{part}.png" for part in ("motions", "basins", "two-links")]
-        failure_pictures.draw_motions(
+        map_pictures.draw_motions(
             files[0], "A joint locks and nobody tells: figures 5 and 6", np.ones(3),
             {
                 "Fig. 5: joint 2 at 45°": motion(3, GOAL, (-79.3348, 45.0, 42.7735), "j2", 12.0),
@@ -200,13 +202,13 @@ def pictures(found_map, found_basins):
             np.array(GOAL),
         )  # fmt: skip
         cycle = out / f"{name}-cycle.png"
-        failure_pictures.draw_motions(
+        map_pictures.draw_motions(
             cycle, "No rest: figure 7", np.ones(3),
             {"joint 3 at 30°": motion(3, SLOW_GOAL, (10.8852, 72.5087, 30.0), "j3", 30.0)},
             np.array(SLOW_GOAL),
         )  # fmt: skip
         a, b = found_basins.moving
-        failure_pictures.draw_basins(
+        goel_pictures.draw_basins(
             files[1], "Figure 8: joint 2 locked at 45°", (f"joint {a + 1}", f"joint {b + 1}"),
             found_basins.angles, found_basins.label, found_basins.ends[:, [a, b]], found_basins.kinds,
             found_basins.saddles[:, [a, b]], [way[:, [a, b]] for way in found_basins.separatrices],
@@ -219,7 +221,7 @@ def pictures(found_map, found_basins):
             )
             for joint in within
         ]  # fmt: skip
-        failure_pictures.draw_error_signs(files[2], "Joint 1 locked at 0: figures 3 and 4", two_links())
+        goel_pictures.draw_error_signs(files[2], "Joint 1 locked at 0: figures 3 and 4", two_links())
         q = np.array([-5.6173, 45.0, 66.1698]) * DEG
         posture = np.concatenate([[0.0], np.cumsum(np.exp(1j * np.cumsum(q)))])
         maps = map_pictures.save_maps(
@@ -291,7 +293,7 @@ SHEETS = {
 
 def two_links():
     """Where the error falls and which way joint 2 turns, for goals at two distances from joint 2."""
-    from ftqp.viz.figures.failure_pictures import SignPanel
+    from papers.goel_pictures import SignPanel
 
     phi, theta = np.linspace(-np.pi, np.pi, 241), np.linspace(-np.pi, np.pi, 241)
     panels = {}

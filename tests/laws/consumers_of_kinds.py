@@ -29,8 +29,7 @@ from ftqp.sim.plants.servo_plant import ServoPlant
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice
 from ftqp.sim.session.session_commands import Break, Play, Seek
-from ftqp.viz.figures.run_figures import save_figures
-from ftqp.viz.figures.status_ribbon import CONDITION_COLOURS
+from ftqp.viz.figures.run_figures import CONDITION_COLOURS, save_figures
 from ftqp.viz.live import colours
 from ftqp.viz.live.colours import legend
 from ftqp.viz.live.panel import ACTIONS

@@ -1,40 +1,51 @@
+"""Figures of a run: what they show and say of motion, faults, tasks, a moving base, and other runs."""
+
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+from tests.viz.figures.conftest import legend, words
 
-from ftqp.control.paths import Circle, Square
+import ftqp
+from ftqp.control.paths import Circle, Hold, Square
 from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import InputError
 from ftqp.core.extras import remedy_for_extra
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
-from ftqp.model import catalog
+from ftqp.sim.base.disturbances import Step
+from ftqp.sim.base.moving_world import MovingWorld, Platform
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.log_file import load_log
-from ftqp.sim.loop import Simulation
-from ftqp.sim.plants.plant import Arm
+from ftqp.sim.log.metrics import summary
+from ftqp.sim.loop import MEMORY, Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors, Offset
-
-pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
-
-from ftqp.viz.figures import canvas
+from ftqp.viz.figures import canvas, compared_runs, events
 from ftqp.viz.figures import error_figures as errors
 from ftqp.viz.figures import joint_figures as joints
-from ftqp.viz.figures import status_ribbon as ribbon
-from ftqp.viz.figures.run_figures import DRAWINGS, save_figures
+from ftqp.viz.figures import run_figures as runs
+from ftqp.viz.report.numbers import numbers
+
+PANDA = ftqp.robots.load("panda")
+KINDS = ["errors", "velocities", "accelerations", "torques", "status"]
+
+
+def run(planner, path, q=PANDA.neutral, **settings):
+    return Simulation(planner, path, q=q, log=MEMORY, **settings).run().log
+
+
+def changed(log, signals=(), **about):
+    """A log with other signals or facts."""
+    arrays = {name: np.array(log[name]) for name in log.names} | dict(signals)
+    return Log(log.path, arrays, log.units, log.descriptions, log.metadata | about)
+
+
+def panda_circle(duration=2.0):
+    return Circle(PANDA.pose(PANDA.neutral), 0.05, duration=duration, axes=("y", "z"))
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("runs")
-
-
-@pytest.fixture(scope="module")
-def panda_log(folder):
-    panda = catalog.load("panda")
-    path = Circle(Arm(panda).tip(panda.neutral).copy(), 0.05, duration=2.0, axes=("y", "z"))
+def panda_log():
     schedule = Schedule(
         [
             FaultEvent(1.0, Locked("panda_joint3"), 1.2),
@@ -43,91 +54,62 @@ def panda_log(folder):
             FaultEvent(9.0, Locked("panda_joint1")),
         ]
     )
-    file = folder / "panda.npy"
-    Simulation(Planner(panda, dt=0.01), path, q=panda.neutral, schedule=schedule, log=file).run()
-    return load_log(file)
+    return run(Planner(PANDA, dt=0.01), panda_circle(), schedule=schedule)
+
+
+def planar_log(scheme, failing=1):
+    """A square of the planar arm that is too fast for it when five joints lock."""
+    robot, q = ftqp.robots.load("planar6"), np.full(6, np.pi / 12)
+    path = Square(robot.pose(q), 0.05 if failing == 1 else 0.3, duration=4.0)
+    schedule = Schedule([FaultEvent(1.0, Locked(i)) for i in range(failing)])
+    return run(Planner(robot, dt=0.01, scheme=scheme), path, q, schedule=schedule)
 
 
 @pytest.fixture(scope="module")
-def stopped_log(folder):
-    planar = catalog.load("planar6")
-    q = np.full(6, np.pi / 12)
-    path = Square(Arm(planar).tip(q).copy(), 0.3, duration=4.0)
-    schedule = Schedule([FaultEvent(1.0, Locked(i)) for i in range(5)])
-    file = folder / "planar.npy"
-    Simulation(Planner(planar, dt=0.01), path, q=q, schedule=schedule, log=file).run()
-    return load_log(file)
+def logs():
+    """Two runs that coincide, one that does not, one that stops."""
+    first, other, stopped = planar_log("mvn"), planar_log("mtn"), planar_log("mvn", 5)
+    return {"one": first, "same": first, "mtn": other, "stops": stopped}
 
 
-@pytest.fixture(scope="module")
-def measured_log():
-    panda = catalog.load("panda")
-    path = Circle(Arm(panda).tip(panda.neutral).copy(), 0.05, duration=1.0)
-    sensors = JointSensors(panda, 0.01, faults=[Offset(joint=1, at=0.5, samples=1, size=0.01)])
-    return Simulation(Planner(panda, dt=0.01), path, q=panda.neutral, sensors=sensors, log="memory").run().log
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """The figures that are saved, to look inside."""
-    figures = []
-
-    def keep(figure, path):
-        figures.append(figure)
-        return canvas.save(figure, path)
-
-    for module in (joints, ribbon, errors):
-        monkeypatch.setattr(module, "save", keep)
-    return figures
-
-
-def texts(figure):
-    """All words of a figure."""
-    found = [figure.get_suptitle(), *(text.get_text() for text in figure.texts)]
-    for legend in figure.legends:
-        found += [text.get_text() for text in legend.get_texts()]
-    for axes in figure.axes:
-        found += [axes.get_title(loc) for loc in ("left", "center", "right")]
-        found += [axes.get_xlabel(), axes.get_ylabel()]
-        found += [text.get_text() for text in axes.texts]
-        found += [label.get_text() for label in axes.get_yticklabels()]
-        if axes.get_legend():
-            found += [text.get_text() for text in axes.get_legend().get_texts()]
-    return "\n".join(found)
-
-
-@pytest.mark.parametrize("name", ["panda_log", "stopped_log"])
-def test_every_picture_is_written(request, tmp_path, name):
-    files = save_figures(request.getfixturevalue(name), tmp_path / "figures")
+def test_every_picture_of_a_run_is_written(panda_log, tmp_path):
+    files = runs.save_figures(panda_log, tmp_path / "figures")
     left_out = ("base.png", "following.png", "tasks.png")
-    assert [file.name for file in files] == [name for name in DRAWINGS if name not in left_out]
+    assert [file.name for file in files] == [name for name in runs.DRAWINGS if name not in left_out]
+    assert all(file.stat().st_size > 5000 for file in files)
 
 
-def test_run_with_sensors_has_a_picture_of_what_was_sent_and_measured(measured_log, drawn, tmp_path):
-    files = save_figures(measured_log, tmp_path / "figures")
-    assert "following.png" in [file.name for file in files]
-    joints.draw_following(measured_log, tmp_path / "a.png")
-    words = texts(drawn[-1])
+def test_run_with_sensors_has_a_picture_of_what_was_sent_and_measured(drawn, tmp_path):
+    sensors = JointSensors(PANDA, 0.01, faults=[Offset(joint=1, at=0.5, samples=1, size=0.01)])
+    log = run(Planner(PANDA, dt=0.01), panda_circle(1.0), sensors=sensors)
+    assert "following.png" in runs.drawings_of(log)
+    joints.draw_following(log, tmp_path / "a.png")
+    joints.draw_positions(log, tmp_path / "b.png")
     for expected in ("distance [µrad]", "true position, working joint", "measured position"):
-        assert expected in words
-    joints.draw_positions(measured_log, tmp_path / "b.png")
-    assert "sent to the arm" in texts(drawn[-1])
+        assert expected in words(drawn[0])
+    assert "sent to the arm" in words(drawn[1])
 
 
-def test_path_figure_names_units_faults_and_errors(panda_log, drawn, tmp_path):
+def test_path_figure_names_units_faults_and_errors_and_draws_the_arm_five_times(panda_log, drawn, tmp_path):
     errors.draw_path(panda_log, tmp_path / "a.png")
-    words = texts(drawn[0])
-    names = "panda|mvn scheme|desired|actual|the target [mm]|the target [deg]|time [s]"
-    instants = "panda_joint3 fails (1 s)|planner is told|emergency stop above this"
-    for expected in f"{names}|{instants}".split("|"):
-        assert expected in words
-    assert "panda_joint1" not in words
+    said = words(drawn[0])
+    names = "panda|mvn scheme|desired|actual|the target [mm]|the target [deg]|time [s]|failed joint"
+    instants = "panda_joint3 fails (1 s)|planner is told|emergency stop above this|arm at 0, 0.5, "
+    for expected in f"{names}|{instants}|The arm from the side|The arm from above".split("|"):
+        assert expected in said
+    assert "panda_joint1" not in said
+    side = next(axes for axes in drawn[0].axes if "from the side" in axes.get_title())
+    arms = [line for line in side.lines if len(line.get_xdata()) == 9]
+    assert len(arms) == 5
+    last = panda_log["tip"][-1, [0, 2]]
+    assert np.allclose([arms[-1].get_xdata()[-1], arms[-1].get_ydata()[-1]], 1e3 * last, atol=0.01)
 
 
-def test_no_legend_hides_a_path(panda_log, stopped_log, drawn, tmp_path):
-    for log in (panda_log, stopped_log):
+def test_no_legend_hides_a_path(panda_log, logs, drawn, tmp_path):
+    for log in (panda_log, logs["stops"]):
         errors.draw_path(log, tmp_path / "a.png")
     for figure in drawn:
+        figure.canvas.draw()
         assert not [axes for axes in figure.axes if axes.get_legend()]
         below = figure.legends[0].get_window_extent()
         assert below.y1 <= min(axes.get_window_extent().y0 for axes in figure.axes)
@@ -135,20 +117,15 @@ def test_no_legend_hides_a_path(panda_log, stopped_log, drawn, tmp_path):
 
 def test_joint_figure_shows_every_joint_within_its_limits(panda_log, drawn, tmp_path):
     joints.draw_positions(panda_log, tmp_path / "a.png")
-    words = texts(drawn[0])
-    assert "position [deg]" in words
-    assert "panda_joint2" in words
-    assert "panda_joint3: locked from 1 s" in words
-    assert "panda_joint4: degraded from 0.5 s" in words
+    for expected in ("position [deg]", "panda_joint3: locked from 1 s", "panda_joint4: degraded from 0.5 s"):
+        assert expected in words(drawn[0])
     panel = drawn[0].axes[1]
     bottom, top = panel.get_ylim()
     moved = np.degrees(panda_log["q.panda_joint2"])
     assert bottom < moved.min() < moved.max() < top
     assert top - bottom < 2.0 * max(np.ptp(moved), 6.1), "3 % of the range, or the motion with some room"
     assert [text.get_text() for text in panel.texts] == ["−101", "101"], "the limits beside the bar"
-    np.testing.assert_allclose(
-        panel.lines[0].get_ydata(), np.degrees(panda_log["q.panda_joint2"]), atol=1e-12
-    )
+    np.testing.assert_allclose(panel.lines[0].get_ydata(), moved, atol=1e-12)
 
 
 def test_torque_at_the_brake_takes_the_place_of_that_of_the_motor(panda_log, drawn, tmp_path):
@@ -160,48 +137,30 @@ def test_torque_at_the_brake_takes_the_place_of_that_of_the_motor(panda_log, dra
     assert np.isnan(carried.get_ydata()[~told]).all()
 
 
-def test_path_figure_draws_the_arm_at_five_instants_with_its_failed_joint(panda_log, drawn, tmp_path):
-    errors.draw_path(panda_log, tmp_path / "a.png")
-    words = texts(drawn[0])
-    assert "The arm from the side" in words and "The arm from above" in words
-    assert "arm at 0, 0.5, " in words and "failed joint" in words
-    side = next(axes for axes in drawn[0].axes if "from the side" in axes.get_title())
-    arms = [line for line in side.lines if len(line.get_xdata()) == 9]
-    assert len(arms) == 5
-    last = panda_log["tip"][-1, [0, 2]]
-    assert np.allclose([arms[-1].get_xdata()[-1], arms[-1].get_ydata()[-1]], 1e3 * last, atol=0.01)
-
-
 def test_ribbon_tells_truth_from_belief(panda_log, drawn, tmp_path):
-    ribbon.draw(panda_log, tmp_path / "a.png")
-    words = texts(drawn[0])
-    assert "panda_joint3, really" in words
-    assert "panda_joint3, as the planner believes" in words
-    assert "panda_joint4, really and as believed" in words
-    assert "OK: the task is followed and every limit is kept" in words
+    runs.draw_statuses(panda_log, tmp_path / "a.png")
+    for expected in (
+        "panda_joint3, really", "panda_joint3, as the planner believes",
+        "panda_joint4, really and as believed", "OK: the task is followed and every limit is kept",
+    ):  # fmt: skip
+        assert expected in words(drawn[0])
 
 
-def test_arm_without_inertia_has_no_torque_figure(panda_log, tmp_path):
-    blank = {name: np.array(panda_log[name]) for name in panda_log.names}
-    for name in blank:
-        if name.startswith("tau."):
-            blank[name][:] = np.nan
-    log = Log(panda_log.path, blank, panda_log.units, panda_log.descriptions, panda_log.metadata)
-    assert [file.name for file in save_figures(log, tmp_path)] == [
-        "path.png", "joints.png", "velocities.png", "status.png"
-    ]  # fmt: skip
+def test_arm_without_inertia_has_no_torque_figure(panda_log):
+    none = np.full(len(panda_log), np.nan)
+    log = changed(panda_log, {name: none for name in panda_log.names if name.startswith("tau.")})
+    assert list(runs.drawings_of(log)) == ["path.png", "joints.png", "velocities.png", "status.png"]
 
 
 def test_empty_log_and_bad_folder_are_clear_sentences(panda_log, tmp_path):
-    none = {name: np.array(panda_log[name][:0]) for name in panda_log.names}
-    log = Log(panda_log.path, none, panda_log.units, panda_log.descriptions, panda_log.metadata)
+    log = changed(panda_log, {name: panda_log[name][:0] for name in panda_log.names})
     with pytest.raises(InputError, match="has no rows"):
-        save_figures(log, tmp_path)
+        runs.save_figures(log, tmp_path)
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be made"):
-        save_figures(panda_log, tmp_path / "file" / "figures")
+        runs.save_figures(panda_log, tmp_path / "file" / "figures")
     with pytest.raises(InputError, match="cannot be written"):
-        ribbon.draw(panda_log, tmp_path / "none" / "status.png")
+        runs.draw_statuses(panda_log, tmp_path / "none" / "status.png")
 
 
 def test_missing_matplotlib_says_how_to_install_it():
@@ -211,5 +170,130 @@ def test_missing_matplotlib_says_how_to_install_it():
         "try:\n    import ftqp.viz.figures.run_figures\nexcept MissingPackage as error:\n    print(error)"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert "matplotlib" in done.stdout
-    assert remedy_for_extra("viz") in done.stdout
+    assert "matplotlib" in done.stdout and remedy_for_extra("viz") in done.stdout
+
+
+@pytest.fixture(scope="module")
+def further_log():
+    tasks = [
+        ftqp.PositionTask("panda_joint4", rows="z", target=(0, 0, 0.6), name="elbow"),
+        ftqp.AxisTask(PANDA.tip, towards=(0.6, 0.1, 0.0), name="look"),
+    ]
+    keep = ftqp.Keep(PANDA.tip, above=(0, 0, 0.47), name="table")
+    return run(Planner(PANDA, tasks=tasks, constraints=[keep]), panda_circle())
+
+
+def test_each_unit_of_soft_tasks_and_the_distances_have_a_panel(further_log, drawn, tmp_path):
+    assert runs.drawings_of(further_log)["tasks.png"] is errors.draw_further
+    errors.draw_further(further_log, tmp_path / "tasks.png")
+    titles = [axes.get_title() for axes in drawn[0].axes]
+    assert titles[0].startswith("Errors of soft tasks [mm]: largest") and titles[0].endswith("(elbow)")
+    assert titles[1].startswith("Errors of soft tasks [deg]: largest") and titles[1].endswith("(look)")
+    assert titles[2].startswith("Distances of points from their boundaries [mm]: smallest")
+    assert legend(drawn[0]) == ["elbow", "look", "table"]
+    for axes, group, factor in zip(drawn[0].axes, ("elbow", "look"), (1e3, 180.0 / np.pi), strict=False):
+        assert axes.lines[0].get_ydata().max() == pytest.approx(
+            factor * further_log[f"task_error.{group}"].max()
+        )
+    assert list(drawn[0].axes[2].lines[0].get_ydata()) == [0.0, 0.0]
+    assert drawn[0].axes[2].get_ylim()[0] < 0.0
+
+
+def test_numbers_of_soft_tasks_are_told_where_there_are_any_and_known(further_log, panda_log):
+    assert "tasks.png" not in runs.drawings_of(panda_log)
+    both = {"with": further_log, "without": panda_log}
+    page = numbers({name: summary(one) for name, one in both.items()}, both)
+    assert "elbow: largest error" in page and "look: error at the end" in page
+    assert "table: smallest distance from its plane" in page
+    alone = numbers({"without": summary(panda_log)}, {"without": panda_log})
+    assert "elbow" not in alone and "plane" not in alone
+    facts = summary(further_log) | {
+        "tasks": {"elbow": {"final_error": None, "max_error": None, "unit": "m"}},
+        "constraints": {"table": {"min_distance": -0.002}},
+    }
+    page = numbers({"run": facts}, {"run": further_log})
+    assert "2 mm beyond it" in page and "elbow" not in page
+
+
+def test_every_axis_of_a_moving_base_has_its_panel_with_extremes_and_unit(drawn, tmp_path):
+    robot = ftqp.robots.load("srs7")
+    planner = Planner(robot, 0.01, level="velocity", emergency=None)
+    task = ftqp.InertialTask(planner, ftqp.MovingBase())
+    world = MovingWorld(task, Platform(), [Step("rotation", 0.3, at=0.2, rate=2.0)])
+    log = run(
+        planner, Hold(world.start() @ robot.pose(robot.neutral), duration=1.0), robot.neutral, world=world
+    )
+    assert "base.png" in runs.drawings_of(log)
+    errors.draw_base(log, tmp_path / "base.png")
+    axes = drawn[0].axes
+    titles = [a.get_title() for a in axes]
+    assert len(axes) == 8
+    worst = 1e3 * log["inertial_error"][:, 1].min()
+    assert f"Y error: {worst:+.3g} to" in titles[2] and titles[2].endswith("mm")
+    assert titles[5].startswith("rotation error about Z") and titles[5].endswith("deg")
+    assert titles[6:] == ["disturbance: base position", "disturbance: base rotation"]
+    assert axes[6].texts[0].get_text() == "none"
+    np.testing.assert_allclose(axes[7].lines[0].get_ydata(), np.rad2deg(log["disturbance.rotation"]))
+    assert len({a.get_ylim() for a in axes[0:6:2]}) == 1
+    assert legend(drawn[0]) == ["saturated"]
+
+
+def test_five_pictures_of_runs_side_by_side_are_written(logs, tmp_path):
+    files = compared_runs.save_comparison(logs, tmp_path / "new" / "figures", name="square", title="square")
+    assert [file.name for file in files] == [f"square-{kind}.png" for kind in KINDS]
+    assert sorted(file.name for file in files[0].parent.iterdir()) == sorted(file.name for file in files)
+
+
+def test_errors_of_all_runs_share_one_logarithmic_panel(logs, drawn, tmp_path):
+    compared_runs.draw_errors(logs, "the square", tmp_path / "a.png")
+    (axes,) = drawn[0].axes
+    assert axes.get_yscale() == "log" and axes.get_ylabel() == "position error [mm]"
+    said = legend(drawn[0])
+    assert said[2] == f"mtn, largest {events.length(logs['mtn']['position_error'].max())}"
+    stop = logs["stops"]["t"][np.argmax(logs["stops"]["status"] >= 4)]
+    assert said[3].endswith(f"stopped at {stop:.4g} s")
+    np.testing.assert_allclose(axes.lines[2].get_ydata()[-50:], 1e3 * logs["mtn"]["position_error"][-50:])
+
+
+def test_a_curve_hidden_by_another_is_wider_than_it(logs, drawn, tmp_path):
+    some = {key: logs[key] for key in ("one", "same", "mtn")}
+    compared_runs.draw_errors(some, "x", tmp_path / "a.png")
+    (axes,) = drawn[0].axes
+    one, same, mtn = (line.get_linewidth() for line in axes.lines[:3])
+    assert one > same == mtn
+    assert "coincide" in axes.get_title(loc="right")
+
+
+def test_every_run_has_a_panel_of_velocities_with_the_same_axes(logs, drawn, tmp_path):
+    compared_runs.draw_velocities(logs, "the square", tmp_path / "a.png")
+    panels = [axes for axes in drawn[0].axes if axes.lines]
+    assert [axes.get_title().split(":")[0] for axes in panels] == list(logs)
+    assert len({axes.get_ylim() for axes in panels}) == 1
+    assert len({axes.get_xlim() for axes in panels}) == 1
+    assert panels[0].get_ylabel() == "velocity [deg/s]"
+    np.testing.assert_allclose(panels[2].lines[3].get_ydata(), np.degrees(logs["mtn"]["v"][:, 3]))
+    assert legend(drawn[0])[:6] == [f"j{i}" for i in range(1, 7)]
+
+
+def test_what_a_detector_finds_is_marked_and_who_was_told_not_said_where_runs_differ(logs, drawn, tmp_path):
+    one = logs["one"]
+    fault = dict(one.metadata["faults"][0])
+    told = changed(one, faults=[fault | {"announced": fault["at"]}], detections=None)
+    finds = changed(one, faults=[fault | {"announced": None}], detections=[{"detected_at": 1.25}])
+    compared_runs.draw_errors({"told": told, "finds": finds}, "both", tmp_path / "errors.png")
+    said = legend(drawn[0])
+    assert "detector finds out at 1.25 s" in said
+    assert not any("never told" in text for text in said)
+    lines = [line for line in drawn[0].axes[0].lines if set(np.asarray(line.get_xdata())) == {1.25}]
+    assert len(lines) == 1
+
+
+def test_the_legend_of_a_run_beside_rivals_tells_the_errors_that_are_drawn(drawn, tmp_path):
+    schedule = Schedule([FaultEvent(0.25, Locked("panda_joint3"))])
+    log = run(Planner(PANDA, dt=5e-3), panda_circle(0.5), schedule=schedule)
+    error = np.zeros(len(log))
+    error[10], error[70], error[-1] = 0.5, 0.0123, 0.0045  # the first is before the lock
+    other = compared_runs.Rival(name="other", q=log["q"], tip=log["tip"][:, :3], error=error)
+    compared_runs.draw_rivals(log, "own", [other], tmp_path / "rivals.png", "title")
+    assert "other: at most 12.3 mm off, 4.5 mm at the end" in legend(drawn[0])
+    assert any(label.startswith("own: at most ") for label in legend(drawn[0]))

@@ -130,7 +130,7 @@ def _picture(setup: Setup, goal: FloatArray, found: Outcome, learned: LearnedRun
     if links is None:
         return None
     try:
-        from ftqp.viz.figures.failure_pictures import draw_motions
+        from ftqp.viz.figures.map_pictures import draw_motions
     except MissingPackage as error:
         say(f"no picture: {error}")
         return None

@@ -192,6 +192,6 @@ def report(found: Subject, rep: CoverageReport, facts: dict[str, Any], folder: P
 
 def _motion(found: Subject, file: Path) -> Path:
     """The picture of the motion."""
-    from ftqp.viz.figures.motion_picture import draw_motion
+    from ftqp.viz.figures.arm_views import draw_motion
 
     return draw_motion(file, f"{found.name}: {found.title}", found.task.robot, found.task.t, found.q)

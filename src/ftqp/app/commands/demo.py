@@ -97,7 +97,7 @@ def brake_story(folder: Path) -> StoryPart:
 def _drawn(log: Log, rides: Mapping[str, Ride], file: Path) -> Path | None:
     """The picture; None, after a note, when the package that draws it is missing."""
     try:
-        from ftqp.viz.figures.rivals import Rival, draw_rivals
+        from ftqp.viz.figures.compared_runs import Rival, draw_rivals
     except MissingPackage as error:
         say(f"note: {error}")
         return None

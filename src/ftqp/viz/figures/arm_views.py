@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,12 @@ from numpy.typing import NDArray
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.pose import rotated
 from ftqp.model.chain import Skeleton
+from ftqp.model.robot import Robot
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
+    BLUE,
     GREY,
     MILLIMETRES,
     ORANGE,
@@ -22,6 +25,9 @@ from ftqp.viz.figures.canvas import (
     Figure,
     Line2D,
     few_ticks,
+    paper,
+    save,
+    shade_beyond,
     tidy,
     trace,
 )  # fmt: skip
@@ -180,3 +186,28 @@ def arm_handles(motion: Postures, colour: str = "black") -> list[Line2D]:
             Line2D([], [], color=RED, marker="X", markersize=9.0, linestyle="none", label="failed joint")
         )
     return found
+
+
+def draw_motion(path: str | Path, title: str, robot: Robot, t: FloatArray, q: FloatArray) -> Path:
+    """Draw a motion to a PNG file: configurations q, (N, nv) [rad or m], at the times t, (N,) [s]."""
+    at = np.linspace(0, len(q) - 1, INSTANTS).round().astype(int)
+    way, none = np.stack([robot.pose(row)[:3, 3] for row in q]), np.zeros((len(at), robot.nv), dtype=bool)
+    arm = postures_of(Skeleton.of(robot.chain), t[at], q[at], failed=none, way=way)
+    rows = -(-robot.nv // 2)
+    figure = paper(11.0, 4.2 + 1.5 * rows, title)
+    parts: Any = figure.subfigures(2, 1, height_ratios=[4.2, 1.5 * rows])
+    above, below = parts
+    draw_views(above, None, [arm], targets=way)
+    panels = np.atleast_1d(below.subplots(rows, 2, sharex=True, squeeze=False)).ravel()
+    for i, panel in enumerate(panels):
+        if i >= robot.nv:
+            panel.set_visible(False)
+            continue
+        ends = (robot.limits.q_min[i], robot.limits.q_max[i])
+        low, high = (float(x) if np.isfinite(x) else None for x in ends)
+        shade_beyond(panel, low, high, q[:, i])
+        panel.plot(t, q[:, i], color=BLUE, linewidth=1.6)
+        tidy(panel, "time [s]" if i >= robot.nv - 2 else "", "[rad or m]", robot.joints[i])
+        panel.set_xlim(t[0], t[-1])
+        panel.tick_params(labelbottom=i >= robot.nv - 2)
+    return save(figure, path)

@@ -1,38 +1,41 @@
-"""Runs of one arm and path side by side: errors, joint motion, torques, statuses, and how well they agree."""
+"""Runs of one arm and path side by side, and a run beside rivals that lead the arm without ftqp."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import InputError, unknown
+from ftqp.model.chain import Skeleton
 from ftqp.sim.log.log_arrays import Log
-from ftqp.viz.figures import events
+from ftqp.sim.rival import strayed
+from ftqp.viz.figures import arm_views, events
 from ftqp.viz.figures.canvas import (
+    BLUE,
     DEGREES,
+    GREEN,
     GREY,
     MILLIMETRES,
+    PURPLE,
+    RED,
     Axes,
     Line2D,
     Patch,
     curve,
-    decades,
     few_ticks,
     legend_below,
     made_folder,
     paper,
     save,
     tidy,
+    trace,
 )  # fmt: skip
 from ftqp.viz.figures.error_figures import SMALLEST_ERROR
-from ftqp.viz.figures.status_ribbon import STATUS_COLOURS, spells
-
-LEAST = 1e-16
-"""Differences below this are drawn at it: a logarithmic axis has no zero [rad or m]."""
+from ftqp.viz.figures.run_figures import STATUS_COLOURS, spells
 
 
 def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, title: str) -> list[Path]:
@@ -186,75 +189,97 @@ def _draw_joints(
     return save(figure, path)
 
 
-def joint_difference(log: Log, reference: Log) -> FloatArray:
-    """The largest difference of a joint's position to the reference at each tick that both have, (K,)."""
-    if any(log.metadata[name] != reference.metadata[name] for name in ("joints", "dt")):
-        raise InputError(
-            f"logs {log.path} and {reference.path} have different joints or sampling periods, "
-            "expected runs of the same scenario"
-        )
-    count = min(len(log), len(reference))
-    largest: FloatArray = np.abs(log["q"][:count] - reference["q"][:count]).max(axis=1)
-    return largest
+RIVALS = (PURPLE, GREEN)
+"""Of the rivals, in their order."""
+POSTURES = 3
+"""So often each arm is drawn, from the failure on."""
 
 
-def draw_agreement(
-    logs: Mapping[str, Log], path: str | Path, *, reference: str, title: str, tolerance: float | None = None
-) -> Path:
-    """Draw task error, joint difference and step times of several runs to a PNG file.
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Rival:
+    """A controller beside that of a run, on the same arm and path, at the instants of the run.
 
-    The others are compared to the run called ``reference``, by the largest difference of a joint; one up to
-    ``tolerance`` [rad or m] counts as agreement and is drawn as a line, None is no line.
+    Its joints are q, (K, nv) [rad or m], its tip (K, 3) [m], and off its target by the error, (K,) [m].
     """
-    if reference not in logs:
-        raise unknown("run", reference, "the figure", logs)
-    figure = paper(13.0, 7.6, title)
-    grid: Any = figure.add_gridspec(2, 2, width_ratios=(1.7, 1.0))
-    error, difference = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
-    errors = [np.maximum(MILLIMETRES * log["position_error"], SMALLEST_ERROR) for log in logs.values()]
-    events.draw_runs(error, logs, errors)
-    events.logarithmic(error, errors)
-    tidy(error, "", "position error [mm]")
-    _draw_differences(difference, logs, reference, tolerance)
-    for axes in (error, difference):
-        axes.set_xlim(*events.time_span(events.longest(logs)))
-        events.mark_faults(axes, events.longest(logs))
-    _draw_times(figure.add_subplot(grid[:, 1]), logs)
-    handles = [*events.run_handles(logs, [""] * len(logs)), *events.fault_handles(events.longest(logs))]
+
+    name: str
+    q: FloatArray
+    tip: FloatArray
+    error: FloatArray
+
+
+def draw_rivals(log: Log, own: str, rivals: Sequence[Rival], path: str | Path, title: str) -> Path:
+    """Draw the arms of a run and of its first rival, the paths of all tips and all errors to a PNG file."""
+    figure = paper(16.0, 6.8, title)
+    grid = figure.add_gridspec(2, 3, width_ratios=(1.0, 1.0, 1.15))
+    first, t = rivals[0], log["t"]
+    rows = _rows(log)
+    skeleton = Skeleton.from_facts(log.metadata["skeleton"])
+    failed = log["truth"][rows] != 0
+    arms = [
+        arm_views.postures_of(skeleton, t[rows], q[rows], failed=failed, way=way)
+        for q, way in ((log["q"], log["tip"][:, :3]), (first.q, first.tip))
+    ]
+    colours = [BLUE, RIVALS[0]]
+    arm_views.draw_views(figure, grid, arms, targets=log["target"][:, :3], colours=colours, ways=colours)
+    curves = [(own, log["tip"][:, :3], strayed(log), BLUE)]
+    curves += [(one.name, one.tip, one.error, colour) for one, colour in zip(rivals, RIVALS, strict=False)]
+    _draw_tips(figure.add_subplot(grid[:, 1]), log, curves)
+    _draw_distances(figure.add_subplot(grid[:, 2]), log, curves)
+    handles = [
+        Line2D([], [], color=colour, linewidth=3.0, label=_result(name, error, log))
+        for name, _, error, colour in curves
+    ]
+    handles += [Line2D([], [], color=GREY, linewidth=5.0, alpha=0.35, label="where the tip should go")]
+    handles += [*arm_views.arm_handles(arms[0], GREY), *events.fault_handles(log), *events.found_handles(log)]
     legend_below(figure, handles)
     return save(figure, path)
 
 
-def _draw_differences(axes: Axes, logs: Mapping[str, Log], reference: str, tolerance: float | None) -> None:
-    """Running maximum of the joint difference, one curve a run."""
-    decades(axes)
-    for index, (label, log) in enumerate(logs.items()):
-        if label != reference:
-            colour, style = events.look(index)
-            worst = np.maximum.accumulate(np.maximum(joint_difference(log, logs[reference]), LEAST))
-            curve(axes, log["t"][: len(worst)], worst, color=colour, linestyle=style, linewidth=1.5)
-    slides = any(logs[reference].metadata["prismatic"])
-    unit = "rad or m" if slides else "rad"
-    tidy(axes, "time [s]", f"largest joint difference\nto {reference} so far [{unit}]")
-    if tolerance is not None:
-        axes.axhline(tolerance, color=GREY, linewidth=1.0, linestyle="--")
-        axes.annotate(
-            "agreement", (0.01, tolerance), xytext=(0, 3), xycoords=("axes fraction", "data"),
-            textcoords="offset points", fontsize=8, color=GREY,
-        )  # fmt: skip
+def _result(name: str, error: FloatArray, log: Log) -> str:
+    """A controller with the largest error from the failure on and the last one, which the plot shows."""
+    since = error[_first_row(log) :]
+    most, last = events.length(float(since.max())), events.length(float(error[-1]))
+    return f"{name}: at most {most} off, {last} at the end"
 
 
-def _draw_times(axes: Axes, logs: Mapping[str, Log]) -> None:
-    """Step time of each run: a bar to the median, a line to the 99th percentile, a dot at the largest."""
-    for index, log in enumerate(logs.values()):
-        p50, p99, largest = np.percentile(log["step_time"], (50.0, 99.0, 100.0))
-        colour, _ = events.look(index)
-        axes.barh(index, p50, height=0.55, color=colour)
-        axes.plot((p50, p99), (index, index), color=colour, linewidth=2.0)
-        axes.plot(largest, index, "o", color=colour, markersize=4.0)
-        said = f"{p50:.3g}" if p50 < 1e3 else f"{p50:.0f}"
-        axes.annotate(said, (p50, index), xytext=(3, 4), textcoords="offset points", fontsize=8)
-    axes.set_xscale("log")
-    axes.set_yticks(range(len(logs)), list(logs))
-    axes.invert_yaxis()
-    tidy(axes, "time of a step [us]", "", "bar: median, line: to p99, dot: largest")
+def _first_row(log: Log) -> int:
+    """The row of the first failure, or the first."""
+    at = min([fault["at"] for fault in events.faults(log)], default=float(log["t"][0]))
+    return min(int(np.searchsorted(log["t"], at - events.TOLD_LATER)), len(log) - 1)
+
+
+def _rows(log: Log) -> list[int]:
+    """Rows from the first failure, or the start, to the end."""
+    return [int(row) for row in np.linspace(_first_row(log), len(log) - 1, POSTURES)]
+
+
+def _draw_tips(axes: Axes, log: Log, curves: Sequence[tuple[str, FloatArray, FloatArray, str]]) -> None:
+    """The ways of all tips, in the plane in which the path extends farthest."""
+    wanted = MILLIMETRES * (log["target"][:, :3] - log["target"][0, :3])
+    spread = np.ptp(wanted, axis=0)
+    first, second = sorted(int(i) for i in np.argsort(-spread, kind="stable")[:2])
+    trace(axes, wanted[:, first], wanted[:, second], color=GREY, linewidth=7.0, alpha=0.35)
+    for _, tip, _, colour in reversed(curves):
+        way = MILLIMETRES * (tip - log["target"][0, :3])
+        trace(axes, way[:, first], way[:, second], color=colour, linewidth=2.0)
+        axes.plot(*way[-1, [first, second]], "o", color=colour, markersize=7.0, zorder=4)
+    at = MILLIMETRES * (log["tip"][_first_row(log), :3] - log["target"][0, :3])
+    axes.plot(*at[[first, second]], "X", color=RED, markersize=11.0, zorder=5)
+    tidy(axes, "", "", f"Where the tips went: {'xyz'[first]} and {'xyz'[second]} from the start [mm]")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.12)
+    few_ticks(axes, 5, 7)
+
+
+def _draw_distances(axes: Axes, log: Log, curves: Sequence[tuple[str, FloatArray, FloatArray, str]]) -> None:
+    """All distances from the target on one axis."""
+    top = MILLIMETRES * max(float(error.max()) for _, _, error, _ in curves)
+    for _, _, error, colour in reversed(curves):
+        curve(axes, log["t"], MILLIMETRES * error, color=colour, linewidth=2.2)
+    axes.set_ylim(-0.03 * top, 1.08 * top or 1.0)
+    axes.set_xlim(*events.time_span(log))
+    events.mark_faults(axes, log)
+    events.mark_found(axes, log)
+    tidy(axes, "time [s]", "", "Distance of the tip from its target [mm]")

@@ -250,7 +250,7 @@ def _draw_panel(axes: Axes, log: Log, panel: Panel, first: int) -> list[Line2D]:
 
 
 def _span_of(signals: list[FloatArray]) -> tuple[float, float]:
-    """The range of a panel, which has 0 in it."""
+    """A range with 0 in it, also for panels that are to compare."""
     values = np.concatenate([signal[np.isfinite(signal)] for signal in signals])
     low, high = min(0.0, float(values.min(initial=0.0))), max(0.0, float(values.max(initial=0.0)))
     room = ROOM * (high - low) or 1.0
@@ -292,7 +292,7 @@ def draw_base(log: Log, path: str | Path) -> Path:
     figure = paper(11.0, 9.0, f"Tip held in inertial space: {events.heading(log)}")
     grid: Any = figure.subplots(4, 2, sharex=True)
     for side, (values, scale, axis_unit) in enumerate(((columns[0], factor, unit), (columns[1], 1.0, "deg"))):
-        ends = _ends(scale * values)
+        ends = _span_of([scale * values])
         for k in range(3):
             axes: Axes = grid[k, side]
             signal = scale * values[:, k]
@@ -326,13 +326,6 @@ def _length_unit(values: FloatArray) -> tuple[str, float]:
     """The unit of length in which the largest value has at least one digit before the point."""
     largest = float(np.abs(values).max()) if values.size else 0.0
     return next(((unit, factor) for unit, factor in UNITS if factor * largest >= 1.0), UNITS[-1])
-
-
-def _ends(values: FloatArray) -> tuple[float, float]:
-    """One range for the three axes, so that they compare."""
-    low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
-    margin = 0.08 * (high - low) or 1.0
-    return low - margin, high + margin
 
 
 def _extremes(signal: FloatArray) -> str:

@@ -30,7 +30,6 @@ from ftqp.viz.figures.canvas import (
     Axes,
     Figure,
     Line2D,
-    LineCollection,
     Patch,
     curve,
     few_ticks,
@@ -292,15 +291,12 @@ def _bar(axes: Axes, least: float, largest: float, limits: Ends, *, failed: bool
         return
     ends = [float(np.clip((x - low) / (high - low), 0.0, 1.0)) for x in (least, largest)]
     middle = 0.5 * sum(ends)
-    used = [min(ends[0], middle - 0.01), max(ends[1], middle + 0.01)]
-    axes.add_collection(
-        LineCollection(
-            [[(BAR, 0.0), (BAR, 1.0)], [(BAR, used[0]), (BAR, used[1])]],
-            colors=["#DDDDDD", RED if failed else BLUE], linewidths=BAR_WIDTH, transform=axes.transAxes,
-            clip_on=False,
-        ),
-        autolim=False,
-    )  # fmt: skip
+    used = min(ends[0], middle - 0.01), max(ends[1], middle + 0.01)
+    for (start, end), colour in (((0.0, 1.0), "#DDDDDD"), (used, RED if failed else BLUE)):
+        axes.plot(
+            [BAR, BAR], [start, end], color=colour, linewidth=BAR_WIDTH, solid_capstyle="butt",
+            transform=axes.transAxes, clip_on=False,
+        )  # fmt: skip
     for place, value in ((0.0, low), (1.0, high)):
         axes.text(
             BAR + 0.02, place, f"{value:.3g}".replace("-", "\N{MINUS SIGN}"), transform=axes.transAxes,
