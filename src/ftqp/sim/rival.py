@@ -150,10 +150,6 @@ class Ride:
         """The tip's distance from its target, (K,) [m]."""
         return np.asarray(np.linalg.norm(self.tip - self.target, axis=1))
 
-    def most_speed(self, robot: Robot) -> float:
-        """The largest share of its speed limit that a joint truly used, without unit."""
-        return float(np.max(np.abs(self.v) / robot.limits.v_max))
-
 
 def strayed(log: Log) -> FloatArray:
     """How far the tip of a run truly was from its target, (K,) [m].
@@ -161,13 +157,6 @@ def strayed(log: Log) -> FloatArray:
     The run's own ``position_error`` is what its planner saw, with the noise of its sensors.
     """
     return np.asarray(np.linalg.norm(log["tip"][:, :3] - log["target"][:, :3], axis=1))
-
-
-def turned(robot: Robot, q: FloatArray, poses: FloatArray) -> FloatArray:
-    """How far the tip of an arm was turned away from where it should have been, (K,) [rad]."""
-    tips = Skeleton.of(robot.chain).frames(q)[:, -1, :3, :3]
-    cosine = 0.5 * (np.einsum("kij,kij->k", tips, poses[:, :3, :3]) - 1.0)
-    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
 def ride(

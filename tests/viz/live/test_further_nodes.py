@@ -229,7 +229,7 @@ def test_what_stands_around_is_shown_where_it_stands_live_and_replayed(tmp_path)
     source = SteppedSource(str(file))
     with Page(source, port=0) as page:
         assert page.refresh()
-        facts, nodes = source.frame().further, page._scene._further._solids
+        facts, nodes = source.frame().further, page._scene._further._moving
         assert [fact.name for fact in facts] == [
             "shelf", "capsule", "cylinder", "half space", "sphere", "itself",
         ]  # fmt: skip

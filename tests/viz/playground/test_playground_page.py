@@ -87,9 +87,3 @@ def test_the_tip_goes_where_the_target_is_dragged(tab):
     assert float(data(tab)["error"]) < 1e-4
     tab.get_by_role("button", name="reset", exact=True).click()
     until(tab, "d.faults === '' && +d.tick < 500 && d.status === 'OK'")
-
-
-def test_a_page_mentions_a_box_only_where_there_is_one():
-    from ftqp.viz.live.panel import BOX, INVITATION
-
-    assert "box" in BOX and "box" not in INVITATION.format(further="")

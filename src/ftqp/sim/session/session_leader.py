@@ -140,11 +140,6 @@ class SessionLeader(Leader):
         return self._hand is None and self._back is None and self._out is None
 
     @property
-    def on_way_out(self) -> bool:
-        """Whether the arm goes a way out, or stands at its end."""
-        return self._out is not None
-
-    @property
     def by_hand(self) -> bool:
         """Whether a hand leads."""
         return self._hand is not None

@@ -7,10 +7,10 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.core.pose import quaternions
 from ftqp.model.chain import rotation_to
 from ftqp.sim.session.frame import FurtherFact, Solid
 from ftqp.viz.live import colours
+from ftqp.viz.live.drag_handles import wxyz
 from ftqp.viz.live.shapes import Mesh, ball, box, cylinder, hull, joined
 
 MARK, WIDE, THIN, ARROW = 0.018, 0.6, 0.002, 0.12
@@ -46,44 +46,35 @@ class FurtherNodes:
         self, shown: Sequence[FurtherFact], middle: FloatArray, size: float, mesh: Add, label: Any
     ) -> None:
         self._size = size
-        self._marks: dict[int, Any] = {}
+        self._moving: dict[int, Any] = {}
         self._labels: dict[int, Any] = {}
         self.nodes: list[Any] = []
-        self._solids: dict[int, Any] = {}
         for k, one in enumerate(shown):
-            if one.shape == "body":
-                if one.solid is not None:
-                    self._add_solid(k, one.solid, mesh, label)
-                continue
-            if one.corners is not None:
+            if one.solid is not None:
+                self._moving[k] = mesh(f"solid{k}", _triangles(one.solid, size), colours.OBSTACLE, SOLID)
+                self._labels[k] = label(f"solid{k}_said", "")
+            elif one.corners is not None:
                 self._add_box(k, one, middle, mesh, label)
-                continue
-            if one.place is None:
-                continue
-            if one.normal is None:
-                self._marks[k] = mesh(f"task{k}", ball(MARK * size), colours.MARK, None)
-            else:
-                self._add_plane(k, one, middle, mesh)
-            self._labels[k] = label(f"task{k}_said", "")
-            if one.normal is not None:
-                normal = np.array(one.normal)
-                self._labels[k].position = self._centre(one, middle) + 1.25 * ARROW * size * normal
-        self.nodes += [*self._marks.values(), *self._solids.values(), *self._labels.values()]
+            elif one.place is not None:
+                self._labels[k] = label(f"task{k}_said", "")
+                if one.normal is None:
+                    self._moving[k] = mesh(f"task{k}", ball(MARK * size), colours.MARK, None)
+                else:
+                    self._add_plane(k, one, middle, mesh)
+        self.nodes += [*self._moving.values(), *self._labels.values()]
         self.show(shown)
 
     def show(self, shown: Sequence[FurtherFact]) -> None:
-        """Move the marks, and say how far everything is."""
-        for k, mark in self._marks.items():
-            place = shown[k].place
-            if place is not None:
-                mark.position = place
-                self._labels[k].position = (place[0], place[1], place[2] + 2.0 * MARK * self._size)
-        for k, node in self._solids.items():
-            solid = shown[k].solid
+        """Move marks and things, and say how far everything is."""
+        for k, node in self._moving.items():
+            place, solid = shown[k].place, shown[k].solid
             if solid is not None:
                 T = np.reshape(solid.pose, (4, 4))
-                node.position, node.wxyz = T[:3, 3], np.roll(quaternions(T[None, :3, :3])[0], 1)
+                node.position, node.wxyz = T[:3, 3], wxyz(T[:3, :3])
                 self._labels[k].position = _above(solid)
+            elif place is not None:
+                node.position = place
+                self._labels[k].position = (place[0], place[1], place[2] + 2.0 * MARK * self._size)
         for k, label in self._labels.items():
             text = f"{shown[k].name}: {amount(shown[k])}"
             if label.text != text:
@@ -92,30 +83,20 @@ class FurtherNodes:
     @property
     def marks(self) -> dict[int, FloatArray]:
         """Where targets of tasks and things around the arm are, by their numbers in a frame, (3,) [m]."""
-        both = {**self._marks, **self._solids}
-        return {k: np.array(node.position) for k, node in both.items()}
-
-    def _centre(self, one: FurtherFact, middle: FloatArray) -> FloatArray:
-        """The point of a plane that is nearest to the middle of the arm."""
-        normal = np.array(one.normal)
-        centre: FloatArray = middle - ((middle - np.array(one.place)) @ normal) * normal
-        return centre
+        return {k: np.array(node.position) for k, node in self._moving.items()}
 
     def _add_plane(self, k: int, one: FurtherFact, middle: FloatArray, mesh: Add) -> None:
-        """A translucent square, and an arrow into the side that is free."""
-        size, turn = self._size, np.roll(quaternions(rotation_to(np.array(one.normal))[None])[0], 1)
+        """A translucent square nearest to the middle of the arm, and an arrow into the side that is free."""
+        size, normal = self._size, np.array(one.normal)
         square = mesh(f"plane{k}", box(size * np.array([WIDE, WIDE, THIN])), colours.PLANE, SHADE)
         shaft = cylinder(0.006 * size, 0.0, 0.7 * ARROW * size)
         head = cylinder(0.016 * size, 0.7 * ARROW * size, ARROW * size, 0.0005 * size)
         arrow = mesh(f"plane{k}_normal", joined([shaft, head]), colours.PLANE, None)
+        centre = middle - ((middle - np.array(one.place)) @ normal) * normal
         for node in (square, arrow):
-            node.position, node.wxyz = self._centre(one, middle), turn
+            node.position, node.wxyz = centre, wxyz(rotation_to(normal))
+        self._labels[k].position = centre + 1.25 * ARROW * size * normal
         self.nodes += [square, arrow]
-
-    def _add_solid(self, k: int, solid: Solid, mesh: Add, label: Any) -> None:
-        """What stands around the arm; of a half-space a part of its plane."""
-        self._solids[k] = mesh(f"solid{k}", _triangles(solid, self._size), colours.OBSTACLE, SOLID)
-        self._labels[k] = label(f"solid{k}_said", "")
 
     def _add_box(self, k: int, one: FurtherFact, middle: FloatArray, mesh: Add, label: Any) -> None:
         """A translucent box; a side that is left out is where it leaves the arm room."""

@@ -175,10 +175,7 @@ class Panel:
             )
         )
 
-        async def clicked(event: Any) -> None:
-            self._put(asked[str(event.target.value)])
-
-        buttons.on_click(clicked)
+        self._on_click(buttons, asked.__getitem__)
         self._on_update(speed, lambda value: commands.Speed(float(value)))
 
     def _time_slider(self, duration: float) -> None:
@@ -188,14 +185,23 @@ class Panel:
         )
         self._on_update(self._slider, lambda value: commands.Seek(float(value)))
 
-    def _on_update(self, control: Any, order: Callable[[Any], Command]) -> None:
-        """Turn what somebody sets a control to into an order."""
+    def _on_update(self, control: Any, order: Callable[[Any], Command | None]) -> None:
+        """Turn what somebody sets a control to into an order, or into none."""
 
         async def changed(event: Any) -> None:
-            if event.client is not None:
-                self._put(order(event.target.value))
+            asked = order(event.target.value) if event.client is not None else None
+            if asked is not None:
+                self._put(asked)
 
         control.on_update(changed)
+
+    def _on_click(self, buttons: Any, order: Callable[[str], Command]) -> None:
+        """Turn a click on one of some buttons into an order, by the word on it."""
+
+        async def clicked(event: Any) -> None:
+            self._put(order(str(event.target.value)))
+
+        buttons.on_click(clicked)
 
     def _tell(self, stage: Stage) -> None:
         """How the planner learns of what breaks."""
@@ -228,11 +234,10 @@ class Panel:
     def _on_row(self, row: Any, joint: Callable[[], str]) -> None:
         """Turn the clicks on a row into commands for its joint."""
 
-        async def clicked(event: Any) -> None:
-            word = str(event.target.value)
-            self._put(commands.Repair(joint()) if word == REPAIR else commands.Break(joint(), ACTIONS[word]))
+        def order(word: str) -> Command:
+            return commands.Repair(joint()) if word == REPAIR else commands.Break(joint(), ACTIONS[word])
 
-        row.on_click(clicked)
+        self._on_click(row, order)
 
     def _setup(self, stage: Stage) -> None:
         """Which robot, scenario, scheme and backend; what the page leads the tip by."""
@@ -256,12 +261,11 @@ class Panel:
         listed = tuple(options) if value in options else (value or "own", *options)
         dropdown = self._gui.add_dropdown(key, listed, initial_value=value if value in listed else listed[0])
 
-        async def changed(event: Any) -> None:
-            if event.client is not None and event.target.value in options:
-                chosen: dict[str, Any] = {key: str(event.target.value)}
-                self._put(commands.Use(**chosen))
+        def order(value: Any) -> Command | None:
+            chosen: dict[str, Any] = {key: str(value)}
+            return commands.Use(**chosen) if value in options else None
 
-        dropdown.on_update(changed)
+        self._on_update(dropdown, order)
         self._dropdowns[key] = dropdown
 
     def _choose(self) -> None:
