@@ -1,16 +1,39 @@
-"""MuJoCo's equations of motion against pinocchio's, and what must not be left behind."""
+"""Arms in MuJoCo: pinocchio's equations of motion, ties of joints that follow others, and contacts."""
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from tests.telescope import telescope
 
+import ftqp
 from ftqp.model import catalog
 from ftqp.model.payload import Payload
+from ftqp.model.robot import Robot
+from ftqp.sim.plants.plant import Arm
+from ftqp.sim.plants.true_arm import TrueArm
 
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
+from ftqp.sim.plants.mujoco_plant import MujocoPlant
 from ftqp.sim.plants.physics import Physics
-from ftqp.sim.plants.true_arm import TrueArm
+
+
+@pytest.mark.parametrize("rotor", [0.0, 0.3])
+@pytest.mark.parametrize("name", ["panda", "planar6", "srs7"])
+def test_arm_agrees_with_pinocchio(name, rotor):
+    model = catalog.load(name).model.copy()
+    model.armature = np.full(model.nv, rotor)
+    robot = Robot.from_pinocchio(model)
+    rng = np.random.default_rng(3)
+    arm = Arm(robot)
+    for _ in range(5):
+        q, v = rng.normal(size=robot.nv), rng.normal(size=robot.nv)
+        np.testing.assert_allclose(arm.tip(q), robot.pose(q), atol=1e-12)
+        M, h = arm.dynamics(q, v)
+        a = rng.normal(size=robot.nv)
+        tau = pin.rnea(robot.model, robot.model.createData(), robot.configuration(q), v, a)
+        np.testing.assert_allclose(M @ a + h, tau, atol=1e-9)
+
 
 WITH_INERTIA = [name for name in catalog.names() if name != "planar" and catalog.load(name).has_inertia]
 
@@ -139,3 +162,106 @@ def test_broken_motion_is_told_with_time_and_joint_and_leaves_no_file(panda, tmp
     assert not list(tmp_path.iterdir())
     physics.reset(panda.neutral, np.zeros(7))
     assert physics.failure is None
+
+
+START = np.array([0.3, 0.2, 0.12, 0.5, -0.05, 0.2, 0.9, 0.3])
+
+
+@pytest.mark.parametrize("joint", [None, "elbow", "lift"])
+def test_an_arm_with_mimic_joints_follows_its_path_in_physics_also_when_one_locks(joint):
+    robot = ftqp.Robot.from_urdf(telescope(), "tool")
+    planner = ftqp.Planner(robot, task=ftqp.Task("position"), drive=ftqp.Drive(bandwidth=94.0))
+    plant = MujocoPlant(robot, 1e-3)
+    planner.reset(START)
+    plant.reset(START, np.zeros(8))
+    path = ftqp.paths.Circle(robot.pose(START), radius=0.03, duration=3.0)
+    sampled = path.sample(0.001 * np.arange(1600))
+    targets = ftqp.Targets(sampled.pose, sampled.twist, sampled.acceleration)
+    worst = tied = 0.0
+    for k in range(1600):
+        if k == 700 and joint is not None:
+            plant.fail(ftqp.Locked(joint))
+            planner.report(ftqp.Locked(joint))
+        step = planner.step(plant.q, None, targets.at(k))
+        plant.advance(step)
+        image = robot.chain.ratio * plant.q[robot.chain.lead] + robot.chain.offset
+        tied = max(tied, np.abs(image - plant.q).max())
+        worst = max(worst, step.position_error)
+        assert not plant.tau[[2, 4]].any()
+    assert step.status is ftqp.StepStatus.OK and tied < 1e-6
+    assert worst < (1e-4 if joint is None else 8e-3) and step.position_error < 1e-3
+    if joint is not None:
+        assert abs(plant.v[robot.joint(joint)]) < 1e-4
+
+
+PANDA = ftqp.robots.load("panda")
+SHAPES = {
+    "ball": ftqp.Sphere(0.12, (0.45, 0.1, 0.5)),
+    "box": ftqp.Box((0.3, 0.2, 0.4), (0.4, -0.3, 0.5), rpy=(0.3, 0.2, 0.7)),
+    "post": ftqp.Cylinder(0.1, 0.9, (-0.3, 0.3, 0.5), rpy=(0.4, 0.0, 0.0)),
+    "rod": ftqp.Capsule((-0.6, -0.6, 0.2), (0.1, -0.5, 0.9), 0.07),
+    "wedge": ftqp.Hull(0.5 * np.eye(4)[:, :3], place=(0.3, -0.5, 0.3), rpy=(0.2, 0.1, 0.4)),
+    "floor": ftqp.HalfSpace(point=(0.0, 0.0, 0.1), normal=(0.1, 0.0, 1.0)),
+}
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+def test_contacts_are_where_the_planner_sees_negative_distances(kind):
+    scene = ftqp.Scene()
+    scene.add(kind, SHAPES[kind])
+    sees = ftqp.Planner(PANDA, scene=scene, clearance=ftqp.Clearance(self_pairs=False))
+    plant = ftqp.MujocoPlant(PANDA, 1e-3, scene=scene)
+    rng, seen = np.random.default_rng(7), []
+    low, high = PANDA.limits.q_min, PANDA.limits.q_max
+    while min(seen.count(True), seen.count(False)) < 10:
+        q = rng.uniform(low, high)
+        pairs = sees.distances(q)
+        d = min(map(float, pairs.values()))
+        if abs(d) < 2e-3:
+            continue
+        plant.reset(q, np.zeros(PANDA.nv))
+        plant._physics.step()
+        assert (plant.contact_force > 0.0) == (d < 0.0), (q, d)
+        seen.append(d < 0.0)
+
+
+def test_an_arm_that_knows_nothing_of_a_wall_pushes_against_it_and_one_that_does_stays_clear():
+    wall = ftqp.Scene()
+    wall.add("wall", ftqp.Box((0.1, 1.0, 1.0), (0.53, 0.0, 0.5)))
+    line = ftqp.paths.Line(PANDA.pose(PANDA.neutral), (0.2, 0.0, 0.0), duration=1.0)
+    pushed = []
+    for scene in (None, wall):
+        planner = ftqp.Planner(PANDA, 1e-3, scene=scene, drive="position", emergency=None)
+        plant = ftqp.MujocoPlant(PANDA, 1e-3, scene=wall)
+        planner.reset(PANDA.neutral)
+        worst = 0.0
+        for k in range(1200):
+            at = line.sample(np.array([min(k * 1e-3, 1.0)]))
+            target = ftqp.Target(pose=at.pose[0], twist=at.twist[0], acceleration=at.acceleration[0])
+            step = planner.step(plant.q, plant.v, target)
+            plant.advance(step)
+            worst = max(worst, plant.contact_force)
+        pushed.append(worst)
+    assert pushed[0] > 1.0 and pushed[1] == 0.0
+
+
+def test_a_scenario_s_scene_stands_in_its_physics_too(tmp_path):
+    from ftqp.app.scenario.setup import load
+
+    file = tmp_path / "cell.toml"
+    file.write_text(
+        '[robot]\nname = "panda"\n[planner]\ndrive = { kind = "position" }\n[path]\nkind = "circle"\n'
+        'radius = 0.05\nduration = 2.0\n[simulation]\nplant = "mujoco"\n[[scene]]\nkind = "half_space"\n'
+        "point = [0.0, 0.0, 0.2]\n"
+    )
+    plant = load(str(file)).plant
+    q = PANDA.neutral.copy()
+    q[1] = 1.7  # bent down to the floor
+    plant.reset(q, np.zeros(7))
+    plant._physics.step()
+    assert plant.contact_force > 0.0
+
+
+def test_what_is_no_scene_is_refused():
+    with pytest.raises(ftqp.InputError, match=r"scene is 'a table', expected an ftqp\.Scene or None"):
+        ftqp.MujocoPlant(PANDA, 1e-3, scene="a table")
