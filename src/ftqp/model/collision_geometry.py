@@ -95,7 +95,7 @@ def vertices(shape: Collision) -> FloatArray:
     """The corners of the hull of a mesh, (V, 3) [m]."""
     if shape.corners is not None:
         return _outermost(shape.corners, shape.link)
-    path = _found(shape)
+    path = found_mesh(shape)
     return _outermost(_read(path, shape.size), f"{path} of link {shape.link!r}")
 
 
@@ -128,7 +128,7 @@ def _outermost(points: FloatArray | str, name: str) -> FloatArray:
         ) from error
 
 
-def _found(shape: Collision) -> Path:
+def found_mesh(shape: Collision) -> Path:
     """Where a mesh lies: as it is written, or ``package://`` of a folder above the URDF."""
     written = shape.file.removeprefix("file://")
     parts = written.removeprefix("package://")

@@ -1,6 +1,6 @@
 """Reading URDF: the tree is audited first, then pinocchio gets a cleaned copy without meshes."""
 
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -88,15 +88,20 @@ def read(source: Any, tips: Sequence[str], locked: Sequence[str | int]) -> Sourc
         },
         findings=tree.findings,
         postures={} if path is None else postures_beside(path),
-        shapes=_collisions(tree, path),
+        shapes=shapes_of(tree.links, path),
     )
 
 
-def _collisions(tree: Tree, path: Path | None) -> list[Collision]:
-    """The collision geometry of the links as it is written; what is no geometry is left out."""
+def shapes_of(
+    links: Mapping[str, Element], path: Path | None, tag: str = "collision", *, mirrored: bool = False
+) -> list[Collision]:
+    """The geometry of links as it is written, that collides or is seen (``visual``).
+
+    What is no geometry is left out, and meshes that are ``mirrored`` unless they are asked for.
+    """
     found = []
-    for name, link in tree.links.items():
-        for element in link.findall("collision"):
+    for name, link in links.items():
+        for element in link.findall(tag):
             geometry = element.find("geometry")
             shape = None if geometry is None else next(iter(geometry), None)
             if shape is None or shape.tag not in GEOMETRY:
@@ -105,7 +110,8 @@ def _collisions(tree: Tree, path: Path | None) -> list[Collision]:
             if shape.tag == "mesh":
                 size = size if len(size) == 3 else [1.0, 1.0, 1.0]
             origin = _origin(element)
-            if not (size and np.isfinite(size).all() and min(size) > 0.0 and np.isfinite(origin).all()):
+            least = min(map(abs, size) if mirrored and shape.tag == "mesh" else size, default=0.0)
+            if not (least > 0.0 and np.isfinite(size).all() and np.isfinite(origin).all()):
                 continue
             place = pin.SE3(pin.rpy.rpyToMatrix(*origin[3:]), origin[:3]).homogeneous
             found.append(

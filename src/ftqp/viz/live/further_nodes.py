@@ -11,7 +11,7 @@ from ftqp.model.chain import rotation_to
 from ftqp.sim.session.frame import FurtherFact, Solid
 from ftqp.viz.live import colours
 from ftqp.viz.live.drag_handles import wxyz
-from ftqp.viz.live.shapes import Mesh, ball, box, cylinder, hull, joined
+from ftqp.viz.live.shapes import Mesh, ball, box, capsule, cylinder, hull, joined
 
 MARK, WIDE, THIN, ARROW = 0.018, 0.6, 0.002, 0.12
 """Radius of a mark, width and thickness of a plane, length of its arrow, as shares of the arm's size."""
@@ -117,15 +117,12 @@ def _triangles(solid: Solid, size: float) -> Mesh:
     match solid.kind:
         case "box":
             return box(2.0 * np.array([x, y, z]))
-        case "cylinder":
-            return cylinder(y, -x, x)
         case "hull":
             return hull(np.reshape(solid.corners, (-1, 3)))
         case "half_space":
             return box(size * np.array([3.0, 3.0, THIN]))
         case _:
-            ends = [ball(y, np.array([0.0, 0.0, end])) for end in ({-x, x} if x > 0.0 else {0.0})]
-            return joined([*ends, *([cylinder(y, -x, x)] if x > 0.0 else [])])
+            return capsule(y, x, round_ends=solid.kind != "cylinder")
 
 
 def _above(solid: Solid) -> tuple[float, float, float]:

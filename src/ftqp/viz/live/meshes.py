@@ -5,18 +5,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
-from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import FtqpError, InputError
-from ftqp.core.pose import rotation_exp, transform
+from ftqp.core.pose import transform
+from ftqp.model.capsules import Collision
 from ftqp.model.chain import axis_rotation, frame_id
 from ftqp.model.reading.safe_xml import refuse_other_than_mesh, xml_of
+from ftqp.model.reading.urdf import shapes_of
 from ftqp.model.robot import Robot
-from ftqp.viz.live.shapes import BASE, Mesh, Part, arm_parts, ball, box, cylinder, joined
+from ftqp.viz.live.shapes import BASE, Mesh, Part, arm_parts, ball, box, capsule, joined
 
 LOOKS = ("chain", "collision", "visual")
 """What an arm can be drawn from: its chain alone, or meshes of its URDF that are light, or that are seen."""
@@ -50,15 +50,14 @@ def mesh_parts(robot: Robot, urdf: Any, look: str = "collision") -> tuple[Part, 
 def _parts(robot: Robot, urdf: Any, look: str) -> tuple[Part, ...]:
     """Barrels that show the joints' conditions, and a body for each link that has one."""
     _, root, path = xml_of(urdf, "URDF", "robot")
+    links = {link.get("name", ""): link for link in root.iter("link")}
     bodies: dict[int, list[Mesh]] = {}
-    for link in root.iter("link"):
-        placed = _place_of(robot, link.get("name", ""))
+    for shape in shapes_of(links, path, look, mirrored=True):
+        placed = _place_of(robot, shape.link)
         if placed is None:
             continue
-        frame, T = placed
-        for element in link.findall(look):
-            mesh = _body(element, path)
-            bodies.setdefault(frame, []).append(mesh.moved(T[:3, :3], T[:3, 3]))
+        frame, T = placed[0], placed[1] @ shape.place
+        bodies.setdefault(frame, []).append(_triangles(shape).moved(T[:3, :3], T[:3, 3]))
     if not bodies:
         raise InputError(f"its URDF has no {look} bodies on the way to {', '.join(map(repr, robot.tips))}")
     whole = {frame: joined(meshes) for frame, meshes in bodies.items()}
@@ -87,62 +86,21 @@ def _place_of(robot: Robot, link: str) -> tuple[int, FloatArray] | None:
     return joint - 1, transform(turn.T, np.zeros(3)) @ T
 
 
-def _body(element: Element, urdf: Path | None) -> Mesh:
-    """One visual or collision body, in the coordinates of its link."""
-    geometry = element.find("geometry")
-    shape = geometry[0] if geometry is not None and len(geometry) else None
-    if shape is None:
-        raise InputError("a body of its URDF has no geometry")
-    mesh = _shape(shape, urdf)
-    if not np.isfinite(mesh.vertices).all() or not len(mesh.faces):
-        raise InputError(f"a {shape.tag} of its URDF has no size")
-    origin = element.find("origin")
-    if origin is None:
-        return mesh
-    x, y, z = np.eye(3)
-    roll, pitch, yaw = _numbers(origin.get("rpy", "0 0 0"), 3)
-    return mesh.moved(
-        rotation_exp(yaw * z) @ rotation_exp(pitch * y) @ rotation_exp(roll * x),
-        _numbers(origin.get("xyz", "0 0 0"), 3),
-    )
-
-
-def _shape(shape: Element, urdf: Path | None) -> Mesh:
-    """A box, cylinder, sphere or mesh file."""
-    match shape.tag:
+def _triangles(shape: Collision) -> Mesh:
+    """A piece of a link in its own frame."""
+    size = np.array(shape.size)
+    match shape.kind:
         case "box":
-            return box(_numbers(shape.get("size", ""), 3))
-        case "cylinder":
-            half = 0.5 * _numbers(shape.get("length", ""), 1)[0]
-            return cylinder(_numbers(shape.get("radius", ""), 1)[0], -half, half)
+            return box(size)
         case "sphere":
-            return ball(_numbers(shape.get("radius", ""), 1)[0])
+            return ball(size[0])
         case "mesh":
-            mesh = read_mesh(found_mesh(shape.get("filename", ""), urdf))
-            return replace(mesh, vertices=mesh.vertices * _numbers(shape.get("scale", "1 1 1"), 3))
-        case other:
-            raise InputError(f"<{other}> is no shape of a URDF")
+            from ftqp.model.collision_geometry import found_mesh  # it loads coal, which few pages need
 
-
-def found_mesh(name: str, urdf: Path | None) -> Path:
-    """The file of a mesh: ``package://name/rest`` is looked for in the folders above the URDF.
-
-    ``urdf`` is None for one that was given as text.
-    """
-    above = [] if urdf is None else list(urdf.resolve().parents)
-    scheme, mark, rest = name.partition("://")
-    if not mark:
-        candidates = [Path(name)] if Path(name).is_absolute() else [folder / name for folder in above[:1]]
-    elif scheme == "file":
-        candidates = [Path(unquote(rest))]
-    else:
-        package, _, inside = rest.partition("/")
-        candidates = [folder / package / inside for folder in above]
-        candidates += [folder / inside for folder in above if folder.name == package]
-    for candidate in candidates:
-        if candidate.is_file():
-            return candidate
-    raise InputError(f"mesh {name!r:.200} was not found beside its URDF")
+            mesh = read_mesh(found_mesh(shape))
+            return replace(mesh, vertices=mesh.vertices * size)
+        case _:
+            return capsule(size[0], 0.5 * size[1], round_ends=shape.kind == "capsule")
 
 
 def read_mesh(file: Path) -> Mesh:
@@ -185,17 +143,6 @@ def _clustered(mesh: Mesh, cell: float) -> Mesh:
     faces = faces[whole]
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     return Mesh(vertices / count[:, None], faces[np.sort(first)])
-
-
-def _numbers(text: str, count: int) -> FloatArray:
-    """Numbers of an attribute."""
-    try:
-        values = np.array([float(word) for word in text.split()])
-    except ValueError:
-        values = np.zeros(0)
-    if len(values) != count or not np.isfinite(values).all():
-        raise InputError(f"{text!r:.60} in its URDF is not {count} finite numbers")
-    return values
 
 
 def _first_line(error: BaseException) -> str:

@@ -111,6 +111,12 @@ def ball(radius: float, center: FloatArray | None = None) -> Mesh:
     return Mesh(round_one.vertices + (np.zeros(3) if center is None else center), round_one.faces)
 
 
+def capsule(radius: float, half: float, *, round_ends: bool = True) -> Mesh:
+    """A cylinder around the origin along z, twice ``half`` long [m], its ends round or flat."""
+    ends = [ball(radius, np.array([0.0, 0.0, end])) for end in ({-half, half} if round_ends else ())]
+    return joined([*ends, *([cylinder(radius, -half, half)] if half > 0.0 else [])])
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Part:
     """A rigid part of an arm, whose mesh stands in a joint's frame, or in ``BASE``.
