@@ -20,7 +20,7 @@ from bench.tables import Table
 
 import ftqp
 from ftqp.app.scenario.setup import load
-from ftqp.model.skeleton import Skeleton
+from ftqp.model.chain import Skeleton
 from ftqp.sim.rival import GAIN, ResolvedRates, ride, strayed
 
 SCENARIO, DEMO = "panda-unannounced", "panda_joint3"
