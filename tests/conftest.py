@@ -14,7 +14,7 @@ settings.load_profile("ftqp")
 SCRIPTS = [Path(__file__).parent / name for name in ("solvers", "benchmarks", "studies")]
 FROM_END_TO_END = (
     "test_bench_", "test_compare_", "test_study_", "test_campaign_physics",
-    "test_detection", "test_environments", "test_qpbenchmark_set", "test_scripts",
+    "test_detection", "test_qpbenchmark_set", "test_scripts",
 )  # fmt: skip
 """Tests that run the script of a study from end to end: ``make test-all`` has them, ``make test`` has not."""
 

@@ -8,6 +8,13 @@ PANDA = ftqp.robots.load("panda")
 DT = 4e-3
 
 
+def started(robot, *args, at=None, **settings):
+    """A planner whose arm rests at its neutral posture, or at another."""
+    planner = ftqp.Planner(robot, *args, **settings)
+    planner.reset(robot.neutral if at is None else at)
+    return planner
+
+
 def planner_at(q, level="acceleration", robot=PANDA, v=None, **settings):
     planner = ftqp.Planner(robot, DT, level=level, **settings)
     planner.reset(q, v)

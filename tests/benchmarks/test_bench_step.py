@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.scripts import told
+from tests.scripts import ROOT, ran, told
 
 TASKS = ["panda_velocity", "panda_torque", "chain30_velocity", "chain30_torque"]
 OURS = "ftqp active_set"
@@ -52,3 +52,20 @@ def test_what_is_timed_follows_the_target_and_holds_the_joint(run) -> None:
         assert row["position_error"] < 5e-3
         assert row["locked_joint_motion"] == 0.0
         assert set(row["statuses"]) == {"OK"}
+
+
+SCRIPT = "benchmarks/bench_step_against.py"
+pytestmark = pytest.mark.skipif(not (ROOT / ".git").exists(), reason="needs the repository's history")
+
+
+def test_every_case_has_a_ratio_against_this_very_commit() -> None:
+    figures = json.loads(told(SCRIPT, "--against", "HEAD", "--runs", 1, "--steps", 50, "--json"))["p50_us"]
+    every = product(("panda", "chain30"), ("velocity", "acceleration"), ("best", "readme", "paced"))
+    assert set(figures) == {" ".join(case) for case in every}
+    assert all(figure["then"] > 0.0 and figure["ratio"] > 0.0 for figure in figures.values())
+
+
+def test_what_is_no_commit_is_one_sentence() -> None:
+    done = ran(SCRIPT, "--against", "no-such-commit")
+    assert done.returncode == 2 and done.stdout == ""
+    assert done.stderr.startswith("'no-such-commit' is no commit of this repository")

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from steps.environments import NotInstalled, Peer, python_of
 from tests.scripts import ran, told
 
 
@@ -59,3 +60,18 @@ def test_every_kind_of_step_has_its_tail(tmp_path: Path) -> None:
     ]
     assert {"nothing", "plain", "beside a scene", "N-1", "N-1, waits"} <= {row["kind"] for row in rows}
     assert all(0.0 < row["p50"] <= row["p999"] <= row["max"] for row in rows)
+
+
+def test_a_package_that_does_not_exist_is_told_in_one_sentence(tmp_path: Path) -> None:
+    missing = str(tmp_path / "nothing_here")
+    peer = Peer(name="nobody", module="bench.nobody", packages=(missing,))
+    with pytest.raises(NotInstalled, match=r"nobody could not be installed: .*nothing_here"):
+        python_of(peer, tmp_path)
+
+
+def test_an_environment_that_was_made_is_used_again(tmp_path: Path) -> None:
+    peer = Peer(name="empty", module="bench.empty", packages=("pip",))
+    python = python_of(peer, tmp_path)
+    made = python.stat().st_ctime_ns
+    assert python_of(peer, tmp_path) == python
+    assert python.stat().st_ctime_ns == made

@@ -1,10 +1,19 @@
-"""Checks of arrays and numbers refuse with one sentence and hand back fresh float64."""
+"""Checks of arrays and numbers refuse with one sentence and hand back fresh float64; errors and clocks."""
 
 import numpy as np
 import pytest
 
 from ftqp.core.checks import array, beyond, is_number, non_negative, positive
-from ftqp.core.errors import InputError
+from ftqp.core.clock import now
+from ftqp.core.errors import (
+    FtqpError,
+    InputError,
+    MissingPackage,
+    ModelError,
+    ScenarioError,
+    nearest,
+    unknown,
+)
 
 
 @pytest.mark.parametrize("value", [[1, 2, 3], (1.0, 2.0, 3.0), np.array([1, 2, 3], dtype=np.float32)])
@@ -92,3 +101,41 @@ def test_whole_numbers_that_python_would_not_write_are_found_by_their_keys():
     large = 16**5000
     content = {"a": {"b": [1, -large]}, "c": 10**300, "d": True, "e": 1e308, "f": [{"g": large}]}
     assert list(beyond(content)) == ["a.b[1]", "f[0].g"]
+
+
+def test_clock_never_runs_backwards():
+    times = [now() for _ in range(1000)]
+    assert times == sorted(times)
+    assert all(isinstance(t, int) for t in times)
+
+
+@pytest.mark.parametrize("kind", [InputError, ModelError, ScenarioError, MissingPackage])
+def test_every_exception_descends_from_the_root(kind):
+    assert issubclass(kind, FtqpError)
+
+
+def test_missing_package_is_also_an_import_error():
+    error = MissingPackage("backend 'osqp'", "osqp", "pip install osqp")
+    assert isinstance(error, ImportError)
+    assert (error.package, error.remedy) == ("osqp", "pip install osqp")
+    assert str(error) == "backend 'osqp' needs the package 'osqp', which is not installed; pip install osqp"
+
+
+@pytest.mark.parametrize(("kind", "field"), [(ModelError, "findings"), (ScenarioError, "errors")])
+def test_error_of_many_findings_lists_each_on_a_line_of_its_own(kind, field):
+    error = kind("arm is unsafe", ["j1 has no limit", "j2 has no mass"])
+    assert getattr(error, field) == ("j1 has no limit", "j2 has no mass")
+    assert str(error).splitlines() == ["arm is unsafe", "  - j1 has no limit", "  - j2 has no mass"]
+
+
+def test_close_name_is_suggested_and_a_distant_one_is_not():
+    assert nearest("quadrpog", ("daqp", "quadprog")) == " (did you mean 'quadprog'?)"
+    assert nearest("zzzz", ("daqp", "quadprog")) == ""
+
+
+def test_unknown_name_is_told_the_valid_ones_and_the_nearest():
+    error = unknown("joint", "elbowe", "planar_3r", iter(["shoulder", "elbow"]))
+    assert isinstance(error, InputError)
+    assert (
+        str(error) == "'elbowe' is not a joint of planar_3r (did you mean 'elbow'?); it has shoulder, elbow"
+    )

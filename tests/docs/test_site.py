@@ -1,16 +1,20 @@
 """The site builds without a network, asks nothing of one, and nothing in it is missing."""
 
 import html
+import json
 import os
 import posixpath
 import re
 import subprocess
 import sys
 from functools import cache
+from types import SimpleNamespace
 from urllib.parse import unquote, urlsplit
 
 import pytest
+from mkdocs.exceptions import PluginError
 from tests.docs.making import ROOT, module
+from tests.test_texts import TEXTS, relative
 from tests.viz.conftest import browser, opened  # noqa: F401  fixtures
 
 pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install -e ".[docs]"')
@@ -143,3 +147,143 @@ def test_the_search_finds_pages_in_a_browser_without_a_network(site, opened):  #
     found.wait_for()
     assert "reference/api/leaders.html" in found.get_attribute("href")
     assert len(asked) > 5 and not [one for one in asked if not one.startswith(("file:", "data:", "about:"))]
+
+
+pytest.importorskip("PIL", reason='needs the extra "viz": pip install -e ".[viz]"')
+PICTURES = ROOT / "docs" / "gallery"
+
+
+def test_the_page_is_made_of_the_examples_as_they_are():
+    gallery = module("gallery")
+    printed = json.loads((PICTURES / "printed.json").read_text(encoding="utf-8"))
+    assert (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8") == gallery.page(printed)
+
+
+def test_every_example_has_one_picture_and_three_lines():
+    names = {example.stem for example in module("gallery").examples()}
+    printed = json.loads((PICTURES / "printed.json").read_text(encoding="utf-8"))
+    assert names == set(printed) == {picture.stem for picture in PICTURES.glob("*.png")}
+    assert all(len(lines) == 3 for lines in printed.values())
+
+
+pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install -e ".[docs]"')
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def shown(place, text, built):
+    """A page of the site, where these pages were built."""
+    files = SimpleNamespace(get_file_from_path=lambda path: path if path in built else None)
+    page = SimpleNamespace(file=SimpleNamespace(src_uri=place))
+    return module("playground_pages").on_page_markdown(text, page, files)
+
+
+def test_a_visitor_of_the_first_page_may_break_a_joint_there():
+    text = shown("index.md", README, {"playground/panda.html"})
+    before, _, after = text.partition('<iframe src="playground/panda.html"')
+    assert before.rstrip().endswith("## Break a joint here") and "## Three commands" in after
+    assert text.replace("## Break a joint here", "").count("##") == README.count("##")
+
+
+def test_the_first_page_is_as_it_is_where_no_page_was_built():
+    assert shown("index.md", README, set()) == README
+
+
+pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install -e ".[docs]"')
+
+
+def in_nav():
+    """The pages that the navigation names, in its order."""
+    nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").split("\nnav:\n")[1]
+    return re.findall(r"^ *- (?:.*: )?(\S+\.md)$", nav, re.M)
+
+
+def pages():
+    """Every page of the site: those of docs/, those from outside, and those that are made."""
+    docs = ROOT / "docs"
+    found = {file.relative_to(docs).as_posix() for file in docs.rglob("*.md")}
+    found |= {place for place in module("outside_pages").outside() if place.endswith(".md")}
+    return found | set(module("reference_pages").pages()) | {module("citations").PLACE}
+
+
+def test_every_page_is_in_the_navigation_once():
+    assert sorted(in_nav()) == sorted(pages())
+
+
+def test_every_public_name_is_on_one_page_of_the_reference():
+    reference = module("reference_pages")
+    text = "\n".join(reference.pages().values())
+    listed = re.findall(r"^::: (\S+)$", text, re.M) + re.findall(r"^## .*\{: #(\S+) \}$", text, re.M)
+    assert sorted(listed) == sorted(reference.public())
+
+
+CODE = re.compile(r"^```.*?^```$|`[^`\n]+`", re.M | re.S)
+LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
+
+
+def anchors(text):
+    """The anchors that GitHub gives to the headings of a text."""
+    found = []
+    for heading in re.findall(r"^#+ +(.*?) *$", re.sub(r"^```.*?^```$", "", text, flags=re.M | re.S), re.M):
+        plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).lower()
+        anchor = re.sub(r"[^\w\- ]", "", plain).replace(" ", "-")
+        count = sum(one.rpartition("-")[0] == anchor or one == anchor for one in found)
+        found.append(f"{anchor}-{count}" if anchor in found else anchor)
+    return found
+
+
+def wrong_links(file, text):
+    wrong = []
+    for target in LINK.findall(CODE.sub("", text)):
+        address = urlsplit(target)
+        if address.scheme:
+            right = address.scheme in ("http", "https") and "." in address.netloc
+        else:
+            other = file if not address.path else (file.parent / address.path).resolve()
+            right = other.exists()
+            if right and address.fragment:
+                right = address.fragment in anchors(other.read_text(encoding="utf-8"))
+        if not right:
+            wrong.append(target)
+    return wrong
+
+
+@pytest.mark.parametrize("file", TEXTS, ids=relative)
+def test_every_link_leads_to_a_file_a_heading_or_an_address(file):
+    assert not wrong_links(file, file.read_text(encoding="utf-8"))
+
+
+def test_a_wrong_link_is_found():
+    wrong = ["none.md", "README.md#nothing", "htp://x.y", "https://nowhere"]
+    text = "# Some `code` here\n" + " ".join(f"[a]({link})" for link in [*wrong, "#some-code-here"])
+    assert wrong_links(TEXTS[0], text) == [*wrong, "#some-code-here"]  # there is no such heading in README
+    assert anchors(text) == ["some-code-here"]
+
+
+pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install -e ".[docs]"')
+
+
+def test_every_work_says_who_what_where_and_when():
+    for key, work in module("citations").works().items():
+        assert work["author"] and work["title"] and len(work["year"]) == 4, key
+        assert not set("{}\\") & set("".join(work.values())), key
+
+
+def test_a_work_is_cited_by_its_surnames():
+    citations = module("citations")
+    works = citations.works()
+    assert citations.short(works["holt1994"]) == "Holt and Desrochers 1994"
+    assert citations.short(works["jin2017"]) == "Jin et al. 2017"
+    assert citations.short(works["delprete2018"]) == "Del Prete 2018"
+
+
+def test_an_unknown_key_is_an_error():
+    page = type("Page", (), {"file": type("File", (), {"src_uri": "theory/x.md"})})
+    turned = module("citations").on_page_markdown("as in [@holt1994, eq. 3; @jin2017].", page)
+    assert turned == (
+        "as in ([Holt and Desrochers 1994](../references.md#holt1994), eq. 3; "
+        "[Jin et al. 2017](../references.md#jin2017))."
+    )
+    with pytest.raises(
+        PluginError, match=r"theory/x\.md cites @nobody1999, which docs/references\.bib does not"
+    ):
+        module("citations").on_page_markdown("[@nobody1999]", page)

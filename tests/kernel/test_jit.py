@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -14,8 +15,8 @@ from ftqp.kernel.compiled.kernel import level
 from ftqp.kernel.jit import COMPILED, exact_jit, jit
 
 SOURCE = Path(ftqp.__file__).parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 built_only = pytest.mark.skipif(not level(), reason="no built kernel is in use")
-
 LOOP = """
 import gc, json, sys, numpy as np, ftqp
 result = {}
@@ -42,7 +43,6 @@ for level in ("acceleration", "velocity"):
     result[level] = [after - before, len(runs), int(step.code)]
 print(json.dumps(result))
 """
-
 TICKS = """
 import json, numpy as np, ftqp
 from ftqp.kernel.compiled.kernel import level
@@ -113,9 +113,47 @@ def rounded_by_a_fast_caller(x):
     return 3.0 * rounded(x)
 
 
-@pytest.mark.skipif(not COMPILED, reason="runs where helpers are compiled: test_while_building")
+@pytest.mark.skipif(not COMPILED, reason="runs where helpers are compiled: test_jit")
 def test_rounding_stays_as_written_whoever_calls():
-    import numba
-
+    numba = pytest.importorskip("numba")
     called = numba.njit(lambda x: rounded_by_a_fast_caller(x), error_model="numpy")
     assert called(2.3) == 6.0, "reordered, the large numbers would cancel and 6.9 be left"
+
+
+def test_parts_of_the_kernel_pass_their_tests_as_plain_python():
+    folder = ROOT / "tests" / "kernel" / "plain_python"
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(folder)],
+        cwd=ROOT,
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT / "src")},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, (done.stdout + done.stderr)[-4000:]
+    counted = re.search(r"(\d+) passed", done.stdout)
+    assert counted is not None and int(counted[1]) >= 15 and "skipped" not in done.stdout
+
+
+FILES = (
+    "maths/test_side_by_side.py",
+    "layout/test_record.py",
+    "rows/test_joint_intervals.py",
+    "test_jit.py::test_rounding_stays_as_written_whoever_calls",
+)
+
+
+@pytest.mark.slow
+def test_helpers_pass_their_tests_as_compiled_code():
+    pytest.importorskip("numba")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow",
+         *(str(ROOT / "tests" / "kernel" / file) for file in FILES)],
+        cwd=ROOT,
+        env={**os.environ, "FTQP_BUILD_KERNEL": "1", "PYTHONPATH": str(ROOT / "src")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, (done.stdout + done.stderr)[-4000:]
+    counted = re.search(r"(\d+) passed", done.stdout)
+    assert counted is not None and int(counted[1]) >= 30 and "skipped" not in done.stdout, done.stdout[-500:]

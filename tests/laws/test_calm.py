@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.going import started
 
 import ftqp
 from ftqp.sim.log.raw_rows import RawLayout
@@ -191,8 +192,7 @@ def stands(planner, pose, q, v, ticks):
 
 def test_a_hold_is_said_once_and_ends_when_the_target_moves(caplog):
     robot = ftqp.robots.load("panda")
-    planner = ftqp.Planner(robot, DT, emergency=None)
-    planner.reset(robot.neutral)
+    planner = started(robot, DT, emergency=None)
     far = moved(robot, robot.neutral, (0.9, 0.0, 0.0))
     with caplog.at_level(logging.INFO, logger="ftqp"):
         step = stands(planner, far, robot.neutral, np.zeros(7), 1500)
@@ -222,8 +222,7 @@ def test_every_backend_rests_as_the_kernel_does(backend):
     robot = ftqp.robots.load("planar(4)")
     steps = []
     for name in ("active_set", backend):
-        planner = ftqp.Planner(robot, 0.01, backend=name, emergency=None)
-        planner.reset(robot.neutral)
+        planner = started(robot, 0.01, backend=name, emergency=None)
         far = moved(robot, robot.neutral, (1.0, 0.5, 0.0))
         steps.append(stands(planner, far, robot.neutral, np.zeros(4), 500))
     assert steps[0].holding and steps[1].holding
@@ -232,8 +231,7 @@ def test_every_backend_rests_as_the_kernel_does(backend):
 
 def test_noise_does_not_wake_an_arm_that_holds():
     robot, rng = ftqp.robots.load("iiwa14"), np.random.default_rng(0)
-    planner = ftqp.Planner(robot, DT, emergency=None)
-    planner.reset(robot.neutral)
+    planner = started(robot, DT, emergency=None)
     target = ftqp.Target(pose=moved(robot, robot.neutral, (0.6, 0.3, 0.3)))
     q, v = robot.neutral.copy(), np.zeros(7)
     held = []

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.going import started
 
 import ftqp
 from ftqp.control.planner.status import StepStatus
@@ -72,8 +73,7 @@ def motion(robot, kind, hold, drive="position", w=50.0, fed=True, noise=0.0, sec
     goal[:3, 3] += [-0.1, 0.15, -0.1]
     takes = ftqp.Drive(takes_velocity=fed) if drive == "position" else drive
     task = ftqp.Task(mode="scaled") if kind == "path" else None
-    planner = ftqp.Planner(robot, drive=takes, task=task, noise=ftqp.Noise(q=noise if stated else 0.0))
-    planner.reset(robot.neutral)
+    planner = started(robot, drive=takes, task=task, noise=ftqp.Noise(q=noise if stated else 0.0))
     tick, arm = leader(planner, kind, path, goal), Arm(robot, drive, w, fed)
     rng, said, fastest, brakes, leads = np.random.default_rng(1), [], 0.0, False, []
     for k in range(int((AT + hold + 8.0 if seconds is None else seconds) / DT)):
@@ -248,8 +248,7 @@ def test_arm_of_a_stranger_with_noise_is_held_and_let_go(tmp_path, fed, noise, s
 
 def test_stop_of_a_held_arm_is_resumed():
     robot, arm = PANDA, Arm(PANDA)
-    planner = ftqp.Planner(robot)
-    planner.reset(robot.neutral)
+    planner = started(robot)
     s = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.05, duration=3.0).sample(DT * np.arange(3001))
     targets, fastest = ftqp.Targets(s.pose, s.twist, s.acceleration), 0.0
     for k in range(8000):
@@ -266,8 +265,7 @@ def test_stop_of_a_held_arm_is_resumed():
 
 def test_locked_joint_is_no_held_arm():
     robot, arm = PANDA, Arm(PANDA)
-    planner = ftqp.Planner(robot)
-    planner.reset(robot.neutral)
+    planner = started(robot)
     s = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.1, duration=3.0).sample(DT * np.arange(3001))
     targets, held = ftqp.Targets(s.pose, s.twist, s.acceleration), 0
     for k in range(2500):

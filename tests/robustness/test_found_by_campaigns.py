@@ -1,7 +1,9 @@
 """Scenarios in which a campaign once found a broken law, made smaller; each keeps its laws now."""
 
+import numpy as np
 import pytest
 
+import ftqp
 from ftqp.app.campaign.judged_scenario import broken_laws
 from ftqp.app.campaign.shown_trace import model_file, trace
 from ftqp.app.scenario.setup import load
@@ -235,3 +237,170 @@ def test_stop_that_ends_at_a_limit_keeps_it(number, tmp_path) -> None:
     seen = verdict(model_file(setup), trace(setup, log))
     assert "STOPPED" in trace(setup, log).status
     assert not seen.breaches, [str(breach) for breach in seen.breaches]
+
+
+START = (
+    -0.612929545060054, -1.6780663723557694, 0.3893573447972289, -1.3159288133532225,
+    0.16832009325832187, 0.724165848230235, 0.08907292442603873,
+)  # fmt: skip
+
+
+def test_an_arm_whose_last_millimetre_cannot_be_had_comes_to_rest():
+    robot = ftqp.robots.load("zhang7")
+    dt = 0.01
+    planner = ftqp.Planner(robot, dt, level="velocity", scheme="rmp")
+    q = np.array(START)
+    planner.reset(q)
+    path = ftqp.paths.Circle(robot.pose(q), radius=0.084957865455807, duration=0.9808366061396421)
+    samples = path.sample(dt * np.arange(900))
+    targets = ftqp.Targets(samples.pose, samples.twist, samples.acceleration)
+    fastest = []
+    for k in range(900):
+        if k == 22:
+            planner.report(ftqp.Locked(4))
+        step = planner.step(q, None, targets.at(k))
+        q = step.q.copy()
+        fastest.append(np.abs(step.v / robot.limits.v_max).max())
+    assert max(fastest[800:]) < 2e-3  # 0.064, for ever, before
+
+
+DT, JOINT = 0.01, 3
+
+
+@pytest.mark.parametrize("mode", ["instant", "ramp"])
+@pytest.mark.parametrize("drive", ["position", "velocity"])
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_command_of_a_locked_joint_whose_sensor_is_lost_stays_where_it_is(level, drive, mode):
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(robot, DT, level=level, drive=drive)
+    path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.1, duration=1.5)
+    q, v = robot.neutral.copy(), robot.neutral * 0.0
+    planner.reset(q)
+    sent, held = [], 0.0
+    for k in range(90):
+        sample = path.sample([k * DT])
+        if k == 60:
+            assert planner.stopped_because
+            planner.report(ftqp.Locked(JOINT, mode=mode))
+        target = ftqp.Target(sample.pose[0], twist=sample.twist[0], acceleration=sample.acceleration[0])
+        step = planner.step(q, v, target)
+        sent.append(step.q[JOINT])
+        q, v = step.q.copy(), step.v.copy()
+        if k == 20:  # the brake closes, and nobody says so
+            held = sent[19] - 0.01
+        if k >= 20:
+            q[JOINT], v[JOINT] = held if k < 25 else float("nan"), 0.0
+    assert len(set(sent[62:])) == 1
+    assert abs(sent[-1] - sent[59]) < 1e-3
+
+
+PANDA = ftqp.robots.load("panda")
+SCHEMES = ("mvn", "mtn", "dlsm", "iiwt", "mke", "rmp")
+
+
+def statuses_from_wild_states(planner, episodes, ticks):
+    """The statuses of ticks from random moving states with one weakened motor and perhaps a second fault."""
+    limits, n = PANDA.limits, PANDA.nv
+    rng, found = np.random.default_rng(1), []
+    for _ in range(episodes):
+        q = rng.uniform(limits.q_min, limits.q_max)
+        v = rng.uniform(-0.7, 0.7, n) * limits.v_max
+        room = np.where(v > 0.0, limits.q_max - q, q - limits.q_min)
+        v = np.sign(v) * np.minimum(np.abs(v), 0.9 * np.sqrt(0.1 * limits.a_max * room))
+        weak, second = (int(j) for j in rng.choice(n, 2, replace=False))
+        for joint in planner.faults:
+            planner.withdraw(joint)
+        planner.report(ftqp.Degraded(weak, torque=rng.uniform(0.1, 0.8)))
+        if rng.random() < 0.3:
+            planner.report(ftqp.Locked(second))
+        elif rng.random() < 0.3 and weak != 0:
+            planner.report(ftqp.FreeSwinging(0, damping=0.5))  # it swings and leaves the task alone
+        planner.reset(q, v)
+        near = np.clip(q + rng.uniform(-0.2, 0.2, n), limits.q_min, limits.q_max)
+        target = ftqp.Target(pose=PANDA.pose(near))
+        for _ in range(ticks):
+            step = planner.step(q, v, target)
+            found.append((step.status.name, step.torque_excess))
+            q, v = step.q.copy(), step.v.copy()
+    return found
+
+
+@pytest.mark.parametrize("level", ["acceleration", pytest.param("velocity", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("mode", ["hard", "slack", "scaled", "lexicographic"])
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_no_scheme_falls_back_where_a_motor_is_too_weak(scheme, mode, level):
+    planner = ftqp.Planner(PANDA, 2e-3, level=level, scheme=scheme, emergency=None, task=ftqp.Task(mode=mode))
+    found = statuses_from_wild_states(planner, 60, 8)
+    assert {name for name, _ in found} <= {"OK", "RELAXED", "SCALED", "LAGGING"}
+    assert any(excess > 0.1 for _, excess in found)  # the case is met at all
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("backend", ["dtrnn", "daqp", "proxqp", "osqp"])
+def test_no_backend_ends_without_the_task_where_a_motor_is_too_weak(backend, level):
+    """A backend may fail, but what takes its place still follows the task, and never latches a stop."""
+    planner = ftqp.Planner(PANDA, 2e-3, level=level, scheme="mtn", backend=backend, emergency=None)
+    found = statuses_from_wild_states(planner, 6, 8)
+    assert {name for name, _ in found} <= {"OK", "RELAXED", "LAGGING", "FALLBACK"}
+    assert planner.session().K.watch.fallbacks == 0
+
+
+ROBOT = ftqp.robots.load("planar", lengths=(1, 1, 0.5), continuous=True)
+Q = np.array([3.12, 1.2, 0.4])
+FIRST = np.array([1.0, 0.0, 0.0])
+
+
+def as_it_is(q):
+    return q
+
+
+def wrapped(q):
+    return (q + np.pi) % (2.0 * np.pi) - np.pi
+
+
+def cosine_and_sine(q):
+    return np.stack([np.cos(q), np.sin(q)], axis=1).ravel()
+
+
+def driven(encoder, turns=0.0):
+    """Where the arm ends, without ``turns``, and the statuses on its way across pi."""
+    planner = ftqp.Planner(ROBOT, 0.01, level="velocity", task=ftqp.Task(rows=["x", "y"]))
+    q, v, seen = Q + 2.0 * np.pi * turns * FIRST, np.zeros(3), set()
+    planner.reset(encoder(q), v)
+    path = ftqp.paths.Line(ROBOT.pose(Q), [0.1, -0.4, 0.0], duration=1.0)
+    target = ftqp.Target(pose=path.start)
+    for k in range(101):
+        now = path.sample(k * 0.01)
+        target.at(now.pose[0], now.twist[0], now.acceleration[0])
+        step = planner.step(encoder(q), v, target)
+        seen.add(step.status.name)
+        q, v = q + 0.01 * step.v, step.v.copy()
+    return q - 2.0 * np.pi * turns * FIRST, seen
+
+
+@pytest.mark.parametrize("encoder", [wrapped, cosine_and_sine])
+@pytest.mark.parametrize("turns", [0.0, -3.0, 1e6])
+def test_an_arm_goes_across_pi_whatever_its_encoder_says(encoder, turns):
+    expected, _ = driven(as_it_is)
+    assert expected[0] > np.pi + 0.01
+    q, seen = driven(encoder, turns)
+    assert seen == {"OK"}
+    np.testing.assert_allclose(q, expected, atol=1e-8 if turns == 1e6 else 1e-11)
+
+
+def test_a_limited_joint_that_jumps_by_a_turn_is_still_not_believed():
+    robot = ftqp.robots.load("planar", lengths=(1, 1, 0.5))
+    planner = ftqp.Planner(robot, 0.01, level="velocity", task=ftqp.Task(rows=["x", "y"]))
+    q = np.array([0.3, 1.2, 0.4])
+    planner.reset(q, np.zeros(3))
+    step = planner.step(q + 2.0 * np.pi * FIRST, np.zeros(3), ftqp.Target(pose=robot.pose(q)))
+    assert step.status.name == "INVALID_INPUT"
+
+
+@pytest.mark.parametrize("wild", [1e300, -1e300, np.inf, np.nan])
+def test_what_is_no_angle_is_not_unwrapped_and_not_believed(wild):
+    planner = ftqp.Planner(ROBOT, 0.01, level="velocity", task=ftqp.Task(rows=["x", "y"]))
+    planner.reset(Q, np.zeros(3))
+    step = planner.step(np.array([wild, 1.2, 0.4]), np.zeros(3), ftqp.Target(pose=ROBOT.pose(Q)))
+    assert step.status.name == "INVALID_INPUT"
+    assert np.isfinite(step.q).all()

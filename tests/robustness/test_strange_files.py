@@ -1,13 +1,15 @@
-"""Files that programs drew by grammar and that once ended in another way than a clear sentence."""
+"""Files that once ended in another way than a clear sentence, whatever they are and say of their time."""
 
 import json
 import os
+import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import ftqp
 from ftqp.app.campaign.episode_study import EpisodeWork, load_campaign
 from ftqp.app.commands.cli import app
 from ftqp.app.output.console import json_text
@@ -217,3 +219,33 @@ def run(tmp_path_factory) -> Path:
 def test_log_that_does_not_say_something_names_it(run: Path):
     with pytest.raises(InputError, match="the log does not say 'weather' of its run"):
         load_log(run).metadata["weather"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes in its file system")
+def test_pipe_in_the_place_of_a_profile_is_refused_at_once(tmp_path):
+    pipe = tmp_path / "profile.toml"
+    os.mkfifo(pipe)
+    said = []
+
+    def make():
+        try:
+            ftqp.Planner(ftqp.robots.load("planar(4)"), backend=pipe)
+        except InputError as error:
+            said.append(str(error))
+
+    user = threading.Thread(target=make, daemon=True)
+    user.start()
+    user.join(60.0)
+    assert said and said[0].endswith("profile.toml is not a regular file; expected a TOML file")
+
+
+@pytest.mark.parametrize("dt", [1e-9, 5e-324, 1e-300, 9e-7])
+def test_sampling_period_that_no_arm_takes_is_refused(dt):
+    with pytest.raises(InputError, match=r"dt is .* s, expected at least 1e-06 s"):
+        ftqp.Planner(ftqp.robots.load("planar(4)"), dt)
+
+
+@pytest.mark.parametrize("duration", [1e10, 1e300])
+def test_path_of_a_thousand_years_is_refused(duration):
+    with pytest.raises(InputError, match=r"duration of the path is .* expected at most 1e\+09 s"):
+        ftqp.paths.Line(np.eye(4), (0.1, 0.0, 0.0), duration=duration)

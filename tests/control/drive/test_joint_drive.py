@@ -1,10 +1,16 @@
-"""What the arm takes, and the bandwidths that follow."""
+"""What the arm takes: joint drives, what is sent to them, and the bandwidths that follow."""
 
 import numpy as np
+import pinocchio
 import pytest
+from tests.ride import DT as MILLISECOND
+from tests.ride import START, circle, target_at
+from tests.servo_arm import ServoArm, TorqueArm
 
 import ftqp
+from ftqp.control.drive.identification import servo_lag
 from ftqp.control.drive.joint_drive import Drive, asked, by_name
+from ftqp.control.planner.step_parts import Reference
 
 QUIET = ftqp.Noise()
 
@@ -163,3 +169,145 @@ def test_an_arm_whose_servos_differ_follows_a_path_on_its_own_drive():
 def test_a_bandwidth_of_other_joints_is_refused(bandwidth, words):
     with pytest.raises(ftqp.InputError, match=words):
         ftqp.Planner(ftqp.robots.load("panda"), drive=ftqp.Drive(bandwidth=bandwidth))
+
+
+DT = 2e-3
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_lead_sends_no_position_beyond_the_range_that_is_left(level):
+    """A slow servo on positions only is sent where it shall be 0.1 s later: that was beyond the end."""
+    robot = ftqp.robots.load("panda")
+    drive = ftqp.Drive(bandwidth=20.0, takes_velocity=False)
+    planner = ftqp.Planner(
+        robot, DT, level=level, drive=drive, emergency=None, task=ftqp.Task(rows="position")
+    )
+    arm = ServoArm(robot.neutral, DT, takes="position only", wn=20.0)
+    planner.reset(arm.q)
+    planner.report(ftqp.Degraded(1, q_max=0.5))
+    top = robot.limits.q_max.copy()
+    top[1] = 0.5
+    rng = np.random.default_rng(0)
+    led, most = 0.0, -np.inf
+    for k in range(3000):
+        if k % 500 == 0:
+            pose = robot.pose(rng.uniform(robot.limits.q_min, robot.limits.q_max))
+            pose[:3, 3] *= 1.3
+        step = planner.step(arm.measured(), None, ftqp.Target(pose=pose))
+        most = max(most, np.max(step.q - top), np.max(robot.limits.q_min - step.q))
+        led = max(led, np.abs(step.q - step.reference.q).max())
+        arm.command(step)
+    assert led > 0.05
+    assert most <= 1e-9
+
+
+def test_velocity_arm_that_slips_as_fast_as_a_quarter_of_its_limit_is_held():
+    """A wrist that an unknown load drew away stayed 16 mrad behind, and the path waited for it for ever."""
+    robot = ftqp.robots.load("panda")
+    drive = ftqp.Drive(kind="velocity", bandwidth=94.0)
+    planner = ftqp.Planner(robot, DT, drive=drive, task=ftqp.Task(rows="position"))
+    arm = ServoArm(robot.neutral, DT, takes="velocity", wn=94.0)
+    arm.push[5] = 94.0 * 0.25 * robot.limits.v_max[5]
+    planner.reset(arm.q)
+    target = ftqp.Target(pose=robot.pose(robot.neutral))
+    for _ in range(750):
+        step = planner.step(arm.measured(), None, target)
+        arm.command(step)
+    assert np.abs(arm.q - step.reference.q).max() < 1e-3
+    assert step.status.name == "OK"
+
+
+def test_refused_sample_takes_feedback_of_a_velocity_arm_away_by_its_acceleration_limit():
+    """A servo that slips under a load is sent more than the reference; a bad frame took all of it at once."""
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(robot, DT, level="velocity", drive="velocity")
+    arm = ServoArm(robot.neutral, DT, takes="velocity")
+    arm.push[:] = 15.0
+    planner.reset(arm.q)
+    target, extra, most = ftqp.Target(pose=robot.pose(robot.neutral)), np.zeros(7), 0.0
+    for k in range(705):
+        q = np.full(7, np.nan) if 700 <= k < 703 else arm.measured()
+        step = planner.step(q, None, target)
+        if 700 <= k < 703:
+            assert np.abs(extra).max() > 0.05
+            change = np.abs(step.v - step.reference.v - extra)
+            most = max(most, float(np.max(change / (robot.limits.a_max * DT))))
+        extra = step.v - step.reference.v
+        arm.command(step)
+    assert most <= 1.0 + 1e-9
+
+
+def test_it_is_the_inverse_dynamics_of_the_corrected_acceleration():
+    robot, rng = ftqp.robots.load("panda"), np.random.default_rng(3)
+    q, v = START + 0.1 * rng.normal(size=7), 0.1 * rng.normal(size=7)
+    reference = Reference(q + 1e-3 * rng.normal(size=7), v + 1e-2 * rng.normal(size=7), rng.normal(size=7))
+    a = reference.a + 900.0 * (reference.q - q) + 60.0 * (reference.v - v)
+    model, data = robot.model, robot.model.createData()
+    expected = pinocchio.rnea(model, data, q, v, a)
+    np.testing.assert_allclose(
+        ftqp.ComputedTorque(robot, 30.0).torques(reference, q, v), expected, atol=1e-10
+    )
+
+
+@pytest.mark.long
+def test_it_holds_a_torque_arm_to_a_planner_that_sends_positions():
+    robot = ftqp.robots.load("panda")
+    planner, arm = ftqp.Planner(robot, MILLISECOND), TorqueArm(robot, START, MILLISECOND, mass=0.2)
+    law, path, worst = ftqp.ComputedTorque(robot, bandwidth=60.0), circle(robot, START, 0.05, 2.0), 0.0
+    planner.reset(START)
+    for k in range(2000):
+        target = target_at(path, k * MILLISECOND)
+        step = planner.step(arm.q, None, target)
+        worst = max(worst, np.linalg.norm(robot.pose(arm.q)[:3, 3] - target.position))
+        sent = type("Sent", (), {"tau": law.torques(step.reference, arm.q, arm.v)})
+        arm.command(sent)
+    assert worst < 3e-3
+
+
+def test_wrong_arguments_are_one_sentence():
+    with pytest.raises(ftqp.InputError, match="computed torque needs inertia, which srs7 has not"):
+        ftqp.ComputedTorque(ftqp.robots.load("srs7"))
+    with pytest.raises(ftqp.InputError, match="bandwidth is 0"):
+        ftqp.ComputedTorque(ftqp.robots.load("panda"), 0.0)
+
+
+def recorded(takes, hertz, latency=0, sigma=1e-4):
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(robot, MILLISECOND)
+    arm = ServoArm(START, MILLISECOND, takes, 2 * np.pi * hertz, latency=latency, sigma=sigma)
+    planner.reset(START)
+    path, sent, measured = circle(robot, START, 0.1, 3.0), [], []
+    for k in range(2500):
+        q = arm.measured()
+        step = planner.step(q, None, target_at(path, k * MILLISECOND))
+        arm.command(step)
+        sent.append(step.q.copy())
+        measured.append(q)
+    return np.array(sent), np.array(measured)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("hertz", "latency"), [(15, 0), (5, 5)])
+def test_a_servo_on_positions_only_gets_its_lead(hertz, latency):
+    true = 2.0 / (2 * np.pi * hertz)
+    found = servo_lag(*recorded("position only", hertz, latency), MILLISECOND, latency=latency * MILLISECOND)
+    assert found.lag == pytest.approx(true, rel=0.08)
+    assert found.drive.lead == found.lag and not found.drive.takes_velocity
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("hertz", [15, 60])
+def test_a_servo_that_takes_velocities_has_no_lag(hertz):
+    found = servo_lag(*recorded("position", hertz), MILLISECOND)
+    assert abs(found.lag) < 2e-3 and found.drive == ftqp.Drive()
+
+
+def test_too_little_motion_and_wrong_shapes_are_one_sentence():
+    still = np.tile(START, (2000, 1))
+    with pytest.raises(ftqp.InputError, match="the log has 0 averaged samples of joints faster than"):
+        servo_lag(still, still, MILLISECOND)
+    with pytest.raises(ftqp.InputError, match="sent has shape"):
+        servo_lag(still[:5], still, MILLISECOND)
+    with pytest.raises(ftqp.InputError, match=r"measured has shape \(7,\), expected \(K, nv\)"):
+        servo_lag(START, START, MILLISECOND)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.going import follow
+from tests.going import follow, started
 
 import ftqp
 from ftqp.core.pose import rotation_exp
@@ -22,8 +22,7 @@ def goal():
 
 
 def follower(level="acceleration", **given):
-    planner = ftqp.Planner(PANDA, DT, level=level, task=ftqp.Task(mode="scaled", degrade=()))
-    planner.reset(START)
+    planner = started(PANDA, DT, level=level, task=ftqp.Task(mode="scaled", degrade=()), at=START)
     planner.report(ftqp.Locked(4, mode="instant"))
     line = ftqp.paths.PointToPoint(PANDA.pose(START), goal(), duration=2.7)
     return ftqp.PathFollower(planner, line, **given)
@@ -71,8 +70,7 @@ def test_what_is_done_is_said_and_a_path_without_a_bridge_says_what_was_looked_f
     assert "is looked for" in text and "the joints go to another posture, from which the path goes on" in text
     T = PANDA.pose(START).copy()
     T[:3, 3] += [1.5, 0.0, 0.0]
-    planner = ftqp.Planner(PANDA, DT, task=ftqp.Task(mode="scaled", degrade=()))
-    planner.reset(START)
+    planner = started(PANDA, DT, task=ftqp.Task(mode="scaled", degrade=()), at=START)
     away = ftqp.PathFollower(
         planner, ftqp.paths.PointToPoint(PANDA.pose(START), T, duration=6.0), bridges=True
     )
@@ -115,8 +113,7 @@ def test_rows_that_were_given_up_stay_so_over_a_bridge_and_the_tip_stays_on_its_
     T = PANDA.pose(q).copy()
     T[:3, 3] += [0.189, -0.197, -0.07]
     T[:3, :3] = rotation_exp(np.array([-0.087, 0.295, -0.228])) @ T[:3, :3]
-    planner = ftqp.Planner(PANDA, DT, task=ftqp.Task(mode="scaled"))
-    planner.reset(q)
+    planner = started(PANDA, DT, task=ftqp.Task(mode="scaled"), at=q)
     planner.report(ftqp.Locked(3, mode="instant"))
     line = ftqp.paths.PointToPoint(PANDA.pose(q), T, duration=2.111)
     leader, led, rows = ftqp.PathFollower(planner, line, bridges=True), False, set()
@@ -137,10 +134,9 @@ def test_path_that_ends_in_a_wall_is_blocked_soon_and_names_the_wall():
     pose = panda.pose(panda.neutral)
     scene = ftqp.Scene()
     scene.add("crate", ftqp.Box((0.1, 0.3, 0.3), tuple(pose[:3, 3] + [0.25, 0.0, 0.0])))
-    planner = ftqp.Planner(
+    planner = started(
         panda, 4e-3, task=ftqp.Task(mode="scaled"), scene=scene, clearance=ftqp.Clearance(keep=0.02)
     )
-    planner.reset(panda.neutral)
     line = ftqp.paths.Line(pose, (0.2, 0.0, 0.0), duration=2.0)
     follower = ftqp.PathFollower(planner, line, bridges=True)
     q, v, bridged = panda.neutral.copy(), np.zeros(7), False
@@ -157,8 +153,7 @@ def test_path_that_ends_in_a_wall_is_blocked_soon_and_names_the_wall():
 
 def test_arm_all_of_whose_joints_are_locked_says_that_none_works():
     panda = ftqp.robots.load("panda")
-    planner = ftqp.Planner(panda, 4e-3, task=ftqp.Task(mode="scaled"), remember=5.0)
-    planner.reset(panda.neutral)
+    planner = started(panda, 4e-3, task=ftqp.Task(mode="scaled"), remember=5.0)
     for joint in range(7):
         planner.report(ftqp.Locked(joint, mode="instant"))
     line = ftqp.paths.Line(panda.pose(panda.neutral), (0.1, 0.0, 0.0), duration=2.0)
@@ -264,3 +259,51 @@ def test_failure_while_the_path_is_left_is_borne(when):
         if told and leader.status in (STATUS.DONE, STATUS.BLOCKED) and np.abs(v).max() < 1e-6:
             break
     assert told and leader.status in (STATUS.DONE, STATUS.BLOCKED) and np.abs(q - last).max() < 1e-6
+
+
+def test_a_blocked_path_says_what_was_looked_for_and_a_failed_arm_goes_on_in_fewer_rows():
+    start = np.array([1.445, -1.071, 0.615, -2.617, -2.145, 1.41, -1.885])
+    goal = PANDA.pose(start).copy()
+    goal[:3, 3] += [0.169, 0.147, -0.278]
+    goal[:3, :3] = rotation_exp(np.array([0.356, 0.093, -0.232])) @ goal[:3, :3]
+    found = {}
+    for degrade in ((), None, ("pose", "position_axis", "position")):
+        planner = started(PANDA, DT, task=ftqp.Task(mode="scaled", degrade=degrade), at=start)
+        planner.report(ftqp.Locked(4, mode="instant"))
+        leader = ftqp.PathFollower(planner, ftqp.paths.PointToPoint(PANDA.pose(start), goal, duration=2.7))
+        q, v, seen = start.copy(), np.zeros(7), []
+        for _ in range(3000):
+            step = leader.step(q, v)
+            q, v = step.q.copy(), step.v.copy()
+            if leader.status not in seen:
+                seen.append(leader.status)
+            if leader.status in (ftqp.PathStatus.DONE, ftqp.PathStatus.BLOCKED):
+                break
+        found[degrade] = seen, leader.blocked, np.linalg.norm(PANDA.pose(q)[:3, 3] - goal[:3, 3])
+    assert found[()][0][-1] is ftqp.PathStatus.BLOCKED
+    assert "no joint is left for a motion on the spot" in found[()][1]
+    fewer = found["pose", "position_axis", "position"]
+    assert ftqp.PathStatus.FEWER_ROWS in fewer[0] and fewer[2] < 0.5 * found[()][2]
+    unasked = found[None]  # nobody has named sets: a search says that the path goes on with the position
+    assert unasked[0][-2:] == [ftqp.PathStatus.FEWER_ROWS, ftqp.PathStatus.DONE] and unasked[2] < 1e-3
+
+
+def test_rows_that_would_not_help_are_not_given_up_unasked():
+    goal = PANDA.pose(PANDA.neutral).copy()
+    goal[:3, 3] += [1.5, 0.0, 0.0]
+    for fault in (
+        None,
+        ftqp.Locked(2, mode="instant"),
+    ):  # without a fault nothing is given up, nor out of reach
+        planner = started(PANDA, DT, task=ftqp.Task(mode="scaled"))
+        if fault is not None:
+            planner.report(fault)
+        path = ftqp.paths.PointToPoint(PANDA.pose(PANDA.neutral), goal, duration=6.0)
+        leader, q, v = ftqp.PathFollower(planner, path), PANDA.neutral.copy(), np.zeros(7)
+        while leader.status is not ftqp.PathStatus.BLOCKED:
+            step = leader.step(q, v)
+            q, v = step.q.copy(), step.v.copy()
+            assert leader.status is not ftqp.PathStatus.DONE and planner.tick < 20.0 / DT
+            if fault is None:
+                assert leader.status is not ftqp.PathStatus.FEWER_ROWS
+        assert leader.blocked is not None

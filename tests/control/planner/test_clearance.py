@@ -3,6 +3,7 @@
 import coal
 import numpy as np
 import pytest
+from tests.going import started
 
 import ftqp
 from ftqp.control.planner.planner_view import row_labels
@@ -132,8 +133,7 @@ def test_an_arm_that_fails_on_its_way_past_balls_does_not_hit_them(joint, seed):
 
 def test_an_arm_that_begins_inside_something_is_led_out():
     inside = ftqp.Sphere(0.05, TIP[:3, 3] + [0.0, 0.0, 0.05])
-    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=scene(ball=inside))
-    planner.reset(START)
+    planner = started(PANDA, DT, emergency=None, scene=scene(ball=inside), at=START)
     step = planner.step(START, None, ftqp.Target(pose=TIP))
     assert step.clearance < -0.05 and "into each other" in str(step.certificate)
     step, _ = follow(planner, TIP[:3, 3], ticks=2500)
@@ -143,8 +143,7 @@ def test_an_arm_that_begins_inside_something_is_led_out():
 def test_an_obstacle_that_comes_is_fled_from_and_one_that_leaves_is_forgotten():
     begin = TIP[:3, 3] + [0.5, 0.0, 0.0]
     around = scene(ball=ftqp.Sphere(0.05, begin))
-    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=around)
-    planner.reset(START)
+    planner = started(PANDA, DT, emergency=None, scene=around, at=START)
     q, least = START.copy(), np.inf
     for k in range(2500):
         if k % 20 == 0:  # seen at 50 Hz, and moved on by its velocity between
@@ -160,8 +159,7 @@ def test_an_obstacle_that_comes_is_fled_from_and_one_that_leaves_is_forgotten():
 
 
 def test_below_the_stop_distance_an_arm_that_still_comes_nearer_is_stopped():
-    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=(around := scene(ball=BALL)))
-    planner.reset(START)
+    planner = started(PANDA, DT, emergency=None, scene=(around := scene(ball=BALL)), at=START)
     q = START.copy()
     for k in range(400):
         if k == 100:  # it jumps to where the hand is going to be in a moment, and comes on
@@ -175,8 +173,7 @@ def test_below_the_stop_distance_an_arm_that_still_comes_nearer_is_stopped():
 def test_without_a_scene_nothing_is_kept_and_nothing_moves_otherwise():
     runs = []
     for more in ({}, {"scene": scene(far=ftqp.Sphere(0.1, (5.0, 5.0, 5.0)))}):
-        planner = ftqp.Planner(PANDA, DT, clearance=ftqp.Clearance() if more else None, **more)
-        planner.reset(START)
+        planner = started(PANDA, DT, clearance=ftqp.Clearance() if more else None, **more, at=START)
         q, target, seen = START.copy(), TIP.copy(), []
         for k in range(300):
             target[:3, 3] = TIP[:3, 3] + [0.0, 0.05 * np.sin(0.01 * k), 0.0]
@@ -185,8 +182,7 @@ def test_without_a_scene_nothing_is_kept_and_nothing_moves_otherwise():
             seen.append(q)
         runs.append(np.array(seen))
     np.testing.assert_array_equal(*runs)
-    bare = ftqp.Planner(PANDA, DT)
-    bare.reset(START)
+    bare = started(PANDA, DT, at=START)
     step = bare.step(START, None, ftqp.Target(pose=TIP))
     assert step.clearance == np.inf and step.nearest is None and bare.scene is None
     with pytest.raises(InputError, match="keeps clear of nothing"):
@@ -194,8 +190,7 @@ def test_without_a_scene_nothing_is_kept_and_nothing_moves_otherwise():
 
 
 def test_followers_and_motions_to_a_posture_keep_clear_too():
-    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=scene(ball=BALL))
-    planner.reset(START)
+    planner = started(PANDA, DT, emergency=None, scene=scene(ball=BALL), at=START)
     goto, q = ftqp.GoTo(planner, pose=_at((0.55, 0.3, 0.45))), START.copy()
     least = np.inf
     for _ in range(3000):
@@ -318,8 +313,7 @@ def test_the_kernel_measures_what_coal_measures_between_links():
 
 def test_pairs_beyond_those_that_have_rows_are_said():
     cage = scene(**{f"{k}": ftqp.Sphere(0.02, TIP[:3, 3] + 0.12 * d) for k, d in enumerate(_shell(40))})
-    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=cage)
-    planner.reset(START)
+    planner = started(PANDA, DT, emergency=None, scene=cage, at=START)
     step = planner.step(START, None, ftqp.Target(pose=TIP))
     assert step.status is ftqp.StepStatus.RELAXED
     assert f"more than {CLEARANCES} points of bodies are near" in str(step.certificate)
@@ -332,8 +326,7 @@ def _shell(count):
 
 def test_the_solver_never_fails_beside_bodies_that_cannot_be_parted():
     shell = scene(**{f"{k}": ftqp.Sphere(0.2, TIP[:3, 3] + 0.22 * d) for k, d in enumerate(_ways())})
-    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=shell)
-    planner.reset(START)
+    planner = started(PANDA, DT, emergency=None, scene=shell, at=START)
     q = START.copy()
     for _ in range(400):
         step = planner.step(q, None, ftqp.Target(pose=TIP))

@@ -3,6 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from tests.going import started
 
 import ftqp
 
@@ -104,8 +105,7 @@ def test_a_target_that_moves_is_followed_without_lag(level):
     path = ftqp.paths.Circle(BOTH.pose(Q, "right_hand"), radius=0.03, duration=4.0)
     samples = path.sample(np.arange(4000) * DT)
     targets = ftqp.Targets(samples.pose, samples.twist, samples.acceleration)
-    planner = ftqp.Planner(BOTH, DT, level=level, tasks=[ftqp.PoseTask("right_hand", level=0)])
-    planner.reset(Q)
+    planner = started(BOTH, DT, level=level, tasks=[ftqp.PoseTask("right_hand", level=0)], at=Q)
     q, still = Q, ftqp.Target(pose=BOTH.pose(Q))
     for k in range(2000):
         step = planner.step(q, None, {"tip": still, "right_hand": targets.at(k)})
@@ -149,8 +149,7 @@ def test_when_a_joint_locks_the_load_goes_on_and_the_grip_does_not_slip(level, l
 
 def test_where_both_cannot_be_the_load_gives_way_and_the_grip_is_kept():
     """Both elbows locked: thirteen equations for twelve joints."""
-    planner = ftqp.Planner(BOTH, DT, level="velocity", tasks=[ftqp.Task("pose"), GRIP], emergency=None)
-    planner.reset(BOTH.neutral)
+    planner = started(BOTH, DT, level="velocity", tasks=[ftqp.Task("pose"), GRIP], emergency=None)
     for joint in (3, 10):
         planner.report(ftqp.Locked(joint))
     step, slip, left = carried(planner, 5)
@@ -209,8 +208,7 @@ def test_an_axis_looks_at_a_frame_that_moves(level):
     axis = left[:3, :3].T @ (right[:3, 3] - left[:3, 3] + np.array([0.1, 0.1, 0.1]))
     look = ftqp.AxisTask("left_hand", axis=axis, towards="right_hand", name="look", level=0)
     hand = ftqp.PoseTask("right_hand", rows="position", level=0)
-    planner = ftqp.Planner(BOTH, DT, level=level, tasks=[ftqp.Task("position"), hand, look])
-    planner.reset(q)
+    planner = started(BOTH, DT, level=level, tasks=[ftqp.Task("position"), hand, look], at=q)
     circle = ftqp.paths.Circle(right, radius=0.05, duration=4.0)
     samples = circle.sample(np.maximum(np.arange(4000) - 1000, 0) * DT)
     targets = ftqp.Targets(samples.pose, samples.twist, samples.acceleration)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from tests.going import started
 
 import ftqp
 from ftqp.core.errors import InputError
@@ -78,8 +79,7 @@ def test_the_joints_are_where_the_plan_has_them_all_the_way(panda, level):
     path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
     plan = made(panda, path)
     assert np.abs(plan.q[-1] - made(panda, path, 0.0).q[-1]).max() > 0.1  # another way than least norm
-    planner = ftqp.Planner(panda, dt=DT, level=level, plan=plan)
-    planner.reset(Q0)
+    planner = started(panda, dt=DT, level=level, plan=plan, at=Q0)
     q, v, worst = Q0, np.zeros(7), 0.0
     times = np.arange(int(DURATION / DT)) * DT
     found = path.sample(times)
@@ -143,8 +143,7 @@ def test_a_start_off_the_plan_is_drawn_onto_it(panda):
     path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
     plan = made(panda, path)
     away = onto(panda, turned(panda, Q0, 0.2), path.start)
-    planner = ftqp.Planner(panda, dt=DT, level="velocity", plan=plan)
-    planner.reset(away)
+    planner = started(panda, dt=DT, level="velocity", plan=plan, at=away)
     q, v = away, np.zeros(7)
     for k in range(int(DURATION / DT)):
         step = planner.step(q, v, ftqp.Target(path.sample(np.array([k * DT])).pose[0]))
@@ -157,8 +156,7 @@ def test_options_beside_constraints_are_ways_out_as_a_plan_knows_of_no_constrain
     plan = made(panda, ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION))
     kept = ftqp.Keep("panda_joint7", above=(-2.0, 0.0, 0.0), normal=(1.0, 0.0, 0.0))
     for constraints in ((), (kept,)):
-        planner = ftqp.Planner(panda, DT, plan=plan, constraints=constraints)
-        planner.reset(Q0)
+        planner = started(panda, DT, plan=plan, constraints=constraints, at=Q0)
         kinds = {option.kind for option in planner.options()}
         assert (len(plan.asked), "stop" in kinds) == (1, bool(constraints)), kinds
 

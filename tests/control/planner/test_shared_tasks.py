@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.going import started
 
 import ftqp
 
@@ -81,8 +82,7 @@ def test_the_command_is_the_minimum_of_both_prices():
         ftqp.Task("position", slack=slack),
         ftqp.PositionTask("panda_joint4", level=1, weight=weight, kp=3.0),
     ]
-    planner = ftqp.Planner(PANDA, level="velocity", tasks=tasks)
-    planner.reset(q)
+    planner = started(PANDA, level="velocity", tasks=tasks, at=q)
     e, f = np.array([1e-5, 2e-5, -1e-5]), np.array([2e-5, 0.0, 1e-5])
     step = planner.step(
         q, None, {HAND: position(PANDA, q) + e, "panda_joint4": position(PANDA, q, "panda_joint4") + f}
@@ -136,10 +136,9 @@ def test_the_status_speaks_of_what_is_required():
     goal = {LEFT: DUAL.pose(q, LEFT), RIGHT: moved(DUAL.pose(q, RIGHT), 0, 0, 0.04)}
     for level in (0, 1):
         for required, name in ((None, "LAGGING"), (False, "OK")):
-            planner = ftqp.Planner(
-                DUAL, tasks=[ftqp.Task(), ftqp.PoseTask(RIGHT, level=level, required=required)]
+            planner = started(
+                DUAL, tasks=[ftqp.Task(), ftqp.PoseTask(RIGHT, level=level, required=required)], at=q
             )
-            planner.reset(q)
             step = planner.step(q, None, goal)
             assert step.status.name == name and step.tasks[RIGHT].kept is False
 
@@ -168,8 +167,7 @@ def test_every_task_has_a_status_of_its_own():
         ),
         ftqp.PostureTask(),
     ]
-    planner = ftqp.Planner(DUAL, tasks=tasks)
-    planner.reset(q)
+    planner = started(DUAL, tasks=tasks, at=q)
     step = planner.step(q, None, far)
     statuses = {name: one.status for name, one in step.tasks.items()}
     assert statuses == {LEFT: S.OK, RIGHT: S.LAGGING, "away": S.RELAXED, "PostureTask": None}
@@ -180,8 +178,7 @@ def test_every_task_has_a_status_of_its_own():
 
 def test_a_copy_of_a_step_keeps_what_is_left_of_each_task():
     q = DUAL.neutral
-    planner = ftqp.Planner(DUAL, tasks=[ftqp.Task(), ftqp.PoseTask(RIGHT, level=1, rows=("x", "rz"))])
-    planner.reset(q)
+    planner = started(DUAL, tasks=[ftqp.Task(), ftqp.PoseTask(RIGHT, level=1, rows=("x", "rz"))], at=q)
     goal = {LEFT: DUAL.pose(q, LEFT), RIGHT: moved(DUAL.pose(q, RIGHT), 5.0, 0, 0)}
     kept = planner.step(q, None, goal).copy()
     slack = kept.tasks[RIGHT].slack.copy()

@@ -4,8 +4,14 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from random_chains import configuration, random_robot
+from records import chain_record
 
+import ftqp
+from ftqp.kernel.arm.dynamics import gravity_torque, knows_no_gravity, torque_bound, torques_of
+from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.entry.session import ArmSession
+from ftqp.model.catalog import load
+from ftqp.model.robot import Robot
 
 SIZES = (*range(2, 13), 16, *(pytest.param(n, marks=pytest.mark.slow) for n in (20, 25, 31, 32)))
 
@@ -98,3 +104,137 @@ def test_drift_is_the_derivative_of_the_jacobian_along_the_motion():
         arm.kinematics(q + sign * eps * v, v)
         twists.append(arm.K.kinematics.J[:, :12] @ v)
     assert np.abs((twists[0] - twists[1]) / (2.0 * eps) - drift).max() < 1e-6
+
+
+@pytest.mark.parametrize("held", [[], [2], [0, 5]])
+def test_rotor_inertia_stands_on_the_diagonal_as_in_pinocchio(held):
+    rng = np.random.default_rng(11)
+    whole = load("panda").model.copy()
+    whole.armature = rng.uniform(0.1, 2.0, 7)
+    robot = Robot.from_pinocchio(whole, "panda_hand_tcp", held)
+    bare = Robot.from_pinocchio(load("panda").model, "panda_hand_tcp", held)
+    free = [i for i in range(7) if i not in held]
+    arm, bare_arm, q = arm_of(robot), arm_of(bare), rng.uniform(-1.0, 1.0, robot.nv)
+    for one in (arm, bare_arm):
+        one.dynamics(q, np.zeros(robot.nv))
+    M, M_bare = (one.K.kinematics.M[: robot.nv, : robot.nv] for one in (arm, bare_arm))
+    assert np.abs(M - M_bare - np.diag(whole.armature[free])).max() < 1e-14
+    upper = np.triu(pin.crba(robot.model, robot.model.createData(), q))
+    assert np.abs(M - upper - np.triu(upper, 1).T).max() < 1e-12 * np.abs(M).max()
+    assert np.array_equal(arm.K.kinematics.h, bare_arm.K.kinematics.h)
+
+
+def test_bias_torque_loses_no_power_to_coriolis_forces():
+    """v'(Mdot v - 2 (h - h_gravity)) = 0, with Mdot by finite differences."""
+    rng = np.random.default_rng(7)
+    robot, eps = random_robot(rng, 10), 1e-6
+    arm = arm_of(robot)
+    q, _, v = configuration(rng, robot)
+    arm.dynamics(q, np.zeros(10))
+    gravity = arm.K.kinematics.h[:10].copy()
+    arm.dynamics(q, v)
+    coriolis, M = arm.K.kinematics.h[:10] - gravity, []
+    for sign in (1.0, -1.0):
+        arm.dynamics(q + sign * eps * v, v)
+        M.append(arm.K.kinematics.M[:10, :10].copy())
+    power = v @ (M[0] - M[1]) @ v / (2.0 * eps)
+    assert abs(power) > 1.0
+    assert abs(power - 2.0 * v @ coriolis) < 1e-6 * abs(power)
+
+
+def test_viscous_friction_is_a_part_of_the_bias_and_coulomb_friction_is_not():
+    rng = np.random.default_rng(14)
+    robot, viscous = load("panda"), rng.uniform(0.1, 2.0, 7)
+    rough = robot.with_friction(viscous=viscous, coulomb=5.0)
+    q, v = rng.uniform(-1.0, 1.0, 7), rng.uniform(-1.0, 1.0, 7)
+    smooth_arm, rough_arm = arm_of(robot), arm_of(rough)
+    for one in (smooth_arm, rough_arm):
+        one.dynamics(q, v)
+    more = rough_arm.K.kinematics.h[:7] - smooth_arm.K.kinematics.h[:7]
+    assert np.abs(more - viscous * v).max() < 1e-12
+    assert np.array_equal(rough_arm.K.kinematics.M, smooth_arm.K.kinematics.M)
+
+
+@pytest.mark.parametrize("joints", [1, 2, 5, 8])
+def test_torques_agree_with_pinocchio(joints):
+    rng = np.random.default_rng(joints)
+    for _ in range(4):
+        robot = random_robot(rng, joints)
+        K, (q, full, v) = chain_record(robot), configuration(rng, robot)
+        a, viscous = rng.normal(size=joints) * 5.0, rng.uniform(0.0, 2.0, joints)
+        K.state.q[:joints], K.state.v[:joints], K.chain.viscous[:joints] = q, v, viscous
+        forward_kinematics(K, K.state)
+        motion(K, K.state)
+        torques_of(K.state, K.kinematics, K.chain, a)
+        expected = pin.rnea(robot.model, robot.model.createData(), full, v, a) + viscous * v
+        assert np.abs(K.kinematics.tau[:joints] - expected).max() < 1e-12 * np.abs(expected).max()
+
+
+def gravity_of(robot, q):
+    """g by the recursive Newton-Euler algorithm."""
+    arm = ArmSession(robot.chain.constants())
+    arm.dynamics(q)
+    return arm.K.kinematics.h[: robot.nv].copy()
+
+
+@pytest.mark.parametrize("joints", [2, 5, 7, 8])
+def test_torque_is_that_of_newton_and_euler_and_gradient_that_of_finite_differences(joints):
+    rng = np.random.default_rng(joints)
+    for _ in range(3):
+        robot = random_robot(rng, joints)
+        K, slope, step = chain_record(robot), np.zeros(joints), 1e-6
+        q = rng.uniform(-2.0, 2.0, joints)
+        K.state.q[:joints] = q
+        forward_kinematics(K, K.state)
+        size = np.abs(gravity_of(robot, q)).max()
+        for i in range(joints):
+            assert (
+                abs(gravity_torque(K.kinematics, K.chain, i, slope) - gravity_of(robot, q)[i]) < 1e-12 * size
+            )
+            for j in range(joints):
+                d = step * np.eye(joints)[j]
+                expected = (gravity_of(robot, q + d)[i] - gravity_of(robot, q - d)[i]) / (2.0 * step)
+                assert abs(slope[j] - expected) < 1e-7 * size
+
+
+def test_only_the_first_joint_of_an_upright_arm_knows_no_gravity():
+    K = chain_record(ftqp.robots.load("panda"))
+    forward_kinematics(K, K.state)
+    assert [knows_no_gravity(K.kinematics, K.chain, i) for i in range(7)] == [True, *[False] * 6]
+    K.chain.gravity[:] = 0.0
+    assert all(knows_no_gravity(K.kinematics, K.chain, i) for i in range(7))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("joints", [1, 2, 4, 8])
+def test_no_torque_is_beyond_the_bound(joints):
+    rng = np.random.default_rng(joints)
+    closest = 0.0
+    for _ in range(40):
+        robot = random_robot(rng, joints)
+        K, (q, _, v) = chain_record(robot), configuration(rng, robot)
+        a = rng.normal(size=joints) * rng.choice([0.0, 0.1, 10.0])
+        K.state.q[:joints], K.chain.viscous[:joints] = q, rng.uniform(0.0, 2.0, joints)
+        K.state.v[:joints] = v * rng.choice([0.0, 0.1, 3.0])
+        forward_kinematics(K, K.state)
+        motion(K, K.state)
+        torques_of(K.state, K.kinematics, K.chain, a)
+        tau = np.abs(K.kinematics.tau[:joints])
+        torque_bound(K.state, K.kinematics, K.chain, a)
+        bound = K.kinematics.tau[:joints]
+        assert np.all(tau <= bound * (1.0 + 1e-12))
+        closest = max(closest, float((tau / bound).max()))
+    assert closest > 0.5, "it is not so wide as to be of no use"
+
+
+def test_bound_is_reached_by_a_stretched_arm_that_turns_all_joints_one_way():
+    """A planar arm without gravity: all lengths, speeds and accelerations along one another."""
+    robot = ftqp.robots.load("planar(3)")
+    K = chain_record(robot)
+    a = np.array([2.0, 1.0, 0.5])
+    forward_kinematics(K, K.state)
+    motion(K, K.state)
+    torques_of(K.state, K.kinematics, K.chain, a)
+    tau = K.kinematics.tau[:3].copy()
+    torque_bound(K.state, K.kinematics, K.chain, a)
+    assert np.abs(K.kinematics.tau[:3] - tau).max() < 1e-12 * tau.max() and tau.min() > 0.1

@@ -1,10 +1,13 @@
-"""Eight joints at once: in compiled code what numpy makes of the same numbers in plain Python."""
+"""Elementary functions, one or eight joints at once: what numpy makes of the same numbers."""
+
+from math import inf, nan
 
 import numpy as np
 import pytest
 
+from ftqp.core import pose
 from ftqp.kernel.jit import jit
-from ftqp.kernel.maths.elementary import any_of, floor, larger, select, smaller, sqrt
+from ftqp.kernel.maths.elementary import any_of, floor, is_finite, is_rotation, larger, select, smaller, sqrt
 from ftqp.kernel.maths.side_by_side import (
     WIDTH,
     all_of,
@@ -17,8 +20,6 @@ from ftqp.kernel.maths.side_by_side import (
 )
 
 VALUES = np.array([3.0, -1.0, 0.0, 2.5, -7.0, 1e300, -0.0, 4.0, 9.0, -2.0])
-
-
 INPUTS = np.concatenate([np.linspace(-9.0, 9.0, 37), [0.0, -0.0, 1e-12, 4e4, -4e4, 0.5 * np.pi, np.nan]])
 
 
@@ -93,3 +94,37 @@ def test_sine_and_cosine_are_those_of_numpy():
     np.testing.assert_allclose(
         found, np.stack([np.sin(angles), np.cos(angles)], axis=1), rtol=0.0, atol=4e-16
     )
+
+
+@jit
+def sum_is_finite(x, y):
+    """Compiled as the kernel is, this folds into "always" when finiteness is written x - x == 0."""
+    return is_finite(x + y)
+
+
+@pytest.mark.parametrize("x", [nan, inf, -inf])
+def test_nan_and_infinities_are_found(x):
+    assert not is_finite(x)
+    assert not sum_is_finite(x, 1.0)
+    assert not sum_is_finite(1.0, x)
+
+
+def test_an_overflow_is_found():
+    assert not sum_is_finite(1.7e308, 1.7e308)
+
+
+def packed(rotation):
+    result = np.eye(4)
+    result[:3, :3] = rotation
+    return result.ravel()
+
+
+def test_rotations_are_rotations():
+    rng = np.random.default_rng(0)
+    for _ in range(100):
+        assert is_rotation(packed(pose.rotation_exp(rng.uniform(-4.0, 4.0, 3))))
+
+
+@pytest.mark.parametrize("scale", [0.0, 0.5, 1.0 - 1e-6, 1.0 + 1e-6, -1.0, 1e3])
+def test_scaled_and_mirrored_rotations_are_none(scale):
+    assert not is_rotation(packed(scale * pose.rotation_exp(np.array([0.3, -1.0, 0.2]))))

@@ -1,6 +1,6 @@
 """Tests of parts of the kernel one by one, as plain Python: compiled code has no way in to them.
 
-``tests/kernel/test_plain_python.py`` runs this folder in a process where nothing is compiled.
+``tests/kernel/test_jit.py`` runs this folder in a process where nothing is compiled.
 """
 
 import sys
@@ -17,7 +17,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Leave them to that process."""
     if COMPILED:
-        mark = pytest.mark.skip(reason="run as plain Python by tests/kernel/test_plain_python.py")
+        mark = pytest.mark.skip(reason="run as plain Python by tests/kernel/test_jit.py")
         for item in items:
             if HERE in item.path.parents:
                 item.add_marker(mark)

@@ -13,7 +13,7 @@ from ftqp.kernel.rows import joint_intervals as bounds
 
 DTS = (0.001, 0.01, 0.05)
 EXACT = settings(max_examples=60, deadline=None, derandomize=True)
-LONG = pytest.mark.skipif(not COMPILED, reason="long runs of compiled helpers: test_while_building")
+LONG = pytest.mark.skipif(not COMPILED, reason="long runs of compiled helpers: test_jit")
 PLANAR6 = {"q_min": 0.009, "q_max": 0.445, "v_max": 0.4, "a_max": 2.0}
 """Limits of joint 6 of the planar arm."""
 

@@ -8,7 +8,7 @@ import pytest
 
 import ftqp
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import JOINTS, TARGET_SIZE, Mistake
+from ftqp.kernel.layout.enums import TARGET_SIZE, Mistake
 
 ROBOT = ftqp.robots.load("panda")
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
@@ -189,20 +189,6 @@ def stepped():
     session = Session(7)
     session.K.chain.n = session.K.chain.nq = 7
     return session, session.bind("step")
-
-
-def test_mistakes_of_the_caller_are_told_apart(stepped):
-    session, step = stepped
-    K, aim = session.K, np.zeros(TARGET_SIZE)
-    assert step(Q, V, aim, 0) == Mistake.NOT_RESET
-    K.state.is_reset, K.task.uses_rotation = 1, 1
-    assert step(Q, V, aim, 0) == Mistake.NO_ROTATION
-    for q, v in ((Q[:6].copy(), V), (Q, V[:6].copy()), (np.zeros(8), V), (np.zeros(JOINTS), V)):
-        assert step(q, v, aim, 0) == Mistake.WRONG_SHAPE
-    for q, v, target in ((list(Q), V, aim), (Q, None, aim), (Q, V, "target"), (Q, V, aim[:28].copy()),
-                         (Q.astype(np.float32), V, aim), (Q[::2], V, aim), (Q[None], V, aim)):  # fmt: skip
-        assert step(q, v, target, 0) == Mistake.NOT_READ
-    assert step(Q, V, aim, 1) == Mistake.NOT_READ
 
 
 def test_no_more_numbers_are_copied_than_a_record_holds(stepped):

@@ -13,7 +13,7 @@ FIRST_INTERVALS = 20
 """Intervals before any is halved; corners at quarters, fifths and tenths of the path fall on their ends."""
 TOLERANCE = 2e-10
 """Largest error of the pose at the points that are checked [m, rad]; between them it stays below 1e-9. What
-lies between is measured by tests/control/following/test_path_intervals.py."""
+lies between is measured by tests/control/following/test_path_follower.py."""
 RATE_TOLERANCE = 1e-8
 """Largest error of the twist there [m/s, rad/s]."""
 NARROWEST = 1e-8

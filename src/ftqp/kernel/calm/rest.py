@@ -224,7 +224,7 @@ SHARE = 0.45
 FINE = 0.005
 """Share of the velocity limits that feedback asks for in the last millimetre of a target that has stood for
 IMPATIENT: less than what counts as rest. It grows as the fourth power of a larger error; a step up there made
-an arm hunt for ever across that millimetre (tests/robustness/test_hunting_at_a_millimetre.py). Chosen by the
+an arm hunt for ever across that millimetre (tests/robustness/test_found_by_campaigns.py). Chosen by the
 same command as SHARE, `python studies/study_calm.py --seed 17`."""
 
 

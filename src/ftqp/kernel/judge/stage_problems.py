@@ -248,7 +248,7 @@ SECOND_STAGE_RATIO = 1e-9
 ELASTIC_TASK_RATIO = 1e-6
 """... and when torque limits have to give way, too. The second is stiffer than the first, because what it
 leaves of the first's task is to be kept; the third is softer, because torque rows must be stiffer than it.
-The powers of ten are guesses that tests/robustness/test_torque_against_box.py has not contradicted."""
+The powers of ten are guesses that tests/robustness/test_found_by_campaigns.py has not contradicted."""
 
 REST_ELASTIC = 1e-12
 """Compliance of torque rows beside |x - x_rest|^2 when the arm is brought to rest ..."""

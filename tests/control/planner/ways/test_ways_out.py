@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.going import go
+from tests.going import go, started
 
 import ftqp
 from ftqp.core.errors import InputError
@@ -17,8 +17,7 @@ DT = 4e-3
 
 def on_the_way(ticks, fault=None, at=None, joints=AWAY, **given):
     """A planner whose arm has come from home, healthy until ``at``, and where it is."""
-    planner = ftqp.Planner(PANDA, DT, remember=20.0, **given)
-    planner.reset(HOME)
+    planner = started(PANDA, DT, remember=20.0, **given, at=HOME)
     goto, q, v = ftqp.GoTo(planner, q=HOME + joints), HOME, np.zeros(7)
     for k in range(ticks):
         if k == at:
@@ -80,12 +79,10 @@ def test_halt_posture_needs_less_of_the_motors_and_is_near():
 
 
 def test_arm_that_stands_at_its_start_has_no_way_back_and_says_what_it_has():
-    planner = ftqp.Planner(PANDA, DT, remember=5.0)
-    planner.reset(HOME)
+    planner = started(PANDA, DT, remember=5.0, at=HOME)
     kinds = [way.kind for way in planner.ways_out()]
     assert kinds == ["home", "halt", "stop"]
-    planner = ftqp.Planner(PANDA, DT)
-    planner.reset(HOME)
+    planner = started(PANDA, DT, at=HOME)
     assert [way.kind for way in planner.ways_out()] == kinds
 
 
@@ -102,13 +99,11 @@ def test_asking_changes_nothing():
 
 def test_kept_points_and_weak_motors_make_a_way_unclear_and_it_comes_last():
     table = ftqp.Keep("panda_hand_tcp", above=(0.0, 0.0, 0.3))
-    planner = ftqp.Planner(PANDA, DT, constraints=[table])
-    planner.reset(HOME)
+    planner = started(PANDA, DT, constraints=[table], at=HOME)
     down = HOME + np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     ways = planner.ways_out(home=down)
     assert ways[-1].kind == "home" and not ways[-1].clear
-    weak = ftqp.Planner(PANDA, DT)
-    weak.reset(HOME)
+    weak = started(PANDA, DT, at=HOME)
     weak.report(ftqp.Degraded("panda_joint2", torque=0.3))
     stretched = np.array([0.0, 1.47, 0.0, -0.2, 0.0, 1.6, 0.8])
     ways = weak.ways_out(home=stretched)
@@ -133,8 +128,7 @@ def test_joint_that_swings_freely_leaves_a_stop():
 
 
 def test_joint_that_hangs_at_rest_is_braked_there_and_the_others_go():
-    planner = ftqp.Planner(PANDA, DT, remember=20.0)
-    planner.reset(HOME + AWAY)
+    planner = started(PANDA, DT, remember=20.0, at=HOME + AWAY)
     planner.step(HOME + AWAY, None, ftqp.Target(pose=PANDA.pose(HOME + AWAY)))
     planner.report(ftqp.FreeSwinging(5))
     ways = planner.ways_out(home=HOME)
@@ -150,8 +144,7 @@ def test_joint_that_hangs_at_rest_is_braked_there_and_the_others_go():
 
 
 def test_an_arm_without_brakes_of_its_own_leaves_a_hanging_joint_alone():
-    planner = ftqp.Planner(PANDA, DT, drive=ftqp.Drive(kind="position", brakes="none"))
-    planner.reset(HOME)
+    planner = started(PANDA, DT, drive=ftqp.Drive(kind="position", brakes="none"), at=HOME)
     planner.report(ftqp.FreeSwinging(5))
     assert [way.kind for way in planner.ways_out()] == ["stop"]
     with pytest.raises(InputError, match="is not believed to swing freely"):
@@ -226,8 +219,7 @@ def test_bad_input_gets_a_sentence():
 
 
 def test_a_way_of_eight_times_what_is_remembered_leads_back():
-    planner = ftqp.Planner(PANDA, DT, remember=1.0)
-    planner.reset(HOME)
+    planner = started(PANDA, DT, remember=1.0, at=HOME)
     q, v, target = HOME, np.zeros(7), ftqp.Target(pose=PANDA.pose(HOME))
     for k in range(2000):
         target.pose[1, 3] = 0.2 * np.sin(2e-3 * k)
@@ -239,8 +231,7 @@ def test_a_way_of_eight_times_what_is_remembered_leads_back():
 def test_way_that_comes_too_near_to_the_scene_is_not_clear_and_the_others_are_tried_in_it():
     scene = ftqp.Scene()
     scene.add("post", ftqp.Cylinder(radius=0.05, length=1.2, place=(0.26, 0.2, 0.6)))
-    planner = ftqp.Planner(PANDA, DT, scene=scene, remember=5.0)
-    planner.reset(HOME)
+    planner = started(PANDA, DT, scene=scene, remember=5.0, at=HOME)
     beyond = HOME + np.array([1.4, 0.3, 0.0, 0.6, 0.0, 0.0, 0.0])
     ways = planner.ways_out(home=beyond)
     home = by_kind(ways)["home"]
