@@ -55,6 +55,12 @@ def spread(cases: list[pytest.Item], few: int) -> list[pytest.Item]:
     return [case for place, case in enumerate(cases) if place in places]
 
 
+@pytest.fixture(params=["acceleration", "velocity"])
+def level(request: pytest.FixtureRequest) -> str:
+    """Both levels at which a planner works."""
+    return str(request.param)
+
+
 @pytest.fixture(autouse=True, scope="module")
 def what_is_said() -> Iterator[None]:
     """Scripts that say errors alone, and calls that are interrupted, hush no test after them."""

@@ -21,11 +21,6 @@ def srs7():
     return ftqp.robots.load("srs7")
 
 
-@pytest.fixture(params=["acceleration", "velocity"])
-def level(request):
-    return request.param
-
-
 @pytest.fixture
 def home(panda):
     """The pose of the Panda's tip at its neutral configuration."""

@@ -11,7 +11,6 @@ import ftqp
 from ftqp.sim.log.raw_rows import RawLayout
 
 DT = 0.002
-LEVELS = ["acceleration", "velocity"]
 MODES = ["slack", "hard", "scaled", "lexicographic"]
 UP = (0.0, 0.0, 1.0)
 
@@ -78,7 +77,6 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_an_arm_whose_target_is_out_of_reach_rests_two_seconds_after_it_stands(case, level):
     name, start, way, locked = case
@@ -92,7 +90,6 @@ def test_an_arm_whose_target_is_out_of_reach_rests_two_seconds_after_it_stands(c
 
 
 @pytest.mark.parametrize("mode", MODES[1:])
-@pytest.mark.parametrize("level", LEVELS)
 def test_it_rests_in_every_mode(mode, level):
     robot = ftqp.robots.load("panda")
     run = Run(robot, robot.neutral, level, mode=mode).to(moved(robot, robot.neutral, (0.9, 0.2, 0.0)), 6.0)
@@ -100,21 +97,18 @@ def test_it_rests_in_every_mode(mode, level):
 
 
 @pytest.mark.parametrize("dt", [0.001, 0.005, 0.01])
-@pytest.mark.parametrize("level", LEVELS)
 def test_it_rests_at_every_sampling_period(dt, level):
     robot = ftqp.robots.load("iiwa14")
     run = Run(robot, robot.neutral, level, dt=dt).to(moved(robot, robot.neutral, (0.6, 0.3, 0.3)), 6.0)
     assert run.rests(4.0) and run.holding
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_without_calm_it_swings(level):
     robot = ftqp.robots.load("iiwa14")
     run = Run(robot, robot.neutral, level, calm=False).to(moved(robot, robot.neutral, (0.6, 0.3, 0.3)), 6.0)
     assert not run.rests(4.0) and not run.holding
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize(("name", "way"), [("iiwa14", (0.0, 0.0, -0.15)), ("planar(4)", (-0.15, 0.0, 0.0))])
 def test_a_start_that_is_exactly_singular_is_left(name, way, level):
     robot = ftqp.robots.load(name)
@@ -123,7 +117,6 @@ def test_a_start_that_is_exactly_singular_is_left(name, way, level):
     assert run.error < 1e-3 and not run.holding and run.rests(5.0)
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("name", ["iiwa14", "srs7"])
 def test_a_joint_pressed_against_its_range_does_not_keep_the_arm_from_resting(name, level):
     robot = ftqp.robots.load(name)
@@ -132,7 +125,6 @@ def test_a_joint_pressed_against_its_range_does_not_keep_the_arm_from_resting(na
     assert run.rests(4.0)
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("name", ["panda", "iiwa14"])
 def test_a_regular_path_does_not_change_by_a_bit(name, level):
     robot = ftqp.robots.load(name)
@@ -145,7 +137,6 @@ def test_a_regular_path_does_not_change_by_a_bit(name, level):
         np.testing.assert_array_equal(calm.of(name), plain.of(name))
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_a_path_by_a_wrist_alignment_is_followed_as_well_but_for_three_tenths(level):
     robot = ftqp.robots.load("iiwa14")
     start = np.array([0.0, 0.6, 0.0, -1.4, 0.0, 0.12, 0.0])
@@ -251,7 +242,6 @@ PATHS = {
 }
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("case", PATHS.values(), ids=PATHS)
 def test_a_path_that_cannot_go_on_is_blocked_within_a_second_of_its_stall_and_the_arm_rests(case, level):
     name, way, locked = case
@@ -284,7 +274,6 @@ def test_a_path_that_cannot_go_on_is_blocked_within_a_second_of_its_stall_and_th
     assert max(speeds[round(1.0 / DT) :]) < 0.01 and step.position_error < 5e-3
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("start", [0.0, 0.1])
 def test_a_stall_that_a_self_motion_can_pass_is_passed(start, level):
     """Bedrossian's third manoeuvre, with calm: the roll joints lead the arm past the singularity."""
@@ -335,7 +324,6 @@ def ended(robot, level, way, law):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("name, out", [("panda", (0.0, 0.0, 1.0)), ("planar(4)", (0.7, 0.7, 0.0))])
 def test_the_arm_rests_at_the_end_of_its_path_and_before_an_end_just_out_of_reach(name, out, level):
     robot = ftqp.robots.load(name)

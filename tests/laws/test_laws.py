@@ -27,7 +27,6 @@ FAULTS = [
     ftqp.FreeSwinging("panda_joint7", damping=1.0),
     ftqp.Degraded("panda_joint2", velocity=0.02, acceleration=0.2, torque=0.9),
 ]
-LEVELS = ["acceleration", "velocity"]
 
 
 class Recorder(WrappedPlant):
@@ -55,7 +54,6 @@ def commands(level, schedule=(), honest=True, scheme="mvn", backend="active_set"
     return plant.commands
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("fault", FAULTS, ids=str)
 def test_scheduled_fault_changes_nothing_before_it_happens(level, fault):
     k = round(AT / DT)
@@ -64,7 +62,6 @@ def test_scheduled_fault_changes_nothing_before_it_happens(level, fault):
     assert failing[k:] != healthy[k:]
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("fault", FAULTS, ids=str)
 def test_fault_that_is_not_announced_yet_is_known_by_its_motion_only(level, fault):
     """The arm hides the fault until the announcement: up to then every command is that of a healthy arm."""
@@ -106,14 +103,12 @@ def test_planner_reads_no_clock_into_its_command_and_draws_no_unseeded_number():
             assert "default_rng()" not in text and "np.random.seed" not in text, file
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("scheme", ["mvn", "dlsm"])
 def test_same_input_gives_the_same_output(level, scheme):
     schedule = [FaultEvent(AT, FAULTS[0])]
     assert commands(level, schedule, scheme=scheme) == commands(level, schedule, scheme=scheme)
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("fault", FAULTS, ids=str)
 def test_arm_that_is_repaired_is_a_healthy_arm(level, fault):
     generator = np.random.default_rng(7)
@@ -137,7 +132,6 @@ def test_arm_that_is_repaired_is_a_healthy_arm(level, fault):
 
 
 @pytest.mark.solvers
-@pytest.mark.parametrize("level", LEVELS)
 def test_all_backends_agree_with_one_tolerance(level):
     """At the same states, through a fault, on a task that the arm can follow."""
     names = ["active_set", "dtrnn", "daqp", "quadprog", "proxqp", "osqp"]

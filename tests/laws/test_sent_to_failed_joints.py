@@ -152,7 +152,6 @@ def test_what_is_sent_to_a_locked_joint_does_not_follow_a_drifting_encoder(drive
     assert np.ptp(places) < 1e-5 and np.ptp(places[100:]) == 0.0
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("drive", DRIVES)
 def test_a_lock_on_the_way_is_sent_its_braking_distance_and_no_farther(drive, level):
     robot = ftqp.robots.load("panda")

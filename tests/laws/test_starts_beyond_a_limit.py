@@ -45,7 +45,6 @@ def led(planner, q, target, ticks):
 
 
 @pytest.mark.parametrize("rows", ["pose", "position"])
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("name", ARMS)
 def test_an_arm_that_starts_beyond_a_limit_comes_back_and_is_not_stopped(name, level, rows):
     robot = ftqp.robots.load(name)
@@ -84,7 +83,6 @@ def test_so_does_one_whose_drives_take_velocities_or_torques(drive):
         assert planner.stopped_because is None and farthest(robot, last.q) <= 1e-6, q
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_an_arm_whose_range_is_narrowed_behind_it_comes_back_and_is_not_stopped(level):
     robot = ftqp.robots.load("puma560")
     for joint in range(3):
@@ -97,7 +95,6 @@ def test_an_arm_whose_range_is_narrowed_behind_it_comes_back_and_is_not_stopped(
         assert last.q[joint] <= q[joint] - 0.3 + 1e-6
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_a_point_that_starts_on_the_wrong_side_comes_back_and_is_not_stopped(level):
     robot = ftqp.robots.load("panda")
     q, pose = robot.neutral.copy(), robot.pose(robot.neutral)
@@ -109,7 +106,6 @@ def test_a_point_that_starts_on_the_wrong_side_comes_back_and_is_not_stopped(lev
     assert robot.pose(last.q)[2, 3] >= pose[2, 3] + 0.15 - 1e-3
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_bodies_that_start_too_near_come_apart_and_the_arm_is_not_stopped(level):
     robot = ftqp.robots.load("panda")
     q, pose = robot.neutral.copy(), robot.pose(robot.neutral)
@@ -124,7 +120,6 @@ def test_bodies_that_start_too_near_come_apart_and_the_arm_is_not_stopped(level)
     assert planner.stopped_because is None and last.clearance > nearest
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("started", ["inside", "beyond"])
 def test_an_error_that_the_task_itself_leaves_still_stops_the_arm(level, started):
     """Also of an arm that has come back: what the way back has left does not count, the rest does."""

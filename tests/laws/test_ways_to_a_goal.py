@@ -103,7 +103,6 @@ def test_arm_that_swings_out_of_reach_is_said_to_rest_when_it_does():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("level", LEVELS)
 def test_arm_that_is_too_weak_for_its_load_at_a_pose_rests_where_it_is_strong_enough(level):
     panda = ftqp.robots.load("panda")
     planner = ftqp.Planner(panda, DT, level=level)

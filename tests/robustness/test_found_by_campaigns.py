@@ -269,7 +269,6 @@ DT, JOINT = 0.01, 3
 
 @pytest.mark.parametrize("mode", ["instant", "ramp"])
 @pytest.mark.parametrize("drive", ["position", "velocity"])
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_command_of_a_locked_joint_whose_sensor_is_lost_stays_where_it_is(level, drive, mode):
     robot = ftqp.robots.load("panda")
     planner = ftqp.Planner(robot, DT, level=level, drive=drive)
@@ -335,7 +334,6 @@ def test_no_scheme_falls_back_where_a_motor_is_too_weak(scheme, mode, level):
     assert any(excess > 0.1 for _, excess in found)  # the case is met at all
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("backend", ["dtrnn", "daqp", "proxqp", "osqp"])
 def test_no_backend_ends_without_the_task_where_a_motor_is_too_weak(backend, level):
     """A backend may fail, but what takes its place still follows the task, and never latches a stop."""

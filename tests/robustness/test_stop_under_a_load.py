@@ -8,7 +8,6 @@ import ftqp
 DT = 2e-3
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("burden", [ftqp.Degraded(1, torque=0.05), ftqp.Payload(mass=22.0)])
 def test_arm_that_cannot_carry_its_load_comes_to_rest(level, burden):
     """To lessen an excess of torque that nothing removes, healthy joints swung at their limits for ever."""

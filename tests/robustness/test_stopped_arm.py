@@ -1,7 +1,6 @@
 """An arm that is said to have stopped has stopped, whatever is learnt of its joints afterwards."""
 
 import numpy as np
-import pytest
 
 import ftqp
 
@@ -29,7 +28,6 @@ def swinging_and_stopped(robot, level):
     return planner, q, v, target
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_arm_that_catches_a_joint_that_failed_after_the_stop_is_not_said_to_rest(level):
     swinging_and_stopped(ftqp.robots.load("panda"), level)
 
@@ -51,7 +49,6 @@ def test_stop_of_a_joint_outside_its_range_keeps_an_acceleration_limit_that_was_
         assert abs(step.a[SWINGS]) <= share * robot.limits.a_max[SWINGS] * (1.0 + 1e-9)
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_joint_that_is_mended_while_it_swings_is_braked_under_the_status_stopping(level):
     robot = ftqp.robots.load("panda")
     planner, q, v, target = swinging_and_stopped(robot, level)

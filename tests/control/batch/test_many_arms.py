@@ -96,7 +96,6 @@ def assert_same(done, planner_of, robot, q, faults, targets):
         assert done.first_bad[arm] == own[4], f"first bad tick of arm {arm}"
 
 
-@pytest.mark.parametrize("level", ["velocity", "acceleration"])
 def test_every_arm_moves_as_a_planner_moves_it(level):
     robot = ftqp.robots.load("panda")
 
@@ -301,7 +300,6 @@ def test_planners_that_are_not_compiled_as_a_whole_are_refused(study):
             ftqp.batch.rollout(other, q, targets=targets)
 
 
-LEVELS = ["velocity", "acceleration"]
 PANDA = ftqp.robots.load("panda")
 
 
@@ -309,7 +307,6 @@ def free(joint):
     return ftqp.FreeSwinging(joint, damping=1.0)
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_rows_are_given_up_beside_a_free_joint_without_gravity(level, caplog):
     """The first joint of a Panda that stands upright, on a circle that six joints cannot follow."""
     q, faults, ticks = starts(PANDA)[:3], [(free(0), 60), None, (free(0), 0)], np.arange(200)
@@ -326,7 +323,6 @@ def test_rows_are_given_up_beside_a_free_joint_without_gravity(level, caplog):
     assert "the task stays infeasible: the attitude is given up" in caplog.messages
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_fault_told_while_a_joint_swings_has_everything_decided_anew(level):
     q, targets = starts(PANDA)[:5], circle(PANDA, 0.05)
     faults = [

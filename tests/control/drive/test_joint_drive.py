@@ -175,7 +175,6 @@ DT = 2e-3
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_lead_sends_no_position_beyond_the_range_that_is_left(level):
     """A slow servo on positions only is sent where it shall be 0.1 s later: that was beyond the end."""
     robot = ftqp.robots.load("panda")

@@ -28,7 +28,6 @@ def follower(level="acceleration", **given):
     return ftqp.PathFollower(planner, line, **given)
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_blocked_path_is_finished_over_a_bridge_within_limits(level):
     leader = follower(level, bridges=True)
     rows, seen = follow(leader, START)

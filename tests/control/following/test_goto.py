@@ -12,10 +12,8 @@ from ftqp.core.pose import rotation_x
 PANDA = ftqp.robots.load("panda")
 HOME = PANDA.neutral
 AWAY = HOME + np.array([0.5, -0.3, 0.4, 0.3, -0.5, 0.6, 0.3])
-LEVELS = ["acceleration", "velocity"]
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_posture_is_met_to_a_microradian_with_limited_jerk(level):
     goto = ftqp.GoTo(planner_at(AWAY, level), q=HOME)
     steps = go(goto, AWAY)
@@ -69,7 +67,6 @@ def test_every_planner_goes_to_a_posture_and_steps_on_as_before(settings):
     assert np.abs(after.q - fresh.step(steps[-1].q, steps[-1].v, target).q).max() < 1e-8
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize(
     ("at", "fault"),
     [
@@ -154,7 +151,6 @@ def test_continuous_joint_goes_the_short_way_round():
     assert steps[-1].q[0] == pytest.approx(2.0 * np.pi - 3.0, abs=1e-6)
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("shift, turn", [((0.1, 0.1, -0.1), 0.0), ((-0.15, 0.2, 0.1), 0.6)])
 def test_pose_is_reached(level, shift, turn):
     goal = PANDA.pose(HOME) @ rotation_of(turn)
@@ -173,7 +169,6 @@ def rotation_of(angle):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("rows", ["pose", "position"])
 def test_pose_out_of_reach_is_neared_as_far_as_can_be_and_the_arm_rests_and_says_so(level, rows):
     """The emergency stop of 5 cm is on; a planner without one that is given the goal at once ends as near."""
@@ -235,7 +230,6 @@ def test_planner_without_a_start_is_refused_at_the_first_step():
             goto.step(HOME, np.zeros(7))
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_joint_that_swings_free_on_the_way_does_not_stop_the_others(level):
     goto = ftqp.GoTo(planner_at(AWAY, level), q=HOME)
     free = ftqp.FreeSwinging("panda_joint7", damping=2.0)

@@ -26,7 +26,6 @@ def begun(level="acceleration", **given):
     return ftqp.GoTo(planner, pose=GOAL, **given)
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_goal_that_the_straight_way_misses_is_reached_by_another_posture(level):
     goto = begun(level)
     steps = go(goto, HERE, longest=20.0)

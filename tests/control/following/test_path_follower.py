@@ -17,7 +17,6 @@ from ftqp.kernel.rows.path_rows import look_up
 PANDA = ftqp.robots.load("panda")
 SCALED = ftqp.Task(mode="scaled")
 ESCAPE = ftqp.StallEscape()
-LEVELS = ["acceleration", "velocity"]
 DT = 2e-3
 
 
@@ -49,7 +48,6 @@ def run(follower, q=None, longest=8.0, each=lambda k: None):
     return steps, np.array(progress)
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_arm_that_can_follows_at_full_speed(level):
     follower = follower_of(level=level)
     steps, progress = run(follower)
@@ -59,7 +57,6 @@ def test_arm_that_can_follows_at_full_speed(level):
     assert (np.diff(progress) >= 0.0).all() and progress[-1] == 2.0
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize(("dt", "scheme"), [(5e-3, "mvn"), (1e-3, "rmp"), (5e-3, "dlsm")])
 def test_a_path_that_comes_to_rest_ends_whatever_the_scheme_draws_the_joints_to(level, dt, scheme):
     """Near its end the path is so slow that the scheme would gain more by waiting for ever."""
@@ -71,7 +68,6 @@ def test_a_path_that_comes_to_rest_ends_whatever_the_scheme_draws_the_joints_to(
     assert max(step.position_error for step in steps) < 1e-3
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("law", ["quintic", "constant"])
 def test_path_that_is_too_fast_is_followed_more_slowly_on_the_path(level, law):
     """1.2 m of circle in 0.5 s; the tip stays within 1 mm of the circle and every limit is kept."""
@@ -90,7 +86,6 @@ def test_path_that_is_too_fast_is_followed_more_slowly_on_the_path(level, law):
     assert (np.diff(progress) >= 0.0).all()
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_arm_stops_at_the_end_of_a_path_that_ends_at_full_speed(level):
     path = ftqp.paths.Line(PANDA.pose(PANDA.neutral), (0.0, 0.3, 0.0), duration=1.0, law="constant")
     follower = follower_of(path=path, level=level)
@@ -106,7 +101,6 @@ def test_arm_stops_at_the_end_of_a_path_that_ends_at_full_speed(level):
     assert np.abs(v).max() < 1e-3
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_a_path_that_is_done_is_slowed_down_no_more(level):
     path = ftqp.paths.Line(PANDA.pose(PANDA.neutral), (0.1, 0.05, 0.0), duration=1.0)
     follower = follower_of(path=path, level=level)
@@ -141,7 +135,6 @@ def test_position_limit_in_the_way_is_named():
     assert f"{last} (upper position limit)" in follower.blocked
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_bad_measurement_holds_the_path(level):
     follower = follower_of(level=level)
     q, v = PANDA.neutral.copy(), np.zeros(7)

@@ -9,7 +9,6 @@ PANDA = ftqp.robots.load("panda")
 HOME = PANDA.neutral
 START = PANDA.pose(HOME)
 LIMITS = ftqp.TipLimits(speed=0.3, acceleration=1.5, turn=1.0, turn_acceleration=5.0)
-LEVELS = ["acceleration", "velocity"]
 DT = 2e-3
 REST = np.zeros(6)
 
@@ -49,7 +48,6 @@ def operated(twist, last, every=10):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("level", LEVELS)
 def test_target_that_jumps_half_a_metre_is_followed_within_the_limits(level):
     """Without the limiter the emergency stop takes such a jump for a fault."""
     goal = ftqp.Target(pose=moved(0.0, 0.5, 0.0))
@@ -62,7 +60,6 @@ def test_target_that_jumps_half_a_metre_is_followed_within_the_limits(level):
     assert jerk.max() <= 1.01 * 1.5 / 0.05
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_stale_twist_fades_to_rest_after_the_dead_man_time_with_limited_jerk(level):
     steps, twists, statuses = run(follower_of(level), operated([0.0, 0.2, 0.0, 0.0, 0.0, 0.0], 250), 2.0)
     last_fresh = 250
@@ -105,7 +102,6 @@ def test_huge_and_jumping_twists_stay_within_the_limits():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("level", LEVELS)
 def test_nothing_winds_up_when_the_operator_pushes_out_of_reach(level):
     """Two seconds and a half outwards, then back: the tip turns round at once."""
     out = np.array([0.3, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -119,7 +115,6 @@ def test_nothing_winds_up_when_the_operator_pushes_out_of_reach(level):
     assert x[1899] < x[1200] - 0.05
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_joint_that_fails_on_the_way_does_not_throw_the_tip_off(level):
     follower = follower_of(level)
 

@@ -32,7 +32,6 @@ def led(follower, steps, at=None, do=None, **more):
     return step, q, k
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_two_hands_follow_paths_of_their_own_in_one_time(level):
     planner = ftqp.Planner(BODY, level=level, tasks=[ftqp.PoseTask(LEFT), ftqp.PoseTask(RIGHT, level=0)])
     follower = ftqp.TaskPaths(planner, lift())

@@ -14,7 +14,6 @@ DT, KEEP = 1e-3, 0.02
 PANDA = ftqp.robots.load("panda")
 START = PANDA.neutral
 TIP = PANDA.pose(START)
-LEVELS = ("acceleration", "velocity")
 
 
 def scene(**shapes):
@@ -55,7 +54,6 @@ THINGS = {
 }
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("name", THINGS)
 def test_an_arm_that_is_led_into_something_stays_clear_of_it_and_says_why(name, level):
     shape, goal = THINGS[name]

@@ -14,7 +14,6 @@ LATE = 3
 """Samples are so many ticks late."""
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize(("mode", "late"), [("none", 0), ("instant", 0), ("ramp", LATE)])
 @pytest.mark.parametrize("name", ROBOTS)
 def test_on_an_arm_that_follows_exactly_all_drives_move_alike(name, mode, late, level):
@@ -93,7 +92,6 @@ def ridden(robot, gaps, fault=None, **given):
     return found
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("fault", [None, ftqp.Degraded(1, velocity=0.6)])
 def test_a_late_command_is_where_it_would_be_had_the_loop_been_on_time(panda, level, fault):
     gaps = [1] * 99 + [1, 4, 1, 2, 1, 1, 5, 1, 3] * 12

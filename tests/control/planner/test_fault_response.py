@@ -325,7 +325,6 @@ def stood(
     return steps
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("scheme", ["mvn", "man", "mke", "rmp"])
 def test_a_probed_joint_moves_by_a_little_and_comes_back_while_the_tip_stays(level: str, scheme: str) -> None:
     planner = probing(HALF_SECOND, level=level, scheme=scheme)

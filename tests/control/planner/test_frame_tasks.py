@@ -7,7 +7,6 @@ from tests.going import started
 
 import ftqp
 
-LEVELS = ("acceleration", "velocity")
 DT = 1e-3
 HANDS = ("left_hand", "right_hand")
 GRIP = ftqp.RelativeTask("right_hand", "left_hand", level=0, name="grip")
@@ -61,7 +60,6 @@ def close(found, expected):
 GOAL = pin.SE3(pin.exp3(np.array([0.4, 2.0, -0.7])), np.array([0.4, -0.2, 0.5]))
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("rows", ["pose", "orientation", ("z", "rx", "y")])
 def test_a_pose_is_the_term_that_pinocchio_says(level, rows):
     task = ftqp.PoseTask("right_hand", rows=rows, target=GOAL, level=3, weight=3.0, kp=7.0, kv=4.0)
@@ -82,7 +80,6 @@ def test_a_pose_is_the_term_that_pinocchio_says(level, rows):
     close(g - g0, -3.0 * A.T @ b)
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_a_pose_in_another_frame_is_the_rows_that_pinocchio_says(level):
     """The goal is a place of the other body, so that the rows are those of two points of two bodies."""
     task = ftqp.RelativeTask("right_hand", "left_hand", level=0, target=GOAL, kp=5.0, kv=2.0)
@@ -99,7 +96,6 @@ def test_a_pose_in_another_frame_is_the_rows_that_pinocchio_says(level):
     close(K.terms.asked[0], scale * right_side(level, rows, error, moves, 5.0, 2.0))
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_a_target_that_moves_is_followed_without_lag(level):
     """Twist and acceleration of a target go ahead of its pose, on level 0 as for the tip."""
     path = ftqp.paths.Circle(BOTH.pose(Q, "right_hand"), radius=0.03, duration=4.0)
@@ -138,7 +134,6 @@ def carried(planner, lock=None, steps=1500, way=(-0.1, 0.0, 0.1)):
     return step, slip, np.linalg.norm((BOTH.pose(q) - T)[:3, 3])
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("lock", [None, 2, 11])
 def test_when_a_joint_locks_the_load_goes_on_and_the_grip_does_not_slip(level, lock):
     planner = ftqp.Planner(BOTH, DT, level=level, tasks=[ftqp.Task("pose", mode="scaled"), GRIP])
@@ -158,7 +153,6 @@ def test_where_both_cannot_be_the_load_gives_way_and_the_grip_is_kept():
     assert any(bound.joint.startswith("grip") for bound in step.certificate.obstacles)
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_a_stop_brings_both_arms_to_rest_and_keeps_the_grip(level):
     planner = ftqp.Planner(BOTH, DT, level=level, tasks=[ftqp.Task("pose"), GRIP])
     q = BOTH.neutral.copy()
@@ -176,7 +170,6 @@ def test_a_stop_brings_both_arms_to_rest_and_keeps_the_grip(level):
     assert np.linalg.norm((held - bar)[:3, 3]) < 1e-4
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_what_is_out_of_reach_on_level_0_leaves_limits_kept_and_the_arm_at_rest(level):
     away = BOTH.pose(BOTH.neutral, "right_hand")
     away[:3, 3] += (0.0, -3.0, 0.0)
@@ -200,7 +193,6 @@ def test_every_backend_keeps_the_same_grip(backend):
     assert found[0][0].q == pytest.approx(found[1][0].q, abs=1e-4) and found[1][1] < 1e-4
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_an_axis_looks_at_a_frame_that_moves(level):
     """An axis of the left hand points at the right one, which goes round a circle."""
     q = BOTH.neutral.copy()
@@ -266,7 +258,6 @@ def writes_another_shape(state, C, l, u):
     (writes_nan, "not finite"), (crosses, "l > u"),
     (writes_another_shape, "ValueError"),
 ])  # fmt: skip
-@pytest.mark.parametrize("level", LEVELS)
 def test_rows_that_fail_while_running_stop_the_arm_and_say_why(level, fill, why):
     told = []
 

@@ -41,7 +41,6 @@ def moved(level, lock=None, steps=2000, **settings):
     return told, step, way.pose[-1]
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("lock", [None, "panda_joint3"])
 def test_momentum_stays_zero_and_the_tip_arrives(level, lock):
     told, step, target = moved(level, lock)

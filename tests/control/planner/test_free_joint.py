@@ -160,7 +160,6 @@ def test_a_joint_without_gravity_is_not_sped_up_to_keep_the_tip():
     assert healthy.max() < 0.01
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_others_brake_as_hard_beside_a_free_joint_when_they_are_stopped(level):
     robot = ftqp.robots.load("panda")
     planner, plant = ftqp.Planner(robot, DT, level=level), ftqp.KinematicPlant(robot, DT, level)
@@ -268,7 +267,6 @@ class Arm:
 HELD = "panda_joint5 has no motor: the others keep the task and make up for where it is seen to go"
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_task_goes_on_beside_a_joint_that_friction_holds(level):
     arm = Arm(lambda t: 0.0, level=level, seconds=0.5)
     assert arm.notices == [HELD]

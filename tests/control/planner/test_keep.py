@@ -13,7 +13,6 @@ DT = 1e-3
 TIP, ELBOW = PANDA.tip, "panda_joint4"
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_a_row_is_what_pinocchio_and_the_formula_of_a_joint_limit_say(level):
     n = np.array([0.6, -0.3, 0.74])
     keep = ftqp.Keep("panda_joint6", above=[0.2, 0.1, 0.3], normal=n, point=(0.0, 0.1, 0.05), braking=3.0)
@@ -154,7 +153,6 @@ def first(q, v, **settings):
     return planner
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_a_box_is_the_planes_of_the_sides_that_it_has(level):
     at, point = "panda_joint6", (0.0, 0.1, 0.05)
     box = ftqp.Keep(at, inside=BOX, point=point, braking=2.0, name="box")
@@ -176,7 +174,6 @@ def test_a_box_is_the_planes_of_the_sides_that_it_has(level):
     assert box.distance(PANDA.pose(Q, at)) == pytest.approx(least, abs=1e-12)
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.3, -0.5, 0.2)])
 def test_a_row_of_a_cone_is_what_finite_differences_of_the_angle_say(level, axis):
     keep = ftqp.Keep("panda_joint6", axis=axis, along=(0.2, 0.9, -0.6), within=2.5, braking=3.0)

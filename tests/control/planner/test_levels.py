@@ -9,7 +9,6 @@ PANDA = ftqp.robots.load("panda").with_limits(v_max=1e3, a_max=1e6)
 DUAL = ftqp.robots.load("dual_panda")
 RIGHT = DUAL.tips[1]
 ELBOW, HAND = "panda_joint4", "panda_hand_tcp"
-LEVELS = ("velocity", "acceleration")
 
 
 def first_command(level, scheme, mode, seed, tasks):
@@ -32,7 +31,6 @@ def first_command(level, scheme, mode, seed, tasks):
 
 
 @pytest.mark.parametrize(("mode", "scheme"), [("slack", "mvn"), ("lexicographic", "mke"), ("slack", "dlsm")])
-@pytest.mark.parametrize("level", LEVELS)
 def test_the_command_is_that_of_one_qp_after_the_other(level, scheme, mode):
     """First A x = b, then the elbow's row, then the least of the scheme's objective over what is left."""
     for seed in range(3):
@@ -53,7 +51,6 @@ def test_the_command_is_that_of_one_qp_after_the_other(level, scheme, mode):
         assert np.abs(x - wanted).max() < 0.02 * np.abs(x).max(), "which has what is left"
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_level_2_goes_before_level_3_whatever_their_weights(level):
     q, robot = DUAL.neutral, DUAL
     elbow, up = "right_joint4", robot.pose(DUAL.neutral, "right_joint4")[:3, 3] + (0.0, 0.03, 0.0)
@@ -74,7 +71,6 @@ def test_level_2_goes_before_level_3_whatever_their_weights(level):
         assert np.abs(robot.pose(q, hand) - robot.pose(robot.neutral, hand))[:3, 3].max() < 2e-5
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("task", [
     ftqp.PositionTask(ELBOW, target=(0, 0, 3.0), level=2, name="far"),
     ftqp.CentreOfMass(target=(1.0, 0, 1.0), level=2, name="far"),

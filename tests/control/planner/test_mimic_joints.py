@@ -26,7 +26,6 @@ def off_image(robot, q):
 
 
 @pytest.mark.parametrize("mode", ["slack", "hard", "scaled", "lexicographic"])
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_the_tip_follows_a_path_and_every_follower_its_leader(robot, level, mode):
     planner = ftqp.Planner(robot, level=level, task=ftqp.Task("position", mode=mode))
     q = start(robot)
@@ -64,7 +63,6 @@ def test_the_least_rates_of_the_motors_are_those_of_the_folded_jacobian(robot, b
 
 
 @pytest.mark.parametrize("mode", ["ramp", "instant"])
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_a_locked_follower_locks_its_leader_and_the_arm_goes_on(robot, level, mode):
     planner = ftqp.Planner(robot, level=level, task=ftqp.Task("position"))
     q = start(robot)

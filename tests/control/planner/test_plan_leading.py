@@ -37,11 +37,6 @@ class MadePlan:
         return self.after
 
 
-@pytest.fixture(scope="module")
-def panda():
-    return ftqp.robots.load("panda")
-
-
 def turned(robot, q, angle):
     """The arm moved along its self-motion by so much of its own direction."""
     u = np.linalg.svd(robot.jacobian(q))[2][-1]
@@ -74,7 +69,6 @@ def at(plan, time):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("level", ["velocity", "acceleration"])
 def test_the_joints_are_where_the_plan_has_them_all_the_way(panda, level):
     path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
     plan = made(panda, path)

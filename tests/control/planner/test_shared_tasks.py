@@ -101,7 +101,6 @@ def test_the_command_is_the_minimum_of_both_prices():
 
 
 @pytest.mark.parametrize("later", [2, 3])
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_later_levels_move_none_of_level_1(level, later):
     """A heavy task on level 2 or 3 that wants both hands elsewhere leaves micrometres of them."""
     q = DUAL.neutral
@@ -187,7 +186,6 @@ def test_a_copy_of_a_step_keeps_what_is_left_of_each_task():
     assert (kept.tasks[RIGHT].slack == slack).all()
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("target", [(3.0, 0.0, 0.5), (0.5, -1.5, 0.9)])
 def test_a_hand_stretched_towards_what_it_cannot_reach_does_not_swing(level, target):
     """Its second derivative takes part: without, it accelerates at its limits for ever."""

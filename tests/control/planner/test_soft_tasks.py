@@ -15,7 +15,6 @@ LIGHT = ftqp.Robot.from_dh(
     [[0.3, 0.0, 0.0, 0.0], [0.0, 0.2, 0.5, 0.0], [0.25, 0.1, -0.7, 0.4], [0.3, 0.0, 1.2, 0.0]],
     limits=dict(q_min=-2.0, q_max=2.0, v_max=2.0, a_max=20.0),
 )  # fmt: skip
-LEVELS = ("acceleration", "velocity")
 DT = 1e-3
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
 V = np.array([0.3, -0.2, 0.1, 0.25, -0.4, 0.2, 0.35])
@@ -69,7 +68,6 @@ def asked(level, J, v, error, drift, kp, kv):
     return kp * error + (-kv * J @ v - drift if level == "acceleration" else 0.0)
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize(("name", "point", "rows"), [
     (ELBOW, (0.1, -0.2, 0.05), "xyz"), ("panda_joint2", (0.0, 0.3, 0.0), "z"),
     ("panda_hand_tcp", (0, 0, 0.1), "yx"),
@@ -84,7 +82,6 @@ def test_a_point_is_the_term_that_pinocchio_says(level, name, point, rows):
     close((H, g), term(J[:3][keep], b[keep], 3.0))
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_an_axis_is_the_term_that_pinocchio_says(level):
     along = np.array([0.3, -0.5, -0.8]) / np.linalg.norm([0.3, -0.5, -0.8])
     task = ftqp.AxisTask("panda_joint6", axis=(0, 2.0, 1.0), along=3.0 * along, weight=2.0, kp=9.0, kv=5.0)
@@ -113,7 +110,6 @@ def test_an_axis_that_looks_at_a_place_turns_as_its_derivative_says():
     close((H, g), term(rows, error, 1.0))
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_the_centre_of_mass_is_the_term_that_pinocchio_says(level):
     goal = np.array([0.1, 0.05, 0.4])
     H, g, q, v = objective([ftqp.CentreOfMass("xy", target=goal, weight=5.0, kp=6.0, kv=3.0)], level)
@@ -124,7 +120,6 @@ def test_the_centre_of_mass_is_the_term_that_pinocchio_says(level):
     close((H, g), term(J[:2], b[:2], 5.0))
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_joints_and_ones_own_rows_are_the_same_term(level):
     where = {"panda_joint2": 0.4, 4: -0.3}
     J = np.zeros((2, 7))
@@ -150,7 +145,6 @@ def run(planner, target, ticks=2500, fault=None, robot=PANDA):
     return step, q
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("fault", [None, ftqp.Locked(1)])
 def test_an_arm_whose_tip_has_a_position_looks_where_it_is_told_beside_it(level, fault):
     look = ftqp.AxisTask("panda_hand_tcp", towards=[0.6, 0.25, 0.0], weight=20.0, kp=25.0, name="look")
@@ -185,7 +179,6 @@ def test_a_batch_of_a_planner_whose_task_has_no_place_yet_is_refused():
     assert ftqp.batch.rollout(planner, PANDA.neutral, targets=targets).q.shape == (1, 7)
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_an_arm_comes_to_rest_whose_soft_tasks_cannot_be_reached(level):
     soft = [ftqp.PositionTask(ELBOW, target=[2.0, -3.0, 1.0], weight=3.0),
             ftqp.AxisTask("panda_joint6", along=[1.0, 1.0, 0.2], weight=10.0)]  # fmt: skip

@@ -315,7 +315,6 @@ def test_certificate_says_which_joints_are_outside_and_what_a_lock_has_thrown():
     )
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("side", ["upper", "lower"])
 @pytest.mark.parametrize("what", ["position", "velocity"])
 @pytest.mark.parametrize("fault", [None, ftqp.Locked(4), ftqp.FreeSwinging(4, 2.0)])
@@ -366,7 +365,6 @@ def test_calm_is_not_called_singular_and_amounts_have_the_units_of_the_level(lev
     assert "no limit, but the damping with which the arm comes to rest" in str(said[0])
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize(("q", "cause"), [(np.zeros(4), "singular"), (np.full(4, 0.5), "objective")])
 def test_singular_is_said_of_the_direction_that_the_arm_cannot_move_in(level, q, cause):
     robot = ftqp.robots.load("planar(4)")

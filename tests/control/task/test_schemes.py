@@ -232,7 +232,6 @@ def ends(**settings):
     return np.array(torques)
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_the_entry_and_the_keyword_are_the_same_to_the_last_bit(level):
     listed, usual = ends(level=level, constraints=LIMITS), ends(level=level)
     np.testing.assert_array_equal(listed, usual)
@@ -379,7 +378,6 @@ def test_manipulability_is_a_term_for_other_schemes():
         schemes.manipulability().at("velocity")
 
 
-@pytest.mark.parametrize("level", ["velocity", "acceleration"])
 def test_manipulability_draws_the_arm_away_from_a_singularity(level):
     """An iiwa held in place, its second joint locked near zero, ends with a larger sigma_min."""
     robot, q0 = ftqp.robots.load("iiwa14"), np.array([0.2, 0.3, 0.1, -0.3, 0.2, 0.3, 0.0])
@@ -399,7 +397,6 @@ def test_manipulability_draws_the_arm_away_from_a_singularity(level):
 
 IIWA = ftqp.robots.load("iiwa14")
 START = np.array([0.0, 0.02, 0.0, -1.2, 0.0, 1.0, 0.0])
-LEVELS = ["acceleration", "velocity"]
 
 
 def swing(level, damping=None, scaled=False, seconds=9.0, calm=False):
@@ -423,7 +420,6 @@ def swing(level, damping=None, scaled=False, seconds=9.0, calm=False):
     return saturated / len(packed), np.abs(v).max(), step, follower
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_greedy_motion_swings_and_damping_calms_it(level):
     greedy, _, undamped, _ = swing(level)
     damped, speed, step, _ = swing(level, ftqp.DirectionalDamping())
@@ -432,7 +428,6 @@ def test_greedy_motion_swings_and_damping_calms_it(level):
     assert step.position_error < undamped.position_error + 0.01
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("calm", [True, False])
 def test_path_that_waits_does_not_leave_the_line_and_comes_to_rest(level, calm):
     saturated, speed, step, follower = swing(level, scaled=True, calm=calm)

@@ -56,7 +56,6 @@ def test_wrong_task_is_refused_with_one_sentence(given, sentence):
         Task(**given)
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_gains_default_by_level(level):
     assert Task().gains(level) == DEFAULT_GAINS[level]
 
@@ -135,7 +134,6 @@ def test_it_stops_by_default_beyond_five_centimetres_or_three_tenths_of_a_radian
         stop.position = 1.0
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_mixed_scheme_is_the_weighted_sum_at_both_levels(level):
     mixed = 2.0 * schemes.mke() + schemes.rmp() * 3.0
     expected = 2.0 * np.array(astuple(schemes.mke().at(level))) + 3.0 * np.array(

@@ -38,6 +38,7 @@ def test_edit_compiles_what_depends_on_it_and_a_comment_nothing(tiny: Any) -> No
     assert len(list(tiny.built.glob("*.so"))) == 1
 
 
+@pytest.mark.slow
 def test_two_builds_at_once_leave_a_whole_library(tiny: Any) -> None:
     both = [tiny.building(tiny.summed) for _ in range(2)]
     said = [process.communicate() for process in both]
@@ -46,6 +47,7 @@ def test_two_builds_at_once_leave_a_whole_library(tiny: Any) -> None:
     assert library_in(tiny.built, tiny.source)
 
 
+@pytest.mark.slow
 def test_interrupted_build_leaves_the_library_as_it_was(tiny: Any) -> None:
     tiny.build(tiny.summed)
     before = {path.name: path.read_bytes() for path in tiny.built.iterdir()}

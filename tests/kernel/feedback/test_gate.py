@@ -80,7 +80,6 @@ class Ride:
         return self.step
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("ticks", [0, 30])
 @pytest.mark.parametrize("by", [1e-4, 3.0, np.nan])
@@ -103,13 +102,12 @@ def fields():
                     yield room, field[0], field[1]
 
 
-QUICK = {("position", "acceleration"), ("torque", "velocity")}
-
-
 @pytest.mark.parametrize(
     ("drive", "level"),
     [
-        pytest.param(drive, level, marks=[] if (drive, level) in QUICK else [pytest.mark.slow])
+        pytest.param(
+            drive, level, marks=[] if (drive, level) == ("torque", "velocity") else [pytest.mark.slow]
+        )
         for drive in (*DRIVES, "lead")
         for level in LEVELS
     ],
@@ -223,7 +221,6 @@ def test_what_is_sent_goes_on_from_where_it_was_when_a_joint_works_again(lead, o
     assert ride.K.gate.shut == 0
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("fault", [
     ftqp.Locked(3), ftqp.Locked(3, mode="instant"), ftqp.Locked(1, mode="instant", reset="task"),
     ftqp.Locked(1, mode="instant", reset="momentum"), ftqp.FreeSwinging(5, damping=1.0),

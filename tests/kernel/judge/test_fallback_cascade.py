@@ -73,7 +73,6 @@ def test_the_relaxed_motion_is_the_least_squares_one():
 ROBOT = ftqp.robots.load("planar", count=4)
 LIMITS = ROBOT.limits
 DT = 0.005
-LEVELS = ["acceleration", "velocity"]
 STOPPING, STOPPED, FALLBACK = ftqp.StepStatus.STOPPING, ftqp.StepStatus.STOPPED, ftqp.StepStatus.FALLBACK
 V = np.array([0.3, -0.2, 0.004, 0.0])
 
@@ -92,7 +91,6 @@ def refuse(planner, refused=True):
     planner._session.K.cascade.accept = -1.0 if refused else 1e-6
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("mode", ["slack", "hard", "scaled", "lexicographic"])
 def test_where_no_answer_is_good_the_arm_decays_towards_rest_within_its_limits(level, mode):
     planner, target = moving_planner(level, task=ftqp.Task(mode=mode))
@@ -108,7 +106,6 @@ def test_where_no_answer_is_good_the_arm_decays_towards_rest_within_its_limits(l
         q, v = step.q.copy(), step.v.copy()
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_the_box_holds_on_the_last_rung_too(level):
     planner, target = moving_planner(level, np.zeros(4))
     q, v = ROBOT.neutral.copy(), np.zeros(4)
@@ -123,7 +120,6 @@ def test_the_box_holds_on_the_last_rung_too(level):
     assert step.v[1] == 0.0 and step.q[1] == q[1]
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_so_many_fallbacks_in_a_row_stop_the_arm_and_one_good_answer_begins_the_count_anew(level):
     planner, target = moving_planner(level, np.zeros(4))
     limit = int(planner.session().K.watch.fallback_limit)
@@ -141,7 +137,6 @@ def test_so_many_fallbacks_in_a_row_stop_the_arm_and_one_good_answer_begins_the_
     assert planner.step(q, np.zeros(4), target).status in (STOPPING, STOPPED)
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize(("share", "expected"), [(1.2e-3, STOPPING), (0.8e-3, STOPPED)])
 @pytest.mark.parametrize("joint", [0, 3])
 def test_an_arm_has_stopped_when_every_joint_is_slower_than_a_thousandth_of_its_limit(
@@ -157,7 +152,6 @@ def test_an_arm_has_stopped_when_every_joint_is_slower_than_a_thousandth_of_its_
     assert np.all(np.abs(step.v) <= np.abs(v))
 
 
-@pytest.mark.parametrize("level", LEVELS)
 def test_a_stopped_arm_outside_its_range_is_brought_to_rest_and_not_pushed_back(level):
     q, v = ROBOT.neutral.copy(), np.zeros(4)
     q[0], v[0] = LIMITS.q_max[0] + 0.05, 0.01

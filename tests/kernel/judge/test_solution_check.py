@@ -41,7 +41,6 @@ def test_what_is_not_a_number_does_not_pass(field, value):
         assert np.isfinite(qp.x[:7]).all()
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_command_is_the_exact_hold_of_x(level):
     robot, v = ftqp.robots.load("panda"), np.linspace(-0.2, 0.2, 7)
     ticks = Ticks(robot, 0.01, level=level)
@@ -102,7 +101,6 @@ def packed(mode, level, *faults, scheme="dlsm"):
     return buffers, outside.K, inside.K
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("mode", MODES)
 def test_packed_qp_has_the_solution_of_the_kernel(mode, level):
     for faults in ((), (ftqp.Locked(2),), (ftqp.FreeSwinging(4),)):

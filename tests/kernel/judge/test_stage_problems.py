@@ -49,7 +49,6 @@ def test_with_a_jerk_limit_a_joint_rests_without_a_jolt_and_never_turns_round(v,
 PANDA = ftqp.robots.load("panda")
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
 DT = 2e-3
-LEVELS = ["acceleration", "velocity"]
 WEAK = tuple(ftqp.Degraded(j, torque=0.2, acceleration=0.05) for j in range(7))
 """An arm that can neither carry itself nor fall: the motors are too weak, and so are the accelerations."""
 
@@ -72,7 +71,6 @@ def torques_of(step, q, v, faults=None):
     return arm.M @ step.a + arm.h
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("scheme", ["mvn", "mtn", "iiwt"])
 def test_torque_limits_give_way_by_the_least_that_the_box_allows(level, scheme):
     """Against bounded least squares: min |M a + h - tau|^2 over the box and |tau| <= tau_max."""
@@ -103,7 +101,6 @@ def test_torque_limits_give_way_by_the_least_that_the_box_allows(level, scheme):
     assert met >= 10
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("mode", ["hard", "slack", "scaled", "lexicographic"])
 def test_a_false_claim_of_infeasibility_is_a_fallback(level, mode):
     planner = planner_of(level, backend=Puppet(refuses), mode=mode)
@@ -113,7 +110,6 @@ def test_a_false_claim_of_infeasibility_is_a_fallback(level, mode):
     assert step.qp.status is SolveStatus.FAILED
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("mode", ["hard", "slack", "scaled"])
 def test_a_true_claim_of_infeasibility_is_proved(level, mode):
     planner = planner_of(level, *WEAK, backend=Puppet(refuses), mode=mode)
@@ -124,7 +120,6 @@ def test_a_true_claim_of_infeasibility_is_proved(level, mode):
     assert step.qp.status is SolveStatus.INFEASIBLE
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("answer", [refuses, writes(7.0)])
 @pytest.mark.parametrize("mode", ["hard", "slack"])
 def test_fallback_commands_keep_the_row_of_a_free_joint_and_tell_the_true_excess(level, answer, mode):
@@ -142,7 +137,6 @@ def test_fallback_commands_keep_the_row_of_a_free_joint_and_tell_the_true_excess
         assert step.torque_excess == pytest.approx(max(worst, 0.0), abs=1e-5)
 
 
-@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("torque", [1.0, 0.45])
 def test_a_joint_found_outside_its_range_returns_as_its_torque_allows(level, torque):
     """Back it comes, steadily, and no torque limit is broken for it that the arm could have kept."""

@@ -190,7 +190,6 @@ def constrained(level, codes=(), robot=PANDA):
     return K
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_counts_labels_and_owners_agree_with_the_rows_that_are_filled(level):
     K = constrained(level)
     filled = int(K.qp.nc)

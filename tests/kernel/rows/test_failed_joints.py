@@ -171,7 +171,6 @@ def test_task_reset_of_an_arm_with_too_few_joints_is_the_nearest_and_does_not_le
     assert np.abs(moved - v).max() < 1e-14
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("reset", ["momentum", "task"])
 @pytest.mark.parametrize("name", ["panda", "iiwa14", "planar6"])
 def test_an_instant_lock_never_throws_the_others_over_their_speed_limits(name, reset, level):
@@ -203,7 +202,6 @@ def test_an_instant_lock_never_throws_the_others_over_their_speed_limits(name, r
     assert shortened >= 3
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("room", [0.3, 0.05, 0.01])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_lock_ramp_stops_within_the_range_where_the_acceleration_limit_can(side, room, level):
@@ -234,7 +232,6 @@ def test_a_lock_ramp_is_as_asked_where_there_is_room():
     assert lock_rate(0.0, 0.0, 1.0, 8.0, DT) == 8.0 == lock_rate(2.0, DT, 1.0, 8.0, DT), "no room is left"
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("start", [0.35, -0.4, 1e-9, 0.003])
 def test_a_ramp_ends_exactly_at_rest_and_stays_there(level, start):
     robot = ftqp.robots.load("panda")

@@ -51,7 +51,6 @@ def close(got, expected):
     return np.abs(got - expected).max() <= 1e-12 * max(1e-300, np.abs(expected).max())
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("name", ["mtn", "dlsm", "dlsm_mvn"])
 def test_torque_of_a_locked_joint_is_not_in_the_objective(name, level):
     H, g, M, h, v = assembled(name, level, ftqp.Locked(2, mode="instant"))
@@ -62,7 +61,6 @@ def test_torque_of_a_locked_joint_is_not_in_the_objective(name, level):
     assert not close(H, full)
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("damping", [0.0, 0.5])
 def test_torque_of_a_free_swinging_joint_is_not_minimised(level, damping):
     """What stands in its place is zero for every x that its equality row allows: no answer changes."""
@@ -87,7 +85,6 @@ def test_a_continuous_joint_returns_to_its_posture_the_short_way():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("scheme", ["mvn", "rmp"])
 def test_drive_is_where_the_null_space_comes_to_rest(level, scheme):
     """With a path that rests, of one row, the joints take the velocity of the drive; a locked joint stays."""
@@ -179,7 +176,6 @@ def check(robot, rows, failed, q, tolerance=1e-6):
         assert found[i] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=tolerance, abs=tolerance), i
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_step_is_as_near_to_the_demand_as_its_box_allows(level):
     """d = x_r + kv (v_r - v) + kp (q_r - q), each joint cut to its interval."""
     rng = np.random.default_rng(1)

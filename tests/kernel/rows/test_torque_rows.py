@@ -28,7 +28,6 @@ def swinging(planner, ticks):
         q, v = step.q.copy(), step.v.copy()
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_torque_limits_are_kept_and_bind(level):
     robot = ftqp.robots.load("panda").with_limits(tau_max=[4.0, 34.0, 8.0, 21.0, 3.0, 3.0, 2.0])
     planner = ftqp.Planner(robot, 0.002, level=level, emergency=None, task=ftqp.Task(rows="position"))
@@ -41,7 +40,6 @@ def test_torque_limits_are_kept_and_bind(level):
     assert binding > 10
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("damping", [0.0, 0.4, 50.0])
 @pytest.mark.parametrize("joint", [0, 4, 6])
 def test_torque_of_a_free_swinging_joint_is_exactly_its_friction(level, damping, joint):
@@ -53,7 +51,6 @@ def test_torque_of_a_free_swinging_joint_is_exactly_its_friction(level, damping,
         assert step.tau[joint] == 0.0 and step.tau_brake[joint] == 0.0
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("own", [0.4, 50.0])
 def test_free_swinging_joint_keeps_its_own_friction_beside_that_of_the_fault(level, own):
     """At the velocity after the step, so that no friction is too strong; that of the others before it."""
@@ -122,7 +119,6 @@ def driven(planner, *, every_tick, events=None, ticks=TICKS):
     return np.array(commands), statuses, np.array(rows)
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize(
     ("settings", "events"),
     [
