@@ -149,7 +149,7 @@ def one_by_one(planner: Any, q: Any, targets: Any, told: Any) -> float:
 def million(level: str, runs: int = 1_000_000, ticks: int = 100) -> dict[str, Any]:
     """What so many runs take on all cores, the joint locking at the first step."""
     import ftqp
-    from ftqp.kernel.entry.threads import thread_count
+    from ftqp.kernel.entry.session import thread_count
 
     planner, targets, q = study(level, ticks)
     starts = q + SPREAD * np.random.default_rng(8).normal(size=(runs, len(q)))

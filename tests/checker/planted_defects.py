@@ -17,7 +17,7 @@ import ftqp
 from ftqp.checker.checked_run import verdict
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.trace import Failure, Trace
-from ftqp.kernel.compiled.kernel import _KERNEL
+from ftqp.kernel.compiled.library import _KERNEL
 from ftqp.qp.adapters.backend import Claim
 
 NEVER = float("inf")

@@ -7,10 +7,10 @@ from tests.orders_on import orders_on
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.kernel.commands.believed import LOCK_SHARE
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import BRAKING, HEALTHY, INSTANT, LOCKED, MEASURED
 from ftqp.kernel.layout.record import load_chain
-from ftqp.kernel.told.believed import LOCK_SHARE
 from ftqp.model import catalog
 
 PANDA = catalog.load("panda")

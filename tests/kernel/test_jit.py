@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.kernel.compiled.kernel import level
+from ftqp.kernel.compiled.library import level
 from ftqp.kernel.jit import COMPILED, exact_jit, jit
 
 SOURCE = Path(ftqp.__file__).parent.parent
@@ -45,7 +45,7 @@ print(json.dumps(result))
 """
 TICKS = """
 import json, numpy as np, ftqp
-from ftqp.kernel.compiled.kernel import level
+from ftqp.kernel.compiled.library import level
 result = {"built": bool(level())}
 for level in ("acceleration", "velocity"):
     robot = ftqp.robots.load("panda")

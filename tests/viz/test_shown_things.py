@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.core.html_table import html_table
-from ftqp.core.small_picture import curves_svg, strips_svg
+from ftqp.core.small_picture import curves_svg, html_table, strips_svg
 
 PANDA = ftqp.robots.load("panda")
 PNG = b"\x89PNG"

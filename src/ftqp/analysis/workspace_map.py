@@ -22,7 +22,7 @@ from ftqp.analysis.map_chunks import (
 )
 from ftqp.core.checks import FloatArray, IntArray, frozen, whole_number
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.threads import thread_count
+from ftqp.kernel.entry.session import thread_count
 from ftqp.model.robot import Robot
 
 CHUNK = 16

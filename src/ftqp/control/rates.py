@@ -8,7 +8,7 @@ import numpy as np
 from ftqp.control.task.resolvers import Damping, positive_weights, rule_code
 from ftqp.core.checks import FloatArray, array, positive
 from ftqp.core.errors import InputError, nearest
-from ftqp.kernel.entry.session import Reduced
+from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.layout.enums import APPROXIMATE, DAMPED, JOINTS, PSEUDOINVERSE, TASK_ROWS
 
 METHODS = {"pinv": PSEUDOINVERSE, "dls": DAMPED}
@@ -57,7 +57,7 @@ def resolve_rates(
             are zero, or limits, weights or a length that are not positive.
     """
     reduced = _problem(J, xdot, locked, locked_rates, characteristic_length)
-    P = reduced.P
+    P = reduced.fields
     n = int(P.n)
     if method not in METHODS:
         raise InputError(
@@ -81,7 +81,7 @@ def resolve_rates(
             raise InputError("method='dls' needs limits, one rate limit or one a joint")
         P.rule = rule_code((damping or Damping()).rule)
         _limit(P, limits)
-    reduced.resolve()
+    reduced.call("resolve_reduced")
     result: FloatArray = P.x[:n].copy()
     return result
 
@@ -111,10 +111,10 @@ def damping_factor(
         InputError: As ``resolve_rates``.
     """
     reduced = _problem(J, xdot, locked, None, characteristic_length)
-    P = reduced.P
+    P = reduced.fields
     P.rule = rule_code(rule)
     _limit(P, limit)
-    reduced.damp()
+    reduced.call("kappa")
     return float(P.kappa)
 
 
@@ -133,7 +133,7 @@ def approximate_pinv(J_wrist: Any, sigma_min: float = 0.1) -> FloatArray:
             zero.
     """
     reduced = _problem(J_wrist, np.zeros(TASK_ROWS), (), None, None)
-    P = reduced.P
+    P = reduced.fields
     n, A = int(P.n), P.A
     P.threshold = positive("sigma_min", sigma_min, "m")
     if n < 4 or np.shape(J_wrist)[0] != TASK_ROWS:
@@ -149,12 +149,12 @@ def approximate_pinv(J_wrist: Any, sigma_min: float = 0.1) -> FloatArray:
     for k in range(TASK_ROWS):
         P.b[:] = 0.0
         P.b[k] = 1.0
-        reduced.resolve()
+        reduced.call("resolve_reduced")
         result[:, k] = P.x[:n]
     return result
 
 
-def _problem(J: Any, xdot: Any, locked: Iterable[int], locked_rates: Any, length: float | None) -> Reduced:
+def _problem(J: Any, xdot: Any, locked: Iterable[int], locked_rates: Any, length: float | None) -> Memory:
     """The kernel's memory with Jacobian, task velocity and failed joints."""
     shape = np.shape(J)
     if len(shape) != 2 or not 1 <= shape[0] <= TASK_ROWS or not 1 <= shape[1] <= JOINTS:
@@ -165,8 +165,8 @@ def _problem(J: Any, xdot: Any, locked: Iterable[int], locked_rates: Any, length
     scale = np.ones(m)
     if length is not None:
         scale[:LINEAR] = 1.0 / positive("characteristic_length", length, "m")
-    reduced = Reduced(n)
-    P = reduced.P
+    reduced = Memory("reduced")
+    P = reduced.fields
     P.m, P.n = m, n
     P.A[:m, :n] = scale[:, None] * array("J", J, (m, n), "(m, n)")
     P.b[:m] = scale * array("xdot", xdot, (m,), "(m,)")

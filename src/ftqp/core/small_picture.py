@@ -1,4 +1,4 @@
-"""Pictures of a few hundred characters, as SVG, for the tables of notebooks; they need no package."""
+"""Tables for the cells of notebooks, and small pictures for them, as SVG; they need no package."""
 
 from collections.abc import Sequence
 from html import escape
@@ -14,6 +14,25 @@ POINTS = 150
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#888888")
 FIELDS = ("#f0b0a0", "#bfe3d0")
 """Of a stretch that is not good, and of one that is."""
+_CELL = 'style="text-align:{};padding:1px 8px"'
+
+
+def html_table(
+    title: str, headings: Sequence[str], rows: Sequence[Sequence[object]], note: str = "", picture: str = ""
+) -> str:
+    """A titled table; the first column is text, the others are numbers or short words."""
+
+    def line(tag: str, cells: Sequence[object]) -> str:
+        sides = ["left", *["right"] * (len(cells) - 1)]
+        return "".join(
+            f"<{tag} {_CELL.format(side)}>{escape(str(cell))}</{tag}>"
+            for side, cell in zip(sides, cells, strict=True)
+        )
+
+    head = f"<tr>{line('th', headings)}</tr>" if headings else ""
+    body = "".join(f"<tr>{line('td', row)}</tr>" for row in rows)
+    below = f"<div>{escape(note)}</div>" if note else ""
+    return f"<div><b>{escape(title)}</b></div><table>{head}{body}</table>{picture}{below}"
 
 
 def curves_svg(

@@ -1,7 +1,8 @@
-"""What the formulas of the kernel are written with: how helpers are compiled, and the memory at an address.
+"""What the formulas of the kernel are written with: how helpers are compiled, and what they ask of Python.
 
 Where the package is built, numba makes machine code of them; how is up to ``ftqp.kernel.compiled.making``. In
-every other process they are plain Python, which runs where the built library has no such entry point.
+every other process they are plain Python, which runs where the built library has no such entry point. Numbers
+of a Python object are copied at once, so that nothing is kept of it; compiled code has that of ``glue.c``.
 """
 
 import ctypes
@@ -10,16 +11,27 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ftqp.kernel.compiled.mode import BUILDING as COMPILED
+from ftqp.core import clock
+from ftqp.kernel.compiled.library import BUILDING as COMPILED
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+BAD_BUFFER = -1
+"""The object is no readable C-contiguous buffer of float64 in this machine's byte order."""
+CALL_FAILED = -1_000
+"""The Python function raised or gave no whole number; the error is forgotten."""
 
 if COMPILED:
     from numba import carray, types
     from numba.core import cgutils
     from numba.extending import intrinsic
+    from numba.types import ExternalFunction, int64
 
     from ftqp.kernel.compiled.making.helper import helper
+
+    take = ExternalFunction("ftqp_take", int64(int64, int64, int64, int64, int64))
+    tick_of = ExternalFunction("ftqp_tick_of", int64(int64, int64, int64, int64, int64))
+    nanoseconds = ExternalFunction("ftqp_nanoseconds", int64())
 
     @intrinsic  # type: ignore[untyped-decorator]
     def pointer(context: Any, address: Any) -> Any:
@@ -61,6 +73,33 @@ else:
         """The address itself; plain Python's ``carray`` takes it as it is."""
         return address
 
+    def take(source: Any, first: int, into: int, count: int, dimensions: int) -> int:
+        """Copy numbers out of a Python object: how many it has from ``first`` on, or ``BAD_BUFFER``."""
+        try:
+            view = memoryview(source)
+        except (TypeError, ValueError, BufferError):
+            return BAD_BUFFER
+        with view:
+            if view.ndim == 0 or not view.c_contiguous or view.format.lstrip("@=<") != "d":
+                return BAD_BUFFER
+            shape = view.shape or ()
+            if dimensions not in (0, len(shape)) or (dimensions == 2 and shape[0] != shape[1]):
+                return BAD_BUFFER
+            found = max(view.nbytes // 8 - first, 0)
+            ctypes.memmove(into, view.tobytes()[8 * first :], 8 * min(found, count))
+            return found
+
+    def tick_of(function: Any, q: Any, v: Any, targets: Any, row: int) -> int:
+        """The status that a Python function gives for (q, v, targets, row); CALL_FAILED when it raises."""
+        try:
+            return int(function(q, v, targets, row))
+        except Exception:  # as in compiled code: the caller repeats the call to see the error
+            return CALL_FAILED
+
+    def nanoseconds() -> int:
+        """A clock that only goes forward [ns]."""
+        return clock.now()
+
     def jit(function: F) -> F:
         """The function as it is."""
         return function
@@ -68,12 +107,6 @@ else:
     exact_jit = long_jit = part_jit = rare_jit = jit
 
 __all__ = [
-    "COMPILED",
-    "carray",
-    "exact_jit",
-    "jit",
-    "long_jit",
-    "part_jit",
-    "pointer",
-    "rare_jit",
-]
+    "BAD_BUFFER", "CALL_FAILED", "COMPILED", "carray", "exact_jit", "jit", "long_jit", "nanoseconds",
+    "part_jit", "pointer", "rare_jit", "take", "tick_of",
+]  # fmt: skip

@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.core.html_table import html_table
-from ftqp.core.small_picture import curves_svg
+from ftqp.core.small_picture import curves_svg, html_table
 
 HEADINGS = ("joint", "from", "to", "speed", "acceleration", "torque")
 

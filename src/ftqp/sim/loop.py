@@ -16,8 +16,8 @@ from ftqp.control.planner.status import StepStatus
 from ftqp.core import clock
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, instance, positive
 from ftqp.core.errors import FtqpError, InputError, unknown
-from ftqp.core.html_table import html_table
 from ftqp.core.picture import Picture
+from ftqp.core.small_picture import html_table
 from ftqp.faults.kinds import SWINGS, FreeSwinging
 from ftqp.sim.base.moving_world import MovingWorld
 from ftqp.sim.leader import ClockLeader, Leader, LedArm, leader_along

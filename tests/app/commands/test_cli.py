@@ -297,7 +297,7 @@ def test_a_killed_run_leaves_a_readable_log(short: Path, tmp_path: Path) -> None
 ASKED = """
 import sys
 from ftqp.__main__ import main
-from ftqp.kernel.compiled.kernel import Kernel
+from ftqp.kernel.compiled.library import Kernel
 from ftqp.kernel.entry.table import PARTS
 
 load, there = Kernel.load, {entry.name for entry in PARTS[sys.argv.pop(1)]}

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from ftqp.app.commands import doctor
 from ftqp.app.commands.cli import app
-from ftqp.kernel.compiled import mode
+from ftqp.kernel.compiled import library
 
 
 def found():
@@ -49,7 +49,7 @@ def test_a_kernel_that_is_not_built_is_a_fault_with_a_remedy(monkeypatch, tmp_pa
     code, _, checks = found()
     assert code == 1 and checks["kernel"]["found"].startswith("plain Python: ")
     assert checks["kernel"]["remedy"]
-    monkeypatch.setattr(mode, "PLAIN", True)
+    monkeypatch.setattr(library, "PLAIN", True)
     assert "NUMBA_DISABLE_JIT" in found()[2]["kernel"]["found"]
 
 

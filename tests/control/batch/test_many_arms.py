@@ -218,10 +218,10 @@ INTERRUPTED = """
 import threading, time
 import numpy as np
 import ftqp
-from ftqp.kernel.entry import rollouts
+from ftqp.kernel.entry import session
 
 # The more often the main thread wakes, the surer the signal finds it between two waits, where locks are held.
-rollouts.POLL = 1e-4
+session.POLL = 1e-4
 planner = ftqp.Planner(ftqp.robots.load("panda"), 2e-3, level="velocity")
 q = np.repeat(planner.robot.neutral[None], 5_000, axis=0)
 still = ftqp.Targets(np.repeat(planner.robot.pose(planner.robot.neutral)[None], 500_000, axis=0))

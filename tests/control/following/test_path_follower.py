@@ -8,7 +8,7 @@ from ftqp.control.following.path_intervals import path_table
 from ftqp.control.following.stall import PATTERNS
 from ftqp.core.errors import InputError
 from ftqp.core.pose import rotation_exp, transform
-from ftqp.kernel.entry.session import PathMemory
+from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout import flat_arrays as layout
 from ftqp.kernel.layout.enums import TARGET_SIZE
@@ -244,8 +244,8 @@ def looked_up(path, table, progress, targets):
 
 def sampled(table, times):
     """The table's pose, twist and acceleration as the kernel reads them."""
-    lead, targets = PathMemory(table), np.zeros((len(times), TARGET_SIZE))
-    looked_up(lead.path, lead.table, np.asarray(times, dtype=float), targets)
+    lead, targets = Memory("path", table), np.zeros((len(times), TARGET_SIZE))
+    looked_up(lead.fields, lead.table, np.asarray(times, dtype=float), targets)
     return targets[:, :16].reshape(-1, 4, 4), targets[:, 16:22], targets[:, 22:28]
 
 

@@ -11,7 +11,7 @@ from ftqp.kernel.calm.calm_qp import set_in_at_zero
 from ftqp.kernel.calm.curvature import curvature, spread, weigh_rows
 from ftqp.kernel.calm.metric import find_metric, outlook
 from ftqp.kernel.calm.trigger import curvature_bound, is_regular, largest_curvature
-from ftqp.kernel.entry.session import PathMemory
+from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.feedback.status_report import see_error
 from ftqp.kernel.rows.task_rows import task_rows
 
@@ -170,7 +170,7 @@ def seen(name, q, way, speed=SPEED):
     K = Ticks(robot, 0.002, torque_limits=False).K
     K.faults.order[:n], K.faults.working, K.faults.movable = np.arange(n), n, n
     K.calm.on = 1
-    path = PathMemory(np.zeros((1, 50))).path
+    path = Memory("path").fields
     path.speed = speed
     K.state.q[:n] = q
     K.task.target[:] = ftqp.Target(pose=robot.pose(q), twist=[*way, 0.0, 0.0, 0.0]).packed

@@ -13,14 +13,12 @@ from pathlib import Path
 import pytest
 
 import ftqp
-from ftqp.kernel.compiled.kernel import Kernel
-from ftqp.kernel.compiled.library import EntryPoint
+from ftqp.kernel.compiled.library import EntryPoint, Kernel
 
 FORMULAS = """
 import numpy as np
 
-from ftqp.kernel.compiled.glue import take
-from ftqp.kernel.jit import COMPILED, carray, jit, part_jit, pointer
+from ftqp.kernel.jit import COMPILED, carray, jit, part_jit, pointer, take
 
 FLOAT = np.dtype(np.float64)
 
@@ -106,11 +104,11 @@ def allocates(joints=64):
 BUILD = """
 import json, sys
 from pathlib import Path
-from ftqp.kernel.compiled import mode
-mode.BUILDING = True
+from ftqp.kernel.compiled import library
+library.BUILDING = True
 from ftqp.kernel.compiled.library import EntryPoint
 from ftqp.kernel.building.store import CannotBuild, Store, build
-from ftqp.kernel.compiled.making.processor import target
+from ftqp.kernel.compiled.making.emit import target
 given = json.loads(sys.argv[1])
 wanted = [EntryPoint(name=n, module=given["module"], factory=n, signature=s, nogil=g)
           for n, s, g in given["wanted"]]

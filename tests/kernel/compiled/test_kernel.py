@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ftqp.kernel.compiled.kernel import Kernel
+from ftqp.kernel.compiled.library import Kernel
 from ftqp.kernel.layout.enums import JOINTS
 
 ROW = np.dtype([("x", np.float64, (JOINTS,)), ("sum", np.float64)])

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ftqp.kernel.compiled.glue import BAD_BUFFER, take
+from ftqp.kernel.jit import BAD_BUFFER, take
 
 ROOM = 12
 Taken = Callable[..., tuple[int, list[float]]]

@@ -5,7 +5,7 @@ import pytest
 
 import ftqp
 from ftqp.kernel.layout.enums import FREE
-from ftqp.kernel.layout.rooms import ROOMS
+from ftqp.kernel.layout.record import ROOMS
 
 PANDA = ftqp.robots.load("panda")
 LIMITS = PANDA.limits

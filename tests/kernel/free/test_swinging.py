@@ -6,6 +6,7 @@ import pytest
 from records import believe, chain_record
 
 import ftqp
+from ftqp.kernel.commands.believed import LEAST_SAMPLES, WINDOW, window_ticks
 from ftqp.kernel.entry.session import rooms
 from ftqp.kernel.free.foretelling import left_by_a_line
 from ftqp.kernel.free.look_ahead import (
@@ -18,7 +19,6 @@ from ftqp.kernel.free.look_ahead import (
 from ftqp.kernel.free.swinging import free_velocity, see_arm, swing_on
 from ftqp.kernel.layout.enums import FREE
 from ftqp.kernel.layout.record import dtype
-from ftqp.kernel.told.believed import LEAST_SAMPLES, WINDOW, window_ticks
 
 STEP = 0.01
 

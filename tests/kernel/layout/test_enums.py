@@ -11,11 +11,10 @@ import pytest
 import ftqp
 from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.control.planner.status import StepStatus
-from ftqp.kernel.compiled.kernel import level, load
-from ftqp.kernel.entry.spec import Spec
-from ftqp.kernel.entry.table import ENTRIES, PARTS
+from ftqp.kernel.compiled.library import level, load
+from ftqp.kernel.entry.table import ENTRIES, PARTS, Spec
 from ftqp.kernel.layout.enums import BaseCode, Claim, Status
-from ftqp.kernel.layout.hypotheses import HYPOTHESES, MONITOR, SERVO_TIMES, TORQUE_TIMES, Hypothesis
+from ftqp.kernel.layout.hypotheses import HYPOTHESES, SERVO_TIMES, TORQUE_TIMES, Hypothesis
 from ftqp.qp.problem import SolveStatus
 from ftqp.sim.log.signals import base_columns, columns
 
@@ -74,24 +73,20 @@ def test_no_enumeration_exists_twice():
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "theory" / "feedback.md"
 
 
-def test_every_hypothesis_has_one_row_in_the_order_of_its_number():
-    assert [row.hypothesis for row in MONITOR] == list(Hypothesis)
-
-
 def test_times_are_those_of_the_rows_and_above_zero():
-    counted = MONITOR[:HYPOTHESES]
+    counted = list(Hypothesis)[:HYPOTHESES]
     assert tuple(row.torque for row in counted) == TORQUE_TIMES
     assert tuple(row.servo for row in counted) == SERVO_TIMES
     assert min(*TORQUE_TIMES, *SERVO_TIMES) > 0.0
 
 
 def test_a_row_has_times_or_a_number_of_samples():
-    assert all((row.samples > 0) != (min(row.torque, row.servo) > 0.0) for row in MONITOR)
+    assert all((row.samples > 0) != (min(row.torque, row.servo) > 0.0) for row in Hypothesis)
 
 
-@pytest.mark.parametrize("row", MONITOR, ids=lambda row: row.hypothesis.name)
+@pytest.mark.parametrize("row", Hypothesis, ids=lambda row: row.name)
 def test_the_page_has_the_row_with_its_times_and_who_chose_them(row):
-    name = row.hypothesis.name.lower().replace("_", " ")
+    name = row.name.lower().replace("_", " ")
     line = next(line for line in PAGE.read_text().splitlines() if line.startswith(f"| {name} |"))
     cells = [cell.strip() for cell in line.strip("|").split("|")]
     times = f"{1e3 * row.torque:g} ms" + (f", {1e3 * row.servo:g} ms" if row.servo != row.torque else "")
@@ -111,4 +106,4 @@ def test_every_entry_point_is_built(caplog):
 
 def test_a_kind_of_argument_that_is_none_is_refused():
     with pytest.raises(ValueError, match="'K:recrod' in 'n K:recrod' is no argument"):
-        _ = Spec("ftqp.kernel.told.stops", "n K:recrod", "stop(K)").signature
+        _ = Spec("ftqp.kernel.commands.stops", "n K:recrod", "stop(K)").signature

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics
-from ftqp.kernel.entry.session import BaseMemory
+from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.layout import enums
 from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.rows.inertial_target import (
@@ -33,7 +33,7 @@ class Follower:
         self.robot = ftqp.robots.load("panda")
         self.K = chain_record(self.robot)
         self.K.state.dt, self.K.task.length = DT, 0.2
-        self.base = BaseMemory().base
+        self.base = Memory("base").fields
         self.base.nominal[:] = np.eye(3).ravel()
         self.base.patience = 0.05
         for name, value in fields.items():
@@ -153,7 +153,7 @@ def test_base_that_is_not_seen_is_held_for_its_patience_and_then_lost(rng):
 
 
 def test_lead_of_the_set_point_narrows_the_interval_but_never_empties_it():
-    K, base = empty_record(), BaseMemory().base
+    K, base = empty_record(), Memory("base").fields
     K.chain.n, K.state.dt = 7, DT
     K.limits.v_max[:7] = 1.0
     K.qp.lb[:7], K.qp.ub[:7] = -0.8, 0.8

@@ -10,7 +10,7 @@ import ftqp
 from ftqp.control.following.path_intervals import path_table
 from ftqp.control.task.task import axis_frame, row_indices
 from ftqp.kernel.arm.kinematics import forward_kinematics
-from ftqp.kernel.entry.session import ArmSession, JointsMemory, PathMemory
+from ftqp.kernel.entry.session import ArmSession, Memory
 from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.rows.objective import FLOOR, manipulability_gradient
 from ftqp.kernel.rows.task_rows import task_rows
@@ -95,10 +95,10 @@ def test_drive_is_where_the_null_space_comes_to_rest(level, scheme):
     planner.report(ftqp.Locked(0, mode="instant"))
     planner.reset(robot.neutral)
     drive = 0.02 * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
-    memory = PathMemory(path_table(ftqp.paths.Hold(robot.pose(robot.neutral), duration=9.0)))
+    memory = Memory("path", path_table(ftqp.paths.Hold(robot.pose(robot.neutral), duration=9.0)))
     lead = planner.lead(memory)
-    memory.path.rate, memory.path.limit = -1.0, 1.0
-    memory.path.drive[:7], memory.path.driven = drive, 1
+    memory.fields.rate, memory.fields.limit = -1.0, 1.0
+    memory.fields.drive[:7], memory.fields.driven = drive, 1
     q, v = robot.neutral.copy(), np.zeros(7)
     for _ in range(1000):
         step = lead.step(q, v, (), None, None)
@@ -180,8 +180,8 @@ def test_step_is_as_near_to_the_demand_as_its_box_allows(level):
     """d = x_r + kv (v_r - v) + kp (q_r - q), each joint cut to its interval."""
     rng = np.random.default_rng(1)
     planner = ftqp.Planner(PANDA, 1e-3, level=level, torque_limits=False)
-    memory = JointsMemory()
-    joints = memory.joints
+    memory = Memory("joints")
+    joints = memory.fields
     lead = planner.lead(memory)
     joints.kp, joints.kv = 100.0, 20.0
     for _ in range(20):
@@ -201,12 +201,12 @@ def test_step_is_as_near_to_the_demand_as_its_box_allows(level):
 def test_error_of_the_tip_is_to_where_the_motion_of_the_working_joints_puts_it():
     planner = ftqp.Planner(PANDA)
     planner.report(ftqp.Locked(3, mode="instant"))
-    memory = JointsMemory()
+    memory = Memory("joints")
     lead = planner.lead(memory)
     q = PANDA.neutral
     ahead = q + np.linspace(-0.01, 0.01, 7)
     planner.reset(q)
-    memory.joints.q[:7] = ahead
+    memory.fields.q[:7] = ahead
     step = lead.step(q, np.zeros(7), (), None, None)
     ahead[3] = q[3]
     shift = PANDA.pose(ahead)[:3, 3] - PANDA.pose(q)[:3, 3]

@@ -27,9 +27,8 @@ from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, frozen, positive, read_only, whole_number
 from ftqp.core.errors import InputError
-from ftqp.core.html_table import html_table
 from ftqp.core.npz import read_npz, write_npz
-from ftqp.core.small_picture import curves_svg
+from ftqp.core.small_picture import curves_svg, html_table
 from ftqp.faults.kinds import Fault
 from ftqp.model.robot import Robot
 

@@ -11,9 +11,8 @@ from ftqp.analysis.survival.failure_instants import Pairs
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, positive
 from ftqp.core.errors import FtqpError, InputError, unknown
-from ftqp.core.html_table import html_table
 from ftqp.core.picture import painted
-from ftqp.core.small_picture import strips_svg
+from ftqp.core.small_picture import html_table, strips_svg
 from ftqp.kernel.layout.enums import Survival
 from ftqp.model.robot import Robot
 

@@ -14,9 +14,8 @@ from ftqp.app.output.console import ExitCode, answer
 from ftqp.core import clock
 from ftqp.core.errors import FtqpError
 from ftqp.core.extras import NAME, missing_library, remedy_for_extra
-from ftqp.kernel.compiled import mode
-from ftqp.kernel.compiled.kernel import BUILT
-from ftqp.kernel.compiled.library import REMEDY, NoLibrary, level_here, library_in
+from ftqp.kernel.compiled import library
+from ftqp.kernel.compiled.library import BUILT, KERNEL, REMEDY, NoLibrary, level_here, library_in
 
 NEEDED_FOR = {
     "viz": "figures, reports, the live page",
@@ -84,13 +83,13 @@ def _processor() -> Check:
 
 def _kernel() -> Check:
     """The built library."""
-    if mode.PLAIN:
+    if library.PLAIN:
         return Check("kernel", "plain Python, as NUMBA_DISABLE_JIT asks for", "wrong", "unset it")
     try:
-        library = library_in(BUILT, mode.KERNEL)
+        found = library_in(BUILT, KERNEL)
     except NoLibrary as error:
         return Check("kernel", f"plain Python: {error}", "wrong", REMEDY)
-    return Check("kernel", f"built for {library.level}, in {BUILT}")
+    return Check("kernel", f"built for {found.level}, in {BUILT}")
 
 
 def _packages() -> list[Check]:

@@ -8,9 +8,8 @@ from typing import Any, Final
 import numpy as np
 
 from ftqp.control.planner.what_ifs import Deployable
-from ftqp.kernel.compiled.library import code_key
-from ftqp.kernel.compiled.mode import KERNEL
-from ftqp.kernel.entry.session import PathMemory
+from ftqp.kernel.compiled.library import KERNEL, code_key
+from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.layout.enums import JOINTS
 from ftqp.kernel.layout.record import dtype, zeros_in_line
 
@@ -57,7 +56,7 @@ def small_capacity(joints: int) -> int:
 
 def arm_file(
     memory: Deployable, joints: int, capacity: int = JOINTS, *, detects: bool = False,
-    path: PathMemory | None = None, fingerprint: int = 0,
+    path: Memory | None = None, fingerprint: int = 0,
 ) -> bytes:  # fmt: skip
     """The bytes of ``arm.ftqp``."""
     kinds = [dtype("record", capacity), dtype("given", capacity), dtype("arm", capacity)]

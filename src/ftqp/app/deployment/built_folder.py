@@ -18,7 +18,7 @@ from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths.path import Path as Way
 from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import FtqpError, InputError
-from ftqp.kernel.compiled.mode import KERNEL
+from ftqp.kernel.compiled.library import KERNEL
 from ftqp.kernel.layout.enums import JOINTS
 
 TEXTS: Final = Path(__file__).with_name("c")

@@ -19,7 +19,7 @@ from ftqp.core.one_engine import check_engine
 from ftqp.core.quiet import quiet
 from ftqp.faults.kinds import KINDS, Fault, FreeSwinging
 from ftqp.kernel.entry.rollouts import Batch, beliefs_of, drive
-from ftqp.kernel.entry.threads import thread_count
+from ftqp.kernel.entry.session import thread_count
 from ftqp.kernel.layout.enums import OK
 from ftqp.model.posture import gravity_torques
 from ftqp.model.robot import Robot

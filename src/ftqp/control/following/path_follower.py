@@ -20,7 +20,7 @@ from ftqp.control.planner.target import Target, target_on
 from ftqp.core.checks import instance, seen
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
-from ftqp.kernel.entry.session import PathMemory
+from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.layout.enums import HELD, OK, RELAXED, SCALED
 from ftqp.kernel.layout.thresholds import SCALED_FROM
 
@@ -127,11 +127,11 @@ class PathFollower:
             raise InputError(f"stall is {stall!r:.60}, expected an ftqp.StallEscape or None")
         self._planner, self._path, self._stall = planner, path, stall
         self._leave = _leave(bridges, leave)
-        memory = PathMemory(path_table(path))
+        memory = Memory("path", path_table(path))
         self._memory, self._lead = memory, planner.lead(memory)
-        self._state = memory.path
-        memory.path.target[:] = Target(pose=path.start).packed
-        self._target = target_on(seen(memory.path.target))
+        self._state = memory.fields
+        memory.fields.target[:] = Target(pose=path.start).packed
+        self._target = target_on(seen(memory.fields.target))
         self._rate = memory.memory["rate"]
         self._duration = path.duration
         self._below = -1.0 if stall is None else stall.below
@@ -140,7 +140,7 @@ class PathFollower:
         self._begin()
 
     def _begin(self) -> None:
-        self._memory.begin()
+        self._memory.call("begin_path")
         self._bridges, self._spots = MOST_BRIDGES if self._leave > 0.0 else 0, MOST_SPOTS
         self._pattern: int | None = None
         self._blockage: Blockage | None = None
@@ -194,7 +194,7 @@ class PathFollower:
         return step
 
     @property
-    def memory(self) -> PathMemory:
+    def memory(self) -> Memory:
         """The path as compiled code has it, for ``ftqp build``."""
         return self._memory
 

@@ -18,7 +18,7 @@ from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import pose as checked_pose
 from ftqp.core.setting import refuse_out_of_range, setting
-from ftqp.kernel.entry.session import BaseMemory
+from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.layout.enums import DELAYS, HAS_BASE, HAS_POSITION, HAS_TIP, HAS_TWIST, Attitude, BaseCode
 from ftqp.kernel.layout.thresholds import SINGULAR_FROM
 
@@ -167,8 +167,8 @@ class InertialTask:
                 f"{DELAYS - 1} samples"
             )
         self._planner = planner
-        memory = BaseMemory()
-        state = memory.base
+        memory = Memory("base")
+        state = memory.fields
         state.gain = self._gain
         state.attitude = ATTITUDES[base.attitude]
         state.nominal[:] = base.rotation().ravel()

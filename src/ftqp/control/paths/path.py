@@ -8,10 +8,9 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, frozen, positive
 from ftqp.core.errors import InputError
-from ftqp.core.html_table import html_table
 from ftqp.core.pose import pose
 from ftqp.core.setting import Setting, Settings
-from ftqp.core.small_picture import curves_svg
+from ftqp.core.small_picture import curves_svg, html_table
 from ftqp.kernel.layout.thresholds import TIME_SLACK
 
 DRAWN = 401

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, final
 
 from ftqp.control.planner.stages import FREE, Stage, Tick
 from ftqp.faults.belief import Belief
-from ftqp.kernel.entry.session import FreeMemory, PathMemory, Session
+from ftqp.kernel.entry.session import Memory, Session
 from ftqp.kernel.layout.enums import ARREST, DECIDE, FOLLOW, HOLD, MAKE_UP, STOPPED, TARGET_HAS_ROTATION, Kept
 from ftqp.kernel.layout.enums import FREE as SWINGS
 from ftqp.model.robot import Robot
@@ -73,16 +73,16 @@ class FreeJoint:
         free = self._session.K.free
         return not (free.joint >= 0 and free.mode == FOLLOW)
 
-    def held_target(self, leader: PathMemory) -> Any:
+    def held_target(self, leader: Memory) -> Any:
         """The packed target at which a path stops; None where it has not begun."""
-        task, target = self._session.K.task, leader.path.target
-        leader.path.rate = 0.0
+        task, target = self._session.K.task, leader.fields.target
+        leader.fields.rate = 0.0
         return None if task.uses_rotation and not target[TARGET_HAS_ROTATION] else target
 
     def believe(self, belief: Belief) -> None:
         """From the next tick on the arm has a free-swinging joint, another one than before, or none."""
         if belief.needs_dynamics and self._tick is None:
-            self._memory = FreeMemory()
+            self._memory = Memory("free")
             self._tick = self._session.bind("step_free", self._memory.memory)
         self._on = belief.needs_dynamics
         self._said = None

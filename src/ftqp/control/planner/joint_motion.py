@@ -8,7 +8,7 @@ from ftqp.control.inverse_kinematics.passable import HELD
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.references.jerk_limit import ENDLESS, RISE_TIME, Motion, State
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.entry.session import JointsMemory
+from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.model.robot import Robot
 
@@ -55,8 +55,8 @@ class JointMotion:
     def __init__(
         self, view: PlannerView, robot: Robot, dt: float, level: str, rise_time: float = RISE_TIME
     ) -> None:
-        self.memory = JointsMemory()
-        self._joints: Any = self.memory.joints
+        self.memory = Memory("joints")
+        self._joints: Any = self.memory.fields
         self._bandwidth = bandwidth = min(BANDWIDTH, BANDWIDTH_STEPS / dt)
         self._accelerates = level == "acceleration"
         self._joints.kp = bandwidth**2 if self._accelerates else bandwidth

@@ -9,7 +9,7 @@ from ftqp.control.planner.step import Step
 from ftqp.control.planner.step_parts import Said
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.pose import rotation_exp, rotation_vector
-from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory, Session
+from ftqp.kernel.entry.session import Memory, Session
 from ftqp.kernel.layout.enums import BRAKING, HEALTHY, LAGGING, LOCKED, OK, RELAXED, TARGET_POSE
 from ftqp.kernel.layout.thresholds import STILL_SAMPLES
 from ftqp.model.robot import Robot
@@ -44,7 +44,7 @@ class Lead:
         self,
         step: Callable[[Any, Any, tuple[Any, ...], Any, Any], Step],
         session: Session,
-        memory: PathMemory | BaseMemory | JointsMemory,
+        memory: Memory,
         give_up: Callable[[], bool],
     ) -> None:
         self.step, self.give_up = step, give_up

@@ -11,7 +11,7 @@ from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault, Locked
-from ftqp.kernel.entry.session import PlanMemory, Session
+from ftqp.kernel.entry.session import Memory, Session
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.frames import faults_on_way, off_way, on_way
 from ftqp.model.robot import Robot
@@ -148,8 +148,11 @@ class PlanLeading:
         turns = {COMPONENTS.index(name) for name in robot.default_rows if name.startswith("r")}
         length = float(task.length) if turns and turns <= set(task.rows[: task.m].tolist()) else 0.0
         self._K = session.K
-        self._memory = PlanMemory(self._q, tips, float(steps[0]), length)
-        self.follow = self._memory.bind(session)
+        self._tips, self._memory = tips, Memory("plan")
+        self._led = P = self._memory.fields
+        P.q_at, P.tip_at, P.rows = self._q.ctypes.data, tips.ctypes.data, len(tips)
+        P.spacing, P.length = steps[0], length
+        self.follow = session.bind("follow_plan", self._memory.memory)
         """Sets the posture of the next tick."""
         plan.continuation(
             self._q[0], 0.0, (Locked(robot.joints[0]),)
@@ -173,14 +176,14 @@ class PlanLeading:
     def begin(self, q: FloatArray, faults: Mapping[str, Fault]) -> None:
         """Begin at the row of the plan that is nearest to q, (nv,) [rad or m], its first one if several."""
         away = np.abs(self._rows - q).max(axis=1)
-        self._memory.begin(int(np.argmin(away)))
+        self._led.at, self._led.pace, self._led.begun = np.argmin(away), 0.0, 0
         self.believe(q, faults)
         self.follow()
 
     @property
     def at(self) -> float:
         """The time of the plan at which the tip is [s]."""
-        return self._memory.at * self._memory.spacing
+        return float(self._led.at * self._led.spacing)
 
     def believe(self, q: FloatArray, faults: Mapping[str, Fault]) -> None:
         """Lead to the postures verified for these faults, from joints q, (nv,) [rad or m], else to the plan.

@@ -59,7 +59,7 @@ from ftqp.faults.detection.detector import Detector
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.orders import Orders
-from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory, Session
+from ftqp.kernel.entry.session import Memory, Session
 from ftqp.kernel.layout.enums import RELAXED
 from ftqp.kernel.layout.record import load_chain
 from ftqp.kernel.layout.rows import COMPONENTS
@@ -786,7 +786,7 @@ class Planner:
         q = self._session.K.state.q_command[: self.robot.nv].copy()
         return self._parts.leading.options(q, self.faults)
 
-    def lead(self, leader: PathMemory | BaseMemory | JointsMemory, meant: FloatArray | None = None) -> Lead:
+    def lead(self, leader: Memory, meant: FloatArray | None = None) -> Lead:
         """The planner's ticks led by a path's progress, an inertial target or a motion of the joints.
 
         Args:
@@ -796,11 +796,11 @@ class Planner:
         Raises:
             InputError: They do not go together.
         """
-        kind = {PathMemory: "path", BaseMemory: "base", JointsMemory: "joints"}[type(leader)]
+        kind = leader.kind
         refuse(leader=kind, level=self.level, mode=self.task.mode)
         refuse_moving_base(kind, self._parts.surroundings)
         tick = staged(self._parts.solver.tick(kind, *leader.arguments()), kind, self._parts.stages)
-        path = leader if isinstance(leader, PathMemory) else None
+        path = leader if kind == "path" else None
 
         def step(q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
             out = self._led(tick, q, v, target, tau, tip, path)
@@ -825,7 +825,7 @@ class Planner:
         target: tuple[Any, ...],
         tau: Any,
         tip: Any,
-        path: PathMemory | None = None,
+        path: Memory | None = None,
         ticks: int = 1,
     ) -> Step:
         """A step of any leader, None the clock, with measured torques or tip, converted arrays and times."""

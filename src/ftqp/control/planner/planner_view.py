@@ -9,8 +9,8 @@ from ftqp.control.planner.surroundings import clearance_rows
 from ftqp.control.planner.task_list import held_rows
 from ftqp.control.task.task import row_indices
 from ftqp.core.checks import BoolArray, FloatArray
-from ftqp.core.html_table import html_table
 from ftqp.core.pose import transform
+from ftqp.core.small_picture import html_table
 from ftqp.kernel.entry.session import ArmSession, Session
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.rows import CLEARANCE, COMPONENTS, HOLD, constraint_labels

@@ -10,7 +10,7 @@ from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.session import Reduced, Session
+from ftqp.kernel.entry.session import Memory, Session
 from ftqp.kernel.layout.criteria import Criterion
 from ftqp.kernel.layout.enums import SOLVED, TASK_ROWS, ClosedForm, Level, Turn
 from ftqp.kernel.layout.flat_arrays import OPTIONS, planner_memory_size
@@ -25,11 +25,11 @@ PARALLEL = 1e-6
 file gives to six digits pass."""
 
 
-def closed_form_memory(resolver: Resolver, robot: Robot, session: Session) -> Reduced:
+def closed_form_memory(resolver: Resolver, robot: Robot, session: Session) -> Memory:
     """The memory in which a planner's closed form is solved."""
     name = resolver.name
-    reduced = Reduced(robot.nv)
-    P = reduced.P
+    reduced = Memory("reduced")
+    P = reduced.fields
     P.method, P.rule, P.threshold = resolver.method, resolver.rule_code, resolver.threshold
     if resolver.weights is not None:
         if len(resolver.weights) != robot.nv:

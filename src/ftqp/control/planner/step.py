@@ -35,7 +35,7 @@ from ftqp.control.planner.step_parts import (
     task_status,
 )
 from ftqp.core.checks import BoolArray, FloatArray
-from ftqp.core.html_table import html_table
+from ftqp.core.small_picture import html_table
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import (
     ALL_BRAKES,

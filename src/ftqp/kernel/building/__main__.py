@@ -14,9 +14,18 @@ from pathlib import Path
 from typing import Any
 
 from ftqp.core.clock import now
-from ftqp.kernel.compiled import mode
-from ftqp.kernel.compiled.library import MANIFEST, code_key, file_key, platform_facts
-from ftqp.kernel.compiled.mode import KERNEL
+from ftqp.kernel.compiled import library
+from ftqp.kernel.compiled.library import (
+    BUILT,
+    KERNEL,
+    LEVELS,
+    MANIFEST,
+    code_key,
+    describe,
+    file_key,
+    level_here,
+    platform_facts,
+)
 
 ROOT = KERNEL.parents[2]
 
@@ -25,7 +34,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Build it: 0 built, 1 not, and a sentence and the manifest say why, 130 interrupted."""
     parser = argparse.ArgumentParser(prog="python -m ftqp.kernel.building", description=__doc__)
     add = parser.add_argument
-    add("--out", type=Path, default=KERNEL.parent / "_kernel", help="the folder of the library (%(default)s)")
+    add("--out", type=Path, default=BUILT, help="the folder of the library (%(default)s)")
     add("--store", type=Path, default=ROOT / "build" / "kernel", help="folder of object files (%(default)s)")
     add(
         "--part",
@@ -52,9 +61,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _built(given: argparse.Namespace) -> int:
     began = now()
-    mode.BUILDING = True  # before the formulas are imported
+    library.BUILDING = True  # before the formulas are imported
     try:
-        from ftqp.kernel.compiled.library import LEVELS, level_here
         from ftqp.kernel.entry.table import PARTS
 
         levels = [name for name in (given.levels or level_here() or "").split(",") if name]
@@ -68,7 +76,7 @@ def _built(given: argparse.Namespace) -> int:
             return 0
         try:
             from ftqp.kernel.building.store import CannotBuild, Store, build
-            from ftqp.kernel.compiled.making.processor import target
+            from ftqp.kernel.compiled.making.emit import target
         except (ImportError, AttributeError) as error:  # none, or one that is made otherwise inside
             return _told(given, f"building needs numba and llvmlite ({error})")
         try:
@@ -105,15 +113,8 @@ def _is_there(given: argparse.Namespace, wanted: dict[str, Any]) -> bool:
         if {one.symbol for one in pairs} - set(found.get(level, ())):
             return False
     if there and not given.wheel and said["files"] != file_key(KERNEL):
-        _rewritten(given.out, {**said, "files": file_key(KERNEL)})
+        describe(given.out, **{**said, "files": file_key(KERNEL)})
     return there
-
-
-def _rewritten(out: Path, said: dict[str, Any]) -> None:
-    """Replace the manifest."""
-    new = out / f".{MANIFEST}.{os.getpid()}"
-    new.write_text(json.dumps(said, indent=1, sort_keys=True) + "\n", encoding="utf-8")
-    os.replace(new, out / MANIFEST)
 
 
 def _told(given: argparse.Namespace, reason: str) -> int:
@@ -121,9 +122,7 @@ def _told(given: argparse.Namespace, reason: str) -> int:
     sys.stderr.write(f"the kernel is not built: {reason}\n")
     with contextlib.suppress(OSError):  # a folder that cannot be written is the reason itself
         if given.wheel or not (given.out / MANIFEST).exists():
-            given.out.mkdir(parents=True, exist_ok=True)
-            said = {**platform_facts(), "libraries": [], "files": "", "code": "", "reason": reason}
-            _rewritten(given.out, said)
+            describe(given.out, reason=reason)
     return 1
 
 

@@ -11,6 +11,7 @@ import importlib.util
 import json
 import os
 import platform
+import re
 import subprocess
 import sys
 import tempfile
@@ -20,8 +21,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from ftqp.core.extras import remedy_for_extra
-from ftqp.kernel.compiled import mode
-from ftqp.kernel.compiled.mode import KERNEL
+from ftqp.kernel.compiled import library
+from ftqp.kernel.compiled.library import KERNEL, LEVELS
 from ftqp.kernel.layout.enums import JOINTS
 
 ROOT = KERNEL.parents[2]
@@ -31,17 +32,11 @@ WASM_STACK = 1 << 18
 
 @dataclass(frozen=True, slots=True)
 class Platform:
-    """What a library is built for.
+    """What a library is built for."""
 
-    Attributes:
-        triple: Of LLVM; None is this machine's.
-        cpu: LLVM's name of the class of processors; None is this machine's.
-        zig: Architecture, system and C library as zig names them.
-    """
-
-    triple: str | None
-    cpu: str | None
-    zig: str
+    triple: str | None  # Of LLVM; None is this machine's
+    cpu: str | None  # LLVM's name of the class of processors; None is this machine's
+    zig: str  # Architecture, system and C library as zig names them
 
 
 def platforms() -> dict[str, Platform]:
@@ -81,7 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     add("--joints", type=int, default=JOINTS, help="most joints of an arm, as the layout has it")
     add("--jobs", type=int, default=os.cpu_count())
     given = parser.parse_args(arguments)
-    mode.BUILDING = True  # before the formulas are imported
+    library.BUILDING = True  # before the formulas are imported
     try:
         from ftqp.kernel.building.store import CannotBuild
     except (ImportError, AttributeError) as error:  # none, or one that is made otherwise inside
@@ -100,18 +95,16 @@ def _told(reason: str) -> int:
 
 
 def _built(given: argparse.Namespace) -> dict[str, Any]:
-    from ftqp.kernel.building.quicker import be_quicker
     from ftqp.kernel.building.store import CannotBuild, Store, compiled
-    from ftqp.kernel.compiled.making.processor import Target, target
+    from ftqp.kernel.compiled.making.emit import Target, target
     from ftqp.kernel.entry.table import DEPLOYED, FOLLOWING, WATCHING
 
     if importlib.util.find_spec("ziglang") is None:
         raise CannotBuild(f"linking needs ziglang; {remedy_for_extra('build')}")
     wanted = platforms()[given.target]
     if wanted.triple is None:
-        processor = (
-            target(given.cpu) if given.cpu in (None, *_classes()) else Target(target().triple, given.cpu)
-        )
+        known = given.cpu is None or given.cpu in LEVELS.get(platform.machine(), ())
+        processor = target(given.cpu) if known else Target(target().triple, given.cpu)
     else:
         processor = Target(wanted.triple, given.cpu or wanted.cpu or "")
         own = target()
@@ -119,35 +112,21 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
             processor = own  # of the same object files
     if given.cpu is not None:
         _refuse_unknown(given.cpu, given.target, wanted)
-    be_quicker()
     store = Store(store_folder())
     with store.alone():
-        wanted_entries = (
-            *DEPLOYED,
-            *(WATCHING if given.detector else ()),
-            *(FOLLOWING if given.path else ()),
-        )
-        keys, count = compiled(wanted_entries, processor, store, given.jobs, given.joints)
+        entries = DEPLOYED + (WATCHING if given.detector else ()) + (FOLLOWING if given.path else ())
+        keys, count = compiled(entries, processor, store, given.jobs, given.joints)
     given.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         objects = [str(store.object_file(key)) for key in keys.values()]
         glue = str(Path(folder) / "ftqp.o")
         shared = [] if given.target == "wasm32" else ["-fPIC", "-fvisibility=hidden"]
         include = [f"-I{given.source}", f"-I{given.layout}"]
+        has = [name for name in ("detector", "path") if getattr(given, name)]
         _zig(
-            "cc",
-            "-target",
-            wanted.zig,
-            *WARNINGS,
-            *(["-DFTQP_WITH_DETECTOR"] if given.detector else []),
-            *(["-DFTQP_WITH_PATH"] if given.path else []),
-            *shared,
-            *include,
-            "-c",
-            given.source / "ftqp.c",
-            "-o",
-            glue,
-        )
+            "cc", "-target", wanted.zig, *WARNINGS, *(f"-DFTQP_WITH_{name.upper()}" for name in has), *shared,
+            *include, "-c", given.source / "ftqp.c", "-o", glue,
+        )  # fmt: skip
         files = _linked(given, wanted, [glue, *objects])
     return {
         "files": files, "units": len(keys), "compiled": count,
@@ -172,12 +151,6 @@ def _refuse_unknown(cpu: str, name: str, wanted: Platform) -> None:
             ) from None
 
 
-def _classes() -> tuple[str, ...]:
-    from ftqp.kernel.compiled.library import LEVELS
-
-    return tuple(LEVELS.get(platform.machine(), ()))
-
-
 def _linked(given: argparse.Namespace, wanted: Platform, objects: list[str]) -> list[str]:
     """Write the libraries: their names."""
     if given.target == "wasm32":
@@ -198,8 +171,6 @@ def _linked(given: argparse.Namespace, wanted: Platform, objects: list[str]) -> 
 
 def exported(header: Path) -> list[str]:
     """Names of the functions that a header declares."""
-    import re
-
     text = re.sub(r"/\*.*?\*/", "", header.read_text(encoding="utf-8"), flags=re.S)
     text = text.partition("static inline")[0]
     return sorted(

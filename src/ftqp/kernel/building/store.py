@@ -1,16 +1,20 @@
 """Builds the library of the kernel: units compiled in parallel, kept by what they depend on, and linked.
 
-Objects are kept in a folder by a hash of what their code is made from, so that an edit compiles what it
+Objects are kept in a folder by a hash of what their code is made from: bytecode of a function and of all
+that it reaches, without comments, docstrings and helpers that lie apart, so that an edit compiles what it
 concerns. The library and its manifest are put in their places at the end, whole, by renaming: whoever
 interrupts a build, or builds at the same time, leaves the one before or the one behind.
 """
 
 import contextlib
+import enum
+import hashlib
 import importlib
 import importlib.util
-import json
+import io
 import multiprocessing
 import os
+import pickle
 import platform
 import subprocess
 import sys
@@ -18,19 +22,31 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from shutil import which
+from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
+import llvmlite
+import numba
+import numpy as np
 from numba.core.errors import NumbaError
 
-from ftqp.kernel.building import kept_parts
-from ftqp.kernel.building.fingerprint import fingerprint as key_of
 from ftqp.kernel.building.quicker import be_quicker
-from ftqp.kernel.compiled.library import MANIFEST, EntryPoint, code_key, file_key, fingerprint, platform_facts
+from ftqp.kernel.compiled.library import (
+    KERNEL,
+    EntryPoint,
+    code_key,
+    code_text,
+    describe,
+    file_key,
+    fingerprint,
+    put,
+)
 from ftqp.kernel.compiled.making import emit
-from ftqp.kernel.compiled.making.helper import Part
-from ftqp.kernel.compiled.making.processor import Target
+from ftqp.kernel.compiled.making.emit import Target
+from ftqp.kernel.compiled.making.helper import Helper, Part
 from ftqp.kernel.layout.enums import JOINTS
 
 GLUE = Path(emit.__file__).parents[1] / "glue.c"
@@ -42,14 +58,93 @@ class CannotBuild(Exception):
     """The kernel cannot be built here; the message says why."""
 
 
+_MAKING = "compiled/making"
+_MAKERS = (
+    f"{_MAKING}/emit.py",
+    f"{_MAKING}/helper.py",
+    f"{_MAKING}/joint_lanes.py",
+    f"{_MAKING}/lane_numbers.py",
+    "jit.py",
+)
+"""The files that say how a function becomes machine code."""
+_NAMES = ("__module__", "__qualname__")
+
+
+def key_of(function: Any, *beside: Any) -> str:
+    """A hash of a function and of everything that its code is made from, in hexadecimal."""
+    text = "\n".join([_maker(), *map(str, beside), *_function(getattr(function, "py_func", function), set())])
+    return hashlib.sha256(text.encode()).hexdigest()[:24]
+
+
+@cache
+def _maker() -> str:
+    """Whatever makes machine code of functions, here and in other packages."""
+    texts = [code_text(KERNEL / name) for name in _MAKERS]
+    return f"{sys.version_info[:2]} {numba.__version__} {llvmlite.__version__} {texts}"
+
+
+def _function(function: FunctionType, seen: set[int]) -> Iterator[str]:
+    if id(function) in seen:
+        yield f"again {function.__qualname__}"
+        return
+    seen.add(id(function))
+    yield f"function {function.__module__} {function.__qualname__} {function.__defaults__}"
+    names: list[str] = []
+    yield from _code(function.__code__, function.__doc__, names)
+    for cell in function.__closure__ or ():
+        yield from _thing(cell.cell_contents, seen)
+    for name in dict.fromkeys(names):
+        if name in function.__globals__:
+            yield f"global {name}"
+            yield from _thing(function.__globals__[name], seen)
+
+
+def _code(code: CodeType, doc: str | None, names: list[str]) -> Iterator[str]:
+    """Bytecode without docstring and places in the file; the names that it uses are added to a list."""
+    names.extend(code.co_names)
+    yield f"{code.co_code.hex()} {code.co_names} {code.co_varnames} {code.co_freevars} {code.co_cellvars}"
+    for number, constant in enumerate(code.co_consts):
+        if isinstance(constant, CodeType):
+            inner = constant.co_consts[0] if constant.co_consts else None
+            yield from _code(constant, inner if isinstance(inner, str) else None, names)
+        elif number or doc is None or constant != doc:
+            yield repr(sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant)
+
+
+def _thing(thing: Any, seen: set[int]) -> Iterator[str]:
+    """What a name in a function, or a cell of its closure, stands for."""
+    if isinstance(thing, Helper):
+        function = thing.py_func
+        yield f"helper {thing.apart} {bool(thing.targetoptions.get('fastmath'))}"
+        if thing.apart:
+            yield f"{function.__module__} {function.__qualname__} {function.__annotations__.get('return')}"
+        else:
+            yield from _function(function, seen)
+    elif isinstance(thing, FunctionType):
+        if thing.__module__.startswith("ftqp."):
+            yield from _function(thing, seen)
+        else:
+            yield f"{thing.__module__}.{thing.__qualname__}"
+    elif isinstance(thing, np.ndarray):
+        yield f"array {thing.dtype} {thing.shape} {thing.tobytes().hex()}"
+    elif isinstance(thing, bool | int | float | str | bytes | None | enum.Enum | np.dtype | np.generic):
+        yield repr(thing)
+    elif isinstance(thing, tuple | list):
+        yield f"{type(thing).__name__} of {len(thing)}"
+        for part in thing:
+            yield from _thing(part, seen)
+    elif isinstance(thing, ModuleType):
+        yield f"module {thing.__name__}"
+    elif hasattr(thing, "_defn"):  # an intrinsic of numba's
+        yield "intrinsic"
+        yield from _function(thing._defn, seen)
+    else:
+        yield " ".join([type(thing).__name__, *(str(getattr(thing, name, "")) for name in _NAMES)])
+
+
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """What becomes one object file: an entry point, or a helper that lies apart.
-
-    Attributes:
-        what: which.
-        joints: that the records which it works on have room for.
-    """
+    """What becomes one object file: an entry point, or a helper that lies apart, for so many joints."""
 
     what: EntryPoint | Part
     joints: int
@@ -79,12 +174,20 @@ class Unit:
         return emit.part_code(self.what, self.function(), target)
 
 
-class Store:
-    """Object files by what their code depends on.
+class _Said(pickle.Unpickler):
+    """Reads a hash and numba's types of arguments, and nothing that could run."""
 
-    Args:
-        folder: where they are kept; it is made if it is missing.
-    """
+    def find_class(self, module: str, name: str) -> Any:
+        if module.startswith("numba.core.types") or (module, name) in _MAKERS_OF_TYPES:
+            return super().find_class(module, name)
+        raise pickle.UnpicklingError(f"{module}.{name} is no type of an argument")
+
+
+_MAKERS_OF_TYPES = {("copyreg", "_reconstructor"), ("builtins", "object")}
+
+
+class Store:
+    """A folder of object files by what their code depends on, each with its hash and the parts it needs."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -96,15 +199,18 @@ class Store:
 
     def parts(self, key: str) -> list[Part] | None:
         """The parts that the unit of a key needs; ``None`` where it has to be compiled."""
-        code, said = self.object_file(key), self._folder / f"{key}.json"
         try:
-            return kept_parts.read(code.read_bytes(), said.read_bytes())
-        except (OSError, ValueError):
+            said = (self._folder / f"{key}.parts").read_bytes()
+            sha256, parts = _Said(io.BytesIO(said)).load()
+            good = sha256 == fingerprint(self.object_file(key).read_bytes())
+        except Exception:  # whatever a file may hold that is none
             return None
+        return [Part(*part) for part in parts] if good else None
 
     def keep(self, key: str, code: bytes, parts: list[Part]) -> None:
         """Keep an object file."""
-        put(self._folder / f"{key}.json", kept_parts.written(code, parts))
+        named = [(part.module, part.name, part.arguments) for part in parts]
+        put(self._folder / f"{key}.parts", pickle.dumps((fingerprint(code), named)))
         put(self.object_file(key), code)
 
     def sweep(self, keys: set[str]) -> None:
@@ -131,20 +237,6 @@ class Store:
             yield
 
 
-def put(path: Path, content: bytes) -> None:
-    """Write a file in one go: there is all of it, or what was there before."""
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            os.unlink(temporary)
-        raise
-
-
 def _work(unit: Unit, key: str, target: Target, store: Store) -> list[Part]:
     """Compile a unit and keep its object file: the parts that it needs."""
     code, parts = unit.made(target)
@@ -156,6 +248,7 @@ def compiled(
     wanted: Sequence[EntryPoint], target: Target, store: Store, jobs: int, joints: int = JOINTS
 ) -> tuple[dict[Unit, str], int]:
     """Keys of all units that the wanted entry points need, every one compiled, and how many were just now."""
+    be_quicker()
     keys: dict[Unit, str] = {}
     running: dict[Future[list[Part]], Unit] = {}
     todo = [Unit(one, joints) for one in wanted]
@@ -168,16 +261,12 @@ def compiled(
                     continue
                 keys[unit] = key = unit.key(target)
                 parts = store.parts(key)
-                if parts is not None:
-                    future: Future[list[Part]] = Future()
-                    future.set_result(parts)
-                elif pool is not None:
-                    made += 1
+                made += parts is None
+                if parts is None and pool is not None:
                     future = pool.submit(_work, unit, key, target, store)
                 else:
-                    made += 1
-                    future = Future()
-                    future.set_result(_work(unit, key, target, store))
+                    future = Future[list[Part]]()
+                    future.set_result(_work(unit, key, target, store) if parts is None else parts)
                 running[future] = unit
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             todo = []
@@ -234,7 +323,6 @@ def build(
         raise CannotBuild(NO_LINKER)
     before, made = code_key(source), 0
     libraries: list[dict[str, Any]] = []
-    be_quicker()
     out.mkdir(parents=True, exist_ok=True)
     for target in targets:
         keys, count = compiled(wanted[target.cpu], target, store, jobs)
@@ -251,15 +339,8 @@ def build(
         put(out / file, code)
     if code_key(source) != before:
         raise CannotBuild("its source was changed while it was being built")
-    manifest(out, libraries, file_key(source) if checked else "", before)
+    describe(out, libraries=libraries, files=file_key(source) if checked else "", code=before)
     for path in out.glob("kernel-*.so"):
         if path.name not in {one["file"] for one in libraries}:
             path.unlink(missing_ok=True)
     return made
-
-
-def manifest(out: Path, libraries: list[dict[str, Any]], files: str, code: str, reason: str = "") -> None:
-    """Write what is said of the libraries in a folder; with a reason, why there are none."""
-    said = {**platform_facts(), "libraries": libraries, "files": files, "code": code, "reason": reason}
-    out.mkdir(parents=True, exist_ok=True)
-    put(out / MANIFEST, (json.dumps(said, indent=1, sort_keys=True) + "\n").encode())

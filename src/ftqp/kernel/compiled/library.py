@@ -1,6 +1,6 @@
-"""The library of the built kernel: looked at, loaded, and its functions made functions of Python.
+"""The kernel of a process: the built library, whose functions become functions of Python, or plain Python.
 
-With it what it is built for: classes of processors, a state of the source, and entry points.
+With it what a library is built for: classes of processors, a state of the source, and entry points.
 """
 
 import ast
@@ -8,16 +8,33 @@ import ctypes
 import hashlib
 import importlib
 import json
+import logging
+import os
 import platform
 import re
 import struct
 import sys
+import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+
+_LOG = logging.getLogger("ftqp")
+
+KERNEL = Path(__file__).resolve().parents[1]
+"""The folder of the kernel's source."""
+BUILT = KERNEL.parent / "_kernel"
+"""The folder of the built library."""
+BUILDING = os.environ.get("FTQP_BUILD_KERNEL") == "1"
+"""Whether the formulas are written for numba in this process; who builds sets it before they are imported."""
+PLAIN = (
+    os.environ.get("NUMBA_DISABLE_JIT", "0").strip() not in ("", "0") or sys.implementation.name != "cpython"
+)
+"""Whether the kernel must run as plain Python: asked for by ``NUMBA_DISABLE_JIT=1``, or no CPython."""
 
 LEVELS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
     "x86_64": {
@@ -64,7 +81,7 @@ def file_key(package: Path) -> str:
 
 
 def code_key(package: Path) -> str:
-    """A hash of a package's code, in hexadecimal: comments and docstrings do not change it."""
+    """A hash of a package's code: comments and docstrings do not change it."""
     return _key(package, lambda path: code_text(path).encode())
 
 
@@ -102,27 +119,17 @@ def _key(package: Path, content_of: Callable[[Path], bytes]) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EntryPoint:
-    """One way into the kernel.
+    """One way into the kernel."""
 
-    Attributes:
-        name: unique, a Python identifier.
-        module: the module with its formulas; imported only to compile it or to run it as plain Python.
-        factory: the name of a function there that may take how many joints a record has room for and returns
-            the Python function, with int arguments and an int result.
-        signature: a letter an argument: ``i`` an integer (an address, a count), ``o`` a Python object,
-            which compiled code gets as its address and plain Python as itself.
-        nogil: whether other Python threads run while it does; it must not touch a Python object then.
-        caller: ``python``, or ``c``: then it is a function of int64_t that returns one.
-        alone: whether it knows no robot, so that its loops may be long.
-    """
-
-    name: str
-    module: str
-    factory: str
+    name: str  # Unique, a Python identifier
+    module: str  # That with its formulas; imported only to compile it or to run it as plain Python
+    factory: str  # What may take how many joints a record has room for there, and returns the function
+    # A letter an argument: ``i`` an integer (an address, a count), ``o`` a Python object, which compiled code
+    # gets as its address and plain Python as itself
     signature: str
-    nogil: bool = False
-    caller: str = "python"
-    alone: bool = False
+    nogil: bool = False  # Whether other Python threads run while it does; it must touch no Python object then
+    caller: str = "python"  # Or ``c``: then it is a function of int64_t that returns one
+    alone: bool = False  # Whether it knows no robot, so that its loops may be long
 
     def __post_init__(self) -> None:
         if not self.name.isidentifier() or not self.name.isascii():
@@ -172,13 +179,7 @@ class _MethodDefinition(ctypes.Structure):
 
 
 class Library:
-    """Entry points in a loaded library.
-
-    Args:
-        code: the library.
-        entries: the signature of each symbol, and whether it releases the interpreter.
-        level: the class of processors that it was built for.
-    """
+    """Entry points in a loaded library, by symbol: the signature, and whether it lets other threads run."""
 
     def __init__(self, code: Any, entries: dict[str, Any], level: str) -> None:
         self._code = code
@@ -284,3 +285,80 @@ def _loaded(path: Path, described: dict[str, Any]) -> Library:
     except (OSError, AttributeError, ValueError) as error:
         raise NoLibrary(f"{path} cannot be loaded ({error})") from None
     return Library(code, described["entries"], described["level"])
+
+
+def put(path: Path, content: bytes) -> None:
+    """Write a file in one go: there is all of it, or what was there before."""
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        with suppress(OSError):
+            os.unlink(temporary)
+        raise
+
+
+def describe(out: Path, **said: Any) -> None:
+    """Write what is said of the libraries in a folder; with a reason, why there are none."""
+    nothing = {"libraries": [], "files": "", "code": "", "reason": ""}
+    out.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(platform_facts() | nothing | said, indent=1, sort_keys=True)
+    put(out / MANIFEST, f"{text}\n".encode())
+
+
+class Kernel:
+    """Entry points of a source and of what is built of it, each made ready when it is first asked for.
+
+    There is no lock: an exception that comes at the end of a block with a lock may leave it locked for ever.
+    What two threads make ready at the same time is made twice, and the first is kept.
+    """
+
+    def __init__(self, source: Path, built: Path) -> None:
+        self._source = source
+        self._built = built
+        self._ready: dict[EntryPoint, Callable[..., int]] = {}
+        self._found: tuple[Library | None] | None = (None,) if PLAIN else None
+        self._warned = False
+
+    def load(self, entry: EntryPoint) -> Callable[..., int]:
+        """An entry point: built, or as plain Python, which a warning says once."""
+        function = self._ready.get(entry)
+        if function is None:
+            library = self._sought()
+            function = None if library is None else library.function(entry)
+            if function is None:
+                if library is not None:
+                    self._warn(f"the built kernel has no {entry.name}")
+                function = entry.function()
+            function = self._ready.setdefault(entry, function)
+        return function
+
+    def level(self) -> str:
+        """The class of processors that the library in use was built for; empty where none is used."""
+        library = self._sought()
+        return "" if library is None else library.level
+
+    def _sought(self) -> Library | None:
+        if self._found is None:
+            library = None
+            try:
+                library = library_in(self._built, self._source)
+            except NoLibrary as error:
+                self._warn(str(error))
+            self._found = (library,)
+        return self._found[0]
+
+    def _warn(self, problem: str) -> None:
+        """Say once, in one sentence, that plain Python runs."""
+        if not self._warned:
+            self._warned = True
+            _LOG.warning("%s; plain Python does its work, some hundred times slower; %s", problem, REMEDY)
+
+
+_KERNEL = Kernel(KERNEL, BUILT)
+
+
+load, level = _KERNEL.load, _KERNEL.level

@@ -7,9 +7,8 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.session import rooms
+from ftqp.kernel.entry.session import rooms, share_out
 from ftqp.kernel.entry.study_session import StudySession, packed_goals
-from ftqp.kernel.entry.threads import share_out
 from ftqp.kernel.layout.other_records import FACTS, FAILED_JOINTS
 from ftqp.kernel.layout.record import dtype
 
@@ -21,25 +20,15 @@ LOCKED = -1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Continuations:
-    """How many continuations end; see ``Survival``.
+    """How many continuations end; see ``Survival``."""
 
-    Attributes:
-        status: A ``Survival`` each, (k,).
-        sample: The first sample that was lost, or the last one of the path, (k,).
-        position: The largest error of position, up to where it was lost, (k,) [m].
-        rotation: The same of rotation, (k,) [rad].
-        margin: The least distance of a joint that moves from its limits, (k,) [rad or m]; inf without limits.
-        hurry: The largest share of a speed limit, (k,).
-        clearance: The least distance of two bodies that are to be kept apart, (k,) [m]; inf without any.
-    """
-
-    status: IntArray
-    sample: IntArray
-    position: FloatArray
-    rotation: FloatArray
-    margin: FloatArray
-    hurry: FloatArray
-    clearance: FloatArray
+    status: IntArray  # A ``Survival`` each, (k,)
+    sample: IntArray  # The first sample that was lost, or the last one of the path, (k,)
+    position: FloatArray  # The largest error of position, up to where it was lost, (k,) [m]
+    rotation: FloatArray  # The same of rotation, (k,) [rad]
+    margin: FloatArray  # The least distance of a moving joint from its limits, (k,) [rad or m]; inf without
+    hurry: FloatArray  # The largest share of a speed limit, (k,)
+    clearance: FloatArray  # The least distance of two bodies that are kept apart, (k,) [m]; inf without
 
 
 class ContinuationStudy:
@@ -49,9 +38,7 @@ class ContinuationStudy:
         session: Studies of the arm with the task's rows; it is copied.
         goals: Poses of all samples, (N + 1, 4, 4).
         dt: The time between samples [s].
-        q_min: Lowest positions, (n,) [rad or m].
-        q_max: Highest positions, (n,) [rad or m].
-        v_max: Largest speeds, (n,) [rad/s or m/s].
+        q_min, q_max, v_max: Limits, (n,).
         a_max: Decelerations with which a joint that fails brakes, (n,) [rad/s2 or m/s2].
         near: The error of position from which on a bounded continuation is lost [m].
         turned: The same of rotation [rad].
@@ -107,24 +94,7 @@ class ContinuationStudy:
             share: What is left of the speed limit of joints that are degraded; None: they are locked.
             threads: How many; None is ``thread_count``.
         """
-        call = self._call(q, samples, failed, speed, None, exact=not bounded)
-        entry = "bounded_continuations" if bounded else "exact_continuations"
-
-        def work(first: int, last: int) -> None:
-            session, memory = self._session.copy(), self._prepared(bounded, whole, share)
-            session.bind(entry, memory, *call.things, first, last)()
-
-        share_out(work, len(call.q), threads)
-        facts = call.facts
-        return Continuations(
-            status=facts[:, 0].astype(np.int64),
-            sample=facts[:, 1].astype(np.int64),
-            position=facts[:, 2].copy(),
-            rotation=facts[:, 3].copy(),
-            margin=np.where(facts[:, 4] > 1e299, np.inf, facts[:, 4]),
-            hurry=facts[:, 5].copy(),
-            clearance=facts[:, 6].copy(),
-        )
+        return self._followed(q, samples, failed, speed, bounded, whole, share, threads, None)
 
     def motion(
         self,
@@ -137,37 +107,18 @@ class ContinuationStudy:
         whole: bool = False,
         share: float | None = None,
     ) -> FloatArray:
-        """The samples of one continuation from the failure on, (N + 1 - sample, n), NaN behind its end.
-
-        Args:
-            q: The configuration at the failure, (n,) [rad or m].
-            sample: Of the failure.
-            failed: The joint that fails, or two of them.
-            speed: As in ``runs``.
-            bounded: As in ``runs``.
-            whole: As in ``runs``.
-            share: As in ``runs``.
-        """
+        """The samples of one continuation, as in ``runs``, (N + 1 - sample, n), NaN behind its end."""
         path = np.full((len(self._goals), self._session.nv), np.nan)
         speeds = None if speed is None else np.atleast_1d(speed)[None]
-        call = self._call(
-            np.asarray(q)[None], [sample], np.atleast_1d(failed)[None], speeds, path, exact=not bounded
-        )
-        entry = "bounded_continuations" if bounded else "exact_continuations"
-        session, memory = self._session.copy(), self._prepared(bounded, whole, share)
-        session.bind(entry, memory, *call.things, 0, 1)()
+        one = np.asarray(q)[None], [sample], np.atleast_1d(failed)[None], speeds
+        self._followed(*one, bounded, whole, share, 1, path)
         path[0] = q
         return path[: len(self._goals) - sample]
 
     def tracks(
         self, starts: Any, speeds: Any, threads: int | None = None
     ) -> tuple[FloatArray, IntArray, FloatArray]:
-        """Motions along the path at given self-motion speeds: q, last samples and largest errors.
-
-        Args:
-            starts: Configurations at the first sample, (k, n) [rad or m].
-            speeds: Self-motion speed at each sample, (k, N) [rad/s].
-            threads: How many; None is ``thread_count``.
+        """Motions along the path from starts, (k, n), at self-motion speeds of each sample, (k, N) [rad/s].
 
         Returns:
             q (k, N + 1, n), NaN behind the last sample that was reached; last samples (k,); errors (k,) [m].
@@ -190,59 +141,47 @@ class ContinuationStudy:
         share_out(work, count, threads)
         return q, facts[:, 0].astype(np.int64), facts[:, 1].copy()
 
-    def _prepared(self, bounded: bool, whole: bool, share: float | None) -> Any:
-        memory = self._memory.copy()
-        C: Any = rooms(memory)
-        C.near, C.turned = self._tolerances if bounded else (EXACT_ERROR, EXACT_ERROR)
-        C.whole, C.share = whole, LOCKED if share is None else share
-        return memory
-
-    def _call(
-        self, q: Any, samples: Any, failed: Any, speed: Any, path: FloatArray | None, *, exact: bool
-    ) -> "_Call":
-        """The arrays of a call."""
-        call = _Call(self._goals, q, samples, failed, speed, path)
-        n, m, k, last = self._session.nv, self._session.m, len(call.q), len(self._goals) - 1
-        if call.q.shape != (k, n) or call.samples.shape != (k,):
-            raise InputError(
-                f"q has shape {call.q.shape} and samples {call.samples.shape}, expected (k, {n}), (k,)"
-            )
-        if k and not (call.samples.min() >= 0 and call.samples.max() <= last):
-            raise InputError(
-                f"samples are {call.samples.min()} to {call.samples.max()}, expected 0 to {last}"
-            )
-        if k and not (call.failed.min() >= -1 and call.failed.max() < n):
-            raise InputError(
-                f"failed has joints {call.failed.min()} to {call.failed.max()}, expected -1 to {n - 1}"
-            )
-        if exact:
-            count = (call.failed >= 0).sum(axis=1) - (
-                (call.failed[:, 0] == call.failed[:, 1]) & (call.failed[:, 0] >= 0)
-            )
-            if (n - count != m).any():
-                raise InputError(
-                    f"{n} joints with {count.max(initial=0)} locked leave not as many as {m} rows; bound them"
-                )
-        return call
-
-
-class _Call:
-    """The arrays of continuations, and all that their entry points take but which."""
-
-    def __init__(
-        self, goals: FloatArray, q: Any, samples: Any, failed: Any, speed: Any, path: FloatArray | None
-    ) -> None:
-        self.q = np.ascontiguousarray(q, dtype=np.float64)
-        k = len(self.q)
-        self.samples = np.ascontiguousarray(samples, dtype=np.int64)
-        self.failed = np.full((k, FAILED_JOINTS), -1, np.int64)
-        given = np.asarray(failed, dtype=np.int64).reshape(k, -1)
-        self.failed[:, : given.shape[1]] = given
-        self._speed = np.zeros((k, FAILED_JOINTS))
+    def _followed(
+        self, q: Any, samples: Any, failed: Any, speed: Any, bounded: bool, whole: bool, share: float | None,
+        threads: int | None, path: FloatArray | None,
+    ) -> Continuations:  # fmt: skip
+        q, samples = np.ascontiguousarray(q, dtype=np.float64), np.ascontiguousarray(samples, dtype=np.int64)
+        k, last = len(q), len(self._goals) - 1
+        joints, speeds = np.full((k, FAILED_JOINTS), -1, np.int64), np.zeros((k, FAILED_JOINTS))
+        failed = np.asarray(failed, dtype=np.int64).reshape(k, -1)
+        joints[:, : failed.shape[1]] = failed
         if speed is not None:
-            self._speed[:, : given.shape[1]] = np.asarray(speed, dtype=np.float64).reshape(k, -1)
-        self.facts = np.zeros((k, FACTS))
-        self.things = (
-            k, len(goals), int(path is not None), goals, self.q, self.samples, self.failed, self._speed,
-            self.facts, path,
+            speeds[:, : failed.shape[1]] = np.asarray(speed, dtype=np.float64).reshape(k, -1)
+        self._check(q, samples, joints, exact=not bounded)
+        facts = np.zeros((k, FACTS))
+        given = self._goals, q, samples, joints, speeds, facts, path
+        things = k, last + 1, int(path is not None), int(bounded), *given
+
+        def work(first: int, last: int) -> None:
+            session, memory = self._session.copy(), self._memory.copy()
+            C: Any = rooms(memory)
+            C.near, C.turned = self._tolerances if bounded else (EXACT_ERROR, EXACT_ERROR)
+            C.whole, C.share = whole, LOCKED if share is None else share
+            session.bind("continuations", memory, *things, first, last)()
+
+        share_out(work, k, threads)
+        status, sample, position, rotation, margin, hurry, clearance = facts.T.copy()
+        return Continuations(
+            status=status.astype(np.int64), sample=sample.astype(np.int64), position=position,
+            rotation=rotation, margin=np.where(margin > 1e299, np.inf, margin), hurry=hurry,
+            clearance=clearance,
         )  # fmt: skip
+
+    def _check(self, q: FloatArray, samples: IntArray, failed: IntArray, *, exact: bool) -> None:
+        n, m, k, last = self._session.nv, self._session.m, len(q), len(self._goals) - 1
+        if q.shape != (k, n) or samples.shape != (k,):
+            raise InputError(f"q has shape {q.shape} and samples {samples.shape}, expected (k, {n}), (k,)")
+        if k and not (samples.min() >= 0 and samples.max() <= last):
+            raise InputError(f"samples are {samples.min()} to {samples.max()}, expected 0 to {last}")
+        if k and not (failed.min() >= -1 and failed.max() < n):
+            raise InputError(f"failed has joints {failed.min()} to {failed.max()}, expected -1 to {n - 1}")
+        count = (failed >= 0).sum(axis=1) - ((failed[:, 0] == failed[:, 1]) & (failed[:, 0] >= 0))
+        if exact and (n - count != m).any():
+            raise InputError(
+                f"{n} joints with {count.max(initial=0)} locked leave not as many as {m} rows; bound them"
+            )

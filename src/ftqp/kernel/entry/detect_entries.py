@@ -2,10 +2,9 @@
 
 from typing import Any
 
-from ftqp.kernel.compiled.glue import take
 from ftqp.kernel.detection.detecting import detect_tick
 from ftqp.kernel.feedback.learned_inertia import is_known
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, take
 from ftqp.kernel.layout.detection_room import RESIDUALS
 from ftqp.kernel.layout.enums import NOT_READ, TORQUE_DRIVE, WRONG_SHAPE
 from ftqp.kernel.layout.thresholds import PUSHED

@@ -24,16 +24,16 @@ class DetectionSession:
         constants: Of the arm's chain, by the argument names of ``load_chain``.
 
     Attributes:
-        D: The fields of the record, by attribute.
+        memory: The record, (1,).
+        D: Its fields, by attribute.
     """
 
     def __init__(self, constants: dict[str, Any]) -> None:
         joints = len(constants["mass"])
         check_joints(joints)
-        self._memory = np.zeros(1, dtype("detector"))
-        self._arm = np.zeros(1, dtype("arm"))
+        self.memory, self._arm = np.zeros(1, dtype("detector")), np.zeros(1, dtype("arm"))
         load_chain(rooms(self._arm), **constants)
-        self.D: Any = rooms(self._memory)
+        self.D: Any = rooms(self.memory)
         self.D.n = joints
         self.D.has_inertia = int(rooms(self._arm).chain.has_inertia)
 
@@ -43,25 +43,20 @@ class DetectionSession:
 
     def field(self, name: str) -> Any:
         """A field as an array that follows the record: (1,) for a number, else of the field's own shape."""
-        view = self._memory[name]
+        view = self.memory[name]
         return view if view.ndim == 1 else view[0]
 
     def tell(self, what: ToldDetector, joint: int = -1) -> None:
         """Tell the detector something, of a joint where it is about one."""
-        bound("tell_detector", self._memory)(joint, int(what))
-
-    @property
-    def memory(self) -> Any:
-        """The record itself, (1,)."""
-        return self._memory
+        bound("tell_detector", self.memory)(joint, int(what))
 
     def detect(self) -> Call:
         """What takes (q, tau, q_ref, v_ref, a_ref, effort) of one tick."""
-        return bound("detect", self._memory, self._arm)
+        return bound("detect", self.memory, self._arm)
 
     def watch(self, planner: Session) -> Call:
         """What looks on after a tick of a planner of the same arm; it is told where torques lie, or 0."""
-        return bound("watch", planner.memory, self._memory, self._arm)
+        return bound("watch", planner.memory, self.memory, self._arm)
 
     def run(
         self,
@@ -71,23 +66,19 @@ class DetectionSession:
         first: int = 0,
         end: int | None = None,
     ) -> tuple[int, FloatArray, FloatArray]:
-        """The rows of a log, one after the other.
+        """The rows of a log from ``first`` to ``end``, or up to an answer ``until``.
 
-        Args:
-            columns: By the names of ``COLUMNS``, each (rows, n) or None.
-            block: Rows over which the largest excess of each residual is taken.
-            until: The answer that ends the run.
-            first: The row to begin with.
-            end: The row after the last one; None is the log's end.
+        Columns are (rows, n) or None, by the names of ``COLUMNS``.
 
         Returns:
-            The rows done, the largest excesses (rows // block, residuals, N), and z of every row, (rows,).
+            The rows done, the largest excess of each residual over every ``block`` rows,
+            (rows // block, residuals, N), and z of every row, (rows,).
         """
         kept = [columns[name] for name in COLUMNS]
         rows = len(kept[0]) if kept[0] is not None else 0
         peaks = np.zeros((max(rows // block, 1), RESIDUALS, len(self.D.q)))
         trace, last = np.zeros(rows), rows if end is None else end
-        things = (self._memory, self._arm, *kept, rows, first, last, block, peaks, trace, until)
+        things = (self.memory, self._arm, *kept, rows, first, last, block, peaks, trace, until)
         done = bound("detect_log", *things)()
         return done, peaks[: rows // block], trace
 
@@ -98,8 +89,8 @@ class DetectionSession:
         return other
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"memory": self._memory, "arm": self._arm}
+        return {"memory": self.memory, "arm": self._arm}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self._memory, self._arm = state["memory"].copy(), state["arm"].copy()
-        self.D = rooms(self._memory)
+        self.memory, self._arm = state["memory"].copy(), state["arm"].copy()
+        self.D = rooms(self.memory)

@@ -26,27 +26,16 @@ STEPS = 1000
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Followed:
-    """One run, from the failure to its end.
-
-    Attributes:
-        ending: How it ended.
-        q: The rest, or where it was given up, (n,) [rad or m].
-        way: Of all joints together [rad or m].
-        arrived: When |e| fell below the bound asked for [s]; 1e300 where it did not.
-        path: Configurations on its way, (k, n) [rad or m].
-        s: Where they are on the orbit, dq/ds = v / (1/2 + |v|), (k,).
-        t: Their times, (k,) [s].
-        errors: |e| at them, (k,) [m].
-    """
+    """One run, from the failure to its end."""
 
     ending: Ending
-    q: FloatArray
-    way: float
-    arrived: float
-    path: FloatArray
-    s: FloatArray
-    t: FloatArray
-    errors: FloatArray
+    q: FloatArray  # The rest, or where it was given up, (n,) [rad or m]
+    way: float  # Of all joints together [rad or m]
+    arrived: float  # When |e| fell below the bound asked for [s]; 1e300 where it did not
+    path: FloatArray  # Configurations on its way, (k, n) [rad or m]
+    s: FloatArray  # Where they are on the orbit, dq/ds = v / (1/2 + |v|), (k,)
+    t: FloatArray  # Their times, (k,) [s]
+    errors: FloatArray  # |e| at them, (k,) [m]
 
 
 class LawStudy:
@@ -80,23 +69,14 @@ class LawStudy:
     def runs(self, starts: FloatArray, locked: IntArray, **options: float) -> tuple[Any, Any, Any]:
         """Endings (R,), ends (R, n) [rad or m], and way [rad or m], time of success [s] and steps, (R, 3).
 
-        Args:
-            starts: Configurations at the failure, (R, n) [rad or m].
-            locked: Which joints do not move, bit i for joint i, (R,).
-            options: Those of ``_ask``.
+        Of configurations at the failure, (R, n), and the joints that do not move, bit i for joint i, (R,).
+        The options are those of ``_ask``.
         """
         self._ask(COARSE, ANY, **options)
         return self._run(starts, locked, np.empty((0, self._session.nv + 3)))
 
     def follow(self, start: FloatArray, locked: int, *, most: int = 60_000, **options: float) -> Followed:
-        """One run with its way.
-
-        Args:
-            start: The configuration at the failure, (n,) [rad or m].
-            locked: Which joints do not move, bit i for joint i.
-            most: Rows of the way; where there are more, they are further apart.
-            options: Those of ``_ask``.
-        """
+        """One run with its way, of ``most`` rows: where there are more, they are further apart."""
         self._ask(FINE, CLOSE, **options)
         trace = np.empty((most, self._session.nv + 3))
         endings, ends, facts = self._run(start[None], np.array([locked]), trace)
@@ -116,15 +96,10 @@ class LawStudy:
         gain: float = 1.0,
         v_max: float = np.inf,
     ) -> None:
-        """What runs are asked.
+        """What runs are asked: the tolerance of a step, and how close an end is that a run takes for its own.
 
-        Args:
-            tolerance: Of a step [rad or m].
-            close: How near a run must be to one of many ends that is taken for its own [rad or m].
-            horizon: Runs end then [s]; it counts where ``success`` is given.
-            success: The |e| that counts as correct [m]; 0 asks for the rest instead.
-            gain: K_e [1/s].
-            v_max: The largest commanded speed of the tip [m/s].
+        Runs end at ``horizon`` [s] where ``success`` is given, the |e| that counts as correct [m]; 0 asks for
+        the rest instead. ``gain`` is K_e [1/s], ``v_max`` the largest commanded speed of the tip [m/s].
         """
         L = self._rooms()
         L.tolerance, L.close, L.horizon, L.success = tolerance, close, horizon, success
@@ -152,13 +127,9 @@ class LawStudy:
     ) -> tuple[FloatArray, BoolArray, FloatArray, BoolArray]:
         """Shares inside (C, n + 1), failed (C,), nodes (C, steps + 1, n) and whether inside there.
 
-        Args:
-            starts: Configurations, (C, n) [rad or m].
-            steps: Equal parts of each line.
-            boxes: For each box, for each joint, its intervals.
-            circular: Whether the values of joints count modulo one turn, for all or for each, (n,).
-            by_joints: Whether lengths are those of the joints' way; else those of the tip's.
-            keep: Whether nodes are wanted; without, they come back empty.
+        Of lines from configurations, (C, n), in equal parts; each box has intervals for each joint, whose
+        values count modulo one turn where it is ``circular``. Lengths are those of the tip's way, or with
+        ``by_joints`` of the joints'. Without ``keep`` nodes come back empty.
         """
         L, count, n = self._rooms(), len(starts), self._session.nv
         turns = np.broadcast_to(circular, n).astype(np.int64)
@@ -194,10 +165,7 @@ class LawStudy:
 def links_of(rotation: Any, offsets: FloatArray, prismatic: Any) -> FloatArray | None:
     """The lengths of the links of an arm whose joints all turn about z, one after the other along x; or None.
 
-    Args:
-        rotation: Of each joint's frame in its predecessor's at q = 0, (n, 3, 3) or (n, 9).
-        offsets: Of each joint's frame in its predecessor's, and of the tip's in the last, (n + 1, 3) [m].
-        prismatic: Which joints slide, (n,).
+    ``offsets``: of each joint's frame in its predecessor's, and of the tip's in the last, (n + 1, 3) [m].
     """
     lengths = offsets[1:, 0]
     straight = np.allclose(np.reshape(rotation, (-1, 3, 3)), np.eye(3)) and np.allclose(offsets[1:, 1:], 0.0)

@@ -15,17 +15,7 @@ LIMITS = ("q_min", "q_max", "v_max", "a_max", "tau_max")
 
 @final
 class ReserveSamples:
-    """Samples of what braking takes.
-
-    Args:
-        constants: Those of the arm's chain, by the argument names of ``load_chain``.
-        q: Joint positions, (samples, n) [rad or m].
-        v: Joint velocities, (samples, n) [rad/s or m/s].
-        load: What it carries; None is nothing.
-
-    Attributes:
-        rows: q, v, |h| and |M| of each sample, (samples, 3 n + n^2).
-    """
+    """Samples of what braking takes: ``rows`` has q, v, |h| and |M| of each, (samples, 3 n + n^2)."""
 
     def __init__(
         self, constants: dict[str, Any], q: FloatArray, v: FloatArray, load: "Load | None" = None
@@ -41,12 +31,7 @@ class ReserveSamples:
         self._n = n
 
     def shares(self, a_max: FloatArray, tau_max: FloatArray) -> tuple[float, float]:
-        """Shares of the acceleration limits: that braking may count on, and up to which torque limits hold.
-
-        Args:
-            a_max: Acceleration limits believed now, (n,) [rad/s2].
-            tau_max: Torque limits believed now, (n,) [N m]; inf is no limit.
-        """
+        """Shares of a_max: that braking may count on, and up to which torque limits hold."""
         out = np.zeros(1, dtype("reserve"))
         given = np.ascontiguousarray(a_max), np.ascontiguousarray(tau_max)
         bound("reserve_shares", self.rows, len(self.rows), self._n, *given, out)()

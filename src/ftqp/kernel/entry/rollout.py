@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.kernel.commands.believed import falls, look_again
 from ftqp.kernel.free.end_stop import stop_torques
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.fallback_cascade import run_cascade
@@ -14,7 +15,6 @@ from ftqp.kernel.rows.task_rows import turn_back
 from ftqp.kernel.ticks.accepted_inputs import accept_state
 from ftqp.kernel.ticks.steps import FLOAT
 from ftqp.kernel.ticks.tick import prepare_free, prepare_rich
-from ftqp.kernel.told.believed import falls, look_again
 
 WHOLE = np.dtype(np.int64)
 BELIEF = dtype("belief")

@@ -1,23 +1,31 @@
-"""Sessions: the one owner of records, their addresses and their keys.
+"""Sessions: the one owner of records and their addresses, and how work is shared out among threads.
 
 Whoever drives the kernel from Python holds a session, reads and writes its rooms by attribute
 (``session.K.task.kp``) and calls what ``bind`` gives. No address leaves this module but inside such a call.
 """
 
+import os
 from collections.abc import Callable, Sequence
-from functools import partial
-from typing import Any
+from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property, partial
+from itertools import pairwise
+from queue import Empty, SimpleQueue
+from typing import Any, final
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, seen
-from ftqp.kernel.compiled.kernel import load
+from ftqp.kernel.compiled.library import load
 from ftqp.kernel.entry.table import ENTRIES
-from ftqp.kernel.layout.record import check_joints, dtype, in_line, load_chain, memory, record
+from ftqp.kernel.layout.record import check_joints, in_line, load_chain, memory, record
 
 Call = Callable[..., int]
 WORD = 8
 """Bytes of a word, which every number of a record takes. A convention of the layout."""
+PORTIONS = 8
+"""Portions that work is shared out in, for each thread, so that none waits long for another at the end."""
+POLL = 0.1
+"""How often an interrupt of the user is looked for [s]. A convention: shorter than a person notices."""
 
 
 def rooms(memory: Any) -> Any:
@@ -41,10 +49,7 @@ def _number(thing: Any) -> int:
 
 
 def writer_of(target: FloatArray) -> Call:
-    """What writes (pose, twist, acceleration) into a packed target, (29,): 0, or a mistake.
-
-    The caller keeps the target alive as long as it may call.
-    """
+    """What writes (pose, twist, acceleration) into a packed target, (29,): 0, or a mistake."""
     return bound("write_target", target)
 
 
@@ -54,6 +59,59 @@ def write_together(changes: Sequence[tuple[Any, Any]]) -> None:
         [(to.ctypes.data, given.ctypes.data, given.nbytes // WORD) for to, given in changes], dtype=np.int64
     )
     bound("write_together", table, len(table))()
+
+
+def thread_count() -> int:
+    """``NUMBA_NUM_THREADS`` where it is a whole number from 1, else the number of cores."""
+    given = os.environ.get("NUMBA_NUM_THREADS", "")
+    return int(given) if given.isdecimal() and int(given) > 0 else os.cpu_count() or 1
+
+
+def share_out(
+    work: Callable[[int, int], int | None], count: int, threads: int | None = None, *,
+    size: int | None = None, progress: Callable[[int], None] | None = None,
+    stop: Callable[[], None] | None = None,
+) -> int:  # fmt: skip
+    """Do work(first, last) on portions of ``count`` things, on so many threads; None: ``thread_count``.
+
+    A portion has ``size`` things, if it is said. What work says of each is summed up, told to ``progress``
+    and returned; ``stop`` makes portions that have begun end soon. Ctrl-C is raised when they have.
+    """
+    workers = thread_count() if threads is None else threads
+    portions = min(count, PORTIONS * workers) if size is None else -(-count // size)
+    if size is None and (workers == 1 or portions <= 1):
+        return work(0, count) or 0
+    done: SimpleQueue[int] = SimpleQueue()
+
+    def portion(first: int, last: int) -> None:
+        said: int | None = 0
+        try:
+            said = work(first, last)
+        finally:
+            done.put(said or 0)
+
+    ends = [k * count // portions if size is None else min(k * size, count) for k in range(portions + 1)]
+    # A Ctrl-C in concurrent.futures.wait would leave its futures locked and the threads waiting for ever.
+    pool, left, total = ThreadPoolExecutor(workers), portions, 0
+    try:
+        begun = [pool.submit(portion, *between) for between in pairwise(ends)]
+        while left:
+            try:
+                total += done.get(timeout=POLL)
+            except Empty:
+                continue
+            left -= 1
+            if progress is not None:
+                progress(total)
+        for one in begun:
+            one.result()
+    except BaseException:
+        if stop is not None:
+            stop()
+        raise
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+    return total
 
 
 class Session:
@@ -94,9 +152,7 @@ class Session:
     def copy(self) -> "Session":
         """A session of its own that holds the same, with the scene as it is now for good."""
         other = Session.__new__(Session)
-        other._memory = in_line(self._memory)
-        other._begin(self._balls)
-        other.K.scene.version_at = 0
+        other.__setstate__(self.__getstate__())
         return other
 
     @property
@@ -139,222 +195,103 @@ class Session:
             self.K.scene.cloud_at = balls.ctypes.data
 
 
-class Reduced:
-    """A reduced problem of the closed forms.
+@final
+class Memory:
+    """A record beside a planner's: of what leads it, of servos, of a joint that swings freely, and the like.
+
+    Args:
+        kind: Its name in the layout.
+        table: The intervals of a path, (rows, 50).
 
     Attributes:
+        kind: Its name in the layout.
         memory: The record, (1,).
-        P: Its fields, by attribute.
+        fields: Its fields, by attribute.
+        table: The intervals of a path, (rows, 50); else empty.
     """
 
-    def __init__(self, joints: int) -> None:
-        check_joints(joints)
-        self.memory = memory("reduced")
-        self.P: Any = rooms(self.memory)
+    def __init__(self, kind: str, table: Any = ()) -> None:
+        self.kind, self.memory, self.table = kind, memory(kind), np.ascontiguousarray(table, np.float64)
+        self.fields: Any = rooms(self.memory)
 
-    def resolve(self) -> None:
-        """Solve it by its method."""
-        bound("resolve_reduced", self.memory)()
+    def arguments(self) -> tuple[Any, ...]:
+        """What the entry points take for what leads."""
+        return (self.memory, self.table, len(self.table)) if self.kind == "path" else (self.memory,)
 
-    def damp(self) -> None:
-        """Find kappa by its rule."""
-        bound("kappa", self.memory)()
+    def call(self, name: str) -> int:
+        """Call an entry point on the record."""
+        return bound(name, self.memory)()
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"memory": self.memory}
+        return {"kind": self.kind, "memory": self.memory, "table": self.table}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.memory = in_line(state["memory"])
-        self.P = rooms(self.memory)
+        self.kind, self.memory, self.table = state["kind"], in_line(state["memory"]), state["table"]
+        self.fields = rooms(self.memory)
 
 
 class ArmSession:
     """Kinematics and dynamics of one arm, apart from any planner.
 
     Args:
-        constants: those of the chain, by the argument names of ``load_chain``.
+        constants: Those of the chain, by the argument names of ``load_chain``.
 
     Attributes:
-        K: the rooms ``state``, ``kinematics`` and ``chain``.
+        memory: The record, (1,).
+        K: The rooms ``state``, ``kinematics`` and ``chain``.
+        joints: Its joints by number.
     """
 
     def __init__(self, constants: dict[str, Any]) -> None:
-        joints = len(constants["mass"])
-        check_joints(joints)
-        self._memory = np.zeros(1, dtype("arm"))
-        self.K: Any = rooms(self._memory)
+        check_joints(len(constants["mass"]))
+        self._begin(memory("arm"))
         load_chain(self.K, **constants)
+        self.joints = range(len(constants["mass"]))
+
+    def _begin(self, memory: Any) -> None:
+        self.memory = memory
+        self.K: Any = rooms(memory)
         self._q, self._v = self.K.state.given_q, self.K.state.given_v
-        self._joints = joints
-        self._kinematics: Call | None = None
-        self._dynamics: Call | None = None
-
-    @property
-    def memory(self) -> Any:
-        """The record, (1,)."""
-        return self._memory
-
-    @property
-    def joints(self) -> range:
-        """Its joints by number."""
-        return range(self._joints)
 
     def bind(self, name: str, *things: Any) -> Call:
         """An entry point on this record, further first arguments given; see ``bound``."""
-        return bound(name, self._memory, *things)
+        return bound(name, self.memory, *things)
 
     def adopt(self, session: Session) -> None:
         """Be the arm of a planner as it is fitted now, with its tool and its load; of the same size."""
-        self._memory["chain"] = session._memory["chain"]
+        self.memory["chain"] = session.memory["chain"]
+
+    @cached_property
+    def _kinematics(self) -> Call:
+        return self.bind("kinematics")
+
+    @cached_property
+    def _dynamics(self) -> Call:
+        return self.bind("inverse_dynamics")
 
     def kinematics(self, q: FloatArray, v: FloatArray | None = None) -> None:
         """Tip pose, J and drift at (q, v) into the room ``kinematics``; v None is rest."""
-        if self._kinematics is None:
-            self._kinematics = bound("kinematics", self._memory)
         self._kinematics(self._given(q, v))
 
     def dynamics(self, q: FloatArray, v: FloatArray | None = None) -> None:
         """Everything of ``kinematics``, and M and h."""
-        if self._dynamics is None:
-            self._dynamics = bound("inverse_dynamics", self._memory)
         self._dynamics(self._given(q, v))
 
-    def servos(self, servo: "ServoMemory") -> Call:
+    def servos(self, servo: Memory) -> Call:
         """What puts the torques of servos at (q, v) under the limits given into their memory; 1: one is full.
 
         It leaves M and h of that state in the room ``kinematics``.
         """
-        return bound("servo_torques", self._memory, servo.memory)
+        return self.bind("servo_torques", servo.memory)
 
     def _given(self, q: FloatArray, v: FloatArray | None) -> int:
         self._q[: len(q)] = q
-        self._v[: self._joints] = 0.0 if v is None else v
+        self._v[: len(self.joints)] = 0.0 if v is None else v
         return len(q)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"memory": self._memory, "joints": self._joints}
+        return {"memory": self.memory, "joints": self.joints}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self._memory, self._joints = in_line(state["memory"]), state["joints"]
-        self.K = rooms(self._memory)
-        self._q, self._v = self.K.state.given_q, self.K.state.given_v
-        self._kinematics = self._dynamics = None
-
-
-class PathMemory:
-    """The record of a path that is followed by its progress.
-
-    Attributes:
-        memory: The record, (1,).
-        path: Its fields, by attribute.
-        table: The path's intervals, (rows, 50).
-    """
-
-    def __init__(self, table: FloatArray) -> None:
-        self.memory = np.zeros(1, dtype("path"))
-        self.path: Any = rooms(self.memory)
-        self.table = np.ascontiguousarray(table)
-
-    def begin(self) -> None:
-        """Let the path begin anew."""
-        bound("begin_path", self.memory)()
-
-    def arguments(self) -> tuple[Any, ...]:
-        """What the entry points take for it."""
-        return self.memory, self.table, len(self.table)
-
-
-class FreeMemory:
-    """Work memory of a planner one of whose joints swings freely.
-
-    Attributes:
-        memory: The record, (1,).
-        F: Its fields, by attribute.
-    """
-
-    def __init__(self) -> None:
-        self.memory = np.zeros(1, dtype("free"))
-        self.F: Any = rooms(self.memory)
-
-
-class BaseMemory:
-    """The record of a base that moves.
-
-    Attributes:
-        memory: The record, (1,).
-        base: Its fields, by attribute.
-    """
-
-    def __init__(self) -> None:
-        self.memory = np.zeros(1, dtype("base"))
-        self.base: Any = rooms(self.memory)
-
-    def arguments(self) -> tuple[Any, ...]:
-        """What the entry points take for it."""
-        return (self.memory,)
-
-
-class JointsMemory:
-    """The record of a motion of the joints.
-
-    Attributes:
-        memory: The record, (1,).
-        joints: Its fields, by attribute.
-    """
-
-    def __init__(self) -> None:
-        self.memory = np.zeros(1, dtype("joints"))
-        self.joints: Any = rooms(self.memory)
-
-    def arguments(self) -> tuple[Any, ...]:
-        """What the entry points take for it."""
-        return (self.memory,)
-
-
-class PlanMemory:
-    """The record of a plan that leads the null space.
-
-    Args:
-        q: Joint values, (rows, n) [rad or m], at equal distances of time.
-        tips: Position and rotation of the tip in each row, (rows, 12).
-        spacing: Time between two rows, > 0 [s].
-        length: What weighs a rotation beside a way [m]; 0 leaves rotations out.
-
-    Attributes:
-        memory: The record, (1,).
-        spacing: Time between two rows [s].
-    """
-
-    def __init__(self, q: FloatArray, tips: FloatArray, spacing: float, length: float) -> None:
-        self.memory = np.zeros(1, dtype("plan"))
-        self._P: Any = rooms(self.memory)
-        self._kept = q, tips
-        self._P.q_at, self._P.tip_at, self._P.rows = q.ctypes.data, tips.ctypes.data, len(q)
-        self._P.spacing, self._P.length = spacing, length
-        self.spacing = spacing
-
-    @property
-    def at(self) -> float:
-        """Where the tip is, counted in rows."""
-        return float(self._P.at)
-
-    def begin(self, row: int) -> None:
-        """Take a row for the place of the tip, at rest."""
-        self._P.at, self._P.pace, self._P.begun = row, 0.0, 0
-
-    def bind(self, session: Session) -> Call:
-        """What sets the posture of the session's next tick."""
-        return session.bind("follow_plan", self.memory)
-
-
-class ServoMemory:
-    """The memory of the servos of an arm.
-
-    Attributes:
-        memory: The record, (1,).
-        S: Its fields, by attribute.
-    """
-
-    def __init__(self, joints: int) -> None:
-        self.memory = np.zeros(1, dtype("servo"))
-        self.S: Any = rooms(self.memory)
+        self._begin(in_line(state["memory"]))
+        self.joints = state["joints"]

@@ -21,16 +21,9 @@ def _parts(flat: Any, n: int, m: int, p: int) -> Any:
     low = at + (m + p) * n
     high = low + k
     return (
-        matrix_view(flat, 0, n, n),
-        flat[n * n : at],
-        rows[:m],
-        flat[low + n : low + n + m],
-        rows[m:],
-        flat[low + n + m : high],
-        flat[high + n + m : high + k],
-        flat[low : low + n],
-        flat[high : high + n],
-    )
+        matrix_view(flat, 0, n, n), flat[n * n : at], rows[:m], flat[low + n : low + n + m], rows[m:],
+        flat[low + n + m : high], flat[high + n + m : high + k], flat[low : low + n], flat[high : high + n],
+    )  # fmt: skip
 
 
 @jit
@@ -61,30 +54,10 @@ def solve_network(
 
 @jit
 def solve_network_batch(
-    n: int,
-    m: int,
-    p: int,
-    H: Any,
-    g: Any,
-    A: Any,
-    b: Any,
-    C: Any,
-    l: Any,
-    u: Any,
-    lb: Any,
-    ub: Any,
-    numbers: Any,
-    x: Any,
-    y: Any,
-    z: Any,
-    z_box: Any,
-    code: Any,
-    iterations: Any,
-    size: Any,
-    memory: Any,
-    first: int,
-    last: int,
-) -> None:
+    n: int, m: int, p: int, H: Any, g: Any, A: Any, b: Any, C: Any, l: Any, u: Any, lb: Any, ub: Any,
+    numbers: Any, x: Any, y: Any, z: Any, z_box: Any, code: Any, iterations: Any, size: Any, memory: Any,
+    first: int, last: int,
+) -> None:  # fmt: skip
     """The network on problems ``first`` to ``last - 1``, each from zero; one input may be that of all."""
     trace = matrix_view(numbers, 0, 0, 4)
     for k in range(first, last):

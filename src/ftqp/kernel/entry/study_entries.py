@@ -95,25 +95,20 @@ def _keep(C: Any, facts: Any, ending: int) -> None:
 
 
 @jit
-def exact_continuations(
+def continuations(
     S: Any, C: Any, goals: Any, q: Any, at: Any, failed: Any, speed: Any, facts: Any, path: Any, keep: int,
-    first: int, last: int,
+    bounded: int, first: int, last: int,
 ) -> None:  # fmt: skip
-    """Continuations from starts ``first`` to ``last - 1`` of joints that are as many as the task's rows."""
+    """Continuations from starts ``first`` to ``last - 1``: by one bounded QP a sample, or exact ones.
+
+    For these the joints left have to be as many as the task's rows.
+    """
     for s in range(first, last):
         begin(S, C, q[s], failed[s], speed[s])
-        _keep(C, facts[s], exact_run(S, C, goals, at[s], path, keep))
-
-
-@jit
-def bounded_continuations(
-    S: Any, C: Any, goals: Any, q: Any, at: Any, failed: Any, speed: Any, facts: Any, path: Any, keep: int,
-    first: int, last: int,
-) -> None:  # fmt: skip
-    """The same by one bounded QP a sample."""
-    for s in range(first, last):
-        begin(S, C, q[s], failed[s], speed[s])
-        _keep(C, facts[s], bounded_run(S, C, goals, at[s], path, keep))
+        if bounded:
+            _keep(C, facts[s], bounded_run(S, C, goals, at[s], path, keep))
+        else:
+            _keep(C, facts[s], exact_run(S, C, goals, at[s], path, keep))
 
 
 @jit

@@ -1,4 +1,7 @@
-"""The session of a study: task values, solutions and self-motions of one arm, in bulk."""
+"""The session of a study: task values, solutions and self-motions of one arm, in bulk.
+
+Configurations are (k, nv) or (nv,) [rad or m]; lengths are in metres.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,8 +11,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.session import Call, bound, rooms
-from ftqp.kernel.entry.threads import share_out
+from ftqp.kernel.entry.session import Call, bound, rooms, share_out
 from ftqp.kernel.layout.enums import CurveEnd
 from ftqp.kernel.layout.other_records import GOAL_SIZE
 from ftqp.kernel.layout.record import check_joints, dtype, load_chain
@@ -21,48 +23,28 @@ thousand times the rounding of a pose."""
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TracedCurve:
-    """A self-motion as it was traced.
+    """A self-motion as it was traced."""
 
-    Attributes:
-        q: Its points, unwrapped, (k, nv) [rad or m].
-        parts: Arc lengths of the segments that end in each point, (k,); the first is that which closes it.
-        end: How it ended.
-        winding: Turns of each joint on one round, (nv,).
-        length: Its arc length [rad or m].
-        least: The smallest singular value of the task's Jacobian on it [m].
-        crossed: Whether it passes a crossing with itself.
-    """
-
-    q: FloatArray
-    parts: FloatArray
+    q: FloatArray  # Its points, unwrapped, (k, nv) [rad or m]
+    parts: FloatArray  # Arc lengths of the segments that end in each point, (k,); the first one closes it
     end: CurveEnd
-    winding: IntArray
-    length: float
-    least: float
-    crossed: bool
+    winding: IntArray  # Turns of each joint on one round, (nv,)
+    length: float  # Its arc length [rad or m]
+    least: float  # The smallest singular value of the task's Jacobian on it [m]
+    crossed: bool  # Whether it passes a crossing with itself
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SpreadCurves:
-    """Self-motions of many goals, each as points at equal arc lengths.
+    """Self-motions of many goals, each as points at equal arc lengths."""
 
-    Attributes:
-        q: Points, (goals, curves, points, nv) [rad or m].
-        counts: How many curves were found for each goal, (goals,); negative where there was no room for more.
-        ends: How each ended, a ``CurveEnd``, (goals, curves).
-        lengths: Arc lengths, (goals, curves) [rad or m].
-        least: Smallest singular values, (goals, curves) [m].
-        crossed: Whether a curve passes a crossing with itself, (goals, curves).
-        winding: Turns of each joint on one round, (goals, curves, nv).
-    """
-
-    q: FloatArray
-    counts: IntArray
-    ends: IntArray
-    lengths: FloatArray
-    least: FloatArray
-    crossed: Any
-    winding: IntArray
+    q: FloatArray  # Points, (goals, curves, points, nv) [rad or m]
+    counts: IntArray  # How many curves each goal has, (goals,); negative where there was no room for more
+    ends: IntArray  # How each ended, a ``CurveEnd``, (goals, curves)
+    lengths: FloatArray  # Arc lengths, (goals, curves) [rad or m]
+    least: FloatArray  # Smallest singular values, (goals, curves) [m]
+    crossed: Any  # Whether a curve passes a crossing with itself, (goals, curves)
+    winding: IntArray  # Turns of each joint on one round, (goals, curves, nv)
 
 
 class StudySession:
@@ -72,8 +54,7 @@ class StudySession:
         constants: Those of the chain, by the argument names of ``load_chain``.
         rows: Which of x, y, z, rx, ry, rz count, by index, (m,).
         length: What angular rows are multiplied by [m].
-        q_min: Where curves end, (nv,) [rad or m]; -inf without an end.
-        q_max: The same above.
+        q_min, q_max: Where curves end, (nv,) [rad or m]; infinite without an end.
         wraps: Joints whose values count modulo one turn, (nv,).
         step: Largest step of a traced curve [rad or m].
         axis: Whether rx and ry are the shortest turn of the tool's z axis, along the goal's x and y axes;
@@ -95,17 +76,20 @@ class StudySession:
         step: float = 0.05,
         axis: bool = False,
     ) -> None:
-        self.nv, self.m = len(constants["mass"]), len(rows)
-        check_joints(self.nv)
-        self.memory = np.zeros(1, dtype("study"))
-        self.S: Any = rooms(self.memory)
+        nv, m = len(constants["mass"]), len(rows)
+        check_joints(nv)
+        self._begin(nv, m, np.zeros(1, dtype("study")))
         load_chain(self.S, **constants)
         study = self.S.study
-        study.m, study.turns, study.length = self.m, any(row > 2 for row in rows), length
-        study.rows[: self.m], study.axis = rows, axis
-        study.q_min[: self.nv], study.q_max[: self.nv], study.wraps[: self.nv] = q_min, q_max, wraps
+        study.m, study.turns, study.length = m, any(row > 2 for row in rows), length
+        study.rows[:m], study.axis = rows, axis
+        study.q_min[:nv], study.q_max[:nv], study.wraps[:nv] = q_min, q_max, wraps
         study.step, study.tolerance = step, TOLERANCE * max(1.0, length)
         self.aim(np.eye(4))
+
+    def _begin(self, nv: int, m: int, memory: Any) -> None:
+        self.nv, self.m, self.memory = nv, m, memory
+        self.S: Any = rooms(memory)
 
     def aim(self, pose: Any) -> None:
         """Make a pose, (4, 4), the goal."""
@@ -118,9 +102,7 @@ class StudySession:
     def copy(self) -> "StudySession":
         """A session of its own that holds the same."""
         other = StudySession.__new__(StudySession)
-        other.nv, other.m = self.nv, self.m
-        other.memory = self.memory.copy()
-        other.S = rooms(other.memory)
+        other.__setstate__(self.__getstate__())
         return other
 
     def bind(self, name: str, *things: Any) -> Call:
@@ -128,12 +110,7 @@ class StudySession:
         return bound(name, self.memory, *things)
 
     def values(self, q: Any, *, rates: bool = False) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """e, (k, m), A and D = -de/dq, (k, m, nv), and with ``rates`` H[l] = dA/dq_l, (k, nv, m, nv).
-
-        Args:
-            q: Configurations, (k, nv) [rad or m].
-            rates: Whether H is asked for; without it H is empty.
-        """
+        """e, (k, m), A and D = -de/dq, (k, m, nv), and with ``rates`` H[l] = dA/dq_l, (k, nv, m, nv)."""
         q = np.ascontiguousarray(q, dtype=np.float64)
         k, m, n = len(q), self.m, self.nv
         e, A, D = np.empty((k, m)), np.empty((k, m, n)), np.empty((k, m, n))
@@ -142,19 +119,11 @@ class StudySession:
         return e, A, D, H
 
     def keep_clear(self, room: Any) -> None:
-        """Count on bodies that are to be kept apart from now on.
-
-        Args:
-            room: The room of a planner that keeps them apart, (1,).
-        """
+        """Count on bodies that are to be kept apart from now on, by the room of a planner, (1,)."""
         self.memory["scene"] = room
 
     def clearances(self, q: Any) -> FloatArray:
-        """The least distance of two bodies that are to be kept apart, (k,) [m]; inf without any.
-
-        Args:
-            q: Configurations, (k, nv) [rad or m].
-        """
+        """The least distance of two bodies that are to be kept apart, (k,) [m]; inf without any."""
         q = np.ascontiguousarray(q, dtype=np.float64)
         found = np.empty(len(q))
         self.bind("study_clearances", len(q), q, found)()
@@ -165,56 +134,39 @@ class StudySession:
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Configurations brought to the goal: q, (k, nv), the error left, (k,) [m], and sigma_min, (k,) [m].
 
-        Args:
-            starts: Where to start, (k, nv) [rad or m].
-            goals: One goal each, (k, 4, 4); None is the goal of the session.
-            bounded: Whether joints stop at the limits.
-            near: Whether the starts are so near that plain Newton steps do.
+        Each start has a goal of its own, (k, 4, 4), or that of the session. ``bounded``: joints stop at the
+        limits; ``near``: the starts are so near that plain Newton steps do.
         """
         q = np.array(starts, dtype=np.float64, order="C")
-        goal = self.S.study.goal[None].copy() if goals is None else packed_goals(goals)
-        left = np.empty((len(q), 2))
         before = self.S.study.goal.copy()
+        goal = before[None] if goals is None else packed_goals(goals)
+        left = np.empty((len(q), 2))
         self.bind("study_solutions", len(q), q, len(goal), goal, left, int(bounded), int(near))()
         self.S.study.goal[:] = before
         return q, left[:, 0].copy(), left[:, 1].copy()
 
     def curve(self, start: Any, most: int = 100_000) -> TracedCurve:
-        """The self-motion through a solution.
-
-        Args:
-            start: The solution, (nv,) [rad or m].
-            most: Points at most.
-        """
+        """The self-motion through a solution, of so many points at most."""
         path, parts = np.empty((most, self.nv)), np.empty(most)
         q = np.ascontiguousarray(start, dtype=np.float64)
         rows = self.bind("study_curve", q, path, most, parts)()
         study = self.S.study
         return TracedCurve(
-            q=path[:rows].copy(),
-            parts=parts[:rows].copy(),
-            end=CurveEnd(int(study.closed)),
-            winding=study.winding[: self.nv].copy(),
-            length=float(study.arc),
-            least=float(study.least),
+            q=path[:rows].copy(), parts=parts[:rows].copy(), end=CurveEnd(int(study.closed)),
+            winding=study.winding[: self.nv].copy(), length=float(study.arc), least=float(study.least),
             crossed=bool(study.crossed),
-        )
+        )  # fmt: skip
 
     def self_motions(
         self, starts: Any, *, quiet: int, curves: int = 64, most: int = 100_000
     ) -> list[TracedCurve]:
-        """All self-motions of the session's goal that are found from the starts.
+        """All self-motions of the session's goal that are found from the starts, (k, nv).
 
-        Args:
-            starts: Joint values to start from, (k, nv) [rad or m].
-            quiet: It ends when so many solutions in a row lay on known curves.
-            curves: Curves at most.
-            most: Points at most, of all curves together.
+        It ends when ``quiet`` solutions in a row lay on known curves; ``most`` points are those of all.
         """
-        path, parts, firsts = np.empty((most, self.nv)), np.empty(most), np.zeros(curves + 1, np.int64)
         goal = self.S.study.goal.reshape(1, GOAL_SIZE).copy()
-        found = _Many(self, goal, starts, quiet, curves, 0)
-        found.call(self, path, parts, firsts, 0, 1)
+        found = _Found(self, goal, starts, quiet, curves, 0)
+        path, parts, firsts = found.fill(self, most, 0, 1)
         count = int(found.counts[0])
         if count < 0:
             raise InputError(
@@ -222,16 +174,12 @@ class StudySession:
             )
         return [
             TracedCurve(
-                q=path[firsts[j] : firsts[j + 1]].copy(),
-                parts=parts[firsts[j] : firsts[j + 1]].copy(),
-                end=CurveEnd(int(found.facts[0, j, 0])),
-                winding=found.windings[0, j].copy(),
-                length=float(found.facts[0, j, 1]),
-                least=float(found.facts[0, j, 2]),
-                crossed=bool(found.facts[0, j, 3]),
+                q=path[firsts[j] : firsts[j + 1]].copy(), parts=parts[firsts[j] : firsts[j + 1]].copy(),
+                end=CurveEnd(int(end)), winding=found.windings[0, j].copy(), length=float(length),
+                least=float(least), crossed=bool(crossed),
             )
-            for j in range(count)
-        ]
+            for j, (end, length, least, crossed) in enumerate(found.facts[0, :count])
+        ]  # fmt: skip
 
     def spread_curves(
         self,
@@ -244,43 +192,28 @@ class StudySession:
         most: int = 20_000,
         threads: int | None = None,
     ) -> SpreadCurves:
-        """All self-motions of many goals, each as points at equal arc lengths, on all cores.
+        """All self-motions of many goals, (k, 4, 4), each as points at equal arc lengths, on all cores.
 
-        The result does not depend on how goals are shared out.
-
-        Args:
-            goals: Poses, (k, 4, 4).
-            starts: Joint values to start from for each goal, (s, nv) [rad or m].
-            points: Points of a curve.
-            quiet: A goal is done when so many solutions in a row lay on known curves.
-            curves: Curves of a goal at most.
-            most: Points of a goal's curves at most.
-            threads: How many; None is ``thread_count``.
+        The result does not depend on how goals are shared out. The other arguments are as in
+        ``self_motions``, of each goal.
         """
-        found = _Many(self, packed_goals(goals), starts, quiet, curves, points)
+        found = _Found(self, packed_goals(goals), starts, quiet, curves, points)
 
         def work(first: int, last: int) -> None:
-            path, parts = np.empty((most, self.nv)), np.empty(most)
-            found.call(self.copy(), path, parts, np.zeros(curves + 1, np.int64), first, last)
+            found.fill(self.copy(), most, first, last)
 
         share_out(work, len(found.counts), threads)
+        ends, lengths, least, crossed = np.moveaxis(found.facts, -1, 0)
         return SpreadCurves(
-            q=found.q,
-            counts=found.counts,
-            ends=found.facts[..., 0].astype(np.int64),
-            lengths=found.facts[..., 1],
-            least=found.facts[..., 2],
-            crossed=found.facts[..., 3] != 0.0,
-            winding=found.windings,
-        )
+            q=found.q, counts=found.counts, ends=ends.astype(np.int64), lengths=lengths, least=least,
+            crossed=crossed != 0.0, winding=found.windings,
+        )  # fmt: skip
 
     def __getstate__(self) -> dict[str, Any]:
         return {"nv": self.nv, "m": self.m, "memory": self.memory}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.nv, self.m = state["nv"], state["m"]
-        self.memory = state["memory"].copy()
-        self.S = rooms(self.memory)
+        self._begin(state["nv"], state["m"], state["memory"].copy())
 
 
 def packed_goals(poses: Any) -> FloatArray:
@@ -290,31 +223,26 @@ def packed_goals(poses: Any) -> FloatArray:
     )
 
 
-class _Many:
-    """Arrays of the self-motions of many goals, and the call that fills them."""
+class _Found:
+    """Self-motions of many goals."""
 
     def __init__(
         self, session: StudySession, goals: FloatArray, starts: Any, quiet: int, curves: int, points: int
     ) -> None:
         k, n = len(goals), session.nv
-        self._goals = goals
-        self._starts = np.ascontiguousarray(starts, dtype=np.float64)
+        self._curves = curves
         self.q = np.full((k, curves, points, n), np.nan)
-        self.counts = np.zeros(k, np.int64)
-        self.facts = np.zeros((k, curves, 4))
+        self.counts, self.facts = np.zeros(k, np.int64), np.zeros((k, curves, 4))
         self.windings = np.zeros((k, curves, n), np.int64)
-        arrays = (self._goals, self._starts, self.q, self.counts, self.facts, self.windings)
-        self._things = (k, len(self._starts), quiet, curves, points, *arrays)
+        starts = np.ascontiguousarray(starts, dtype=np.float64)
+        arrays = goals, starts, self.q, self.counts, self.facts, self.windings
+        self._things = k, len(starts), quiet, curves, points, *arrays
 
-    def call(
-        self,
-        session: StudySession,
-        path: FloatArray,
-        parts: FloatArray,
-        firsts: IntArray,
-        first: int,
-        last: int,
-    ) -> None:
-        """Fill in the goals ``first`` to ``last - 1``."""
-        things = path, len(path), parts, firsts, first, last
-        session.bind("study_self_motions", *self._things, *things)()
+    def fill(
+        self, session: StudySession, most: int, first: int, last: int
+    ) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Fill in the goals ``first`` to ``last - 1``: points, parts and first rows of the last one."""
+        path, parts = np.empty((most, session.nv)), np.empty(most)
+        firsts = np.zeros(self._curves + 1, np.int64)
+        session.bind("study_self_motions", *self._things, path, most, parts, firsts, first, last)()
+        return path, parts, firsts

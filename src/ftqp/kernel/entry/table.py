@@ -1,67 +1,132 @@
-"""The ways in from Python and from C: every entry point, its formula, and what it takes; see ``spec``."""
+"""The ways in from Python and from C: every entry point, its formula, and what it takes.
+
+What an entry point takes is said once, and its addresses become records and arrays. Its text names the
+arguments in their order, with spaces between: ``K:record`` is the address of a record of that kind,
+``q:f8[count,n]`` that of an array, whose shape may name other arguments and what is in records, ``q:object``
+a Python object, and a name alone a whole number.
+"""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any, Final
+from importlib import import_module
+from typing import Any, Final, NamedTuple
+
+import numpy as np
 
 from ftqp.kernel.compiled.library import EntryPoint
-from ftqp.kernel.entry.spec import Spec
 from ftqp.kernel.layout.enums import JOINTS
+from ftqp.kernel.layout.record import KINDS, dtype
 
-TEXT: Final = """
-write_target ticks.accepted_inputs first alone
+NUMBERS: Final = {"f8": np.dtype(np.float64), "i8": np.dtype(np.int64), "i1": np.dtype(np.int8)}
+OBJECT: Final = "object"
+_ARGUMENT: Final = re.compile(r"(\w+)(?::(\w+)(?:\[(\S+)\])?)?")
+
+
+class Spec(NamedTuple):
+    """What an entry point takes, and the formula that it calls.
+
+    Attributes:
+        module: Where the names in ``call`` and ``first`` are found.
+        takes: Its arguments.
+        call: The call of the formula, which returns a number, a truth value or nothing (0).
+        first: A call before it that may find a mistake (negative), which is then the answer.
+    """
+
+    module: str
+    takes: str
+    call: str
+    first: str = ""
+
+    def arguments(self) -> Iterator[tuple[str, str, str]]:
+        """Name, kind (empty for a whole number) and shape (empty but for arrays) of each argument."""
+        for word in self.takes.split():
+            found = _ARGUMENT.fullmatch(word)
+            if found is None or not {found[2]} <= {None, OBJECT, *KINDS, *NUMBERS}:
+                raise ValueError(f"{word!r} in {self.takes!r} is no argument of an entry point")
+            yield found[1], found[2] or "", found[3] or ""
+
+    @property
+    def signature(self) -> str:
+        """A letter an argument, as an ``EntryPoint`` has them."""
+        return "".join("o" if kind == OBJECT else "i" for _, kind, _ in self.arguments())
+
+    def function(self, name: str, joints: int = JOINTS) -> Callable[..., int]:
+        """The Python function, for records with room for so many joints."""
+        from ftqp.kernel.jit import carray, pointer  # numba, where the kernel is built
+
+        module = import_module(self.module)
+        words = {**vars(module), "carray": carray, "pointer": pointer, **NUMBERS}
+        words["words"] = dtype("record", joints).itemsize // 8
+        taken, records, arrays = [], [], []
+        for argument, kind, shape in self.arguments():
+            taken.append(f"{argument}_at" if kind not in ("", OBJECT) else argument)
+            if shape:
+                arrays.append(f"{argument} = carray(pointer({argument}_at), ({shape},), {kind})")
+            elif kind in KINDS:
+                words[f"_{kind}"] = dtype(kind, joints)
+                records.append(f"{argument} = carray(pointer({argument}_at), 1, _{kind})[0]")
+        formula = getattr(module, self.call.partition("(")[0])
+        result = getattr(formula, "py_func", formula).__annotations__.get("return")
+        body = [*records, *arrays]
+        if self.first:
+            body += [f"code = {self.first}", "if code < 0:", "    return code"]
+        if result is None:
+            body += [self.call, "return 0"]
+        else:
+            body.append(f"return 1 if {self.call} else 0" if result is bool else f"return {self.call}")
+        text = "\n    ".join([f"def _entry({', '.join(taken)}):", *body])
+        exec(compile(text, f"<entry point {name}>", "exec"), words)
+        made: Callable[..., int] = words["_entry"]
+        made.__name__ = made.__qualname__ = name
+        return made
+
+
+LEADERS: Final = {
+    "clock": ("", "", "target:object row", "accept(K, q, v, target, row)", "prepare_rich(K)", "settle(K, "),
+    "path": (
+        " path:path", " table:f8[rows,COLUMNS] rows", "", "accept_on_path(K, path, table, q, v)",
+        "prepare_on_path(K, path)", "settle_on_path(K, path, ",
+    ),
+    "base": (
+        " base:base", "", "target:object row", "accept(K, q, v, target, row)", "prepare_on_base(K, base)",
+        "settle_on_base(K, base, ",
+    ),
+}  # fmt: skip
+"""Who leads a tick: the record and the array that are taken for it, what else, what accepts that, and what
+prepares and settles the tick."""
+SOLVERS: Final = {
+    "step": ("", "run_cascade(K, {}, SOLVED)"),
+    "prepare": (" flat_at", "hand_over(K, {}, flat_at)"),
+    "network": (" memory:f8[numbers] numbers", "solve_by_network(K, memory, K.qp.warm, {})"),
+}
+"""Who solves its QP: what is taken for that, and the call with a prepared tick."""
+
+
+def _ticks() -> Iterator[str]:
+    """The entry points of every leader with every solver."""
+    for leader, (record, table, target, accept, prepared, settled) in LEADERS.items():
+        for solver, (memory, solved) in SOLVERS.items():
+            name = "step_rich" if (solver, leader) == ("step", "clock") else f"{solver}_{leader}"
+            yield f"""{name} ticks.steps
+    takes K:record{memory}{record}{table} q:object v:object {target}
+    after {accept}
+    calls {settled}{solved.format(prepared)})
+"""
+        yield f"""finish_{leader} ticks.steps
+    takes K:record{record} solution_at claim iterations
+    calls {settled}take_back(K, solution_at, claim, iterations))
+"""
+
+
+TEXT: Final = f"""
+{"".join(_ticks())}write_target ticks.accepted_inputs first alone
     takes target_at pose:object twist:object acceleration:object
     calls write_target(target_at, pose, twist, acceleration)
 step ticks.steps first
     takes K:record q:object v:object target:object row
     after accept(K, q, v, target, row)
     calls run_cascade(K, prepare_plain(K), SOLVED)
-step_rich ticks.steps
-    takes K:record q:object v:object target:object row
-    after accept(K, q, v, target, row)
-    calls settle(K, run_cascade(K, prepare_rich(K), SOLVED))
-prepare_clock ticks.steps
-    takes K:record flat_at q:object v:object target:object row
-    after accept(K, q, v, target, row)
-    calls settle(K, hand_over(K, prepare_rich(K), flat_at))
-network_clock ticks.steps
-    takes K:record memory:f8[numbers] numbers q:object v:object target:object row
-    after accept(K, q, v, target, row)
-    calls settle(K, solve_by_network(K, memory, K.qp.warm, prepare_rich(K)))
-finish_clock ticks.steps
-    takes K:record solution_at claim iterations
-    calls settle(K, take_back(K, solution_at, claim, iterations))
-step_path ticks.steps
-    takes K:record path:path table:f8[rows,COLUMNS] rows q:object v:object
-    after accept_on_path(K, path, table, q, v)
-    calls settle_on_path(K, path, run_cascade(K, prepare_on_path(K, path), SOLVED))
-prepare_path ticks.steps
-    takes K:record flat_at path:path table:f8[rows,COLUMNS] rows q:object v:object
-    after accept_on_path(K, path, table, q, v)
-    calls settle_on_path(K, path, hand_over(K, prepare_on_path(K, path), flat_at))
-network_path ticks.steps
-    takes K:record memory:f8[numbers] numbers path:path table:f8[rows,COLUMNS] rows q:object v:object
-    after accept_on_path(K, path, table, q, v)
-    calls settle_on_path(K, path, solve_by_network(K, memory, K.qp.warm, prepare_on_path(K, path)))
-finish_path ticks.steps
-    takes K:record path:path solution_at claim iterations
-    calls settle_on_path(K, path, take_back(K, solution_at, claim, iterations))
-step_base ticks.steps
-    takes K:record base:base q:object v:object target:object row
-    after accept(K, q, v, target, row)
-    calls settle_on_base(K, base, run_cascade(K, prepare_on_base(K, base), SOLVED))
-prepare_base ticks.steps
-    takes K:record flat_at base:base q:object v:object target:object row
-    after accept(K, q, v, target, row)
-    calls settle_on_base(K, base, hand_over(K, prepare_on_base(K, base), flat_at))
-network_base ticks.steps
-    takes K:record memory:f8[numbers] numbers base:base q:object v:object target:object row
-    after accept(K, q, v, target, row)
-    calls settle_on_base(K, base, solve_by_network(K, memory, K.qp.warm, prepare_on_base(K, base)))
-finish_base ticks.steps
-    takes K:record base:base solution_at claim iterations
-    calls settle_on_base(K, base, take_back(K, solution_at, claim, iterations))
 step_free ticks.steps
     takes K:record F:free q:object v:object target:object row
     after accept(K, q, v, target, row)
@@ -106,49 +171,49 @@ block ticks.block_of_ticks first
 rollout entry.rollout nogil
     takes model:i8[words] B:batch own:i8[words] K:record F:free n first last
     calls rollout(model, B, own, K, F, n, first, last)
-write_together told.stops first alone
+write_together commands.stops first alone
     takes table:i8[rows,3] rows
     calls write_together(table)
 follow_plan rows.plan_posture
     takes K:record P:plan
     calls follow_plan(K, P)
-believe told.believed first c
+believe commands.believed first c
     takes K:record G:given fault:fault goes_on
     calls believe(K.faults, K.limits, G, fault, goes_on)
-believed told.believed first c
+believed commands.believed first c
     takes K:record G:given
     calls begin_to_believe(K, G)
-sample_reserve told.believed first c
+sample_reserve commands.believed first c
     takes A:arm rows:f8[samples,A.chain.n*(A.chain.n+3)] samples
     calls sample(A, rows)
-reserve_shares told.believed first
+reserve_shares commands.believed first
     takes rows:f8[samples,n*(n+3)] samples n a_max:f8[n] tau_max:f8[n] out:reserve
     calls reserve(rows, n, a_max, tau_max, out)
-count_on told.believed first c
+count_on commands.believed first c
     takes K:record G:given rows:f8[samples,K.chain.n*(K.chain.n+3)] samples out:reserve
     calls count_on(K, G, rows, out)
-hold_up told.stops first c
+hold_up commands.stops first c
     takes K:record A:arm joint
     calls hold_up(K, A, joint)
-ask_for_brake told.stops
+ask_for_brake commands.stops
     takes K:record joint
     calls ask_for_brake(K.watch, K.feedback, joint)
-start told.stops first c
+start commands.stops first c
     takes K:record G:given q:f8[K.chain.n] v:f8[K.chain.n]
     calls start(K, G, q, v)
-stop told.stops first c
+stop commands.stops first c
     takes K:record reason
     calls stop(K.watch, reason)
-resume told.stops first c
+resume commands.stops first c
     takes K:record
     calls resume(K.watch, K.feedback, K.chain)
-carry told.believed first c
+carry commands.believed first c
     takes K:record A:arm G:given payload:load
     calls carry(K, A, G, payload)
 give_up latches.settling
     takes K:record
     calls give_up(K.task, K.terms, K.qp)
-begin_path told.stops c-path
+begin_path commands.stops c-path
     takes path:path
     calls begin(path)
 miss_tick ticks.accepted_inputs
@@ -216,25 +281,20 @@ study_lines study.law_lines nogil
           failed:i8[count] q:f8[count*keep,parts+1,S.chain.n] within:i1[count*keep,parts+1,S.chain.n+1]
           first last
     calls lines(S, L, starts, parts, boxes, turns, inside, failed, q, within, first, last)
-exact_continuations entry.study_entries nogil
-    takes S:study C:continuation k samples keep goals:f8[samples,GOAL_SIZE] q:f8[k,S.chain.n] at:i8[k]
+continuations entry.study_entries nogil
+    takes S:study C:continuation k samples keep bounded goals:f8[samples,GOAL_SIZE] q:f8[k,S.chain.n] at:i8[k]
           failed:i8[k,FAILED_JOINTS] speed:f8[k,FAILED_JOINTS] facts:f8[k,FACTS] path:f8[samples,S.chain.n]
           first last
-    calls exact_continuations(S, C, goals, q, at, failed, speed, facts, path, keep, first, last)
-bounded_continuations entry.study_entries nogil
-    takes S:study C:continuation k samples keep goals:f8[samples,GOAL_SIZE] q:f8[k,S.chain.n] at:i8[k]
-          failed:i8[k,FAILED_JOINTS] speed:f8[k,FAILED_JOINTS] facts:f8[k,FACTS] path:f8[samples,S.chain.n]
-          first last
-    calls bounded_continuations(S, C, goals, q, at, failed, speed, facts, path, keep, first, last)
+    calls continuations(S, C, goals, q, at, failed, speed, facts, path, keep, bounded, first, last)
 self_speed_tracks entry.study_entries nogil
     takes S:study C:continuation k samples goals:f8[samples,GOAL_SIZE] speeds:f8[k,samples-1]
           q:f8[k,samples,S.chain.n] facts:f8[k,2] first last
     calls self_speed_tracks(S, C, goals, speeds, q, facts, first, last)
-deployed_step ticks.deployed_step c
+deployed_step ticks.steps c
     takes K:record G:given F:free q:f8[K.chain.n] v:f8[K.chain.n] target:f8[TARGET_SIZE] ticks
           work:f8[TARGET_SIZE+2*K.chain.n]
     calls deployed_step(K, G, F, q, v, target, ticks, work)
-deployed_follow ticks.deployed_step c-path
+deployed_follow ticks.steps c-path
     takes K:record G:given F:free path:path table:f8[rows,COLUMNS] rows q:f8[K.chain.n] v:f8[K.chain.n]
           ticks work:f8[TARGET_SIZE+2*K.chain.n]
     calls deployed_follow(K, G, F, path, table, q, v, ticks, work)

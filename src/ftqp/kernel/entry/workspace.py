@@ -6,8 +6,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.session import bound, rooms
-from ftqp.kernel.entry.threads import share_out
+from ftqp.kernel.entry.session import bound, rooms, share_out
 from ftqp.kernel.layout.flat_arrays import standalone_memory_size
 from ftqp.kernel.layout.other_records import CONSTRAINTS, ROWS, VARIABLES
 from ftqp.kernel.layout.record import dtype
@@ -18,20 +17,9 @@ TOLERANCE = 1e-10
 
 
 class Workspace:
-    """Memory of one QP of fixed sizes; its arrays are views to be filled in place.
+    """Memory of one QP of fixed sizes, with the names and shapes of ``ftqp.qp``, to be filled in place.
 
-    Attributes:
-        H: (n, n).
-        g: (n,).
-        A: (m, n).
-        b: (m,).
-        C: (p, n).
-        l, u: (p,).
-        lb, ub: (n,).
-        x: The solution, (n,).
-        y: Multipliers of A, (m,).
-        z: Multipliers of C, (p,).
-        z_box: Multipliers of the box, (n,).
+    The solution is x, (n,), with multipliers y, (m,), z, (p,), and z_box, (n,).
     """
 
     def __init__(self, n: int, m: int, p: int) -> None:
@@ -87,15 +75,7 @@ class NetworkMemory:
     def solve(
         self, flat: FloatArray, solution: FloatArray, numbers: FloatArray, trace: FloatArray, warm: bool
     ) -> int:
-        """The claim of the network; see ``ftqp.kernel.entry.standalone_entries.solve_network``.
-
-        Args:
-            flat: The whole QP, as in ``ftqp.qp.QPBuffers``.
-            solution: x, z_box, y, z in one piece; the start when ``warm``, the answer on return.
-            numbers: The options, and behind them, on return, iterations and |e|, (9,).
-            trace: (k, 4), filled as far as it reaches.
-            warm: Whether to start from ``solution``.
-        """
+        """The claim of the network; see ``ftqp.kernel.entry.standalone_entries.solve_network``."""
         things = flat, solution, self._memory, len(self._memory), numbers, trace, len(trace), *self._sizes
         return bound("solve_network", *things, int(warm))()
 
@@ -105,10 +85,7 @@ def solve_many(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray, FloatArray]:
     """The network on many QPs of the same sizes, on all cores: x, y, z, z_box, codes, iterations, |e|.
 
-    Args:
-        parts: H, g, A, b, C, l, u, lb, ub, each with a leading axis of ``count``, or 1 for what all share.
-        numbers: The options, (9,).
-        count: How many problems.
+    The parts are H, g, A, b, C, l, u, lb, ub, each with a leading axis of ``count``, or 1 for what all share.
     """
     n, m, p = (parts[k].shape[1] for k in (1, 3, 5))
     x, y, z, z_box = (np.full((count, size), np.nan) for size in (n, m, p, n))

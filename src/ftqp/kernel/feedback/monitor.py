@@ -1,6 +1,6 @@
 """The monitor of joints that do not obey: residuals, one table of hypotheses, one table of responses.
 
-The hypotheses, how long each has to last and what is done then are ``ftqp.kernel.layout.hypotheses.MONITOR``.
+The hypotheses, and how long each has to last, are ``ftqp.kernel.layout.hypotheses.Hypothesis``.
 What is seen of an arm: how far joints are from their commands, how fast they are, and, of an arm that takes
 torques, what torques are unusual. Nobody has to ask for it; a detector looks closer, see
 ``ftqp.kernel.detection``.

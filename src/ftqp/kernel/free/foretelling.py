@@ -11,12 +11,12 @@ from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.commands.believed import who_leads, window_ticks
+from ftqp.kernel.commands.stops import release
 from ftqp.kernel.free.swinging import free_velocity, viscous_friction
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FREE, MEASURED, STOPPED_BY_FREE_JOINT
 from ftqp.kernel.rows.failed_joints import sort_joints
-from ftqp.kernel.told.believed import who_leads, window_ticks
-from ftqp.kernel.told.stops import release
 
 BETTER = 2.0
 """The swing leaves less than one in so many of the squares that coasting leaves, so that it is believed of

@@ -13,28 +13,16 @@ COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RowKind:
-    """Two-sided rows l <= C x <= u of one meaning; torque rows carry dt at the velocity level.
+    """Two-sided rows l <= C x <= u of one meaning; torque rows carry dt at the velocity level."""
 
-    Attributes:
-        name: What a row limits; its label is the name and the joint, or the name of what is kept.
-        unit: The unit of what is limited, at a joint that turns.
-        sliding_unit: The unit at a joint that slides.
-        symmetric: Whether what is limited has limits of equal size on both sides; it is then C x minus the
-            middle of l and u, and is shown so.
-        needs_inertia: Whether the rows need M or h, so that an arm without masses has none of them.
-        module: The file in ``ftqp.kernel.rows`` that writes them ...
-        fill: ... by this function of (K, at).
-        most: The most rows that a planner may ask for; None where there is one a joint.
-    """
-
-    name: str
-    unit: str
-    sliding_unit: str
-    symmetric: bool
-    needs_inertia: bool
-    module: str
-    fill: str = "fill"
-    most: int | None = None
+    name: str  # What a row limits; its label is the name and the joint, or the name of what is kept
+    unit: str  # The unit of what is limited, at a joint that turns
+    sliding_unit: str  # The unit at a joint that slides
+    symmetric: bool  # Limits of equal size on both sides of their middle; C x is shown less that
+    needs_inertia: bool  # The rows need M or h, so that an arm without masses has none of them
+    module: str  # The file in ``ftqp.kernel.rows`` that writes them ...
+    fill: str = "fill"  # ... by this function of (K, at)
+    most: int | None = None  # The most rows that a planner may ask for; None where there is one a joint
 
     def label(self, joint: str) -> str:
         """The label of the row of a joint, for example ``torque panda_joint2``."""
@@ -52,67 +40,32 @@ class RowKind:
         return joints if has_inertia or not self.needs_inertia else ()
 
 
-TORQUE = RowKind(
-    name="torque",
-    unit="N m",
-    sliding_unit="N",
-    symmetric=True,
-    needs_inertia=True,
-    module="row_blocks",
-    fill="fill_torques",
-)
+def _kind(name: str, most: int, *, unit: str = "m/s2", symmetric: bool = False, fill: str = "") -> RowKind:
+    """Rows that a planner may ask for, as many as ``most``."""
+    module = "row_blocks" if fill else f"{name}_rows"
+    return RowKind(
+        name=name, unit=unit, sliding_unit=unit, symmetric=symmetric, needs_inertia=False, module=module,
+        fill=fill or "fill", most=most,
+    )  # fmt: skip
+
 
 KEEPS = 8
-"""The most planes and cones that a planner may keep to. A convention, which sizes memory."""
-KEEP = RowKind(
-    name="keep",
-    unit="m/s2",
-    sliding_unit="m/s2",
-    symmetric=False,
-    needs_inertia=False,
-    module="keep_rows",
-    most=KEEPS,
-)
-
+"""The most planes and cones that a planner may keep to."""
 HELD_ROWS = 12
-"""The most rows of tasks that go before that of the tip: two poses. A convention, which sizes memory."""
-HOLD = RowKind(
-    name="hold",
-    unit="m/s2",
-    sliding_unit="m/s2",
-    symmetric=True,
-    needs_inertia=False,
-    module="row_blocks",
-    fill="fill_held",
-    most=HELD_ROWS,
-)
-
+"""The most rows of tasks that go before that of the tip: two poses."""
 OWN_ROWS = 8
-"""The most rows of the user's own. A convention, which sizes memory."""
-OWN_ROW = RowKind(
-    name="row",
-    unit="1",
-    sliding_unit="1",
-    symmetric=False,
-    needs_inertia=False,
-    module="row_blocks",
-    fill="fill_own",
-    most=OWN_ROWS,
-)
-
+"""The most rows of the user's own."""
 CLEARANCES = 16
-"""The most pairs of bodies that are kept apart at once. A convention, which sizes memory."""
-CLEARANCE = RowKind(
-    name="clearance",
-    unit="m/s2",
-    sliding_unit="m/s2",
-    symmetric=False,
-    needs_inertia=False,
-    module="row_blocks",
-    fill="fill_clearances",
-    most=CLEARANCES,
-)
+"""The most pairs of bodies that are kept apart at once. All these are conventions, which size memory."""
 
+TORQUE = RowKind(
+    name="torque", unit="N m", sliding_unit="N", symmetric=True, needs_inertia=True, module="row_blocks",
+    fill="fill_torques",
+)  # fmt: skip
+KEEP = _kind("keep", KEEPS)
+HOLD = _kind("hold", HELD_ROWS, symmetric=True, fill="fill_held")
+OWN_ROW = _kind("row", OWN_ROWS, unit="1", fill="fill_own")
+CLEARANCE = _kind("clearance", CLEARANCES, fill="fill_clearances")
 ROW_KINDS: tuple[RowKind, ...] = (TORQUE, KEEP, HOLD, OWN_ROW, CLEARANCE)
 """The kinds in the order in which their rows stand in C.
 

@@ -3,10 +3,9 @@
 from math import atan2, inf, pi
 from typing import Any
 
-from ftqp.kernel.compiled.glue import take
 from ftqp.kernel.feedback.gate import open_gate
 from ftqp.kernel.feedback.late_loop import miss
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, take
 from ftqp.kernel.layout.enums import (
     NO_ROTATION,
     NOT_READ,

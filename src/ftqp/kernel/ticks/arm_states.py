@@ -4,8 +4,7 @@ from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.compiled.glue import take
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, take
 from ftqp.kernel.judge.solution_check import torques_without_inertia
 from ftqp.kernel.layout.enums import WRONG_SHAPE
 from ftqp.kernel.ticks.accepted_inputs import accept_state

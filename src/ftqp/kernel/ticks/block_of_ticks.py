@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.arm.kinematics import motion
-from ftqp.kernel.compiled.glue import nanoseconds, tick_of
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, nanoseconds, tick_of
 from ftqp.kernel.judge.solution_check import torques_without_inertia
 from ftqp.kernel.layout.enums import FAILED, FALLBACK, HARD, INFEASIBLE, RELAXED, SOLVED, VELOCITY
 from ftqp.kernel.layout.flat_arrays import PLACES
@@ -74,17 +73,9 @@ def keep(K: Any, places: Any, row: Any) -> None:
 
 @jit
 def block(
-    K: Any,
-    tick: Any,
-    q: Any,
-    v: Any,
-    targets: Any,
-    state: Any,
-    first: int,
-    has_inertia: int,
-    rows: Any,
+    K: Any, tick: Any, q: Any, v: Any, targets: Any, state: Any, first: int, has_inertia: int, rows: Any,
     place: Any,
-) -> int:
+) -> int:  # fmt: skip
     """How many ticks were done; fewer than there are rows when the tick raised or the inputs were mistaken.
 
     q and v are arrays on the memory of ``state``, (2 n,), which holds the next state on return. The tick

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from ftqp.core.checks import FloatArray, frozen, seen
 from ftqp.core.errors import unknown
-from ftqp.core.html_table import html_table
 from ftqp.core.picture import Picture, painted
-from ftqp.core.small_picture import curves_svg
+from ftqp.core.small_picture import curves_svg, html_table
 from ftqp.sim.log.log_rows import LogRows, RowSink, RunFacts, whole_numbers
 from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.signals import Column

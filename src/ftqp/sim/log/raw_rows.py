@@ -1,31 +1,14 @@
 """The raw row of a tick: all that has to be kept of it, in one line of numbers, before anything is derived.
 
-A block is one C-ordered float64 array (ticks, width). Its fields lie side by side in the order of `FIELDS`;
-with n joints the sizes are
+A block is one C-ordered float64 array (ticks, width), whose fields lie side by side: ``t`` [s], n numbers for
+each of `PER_JOINT`, those of `GEOMETRY`, ``jacobian`` (6 n), and one for each of `SCALARS`. Poses are their
+first three rows; ``velocity`` is the path's at the target; ``slack`` and ``jacobian`` are those of
+`ftqp.kernel.layout.flat_arrays`. Measures of singularity are filled in when a block is handed on.
 
-====================  ===== ===============================================================================
-field                 size  meaning
-====================  ===== ===============================================================================
-t                     1     time [s]
-q, v                  n     true state at the start of the step
-a, tau, tau_brake     n     command: acceleration, motor torque, torque carried by a brake
-lower, upper          n     interval of the decision variable
-belief, truth         n     condition of each joint, `ftqp.sim.log.signals.CONDITIONS`
-target                12    first three rows of the desired pose, row by row
-velocity              3     linear velocity of the path at the target [m/s]
-tip                   12    first three rows of the actual pose, row by row
-slack                 6     A x - b of the task rows in their own units, 0 beyond the rows that there are
-jacobian              6 n   task rows of J in characteristic lengths, 0 for joints that do not work; see below
-position_error ...    1     `SCALARS`, in their order
-====================  ===== ===============================================================================
-
-so that the width is 48 + 15 n. The measures of singularity are filled in from ``jacobian`` when a block is
-handed on. Blocks of ticks from compiled code follow `ftqp.kernel.layout.flat_arrays`.
-On a moving base (k coordinates) target and tip are in the inertial frame, and 13 + k more numbers follow:
-``base_pose`` (12, first three rows of its pose), ``eta`` (k) and ``base_status`` (1).
-Of an arm with a drive or sensors of its own n more follow for each of `SENSED`, what was measured, sent and
-referred to, and of `FELT`, as far as they are known: torques that were measured, and that drives asked for.
-Of a planner with soft tasks or kept points ``further`` follows, errors and distances, one number each.
+On a moving base (k coordinates) target and tip are in the inertial frame, and ``base_pose`` (12), ``eta`` (k)
+and ``base_status`` (1) follow. Of an arm with a drive or sensors of its own n more follow for each of
+`SENSED`, what was measured, sent and referred to, and of `FELT`, as far as they are known. ``further`` are
+errors of soft tasks and distances of kept points.
 """
 
 from collections.abc import Mapping, Sequence

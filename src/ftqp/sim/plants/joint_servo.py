@@ -7,7 +7,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, unknown
 from ftqp.core.setting import Setting, Settings
-from ftqp.kernel.entry.session import ArmSession, ServoMemory
+from ftqp.kernel.entry.session import ArmSession, Memory
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.plant import DRIVES, Command
 
@@ -69,9 +69,9 @@ class JointServo:
         self.drive = drive
         wn = positive("bandwidth of the servo", bandwidth, "rad/s")
         n = robot.nv
-        self._arm, self._memory = ArmSession(robot.chain.constants()), ServoMemory(n)
+        self._arm, self._memory = ArmSession(robot.chain.constants()), Memory("servo")
         self._ask = self._arm.servos(self._memory)
-        S, kinematics = self._memory.S, self._arm.K.kinematics
+        S, kinematics = self._memory.fields, self._arm.K.kinematics
         S.stiffness, S.damping = (wn * wn, 2.0 * wn) if drive == "position" else (0.0, wn)
         S.tau_max[:n] = robot.limits.tau_max
         self._takes_velocity = takes_velocity

@@ -6,8 +6,10 @@ other units call.
 """
 
 import gc
+import platform
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -15,9 +17,8 @@ from llvmlite import ir
 from numba.core import cgutils
 from numba.core.compiler_lock import global_compiler_lock
 
-from ftqp.kernel.compiled.library import EntryPoint
+from ftqp.kernel.compiled.library import LEVELS, EntryPoint, level_here
 from ftqp.kernel.compiled.making.helper import APART, Part, context, linked, typed, typed_part
-from ftqp.kernel.compiled.making.processor import Target
 
 _ADDRESS = "numba.dynamic.globals"  # how numba begins the names of addresses in constants
 
@@ -30,6 +31,53 @@ LONG = ir.IntType(64)
 OBJECT = ir.IntType(8).as_pointer()
 GLUE = "ftqp_take", "ftqp_tick_of", "ftqp_nanoseconds"
 """What other units have of ``glue.c``."""
+
+WASM_FEATURES = "+simd128,+bulk-memory"
+"""What every browser has since 2021: lanes of two doubles, and copies of memory as instructions."""
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A class of processors."""
+
+    triple: str  # Architecture, vendor and operating system
+    cpu: str  # LLVM's name of the class; code for it may use everything that such a processor has
+
+    @property
+    def architecture(self) -> str:
+        """The first part of the triple."""
+        return self.triple.partition("-")[0]
+
+    @property
+    def is_foreign(self) -> bool:
+        """Whether memory is laid out as on another processor with addresses of 64 bits.
+
+        numba's code takes addresses for 64 bits long, so that its layout is kept where they are shorter.
+        """
+        own = str(llvm.get_process_triple()).partition("-")[0]
+        return self.architecture not in (own, "wasm32")
+
+    def machine(self) -> Any:
+        """LLVM's generator of code for it, position-independent where libraries are shared."""
+        wasm = self.architecture == "wasm32"
+        if wasm or self.is_foreign:
+            llvm.initialize_all_targets()
+            llvm.initialize_all_asmprinters()
+        else:
+            llvm.initialize_native_target()
+            llvm.initialize_native_asmprinter()
+        return llvm.Target.from_triple(self.triple).create_target_machine(
+            cpu=self.cpu, features=WASM_FEATURES if wasm else "", opt=3,
+            reloc="static" if wasm else "pic", codemodel="default",
+        )  # fmt: skip
+
+
+def target(cpu: str | None = None) -> Target:
+    """A class of processors of this architecture; the best that this machine belongs to if none is named."""
+    found = level_here() if cpu is None else cpu
+    if found not in LEVELS.get(platform.machine(), {}):
+        raise LookupError(f"no class of processors is named for {platform.machine()} {cpu or ''}".rstrip())
+    return Target(triple=str(llvm.get_process_triple()), cpu=found)
 
 
 def entry_code(entry: EntryPoint, joints: int, target: Target) -> tuple[bytes, list[Part]]:

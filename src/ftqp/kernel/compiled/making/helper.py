@@ -39,17 +39,11 @@ _PLAIN = (types.Record, types.Array, types.Number, types.Boolean)
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A helper that lies apart, for arguments of certain types.
+    """A helper that lies apart, for arguments of certain types."""
 
-    Attributes:
-        module: where it is defined.
-        name: its name there.
-        arguments: numba's types of its arguments.
-    """
-
-    module: str
-    name: str
-    arguments: tuple[Any, ...]
+    module: str  # Where it is defined
+    name: str  # Its name there
+    arguments: tuple[Any, ...]  # numba's types of its arguments
 
     @property
     def symbol(self) -> str:
@@ -164,15 +158,7 @@ def result_of(function: Callable[..., Any]) -> Any:
 
 
 class Helper(CPUDispatcher):  # type: ignore[misc]
-    """A function that compiled code calls; called from Python, it is compiled for itself on demand.
-
-    Args:
-        function: with arguments that numba can type.
-        options: numba's.
-        apart: as of ``helper``.
-        rare: as of ``helper``.
-        long: as of ``helper``.
-    """
+    """A function that compiled code calls; called from Python, it is compiled for itself on demand."""
 
     def __init__(
         self,

@@ -7,6 +7,7 @@ import numpy as np
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, mimic, mimic_places, motion
+from ftqp.kernel.commands.believed import look_again, swing_as_foretold
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.latches.settling import forget_settling, latch, restore
 from ftqp.kernel.layout.enums import (
@@ -17,7 +18,6 @@ from ftqp.kernel.layout.enums import (
     STOPPED_BY_LAG,
     STOPPED_BY_OVERLOAD,
 )
-from ftqp.kernel.told.believed import look_again, swing_as_foretold
 
 
 @jit
