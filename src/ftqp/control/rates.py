@@ -82,8 +82,7 @@ def resolve_rates(
         P.rule = rule_code((damping or Damping()).rule)
         _limit(P, limits)
     reduced.call("resolve_reduced")
-    result: FloatArray = P.x[:n].copy()
-    return result
+    return np.array(P.x[:n])
 
 
 def damping_factor(

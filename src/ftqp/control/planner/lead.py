@@ -70,8 +70,7 @@ class Lead:
     def q(self) -> FloatArray:
         """The joint positions of the last reset or tick, (nv,) [rad or m]; a copy."""
         K = self._session.K
-        result: FloatArray = K.state.q[: K.chain.n].copy()
-        return result
+        return np.array(K.state.q[: K.chain.n])
 
     @property
     def working(self) -> BoolArray:

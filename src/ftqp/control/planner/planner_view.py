@@ -84,8 +84,7 @@ class PlannerView:
     @property
     def measured(self) -> FloatArray:
         """The measured joint positions as the last step believed them, (nv,) [rad or m]; a copy."""
-        result: FloatArray = self._measured.copy()
-        return result
+        return np.array(self._measured)
 
     @property
     def working(self) -> BoolArray:

@@ -130,8 +130,8 @@ class Parts:
     def __init__(self, memory: Any) -> None:
         self.memory = memory
 
-    def __getitem__(self, name: str) -> Any:
-        part = self.memory[name][0]
+    def __getitem__(self, name: str) -> FloatArray:
+        part: FloatArray = self.memory[name][0]
         part.flags.writeable = False
         return part
 
@@ -195,7 +195,8 @@ class Step:
     def _own(
         self, session: Session | None, joints: Sequence[str], parts: Parts, said: Said, named: Named
     ) -> None:
-        own = {"_session": session, "_joints": tuple(joints), "_parts": parts, "_said": said, "_named": named}
+        own: dict[str, Any] = {"_session": session, "_joints": tuple(joints), "_parts": parts}
+        own |= {"_said": said, "_named": named}
         own |= {"q": parts["q"], "v": parts["v"], "a": parts["a"], "task_error": parts["error"]}
         for name, value in own.items():
             object.__setattr__(self, name, value)
@@ -259,8 +260,7 @@ class Step:
     @property
     def tau_stop(self) -> FloatArray:
         """Torque of the end stop that a free-swinging joint rests on, (nv,) [N m or N]; 0.0 elsewhere."""
-        result: FloatArray = self._parts["tau_stop"]
-        return result
+        return self._parts["tau_stop"]
 
     @property
     def rows(self) -> tuple[str, ...]:
@@ -291,15 +291,13 @@ class Step:
     def _torques(self, name: str) -> FloatArray:
         parts = self._parts
         if name == "tau" and self._takes_torques():
-            sent: FloatArray = parts["tau_sent"]
-            return sent
+            return parts["tau_sent"]
         if not parts["has_dynamics"][0]:
             if not parts["has_inertia"][0]:
                 return np.full(len(self._joints), np.nan)
             if self._session is not None:
                 self._session.torques()()
-        result: FloatArray = parts[name]
-        return result
+        return parts[name]
 
     def _takes_torques(self) -> bool:
         """Whether torques are what is sent to the arm."""
@@ -353,8 +351,7 @@ class Step:
         """Values of the task rows with radians in place of metres, (m,)."""
         parts = self._parts
         m = int(parts["m"][0])
-        result: FloatArray = values[:m] / parts["row_scale"][parts["components"][:m].astype(np.intp)]
-        return result
+        return values[:m] / parts["row_scale"][parts["components"][:m].astype(np.intp)]
 
     @property
     def scale(self) -> float:
@@ -370,8 +367,7 @@ class Step:
         """
         parts, n = self._parts, len(self._joints)
         if self._session is None:
-            result: FloatArray = parts["jacobian"]
-            return result
+            return parts["jacobian"]
         K = self._session.K
         A: FloatArray = K.qp.A[: int(K.task.m), :n] / K.task.length
         if K.turned.on:
@@ -414,14 +410,12 @@ class Step:
     @property
     def lower(self) -> FloatArray:
         """Lower end of every joint's interval, (nv,), in units of the decision variable."""
-        result: FloatArray = self._parts["lower"]
-        return result
+        return self._parts["lower"]
 
     @property
     def upper(self) -> FloatArray:
         """Upper end of every joint's interval, (nv,), in units of the decision variable."""
-        result: FloatArray = self._parts["upper"]
-        return result
+        return self._parts["upper"]
 
     @property
     def torque_excess(self) -> float:
