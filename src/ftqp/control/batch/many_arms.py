@@ -10,9 +10,9 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.status import StepStatus
 from ftqp.control.planner.target import Targets
-from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.core.one_engine import check_engine
@@ -39,7 +39,7 @@ class OwnFaults:
         later: Arms that are told of another fault while a joint swings freely, (B,) truth values.
     """
 
-    def __init__(self, faults: Any, arms: int, robot: Robot, what_ifs: WhatIfs) -> None:
+    def __init__(self, faults: Any, arms: int, robot: Robot, what_ifs: RolloutSetup) -> None:
         self._robot, self._what_ifs = robot, what_ifs
         self._rooms: list[dict[str, Any]] = []
         self._known: dict[tuple[Fault, ...], int] = {}
@@ -332,7 +332,7 @@ def _memory_there() -> int | None:
         return None
 
 
-def needs_planner(own: OwnFaults, what_ifs: WhatIfs, starts: FloatArray) -> BoolArray:
+def needs_planner(own: OwnFaults, what_ifs: RolloutSetup, starts: FloatArray) -> BoolArray:
     """Arms that compiled code would not drive as a planner does, (B,).
 
     A free joint without gravity lets the others follow the task, of which rows may then be given up; and a
@@ -352,7 +352,7 @@ def needs_planner(own: OwnFaults, what_ifs: WhatIfs, starts: FloatArray) -> Bool
 class ByPlanner:
     """Arms of a batch, each stepped by a planner of its own that is like the one of the batch."""
 
-    def __init__(self, what_ifs: WhatIfs, targets: Targets, every: int) -> None:
+    def __init__(self, what_ifs: RolloutSetup, targets: Targets, every: int) -> None:
         self._what_ifs, self._targets, self._every = what_ifs, targets, every
 
     def drive(self, result: Any, arm: int, told: list[tuple[Fault, int]]) -> None:

@@ -24,7 +24,7 @@ limits."""
 
 
 @final
-class Ahead:
+class PathLookahead:
     """The rest of a path from one of its times on.
 
     Attributes:

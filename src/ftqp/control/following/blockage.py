@@ -6,7 +6,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.following.ahead import Ahead
+from ftqp.control.following.ahead import PathLookahead
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.certificate import NEAR
 from ftqp.control.planner.lead import Lead
@@ -144,7 +144,7 @@ def fewer_rows_hold(
     if any(isinstance(fault, FreeSwinging) for fault in planner.faults.values()):
         return 0
     for count, rows in enumerate(planner.task.kept_sets[given_up + 1 :], 1):
-        ahead = Ahead(planner, path, progress)
+        ahead = PathLookahead(planner, path, progress)
         search = ahead.begin(rows)
         yield
         if search is None:

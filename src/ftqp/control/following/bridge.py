@@ -4,10 +4,10 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.following.ahead import Ahead
-from ftqp.control.following.led_joints import LedJoints
-from ftqp.control.following.on_the_spot import OnTheSpot
-from ftqp.control.following.other_ways import OtherWays
+from ftqp.control.following.ahead import PathLookahead
+from ftqp.control.following.led_joints import JointTracker
+from ftqp.control.following.on_the_spot import SelfMotionPlanner
+from ftqp.control.following.other_ways import GoalPosturePlanner
 from ftqp.control.following.path_tube import PathTube
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
@@ -22,7 +22,7 @@ ARRIVED: Final = 1e-4
 
 
 @final
-class Bridge:
+class Reconfiguration:
     """Thinks of a bridge, a piece in every tick, while the tip waits, and leads the joints over it.
 
     Attributes:
@@ -36,25 +36,27 @@ class Bridge:
     def __init__(self, planner: Planner, path: Path, progress: float, leave: float) -> None:
         self._planner, self._view = planner, planner.view()
         self._belief = self._view.belief
-        self._ahead = ahead = Ahead(planner, path, progress)
+        self._ahead = ahead = PathLookahead(planner, path, progress)
         self._leave = leave
         self._tube = PathTube(planner, path, leave) if np.isfinite(leave) else None
         self._ways = self._thoughts()
-        self._joints = LedJoints(planner, self._view.command.q, RISE_TIME, ahead.pose, whole=False)
+        self._joints = JointTracker(planner, self._view.command.q, RISE_TIME, ahead.pose, whole=False)
         self._way: list[FloatArray] = []
         self.leads = self.done = self.failed = self._waits = False
 
-    def _thoughts(self) -> OtherWays | OnTheSpot:
+    def _thoughts(self) -> GoalPosturePlanner | SelfMotionPlanner:
         """What thinks of ways: near the path, or of any."""
         if self._tube is not None:
-            return OnTheSpot(self._planner, self._ahead, self._tube)
-        ways = OtherWays(self._planner, self._ahead.pose, reach=lambda q: self._ahead.reached(q, ways.search))
+            return SelfMotionPlanner(self._planner, self._ahead, self._tube)
+        ways = GoalPosturePlanner(
+            self._planner, self._ahead.pose, reach=lambda q: self._ahead.reached(q, ways.search)
+        )
         return ways
 
     @property
     def until(self) -> float:
         """The path time at which the way comes back to the path [s]."""
-        return self._ways.until if isinstance(self._ways, OnTheSpot) else self._ahead.progress
+        return self._ways.until if isinstance(self._ways, SelfMotionPlanner) else self._ahead.progress
 
     @property
     def sentence(self) -> str:

@@ -9,7 +9,7 @@ from ftqp.control.following.goto_status import (
     HELD_BACK,
     ONLY_THE_TIP,
     PATIENCE,
-    Approach,
+    ConvergenceMonitor,
     GoToStatus,
     fastest,
     is_held,
@@ -18,9 +18,9 @@ from ftqp.control.following.goto_status import (
     posture_inside,
 )
 from ftqp.control.following.led_frame import FrameOfTip
-from ftqp.control.following.led_joints import LedJoints
-from ftqp.control.following.led_tip import LedTip
-from ftqp.control.following.other_ways import OtherWays
+from ftqp.control.following.led_joints import JointTracker
+from ftqp.control.following.led_tip import TipTracker
+from ftqp.control.following.other_ways import GoalPosturePlanner
 from ftqp.control.planner.joint_motion import EXACT
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
@@ -127,8 +127,8 @@ class GoTo:
         self._tolerance = positive("tolerance", tolerance, "m or rad")
         self._rotation_tolerance = positive("rotation_tolerance", rotation_tolerance, "rad")
         rise_time = positive("rise_time", rise_time, "s")
-        self._tip: LedTip | None = None
-        self._others: OtherWays | None = None
+        self._tip: TipTracker | None = None
+        self._others: GoalPosturePlanner | None = None
         self._to_posture = pose is None
         if task is not None and pose is None:
             raise InputError(f"task={task!r:.60} goes to a pose; give pose=..., or leave task out")
@@ -136,17 +136,17 @@ class GoTo:
             self._pose = frozen(checked_pose(pose, "pose"))
             if said := in_millimetres(planner.robot, self._pose[:3, 3]):
                 _LOG.warning("%s: %s", planner.robot.name, said)
-            self._tip = LedTip(planner, TipLimits() if limits is None else limits, task, whole=True)
+            self._tip = TipTracker(planner, TipLimits() if limits is None else limits, task, whole=True)
             self._view = self._tip.view
-            self._joints = LedJoints(planner, self._view.command.q, rise_time)
+            self._joints = JointTracker(planner, self._view.command.q, rise_time)
             if not straight and isinstance(self._tip.frame, FrameOfTip):
-                self._others = OtherWays(planner, self._pose)
+                self._others = GoalPosturePlanner(planner, self._pose)
         else:
             if limits is not None:
                 raise InputError("limits are those of the tip's way to a pose; for a posture leave them out")
             instance("way", way, WayOut | None, "one of planner.ways_out()")
             goal = posture_inside(planner.robot, q) if way is None else way.places[-1]
-            self._joints = LedJoints(planner, goal, rise_time)
+            self._joints = JointTracker(planner, goal, rise_time)
             self._view = self._joints.view
             rest = np.zeros(len(goal))
             self._pose = frozen(self._view.tip_at(JointState(goal, rest, rest)).pose)
@@ -158,7 +158,7 @@ class GoTo:
         self._way: list[FloatArray] = [] if way is None else list(way.places)
         if self._way:
             self._joints.aim(self._way.pop(0))
-        self._approach = Approach(planner.dt)
+        self._approach = ConvergenceMonitor(planner.dt)
         self._begin()
 
     def _begin(self) -> None:
@@ -169,7 +169,7 @@ class GoTo:
         self._approach.begin()
         self._settling = self._turned_back = self._only_the_tip = False
         self._aim, self._nearest = self._pose, np.zeros(0)
-        self._leg: LedTip | LedJoints = self._joints if self._tip is None else self._tip
+        self._leg: TipTracker | JointTracker = self._joints if self._tip is None else self._tip
         if not self._to_posture:
             self._way.clear()
         self._leg.begin()
@@ -207,7 +207,7 @@ class GoTo:
         if self._ticks != view.ticks or self._belief != view.belief:
             self._begin()  # a joint has failed or works again, or somebody else has led the planner
         leg = self._leg
-        if isinstance(leg, LedTip):
+        if isinstance(leg, TipTracker):
             step = leg.step(
                 q,
                 v,
@@ -327,7 +327,7 @@ class GoTo:
         distance = max(commanded / self._tolerance, measured)
         if self._settling and distance < self._least and is_held(self._view):
             self._least, self._nearest = distance, self._view.command.q
-        tip = self._leg if isinstance(self._leg, LedTip) else None
+        tip = self._leg if isinstance(self._leg, TipTracker) else None
         held_back = tip is not None and not self._settling and tip.behind > HELD_BACK
         if approach.is_nearer(distance, held_back):
             return

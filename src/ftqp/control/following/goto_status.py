@@ -92,7 +92,7 @@ def _in_brackets(fault: Any) -> str:
 
 
 @final
-class Approach:
+class ConvergenceMonitor:
     """What a motion to a goal remembers of its distances, tick by tick.
 
     Attributes:

@@ -5,7 +5,7 @@ from typing import final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.passable import Passable
+from ftqp.control.inverse_kinematics.passable import MotionValidity
 from ftqp.core.checks import BoolArray, FloatArray
 
 REACH = 0.6
@@ -21,7 +21,7 @@ Pieces = Generator[None, None, bool]
 """Thinking that yields after each piece and ends with an answer."""
 
 
-def passing(passable: Passable, begin: FloatArray, end: FloatArray, effort: float) -> Pieces:
+def passing(passable: MotionValidity, begin: FloatArray, end: FloatArray, effort: float) -> Pieces:
     """Look at the straight way of the joints, a few places at a time: whether it is passable.
 
     Its end counts, its begin does not.
@@ -53,7 +53,7 @@ class JointTree:
 
     def __init__(
         self,
-        passable: Passable,
+        passable: MotionValidity,
         begin: FloatArray,
         goal: FloatArray,
         *,

@@ -17,7 +17,7 @@ from ftqp.core.pose import transform
 from ftqp.kernel.entry.session import ArmSession
 
 
-class LedFrame(Protocol):
+class TrackedFrame(Protocol):
     """What a reference leads."""
 
     @property

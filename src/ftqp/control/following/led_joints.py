@@ -14,7 +14,7 @@ OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT, HELD)
 
 
 @final
-class LedJoints:
+class JointTracker:
     """The planner's steps along a jerk-limited motion of the joints that work.
 
     It is planned from the last command, anew at the very tick at which the belief in a joint or a limit

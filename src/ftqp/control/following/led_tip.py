@@ -4,7 +4,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.following.led_frame import FrameOfTask, FrameOfTip, LedFrame
+from ftqp.control.following.led_frame import FrameOfTask, FrameOfTip, TrackedFrame
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
@@ -27,7 +27,7 @@ OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT, HELD)
 
 
 @final
-class LedTip:
+class TipTracker:
     """The planner's steps along a reference of the tip, or of the frame of another task.
 
     The reference begins where the command is and as fast. Where the tip stays behind by more than a leash,
@@ -40,7 +40,7 @@ class LedTip:
         self.planner, self._whole = planner, whole
         self.view: PlannerView = planner.view()
         is_tip = task is None or task in (TIP, planner.robot.tip)
-        self.frame: LedFrame = (
+        self.frame: TrackedFrame = (
             FrameOfTip(planner, self.view) if is_tip else FrameOfTask(planner, self.view, str(task))
         )
         self.reference = TipReference(limits, planner.dt)

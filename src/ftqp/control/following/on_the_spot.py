@@ -5,7 +5,7 @@ from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.following.ahead import Ahead
+from ftqp.control.following.ahead import PathLookahead
 from ftqp.control.following.joint_tree import passing
 from ftqp.control.following.path_tube import PathTube
 from ftqp.control.inverse_kinematics.passable import HELD
@@ -61,7 +61,7 @@ class _Node(NamedTuple):
 
 
 @final
-class OnTheSpot:
+class SelfMotionPlanner:
     """Thinks of a motion on the spot, or near the path, a piece in every tick.
 
     It says how fast the joints are to go along it. Walks begin at the arm or where others have been, towards
@@ -83,7 +83,7 @@ class OnTheSpot:
     Source: docs/theory/ways-out.md, "On the spot".
     """
 
-    def __init__(self, planner: Planner, ahead: Ahead, tube: PathTube | None = None) -> None:
+    def __init__(self, planner: Planner, ahead: PathLookahead, tube: PathTube | None = None) -> None:
         self._planner, self._ahead, self._view, self._tube = planner, ahead, planner.view(), tube
         self._belief = self._view.belief
         self._per_tick = max(1, int(planner.dt / (PIECE if tube is None else NEAR_PIECE)))

@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.control.following.joint_tree import JointTree, passing
 from ftqp.control.inverse_kinematics.arm_study import start_box
-from ftqp.control.inverse_kinematics.passable import HELD, Passable
+from ftqp.control.inverse_kinematics.passable import HELD, MotionValidity
 from ftqp.control.inverse_kinematics.posture_search import Posture, PostureSearch
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
@@ -41,7 +41,7 @@ TREES = 3
 
 
 @final
-class OtherWays:
+class GoalPosturePlanner:
     """Thinks of other ways to a pose, a piece in every tick, so that no tick is late and nothing runs beside.
 
     First postures of the goal are looked for, from one start after another. Then the straight way of the
@@ -177,7 +177,7 @@ class OtherWays:
             yield
         yield from self._ways(found, passable)
 
-    def _ways(self, found: tuple[Posture, ...], passable: Passable) -> Iterator[None]:
+    def _ways(self, found: tuple[Posture, ...], passable: MotionValidity) -> Iterator[None]:
         """Straight ways of the joints to postures, then ways round."""
         view, far = self._view, []
         if self._reach is not None:
@@ -209,6 +209,6 @@ class OtherWays:
             yield
 
     @staticmethod
-    def _effort(passable: Passable, here: FloatArray) -> float:
+    def _effort(passable: MotionValidity, here: FloatArray) -> float:
         """Motors that cannot hold the arm where it is count as strong enough for what they need there."""
         return max(HELD, float(passable.effort(here[None])[0]))

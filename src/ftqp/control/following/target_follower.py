@@ -7,7 +7,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.following.led_tip import LedTip
+from ftqp.control.following.led_tip import TipTracker
 from ftqp.control.planner.given_arrays import not_a_target
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.start import in_millimetres
@@ -72,7 +72,7 @@ class TargetFollower:
             raise InputError(f"limits are {limits!r:.60}, expected ftqp.TipLimits(...) or None")
         self._planner = planner
         self._dead_man = positive("dead_man", dead_man, "s")
-        self._led = LedTip(planner, TipLimits() if limits is None else limits)
+        self._led = TipTracker(planner, TipLimits() if limits is None else limits)
         self._turns = any(row.startswith("r") for row in planner.task_rows)
         self._nowhere = Target(pose=np.eye(4))
         self._nowhere.pose[:] = np.nan

@@ -45,7 +45,7 @@ class Surrounded(Protocol):
 
 
 @final
-class Passable:
+class MotionValidity:
     """Asks of places whether the arm may stand there; the one door for all who look ahead on a motion.
 
     Attributes:

@@ -6,7 +6,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.inverse_kinematics.arm_study import goal_pose, robot_session, start_box, task_rows
-from ftqp.control.inverse_kinematics.passable import Passable
+from ftqp.control.inverse_kinematics.passable import MotionValidity
 from ftqp.control.task.task import axis_frame
 from ftqp.core.checks import BoolArray, FloatArray, frozen
 from ftqp.core.pose import transform
@@ -210,7 +210,7 @@ class PostureSearch:
         return moved
 
     def postures(
-        self, count: int, passable: Passable, v_max: FloatArray, *, ordered: bool = True
+        self, count: int, passable: MotionValidity, v_max: FloatArray, *, ordered: bool = True
     ) -> tuple[Posture, ...]:
         """So many of the postures that were found, spread, and in the order of time or of room to limits.
 

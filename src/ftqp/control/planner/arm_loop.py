@@ -8,8 +8,8 @@ from typing import Any, Final, final
 import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, Noise, by_name
+from ftqp.control.planner.collision_model import CollisionModel
 from ftqp.control.planner.status import REPEATS, STOP_REASONS
-from ftqp.control.planner.surroundings import Surroundings
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.orders import Orders
@@ -84,7 +84,7 @@ class ArmLoop:
     """Stops and what is observed of the arm."""
 
     def __init__(
-        self, session: Session, orders: Orders, joints: Sequence[str], around: Surroundings | None
+        self, session: Session, orders: Orders, joints: Sequence[str], around: CollisionModel | None
     ) -> None:
         self._session, self._orders = session, orders
         self._joints, self._around = tuple(joints), around

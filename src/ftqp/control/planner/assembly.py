@@ -7,7 +7,8 @@ import numpy as np
 
 from ftqp.control.drive.joint_drive import BRAKES, KINDS, Drive, Noise
 from ftqp.control.planner.arm_loop import ArmLoop
-from ftqp.control.planner.constraint_list import Constraints, asked_of
+from ftqp.control.planner.collision_model import CollisionModel, clearance_rows
+from ftqp.control.planner.constraint_list import Constraints, row_names
 from ftqp.control.planner.degrading import Degrading, allow
 from ftqp.control.planner.filled_rows import refuse_asking
 from ftqp.control.planner.free_joint import KEPT_OF, FreeJoint
@@ -16,16 +17,15 @@ from ftqp.control.planner.mounted_robot import BrakingReserve
 from ftqp.control.planner.qp_solver import Solver
 from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.response.probing import probing_of
+from ftqp.control.planner.rollout_setup import Deployable, RolloutSetup, deployable
 from ftqp.control.planner.settings import LEVELS, Settings
 from ftqp.control.planner.stages import Stage
 from ftqp.control.planner.start import Rest, StartWatch
 from ftqp.control.planner.step import Step, parts_of_free
-from ftqp.control.planner.step_parts import Said
-from ftqp.control.planner.surroundings import Surroundings, clearance_rows
+from ftqp.control.planner.step_parts import StepHeader
 from ftqp.control.planner.task_list import TaskList, held_rows
 from ftqp.control.planner.ways.security_watch import SecurityWatch
 from ftqp.control.planner.ways.way_out import Remembered
-from ftqp.control.planner.what_ifs import Deployable, WhatIfs, deployable
 from ftqp.control.scene.placed_shapes import Clearance
 from ftqp.control.task.bounds import Bounds, Jin
 from ftqp.control.task.keep import Keep
@@ -171,12 +171,12 @@ class Assembly:
         given: Settings,
         believe: Callable[[Fault], None],
         disbelieve: Callable[[str], None],
-        what_ifs: Callable[[], WhatIfs],
+        what_ifs: Callable[[], RolloutSetup],
     ) -> None:
         robot, task, soft, constraints = given.robot, given.task, given.tasks, given.constraints
         self.given = given
         asked = {
-            **asked_of(constraints),
+            **row_names(constraints),
             HOLD.name: held_rows(soft),
             CLEARANCE.name: clearance_rows(given.keeps_clear),
         }
@@ -191,10 +191,10 @@ class Assembly:
         self.orders = _orders_of(session, self.arm, given, solver)
         self.surroundings = around = None
         if given.keeps_clear:
-            around = Surroundings(session, robot, given.scene, given.clearance or Clearance())
+            around = CollisionModel(session, robot, given.scene, given.clearance or Clearance())
             self.surroundings = around
         self.tasks = TaskList(session, robot, soft, given.level, given.dt, given.target)
-        self.said = Said(int(session.K.cascade.status))
+        self.said = StepHeader(int(session.K.cascade.status))
         self.out = Step(session, robot.joints, self.said, self.tasks.named(asked, around, task))
         self.loop = ArmLoop(session, self.orders, robot.joints, around)
         self.constraints = Constraints(session, robot, constraints, self.loop.stop)
@@ -232,16 +232,18 @@ class Assembly:
         """Whether Python has no part in a tick."""
         return self.solver.is_compiled and not self.given.timing and not self.asking
 
-    def kept_clear(self) -> Surroundings:
+    def kept_clear(self) -> CollisionModel:
         """What the planner keeps clear of; InputError where it is nothing."""
         if self.surroundings is None:
             raise InputError("the planner keeps clear of nothing; give it a scene, Planner(robot, scene=...)")
         return self.surroundings
 
-    def what_ifs(self, robot: Robot, faults: dict[str, Fault], reserve: BrakingReserve | None) -> WhatIfs:
+    def what_ifs(
+        self, robot: Robot, faults: dict[str, Fault], reserve: BrakingReserve | None
+    ) -> RolloutSetup:
         """What other arms like this one would begin with; nothing here changes."""
         refuse_asking(self.asking, "a batch", "make a planner without {them}")
-        return WhatIfs(
+        return RolloutSetup(
             self.session, self.orders, robot, self.given, self.solver, reserve, faults, self.surroundings,
             self.tasks, self.given.constraints,
         )  # fmt: skip

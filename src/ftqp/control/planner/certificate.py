@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.control.planner.step_parts import Named
+from ftqp.control.planner.step_parts import StepLabels
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import (
     BRAKING,
@@ -164,7 +164,7 @@ def unreached(parts: Any, slack: FloatArray) -> list[Unreached]:
     return sorted(found, key=lambda entry: -abs(entry.amount))
 
 
-def missed_tasks(parts: Any, named: Named) -> tuple[str, ...]:
+def missed_tasks(parts: Any, named: StepLabels) -> tuple[str, ...]:
     """Which further tasks that the status speaks of the command misses, and by how much, in sentences."""
     if not parts["soft_missed"][0]:
         return ()

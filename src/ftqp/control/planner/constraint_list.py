@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.planner.filled_rows import Pace, resting, seen_of, tried
+from ftqp.control.planner.filled_rows import DeadlineMonitor, resting, seen_of, tried
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.control.task.keep import CONE, Keep, Side, TorqueLimits
 from ftqp.control.task.own_task import OwnConstraint
@@ -121,12 +121,12 @@ def refuse_without_effect(constraints: Sequence[Constraint], robot: Robot, torqu
             one.refuse_without_effect(robot, torque_limits)
 
 
-def need_a_qp(constraints: Sequence[Constraint]) -> bool:
+def needs_qp(constraints: Sequence[Constraint]) -> bool:
     """Whether some are kept by rows of a QP only; a closed form keeps torque limits, too."""
     return any(not isinstance(one, TorqueLimits) for one in constraints)
 
 
-def asked_of(constraints: Sequence[Constraint]) -> Asked:
+def row_names(constraints: Sequence[Constraint]) -> Asked:
     """Names of their rows, by kind."""
     own = [f"{one.label} {k}" for one in own_of(constraints) for k in range(one.rows)]
     sides = tuple(f"{keep.label} {side.name}".rstrip() for keep, side in sides_of(constraints))
@@ -161,7 +161,7 @@ class Constraints(Mapping[str, Kept]):
     def __init__(
         self, session: Session, robot: Robot, constraints: Sequence[Constraint], stop: Callable[[str], object]
     ) -> None:
-        self._room, self._stop, self._pace = session.K.keeps, stop, Pace(float(session.K.state.dt))
+        self._room, self._stop, self._pace = session.K.keeps, stop, DeadlineMonitor(float(session.K.state.dt))
         self._given: dict[str, Constraint] = {one.label: one for one in constraints}
         self._own, self._failed = own_of(constraints), dict.fromkeys(self._given, "")
         self._seen = seen_of(session, robot)

@@ -56,7 +56,7 @@ SLOW_TIMES = 5
 
 
 @final
-class Pace:
+class DeadlineMonitor:
     """Tells once of each function that takes longer than a tick, for the loop is late then.
 
     One that does so now and then may have been interrupted, so that several times in a row count.
@@ -96,7 +96,7 @@ class OwnRows:
         seen: Seen,
         failed: dict[str, str],
     ) -> None:
-        n, self._seen, self._pace = robot.nv, seen, Pace(seen.dt)
+        n, self._seen, self._pace = robot.nv, seen, DeadlineMonitor(seen.dt)
         self._failed = failed
         self._warned: set[str] = set()
         still, fills = resting(seen, robot.neutral), [task.filling(robot) for _, _, task in tasks]

@@ -6,7 +6,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.step_parts import Said
+from ftqp.control.planner.step_parts import StepHeader
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.pose import rotation_exp, rotation_vector
 from ftqp.kernel.entry.session import Memory, Session
@@ -15,7 +15,7 @@ from ftqp.kernel.layout.thresholds import STILL_SAMPLES
 from ftqp.model.robot import Robot
 
 
-def judged_by(K: Any, said: Said, step: Step, meant: FloatArray) -> Step:
+def with_error_to(K: Any, said: StepHeader, step: Step, meant: FloatArray) -> Step:
     """The step, with errors to another pose, and a status that is no ``OK`` where that is far."""
     task, rows = K.task, K.task.rows[: K.task.m]
     led = np.array(task.target[TARGET_POSE : TARGET_POSE + 16]).reshape(4, 4)

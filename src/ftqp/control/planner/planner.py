@@ -13,10 +13,11 @@ from typing import Any, Concatenate, NoReturn, ParamSpec, TypeVar
 import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, Noise
-from ftqp.control.inverse_kinematics.passable import Passable, Walled
+from ftqp.control.inverse_kinematics.passable import MotionValidity, Walled
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.arm_loop import Learned, learned
 from ftqp.control.planner.assembly import Assembly
+from ftqp.control.planner.collision_model import refuse_moving_base
 from ftqp.control.planner.constraint_list import Constraint, Constraints
 from ftqp.control.planner.degrading import fewer_rows
 from ftqp.control.planner.draft import Draft, write_call
@@ -29,20 +30,19 @@ from ftqp.control.planner.given_arrays import (
     not_a_target,
     whole_ticks,
 )
-from ftqp.control.planner.lead import Blocks, Lead, judged_by
+from ftqp.control.planner.lead import Blocks, Lead, with_error_to
 from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
 from ftqp.control.planner.mounted_robot import BrakingReserve, MountedRobot, braking_reserve, warn_of_weight
 from ftqp.control.planner.planner_view import PlannerView, planner_html
 from ftqp.control.planner.qp_solver import IN_KERNEL
+from ftqp.control.planner.rollout_setup import Deployable, RolloutSetup
 from ftqp.control.planner.settings import settled
 from ftqp.control.planner.stages import CLOCK, FREE, Tick, staged
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.surroundings import refuse_moving_base
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.task_list import TaskList
 from ftqp.control.planner.ways.n_minus_one import NMinusOne, Security
 from ftqp.control.planner.ways.way_out import WayOut, ways_out
-from ftqp.control.planner.what_ifs import Deployable, WhatIfs
 from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
@@ -431,14 +431,14 @@ class Planner:
         """The planner's own state and belief, to be read: for what is built around it."""
         return PlannerView(self._session, self.robot)
 
-    def passable(self, walled: Walled | None = None) -> Passable:
+    def passable(self, walled: Walled | None = None) -> MotionValidity:
         """What says where the arm may be, as believed now: its motors, kept points, itself and its scene.
 
         Args:
             walled: What the tip is to stay in beside; None is anywhere.
         """
         view = self.view()
-        return Passable(self.robot, view.limits.tau, view.working, self._parts.keeps, self, walled)
+        return MotionValidity(self.robot, view.limits.tau, view.working, self._parts.keeps, self, walled)
 
     def session(self) -> Session:
         """A copy of all that the planner knows, for studies of what is in it."""
@@ -804,7 +804,7 @@ class Planner:
 
         def step(q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
             out = self._led(tick, q, v, target, tau, tip, path)
-            return out if meant is None else judged_by(self._session.K, self._said, out, meant)
+            return out if meant is None else with_error_to(self._session.K, self._said, out, meant)
 
         return Lead(step, self._session, leader, self._parts.orders.give_up)
 
@@ -867,7 +867,7 @@ class Planner:
                 f"n_minus_one looks ahead in a batch: {error}; or leave n_minus_one out"
             ) from error
 
-    def what_ifs(self) -> WhatIfs:
+    def what_ifs(self) -> RolloutSetup:
         """What other arms like this one would begin with, for ``ftqp.batch``; nothing here changes.
 
         Raises:
@@ -877,7 +877,7 @@ class Planner:
             self._parts.tasks.refuse_without_target()
         return self._what_ifs()
 
-    def _what_ifs(self) -> WhatIfs:
+    def _what_ifs(self) -> RolloutSetup:
         told = self._configuration
         return self._parts.what_ifs(self.robot, self.faults, told.reserve)
 

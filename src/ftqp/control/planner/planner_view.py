@@ -4,8 +4,8 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.planner.constraint_list import asked_of
-from ftqp.control.planner.surroundings import clearance_rows
+from ftqp.control.planner.collision_model import clearance_rows
+from ftqp.control.planner.constraint_list import row_names
 from ftqp.control.planner.task_list import held_rows
 from ftqp.control.task.task import row_indices
 from ftqp.core.checks import BoolArray, FloatArray
@@ -200,7 +200,7 @@ def row_labels(planner: Any) -> tuple[str, ...]:
     robot = planner.robot
     held = held_rows([task.given for task in planner.tasks.values()])
     asked = {
-        **asked_of([one.given for one in planner.constraints.values()]),
+        **row_names([one.given for one in planner.constraints.values()]),
         HOLD.name: held,
         CLEARANCE.name: clearance_rows(planner.clearance is not None),
     }

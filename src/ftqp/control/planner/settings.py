@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.control.planner.arm_loop import accepted_drive
-from ftqp.control.planner.constraint_list import Constraint, listed, need_a_qp, refuse_without_effect
+from ftqp.control.planner.constraint_list import Constraint, listed, needs_qp, refuse_without_effect
 from ftqp.control.planner.leading_plan import LeadingPlan, plan_for
 from ftqp.control.planner.mounted_robot import warn_of_rotors
 from ftqp.control.planner.qp_solver import IN_KERNEL, NETWORK
@@ -104,7 +104,7 @@ class Settings:
     def refuse_without_qp(self) -> None:
         """Refuse what a closed form, which solves no QP, has no rows for."""
         self.robot.refuse_floating(f"scheme {self.scheme.name!r}, which solves no QP, needs")
-        if self.tasks or self.keeps_clear or need_a_qp(self.constraints):
+        if self.tasks or self.keeps_clear or needs_qp(self.constraints):
             raise InputError(
                 f"scheme {self.scheme.name!r} solves no QP, so that further tasks, constraints and a scene "
                 "have no effect on it; take one that does, for example 'mvn'"

@@ -6,11 +6,11 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.planner.collision_model import CollisionModel
 from ftqp.control.planner.degrading import Degrading
 from ftqp.control.planner.mounted_robot import weight_sentence
 from ftqp.control.planner.stages import Stage
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.surroundings import Surroundings
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import HEALTHY, TARGET_POSE, TARGET_TWIST
@@ -37,7 +37,7 @@ REACHES = 20.0
 class StartWatch:
     """Says once of a start what is wrong with it, as one warning on the logger ``ftqp``."""
 
-    def __init__(self, K: Any, around: Surroundings | None) -> None:
+    def __init__(self, K: Any, around: CollisionModel | None) -> None:
         self._K, self._said, self._around = K, "", around
 
     @property

@@ -25,10 +25,10 @@ from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.control.planner.step_parts import (
     RESIDUALS,
     Measures,
-    Named,
     QPReport,
     Reference,
-    Said,
+    StepHeader,
+    StepLabels,
     TaskReport,
     TaskReports,
     measures_of,
@@ -56,7 +56,7 @@ from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.kernel.layout.thresholds import MISSED_FROM, RELAXED_FROM
 from ftqp.qp.problem import SolveStatus
 
-NOTHING_BESIDE = Named()
+NO_LABELS = StepLabels()
 _ON_TASK = (StepStatus.OK, StepStatus.RELAXED, StepStatus.SCALED)
 _ROWS_OF = {Kept.NOTHING: 0, Kept.POSITION: 3, Kept.POSITION_AXIS: 5, Kept.POSE: 6}
 """How many rows of a pose each set has; a task of fewer rows has fewer."""
@@ -184,16 +184,21 @@ class Step:
     _session: Session | None
     _joints: tuple[str, ...]
     _parts: Parts
-    _said: Said
-    _named: Named
+    _said: StepHeader
+    _named: StepLabels
 
     def __init__(
-        self, session: Session, joints: Sequence[str], said: Said, named: Named = NOTHING_BESIDE
+        self, session: Session, joints: Sequence[str], said: StepHeader, named: StepLabels = NO_LABELS
     ) -> None:
         self._own(session, joints, parts_in(session, len(joints)), said, named)
 
     def _own(
-        self, session: Session | None, joints: Sequence[str], parts: Parts, said: Said, named: Named
+        self,
+        session: Session | None,
+        joints: Sequence[str],
+        parts: Parts,
+        said: StepHeader,
+        named: StepLabels,
     ) -> None:
         own: dict[str, Any] = {"_session": session, "_joints": tuple(joints), "_parts": parts}
         own |= {"_said": said, "_named": named}
@@ -545,8 +550,8 @@ class Step:
         return html_table(f"Step: {self.status.name}", ("joint", "q", "v"), rows, note)
 
 
-def _kept(joints: tuple[str, ...], memory: Any, code: int, duration: float | None, named: Named) -> Step:
+def _kept(joints: tuple[str, ...], memory: Any, code: int, duration: float | None, named: StepLabels) -> Step:
     """A step that owns its parts."""
     step = Step.__new__(Step)
-    step._own(None, joints, Parts(memory), Said(code, duration), named)
+    step._own(None, joints, Parts(memory), StepHeader(code, duration), named)
     return step

@@ -20,7 +20,7 @@ RESIDUALS = ("residual_task", "residual_bounds", "residual_dual")
 
 
 @final
-class Said:
+class StepHeader:
     """What a planner writes of each step, beside the record."""
 
     __slots__ = ("code", "duration")
@@ -65,7 +65,7 @@ class QPReport(NamedTuple):
     time: float | None
 
 
-class Named(NamedTuple):
+class StepLabels(NamedTuple):
     """Names beside those of joints.
 
     Attributes:
@@ -127,7 +127,7 @@ class Named(NamedTuple):
         position, rotation = np.linalg.norm(error[list(places)]), np.linalg.norm(error[list(angles)])
         return bool(position <= self.tolerance[0] and rotation <= self.tolerance[1])
 
-    def copy(self, q: FloatArray) -> "Named":
+    def copy(self, q: FloatArray) -> "StepLabels":
         """The same, which later ticks do not change."""
         kept = self if self.failed is None else self._replace(failed=dict(self.failed) or None)
         if kept.measured:

@@ -7,11 +7,11 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.planner.collision_model import CollisionModel
 from ftqp.control.planner.filled_rows import LETTERS, OwnRows, seen_of
 from ftqp.control.planner.running_task import RunningTask, rows_of
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
-from ftqp.control.planner.step_parts import TIP, Named, Off, no_task
-from ftqp.control.planner.surroundings import Surroundings
+from ftqp.control.planner.step_parts import TIP, Off, StepLabels, no_task
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.task.own_task import OwnTask
 from ftqp.control.task.soft_tasks import (
@@ -194,7 +194,7 @@ class TaskList(Mapping[str, RunningTask]):
             (name, 6 if isinstance(one.given, PoseTask | RelativeTask) else 3) for name, one in self.items()
         )
 
-    def named(self, asked: Asked, around: Surroundings | None, main: Task) -> Named:
+    def named(self, asked: Asked, around: CollisionModel | None, main: Task) -> StepLabels:
         """What a step says of its tasks."""
         tip = self._robot.tip
         judged = {tip: split_rows(sum(1 << k for k in row_indices(main.rows or self._robot.default_rows)))}
@@ -209,7 +209,7 @@ class TaskList(Mapping[str, RunningTask]):
         held = tuple(name for name, one in self.items() if one.given.level == FIRST)
         measured = {name: partial(self._off, one) for name, one in self.items() if name not in judged}
         pairs = () if around is None else lambda: around.names
-        return Named(
+        return StepLabels(
             self.errors, asked, self.failed, pairs, tip, judged, limits, rows, self._terms.length, required,
             held, measured,
         )  # fmt: skip

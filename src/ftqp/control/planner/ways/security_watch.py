@@ -12,10 +12,10 @@ import numpy as np
 
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner_view import PlannerView
+from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.stages import CLOCK, LED, Stage
 from ftqp.control.planner.target import Targets
 from ftqp.control.planner.ways.n_minus_one import Loss, NMinusOne, Security
-from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.clock import give_way
 from ftqp.core.pose import rotation_exp, rotation_vector, transform
@@ -82,7 +82,7 @@ class _Look:
     """
 
     now: _Now
-    what_ifs: WhatIfs
+    what_ifs: RolloutSetup
     belief: bytes
     lost: tuple[int, ...]
     sides: FloatArray
@@ -109,7 +109,7 @@ class SecurityWatch:
         session: Session,
         robot: Robot,
         dt: float,
-        what_ifs: Callable[[], WhatIfs],
+        what_ifs: Callable[[], RolloutSetup],
     ) -> None:
         self._settings, self._session, self._robot, self._dt = settings, session, robot, dt
         self._make = what_ifs
@@ -119,7 +119,7 @@ class SecurityWatch:
         self._pool: ThreadPoolExecutor | None = None
         self._running: Future[_Seen | None] | None = None
         self._look: _Look | None = None
-        self._what_ifs: WhatIfs | None = None
+        self._what_ifs: RolloutSetup | None = None
         self._belief = b""
         self._beliefs: tuple[bytes, Any] | None = None  # the thread's: what is believed with each lock
         self._path: tuple[Path, float] | None = None
@@ -159,7 +159,7 @@ class SecurityWatch:
         """What the tip will follow, from a time of it on [s]; None goes on with the target's twist."""
         self._path = None if path is None else (path, at)
 
-    def _know(self) -> WhatIfs:
+    def _know(self) -> RolloutSetup:
         """What other arms like this one begin with, as it is believed now."""
         scene = self._session.K.scene
         told = np.array([scene.laid, scene.version]).tobytes() + scene.place.tobytes()

@@ -5,7 +5,7 @@ from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.passable import HELD, Passable
+from ftqp.control.inverse_kinematics.passable import HELD, MotionValidity
 from ftqp.control.planner.joint_motion import JointMotion
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.target import Target
@@ -75,7 +75,7 @@ class Tried(NamedTuple):
 class Trial:
     """Tries motions from one state of an arm, on a planner of its own."""
 
-    def __init__(self, twin: Any, start: JointState, passable: Passable) -> None:
+    def __init__(self, twin: Any, start: JointState, passable: MotionValidity) -> None:
         self._twin, self._start, self._passable = twin, start, passable
         self._view = twin.view()
 
@@ -184,7 +184,7 @@ def corners(q: FloatArray, off: float) -> FloatArray:
 
 
 def halt_posture(
-    start: JointState, stand: FloatArray, passable: Passable, view: PlannerView, robot: Robot
+    start: JointState, stand: FloatArray, passable: MotionValidity, view: PlannerView, robot: Robot
 ) -> FloatArray:
     """The posture near by that needs the least of the motors and the base and is away from limits, (nv,).
 
@@ -222,7 +222,7 @@ def halt_posture(
 
 
 def _borne(
-    start: JointState, end: FloatArray, passable: Passable, view: PlannerView, robot: Robot
+    start: JointState, end: FloatArray, passable: MotionValidity, view: PlannerView, robot: Robot
 ) -> FloatArray:
     """The largest force and torque that the base bears on the way to a posture, (2,) [N, N m]."""
     working, limits = view.working, view.limits

@@ -8,7 +8,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.passable import HELD, Passable
+from ftqp.control.inverse_kinematics.passable import HELD, MotionValidity
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
@@ -159,7 +159,7 @@ def _found(
     planner: Any,
     twins: Twins,
     view: PlannerView,
-    passable: Passable,
+    passable: MotionValidity,
     came: FloatArray | None,
     home: FloatArray,
     hang: tuple[str, ...],
@@ -206,7 +206,7 @@ def _resting(start: JointState, a: FloatArray) -> FloatArray:
 
 
 def _back_by_tip(
-    twin: Any, start: JointState, passable: Passable, came: FloatArray, rows: str
+    twin: Any, start: JointState, passable: MotionValidity, came: FloatArray, rows: str
 ) -> tuple[FloatArray, Tried] | None:
     """The places of the way along the tip's, as the joints that are left follow it, and what they come to.
 
@@ -253,7 +253,7 @@ def _way(
     tried: Tried,
     view: PlannerView,
     robot: Robot,
-    passable: Passable,
+    passable: MotionValidity,
     hang: tuple[str, ...],
     failed: tuple[str, ...],
 ) -> WayOut:

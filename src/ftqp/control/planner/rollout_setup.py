@@ -6,11 +6,11 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.planner.collision_model import CollisionModel
 from ftqp.control.planner.filled_rows import refuse_asking
 from ftqp.control.planner.mounted_robot import BrakingReserve
 from ftqp.control.planner.qp_solver import Solver
 from ftqp.control.planner.settings import Settings
-from ftqp.control.planner.surroundings import Surroundings
 from ftqp.control.planner.task_list import TaskList
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
@@ -23,7 +23,7 @@ from ftqp.model.robot import Robot
 
 
 @final
-class WhatIfs:
+class RolloutSetup:
     """A copy of what a planner knows, as after a reset, and what becomes of its beliefs.
 
     Attributes:
@@ -46,7 +46,7 @@ class WhatIfs:
         solver: Solver,
         reserve: BrakingReserve | None,
         faults: dict[str, Fault],
-        around: Surroundings | None,
+        around: CollisionModel | None,
         tasks: TaskList,
         constraints: Sequence[Any],
     ) -> None:

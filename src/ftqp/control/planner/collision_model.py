@@ -22,7 +22,7 @@ def clearance_rows(asked: bool) -> tuple[str, ...]:
     return tuple(f"pair {k + 1}" for k in range(CLEARANCES)) if asked else ()
 
 
-def refuse_moving_base(leader: str, surroundings: "Surroundings | None") -> None:
+def refuse_moving_base(leader: str, surroundings: "CollisionModel | None") -> None:
     """Refuse an inertial task beside a scene."""
     if leader == "base" and surroundings is not None:
         raise InputError(
@@ -54,7 +54,7 @@ Changes = list[tuple[Any, Any]]
 
 
 @final
-class Surroundings:
+class CollisionModel:
     """The part of a planner that knows where bodies are, and what is called what.
 
     A change is worked out on a copy of the record, and then written by one compiled call. What Python knows
