@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from ftqp.control.planner.rollout_setup import Deployable
+from ftqp.control.planner.assembly import Deployable
 from ftqp.kernel.compiled.library import KERNEL, code_key
 from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.layout.enums import JOINTS

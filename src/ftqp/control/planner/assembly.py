@@ -1,7 +1,8 @@
 """What a planner is made of: its record, filled in once, and the parts that take part in its life."""
 
 from collections.abc import Callable
-from typing import final
+from dataclasses import dataclass
+from typing import Any, final
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from ftqp.control.planner.mounted_robot import BrakingReserve
 from ftqp.control.planner.qp_solver import Solver
 from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.response.probing import probing_of
-from ftqp.control.planner.rollout_setup import Deployable, RolloutSetup, deployable
+from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import LEVELS, Settings
 from ftqp.control.planner.stages import Stage
 from ftqp.control.planner.start import Rest, StartWatch
@@ -38,6 +39,7 @@ from ftqp.control.task.task import (
     checked_gains,
     row_indices,
 )
+from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
@@ -156,6 +158,27 @@ def _orders_of(session: Session, arm: ArmSession, given: Settings, solver: Solve
     return Orders(session, arm, facts)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Deployable:
+    """The memory of a planner that has not begun.
+
+    Attributes:
+        record: The record, (1,).
+        given: What it was made with, (1,).
+        arm: The arm by itself, (1,).
+        detector: The record of its detector, (1,), which has seen nothing; None without one.
+        states: Of the samples of its braking reserve, q and v, (samples, 2 nv).
+        left_out: What of the planner a program in C does without, a sentence each.
+    """
+
+    record: Any
+    given: Any
+    arm: Any
+    detector: Any
+    states: FloatArray
+    left_out: tuple[str, ...]
+
+
 @final
 class Assembly:
     """A planner's record and parts, each with a public interface of its own.
@@ -255,9 +278,34 @@ class Assembly:
                 "the scene has a cloud of balls, which a library in C does not have; give what stands there "
                 "names, scene.add(...), or take the cloud away, scene.update(np.zeros((0, 4)))"
             )
-        return deployable(
-            self.session, self.orders, self.given, self.solver, belief, reserve, self.tasks,
-            asking=self.asking,
+        if not self.solver.sizes_may_change:
+            raise InputError(
+                f"this planner is solved by {self.given.backend!r}, expected the backend 'active_set' and a "
+                "scheme with a QP: a library in C has no other solver"
+            )
+        if self.leading is not None:
+            raise InputError("this planner follows a plan, which a library in C does not; leave the plan out")
+        refuse_asking(self.asking, "a library in C", "leave {them} out")
+        if self.tasks:
+            raise InputError(
+                f"the planner has further tasks ({', '.join(self.tasks)}), which no library in C has; leave "
+                "them out"
+            )
+        if belief.faults:
+            raise InputError(
+                "this planner already believes in faults; build a healthy one, and report them to it"
+            )
+        stays = "changes of the scene, which stays as it was when the library was built"
+        copy = self.session.copy()
+        copy.K.state.is_reset = 0
+        memory, n = self.orders.on(copy).memory, self.given.robot.nv
+        rows = np.zeros((0, 2 * n)) if reserve is None else reserve.samples.rows
+        memory["samples"] = len(rows)
+        return Deployable(
+            record=copy.memory,
+            given=memory,
+            arm=self.orders.arm,
             detector=None if self.response is None else self.response.detector.memory.copy(),
-            has_scene=self.surroundings is not None,
-        )  # fmt: skip
+            states=rows[:, : 2 * n].copy(),
+            left_out=() if self.surroundings is None else (stays,),
+        )

@@ -16,7 +16,7 @@ from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.control.inverse_kinematics.passable import MotionValidity, Walled
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.arm_loop import Learned, learned
-from ftqp.control.planner.assembly import Assembly
+from ftqp.control.planner.assembly import Assembly, Deployable
 from ftqp.control.planner.collision_model import refuse_moving_base
 from ftqp.control.planner.constraint_list import Constraint, Constraints
 from ftqp.control.planner.degrading import fewer_rows
@@ -35,7 +35,7 @@ from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
 from ftqp.control.planner.mounted_robot import BrakingReserve, MountedRobot, braking_reserve, warn_of_weight
 from ftqp.control.planner.planner_view import PlannerView, planner_html
 from ftqp.control.planner.qp_solver import IN_KERNEL
-from ftqp.control.planner.rollout_setup import Deployable, RolloutSetup
+from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import settled
 from ftqp.control.planner.stages import CLOCK, FREE, Tick, staged
 from ftqp.control.planner.step import Step
