@@ -6,8 +6,8 @@ from typing import Any, final
 import numpy as np
 from scipy.stats import qmc
 
-from ftqp.control.inverse_kinematics.arm_study import STEP as STEP
-from ftqp.control.inverse_kinematics.arm_study import goal_pose, robot_session, row_names, start_box
+from ftqp.control.inverse_kinematics.posture_search import STEP as STEP
+from ftqp.control.inverse_kinematics.posture_search import goal_pose, robot_session, row_names, start_box
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.study_session import StudySession

@@ -11,7 +11,7 @@ import numpy as np
 from ftqp.analysis.circular_intervals import TURN
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.rest.linearisation import still_joints
-from ftqp.control.inverse_kinematics.arm_study import SPAN_BY_LENGTH
+from ftqp.control.inverse_kinematics.posture_search import SPAN_BY_LENGTH
 from ftqp.core.checks import BoolArray, FloatArray
 
 LARGEST_TURN = 0.7

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.analysis.survival.task_path import TaskPath
-from ftqp.control.inverse_kinematics.arm_study import robot_session, task_rows
+from ftqp.control.inverse_kinematics.posture_search import robot_session, task_rows
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.continuation_study import ContinuationStudy

@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.analysis.goals import random_postures
 from ftqp.analysis.survival.continuing import rows_session
-from ftqp.control.inverse_kinematics.arm_study import task_rows
+from ftqp.control.inverse_kinematics.posture_search import task_rows
 from ftqp.core.checks import FloatArray, IntArray, frozen, instance, positive, whole_number
 from ftqp.kernel.entry.continuation_study import ContinuationStudy
 from ftqp.kernel.layout.enums import Survival

@@ -8,7 +8,7 @@ from typing import Any, Self, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.arm_study import robot_session, task_rows
+from ftqp.control.inverse_kinematics.posture_search import robot_session, task_rows
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.scene.placed_shapes import Clearance, Scene

@@ -6,9 +6,8 @@ from typing import final
 import numpy as np
 
 from ftqp.control.following.joint_tree import JointTree, passing
-from ftqp.control.inverse_kinematics.arm_study import start_box
 from ftqp.control.inverse_kinematics.passable import HELD, MotionValidity
-from ftqp.control.inverse_kinematics.posture_search import Posture, PostureSearch
+from ftqp.control.inverse_kinematics.posture_search import Posture, PostureSearch, start_box
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.core.checks import FloatArray

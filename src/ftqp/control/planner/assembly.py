@@ -10,7 +10,6 @@ from ftqp.control.drive.joint_drive import BRAKES, KINDS, Drive, Noise
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.collision_model import CollisionModel, clearance_rows
 from ftqp.control.planner.constraint_list import Constraints, row_names
-from ftqp.control.planner.degrading import Degrading, allow
 from ftqp.control.planner.filled_rows import refuse_asking
 from ftqp.control.planner.free_joint import KEPT_OF, FreeJoint
 from ftqp.control.planner.leading_plan import PlanLeading
@@ -21,7 +20,7 @@ from ftqp.control.planner.response.probing import probing_of
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import LEVELS, Settings
 from ftqp.control.planner.stages import Stage
-from ftqp.control.planner.start import Rest, StartWatch
+from ftqp.control.planner.start import Degrading, Rest, StartWatch, allow
 from ftqp.control.planner.step import Step, parts_of_free
 from ftqp.control.planner.step_parts import StepHeader
 from ftqp.control.planner.task_list import TaskList, held_rows

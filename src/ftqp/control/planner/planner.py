@@ -19,7 +19,6 @@ from ftqp.control.planner.arm_loop import Learned, learned
 from ftqp.control.planner.assembly import Assembly, Deployable
 from ftqp.control.planner.collision_model import refuse_moving_base
 from ftqp.control.planner.constraint_list import Constraint, Constraints
-from ftqp.control.planner.degrading import fewer_rows
 from ftqp.control.planner.draft import Draft, write_call
 from ftqp.control.planner.given_arrays import (
     converted_tick,
@@ -38,6 +37,7 @@ from ftqp.control.planner.qp_solver import IN_KERNEL
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import settled
 from ftqp.control.planner.stages import CLOCK, FREE, Tick, staged
+from ftqp.control.planner.start import fewer_rows
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.task_list import TaskList
