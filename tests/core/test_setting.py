@@ -8,6 +8,7 @@ import pytest
 
 from ftqp.app.schema.reading import Options, Table, options, plain, read
 from ftqp.core.errors import InputError, ScenarioError
+from ftqp.core.fixed import Fixed
 from ftqp.core.setting import REQUIRED, Setting, every_key, keys_of, like, refuse_out_of_range, setting
 
 
@@ -45,6 +46,22 @@ class Wheel(Table):
     kind: Options[Any] = setting(REQUIRED, "kind of part", kinds={"spring": Spring, "damper": Damper})
 
 
+class Motor:
+    """A stranger's options, in words.
+
+    Args:
+        poles: Of the rotor: a number of pairs.
+        gear: How often the rotor turns for one turn of the joint, > 0 [-]. A larger one is slower; None
+            is 0.5 of the usual one.
+    """
+
+    poles: Fixed[int] = Fixed("_poles")
+    settings: ClassVar[Mapping[str, Setting]] = {"gear": Setting(above=0.0)}
+
+    def __init__(self, poles: int = 2, gear: float | None = None) -> None:
+        self._poles = poles
+
+
 def wheel(**changes: Any) -> Wheel:
     content = {"radius": 0.3, "kind": "damper", "rate": 0.5}
     return read(Wheel, content | changes, "the wheel has errors:")
@@ -55,6 +72,14 @@ def test_only_fields_and_arguments_that_say_something_are_keys() -> None:
     assert keys_of(Damper)["oil"].default == "thin" and keys_of(Damper)["rate"].default is REQUIRED
     assert keys_of(Wheel)["stiffness"].says is keys_of(Spring)["stiffness"].says
     assert not keys_of(str)
+
+
+def test_an_option_means_what_the_docstring_of_its_class_says() -> None:
+    said = "how often the rotor turns for one turn of the joint, > 0; if absent 0.5 of the usual one"
+    assert keys_of(Motor)["gear"].says.about == said
+    assert Motor.poles.__doc__ == "of the rotor"
+    with pytest.raises(AttributeError, match=r"motor\.poles cannot be set: .* make another one"):
+        Motor().poles = 3
 
 
 def test_every_key_of_a_table_has_its_path() -> None:

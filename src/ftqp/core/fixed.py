@@ -3,6 +3,8 @@
 from operator import attrgetter
 from typing import Any, Generic, NoReturn, TypeVar, overload
 
+from ftqp.core.setting import words_of
+
 T = TypeVar("T")
 MADE = "the object was laid out for it; make another one"
 """The remedy where there is no verb that changes an attribute."""
@@ -13,15 +15,17 @@ class Fixed(Generic[T]):
 
     Args:
         path: Where its object keeps it, dotted.
-        about: What it is, with its unit: the documentation of the attribute.
+        about: What it is, with its unit: the documentation of the attribute; without one it is what its
+            class says of the argument of that name.
         remedy: What to do in place of setting it, in words; ``{name}`` is the attribute.
     """
 
-    def __init__(self, path: str, about: str, remedy: str) -> None:
+    def __init__(self, path: str, about: str = "", remedy: str = MADE) -> None:
         self._read, self.__doc__, self._remedy = attrgetter(path), about, remedy
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
+        self.__doc__ = self.__doc__ or words_of(owner, name)
 
     @overload
     def __get__(self, owner: None, kind: type) -> "Fixed[T]": ...

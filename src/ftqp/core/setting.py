@@ -162,13 +162,13 @@ def _keys_of(owner: Any) -> Mapping[str, Key]:
         name: Key(
             hint=hints[name] if says.of is None else says.of,
             default=REQUIRED if says.needed else defaults[name],
-            says=says if says.about else replace(says, about=_words(owner, name)),
+            says=says if says.about else replace(says, about=words_of(owner, name)),
         )
         for name, says in declared.items()
     }
 
 
-def _words(owner: type[Any], name: str) -> str:
+def words_of(owner: type[Any], name: str) -> str:
     """What docstrings say of an argument: their first clause, and what it is if it is not given."""
     told = (cleandoc(kind.__doc__ or "") for kind in (*owner.__mro__, getattr(owner, "explained_by", object)))
     found = (re.search(rf"^    {name}: (.*(?:\n        .*)*)", doc, re.MULTILINE) for doc in told)

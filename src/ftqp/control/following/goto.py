@@ -100,7 +100,7 @@ class GoTo:
         "_tip", "_to_posture", "_tolerance", "_turned_back", "_view", "_way",
     )  # fmt: skip
 
-    planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
+    planner: Fixed[Planner] = Fixed("_planner")
     pose: Fixed[FloatArray] = Fixed("_pose", "Where the tip shall rest, (4, 4); read-only.", MADE)
 
     def __init__(

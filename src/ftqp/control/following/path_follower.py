@@ -19,7 +19,7 @@ from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, target_on
 from ftqp.core.checks import instance, seen
 from ftqp.core.errors import InputError
-from ftqp.core.fixed import MADE, Fixed
+from ftqp.core.fixed import Fixed
 from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.layout.enums import HELD, OK, RELAXED, SCALED
 from ftqp.kernel.layout.thresholds import SCALED_FROM
@@ -105,11 +105,9 @@ class PathFollower:
         "_spots", "_stall", "_stalled", "_standing", "_state", "_stood", "_stood_at", "_target",
     )  # fmt: skip
 
-    planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
-    path: Fixed[Path] = Fixed("_path", "What the tip follows, in its own time.", MADE)
-    stall: Fixed[StallEscape | None] = Fixed(
-        "_stall", "When a stalled path is helped on, and when it is called blocked.", MADE
-    )
+    planner: Fixed[Planner] = Fixed("_planner")
+    path: Fixed[Path] = Fixed("_path")
+    stall: Fixed[StallEscape | None] = Fixed("_stall")
 
     def __init__(
         self,

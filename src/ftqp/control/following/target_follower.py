@@ -17,7 +17,7 @@ from ftqp.control.planner.target import Target, Targets
 from ftqp.control.references.tip_reference import TipLimits
 from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import InputError
-from ftqp.core.fixed import MADE, Fixed
+from ftqp.core.fixed import Fixed
 from ftqp.core.pose import has_last_row, is_rotation_matrix
 from ftqp.kernel.layout.enums import STOPPED, STOPPING, TARGET_HAS_ROTATION, TARGET_POSE, TARGET_TWIST
 
@@ -64,7 +64,7 @@ class TargetFollower:
         "_twist",
     )  # fmt: skip
 
-    planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
+    planner: Fixed[Planner] = Fixed("_planner")
 
     def __init__(self, planner: Planner, limits: TipLimits | None = None, *, dead_man: float = 0.2) -> None:
         instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot)")

@@ -14,7 +14,7 @@ from ftqp.control.planner.step_parts import TIP
 from ftqp.control.planner.target import Target, target_on
 from ftqp.core.checks import instance, positive, seen
 from ftqp.core.errors import InputError
-from ftqp.core.fixed import MADE, Fixed
+from ftqp.core.fixed import Fixed
 from ftqp.kernel.layout.enums import HELD, STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import SCALED_FROM
 
@@ -68,8 +68,8 @@ class TaskPaths:
         "_worst",
     )  # fmt: skip
 
-    planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
-    paths: Fixed[Mapping[str, Path]] = Fixed("_paths", "The path of each task by its name.", MADE)
+    planner: Fixed[Planner] = Fixed("_planner")
+    paths: Fixed[Mapping[str, Path]] = Fixed("_paths")
 
     def __init__(
         self,

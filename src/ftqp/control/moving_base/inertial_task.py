@@ -130,9 +130,9 @@ class InertialTask:
 
     __slots__ = ("_base", "_base_pose", "_error", "_gain", "_lead", "_planner", "_setpoint", "_state")
 
-    planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
-    base: Fixed[MovingBase] = Fixed("_base", "What is known of the base.", MADE)
-    gain: Fixed[float] = Fixed("_gain", "The share of the error that one step removes.", MADE)
+    planner: Fixed[Planner] = Fixed("_planner")
+    base: Fixed[MovingBase] = Fixed("_base")
+    gain: Fixed[float] = Fixed("_gain")
     base_pose: Fixed[FloatArray] = Fixed(
         "_base_pose", "Pose of the base when it was measured last, (4, 4) along I; read-only.", MADE
     )

@@ -232,9 +232,9 @@ class Planner:
         "The arm as it is fitted now, with its load and tool.",
         "planner.carry(payload) mounts a load, planner.tool(T) a tool; for another arm make another planner",
     )
-    dt: Fixed[float] = Fixed("_given.dt", "The sampling period [s].", ANEW)
-    level: Fixed[str] = Fixed("_given.level", "``acceleration`` or ``velocity``, what the QP decides.", ANEW)
-    task: Fixed[Task] = Fixed("_given.task", "Which rows of the pose are followed, and how.", ANEW)
+    dt: Fixed[float] = Fixed("_given.dt", remedy=ANEW)
+    level: Fixed[str] = Fixed("_given.level", remedy=ANEW)
+    task: Fixed[Task] = Fixed("_given.task", remedy=ANEW)
     tasks: Fixed[TaskList] = Fixed(
         "_parts.tasks",
         "The further tasks by name; their weights and targets may be changed between steps.",
@@ -245,20 +245,14 @@ class Planner:
         "Points that are kept on their side of a plane, and rows of your own, by name.",
         ANEW,
     )
-    scheme: Fixed[Scheme | Resolver] = Fixed("_given.scheme", "What the arm does with its redundancy.", ANEW)
-    bounds: Fixed[Bounds] = Fixed("_given.bounds", "How limits become intervals.", ANEW)
-    emergency: Fixed[EmergencyStop | None] = Fixed(
-        "_given.emergency", "When it stops the arm of its own accord; None: never.", ANEW
-    )
-    posture: Fixed[FloatArray | None] = Fixed(
-        "_given.posture", "Where ``rmp`` and ``dlsm`` return to, (nv,) [rad or m].", ANEW
-    )
-    drive: Fixed[Drive] = Fixed("_given.drive", "What the arm takes.", ANEW)
-    noise: Fixed[Noise] = Fixed("_given.noise", "How noisy the measurements are.", ANEW)
-    backend: Fixed[str] = Fixed("_given.backend", "Name of the solver.", ANEW)
-    plan: Fixed[LeadingPlan | None] = Fixed(
-        "_given.plan", "What leads the null space; None without one.", ANEW
-    )
+    scheme: Fixed[Scheme | Resolver] = Fixed("_given.scheme", remedy=ANEW)
+    bounds: Fixed[Bounds] = Fixed("_given.bounds", remedy=ANEW)
+    emergency: Fixed[EmergencyStop | None] = Fixed("_given.emergency", remedy=ANEW)
+    posture: Fixed[FloatArray | None] = Fixed("_given.posture", remedy=ANEW)
+    drive: Fixed[Drive] = Fixed("_given.drive", remedy=ANEW)
+    noise: Fixed[Noise] = Fixed("_given.noise", remedy=ANEW)
+    backend: Fixed[str] = Fixed("_given.backend", remedy=ANEW)
+    plan: Fixed[LeadingPlan | None] = Fixed("_given.plan", remedy=ANEW)
     faults: Fixed[dict[str, Fault]] = Fixed(
         "_configuration.belief.faults",
         "The faults believed now, by joint name; a copy.",
