@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.control.planner.test_soft_tasks import LEVELS, LIGHT, PANDA, Q, V, frame, still
+from tests.control.planner.test_soft_tasks import LIGHT, PANDA, Q, V, frame, still
 
 import ftqp
 from ftqp.control.planner.planner_view import row_labels
@@ -58,7 +58,8 @@ def test_nothing_crosses_its_boundary_whatever_fails_and_wherever_the_target_goe
         at = str(rng.choice([robot.tip, robot.joints[3], robot.joints[5]]))
         keeps.append(made(rng, robot, at, name=f"k{k}"))
     task = ftqp.Task(rows="position", mode=["slack", "hard", "scaled", "lexicographic"][(seed // 2) % 4])
-    planner = ftqp.Planner(robot, DT, level=LEVELS[seed % 2], task=task, emergency=None, constraints=keeps)
+    level = "velocity" if seed % 2 else "acceleration"
+    planner = ftqp.Planner(robot, DT, level=level, task=task, emergency=None, constraints=keeps)
     q, T = robot.neutral.copy(), robot.pose(robot.neutral)
     planner.reset(q)
     way, rate, least = 0.3 * rng.normal(size=3), rng.uniform(1.0, fastest), np.inf
