@@ -61,6 +61,12 @@ def level(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
+@pytest.fixture(params=["position", "velocity", "torque"])
+def drive(request: pytest.FixtureRequest) -> str:
+    """All drives that an arm may have."""
+    return str(request.param)
+
+
 @pytest.fixture(autouse=True, scope="module")
 def what_is_said() -> Iterator[None]:
     """Scripts that say errors alone, and calls that are interrupted, hush no test after them."""

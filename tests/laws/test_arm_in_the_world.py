@@ -34,7 +34,6 @@ def test_a_healthy_arm_in_a_slow_loop_is_accused_of_nothing(drive, dt):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 def test_a_brake_told_at_once_costs_millimetres(drive):
     robot = ftqp.robots.load("panda")
     planner, arm = wired(robot, drive)
@@ -44,7 +43,6 @@ def test_a_brake_told_at_once_costs_millimetres(drive):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 @pytest.mark.parametrize("seed", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_noise_delay_load_and_friction_are_lived_with(drive, seed):
     robot = ftqp.robots.load("panda")
@@ -56,7 +54,6 @@ def test_noise_delay_load_and_friction_are_lived_with(drive, seed):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 @pytest.mark.parametrize("joint", [1, pytest.param(3, marks=pytest.mark.slow)])
 def test_a_brake_that_nobody_told_is_seen_and_ends_at_rest(drive, joint):
     robot = ftqp.robots.load("panda")
@@ -98,7 +95,6 @@ def test_a_push_makes_the_user_s_targets_late_and_the_time_is_made_up(drive):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 def test_a_stop_holds_its_place_and_goes_on_when_asked(drive):
     robot = ftqp.robots.load("panda")
     planner, arm = wired(robot, drive, sigma=1e-4, mass=2.0, friction=np.full(7, 0.1))

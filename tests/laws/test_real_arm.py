@@ -93,7 +93,6 @@ def rms(values):
     return float(np.sqrt(np.mean(values**2)))
 
 
-@pytest.mark.parametrize("drive", DRIVES)
 def test_ideal_arm_follows_within_a_fifth_of_a_millimetre(drive):
     found = outcome(drive)
     assert rms(found.error) < 0.1
@@ -101,7 +100,6 @@ def test_ideal_arm_follows_within_a_fifth_of_a_millimetre(drive):
     assert set(found.status) == {StepStatus.OK}
 
 
-@pytest.mark.parametrize("drive", DRIVES)
 def test_brake_that_is_told_at_once_costs_two_millimetres(drive):
     found = outcome(drive, brake())
     assert rms(found.settled) < 0.5
@@ -109,7 +107,6 @@ def test_brake_that_is_told_at_once_costs_two_millimetres(drive):
     assert found.speed < 1.02
 
 
-@pytest.mark.parametrize("drive", DRIVES)
 def test_brake_that_is_told_late_costs_five_millimetres(drive):
     found = outcome(drive, brake(AT + 0.05))
     assert rms(found.settled) < 1.0
@@ -117,7 +114,6 @@ def test_brake_that_is_told_late_costs_five_millimetres(drive):
     assert found.error.max() < 5.0
 
 
-@pytest.mark.parametrize("drive", DRIVES)
 def test_noise_delay_load_and_friction_leave_five_millimetres_and_thirty_milliradians(drive):
     found = outcome(drive, brake(), real=True)
     assert rms(found.settled) < 1.0
@@ -126,7 +122,6 @@ def test_noise_delay_load_and_friction_leave_five_millimetres_and_thirty_millira
     assert found.turned.max() < 30.0
 
 
-@pytest.mark.parametrize("drive", DRIVES)
 def test_brake_that_is_never_told_is_seen_as_lag_and_ends_at_rest(drive):
     found = outcome(drive, brake("never"))
     wrong = found.t[(found.error > 10.0) & (found.t > AT)]

@@ -30,7 +30,6 @@ class Arm:
         return self.step
 
 
-@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 def test_arm_whose_joint_is_seen_to_move_has_not_stopped(robot, drive):
     arm = Arm(robot, drive, emergency=None)
     arm.tick()
@@ -99,7 +98,6 @@ def test_degraded_joint_that_cannot_hold_the_arm_asks_for_its_brake_at_the_repor
         assert arm.planner.stopped_because.startswith("panda_joint2 cannot hold the arm here")
 
 
-@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 @pytest.mark.parametrize("brakes", ["each", "all", "none"])
 def test_brakes_are_asked_for_as_the_arm_has_them(robot, drive, brakes):
     arm = Arm(robot, ftqp.Drive(kind=drive, brakes=brakes), emergency=None)
@@ -170,7 +168,6 @@ def runaway(robot, drive, share, emergency):
     return None, step
 
 
-@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 def test_joint_far_faster_than_asked_and_allowed_is_braked_and_stops_the_arm(robot, drive):
     ticks, step = runaway(robot, drive, 1.28, {})
     assert ticks is not None and step.status.name in ("STOPPING", "STOPPED")

@@ -80,7 +80,6 @@ class Ride:
         return self.step
 
 
-@pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("ticks", [0, 30])
 @pytest.mark.parametrize("by", [1e-4, 3.0, np.nan])
 def test_nothing_between_two_ticks_moves_the_reference(drive, level, ticks, by):
@@ -140,7 +139,6 @@ def test_a_joint_that_swings_is_nowhere_faster_than_anything_moves(level):
         assert (abs(step.v) < 1e4).all() and (abs(step.q) < 1e7).all() and np.isfinite(step.tau).all(), name
 
 
-@pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("joint", [0, 3])
 def test_a_command_that_is_no_number_is_replaced_by_the_last_one_braked(drive, joint):
     ride = Ride(drive)
@@ -251,7 +249,6 @@ def test_bounds_as_published_pass_the_gate(bounds):
 
 
 @pytest.mark.parametrize("bounds", ["jin", "one_step"])
-@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 def test_a_joint_that_cannot_stop_in_time_is_not_sent_beyond_its_range(bounds, drive):
     """Bounds that keep no room to brake let a joint come too fast to its end: it ends there at once."""
     robot = ftqp.robots.load("panda")
