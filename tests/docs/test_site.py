@@ -52,6 +52,7 @@ def is_outside(address):
     return bool(urlsplit(address).netloc) or address.startswith("//")
 
 
+@pytest.mark.slow
 def test_no_page_loads_anything_from_outside(site, texts):
     assert len(texts) > 80
     loaded = {one for text in texts.values() for one in LOADED.findall(text)}
@@ -61,6 +62,7 @@ def test_no_page_loads_anything_from_outside(site, texts):
     assert not re.findall(r"(?:url\(|@import)\s*[\"']?(?:https?:)?//", styles)
 
 
+@pytest.mark.slow
 def test_every_link_of_a_page_leads_to_a_page_and_a_place_in_it(site, texts):
     @cache
     def places(name):
@@ -88,6 +90,7 @@ def test_every_link_of_a_page_leads_to_a_page_and_a_place_in_it(site, texts):
     assert not wrong
 
 
+@pytest.mark.slow
 def test_every_table_and_every_list_of_a_text_became_one(texts):
     """A bar too many in a cell, or a list right below a line, would be left as it was written."""
     for name, text in texts.items():
@@ -96,6 +99,7 @@ def test_every_table_and_every_list_of_a_text_became_one(texts):
         assert not re.search(r"<p>[^<]*\n(?:- |1\. |\* )", shown) or name.startswith("reference/api/"), name
 
 
+@pytest.mark.slow
 def test_every_public_name_has_its_place_in_the_reference(texts):
     found = {
         one for name, text in texts.items() if name.startswith("reference/api/") for one in SAID.findall(text)
@@ -104,6 +108,7 @@ def test_every_public_name_has_its_place_in_the_reference(texts):
     assert len(public) > 150 and not set(public) - found
 
 
+@pytest.mark.slow
 def test_every_command_and_every_key_of_a_scenario_is_explained(texts):
     from ftqp.app.commands.cli import app
     from ftqp.app.output.tables import keys
@@ -114,12 +119,14 @@ def test_every_command_and_every_key_of_a_scenario_is_explained(texts):
     assert cells == [row["key"] for row in keys()]
 
 
+@pytest.mark.slow
 def test_every_work_has_its_place_among_the_references_and_citations_lead_there(texts):
     assert set(module("citations").works()) <= set(SAID.findall(texts["references.html"]))
     assert 'href="../references.html#bedrossian1993"' in texts["theory/singularities.html"]
     assert not re.findall(r"\[@\w+", re.sub(r"<code>.*?</code>", "", "".join(texts.values())))
 
 
+@pytest.mark.slow
 def test_formulas_are_mathml_and_no_script(texts):
     theory = texts["theory/index.html"]
     assert theory.count("<math") == 5 and theory.count("<mtr>") == 5
@@ -132,11 +139,13 @@ def test_formulas_are_mathml_and_no_script(texts):
     ]
 
 
+@pytest.mark.slow
 def test_the_index_of_the_search_is_read_from_the_disk(site):
     text = (site / "search" / "search_index.js").read_text(encoding="utf-8")
     assert text.startswith("var __index = {") and "free-swinging" in text
 
 
+@pytest.mark.slow
 def test_the_search_finds_pages_in_a_browser_without_a_network(site, opened):  # noqa: F811
     asked = []
     tab = opened("about:blank", offline=True)
