@@ -185,7 +185,7 @@ def pictures(found_map, found_basins):
     """A function that draws all pictures into a folder."""
     from papers import goel_pictures
 
-    from ftqp.viz.figures import map_pictures, rest_pictures
+    from ftqp.viz.figures import map_pictures
 
     def motion(count, goal, start, joint, duration):
         way = point_to_point(arm(count), goal, np.array(start) * DEG, duration=duration, locked=joint)
@@ -215,7 +215,7 @@ def pictures(found_map, found_basins):
         )  # fmt: skip
         within = joint_ranges(arm(3), GOAL, rows="position")
         rests = [
-            rest_pictures.draw_rests(
+            goel_pictures.draw_rests(
                 out / f"{name}-rests-{joint}.png", f"Figure 9: joint {joint[1]} locked",
                 rest_curves(arm(3), GOAL, joint), within[joint],
             )

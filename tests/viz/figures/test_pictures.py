@@ -7,14 +7,13 @@ from hypothesis import strategies as st
 from tests.viz.figures.conftest import legend
 
 import ftqp
-from ftqp.analysis import CircularIntervals, rest_curves
-from ftqp.viz.figures import arm_picture, canvas, loop_picture, map_pictures, rest_pictures
+from ftqp.viz.figures import arm_picture, canvas, loop_picture, map_pictures
 
 POINTS = np.array([[0.0, 0.0, 0.3], [0.0, 0.0, 0.3], [0.3, 0.1, 0.6], [0.6, -0.1, 0.5]])
 AXES = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
 RANGES = np.array([[-1.0, 2.0], [-np.inf, np.inf], [0.0, 1.0]])
 T = np.linspace(0.0, 2.0, 50)
-THREE, GOAL = ftqp.robots.load("planar", lengths=(1, 1, 1), continuous=True), (1.5, 1.5)
+GOAL = (1.5, 1.5)
 
 
 @given(st.integers(1, 5000), st.integers(1, 700), st.integers(0, 99))
@@ -115,22 +114,3 @@ def test_motions_after_failures_are_drawn_from_start_to_end_with_their_errors(dr
     np.testing.assert_array_equal(error.lines[0].get_ydata(), np.exp(-t))
     assert np.ptp(stands.lines[-2].get_xydata(), axis=0).max() == 0.0
     assert legend(drawn[0])[:2] == ["at the failure", "in the end"]
-
-
-def test_every_stretch_of_a_curve_of_rests_has_the_colour_of_its_kind(drawn, tmp_path):
-    rests = rest_curves(THREE, GOAL, "j1")
-    rest_pictures.draw_rests(tmp_path / "r.png", "rests", rests)
-    for axes in drawn[0].axes:
-        lines = [line for line in axes.lines if line.get_linestyle() != "None"]
-        assert sum(len(line.get_xdata()) for line in lines) == sum(len(curve.q) for curve in rests)
-        kinds = {kind for curve in rests for kind in curve.kinds}
-        assert {line.get_color() for line in lines} == {rest_pictures.COLOURS[kind] for kind in kinds}
-        assert max(np.ptp(line.get_xdata()) for line in lines) < 180.0
-
-
-def test_values_across_the_seam_are_shaded_on_both_sides_and_no_rest_is_an_empty_picture(drawn, tmp_path):
-    none = rest_curves(THREE, (-0.8, 0.0), "j1")
-    assert not len(none)
-    rest_pictures.draw_rests(tmp_path / "r.png", "rests", none, CircularIntervals.of([(3.0, 3.4)]))
-    for axes in drawn[0].axes:
-        assert len(axes.patches) == 2 and not axes.lines
