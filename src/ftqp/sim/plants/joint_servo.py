@@ -35,7 +35,7 @@ class JointServo:
     Args:
         robot: the arm as its maker knows it.
         drive: ``"position"``, ``"velocity"`` or ``"torque"``, what the arm takes.
-        bandwidth: wn of the servo, > 0 [rad/s]; a stiffer servo follows closer, and needs shorter time steps.
+        bandwidth: of the joint servos, wn, > 0 [rad/s]; stiffer ones follow closer, by shorter time steps.
         takes_velocity: whether a position servo is given velocities, too; without it the arm follows late by
             2/wn.
 
@@ -48,8 +48,8 @@ class JointServo:
     """
 
     settings: ClassVar[Settings] = {
-        "bandwidth": Setting("of the joint servos, > 0", unit="rad/s", above=0.0),
-        "takes_velocity": Setting("whether position servos are given velocities, too"),
+        "bandwidth": Setting(unit="rad/s", above=0.0),
+        "takes_velocity": Setting(),
     }
 
     def __init__(

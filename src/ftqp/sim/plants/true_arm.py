@@ -38,8 +38,8 @@ class TrueArm:
         viscous: viscous friction beside that of the model, >= 0 [N m s/rad or N s/m].
         brake_delay: how long a brake takes to close, >= 0 [s]. Meanwhile a joint that fails coasts, and one
             that the planner wants braked goes on as it is told.
-        brake: torque that a closed brake holds, > 0 [N m or N]; with less than its load the joint slips. A
-            joint without entry has twice its torque limit.
+        brake: torque that a closed brake holds, > 0, twice the torque limit where none is given [N m or N];
+            with less than its load the joint slips.
         jitter: how late a command may come, as a share of the control period, 0 to 0.99: each but the first
             comes late by a share that is drawn anew, up to this one, in whole time steps of the physics.
         end_stops: how far beyond the limits the end stops are, >= 0 [rad or m]; None is 0.05, at most 5 % of
@@ -49,47 +49,15 @@ class TrueArm:
         InputError: a value out of its range.
     """
 
-    payload: Payload | None = setting(None, "a load at the tip that the planner does not know of")
-    mass_scale: float = setting(1.0, "true masses by those of the model, > 0", above=0.0)
-    rotors: float | Mapping[str, float] = setting(
-        0.0,
-        "inertia of rotors, as the joint feels it, beside that of the model, >= 0: one number, or a table "
-        "by joint name",
-        unit="kg m2 or kg",
-        least=0.0,
-    )
-    coulomb: float | Mapping[str, float] = setting(
-        0.0,
-        "dry friction beside that of the model, >= 0: one number, or a table by joint name",
-        unit="N m or N",
-        least=0.0,
-    )
-    viscous: float | Mapping[str, float] = setting(
-        0.0,
-        "viscous friction beside that of the model, >= 0: one number, or a table by joint name",
-        unit="N m s/rad or N s/m",
-        least=0.0,
-    )
-    brake_delay: float = setting(0.0, "how long a brake takes to close, >= 0", unit="s", least=0.0)
-    brake: Mapping[str, float] | None = setting(
-        {},
-        "what the brake of a joint holds, by joint name, > 0; it slips above; "
-        "twice the torque limit for a joint that is absent",
-        unit="N m or N",
-        above=0.0,
-    )
-    jitter: float = setting(
-        0.0,
-        "how late a command may come, as a share of the control period that is drawn anew for each",
-        least=0.0,
-        most=MOST_JITTER,
-    )
-    end_stops: float | None = setting(
-        None,
-        "room between a limit and its end stop, >= 0; 0.05, at most 5 % of the range, if absent",
-        unit="rad or m",
-        least=0.0,
-    )
+    payload: Payload | None = setting(None)
+    mass_scale: float = setting(1.0, above=0.0)
+    rotors: float | Mapping[str, float] = setting(0.0, unit="kg m2 or kg", least=0.0)
+    coulomb: float | Mapping[str, float] = setting(0.0, unit="N m or N", least=0.0)
+    viscous: float | Mapping[str, float] = setting(0.0, unit="N m s/rad or N s/m", least=0.0)
+    brake_delay: float = setting(0.0, unit="s", least=0.0)
+    brake: Mapping[str, float] | None = setting({}, unit="N m or N", above=0.0)
+    jitter: float = setting(0.0, least=0.0, most=MOST_JITTER)
+    end_stops: float | None = setting(None, unit="rad or m", least=0.0)
 
     def __post_init__(self) -> None:
         positive("mass_scale", self.mass_scale)

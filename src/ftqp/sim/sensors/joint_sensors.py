@@ -42,13 +42,9 @@ class SensorFault(ABC):
 
     kind: ClassVar[str]
 
-    joint: str | int | None = setting(
-        None, "a joint's name or its index from 0; all joints if absent", least=0.0
-    )
-    at: float = setting(0.0, "when it begins, >= 0", unit="s", least=0.0, needed=True)
-    samples: int | None = setting(
-        None, "how many samples in a row are wrong, >= 1; all from then on if absent", least=1.0
-    )
+    joint: str | int | None = setting(None, least=0.0)
+    at: float = setting(0.0, unit="s", least=0.0, needed=True)
+    samples: int | None = setting(None, least=1.0)
 
     def __post_init__(self) -> None:
         non_negative("time of the sensor's fault", self.at, "s")
@@ -102,8 +98,8 @@ class Offset(SensorFault):
 
     kind: ClassVar[str] = "offset"
 
-    size: float = setting(0.0, "added to the position; 6.2832 is a wrapped angle", unit="rad or m")
-    speed: float = setting(0.0, "added to the velocity", unit="rad/s or m/s")
+    size: float = setting(0.0, unit="rad or m")
+    speed: float = setting(0.0, unit="rad/s or m/s")
 
     def spoil(self, reading: Reading, joints: slice) -> None:
         """Add the constants."""
@@ -116,12 +112,12 @@ class Drifting(SensorFault):
     """The reading runs away from the truth.
 
     Args:
-        rate: How fast [rad/s or m/s].
+        rate: How fast the reading runs away [rad/s or m/s].
     """
 
     kind: ClassVar[str] = "drifting"
 
-    rate: float = setting(0.0, "how fast the reading runs away", unit="rad/s or m/s")
+    rate: float = setting(0.0, unit="rad/s or m/s")
 
     def spoil(self, reading: Reading, joints: slice) -> None:
         """Add what has drifted so far, and its rate."""
@@ -134,14 +130,14 @@ class Scattered(SensorFault):
     """Some readings, chosen at random, are off by a random amount.
 
     Args:
-        share: How many of the samples, in [0, 1].
+        share: Share of wrong samples, 0 to 1.
         size: Standard deviation of the wrong ones [rad or m].
     """
 
     kind: ClassVar[str] = "scattered"
 
-    share: float = setting(0.05, "share of wrong samples, 0 <= x <= 1", least=0.0, most=1.0)
-    size: float = setting(0.5, "standard deviation of the wrong ones, >= 0", unit="rad or m", least=0.0)
+    share: float = setting(0.05, least=0.0, most=1.0)
+    size: float = setting(0.5, unit="rad or m", least=0.0)
 
     def __post_init__(self) -> None:
         SensorFault.__post_init__(self)
@@ -181,8 +177,8 @@ class JointSensors:
         bias: constant error of every position, one number or (nv,) [rad or m].
         position_noise: standard deviation of every position, >= 0 [rad or m].
         velocity_noise: standard deviation of every velocity, >= 0 [rad/s or m/s].
-        torque_noise: standard deviation of the torque of every motor, >= 0 [N m or N]; None where torques are
-            not measured.
+        torque_noise: standard deviation of the torque of every motor, >= 0 [N m or N]; None: torques are not
+            measured.
         faults: what goes wrong, applied in the order given.
         seed: of everything random.
 
@@ -197,23 +193,13 @@ class JointSensors:
     """
 
     settings: ClassVar[Settings] = {
-        "latency": Setting("delay in control periods, >= 0", least=0.0),
-        "quantum": Setting("smallest step of a position, >= 0", unit="rad or m", least=0.0),
-        "bias": Setting(
-            "constant error, one number or one a joint", unit="rad or m", of=float | tuple[float, ...]
-        ),
-        "position_noise": Setting("standard deviation of positions, >= 0", unit="rad or m", least=0.0),
-        "velocity_noise": Setting("standard deviation of velocities, >= 0", unit="rad/s or m/s", least=0.0),
-        "torque_noise": Setting(
-            "standard deviation of the motors' torques, >= 0; they are not measured if absent",
-            unit="N m or N",
-            least=0.0,
-        ),
-        "faults": Setting(
-            "what goes wrong with an encoder, and when",
-            of=tuple[SensorFault, ...],
-            kinds=SENSOR_KINDS,
-        ),
+        "latency": Setting(least=0.0),
+        "quantum": Setting(unit="rad or m", least=0.0),
+        "bias": Setting(unit="rad or m", of=float | tuple[float, ...]),
+        "position_noise": Setting(unit="rad or m", least=0.0),
+        "velocity_noise": Setting(unit="rad/s or m/s", least=0.0),
+        "torque_noise": Setting(unit="N m or N", least=0.0),
+        "faults": Setting(of=tuple[SensorFault, ...], kinds=SENSOR_KINDS),
     }
 
     def __init__(
