@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ftqp.app.campaign.draws import episode, refuse_wrong
-from ftqp.app.scenario import composition
+from ftqp.app.scenario.setup import shoulder
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 
@@ -194,6 +194,6 @@ def test_way_leads_so_many_lengths_of_the_arm_away_from_its_shoulder():
     }
     for one in drawn(vary, 20):
         robot = catalog.load(one["robot.name"])
-        centre, reach = composition.shoulder(robot)
+        centre, reach = shoulder(robot)
         end = robot.pose(np.array(one["start.q"]))[:3, 3] + one["path.displacement"]
         assert 0.9 <= np.linalg.norm(end - centre) / reach <= 1.1

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ftqp.app.campaign.judged_scenario import broken_laws
-from ftqp.app.campaign.shrinking import shrunk
+from ftqp.app.commands.campaign_shrinking import shrunk
 from ftqp.app.commands.cli import app
 from ftqp.core.errors import ScenarioError
 from ftqp.sim.plants.kinematic_plant import KinematicPlant

@@ -15,8 +15,8 @@ from ftqp.app.campaign import episode_study
 from ftqp.app.campaign.kept_campaign import command_of, kept_campaign
 from ftqp.app.commands import campaign_episodes
 from ftqp.app.commands.cli import app
+from ftqp.app.commands.viewing import shown
 from ftqp.app.run import runs
-from ftqp.app.view.subjects import shown
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Locked
 from ftqp.model import catalog

@@ -14,8 +14,8 @@ from typer.testing import CliRunner, Result
 import ftqp
 from ftqp.analysis.planning import placement, self_motion_speeds, survival_labels
 from ftqp.app.commands.cli import app
+from ftqp.app.commands.covering import PairWork
 from ftqp.app.study import coverage_study, kept_portions
-from ftqp.app.study.coverage_study import PairWork
 
 LINE = "planar3-line"
 COARSE = ("--waypoints", "30", "--spacing", "0.15", "--set", "planner.dt=0.02")

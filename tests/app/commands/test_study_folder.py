@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from ftqp.app.commands.study_folder import study_folder
 from ftqp.app.study.results_file import FILE_NAME, locked
+from ftqp.app.study.runner import study_folder
 from ftqp.core.errors import InputError
 
 

@@ -25,7 +25,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from ftqp.app.scenario import composition, document
+from ftqp.app.scenario import document
+from ftqp.app.scenario.setup import arm_from, shoulder
 from ftqp.app.schema.reading import read
 from ftqp.app.schema.robot_section import RobotTable
 from ftqp.core.checks import is_number
@@ -97,7 +98,7 @@ def episode(
     vary: Mapping[str, Any],
     seed: int,
     number: int,
-    arms: Callable[[RobotTable, Path], Robot] = composition.robot,
+    arms: Callable[[RobotTable, Path], Robot] = arm_from,
     folder: Path = Path(),
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """The scenario of an episode, and what was drawn for it, by key.
@@ -290,7 +291,7 @@ ARM: Final[dict[str, Callable[[str, Any], object]]] = {"joint": _any, "start": _
 def _away(name: str, robot: Robot, what: Any, q: Any, rng: np.random.Generator) -> list[float]:
     """From the tip at a start to a point in a random direction from the shoulder."""
     share = rng.uniform(*_distance(name, what))
-    found = composition.shoulder(robot)
+    found = shoulder(robot)
     if found is None:
         raise InputError(
             f"{name} is a distance from the shoulder, and {robot.joints[0]} slides: draw other robots"

@@ -16,8 +16,8 @@ from ftqp import __version__
 from ftqp.app.campaign import found_failures
 from ftqp.app.campaign.draws import episode, refuse_wrong
 from ftqp.app.campaign.shown_trace import failures, model_file, trace
-from ftqp.app.scenario import composition, document
-from ftqp.app.scenario.setup import Setup, resolve, validated
+from ftqp.app.scenario import document
+from ftqp.app.scenario.setup import Setup, arm_from, resolve, validated
 from ftqp.app.schema.campaign_file import CampaignFile
 from ftqp.app.schema.reading import plain, read
 from ftqp.app.schema.robot_section import RobotTable
@@ -92,7 +92,7 @@ class KnownArms:
         if key not in self._known:
             while len(self._known) >= MOST:
                 del self._known[next(iter(self._known))]
-            self._known[key] = composition.robot(table, folder)
+            self._known[key] = arm_from(table, folder)
         return self._known[key]
 
     def __reduce__(self) -> tuple[Any, ...]:

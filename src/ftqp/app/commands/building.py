@@ -83,7 +83,7 @@ def build(
             if page is None:
                 bill = build_folder(wanted)
             else:
-                from ftqp.app.deployment.browser_page import write_page
+                from ftqp.app.deployment.built_folder import write_page
 
                 bill = write_page(wanted, q, path, page)
         except OSError as error:

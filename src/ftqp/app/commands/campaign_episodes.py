@@ -9,12 +9,11 @@ from ftqp.app.campaign.campaign_summary import summary
 from ftqp.app.campaign.episode_study import COLUMNS, KIND, Campaign, EpisodeWork, quietly
 from ftqp.app.campaign.kept_campaign import STUDY
 from ftqp.app.commands.campaign_section import by_key, campaign_told
-from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
 from ftqp.app.output.console import ExitCode, Told, answer, json_text
 from ftqp.app.run import runs
 from ftqp.app.run.runs import SUMMARY, write
 from ftqp.app.study.results_file import ResultsFile
-from ftqp.app.study.runner import refuse_wrong_workers, run_study
+from ftqp.app.study.runner import refuse_wrong_workers, run_study, study_folder, told_how_to_go_on
 from ftqp.sim.log.log_file import load_log
 
 ALONE: Final = "the same command with --replay {}, and with no --out or another one"

@@ -8,11 +8,10 @@ import numpy as np
 
 from ftqp import __version__
 from ftqp.analysis import WorkspaceReport
-from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
 from ftqp.app.output.console import ExitCode, Table, Told, answer, json_text, say
 from ftqp.app.run.runs import write
 from ftqp.app.study.results_file import ResultsFile
-from ftqp.app.study.runner import Outcome, refuse_wrong_workers, run_study
+from ftqp.app.study.runner import Outcome, refuse_wrong_workers, run_study, study_folder, told_how_to_go_on
 from ftqp.app.study.workspace_study import ANY, KIND, MapWork, WorkspaceStudy, load_study
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import MissingPackage

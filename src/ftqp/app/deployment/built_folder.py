@@ -17,9 +17,11 @@ from ftqp.app.deployment.headers import arm_header, fingerprint, layout_header
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths.path import Path as Way
 from ftqp.control.planner.planner import Planner
+from ftqp.core.checks import FloatArray
 from ftqp.core.errors import FtqpError, InputError
 from ftqp.kernel.compiled.library import KERNEL
 from ftqp.kernel.layout.enums import JOINTS
+from ftqp.viz.playground.playground_page import Played, playground_page
 
 TEXTS: Final = Path(__file__).with_name("c")
 TARGETS: Final = ("host", "x86-64-v3", "aarch64", "wasm32")
@@ -162,3 +164,34 @@ def _bill(wanted: Wanted, library: dict[str, Any], left_out: tuple[str, ...], ma
             for path in files
         },
     }  # fmt: skip
+
+
+def write_page(wanted: Wanted, q: FloatArray, path: Way | None, page: Path) -> dict[str, Any]:
+    """Build the library for browsers, write the page with it, and return the bill of the library.
+
+    Args:
+        wanted: What is built, for wasm32, into its folder.
+        q: Where the arm begins, (nv,) [rad or m].
+        path: What is followed; None holds the pose of the start.
+        page: The file.
+    """
+    if page.exists():
+        raise InputError(f"file {page} is there already; give a new one with --page")
+    if not page.absolute().parent.is_dir():
+        raise InputError(f"folder {page.absolute().parent} is missing, in which {page.name} would be made")
+    with tempfile.TemporaryDirectory(prefix=f".{page.name}.", dir=page.absolute().parent) as part:
+        bill = build_folder(wanted)
+        played = Played(
+            title=wanted.name,
+            planner=wanted.planner,
+            q=q,
+            path=path,
+            kernel=kernel_hash(),
+            wasm=(wanted.folder / "lib" / "ftqp.wasm").read_bytes(),
+            arm=(wanted.folder / "arm.ftqp").read_bytes(),
+            loader=(TEXTS / "ftqp.mjs").read_text(encoding="utf-8"),
+        )
+        made = Path(part) / "page"
+        made.write_text(playground_page(played), encoding="utf-8")
+        os.rename(made, page)
+    return bill

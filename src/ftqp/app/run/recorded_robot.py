@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ftqp.app.scenario import composition
+from ftqp.app.scenario.setup import arm_from
 from ftqp.app.schema.reading import read
 from ftqp.app.schema.robot_section import RobotTable
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
@@ -52,7 +52,7 @@ def _made(rows: LogRows) -> Robot | None:
             given = read(RobotTable, table, "the robot has errors:", "robot")
         except ScenarioError as error:
             raise InputError("; ".join(error.errors)) from error
-        return composition.robot(given, Path())
+        return arm_from(given, Path())
     name = rows.metadata.get("robot")
     if isinstance(name, str) and name.partition("(")[0] in catalog.names():
         return catalog.load(name)

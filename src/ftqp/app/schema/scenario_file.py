@@ -1,27 +1,189 @@
 """A whole scenario file: every key with its type, default, unit, range and meaning."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import floor
+from pathlib import Path as File
 from typing import Any
 
-from ftqp.app.schema.base_section import BaseTable
-from ftqp.app.schema.path_section import PathTable
+import numpy as np
+
 from ftqp.app.schema.planner_section import PlannerTable
-from ftqp.app.schema.reading import Options, Table
-from ftqp.app.schema.robot_section import RobotTable
+from ftqp.app.schema.reading import Options, Table, settings_for
+from ftqp.app.schema.robot_section import Quaternion, RobotTable, Vector, quaternion_rotation
 from ftqp.app.schema.simulation_section import FaultTable, SimulationTable
+from ftqp.control.moving_base.base_gain import Observer
+from ftqp.control.moving_base.inertial_task import InertialTask, MovingBase
+from ftqp.control.paths import KINDS as PATHS
+from ftqp.control.paths import Line, Path, PointToPoint, Waypoints
+from ftqp.control.paths.path import Repeated
+from ftqp.control.planner.planner import Planner
 from ftqp.control.scene.placed_shapes import Clearance
 from ftqp.control.scene.solid_shapes import WORDS, Shape
 from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.control.task.task_kinds import CONSTRAINT_KINDS, KEPT, KINDS
+from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.core.setting import REQUIRED, setting
+from ftqp.core.pose import transform
+from ftqp.core.setting import REQUIRED, like, setting
 from ftqp.kernel.layout.rows import KEEPS
 from ftqp.kernel.layout.scene_room import OBSTACLES, TERMS
 from ftqp.kernel.layout.thresholds import TIME_SLACK
 from ftqp.qp import Backend, Recorder
+from ftqp.sim.base.disturbances import Disturbance, RandomMotion, Sinusoid, Step
+from ftqp.sim.base.moving_world import Base, FreeBase, MovingWorld, Platform
+from ftqp.sim.number_files import recorded_motion, waypoint_table
 from ftqp.sim.schedule import first_tick
 from ftqp.sim.sensors.joint_sensors import JointSensors
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionFile:
+    """A recorded motion, read from a CSV file with a header.
+
+    The columns are t [s] and the coordinates of the base; a free base has qx, qy, qz, qw for its attitude.
+    """
+
+    file: str = setting(REQUIRED, "a .csv file, relative to the scenario", file=True)
+
+
+DISTURBANCES: Mapping[str, type[Any]] = {
+    "step": Step, "sinusoid": Sinusoid, "random": RandomMotion, "recorded": MotionFile
+}  # fmt: skip
+CARRIERS: Mapping[str, type[Base]] = {"platform": Platform, "free": FreeBase}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoiseTable(Table):
+    """White noise of every measured pose."""
+
+    position: float = setting(0.0, "of each axis, >= 0", unit="m", least=0.0)
+    rotation: float = setting(0.0, "about each axis, >= 0", unit="rad", least=0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BaseTable(Table):
+    """What carries the arm."""
+
+    disturbances: tuple[Options[Disturbance], ...] = setting((), "what moves the base", kinds=DISTURBANCES)
+    sensing: str = like(MovingBase, "sensing")
+    attitude: str = like(MovingBase, "attitude")
+    gain: float = setting(1.0, "share of the error that a step removes, 0 < x < 2", above=0.0, below=2.0)
+    observer: Options[Observer] | None = like(MovingBase, "observer")
+    delay: float = like(MovingBase, "delay")
+    end_point: bool | None = setting(None, "whether the tip is measured; when the base is not, if absent")
+    noise: NoiseTable = setting(NoiseTable(), "noise of every measured pose")
+    patience: float = like(MovingBase, "patience")
+    anti_windup: bool = like(MovingBase, "anti_windup")
+    kind: Options[Base] = setting(REQUIRED, "kind of base", kinds=CARRIERS)
+
+    def world(self, planner: Planner, folder: File, seed: int) -> MovingWorld:
+        """The base under the planner's arm, and the sensors; files are relative to ``folder``."""
+        base, generator = self.kind.made(), np.random.default_rng(seed)
+        return MovingWorld(
+            InertialTask(planner, MovingBase(**settings_for(MovingBase, self)), gain=self.gain),
+            base,
+            [_disturbance(each, base, folder, generator) for each in self.disturbances],
+            end_point=self.end_point,
+            position_noise=self.noise.position,
+            rotation_noise=self.noise.rotation,
+            seed=int(generator.integers(2**63)),
+        )
+
+
+def _disturbance(
+    given: Options[Any], base: Base, folder: File, generator: np.random.Generator
+) -> Disturbance:
+    if given.of is MotionFile:
+        return recorded_motion(folder / given["file"], base.coordinates)
+    if given["coordinate"] not in base.coordinates:
+        raise InputError(
+            f"{given['coordinate']!r} is not a coordinate of this base; it has {', '.join(base.coordinates)}"
+        )
+    moved: Disturbance = given.made(**({"generator": generator} if given.of is RandomMotion else {}))
+    return moved
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WaypointFile:
+    """A smooth curve through points of a file.
+
+    A CSV file has a header of x, y, z [m] and if wanted t [s] and qx, qy, qz, qw; an NPZ file has the arrays
+    positions (N, 3) and if wanted times (N,) and orientations (N, 4).
+    """
+
+    file: str = setting(REQUIRED, "a .csv or .npz file, relative to the scenario", file=True)
+    relative: bool = setting(False, "whether the points count from the start position")
+    duration: float | None = setting(None, "needed when the file has no times, > 0", unit="s", above=0.0)
+
+    def path(self, origin: FloatArray, folder: File) -> Path:
+        """The curve from the pose ``origin``, (4, 4)."""
+        points = waypoint_table(folder / self.file)
+        if self.duration is not None and points.times is not None:
+            raise InputError(f"{self.file} has times, so duration cannot hold as well; leave it out")
+        return Waypoints(
+            origin,
+            points.positions,
+            orientations=points.orientations,
+            times=points.times,
+            duration=self.duration,
+            relative=self.relative,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Goal:
+    """A goal pose, straight to which the tip goes, turning about one axis."""
+
+    duration: float = like(Line, "duration")
+    position: Vector | None = setting(
+        None, "position of the goal in W; the start position if absent", unit="m"
+    )
+    orientation: Quaternion | None = setting(
+        None, "quaternion x, y, z, w of the goal in W; the start orientation if absent"
+    )
+    relative: bool = setting(False, "whether the goal counts from the start pose, along W's axes")
+    law: Any = like(Line, "law")
+
+    def path(self, origin: FloatArray, folder: File) -> Path:
+        """The way to the goal from the pose ``origin``, (4, 4)."""
+        position, rotation = origin[:3, 3], origin[:3, :3]
+        if self.position is not None:
+            position = np.array(self.position) + (position if self.relative else 0.0)
+        if self.orientation is not None:
+            turn = quaternion_rotation(self.orientation)
+            rotation = turn @ rotation if self.relative else turn
+        return PointToPoint(origin, transform(rotation, position), duration=self.duration, law=self.law)
+
+
+WRITTEN: Mapping[str, type[Any]] = {**PATHS, "waypoints": WaypointFile, "point_to_point": Goal}
+"""The kinds of path as files have them: those of ``ftqp.paths``, or what makes one of what is in a file."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PathTable(Table):
+    """What the tip follows."""
+
+    reference: str | None = setting(
+        None,
+        "'progress': the path waits for the arm, needs task mode scaled; 'time': the clock; "
+        "by the task mode if absent",
+        choices=("progress", "time"),
+    )
+    beyond_reach: bool = setting(False, "whether the path may lead farther than the stretched arm is long")
+    laps: float | None = setting(
+        None,
+        "how many times the path is repeated, round and round where it is closed, else there and back, > 0; "
+        "followed once if absent",
+        above=0.0,
+    )
+    kind: Options[Any] = setting(REQUIRED, "kind of path", kinds=WRITTEN)
+
+    def path(self, origin: FloatArray, folder: File) -> Path:
+        """The path from the pose ``origin``, (4, 4); files are relative to ``folder``."""
+        written = self.kind.of in (WaypointFile, Goal)
+        once = self.kind.made().path(origin, folder) if written else self.kind.made(origin)
+        return once if self.laps is None else Repeated(once, self.laps)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

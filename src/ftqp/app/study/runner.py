@@ -2,14 +2,16 @@
 
 import os
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from contextlib import closing, nullcontext, suppress
+from contextlib import closing, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import final
 
-from ftqp.app.output.console import progress
-from ftqp.app.study.results_file import ResultsFile
+from ftqp.app.output.console import progress, say
+from ftqp.app.run.runs import free_folder, holds
+from ftqp.app.study.results_file import FILE_NAME, LOCK_NAME, ResultsFile
 from ftqp.app.study.workers import Computed, LocalProcesses, ThisProcess, Work, Workers
 from ftqp.core.errors import FtqpError, InputError
 
@@ -194,3 +196,31 @@ def _workers(work: Work, jobs: int | None, dask: str | None) -> Workers:
 
         return DaskCluster(work, dask)
     return ThisProcess(work) if jobs is None or jobs == 1 else LocalProcesses(work, jobs)
+
+
+LEFT = {LOCK_NAME, f"{LOCK_NAME}-journal"}
+"""What a study leaves that ended before it had a results file."""
+
+
+def study_folder(out: Path | None, name: str) -> Path:
+    """The folder wanted where it holds results, or nothing but the lock of a study; else as for a run."""
+    if out is not None and (holds(out, FILE_NAME) or _is_empty(out)):
+        return out
+    return free_folder(out, name)
+
+
+@contextmanager
+def told_how_to_go_on(folder: Path) -> Iterator[None]:
+    """Whoever interrupts a study is told what goes on with it, which its folder is part of."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        say(f"what is done is kept; the same command with --out {folder} goes on from there")
+        raise
+
+
+def _is_empty(folder: Path) -> bool:
+    try:
+        return {entry.name for entry in folder.iterdir()} <= LEFT
+    except OSError:
+        return False
