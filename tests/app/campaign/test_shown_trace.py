@@ -1,7 +1,10 @@
 """What the checker is shown of a run: the rows of the task by name, and a tip that is off its target."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from tests.telescope import telescope
 
 from ftqp.app.campaign.judged_scenario import broken_laws
 from ftqp.app.campaign.shown_trace import failures, model_file, trace
@@ -240,3 +243,29 @@ def test_tasks_before_the_tip_are_judged_by_the_joints_and_a_falsified_log_is_fo
     q = log["q"].copy()
     q[100:, 1] -= 0.6  # the left elbow goes down
     assert "tasks" in judged(falsified(alone, q=q), setup).laws
+
+
+SCENARIO = """
+[robot]
+urdf = "{file}"
+tip = "tool"
+[planner]
+dt = 0.001
+task = {{ rows = "position" }}
+[start]
+q = [0.3, 0.2, 0.12, 0.5, -0.05, 0.2, 0.9, 0.3]
+[path]
+kind = "circle"
+radius = 0.05
+duration = 3.0
+[[faults]]
+kind = "locked"
+joint = "elbow"
+at = 1.0
+"""
+
+
+def test_an_arm_with_mimic_joints_breaks_no_law_when_one_locks(tmp_path: Path) -> None:
+    file = tmp_path / "telescope.urdf"
+    file.write_text(telescope(), encoding="utf-8")
+    assert broken_laws(SCENARIO.format(file=file)) == {}

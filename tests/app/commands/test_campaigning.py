@@ -231,16 +231,6 @@ def _arm_cannot_be(made):
     return False
 
 
-def test_episodes_are_asked_for_and_more_of_them_go_on_with_the_others(study, tmp_path):
-    for count, computed in ((2, 2), (3, 1)):
-        code, out, errors = campaign(study, "--episodes", count, "--out", tmp_path / "c", "--json")
-        assert code == 0, errors
-        assert json.loads(out)["computed_now"] == computed
-    assert len(rows(tmp_path / "c")) == 3
-    code, _, errors = campaign(study, "--episodes", 0, "--out", tmp_path / "d")
-    assert code == 2 and "campaign.episodes is 0" in errors and not (tmp_path / "d").exists()
-
-
 def test_episode_that_was_given_up_is_named_and_the_campaign_is_not_called_done(study, tmp_path, monkeypatch):
     run = campaign_episodes.run_study
     monkeypatch.setattr(

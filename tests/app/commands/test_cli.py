@@ -123,14 +123,6 @@ def test_error_with_json_is_one_object_that_lists_all_errors(short: Path) -> Non
     assert "planner.dt is 0" in result.stderr
 
 
-def test_errors_go_to_stderr_without_traceback() -> None:
-    result = process("run", "panda-cirle")
-    assert result.returncode == 2
-    assert result.stdout == ""
-    assert "did you mean 'panda-circle'?" in result.stderr
-    assert "Traceback" not in result.stderr
-
-
 def test_a_task_that_is_not_completed_exits_1(tmp_path: Path) -> None:
     result = invoke("run", "--no-figures", "planar6-stop", "--out", tmp_path / "out", "--json")
     summary = json.loads(result.stdout)

@@ -3,7 +3,6 @@
 import json
 from importlib.metadata import PackageNotFoundError
 
-import pytest
 from typer.testing import CliRunner
 
 from ftqp.app.commands import doctor
@@ -60,19 +59,6 @@ def test_what_is_only_on_the_path_says_so(monkeypatch):
     monkeypatch.setattr(doctor, "requires", none)
     code, _, checks = found()
     assert code == 0 and checks["package"]["state"] == "missing"
-
-
-@pytest.mark.parametrize(
-    ("line", "elsewhere"),
-    [
-        ('pin>=4.0; sys_platform != "win32"', False),
-        ('pin>=4.0; sys_platform == "win32"', True),
-        ("numpy>=2.2", False),
-    ],
-)
-def test_requirements_of_other_systems_are_left_out(line, elsewhere, monkeypatch):
-    monkeypatch.setattr(doctor.sys, "platform", "linux")
-    assert doctor.elsewhere(line) is elsewhere
 
 
 def test_a_library_that_a_slim_system_lacks_is_said_in_one_sentence(monkeypatch):

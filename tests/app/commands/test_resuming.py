@@ -13,9 +13,9 @@ from typer.testing import CliRunner, Result
 
 import ftqp
 from ftqp.analysis.planning import placement, self_motion_speeds, survival_labels
+from ftqp.app.commands import covering, planning
 from ftqp.app.commands.cli import app
 from ftqp.app.commands.covering import PairWork
-from ftqp.app.study import coverage_study, kept_portions
 
 LINE = "planar3-line"
 COARSE = ("--waypoints", "30", "--spacing", "0.15", "--set", "planner.dt=0.02")
@@ -67,7 +67,7 @@ def test_interrupted_coverage_goes_on_to_the_same_rows(
     assert other.exit_code == 2
     assert "holds results of another study ('stride = 20' there, 'stride = 10' here)" in text(other)
     with monkeypatch.context() as newer:
-        newer.setattr(coverage_study, "__version__", "99.0")
+        newer.setattr(covering, "__version__", "99.0")
         later = asked("coverage", LINE, *EVERY, "--out", out, "--resume")
     assert later.exit_code == 2 and "was made by ftqp" in text(later)
     done = asked("coverage", LINE, *EVERY, "--out", out, "--resume", "--json")
@@ -115,7 +115,7 @@ def test_interrupted_plan_goes_on_to_the_same_plan(
     assert other.exit_code == 2
     assert "('seed = 0' there, 'seed = 1' here); plan into another file by -o" in text(other)
     with monkeypatch.context() as newer:
-        newer.setattr(kept_portions, "__version__", "99.0")
+        newer.setattr(planning, "__version__", "99.0")
         assert "was made by ftqp" in text(asked(*command, file, "--resume"))
     done = asked(*command, file, "--resume")
     assert done.exit_code == 0, done.output

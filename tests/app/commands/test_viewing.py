@@ -100,16 +100,3 @@ def test_missing_package_is_named_in_a_sentence():
     )
     assert result.returncode == 2 and "Traceback" not in result.stderr
     assert remedy_for_extra("viz") in result.stderr
-
-
-@pytest.mark.parametrize(
-    ("host", "loopback"),
-    [
-        ("127.0.0.1", True), ("localhost", True), ("::1", True),
-        ("0.0.0.0", False), ("192.168.0.7", False), ("pc", False),
-    ],
-)  # fmt: skip
-def test_only_this_machine_is_no_reason_to_warn(host, loopback):
-    from ftqp.app.commands.viewing import is_loopback
-
-    assert is_loopback(host) is loopback

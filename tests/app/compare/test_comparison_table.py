@@ -45,10 +45,6 @@ def test_the_best_completed_run_is_marked_by_a_sign() -> None:
     assert table["max error [um]"] == ("2 ", "1*", "0.5 ")
 
 
-def test_lengths_have_the_unit_of_the_largest() -> None:
-    assert cells([row(), row("b", max_position_error=0.0389)])["max error [mm]"] == ("0.002*", "38.9 ")
-
-
 def test_exceeded_limits_stopping_and_counts_are_told() -> None:
     bad = row(
         "b",
@@ -73,12 +69,6 @@ def test_a_run_that_could_not_be_made_has_the_number_of_its_reason() -> None:
     assert cells(rows)["max error [um]"] == ("2", "-")
     assert "(1) no gurobi" in comparison_table.notes(rows)
     assert "no gurobi" in comparison_table.markdown(rows, [])
-
-
-def test_only_what_differs_is_a_column() -> None:
-    assert comparison_table.labels([row("a"), row("b")]) == ("s, scheme mvn", ["a", "b"])
-    assert list(cells([row("a"), row("b")]))[:2] == ["backend", "result"]
-    assert list(cells([row("a", "s"), row("b", "t")]))[:3] == ["scenario", "backend", "result"]
 
 
 @pytest.mark.parametrize("width", [80, 200])

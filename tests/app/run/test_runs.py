@@ -10,8 +10,8 @@ from tests.app.conftest import setup_of
 
 import ftqp
 from ftqp.app.run import runs
-from ftqp.app.run.healthy_motion import task_of
-from ftqp.app.scenario.setup import Setup
+from ftqp.app.run.healthy_motion import healthy_motion, task_of
+from ftqp.app.scenario.setup import Setup, load
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
 from ftqp.sim.log.log_writer import log_files
 
@@ -109,3 +109,23 @@ def test_a_disk_that_is_full_in_the_middle_keeps_what_was_written(
     log = ftqp.load_log(tmp_path / "out")
     assert len(log) and log.metadata["state"] in ("failed", "running")
     assert not (tmp_path / "out" / "summary.json").exists()
+
+
+@pytest.mark.parametrize("overrides", [[], ["planner.task.mode=scaled"]])
+def test_the_joints_are_on_the_path_at_every_sample(overrides: list[str]) -> None:
+    setup = load("planar3-line", overrides)
+    task, q = healthy_motion(setup)
+    assert task.N == 400 and q.shape == (401, 3)
+    assert task.t[-1] == pytest.approx(setup.path.duration)
+    tips = np.stack([setup.robot.pose(row)[:2, 3] for row in q])
+    assert np.abs(tips - task.goals[:, :2, 3]).max() < 2e-3
+
+
+def test_a_base_that_moves_has_no_task_on_a_time_grid() -> None:
+    with pytest.raises(ScenarioError, match="a base that moves"):
+        task_of(load("iiwa-moving-base-locked"))
+
+
+def test_an_arm_that_does_not_get_there_healthy_is_told() -> None:
+    with pytest.raises(ScenarioError, match="even while nothing fails"):
+        healthy_motion(load("planar3-line", ["faults=", "path.duration=0.3"]))

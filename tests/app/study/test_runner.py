@@ -14,8 +14,8 @@ import pytest
 from tests.app.study.jobs import COLUMNS, Squares, expected
 
 from ftqp.app.study import runner
-from ftqp.app.study.results_file import FILE_NAME, ResultsFile
-from ftqp.app.study.runner import DEAD_WORKERS, refuse_wrong_workers, run_study
+from ftqp.app.study.results_file import FILE_NAME, ResultsFile, locked
+from ftqp.app.study.runner import DEAD_WORKERS, refuse_wrong_workers, run_study, study_folder
 from ftqp.app.study.workers import LocalProcesses
 from ftqp.core.errors import FtqpError, InputError
 
@@ -229,21 +229,25 @@ def test_workers_end_without_finishing_what_nobody_waits_for() -> None:
     assert time.monotonic() - began < 60.0
 
 
-def test_an_interrupt_while_a_process_starts_waits_until_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
-    began, before = [], signal.default_int_handler
-    ours = signal.signal(signal.SIGINT, before)  # a process of pytest's own pool does not listen
-    workers = LocalProcesses(Squares(), 1)
-    try:
+@pytest.mark.parametrize("content", [None, "nothing", "lock", "results"])
+def test_folder_with_no_more_than_a_study_leaves_is_taken(tmp_path: Path, content: str | None) -> None:
+    out = tmp_path / "out"
+    if content is not None:
+        out.mkdir()
+    if content == "lock":
+        locked(out, "rest").close()
+        with closing(locked(out, "rest")):
+            assert study_folder(out, "x") == out
+    elif content == "results":
+        (out / FILE_NAME).touch()
+        (out / "summary.json").touch()
+    assert study_folder(out, "x") == out
 
-        def starts(*_: object) -> None:
-            signal.raise_signal(signal.SIGINT)
-            began.append(True)
 
-        with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-            patch.setattr(workers._pool, "submit", starts)
-            workers.submit((1,))
-        assert began == [True] and signal.getsignal(signal.SIGINT) is before
-        assert workers.submit((2,)).result()[0] == [(4, 2**0.5, "item 2")]
-    finally:
-        workers.close()
-        signal.signal(signal.SIGINT, ours)
+def test_folder_with_anything_else_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").touch()
+    locked(tmp_path, "rest").close()
+    with pytest.raises(InputError, match="exists, and nothing is overwritten"):
+        study_folder(tmp_path, "x")
+    with pytest.raises(InputError, match="exists, and nothing is overwritten"):
+        study_folder(tmp_path / "mine.txt", "x")

@@ -18,8 +18,6 @@ STUDY: Final = "campaign.toml"
 """The campaign as it was asked for last, every default filled in."""
 NEEDED: Final = ("campaign", "episodes", "sound", "broken", "raised", "refused", "laws", "by_key")
 """What the summary of a campaign has at least."""
-LARGEST: Final = 2_000_000
-"""Letters of a text about the campaign that are read at most."""
 GIVEN_UP: Final = "given up"
 """What is said in place of an outcome where the worker died each time."""
 
@@ -74,7 +72,7 @@ def _rows(connection: sqlite3.Connection) -> list[Row]:
 def _facts(
     folder: Path, about: Mapping[str, Any], rows: Sequence[Row], crashed: Sequence[Listed]
 ) -> dict[str, Any]:
-    name = printable(str(about.get("name") or _name(folder)), keep="")
+    name = printable(str(about.get("name") or folder.resolve().name), keep="")
     wanted = _wanted(folder, str(about.get("study", "")))
     known = {row["episode"] for row in rows} | {item for item, *_ in crashed}
     bad = [
@@ -92,22 +90,12 @@ def _facts(
     }
 
 
-def _name(folder: Path) -> str:
-    """The name of a campaign whose results do not say it."""
-    try:
-        facts = summary_with(folder, ("campaign",))
-    except InputError:
-        facts = None
-    return str(facts["campaign"]) if facts else folder.resolve().name
-
-
 def _wanted(folder: Path, text: str) -> int:
     """How many episodes were asked for last; 0 where nothing says it."""
     file = folder / STUDY
     try:
-        if file.is_file() and file.stat().st_size <= LARGEST:
+        if file.is_file():
             text = file.read_text(encoding="utf-8")
-        count = tomllib.loads(text)["campaign"]["episodes"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return int(tomllib.loads(text)["campaign"]["episodes"])
+    except (OSError, ValueError, KeyError, TypeError):
         return 0
-    return count if isinstance(count, int) and count < LARGEST * LARGEST else 0

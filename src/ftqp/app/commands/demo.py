@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from ftqp.app.output import words
-from ftqp.app.output.console import ExitCode, say, tell, tell_json
+from ftqp.app.output.console import ExitCode, answer, say, tell
 from ftqp.app.run import runs
 from ftqp.app.scenario.setup import Setup, load
 from ftqp.control.following.goto import GoTo
@@ -27,12 +27,24 @@ RIVAL_NEVER, RIVAL_TOLD = "damped resolved rates, not told", "the same, told at 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoryPart:
-    """What a part of the story came to, in words and for a program; not whole where Ctrl-C has ended it."""
+    """What a part of the story came to, in words and for a program."""
 
     lines: list[str]
     facts: Mapping[str, Any]
     exit_code: int = 0
-    whole: bool = True
+
+
+class _BrokenOff(Exception):
+    """A run that Ctrl-C has ended, as a part."""
+
+
+def _run(setup: Setup, folder: Path) -> runs.Run:
+    """A run to its end."""
+    run = runs.run(setup, folder, drawn=False)
+    if run.summary["interrupted"]:
+        part = StoryPart(lines=words.report(run.summary), facts=run.summary, exit_code=int(run.exit_code))
+        raise _BrokenOff(part)
+    return run
 
 
 def ridden(setup: Setup, told: bool, duration: float | None = None) -> Ride:
@@ -53,13 +65,6 @@ def errors_of(error: FloatArray, t: FloatArray, at: float) -> dict[str, float]:
     }
 
 
-def _broken_off(run: runs.Run) -> StoryPart:
-    """A part that Ctrl-C has ended."""
-    return StoryPart(
-        lines=words.report(run.summary), facts=run.summary, exit_code=int(run.exit_code), whole=False
-    )
-
-
 TOLD, FOLDER = "faults.0.announced=", "told"
 """What tells the planner at once, and the folder of that run within the other's."""
 PICTURE = "rivals.png"
@@ -73,13 +78,9 @@ def brake_story(folder: Path) -> StoryPart:
         f"{setup.robot.name} goes round a circle in {setup.path.duration:g} s, in physics: servos, gravity, "
         f"noisy encoders. At {event.at:g} s the brake of {event.fault.joint} closes, and nobody says so ..."
     )
-    alone = runs.run(setup, folder, drawn=False)
-    if alone.summary["interrupted"]:
-        return _broken_off(alone)
+    alone = _run(setup, folder)
     say("once more with a planner that is told, and with damped resolved rates, not told and told ...")
-    told = runs.run(load(SCENARIO, [TOLD]), folder / FOLDER, drawn=False)
-    if told.summary["interrupted"]:
-        return _broken_off(told)
+    _run(load(SCENARIO, [TOLD]), folder / FOLDER)
     rides = {name: ridden(setup, name == RIVAL_TOLD) for name in (RIVAL_NEVER, RIVAL_TOLD)}
     log = load_log(folder / FILE_NAME)
     errors = {
@@ -166,9 +167,7 @@ def box_story(folder: Path) -> StoryPart:
     setup = load(SCENARIO, [BOX, KEPT])
     (event,) = setup.schedule
     say("the same brake, and a box where the elbow goes after the lock ...")
-    run = runs.run(setup, folder, drawn=False)
-    if run.summary["interrupted"]:
-        return _broken_off(run)
+    _run(setup, folder)
     log, rival = load_log(folder / FILE_NAME), ridden(setup, False)
     box = {
         FINDS: _beside_box(setup, log["t"], log["q"], strayed(log), event.at),
@@ -283,21 +282,17 @@ def tell_story(parts: Sequence[str], out: Path | None, *, as_json: bool) -> Exit
         raise InputError(f"{unknown[0]!r} is no part of the demo; it has {', '.join(PARTS)}")
     chosen = [name for name in PARTS if name in parts or not parts]
     folder, facts, code = runs.free_folder(out, "demo"), dict[str, Any](), ExitCode.DONE
+    ending = ["The live page, where you break the joints: ftqp view"] if chosen[-1] == list(PARTS)[-1] else []
     for name in chosen:
-        played = PARTS[name](folder if name == next(iter(PARTS)) else folder / name)
+        try:
+            played = PARTS[name](folder if name == next(iter(PARTS)) else folder / name)
+        except _BrokenOff as broken:
+            (played,), ending, code = broken.args, [], ExitCode.INTERRUPTED
         facts |= played.facts
         code = max(code, ExitCode(played.exit_code))
         if not as_json:
-            tell("\n".join([*played.lines, ""] if played.whole else played.lines))
-        if not played.whole:
-            return _ended(code, facts, as_json)
-    if not as_json and chosen[-1] == list(PARTS)[-1]:
-        tell("The live page, where you break the joints: ftqp view")
-    return _ended(code, facts, as_json)
-
-
-def _ended(code: ExitCode, facts: Mapping[str, Any], as_json: bool) -> ExitCode:
-    """The end, for a program in one object."""
-    if as_json:
-        tell_json(facts)
+            tell("\n".join([*played.lines, ""]))
+        if code is ExitCode.INTERRUPTED:
+            break
+    answer(facts, as_json, ending)
     return code

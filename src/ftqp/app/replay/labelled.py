@@ -90,18 +90,11 @@ class LabelledQP:
     def variables(self, solution: Solution) -> list[dict[str, Any]]:
         """Every variable that is no slack: value, interval, which side holds it, multiplier."""
         q = self.problem
+        ends = zip(q.lb.tolist(), solution.x.tolist(), q.ub.tolist(), solution.z_box.tolist(), strict=True)
         return [
-            {
-                "name": name,
-                "unit": self._units.joint(name),
-                "lower": float(q.lb[i]),
-                "value": float(solution.x[i]),
-                "upper": float(q.ub[i]),
-                "active": _side(q.lb[i], solution.x[i], q.ub[i]),
-                "multiplier": float(solution.z_box[i]),
-            }
-            for i, name in enumerate(self._variables)
-            if not self._slack[i]
+            _bounded(name, self._units.joint(name), one[:3], _side(*one[:3]), one[3])
+            for name, slack, one in zip(self._variables, self._slack, ends, strict=True)
+            if not slack
         ]
 
     def task(self, solution: Solution) -> list[dict[str, Any]]:
@@ -145,17 +138,7 @@ class LabelledQP:
                 unit, divisor = self._units.limited(kind, name.removeprefix(kind.prefix))
                 shift = 0.5 * (low + high) if kind.symmetric else 0.0
                 low, high, value = ((end - shift) / divisor for end in (low, high, value))
-            rows.append(
-                {
-                    "name": name,
-                    "unit": unit,
-                    "lower": low,
-                    "value": value,
-                    "upper": high,
-                    "active": side,
-                    "multiplier": float(solution.z[j]),
-                }
-            )
+            rows.append(_bounded(name, unit, (low, value, high), side, float(solution.z[j])))
         return rows
 
     def contradiction(self, certificate: Certificate) -> dict[str, Any]:
@@ -181,6 +164,16 @@ class LabelledQP:
             "sentence": f"{listed} exclude each other: the point closest to all of them misses a row by "
             f"{certificate.violation:.3g}",
         }
+
+
+def _bounded(
+    name: str, unit: str, ends: tuple[float, float, float], side: str | None, multiplier: float
+) -> dict[str, Any]:
+    lower, value, upper = ends
+    return {
+        "name": name, "unit": unit, "lower": lower, "value": value, "upper": upper, "active": side,
+        "multiplier": multiplier,
+    }  # fmt: skip
 
 
 def _side(low: float, value: float, high: float) -> str | None:

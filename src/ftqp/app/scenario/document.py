@@ -11,7 +11,6 @@ from difflib import get_close_matches
 from importlib.resources import files
 from itertools import islice
 from pathlib import Path
-from re import split
 from typing import Any
 
 from ftqp.core.checks import LARGEST, beyond
@@ -19,12 +18,6 @@ from ftqp.core.errors import ScenarioError
 
 MAX_BYTES = 1_000_000
 """Largest scenario file that is read; a real one has a few thousand bytes."""
-
-MAX_DEPTH = 8
-"""Deepest nesting of a scenario; ``planner.task.rows[0]`` is 4."""
-
-MAX_DOTS = 500
-"""Most dots in a row of a key; more would keep the parser busy for minutes."""
 
 MOST = 100
 """Numbers that are too large are told one by one up to here."""
@@ -66,13 +59,10 @@ def read(source: str, overrides: Iterable[str] = (), kind: str = "scenario") -> 
         name, origin, folder, text = path.stem, str(path), path.parent, _text(path, kind)
     content = _parsed(text, origin)
     errors = [error for override in overrides if (error := _override(content, override, kind))]
-    if _depth(content) > MAX_DEPTH:
-        errors.append(f"the tables are nested deeper than {MAX_DEPTH} levels, which no {kind} needs")
-    else:
-        errors += [
-            f"{key} is a whole number beyond {LARGEST:g} in size, expected one within it"
-            for key in islice(beyond(content), MOST)
-        ]
+    errors += [
+        f"{key} is a whole number beyond {LARGEST:g} in size, expected one within it"
+        for key in islice(beyond(content), MOST)
+    ]
     if errors:
         raise ScenarioError(f"{origin} cannot be used:", errors)
     return Document(name=name, origin=origin, folder=folder, content=content)
@@ -112,12 +102,6 @@ def _not_found(path: Path, kind: str) -> str:
 
 
 def _parsed(text: str, origin: str) -> dict[str, Any]:
-    for number, line in enumerate(text.splitlines(), start=1):
-        # the parser's time grows with the square of a dotted key's length
-        if line.count(".") > MAX_DOTS and any(part.count(".") > MAX_DOTS for part in split(r"[=,#]", line)):
-            raise ScenarioError(
-                f"{origin} has a key of more than {MAX_DOTS} parts in line {number}, expected 4 at most"
-            )
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -182,19 +166,6 @@ def _value(raw: str) -> Any:
         return tomllib.loads(f"value = {raw.strip()}\n")["value"] if "\n" not in raw else raw
     except (tomllib.TOMLDecodeError, ValueError, RecursionError):
         return raw.strip()
-
-
-def _depth(value: Any) -> int:
-    """Depth of nesting, by levels and not by recursion: a hostile file nests as deep as it is long."""
-    level, depth = [value], 0
-    while level and depth <= MAX_DEPTH:
-        children: list[Any] = []
-        for item in level:
-            children.extend(
-                item.values() if isinstance(item, dict) else item if isinstance(item, list) else ()
-            )
-        level, depth = children, depth + 1
-    return depth
 
 
 def toml(content: Mapping[str, Any]) -> str:
