@@ -4,7 +4,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner, Result
 
+from ftqp.app.commands.cli import app
 from ftqp.app.scenario.document import Document
 from ftqp.app.scenario.setup import Setup, resolve, validated
 
@@ -25,6 +27,11 @@ kind = "locked"
 joint = "j2"
 at = 0.2
 """
+
+
+def invoke(*arguments: object) -> Result:
+    """The command line in this process."""
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture

@@ -4,11 +4,10 @@ import json
 import tomllib
 
 import pytest
-from typer.testing import CliRunner
+from tests.app.conftest import invoke
 
 from ftqp.app.campaign.judged_scenario import broken_laws
 from ftqp.app.commands.campaign_shrinking import shrunk
-from ftqp.app.commands.cli import app
 from ftqp.core.errors import ScenarioError
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 
@@ -116,7 +115,7 @@ def defect(monkeypatch):
 def shrink(tmp_path, *arguments):
     study = tmp_path / "planted.toml"
     study.write_text(STUDY)
-    result = CliRunner().invoke(app, ["campaign", str(study), *(str(x) for x in arguments)])
+    result = invoke("campaign", study, *arguments)
     return result.exit_code, result.stdout, result.stderr
 
 

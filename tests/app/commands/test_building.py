@@ -3,9 +3,8 @@
 import re
 
 import pytest
-from typer.testing import CliRunner
+from tests.app.conftest import invoke
 
-from ftqp.app.commands.cli import app
 from ftqp.app.deployment.built_folder import TEXTS
 from ftqp.kernel.building.deployed import exported
 
@@ -53,7 +52,7 @@ PROMISED = {
 def test_what_cannot_be_built_is_a_sentence_and_leaves_nothing(given, sentence, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "here").mkdir()
-    done = CliRunner().invoke(app, ["build", *given])
+    done = invoke("build", *given)
     assert done.exit_code == 2
     assert [path.name for path in tmp_path.iterdir()] == ["here"]
     assert re.search(sentence, done.output.replace("\n", " ")), done.output

@@ -3,11 +3,10 @@
 import json
 
 import pytest
-from typer.testing import CliRunner
+from tests.app.conftest import invoke
 
 from ftqp.app.campaign.campaign_summary import summary
 from ftqp.app.campaign.episode_study import COLUMNS
-from ftqp.app.commands.cli import app
 from ftqp.app.study.results_file import ResultsFile
 
 COUNTS = ("false_alarms", "unannounced", "showed", "found", "right_kind", "wrong_joint")
@@ -45,7 +44,7 @@ def folder(tmp_path):
 
 
 def report(*arguments):
-    result = CliRunner().invoke(app, ["report", *(str(x) for x in arguments)])
+    result = invoke("report", *arguments)
     return result.exit_code, result.stderr
 
 

@@ -9,12 +9,11 @@ from contextlib import closing
 from dataclasses import replace
 
 import pytest
-from typer.testing import CliRunner
+from tests.app.conftest import invoke
 
 from ftqp.app.campaign import episode_study
 from ftqp.app.campaign.kept_campaign import command_of, kept_campaign
 from ftqp.app.commands import campaign_episodes
-from ftqp.app.commands.cli import app
 from ftqp.app.commands.viewing import shown
 from ftqp.app.run import runs
 from ftqp.core.errors import InputError
@@ -45,7 +44,7 @@ at = 0.1
 
 
 def campaign(*arguments):
-    result = CliRunner().invoke(app, ["campaign", *(str(x) for x in arguments)])
+    result = invoke("campaign", *arguments)
     return result.exit_code, result.stdout, result.stderr
 
 

@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
+from tests.app.conftest import SHORT, invoke
 
 import ftqp
-from ftqp.app.commands.cli import app
 from ftqp.app.commands.demo import FINDS, OWN_TOLD, RIVAL_NEVER, RIVAL_TOLD
 from ftqp.core.extras import remedy_for_extra
 
@@ -22,11 +21,6 @@ COMMANDS = (
     "demo", "run", "compare", "replay", "check", "inspect", "converge", "workspace", "robots", "backends",
     "schemes", "report",
 )  # fmt: skip
-
-
-def invoke(*arguments: object) -> Any:
-    """The command line in this process."""
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def process(*arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
@@ -57,10 +51,18 @@ def test_wrong_usage_exits_2(arguments: tuple[str, ...]) -> None:
     assert invoke(*arguments).exit_code == 2
 
 
-def test_run_writes_log_summary_and_resolved_scenario(short: Path, tmp_path: Path) -> None:
-    out = tmp_path / "deep" / "out"
-    result = invoke("run", short, "--out", out)
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Path]:
+    """What a run of the short scenario said, and its folder."""
+    folder = tmp_path_factory.mktemp("ran")
+    (folder / "short.toml").write_text(SHORT, encoding="utf-8")
+    result = invoke("run", folder / "short.toml", "--out", folder / "deep" / "out")
     assert result.exit_code == 0, result.output
+    return result, folder / "deep" / "out"
+
+
+def test_run_writes_log_summary_and_resolved_scenario(ran: tuple[Any, Path]) -> None:
+    result, out = ran
     assert {"log.npy", "scenario.toml", "summary.json"} <= {file.name for file in out.iterdir()}
     assert len(ftqp.load_log(out)["t"]) == 51
     assert len(list((out / "figures").glob("*.png"))) >= 3
@@ -82,10 +84,8 @@ def test_run_without_matplotlib_says_so_and_goes_on(short: Path, tmp_path: Path)
     assert not (tmp_path / "out" / "figures").exists()
 
 
-def test_summary_has_the_promised_keys(short: Path, tmp_path: Path) -> None:
-    invoke("run", "--no-figures", short, "--out", tmp_path / "out")
-    assert not (tmp_path / "out" / "figures").exists()
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+def test_summary_has_the_promised_keys(ran: tuple[Any, Path]) -> None:
+    summary = json.loads((ran[1] / "summary.json").read_text())
     promised = (
         "scenario robot scheme backend level dt steps completed final_status stopped_at status_counts "
         "max_position_error rms_position_error max_rotation_error max_limit_violation "
@@ -99,18 +99,14 @@ def test_summary_has_the_promised_keys(short: Path, tmp_path: Path) -> None:
     assert summary["max_failed_joint_motion"] == {"j2": 0.0}
 
 
-def test_resolved_scenario_of_a_run_gives_the_same_run(short: Path, tmp_path: Path) -> None:
-    invoke("run", "--no-figures", short, "--set", "planner.task.kp=50.0", "--out", tmp_path / "first")
-    result = invoke("run", "--no-figures", tmp_path / "first" / "scenario.toml", "--out", tmp_path / "second")
-    assert result.exit_code == 0, result.output
-    first, second = (ftqp.load_log(tmp_path / name) for name in ("first", "second"))
-    assert (first["q"] == second["q"]).all()
-
-
-def test_json_is_one_object_on_stdout_and_nothing_else(short: Path, tmp_path: Path) -> None:
-    result = process("run", "--no-figures", short, "--out", tmp_path / "out", "--json")
+def test_resolved_scenario_of_a_run_gives_the_same_run_and_json_is_one_object_and_nothing_else(
+    ran: tuple[Any, Path], tmp_path: Path
+) -> None:
+    again = tmp_path / "again"
+    result = process("run", "--no-figures", ran[1] / "scenario.toml", "--out", again, "--json")
     assert result.returncode == 0, result.stderr
-    assert json.loads(result.stdout)["completed"] is True
+    assert json.loads(result.stdout)["completed"] is True and not (again / "figures").exists()
+    assert (ftqp.load_log(again)["q"] == ftqp.load_log(ran[1])["q"]).all()
 
 
 def test_error_with_json_is_one_object_that_lists_all_errors(short: Path) -> None:
@@ -153,29 +149,14 @@ def test_default_folder_is_named_by_scenario_and_time(
     assert all(name.startswith("short-") for name in names)
 
 
-def test_backend_and_scheme_replace_those_of_the_scenario(short: Path, tmp_path: Path) -> None:
-    result = invoke(
-        "run",
-        "--no-figures",
-        short,
-        "--backend",
-        "daqp",
-        "--scheme",
-        "rmp",
-        "--out",
-        tmp_path / "out",
-        "--json",
-    )
-    summary = json.loads(result.stdout)
-    assert (summary["backend"], summary["scheme"]) == ("daqp", "rmp")
-
-
-def test_backend_may_be_a_profile_file(short: Path, tmp_path: Path) -> None:
+def test_backend_or_its_profile_and_scheme_replace_those_of_the_scenario(short: Path, tmp_path: Path) -> None:
     profile = tmp_path / "mine.toml"
     profile.write_text('name = "osqp"\ntolerance = 1e-9\n')
-    result = invoke("run", "--no-figures", short, "--backend", profile, "--out", tmp_path / "out", "--json")
-    assert result.exit_code == 0, result.output
-    assert json.loads(result.stdout)["backend"] == "osqp"
+    for given, expected in (("daqp", "daqp"), (profile, "osqp")):
+        chosen = ("--backend", given, "--scheme", "rmp", "--out", tmp_path / expected)
+        result = invoke("run", "--no-figures", short, *chosen, "--json")
+        summary = json.loads(result.stdout)
+        assert (summary["backend"], summary["scheme"]) == (expected, "rmp")
 
 
 def test_check_without_scenario_lists_the_bundled_ones() -> None:

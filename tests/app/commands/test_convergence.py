@@ -1,14 +1,14 @@
 """The command ``ftqp converge`` explains one case as the analysis finds it."""
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
-
-from ftqp.app.commands.cli import app
+from tests.app.conftest import invoke
+from typer.testing import Result
 
 CASE = """
 [robot]
@@ -42,8 +42,7 @@ def case(tmp_path: Path) -> Path:
     return file
 
 
-def asked(*arguments: object) -> Result:
-    return CliRunner().invoke(app, ["converge", *map(str, arguments)])
+asked = partial(invoke, "converge")
 
 
 def facts_of(result: Result) -> Any:

@@ -6,19 +6,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
+from tests.app.conftest import invoke as asked
+from typer.testing import Result
 
 import ftqp
-from ftqp.app.commands.cli import app
 from ftqp.app.run.healthy_motion import healthy_motion
 from ftqp.app.scenario.setup import load
 
 LINE = "planar3-line"
 COARSE = ("--waypoints", "40", "--spacing", "0.1")
-
-
-def asked(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [*map(str, arguments)])
 
 
 def facts_of(result: Result) -> Any:
@@ -160,8 +156,8 @@ def file(tmp_path):
 
 def test_the_way_of_a_named_task_is_looked_at(file, tmp_path):
     common = ["coverage", str(file), "--stride", "100", "--json", "--out"]
-    one = CliRunner().invoke(app, [*common, str(tmp_path / "left")])
-    other = CliRunner().invoke(app, [*common, str(tmp_path / "right"), "--task", "grip"])
+    one = asked(*common, tmp_path / "left")
+    other = asked(*common, tmp_path / "right", "--task", "grip")
     left, right = (json.loads(done.stdout) for done in (one, other))
     assert list(left["per_joint"]) == [f"left_joint{k}" for k in range(1, 8)]
     assert list(right["per_joint"]) == [f"right_joint{k}" for k in range(1, 8)]
@@ -174,5 +170,5 @@ def test_the_way_of_a_named_task_is_looked_at(file, tmp_path):
     [("gripp", "there is no task 'gripp'"), ("rest", "leads no frame along a path")],
 )
 def test_a_task_without_a_way_is_refused_in_a_sentence(file, tmp_path, name, message):
-    done = CliRunner().invoke(app, ["coverage", str(file), "--task", name, "--out", str(tmp_path / "out")])
+    done = asked("coverage", file, "--task", name, "--out", tmp_path / "out")
     assert done.exit_code == 2 and message in done.output

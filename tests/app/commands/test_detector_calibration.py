@@ -5,16 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner, Result
+from tests.app.conftest import invoke as asked
 
 import ftqp
-from ftqp.app.commands.cli import app
 
 FRICTION = 0.3
-
-
-def asked(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture(scope="module")

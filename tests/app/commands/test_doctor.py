@@ -3,15 +3,14 @@
 import json
 from importlib.metadata import PackageNotFoundError
 
-from typer.testing import CliRunner
+from tests.app.conftest import invoke
 
 from ftqp.app.commands import doctor
-from ftqp.app.commands.cli import app
 from ftqp.kernel.compiled import library
 
 
 def found():
-    result = CliRunner().invoke(app, ["doctor", "--json"])
+    result = invoke("doctor", "--json")
     facts = json.loads(result.stdout)
     return result.exit_code, facts, {one["name"]: one for one in facts["checks"]}
 
@@ -24,7 +23,7 @@ def test_this_installation_is_sound():
 
 
 def test_a_person_reads_a_line_for_each():
-    result = CliRunner().invoke(app, ["doctor"])
+    result = invoke("doctor")
     assert "this installation is sound" in result.stdout and "WRONG" not in result.stdout
 
 
@@ -69,6 +68,6 @@ def test_a_library_that_a_slim_system_lacks_is_said_in_one_sentence(monkeypatch)
     code, _, checks = found()
     assert code == 1 and checks["trial"]["remedy"].endswith("apt install libgomp1")
     monkeypatch.setattr(doctor, "_trial", lacking)
-    said = CliRunner().invoke(app, ["doctor"])
+    said = invoke("doctor")
     assert said.exit_code == 2 and "Traceback" not in said.stderr
     assert said.stderr.startswith("error: libgomp.so.1 is not on this machine")

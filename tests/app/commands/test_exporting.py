@@ -7,10 +7,9 @@ import sys
 import numpy as np
 import pytest
 from scipy.io import loadmat
-from typer.testing import CliRunner
+from tests.app.conftest import invoke
 
 import ftqp
-from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
 from ftqp.core.extras import remedy_for_extra
 from ftqp.model import catalog
@@ -45,7 +44,7 @@ def no_figures():
 
 
 def ftqp_command(*arguments):
-    result = CliRunner().invoke(app, [str(x) for x in arguments])
+    result = invoke(*arguments)
     return result.exit_code, result.stdout, result.stderr
 
 

@@ -1,21 +1,19 @@
 """``ftqp identify`` writes a motion, and finds from logs what the arm has beside its model."""
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.app.conftest import invoke
 from tests.model.fitting.conftest import Truth, recorded
-from typer.testing import CliRunner, Result
 
 import ftqp
-from ftqp.app.commands.cli import app
 from ftqp.sim.torque_logs import write_torque_log
 
-
-def asked(*arguments: object) -> Result:
-    return CliRunner().invoke(app, ["identify", *(str(argument) for argument in arguments)])
+asked = partial(invoke, "identify")
 
 
 @pytest.fixture(scope="module")
@@ -95,8 +93,6 @@ def test_what_does_not_go_together_is_refused(arguments: tuple[str, ...], messag
 def test_a_run_without_torques_is_refused(tmp_path: Path) -> None:
     run = tmp_path / "run"
     given = ["--set", "faults=", "--set", "simulation.duration=0.5"]
-    assert CliRunner().invoke(
-        app, ["run", "--no-figures", "panda-circle", *given, "--out", str(run)]
-    ).exit_code in (0, 1)
+    assert invoke("run", "--no-figures", "panda-circle", *given, "--out", run).exit_code in (0, 1)
     result = asked(run)
     assert result.exit_code == 2 and "keeps no torques of motors" in result.output

@@ -2,17 +2,17 @@
 
 import json
 import re
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.app.conftest import invoke as command
 from tests.arm_at import arm_at
 from tests.telescope import telescope
-from typer.testing import CliRunner
 
 import ftqp
-from ftqp.app.commands.cli import app
 from ftqp.model.frames import mount_of
 
 URDF = """<robot name="crane"><link name="base"/>
@@ -30,8 +30,7 @@ URDF = """<robot name="crane"><link name="base"/>
 <parent link="two"/><child link="hand"/></joint></robot>"""
 
 
-def invoke(*arguments: object) -> Any:
-    return CliRunner().invoke(app, ["inspect", *map(str, arguments)])
+invoke = partial(command, "inspect")
 
 
 def facts(tmp_path: Path, *arguments: object) -> dict[str, Any]:
@@ -246,7 +245,7 @@ def test_an_arm_whose_file_has_no_torque_limits_is_told_of_once(tmp_path: Path, 
 
 def inspected(*arguments):
     """What it prints, as JSON."""
-    done = CliRunner().invoke(app, ["inspect", *arguments, "--json"])
+    done = invoke(*arguments, "--json")
     assert done.exit_code == 0, done.output
     return json.loads(done.stdout)
 
@@ -266,5 +265,5 @@ def test_who_mimics_whom_is_said_and_only_motors_count_as_joints_to_spare(tmp_pa
     found = inspected(str(file), "--tip", "tool")
     assert found["mimics"]["lift2"] == {"joint": "lift", "ratio": 0.5, "offset": 0.02}
     assert found["redundancy"] == {"pose": 0, "position": 3}
-    said = CliRunner().invoke(app, ["inspect", str(file), "--tip", "tool"]).output
+    said = invoke(file, "--tip", "tool").output
     assert "elbow mimics shoulder: q = -0.7 q + 0.3." in said and "no redundancy" in said

@@ -4,14 +4,14 @@ import json
 import shutil
 import sqlite3
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
+from tests.app.conftest import invoke
 
 from ftqp.analysis.map_chunks import map_chunk, points
-from ftqp.app.commands.cli import app
 from ftqp.app.scenario.document import bundled
 from ftqp.app.study.results_file import FILE_NAME
 from ftqp.app.study.workspace_study import load_study
@@ -36,8 +36,7 @@ def small(tmp_path: Path) -> Path:
     return file
 
 
-def asked(*arguments: object) -> Result:
-    return CliRunner().invoke(app, ["workspace", *map(str, arguments)])
+asked = partial(invoke, "workspace")
 
 
 def rows(folder: Path) -> list[tuple[float, ...]]:

@@ -2,16 +2,16 @@
 
 import json
 import re
+from functools import partial
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
+from tests.app.conftest import invoke
 
 import ftqp
 from ftqp.app.commands import reporting
-from ftqp.app.commands.cli import app
 from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import MissingPackage
 from ftqp.core.extras import remedy_for_extra
@@ -57,8 +57,7 @@ class Reader(HTMLParser):
         return [*self.addresses, *(address for page in self.inner for address in page.everywhere)]
 
 
-def asked(*arguments: object) -> Any:
-    return CliRunner().invoke(app, ["report", *map(str, arguments)])
+asked = partial(invoke, "report")
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +68,7 @@ def run_of(tmp_path_factory: pytest.TempPathFactory) -> Any:
         out = tmp_path_factory.mktemp("runs") / name
         wanted = ["run", "--no-figures", "planar6-square", "--out", out, "--set", "simulation.duration=1.0"]
         wanted += ["--set", "faults.0.at=0.5", *(part for one in overrides for part in ("--set", one))]
-        result = CliRunner().invoke(app, [str(part) for part in wanted])
+        result = invoke(*wanted)
         assert result.exit_code == 0, result.output
         return out
 
@@ -240,7 +239,7 @@ def test_without_viser_a_note_takes_the_place_of_the_replay(
 
 def test_coverage_results_are_a_section(tmp_path: Path) -> None:
     out = tmp_path / "cover"
-    made = CliRunner().invoke(app, ["coverage", "planar3-line", "--out", str(out), "--stride", "40"])
+    made = invoke("coverage", "planar3-line", "--out", out, "--stride", "40")
     assert made.exit_code == 0, made.output
     assert asked(out, "-o", tmp_path / "page.html").exit_code == 0
     page = Reader((tmp_path / "page.html").read_text(encoding="utf-8"))

@@ -9,21 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
+from tests.app.conftest import invoke as asked
+from typer.testing import Result
 
 import ftqp
 from ftqp.analysis.planning import placement, self_motion_speeds, survival_labels
 from ftqp.app.commands import covering, planning
-from ftqp.app.commands.cli import app
 from ftqp.app.commands.covering import PairWork
 
 LINE = "planar3-line"
 COARSE = ("--waypoints", "30", "--spacing", "0.15", "--set", "planner.dt=0.02")
 EVERY = ("--stride", "20")
-
-
-def asked(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [*map(str, arguments)])
 
 
 def text(result: Result) -> str:

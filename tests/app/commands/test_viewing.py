@@ -10,14 +10,13 @@ from time import sleep
 from urllib.request import urlopen
 
 import pytest
-from typer.testing import CliRunner
+from tests.app.conftest import invoke
 
-from ftqp.app.commands.cli import app
 from ftqp.core.extras import remedy_for_extra
 
 
 def asked(*arguments):
-    return CliRunner().invoke(app, ["view", *map(str, arguments), "--no-browser"])
+    return invoke("view", *arguments, "--no-browser")
 
 
 @pytest.fixture

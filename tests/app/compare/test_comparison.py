@@ -7,22 +7,19 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 from tests.app.conftest import SHORT
-from typer.testing import CliRunner
+from tests.app.conftest import invoke as command
 
 import ftqp
-from ftqp.app.commands.cli import app
 from ftqp.app.compare import comparison
 from ftqp.core.errors import FtqpError
 
-
-def invoke(*arguments: object) -> Any:
-    """``ftqp compare`` in this process."""
-    return CliRunner().invoke(app, ["compare", *map(str, arguments)])
+invoke = partial(command, "compare")
 
 
 @pytest.fixture(scope="module")

@@ -6,19 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from tests.app.conftest import invoke
 
 import ftqp
-from ftqp.app.commands.cli import app
 from ftqp.core.extras import remedy_for_extra
 from ftqp.qp import Recorder, Recording
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 
 PROBLEMS = Path(__file__).resolve().parents[3] / "solvers" / "problems"
-
-
-def invoke(*arguments: object) -> Any:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def answer(*arguments: object) -> dict[str, Any]:

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from tests.app.conftest import invoke
 
 import ftqp
-from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
 from ftqp.app.run.healthy_motion import healthy_motion, task_of
 from ftqp.app.scenario.setup import load
@@ -63,7 +62,7 @@ def test_a_plan_of_one_hand_is_made_and_leads_the_whole_robot(tmp_path: Path) ->
         '[path]\nkind = "line"\ndisplacement = [0.0, 0.03, 0.03]\nduration = 0.4\n'
     )
     made = ["plan", str(scenario), "-o", str(file), "--method", "constant", "--start", "given"]
-    assert CliRunner().invoke(app, made).exit_code == 0
+    assert invoke(*made).exit_code == 0
     planned = ftqp.analysis.load_plan(file)
     assert planned.joints == tuple(f"left_joint{k}" for k in range(1, 8))
     setup = load(scenario, plan=file)
@@ -91,14 +90,9 @@ def test_a_plan_of_something_else_is_refused(
 
 @pytest.mark.long
 def test_run_takes_a_plan_and_says_in_a_sentence_that_there_is_none(plan_file: Path, tmp_path: Path) -> None:
-    runner = CliRunner()
-    done = runner.invoke(
-        app, ["run", "--no-figures", LINE, "--plan", str(plan_file), "--out", str(tmp_path / "a"), "--json"]
-    )
+    done = invoke("run", "--no-figures", LINE, "--plan", plan_file, "--out", tmp_path / "a", "--json")
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)["completed"]
-    missing = runner.invoke(
-        app, ["run", "--no-figures", LINE, "--plan", "no.npz", "--out", str(tmp_path / "b")]
-    )
+    missing = invoke("run", "--no-figures", LINE, "--plan", "no.npz", "--out", tmp_path / "b")
     assert missing.exit_code == 2 and "does not exist" in missing.output
     assert not (tmp_path / "b").exists()

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from tests.app.conftest import invoke
 
-from ftqp.app.commands.cli import app
 from ftqp.app.scenario.setup import load
 from ftqp.core.errors import ScenarioError
 
@@ -53,7 +52,7 @@ def test_a_command_that_looks_at_no_plane_refuses_them(tmp_path, command, monkey
     monkeypatch.chdir(tmp_path)
     plane = 'kind = "posture"\n[[constraints]]\nframe = "panda_joint4"\nabove = [0.0, 0.0, 0.3]'
     scenario(tmp_path, plane)
-    done = CliRunner().invoke(app, [command[0], "several.toml", *command[1:]])
+    done = invoke(command[0], "several.toml", *command[1:])
     said = " ".join(str(getattr(done, "stderr", done.output)).split()) + str(done.exception)
     assert done.exit_code != 0 and f"which ftqp {command[0]} does not look at" in said
 

@@ -11,10 +11,9 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from tests.app.conftest import invoke
 from tests.app.study.jobs import COLUMNS, Squares, expected
-from typer.testing import CliRunner
 
-from ftqp.app.commands.cli import app
 from ftqp.app.study.dask_cluster import DaskCluster
 from ftqp.app.study.results_file import FILE_NAME, ResultsFile
 from ftqp.app.study.runner import run_study
@@ -143,9 +142,7 @@ def test_a_map_of_a_workspace_has_the_same_bits_on_a_cluster(tmp_path: Path, add
     changes = ["map.grid=8", "map.configurations=4", "map.steps=5"]
     options = [part for change in changes for part in ("--set", change)]
     for name, workers in (("here", []), ("there", ["--dask", address])):
-        result = CliRunner().invoke(
-            app, ["workspace", "planar3-map", "--out", str(tmp_path / name), *options, *workers]
-        )
+        result = invoke("workspace", "planar3-map", "--out", tmp_path / name, *options, *workers)
         assert result.exit_code == 0, result.output
     here, there = (_rows(tmp_path / name) for name in ("here", "there"))
     assert len(here) > 30
@@ -155,9 +152,7 @@ def test_a_map_of_a_workspace_has_the_same_bits_on_a_cluster(tmp_path: Path, add
 @pytest.mark.slow
 def test_a_campaign_has_the_same_rows_on_a_cluster(tmp_path: Path, address: str) -> None:
     for name, workers in (("here", ["--jobs", "1"]), ("there", ["--dask", address])):
-        result = CliRunner().invoke(
-            app, ["campaign", "safety", "--episodes", "40", "--out", str(tmp_path / name), *workers]
-        )
+        result = invoke("campaign", "safety", "--episodes", "40", "--out", tmp_path / name, *workers)
         assert result.exit_code == 0, result.output
     here, there = (_rows(tmp_path / name) for name in ("here", "there"))
     assert len(here) == 40
