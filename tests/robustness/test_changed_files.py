@@ -14,8 +14,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from ftqp.app.campaign.episode_study import load_campaign
+from ftqp.app.commands.mapping import load_study
 from ftqp.app.scenario.setup import load
-from ftqp.app.study.workspace_study import load_study
 from ftqp.core.errors import FtqpError
 from ftqp.faults.detection.calibration import Calibration
 from ftqp.qp import QP, solve

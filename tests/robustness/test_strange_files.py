@@ -12,10 +12,10 @@ from typer.testing import CliRunner
 import ftqp
 from ftqp.app.campaign.episode_study import EpisodeWork, load_campaign
 from ftqp.app.commands.cli import app
+from ftqp.app.commands.mapping import load_study
 from ftqp.app.output.console import json_text
 from ftqp.app.run import runs
 from ftqp.app.scenario.setup import load
-from ftqp.app.study.workspace_study import load_study
 from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
 from ftqp.faults.detection.calibration import Calibration

@@ -12,9 +12,9 @@ import pytest
 from tests.app.conftest import invoke
 
 from ftqp.analysis.map_chunks import map_chunk, points
+from ftqp.app.commands.mapping import load_study
 from ftqp.app.scenario.document import bundled
 from ftqp.app.study.results_file import FILE_NAME
-from ftqp.app.study.workspace_study import load_study
 
 SMALL = """
 [robot]

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from ftqp.app.compare import comparison_table
+from ftqp.app.compare import comparison as comparison_table
 
 
 def row(label: str = "a", scenario: str = "s", **facts: Any) -> dict[str, Any]:

@@ -1,20 +1,254 @@
 """``ftqp workspace``: computes the map of a study, or goes on with it, sums it up and draws it."""
 
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Literal, final
 
 import numpy as np
 
 from ftqp import __version__
 from ftqp.analysis import WorkspaceReport
+from ftqp.analysis.goals import goal_study
+from ftqp.analysis.map_chunks import (
+    COUNTS,
+    MEASURES,
+    SpatialTask,
+    WorkspaceTask,
+    map_chunk,
+    points,
+    spatial_task,
+    workspace_task,
+)
 from ftqp.app.output.console import ExitCode, Table, Told, answer, json_text, say
 from ftqp.app.run.runs import write
+from ftqp.app.scenario import document
+from ftqp.app.scenario.setup import arm_from
+from ftqp.app.schema.reading import Table as Section
+from ftqp.app.schema.reading import plain, read
+from ftqp.app.schema.robot_section import Quaternion, RobotTable, quaternion_rotation
 from ftqp.app.study.results_file import ResultsFile
 from ftqp.app.study.runner import Outcome, refuse_wrong_workers, run_study, study_folder, told_how_to_go_on
-from ftqp.app.study.workspace_study import ANY, KIND, MapWork, WorkspaceStudy, load_study
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import MissingPackage
+from ftqp.core.errors import FtqpError, InputError, MissingPackage, ModelError, ScenarioError
+from ftqp.core.pose import transform
+from ftqp.core.setting import REQUIRED, keys_of, setting
+from ftqp.model.chain import frame_id
+from ftqp.model.posture import places
+from ftqp.model.robot import Robot
+
+PLANAR = ("screen", "horizon", "length", "box", "gain", "v_max")
+"""Keys that go with planar arms, that is, without rows ..."""
+SPATIAL = ("orientation", "plane", "instants")
+"""... and those that need rows."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapTable(Section):
+    """The goal, the starts, and what is asked of them."""
+
+    goal: tuple[float, ...] = setting(
+        REQUIRED, "where the tip is to go, [x, y] or [x, y, z]", unit="m", count=(2, 3)
+    )
+    rows: Literal["position", "pose"] | tuple[str, ...] | None = setting(
+        None, "task rows of an arm in space, 'position', 'pose' or their names; planar arms if absent"
+    )
+    orientation: Quaternion | None = setting(
+        None, "quaternion x, y, z, w of the goal, where rows count rotation"
+    )
+    plane: Literal["xy", "xz", "yz", "space"] | None = setting(
+        None, "with rows: the plane through the goal that is mapped, xz if absent, or all of space"
+    )
+    instants: int | None = setting(
+        None, "with rows: nodes of a line at which failures are simulated, 4 if absent", least=1.0
+    )
+    grid: int = setting(52, "nodes of the square grid of starts along each axis, >= 2", least=2.0)
+    configurations: int = setting(90, "postures on each component of a self-motion, >= 1", least=1.0)
+    steps: int = setting(100, "equal parts of the straight line to the goal, >= 1", least=1.0)
+    screen: bool = setting(
+        True, "whether failures that no trial found dangerous are taken as harmless, not simulated"
+    )
+    horizon: float | None = setting(
+        None, "the tip must be there within, > 0; without it, at last", unit="s", above=0.0
+    )
+    length: str = setting(
+        "cartesian", "whether shares are of the tip's way or of the joints'", choices=("cartesian", "joint")
+    )
+    box: str = setting(
+        "product",
+        "whether the ranges of all components of the goal's self-motion count together",
+        choices=("product", "per_component"),
+    )
+    weights: tuple[tuple[float, ...], ...] | None = setting(
+        None, "W, weights of the joint rates in the controller, (nv, nv); the identity if absent"
+    )
+    gain: float = setting(1.0, "of the controller, > 0", unit="1/s", above=0.0)
+    v_max: float | None = setting(None, "largest speed of the tip, > 0", unit="m/s", above=0.0)
+    seed: int = setting(0, "moves quasi-random postures, >= 0", least=0.0)
+
+    def __post_init__(self) -> None:
+        if self.rows is None:
+            if unfit := [key for key in SPATIAL if getattr(self, key) is not None]:
+                raise InputError(f"has {', '.join(unfit)} without rows, which an arm in space needs")
+        elif unfit := [key for key in PLANAR if getattr(self, key) != keys_of(MapTable)[key].default]:
+            raise InputError(f"has {', '.join(unfit)} beside rows; they go with planar arms, without rows")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorkspaceFile(Section):
+    """A whole study of a workspace."""
+
+    whole: ClassVar[str] = "a study"
+
+    description: str = setting("", "what a reader should know")
+    robot: RobotTable = setting(REQUIRED, "the arm")
+    map: MapTable = setting(REQUIRED, "the goal, the starts, and what is asked of them")
+
+
+KIND = "workspace"
+AXES = "xyz"
+ANY = "any"
+"""The column of a measure for a failure of any joint."""
+
+
+@final
+@dataclass(frozen=True)
+class MapWork:
+    """Computes the rows of some starts.
+
+    Attributes:
+        task: What all starts share.
+    """
+
+    task: WorkspaceTask | SpatialTask
+
+    @cached_property
+    def _points(self) -> FloatArray:
+        return points(self.task)
+
+    def __call__(self, items: Sequence[int]) -> list[tuple[Any, ...]]:
+        """The rows of the starts with these numbers: place, measures of each joint and of any, counts."""
+        places = self._points[list(items)]
+        found = map_chunk(self.task, places)
+        parts = [places, *(found[name] for name in MEASURES), *(found[name][:, None] for name in COUNTS)]
+        return [tuple(row) for row in np.hstack(parts).tolist()]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorkspaceStudy:
+    """A study that is ready to be computed.
+
+    Attributes:
+        name: Names the study.
+        tables: Its tables, every default filled in.
+        text: The same as a TOML file.
+        robot: The arm.
+        task: What all starts share.
+        places: The starts, (P, 2) or (P, 3) [m].
+    """
+
+    name: str
+    tables: WorkspaceFile
+    text: str
+    robot: Robot
+    task: WorkspaceTask | SpatialTask
+    places: FloatArray
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """The columns of its results: the place, every measure for each joint and for any, counts."""
+        joints = (*self.robot.joints, ANY)
+        names = [
+            *AXES[: self.places.shape[1]],
+            *(f"{measure}_{joint}" for measure in MEASURES for joint in joints),
+            *COUNTS,
+        ]
+        return dict.fromkeys(names, "REAL")
+
+    @property
+    def key(self) -> str:
+        """What tells it from every other study: a hash of its text, the arm's constants and the version."""
+        digest = hashlib.sha256(f"{__version__}\n{self.text}".encode())
+        for name, value in sorted(self.robot.chain.constants().items()):
+            digest.update(name.encode() + np.ascontiguousarray(value).tobytes())
+        limits = self.robot.limits
+        digest.update(np.concatenate([limits.q_min, limits.q_max]).tobytes())
+        return digest.hexdigest()
+
+    def arm_at_goal(self) -> FloatArray | None:
+        """The joints and the tip of the arm with its tip at the goal, (nv + 1, 2) or (nv + 2, 3) [m].
+
+        None where no configuration within the limits was found.
+        """
+        if isinstance(self.task, SpatialTask):
+            return self._spatial_arm(self.task)
+        links = self.task.links
+        q = links.configurations(links.local(self.task.goal), 1, 0)[0][0]
+        angle = np.cumsum(q)
+        steps = links.scale * links.link[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+        return np.asarray(links.base + np.vstack([np.zeros(2), np.cumsum(steps, axis=0)]))
+
+    def _spatial_arm(self, task: SpatialTask) -> FloatArray | None:
+        study = goal_study(self.robot, task.pose, list(task.rows))
+        q, left, _ = study.limited.solutions(study.starts(64, limited=True), bounded=True)
+        good = np.flatnonzero(left < study.tolerance)
+        if not good.size:
+            return None
+        model = self.robot.model
+        joints, _ = places(model, frame_id(model, self.robot.tip), self.robot.configuration(q[good[0]]))
+        return np.vstack([np.zeros(3), joints])
+
+    def arrays(self, rows: Sequence[Sequence[Any]]) -> dict[str, FloatArray]:
+        """The rows of a results file as arrays: ``places``, measures, (P, nv + 1) each, counts, (P,) each."""
+        table = np.array(rows, dtype=np.float64).reshape(len(rows), 1 + len(self.columns))[:, 1:]
+        width = self.robot.nv + 1
+        ends = np.cumsum([self.places.shape[1], *[width] * len(MEASURES), *[1] * len(COUNTS)])
+        places, *parts = np.split(table, ends[:-1], axis=1)
+        found = dict(zip((*MEASURES, *COUNTS), parts, strict=True))
+        return {"places": places} | found | {name: found[name][:, 0] for name in COUNTS}
+
+
+def load_study(source: str, overrides: Iterable[str] = ()) -> WorkspaceStudy:
+    """The study of a file."""
+    found = document.read(source, overrides, kind="study")
+    tables = read(WorkspaceFile, found.content, f"{found.origin} has errors:")
+    try:
+        robot = arm_from(tables.robot, found.folder)
+    except FtqpError as error:
+        raise _at("robot", found.origin, error) from error
+    try:
+        task = _task(robot, tables.map)
+    except InputError as error:
+        raise _at("map", found.origin, error) from error
+    places = points(task)
+    if not len(places):
+        raise ScenarioError(f"{found.origin} has errors:", ["map.grid: no node of the grid is within reach"])
+    text = document.toml(plain(tables, found.folder))
+    return WorkspaceStudy(name=found.name, tables=tables, text=text, robot=robot, task=task, places=places)
+
+
+def _at(place: str, origin: str, error: FtqpError) -> ScenarioError:
+    """An error of a table."""
+    findings = error.findings if isinstance(error, ModelError) and error.findings else (str(error),)
+    return ScenarioError(f"{origin} has errors:", [f"{place}: {finding}" for finding in findings])
+
+
+def _task(robot: Robot, table: MapTable) -> WorkspaceTask | SpatialTask:
+    """What all starts share."""
+    common: dict[str, Any] = {key: getattr(table, key) for key in ("grid", "configurations", "steps", "seed")}
+    if table.rows is None:
+        planar = {key: getattr(table, key) for key in PLANAR}
+        return workspace_task(robot, table.goal, W=table.weights, **common, **planar)
+    goal: Any = table.goal
+    if table.orientation is not None:
+        goal = transform(quaternion_rotation(table.orientation), np.array(table.goal))
+    plane = None if table.plane == "space" else table.plane or "xz"
+    return spatial_task(
+        robot, goal, table.rows, plane=plane, instants=table.instants or 4, W=table.weights, **common
+    )
+
 
 STUDY, SUMMARY = "study.toml", "summary.json"
 WHOLE = 100.0 - 1e-9

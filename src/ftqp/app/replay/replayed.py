@@ -1,17 +1,217 @@
 """One recorded QP, solved again: what the answer is, what holds it, and which backends see it otherwise."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ftqp.app.replay.labelled import LabelledQP
-from ftqp.core.checks import FloatArray
+from ftqp.control.planner.planner_view import SCALE, SLACK
+from ftqp.core.checks import FloatArray, is_number
 from ftqp.core.errors import InputError, MissingPackage
-from ftqp.qp import QP, Claim, Recorder, Recording, Solution, SolveStatus, accepted, residuals, solve
+from ftqp.kernel.layout.rows import RowKind, kind_of
+from ftqp.qp import (
+    QP,
+    Certificate,
+    Claim,
+    Recorder,
+    Recording,
+    Solution,
+    SolveStatus,
+    accepted,
+    residuals,
+    solve,
+)
 from ftqp.qp import backends as known_backends
 from ftqp.qp.adapters.registry import PREFIX
+
+TOUCHING = 1e-7
+"""A value this near to a bound, relative to 1 + the bound, is at it."""
+INVOLVED = 1e-6
+"""A multiplier of a certificate above this share of the largest takes part in it."""
+FIXED = "fixed"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Units:
+    """Units of a planner's QP; empty strings when the recording does not say."""
+
+    level: str
+    dt: float
+    length: float
+    prismatic: Mapping[str, bool] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, metadata: Mapping[str, Any]) -> "_Units":
+        """Read what is there; a recording that is no planner's says nothing."""
+        joints, slides = metadata.get("joints"), metadata.get("prismatic")
+        prismatic: dict[str, bool] = {}
+        if isinstance(joints, list) and isinstance(slides, list):
+            prismatic = {str(joint): slide is True for joint, slide in zip(joints, slides, strict=False)}
+        level = metadata.get("level")
+        return cls(
+            level=level if level in ("velocity", "acceleration") else "",
+            dt=_positive(metadata.get("dt")),
+            length=_positive(metadata.get("length")),
+            prismatic=prismatic,
+        )
+
+    @property
+    def rate(self) -> str:
+        """What follows ``rad`` or ``m``."""
+        return {"velocity": "/s", "acceleration": "/s2"}.get(self.level, "")
+
+    def joint(self, name: str) -> str:
+        """Of a variable."""
+        if name not in self.prismatic or not self.level:
+            return ""
+        return ("m" if self.prismatic[name] else "rad") + self.rate
+
+    def row(self, name: str) -> tuple[str, float]:
+        """Of a task row, and what its numbers are divided by."""
+        if not self.level or name not in ("x", "y", "z", "rx", "ry", "rz"):
+            return "", 1.0
+        return ("rad" + self.rate, self.length) if name.startswith("r") else ("m" + self.rate, 1.0)
+
+    def limited(self, kind: RowKind, joint: str) -> tuple[str, float]:
+        """Of what a row of C limits, and what its numbers are divided by: dt at the velocity level."""
+        if joint not in self.prismatic or not self.level:
+            return "", 1.0
+        unit = kind.sliding_unit if kind.most is None and self.prismatic[joint] else kind.unit
+        return unit, (self.dt if self.level == "velocity" else 1.0)
+
+
+def _positive(value: Any) -> float:
+    return float(value) if is_number(value) and value > 0 else 1.0
+
+
+class LabelledQP:
+    """A QP with the names of its variables and rows; the metadata is that of its recording."""
+
+    def __init__(
+        self, problem: QP, variables: Sequence[str], rows: Sequence[str], metadata: Mapping[str, Any]
+    ) -> None:
+        self.problem = problem
+        self._variables, self._rows = tuple(variables), tuple(rows)
+        self._units = _Units.of(metadata)
+        self._slack = np.array([name.startswith(SLACK) for name in variables])
+        self._motion = ~self._slack & np.array([name != SCALE for name in variables])
+
+    def distance(self, x: FloatArray, other: FloatArray) -> float:
+        """Largest difference of the variables that are no slacks."""
+        return float(np.abs(x - other)[~self._slack].max())
+
+    def variables(self, solution: Solution) -> list[dict[str, Any]]:
+        """Every variable that is no slack: value, interval, which side holds it, multiplier."""
+        q = self.problem
+        ends = zip(q.lb.tolist(), solution.x.tolist(), q.ub.tolist(), solution.z_box.tolist(), strict=True)
+        return [
+            _bounded(name, self._units.joint(name), one[:3], _side(*one[:3]), one[3])
+            for name, slack, one in zip(self._variables, self._slack, ends, strict=True)
+            if not slack
+        ]
+
+    def task(self, solution: Solution) -> list[dict[str, Any]]:
+        """Every equality row: what it asks of the joints, what they do, what is lost, multiplier.
+
+        In mode scaled a row asks for the whole motion, so a scale below 1 counts as loss.
+        """
+        q, rows = self.problem, []
+        for k, name in enumerate(self._rows[: q.m]):
+            unit, divisor = self._units.row(name)
+            scale = sum(q.A[k, i] for i, label in enumerate(self._variables) if label == SCALE)
+            asked = float(q.b[k] - scale) / divisor
+            done = float(q.A[k, self._motion] @ solution.x[self._motion]) / divisor
+            rows.append(
+                {
+                    "name": name,
+                    "unit": unit,
+                    "asked": asked,
+                    "done": done,
+                    "lost": done - asked,
+                    "multiplier": float(solution.y[k]),
+                }
+            )
+        return rows
+
+    def two_sided(self, solution: Solution) -> list[dict[str, Any]]:
+        """Every two-sided row that is closed on a side.
+
+        A torque row is l <= Mx <= u with l, u = -+tau_max - h, so the torque is Mx minus the middle of l, u;
+        other symmetric kinds of rows likewise.
+        """
+        q, rows = self.problem, []
+        values = q.C @ solution.x
+        for j, name in enumerate(self._rows[q.m :]):
+            low, high, value = float(q.l[j]), float(q.u[j]), float(values[j])
+            if low == -np.inf and high == np.inf:
+                continue
+            unit, kind = "", kind_of(name)
+            side = _side(low, value, high)
+            if kind is not None and (not kind.symmetric or np.isfinite(high - low)):
+                unit, divisor = self._units.limited(kind, name.removeprefix(kind.prefix))
+                shift = 0.5 * (low + high) if kind.symmetric else 0.0
+                low, high, value = ((end - shift) / divisor for end in (low, high, value))
+            rows.append(_bounded(name, unit, (low, value, high), side, float(solution.z[j])))
+        return rows
+
+    def contradiction(self, certificate: Certificate) -> dict[str, Any]:
+        """Which rows and bounds exclude each other, by name and in a sentence."""
+        q = self.problem
+        violated = np.concatenate([certificate.y, certificate.z])
+        involved = _involved(violated)
+        rows = [self._rows[k] for k in involved if k < q.m]
+        two_sided = [
+            f"{self._rows[k]} ({_end(violated[k], q.l[k - q.m], q.u[k - q.m])})" for k in involved if k >= q.m
+        ]
+        bounds = [
+            f"{self._variables[i]} ({_end(certificate.z_box[i], q.lb[i], q.ub[i])})"
+            for i in _involved(certificate.z_box)
+        ]
+        named = [*(f"row {name}" for name in rows), *two_sided, *bounds]
+        listed = f"{', '.join(named[:-1])} and {named[-1]}" if len(named) > 1 else "".join(named)
+        return {
+            "rows": rows,
+            "two_sided_rows": two_sided,
+            "bounds": bounds,
+            "violation": certificate.violation,
+            "sentence": f"{listed} exclude each other: the point closest to all of them misses a row by "
+            f"{certificate.violation:.3g}",
+        }
+
+
+def _bounded(
+    name: str, unit: str, ends: tuple[float, float, float], side: str | None, multiplier: float
+) -> dict[str, Any]:
+    lower, value, upper = ends
+    return {
+        "name": name, "unit": unit, "lower": lower, "value": value, "upper": upper, "active": side,
+        "multiplier": multiplier,
+    }  # fmt: skip
+
+
+def _side(low: float, value: float, high: float) -> str | None:
+    if low == high:
+        return FIXED
+    if np.isfinite(low) and value - low <= TOUCHING * (1.0 + abs(low)):
+        return "lower"
+    if np.isfinite(high) and high - value <= TOUCHING * (1.0 + abs(high)):
+        return "upper"
+    return None
+
+
+def _involved(multipliers: FloatArray) -> list[int]:
+    size = np.abs(multipliers)
+    return [int(i) for i in np.flatnonzero(size > INVOLVED * size.max(initial=0.0))]
+
+
+def _end(multiplier: float, low: float, high: float) -> str:
+    """The end of [low, high] that stands in the way."""
+    if low == high:
+        return f"{FIXED} at {low:.4g}"
+    return "upper" if multiplier > 0.0 else "lower"
+
 
 AGREEMENT = 1e-6
 """Answers whose variables differ by less than this, relative to 1 + the largest one, agree."""
