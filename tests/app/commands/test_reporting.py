@@ -97,7 +97,7 @@ def test_report_has_words_numbers_figures_replay_and_scenario(told: Path, tmp_pa
     assert facts["bytes"] == file.stat().st_size < reporting.LARGEST
     page = Reader(file.read_text(encoding="utf-8"))
     words = "".join(page.texts)
-    for expected in ("j1 locks at 0.5 s", "every joint limit was kept", "Numbers", "kind = \"square\"",
+    for expected in ("j1 locks at 0.5 s", "Every joint limit was kept", "Numbers", "kind = \"square\"",
                      "Versions", "The arm at a few instants",
                      "largest distance from the target"):  # fmt: skip
         assert expected in words

@@ -104,14 +104,6 @@ def episode(
     """The scenario of an episode, and what was drawn for it, by key.
 
     The same seed and number give the same episode, whichever others are drawn.
-
-    Args:
-        scenario: The tables that all episodes share.
-        vary: Distributions by key.
-        seed: Of the campaign.
-        number: Of the episode.
-        arms: Makes the arm of ``[robot]``.
-        folder: Where relative paths start.
     """
     rng = np.random.default_rng([seed, number])
     tables: dict[str, Any] = copy.deepcopy(dict(scenario))

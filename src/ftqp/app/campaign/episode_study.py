@@ -129,15 +129,7 @@ REFUSED, RAISED = "refused", "raised"
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Campaign:
-    """A campaign that is ready to be run.
-
-    Attributes:
-        name: Names the campaign.
-        tables: Its tables.
-        text: The same as a TOML file.
-        folder: Where relative paths start.
-        arms: Those that were read.
-    """
+    """A campaign that is ready to be run."""
 
     name: str
     tables: CampaignFile
@@ -192,12 +184,7 @@ class Campaign:
 @final
 @dataclass(frozen=True)
 class EpisodeWork:
-    """Runs and judges episodes.
-
-    Attributes:
-        campaign: Theirs.
-        arms: Model files that were read, by the texts of the tables that say what the arm is.
-    """
+    """Runs and judges episodes."""
 
     campaign: Campaign
     arms: dict[str, ModelFile] = field(default_factory=dict)

@@ -32,14 +32,7 @@ Broken = tuple[str, float | None] | None
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shrunk:
-    """A scenario that is as simple as was found.
-
-    Attributes:
-        content: Its tables.
-        tried: How many scenarios were run on the way.
-        keys: How many keys its tables have.
-        keys_before: How many they had.
-    """
+    """A scenario that is as simple as was found."""
 
     content: Tables
     tried: int

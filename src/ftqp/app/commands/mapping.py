@@ -116,11 +116,7 @@ ANY = "any"
 @final
 @dataclass(frozen=True)
 class MapWork:
-    """Computes the rows of some starts.
-
-    Attributes:
-        task: What all starts share.
-    """
+    """Computes the rows of some starts."""
 
     task: WorkspaceTask | SpatialTask
 
@@ -138,16 +134,7 @@ class MapWork:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorkspaceStudy:
-    """A study that is ready to be computed.
-
-    Attributes:
-        name: Names the study.
-        tables: Its tables, every default filled in.
-        text: The same as a TOML file.
-        robot: The arm.
-        task: What all starts share.
-        places: The starts, (P, 2) or (P, 3) [m].
-    """
+    """A study that is ready to be computed."""
 
     name: str
     tables: WorkspaceFile

@@ -37,13 +37,7 @@ def sentences(log: Log) -> list[str]:
     said += [f"{words.fault_sentence(fault)}." for fault in facts["faults"] if fault["at"] <= log["t"][-1]]
     if about.get("state", "finished") in ("finished", "interrupted"):
         said.append(f"The task: {words.ending(facts)}.")
-    turned = facts["max_rotation_error"]
-    said.append(
-        f"The tool was at most {words.length(facts['max_position_error'])} from its target"
-        + (f" and turned away by at most {turned:.2g} rad" if turned else "")
-        + f"; {words.limits_sentence(facts['max_limit_violation'])}."
-    )
-    said += [f"{one[0].upper()}{one[1:]}." for one in words.further_sentences(facts)]
+    said += [f"{one[0].upper()}{one[1:]}." for one in words.kept_sentences(facts)]
     slides = dict(zip(about["joints"], about["prismatic"], strict=True))
     said += [
         f"The brake of {joint} carried up to {top:.3g} {'N' if slides[joint] else 'N m'}, by the arm's model."

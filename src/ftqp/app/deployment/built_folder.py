@@ -167,14 +167,7 @@ def _bill(wanted: Wanted, library: dict[str, Any], left_out: tuple[str, ...], ma
 
 
 def write_page(wanted: Wanted, q: FloatArray, path: Way | None, page: Path) -> dict[str, Any]:
-    """Build the library for browsers, write the page with it, and return the bill of the library.
-
-    Args:
-        wanted: What is built, for wasm32, into its folder.
-        q: Where the arm begins, (nv,) [rad or m].
-        path: What is followed; None holds the pose of the start.
-        page: The file.
-    """
+    """Build the library for browsers, write the page with it, and return the bill of the library."""
     if page.exists():
         raise InputError(f"file {page} is there already; give a new one with --page")
     if not page.absolute().parent.is_dir():

@@ -167,16 +167,7 @@ def arm_header(
     planner: Planner, name: str, file: bytes, *, embedded: bool, joints: int = JOINTS,
     duration: float | None = None,
 ) -> str:  # fmt: skip
-    """``arm.h``: names, limits and places of an arm's planner, and its file where that is embedded.
-
-    Args:
-        planner: The planner.
-        name: Of the arm or the scenario.
-        file: The bytes of ``arm.ftqp``.
-        embedded: Whether they are part of the header.
-        joints: The most joints of an arm in the library.
-        duration: Of the path in the file [s]; None without one.
-    """
+    """``arm.h``: names, limits and places of an arm's planner, and its file where that is embedded."""
     robot = planner.robot
     head = 64 * -(-HEAD_OF_PLANNER // 64)
     record = dtype("record", joints)

@@ -15,16 +15,13 @@ RUBS = 0.01
 
 def report(facts: Mapping[str, Any]) -> list[str]:
     """A summary, line by line."""
-    times, turned = facts["step_time_us"], facts["max_rotation_error"]
+    times = facts["step_time_us"]
     return [
         f"{facts['scenario']}: {facts['robot']}, scheme {facts['scheme']}, backend {facts['backend']}, "
         f"{facts['level']} level, dt {1e3 * facts['dt']:g} ms",
         *(f"  {_happened(fault, facts)}" for fault in facts["faults"]),
         f"  {ending(facts)}",
-        f"  the tool was at most {length(facts['max_position_error'])} from its path"
-        + ("" if not turned else f" and turned away by at most {turned:.2g} rad"),
-        f"  {limits_sentence(facts['max_limit_violation'])}",
-        *(f"  {said}" for said in further_sentences(facts)),
+        *(f"  {said}" for said in kept_sentences(facts)),
         *(
             []
             if times["p50"] is None
@@ -32,6 +29,17 @@ def report(facts: Mapping[str, Any]) -> list[str]:
         ),
         f"  files: {facts['folder']}",
         *([recording_sentence(facts["recording"])] if "recording" in facts else []),
+    ]
+
+
+def kept_sentences(facts: Mapping[str, Any]) -> list[str]:
+    """How near the tool stayed to its path, whether limits were kept, and what else was asked for."""
+    turned = facts["max_rotation_error"]
+    return [
+        f"the tool was at most {length(facts['max_position_error'])} from its path"
+        + (f" and turned away by at most {turned:.2g} rad" if turned else ""),
+        limits_sentence(facts["max_limit_violation"]),
+        *further_sentences(facts),
     ]
 
 

@@ -343,14 +343,7 @@ def resolve(
     record: bool = False,
     arms: Callable[[RobotTable, File], Robot] = arm_from,
 ) -> Setup:
-    """The objects that the tables stand for.
-
-    Args:
-        found: The scenario as it was read.
-        tables: Its tables.
-        record: Keep the planner's QPs, those that ``[recording]`` asks for.
-        arms: Makes the arm of ``[robot]``, for example one that was made before.
-    """
+    """The objects that the tables stand for."""
     errors, folder, dt = _Errors(), found.folder, tables.planner.dt
     arm = errors.tried("robot", lambda: arms(tables.robot, folder))
     settings = _planner_settings(tables.planner, folder, errors)

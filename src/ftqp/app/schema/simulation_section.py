@@ -88,16 +88,7 @@ class SimulationTable(Table):
     def made_plant(
         self, arm: Robot, dt: float, level: str, drive: str, *, moving: bool, scene: Scene | None = None
     ) -> Plant:
-        """The arm that is simulated.
-
-        Args:
-            arm: As its planner knows it.
-            dt: Control period [s].
-            level: What the planner decides.
-            drive: What the planner's drive sends.
-            moving: Whether its base moves; servos then add up velocities.
-            scene: What stands around it, with which it collides in physics.
-        """
+        """The arm that is simulated."""
         plant: Plant
         if self.plant == "servo":
             plant = self.servo.made(arm, dt, drive=None if moving else drive)
