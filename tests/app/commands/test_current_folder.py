@@ -63,6 +63,7 @@ def run(folder: Path, *command: str) -> "subprocess.CompletedProcess[str]":
     return done
 
 
+@pytest.mark.slow
 def test_python_m_ftqp_and_its_workers_run_nothing_of_the_current_folder(hostile) -> None:
     done = run(hostile(OF_FTQP), "-m", "ftqp", *STUDY)
     assert done.returncode == 0, done.stderr[-600:]

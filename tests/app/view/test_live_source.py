@@ -62,13 +62,6 @@ def test_clicks_of_two_threads_are_done_while_two_others_read(source):
     np.testing.assert_array_equal(source.frame().truth, source.frame().belief)
 
 
-def test_same_facts_give_the_same_frame_object(source):
-    source.put(Pause(True))
-    until(lambda: source.frame().paused)
-    until(lambda: source.frame().tick == source.frame().tick)
-    tick = source.frame().tick
-    sleep(0.2)
-    assert source.frame().tick == tick
 
 
 def test_stage_follows_the_arm_and_what_is_told(source):
