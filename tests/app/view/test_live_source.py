@@ -10,7 +10,7 @@ from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.app.view.live_source import LiveSource
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice
-from ftqp.sim.session.session_commands import Break, Pause, Repair, Reset, Tell, Use
+from ftqp.sim.session.session_commands import Break, Repair, Reset, Tell, Use
 
 LONG = 60.0
 """Seconds that a slow machine is given."""
@@ -60,8 +60,6 @@ def test_clicks_of_two_threads_are_done_while_two_others_read(source):
     until(lambda: source.frame().belief.tolist() == [0, 0, 1, 0, 0, 1, 0])
     assert not failed and len(frames) == 400
     np.testing.assert_array_equal(source.frame().truth, source.frame().belief)
-
-
 
 
 def test_stage_follows_the_arm_and_what_is_told(source):
