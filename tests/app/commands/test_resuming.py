@@ -13,7 +13,7 @@ from tests.app.conftest import invoke as asked
 from typer.testing import Result
 
 import ftqp
-from ftqp.analysis.planning import placement, self_motion_speeds, survival_labels
+from ftqp.analysis.planning import planned, self_motion_speeds, survival_labels
 from ftqp.app.commands import covering, planning
 from ftqp.app.commands.covering import PairWork
 
@@ -82,7 +82,7 @@ STAGES = [
         ("--method", "constant", "--start", "given", "--stride", "50"),
         marks=pytest.mark.slow,
     ),
-    (placement, "placement_costs", 2, ("--optimise", "base")),
+    (planned, "placement_costs", 2, ("--optimise", "base")),
 ]
 
 
@@ -96,7 +96,7 @@ def test_interrupted_plan_goes_on_to_the_same_plan(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     for name, few in (("SPREAD", 4), ("REFINED", 2), ("WAYPOINTS", 10)):
-        monkeypatch.setattr(placement, name, few)
+        monkeypatch.setattr(planned, name, few)
     command = ("plan", LINE, *COARSE, *more, "-o")
     whole, file = tmp_path / "whole.npz", tmp_path / "plan.npz"
     assert asked(*command, whole).exit_code == 0
