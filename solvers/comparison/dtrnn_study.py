@@ -9,9 +9,10 @@ from bench.contenders import Contender
 from comparison.recorded import Recorded
 
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.entry.workspace import NetworkMemory
+from ftqp.kernel.entry.workspace import solve_networks
+from ftqp.kernel.layout.flat_arrays import memory_size
 from ftqp.qp import QP, Claim
-from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
+from ftqp.qp.dtrnn import DtrnnSettings
 from ftqp.qp.solving import loaded
 
 PAPER: dict[str, Any] = {"name": "dtrnn", "mode": "paper"}
@@ -60,7 +61,7 @@ class Network:
         self._variables = n
         self._numbers = chosen.numbers()
         self._solution = np.zeros(2 * n + m + p)
-        self._memory, self._untraced = NetworkMemory(n, m, p), np.zeros((0, 4))
+        self._sizes, self._memory = (n, m, p), np.zeros(memory_size(n, m, p))
 
     @property
     def x(self) -> FloatArray:
@@ -70,8 +71,10 @@ class Network:
     def solve(self, flat: FloatArray, *, warm: bool = False) -> Claim:
         """Solve a QP, as ``QPBuffers.flat`` has it; a warm solve starts from the last answer."""
         warm = warm and self.claim <= Claim.MAX_ITERATIONS
-        code = self._memory.solve(flat, self._solution, self._numbers, self._untraced, warm)
-        self.claim, self.iterations = Claim(code), int(self._numbers[-2])
+        ((code, iterations, _),) = solve_networks(
+            flat[None], self._solution[None], self._sizes, self._numbers, self._memory, warm=warm
+        )
+        self.claim, self.iterations = Claim(int(code)), int(iterations)
         return self.claim
 
 

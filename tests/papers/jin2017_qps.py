@@ -9,9 +9,9 @@ from tests.papers.jin2017 import DT, run
 
 import ftqp
 from ftqp.core.checks import FloatArray, IntArray
-from ftqp.kernel.entry.workspace import NetworkMemory
+from ftqp.kernel.entry.workspace import solve_networks
 from ftqp.qp import Claim, Recorder, Recording
-from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
+from ftqp.qp.dtrnn import DtrnnSettings
 from ftqp.qp.solving import loaded
 
 LOCK = ((15.0, ftqp.Locked(0, mode="instant", reset="kinematic")),)
@@ -57,15 +57,15 @@ def solved(name: str, chosen: DtrnnSettings, *, warm: bool, every: int) -> Solve
     """Solve every ``every``-th QP of a row; warm from the last answer while the same joints are locked."""
     qps = recording(name)
     n, m, p = qps.g.shape[1], qps.b.shape[1], qps.l.shape[1]
-    numbers, network = chosen.numbers(), NetworkMemory(n, m, p)
-    solution, trace = np.zeros(2 * n + m + p), np.zeros((0, 4))
+    numbers, solution = chosen.numbers(), np.zeros((1, 2 * n + m + p))
     iterations, claims, error, locked = [], [], [], None
     for k in range(0, len(qps), every):
         fixed = tuple(qps.lb[k] == qps.ub[k])
         again = warm and fixed == locked
-        claim = network.solve(loaded(qps.problem(k)).flat, solution, numbers, trace, again)
+        flat = loaded(qps.problem(k)).flat[None]
+        ((claim, spent, _),) = solve_networks(flat, solution, (n, m, p), numbers, warm=again)
         locked = fixed
-        iterations.append(int(numbers[-2]))
-        claims.append(Claim(claim))
-        error.append(float(np.abs(solution[:n] - qps.x[k]).max()))
+        iterations.append(int(spent))
+        claims.append(Claim(int(claim)))
+        error.append(float(np.abs(solution[0, :n] - qps.x[k]).max()))
     return Solved(iterations=np.array(iterations), claims=claims, error=np.array(error))

@@ -15,7 +15,7 @@ from tests.papers.jin2017_qps import LOCK, recording, solved
 from ftqp import StepStatus
 from ftqp.qp import Claim
 from ftqp.qp import dtrnn as network
-from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
+from ftqp.qp.dtrnn import DtrnnSettings
 
 COLD, WARM = dict(warm=False, every=10), dict(warm=True, every=1)
 CAP = 20_000

@@ -12,8 +12,16 @@ from ftqp.kernel.dtrnn.iterations import (
     iterate,
     proven_infeasible,
 )
-from ftqp.kernel.dtrnn.network_of_qp import Problem, assemble, publish, start
-from ftqp.kernel.dtrnn.projection import Options, quality, rescale, residual
+from ftqp.kernel.dtrnn.network import (
+    Options,
+    Problem,
+    assemble,
+    publish,
+    quality,
+    rescale,
+    residual,
+    start,
+)
 from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.layout.enums import E47, IMPLICIT, LVI94
 from ftqp.kernel.layout.flat_arrays import memory_size

@@ -7,7 +7,6 @@ from planted import infeasible, planted
 from ftqp import InputError
 from ftqp.qp import QP, Claim, SolveStatus, accepted
 from ftqp.qp import dtrnn as network
-from ftqp.qp.dtrnn.dtrnn_settings import METHODS
 
 PAPER_ERROR = 5e-3
 """What |e| <= 1e-5 leaves of x on these well-conditioned problems."""
@@ -17,7 +16,7 @@ def case(seed=0, n=7, m=3, p=4, **options):
     return planted(np.random.default_rng(seed), n, m, p, **options)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", network.METHODS)
 @pytest.mark.parametrize("mode", network.MODES)
 def test_every_method_solves_a_qp_in_both_modes(method, mode):
     one = case(1)
@@ -51,7 +50,7 @@ def test_solved_means_small_residuals_in_paper_mode_too():
     assert tight.claim is Claim.SOLVED and tight.status is SolveStatus.SOLVED
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", network.METHODS)
 @pytest.mark.parametrize("mode", network.MODES)
 def test_an_infeasible_qp_is_proven_so(method, mode):
     for seed in range(3):
@@ -88,7 +87,7 @@ def stack(cases):
     return {name: np.stack([getattr(one.problem, name) for one in cases]) for name in names}
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", network.METHODS)
 def test_a_batch_is_what_each_of_its_problems_is_alone(method):
     cases = [case(k) for k in range(8)]
     many = network.solve_batch(**stack(cases), method=method)

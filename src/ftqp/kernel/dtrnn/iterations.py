@@ -1,6 +1,6 @@
 """The discrete-time recurrent network: the iterations that drive e(u) to zero.
 
-e(u), Gamma, z and P are those of ``ftqp.kernel.dtrnn.projection``. With rho = |e|^2 / |(Gamma' + I) e|^2:
+e(u), Gamma, z and P are those of ``ftqp.kernel.dtrnn.network``. With rho = |e|^2 / |(Gamma' + I) e|^2:
 
     94lvi:     u <- u - gamma rho (Gamma' + I) e
     e47:       u <- P(u - gamma rho (Gamma' e + Gamma u + z))
@@ -21,11 +21,25 @@ docs/theory/recurrent-network.md.
 from math import inf, sqrt
 from typing import Any
 
-from ftqp.kernel.dtrnn.projection import Network, Options, is_solved, project, quality, rescale, residual
-from ftqp.kernel.jit import jit
+from ftqp.kernel.dtrnn.network import (
+    Network,
+    Options,
+    Problem,
+    assemble,
+    is_solved,
+    options_of,
+    publish,
+    quality,
+    rescale,
+    residual,
+    start,
+)
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import E47, FAILED, IMPLICIT, INFEASIBLE, LVI94, MAX_ITERATIONS, SOLVED
+from ftqp.kernel.layout.flat_arrays import KEPT, SIZES, VALID
 from ftqp.kernel.layout.thresholds import PROOF_SHARE
-from ftqp.kernel.maths.linear_systems import lu_factor, lu_solve
+from ftqp.kernel.maths.elementary import is_finite, matrix_view
+from ftqp.kernel.maths.linear_systems import factor, lu_factor, lu_solve
 from ftqp.kernel.maths.symmetric_eigen import extreme_eigenvalues, gram
 
 STEADY = 1e-2
@@ -184,7 +198,8 @@ def iterate(net: Network, method: int, gamma: float, size: float) -> None:
     for i in range(N):
         net.u[i] -= gamma * rho * (d[i] + (net.e[i] if method == LVI94 else net.F[i]))
     if method == E47:
-        project(net, net.u)
+        for i in range(N):
+            net.u[i] = min(max(net.u[i], net.low[i]), net.high[i])
 
 
 @jit
@@ -276,10 +291,7 @@ def _side(net: Network, v: Any, i: int) -> float:
 
 @jit
 def _change_sides(net: Network, v: Any, first: bool, single: bool) -> int:
-    """Give components of x and s the side that v asks for, all or the last wrong one; how many were wrong.
-
-    Except at first, a component leaves its bound for the inside, never at once for the other bound.
-    """
+    """Give components of x and s the side that v asks for, all or the last wrong one; how many were wrong."""
     wrong = 0
     for i in range(net.variables + net.slacks - 1, -1, -1):
         side = _side(net, v, i)
@@ -292,11 +304,7 @@ def _change_sides(net: Network, v: Any, first: bool, single: bool) -> int:
 
 @jit
 def _unknowns(net: Network) -> int:
-    """Put what the sides leave open into ``order`` and the rest into ``trial``; how many are open.
-
-    A component of x or s with a side sits at that bound. A slack inside has the multiplier 0, which drops
-    both; any other row keeps its multiplier open.
-    """
+    """Put what the sides leave open into ``order`` and the rest into ``trial``; how many are open."""
     first = net.variables + net.slacks
     equalities = net.rows - net.slacks
     count = 0
@@ -557,3 +565,107 @@ def proven_infeasible(net: Network) -> bool:
         elif _proves(net, y):
             return True
     return False
+
+
+@jit
+def _row_kind(low: float, high: float) -> float:
+    """2 for an equality, 1 for an inequality."""
+    return 2.0 if low == high else 1.0
+
+
+@jit
+def _same_structure(qp: Any, kept: Any) -> bool:
+    """Whether sizes, fixed variables and equality rows are those of the warm start; from now on they are."""
+    same = kept[SIZES] == qp.nx and kept[SIZES + 1] == qp.meq and kept[SIZES + 2] == qp.nc
+    kept[SIZES], kept[SIZES + 1], kept[SIZES + 2] = qp.nx, qp.meq, qp.nc
+    for i in range(qp.nx):
+        kind = _row_kind(qp.lb[i], qp.ub[i])
+        same = same and kept[KEPT + i] == kind
+        kept[KEPT + i] = kind
+    for j in range(qp.nc):
+        kind = _row_kind(qp.l[j], qp.u[j])
+        same = same and kept[KEPT + qp.nx + j] == kind
+        kept[KEPT + qp.nx + j] = kind
+    return same
+
+
+@part_jit
+def solve_planner_qp(cascade: Any, qp: Any, memory: Any) -> int:
+    """The QP that stands in a planner's record, from the warm start if there is one; the claim."""
+    n, m, p = qp.nx, qp.meq, qp.nc
+    Q = Problem(
+        n, m, p, qp.dense, qp.H, qp.H_diagonal, qp.g, qp.A, qp.b, qp.soft, qp.C, qp.l, qp.u, qp.lb, qp.ub
+    )
+    at = KEPT + n + p
+    x, y, z = memory[at : at + n], memory[at + n : at + n + m], memory[at + n + m : at + n + m + p]
+    rest = memory[at + n + m + p :]
+    warm = _same_structure(qp, memory) and memory[VALID] != 0.0
+    memory[VALID] = 0.0
+    cascade.qp_iterations = 0
+    code, net = assemble(rest, Q)
+    if code != SOLVED:
+        return code
+    if warm:
+        start(net, m, x, y, z)
+    code, cascade.qp_iterations = dtrnn(net, options_of(memory), matrix_view(rest, 0, 0, 4))
+    publish(net, Q, qp.x, qp.y, qp.z, qp.z_box)
+    if code == SOLVED:
+        memory[VALID] = 1.0
+        for i in range(n):
+            x[i] = qp.x[i]
+        for k in range(m):
+            y[k] = qp.y[k]
+        for j in range(p):
+            z[j] = qp.z[j]
+    return code
+
+
+CONVEX = 1e-9
+"""H + CONVEX max(H_ii) I has a Cholesky factor when H counts as positive semidefinite: rounding makes
+eigenvalues of zero some 1e-15 of the largest."""
+
+
+@jit
+def _is_convex(net: Network) -> bool:
+    """Whether W is positive semidefinite, up to rounding."""
+    n, S = net.variables, net.jump
+    largest = 0.0
+    for i in range(n):
+        largest = max(largest, abs(net.Gamma[i, i]))
+    for i in range(n):
+        for j in range(i + 1):
+            S[i, j] = net.Gamma[i, j]
+        S[i, i] += CONVEX * largest
+    return largest == 0.0 or factor(S, n)
+
+
+@jit
+def _is_number(net: Network) -> bool:
+    """Whether Gamma and z are finite."""
+    N = len(net.z)
+    for i in range(N):
+        if not is_finite(net.z[i]):
+            return False
+        for j in range(N):
+            if not is_finite(net.Gamma[i, j]):
+                return False
+    return True
+
+
+@jit
+def solve_network(
+    memory: Any, numbers: Any, trace: Any, warm: int, Q: Problem, x: Any, y: Any, z: Any, z_box: Any
+) -> tuple[int, int, float]:
+    """A QP with hard rows: code, iterations, |e|; outputs are written for SOLVED and MAX_ITERATIONS."""
+    code, net = assemble(memory, Q)
+    iterations, size = 0, 0.0
+    if code == SOLVED and not (_is_number(net) and _is_convex(net)):
+        code = FAILED
+    if code == SOLVED:
+        if warm:
+            start(net, Q.m, x, y, z)
+        code, iterations = dtrnn(net, options_of(numbers), trace)
+        size = residual(net, net.u)
+    if code == SOLVED or code == MAX_ITERATIONS:
+        publish(net, Q, x, y, z, z_box)
+    return code, iterations, size

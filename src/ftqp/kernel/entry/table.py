@@ -240,18 +240,11 @@ solve_qp entry.standalone_entries alone
 kkt entry.standalone_entries alone
     takes problem:f8[n*n+n+(m+p)*n+2*(n+m+p)] solution:f8[2*n+m+p] out:f8[4] n m p
     calls kkt(problem, solution, out, n, m, p)
-solve_network entry.standalone_entries alone
-    takes problem:f8[n*n+n+(m+p)*n+2*(n+m+p)] solution:f8[2*n+m+p] memory:f8[memory_size] memory_size
-          numbers:f8[OPTIONS+2] trace:f8[trace_rows,4] trace_rows n m p warm
-    calls solve_network(problem, solution, memory, numbers, trace, n, m, p, warm)
-solve_network_batch entry.standalone_entries nogil alone
-    takes n m p count H:f8[many_H,n,n] many_H g:f8[many_g,n] many_g A:f8[many_A,m,n] many_A b:f8[many_b,m]
-          many_b C:f8[many_C,p,n] many_C l:f8[many_l,p] many_l u:f8[many_u,p] many_u lb:f8[many_lb,n]
-          many_lb ub:f8[many_ub,n] many_ub numbers:f8[OPTIONS] x:f8[count,n] y:f8[count,m] z:f8[count,p]
-          z_box:f8[count,n] code:i8[count] iterations:i8[count] size:f8[count] memory:f8[memory_size]
-          memory_size first last
-    calls solve_network_batch(n, m, p, H, g, A, b, C, l, u, lb, ub, numbers, x, y, z, z_box, code,
-          iterations, size, memory, first, last)
+solve_networks entry.standalone_entries nogil alone
+    takes problems:f8[many,n*n+n+(m+p)*n+2*(n+m+p)] many solutions:f8[count,2*n+m+p] count found:f8[count,3]
+          memory:f8[memory_size] memory_size numbers:f8[OPTIONS] trace:f8[trace_rows,4] trace_rows n m p
+          warm first last
+    calls solve_networks(problems, solutions, found, memory, numbers, trace, n, m, p, warm, first, last)
 study_values entry.study_entries nogil
     takes S:study count q:f8[count,S.chain.n] e:f8[count,S.study.m] A:f8[count,S.study.m,S.chain.n]
           D:f8[count,S.study.m,S.chain.n] H:f8[count*rates,S.chain.n,S.study.m,S.chain.n] rates

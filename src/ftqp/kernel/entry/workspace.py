@@ -1,19 +1,20 @@
 """QPs that no robot made: memory for the active set and the network on them, and their residuals."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import bound, rooms, share_out
-from ftqp.kernel.layout.flat_arrays import standalone_memory_size
+from ftqp.kernel.layout.flat_arrays import memory_size
 from ftqp.kernel.layout.other_records import CONSTRAINTS, ROWS, VARIABLES
 from ftqp.kernel.layout.record import dtype
 
 TOLERANCE = 1e-10
 """Largest violation of a bound or row that counts as none. A convention: far above rounding of numbers about
 1, and far below what any use of a QP tells apart."""
+
+
+NO_TRACE = np.zeros((0, 4))
 
 
 class Workspace:
@@ -65,41 +66,37 @@ class Workspace:
         self._Q.tolerance = value
 
 
-class NetworkMemory:
-    """Memory of the network for one QP of n variables, m equality rows and p two-sided rows."""
+def solve_networks(
+    problems: FloatArray,
+    solutions: FloatArray,
+    sizes: tuple[int, int, int],
+    numbers: FloatArray,
+    memory: FloatArray | None = None,
+    trace: FloatArray = NO_TRACE,
+    warm: bool = False,
+) -> FloatArray:
+    """The network on QPs of the same sizes, on all cores: code, iterations and |e| of each, (count, 3).
 
-    def __init__(self, n: int, m: int, p: int) -> None:
-        self._sizes = (n, m, p)
-        self._memory = np.zeros(standalone_memory_size(n, m, p))
-
-    def solve(
-        self, flat: FloatArray, solution: FloatArray, numbers: FloatArray, trace: FloatArray, warm: bool
-    ) -> int:
-        """The claim of the network; see ``ftqp.kernel.entry.standalone_entries.solve_network``."""
-        things = flat, solution, self._memory, len(self._memory), numbers, trace, len(trace), *self._sizes
-        return bound("solve_network", *things, int(warm))()
-
-
-def solve_many(
-    parts: Sequence[FloatArray], numbers: FloatArray, count: int
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray, FloatArray]:
-    """The network on many QPs of the same sizes, on all cores: x, y, z, z_box, codes, iterations, |e|.
-
-    The parts are H, g, A, b, C, l, u, lb, ub, each with a leading axis of ``count``, or 1 for what all share.
+    Args:
+        problems: The QPs, each as in ``ftqp.qp.QPBuffers.flat``; (count, k), or (1, k) for one that is all.
+        solutions: x, z_box, y, z of each; the start when ``warm``, the answer on return.
+        sizes: How many variables, equality rows and two-sided rows.
+        numbers: The options, (7,).
+        memory: Of one QP, where it is alone; None makes some.
+        trace: (k, 4), filled as far as it reaches.
+        warm: Whether to start from ``solutions``.
     """
-    n, m, p = (parts[k].shape[1] for k in (1, 3, 5))
-    x, y, z, z_box = (np.full((count, size), np.nan) for size in (n, m, p, n))
-    codes, iterations, residual = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count)
-    each = [thing for part in parts for thing in (part, len(part))]
-    things = (n, m, p, count, *each, numbers, x, y, z, z_box, codes, iterations, residual)
-    size = standalone_memory_size(n, m, p)
+    found, size = np.zeros((len(solutions), 3)), memory_size(*sizes)
+    things = problems, len(problems), solutions, len(solutions), found
 
     def work(first: int, last: int) -> None:
-        memory = np.zeros(size)
-        bound("solve_network_batch", *things, memory, size, first, last)()
+        own = np.zeros(size) if memory is None else memory
+        bound(
+            "solve_networks", *things, own, size, numbers, trace, len(trace), *sizes, int(warm), first, last
+        )()
 
-    share_out(work, count)
-    return x, y, z, z_box, codes, iterations, residual
+    share_out(work, len(solutions))
+    return found
 
 
 def kkt(flat: FloatArray, solution: FloatArray, n: int, m: int, p: int) -> FloatArray:

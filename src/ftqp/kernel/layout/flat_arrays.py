@@ -32,7 +32,7 @@ PLACES: Final = len(BLOCK_FIELDS)
 """Of a row of a block. A whole row may hold more; whoever gives the memory says where each field begins."""
 
 OPTIONS: Final = 7
-"""Numbers that say how to solve, see ``ftqp.kernel.dtrnn.projection.Options``."""
+"""Numbers that say how to solve, see ``ftqp.kernel.dtrnn.network.Options``."""
 VECTORS: Final = 15
 """Vectors of the network's size."""
 VALID: Final = OPTIONS
@@ -46,14 +46,9 @@ KEPT: Final = OPTIONS + 4
 def memory_size(n: int, m: int, p: int) -> int:
     """Numbers that the network of a QP of n variables, m equality and p two-sided rows takes at most."""
     most = n + p + m + p
-    return 3 * most * most + VECTORS * most + 2
+    return 3 * most * most + VECTORS * most + 2 + m
 
 
 def planner_memory_size(n: int, m: int, p: int) -> int:
     """Numbers that a planner of n variables, m task rows and p two-sided rows needs for the network."""
     return KEPT + 2 * (n + p) + m + memory_size(n, m, p)
-
-
-def standalone_memory_size(n: int, m: int, p: int) -> int:
-    """Numbers that the network needs for a QP that is not a planner's."""
-    return memory_size(n, m, p) + m

@@ -5,13 +5,10 @@ from typing import Any
 
 from ftqp.kernel.jit import jit
 
-BISECTIONS = 60
-"""Halvings of the interval that holds an eigenvalue; fewer when it is down to rounding."""
-
 
 @jit
 def tridiagonal(S: Any, n: int, a: Any, b: Any) -> None:
-    """Q' S Q = T by Householder reflections: a the diagonal of T, b[i] the square of T[i, i + 1]; S is lost.
+    """Q' S Q = T by Householder reflections: a the diagonal of T, b[i] = T[i, i + 1]; S is lost.
 
     With v = x - alpha e_1 that maps the column x below the diagonal to alpha e_1, and beta = 2/v'v,
 
@@ -24,7 +21,7 @@ def tridiagonal(S: Any, n: int, a: Any, b: Any) -> None:
         for i in range(k + 1, n):
             size += S[i, k] * S[i, k]
         alpha = -sqrt(size) if S[k + 1, k] > 0.0 else sqrt(size)
-        b[k] = size
+        b[k] = alpha
         a[k] = S[k, k]
         S[k + 1, k] -= alpha
         length = 0.0
@@ -49,52 +46,8 @@ def tridiagonal(S: Any, n: int, a: Any, b: Any) -> None:
                 S[i, j] -= S[i, k] * a[j] + a[i] * S[j, k]
     if n > 1:
         a[n - 2] = S[n - 2, n - 2]
-        b[n - 2] = S[n - 1, n - 2] * S[n - 1, n - 2]
-    a[n - 1] = S[n - 1, n - 1]
-
-
-@jit
-def _any_below(a: Any, b: Any, n: int, x: float) -> bool:
-    """Whether T has an eigenvalue below x: a negative pivot of T - x I."""
-    pivot = 1.0
-    for i in range(n):
-        pivot = a[i] - x - (b[i - 1] / pivot if i > 0 else 0.0)
-        if not pivot > 0.0:
-            return True
-    return False
-
-
-@jit
-def _least(a: Any, b: Any, n: int, low: float, high: float) -> float:
-    """The smallest eigenvalue of T, which lies in [low, high]."""
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        if not (low < middle and middle < high):
-            break
-        if _any_below(a, b, n, middle):
-            high = middle
-        else:
-            low = middle
-    return 0.5 * (low + high)
-
-
-@jit
-def extreme_eigenvalues(S: Any, n: int, a: Any, b: Any) -> tuple[float, float]:
-    """The smallest and the largest eigenvalue of the symmetric S, of which the lower part is read and lost.
-
-    Bisection on the signs of the pivots of T - x I (Sturm sequence) within Gershgorin's bounds.
-    """
-    tridiagonal(S, n, a, b)
-    low, high = a[0], a[0]
-    for i in range(n):
-        reach = (sqrt(b[i - 1]) if i > 0 else 0.0) + (sqrt(b[i]) if i < n - 1 else 0.0)
-        low, high = min(low, a[i] - reach), max(high, a[i] + reach)
-    margin = 1e-15 * max(abs(low), abs(high))
-    low, high = low - margin, high + margin
-    least = _least(a, b, n, low, high)
-    for i in range(n):
-        a[i] = -a[i]
-    return least, -_least(a, b, n, -high, -low)
+        b[n - 2] = S[n - 1, n - 2]
+    a[n - 1], b[n - 1] = S[n - 1, n - 1], 0.0
 
 
 @jit
@@ -144,8 +97,8 @@ def _basis(S: Any, n: int, Z: Any) -> None:
 
 
 @jit
-def _ql(d: Any, e: Any, n: int, Z: Any) -> None:
-    """Implicit QL steps with Wilkinson's shift on the tridiagonal (d, e); the rows of Z take part."""
+def _ql(d: Any, e: Any, n: int, Z: Any, width: int) -> None:
+    """Implicit QL steps with Wilkinson's shift on the tridiagonal (d, e); so many columns of Z take part."""
     for low in range(n):
         for _ in range(SWEEPS):
             m = low
@@ -173,7 +126,7 @@ def _ql(d: Any, e: Any, n: int, Z: Any) -> None:
                 p = s * r
                 d[i + 1] = g + p
                 g = c * r - b
-                for k in range(n):
+                for k in range(width):
                     f = Z[i + 1, k]
                     Z[i + 1, k] = s * Z[i, k] + c * f
                     Z[i, k] = c * Z[i, k] - s * f
@@ -181,6 +134,17 @@ def _ql(d: Any, e: Any, n: int, Z: Any) -> None:
                 d[low] -= p
                 e[low] = g
                 e[m] = 0.0
+
+
+@jit
+def extreme_eigenvalues(S: Any, n: int, d: Any, e: Any) -> tuple[float, float]:
+    """The smallest and the largest eigenvalue of S, of which the lower part is read and lost."""
+    tridiagonal(S, n, d, e)
+    _ql(d, e, n, S, 0)
+    low, high = d[0], d[0]
+    for i in range(1, n):
+        low, high = min(low, d[i]), max(high, d[i])
+    return low, high
 
 
 @jit
@@ -192,10 +156,5 @@ def eigensystem(S: Any, n: int, d: Any, e: Any, Z: Any) -> None:
     Source: Golub and Van Loan 2013, algorithms 8.3.1 and 8.3.3.
     """
     tridiagonal(S, n, d, e)
-    for k in range(n - 2):
-        e[k] = -sqrt(e[k]) if S[k + 1, k] > 0.0 else sqrt(e[k])
-    if n > 1:
-        e[n - 2] = S[n - 1, n - 2]
-    e[n - 1] = 0.0
     _basis(S, n, Z)
-    _ql(d, e, n, Z)
+    _ql(d, e, n, Z, n)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ftqp.kernel.closed_forms.closed_form_tick import resolve
 from ftqp.kernel.commands.believed import falls
-from ftqp.kernel.dtrnn.network_of_qp import solve_planner_qp
+from ftqp.kernel.dtrnn.iterations import solve_planner_qp
 from ftqp.kernel.feedback.late_loop import miss
 from ftqp.kernel.free.end_stop import stop_torques
 from ftqp.kernel.jit import carray, jit, part_jit, pointer

@@ -18,11 +18,12 @@ times that of the QP.
 Source: Jin et al. 2017, section 3; the slacks and the compliance are additions.
 """
 
-from math import sqrt
+from math import inf, sqrt
 from typing import Any, NamedTuple
 
 from ftqp.kernel.jit import jit
-from ftqp.kernel.maths.elementary import is_finite, matrix_view
+from ftqp.kernel.layout.enums import FAILED, INFEASIBLE, SOLVED
+from ftqp.kernel.maths.elementary import matrix_view
 
 
 class Network(NamedTuple):
@@ -64,6 +65,30 @@ class Network(NamedTuple):
     """Of objective and rows, (2,)."""
 
 
+class Problem(NamedTuple):
+    """A QP of n variables, m equality rows and p two-sided rows, whose arrays may be larger.
+
+    ``dense`` tells whether H holds the Hessian, or else ``H_diagonal``; ``soft``, (m,), is the compliance of
+    the rows of A, 0 for a hard one.
+    """
+
+    n: int
+    m: int
+    p: int
+    dense: int
+    H: Any
+    H_diagonal: Any
+    g: Any
+    A: Any
+    b: Any
+    soft: Any
+    C: Any
+    l: Any
+    u: Any
+    lb: Any
+    ub: Any
+
+
 @jit
 def network(memory: Any, variables: int, slacks: int, rows: int) -> Network:
     """The views of a network of these sizes, one after the other in ``memory``."""
@@ -76,6 +101,201 @@ def network(memory: Any, variables: int, slacks: int, rows: int) -> Network:
         matrix_view(memory, M, N, N), matrix_view(memory, 2 * M, N, N),
         v[6], v[7], v[8], v[9], v[10], v[11], v[12], v[13], v[14], scales,
     )  # fmt: skip
+
+
+CONTRADICTION = 1e-8
+"""A row without free variables that is violated by more than this share of its terms has no solution. The
+ROW_TOLERANCE of a solved QP, because what is less counts as kept."""
+
+
+@jit
+def _bounds_verdict(low: Any, high: Any, count: int) -> int:
+    """SOLVED for ordered bounds, INFEASIBLE for crossed ones, FAILED for NaN."""
+    verdict = SOLVED
+    for i in range(count):
+        if low[i] != low[i] or high[i] != high[i]:
+            return FAILED
+        if not low[i] <= high[i] or low[i] == inf or high[i] == -inf:
+            verdict = INFEASIBLE
+    return verdict
+
+
+@jit
+def _row(Q: Problem, k: int) -> Any:
+    """Row k of [A; C]."""
+    return Q.A[k] if k < Q.m else Q.C[k - Q.m]
+
+
+@jit
+def _ends(Q: Problem, k: int) -> tuple[float, float]:
+    """Between what row k of [A; C] is to be."""
+    return (Q.b[k], Q.b[k]) if k < Q.m else (Q.l[k - Q.m], Q.u[k - Q.m])
+
+
+@jit
+def _weigh_row(Q: Problem, k: int) -> tuple[float, float, float]:
+    """The norm of row k over the free variables, what the fixed ones add to it, and the size of that."""
+    row = _row(Q, k)
+    square, fixed, size = 0.0, 0.0, 0.0
+    for i in range(Q.n):
+        if Q.lb[i] < Q.ub[i]:
+            square += row[i] * row[i]
+        elif row[i] != 0.0:
+            fixed += row[i] * Q.ub[i]
+            size += abs(row[i] * Q.ub[i])
+    return sqrt(square), fixed, size
+
+
+LEFT_OUT, EQUALITY, WITH_SLACK = 0, 1, 2
+"""What becomes of a row."""
+
+
+@jit
+def _kind(Q: Problem, k: int, norm: float) -> int:
+    """What becomes of row k: one that no free variable moves is left out, if it does not yield."""
+    if k < Q.m:
+        return EQUALITY if Q.soft[k] > 0.0 or norm != 0.0 else LEFT_OUT
+    low, high = _ends(Q, k)
+    if norm == 0.0 or (low == -inf and high == inf):
+        return LEFT_OUT
+    return EQUALITY if low == high else WITH_SLACK
+
+
+@jit
+def assemble(memory: Any, Q: Problem) -> tuple[int, Network]:
+    """Write the unscaled network of a QP, its state 0, into memory: a claim and the network.
+
+    The claim is SOLVED, or INFEASIBLE or FAILED when the bounds say so already. ``memory`` holds at least
+    ``memory_size(n, m, p)`` numbers.
+    """
+    n, m, H, lb, ub = Q.n, Q.m, Q.H, Q.lb, Q.ub
+    verdict = max(_bounds_verdict(lb, ub, n), _bounds_verdict(Q.l, Q.u, Q.p))
+    variables = equalities = slacks = 0
+    for i in range(n):
+        if lb[i] < ub[i]:
+            variables += 1
+    for k in range(m + Q.p):
+        norm, fixed, size = _weigh_row(Q, k)
+        kind = _kind(Q, k, norm)
+        if kind == EQUALITY:
+            equalities += 1
+        elif kind == WITH_SLACK:
+            slacks += 1
+        else:
+            low, high = _ends(Q, k)
+            most = CONTRADICTION * (1.0 + size + (abs(low) if k < m else 0.0))
+            if not max(low - fixed, fixed - high) <= most:
+                verdict = max(verdict, INFEASIBLE)
+    rows = equalities + slacks
+    net = network(memory, variables, slacks, rows)
+    if verdict != SOLVED:
+        return verdict, net
+    N = variables + slacks + rows
+    Gamma, z = net.Gamma, net.z
+    net.scales[0] = net.scales[1] = 1.0
+    for i in range(N):
+        z[i], net.u[i], net.low[i], net.high[i] = 0.0, 0.0, -inf, inf
+        for j in range(N):
+            Gamma[i, j] = 0.0
+    k = 0
+    for i in range(n):
+        if lb[i] < ub[i]:
+            net.variable[k] = i
+            net.low[k], net.high[k], z[k] = lb[i], ub[i], Q.g[i]
+            k += 1
+    for a in range(variables):
+        i = int(net.variable[a])
+        if not Q.dense:
+            Gamma[a, a] = Q.H_diagonal[i]
+            continue
+        for c in range(variables):
+            Gamma[a, c] = H[i, int(net.variable[c])]
+        fixed = 0.0
+        for c in range(n):
+            if not lb[c] < ub[c] and H[i, c] != 0.0:
+                fixed += H[i, c] * ub[c]
+        z[a] += fixed
+    at, s = 0, 0
+    for k in range(m + Q.p):
+        norm, fixed, _ = _weigh_row(Q, k)
+        kind = _kind(Q, k, norm)
+        if kind == LEFT_OUT:
+            continue
+        low, high = _ends(Q, k)
+        norm = 1.0 if k < m else norm
+        if kind == EQUALITY:
+            j = at
+            at += 1
+            z[variables + slacks + j] = (fixed - high) / norm
+        else:
+            j, c = equalities + s, variables + s
+            s += 1
+            net.low[c], net.high[c] = (low - fixed) / norm, (high - fixed) / norm
+            Gamma[variables + slacks + j, c], Gamma[c, variables + slacks + j] = -1.0, 1.0
+        net.row[j], net.norm[j] = k, norm
+        r, row = variables + slacks + j, _row(Q, k)
+        Gamma[r, r] = Q.soft[k] if k < m else 0.0
+        for a in range(variables):
+            v = row[int(net.variable[a])] / norm
+            Gamma[r, a], Gamma[a, r] = v, -v
+    return SOLVED, net
+
+
+@jit
+def start(net: Network, m: int, x: Any, y: Any, z: Any) -> None:
+    """Start an unscaled network at a former solution (x, y, z) in the convention of ``ftqp.QP``."""
+    primal = net.variables + net.slacks
+    equalities = net.rows - net.slacks
+    for a in range(net.variables):
+        net.u[a] = x[int(net.variable[a])]
+    for k in range(net.rows):
+        i = int(net.row[k])
+        net.u[primal + k] = -y[i] if i < m else -z[i - m] * net.norm[k]
+    for s in range(net.slacks):
+        row = net.Gamma[primal + equalities + s]
+        value = 0.0
+        for a in range(net.variables):
+            value += row[a] * net.u[a]
+        net.u[net.variables + s] = min(max(value, net.low[net.variables + s]), net.high[net.variables + s])
+
+
+@jit
+def publish(net: Network, Q: Problem, x: Any, y: Any, z: Any, z_box: Any) -> None:
+    """The QP's solution: x clipped, y and z by the convention of ``ftqp.QP``, z_box from stationarity.
+
+    z_box_i = -(Hx + g + A'y + C'z)_i where x_i is fixed or x_i + scales[0] z_box_i is outside, else 0.
+    """
+    n, m, p, H, A, C, lb, ub = Q.n, Q.m, Q.p, Q.H, Q.A, Q.C, Q.lb, Q.ub
+    primal = net.variables + net.slacks
+    for i in range(n):
+        x[i] = ub[i]
+    for a in range(net.variables):
+        x[int(net.variable[a])] = min(max(net.u[a], net.low[a]), net.high[a])
+    for k in range(m):
+        y[k] = 0.0
+    for j in range(p):
+        z[j] = 0.0
+    scale = net.scales[1] / net.scales[0]
+    for k in range(net.rows):
+        i = int(net.row[k])
+        value = -net.u[primal + k] * scale
+        if i < m:
+            y[i] = value
+        else:
+            z[i - m] = value / net.norm[k]
+    for i in range(n):
+        if Q.dense:
+            r = Q.g[i]
+            for j in range(n):
+                r += H[i, j] * x[j]
+        else:
+            r = Q.g[i] + Q.H_diagonal[i] * x[i]
+        for k in range(m):
+            r += A[k, i] * y[k]
+        for j in range(p):
+            r += C[j, i] * z[j]
+        step = x[i] - net.scales[0] * r
+        z_box[i] = -r if lb[i] >= ub[i] or step < lb[i] or step > ub[i] else 0.0
 
 
 @jit
@@ -102,13 +322,6 @@ def rescale(net: Network, objective: float, rows: float) -> None:
 
 
 @jit
-def project(net: Network, v: Any) -> None:
-    """v <- P(v), componentwise clip onto Omega."""
-    for i in range(len(v)):
-        v[i] = min(max(v[i], net.low[i]), net.high[i])
-
-
-@jit
 def residual(net: Network, u: Any) -> float:
     """e = u - P(u - F) with F = Gamma u + z, both kept; returns |e|."""
     N = len(u)
@@ -123,19 +336,6 @@ def residual(net: Network, u: Any) -> float:
         net.e[i] = e
         total += e * e
     return sqrt(total)
-
-
-@jit
-def is_number(net: Network) -> bool:
-    """Whether Gamma and z are finite."""
-    N = len(net.z)
-    for i in range(N):
-        if not is_finite(net.z[i]):
-            return False
-        for j in range(N):
-            if not is_finite(net.Gamma[i, j]):
-                return False
-    return True
 
 
 ROW_TOLERANCE = 1e-8
