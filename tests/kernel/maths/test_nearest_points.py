@@ -47,7 +47,7 @@ def test_parallel_segments_meet_in_the_middle_of_their_overlap():
 def nearest_on(kind, p, u):
     t = of_segment_and_body(kind, EXTENTS[kind], p, u)
     assert 0.0 <= t <= 1.0
-    return t, to_body(kind, EXTENTS[kind], *(p + t * u))[0]
+    return t, to_body(kind, EXTENTS[kind], p + t * u)[0]
 
 
 @pytest.mark.parametrize("kind", [BOX, CYLINDER])
@@ -78,7 +78,7 @@ def test_no_point_of_a_segment_is_nearer_inside_and_outside(kind):
     for _ in range(200):
         p, u = rng.normal(size=3) * 0.3, rng.normal(size=3) * 0.4
         shares = np.linspace(0.0, 1.0, 201)
-        least = min(to_body(kind, EXTENTS[kind], *(p + t * u))[0] for t in shares)
+        least = min(to_body(kind, EXTENTS[kind], p + t * u)[0] for t in shares)
         assert nearest_on(kind, p, u)[1] <= least + 1e-10
 
 
@@ -87,8 +87,8 @@ def test_the_distance_grows_along_its_direction(kind):
     rng, h = np.random.default_rng(5), 1e-7
     for _ in range(200):
         p, w = rng.normal(size=3) * 0.4, rng.normal(size=3)
-        d, *n = to_body(kind, EXTENTS[kind], *p)
-        after = to_body(kind, EXTENTS[kind], *(p + h * w))[0]
+        d, n = to_body(kind, EXTENTS[kind], p)
+        after = to_body(kind, EXTENTS[kind], p + h * w)[0]
         assert np.linalg.norm(n) == pytest.approx(1.0, abs=1e-12)
         assert (after - d) / h == pytest.approx(float(n @ w), abs=2e-4)
 
@@ -113,7 +113,7 @@ def room(name):
 
 
 def nearest(name, p, u):
-    t, d, *n = of_segment_and_hull(room(name), 0, p, u)
+    t, d, n = of_segment_and_hull(room(name), 0, p, u)
     assert 0.0 <= t <= 1.0 and np.linalg.norm(n) == pytest.approx(1.0)
     return t, d, np.array(n)
 

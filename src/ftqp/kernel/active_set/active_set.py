@@ -64,10 +64,7 @@ def _worst_violation(Q: Any) -> tuple[int, int, float]:
 
 @rare_jit
 def _is_rounding(Q: Any, q: int, violation: float) -> bool:
-    """Whether errors of ``tolerance`` in the q rows that a row depends on explain its violation.
-
-    The row is sum r_i N_i, r left in lam_new by ``_trade_places``: many limits meet in one point.
-    """
+    """Whether errors of ``tolerance`` in the q rows that a row depends on explain its violation."""
     weight = 1.0
     for i in range(q):
         weight += abs(Q.lam_new[i])

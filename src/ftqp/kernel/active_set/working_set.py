@@ -23,6 +23,17 @@ the tolerance of ``ftqp.control.planner.assembly``, so that rows that were solve
 
 
 @jit
+def _substitute(L: Any, n: int, x: Any) -> None:
+    """x <- L^-1 x."""
+    for i in range(n):
+        s = x[i]
+        row = L[i]
+        for j in range(i):
+            s -= row[j] * x[j]
+        x[i] = s * row[i]
+
+
+@jit
 def _back_substitute(L: Any, n: int, x: Any) -> None:
     """x <- L'^-1 x."""
     for i in range(n - 1, -1, -1):
@@ -76,11 +87,7 @@ def minimise_free(Q: Any) -> bool:
     if not factor(L, n):
         return False
     x = Q.x_free
-    for i in range(n):
-        s = x[i]
-        for j in range(i):
-            s -= L[i, j] * x[j]
-        x[i] = s * L[i, i]
+    _substitute(L, n, x)
     _back_substitute(L, n, x)
     for i in range(n):
         if Q.root[i] == 0.0:
@@ -160,32 +167,27 @@ def _factor_row(Q: Any, k: int, soft: float) -> bool:
 
 
 @jit
-def _right_side(Q: Any, code: int, side: int) -> float:
-    """d - N x_free for one row."""
+def _gap(Q: Any, code: int, side: int, x: Any, s: float) -> float:
+    """s + d - N x for one row."""
     n, m = Q.nx, Q.meq
-    if code < m:
-        s = Q.b[code]
-        row = Q.A[code]
-        for i in range(n):
-            s -= row[i] * Q.x_free[i]
-        return s
-    if code < m + n:
+    if code >= m and code < m + n:
         i = code - m
-        return (Q.lb[i] if side > 0 else Q.ub[i]) - Q.x_free[i]
-    j = code - m - n
-    s = Q.l[j] if side > 0 else Q.u[j]
-    row = Q.C[j]
+        return s + ((Q.lb[i] if side > 0 else Q.ub[i]) - x[i])
+    if code < m:
+        s += Q.b[code]
+        row = Q.A[code]
+    else:
+        j = code - m - n
+        s += Q.l[j] if side > 0 else Q.u[j]
+        row = Q.C[j]
     for i in range(n):
-        s -= row[i] * Q.x_free[i]
+        s -= row[i] * x[i]
     return s
 
 
 @jit
 def _softness(Q: Any, code: int, side: int) -> float:
-    """Compliance of a row: task rows their own, rows of C that may give way the elastic one, else none.
-
-    The last rows of C give way before the others do.
-    """
+    """Compliance of a row: task rows their own, rows of C that may give way the elastic one, else none."""
     if code < Q.meq:
         soft: float = Q.soft[code]
         return soft
@@ -222,7 +224,7 @@ def enter(Q: Any, q: int, code: int, side: int, lam: float) -> bool:
     _gram_row(Q, q, soft)
     if not _factor_row(Q, q, soft) or (soft <= 0.0 and _is_crowded(Q, q)):
         return False
-    Q.t[q] = _right_side(Q, code, side)
+    Q.t[q] = _gap(Q, code, side, Q.x_free, 0.0)
     if code >= Q.meq:
         Q.active[code - Q.meq] = 1
     return True
@@ -298,18 +300,8 @@ def leave(Q: Any, q: int, k: int) -> int:
 @jit
 def solve_dual(Q: Any, q: int, x: Any) -> None:
     """x <- S^-1 x on the working set."""
-    for i in range(q):
-        s = x[i]
-        L = Q.L[i]
-        for j in range(i):
-            s -= L[j] * x[j]
-        x[i] = s * L[i]
-    for i in range(q - 1, -1, -1):
-        L = Q.L[i]
-        x[i] *= L[i]
-        s = x[i]
-        for j in range(i):
-            x[j] -= L[j] * s
+    _substitute(Q.L, q, x)
+    _back_substitute(Q.L, q, x)
 
 
 @jit
@@ -335,31 +327,12 @@ def primal(Q: Any, q: int, lam: Any, x: Any) -> None:
 
 @jit
 def refine(Q: Any, q: int) -> bool:
-    """One step of refinement, S dlam = d - N x - compliance lam; False when nothing is left to do.
-
-    A nearly hard row that cannot hold has a huge multiplier, whose rounding would otherwise show as a
-    violated bound.
-    """
-    n, m = Q.nx, Q.meq
+    """One step of refinement, S dlam = d - N x - compliance lam; False when nothing is left to do."""
     r = Q.lam_new
     worst = 0.0
     for k in range(q):
         code, side = Q.code[k], Q.side[k]
-        s = -_softness(Q, code, side) * Q.lam[k]
-        if code < m:
-            s += Q.b[code]
-            row = Q.A[code]
-            for i in range(n):
-                s -= row[i] * Q.x[i]
-        elif code < m + n:
-            i = code - m
-            s += (Q.lb[i] if side > 0 else Q.ub[i]) - Q.x[i]
-        else:
-            j = code - m - n
-            s += Q.l[j] if side > 0 else Q.u[j]
-            row = Q.C[j]
-            for i in range(n):
-                s -= row[i] * Q.x[i]
+        s = _gap(Q, code, side, Q.x, -_softness(Q, code, side) * Q.lam[k])
         r[k] = s
         worst = max(worst, abs(s))
     if not worst > REFINE_FROM:
@@ -368,6 +341,6 @@ def refine(Q: Any, q: int) -> bool:
     for k in range(q):
         Q.lam[k] += r[k]
     primal(Q, q, r, Q.scratch)
-    for i in range(n):
+    for i in range(Q.nx):
         Q.x[i] += Q.scratch[i]
     return True

@@ -1,11 +1,41 @@
 """Joint-space dynamics tau = M(q) a + h(q, v), in one pass tips to base, about the world's origin."""
 
-from math import sqrt
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import fold_row, fold_square, moves
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.maths.elementary import cross
+from ftqp.kernel.maths.vectors import (
+    ZERO,
+    add_to,
+    cross,
+    inner,
+    length,
+    minus,
+    plus,
+    rotated,
+    rotated_back,
+    symmetric,
+    three,
+    three_from,
+    times,
+    write,
+)
+
+
+@jit
+def _turned_inertia(R: Any, I: Any) -> Any:
+    """R I R' of a symmetric matrix (xx xy xz yy yz zz)."""
+    a = symmetric(I, (R[0], R[1], R[2]))
+    b = symmetric(I, (R[3], R[4], R[5]))
+    c = symmetric(I, (R[6], R[7], R[8]))
+    return (
+        a[0] * R[0] + a[1] * R[1] + a[2] * R[2],
+        a[0] * R[3] + a[1] * R[4] + a[2] * R[5],
+        a[0] * R[6] + a[1] * R[7] + a[2] * R[8],
+        b[0] * R[3] + b[1] * R[4] + b[2] * R[5],
+        b[0] * R[6] + b[1] * R[7] + b[2] * R[8],
+        c[0] * R[6] + c[1] * R[7] + c[2] * R[8],
+    )
 
 
 @part_jit
@@ -20,10 +50,8 @@ def dynamics(K: Any, state: Any) -> None:
     """
     chain, kinematics = K.chain, K.kinematics
     n = chain.n
-    f0 = f1 = f2 = 0.0  # force and moment about the origin that the bodies from here to the tip need
-    n0 = n1 = n2 = 0.0
+    f = m = c = ZERO  # force and moment about the origin that the bodies from here to the tip need
     mass = 0.0  # composite body: mass, first moment c, second moment S (xx xy xz yy yz zz) about the origin
-    c0 = c1 = c2 = 0.0
     S0 = S1 = S2 = S3 = S4 = S5 = 0.0
     if chain.is_tree:
         for i in range(n):
@@ -32,111 +60,59 @@ def dynamics(K: Any, state: Any) -> None:
     for i in range(n - 1, -1, -1):
         if chain.branches[i]:
             C = kinematics.carried[i]
-            f0, f1, f2, n0, n1, n2 = f0 + C[0], f1 + C[1], f2 + C[2], n0 + C[3], n1 + C[4], n2 + C[5]
-            mass, c0, c1, c2 = mass + C[6], c0 + C[7], c1 + C[8], c2 + C[9]
-            S0, S1, S2, S3, S4, S5 = S0 + C[10], S1 + C[11], S2 + C[12], S3 + C[13], S4 + C[14], S5 + C[15]
-        R = kinematics.R[i]
-        R0, R1, R2, R3, R4, R5, R6, R7, R8 = R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8]
-        d0, d1, d2 = chain.com[i, 0], chain.com[i, 1], chain.com[i, 2]
-        q0 = R0 * d0 + R1 * d1 + R2 * d2
-        q1 = R3 * d0 + R4 * d1 + R5 * d2
-        q2 = R6 * d0 + R7 * d1 + R8 * d2
-        o0, o1, o2 = kinematics.o[i, 0], kinematics.o[i, 1], kinematics.o[i, 2]
-        p0, p1, p2 = o0 + q0, o1 + q1, o2 + q2
-        # inertia about the com along world axes: W = R I R'
-        I = chain.inertia[i]
-        I0, I1, I2, I3, I4, I5 = I[0], I[1], I[2], I[3], I[4], I[5]
-        A0, A1, A2 = R0 * I0 + R1 * I1 + R2 * I2, R0 * I1 + R1 * I3 + R2 * I4, R0 * I2 + R1 * I4 + R2 * I5
-        A3, A4, A5 = R3 * I0 + R4 * I1 + R5 * I2, R3 * I1 + R4 * I3 + R5 * I4, R3 * I2 + R4 * I4 + R5 * I5
-        A6, A7, A8 = R6 * I0 + R7 * I1 + R8 * I2, R6 * I1 + R7 * I3 + R8 * I4, R6 * I2 + R7 * I4 + R8 * I5
-        W0 = A0 * R0 + A1 * R1 + A2 * R2
-        W1 = A0 * R3 + A1 * R4 + A2 * R5
-        W2 = A0 * R6 + A1 * R7 + A2 * R8
-        W3 = A3 * R3 + A4 * R4 + A5 * R5
-        W4 = A3 * R6 + A4 * R7 + A5 * R8
-        W5 = A6 * R6 + A7 * R7 + A8 * R8
+            f, m, c = plus(f, three(C)), plus(m, three_from(C, 3)), plus(c, three_from(C, 7))
+            mass, S0, S1, S2 = mass + C[6], S0 + C[10], S1 + C[11], S2 + C[12]
+            S3, S4, S5 = S3 + C[13], S4 + C[14], S5 + C[15]
+        R, o = kinematics.R[i], three(kinematics.o[i])
+        q = rotated(R, three(chain.com[i]))
+        p = plus(o, q)
+        W = _turned_inertia(R, chain.inertia[i])  # about the com along world axes
         # Newton and Euler: f = m a_com, moment = W alpha + w x W w + p x f
-        w0, w1, w2 = kinematics.w[i, 0], kinematics.w[i, 1], kinematics.w[i, 2]
-        l0, l1, l2 = kinematics.alpha[i, 0], kinematics.alpha[i, 1], kinematics.alpha[i, 2]
-        t0, t1, t2 = cross(w0, w1, w2, q0, q1, q2)
-        u0, u1, u2 = cross(w0, w1, w2, t0, t1, t2)
-        t0, t1, t2 = cross(l0, l1, l2, q0, q1, q2)
-        m = chain.mass[i]
-        a0, a1, a2 = (
-            m * (kinematics.acc[i, 0] + t0 + u0),
-            m * (kinematics.acc[i, 1] + t1 + u1),
-            m * (kinematics.acc[i, 2] + t2 + u2),
-        )
-        k0, k1, k2 = W0 * w0 + W1 * w1 + W2 * w2, W1 * w0 + W3 * w1 + W4 * w2, W2 * w0 + W4 * w1 + W5 * w2
-        t0, t1, t2 = cross(w0, w1, w2, k0, k1, k2)
-        u0, u1, u2 = cross(p0, p1, p2, a0, a1, a2)
-        f0 += a0
-        f1 += a1
-        f2 += a2
-        n0 += W0 * l0 + W1 * l1 + W2 * l2 + t0 + u0
-        n1 += W1 * l0 + W3 * l1 + W4 * l2 + t1 + u1
-        n2 += W2 * l0 + W4 * l1 + W5 * l2 + t2 + u2
+        w, alpha, own = three(kinematics.w[i]), three(kinematics.alpha[i]), chain.mass[i]
+        bent = cross(w, cross(w, q))
+        a = times(own, plus(plus(three(kinematics.acc[i]), cross(alpha, q)), bent))
+        f = plus(f, a)
+        gyration = cross(w, symmetric(W, w))
+        m = plus(m, plus(plus(symmetric(W, alpha), gyration), cross(p, a)))
         # composite body
-        mass += m
-        x, y, z = m * p0, m * p1, m * p2
-        c0 += x
-        c1 += y
-        c2 += z
-        S0 += W0 + y * p1 + z * p2
-        S1 += W1 - x * p1
-        S2 += W2 - x * p2
-        S3 += W3 + x * p0 + z * p2
-        S4 += W4 - y * p2
-        S5 += W5 + x * p0 + y * p1
+        mass += own
+        x, y, z = times(own, p)
+        c = plus(c, (x, y, z))
+        S0 += W[0] + y * p[1] + z * p[2]
+        S1 += W[1] - x * p[1]
+        S2 += W[2] - x * p[2]
+        S3 += W[3] + x * p[0] + z * p[2]
+        S4 += W[4] - y * p[2]
+        S5 += W[5] + x * p[0] + y * p[1]
         # momentum (F, N) of the composite body when joint i moves at unit speed: column i of M
-        z0, z1, z2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
+        axis = three(kinematics.axis_w[i])
         if chain.prismatic[i]:
-            kinematics.h[i] = z0 * f0 + z1 * f1 + z2 * f2
-            F0, F1, F2 = mass * z0, mass * z1, mass * z2
-            N0, N1, N2 = cross(c0, c1, c2, z0, z1, z2)
+            kinematics.h[i] = inner(axis, f)
+            F, N = times(mass, axis), cross(c, axis)
         else:
-            t0, t1, t2 = cross(o0, o1, o2, f0, f1, f2)
-            kinematics.h[i] = z0 * (n0 - t0) + z1 * (n1 - t1) + z2 * (n2 - t2)
-            v0, v1, v2 = cross(o0, o1, o2, z0, z1, z2)
-            t0, t1, t2 = cross(z0, z1, z2, c0, c1, c2)
-            F0, F1, F2 = t0 + mass * v0, t1 + mass * v1, t2 + mass * v2
-            t0, t1, t2 = cross(c0, c1, c2, v0, v1, v2)
-            N0 = t0 + S0 * z0 + S1 * z1 + S2 * z2
-            N1 = t1 + S1 * z0 + S3 * z1 + S4 * z2
-            N2 = t2 + S2 * z0 + S4 * z1 + S5 * z2
+            kinematics.h[i] = inner(axis, minus(m, cross(o, f)))
+            v = cross(o, axis)
+            F = plus(cross(axis, c), times(mass, v))
+            N = plus(cross(c, v), symmetric((S0, S1, S2, S3, S4, S5), axis))
         for j in range(i + 1):
             if not moves(chain, j, i):
                 kinematics.M[j, i] = kinematics.M[i, j] = 0.0
                 continue
-            if chain.prismatic[j]:
-                x = kinematics.axis_w[j, 0] * F0 + kinematics.axis_w[j, 1] * F1 + kinematics.axis_w[j, 2] * F2
-            else:
-                t0, t1, t2 = cross(kinematics.o[j, 0], kinematics.o[j, 1], kinematics.o[j, 2], F0, F1, F2)
-                x = (
-                    kinematics.axis_w[j, 0] * (N0 - t0)
-                    + kinematics.axis_w[j, 1] * (N1 - t1)
-                    + kinematics.axis_w[j, 2] * (N2 - t2)
-                )
-            kinematics.M[j, i] = x
-            kinematics.M[i, j] = x
+            other = F if chain.prismatic[j] else minus(N, cross(three(kinematics.o[j]), F))
+            kinematics.M[j, i] = kinematics.M[i, j] = inner(three(kinematics.axis_w[j]), other)
         kinematics.M[i, i] += chain.armature[i]
         above = chain.parent[i]
         if above != i - 1:
             if above >= 0:
                 C = kinematics.carried[above]
-                C[0], C[1], C[2], C[3], C[4], C[5] = (
-                    C[0] + f0,
-                    C[1] + f1,
-                    C[2] + f2,
-                    C[3] + n0,
-                    C[4] + n1,
-                    C[5] + n2,
-                )
-                C[6], C[7], C[8], C[9] = C[6] + mass, C[7] + c0, C[8] + c1, C[9] + c2
-                C[10], C[11], C[12] = C[10] + S0, C[11] + S1, C[12] + S2
-                C[13], C[14], C[15] = C[13] + S3, C[14] + S4, C[15] + S5
-            f0 = f1 = f2 = n0 = n1 = n2 = mass = c0 = c1 = c2 = 0.0
-            S0 = S1 = S2 = S3 = S4 = S5 = 0.0
+                add_to(C, 0, f)
+                add_to(C, 3, m)
+                C[6] += mass
+                add_to(C, 7, c)
+                add_to(C, 10, (S0, S1, S2))
+                add_to(C, 13, (S3, S4, S5))
+            f = m = c = ZERO
+            mass = S0 = S1 = S2 = S3 = S4 = S5 = 0.0
     for i in range(n):  # apart from the loop above, whose rounding it leaves as it is
         kinematics.h[i] += chain.viscous[i] * state.v[i]
     if chain.mimics:
@@ -152,83 +128,48 @@ def torques_of(state: Any, kinematics: Any, chain: Any, a: Any) -> None:
     ``dynamics``. A wrench is a force and its moment about the world's origin.
     Source: Featherstone 2008, chapter 5; here in world coordinates, Euler's equation along the body's axes.
     """
-    wrench, tau, o = kinematics.wrench, kinematics.tau, kinematics.o
-    n = chain.n
-    e0 = e1 = e2 = 0.0  # what a adds to the angular acceleration, and to that of the joint
-    b0 = b1 = b2 = 0.0
+    wrench, tau, n = kinematics.wrench, kinematics.tau, chain.n
+    e = b = ZERO  # what a adds to the angular acceleration, and to that of the joint
     for i in range(n):
-        o0, o1, o2 = o[i, 0], o[i, 1], o[i, 2]
-        above = chain.parent[i]
+        o, above = three(kinematics.o[i]), chain.parent[i]
         if above != i - 1:
-            e0 = e1 = e2 = b0 = b1 = b2 = 0.0
+            e = b = ZERO
             if above >= 0:
                 G = kinematics.gained[above]
-                e0, e1, e2, b0, b1, b2 = G[0], G[1], G[2], G[3], G[4], G[5]
+                e, b = three(G), three_from(G, 3)
         if above >= 0:
-            t0, t1, t2 = cross(e0, e1, e2, o0 - o[above, 0], o1 - o[above, 1], o2 - o[above, 2])
-            b0, b1, b2 = b0 + t0, b1 + t1, b2 + t2
-        z0, z1, z2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
+            b = plus(b, cross(e, minus(o, three(kinematics.o[above]))))
+        own = times(a[i], three(kinematics.axis_w[i]))
         if chain.prismatic[i]:
-            b0, b1, b2 = b0 + z0 * a[i], b1 + z1 * a[i], b2 + z2 * a[i]
+            b = plus(b, own)
         else:
-            e0, e1, e2 = e0 + z0 * a[i], e1 + z1 * a[i], e2 + z2 * a[i]
+            e = plus(e, own)
         if chain.branches[i]:
-            G = kinematics.gained[i]
-            G[0], G[1], G[2], G[3], G[4], G[5] = e0, e1, e2, b0, b1, b2
-        l0, l1, l2 = kinematics.alpha[i, 0] + e0, kinematics.alpha[i, 1] + e1, kinematics.alpha[i, 2] + e2
-        w0, w1, w2 = kinematics.w[i, 0], kinematics.w[i, 1], kinematics.w[i, 2]
-        R = kinematics.R[i]
-        R0, R1, R2, R3, R4, R5, R6, R7, R8 = R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8]
-        d0, d1, d2 = chain.com[i, 0], chain.com[i, 1], chain.com[i, 2]
-        q0, q1, q2 = R0 * d0 + R1 * d1 + R2 * d2, R3 * d0 + R4 * d1 + R5 * d2, R6 * d0 + R7 * d1 + R8 * d2
-        t0, t1, t2 = cross(w0, w1, w2, q0, q1, q2)
-        u0, u1, u2 = cross(w0, w1, w2, t0, t1, t2)
-        t0, t1, t2 = cross(l0, l1, l2, q0, q1, q2)
-        m = chain.mass[i]
-        f0 = m * (kinematics.acc[i, 0] + b0 + t0 + u0)
-        f1 = m * (kinematics.acc[i, 1] + b1 + t1 + u1)
-        f2 = m * (kinematics.acc[i, 2] + b2 + t2 + u2)
-        I = chain.inertia[i]
-        x0, x1, x2 = R0 * l0 + R3 * l1 + R6 * l2, R1 * l0 + R4 * l1 + R7 * l2, R2 * l0 + R5 * l1 + R8 * l2
-        y0, y1, y2 = R0 * w0 + R3 * w1 + R6 * w2, R1 * w0 + R4 * w1 + R7 * w2, R2 * w0 + R5 * w1 + R8 * w2
-        k0 = I[0] * y0 + I[1] * y1 + I[2] * y2
-        k1 = I[1] * y0 + I[3] * y1 + I[4] * y2
-        k2 = I[2] * y0 + I[4] * y1 + I[5] * y2
-        t0, t1, t2 = cross(y0, y1, y2, k0, k1, k2)
-        k0 = I[0] * x0 + I[1] * x1 + I[2] * x2 + t0
-        k1 = I[1] * x0 + I[3] * x1 + I[4] * x2 + t1
-        k2 = I[2] * x0 + I[4] * x1 + I[5] * x2 + t2
-        t0, t1, t2 = cross(o0 + q0, o1 + q1, o2 + q2, f0, f1, f2)
-        wrench[i, 0], wrench[i, 1], wrench[i, 2] = f0, f1, f2
-        wrench[i, 3] = R0 * k0 + R1 * k1 + R2 * k2 + t0
-        wrench[i, 4] = R3 * k0 + R4 * k1 + R5 * k2 + t1
-        wrench[i, 5] = R6 * k0 + R7 * k1 + R8 * k2 + t2
-    f0 = f1 = f2 = 0.0
-    n0 = n1 = n2 = 0.0
-    for k in range(n):
-        i = n - 1 - k
-        f0, f1, f2 = f0 + wrench[i, 0], f1 + wrench[i, 1], f2 + wrench[i, 2]
-        n0, n1, n2 = n0 + wrench[i, 3], n1 + wrench[i, 4], n2 + wrench[i, 5]
-        z0, z1, z2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
-        own = chain.armature[i] * a[i] + chain.viscous[i] * state.v[i]
-        if chain.prismatic[i]:
-            tau[i] = own + z0 * f0 + z1 * f1 + z2 * f2
-        else:
-            t0, t1, t2 = cross(o[i, 0], o[i, 1], o[i, 2], f0, f1, f2)
-            tau[i] = own + z0 * (n0 - t0) + z1 * (n1 - t1) + z2 * (n2 - t2)
+            write(kinematics.gained[i], 0, e)
+            write(kinematics.gained[i], 3, b)
+        alpha, w, R = plus(three(kinematics.alpha[i]), e), three(kinematics.w[i]), kinematics.R[i]
+        q = rotated(R, three(chain.com[i]))
+        bent = cross(w, cross(w, q))
+        at_com = plus(plus(plus(three(kinematics.acc[i]), b), cross(alpha, q)), bent)
+        f = times(chain.mass[i], at_com)
+        I, y = chain.inertia[i], rotated_back(R, w)
+        k = plus(symmetric(I, rotated_back(R, alpha)), cross(y, symmetric(I, y)))
+        m = plus(rotated(R, k), cross(plus(o, q), f))
+        write(wrench[i], 0, f)
+        write(wrench[i], 3, m)
+    f = m = ZERO
+    for i in range(n - 1, -1, -1):
+        F = wrench[i]
+        f, m = plus(f, three(F)), plus(m, three_from(F, 3))
+        carried = f if chain.prismatic[i] else minus(m, cross(three(kinematics.o[i]), f))
+        moved = chain.armature[i] * a[i] + chain.viscous[i] * state.v[i]
+        tau[i] = moved + inner(three(kinematics.axis_w[i]), carried)
         above = chain.parent[i]
         if above != i - 1:
             if above >= 0:
-                F = wrench[above]
-                F[0], F[1], F[2], F[3], F[4], F[5] = (
-                    F[0] + f0,
-                    F[1] + f1,
-                    F[2] + f2,
-                    F[3] + n0,
-                    F[4] + n1,
-                    F[5] + n2,
-                )
-            f0 = f1 = f2 = n0 = n1 = n2 = 0.0
+                add_to(wrench[above], 0, f)
+                add_to(wrench[above], 3, m)
+            f = m = ZERO
     if chain.mimics:
         fold_row(chain, tau)
 
@@ -247,72 +188,44 @@ def gravity_torque(kinematics: Any, chain: Any, i: int, slope: Any) -> float:
     Needs ``forward_kinematics``.
     Source: docs/theory/free-swinging.md, "Gravity's torque".
     """
-    n = chain.n
-    G0, G1, G2 = chain.gravity[0], chain.gravity[1], chain.gravity[2]
-    z0, z1, z2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
-    e0, e1, e2 = cross(z0, z1, z2, G0, G1, G2)
-    mass = c0 = c1 = c2 = 0.0
-    torque = 0.0
+    n, G, z = chain.n, three(chain.gravity), three(kinematics.axis_w[i])
+    e, mass, c, r = cross(z, G), 0.0, ZERO, ZERO
     for j in range(n - 1, i - 1, -1):
-        m = chain.mass[j]
-        R, d = kinematics.R[j], chain.com[j]
+        m, o, y = chain.mass[j], three(kinematics.o[j]), three(kinematics.axis_w[j])
         mass += m
-        c0 += m * (kinematics.o[j, 0] + R[0] * d[0] + R[1] * d[1] + R[2] * d[2])
-        c1 += m * (kinematics.o[j, 1] + R[3] * d[0] + R[4] * d[1] + R[5] * d[2])
-        c2 += m * (kinematics.o[j, 2] + R[6] * d[0] + R[7] * d[1] + R[8] * d[2])
-        y0, y1, y2 = kinematics.axis_w[j, 0], kinematics.axis_w[j, 1], kinematics.axis_w[j, 2]
-        r0, r1, r2 = (
-            c0 - mass * kinematics.o[j, 0],
-            c1 - mass * kinematics.o[j, 1],
-            c2 - mass * kinematics.o[j, 2],
-        )
+        c = plus(c, times(m, plus(o, rotated(kinematics.R[j], three(chain.com[j])))))
+        r = minus(c, times(mass, o))
         if chain.prismatic[i] and j > i:
             slope[j] = 0.0
         elif chain.prismatic[j]:
-            t0, t1, t2 = cross(z0, z1, z2, y0, y1, y2)
-            slope[j] = 0.0 if j == i else -mass * (t0 * G0 + t1 * G1 + t2 * G2)
+            slope[j] = 0.0 if j == i else -mass * inner(cross(z, y), G)
         else:
-            t0, t1, t2 = cross(r0, r1, r2, e0, e1, e2)
-            slope[j] = y0 * t0 + y1 * t1 + y2 * t2
-    r0, r1, r2 = (
-        c0 - mass * kinematics.o[i, 0],
-        c1 - mass * kinematics.o[i, 1],
-        c2 - mass * kinematics.o[i, 2],
-    )
-    if chain.prismatic[i]:
-        torque = -mass * (z0 * G0 + z1 * G1 + z2 * G2)
-    else:
-        t0, t1, t2 = cross(r0, r1, r2, G0, G1, G2)
-        torque = -(z0 * t0 + z1 * t1 + z2 * t2)
+            slope[j] = inner(y, cross(r, e))
     for j in range(i):
+        y = three(kinematics.axis_w[j])
         if chain.prismatic[j]:
             slope[j] = 0.0
-            continue
-        y0, y1, y2 = kinematics.axis_w[j, 0], kinematics.axis_w[j, 1], kinematics.axis_w[j, 2]
-        if chain.prismatic[i]:
-            t0, t1, t2 = cross(y0, y1, y2, z0, z1, z2)
-            slope[j] = -mass * (t0 * G0 + t1 * G1 + t2 * G2)
+        elif chain.prismatic[i]:
+            slope[j] = -mass * inner(cross(y, z), G)
         else:
-            t0, t1, t2 = cross(y0, y1, y2, G0, G1, G2)
-            u0, u1, u2 = cross(r0, r1, r2, t0, t1, t2)
-            slope[j] = z0 * u0 + z1 * u1 + z2 * u2
-    return torque
+            slope[j] = inner(z, cross(r, cross(y, G)))
+    return -mass * inner(z, G) if chain.prismatic[i] else -inner(z, cross(r, G))
 
 
 @jit
 def knows_no_gravity(kinematics: Any, chain: Any, i: int) -> bool:
     """Whether gravity's torque on joint i is zero in every posture: nothing before it tilts its axis."""
-    G0, G1, G2 = chain.gravity[0], chain.gravity[1], chain.gravity[2]
-    size = abs(G0) + abs(G1) + abs(G2)
+    G = three(chain.gravity)
+    size = abs(G[0]) + abs(G[1]) + abs(G[2])
     if size == 0.0:
         return True
     for j in range(i + 1):
-        y0, y1, y2 = kinematics.axis_w[j, 0], kinematics.axis_w[j, 1], kinematics.axis_w[j, 2]
-        t0, t1, t2 = cross(y0, y1, y2, G0, G1, G2)
+        y = three(kinematics.axis_w[j])
+        tilt = cross(y, G)
         if chain.prismatic[j]:
-            if j == i and abs(y0 * G0 + y1 * G1 + y2 * G2) > 1e-9 * size:
+            if j == i and abs(inner(y, G)) > 1e-9 * size:
                 return False
-        elif abs(t0) + abs(t1) + abs(t2) > 1e-9 * size:
+        elif abs(tilt[0]) + abs(tilt[1]) + abs(tilt[2]) > 1e-9 * size:
             return False
     return True
 
@@ -335,9 +248,8 @@ def torque_bound(state: Any, kinematics: Any, chain: Any, a: Any) -> None:
     """
     effort, tau = kinematics.effort, kinematics.tau
     n = chain.n
-    g0, g1, g2 = chain.gravity[0], chain.gravity[1], chain.gravity[2]
     W = A = s = 0.0
-    b = sqrt(g0 * g0 + g1 * g1 + g2 * g2)
+    b = length(three(chain.gravity))
     for i in range(n):
         v, change = abs(state.v[i]), abs(a[i])
         b = b + chain.span[i] * s
@@ -387,6 +299,5 @@ def join(
         base[5] + reduced * (x * x + y * y),
     )
     I[1], I[2], I[4] = base[1] - reduced * x * y, base[2] - reduced * x * z, base[4] - reduced * y * z
-    c = chain.com[body]
-    chain.lever[body] = sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
+    chain.lever[body] = length(three(chain.com[body]))
     chain.stoutness[body] = base_stoutness + reduced * (x * x + y * y + z * z)

@@ -11,8 +11,8 @@ Source: docs/theory/joint-limits.md, "Joints that mimic others".
 from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.maths.elementary import cross
 from ftqp.kernel.maths.side_by_side import joint_sines
+from ftqp.kernel.maths.vectors import ZERO, Vector, cross, minus, plus, rotated, three, times, write
 
 
 @jit
@@ -22,53 +22,32 @@ def moves(chain: Any, joint: int, body: int) -> bool:
 
 
 @jit
-def turned(kinematics: Any, body: int, x: Any) -> tuple[float, float, float]:
+def turned(kinematics: Any, body: int, x: Any) -> Vector:
     """A vector of a joint's frame along W; of the base where there is no joint."""
-    if body < 0:
-        return x[0], x[1], x[2]
-    R = kinematics.R[body]
-    return (
-        R[0] * x[0] + R[1] * x[1] + R[2] * x[2],
-        R[3] * x[0] + R[4] * x[1] + R[5] * x[2],
-        R[6] * x[0] + R[7] * x[1] + R[8] * x[2],
-    )
+    return three(x) if body < 0 else rotated(kinematics.R[body], three(x))
 
 
 @jit
-def point_of(kinematics: Any, body: int, x: Any) -> tuple[float, float, float]:
+def point_of(kinematics: Any, body: int, x: Any) -> Vector:
     """A point of a joint's frame in W."""
-    p0, p1, p2 = turned(kinematics, body, x)
-    if body < 0:
-        return p0, p1, p2
-    return p0 + kinematics.o[body, 0], p1 + kinematics.o[body, 1], p2 + kinematics.o[body, 2]
+    p = turned(kinematics, body, x)
+    return p if body < 0 else plus(p, three(kinematics.o[body]))
 
 
 @jit
-def point_column(
-    kinematics: Any, chain: Any, joint: int, p0: float, p1: float, p2: float
-) -> tuple[float, float, float]:
+def point_column(kinematics: Any, chain: Any, joint: int, p: Vector) -> Vector:
     """Column of a joint in the Jacobian of a point that moves with it: z x (p - o), or z where it slides."""
-    z0, z1, z2 = kinematics.axis_w[joint, 0], kinematics.axis_w[joint, 1], kinematics.axis_w[joint, 2]
-    if chain.prismatic[joint]:
-        return z0, z1, z2
-    o = kinematics.o[joint]
-    return cross(z0, z1, z2, p0 - o[0], p1 - o[1], p2 - o[2])
+    z = three(kinematics.axis_w[joint])
+    return z if chain.prismatic[joint] else cross(z, minus(p, three(kinematics.o[joint])))
 
 
 @jit
-def point_drift(
-    kinematics: Any, chain: Any, body: int, r0: float, r1: float, r2: float
-) -> tuple[float, float, float]:
-    """Jdot v of a point that lies (r0, r1, r2) from the origin of a joint's frame; needs ``motion``."""
-    w, alpha = kinematics.w[body], kinematics.alpha[body]
-    t0, t1, t2 = cross(w[0], w[1], w[2], r0, r1, r2)
-    u0, u1, u2 = cross(w[0], w[1], w[2], t0, t1, t2)
-    t0, t1, t2 = cross(alpha[0], alpha[1], alpha[2], r0, r1, r2)
-    return (
-        kinematics.acc[body, 0] + chain.gravity[0] + t0 + u0,
-        kinematics.acc[body, 1] + chain.gravity[1] + t1 + u1,
-        kinematics.acc[body, 2] + chain.gravity[2] + t2 + u2,
-    )
+def point_drift(kinematics: Any, chain: Any, body: int, p: Vector) -> Vector:
+    """Jdot v of a point of a body, given in W; needs ``motion``."""
+    w, r = three(kinematics.w[body]), minus(p, three(kinematics.o[body]))
+    turning = cross(three(kinematics.alpha[body]), r)
+    at_origin = plus(three(kinematics.acc[body]), three(chain.gravity))
+    return plus(plus(at_origin, turning), cross(w, cross(w, r)))
 
 
 @jit
@@ -142,11 +121,7 @@ def mimic_places(chain: Any, q: Any) -> None:
 
 @part_jit
 def forward_kinematics(K: Any, state: Any) -> None:
-    """T_i = T_parent (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint; the tip; J.
-
-    Column i of J: (z_i x (o_tip - o_i); z_i) for a revolute joint, (z_i; 0) for a prismatic one, and 0 for
-    one that does not move the tip. Those of joints that mimic others are added to their leaders'.
-    """
+    """T_i = T_parent (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint; the tip; J."""
     joint_sines(state, K.kinematics, K.chain)
     frames(state, K.kinematics, K.chain)
 
@@ -203,20 +178,18 @@ def frames(state: Any, kinematics: Any, chain: Any) -> None:
     p1 = o1 + y0 * t0 + y1 * t1 + y2 * t2
     p2 = o2 + z0 * t0 + z1 * t1 + z2 * t2
     kinematics.o_tip[0], kinematics.o_tip[1], kinematics.o_tip[2] = p0, p1, p2
-    J = kinematics.J
+    J, p = kinematics.J, (p0, p1, p2)
     for i in range(n):
         if not moves(chain, i, chain.tip_joint):
             J[0, i] = J[1, i] = J[2, i] = J[3, i] = J[4, i] = J[5, i] = 0.0
             continue
-        a0, a1, a2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
+        axis = three(kinematics.axis_w[i])
         if chain.prismatic[i]:
-            J[0, i], J[1, i], J[2, i] = a0, a1, a2
-            J[3, i], J[4, i], J[5, i] = 0.0, 0.0, 0.0
+            J[0, i], J[1, i], J[2, i] = axis
+            J[3, i] = J[4, i] = J[5, i] = 0.0
         else:
-            J[0, i], J[1, i], J[2, i] = cross(
-                a0, a1, a2, p0 - kinematics.o[i, 0], p1 - kinematics.o[i, 1], p2 - kinematics.o[i, 2]
-            )
-            J[3, i], J[4, i], J[5, i] = a0, a1, a2
+            J[0, i], J[1, i], J[2, i] = cross(axis, minus(p, three(kinematics.o[i])))
+            J[3, i], J[4, i], J[5, i] = axis
     if chain.mimics:
         fold_columns(kinematics, chain)
 
@@ -229,64 +202,29 @@ def motion(K: Any, state: Any) -> None:
     is the tip's classical acceleration Jdot v, in which that offset is taken back.
     """
     chain, kinematics = K.chain, K.kinematics
-    n = chain.n
-    w0 = w1 = w2 = 0.0
-    l0 = l1 = l2 = 0.0
-    a0, a1, a2 = -chain.gravity[0], -chain.gravity[1], -chain.gravity[2]
-    b0 = b1 = b2 = 0.0
+    n, rest = chain.n, times(-1.0, three(chain.gravity))
+    w, alpha, a, o = ZERO, ZERO, rest, ZERO
     for i in range(n + 1):
-        if i < n:
-            above = chain.parent[i]
-            e0, e1, e2 = kinematics.o[i, 0], kinematics.o[i, 1], kinematics.o[i, 2]
-        else:
-            above = chain.tip_joint
-            e0, e1, e2 = kinematics.o_tip[0], kinematics.o_tip[1], kinematics.o_tip[2]
+        above = chain.parent[i] if i < n else chain.tip_joint
+        origin = three(kinematics.o[i]) if i < n else three(kinematics.o_tip)
         if above != i - 1:  # a branch: go on from where it hangs
-            w0 = w1 = w2 = l0 = l1 = l2 = 0.0
-            a0, a1, a2 = -chain.gravity[0], -chain.gravity[1], -chain.gravity[2]
+            w, alpha, a = ZERO, ZERO, rest
             if above >= 0:
-                w, l, a, b = (
-                    kinematics.w[above],
-                    kinematics.alpha[above],
-                    kinematics.acc[above],
-                    kinematics.o[above],
-                )
-                w0, w1, w2, l0, l1, l2 = w[0], w[1], w[2], l[0], l[1], l[2]
-                a0, a1, a2, b0, b1, b2 = a[0], a[1], a[2], b[0], b[1], b[2]
+                w, alpha = three(kinematics.w[above]), three(kinematics.alpha[above])
+                a, o = three(kinematics.acc[above]), three(kinematics.o[above])
         if above >= 0:  # a += alpha x r + w x (w x r)
-            r0, r1, r2 = e0 - b0, e1 - b1, e2 - b2
-            t0, t1, t2 = cross(w0, w1, w2, r0, r1, r2)
-            c0, c1, c2 = cross(w0, w1, w2, t0, t1, t2)
-            t0, t1, t2 = cross(l0, l1, l2, r0, r1, r2)
-            a0 += t0 + c0
-            a1 += t1 + c1
-            a2 += t2 + c2
-        b0, b1, b2 = e0, e1, e2
+            r = minus(origin, o)
+            a = plus(a, plus(cross(alpha, r), cross(w, cross(w, r))))
+        o = origin
         if i < n:
-            z0, z1, z2, v = (
-                kinematics.axis_w[i, 0],
-                kinematics.axis_w[i, 1],
-                kinematics.axis_w[i, 2],
-                state.v[i],
-            )
-            t0, t1, t2 = cross(w0, w1, w2, z0, z1, z2)
+            axis, v = three(kinematics.axis_w[i]), state.v[i]
+            turning = cross(w, axis)
             if chain.prismatic[i]:  # Coriolis: 2 w x z v
-                a0 += 2.0 * v * t0
-                a1 += 2.0 * v * t1
-                a2 += 2.0 * v * t2
+                a = plus(a, times(2.0 * v, turning))
             else:
-                l0 += t0 * v
-                l1 += t1 * v
-                l2 += t2 * v
-                w0 += z0 * v
-                w1 += z1 * v
-                w2 += z2 * v
-            kinematics.w[i, 0], kinematics.w[i, 1], kinematics.w[i, 2] = w0, w1, w2
-            kinematics.alpha[i, 0], kinematics.alpha[i, 1], kinematics.alpha[i, 2] = l0, l1, l2
-            kinematics.acc[i, 0], kinematics.acc[i, 1], kinematics.acc[i, 2] = a0, a1, a2
-    kinematics.drift[0], kinematics.drift[1], kinematics.drift[2] = (
-        a0 + chain.gravity[0],
-        a1 + chain.gravity[1],
-        a2 + chain.gravity[2],
-    )
-    kinematics.drift[3], kinematics.drift[4], kinematics.drift[5] = l0, l1, l2
+                alpha, w = plus(alpha, times(v, turning)), plus(w, times(v, axis))
+            write(kinematics.w[i], 0, w)
+            write(kinematics.alpha[i], 0, alpha)
+            write(kinematics.acc[i], 0, a)
+    write(kinematics.drift, 0, plus(a, three(chain.gravity)))
+    write(kinematics.drift, 3, alpha)

@@ -1,10 +1,22 @@
 """The error between the tip and its target, and rotation vectors."""
 
-from math import atan2, cos, sin, sqrt
+from math import atan2, cos, pi, sin, sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.elementary import select
+from ftqp.kernel.maths.vectors import (
+    ZERO,
+    Vector,
+    cross,
+    inner,
+    length,
+    minus,
+    three,
+    three_from,
+    times,
+    write,
+)
 
 NEAR = 0.19140625
 """Up to this square, (7/16)^2, the arc tangent is one polynomial. The bound of the polynomial's source,
@@ -12,15 +24,16 @@ FreeBSD's s_atan.c (see `arc_tangent_over`), because its coefficients hold up to
 
 
 @jit
-def rotation_vector(
-    r00: float, r01: float, r02: float, r10: float, r11: float, r12: float, r20: float, r21: float, r22: float
-) -> tuple[float, float, float]:
-    """The rotation vector [rad] of a rotation matrix, accurate for every angle in [0, pi].
+def rotation_vector(row: Vector, second: Vector, third: Vector) -> Vector:
+    """The rotation vector [rad] of a rotation matrix by rows, accurate for every angle in [0, pi].
 
     It is 2 atan2(|xyz|, w) xyz/|xyz| of the quaternion (w, xyz), w >= 0, whose largest component is found
     first: near 0 that is w; near pi, where atan2(sin, cos)/sin would divide zero by zero, one of x, y, z.
     Source: Shepperd 1978.
     """
+    r00, r01, r02 = row
+    r10, r11, r12 = second
+    r20, r21, r22 = third
     trace = r00 + r11 + r22
     if trace >= r00 and trace >= r11 and trace >= r22:
         w, x, y, z = 1.0 + trace, r21 - r12, r02 - r20, r10 - r01
@@ -38,20 +51,27 @@ def rotation_vector(
 
 
 @jit
-def turn_between(A: Any, a: int, B: Any, b: int) -> tuple[float, float, float]:
-    """The rotation vector of A B' [rad]; the rows of A stand ``a`` numbers apart, those of B ``b``."""
-    c, d = 2 * a, 2 * b
+def rows_of(A: Any, stride: int) -> tuple[Vector, Vector, Vector]:
+    """The rows of a rotation that stand ``stride`` numbers apart."""
+    return three(A), three_from(A, stride), three_from(A, 2 * stride)
+
+
+@jit
+def turn_of(A: Any, B: Any) -> Vector:
+    """The rotation vector of A B' [rad], of rows."""
+    a, b, c = A
+    x, y, z = B
     return rotation_vector(
-        A[0] * B[0] + A[1] * B[1] + A[2] * B[2],
-        A[0] * B[b] + A[1] * B[b + 1] + A[2] * B[b + 2],
-        A[0] * B[d] + A[1] * B[d + 1] + A[2] * B[d + 2],
-        A[a] * B[0] + A[a + 1] * B[1] + A[a + 2] * B[2],
-        A[a] * B[b] + A[a + 1] * B[b + 1] + A[a + 2] * B[b + 2],
-        A[a] * B[d] + A[a + 1] * B[d + 1] + A[a + 2] * B[d + 2],
-        A[c] * B[0] + A[c + 1] * B[1] + A[c + 2] * B[2],
-        A[c] * B[b] + A[c + 1] * B[b + 1] + A[c + 2] * B[b + 2],
-        A[c] * B[d] + A[c + 1] * B[d + 1] + A[c + 2] * B[d + 2],
+        (inner(a, x), inner(a, y), inner(a, z)),
+        (inner(b, x), inner(b, y), inner(b, z)),
+        (inner(c, x), inner(c, y), inner(c, z)),
     )
+
+
+@jit
+def turn_between(A: Any, a: int, B: Any, b: int) -> Vector:
+    """The same; the rows of A stand ``a`` numbers apart, those of B ``b``."""
+    return turn_of(rows_of(A, a), rows_of(B, b))
 
 
 @jit
@@ -88,24 +108,24 @@ def arc_tangent_over(square: Any) -> Any:
 @jit
 def _tip_rotation(task: Any, kinematics: Any) -> Any:
     """The rotation of the tip by rows, measured or of forward kinematics."""
-    R, P = kinematics.R_tip, task.tip_measured
+    P = task.tip_measured
     if task.has_tip_measured:
-        return P[0, 0], P[0, 1], P[0, 2], P[1, 0], P[1, 1], P[1, 2], P[2, 0], P[2, 1], P[2, 2]
-    return R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8]
+        return three(P[0]), three(P[1]), three(P[2])
+    return rows_of(kinematics.R_tip, 3)
 
 
 @jit
-def _tool_axes(task: Any, kinematics: Any) -> Any:
-    """The tool axis of the tip and that of the target along W, three numbers each."""
-    T, axis = task.target, task.axis
-    R0, R1, R2, R3, R4, R5, R6, R7, R8 = _tip_rotation(task, kinematics)
-    a0 = R0 * axis[2] + R1 * axis[5] + R2 * axis[8]
-    a1 = R3 * axis[2] + R4 * axis[5] + R5 * axis[8]
-    a2 = R6 * axis[2] + R7 * axis[5] + R8 * axis[8]
-    d0 = T[0] * axis[2] + T[1] * axis[5] + T[2] * axis[8]
-    d1 = T[4] * axis[2] + T[5] * axis[5] + T[6] * axis[8]
-    d2 = T[8] * axis[2] + T[9] * axis[5] + T[10] * axis[8]
-    return a0, a1, a2, d0, d1, d2
+def _turned(rows: Any, axis: Vector) -> Vector:
+    """The product of a matrix by rows and a vector."""
+    a, b, c = rows
+    return inner(a, axis), inner(b, axis), inner(c, axis)
+
+
+@jit
+def _tool_axes(task: Any, kinematics: Any) -> tuple[Vector, Vector]:
+    """The tool axis of the tip and that of the target along W."""
+    axis = (task.axis[2], task.axis[5], task.axis[8])
+    return _turned(_tip_rotation(task, kinematics), axis), _turned(rows_of(task.target, 4), axis)
 
 
 @jit
@@ -119,36 +139,26 @@ def near_pose_error(task: Any, kinematics: Any) -> Any:
     for r in range(3):
         task.error[r] = T[4 * r + 3] - (P[r, 3] if task.has_tip_measured else kinematics.o_tip[r])
     if not task.uses_rotation:
-        task.error[3], task.error[4], task.error[5] = 0.0, 0.0, 0.0
-        return 0.0 * kinematics.o_tip[0]
-    R0, R1, R2, R3, R4, R5, R6, R7, R8 = _tip_rotation(task, kinematics)
+        write(task.error, 3, ZERO)
+        return 0.0
     if task.tool_rows:
-        a0, a1, a2, d0, d1, d2 = _tool_axes(task, kinematics)
-        x, y, z = a1 * d2 - a2 * d1, a2 * d0 - a0 * d2, a0 * d1 - a1 * d0
-        w = a0 * d0 + a1 * d1 + a2 * d2
-        sides = 1.0
+        a, d = _tool_axes(task, kinematics)
+        turn, w, sides = cross(a, d), inner(a, d), 1.0
     else:
-        r00, r11 = T[0] * R0 + T[1] * R1 + T[2] * R2, T[4] * R3 + T[5] * R4 + T[6] * R5
-        r22 = T[8] * R6 + T[9] * R7 + T[10] * R8
-        x = T[8] * R3 + T[9] * R4 + T[10] * R5 - (T[4] * R6 + T[5] * R7 + T[6] * R8)
-        y = T[0] * R6 + T[1] * R7 + T[2] * R8 - (T[8] * R0 + T[9] * R1 + T[10] * R2)
-        z = T[4] * R0 + T[5] * R1 + T[6] * R2 - (T[0] * R3 + T[1] * R4 + T[2] * R5)
-        w = 1.0 + r00 + r11 + r22
-        sides = 2.0
+        a, b, c = _tip_rotation(task, kinematics)
+        x, y, z = rows_of(T, 4)
+        turn = inner(z, b) - inner(y, c), inner(x, c) - inner(z, a), inner(y, a) - inner(x, b)
+        w, sides = 1.0 + inner(x, a) + inner(y, b) + inner(z, c), 2.0
     near = w > 0.5
     inverse = 1.0 / select(near, w, 1.0)
-    square = (x * x + y * y + z * z) * inverse * inverse
-    f = sides * inverse * arc_tangent_over(square)
-    task.error[3], task.error[4], task.error[5] = f * x, f * y, f * z
+    square = inner(turn, turn) * inverse * inverse
+    write(task.error, 3, times(sides * inverse * arc_tangent_over(square), turn))
     return select(near, square, 1.0)
 
 
 @part_jit
 def pose_error(K: Any) -> None:
-    """e = (p_d - p; rotation vector of R_d R') along W; in axis mode the shortest turn of the tool axis.
-
-    The tip's pose is the measured one when there is one, else that of forward kinematics.
-    """
+    """e = (p_d - p; rotation vector of R_d R') along W; in axis mode the shortest turn of the tool axis."""
     if not near_pose_error(K.task, K.kinematics) <= NEAR:
         _any_pose_error(K.task, K.kinematics)
 
@@ -156,37 +166,19 @@ def pose_error(K: Any) -> None:
 @jit
 def _any_pose_error(task: Any, kinematics: Any) -> None:
     """The rotation part for every angle."""
-    T = task.target
     if not task.uses_rotation:
         return
-    R0, R1, R2, R3, R4, R5, R6, R7, R8 = _tip_rotation(task, kinematics)
-    if task.tool_rows:
-        axis = task.axis
-        a0, a1, a2, d0, d1, d2 = _tool_axes(task, kinematics)
-        x, y, z = a1 * d2 - a2 * d1, a2 * d0 - a0 * d2, a0 * d1 - a1 * d0
-        along = x * a0 + y * a1 + z * a2  # rounding, large beside the product of nearly opposite axes
-        x, y, z = x - along * a0, y - along * a1, z - along * a2
-        s = sqrt(x * x + y * y + z * z)
-        c = a0 * d0 + a1 * d1 + a2 * d2
-        if s > 1e-12:
-            f = atan2(s, c) / s
-        elif c > 0.0:
-            f = 1.0
-        else:  # opposite: any axis across will do; the tool's x
-            f = atan2(0.0, -1.0)
-            x = R0 * axis[0] + R1 * axis[3] + R2 * axis[6]
-            y = R3 * axis[0] + R4 * axis[3] + R5 * axis[6]
-            z = R6 * axis[0] + R7 * axis[3] + R8 * axis[6]
-        task.error[3], task.error[4], task.error[5] = f * x, f * y, f * z
+    tip = _tip_rotation(task, kinematics)
+    if not task.tool_rows:
+        write(task.error, 3, turn_of(rows_of(task.target, 4), tip))
         return
-    task.error[3], task.error[4], task.error[5] = rotation_vector(
-        T[0] * R0 + T[1] * R1 + T[2] * R2,
-        T[0] * R3 + T[1] * R4 + T[2] * R5,
-        T[0] * R6 + T[1] * R7 + T[2] * R8,
-        T[4] * R0 + T[5] * R1 + T[6] * R2,
-        T[4] * R3 + T[5] * R4 + T[6] * R5,
-        T[4] * R6 + T[5] * R7 + T[6] * R8,
-        T[8] * R0 + T[9] * R1 + T[10] * R2,
-        T[8] * R3 + T[9] * R4 + T[10] * R5,
-        T[8] * R6 + T[9] * R7 + T[10] * R8,
-    )
+    a, d = _tool_axes(task, kinematics)
+    turn = cross(a, d)
+    turn = minus(turn, times(inner(turn, a), a))  # rounding, large beside the product of opposite axes
+    s, c = length(turn), inner(a, d)
+    f = 1.0
+    if s > 1e-12:
+        f = atan2(s, c) / s
+    elif c <= 0.0:  # opposite: any axis across will do; the tool's x
+        f, turn = pi, _turned(tip, (task.axis[0], task.axis[3], task.axis[6]))
+    write(task.error, 3, times(f, turn))

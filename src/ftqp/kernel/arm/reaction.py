@@ -15,8 +15,8 @@ from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, LOCKED
-from ftqp.kernel.maths.elementary import cross
 from ftqp.kernel.maths.linear_systems import factor, lu_factor, lu_solve, solve_factored
+from ftqp.kernel.maths.vectors import ZERO, cross, inner, minus, three, three_from, write
 
 FLOATS = 6
 """Joints of a body that floats."""
@@ -32,11 +32,9 @@ def _momentum(K: Any) -> None:
         for j in range(K.chain.n):
             s += kinematics.M[i, j] * state.v[j]
         x[i] = s
-        z, o = kinematics.axis_w[i], kinematics.o[i]
-        slides = K.chain.prismatic[i] != 0
-        c0, c1, c2 = cross(z[0], z[1], z[2], o[0], o[1], o[2])
-        S[i, 0], S[i, 1], S[i, 2] = (z[0], z[1], z[2]) if slides else (-c0, -c1, -c2)
-        S[i, 3], S[i, 4], S[i, 5] = (0.0, 0.0, 0.0) if slides else (z[0], z[1], z[2])
+        z, slides = three(kinematics.axis_w[i]), K.chain.prismatic[i] != 0
+        write(S[i], 0, z if slides else cross(three(kinematics.o[i]), z))
+        write(S[i], 3, ZERO if slides else z)
     lu_factor(S, FLOATS, scratch.impulse)
     lu_solve(S, FLOATS, scratch.impulse, x)
 
@@ -52,12 +50,10 @@ def _body_rate(K: Any) -> None:
     motion(K, supposed)
     dynamics(K, supposed)
     for i in range(FLOATS):
-        z, o = kinematics.axis_w[i], kinematics.o[i]
-        p0, p1, p2 = P[0], P[1], P[2]
+        p = three(P)
         if not chain.prismatic[i]:
-            c0, c1, c2 = cross(o[0], o[1], o[2], p0, p1, p2)
-            p0, p1, p2 = P[3] - c0, P[4] - c1, P[5] - c2
-        s = z[0] * p0 + z[1] * p1 + z[2] * p2
+            p = minus(three_from(P, 3), cross(three(kinematics.o[i]), p))
+        s = inner(three(kinematics.axis_w[i]), p)
         for j in range(FLOATS, chain.n):
             s -= kinematics.M[i, j] * supposed.v[j]
         x[i] = s

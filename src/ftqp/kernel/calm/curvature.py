@@ -5,8 +5,8 @@ from typing import Any
 
 from ftqp.kernel.arm.kinematics import columns, fold_square
 from ftqp.kernel.jit import jit
-from ftqp.kernel.maths.elementary import cross
-from ftqp.kernel.rows.task_rows import component_of
+from ftqp.kernel.maths.vectors import column, cross, inner, length, three, three_from
+from ftqp.kernel.rows.task_rows import component_of, tool_axis
 
 STRAIGHT = 1e-4
 """A rotation error below this [rad] has no curvature of its own. That is left out because it is |e|^2/3 of
@@ -74,21 +74,20 @@ def spread(chain: Any, calm: Any) -> float:
 @jit
 def _add_bend_of_rotation(faults: Any, task: Any, J: Any, S: Any) -> None:
     """- L^2 (1 - g)(W'W), W = (1 - uu') J_r, g = (|e|/2) cot(|e|/2): how the rotation vector itself bends."""
-    x, y, z = task.error[3], task.error[4], task.error[5]
-    angle = sqrt(x * x + y * y + z * z)
+    e = three_from(task.error, 3)
+    angle = length(e)
     if not angle > STRAIGHT:
         return
-    x, y, z = x / angle, y / angle, z / angle
+    u = (e[0] / angle, e[1] / angle, e[2] / angle)
     half = 0.5 * angle
     w = task.row_scale[3] * task.row_scale[3] / task.yielding[3] * (1.0 - half * cos(half) / sin(half))
     for a in range(faults.working):
         i = faults.order[a]
-        along = J[3, i] * x + J[4, i] * y + J[5, i] * z
+        turn = column(J, 3, i)
         for b in range(a + 1):
             j = faults.order[b]
-            s = J[3, i] * J[3, j] + J[4, i] * J[4, j] + J[5, i] * J[5, j]
-            s -= along * (J[3, j] * x + J[4, j] * y + J[5, j] * z)
-            S[i, j] -= w * s
+            other = column(J, 3, j)
+            S[i, j] -= w * (inner(turn, other) - inner(turn, u) * inner(other, u))
 
 
 @jit
@@ -97,27 +96,22 @@ def _add_bend_of_axis(faults: Any, task: Any, kinematics: Any, J: Any, S: Any) -
 
     t = e x a points along the turn with its length, d = t/|t|.
     """
-    R, axis = kinematics.R_tip, task.axis
-    x, y, z = task.error[3], task.error[4], task.error[5]
-    angle = sqrt(x * x + y * y + z * z)
+    e = three_from(task.error, 3)
+    angle = length(e)
     if not angle > STRAIGHT:
         return
-    a0 = R[0] * axis[2] + R[1] * axis[5] + R[2] * axis[8]
-    a1 = R[3] * axis[2] + R[4] * axis[5] + R[5] * axis[8]
-    a2 = R[6] * axis[2] + R[7] * axis[5] + R[8] * axis[8]
-    t0, t1, t2 = y * a2 - z * a1, z * a0 - x * a2, x * a1 - y * a0
+    tool = tool_axis(task, kinematics, 2)
+    t = cross(e, tool)
     L2 = task.row_scale[3] * task.row_scale[3] / task.yielding[3]
     sine = sin(angle)
     bend = 1.0 + STEEPEST if sine <= 0.0 else min(1.0 - angle * cos(angle) / sine, 1.0 + STEEPEST)
     bend *= L2 / (angle * angle)
     for i_at in range(faults.working):
         i = faults.order[i_at]
-        ti = J[3, i] * t0 + J[4, i] * t1 + J[5, i] * t2
-        ai = J[3, i] * a0 + J[4, i] * a1 + J[5, i] * a2
+        ti, ai = inner(column(J, 3, i), t), inner(column(J, 3, i), tool)
         for j_at in range(i_at + 1):
             j = faults.order[j_at]
-            tj = J[3, j] * t0 + J[4, j] * t1 + J[5, j] * t2
-            aj = J[3, j] * a0 + J[4, j] * a1 + J[5, j] * a2
+            tj, aj = inner(column(J, 3, j), t), inner(column(J, 3, j), tool)
             S[i, j] -= bend * ti * tj + 0.5 * L2 * (ai * tj + aj * ti)
 
 
@@ -140,13 +134,12 @@ def curvature(faults: Any, task: Any, kinematics: Any, chain: Any, calm: Any) ->
     for a in range(faults.working):
         j = faults.order[a]
         # (z_i x p_j) . e = z_i . (p_j x e)
-        c0, c1, c2 = cross(J[0, j], J[1, j], J[2, j], v[0], v[1], v[2])
-        r0, r1, r2 = cross(J[3, j], J[4, j], J[5, j], v[3], v[4], v[5])
+        c, r = cross(column(J, 0, j), three(v)), cross(column(J, 3, j), three_from(v, 3))
         for b in range(a + 1):
             i = faults.order[b]
-            s = J[3, i] * c0 + J[4, i] * c1 + J[5, i] * c2
+            s = inner(column(J, 3, i), c)
             if i != j:
-                s += 0.5 * (J[3, i] * r0 + J[4, i] * r1 + J[5, i] * r2)
+                s += 0.5 * inner(column(J, 3, i), r)
             S[j, i] = -s
     if task.uses_rotation:
         if task.tool_rows:

@@ -9,6 +9,8 @@ from ftqp.kernel.calm.trigger import NEAR, exceeds, gram_of_rows, unit_of
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import TARGET_TWIST
 from ftqp.kernel.maths.symmetric_eigen import eigensystem
+from ftqp.kernel.maths.vectors import add_to, times
+from ftqp.kernel.rows.task_rows import tool_axis
 
 FLOOR = 0.1
 """Least stiffness of a mode, as a share of what it would be were all signs the same (kappa). Modes between
@@ -33,11 +35,7 @@ guess."""
 
 @jit
 def free_joints(K: Any) -> int:
-    """Which working joints can follow the gradient A'e, first in ``calm.free``; how many.
-
-    A joint within NEAR of a position limit into which the gradient points is not free; it stands behind the
-    free ones.
-    """
+    """Which working joints can follow the gradient A'e, first in ``calm.free``; how many."""
     limits, faults, state, task, calm = K.limits, K.faults, K.state, K.task, K.calm
     count, last = 0, faults.working
     for k in range(faults.working):
@@ -277,18 +275,12 @@ arms that stand stretched out, where no way leads on, have curvatures down to th
 
 @jit
 def _seek_null_space(task: Any, calm: Any, count: int) -> int:
-    """Rows 0..k-1 of ``calm.modes``: the self-motions of the free joints; k.
-
-    What of ``calm.e`` the other modes can make is taken out of it.
-    """
+    """Rows 0..k-1 of ``calm.modes``: the self-motions of the free joints; k."""
     A, W, Z = calm.A, calm.work, calm.modes
     edge = (SINGULAR * task.length) ** 2
     for a in range(count):
         for b in range(a + 1):
-            s = 0.0
-            for k in range(task.m):
-                s += A[k, calm.free[a]] * A[k, calm.free[b]]
-            W[a, b] = W[b, a] = s
+            W[a, b] = W[b, a] = _gain_of(task, calm, calm.free[a], calm.free[b])
     eigensystem(W, count, calm.values, calm.beside, Z)
     null = 0
     for j in range(count):
@@ -313,7 +305,6 @@ def _seek_null_space(task: Any, calm: Any, count: int) -> int:
 @jit
 def _take_for_error(task: Any, kinematics: Any, calm: Any, scale: float) -> None:
     """The error along W whose weighted rows are ``scale`` times ``calm.e``."""
-    R, axis = kinematics.R_tip, task.axis
     for c in range(6):
         task.error[c] = 0.0
     for k in range(task.m):
@@ -322,9 +313,7 @@ def _take_for_error(task: Any, kinematics: Any, calm: Any, scale: float) -> None
         if c < 3 or not task.tool_rows:
             task.error[c] = x
             continue
-        for r in range(3):  # the tool's own axis c - 3 along W
-            at = 3 * r
-            task.error[3 + r] += x * (R[at] * axis[c - 3] + R[at + 1] * axis[c] + R[at + 2] * axis[c + 3])
+        add_to(task.error, 3, times(x, tool_axis(task, kinematics, c - 3)))
 
 
 @jit

@@ -6,10 +6,11 @@ from typing import Any
 from ftqp.kernel.arm.kinematics import columns, spread_by
 from ftqp.kernel.calm.curvature import weigh_rows, weighted_error
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.maths.elementary import cross, select, smaller, sqrt
+from ftqp.kernel.maths.elementary import select, smaller, sqrt
 from ftqp.kernel.maths.linear_systems import factor
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, numbers, several, sum_of
 from ftqp.kernel.maths.symmetric_eigen import extreme_eigenvalues
+from ftqp.kernel.maths.vectors import column, cross, length, three, three_from
 
 NEAR = 0.01
 """A joint so near to its position limit [rad; times the characteristic length m] may be pressed on it."""
@@ -86,21 +87,19 @@ def curvature_bound(task: Any, kinematics: Any, chain: Any, calm: Any) -> float:
     """
     J, v, n = columns(kinematics, chain), calm.weighted, chain.n
     weighted_error(task, calm)
-    v0, v1, v2, v3, v4, v5 = v[0], v[1], v[2], v[3], v[4], v[5]
     Z0 = Z1 = Z2 = Z3 = Z4 = Z5 = 0.0  # xx xy xz yy yz zz
     beside = diagonal = 0.0
     for j in range(n):
-        x, y, z = J[3, j], J[4, j], J[5, j]
-        c0, c1, c2 = cross(J[0, j], J[1, j], J[2, j], v0, v1, v2)
-        r0, r1, r2 = cross(x, y, z, v3, v4, v5)
+        x, y, z = column(J, 3, j)
+        c0, c1, c2 = cross(column(J, 0, j), three(v))
+        r0, r1, r2 = cross((x, y, z), three_from(v, 3))
         along = x * c0 + y * c1 + z * c2
         diagonal += along * along
         c0, c1, c2 = c0 + 0.5 * r0, c1 + 0.5 * r1, c2 + 0.5 * r2
         beside += c0 * (Z0 * c0 + 2.0 * (Z1 * c1 + Z2 * c2)) + c1 * (Z3 * c1 + 2.0 * Z4 * c2) + Z5 * c2 * c2
         Z0, Z1, Z2 = Z0 + x * x, Z1 + x * y, Z2 + x * z
         Z3, Z4, Z5 = Z3 + y * y, Z4 + y * z, Z5 + z * z
-    e = task.error
-    angle = sqrt(e[3] * e[3] + e[4] * e[4] + e[5] * e[5])
+    angle = length(three_from(task.error, 3))
     own = angle * (1.0 + angle) if task.tool_rows else 0.125 * angle * angle
     weight: float = task.length * task.length / task.yielding[3]
     bend: float = sqrt(diagonal + 2.0 * max(beside, 0.0)) + weight * n * own
@@ -127,21 +126,16 @@ def _moved(state: Any, faults: Any, task: Any, chain: Any, calm: Any) -> float:
 def measure_arm(K: Any) -> None:
     """The largest distance from a joint to the tip, and how fast the rows change with the joints."""
     chain, limits, task, calm = K.chain, K.limits, K.task, K.calm
-    reach = _norm(chain.tip_translation[0], chain.tip_translation[1], chain.tip_translation[2])
+    reach = length(three(chain.tip_translation))
     least = 0.0
     for i in range(chain.n):
-        reach += _norm(chain.translation[i, 0], chain.translation[i, 1], chain.translation[i, 2])
+        reach += length(three(chain.translation[i]))
         if chain.prismatic[i]:
             reach += max(abs(limits.q_min[i]), abs(limits.q_max[i]))
             least = 1.0  # the column of a joint that slides
     calm.reach = max(reach, least)
     weight = min(task.yielding[0], task.yielding[3])
     calm.lipschitz = sqrt(chain.n * (calm.reach * calm.reach + task.length * task.length) / weight)
-
-
-@jit
-def _norm(x: float, y: float, z: float) -> float:
-    return sqrt(x * x + y * y + z * z)
 
 
 @rare_jit

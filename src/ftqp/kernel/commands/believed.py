@@ -224,11 +224,7 @@ def count_on(K: Any, given: Any, rows: Any, out: Any) -> None:
 
 @jit
 def load(chain: Any, given: Any, payload: Any) -> None:
-    """The body at the tip with a load instead of the last one; mass 0 is none.
-
-    The load's own inertia, R I R' along the axes of the body, is added to what its mass makes of the body's;
-    of its principal moments none is larger than half their sum.
-    """
+    """The body at the tip with a load instead of the last one; mass 0 is none."""
     body, R, t, c = given.body, given.tip_rotation, given.tip_translation, payload.com
     join(
         chain, body, given.body_mass, given.body_com, given.body_inertia, given.body_stoutness, payload.mass,

@@ -67,10 +67,7 @@ def ask_for_brake(watch: Any, feedback: Any, i: int) -> None:
 
 @jit
 def hold_up(K: Any, A: Any, i: int) -> bool:
-    """Whether joint i is too weak for the arm's weight; its brake is then asked for, and the arm stopped.
-
-    A planner that never stops of its own accord only asks.
-    """
+    """Whether joint i is too weak for the arm's weight; its brake is then asked for, and the arm stopped."""
     if K.state.is_reset == 0 or not K.limits.tau_max[i] < inf:
         return False
     for j in range(K.chain.n):

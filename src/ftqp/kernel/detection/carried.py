@@ -6,9 +6,9 @@ from ftqp.kernel.detection.acceleration_banks import through
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.detection_room import LOAD_EVERY, LOADS, SLOW
 from ftqp.kernel.layout.enums import TORQUE_SLOW
-from ftqp.kernel.maths.elementary import cross
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
 from ftqp.kernel.maths.side_by_side import put, several
+from ftqp.kernel.maths.vectors import ZERO, Vector, column, cross, inner, minus, plus, three, times
 
 UNLIKELY = (1.0, 0.1)
 """A load of so many kg, or of so many kg m beside the tip, takes evidence: the prior
@@ -20,15 +20,15 @@ ALIKE = 6.0
 
 
 @jit
-def _columns(kinematics: Any, chain: Any, out: Any, a0: float, a1: float, a2: float) -> None:
+def _columns(kinematics: Any, chain: Any, out: Any, a: Vector) -> None:
     """J_v' a and J_w' (R_k x a), k = 1, 2, 3: what a mass and its first moments take of joints."""
     J, R, n = kinematics.J, kinematics.R_tip, chain.n
     for i in range(n):
-        out[0, i] = J[0, i] * a0 + J[1, i] * a1 + J[2, i] * a2
+        out[0, i] = inner(column(J, 0, i), a)
     for k in range(3):
-        m0, m1, m2 = cross(R[k], R[3 + k], R[6 + k], a0, a1, a2)
+        m = cross((R[k], R[3 + k], R[6 + k]), a)
         for i in range(n):
-            out[1 + k, i] = J[3, i] * m0 + J[4, i] * m1 + J[5, i] * m2
+            out[1 + k, i] = inner(column(J, 3, i), m)
 
 
 @jit
@@ -42,20 +42,12 @@ def weigh(D: Any, K: Any, then: int) -> None:
     """
     kinematics, n = K.kinematics, D.n
     J = kinematics.J
-    a0 = kinematics.drift[0] - K.chain.gravity[0]
-    a1 = kinematics.drift[1] - K.chain.gravity[1]
-    a2 = kinematics.drift[2] - K.chain.gravity[2]
-    d0 = d1 = d2 = 0.0
+    a, d = minus(three(kinematics.drift), three(K.chain.gravity)), ZERO
     for i in range(n):
-        a, d = D.past_a[then, i], D.d[SLOW, i]
-        a0 += J[0, i] * a
-        a1 += J[1, i] * a
-        a2 += J[2, i] * a
-        d0 += J[0, i] * d
-        d1 += J[1, i] * d
-        d2 += J[2, i] * d
-    _columns(kinematics, K.chain, D.pull, a0, a1, a2)
-    _columns(kinematics, K.chain, D.jolt, d0, d1, d2)
+        own = column(J, 0, i)
+        a, d = plus(a, times(D.past_a[then, i], own)), plus(d, times(D.d[SLOW, i], own))
+    _columns(kinematics, K.chain, D.pull, a)
+    _columns(kinematics, K.chain, D.jolt, d)
 
 
 @jit

@@ -20,7 +20,7 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY
 from ftqp.kernel.layout.feedback_rooms import POLES, UNKNOWNS
 from ftqp.kernel.layout.hypotheses import TOUCHED
-from ftqp.kernel.maths.elementary import cross
+from ftqp.kernel.maths.vectors import cross, inner, plus, three, times
 
 SENSE = 0.02
 """Slower than this [rad/s or m/s] a joint's dry friction is less than its whole."""
@@ -157,19 +157,14 @@ def _add_load(K: Any, i: int, share: float, A: Any, alpha: Any, w: Any) -> None:
     body, row = chain.tip_joint, learned.row
     if not moves(chain, i, body):
         return
-    o, R = kinematics.o[body], kinematics.R[body]
-    x0, x1, x2 = point_column(kinematics, chain, i, o[0], o[1], o[2])
-    z0, z1, z2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
-    row[2] += share * (x0 * A[0] + x1 * A[1] + x2 * A[2])
+    R = kinematics.R[body]
+    x = point_column(kinematics, chain, i, three(kinematics.o[body]))
+    row[2] += share * inner(x, A)
     for k in range(3):
-        e0, e1, e2 = R[k], R[3 + k], R[6 + k]
-        t0, t1, t2 = cross(w[0], w[1], w[2], e0, e1, e2)
-        f0, f1, f2 = cross(w[0], w[1], w[2], t0, t1, t2)
-        t0, t1, t2 = cross(alpha[0], alpha[1], alpha[2], e0, e1, e2)
-        row[3 + k] += share * (x0 * (f0 + t0) + x1 * (f1 + t1) + x2 * (f2 + t2))
+        e = (R[k], R[3 + k], R[6 + k])
+        row[3 + k] += share * inner(x, plus(cross(w, cross(w, e)), cross(alpha, e)))
         if not chain.prismatic[i]:
-            t0, t1, t2 = cross(e0, e1, e2, A[0], A[1], A[2])
-            row[3 + k] += share * (z0 * t0 + z1 * t1 + z2 * t2)
+            row[3 + k] += share * inner(three(kinematics.axis_w[i]), cross(e, A))
 
 
 @jit
@@ -193,18 +188,12 @@ def take(K: Any) -> None:
             kinematics.acc[i, k] += (1.0 - share) * chain.gravity[k]
     torques_of(supposed, kinematics, chain, a)
     body = chain.tip_joint
-    o = kinematics.o[body]
-    A0, A1, A2 = kinematics.acc[body, 0], kinematics.acc[body, 1], kinematics.acc[body, 2]
-    l0, l1, l2 = kinematics.alpha[body, 0], kinematics.alpha[body, 1], kinematics.alpha[body, 2]
+    A, alpha, w = three(kinematics.acc[body]), three(kinematics.alpha[body]), three(kinematics.w[body])
     for i in range(chain.n):
         if moves(chain, i, body):
-            x0, x1, x2 = point_column(kinematics, chain, i, o[0], o[1], o[2])
-            A0, A1, A2 = A0 + x0 * a[i], A1 + x1 * a[i], A2 + x2 * a[i]
+            A = plus(A, times(a[i], point_column(kinematics, chain, i, three(kinematics.o[body]))))
             if not chain.prismatic[i]:
-                l0 += kinematics.axis_w[i, 0] * a[i]
-                l1 += kinematics.axis_w[i, 1] * a[i]
-                l2 += kinematics.axis_w[i, 2] * a[i]
-    A, alpha, w = (A0, A1, A2), (l0, l1, l2), kinematics.w[body]
+                alpha = plus(alpha, times(a[i], three(kinematics.axis_w[i])))
     row = learned.row
     for i in range(chain.n):
         information, moment = learned.information[i], learned.moment[i]

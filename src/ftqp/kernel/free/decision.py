@@ -148,10 +148,7 @@ def _latch(watch: Any) -> None:
 
 @jit
 def begin_arrest(K: Any, F: Any) -> None:
-    """Give the task up; the arm is latched. Where an impact would harm nobody the others hold still.
-
-    A joint without gravity meets its stop because of what the others did for the task: that is made good.
-    """
+    """Give the task up; the arm is latched. Where an impact would harm nobody the others hold still."""
     made_so = K.free.mode == FOLLOW
     K.free.mode, K.free.rows = ARREST, NOTHING_KEPT
     _latch(K.watch)
@@ -284,10 +281,7 @@ def _may_rest(K: Any, F: Any) -> bool:
 
 @jit
 def _watch(K: Any, F: Any) -> None:
-    """While the arm is led: roll it out again every 50 ms, and give up where it would not get there.
-
-    Where the task has been given up, the others rest as soon as the free joint hangs, or its time is over.
-    """
+    """While the arm is led: roll it out again every 50 ms, and give up where it would not get there."""
     F.since += F.dt
     if not F.rolling and F.since >= REPEAT:
         if K.watch.latched and _may_rest(K, F):
@@ -306,11 +300,7 @@ def _watch(K: Any, F: Any) -> None:
 
 @jit
 def _arrest(K: Any, F: Any) -> None:
-    """The look-ahead, until it is safe to hold still.
-
-    With little friction, or where a stop would still be met, a posture is looked for in which the free joint
-    can rest wherever the tip is, and the arm is led there.
-    """
+    """The look-ahead, until it is safe to hold still."""
     damped = viscous_friction(K.faults, K.chain, F.joint) >= DAMPED
     F.recheck -= F.dt
     if F.calming:
@@ -362,11 +352,7 @@ def _drift(faults: Any, limits: Any, kinematics: Any, chain: Any, free: Any, F: 
 
 @jit
 def _go_on_following(K: Any, F: Any) -> None:
-    """A joint without gravity: what it does is told; the task is given up before it makes an impact harder.
-
-    Now and then it is looked at how the joint would meet its stop were all others to brake. Faster by HARDER
-    than it would have drifted when it failed means that the task is kept at the expense of that.
-    """
+    """A joint without gravity: the task is given up before it makes an impact harder."""
     _drift(K.faults, K.limits, K.kinematics, K.chain, K.free, F)
     F.since -= F.dt
     if F.since > 0.0 or K.watch.latched:
@@ -383,10 +369,7 @@ def _go_on_following(K: Any, F: Any) -> None:
 
 @part_jit
 def think(K: Any, F: Any) -> None:
-    """This tick's share of the search, in the rooms for a supposed state and the kinematics.
-
-    Frames, M and h are for the tick to find again.
-    """
+    """This tick's share of the search, in the rooms for a supposed state and the kinematics."""
     state, supposed, n = K.state, K.supposed, K.chain.n
     for j in range(n):
         if not (is_finite(state.q[j]) and is_finite(state.v[j])):

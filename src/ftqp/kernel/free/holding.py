@@ -31,6 +31,7 @@ from ftqp.kernel.layout.enums import (
     TOO_WEAK,
 )
 from ftqp.kernel.maths.linear_systems import begin_doubling, double, factor, solve_factored
+from ftqp.kernel.maths.vectors import ZERO, column, cross, inner, minus, rotated, times, write
 
 WEIGHT_Q, WEIGHT_Q_FREE = 4.0, 0.5
 WEIGHT_V, WEIGHT_V_FREE = 0.05, 0.3
@@ -149,10 +150,7 @@ def finish_gain(faults: Any, limits: Any, F: Any) -> None:
 
 @jit
 def _sticks(v: float, h: float, mu: float) -> float:
-    """How surely Coulomb friction holds the free joint, in [0, 1]: it hardly moves, and little pulls at it.
-
-    Between no and yes it changes evenly, so that noise does not throw the others to and fro.
-    """
+    """How surely Coulomb friction holds the free joint, in [0, 1], without a jump that noise could use."""
     if mu == 0.0:
         return 0.0
     slow = min(max(2.0 - abs(v) / STUCK, 0.0), 1.0)
@@ -315,38 +313,23 @@ def residual(K: Any, F: Any) -> float:
 @jit
 def _rotation(task: Any, kinematics: Any, chain: Any, F: Any) -> None:
     """The rotation's part of c and C."""
-    R, T, c, C = kinematics.R_tip, F.goal_rotation, F.c, F.C
+    R, T, a = kinematics.R_tip, F.goal_rotation, ZERO
     if F.rows == POSE_KEPT:
-        e0, e1, e2 = turn_between(R, 3, T, 3)
-        a0 = a1 = a2 = 0.0
+        e = turn_between(R, 3, T, 3)
     else:
-        u0, u1, u2 = task.axis[2], task.axis[5], task.axis[8]
-        a0, a1, a2 = (
-            R[0] * u0 + R[1] * u1 + R[2] * u2,
-            R[3] * u0 + R[4] * u1 + R[5] * u2,
-            R[6] * u0 + R[7] * u1 + R[8] * u2,
-        )
-        b0, b1, b2 = (
-            T[0] * u0 + T[1] * u1 + T[2] * u2,
-            T[3] * u0 + T[4] * u1 + T[5] * u2,
-            T[6] * u0 + T[7] * u1 + T[8] * u2,
-        )
-        e0, e1, e2 = b1 * a2 - b2 * a1, b2 * a0 - b0 * a2, b0 * a1 - b1 * a0
-    c[4], c[5], c[6] = TURN_LENGTH * e0, TURN_LENGTH * e1, TURN_LENGTH * e2
+        axis = (task.axis[2], task.axis[5], task.axis[8])
+        a = rotated(R, axis)
+        e = cross(rotated(T, axis), a)
+    write(F.c, 4, times(TURN_LENGTH, e))
     for j in range(chain.n):
-        w0, w1, w2 = kinematics.J[3, j], kinematics.J[4, j], kinematics.J[5, j]
-        along = a0 * w0 + a1 * w1 + a2 * w2
-        C[4, j] = TURN_LENGTH * (w0 - along * a0)
-        C[5, j] = TURN_LENGTH * (w1 - along * a1)
-        C[6, j] = TURN_LENGTH * (w2 - along * a2)
+        w = column(kinematics.J, 3, j)
+        turn = times(TURN_LENGTH, minus(w, times(inner(a, w), a)))
+        F.C[4, j], F.C[5, j], F.C[6, j] = turn
 
 
 @jit
 def improve(limits: Any, chain: Any, F: Any) -> None:
-    """One step of Gauss and Newton of least norm, dq = -C' (C C' + 1e-6)^-1 c, at most 0.25 rad a joint.
-
-    A joint at the end of its range that the step would move further out takes no part in it.
-    """
+    """One step of Gauss and Newton of least norm, dq = -C' (C C' + 1e-6)^-1 c, at most 0.25 rad a joint."""
     n, m = chain.n, F.unknowns
     for again in range(2):
         for a in range(m):

@@ -187,10 +187,7 @@ def _later_impact(K: Any, F: Any) -> float:
 
 @jit
 def weigh_holding(K: Any, F: Any) -> tuple[float, float]:
-    """How far links go and with what energy the free joint meets a stop if the others brake and hold still.
-
-    From ``base_q``, ``base_v`` on, for two seconds; then the joint is followed alone.
-    """
+    """How far links go, and the energy of the free joint's impact, if the others brake and hold still."""
     i, supposed, limits = F.joint, K.supposed, K.limits
     look_ahead(K, F, 0.0, 0.0, inf, LONG_STEPS)
     reach, energy = F.reach, F.impact_energy
@@ -214,10 +211,7 @@ def begin_judging(K: Any, F: Any) -> None:
 
 @jit
 def braking_is_safe(K: Any, F: Any) -> bool:
-    """Whether all joints may brake from ``base_q``, ``base_v`` on.
-
-    No stop is met in two seconds, and none faster than SOFTLY later.
-    """
+    """Whether all joints may brake from ``base_q``, ``base_v`` on."""
     i, supposed, limits = F.joint, K.supposed, K.limits
     look_ahead(K, F, 0.0, 0.0, inf, LONG_STEPS)
     if F.impact_speed > TOUCH_SPEED:

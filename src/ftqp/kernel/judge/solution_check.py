@@ -60,12 +60,7 @@ def too_near(K: Any) -> int:
 
 @jit
 def torque_excess(K: Any) -> float:
-    """By how much the command breaks what is believed of the motors [N m or N], over all joints.
-
-    max(|tau_i| - tau_max_i, 0) of a motor that works; |tau_i + friction_i v_i| of a joint that swings freely,
-    all friction with v after the step as in its row: whatever it is, no motor gives it.
-    Coulomb friction may carry some of it, an end stop everything.
-    """
+    """By how much the command breaks what is believed of the motors [N m or N], over all joints."""
     chain, faults, limits, state, kinematics = K.chain, K.faults, K.limits, K.state, K.kinematics
     worst = 0.0
     for i in range(chain.n):
@@ -258,21 +253,9 @@ def support(low: float, high: float, z: float) -> float:
 
 @jit
 def kkt_residuals(
-    H: Any,
-    g: Any,
-    A: Any,
-    b: Any,
-    C: Any,
-    l: Any,
-    u: Any,
-    lb: Any,
-    ub: Any,
-    x: Any,
-    y: Any,
-    z: Any,
-    z_box: Any,
-    out: Any,
-) -> None:
+    H: Any, g: Any, A: Any, b: Any, C: Any, l: Any, u: Any, lb: Any, ub: Any, x: Any, y: Any, z: Any,
+    z_box: Any, out: Any,
+) -> None:  # fmt: skip
     """Write the four KKT residuals of (x, y, z, z_box) into out, (4,).
 
         out[0] = max(|Ax - b|, violation of l <= Cx <= u and of lb <= x <= ub)      primal

@@ -153,11 +153,7 @@ def latch(watch: Any, reason: int) -> None:
 
 @jit
 def slow_enough(K: Any) -> float:
-    """Below this share of its limit a joint counts as at rest in a stop.
-
-    An arm that balances the free joint always moves a little, so that what is seen of joints counts there:
-    5 % while it is said to have stopped, 2 % until then.
-    """
+    """Below this share of its limit a joint counts as at rest in a stop."""
     if K.faults.movable == K.faults.working or K.free.mode != HOLD:
         return AT_REST
     return GOES_ON if K.watch.stopped else STANDS

@@ -380,7 +380,7 @@ class ClosedForm(IntEnum):
 
 @numbered()
 class Rule(IntEnum):
-    """Rules of the damping factor, see ``ftqp.kernel.closed_forms.damping_factor``."""
+    """Rules of the damping factor, see ``ftqp.kernel.closed_forms.closed_form_tick``."""
 
     BOUND = 0
     BOUND_2 = 1

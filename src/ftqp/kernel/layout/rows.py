@@ -1,7 +1,7 @@
 """What each row of a planner's QP stands for: the kinds of rows, their order, their labels and units.
 
 Packing for external solvers, labels of a recording, certificates and explanations read this table; the
-compiled loops that fill the rows are in ``ftqp.kernel.rows``, one file a kind.
+compiled loops that fill the rows are in ``ftqp.kernel.rows``.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ class RowKind:
     sliding_unit: str  # The unit at a joint that slides
     symmetric: bool  # Limits of equal size on both sides of their middle; C x is shown less that
     needs_inertia: bool  # The rows need M or h, so that an arm without masses has none of them
-    module: str  # The file in ``ftqp.kernel.rows`` that writes them ...
+    module: str = "row_blocks"  # The file in ``ftqp.kernel.rows`` that writes them ...
     fill: str = "fill"  # ... by this function of (K, at)
     most: int | None = None  # The most rows that a planner may ask for; None where there is one a joint
 
@@ -40,13 +40,17 @@ class RowKind:
         return joints if has_inertia or not self.needs_inertia else ()
 
 
-def _kind(name: str, most: int, *, unit: str = "m/s2", symmetric: bool = False, fill: str = "") -> RowKind:
+def _kind(name: str, most: int, fill: str, *, unit: str = "m/s2", symmetric: bool = False) -> RowKind:
     """Rows that a planner may ask for, as many as ``most``."""
-    module = "row_blocks" if fill else f"{name}_rows"
     return RowKind(
-        name=name, unit=unit, sliding_unit=unit, symmetric=symmetric, needs_inertia=False, module=module,
-        fill=fill or "fill", most=most,
-    )  # fmt: skip
+        name=name,
+        unit=unit,
+        sliding_unit=unit,
+        symmetric=symmetric,
+        needs_inertia=False,
+        fill=fill,
+        most=most,
+    )
 
 
 KEEPS = 8
@@ -59,13 +63,12 @@ CLEARANCES = 16
 """The most pairs of bodies that are kept apart at once. All these are conventions, which size memory."""
 
 TORQUE = RowKind(
-    name="torque", unit="N m", sliding_unit="N", symmetric=True, needs_inertia=True, module="row_blocks",
-    fill="fill_torques",
-)  # fmt: skip
-KEEP = _kind("keep", KEEPS)
-HOLD = _kind("hold", HELD_ROWS, symmetric=True, fill="fill_held")
-OWN_ROW = _kind("row", OWN_ROWS, unit="1", fill="fill_own")
-CLEARANCE = _kind("clearance", CLEARANCES, fill="fill_clearances")
+    name="torque", unit="N m", sliding_unit="N", symmetric=True, needs_inertia=True, fill="fill_torques"
+)
+KEEP = _kind("keep", KEEPS, "fill_keeps")
+HOLD = _kind("hold", HELD_ROWS, "fill_held", symmetric=True)
+OWN_ROW = _kind("row", OWN_ROWS, "fill_own", unit="1")
+CLEARANCE = _kind("clearance", CLEARANCES, "fill_clearances")
 ROW_KINDS: tuple[RowKind, ...] = (TORQUE, KEEP, HOLD, OWN_ROW, CLEARANCE)
 """The kinds in the order in which their rows stand in C.
 

@@ -94,7 +94,7 @@ terms  Further tasks, see ``ftqp.kernel.rows.further_tasks`` and ``ftqp.kernel.r
     q_goal share  f8[PLACES_OF,N]  of a task of joints
     J  f8[PLACES_OF,6,N]  of a task that the user fills in; of the others as of the last tick
     b  f8[PLACES_OF,6]  the same
-keeps  What ``ftqp.kernel.rows.keep_rows`` and ``row_blocks`` need: planes, cones, and rows of the user's own.
+keeps  What ``ftqp.kernel.rows.row_blocks`` needs: planes, cones, and rows of the user's own.
     asked  i8  how many rows the planner asks for, those of tasks included
     count  i8
     own  i8  rows of the user's own
@@ -147,7 +147,6 @@ scene  What ``ftqp.kernel.scene`` knows: the arm as capsules, what is around, an
     least  f8[CLEARANCES]  right side
     spare  f8[CLEARANCES]  by how much its velocity may grow until the row holds it back
     normal near far  f8[3]  of the pair that is looked at: direction to its first body, and points on both
-    local along  f8[3]  memory
     row  f8[N]  memory
     away  f8[BALLS]  memory
     ball  i8[OBSTACLES]  which ball an obstacle stands for, -1 none

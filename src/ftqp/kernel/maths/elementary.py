@@ -61,12 +61,6 @@ def is_finite(x: float) -> bool:
     return abs(x) < inf
 
 
-@jit
-def cross(a0: float, a1: float, a2: float, b0: float, b1: float, b2: float) -> tuple[float, float, float]:
-    """a x b."""
-    return a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
-
-
 _FLOAT = np.dtype(np.float64)
 
 
@@ -96,9 +90,6 @@ def is_rotation(pose: Any) -> bool:
 
 @jit
 def has_last_row(a: float, b: float, c: float, d: float) -> bool:
-    """Whether the last row of a pose is 0 0 0 1 to ORTHONORMAL_TOLERANCE.
-
-    That of a transposed pose is its place, and its place is the base.
-    """
+    """Whether the last row of a pose is 0 0 0 1 to ORTHONORMAL_TOLERANCE."""
     off = max(max(abs(a), abs(b)), max(abs(c), abs(d - 1.0)))
     return bool(off <= ORTHONORMAL_TOLERANCE)

@@ -17,6 +17,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.scene_room import BOX, HALF_SPACE
+from ftqp.kernel.maths.vectors import Vector, between, inner, length, minus, plus, three, times
 
 PARALLEL = 1e-12
 """Segments whose sine squared is below this are parallel: rounding leaves some 1e-16 of it."""
@@ -38,24 +39,17 @@ def _clamped(x: float) -> float:
 
 
 @jit
-def of_segments(a: Any, b: Any, c: Any, d: Any) -> tuple[float, float]:
-    """The shares s and t at which a + s (b - a) and c + t (d - c) are nearest; parallel ones in the middle.
-
-    Where they are parallel all of their overlap is as near; its middle is taken, so that the points do not
-    jump from end to end.
-    """
-    u0, u1, u2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    w0, w1, w2 = d[0] - c[0], d[1] - c[1], d[2] - c[2]
-    r0, r1, r2 = a[0] - c[0], a[1] - c[1], a[2] - c[2]
-    uu, ww = u0 * u0 + u1 * u1 + u2 * u2, w0 * w0 + w1 * w1 + w2 * w2
-    ur, wr = u0 * r0 + u1 * r1 + u2 * r2, w0 * r0 + w1 * r1 + w2 * r2
+def of_segments(a: Vector, b: Vector, c: Vector, d: Vector) -> tuple[float, float]:
+    """The shares s and t at which a + s (b - a) and c + t (d - c) are nearest; parallel: the middle."""
+    u, w, r = minus(b, a), minus(d, c), minus(a, c)
+    uu, ww, ur, wr = inner(u, u), inner(w, w), inner(u, r), inner(w, r)
     if uu <= POINT and ww <= POINT:
         return 0.0, 0.0
     if uu <= POINT:
         return 0.0, _clamped(wr / ww)
     if ww <= POINT:
         return _clamped(-ur / uu), 0.0
-    uw = u0 * w0 + u1 * w1 + u2 * w2
+    uw = inner(u, w)
     sine = uu * ww - uw * uw
     if sine > PARALLEL * uu * ww:
         s = _clamped((uw * wr - ur * ww) / sine)
@@ -72,44 +66,45 @@ def of_segments(a: Any, b: Any, c: Any, d: Any) -> tuple[float, float]:
 
 
 @jit
-def to_body(shape: int, size: Any, x: float, y: float, z: float) -> tuple[float, float, float, float]:
+def to_body(shape: int, size: Any, p: Vector) -> tuple[float, Vector]:
     """Signed distance of a point to a body in the body's own frame, and the direction in which it grows."""
+    x, y, z = p
     if shape == HALF_SPACE:
-        return z, 0.0, 0.0, 1.0
+        return z, (0.0, 0.0, 1.0)
     if shape == BOX:
         e0, e1, e2 = abs(x) - size[0], abs(y) - size[1], abs(z) - size[2]
         s0, s1, s2 = (1.0 if x >= 0.0 else -1.0), (1.0 if y >= 0.0 else -1.0), (1.0 if z >= 0.0 else -1.0)
         if e0 <= 0.0 and e1 <= 0.0 and e2 <= 0.0:
             if e0 >= e1 and e0 >= e2:
-                return e0, s0, 0.0, 0.0
-            if e1 >= e2:
-                return e1, 0.0, s1, 0.0
-            return e2, 0.0, 0.0, s2
+                return e0, (s0, 0.0, 0.0)
+            return (e1, (0.0, s1, 0.0)) if e1 >= e2 else (e2, (0.0, 0.0, s2))
         e0, e1, e2 = max(e0, 0.0), max(e1, 0.0), max(e2, 0.0)
-        d = sqrt(e0 * e0 + e1 * e1 + e2 * e2)
-        return d, s0 * e0 / d, s1 * e1 / d, s2 * e2 / d
+        d = length((e0, e1, e2))
+        return d, (s0 * e0 / d, s1 * e1 / d, s2 * e2 / d)
     r = sqrt(x * x + y * y)
     c, s = (x / r, y / r) if r > 0.0 else (1.0, 0.0)
     over, beyond, side = r - size[1], abs(z) - size[0], (1.0 if z >= 0.0 else -1.0)
     if over <= 0.0 and beyond <= 0.0:
-        return (over, c, s, 0.0) if over >= beyond else (beyond, 0.0, 0.0, side)
+        return (over, (c, s, 0.0)) if over >= beyond else (beyond, (0.0, 0.0, side))
     over, beyond = max(over, 0.0), max(beyond, 0.0)
     d = sqrt(over * over + beyond * beyond)
-    return d, c * over / d, s * over / d, side * beyond / d
+    return d, (c * over / d, s * over / d, side * beyond / d)
 
 
 @jit
-def _first_from(shape: int, size: Any, p: Any, u: Any, level: float) -> float:
-    """The least share t at which the distance of p + t u grows by ``level`` or more along u; 1 if nowhere.
+def _rise(shape: int, size: Any, p: Vector, u: Vector) -> float:
+    """How the distance to a body grows along u at a point."""
+    _, n = to_body(shape, size, p)
+    return inner(n, u)
 
-    By the rule of false position, halved where that stands still (Illinois), and in every third step.
-    """
-    _, n0, n1, n2 = to_body(shape, size, p[0], p[1], p[2])
-    low, f_low = 0.0, n0 * u[0] + n1 * u[1] + n2 * u[2] - level
+
+@jit
+def _first_from(shape: int, size: Any, p: Vector, u: Vector, level: float) -> float:
+    """The least share t at which the distance of p + t u grows by ``level`` or more along u; 1 if nowhere."""
+    low, f_low = 0.0, _rise(shape, size, p, u) - level
     if f_low >= 0.0:
         return 0.0
-    _, n0, n1, n2 = to_body(shape, size, p[0] + u[0], p[1] + u[1], p[2] + u[2])
-    high, f_high = 1.0, n0 * u[0] + n1 * u[1] + n2 * u[2] - level
+    high, f_high = 1.0, _rise(shape, size, plus(p, u), u) - level
     if f_high < 0.0:
         return 1.0
     for k in range(SEARCHES):
@@ -118,8 +113,7 @@ def _first_from(shape: int, size: Any, p: Any, u: Any, level: float) -> float:
         t = 0.5 * (low + high)
         if k % 3 != 2 and f_high > f_low:
             t = min(max(low - f_low * (high - low) / (f_high - f_low), low + 0.5 * FINE), high - 0.5 * FINE)
-        _, n0, n1, n2 = to_body(shape, size, p[0] + t * u[0], p[1] + t * u[1], p[2] + t * u[2])
-        f = n0 * u[0] + n1 * u[1] + n2 * u[2] - level
+        f = _rise(shape, size, plus(p, times(t, u)), u) - level
         if f < 0.0:
             low, f_low = t, f
             f_high *= 0.5
@@ -130,12 +124,9 @@ def _first_from(shape: int, size: Any, p: Any, u: Any, level: float) -> float:
 
 
 @jit
-def of_segment_and_body(shape: int, size: Any, p: Any, u: Any) -> float:
-    """The share t at which p + t u, in the body's own frame, is nearest to it; the middle of all that are.
-
-    Inside, where it is deepest.
-    """
-    slope = ALONG * sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+def of_segment_and_body(shape: int, size: Any, p: Vector, u: Vector) -> float:
+    """The share t at which p + t u, in the body's own frame, is nearest to it; the middle of all that are."""
+    slope = ALONG * length(u)
     if slope <= ALONG * sqrt(POINT):
         return 0.0
     return 0.5 * (_first_from(shape, size, p, u, -slope) + _first_from(shape, size, p, u, slope))
@@ -151,25 +142,23 @@ THIN = 1e-9
 
 
 @jit
-def _highest(scene: Any, o: int, x: float, y: float, z: float) -> tuple[float, int]:
+def _highest(scene: Any, o: int, p: Vector) -> tuple[float, int]:
     """The height of a point above the face that it is farthest above, and that face."""
     height, which = -inf, -1
     for f in range(scene.faces_of[o, 0], scene.faces_of[o, 1]):
-        face = scene.face[f]
-        h = face[0] * x + face[1] * y + face[2] * z - face[3]
+        h = inner(three(scene.face[f]), p) - scene.face[f, 3]
         if h > height:
             height, which = h, f
     return height, which
 
 
 @jit
-def _enters(scene: Any, o: int, p: Any, u: Any) -> bool:
+def _enters(scene: Any, o: int, p: Vector, u: Vector) -> bool:
     """Whether any of p + t u, 0 <= t <= 1, is within every face."""
     low, high = 0.0, 1.0
     for f in range(scene.faces_of[o, 0], scene.faces_of[o, 1]):
-        face = scene.face[f]
-        h = face[0] * p[0] + face[1] * p[1] + face[2] * p[2] - face[3]
-        slope = face[0] * u[0] + face[1] * u[1] + face[2] * u[2]
+        n = three(scene.face[f])
+        h, slope = inner(n, p) - scene.face[f, 3], inner(n, u)
         if slope > 0.0:
             high = min(high, -h / slope)
         elif slope < 0.0:
@@ -180,26 +169,23 @@ def _enters(scene: Any, o: int, p: Any, u: Any) -> bool:
 
 
 @jit
-def _deepest(scene: Any, o: int, p: Any, u: Any) -> tuple[float, float, int]:
+def _deepest(scene: Any, o: int, p: Vector, u: Vector) -> tuple[float, float, int]:
     """The share t at which p + t u is deepest inside, its height, <= 0, and the face that is nearest."""
     low, high = 0.0, 1.0
-    h_low, f_low = _highest(scene, o, p[0], p[1], p[2])
-    h_high, f_high = _highest(scene, o, p[0] + u[0], p[1] + u[1], p[2] + u[2])
+    h_low, f_low = _highest(scene, o, p)
+    h_high, f_high = _highest(scene, o, plus(p, u))
     t, h, f = (low, h_low, f_low) if h_low <= h_high else (high, h_high, f_high)
     for _ in range(scene.faces_of[o, 1] - scene.faces_of[o, 0]):
-        one, other = scene.face[f_low], scene.face[f_high]
-        s_low = one[0] * u[0] + one[1] * u[1] + one[2] * u[2]
-        s_high = other[0] * u[0] + other[1] * u[1] + other[2] * u[2]
+        s_low, s_high = inner(three(scene.face[f_low]), u), inner(three(scene.face[f_high]), u)
         if s_low >= 0.0 or s_high <= 0.0 or high <= low:
             break  # it does not fall from there
         t = (h_high - h_low + s_low * low - s_high * high) / (s_low - s_high)
         t = min(max(t, low), high)
         line = h_low + s_low * (t - low)
-        h, f = _highest(scene, o, p[0] + t * u[0], p[1] + t * u[1], p[2] + t * u[2])
+        h, f = _highest(scene, o, plus(p, times(t, u)))
         if h <= line + OVER:
             break
-        face = scene.face[f]
-        if face[0] * u[0] + face[1] * u[1] + face[2] * u[2] < 0.0:
+        if inner(three(scene.face[f]), u) < 0.0:
             low, h_low, f_low = t, h, f
         else:
             high, h_high, f_high = t, h, f
@@ -207,51 +193,41 @@ def _deepest(scene: Any, o: int, p: Any, u: Any) -> tuple[float, float, int]:
 
 
 @jit
-def _stands_over(scene: Any, o: int, x: float, y: float, z: float, height: float, which: int) -> bool:
+def _stands_over(scene: Any, o: int, p: Vector, height: float, which: int) -> bool:
     """Whether a point is above a face itself, and not beside it."""
-    n = scene.face[which]
-    top, _ = _highest(scene, o, x - height * n[0], y - height * n[1], z - height * n[2])
+    top, _ = _highest(scene, o, minus(p, times(height, three(scene.face[which]))))
     return top <= OVER
 
 
 @jit
-def of_segment_and_hull(scene: Any, o: int, p: Any, u: Any) -> tuple[float, float, float, float, float]:
-    """The share t at which p + t u is nearest to a hull or deepest in it, its signed distance and the normal.
-
-    All is in the hull's own frame. Of a segment along a face the middle is taken.
-    """
+def of_segment_and_hull(scene: Any, o: int, p: Vector, u: Vector) -> tuple[float, float, Vector]:
+    """The share t at which p + t u is nearest to a hull or deepest in it, the signed distance, the normal."""
     if _enters(scene, o, p, u):
-        t, d, f = _deepest(scene, o, p, u)
-        face = scene.face[f]
-        return t, d, face[0], face[1], face[2]
-    x, y, z = p[0] + u[0], p[1] + u[1], p[2] + u[2]
-    first, f_first = _highest(scene, o, p[0], p[1], p[2])
-    last, f_last = _highest(scene, o, x, y, z)
-    best, t, n0, n1, n2 = inf, 0.0, 0.0, 0.0, 1.0
-    over = first > 0.0 and _stands_over(scene, o, p[0], p[1], p[2], first, f_first)
+        t, depth, f = _deepest(scene, o, p, u)
+        return t, depth, three(scene.face[f])
+    end = plus(p, u)
+    first, f_first = _highest(scene, o, p)
+    last, f_last = _highest(scene, o, end)
+    best, t, n = inf, 0.0, (0.0, 0.0, 1.0)
+    over = first > 0.0 and _stands_over(scene, o, p, first, f_first)
     if over:
-        face = scene.face[f_first]
-        best, t, n0, n1, n2 = first, 0.0, face[0], face[1], face[2]
-    if last > 0.0 and _stands_over(scene, o, x, y, z, last, f_last):
-        length = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
-        if over and f_first == f_last and abs(first - last) <= EVEN * length:
+        best, t, n = first, 0.0, three(scene.face[f_first])
+    if last > 0.0 and _stands_over(scene, o, end, last, f_last):
+        if over and f_first == f_last and abs(first - last) <= EVEN * length(u):
             t = 0.5
         elif last < best:
-            face = scene.face[f_last]
-            best, t, n0, n1, n2 = last, 1.0, face[0], face[1], face[2]
-    end = (x, y, z)
+            best, t, n = last, 1.0, three(scene.face[f_last])
     for e in range(scene.edges_of[o, 0], scene.edges_of[o, 1]):
-        c, d = scene.corner[scene.edge[e, 0]], scene.corner[scene.edge[e, 1]]
+        c, d = three(scene.corner[scene.edge[e, 0]]), three(scene.corner[scene.edge[e, 1]])
         s, r = of_segments(p, end, c, d)
-        w0 = p[0] + s * u[0] - c[0] - r * (d[0] - c[0])
-        w1 = p[1] + s * u[1] - c[1] - r * (d[1] - c[1])
-        w2 = p[2] + s * u[2] - c[2] - r * (d[2] - c[2])
-        away = sqrt(w0 * w0 + w1 * w1 + w2 * w2)
+        there = plus(p, times(s, u))
+        w = minus(there, between(c, d, r))
+        away = length(w)
         if away < best:
             best, t = away, s
             if away > THIN:
-                n0, n1, n2 = w0 / away, w1 / away, w2 / away
+                n = (w[0] / away, w[1] / away, w[2] / away)
             else:
-                _, f = _highest(scene, o, p[0] + s * u[0], p[1] + s * u[1], p[2] + s * u[2])
-                n0, n1, n2 = scene.face[f, 0], scene.face[f, 1], scene.face[f, 2]
-    return t, best, n0, n1, n2
+                _, f = _highest(scene, o, there)
+                n = three(scene.face[f])
+    return t, best, n

@@ -12,30 +12,47 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import fold_row, moves, point_column, point_drift, point_of, turned
-from ftqp.kernel.arm.pose_error import rotation_vector
+from ftqp.kernel.arm.pose_error import rows_of, turn_of
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.layout.scene_room import AXIS, FRAME, MASS, OWN
-from ftqp.kernel.maths.elementary import cross
 from ftqp.kernel.maths.side_by_side import WIDTH, numbers, put, several, sum_of
+from ftqp.kernel.maths.vectors import (
+    ZERO,
+    Vector,
+    column,
+    cross,
+    inner,
+    length,
+    minus,
+    plus,
+    three,
+    times,
+    write,
+)
 
 ALIGNED = 1e-9
 """A sine below which two directions count as one line. Some million units of rounding."""
 TURNS = 0b111000
 """The bits of the rows rx, ry, rz."""
+UNTURNED = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+"""The rotation by nothing, by rows. A convention."""
 
 
 @jit
-def _add_point(kinematics: Any, chain: Any, body: int, p0: float, p1: float, p2: float, share: float,
-               rows: Any) -> None:  # fmt: skip
+def _add_point(kinematics: Any, chain: Any, body: int, p: Vector, share: float, rows: Any) -> None:
     """Add the Jacobian of a point of a body, times a share, to the first three rows."""
     for j in range(body + 1):
-        if not moves(chain, j, body):
-            continue
-        z0, z1, z2 = point_column(kinematics, chain, j, p0, p1, p2)
-        rows[0, j] += share * z0
-        rows[1, j] += share * z1
-        rows[2, j] += share * z2
+        if moves(chain, j, body):
+            _add_column(rows, 0, j, times(share, point_column(kinematics, chain, j, p)))
+
+
+@jit
+def _add_column(rows: Any, first: int, j: int, x: Vector) -> None:
+    """Add three numbers to column j of rows, from ``first`` on."""
+    rows[first, j] += x[0]
+    rows[first + 1, j] += x[1]
+    rows[first + 2, j] += x[2]
 
 
 @jit
@@ -43,58 +60,40 @@ def _add_turn(kinematics: Any, chain: Any, body: int, share: float, rows: Any) -
     """Add the Jacobian of a body's angular velocity, times a share, to the last three rows."""
     for j in range(body + 1):
         if moves(chain, j, body) and not chain.prismatic[j]:
-            z = kinematics.axis_w[j]
-            rows[3, j] += share * z[0]
-            rows[4, j] += share * z[1]
-            rows[5, j] += share * z[2]
+            _add_column(rows, 3, j, times(share, three(kinematics.axis_w[j])))
 
 
 @jit
-def _drift(K: Any, body: int, p0: float, p1: float, p2: float) -> tuple[float, float, float]:
+def _drift(K: Any, body: int, p: Vector) -> Vector:
     """Jdot v of a point of a body at the acceleration level; nothing of the base's."""
     if K.state.level != ACCELERATION or body < 0:
-        return 0.0, 0.0, 0.0
-    o = K.kinematics.o[body]
-    return point_drift(K.kinematics, K.chain, body, p0 - o[0], p1 - o[1], p2 - o[2])
+        return ZERO
+    return point_drift(K.kinematics, K.chain, body, p)
 
 
 @jit
 def _follow_frame(K: Any, t: int) -> None:
-    """Rows, error and drift of a point of a body, and of the body's turn, towards a goal that may move, too.
-
-    The goal is a place of the body ``other``, so that of two bodies the rows are the difference.
-    """
+    """Rows, error and drift of a body's point and turn towards a goal, which is a place of another body."""
     terms, kinematics, chain = K.terms, K.kinematics, K.chain
     body, other, rows = terms.body[t], terms.other[t], terms.J[t]
-    p0, p1, p2 = point_of(kinematics, body, terms.place[t])
-    g0, g1, g2 = point_of(kinematics, other, terms.goal[t])
-    _add_point(kinematics, chain, body, p0, p1, p2, 1.0, rows)
-    _add_point(kinematics, chain, other, g0, g1, g2, -1.0, rows)
+    p, g = point_of(kinematics, body, terms.place[t]), point_of(kinematics, other, terms.goal[t])
+    _add_point(kinematics, chain, body, p, 1.0, rows)
+    _add_point(kinematics, chain, other, g, -1.0, rows)
     error, b = terms.error[t], terms.b[t]
-    error[0], error[1], error[2] = g0 - p0, g1 - p1, g2 - p2
-    c0, c1, c2 = _drift(K, body, p0, p1, p2)
-    d0, d1, d2 = _drift(K, other, g0, g1, g2)
-    b[0], b[1], b[2] = d0 - c0, d1 - c1, d2 - c2
-    error[3] = error[4] = error[5] = b[3] = b[4] = b[5] = 0.0
+    write(error, 0, minus(g, p))
+    write(b, 0, minus(_drift(K, other, g), _drift(K, body, p)))
+    write(error, 3, ZERO)
+    write(b, 3, ZERO)
     if terms.rows[t] & TURNS == 0:
         return
     _add_turn(kinematics, chain, body, 1.0, rows)
     _add_turn(kinematics, chain, other, -1.0, rows)
-    D = terms.turn[t]  # the columns of the goal's rotation, and those of the body's
-    x0, x1, x2 = turned(kinematics, other, D[0::3])
-    y0, y1, y2 = turned(kinematics, other, D[1::3])
-    z0, z1, z2 = turned(kinematics, other, D[2::3])
-    R0, R3, R6 = 1.0, 0.0, 0.0
-    R1, R4, R7 = 0.0, 1.0, 0.0
-    R2, R5, R8 = 0.0, 0.0, 1.0
-    if body >= 0:
-        R = kinematics.R[body]
-        R0, R1, R2, R3, R4, R5, R6, R7, R8 = R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8]
-    error[3], error[4], error[5] = rotation_vector(
-        x0 * R0 + y0 * R1 + z0 * R2, x0 * R3 + y0 * R4 + z0 * R5, x0 * R6 + y0 * R7 + z0 * R8,
-        x1 * R0 + y1 * R1 + z1 * R2, x1 * R3 + y1 * R4 + z1 * R5, x1 * R6 + y1 * R7 + z1 * R8,
-        x2 * R0 + y2 * R1 + z2 * R2, x2 * R3 + y2 * R4 + z2 * R5, x2 * R6 + y2 * R7 + z2 * R8,
-    )  # fmt: skip
+    D = terms.turn[t]  # the columns of the goal's rotation
+    x, y = turned(kinematics, other, D[0::3]), turned(kinematics, other, D[1::3])
+    z = turned(kinematics, other, D[2::3])
+    goal = (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
+    own = rows_of(kinematics.R[body], 3) if body >= 0 else UNTURNED
+    write(error, 3, turn_of(goal, own))
     if K.state.level == ACCELERATION:
         for k in range(3):
             if body >= 0:
@@ -107,33 +106,16 @@ def _follow_frame(K: Any, t: int) -> None:
 def _follow_mass(K: Any, t: int) -> None:
     """The same of the centre of mass of all bodies."""
     terms, kinematics, chain = K.terms, K.kinematics, K.chain
-    total = c0 = c1 = c2 = d0 = d1 = d2 = 0.0
+    total, c, d = 0.0, ZERO, ZERO
     for i in range(chain.n):
         total += chain.mass[i]
     for i in range(chain.n):
         share = chain.mass[i] / total
-        p0, p1, p2 = point_of(kinematics, i, chain.com[i])
-        c0, c1, c2 = c0 + share * p0, c1 + share * p1, c2 + share * p2
-        _add_point(kinematics, chain, i, p0, p1, p2, share, terms.J[t])
-        u0, u1, u2 = _drift(K, i, p0, p1, p2)
-        d0, d1, d2 = d0 + share * u0, d1 + share * u1, d2 + share * u2
-    goal, error, b = terms.goal[t], terms.error[t], terms.b[t]
-    error[0], error[1], error[2] = goal[0] - c0, goal[1] - c1, goal[2] - c2
-    b[0], b[1], b[2] = -d0, -d1, -d2
-
-
-@jit
-def _add_turn_of_place(kinematics: Any, chain: Any, other: int, g0: float, g1: float, g2: float,
-                       d0: float, d1: float, d2: float, rows: Any) -> None:  # fmt: skip
-    """Take off the turn of the direction to a place, d over its length, that the place's motion makes."""
-    for j in range(other + 1):
-        if not moves(chain, j, other):
-            continue
-        z0, z1, z2 = point_column(kinematics, chain, j, g0, g1, g2)
-        u0, u1, u2 = cross(d0, d1, d2, z0, z1, z2)
-        rows[0, j] -= u0
-        rows[1, j] -= u1
-        rows[2, j] -= u2
+        p = point_of(kinematics, i, chain.com[i])
+        c, d = plus(c, times(share, p)), plus(d, times(share, _drift(K, i, p)))
+        _add_point(kinematics, chain, i, p, share, terms.J[t])
+    write(terms.error[t], 0, minus(three(terms.goal[t]), c))
+    write(terms.b[t], 0, times(-1.0, d))
 
 
 @jit
@@ -146,63 +128,56 @@ def _follow_axis(K: Any, t: int) -> None:
     """
     terms, kinematics, chain = K.terms, K.kinematics, K.chain
     body, rows = terms.body[t], terms.J[t]
-    a0, a1, a2 = turned(kinematics, body, terms.axis[t])
-    p0, p1, p2 = point_of(kinematics, body, terms.place[t])
+    a, p = turned(kinematics, body, terms.axis[t]), point_of(kinematics, body, terms.place[t])
     goal, error, b = terms.goal[t], terms.error[t], terms.b[t]
-    d0, d1, d2 = goal[0], goal[1], goal[2]
-    g0 = g1 = g2 = 0.0
+    d = g = three(goal)
     if terms.towards[t]:
-        g0, g1, g2 = point_of(kinematics, terms.other[t], goal)
-        d0, d1, d2 = g0 - p0, g1 - p1, g2 - p2
-    length = sqrt(d0 * d0 + d1 * d1 + d2 * d2)
-    if length < ALIGNED:  # it is there: every direction will do
-        error[0] = error[1] = error[2] = b[0] = b[1] = b[2] = 0.0
+        g = point_of(kinematics, terms.other[t], goal)
+        d = minus(g, p)
+    far = length(d)
+    write(error, 0, ZERO)
+    write(b, 0, ZERO)
+    if far < ALIGNED:  # it is there: every direction will do
         return
-    d0, d1, d2 = d0 / length, d1 / length, d2 / length
-    e0, e1, e2 = cross(a0, a1, a2, d0, d1, d2)
-    sine = sqrt(e0 * e0 + e1 * e1 + e2 * e2)
-    if a0 * d0 + a1 * d1 + a2 * d2 < 0.0:
-        if sine < ALIGNED:  # opposite: about any axis across
-            e0, e1, e2 = (
-                cross(a0, a1, a2, 1.0, 0.0, 0.0) if abs(a0) < 0.6 else cross(a0, a1, a2, 0.0, 1.0, 0.0)
-            )
-            sine = sqrt(e0 * e0 + e1 * e1 + e2 * e2)
-        e0, e1, e2 = e0 / sine, e1 / sine, e2 / sine
-    error[0], error[1], error[2] = e0, e1, e2
+    d = (d[0] / far, d[1] / far, d[2] / far)
+    e = cross(a, d)
+    if inner(a, d) < 0.0:
+        if length(e) < ALIGNED:  # opposite: about any axis across
+            e = _across(a)
+        sine = length(e)
+        e = (e[0] / sine, e[1] / sine, e[2] / sine)
+    write(error, 0, e)
     for j in range(body + 1):
         if not moves(chain, j, body):
             continue
-        u0 = u1 = u2 = 0.0
+        u = ZERO
         if not chain.prismatic[j]:
-            z0, z1, z2 = kinematics.axis_w[j, 0], kinematics.axis_w[j, 1], kinematics.axis_w[j, 2]
-            along = a0 * z0 + a1 * z1 + a2 * z2
-            u0, u1, u2 = z0 - along * a0, z1 - along * a1, z2 - along * a2
+            z = three(kinematics.axis_w[j])
+            u = minus(z, times(inner(a, z), a))
         if terms.towards[t]:
-            m0, m1, m2 = point_column(kinematics, chain, j, p0, p1, p2)
-            m0, m1, m2 = cross(d0, d1, d2, m0, m1, m2)
-            u0, u1, u2 = u0 + m0 / length, u1 + m1 / length, u2 + m2 / length
-        rows[0, j], rows[1, j], rows[2, j] = u0, u1, u2
-    if terms.towards[t]:
-        _add_turn_of_place(
-            kinematics, chain, terms.other[t], g0, g1, g2, d0 / length, d1 / length, d2 / length, rows
-        )
-    b[0] = b[1] = b[2] = 0.0
+            turn = cross(d, point_column(kinematics, chain, j, p))
+            u = (u[0] + turn[0] / far, u[1] + turn[1] / far, u[2] + turn[2] / far)
+        rows[0, j], rows[1, j], rows[2, j] = u
+    if terms.towards[t]:  # the turn of the direction to a place that the place's motion makes
+        d, other = (d[0] / far, d[1] / far, d[2] / far), terms.other[t]
+        for j in range(other + 1):
+            if moves(chain, j, other):
+                _add_column(rows, 0, j, times(-1.0, cross(d, point_column(kinematics, chain, j, g))))
     if K.state.level == ACCELERATION and body >= 0:
-        w, alpha = kinematics.w[body], kinematics.alpha[body]
-        turn = w[0] * a0 + w[1] * a1 + w[2] * a2
-        s0, s1, s2 = cross(w[0], w[1], w[2], a0, a1, a2)
-        along = alpha[0] * a0 + alpha[1] * a1 + alpha[2] * a2
-        b[0] = -(alpha[0] - along * a0 - s0 * turn)
-        b[1] = -(alpha[1] - along * a1 - s1 * turn)
-        b[2] = -(alpha[2] - along * a2 - s2 * turn)
+        w, alpha = three(kinematics.w[body]), three(kinematics.alpha[body])
+        swept = times(inner(w, a), cross(w, a))
+        write(b, 0, plus(minus(times(inner(alpha, a), a), alpha), swept))
+
+
+@jit
+def _across(a: Vector) -> Vector:
+    """A direction across a."""
+    return cross(a, (1.0, 0.0, 0.0)) if abs(a[0]) < 0.6 else cross(a, (0.0, 1.0, 0.0))
 
 
 @jit
 def _feed_back(K: Any, t: int, k: int) -> float:
-    """What row k of a frame, a mass or an axis is asked for, its drift being in b.
-
-    While the arm is stopped, what goes before the tip's task asks for rest alone.
-    """
+    """What row k of a frame, a mass or an axis is asked for, its drift being in b."""
     terms, state = K.terms, K.state
     stops = terms.hard[t] != 0 and K.watch.latched != 0
     rate = 0.0 if stops else terms.rate[t, k]
@@ -222,16 +197,15 @@ def _feed_back(K: Any, t: int, k: int) -> float:
 def _two_of_three(K: Any, t: int) -> None:
     """The rows of an axis along two directions across it, in place of three that depend on each other."""
     terms, rows, asked = K.terms, K.terms.J[t], K.terms.asked[t]
-    a0, a1, a2 = turned(K.kinematics, terms.body[t], terms.axis[t])
-    u0, u1, u2 = cross(a0, a1, a2, 1.0, 0.0, 0.0) if abs(a0) < 0.6 else cross(a0, a1, a2, 0.0, 1.0, 0.0)
-    length = sqrt(u0 * u0 + u1 * u1 + u2 * u2)
-    u0, u1, u2 = u0 / length, u1 / length, u2 / length
-    w0, w1, w2 = cross(a0, a1, a2, u0, u1, u2)
+    a = turned(K.kinematics, terms.body[t], terms.axis[t])
+    u = _across(a)
+    u = times(1.0 / length(u), u)
+    w = cross(a, u)
     for j in range(K.chain.n):
-        x0, x1, x2 = rows[0, j], rows[1, j], rows[2, j]
-        rows[0, j], rows[1, j] = u0 * x0 + u1 * x1 + u2 * x2, w0 * x0 + w1 * x1 + w2 * x2
-    x0, x1, x2 = asked[0], asked[1], asked[2]
-    asked[0], asked[1] = u0 * x0 + u1 * x1 + u2 * x2, w0 * x0 + w1 * x1 + w2 * x2
+        x = column(rows, 0, j)
+        rows[0, j], rows[1, j] = inner(u, x), inner(w, x)
+    x = three(asked)
+    asked[0], asked[1] = inner(u, x), inner(w, x)
 
 
 @jit

@@ -8,7 +8,7 @@ observer and the feed-forward are additions, derived in docs/theory/moving-base.
 
 from typing import Any
 
-from ftqp.kernel.arm.pose_error import exponential, rotation_vector
+from ftqp.kernel.arm.pose_error import exponential, rotation_vector, turn_of
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import (
     BASE_HALTED,
@@ -35,8 +35,9 @@ from ftqp.kernel.layout.enums import (
     TARGET_TWIST,
 )
 from ftqp.kernel.layout.thresholds import AT_REST
-from ftqp.kernel.maths.elementary import cross, has_last_row, is_finite
+from ftqp.kernel.maths.elementary import has_last_row, is_finite
 from ftqp.kernel.maths.linear_systems import factor
+from ftqp.kernel.maths.vectors import add_to, column, cross, inner, rotated_back, three, three_from, write
 from ftqp.kernel.rows.joint_intervals import narrow
 
 PATIENCE = 5
@@ -51,9 +52,8 @@ def base_from_tip(E: Any, arm: Any, T: Any) -> None:
     """
     for r in range(3):
         for c in range(3):
-            T[r, c] = E[r, 0] * arm[3 * c] + E[r, 1] * arm[3 * c + 1] + E[r, 2] * arm[3 * c + 2]
-    for r in range(3):
-        T[r, 3] = E[r, 3] - (T[r, 0] * arm[9] + T[r, 1] * arm[10] + T[r, 2] * arm[11])
+            T[r, c] = inner(three(E[r]), three_from(arm, 3 * c))
+        T[r, 3] = E[r, 3] - inner(three(T[r]), three_from(arm, 9))
 
 
 @jit
@@ -109,20 +109,12 @@ def _observe(base: Any, arm: Any) -> None:
     """
     T, L, s = base.now, base.last, base.six
     for r in range(3):
-        now = T[r, 3] + T[r, 0] * arm[9] + T[r, 1] * arm[10] + T[r, 2] * arm[11]
-        last = L[r, 3] + L[r, 0] * arm[9] + L[r, 1] * arm[10] + L[r, 2] * arm[11]
-        s[r] = now - last
-    s[3], s[4], s[5] = rotation_vector(
-        T[0, 0] * L[0, 0] + T[0, 1] * L[0, 1] + T[0, 2] * L[0, 2],
-        T[0, 0] * L[1, 0] + T[0, 1] * L[1, 1] + T[0, 2] * L[1, 2],
-        T[0, 0] * L[2, 0] + T[0, 1] * L[2, 1] + T[0, 2] * L[2, 2],
-        T[1, 0] * L[0, 0] + T[1, 1] * L[0, 1] + T[1, 2] * L[0, 2],
-        T[1, 0] * L[1, 0] + T[1, 1] * L[1, 1] + T[1, 2] * L[1, 2],
-        T[1, 0] * L[2, 0] + T[1, 1] * L[2, 1] + T[1, 2] * L[2, 2],
-        T[2, 0] * L[0, 0] + T[2, 1] * L[0, 1] + T[2, 2] * L[0, 2],
-        T[2, 0] * L[1, 0] + T[2, 1] * L[1, 1] + T[2, 2] * L[1, 2],
-        T[2, 0] * L[2, 0] + T[2, 1] * L[2, 1] + T[2, 2] * L[2, 2],
-    )
+        s[r] = (
+            T[r, 3]
+            + inner(three(T[r]), three_from(arm, 9))
+            - (L[r, 3] + inner(three(L[r]), three_from(arm, 9)))
+        )
+    write(s, 3, turn_of((three(T[0]), three(T[1]), three(T[2])), (three(L[0]), three(L[1]), three(L[2]))))
     for k in range(6):
         base.shift[k] += base.observer * (s[k] - base.shift[k])
 
@@ -138,42 +130,30 @@ def _predict(state: Any, kinematics: Any, base: Any) -> None:
     """
     T, S, s = base.now, base.pose, base.six
     lead = base.delay * state.dt
-    r0 = T[0, 0] * kinematics.o_tip[0] + T[0, 1] * kinematics.o_tip[1] + T[0, 2] * kinematics.o_tip[2]
-    r1 = T[1, 0] * kinematics.o_tip[0] + T[1, 1] * kinematics.o_tip[1] + T[1, 2] * kinematics.o_tip[2]
-    r2 = T[2, 0] * kinematics.o_tip[0] + T[2, 1] * kinematics.o_tip[1] + T[2, 2] * kinematics.o_tip[2]
+    tip = three(kinematics.o_tip)
+    r = (inner(three(T[0]), tip), inner(three(T[1]), tip), inner(three(T[2]), tip))
     if base.has & HAS_TWIST:
         for k in range(6):
             change = (base.rate[k] - base.rate_last[k]) / state.dt if base.rates > 1 else 0.0
             s[k] = base.rate[k] + 0.5 * (lead - state.dt) * change if base.delay > 0 else base.rate[k]
             base.twist[k] = base.rate[k] + lead * change
-        c0, c1, c2 = cross(s[3], s[4], s[5], r0, r1, r2)
-        s[0], s[1], s[2] = s[0] + c0, s[1] + c1, s[2] + c2
-        c0, c1, c2 = cross(base.twist[3], base.twist[4], base.twist[5], r0, r1, r2)
-        base.twist[0] += c0
-        base.twist[1] += c1
-        base.twist[2] += c2
+        add_to(s, 0, cross(three_from(s, 3), r))
+        add_to(base.twist, 0, cross(three_from(base.twist, 3), r))
     else:
         for k in range(6):
             base.twist[k] = s[k] = base.shift[k] / state.dt
     if base.delay == 0:
-        for r in range(3):
+        for k in range(3):
             for c in range(4):
-                S[r, c] = T[r, c]
+                S[k, c] = T[k, c]
         return
     X = base.turn
     exponential(s[3] * lead, s[4] * lead, s[5] * lead, X)
-    for r in range(3):
+    for k in range(3):
         for c in range(3):
-            S[r, c] = X[3 * r] * T[0, c] + X[3 * r + 1] * T[1, c] + X[3 * r + 2] * T[2, c]
-    S[0, 3], S[1, 3], S[2, 3] = (
-        T[0, 3] + r0 + s[0] * lead,
-        T[1, 3] + r1 + s[1] * lead,
-        T[2, 3] + r2 + s[2] * lead,
-    )
-    for r in range(3):
-        S[r, 3] -= (
-            S[r, 0] * kinematics.o_tip[0] + S[r, 1] * kinematics.o_tip[1] + S[r, 2] * kinematics.o_tip[2]
-        )
+            S[k, c] = inner(three_from(X, 3 * k), column(T, 0, c))
+    for k in range(3):
+        S[k, 3] = T[k, 3] + inner(three(T[k]), tip) + s[k] * lead - inner(three(S[k]), tip)
 
 
 @jit
@@ -198,18 +178,13 @@ def _target_from_base(task: Any, kinematics: Any, base: Any) -> None:
     for r in range(3):
         for c in range(3):
             E[3 * r + c] = B[r, 0] * A[c] + B[r, 1] * A[3 + c] + B[r, 2] * A[6 + c]
-        e[r] = T[4 * r + 3] - (
-            B[r, 3]
-            + B[r, 0] * kinematics.o_tip[0]
-            + B[r, 1] * kinematics.o_tip[1]
-            + B[r, 2] * kinematics.o_tip[2]
-        )
+        e[r] = T[4 * r + 3] - (B[r, 3] + inner(three(B[r]), three(kinematics.o_tip)))
     e[3] = e[4] = e[5] = 0.0
     if T[TARGET_HAS_ROTATION] != 0.0:
         for r in range(3):
             for c in range(3):  # X = R_d R_E'
-                X[3 * r + c] = T[4 * r] * E[3 * c] + T[4 * r + 1] * E[3 * c + 1] + T[4 * r + 2] * E[3 * c + 2]
-        e[3], e[4], e[5] = rotation_vector(X[0], X[1], X[2], X[3], X[4], X[5], X[6], X[7], X[8])
+                X[3 * r + c] = inner(three_from(T, 4 * r), three_from(E, 3 * c))
+        write(e, 3, rotation_vector(three(X), three_from(X, 3), three_from(X, 6)))
         for r in range(3):
             for c in range(3):  # E = R' X
                 E[3 * r + c] = R[r] * X[c] + R[3 + r] * X[3 + c] + R[6 + r] * X[6 + c]
@@ -225,17 +200,12 @@ def _target_from_base(task: Any, kinematics: Any, base: Any) -> None:
     for k in range(6):
         s[k] = T[TARGET_TWIST + k] - base.twist[k]
     for half in range(0, 6, 3):
-        for r in range(3):
-            T[TARGET_TWIST + half + r] = R[r] * s[half] + R[3 + r] * s[half + 1] + R[6 + r] * s[half + 2]
+        write(T, TARGET_TWIST + half, rotated_back(R, three_from(s, half)))
 
 
 @part_jit
 def follow_base(K: Any, base: Any) -> bool:
-    """One tick of the moving base, after the kinematics: False when the base has not been seen for too long.
-
-    A measurement made ``delay`` samples ago belongs to the arm pose of that time, which is remembered, so the
-    arm's own motion since then is accounted for exactly; the base's is extrapolated.
-    """
+    """One tick of the moving base, after the kinematics: False when it has not been seen for too long."""
     state, kinematics = K.state, K.kinematics
     at = base.ticks % DELAYS
     now = base.arm_history[at]
@@ -283,11 +253,7 @@ def follow_base(K: Any, base: Any) -> bool:
 
 @jit
 def reduce_by_lead(state: Any, faults: Any, limits: Any, qp: Any, base: Any) -> None:
-    """-v_max - lead/dt <= x <= v_max - lead/dt, lead = set point - q: no windup against a servo that lags.
-
-    The set point, which accumulates dt x, then never runs ahead of the joint by more than v_max dt, and is
-    called back where it does. The result never leaves the joint's own interval.
-    """
+    """-v_max - lead/dt <= x <= v_max - lead/dt, lead = set point - q: no windup against a servo that lags."""
     for k in range(faults.working):
         i = faults.order[k]
         lead = (base.setpoint[i] - state.q[i]) / state.dt

@@ -13,17 +13,37 @@ x is the acceleration or the velocity. At the velocity level torque is that of t
 times dt. D is the diagonal of joint weights. tau_H and J_H leave out every failed joint: its motor does not
 work, and to keep its torque in the objective would change the motion of the others.
 Source: docs/theory/schemes.md, which derives the coefficients of every recipe.
+
+A motion of the joints in the place of the task: the QP is as near to it as box and torque rows allow,
+
+    1/2 |x - d|^2 over the joints that work,   d = x_r + kv (v_r - v) + kp (q_r - q)
+
+with x_r the mean acceleration of the motion until the next tick, or at the velocity level its mean velocity,
+with kv = 0. Source: docs/theory/ways-to-a-goal.md.
 """
 
 from typing import Any
 
-from ftqp.kernel.arm.kinematics import columns, fold_row
+from ftqp.kernel.arm.kinematics import columns, fold_row, forward_kinematics, mimic_places
 from ftqp.kernel.jit import jit, part_jit, rare_jit
-from ftqp.kernel.layout.enums import ACCELERATION, FREE, HEALTHY, VELOCITY
-from ftqp.kernel.maths.elementary import cross, select
+from ftqp.kernel.latches.settling import forget_settling
+from ftqp.kernel.layout.enums import (
+    ACCELERATION,
+    FREE,
+    HEALTHY,
+    TARGET_ACCELERATION,
+    TARGET_HAS_ROTATION,
+    TARGET_POSE,
+    TARGET_TWIST,
+    VELOCITY,
+)
+from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
 from ftqp.kernel.maths.side_by_side import sin_cos
+from ftqp.kernel.maths.vectors import ZERO, Vector, column, cross, inner, plus, times
+from ftqp.kernel.rows.joint_intervals import draw
 from ftqp.kernel.rows.rows_given_up import draw_to_rows
+from ftqp.kernel.rows.task_rows import tool_axis
 from ftqp.kernel.rows.task_terms import add_terms
 
 
@@ -171,40 +191,20 @@ FLOOR = 0.01
 
 
 @jit
-def _along_rows(task: Any, kinematics: Any, scratch: Any) -> tuple[float, float, float, float, float, float]:
-    """The six-vector along W that the row coefficients in t stand for."""
-    f0 = f1 = f2 = m0 = m1 = m2 = 0.0
+def _along_rows(task: Any, kinematics: Any, scratch: Any) -> tuple[Vector, Vector]:
+    """The force and the moment along W that the row coefficients in scratch stand for."""
+    f = m = ZERO
     for k in range(task.m):
         c = task.rows[k]
         s = task.row_scale[c] * scratch.rows[k]
-        if c == 0:
-            f0 += s
-        elif c == 1:
-            f1 += s
-        elif c == 2:
-            f2 += s
+        one = (s if c % 3 == 0 else 0.0, s if c % 3 == 1 else 0.0, s if c % 3 == 2 else 0.0)
+        if c < 3:
+            f = plus(f, one)
         elif not task.tool_rows:
-            m0 += s if c == 3 else 0.0
-            m1 += s if c == 4 else 0.0
-            m2 += s if c == 5 else 0.0
+            m = plus(m, one)
         else:
-            a = c - 3
-            m0 += s * (
-                kinematics.R_tip[0] * task.axis[a]
-                + kinematics.R_tip[1] * task.axis[3 + a]
-                + kinematics.R_tip[2] * task.axis[6 + a]
-            )
-            m1 += s * (
-                kinematics.R_tip[3] * task.axis[a]
-                + kinematics.R_tip[4] * task.axis[3 + a]
-                + kinematics.R_tip[5] * task.axis[6 + a]
-            )
-            m2 += s * (
-                kinematics.R_tip[6] * task.axis[a]
-                + kinematics.R_tip[7] * task.axis[3 + a]
-                + kinematics.R_tip[8] * task.axis[6 + a]
-            )
-    return f0, f1, f2, m0, m1, m2
+            m = plus(m, times(s, tool_axis(task, kinematics, c - 3)))
+    return f, m
 
 
 @jit
@@ -235,27 +235,25 @@ def manipulability_gradient(K: Any) -> None:
         gradient[i] = 0.0
     if not factor(S, m):
         return
-    for column in range(faults.working):
-        j = faults.order[column]
+    for a in range(faults.working):
+        j = faults.order[a]
         for k in range(m):
             scratch.rows[k] = chain.ratio[j] * qp.A[k, chain.lead[j]]
         solve_factored(S, m, scratch.rows)
-        f0, f1, f2, m0, m1, m2 = _along_rows(task, kinematics, scratch)
-        w0, w1, w2 = J[3, j], J[4, j], J[5, j]
+        f, moment = _along_rows(task, kinematics, scratch)
+        v, w = column(J, 0, j), column(J, 3, j)
         for i in range(n):
-            x0 = x1 = x2 = 0.0
-            y0 = y1 = y2 = 0.0
-            u0, u1, u2 = J[3, i], J[4, i], J[5, i]
-            if i <= j:
-                if not chain.prismatic[i]:
-                    x0, x1, x2 = cross(u0, u1, u2, J[0, j], J[1, j], J[2, j])
-                    if not task.tool_rows:
-                        y0, y1, y2 = cross(u0, u1, u2, w0, w1, w2)
-            else:
-                x0, x1, x2 = cross(w0, w1, w2, J[0, i], J[1, i], J[2, i])
+            x = y = ZERO
+            u = column(J, 3, i)
+            if i > j:
+                x = cross(w, column(J, 0, i))
                 if task.tool_rows and not chain.prismatic[i]:
-                    y0, y1, y2 = cross(w0, w1, w2, u0, u1, u2)
-            gradient[i] += f0 * x0 + f1 * x1 + f2 * x2 + m0 * y0 + m1 * y1 + m2 * y2
+                    y = cross(w, u)
+            elif not chain.prismatic[i]:
+                x = cross(u, v)
+                if not task.tool_rows:
+                    y = cross(u, w)
+            gradient[i] += inner(f, x) + inner(moment, y)
     if chain.mimics:
         fold_row(chain, gradient)
 
@@ -267,3 +265,44 @@ def add_manipulability(K: Any) -> None:
     manipulability_gradient(K)
     for i in range(chain.n):
         qp.g[i] -= criteria.manipulability * scratch.joints[i]
+
+
+FREE_WEIGHT = 1e-6
+"""Weight of a free-swinging joint, which others are not to hold still; H stays positive definite. Six digits
+below the others' weight, 1, so that it costs them nothing that shows."""
+
+
+@jit
+def aim_at_reference(K: Any, joints: Any) -> None:
+    """The target of the tip: where it would be if every joint that works were on the motion."""
+    chain, state, supposed, kinematics, target = K.chain, K.state, K.supposed, K.kinematics, K.task.target
+    for i in range(chain.n):
+        supposed.q[i] = joints.q[i] if K.faults.code[i] == HEALTHY else state.q[i]
+    if chain.mimics:
+        mimic_places(chain, supposed.q)
+    forward_kinematics(K, supposed)
+    for r in range(3):
+        for c in range(3):
+            target[TARGET_POSE + 4 * r + c] = kinematics.R_tip[3 * r + c]
+        target[TARGET_POSE + 4 * r + 3] = kinematics.o_tip[r]
+    for k in range(TARGET_TWIST, TARGET_ACCELERATION + 6):
+        target[k] = 0.0
+    target[TARGET_HAS_ROTATION] = 1.0
+    forward_kinematics(K, state)
+
+
+@jit
+def joint_objective(K: Any, joints: Any) -> None:
+    """H and g of the joints, no rows of the task; nothing is held that the task had held."""
+    chain, faults, state, task, qp = K.chain, K.faults, K.state, K.task, K.qp
+    forget_settling(K.calm)
+    K.calm.entered = 0
+    for i in range(chain.n):
+        demand = joints.x[i] + joints.kv * (joints.v[i] - state.v[i]) + joints.kp * (joints.q[i] - state.q[i])
+        joints.demand[i] = demand if faults.code[i] == HEALTHY else 0.0
+        draw(qp, i, FREE_WEIGHT if faults.code[i] == FREE else 1.0, joints.demand[i])
+    for k in range(task.m):
+        task.slack[k] = task.asked[k] = 0.0
+    qp.nx, qp.meq, qp.dense, qp.warm = chain.n, 0, 0, 0
+    qp.soft[0] = 1.0
+    task.beyond = 0.0

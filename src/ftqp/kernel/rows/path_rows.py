@@ -99,10 +99,7 @@ def path_rows(K: Any, path: Any) -> None:
 
 @jit
 def _braking(state: Any, faults: Any, limits: Any, path: Any) -> float:
-    """How fast the rate can fall [1/s] with STOP_SHARE of the acceleration limits; inf at rest.
-
-    Joint i moves by |v_i|/sigma' per unit of progress, so it is min_i STOP_SHARE a_max_i sigma'/|v_i|.
-    """
+    """How fast the rate can fall [1/s] with STOP_SHARE of the acceleration limits; inf at rest."""
     brake = inf
     for k in range(faults.working):
         i = faults.order[k]
@@ -253,10 +250,7 @@ def begin_on_path(K: Any, path: Any) -> None:
 
 @jit
 def advance(state: Any, task: Any, kinematics: Any, chain: Any, qp: Any, path: Any) -> None:
-    """sigma += s dt, or dt (sigma' + s)/2 at the acceleration level.
-
-    Where the task was given up, s is that of the motion that is left.
-    """
+    """sigma += s dt, or dt (sigma' + s)/2 at the acceleration level."""
     n = chain.n
     before = max(path.rate, 0.0)
     on_task = task.mode == SCALE and qp.nx > n

@@ -1,13 +1,15 @@
-"""Rows of C: torque limits, tasks before the tip's, the user's own, and pairs that keep apart."""
+"""Rows of C: torque limits, tasks before the tip's, planes and cones, the user's own, and pairs apart."""
 
-from math import inf
+from math import atan2, inf
 from typing import Any
 
-from ftqp.kernel.arm.kinematics import fold_row
+from ftqp.kernel.arm.kinematics import fold_row, moves, point_column, point_drift, point_of, turned
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.enums import FREE, HEALTHY, VELOCITY
+from ftqp.kernel.layout.enums import ACCELERATION, FREE, HEALTHY, VELOCITY
 from ftqp.kernel.layout.rows import CLEARANCES
+from ftqp.kernel.maths.vectors import ZERO, cross, inner, length, plus, three, times
 from ftqp.kernel.rows.further_tasks import term_rows
+from ftqp.kernel.rows.joint_intervals import braking, return_velocity, viability
 
 
 @jit
@@ -82,6 +84,128 @@ def fill_held(K: Any, at: int) -> int:
     return at
 
 
+HARDEST = 4.0
+"""A point that is beyond its plane is braked by at most so many times what it is braked by before it."""
+RETURN_SPEED = 1.0
+"""The speed whose share a point, or an axis, comes back with [m/s or rad/s]. A convention; how the share
+follows from the distance is said in ``joint_intervals.return_velocity``."""
+
+NEAR = 4.0
+"""An axis that is nearer to the middle of its cone than it turns in so many ticks has no row: to which side
+it leaves the middle is known only behind it."""
+SMALLEST = 1e-9
+"""An axis that is nearer to the middle of its cone, or to the opposite of it, than this has no row [rad].
+Rounding."""
+
+
+@jit
+def _most(state: Any, v: float, d: float, brake: float) -> float:
+    """The largest acceleration, or velocity, of a point at d from its plane that can still be braked."""
+    if d < 0.0:
+        back = return_velocity(d, RETURN_SPEED)
+        if state.level == ACCELERATION:
+            return max((back - v) / state.dt, -HARDEST * brake)
+        return max(back, v - HARDEST * brake * state.dt)
+    if state.level == ACCELERATION:
+        return viability(v, d, inf, inf, brake, state.dt)[0]
+    return braking(v, d, inf, inf, brake, state.dt)[0]
+
+
+@jit
+def _most_turn(state: Any, v: float, d: float, brake: float) -> float:
+    """``_most`` of an angle, which comes through the middle of its cone with whatever speed it had across.
+
+    It is then braked by what stops it before its boundary, v^2/(2 (d - v dt)), or by HARDEST times ``brake``
+    if that is more, and not by all that is too much in one tick.
+    """
+    most = _most(state, v, d, brake)
+    room = d - v * state.dt
+    if v <= 0.0 or room <= 0.0:
+        return most
+    hardest = -max(HARDEST * brake, 0.5 * v * v / room)
+    return max(most, hardest if state.level == ACCELERATION else v + state.dt * hardest)
+
+
+@jit
+def _plane(K: Any, t: int, row: Any) -> float:
+    """normal' J of a point into a row, and what its product with x is to be at least.
+
+    Source: docs/theory/joint-limits.md, "Points on their side of a plane".
+    """
+    chain, state, kinematics, keeps = K.chain, K.state, K.kinematics, K.keeps
+    body, normal = keeps.body[t], keeps.normal[t]
+    across = three(normal)
+    p = point_of(kinematics, body, keeps.place[t])
+    v = 0.0
+    for j in range(body + 1):
+        if not moves(chain, j, body):
+            continue
+        row[j] = inner(across, point_column(kinematics, chain, j, p))
+        v += row[j] * state.v[j]
+    distance = inner(across, p) - keeps.offset[t]
+    keeps.distance[t] = distance
+    drift = 0.0
+    if state.level == ACCELERATION:
+        drift = inner(across, point_drift(kinematics, chain, body, p))
+    return -_most(state, -v, distance, keeps.brake[t]) - drift
+
+
+@jit
+def _cone(K: Any, t: int, row: Any) -> tuple[float, float]:
+    """k' J_w of an axis a into a row, k = a x d/s, and between what its product with x is to be.
+
+    d is the direction, c = a'd and s = |a x d| are those of the angle b between them, and b' = -k'w, so that
+    -b'' = k'(J_w x + alpha) + (d'(w x (w x a)) + c b'^2)/s. On the way out the axis can still be braked
+    before the angle ``offset``, on the way in, through the middle, before -``offset`` on the other side.
+    Source: docs/theory/joint-limits.md, "Axes in a cone".
+    """
+    chain, state, kinematics, keeps = K.chain, K.state, K.kinematics, K.keeps
+    body, d = keeps.body[t], three(keeps.normal[t])
+    a = turned(kinematics, body, keeps.place[t])
+    k = cross(a, d)
+    s, c = length(k), inner(a, d)
+    angle = atan2(s, c)
+    distance = keeps.offset[t] - angle
+    keeps.distance[t] = distance
+    w = alpha = ZERO
+    for j in range(body + 1):
+        if moves(chain, j, body) and not chain.prismatic[j]:
+            z, v = three(kinematics.axis_w[j]), state.v[j]
+            alpha, w = plus(alpha, times(v, cross(w, z))), plus(w, times(v, z))
+    u = cross(w, a)
+    near = NEAR * state.dt * length(u)
+    if s <= SMALLEST or (s <= near and distance > 0.5 * keeps.offset[t]):
+        return -inf, inf
+    k = (k[0] / s, k[1] / s, k[2] / s)
+    rate = -inner(k, w)
+    for j in range(body + 1):
+        if moves(chain, j, body) and not chain.prismatic[j]:
+            row[j] = inner(k, three(kinematics.axis_w[j]))
+    drift = inner(k, alpha) + (inner(d, cross(w, u)) + c * rate * rate) / s
+    out = back = drift
+    if state.level != ACCELERATION:  # what the way's curvature adds in the tick, where it is for the worse
+        out, back = state.dt * min(drift, 0.0), state.dt * max(drift, 0.0)
+    least = -_most_turn(state, rate, distance, keeps.brake[t]) - out
+    return least, max(_most_turn(state, -rate, keeps.offset[t] + angle, keeps.brake[t]) - back, least)
+
+
+@jit
+def fill_keeps(K: Any, at: int) -> int:
+    """l <= C x <= u, one row a plane or cone from row ``at`` of C on; the next free row."""
+    n, qp, keeps = K.chain.n, K.qp, K.keeps
+    for t in range(keeps.count):
+        row = qp.C[at + t]
+        for j in range(n + 1):
+            row[j] = 0.0
+        if keeps.turns[t]:
+            qp.l[at + t], qp.u[at + t] = _cone(K, t, row)
+        else:
+            qp.l[at + t], qp.u[at + t] = _plane(K, t, row), inf
+        if K.chain.mimics:
+            fold_row(K.chain, row)
+    return at + keeps.count
+
+
 @jit
 def fill_own(K: Any, at: int) -> int:
     """l <= C x <= u of the user's own, from row ``at`` of C on; the next free row."""
@@ -95,11 +219,7 @@ def fill_own(K: Any, at: int) -> int:
 
 @jit
 def fill_clearances(K: Any, at: int) -> int:
-    """G x >= least of the pairs that ``ftqp.kernel.scene.clearance`` has found, one row a slot; the next row.
-
-    Empty slots have no ends. These rows give way where nothing else can: the first of them is
-    ``qp.yields_from``.
-    """
+    """G x >= least of pairs of ``ftqp.kernel.scene.clearance``, which give way last; the next free row."""
     qp, scene = K.qp, K.scene
     qp.yields_from = at
     if scene.pairs == 0:

@@ -11,7 +11,9 @@ from typing import Any
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import TARGET_ACCELERATION, TARGET_TWIST
 from ftqp.kernel.layout.scene_room import BEFORE_SCHEME, FRAME
+from ftqp.kernel.maths.vectors import ZERO, column, inner, length, minus, plus, three_from, times
 from ftqp.kernel.rows.further_tasks import TURNS
+from ftqp.kernel.rows.task_rows import tool_axis
 
 THERE_SHARE = 0.1
 """Rows come back where the tip is within this share of the task's tolerance of them, ..."""
@@ -52,8 +54,7 @@ def draw_to_rows(K: Any) -> None:
 @jit
 def is_whole(K: Any) -> bool:
     """Whether the tip is where the whole task has it, as far as rotation goes."""
-    e = K.terms.error[K.terms.own]
-    turned = sqrt(e[3] * e[3] + e[4] * e[4] + e[5] * e[5])
+    turned = length(three_from(K.terms.error[K.terms.own], 3))
     return turned <= THERE_SHARE * K.feedback.rotation_tolerance
 
 
@@ -64,32 +65,22 @@ def more_rows_hold(K: Any) -> bool:
     at = terms.own
     if terms.count == at:
         return True
-    e, length = terms.error[at], terms.length
-    a0 = a1 = a2 = 0.0
-    turned = sqrt(e[3] * e[3] + e[4] * e[4] + e[5] * e[5])
+    e, axis = three_from(terms.error[at], 3), ZERO
+    turned = length(e)
     if task.tool_of[task.given_up - 1]:  # the tool's axis alone
-        R, axis = K.kinematics.R_tip, task.axis
-        a0 = R[0] * axis[2] + R[1] * axis[5] + R[2] * axis[8]
-        a1 = R[3] * axis[2] + R[4] * axis[5] + R[5] * axis[8]
-        a2 = R[6] * axis[2] + R[7] * axis[5] + R[8] * axis[8]
-        u = (e[3] * a0 + e[4] * a1 + e[5] * a2) / max(turned, 1e-300)
+        axis = tool_axis(task, K.kinematics, 2)
+        u = inner(e, axis) / max(turned, 1e-300)
         c = min(max(cos(turned) + (1.0 - cos(turned)) * u * u, -1.0), 1.0)
         turned = atan2(sqrt((1.0 - c) * (1.0 + c)), c)
     if turned <= THERE_SHARE * K.feedback.rotation_tolerance:
         return True
     if turned > NEAR_SHARE * K.feedback.rotation_tolerance:
         return False
-    along = beyond = asked = left = 0.0
-    for k in range(3):
-        wanted = terms.asked[at, 3 + k]
-        made = 0.0
-        for i in range(n):
-            made += J[3 + k, i] * qp.x[i]
-        missing = length * made - wanted
-        a = a0 if k == 0 else a1 if k == 1 else a2
-        along += a * missing
-        beyond += a * wanted
-        asked += wanted * wanted
-        left += missing * missing
-    left, asked = max(left - along * along, 0.0), max(asked - beyond * beyond, 0.0)
+    made = ZERO
+    for i in range(n):
+        made = plus(made, times(qp.x[i], column(J, 3, i)))
+    wanted = three_from(terms.asked[at], 3)
+    missing = minus(times(terms.length, made), wanted)
+    left = max(inner(missing, missing) - inner(axis, missing) ** 2, 0.0)
+    asked = max(inner(wanted, wanted) - inner(axis, wanted) ** 2, 0.0)
     return sqrt(left) <= LEFT_SHARE * sqrt(asked) + LEFT_FLOOR

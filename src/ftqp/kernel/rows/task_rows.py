@@ -14,6 +14,7 @@ from ftqp.kernel.layout.thresholds import SINGULAR_FROM
 from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.side_by_side import WIDTH, below, put, several, sum_of
 from ftqp.kernel.maths.svd import singular_directions
+from ftqp.kernel.maths.vectors import Vector, inner, rotated, three_from
 from ftqp.kernel.rows.joint_intervals import bound, draw
 
 TIP_BRAKE_STEPS = 20.0
@@ -24,21 +25,18 @@ progress goes before rates."""
 
 
 @jit
+def tool_axis(task: Any, kinematics: Any, a: int) -> Vector:
+    """Axis ``a`` of the tool along W: R_tip R_axis e_a."""
+    return rotated(kinematics.R_tip, (task.axis[a], task.axis[3 + a], task.axis[6 + a]))
+
+
+@jit
 def component_of(task: Any, kinematics: Any, component: int, offset: int, source: Any) -> float:
     """Component 0..5 of a six-vector along W; with tool rows the angular part along the tool's axes."""
     if component < 3 or not task.tool_rows:
         value: float = source[offset + component]
         return value
-    c = component - 3
-    total = 0.0
-    for r in range(3):  # (R_tip R_axis)' w
-        t = (
-            kinematics.R_tip[3 * r] * task.axis[c]
-            + kinematics.R_tip[3 * r + 1] * task.axis[3 + c]
-            + kinematics.R_tip[3 * r + 2] * task.axis[6 + c]
-        )
-        total += t * source[offset + 3 + r]
-    return total
+    return inner(tool_axis(task, kinematics, component - 3), three_from(source, offset + 3))
 
 
 @part_jit
@@ -61,22 +59,7 @@ def task_rows(K: Any, kp: float) -> None:
             for at in range(0, n, WIDTH):
                 put(row, at, w * several(J, at))
         else:
-            a = c - 3
-            t0 = (
-                kinematics.R_tip[0] * task.axis[a]
-                + kinematics.R_tip[1] * task.axis[3 + a]
-                + kinematics.R_tip[2] * task.axis[6 + a]
-            )
-            t1 = (
-                kinematics.R_tip[3] * task.axis[a]
-                + kinematics.R_tip[4] * task.axis[3 + a]
-                + kinematics.R_tip[5] * task.axis[6 + a]
-            )
-            t2 = (
-                kinematics.R_tip[6] * task.axis[a]
-                + kinematics.R_tip[7] * task.axis[3 + a]
-                + kinematics.R_tip[8] * task.axis[6 + a]
-            )
+            t0, t1, t2 = tool_axis(task, kinematics, c - 3)
             J = kinematics.J
             for at in range(0, n, WIDTH):
                 s = t0 * several(J[3], at) + t1 * several(J[4], at) + t2 * several(J[5], at)
@@ -128,11 +111,7 @@ def softness(task: Any, terms: Any, chain: Any, qp: Any, ratio: float) -> float:
 
 @jit
 def compliance(task: Any, terms: Any, chain: Any, qp: Any, turned: Any, ratio: float) -> None:
-    """soft_k = yielding_k ratio |A|_F^2 / (m tr H): the slack's weight follows the QP's own magnitude.
-
-    Rows turned by directional damping have no priority of their own; their damping adds. Rows of C that give
-    way do so after the task.
-    """
+    """soft_k = yielding_k ratio |A|_F^2 / (m tr H): the slack's weight follows the QP's own magnitude."""
     trace = -terms.added
     if qp.dense:
         for i in range(chain.n):

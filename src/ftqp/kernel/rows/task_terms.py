@@ -93,10 +93,7 @@ def _weigh(terms: Any, qp: Any, n: int, t: int, b: Any, weight: float) -> None:
 
 @part_jit
 def add_terms(K: Any) -> None:
-    """The terms of all soft tasks, added to H and g; needs ``forward_kinematics`` and ``motion``.
-
-    Of those beside the task of the tip only the rows: ``share`` adds them once it is known how firm they are.
-    """
+    """The terms of all soft tasks, added to H and g; needs ``forward_kinematics`` and ``motion``."""
     terms, n = K.terms, K.chain.n
     terms.stands = terms.added = 0.0
     terms.bends = 1

@@ -7,15 +7,12 @@ can be braked:
 
 v' the velocity after the tick, v_o that of the obstacle, n the way from it. What brakes is a share of what
 the joints that work can do along G. Where the arm is too fast already, as a joint may just have failed, the
-row asks for what they can do in the tick, and no more.
+row asks for what they can do in the tick, and no more. Of a cloud of balls, as a camera sees a room, each
+body of an arm looks at the few that matter to it.
 Source: docs/theory/clearance.md.
-
-A cloud of balls, as a camera sees a room: each body of an arm looks at the few of them that matter to it.
-
-Source: docs/theory/clearance.md, "A cloud of balls".
 """
 
-from math import cos, inf, sin, sqrt
+from math import cos, inf, sin
 from typing import Any
 
 import numpy as np
@@ -26,9 +23,24 @@ from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import ACCELERATION, STOPPED_BY_CLEARANCE, STOPPED_BY_SCENE
 from ftqp.kernel.layout.rows import CLEARANCES
 from ftqp.kernel.layout.scene_room import HALF_SPACE, HULL, NEAREST, SEGMENT
-from ftqp.kernel.maths.elementary import cross
 from ftqp.kernel.maths.nearest_points import of_segment_and_body, of_segment_and_hull, of_segments, to_body
 from ftqp.kernel.maths.side_by_side import joint_sines
+from ftqp.kernel.maths.vectors import (
+    Vector,
+    add_to,
+    between,
+    cross,
+    inner,
+    length,
+    minus,
+    plus,
+    rotated,
+    rotated_back,
+    three,
+    three_from,
+    times,
+    write,
+)
 from ftqp.kernel.rows.joint_intervals import braking_velocity
 
 VERSION_IS = np.dtype(np.int64)
@@ -80,15 +92,12 @@ def choose_balls(K: Any) -> None:
 @jit
 def _measure_all(scene: Any, c: int, balls: Any) -> None:
     """The distances of all balls from a body."""
-    a, b, point = scene.a[c], scene.b[c], scene.local
+    a, b = three(scene.a[c]), three(scene.b[c])
     for k in range(scene.cloud):
-        for i in range(3):
-            point[i] = balls[k, i]
+        point = three(balls[k])
         s, _ = of_segments(a, b, point, point)
-        x = a[0] + s * (b[0] - a[0]) - point[0]
-        y = a[1] + s * (b[1] - a[1]) - point[1]
-        z = a[2] + s * (b[2] - a[2]) - point[2]
-        scene.away[k] = sqrt(x * x + y * y + z * z) - scene.wide[c] - balls[k, 3]
+        away = length(minus(between(a, b, s), point))
+        scene.away[k] = away - scene.wide[c] - balls[k, 3]
 
 
 @jit
@@ -101,9 +110,8 @@ def _nearest_left(scene: Any, balls: Any) -> int:
     if best >= 0:
         beside = 2.0 * balls[best, 3]
         for k in range(scene.cloud):
-            x, y = balls[k, 0] - balls[best, 0], balls[k, 1] - balls[best, 1]
-            z = balls[k, 2] - balls[best, 2]
-            if x * x + y * y + z * z <= beside * beside:
+            x = minus(three(balls[k]), three(balls[best]))
+            if inner(x, x) <= beside * beside:
                 scene.away[k] = inf
     return best
 
@@ -145,19 +153,18 @@ def is_stale(K: Any) -> bool:
 
 
 @jit
-def turn_by(R: Any, w0: float, w1: float, w2: float) -> None:
+def turn_by(R: Any, w: Vector) -> None:
     """R <- exp(w) R, for nine numbers by rows and a rotation vector w along W [rad] (Rodrigues)."""
-    angle = sqrt(w0 * w0 + w1 * w1 + w2 * w2)
+    angle = length(w)
     if angle == 0.0:
         return
     c, s = cos(angle), sin(angle)
-    k0, k1, k2 = w0 / angle, w1 / angle, w2 / angle
+    k = (w[0] / angle, w[1] / angle, w[2] / angle)
     for j in range(3):
-        x, y, z = R[j], R[3 + j], R[6 + j]
-        u0, u1, u2 = cross(k0, k1, k2, x, y, z)
-        along = (k0 * x + k1 * y + k2 * z) * (1.0 - c)
-        R[j], R[3 + j] = c * x + s * u0 + along * k0, c * y + s * u1 + along * k1
-        R[6 + j] = c * z + s * u2 + along * k2
+        x = (R[j], R[3 + j], R[6 + j])
+        along = inner(k, x) * (1.0 - c)
+        x = plus(plus(times(c, x), times(s, cross(k, x))), times(along, k))
+        R[j], R[3 + j], R[6 + j] = x
 
 
 TOUCHING = 1e-9
@@ -180,9 +187,8 @@ def _place(ahead: Any, scene: Any, c: int) -> None:
     if scene.stamped[c] == scene.stamp:
         return
     scene.stamped[c] = scene.stamp
-    a, b = scene.a[c], scene.b[c]
-    a[0], a[1], a[2] = point_of(ahead, scene.body[c], scene.end_a[c])
-    b[0], b[1], b[2] = point_of(ahead, scene.body[c], scene.end_b[c])
+    write(scene.a[c], 0, point_of(ahead, scene.body[c], scene.end_a[c]))
+    write(scene.b[c], 0, point_of(ahead, scene.body[c], scene.end_b[c]))
 
 
 @jit
@@ -229,69 +235,50 @@ def _move_obstacles(state: Any, scene: Any) -> None:
         w = scene.twist[o]
         if w[0] == 0.0 and w[1] == 0.0 and w[2] == 0.0 and w[3] == 0.0 and w[4] == 0.0 and w[5] == 0.0:
             continue
-        place, size = scene.place[o], scene.extent[o]
-        for k in range(3):
-            place[k] += state.dt * w[k]
-        turn_by(scene.turn[o], state.dt * w[3], state.dt * w[4], state.dt * w[5])
-        reach = sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2])
-        reach = FAR if scene.solid[o] == HALF_SPACE else reach
-        speed = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-        fastest = max(fastest, speed + reach * sqrt(w[3] * w[3] + w[4] * w[4] + w[5] * w[5]))
+        v, turn = three(w), three_from(w, 3)
+        add_to(scene.place[o], 0, times(state.dt, v))
+        turn_by(scene.turn[o], times(state.dt, turn))
+        reach = FAR if scene.solid[o] == HALF_SPACE else length(three(scene.extent[o]))
+        fastest = max(fastest, length(v) + reach * length(turn))
     scene.way += state.dt * fastest
 
 
 @jit
-def _into(turn: Any, x: float, y: float, z: float, out: Any) -> None:
-    """turn' (x, y, z): a vector of W in an obstacle's own frame."""
-    out[0] = turn[0] * x + turn[3] * y + turn[6] * z
-    out[1] = turn[1] * x + turn[4] * y + turn[7] * z
-    out[2] = turn[2] * x + turn[5] * y + turn[8] * z
-
-
-@jit
-def _between_axes(a: Any, b: Any, e: Any, f: Any, n: Any, near: Any, far: Any) -> float:
+def _between_axes(a: Vector, b: Vector, e: Vector, f: Vector, n: Any, near: Any, far: Any) -> float:
     """The distance of two axes, the nearest points of both, and the way from the second to the first."""
     s, t = of_segments(a, b, e, f)
-    for k in range(3):
-        near[k], far[k] = a[k] + s * (b[k] - a[k]), e[k] + t * (f[k] - e[k])
-    x, y, z = near[0] - far[0], near[1] - far[1], near[2] - far[2]
-    d = sqrt(x * x + y * y + z * z)
-    n[0], n[1], n[2] = (x / d, y / d, z / d) if d > TOUCHING else (0.0, 0.0, 1.0)
+    write(near, 0, between(a, b, s))
+    write(far, 0, between(e, f, t))
+    x = minus(three(near), three(far))
+    d = length(x)
+    write(n, 0, (x[0] / d, x[1] / d, x[2] / d) if d > TOUCHING else (0.0, 0.0, 1.0))
     return d
 
 
 @jit
 def distance_of_pair(K: Any, p: int, n: Any, near: Any, far: Any) -> float:
-    """The distance of pair p; n points from the second to the first, ``near`` and ``far`` are on their axes.
-
-    ``far`` is on the surface of an obstacle that is no segment.
-    """
+    """The distance of pair p; n points from the second to the first, ``near`` and ``far`` to their axes."""
     scene = K.scene
     c, other = scene.first[p], scene.second[p]
-    a, b = scene.a[c], scene.b[c]
+    a, b = three(scene.a[c]), three(scene.b[c])
     if other >= 0:
-        d = _between_axes(a, b, scene.a[other], scene.b[other], n, near, far)
+        d = _between_axes(a, b, three(scene.a[other]), three(scene.b[other]), n, near, far)
         return d - scene.wide[c] - scene.wide[other]
     o = -1 - other
-    place, turn, size = scene.place[o], scene.turn[o], scene.extent[o]
+    place, turn, size = three(scene.place[o]), scene.turn[o], scene.extent[o]
     if scene.solid[o] == SEGMENT:
-        e, f = scene.local, scene.along
-        for k in range(3):
-            e[k], f[k] = place[k] - size[0] * turn[3 * k + 2], place[k] + size[0] * turn[3 * k + 2]
-        return _between_axes(a, b, e, f, n, near, far) - scene.wide[c] - size[1]
-    local, along = scene.local, scene.along
-    _into(turn, a[0] - place[0], a[1] - place[1], a[2] - place[2], local)
-    _into(turn, b[0] - a[0], b[1] - a[1], b[2] - a[2], along)
+        half = times(size[0], (turn[2], turn[5], turn[8]))
+        d = _between_axes(a, b, minus(place, half), plus(place, half), n, near, far)
+        return d - scene.wide[c] - size[1]
+    local, along = rotated_back(turn, minus(a, place)), rotated_back(turn, minus(b, a))
     if scene.solid[o] == HULL:
-        t, d, g0, g1, g2 = of_segment_and_hull(scene, o, local, along)
+        t, d, normal = of_segment_and_hull(scene, o, local, along)
     else:
         t = of_segment_and_body(scene.solid[o], size, local, along)
-        x, y, z = local[0] + t * along[0], local[1] + t * along[1], local[2] + t * along[2]
-        d, g0, g1, g2 = to_body(scene.solid[o], size, x, y, z)
-    for k in range(3):
-        n[k] = turn[3 * k] * g0 + turn[3 * k + 1] * g1 + turn[3 * k + 2] * g2
-        near[k] = a[k] + t * (b[k] - a[k])
-        far[k] = near[k] - d * n[k]
+        d, normal = to_body(scene.solid[o], size, plus(local, times(t, along)))
+    write(n, 0, rotated(turn, normal))
+    write(near, 0, between(a, b, t))
+    write(far, 0, minus(three(near), times(d, three(n))))
     return d - scene.wide[c]
 
 
@@ -301,8 +288,7 @@ def _add_columns(K: Any, body: int, p: Any, n: Any, sign: float, row: Any) -> No
     ahead, chain = K.ahead, K.chain
     for j in range(body + 1):
         if moves(chain, j, body):
-            z0, z1, z2 = point_column(ahead, chain, j, p[0], p[1], p[2])
-            row[j] += sign * (n[0] * z0 + n[1] * z1 + n[2] * z2)
+            row[j] += sign * inner(three(n), point_column(ahead, chain, j, three(p)))
 
 
 @jit
@@ -339,9 +325,8 @@ def _pose(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> None:
     add_gradient(K, p, n, near, far, row)
     other, towards = scene.second[p], 0.0
     if other < 0:
-        w, place = scene.twist[-1 - other], scene.place[-1 - other]
-        u0, u1, u2 = cross(w[3], w[4], w[5], far[0] - place[0], far[1] - place[1], far[2] - place[2])
-        towards = n[0] * (w[0] + u0) + n[1] * (w[1] + u1) + n[2] * (w[2] + u2)
+        w, lever = scene.twist[-1 - other], minus(three(far), three(scene.place[-1 - other]))
+        towards = inner(three(n), plus(three(w), cross(three_from(w, 3), lever)))
     if chain.mimics:
         fold_row(chain, row)
     moving = full = brake = most = 0.0

@@ -6,8 +6,8 @@ from typing import Any
 from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.arm.pose_error import turn_between
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.maths.elementary import cross
 from ftqp.kernel.maths.svd import singular_directions
+from ftqp.kernel.maths.vectors import Vector, column, cross, inner, length, plus, three_from, times
 
 SMALL = 1e-3
 """Angle [rad] below which the inverse right Jacobian is a series. The series is then cut below rounding: its
@@ -16,10 +16,7 @@ next term is of the fourth power."""
 
 @part_jit
 def task_values(S: Any) -> float:
-    """e = (p_d - p; length rotvec(R_d R')) and A = dx/dq of the study's rows at ``state.q``; returns |e|.
-
-    Angular rows of both are multiplied by the characteristic length; columns of A of held joints are zero.
-    """
+    """e = (p_d - p; length rotvec(R_d R')) and A = dx/dq of the study's rows at ``state.q``; returns |e|."""
     forward_kinematics(S, S.state)
     kinematics, study = S.kinematics, S.study
     T, R, full, J = study.goal, kinematics.R_tip, study.full, kinematics.J
@@ -48,31 +45,30 @@ def task_values(S: Any) -> float:
 def _tool_turn(S: Any) -> None:
     """The shortest turn of the tool's z axis to the goal's, along the x, y and z axes of the goal."""
     T, R, full = S.study.goal, S.kinematics.R_tip, S.study.full
-    x, y, z = cross(R[2], R[5], R[8], T[2], T[6], T[10])
-    sine = sqrt(x * x + y * y + z * z)
-    angle = atan2(sine, R[2] * T[2] + R[5] * T[6] + R[8] * T[10])
+    tip, goal = (R[2], R[5], R[8]), (T[2], T[6], T[10])
+    turn = cross(tip, goal)
+    sine = length(turn)
+    angle = atan2(sine, inner(tip, goal))
     f = angle / sine if sine > 0.0 else 1.0
     for k in range(3):
-        full[3 + k] = f * (T[k] * x + T[4 + k] * y + T[8 + k] * z)
+        full[3 + k] = f * inner((T[k], T[4 + k], T[8 + k]), turn)
 
 
 @jit
-def _shrinking(S: Any, w0: float, w1: float, w2: float) -> tuple[float, float, float]:
+def _shrinking(S: Any, w: Vector) -> Vector:
     """J_r^-1(phi) w: how fast the rotation vector phi of R_d R' shrinks while the tip turns with w.
 
     J_r^-1 = 1 + [phi]/2 + (1/a^2 - (1 + cos a)/(2 a sin a)) [phi]^2, a = |phi|.
     Source: docs/theory/unidentified-failures.md.
     """
-    full = S.study.full
-    p0, p1, p2 = full[3], full[4], full[5]
-    square = p0 * p0 + p1 * p1 + p2 * p2
+    p = three_from(S.study.full, 3)
+    square = inner(p, p)
     angle = sqrt(square)
     c = 1.0 / 12.0 + square / 720.0
     if angle > SMALL:
         c = 1.0 / square - (1.0 + cos(angle)) / (2.0 * angle * sin(angle))
-    a0, a1, a2 = cross(p0, p1, p2, w0, w1, w2)
-    b0, b1, b2 = cross(p0, p1, p2, a0, a1, a2)
-    return w0 + 0.5 * a0 + c * b0, w1 + 0.5 * a1 + c * b1, w2 + 0.5 * a2 + c * b2
+    a = cross(p, w)
+    return plus(plus(w, times(0.5, a)), times(c, cross(p, a)))
 
 
 @jit
@@ -80,9 +76,7 @@ def error_rates(S: Any, D: Any) -> None:
     """D = -de/dq, (m, n), at the values of ``task_values``: A where no rotation is left, exact everywhere."""
     study, J = S.study, S.kinematics.J
     for i in range(S.chain.n):
-        r0, r1, r2 = J[3, i], J[4, i], J[5, i]
-        if study.turns:
-            r0, r1, r2 = _shrinking(S, r0, r1, r2)
+        r0, r1, r2 = _shrinking(S, column(J, 3, i)) if study.turns else column(J, 3, i)
         for row in range(study.m):
             k = study.rows[row]
             rate = J[k, i] if k < 3 else study.length * (r0 if k == 3 else r1 if k == 4 else r2)
@@ -101,8 +95,8 @@ def jacobian_rates(S: Any, H: Any) -> None:
     for l in range(n):
         for k in range(n):
             low, high = min(k, l), max(k, l)
-            d0, d1, d2 = cross(J[3, low], J[4, low], J[5, low], J[0, high], J[1, high], J[2, high])
-            r0, r1, r2 = cross(J[3, l], J[4, l], J[5, l], J[3, k], J[4, k], J[5, k])
+            d0, d1, d2 = cross(column(J, 3, low), column(J, 0, high))
+            r0, r1, r2 = cross(column(J, 3, l), column(J, 3, k))
             for row in range(study.m):
                 j = study.rows[row]
                 if j < 3:

@@ -60,8 +60,13 @@ from ftqp.kernel.rows.failed_joints import (
 )
 from ftqp.kernel.rows.inertial_target import follow_base, reduce_by_lead
 from ftqp.kernel.rows.joint_intervals import intervals
-from ftqp.kernel.rows.joint_reference import aim_at_reference, joint_objective
-from ftqp.kernel.rows.objective import add_drive, add_manipulability, objective
+from ftqp.kernel.rows.objective import (
+    add_drive,
+    add_manipulability,
+    aim_at_reference,
+    joint_objective,
+    objective,
+)
 from ftqp.kernel.rows.path_rows import STIFFNESS, begin_on_path, path_rows, rate_variable
 from ftqp.kernel.rows.task_rows import compliance, fade_feedback, path_scale, softness, task_rows, turn_rows
 from ftqp.kernel.rows.task_terms import share
