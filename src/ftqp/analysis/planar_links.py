@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.core.pose import transform
-from ftqp.kernel.entry.law_study import Intervals, LawStudy, links_of
+from ftqp.kernel.entry.law_study import Intervals, LawStudy
 from ftqp.kernel.entry.study_session import StudySession
 from ftqp.model.robot import Robot
 
@@ -218,3 +218,16 @@ def spread_evenly(count: int, dimension: int, seed: int) -> FloatArray:
     steps = ratio ** -np.arange(1.0, dimension + 1.0)
     offset = np.random.default_rng(seed).random(dimension)
     return np.asarray(TURN * ((offset + np.outer(np.arange(count), steps)) % 1.0) - np.pi)
+
+
+def links_of(rotation: Any, offsets: FloatArray, prismatic: Any) -> FloatArray | None:
+    """The lengths of the links of an arm whose joints all turn about z, one after the other along x; or None.
+
+    Args:
+        rotation: Of each joint's frame in its predecessor's at q = 0, (n, 3, 3) or (n, 9).
+        offsets: Of each joint's frame in its predecessor's, and of the tip's in the last, (n + 1, 3) [m].
+        prismatic: Which joints slide, (n,).
+    """
+    lengths = offsets[1:, 0]
+    straight = np.allclose(np.reshape(rotation, (-1, 3, 3)), np.eye(3)) and np.allclose(offsets[1:, 1:], 0.0)
+    return lengths if straight and not np.any(prismatic) and (lengths > 0.0).all() else None

@@ -50,12 +50,8 @@ class LawStudy:
     def __init__(self, session: StudySession, M: FloatArray, unit: float) -> None:
         self._session = session.copy()
         self._law = memory("law")
-        L, n, chain = self._rooms(), session.nv, session.S.chain
+        L, n = self._rooms(), session.nv
         L.M[:n, :n], L.unit, L.plain = M, unit, np.array_equal(M, np.eye(n))
-        offsets = np.vstack([chain.translation[:n], chain.tip_translation])
-        links = links_of(chain.rotation[:n], offsets, chain.prismatic[:n])
-        if links is not None and session.S.study.rows[: session.m].tolist() == [0, 1]:
-            L.planar, L.link[:n] = True, links
 
     def _rooms(self) -> Any:
         return rooms(self._law)
@@ -160,13 +156,3 @@ class LawStudy:
         self._session = state["session"].copy()
         self._law = memory("law")
         self._law[:] = state["law"]
-
-
-def links_of(rotation: Any, offsets: FloatArray, prismatic: Any) -> FloatArray | None:
-    """The lengths of the links of an arm whose joints all turn about z, one after the other along x; or None.
-
-    ``offsets``: of each joint's frame in its predecessor's, and of the tip's in the last, (n + 1, 3) [m].
-    """
-    lengths = offsets[1:, 0]
-    straight = np.allclose(np.reshape(rotation, (-1, 3, 3)), np.eye(3)) and np.allclose(offsets[1:, 1:], 0.0)
-    return lengths if straight and not np.any(prismatic) and (lengths > 0.0).all() else None

@@ -2,22 +2,20 @@
 
 from typing import Any
 
-from ftqp.kernel.continuation.exact_runs import begin, bounded_run, exact_run
-from ftqp.kernel.continuation.passing_bodies import nearest_distance
-from ftqp.kernel.continuation.self_speed import self_speed_run
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.other_records import FACTS, FAILED_JOINTS, GOAL_SIZE
+from ftqp.kernel.study.continuations import (
+    aim,
+    begin,
+    bounded_run,
+    exact_run,
+    nearest_distance,
+    self_speed_run,
+)
 from ftqp.kernel.study.solutions import correct, put_joints, self_motions_through, solve_goal, spread, trace
 from ftqp.kernel.study.task_values import decompose, error_rates, jacobian_rates, task_values
 
-__all__ = ["FACTS", "FAILED_JOINTS"]
-
-
-@jit
-def _aim(S: Any, goal: Any) -> None:
-    """Make a pose, (12,), the goal."""
-    for j in range(GOAL_SIZE):
-        S.study.goal[j] = goal[j]
+__all__ = ["FACTS", "FAILED_JOINTS", "GOAL_SIZE"]
 
 
 @jit
@@ -51,7 +49,7 @@ def solutions_from(S: Any, q: Any, goals: Any, left: Any, bounded: int, near: in
     """
     for k in range(len(q)):
         put_joints(S, q[k])
-        _aim(S, goals[min(k, len(goals) - 1)])
+        aim(S, goals[min(k, len(goals) - 1)])
         if near:
             correct(S)
         else:
@@ -80,7 +78,7 @@ def self_motions_of(
     ``path``, ``parts`` and ``firsts`` are memory, which holds the curves of the last goal on return.
     """
     for g in range(first, last):
-        _aim(S, goals[g])
+        aim(S, goals[g])
         found = self_motions_through(S, start, quiet, path, parts, firsts, facts[g], windings[g])
         counts[g] = found
         for j in range(abs(found) if points > 0 else 0):

@@ -68,7 +68,7 @@ base  A base that moves in the inertial frame I, see ``ftqp.kernel.rows.inertial
     six  f8[6]
     setpoint  f8[N]  sum of the commands since the start
     arm_history  f8[DELAYS,12]  rotation and position of the tip in the base
-joints  A motion of the joints that is followed, see ``ftqp.kernel.rows.joint_reference``.
+joints  A motion of the joints that is followed, see ``ftqp.kernel.rows.objective``.
     kp kv  f8  gains on the error
     q v  f8[N]  where each joint should be now
     x  f8[N]  its mean acceleration, or velocity, until the next tick
@@ -235,13 +235,11 @@ law  Runs and lines of the point-to-point law, eight configurations side by side
     close  f8  how near a run must be to one of many configurations at the goal that counts as its end [rad]
     horizon success slowness per_speed spacing  f8
     most  i8  steps before a run goes on by another method
-    planar  i8  all joints turn about parallel axes, with ``link`` between them
     plain  i8  M is the identity
     moves rows by_joints boxes intervals  i8
     run steps  i8[WIDTH]
     moving  i8[N]
     M  f8[N,N]  the inverse of the weights
-    link  f8[N]  [m]
     here there v w y pivots k_1 k_2 k_3 f_0 f_1  f8[N]
     slope work  f8[N,N]
 plan  A plan that leads the null space; its rows are arrays beside it.

@@ -64,10 +64,7 @@ def _substeps(S: Any, L: Any, length: Any, pace: Any, seats: int) -> None:
 
 @jit
 def _onto(S: Any, L: Any, left: float) -> Any:
-    """One Newton step onto the node with a share of the way left, then the rates in ``k1`` and |dq|.
-
-    Both with the values before the step, which moves the arm by the error of a Runge-Kutta step only.
-    """
+    """One Newton step onto the node with a share of the way left, then the rates in ``k1`` and |dq|."""
     weigh(S, L)
     for at in range(0, S.study.m * WIDTH, WIDTH):
         put(L.rhs, at, several(L.e, at) - left * several(L.way, at))
@@ -125,19 +122,9 @@ def _account(S: Any, L: Any, boxes: Any, turns: Any, weight: Any, first: bool) -
 
 @jit
 def eight_lines(
-    S: Any,
-    L: Any,
-    starts: Any,
-    first: int,
-    last: int,
-    K: int,
-    boxes: Any,
-    turns: Any,
-    inside: Any,
-    failed: Any,
-    q: Any,
-    within: Any,
-) -> None:
+    S: Any, L: Any, starts: Any, first: int, last: int, K: int, boxes: Any, turns: Any, inside: Any,
+    failed: Any, q: Any, within: Any,
+) -> None:  # fmt: skip
     """Up to eight lines from starts to the goal in K equal parts; rotations are those of the goal all along.
 
     ``boxes``: the intervals of each box and joint as (middle, half width), (boxes, n, intervals, 2);
@@ -209,19 +196,9 @@ def _keep(S: Any, L: Any, k: int, first: int, last: int, q: Any, within: Any) ->
 
 @jit
 def lines(
-    S: Any,
-    L: Any,
-    starts: Any,
-    parts: int,
-    boxes: Any,
-    turns: Any,
-    inside: Any,
-    failed: Any,
-    q: Any,
-    within: Any,
-    first: int,
-    last: int,
-) -> None:
+    S: Any, L: Any, starts: Any, parts: int, boxes: Any, turns: Any, inside: Any, failed: Any, q: Any,
+    within: Any, first: int, last: int,
+) -> None:  # fmt: skip
     """Lines ``first`` to ``last - 1`` of a healthy arm, each in so many parts."""
     for at in range(first, last, WIDTH):
         eight_lines(S, L, starts, at, min(at + WIDTH, last), parts, boxes, turns, inside, failed, q, within)

@@ -1,11 +1,8 @@
 """Joint rates of the point-to-point law of any arm, eight configurations at once.
 
-The bits of ``seats`` say which configurations of an arm in space are computed; in the plane all are.
-Source: docs/theory/after-a-failure.md, "The law and its clock".
-
-The motion after a lock, eight runs at once: steps of orders 3 and 2, each run with its own length.
-
-Source: Bogacki and Shampine 1989, the 3(2) pair.
+The bits of ``seats`` say which configurations are computed.
+Runs go on by steps of orders 3 and 2, each with its own length.
+Source: docs/theory/after-a-failure.md, "The law and its clock"; Bogacki and Shampine 1989, the 3(2) pair.
 """
 
 import math
@@ -15,7 +12,7 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import TASK_ROWS
 from ftqp.kernel.layout.other_records import SHARE
 from ftqp.kernel.maths.elementary import any_of, larger, select, smaller, sqrt
-from ftqp.kernel.maths.side_by_side import WIDTH, put, several, sin_cos
+from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 from ftqp.kernel.study.task_values import task_values
 
 ALL: Final = (1 << WIDTH) - 1
@@ -31,9 +28,6 @@ convention: far below rounding, and its square is still a number."""
 def values(S: Any, L: Any, q: Any, seats: int) -> None:
     """e and A of the task rows at eight configurations."""
     n, m = S.chain.n, S.study.m
-    if L.planar:
-        _planar_values(S, L, q)
-        return
     for seat in range(WIDTH):
         if not (seats >> seat) & 1:
             continue
@@ -44,26 +38,6 @@ def values(S: Any, L: Any, q: Any, seats: int) -> None:
             L.e[r * WIDTH + seat] = S.study.e[r]
             for i in range(n):
                 L.A[(r * n + i) * WIDTH + seat] = S.study.A[r, i]
-
-
-@jit
-def _planar_values(S: Any, L: Any, q: Any) -> None:
-    """The same in the plane: columns (-p_iy, p_ix), p_i = sum over k >= i of l_k u(q_1 + ... + q_k)."""
-    n, T, base = S.chain.n, S.study.goal, S.chain.translation[0]
-    psi = several(L.zero, 0)
-    for i in range(n):
-        psi = psi + several(q, i * WIDTH)
-        sine, cosine = sin_cos(psi)
-        put(L.A, i * WIDTH, sine * -L.link[i])
-        put(L.A, (n + i) * WIDTH, cosine * L.link[i])
-    x, y = several(L.zero, 0), several(L.zero, 0)
-    for k in range(n):
-        at = (n - 1 - k) * WIDTH
-        x, y = x + several(L.A, n * WIDTH + at), y + several(L.A, at)
-        put(L.A, n * WIDTH + at, x)
-        put(L.A, at, y)
-    put(L.e, 0, T[3] - base[0] - x)
-    put(L.e, WIDTH, T[7] - base[1] + y)
 
 
 @jit
@@ -236,11 +210,7 @@ def begin(S: Any, L: Any, seats: int) -> None:
 
 @jit
 def step(S: Any, L: Any, seats: int) -> None:
-    """One trial step of every run; where its error is too large, the run stays and its step gets shorter.
-
-    Times are integrated by the same formula. A run whose |e| falls below ``success`` is told when it did,
-    by linear interpolation.
-    """
+    """One trial step of every run; where its error is too large, the run stays and its step gets shorter."""
     size = S.chain.n * WIDTH
     h, r1 = several(L.h, 0), several(L.rate, 0)
     for at in range(0, size, WIDTH):
@@ -300,10 +270,7 @@ def _arrive(L: Any, good: Any, error: Any, took: Any) -> None:
 
 @jit
 def note(S: Any, L: Any, trace: Any, q: Any, stride: int, gone: float, time: float, error: float) -> None:
-    """Put q, s, t and |e| of the one run that is followed on record, (rows, n + 3), where somebody asks.
-
-    Where the record is full, every second row is dropped, and those that come are as far apart in s.
-    """
+    """Put q, s, t and |e| of the one run that is followed on record, (rows, n + 3), where somebody asks."""
     n, size = S.chain.n, len(trace)
     if size == 0 or (L.rows > 0 and not gone > trace[L.rows - 1, n] + L.spacing):
         return

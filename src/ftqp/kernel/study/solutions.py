@@ -1,9 +1,6 @@
 """Configurations that reach a goal: damped Newton steps from a start, and all self-motions through them.
 
-Source: docs/theory/unidentified-failures.md, "Self-motions".
-
-One self-motion of an arm with one joint more than task rows, traced from a start until it closes.
-
+A self-motion is that of an arm with one joint more than task rows, traced from a start until it closes.
 Source: docs/theory/unidentified-failures.md, "Self-motions".
 """
 
@@ -81,10 +78,7 @@ def _inside(S: Any) -> bool:
 def self_motions_through(
     S: Any, starts: Any, quiet: int, path: Any, parts: Any, firsts: Any, facts: Any, windings: Any
 ) -> int:
-    """All self-motions that are found from the starts; returns how many, negative where memory was short.
-
-    It ends when so many ``quiet`` solutions in a row lay on known curves, or with the last start.
-    """
+    """All self-motions that are found from the starts; returns how many, negative where memory was short."""
     study, n = S.study, S.chain.n
     found, rows, known = 0, 0, 0
     firsts[0] = 0
@@ -182,7 +176,7 @@ def correct(S: Any) -> bool:
 
 
 @jit
-def _side(S: Any, t: Any) -> float:
+def side_of(S: Any, t: Any) -> float:
     """The sign of det [A; t], rows of held joints being their own: it changes where branches change."""
     study, n = S.study, S.chain.n
     M, at = study.square, study.m
@@ -203,10 +197,7 @@ def _side(S: Any, t: Any) -> float:
 
 @jit
 def _advance(S: Any, here: Any, h: float) -> bool:
-    """A step of length h from ``here``: the point in ``state.q``, its tangent in ``ahead``; whether it holds.
-
-    Predictor: the null direction behind half a step (midpoint rule); corrector: ``correct``.
-    """
+    """A step of length h from ``here`` into ``state.q`` and ``ahead``, the tangent; whether it holds."""
     study, n = S.study, S.chain.n
     t, middle, ahead, q = study.tangent, study.middle, study.ahead, S.state.q
     for i in range(n):
@@ -231,7 +222,7 @@ def _advance(S: Any, here: Any, h: float) -> bool:
         return False
     if square < 0.25 * h * h or square > 2.25 * h * h:
         return False
-    side = _side(S, ahead)
+    side = side_of(S, ahead)
     if side * study.side < 0.0:
         if h > CROSSING_STEP:
             return False
@@ -274,10 +265,7 @@ def nearest_turn(S: Any, i: int, difference: float) -> float:
 
 @jit
 def _closes(S: Any, start: Any, here: Any, h: float) -> float:
-    """The distance from ``here`` to the start, where the segment to ``state.q`` passes it; else -1.
-
-    The start lies within 2 h, its foot on the segment, less than 0.3 h beside it, and the directions agree.
-    """
+    """The distance from ``here`` to the start, where the segment to ``state.q`` passes it; else -1."""
     study, n = S.study, S.chain.n
     along, square, distance, agree = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
@@ -367,7 +355,7 @@ def trace(S: Any, path: Any, parts: Any, at: int) -> int:
         study.closed = CUT
         return 0
     any_null_direction(S, study.tangent)
-    study.side, study.least = _side(S, study.tangent), study.sigma[study.m - 1]
+    study.side, study.least = side_of(S, study.tangent), study.sigma[study.m - 1]
     for i in range(n):
         path[at, i] = S.state.q[i]
         study.first[i] = study.tangent[i]

@@ -1,17 +1,14 @@
-"""Motions whose joints that are left are as many as the task's rows: Newton steps from sample to sample.
+"""Motions of an arm after one or two of its joints have failed, to the end of its path.
 
-Source: docs/theory/coverage.md, "The continuation".
-
-Motions of arms with joints to spare after a failure, or with too few: one small QP a sample.
-
-Source: docs/theory/coverage.md, "The bounded continuation".
+Where the joints that are left are as many as the task's rows: Newton steps from sample to sample; else one
+small QP a sample, with the rows that keep the arm off bodies; and motions at a given self-motion speed.
+Source: docs/theory/coverage.md.
 """
 
 from math import inf
 from typing import Any
 
 from ftqp.kernel.active_set.active_set import active_set
-from ftqp.kernel.continuation.passing_bodies import forget_clearance, note_clearance, pose_clearance
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import (
     ERROR,
@@ -25,16 +22,20 @@ from ftqp.kernel.layout.enums import (
     TOO_NEAR,
 )
 from ftqp.kernel.layout.other_records import FAILED_JOINTS, GOAL_SIZE
+from ftqp.kernel.layout.rows import CLEARANCES
+from ftqp.kernel.layout.thresholds import LAST
 from ftqp.kernel.maths.linear_systems import determinant_sign, lu_factor, lu_solve
-from ftqp.kernel.study.task_values import task_values
+from ftqp.kernel.scene.clearance import add_gradient, distance_of_pair, place_capsules
+from ftqp.kernel.study.solutions import put_joints, side_of
+from ftqp.kernel.study.task_values import any_null_direction, decompose, least_step, task_values
 
 
 @jit
 def begin(S: Any, C: Any, q: Any, failed: Any, speed: Any) -> None:
     """Put the arm at q with these joints failed, and forget the last motion."""
     moving = 0
+    put_joints(S, q)
     for i in range(S.chain.n):
-        S.state.q[i] = q[i]
         C.step[i] = 0.0
         locked = False
         for f in range(FAILED_JOINTS):
@@ -108,6 +109,118 @@ def note_errors(S: Any, C: Any) -> bool:
     return near <= C.near and turned <= C.turned
 
 
+@jit
+def forget_clearance(S: Any, C: Any) -> None:
+    """Begin a motion, for which no pair has been measured."""
+    scene = S.scene
+    C.clearance, scene.way = inf, 0.0
+    for p in range(scene.pairs):
+        scene.gap[p] = -inf
+
+
+@jit
+def note_clearance(S: Any, C: Any) -> bool:
+    """Take the least distance at ``state.q`` into the worst one; False where a pair is too near.
+
+    It is, where it is nearer than is to be kept by more than the tip may be off. A pair comes nearer by no
+    more than everything has moved since it was measured, so most need not be measured anew.
+    """
+    scene = S.scene
+    if scene.pairs == 0:
+        return True
+    _go_on(S)
+    placed = False
+    for p in range(scene.pairs):
+        if scene.gap[p] - scene.way < C.clearance:
+            if not placed:
+                place_capsules(S)
+                placed = True
+            C.clearance = min(C.clearance, _measured(S, p))
+    return bool(C.clearance >= scene.keep - C.near)
+
+
+@jit
+def nearest_distance(S: Any) -> float:
+    """The least distance of all pairs at ``state.q``, inf without any [m]."""
+    scene = S.scene
+    _go_on(S)
+    place_capsules(S)
+    least = inf
+    for p in range(scene.pairs):
+        least = min(least, _measured(S, p))
+    return least
+
+
+@jit
+def _go_on(S: Any) -> None:
+    """Make ``state.q`` the posture ``ahead``, and note by how far anything may have moved on the way."""
+    scene, ahead = S.scene, S.ahead
+    for j in range(S.chain.n):
+        scene.way += abs(S.state.q[j] - ahead.q[j]) * scene.joint_way[j]
+        ahead.q[j] = S.state.q[j]
+
+
+@jit
+def _measured(S: Any, p: int) -> float:
+    """The distance of a pair, capsules being placed."""
+    scene = S.scene
+    d = distance_of_pair(S, p, scene.normal, scene.near, scene.far)
+    scene.gap[p] = d + scene.way
+    return d
+
+
+@jit
+def _far_from(S: Any, Q: Any) -> float:
+    """How much nearer any pair can come in one sample at most [m]."""
+    way = 0.0
+    for j in range(S.chain.n):
+        way += S.scene.joint_way[j] * max(abs(Q.lb[j]), abs(Q.ub[j]))
+    return way  # a joint moves one body of a pair, or both alike
+
+
+@jit
+def pose_clearance(S: Any, C: Any) -> None:
+    """G x >= -caution (d - keep) of pairs that may come too near in this sample, the nearest ones first."""
+    Q, scene, n = C.qp, S.scene, S.chain.n
+    Q.nc, Q.rigid, Q.yields_from, Q.soft_rows, Q.soft_last = 0, 0, 0, 0.0, LAST
+    if scene.pairs == 0:
+        return
+    reach, placed = _far_from(S, Q), False
+    for p in range(scene.pairs):
+        if C.caution * (scene.gap[p] - scene.way - scene.keep) > reach:
+            continue
+        if not placed:
+            place_capsules(S)
+            placed = True
+        x = _measured(S, p) - scene.keep
+        add_gradient(S, p, scene.normal, scene.near, scene.far, scene.row)
+        fastest = 0.0
+        for j in range(n):
+            fastest += max(-scene.row[j] * Q.lb[j], -scene.row[j] * Q.ub[j])
+        if C.caution * x > fastest:
+            continue
+        k = _row_for(Q, scene.spare, x)
+        if k < 0:
+            continue
+        scene.spare[k] = x
+        Q.l[k], Q.u[k] = -C.caution * x, inf
+        for j in range(n):
+            Q.C[k, j] = scene.row[j]
+
+
+@jit
+def _row_for(Q: Any, spare: Any, x: float) -> int:
+    """A row for a pair: a new one, or that of the farthest that has one; -1 where all are nearer."""
+    if Q.nc < CLEARANCES:
+        Q.nc += 1
+        return Q.nc - 1
+    farthest = 0
+    for k in range(1, CLEARANCES):
+        if spare[k] > spare[farthest]:
+            farthest = k
+    return farthest if spare[farthest] > x else -1
+
+
 CORRECTIONS = 6
 """Newton steps at a sample at most; one or two are usual."""
 CONVERGED = 1e-10
@@ -148,15 +261,21 @@ def _is_dependent(S: Any, C: Any) -> bool:
 
 
 @jit
+def _largest_error(S: Any) -> float:
+    """The largest entry of the error at ``state.q``."""
+    task_values(S)
+    largest = 0.0
+    for row in range(S.study.m):
+        largest = max(largest, abs(S.study.e[row]))
+    return largest
+
+
+@jit
 def _newton(S: Any, C: Any, side: float) -> int:
     """Bring ``state.q`` to the goal with the joints that move, on its side of the singularity."""
     study, m = S.study, S.study.m
     for _ in range(CORRECTIONS):
-        task_values(S)
-        largest = 0.0
-        for row in range(m):
-            largest = max(largest, abs(study.e[row]))
-        if largest < CONVERGED:
+        if _largest_error(S) < CONVERGED:
             return SURVIVED
         if factor_left(S, C) != side:
             return LOST_BY_SINGULARITY
@@ -292,3 +411,47 @@ def bounded_run(S: Any, C: Any, goals: Any, first: int, path: Any, keep: int) ->
         if ending != SURVIVED and not C.whole:
             return ending
     return ending
+
+
+SELF_CORRECTIONS = 8
+"""The same of a motion at a given self-motion speed."""
+SELF_CONVERGED = 1e-11
+"""The same."""
+FOLLOWED = 1e-8
+"""An error from which on the path is lost [m]. A thousand times the above, so that rounding of a long arm
+loses no path."""
+
+
+@jit
+def self_speed_run(S: Any, goals: Any, dt: float, speeds: Any, path: Any) -> tuple[int, float]:
+    """q += dt speed n, then q += A^+ e until e counts as none; the last sample that was reached, and |e|.
+
+    n is the unit null vector with det [n; A] > 0. The path begins at its row 0, and rows behind the last
+    sample are left as they are. Where all speeds are 0 the arm may have any number of joints.
+    """
+    n, worst = S.chain.n, 0.0
+    put_joints(S, path[0])
+    for k in range(len(goals) - 1):
+        if speeds[k] != 0.0:
+            task_values(S)
+            decompose(S)
+            any_null_direction(S, S.study.tangent)
+            way = dt * speeds[k] * side_of(S, S.study.tangent) * (1.0 - 2.0 * (S.study.m & 1))
+            for i in range(n):
+                S.state.q[i] += way * S.study.tangent[i]
+        aim(S, goals[k + 1])
+        largest = inf
+        for _ in range(SELF_CORRECTIONS):
+            largest = _largest_error(S)
+            if not largest >= SELF_CONVERGED:
+                break
+            decompose(S)
+            least_step(S, 0.0)
+            for i in range(n):
+                S.state.q[i] += S.study.dq[i]
+        if not largest < FOLLOWED:
+            return k, worst
+        worst = max(worst, largest)
+        for i in range(n):
+            path[k + 1, i] = S.state.q[i]
+    return len(goals) - 1, worst
