@@ -119,9 +119,7 @@ class Line(Figure):
 
     settings: ClassVar[Settings] = {
         "duration": DURATION,
-        "displacement": Setting(
-            "the way from start to end along W's axes", unit="m", of=tuple[float, float, float]
-        ),
+        "displacement": Setting(unit="m", of=tuple[float, float, float]),
         "law": laws.LAW,
     }
 
@@ -217,9 +215,9 @@ class Circle(Figure):
 
     settings: ClassVar[Settings] = {
         "duration": DURATION,
-        "radius": Setting("radius, > 0", unit="m", above=0.0),
+        "radius": Setting(unit="m", above=0.0),
         "axes": AXES,
-        "turns": Setting("how many times round, > 0, at most 1e6", above=0.0, most=1e6),
+        "turns": Setting(above=0.0, most=1e6),
         "law": laws.LAW,
     }
 
@@ -272,8 +270,8 @@ class Lissajous(Figure):
     settings: ClassVar[Settings] = {
         "duration": DURATION,
         "amplitudes": Setting("how far each direction swings, >= 0", unit="m", of=tuple[float, float]),
-        "cycles": Setting("how often each direction swings, > 0", of=tuple[float, float]),
-        "phase": Setting("phase of the second direction", unit="rad"),
+        "cycles": Setting(of=tuple[float, float]),
+        "phase": Setting(unit="rad"),
         "axes": AXES,
         "law": laws.LAW,
     }
@@ -334,7 +332,7 @@ class Square(Path):
 
     settings: ClassVar[Settings] = {
         "duration": DURATION,
-        "side": Setting("length of a side, > 0", unit="m", above=0.0),
+        "side": Setting(unit="m", above=0.0),
         "axes": AXES,
         "law": laws.LAW,
     }

@@ -75,16 +75,10 @@ class Detector(DetectorSettings):
     )  # fmt: skip
 
     settings: ClassVar[Settings] = {
-        "bandwidths": Setting("of the slow and of the fast observer, > 0", unit="1/s"),
-        "patience": Setting(
-            "a loss of torque is looked at for so long before it is named, >= 0", unit="s", least=0.0
-        ),
-        "quantum": Setting("smallest step of the encoders, >= 0", unit="rad or m", least=0.0),
-        "probe_after": Setting(
-            "a joint that stood so long is moved by 1 to 2 mrad along self-motions; never if absent",
-            unit="s",
-            above=0.0,
-        ),
+        "bandwidths": Setting(unit="1/s"),
+        "patience": Setting(unit="s", least=0.0),
+        "quantum": Setting(unit="rad or m", least=0.0),
+        "probe_after": Setting(unit="s", above=0.0),
         "calibration": Setting(
             "a file made by a calibration; thresholds are guessed from the noise if absent",
             of=str | None,
