@@ -19,7 +19,7 @@ from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.response.probing import probing_of
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import LEVELS, Settings
-from ftqp.control.planner.stages import Stage
+from ftqp.control.planner.stages import CLOCK, FREE, Stage, Tick, staged
 from ftqp.control.planner.start import Degrading, Rest, StartWatch, allow
 from ftqp.control.planner.step import Step, parts_of_free
 from ftqp.control.planner.step_parts import StepHeader
@@ -28,6 +28,7 @@ from ftqp.control.planner.ways.security_watch import SecurityWatch
 from ftqp.control.planner.ways.way_out import Remembered
 from ftqp.control.scene.placed_shapes import Clearance
 from ftqp.control.task.bounds import Bounds, Jin
+from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.keep import Keep
 from ftqp.control.task.task import (
     MODES,
@@ -43,11 +44,11 @@ from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.orders import LIMITS, Orders
-from ftqp.kernel.entry.session import ArmSession, Session
+from ftqp.kernel.entry.session import ArmSession, Memory, Session
 from ftqp.kernel.layout.criteria import COEFFICIENTS, Criterion
 from ftqp.kernel.layout.enums import HISTORY
 from ftqp.kernel.layout.record import load_chain
-from ftqp.kernel.layout.rows import CLEARANCE, HOLD, NOTHING_ASKED, Asked, constraint_owners
+from ftqp.kernel.layout.rows import CLEARANCE, COMPONENTS, HOLD, NOTHING_ASKED, Asked, constraint_owners
 from ftqp.model.robot import Robot
 
 PATIENCE = 0.1
@@ -220,8 +221,8 @@ class Assembly:
         self.out = Step(session, robot.joints, self.said, self.tasks.named(asked, around, task))
         self.loop = ArmLoop(session, self.orders, robot.joints, around)
         self.constraints = Constraints(session, robot, constraints, self.loop.stop)
-        degrading = Degrading(session, task.kept_sets)
-        self.rest = Rest(session, degrading, robot)
+        self.degrading = Degrading(session, task.kept_sets)
+        self.rest = Rest(session, self.degrading, robot)
         self.free = FreeJoint(session, robot, parts_of_free(session, robot.nv)) if solver.has_qp else None
         self.leading = None if given.plan is None else PlanLeading(given.plan, session, robot)
         self.response = None
@@ -234,10 +235,38 @@ class Assembly:
         self.remembered = None if seconds is None else Remembered(session, robot.nv, seconds, given.dt)
         self.watch = None if ahead is None else SecurityWatch(ahead, session, robot, given.dt, what_ifs)
         parts = (
-            self.watch, self.tasks, self.constraints, solver, self.leading, degrading, self.free,
+            self.watch, self.tasks, self.constraints, solver, self.leading, self.degrading, self.free,
             self.response, around, self.remembered, StartWatch(session.K, around),
         )  # fmt: skip
         self.stages: tuple[Stage, ...] = tuple(part.stage for part in parts if part is not None)
+
+        self._ordinary = solver.tick(CLOCK)
+
+    def ticks(self) -> tuple[Tick, Tick | None]:
+        """The tick that the clock leads now, and the same where nothing else takes part in it."""
+        free = None if self.free is None else self.free.tick
+        if free is not None:
+            return staged(free, FREE, self.stages), None
+        tick = staged(self._ordinary, CLOCK, self.stages)
+        alone = tick is self._ordinary and self.solver.is_compiled and not self.given.timing
+        return tick, tick if alone else None
+
+    def led_tick(self, leader: Memory) -> Tick:
+        """The tick that a path's progress, an inertial target or a motion of the joints leads."""
+        kind = leader.kind
+        refuse(leader=kind, level=self.given.level, mode=self.given.task.mode)
+        if kind == "base" and self.surroundings is not None:
+            raise InputError(
+                "a scene stands where the base does, and an inertial task has a base that moves; make a "
+                "planner without scene and clearance, or put the arm on its base, robot.on_planar_base(...)"
+            )
+        return staged(self.solver.tick(kind, *leader.arguments()), kind, self.stages)
+
+    @property
+    def task_rows(self) -> tuple[str, ...]:
+        """The rows of the pose that the task has now."""
+        task = self.session.K.task
+        return tuple(COMPONENTS[c] for c in task.rows[: int(task.m)])
 
     @property
     def keeps(self) -> list[Keep]:

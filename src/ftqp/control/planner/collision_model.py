@@ -22,15 +22,6 @@ def clearance_rows(asked: bool) -> tuple[str, ...]:
     return tuple(f"pair {k + 1}" for k in range(CLEARANCES)) if asked else ()
 
 
-def refuse_moving_base(leader: str, surroundings: "CollisionModel | None") -> None:
-    """Refuse an inertial task beside a scene."""
-    if leader == "base" and surroundings is not None:
-        raise InputError(
-            "a scene stands where the base does, and an inertial task has a base that moves; make a "
-            "planner without scene and clearance, or put the arm on its base, robot.on_planar_base(...)"
-        )
-
-
 class Laid(NamedTuple):
     """What the room of a record was laid out for.
 

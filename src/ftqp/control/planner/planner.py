@@ -17,7 +17,6 @@ from ftqp.control.inverse_kinematics.passable import MotionValidity, Walled
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.arm_loop import Learned, learned
 from ftqp.control.planner.assembly import Assembly, Deployable
-from ftqp.control.planner.collision_model import refuse_moving_base
 from ftqp.control.planner.constraint_list import Constraint, Constraints
 from ftqp.control.planner.draft import Draft, write_call
 from ftqp.control.planner.given_arrays import (
@@ -33,11 +32,9 @@ from ftqp.control.planner.lead import Blocks, Lead, with_error_to
 from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
 from ftqp.control.planner.mounted_robot import BrakingReserve, MountedRobot, braking_reserve, warn_of_weight
 from ftqp.control.planner.planner_view import PlannerView, planner_html
-from ftqp.control.planner.qp_solver import IN_KERNEL
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import settled
-from ftqp.control.planner.stages import CLOCK, FREE, Tick, staged
-from ftqp.control.planner.start import fewer_rows
+from ftqp.control.planner.stages import Tick
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.task_list import TaskList
@@ -45,7 +42,6 @@ from ftqp.control.planner.ways.n_minus_one import NMinusOne, Security
 from ftqp.control.planner.ways.way_out import WayOut, ways_out
 from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.control.task.bounds import Bounds
-from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.soft_tasks import SoftTask
@@ -62,7 +58,6 @@ from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.entry.session import Memory, Session
 from ftqp.kernel.layout.enums import RELAXED
 from ftqp.kernel.layout.record import load_chain
-from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.capsules import Capsule
 from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
@@ -220,7 +215,7 @@ class Planner:
 
     __slots__ = (
         "__weakref__", "_applied", "_at_rest", "_begin", "_fast", "_given", "_inside", "_known", "_loop",
-        "_number", "_ordinary", "_out", "_parts", "_rest", "_said", "_session", "_tick",
+        "_number", "_out", "_parts", "_rest", "_said", "_session", "_tick",
     )  # fmt: skip
     _applied: Configuration | None
     _begin: Tick | None
@@ -283,7 +278,7 @@ class Planner:
         scheme: Scheme | Resolver | str | Mapping[str, Any] | None = None,
         task: Task | None = None,
         bounds: Bounds | str | Mapping[str, Any] = "viability",
-        backend: str | File | Mapping[str, Any] | Backend = IN_KERNEL,
+        backend: str | File | Mapping[str, Any] | Backend = "active_set",
         posture: Any = None,
         torque_limits: bool = True,
         emergency: EmergencyStop | None = EmergencyStop(),  # noqa: B008  frozen
@@ -311,7 +306,6 @@ class Planner:
         self._session, self._loop = parts.session, parts.loop
         self._out, self._said, self._rest = parts.out, parts.said, parts.rest
         self._at_rest = np.zeros(robot.nv)
-        self._ordinary = parts.solver.tick(CLOCK)
         reserve = braking_reserve(robot) if given.limits_torque else None
         told = Configuration(next(NUMBERS), Belief(robot), MountedRobot(robot), reserve)
         self._number, self._known = np.array([told.number]), {told.number: told}
@@ -365,8 +359,7 @@ class Planner:
     @property
     def task_rows(self) -> tuple[str, ...]:
         """The rows of the pose that the task has, of x, y, z, rx, ry, rz."""
-        task = self._session.K.task
-        return tuple(COMPONENTS[c] for c in task.rows[: int(task.m)])
+        return self._parts.task_rows
 
     @property
     def kept_rows(self) -> str | tuple[str, ...]:
@@ -376,8 +369,7 @@ class Planner:
     @property
     def given_up(self) -> str | None:
         """What of the task is given up now, as it cannot be held, in a sentence; None while all counts."""
-        task = self._session.K.task
-        return fewer_rows(int(task.m)) if task.given_up else None
+        return self._parts.degrading.given_up
 
     @property
     def tick(self) -> int:
@@ -672,7 +664,7 @@ class Planner:
                 for stage in self._parts.stages:
                     if stage.believe is not None:
                         stage.believe(told.belief)
-                self._tick, self._fast = self._ticks()
+                self._tick, self._fast = self._parts.ticks()
             if before is not None and before.speed != told.speed:
                 self._loop.speed = told.speed
             if told.start is not None and (before is None or before.start is not told.start):
@@ -683,14 +675,6 @@ class Planner:
                 told.then()
             self._applied = told
         self._begin = self._fast
-
-    def _ticks(self) -> tuple[Tick, Tick | None]:
-        free = None if self._parts.free is None else self._parts.free.tick
-        if free is not None:
-            return staged(free, FREE, self._parts.stages), None
-        tick = staged(self._ordinary, CLOCK, self._parts.stages)
-        alone = tick is self._ordinary and self._parts.solver.is_compiled and not self._given.timing
-        return tick, tick if alone else None
 
     def stop(self) -> None:
         """Brake every healthy joint from the next step on and hold it, until ``resume`` or ``reset``."""
@@ -790,11 +774,7 @@ class Planner:
         Raises:
             InputError: They do not go together.
         """
-        kind = leader.kind
-        refuse(leader=kind, level=self.level, mode=self.task.mode)
-        refuse_moving_base(kind, self._parts.surroundings)
-        tick = staged(self._parts.solver.tick(kind, *leader.arguments()), kind, self._parts.stages)
-        path = leader if kind == "path" else None
+        tick, path = self._parts.led_tick(leader), leader if leader.kind == "path" else None
 
         def step(q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
             out = self._led(tick, q, v, target, tau, tip, path)

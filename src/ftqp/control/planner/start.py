@@ -33,12 +33,6 @@ BACK: Final = "the rotation about the tool axis is given up, the direction of th
 WHOLE: Final = "the whole task can be held again: all its rows are back"
 
 
-def fewer_rows(count: int) -> str:
-    """What is given up of a task of which so many rows are left, in a sentence."""
-    what = "rotation about the tool axis" if count > len(ROW_SETS["position"]) else "attitude"
-    return f"the {what} is given up, as the task cannot be held; it comes back as soon as it can"
-
-
 def allow(K: Any, sets: Sequence[str], dt: float, *, asked: bool) -> None:
     """Write down which rows of the task the kernel may give up."""
     task = K.task
@@ -56,7 +50,7 @@ class Degrading:
     """Says once each when rows of the task are given up, and when they are back."""
 
     def __init__(self, session: Session, sets: Sequence[str]) -> None:
-        self._given_up = session.field("task", "given_up")
+        self._given_up, self._task = session.field("task", "given_up"), session.K.task
         whole = int(session.K.task.m_of[0])
         self._sets = tuple(name for name in sets if len(ROW_SETS[name]) < whole)[:SETS]
         self._said = 0
@@ -68,6 +62,15 @@ class Degrading:
 
     def _forget(self) -> None:
         self._said = 0
+
+    @property
+    def given_up(self) -> str | None:
+        """What of the task is given up now, in a sentence; None while all counts."""
+        if not self._given_up[0]:
+            return None
+        turns = int(self._task.m) > len(ROW_SETS["position"])
+        what = "rotation about the tool axis" if turns else "attitude"
+        return f"the {what} is given up, as the task cannot be held; it comes back as soon as it can"
 
     def tell(self) -> None:
         """Log a change."""
