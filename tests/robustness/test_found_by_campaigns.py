@@ -343,6 +343,38 @@ def test_no_backend_ends_without_the_task_where_a_motor_is_too_weak(backend, lev
     assert planner.session().K.watch.fallbacks == 0
 
 
+def heavy_arm():
+    """Six links of 15 to 40 kg, 3 m long, with motors of up to 2500 N m."""
+    text = '<robot name="heavy"><link name="l0"/>'
+    for i in range(6):
+        text += f"""<joint name="j{i + 1}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/>
+        <origin xyz="0 0 {0.5 if i else 0.0}"/><axis xyz="{"0 1 0" if i % 2 else "0 0 1"}"/>
+        <limit lower="-2.6" upper="2.6" velocity="2" effort="{2500 if i < 3 else 800}"/></joint>
+        <link name="l{i + 1}"><inertial><origin xyz="0 0 0.25"/><mass value="{40 - 5 * i}"/>
+        <inertia ixx="1" iyy="1" izz="0.2" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
+    return ftqp.Robot.from_urdf(text + "</robot>", tip="l6", acceleration=np.full(6, 10.0))
+
+
+@pytest.mark.parametrize("mode", ["hard", "slack"])
+def test_a_heavy_arm_whose_motors_are_too_weak_does_not_fall_back_either(mode, level):
+    """Its torque rows are a hundred times those of a Panda, and so is what they lack."""
+    robot, rng, excess = heavy_arm(), np.random.default_rng(7), 0.0
+    planner = ftqp.Planner(robot, 2e-3, level=level, emergency=None, task=ftqp.Task(mode=mode))
+    for _ in range(40):
+        for joint in range(6):
+            torque, acceleration = rng.uniform(0.1, 0.9), rng.uniform(0.05, 0.6)
+            planner.report(ftqp.Degraded(joint, torque=torque, acceleration=acceleration))
+        q, v = rng.uniform(robot.limits.q_min, robot.limits.q_max), rng.uniform(-0.4, 0.4, 6)
+        planner.reset(q, v)
+        target = ftqp.Target(pose=robot.pose(q + rng.uniform(-0.2, 0.2, 6)))
+        for _ in range(8):
+            step = planner.step(q, v, target)
+            assert step.status is ftqp.StepStatus.RELAXED
+            excess = max(excess, step.torque_excess)
+            q, v = step.q.copy(), step.v.copy()
+    assert excess > 10.0  # the case is met at all
+
+
 ROBOT = ftqp.robots.load("planar", lengths=(1, 1, 0.5), continuous=True)
 Q = np.array([3.12, 1.2, 0.4])
 FIRST = np.array([1.0, 0.0, 0.0])
