@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ftqp.app.campaign.draws import episode, refuse_wrong
-from ftqp.app.campaign.episode_study import ABSENT, named_files
+from ftqp.app.campaign.episode_study import ABSENT, KnownArms, named_files
 from ftqp.app.scenario.setup import shoulder
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
@@ -18,8 +18,11 @@ SCENARIO = {
 }
 
 
+ARMS = KnownArms()
+
+
 def drawn(vary, numbers=200, seed=0):
-    return [episode(SCENARIO, vary, seed, number)[1] for number in range(numbers)]
+    return [episode(SCENARIO, vary, seed, number, ARMS)[1] for number in range(numbers)]
 
 
 def test_episode_is_the_same_whichever_others_are_drawn():

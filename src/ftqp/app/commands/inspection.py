@@ -129,17 +129,11 @@ def facts(robot: Robot, source: str) -> dict[str, Any]:
     data, frame = model.createData(), frame_id(model, robot.tip)
     J = scaled_jacobian(model, data, frame, configuration, robot.default_rows, robot.length)
     J = coupled_columns(robot.chain, J)
-    tau = (
-        np.abs(coupled_columns(robot.chain, gravity_torques(model, data, configuration)))
-        if robot.has_inertia
-        else np.full(robot.nv, np.nan)
-    )
+    tau = reserve = np.full(robot.nv, np.nan)
+    if robot.has_inertia:
+        tau = np.abs(coupled_columns(robot.chain, gravity_torques(model, data, configuration)))
+        reserve = acceleration_by_torque(model, robot.chain, robot.limits)
     share = tau / robot.limits.tau_max
-    reserve = (
-        acceleration_by_torque(model, robot.chain, robot.limits)
-        if robot.has_inertia
-        else np.full(robot.nv, np.nan)
-    )
     tasks, way = _tasks(robot), len(robot.chain.way(robot.chain.tip_joint))
     motors = len(set(robot.chain.lead[robot.chain.way(robot.chain.tip_joint)].tolist()))
     arms = {tip: robot.arm_to(tip) for tip in robot.tips} if len(robot.tips) > 1 else {robot.tip: robot}
@@ -164,12 +158,7 @@ def facts(robot: Robot, source: str) -> dict[str, Any]:
             for name, one in followers.items()
         },
         "by_tip": {
-            tip: {
-                "joints": list(arm.joints),
-                "structural": {
-                    name: list(one.fatal) if one.possible else [] for name, one in by_tip[tip].items()
-                },
-            }
+            tip: {"joints": list(arm.joints), "structural": _structural(by_tip[tip])}
             for tip, arm in arms.items()
         },
         "frames": joint_of_frames(robot),
@@ -180,14 +169,17 @@ def facts(robot: Robot, source: str) -> dict[str, Any]:
         "gravity_margin": float(1.0 - share.max()) if robot.has_inertia else None,
         "redundancy": {name: motors - len(rows) for name, rows in tasks.items()},
         "possible": {name: result.possible for name, result in by_task.items()},
-        "structural": {
-            name: list(result.fatal) if result.possible else [] for name, result in by_task.items()
-        },
+        "structural": _structural(by_task),
         "findings": [
             {"severity": finding.severity.name.lower(), "sentence": str(finding)}
             for finding in robot.findings
         ],
     }
+
+
+def _structural(by_task: dict[str, Locks]) -> dict[str, list[str]]:
+    """The joints that no posture can do without, by task; none of a task that is impossible anyway."""
+    return {name: list(one.fatal) if one.possible else [] for name, one in by_task.items()}
 
 
 def _tip_of(arms: dict[str, Robot], joint: str) -> str:
@@ -326,13 +318,8 @@ def _told(found: dict[str, Any]) -> Told:
 def _capsule_row(one: dict[str, Any]) -> tuple[str, ...]:
     """A capsule as a row of the table."""
     ends = (", ".join(f"{round(x, 3) + 0.0:.3f}" for x in one[end]) for end in ("a", "b"))
-    ratio = (
-        "estimated"
-        if one["estimated"]
-        else "-"
-        if one["volume_ratio"] is None
-        else f"{one['volume_ratio']:.1f}"
-    )
+    ratio = "-" if one["volume_ratio"] is None else f"{one['volume_ratio']:.1f}"
+    ratio = "estimated" if one["estimated"] else ratio
     return one["name"], one["frame"] or "", *ends, f"{one['radius']:.3f}", ratio
 
 
