@@ -26,7 +26,7 @@ from peers.motion_case import turn  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 import ftqp  # noqa: E402
-from ftqp.app.campaign.found_failures import share_interval  # noqa: E402
+from ftqp.app.campaign.campaign_summary import share_interval  # noqa: E402
 
 ARMS = ("panda", "iiwa14", "xarm7")
 SEED, DT, LONGEST = 20261129, 2e-3, 30.0

@@ -19,8 +19,7 @@ from bench import command_line, docs
 from bench.results import appendix, circumstances, folder, preamble, written
 from bench.tables import Table
 
-from ftqp.app.campaign.campaign_summary import fallback_share
-from ftqp.app.campaign.found_failures import share_interval
+from ftqp.app.campaign.campaign_summary import fallback_share, share_interval
 from ftqp.core.errors import InputError
 
 LIMITS = ("speed", "acceleration", "position", "braking", "plane", "cone", "torque", "failed", "finite")

@@ -5,10 +5,15 @@ import json
 import pytest
 from scipy.stats import binomtest
 
-from ftqp.app.campaign.campaign_summary import RANGES, fallback_share, summary
+from ftqp.app.campaign.campaign_summary import COLUMNS as OF_DETECTORS
+from ftqp.app.campaign.campaign_summary import (
+    RANGES,
+    detector_summary,
+    fallback_share,
+    share_interval,
+    summary,
+)
 from ftqp.app.campaign.episode_study import COLUMNS
-from ftqp.app.campaign.found_failures import COLUMNS as OF_DETECTORS
-from ftqp.app.campaign.found_failures import detector_summary, share_interval
 
 
 def row(number, drawn, outcome="sound", **values):

@@ -13,7 +13,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp import __version__
-from ftqp.app.campaign import found_failures
+from ftqp.app.campaign import campaign_summary
 from ftqp.app.campaign.draws import episode, refuse_wrong
 from ftqp.app.campaign.shown_trace import failures, model_file, trace
 from ftqp.app.scenario import document
@@ -110,8 +110,8 @@ COLUMNS = {
     "largest_ok_error": "REAL",
     "followable": "REAL",
     **{f"law_{name}": "REAL" for name in LAWS},
-    **found_failures.REST_COLUMNS,
-    **found_failures.COLUMNS,
+    **campaign_summary.REST_COLUMNS,
+    **campaign_summary.COLUMNS,
     "sentences": "TEXT",
 }
 """The values of an episode: a law's is by how much it was broken, 0 where it holds; ``followable`` is for how
@@ -233,8 +233,8 @@ class EpisodeWork:
             "followable": shown.until,
             "sentences": "\n".join(str(breach) for breach in seen.breaches),
             **by_law,
-            **found_failures.rest_values(setup, shown.rest),
-            **found_failures.detector_values(setup, ended.log),
+            **campaign_summary.rest_values(setup, shown.rest),
+            **campaign_summary.detector_values(setup, ended.log),
         }
 
     def verdict(self, setup: Setup, log: Log) -> Verdict:

@@ -3,8 +3,7 @@
 from pathlib import Path
 from typing import Any, Final
 
-from ftqp.app.campaign.campaign_summary import fallback_share
-from ftqp.app.campaign.found_failures import share_interval
+from ftqp.app.campaign.campaign_summary import fallback_share, share_interval
 from ftqp.app.output.console import Table, page_parts
 from ftqp.app.run.runs import SUMMARY
 from ftqp.checker.checked_run import LAWS

@@ -9,11 +9,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ftqp.app.scenario import document
-from ftqp.app.schema.planner_section import PlannerTable
 from ftqp.app.schema.reading import Options, Table, made, plain, read
 from ftqp.app.schema.robot_section import LimitsTable, RobotTable
-from ftqp.app.schema.scenario_file import Scenario
-from ftqp.app.schema.simulation_section import FaultTable
+from ftqp.app.schema.scenario_file import FaultTable, PlannerTable, Scenario
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths import Path
 from ftqp.control.paths.path import Repeated

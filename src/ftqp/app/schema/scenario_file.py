@@ -4,37 +4,218 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import floor
 from pathlib import Path as File
-from typing import Any
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from ftqp.app.schema.planner_section import PlannerTable
-from ftqp.app.schema.reading import Options, Table, settings_for
+from ftqp.app.schema.reading import Options, Table, options, settings_for
 from ftqp.app.schema.robot_section import Quaternion, RobotTable, Vector, quaternion_rotation
-from ftqp.app.schema.simulation_section import FaultTable, SimulationTable
+from ftqp.control.drive.joint_drive import Drive, Noise
+from ftqp.control.following.stall import StallEscape
 from ftqp.control.moving_base.base_gain import Observer
 from ftqp.control.moving_base.inertial_task import InertialTask, MovingBase
 from ftqp.control.paths import KINDS as PATHS
 from ftqp.control.paths import Line, Path, PointToPoint, Waypoints
 from ftqp.control.paths.path import Repeated
 from ftqp.control.planner.planner import Planner
-from ftqp.control.scene.placed_shapes import Clearance
+from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.control.scene.solid_shapes import WORDS, Shape
 from ftqp.control.task.soft_tasks import SoftTask
+from ftqp.control.task.task import EmergencyStop, Task
 from ftqp.control.task.task_kinds import CONSTRAINT_KINDS, KEPT, KINDS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
 from ftqp.core.setting import REQUIRED, like, setting
+from ftqp.faults.detection.detector import Detector
+from ftqp.faults.kinds import KINDS as FAULTS
+from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.rows import KEEPS
 from ftqp.kernel.layout.scene_room import OBSTACLES, TERMS
 from ftqp.kernel.layout.thresholds import TIME_SLACK
+from ftqp.model.payload import Payload
+from ftqp.model.robot import Robot
 from ftqp.qp import Backend, Recorder
 from ftqp.sim.base.disturbances import Disturbance, RandomMotion, Sinusoid, Step
 from ftqp.sim.base.moving_world import Base, FreeBase, MovingWorld, Platform
 from ftqp.sim.number_files import recorded_motion, waypoint_table
-from ftqp.sim.schedule import first_tick
+from ftqp.sim.plants.held_plant import HeldPlant, Hold
+from ftqp.sim.plants.joint_servo import JointServo
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
+from ftqp.sim.plants.plant import Plant
+from ftqp.sim.plants.servo_plant import ServoPlant
+from ftqp.sim.plants.true_arm import TrueArm
+from ftqp.sim.schedule import FaultEvent, first_tick
 from ftqp.sim.sensors.joint_sensors import JointSensors
+
+Named = dict[str, Any]
+"""A name with settings that their owner checks; in a file the name alone will do."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannerTable(Table):
+    """How the next command is chosen."""
+
+    explained_by: ClassVar[type[Planner]] = Planner
+    dt: float = setting(1e-3, unit="s", above=0.0, most=1.0)
+    level: str = setting("acceleration", choices=("acceleration", "velocity"))
+    drive: Options[Drive] = setting(options(Drive), short="kind")
+    noise: Options[Noise] = setting(options(Noise))
+    scheme: Named | None = setting(
+        None,
+        "a scheme or a table with its gains, see `ftqp schemes`; mvn, or rmp with a plan, if absent",
+        short="name",
+    )
+    task: Options[Task] = setting(options(Task))
+    bounds: Named = setting(
+        {"name": "viability"}, "'viability', 'jin', 'one_step' or a table with the gains of jin", short="name"
+    )
+    backend: Named | None = setting(
+        None,
+        "a QP backend or a table with its settings, see `ftqp backends`; active_set if absent",
+        short="name",
+    )
+    profile: str | None = setting(None, "a backend's TOML profile, in place of backend", file=True)
+    posture: tuple[float, ...] | None = setting(None, unit="rad or m")
+    plan: str | None = setting(
+        None,
+        "a file of `ftqp plan`: the arm starts as it does, and its postures lead the null space; "
+        "scheme is rmp if absent",
+        file=True,
+    )
+    branch_limits: dict[str, tuple[float, float]] | None = setting(None, unit="rad or m", infinite=True)
+    torque_limits: bool = setting(True)
+    emergency: Options[EmergencyStop] | None = setting(
+        options(EmergencyStop), "the emergency stop; 'off' to have none", off=True
+    )
+    detector: Options[Detector] | None = setting(None)
+    stall: Options[StallEscape] | None = setting(
+        options(StallEscape),
+        "the escape of a stalled path, for reference = 'progress'; 'off' to have none",
+        off=True,
+    )
+    bridges: bool = setting(
+        False,
+        "whether a blocked path goes on from another posture, to which the tip leaves it, for reference = "
+        "'progress'",
+    )
+    leave: float | None = setting(
+        None,
+        "how far the tip may leave a blocked path to go on from another posture, for reference = 'progress'; "
+        "if absent, anywhere with bridges and not at all without",
+        unit="m",
+        least=0.0,
+    )
+
+    remember: float | None = setting(None, unit="s", above=0.0)
+
+    def __post_init__(self) -> None:
+        if self.backend is not None and self.profile is not None:
+            raise InputError("has backend and profile, expected one of them")
+        if self.scheme is None:
+            object.__setattr__(self, "scheme", {"name": "mvn" if self.plan is None else "rmp"})
+
+
+PerJoint = float | dict[str, float]
+"""One number for all joints, or a table by joint name."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MujocoTable(Table):
+    """The arm in physics, and what is true of it and unknown to its planner."""
+
+    bandwidth: float = like(JointServo, "bandwidth")
+    takes_velocity: bool = like(JointServo, "takes_velocity")
+    substeps: int = setting(4, "time steps of the physics in a control period, >= 1", least=1.0)
+    payload: Options[Payload] | None = like(TrueArm, "payload")
+    mass_scale: float = like(TrueArm, "mass_scale")
+    jitter: float = like(TrueArm, "jitter")
+    rotors: PerJoint = like(TrueArm, "rotors")
+    coulomb: PerJoint = like(TrueArm, "coulomb")
+    viscous: PerJoint = like(TrueArm, "viscous")
+    brake: dict[str, float] = like(TrueArm, "brake")
+    brake_delay: float = like(TrueArm, "brake_delay")
+    end_stops: float | None = like(TrueArm, "end_stops")
+
+    def true_arm(self) -> TrueArm:
+        """What is true of the arm."""
+        return TrueArm(**settings_for(TrueArm, self))
+
+    def plant(self, arm: Robot, dt: float, drive: str, seed: int, scene: Scene | None) -> Plant:
+        """The arm in physics, behind servos that take what a drive sends; MuJoCo is loaded here.
+
+        Who made the servos knows the rotors.
+        """
+        from ftqp.sim.plants.mujoco_plant import MujocoPlant
+
+        true = self.true_arm()
+        servo = JointServo(true.geared(arm), drive, **settings_for(JointServo, self))
+        return MujocoPlant(arm, dt, servo, true, substeps=self.substeps, seed=seed, scene=scene)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HoldTable(Table):
+    """All joints are held at once, as by a protective stop, and nobody is told."""
+
+    at: float = setting(REQUIRED, "when it happens, >= 0", unit="s", least=0.0)
+    duration: float = setting(REQUIRED, "for how long, > 0", unit="s", above=0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimulationTable(Table):
+    """What stands for the world."""
+
+    plant: str = setting(
+        "kinematic",
+        "the arm follows every command exactly, or through joint servos that lag, or as physics makes it",
+        choices=("kinematic", "servo", "mujoco"),
+    )
+    servo: Options[ServoPlant] = setting(options(ServoPlant), "the servos of plant = 'servo'")
+    mujoco: MujocoTable = setting(MujocoTable(), "the arm of plant = 'mujoco'")
+    seed: int = setting(0, "seed of everything random, >= 0", least=0.0)
+    feed_forward: str = setting(
+        "sampled",
+        "the path's acceleration at a tick, or its mean until the next one",
+        choices=("sampled", "mean"),
+    )
+    holds: tuple[HoldTable, ...] = setting((), "when all joints are held at once")
+    duration: float | None = setting(
+        None, "end of the run, > 0; the path's duration if absent", unit="s", above=0.0
+    )
+
+    def made_plant(
+        self, arm: Robot, dt: float, level: str, drive: str, *, moving: bool, scene: Scene | None = None
+    ) -> Plant:
+        """The arm that is simulated."""
+        plant: Plant
+        if self.plant == "servo":
+            plant = self.servo.made(arm, dt, drive=None if moving else drive)
+        elif self.plant == "mujoco":
+            plant = self.mujoco.plant(arm, dt, drive, self.seed, scene)
+        else:
+            plant = KinematicPlant(arm, dt, level)
+        holds = [Hold(one.at, one.duration) for one in self.holds]
+        return HeldPlant(plant, arm, dt, holds) if holds else plant
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FaultTable(Table):
+    """What every fault of a scenario says: which joint, when it fails, when the planner is told."""
+
+    kind: Options[Fault] = setting(REQUIRED, "kind of fault", kinds=FAULTS)
+    joint: str | int = setting(REQUIRED, "a joint's name or its index from 0", least=0.0)
+    at: float = setting(REQUIRED, "when it happens, >= 0", unit="s", least=0.0)
+    announced: float | Literal["never"] | None = setting(
+        None, "when the planner is told (a time >= at, or 'never'); at once if absent", least=0.0
+    )
+
+    def __post_init__(self) -> None:
+        if isinstance(self.announced, float) and self.announced < self.at:
+            raise InputError(f"is announced at {self.announced:g} s, before it happens at {self.at:g} s")
+
+    def event(self) -> FaultEvent:
+        """What fails, and when."""
+        return FaultEvent(self.at, self.kind.made(joint=self.joint), announced=self.announced)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
