@@ -80,13 +80,6 @@ def test_recording_is_found_beside_the_scenario_and_resolved(tmp_path: Path) -> 
     assert found.content["base"]["disturbances"][0]["file"] == str(tmp_path / "motion.csv")
 
 
-def test_resolved_scenario_with_a_base_can_be_run_again(tmp_path: Path) -> None:
-    first = load("puma-step-10")
-    file = tmp_path / "again.toml"
-    file.write_text(first.toml, encoding="utf-8")
-    assert load(str(file)).content == first.content
-
-
 def test_servo_is_made_of_its_table() -> None:
     found = setup(simulation={"plant": "servo", "servo": {"time_constant": 0.02}})
     assert isinstance(found.plant, ServoPlant) and found.plant.drive is None
