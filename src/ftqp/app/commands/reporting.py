@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from ftqp import __version__
 from ftqp.app.campaign.kept_campaign import kept_campaign
-from ftqp.app.commands.campaign_section import campaign_parts
+from ftqp.app.commands.campaign_episodes import campaign_parts
 from ftqp.app.commands.coverage_words import coverage_parts, read_coverage
 from ftqp.app.output import words
 from ftqp.app.output.console import ExitCode, answer, progress, say
