@@ -100,34 +100,24 @@ def detector_summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None
     from scipy.stats import chi2  # slow to load
 
     hours = sum(row["healthy_time"] for row in watched) / HOUR
-    false = sum(row["false_alarms"] for row in watched)
     delays = [row["delay"] for row in watched if row["delay"] is not None]
-    said: dict[str, int] = {}
-    for row in watched:
-        if row["found_as"]:
-            said[row["found_as"]] = said.get(row["found_as"], 0) + 1
-    total = sum(row["unannounced"] for row in watched)
-    found = sum(row["found"] for row in watched)
+    said = Counter(row["found_as"] for row in watched if row["found_as"])
+    counted = ("false_alarms", "unannounced", "showed", "found", "right_kind", "wrong_joint")
+    sums = {name: sum(row[name] for row in watched) for name in counted}
+    most = 0.5 * float(chi2.ppf(CONFIDENCE, 2 * sums["false_alarms"] + 2))
     return {
         "healthy_hours": hours,
-        "false_alarms": false,
-        "false_alarms_per_hour": false / hours if hours > 0.0 else None,
-        "false_alarms_per_hour_at_most": float(0.5 * chi2.ppf(CONFIDENCE, 2 * false + 2)) / hours
-        if hours > 0.0
-        else None,
-        "unannounced": total,
-        "showed": sum(row["showed"] for row in watched),
-        "found": found,
-        "found_interval": share_interval(found, total),
-        "right_kind": sum(row["right_kind"] for row in watched),
-        "wrong_joint": sum(row["wrong_joint"] for row in watched),
+        **sums,
+        "false_alarms_per_hour": sums["false_alarms"] / hours if hours > 0.0 else None,
+        "false_alarms_per_hour_at_most": most / hours if hours > 0.0 else None,
+        "found_interval": share_interval(sums["found"], sums["unannounced"]),
         "delay": None
         if not delays
         else {
             name: float(np.percentile(delays, percent))
             for name, percent in (("median", 50.0), ("p95", 95.0), ("max", 100.0))
         },
-        "found_as": dict(sorted(said.items(), key=lambda pair: -pair[1])),
+        "found_as": dict(said.most_common()),
     }
 
 
@@ -285,8 +275,7 @@ def by_key(rows: Sequence[Row]) -> dict[str, dict[str, dict[str, int]]]:
                 continue
             values = _ranges(pairs)
         result[key] = {
-            value: {"episodes": len(some), **counts(some), **_ticks(some)}
-            for value, some in (values if len(values) > MOST_VALUES else dict(_sorted(values))).items()
+            value: {"episodes": len(some), **counts(some), **_ticks(some)} for value, some in _sorted(values)
         }
     return result
 
