@@ -121,7 +121,8 @@ def report(folders: Sequence[Path], file: Path, *, full: bool, as_json: bool) ->
     write(file, text)
     for note in notes:
         say(f"note: {note}")
-    runs = [summary(result.log) | {"label": result.label} for result in results if result.log is not None]
+    logs = {result.label: result.log for result in results if result.log is not None and as_json}
+    runs = [summary(log) | {"label": label} for label, log in logs.items()]
     facts = {"report": str(file), "bytes": size, "notes": notes, "runs": runs}
     answer(facts, as_json, [f"{file}: {size / 1e6:.1f} MB; open it with any browser, without a network"])
     return ExitCode.DONE
