@@ -102,11 +102,16 @@ def test_a_file_name_occurs_once():
     assert len(files) > 100 and [name for name, count in counts.items() if count > 1] == []
 
 
-yaml = pytest.importorskip("yaml", reason='needs PyYAML (pip install -e ".[docs]")')
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 OTHER_NAMES = {"pin": "pinocchio"}
 """What conda-forge calls them."""
+
+
+def loaded(text):
+    """What a text in YAML says."""
+    yaml = pytest.importorskip("yaml", reason='needs PyYAML (pip install -e ".[docs]")')
+    return yaml.safe_load(text)
 
 
 def recipe():
@@ -114,7 +119,7 @@ def recipe():
     text = (ROOT / "recipe" / "meta.yaml").read_text(encoding="utf-8")
     for placeholder, value in (('{{ compiler("c") }}', "c-compiler"), ("{{ PYTHON }}", "python")):
         text = text.replace(placeholder, value)
-    return yaml.safe_load(re.sub(r"\{\{.*?\}\}", "", text))
+    return loaded(re.sub(r"\{\{.*?\}\}", "", text))
 
 
 def asked(line):
@@ -134,7 +139,7 @@ def test_the_recipe_needs_what_the_project_needs():
 
 
 def test_the_release_makes_wheels_for_both_architectures_and_tries_them():
-    found = yaml.safe_load((ROOT / ".github" / "workflows" / "release.yml").read_text(encoding="utf-8"))
+    found = loaded((ROOT / ".github" / "workflows" / "release.yml").read_text(encoding="utf-8"))
     wheels = found["jobs"]["wheels"]
     machines = [one["machine"] for one in wheels["strategy"]["matrix"]["include"]]
     assert len(machines) == 2 and any(machine.endswith("-arm") for machine in machines)

@@ -55,9 +55,10 @@ def test_what_is_timed_follows_the_target_and_holds_the_joint(run) -> None:
 
 
 SCRIPT = "benchmarks/bench_step_against.py"
-pytestmark = pytest.mark.skipif(not (ROOT / ".git").exists(), reason="needs the repository's history")
+with_history = pytest.mark.skipif(not (ROOT / ".git").exists(), reason="needs the repository's history")
 
 
+@with_history
 def test_every_case_has_a_ratio_against_this_very_commit() -> None:
     figures = json.loads(told(SCRIPT, "--against", "HEAD", "--runs", 1, "--steps", 50, "--json"))["p50_us"]
     every = product(("panda", "chain30"), ("velocity", "acceleration"), ("best", "readme", "paced"))
@@ -65,6 +66,7 @@ def test_every_case_has_a_ratio_against_this_very_commit() -> None:
     assert all(figure["then"] > 0.0 and figure["ratio"] > 0.0 for figure in figures.values())
 
 
+@with_history
 def test_what_is_no_commit_is_one_sentence() -> None:
     done = ran(SCRIPT, "--against", "no-such-commit")
     assert done.returncode == 2 and done.stdout == ""

@@ -158,24 +158,24 @@ def test_the_search_finds_pages_in_a_browser_without_a_network(site, opened):  #
     assert len(asked) > 5 and not [one for one in asked if not one.startswith(("file:", "data:", "about:"))]
 
 
-pytest.importorskip("PIL", reason='needs the extra "viz": pip install -e ".[viz]"')
 PICTURES = ROOT / "docs" / "gallery"
 
 
 def test_the_page_is_made_of_the_examples_as_they_are():
+    pytest.importorskip("PIL", reason='needs the extra "viz": pip install -e ".[viz]"')
     gallery = module("gallery")
     printed = json.loads((PICTURES / "printed.json").read_text(encoding="utf-8"))
     assert (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8") == gallery.page(printed)
 
 
 def test_every_example_has_one_picture_and_three_lines():
+    pytest.importorskip("PIL", reason='needs the extra "viz": pip install -e ".[viz]"')
     names = {example.stem for example in module("gallery").examples()}
     printed = json.loads((PICTURES / "printed.json").read_text(encoding="utf-8"))
     assert names == set(printed) == {picture.stem for picture in PICTURES.glob("*.png")}
     assert all(len(lines) == 3 for lines in printed.values())
 
 
-pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install -e ".[docs]"')
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
@@ -195,9 +195,6 @@ def test_a_visitor_of_the_first_page_may_break_a_joint_there():
 
 def test_the_first_page_is_as_it_is_where_no_page_was_built():
     assert shown("index.md", README, set()) == README
-
-
-pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install -e ".[docs]"')
 
 
 def in_nav():
@@ -266,9 +263,6 @@ def test_a_wrong_link_is_found():
     text = "# Some `code` here\n" + " ".join(f"[a]({link})" for link in [*wrong, "#some-code-here"])
     assert wrong_links(TEXTS[0], text) == [*wrong, "#some-code-here"]  # there is no such heading in README
     assert anchors(text) == ["some-code-here"]
-
-
-pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install -e ".[docs]"')
 
 
 def test_every_work_says_who_what_where_and_when():

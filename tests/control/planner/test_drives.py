@@ -166,7 +166,6 @@ def test_a_detector_finds_nothing_in_a_loop_that_is_late(panda):
     assert planner.faults == {}
 
 
-pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 TWO_MS = 0.002
 PANDA = ftqp.robots.load("panda")
 
@@ -181,6 +180,7 @@ def pushed(drive, force, detector=None, seconds=1.4, locks=None):
         seconds: How long.
         locks: The joint that locks at 1 s, which is told.
     """
+    pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
     planner = ftqp.Planner(PANDA, TWO_MS, drive=drive, noise=ftqp.Noise(q=1e-5), detector=detector)
     plant = ftqp.MujocoPlant(PANDA, TWO_MS, ftqp.JointServo(PANDA, drive))
     plant.reset(PANDA.neutral, np.zeros(7))
@@ -230,6 +230,7 @@ def test_a_push_is_over_once_a_failure_is_known():
 
 
 def test_a_push_that_is_none_is_refused():
+    pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
     plant = ftqp.MujocoPlant(PANDA, TWO_MS)
     for force in ((1.0, 2.0), (np.nan, 0.0, 0.0), "hard"):
         with pytest.raises(ftqp.InputError, match="force"):
