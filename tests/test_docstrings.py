@@ -73,9 +73,9 @@ def entries_of(docstring, section):
     for line in lines[lines.index(f"{section}:") + 1 :]:
         if line and not line.startswith(" "):
             break
-        found = re.match(r"    (\*{0,2}\w+):", line)
+        found = re.match(r"    (\*{0,2}\w+(?:, \w+)*):", line)
         if found:
-            names.append(found[1].lstrip("*"))
+            names += found[1].lstrip("*").split(", ")
     return names
 
 

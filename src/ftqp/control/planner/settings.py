@@ -41,13 +41,10 @@ SHORTEST = 1e-6
 class Settings:
     """The arguments of a ``Planner`` in force, by their names there, and what follows from them.
 
-    Attributes:
-        robot: The arm, within its branch.
-        tasks: The further tasks, without that of the tip.
-        target: Of the tip, where its task was given with one.
-        solver: The foreign backend; None is the kernel's own.
-        criterion: The scheme's objective at this level.
-        limits_torque: Whether torque limits are rows of the QP.
+    ``robot`` is the arm within its branch, ``tasks`` are the further tasks without that of the tip, ``target``
+    is the tip's where its task was given with one, ``solver`` the foreign backend (None is the kernel's own),
+    ``criterion`` the scheme's objective at this level; torque limits are rows of the QP where
+    ``limits_torque``.
     """
 
     robot: Robot

@@ -51,7 +51,16 @@ class NMinusOne:
             )
 
     def refuse_led(self, criterion: Any, scheme: str, plan: Any) -> None:
-        """Refuse a null space that cannot be led, or that is led already."""
+        """Refuse a null space that cannot be led, or that is led already.
+
+        Args:
+            criterion: The scheme's objective at the planner's level.
+            scheme: Its name.
+            plan: What leads the null space already, or None.
+
+        Raises:
+            InputError: There is a plan, or the objective leads to no posture.
+        """
         if not self.leads:
             return
         if plan is not None:
