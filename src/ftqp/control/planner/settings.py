@@ -41,7 +41,7 @@ SHORTEST = 1e-6
 class Settings:
     """The arguments of a ``Planner`` in force, by their names there, and what follows from them.
 
-    ``robot`` is the arm within its branch, ``tasks`` are the further tasks without that of the tip, ``target``
+    ``robot`` is the arm within its branch, ``tasks`` are those beside that of the tip, ``target``
     is the tip's where its task was given with one, ``solver`` the foreign backend (None is the kernel's own),
     ``criterion`` the scheme's objective at this level; torque limits are rows of the QP where
     ``limits_torque``.
