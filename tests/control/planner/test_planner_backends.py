@@ -52,6 +52,16 @@ def test_active_set_methods_agree_where_limits_bind(panda, home, level, backend)
     assert bound > 50
 
 
+@pytest.mark.parametrize("backend", ["active_set", {"name": "active_set"}, ftqp.qp.backend("active_set")])
+def test_active_set_leaves_torque_rows_out_however_it_is_asked_for(panda, home, backend):
+    """A scenario hands it over as a table; torques that limits do not need are then worked out by who reads."""
+    planner = ftqp.Planner(panda, backend=backend)
+    planner.reset(home)
+    planner.step(home, None, ftqp.Target(pose=panda.pose(home)))
+    assert planner.session().K.limits.on_demand == 1
+    assert planner.session().K.kinematics.has_dynamics == 0
+
+
 @pytest.mark.parametrize("backend", ["proxqp", "osqp"])
 def test_first_order_method_that_gives_up_where_limits_bind_is_replaced_by_the_same_command(
     panda, home, level, backend

@@ -91,7 +91,7 @@ class Settings:
     def on_demand(self) -> bool:
         """Whether torque rows are left out where the command keeps torque limits without them."""
         return (
-            self.solver is None
+            self.backend == IN_KERNEL
             and not self.criterion.needs_inertia
             and self.task.mode != "lexicographic"
             and self.drive.kind != "torque"
