@@ -53,11 +53,11 @@ def test_active_set_methods_agree_where_limits_bind(panda, home, level, backend)
 
 
 @pytest.mark.parametrize("backend", ["active_set", {"name": "active_set"}, ftqp.qp.backend("active_set")])
-def test_active_set_leaves_torque_rows_out_however_it_is_asked_for(panda, home, backend):
-    """A scenario hands it over as a table; torques that limits do not need are then worked out by who reads."""
+def test_active_set_leaves_torque_rows_out_however_it_is_asked_for(panda, backend):
+    """A scenario hands over an object; torques that no limit needs are then worked out by who reads them."""
     planner = ftqp.Planner(panda, backend=backend)
-    planner.reset(home)
-    planner.step(home, None, ftqp.Target(pose=panda.pose(home)))
+    planner.reset(panda.neutral)
+    planner.step(panda.neutral, None, ftqp.Target(pose=panda.pose(panda.neutral)))
     assert planner.session().K.limits.on_demand == 1
     assert planner.session().K.kinematics.has_dynamics == 0
 
