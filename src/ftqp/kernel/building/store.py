@@ -11,10 +11,8 @@ import enum
 import hashlib
 import importlib
 import importlib.util
-import io
 import multiprocessing
 import os
-import pickle
 import platform
 import subprocess
 import sys
@@ -33,6 +31,7 @@ import numba
 import numpy as np
 from numba.core.errors import NumbaError
 
+from ftqp.kernel.building import kept_parts
 from ftqp.kernel.building.quicker import be_quicker
 from ftqp.kernel.compiled.library import (
     KERNEL,
@@ -174,18 +173,6 @@ class Unit:
         return emit.part_code(self.what, self.function(), target)
 
 
-class _Said(pickle.Unpickler):
-    """Reads a hash and numba's types of arguments, and nothing that could run."""
-
-    def find_class(self, module: str, name: str) -> Any:
-        if module.startswith("numba.core.types") or (module, name) in _MAKERS_OF_TYPES:
-            return super().find_class(module, name)
-        raise pickle.UnpicklingError(f"{module}.{name} is no type of an argument")
-
-
-_MAKERS_OF_TYPES = {("copyreg", "_reconstructor"), ("builtins", "object")}
-
-
 class Store:
     """A folder of object files by what their code depends on, each with its hash and the parts it needs."""
 
@@ -200,28 +187,21 @@ class Store:
     def parts(self, key: str) -> list[Part] | None:
         """The parts that the unit of a key needs; ``None`` where it has to be compiled."""
         try:
-            said = (self._folder / f"{key}.parts").read_bytes()
-            sha256, parts = _Said(io.BytesIO(said)).load()
-            good = sha256 == fingerprint(self.object_file(key).read_bytes())
-        except Exception:  # whatever a file may hold that is none
+            said = (self._folder / f"{key}.json").read_bytes()
+            return kept_parts.read(self.object_file(key).read_bytes(), said)
+        except (OSError, ValueError):
             return None
-        return [Part(*part) for part in parts] if good else None
 
     def keep(self, key: str, code: bytes, parts: list[Part]) -> None:
         """Keep an object file."""
-        named = [(part.module, part.name, part.arguments) for part in parts]
-        put(self._folder / f"{key}.parts", pickle.dumps((fingerprint(code), named)))
+        put(self._folder / f"{key}.json", kept_parts.written(code, parts))
         put(self.object_file(key), code)
 
     def sweep(self, keys: set[str]) -> None:
         """Remove what has not been used for a month and is of no use now."""
         oldest = max((self.object_file(key).stat().st_mtime for key in keys), default=0.0) - 30 * 86_400
         for path in self._folder.glob("*.*"):
-            if (
-                path.stem not in keys
-                and path.suffix in (".o", ".json", ".parts")
-                and path.stat().st_mtime < oldest
-            ):
+            if path.stem not in keys and path.suffix in (".o", ".json") and path.stat().st_mtime < oldest:
                 path.unlink(missing_ok=True)
 
     @contextlib.contextmanager
