@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import pytest
 
+import ftqp
 from ftqp.app.schema.reading import Options, Table, options, plain, read
 from ftqp.core.errors import InputError, ScenarioError
 from ftqp.core.fixed import Fixed
@@ -139,3 +140,20 @@ def test_what_a_setting_does_not_take_is_refused_with_its_place(
     with pytest.raises(ScenarioError) as caught:
         wheel(**changes)
     assert sentence in "\n".join(caught.value.errors)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: ftqp.TipLimits(speed=None), lambda: ftqp.TipLimits(speed=[0.5, 0.5]),
+        lambda: ftqp.Jin(gamma_p=None), lambda: ftqp.NMinusOne(horizon=[]), lambda: ftqp.FreeSwinging(1, damping=None),
+        lambda: ftqp.Locked(1, deceleration=[1.0]), lambda: ftqp.Locked(1, mode=None),
+        lambda: ftqp.Task(mode=None), lambda: ftqp.Drive(brakes=None),
+        lambda: ftqp.MovingBase(sensing=None),
+        lambda: ftqp.MovingBase(delay=None), lambda: ftqp.Noise(q=[1e-4] * 7),
+        lambda: ftqp.Clearance(keep=None),
+    ],
+)  # fmt: skip
+def test_none_and_lists_are_no_numbers_and_no_words(wrong):
+    with pytest.raises(InputError, match=r"^\w+( of the \w+)? is (None|\[)"):
+        wrong()

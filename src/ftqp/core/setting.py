@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from inspect import Parameter, cleandoc, signature
+from types import NoneType
 from typing import Any, Final, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -217,13 +218,15 @@ def refuse_out_of_range(made: Any, whose: str = "", *, every: bool = False) -> N
     """Refuse numbers of a dataclass, or lists of them, out of its settings' ranges, and unknown words."""
     for name, key in keys_of(type(made)).items():
         value, says = getattr(made, name), key.says
-        if value is not None and says.choices and value not in says.choices:
+        if value is None and (key.default is None or type(None) in get_args(key.hint)):
+            continue
+        if says.choices and value not in says.choices:
             raise InputError(
                 f"{name}{whose} is {value!r:.80}{nearest(str(value), says.choices)}, expected one of "
                 f"{', '.join(says.choices)}"
             )
         bounds = BOUNDS if every else BOUNDS[:2]
-        if value is None or all(getattr(says, bound) is None for bound, _ in bounds):
+        if all(getattr(says, bound) is None for bound, _ in bounds):
             continue
         whole = int in (key.hint, *get_args(key.hint))
         if whole and (isinstance(value, bool) or not isinstance(value, int) or value < (says.least or 0)):
@@ -231,7 +234,8 @@ def refuse_out_of_range(made: Any, whose: str = "", *, every: bool = False) -> N
         if isinstance(value, str) and str in get_args(key.hint):
             continue
         value = list(value.values()) if isinstance(value, Mapping) else value
-        for one in numbers(f"{name}{whose}", value).flat if np.ndim(value) else (value,):
+        several = np.ndim(value) and not {*(get_args(key.hint) or (key.hint,))} <= {int, float, NoneType}
+        for one in numbers(f"{name}{whose}", value).flat if several else (value,):
             if says.infinite and one == float("inf"):
                 continue
             if says.above is not None and says.above >= 0.0:

@@ -326,3 +326,26 @@ def test_a_step_while_the_exception_of_an_interrupted_one_is_handled_is_made():
             assert step().status is ftqp.StepStatus.OK, line
             assert step().status is ftqp.StepStatus.OK, line
     assert len(kept) == line > 20
+
+
+def test_a_step_inside_another_call_inside_a_step_is_refused_too():
+    said, asked, target = [], [], ftqp.Target(pose=PANDA.pose(PANDA.neutral))
+
+    class Stepping:
+        def __array__(self, dtype=None, copy=None):
+            try:
+                planner.step(PANDA.neutral, None, target)
+            except ftqp.InputError as error:
+                said.append(str(error))
+            return np.asarray(PANDA.neutral)
+
+    def again(*_):
+        if asked:
+            asked.pop().reset(Stepping())
+
+    planner = ftqp.Planner(PANDA, constraints=[ftqp.Rows(1, again)])
+    planner.reset(PANDA.neutral)
+    planner.step(PANDA.neutral, None, target)
+    asked.append(planner)
+    planner.step(PANDA.neutral, None, target)
+    assert said and "planner.step is called inside planner.step" in said[0]

@@ -76,7 +76,7 @@ class Observer:
 
     Args:
         lowpass: The factor a in (0, 1], without unit. Smaller filters more noise and follows the base later;
-            1 takes the last sample as it is, and so does None.
+            1 takes the last sample as it is. None: 1.
         noise: Standard deviation of the measured tip position along each axis, > 0 [m]. A larger one filters
             more.
         acceleration: Acceleration of the tip by the base that is to be followed, rms of each axis, > 0

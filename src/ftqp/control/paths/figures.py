@@ -208,7 +208,7 @@ class Circle(Figure):
         law: How the way depends on the time: a name, a table, or a ``laws.Law``. Laws that begin and end at
             rest ask for higher peak speeds than ``constant``, which jumps.
         axes: The directions a and b in W, perpendicular to each other.
-        turns: How many times round, n, > 0, without unit; it need not be whole.
+        turns: How many times round, n, > 0 and at most 1e6; it need not be whole.
     """
 
     __slots__ = ("_angle", "_basis")

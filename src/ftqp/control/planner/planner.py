@@ -80,11 +80,13 @@ def guarded(name: str) -> Callable[[Callable[Concatenate[Any, P], R]], Callable[
             if inside is not None and (inside[0] != me or name == inside[1] == "step"):
                 _refuse_inside(name, me, *inside)
                 inside = None
+            if inside is not None:  # the outermost call counts
+                return call(planner, *args, **kwargs)
             try:
                 planner._inside = me, name, sys._getframe()
                 return call(planner, *args, **kwargs)
             finally:
-                planner._inside = inside
+                planner._inside = None
 
         return update_wrapper(guard, call)
 
@@ -170,7 +172,8 @@ class Planner:
 
     Args:
         robot: The arm, of at most 64 joints with finite acceleration limits.
-        dt: The sampling period [s]. A longer one needs smaller gains, and braking begins earlier.
+        dt: The sampling period, > 0 and at most 1 [s]. A longer one needs smaller gains, and braking begins
+            earlier.
         level: ``acceleration`` or ``velocity``, what the QP decides. Accelerations keep velocity continuous.
         scheme: What the arm does with its redundancy: an ``ftqp.schemes`` recipe, its name, or
             ``{"name": ..., ...}``; None is ``mvn``.
@@ -198,7 +201,7 @@ class Planner:
             ``RelativeTask`` and others. Those on level 0 go before it, those on level 1 are as firm as it,
             and the others share what these leave of the arm's freedom, as their weights say.
         remember: For how long the way that the joints have come is kept for ``ways_out``, > 0 [s], the time
-            not counted in which they stand; longer is coarser. None keeps none, and costs nothing.
+            not counted in which they stand; longer is coarser. None: not at all, which costs nothing.
         n_minus_one: Looks ahead at what the lock of each joint would cost, see ``security``, and leads the
             null space to where it costs least, by scheme ``rmp`` unless another is named; None does not.
         constraints: What goes before the task of the tip: up to 8 sides of planes, boxes and cones that
@@ -751,7 +754,9 @@ class Planner:
         Raises:
             InputError: There was no ``reset``, home has a wrong shape, or the robot floats.
         """
-        return ways_out(self, None if self._parts.remembered is None else self._parts.remembered.q, home)
+        return ways_out(
+            self, Planner, None if self._parts.remembered is None else self._parts.remembered.q, home
+        )
 
     def options(self) -> tuple[Remaining, ...]:
         """What can still be done after faults, least lost first; without a plan the clear ``ways_out()``.

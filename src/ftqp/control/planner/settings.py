@@ -13,7 +13,7 @@ from ftqp.control.planner.mounted_robot import warn_of_rotors
 from ftqp.control.planner.qp_solver import IN_KERNEL, NETWORK
 from ftqp.control.planner.target import Target
 from ftqp.control.planner.task_list import split
-from ftqp.control.planner.ways.n_minus_one import NMinusOne
+from ftqp.control.planner.ways.n_minus_one import NMinusOne, refuse_led
 from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.control.task import bounds as bound_conversions
 from ftqp.control.task import schemes
@@ -161,7 +161,7 @@ def settled(
         _refuse_plan(made, criterion, posture)
     refuse_without_effect(constraints, robot, torque_limits)
     if n_minus_one is not None:
-        n_minus_one.refuse_led(criterion, made.name, plan)
+        refuse_led(n_minus_one, criterion, made.name, plan)
     return Settings(
         robot=robot, dt=dt, level=level, task=task, tasks=soft, target=target, constraints=constraints,
         scheme=made, criterion=criterion, bounds=intervals, emergency=emergency, drive=taken, noise=noise,

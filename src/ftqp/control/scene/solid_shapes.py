@@ -81,7 +81,7 @@ class Box:
     Args:
         size: The lengths of its edges along its own x, y and z, each > 0, (3,) [m].
         place: Where its middle is, (3,) [m], or its pose, (4, 4).
-        rpy: Roll, pitch and yaw in place of that, as in a URDF, (3,) [rad].
+        rpy: Roll, pitch and yaw in place of that, as in a URDF, (3,) [rad]. None: not turned.
         name: What a scenario calls it; ``scene.add`` has its own name.
     """
 
@@ -112,7 +112,7 @@ class Cylinder:
         radius: Its radius, > 0 [m].
         length: Its length, > 0 [m].
         place: Where its middle is, (3,) [m], or its pose, (4, 4).
-        rpy: Roll, pitch and yaw in place of that, as in a URDF, (3,) [rad].
+        rpy: Roll, pitch and yaw in place of that, as in a URDF, (3,) [rad]. None: not turned.
         name: What a scenario calls it; ``scene.add`` has its own name.
     """
 
@@ -177,10 +177,11 @@ class Hull:
 
     Args:
         corners: Points in its own frame, (N, 3) [m], N at least 4; None where ``mesh`` is given.
-        mesh: In place of that, a file with a mesh, in STL, OBJ, PLY, GLB or DAE by its name.
+        mesh: In place of that, a file with a mesh, in STL, OBJ, PLY, GLB or DAE by its name,
+            in a scenario from that one's folder.
         scale: By what the numbers of the mesh are multiplied: 0.001 for millimetres.
         place: Where its own origin is, (3,) [m], or its pose, (4, 4).
-        rpy: Roll, pitch and yaw in place of that, as in a URDF, (3,) [rad].
+        rpy: Roll, pitch and yaw in place of that, as in a URDF, (3,) [rad]. None: not turned.
         name: What a scenario calls it; ``scene.add`` has its own name.
     """
 

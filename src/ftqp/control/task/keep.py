@@ -50,8 +50,8 @@ class Keep:
         above: A place on the plane, (3,) [m].
         normal: Across the plane, into the side that is free, (3,); its length does not matter. None is the
             vertical, so that the point stays above the place.
-        inside: The lowest and the highest corner of the box, along the axes of the world, (2, 3) [m]. -inf
-            and inf leave a side out.
+        inside: The lowest and the highest corner of the box, along the axes of the world, (2, 3), -inf
+            and inf where a side is left out [m].
         along: The middle of the cone, a direction in the world, (3,); its length does not matter.
         within: How far the axis may lean from ``along``, > 0 and < pi [rad].
         axis: The axis that stays in the cone, in the frame, (3,); its length does not matter. None is its

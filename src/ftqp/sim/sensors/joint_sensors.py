@@ -131,7 +131,7 @@ class Scattered(SensorFault):
 
     Args:
         share: Share of wrong samples, 0 to 1.
-        size: Standard deviation of the wrong ones [rad or m].
+        size: Standard deviation of the wrong ones, >= 0 [rad or m].
     """
 
     kind: ClassVar[str] = "scattered"

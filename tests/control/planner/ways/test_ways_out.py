@@ -262,3 +262,14 @@ def test_way_that_is_gone_after_another_failure_is_missed_where_that_joint_stand
     go(goto, q, v)
     assert goto.status is ftqp.GoToStatus.UNREACHABLE
     assert "off their goal are panda_joint1 (locked) by 0.6 rad" in goto.sentence
+
+
+def test_a_planner_of_a_class_of_ones_own_has_ways_out():
+    class Mine(ftqp.Planner):
+        def __init__(self, robot):
+            super().__init__(robot, 1e-3)
+
+    robot = ftqp.robots.load("panda")
+    planner = Mine(robot)
+    planner.reset(robot.neutral)
+    assert [way.kind for way in planner.ways_out()] == ["home", "halt", "stop"]

@@ -50,29 +50,6 @@ class NMinusOne:
                 f"rate is {self.rate:g} Hz, expected {LEAST_RATE:g} to {MOST_RATE:g} looks a second"
             )
 
-    def refuse_led(self, criterion: Any, scheme: str, plan: Any) -> None:
-        """Refuse a null space that cannot be led, or that is led already.
-
-        Args:
-            criterion: The scheme's objective at the planner's level.
-            scheme: Its name.
-            plan: What leads the null space already, or None.
-
-        Raises:
-            InputError: There is a plan, or the objective leads to no posture.
-        """
-        if not self.leads:
-            return
-        if plan is not None:
-            raise InputError(
-                "plan and n_minus_one both lead the null space; take NMinusOne(leads=False) beside it"
-            )
-        if not getattr(criterion, "norm_q", 0.0) > 0.0:
-            raise InputError(
-                f"scheme {scheme!r} leads to no posture, so that n_minus_one cannot lead it; use rmp, dlsm "
-                "or a mix with one of them, or NMinusOne(leads=False)"
-            )
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loss:
@@ -132,3 +109,18 @@ class Security:
             for loss in lost
         ]
         return f"not secure against a lock of {', '.join(said)}; as of {self.age:.2g} s ago"
+
+
+def refuse_led(asked: NMinusOne, criterion: Any, scheme: str, plan: Any) -> None:
+    """Refuse a null space that cannot be led, or that is led already."""
+    if not asked.leads:
+        return
+    if plan is not None:
+        raise InputError(
+            "plan and n_minus_one both lead the null space; take NMinusOne(leads=False) beside it"
+        )
+    if not getattr(criterion, "norm_q", 0.0) > 0.0:
+        raise InputError(
+            f"scheme {scheme!r} leads to no posture, so that n_minus_one cannot lead it; use rmp, dlsm "
+            "or a mix with one of them, or NMinusOne(leads=False)"
+        )

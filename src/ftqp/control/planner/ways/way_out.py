@@ -117,7 +117,7 @@ class WayOut:
         return Remaining(kind=kind, rows=self.rows, until=0.0, q=self.places, sentence=self.sentence)
 
 
-def ways_out(planner: Any, came: FloatArray | None, home: Any) -> tuple[WayOut, ...]:
+def ways_out(planner: Any, make: type[Any], came: FloatArray | None, home: Any) -> tuple[WayOut, ...]:
     """Ways out, those that are clear first, in the order: back, back by the tip, home, halt, stop."""
     robot, view = planner.robot, planner.view()
     robot.refuse_floating("ways out need")
@@ -128,7 +128,7 @@ def ways_out(planner: Any, came: FloatArray | None, home: Any) -> tuple[WayOut, 
     passable = planner.passable()
     hang = _hanging(planner, view)
     with quiet():
-        found = _found(planner, partial(_twin, planner, hang), view, passable, came, belongs, hang)
+        found = _found(planner, partial(_twin, planner, make, hang), view, passable, came, belongs, hang)
     return tuple(sorted(found, key=lambda way: not way.clear))
 
 
@@ -140,10 +140,10 @@ def _hanging(planner: Any, view: PlannerView) -> tuple[str, ...]:
     return tuple(free) if rests and planner.drive.brakes == "each" else ()
 
 
-def _twin(planner: Any, hang: tuple[str, ...], rows: str | None) -> Any:
+def _twin(planner: Any, make: type[Any], hang: tuple[str, ...], rows: str | None) -> Any:
     """A planner for trials: this one with a slower clock, and the task's own rows or fewer."""
     own = planner.task
-    twin = type(planner)(
+    twin = make(
         planner.robot, max(planner.dt, TRIAL_DT), level=planner.level, bounds=planner.bounds, emergency=None,
         task=Task(rows=own.rows if rows is None else rows, length=own.length, axis=own.axis),
         torque_limits=bool(np.isfinite(planner.view().limits.tau).any()),
