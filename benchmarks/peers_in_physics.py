@@ -30,6 +30,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 import numpy as np  # noqa: E402
 from bench import command_line, docs  # noqa: E402
+from bench.attitude import turned  # noqa: E402
 from bench.results import circumstances  # noqa: E402
 from bench.tables import Table  # noqa: E402
 from bench_collisions import rods_of  # noqa: E402
@@ -44,7 +45,6 @@ from ftqp.sim.rival import (  # noqa: E402
     ResolvedRates,
     ride,
     strayed,
-    turned,
 )
 
 SCENARIO, DEMO = "panda-unannounced", "panda_joint3"

@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 from bench import study
+from bench.attitude import turned
 from bench.tables import Table
 
 import ftqp
 from ftqp.app.scenario.setup import load
-from ftqp.model.chain import Skeleton
 from ftqp.sim.rival import GAIN, ResolvedRates, ride, strayed
 
 SCENARIO, DEMO = "panda-unannounced", "panda_joint3"
@@ -28,13 +28,6 @@ GAINS = (10.0, 20.0, 40.0, GAIN, 80.0, 120.0, 200.0)
 TRIED = (0.5 * GAIN, GAIN, 2.0 * GAIN)
 """Gains of the rival in a row [1/s]."""
 CONTROLLERS = ("ftqp, not told", "ftqp, told", "rates, not told", "rates, told")
-
-
-def turned(robot: ftqp.Robot, q: Any, poses: Any) -> Any:
-    """How far the tip of an arm was turned away from where it should have been, (K,) [rad]."""
-    tips = Skeleton.of(robot.chain).frames(q)[:, -1, :3, :3]
-    cosine = 0.5 * (np.einsum("kij,kij->k", tips, poses[:, :3, :3]) - 1.0)
-    return np.arccos(np.clip(cosine, -1.0, 1.0))
 
 
 def facts(t: Any, error: Any, turn: Any, v: Any, at: float, robot: ftqp.Robot, said: str) -> dict[str, Any]:

@@ -146,7 +146,8 @@ def test_what_a_setting_does_not_take_is_refused_with_its_place(
     "wrong",
     [
         lambda: ftqp.TipLimits(speed=None), lambda: ftqp.TipLimits(speed=[0.5, 0.5]),
-        lambda: ftqp.Jin(gamma_p=None), lambda: ftqp.NMinusOne(horizon=[]), lambda: ftqp.FreeSwinging(1, damping=None),
+        lambda: ftqp.Jin(gamma_p=None), lambda: ftqp.NMinusOne(horizon=[]),
+        lambda: ftqp.FreeSwinging(1, damping=None),
         lambda: ftqp.Locked(1, deceleration=[1.0]), lambda: ftqp.Locked(1, mode=None),
         lambda: ftqp.Task(mode=None), lambda: ftqp.Drive(brakes=None),
         lambda: ftqp.MovingBase(sensing=None),

@@ -96,6 +96,8 @@ FILES = {
     "broken": (b"[robot]\nname = \n", "line 2"),
     "arrays": (b"a = " + b"[" * 400_000, "nested too deeply"),
     "inline tables": (b"a = " + b"{a=" * 200_000, "nested too deeply"),
+    "dotted key": (b"a" + b".a" * 300_000 + b" = 1", "a key of more than 500 parts in line 1"),
+    "dotted table": (b"[" + b"a." * 300_000 + b"a]", "a key of more than 500 parts in line 1"),
     "empty": (b"", "path is missing"),
 }
 

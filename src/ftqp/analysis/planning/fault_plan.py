@@ -380,11 +380,17 @@ def load_plan(file: str | Path, robot: Robot | None = None, path: Any = None) ->
         arrays, about = read_npz(file, LARGEST)
         if (version := about["format"]) != FORMAT:
             raise InputError(
-                f"plan {file} has format {version!r:.20}, this ftqp reads {FORMAT}; plan it again with it"
+                f"plan {file} has format {version!r:.20}, this ftqp reads {FORMAT}; plan it again with "
+                "this ftqp"
             )
         if about["content"] != _content(arrays):
             raise ValueError("its arrays are not those that were written")
         about |= {name: tuple(about[name]) for name in ("joints", "rows")}
+        about |= {
+            "dt": float(about["dt"]),
+            "coverage": float(about["coverage"]),
+            "stride": int(about["stride"]),
+        }
         facts: dict[str, Any] = {name: about[name] for name in FACTS}
         found = Plan(q=arrays["q"], goals=arrays["goals"], robot_name=about["robot"], **facts)
         if found.q.shape != (len(found.goals), len(found.joints)) or not np.isfinite(found.q).all():

@@ -11,6 +11,7 @@ from difflib import get_close_matches
 from importlib.resources import files
 from itertools import islice
 from pathlib import Path
+from re import split
 from typing import Any
 
 from ftqp.core.checks import LARGEST, beyond
@@ -18,6 +19,9 @@ from ftqp.core.errors import ScenarioError
 
 MAX_BYTES = 1_000_000
 """Largest scenario file that is read; a real one has a few thousand bytes."""
+
+MAX_DOTS = 500
+"""Most dots in a row of a key; more would keep the parser busy for minutes."""
 
 MOST = 100
 """Numbers that are too large are told one by one up to here."""
@@ -102,6 +106,12 @@ def _not_found(path: Path, kind: str) -> str:
 
 
 def _parsed(text: str, origin: str) -> dict[str, Any]:
+    for number, line in enumerate(text.splitlines(), start=1):
+        # the parser's time grows with the square of a dotted key's length
+        if line.count(".") > MAX_DOTS and any(part.count(".") > MAX_DOTS for part in split(r"[=,#]", line)):
+            raise ScenarioError(
+                f"{origin} has a key of more than {MAX_DOTS} parts in line {number}, expected 4 at most"
+            )
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

@@ -230,6 +230,8 @@ def _parts(
                 f"problems, {(count, *shapes[name])}"
             )
         given[name] = value if value.ndim > len(shapes[name]) else value[None]
+    if empty := [name for name, value in given.items() if not len(value)]:
+        raise InputError(f"{empty[0]} holds no problem, expected one at least")
     H = given["H"]
     with np.errstate(invalid="ignore"):
         off = np.abs(H - np.swapaxes(H, 1, 2)).max(initial=0.0)
