@@ -108,10 +108,37 @@ def test_a_damaged_file_is_refused_in_one_sentence(file, changes, message):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("content", [b"", b"hello", b"PK\x03\x04", b"\x93NUMPY\x01\x00"])
+def test_another_file_is_refused(tmp_path, content):
+    path = tmp_path / "other.npz"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match="is not a recording, or is damaged"):
+        Recording.load(path)
+
+
 def test_a_missing_file_or_a_folder_is_refused(tmp_path):
     for path in (tmp_path, tmp_path / "none.npz"):
         with pytest.raises(InputError, match="does not exist; `ftqp run --record-qps FILE` makes one"):
             Recording.load(path)
+
+
+def test_truncated_and_flipped_files_never_do_more_than_an_error(file):
+    data, path = file.read_bytes(), file.with_name("hurt.npz")
+    rng = np.random.default_rng(0)
+    refused = 0
+    for k in range(60):
+        hurt = bytearray(data)
+        if k % 3 == 0:
+            hurt = hurt[: rng.integers(len(hurt))]
+        else:
+            for at in rng.integers(len(hurt), size=3):
+                hurt[at] ^= 1 << rng.integers(8)
+        path.write_bytes(bytes(hurt))
+        try:
+            Recording.load(path)
+        except InputError:
+            refused += 1
+    assert refused > 40
 
 
 def test_an_unknown_tick_is_answered_with_the_range_and_the_nearest():
