@@ -12,6 +12,7 @@ from urllib.request import urlopen
 import pytest
 from tests.app.conftest import invoke
 
+from ftqp.app.commands.viewing import is_loopback
 from ftqp.core.extras import remedy_for_extra
 
 
@@ -99,3 +100,8 @@ def test_missing_package_is_named_in_a_sentence():
     )
     assert result.returncode == 2 and "Traceback" not in result.stderr
     assert remedy_for_extra("viz") in result.stderr
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "::1", "0.0.0.0", "192.168.0.7", "pc"])
+def test_only_this_machine_is_no_reason_to_warn(host):
+    assert is_loopback(host) is (host in ("127.0.0.1", "localhost", "::1"))
