@@ -104,6 +104,11 @@ def test_degraded_joint_gets_its_share_of_the_limits(belief, K):
     assert K.limits.v_max[0] == PANDA.limits.v_max[0]
 
 
+def test_range_of_a_degraded_joint_never_grows(belief, K):
+    belief.report(Degraded(1, q_min=-99.0, q_max=99.0))
+    assert K.limits.q_min[1] == PANDA.limits.q_min[1] and K.limits.q_max[1] == PANDA.limits.q_max[1]
+
+
 @pytest.mark.parametrize(
     "fault", [Locked(3), FreeSwinging(3, damping=2.0), Degraded(3, velocity=0.2, q_max=-1.0)], ids=str
 )

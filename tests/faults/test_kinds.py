@@ -45,6 +45,13 @@ def test_senseless_fault_is_refused_with_one_sentence(make, sentence):
     assert str(error.value) == sentence
 
 
+def test_fault_is_a_ramp_lock_without_friction_or_loss_unless_told():
+    assert (Locked(0).mode, Locked(0).deceleration, Locked(0).reset) == ("ramp", None, "kinematic")
+    assert FreeSwinging(0).damping == 0.0
+    d = Degraded(0)
+    assert (d.velocity, d.acceleration, d.torque, d.q_min, d.q_max) == (1.0, 1.0, 1.0, None, None)
+
+
 def test_every_kind_has_a_table_in_scenarios_with_its_settings_and_a_word_for_messages():
     """A kind is added in ``KINDS``; scenarios and messages follow."""
     keys = {row["key"]: row for row in scenario_keys()}
