@@ -4,6 +4,7 @@ import daqp
 import numpy as np
 import pytest
 from random_qps import EQUALITY
+from records import empty_record
 from session_ticks import Ticks
 
 import ftqp
@@ -55,6 +56,44 @@ def test_command_is_the_exact_hold_of_x(level):
         assert np.abs(got[:7] - value).max() < 1e-13
 
 
+@pytest.mark.parametrize("dense", [0, 1])
+@pytest.mark.parametrize("soft_rows", [0.0, 1e-8])
+def test_residuals_are_those_of_their_formulas(dense, soft_rows):
+    """A QP and an answer made of random numbers, of which plain numpy says what is wrong with them."""
+    K, rng = solved(), np.random.default_rng(7)
+    qp, n, m, p = K.qp, 7, 3, 5
+    qp.nx, qp.meq, qp.nc, qp.dense, qp.soft_rows = n, m, p, dense, soft_rows
+    for _ in range(6):
+        H = rng.normal(size=(n, n))
+        qp.H[:n, :n], qp.H_diagonal[:n], qp.g[:n] = H + H.T, rng.uniform(0.5, 2.0, n), rng.normal(size=n)
+        qp.A[:m, :n], qp.C[:p, :n] = rng.normal(size=(m, n)), rng.normal(size=(p, n))
+        qp.b[:m], qp.soft[:m], qp.y[:m] = rng.normal(size=m), rng.uniform(0.0, 0.1, m), rng.normal(size=m)
+        qp.l[:p], qp.u[:p], qp.z[:p] = -0.1 * rng.random(p), 0.1 * rng.random(p), rng.normal(size=p)
+        qp.l[0] = qp.u[0]  # an equation, which no softness opens
+        qp.z[1] = 0.0
+        qp.lb[:n], qp.ub[:n] = -rng.uniform(0.1, 3.0, n), rng.uniform(0.1, 3.0, n)
+        qp.x[:n], qp.z_box[:n] = 2.0 * rng.normal(size=n), rng.normal(size=n)
+        qp.z_box[2], qp.lb[3] = 0.0, qp.ub[3]
+        x = np.clip(qp.x[:n], qp.lb[:n], qp.ub[:n])
+        assert not check_solution(K.task, K.cascade, K.qp, K.scratch)
+        assert np.array_equal(qp.x[:n], x)
+        left = qp.A[:m, :n] @ x - qp.b[:m] - qp.soft[:m] * qp.y[:m]
+        assert K.cascade.residual_task == pytest.approx(np.abs(left).max() / (1.0 + np.abs(qp.b[:m]).max()))
+        assert np.allclose(K.task.slack[:m], qp.A[:m, :n] @ x - K.task.asked[:m], atol=1e-12)
+        rows = qp.C[:p, :n] @ x
+        over = np.maximum(np.maximum(qp.l[:p] - rows, rows - qp.u[:p]), 0.0)
+        over[(soft_rows > 0.0) & (qp.l[:p] < qp.u[:p])] = 0.0
+        assert K.cascade.residual_bounds == pytest.approx(over.max() / (1.0 + np.abs(x).max()))
+        pull = qp.H[:n, :n] @ x if dense else qp.H_diagonal[:n] * x
+        terms = [qp.g[:n], pull, *(qp.A[:m, :n] * qp.y[:m, None]), *(qp.C[:p, :n] * qp.z[:p, None])]
+        z = qp.z_box[:n]
+        room = np.where(z > 0.0, qp.ub[:n] - x, x - qp.lb[:n])
+        wrong = np.where((z != 0.0) & (qp.lb[:n] < qp.ub[:n]), np.minimum(np.abs(z), room), 0.0)
+        worst = max(np.abs(np.sum(terms, axis=0) + z).max(), wrong.max())
+        size = np.sqrt(np.sum(np.square(terms)))
+        assert K.cascade.residual_dual == pytest.approx(worst / (1.0 + size))
+
+
 @pytest.mark.parametrize("which", ["residual_task", "residual_bounds", "residual_dual"])
 def test_each_residual_alone_keeps_an_answer_from_passing(which):
     K = solved()
@@ -74,6 +113,17 @@ def test_each_residual_alone_keeps_an_answer_from_passing(which):
         if K.cascade[name] > K.cascade.accept
     }
     assert bad == {which}
+
+
+@pytest.mark.parametrize("z", [1.0, -1.0])
+def test_a_multiplier_of_a_bound_that_is_not_met_does_not_pass(z):
+    for x, lb, ub, passes in ((0.0, -1.0, 1.0, False), (z, -1.0, 1.0, True), (0.0, 0.0, 0.0, True)):
+        K = empty_record()
+        K.qp.nx, K.cascade.accept = 1, 1e-6
+        K.qp.H_diagonal[0], K.qp.x[0], K.qp.z_box[0] = 1.0, x, z
+        K.qp.g[0], K.qp.lb[0], K.qp.ub[0] = -x - z, lb, ub
+        assert bool(check_solution(K.task, K.cascade, K.qp, K.scratch)) == passes
+        assert (K.cascade.residual_dual > 0.1) != passes
 
 
 DT = 0.002
