@@ -160,6 +160,15 @@ def test_without_mujoco_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> N
         Robot.from_mjcf(arm())
 
 
+def test_damping_and_frictionloss_are_read_with_the_defaults_of_their_class() -> None:
+    text = arm().replace(
+        "<worldbody>", '<default><joint damping="2" frictionloss="0.4"/></default><worldbody>'
+    )
+    robot = Robot.from_mjcf(text.replace('axis="1 1 0"', 'axis="1 1 0" damping="3"'), limits={"v_max": 1.0})
+    assert robot.viscous.tolist() == [2.0, 3.0]
+    assert robot.coulomb.tolist() == [0.4, 0.4]
+
+
 CUP = '<body name="cup" pos="1 0 0"><freejoint/><geom size=".05" mass=".2"/></body>'
 
 
