@@ -1,6 +1,7 @@
 """A robot written as URDF and read back: by ftqp, and by pinocchio and MuJoCo, which know nothing of it."""
 
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
@@ -104,6 +105,16 @@ def test_name_that_xml_cannot_hold_is_refused(name: str) -> None:
     odd = replace(robot, chain=replace(chain, names=(name, *chain.names[1:])))
     with pytest.raises(InputError, match="cannot stand in a URDF"):
         odd.to_urdf()
+
+
+def test_rotors_and_accelerations_stand_where_drake_reads_them() -> None:
+    robot = catalog.load("panda")
+    root = ElementTree.fromstring(robot.to_urdf())
+    drake = "{http://drake.mit.edu}"
+    limit = root.findall("joint/limit")
+    assert [float(x.get(f"{drake}acceleration", "")) for x in limit] == robot.limits.a_max.tolist()
+    rotors = root.findall(f"transmission/actuator/{drake}rotor_inertia")
+    assert [float(x.get("value", "")) for x in rotors] == [x for x in robot.chain.armature if x]
 
 
 @settings(max_examples=200, deadline=None)
