@@ -40,6 +40,12 @@ def test_a_start_stands_for_the_motion_that_moves_the_joints_least() -> None:
         coverage(PANDA, PATH, np.zeros((1, 7)))
 
 
+def test_first_safe_instant_is_where_the_last_lost_failure_ends() -> None:
+    late = REPORT.t >= REPORT.first_safe
+    assert REPORT.survived[:, late].all() and not REPORT.survived[:, ~late][:, -1].all()
+    assert all(REPORT.survives(joint, REPORT.first_safe + 0.01) for joint in range(7))
+
+
 def test_failure_between_two_instants_is_survived_where_it_is_at_both() -> None:
     joint, k = np.argwhere(REPORT.survived[:, :-1] & ~REPORT.survived[:, 1:])[0]
     assert REPORT.survives(int(joint), float(REPORT.t[k]))
