@@ -86,6 +86,11 @@ def test_goal_out_of_reach_is_refused() -> None:
         self_motion(links(1, 1, 1), (3.0, 0.0))
 
 
+def test_arm_without_a_joint_to_spare_is_refused() -> None:
+    with pytest.raises(InputError, match="has no self-motion"):
+        self_motion(links(1, 1), (1.0, 1.0))
+
+
 def test_piece_within_limits_that_is_shorter_than_a_step_is_found() -> None:
     highest = joint_ranges(links(1, 1, 1), (1.5, 1.5))["j1"].intervals[0][1]
     low = np.array([highest - 1e-5, -2.9, -2.9])

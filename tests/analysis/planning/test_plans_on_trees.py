@@ -89,3 +89,8 @@ def test_postures_move_the_arm_to_the_frame_and_leave_the_others(frame):
         assert DUAL.pose(one.q, frame) == pytest.approx(goal, abs=1e-9)
         assert (one.q[others] == near[others]).all()
         assert one.q[DUAL.joint(fault.joint)] == near[DUAL.joint(fault.joint)]
+
+
+def test_bodies_beside_the_way_are_not_looked_at_by_half():
+    with pytest.raises(ftqp.InputError, match="clear_of looks at the whole of dual_panda"):
+        ftqp.postures(DUAL, DUAL.pose(DUAL.neutral), clear_of=ftqp.Planner(DUAL, clearance=ftqp.Clearance()))

@@ -1,5 +1,7 @@
 """A detector alone: what it says of sensors and joints, and what it takes."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from tests.shaken import DT, SIGMA, Shaken, watch
@@ -136,3 +138,9 @@ def test_detector_without_arm_says_what_it_lacks(robot):
 def test_wrong_settings_are_refused(robot, wrong, sentence):
     with pytest.raises(InputError, match=sentence):
         ftqp.Detector(robot=robot, dt=DT, **wrong)
+
+
+def test_what_is_no_fault_is_not_believed(detector):
+    for strange in (SimpleNamespace(joint=2), "locked", None):
+        with pytest.raises(InputError, match="is not a fault; expected"):
+            detector.believe(strange)
