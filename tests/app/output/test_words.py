@@ -1,0 +1,68 @@
+"""What happened in a run, in words."""
+
+import pytest
+
+from ftqp.app.output.words import ending, fault_sentence, further_sentences, limits_sentence
+
+
+def test_rounding_is_no_exceeded_limit() -> None:
+    assert limits_sentence({"q": 1e-12, "v": 0.0, "a": 0.0, "tau": 0.0}) == "every joint limit was kept"
+
+
+def test_every_exceeded_limit_is_named_with_its_excess() -> None:
+    said = limits_sentence({"q": 0.01, "v": 0.0, "a": 0.0, "tau": 2.0})
+    assert said == "limits exceeded: position by 0.01, torque by 2"
+
+
+@pytest.mark.parametrize(
+    ("kind", "announced", "sentence"),
+    [
+        ("locked", 2.0, "j1 locks at 2 s; the planner is told at once"),
+        ("free_swinging", 2.5, "j1 swings freely at 2 s; the planner is told at 2.5 s"),
+        ("degraded", None, "j1 is degraded at 2 s; the planner is never told"),
+    ],
+)
+def test_fault_tells_what_when_and_who_knows(kind: str, announced: float | None, sentence: str) -> None:
+    assert fault_sentence({"kind": kind, "joint": "j1", "at": 2.0, "announced": announced}) == sentence
+
+
+def test_ending_tells_interruption_completion_and_stop_apart() -> None:
+    facts = {
+        "status_counts": {"OK": 1, "STOPPED": 2},
+        "steps": 3,
+        "interrupted": False,
+        "completed": False,
+        "stopped_at": 1.5,
+        "final_status": "STOPPED",
+    }
+    assert ending(facts | {"interrupted": True}) == "interrupted after 3 steps"
+    assert ending(facts | {"completed": True}) == "completed in 3 steps"
+    partly = {"completed": True, "status_counts": {"OK": 1, "RELAXED": 2}}
+    assert ending(facts | partly) == "completed in 3 steps, 2 of them RELAXED: the task was kept in part"
+    assert ending(facts) == "stopped at 1.50 s: the task could not go on"
+
+
+def test_soft_tasks_and_kept_points_are_told_in_their_units() -> None:
+    tasks = {
+        "elbow": {"final_error": 0.014, "max_error": 0.1, "unit": "m"},
+        "look": {"final_error": None, "max_error": 0.76, "unit": "rad"},
+    }
+    kept = {
+        "table": {"min_distance": 0.002}, "wall": {"min_distance": -3e-6}, "door": {"min_distance": None},
+        "cell": {"min_distance": 0.03, "shape": "box"}, "gate": {"min_distance": -0.03, "shape": "box"},
+        "cup": {"min_distance": 0.1, "shape": "cone"}, "can": {"min_distance": -0.1, "shape": "cone"},
+        "jug": {"min_distance": None, "shape": "cone"},
+    }  # fmt: skip
+    assert further_sentences({"tasks": tasks, "constraints": kept}) == [
+        "the task elbow was 14 mm off at the end, and 100 mm at most",
+        "the task look was an unknown amount off at the end, and 0.76 rad at most",
+        "table stayed on its side of its plane, 2 mm away at the nearest",
+        "wall was up to 3 um beyond its plane",
+        "how near door came to its plane is unknown",
+        "cell stayed inside its box, 30 mm from its boundary at the nearest",
+        "gate was up to 30 mm outside its box",
+        "cup stayed inside its cone, 5.7 deg from its boundary at the nearest",
+        "can was up to 5.7 deg outside its cone",
+        "how near jug came to its cone is unknown",
+    ]
+    assert further_sentences({}) == []
