@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import coal
 import numpy as np
@@ -129,15 +130,15 @@ def _outermost(points: FloatArray | str, name: str) -> FloatArray:
 
 
 def found_mesh(shape: Collision) -> Path:
-    """Where a mesh lies: as it is written, or ``package://`` of a folder above the URDF."""
-    written = shape.file.removeprefix("file://")
-    parts = written.removeprefix("package://")
-    if shape.beside is None:
-        tries = [Path(parts)]
+    """Where a mesh lies: beside the URDF or above it, whatever package or model it is said to be of."""
+    scheme, mark, rest = shape.file.partition("://")
+    above = [] if shape.beside is None else list(shape.beside.resolve().parents)
+    if not mark:
+        tries = [*(folder / shape.file for folder in above), Path(shape.file)]
+    elif scheme == "file":
+        tries = [Path(unquote(rest))]
     else:
-        above = [shape.beside.parent, *shape.beside.parent.parents]
-        inner = Path(*Path(parts).parts[1:]) if written.startswith("package://") else Path(parts)
-        tries = [Path(parts), *(folder / way for folder in above for way in (parts, inner))]
+        tries = [*(folder / way for folder in above for way in (rest, rest.partition("/")[2])), Path(rest)]
     for path in tries:
         if path.is_file():
             return path

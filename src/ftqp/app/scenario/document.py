@@ -63,10 +63,13 @@ def read(source: str, overrides: Iterable[str] = (), kind: str = "scenario") -> 
         name, origin, folder, text = path.stem, str(path), path.parent, _text(path, kind)
     content = _parsed(text, origin)
     errors = [error for override in overrides if (error := _override(content, override, kind))]
-    errors += [
-        f"{key} is a whole number beyond {LARGEST:g} in size, expected one within it"
-        for key in islice(beyond(content), MOST)
-    ]
+    try:
+        errors += [
+            f"{key} is a whole number beyond {LARGEST:g} in size, expected one within it"
+            for key in islice(beyond(content), MOST)
+        ]
+    except RecursionError:
+        errors.append(f"the tables are nested too deeply, which no {kind} needs")
     if errors:
         raise ScenarioError(f"{origin} cannot be used:", errors)
     return Document(name=name, origin=origin, folder=folder, content=content)
@@ -133,6 +136,8 @@ def _override(content: dict[str, Any], text: str, kind: str) -> str | None:
     """Puts ``a.b=value`` into ``content``, or takes out ``a.b=``; returns what is wrong with it."""
     key, equals, raw = text.partition("=")
     parts = _parts(key)
+    if len(parts) > MAX_DOTS:
+        return f"--set {text!r:.100} has a key of more than {MAX_DOTS} parts, expected 4 at most"
     if not equals or not parts or not all(parts):
         return f"--set {text!r:.100} is not of the form a.b=value, for example --set planner.dt=0.002"
     table: Any = content

@@ -179,6 +179,12 @@ class Store:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         folder.mkdir(mode=0o755, parents=True, exist_ok=True)
+        facts = folder.stat()
+        if hasattr(os, "getuid") and (facts.st_uid not in (0, os.getuid()) or facts.st_mode & 0o022):
+            raise CannotBuild(
+                f"{folder} belongs to another user, or others may write into it, and its files would be "
+                "linked; remove it, or give another folder by --store"
+            )
 
     def object_file(self, key: str) -> Path:
         """Where the object file of a key is."""
@@ -189,7 +195,7 @@ class Store:
         try:
             said = (self._folder / f"{key}.json").read_bytes()
             return kept_parts.read(self.object_file(key).read_bytes(), said)
-        except (OSError, ValueError):
+        except (OSError, ValueError, NumbaError):
             return None
 
     def keep(self, key: str, code: bytes, parts: list[Part]) -> None:

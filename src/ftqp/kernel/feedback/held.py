@@ -17,9 +17,10 @@ from ftqp.kernel.layout.enums import NOTHING_HEARD, POSITION_DRIVE, TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
 from ftqp.kernel.maths.elementary import is_finite
 
-LEARNS, CLIP, LEAST_NOISE = 0.005, 25.0, 1e-11
+LEARNS, CLIP, LEAST_NOISE, NOISIEST = 0.005, 25.0, 1e-11, 0.005
 """Share of a sample in the noise that is learned from third differences, whose variance is 20 times a
-sample's; what counts of one is at most so many times what was learned, and so much [rad2]."""
+sample's; what counts of one is at most so many times what was learned, and so much [rad2]; a joint whose
+encoder scatters by more than the last one [rad or m] has a sensor that fails."""
 FILTER = 0.006
 """Time constant [s] of the speed that samples show ..."""
 STANDS, STANDS_SIGMAS = 0.012, 3.0
@@ -99,7 +100,7 @@ def _learn_noise(K: Any, i: int, sample: float) -> None:
     d = sample - 3.0 * (held.last[i] - held.older[0, i]) - held.older[1, i]
     known = held.sigma[i] * held.sigma[i]
     known += LEARNS * (min(d * d / 20.0, CLIP * known + LEAST_NOISE) - known)
-    held.sigma[i] = max(sqrt(known), stated)
+    held.sigma[i] = max(min(sqrt(known), NOISIEST), stated)
     held.older[1, i], held.older[0, i], held.last[i] = held.older[0, i], held.last[i], sample
 
 
