@@ -234,7 +234,8 @@ def refuse_out_of_range(made: Any, whose: str = "", *, every: bool = False) -> N
         if isinstance(value, str) and str in get_args(key.hint):
             continue
         value = list(value.values()) if isinstance(value, Mapping) else value
-        several = np.ndim(value) and not {*(get_args(key.hint) or (key.hint,))} <= {int, float, NoneType}
+        plain = says.of is None and {*(get_args(key.hint) or (key.hint,))} <= {int, float, NoneType}
+        several = np.ndim(value) and not plain
         for one in numbers(f"{name}{whose}", value).flat if several else (value,):
             if says.infinite and one == float("inf"):
                 continue
