@@ -178,7 +178,7 @@ def test_keys_of_a_scenario_come_with_default_and_unit() -> None:
         "key": "planner.dt",
         "default": "0.001",
         "unit": "s",
-        "meaning": "the sampling period",
+        "meaning": "the sampling period, > 0 and at most 1",
     }
     assert rows["path(circle).radius"]["default"] == "needed"
     assert all(row["meaning"] for row in rows.values())
