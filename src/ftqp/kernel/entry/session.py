@@ -81,30 +81,31 @@ def share_out(
     portions = min(count, PORTIONS * workers) if size is None else -(-count // size)
     if size is None and (workers == 1 or portions <= 1):
         return work(0, count) or 0
-    done: SimpleQueue[int] = SimpleQueue()
+    done: SimpleQueue[int | BaseException] = SimpleQueue()
 
     def portion(first: int, last: int) -> None:
-        said: int | None = 0
         try:
-            said = work(first, last)
-        finally:
-            done.put(said or 0)
+            done.put(work(first, last) or 0)
+        except BaseException as error:  # raised by who waits
+            done.put(error)
 
     ends = [k * count // portions if size is None else min(k * size, count) for k in range(portions + 1)]
     # A Ctrl-C in concurrent.futures.wait would leave its futures locked and the threads waiting for ever.
     pool, left, total = ThreadPoolExecutor(workers), portions, 0
     try:
-        begun = [pool.submit(portion, *between) for between in pairwise(ends)]
+        for between in pairwise(ends):
+            pool.submit(portion, *between)
         while left:
             try:
-                total += done.get(timeout=POLL)
+                said = done.get(timeout=POLL)
             except Empty:
                 continue
+            if isinstance(said, BaseException):
+                raise said
+            total += said
             left -= 1
             if progress is not None:
                 progress(total)
-        for one in begun:
-            one.result()
     except BaseException:
         if stop is not None:
             stop()
