@@ -123,3 +123,18 @@ def test_angles_are_accurate_at_any_pitch(w: list[float], off: float) -> None:
     upright = pin.rpy.rpyToMatrix(w[0], np.pi / 2.0 - off, w[1])
     for R in (pin.exp3(np.array(w)), upright, upright.T):
         np.testing.assert_allclose(pin.rpy.rpyToMatrix(*roll_pitch_yaw(R)), R, rtol=0.0, atol=1e-14)
+
+
+def test_shapes_without_all_their_sizes_are_left_out_aloud(caplog) -> None:
+    """A box of two edges is none, and who scales a mesh by two numbers does not mean 1."""
+    text = (
+        '<robot name="a"><link name="b"><collision><geometry><box size="1 1"/></geometry></collision></link>'
+        '<joint name="j" type="revolute"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/>'
+        '<limit lower="-1" upper="1" velocity="1" effort="9"/></joint>'
+        '<link name="c"><inertial><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+        '<collision><geometry><mesh filename="x.stl" scale="1 1"/></geometry></collision></link></robot>'
+    )
+    Robot.from_urdf(text, tip="c")
+    assert "the box of link 'b' has the sizes [1.0, 1.0], expected 3 finite numbers" in caplog.text
+    assert "the mesh of link 'c' has the sizes [1.0, 1.0], expected 3 finite numbers" in caplog.text

@@ -1,5 +1,6 @@
 """Reading URDF: the tree is audited first, then pinocchio gets a cleaned copy without meshes."""
 
+import logging
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,8 @@ from ftqp.model.followers import Follower
 from ftqp.model.reading.safe_xml import DRAKE, postures_beside, xml_of
 from ftqp.model.reading.source import Source, unlimited
 
+_LOG = logging.getLogger("ftqp")
+
 KINDS = ("revolute", "prismatic", "continuous", "fixed", "floating", "planar")
 """Joint types of URDF."""
 
@@ -33,6 +36,9 @@ GEOMETRY = {
     "mesh": ("scale",),
 }
 """What a link is made of for collisions, and the attributes that are its sizes; capsules are of URDF 1.2."""
+
+SIZES = {"sphere": 1, "cylinder": 2, "capsule": 2, "box": 3, "mesh": 3}
+"""How many numbers these attributes hold."""
 
 SYMMETRIC = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
@@ -107,11 +113,17 @@ def shapes_of(
             if shape is None or shape.tag not in GEOMETRY:
                 continue
             size = [x for key in GEOMETRY[shape.tag] for x in map(_number, shape.get(key, "").split())]
-            if shape.tag == "mesh":
-                size = size if len(size) == 3 else [1.0, 1.0, 1.0]
+            if shape.tag == "mesh" and "scale" not in shape.attrib:
+                size = [1.0, 1.0, 1.0]
+            if len(size) != SIZES[shape.tag] or not np.isfinite(size).all():
+                _LOG.warning(
+                    "the %s of link %r has the sizes %s, expected %d finite numbers; it is left out",
+                    shape.tag, name, size, SIZES[shape.tag],
+                )  # fmt: skip
+                continue
             origin = _origin(element)
             least = min(map(abs, size) if mirrored and shape.tag == "mesh" else size, default=0.0)
-            if not (least > 0.0 and np.isfinite(size).all() and np.isfinite(origin).all()):
+            if not (least > 0.0 and np.isfinite(origin).all()):
                 continue
             place = pin.SE3(pin.rpy.rpyToMatrix(*origin[3:]), origin[:3]).homogeneous
             found.append(
