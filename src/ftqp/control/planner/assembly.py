@@ -7,6 +7,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.drive.joint_drive import BRAKES, KINDS, Drive, Noise
+from ftqp.control.drive.servo_prior import FALSE_ALARMS, fill_monitor
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.collision_model import CollisionModel, clearance_rows
 from ftqp.control.planner.constraint_list import Constraints, row_names
@@ -16,6 +17,7 @@ from ftqp.control.planner.leading_plan import PlanLeading
 from ftqp.control.planner.mounted_robot import BrakingReserve
 from ftqp.control.planner.qp_solver import Solver
 from ftqp.control.planner.response.fault_response import FaultResponse
+from ftqp.control.planner.response.monitored import MonitorResponse
 from ftqp.control.planner.response.probing import probing_of
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import LEVELS, Settings
@@ -42,6 +44,7 @@ from ftqp.control.task.task import (
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
+from ftqp.faults.detection.detector import Detector
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.orders import LIMITS, Orders
 from ftqp.kernel.entry.session import ArmSession, Memory, Session
@@ -77,6 +80,7 @@ def filled(
     drive: Drive = Drive(),  # noqa: B008  frozen
     noise: Noise = Noise(),  # noqa: B008  frozen
     asked: Asked = NOTHING_ASKED,
+    rate: float = FALSE_ALARMS,
 ) -> Session:
     """The session of a healthy robot; what is believed of its joints is another's to write."""
     session = Session(robot.nv)
@@ -125,11 +129,12 @@ def filled(
     feedback.speed = 1.0
     feedback.tolerance, feedback.rotation_tolerance = task.tolerance, task.rotation_tolerance
     gains = drive.gains(dt, noise, 6.0 * robot.length, a_max)
-    K.gate.lead = gains.pop("lead")
+    lead = gains.pop("lead")
     for name, value in gains.items():
         setattr(feedback, name, value)
     for name, value in drive.learning(dt, noise).items():
         setattr(K.learned, name, value)
+    fill_monitor(K, robot, dt, drive, lead, rate)
     K.keeps.asked = sum(len(names) for kind, names in asked.items() if kind != CLEARANCE.name)
     K.cascade.p = len(constraint_owners(robot.joints, robot.has_inertia, asked))
     return session
@@ -205,7 +210,7 @@ class Assembly:
         }
         self.session = session = filled(
             robot, task, given.criterion, given.bounds, given.emergency,
-            level=given.level, dt=given.dt, drive=given.drive, noise=given.noise, asked=asked,
+            level=given.level, dt=given.dt, drive=given.drive, noise=given.noise, asked=asked, rate=given.rate,
         )  # fmt: skip
         self.solver = solver = Solver(session, robot, task, given.scheme, given.solver, bool(soft))
         if not solver.has_qp:
@@ -225,8 +230,11 @@ class Assembly:
         self.rest = Rest(session, self.degrading, robot)
         self.free = FreeJoint(session, robot, parts_of_free(session, robot.nv)) if solver.has_qp else None
         self.leading = None if given.plan is None else PlanLeading(given.plan, session, robot)
-        self.response = None
-        if given.detector is not None:
+        self.response: FaultResponse | MonitorResponse | None = None
+        if given.finds:
+            session.K.monitor.names = 1
+            self.response = MonitorResponse(session, robot, self.loop, believe, disbelieve)
+        elif isinstance(given.detector, Detector) and given.drive.kind != "position":
             self.response = FaultResponse(
                 given.detector, session, robot, given.drive, given.noise, self.loop, believe, disbelieve,
                 probing_of(session, given, given.detector),
@@ -333,7 +341,9 @@ class Assembly:
             record=copy.memory,
             given=memory,
             arm=self.orders.arm,
-            detector=None if self.response is None else self.response.detector.memory.copy(),
+            detector=None
+            if not isinstance(self.response, FaultResponse)
+            else self.response.detector.memory.copy(),
             states=rows[:, : 2 * n].copy(),
             left_out=() if self.surroundings is None else (stays,),
         )

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, Noise
+from ftqp.control.drive.servo_prior import FALSE_ALARMS
 from ftqp.control.planner.arm_loop import accepted_drive
 from ftqp.control.planner.constraint_list import Constraint, listed, needs_qp, refuse_without_effect
 from ftqp.control.planner.leading_plan import LeadingPlan, plan_for
@@ -64,7 +65,7 @@ class Settings:
     solver: Backend | None
     limits_torque: bool
     plan: LeadingPlan | None
-    detector: Detector | None
+    detector: Detector | bool | None
     scene: Scene | None
     clearance: Clearance | None
     remember: float | None
@@ -75,6 +76,17 @@ class Settings:
     def backend(self) -> str:
         """The name of what solves the QP."""
         return IN_KERNEL if self.solver is None else self.solver.name
+
+    @property
+    def finds(self) -> bool:
+        """Whether what the monitor of the servos finds is believed."""
+        return self.drive.kind == "position" and self.detector is not False
+
+    @property
+    def rate(self) -> float:
+        """How many false alarms an hour are allowed."""
+        given = self.detector
+        return given.false_alarms_per_hour if isinstance(given, Detector) else FALSE_ALARMS
 
     @property
     def keeps_clear(self) -> bool:
@@ -116,7 +128,7 @@ def settled(
 ) -> Settings:  # fmt: skip
     """The arguments of a ``Planner``, checked in their order; see there."""
     instance("n_minus_one", n_minus_one, NMinusOne | None, "an ftqp.NMinusOne or None")
-    instance("detector", detector, Detector | None, "an ftqp.Detector or None")
+    instance("detector", detector, Detector | bool | None, "an ftqp.Detector, False or None")
     task, soft, target = split(getattr(robot, "tip", None), task, tasks)
     constraints = listed(constraints)
     instance("scene", scene, Scene | None, "an ftqp.Scene or None")

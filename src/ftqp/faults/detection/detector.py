@@ -169,8 +169,20 @@ class Detector(DetectorSettings):
         fill_record(session.D, self, robot, dt, ticks)
         self._names = robot.joints
         self._detect = session.detect()
-        self._diagnosis = Diagnosis(robot.joints, session.field)
+        self._diagnosis = Diagnosis(robot.joints, self._seen)
         self._restart()
+
+    def _seen(self, name: str) -> Any:
+        """What a diagnosis reads: a field of the record, or means of speeds over the last samples."""
+        session = self._working()
+        if name == "speed":
+            kept = np.roll(session.field("kept"), -1 - int(session.D.at), axis=0)
+            part = len(kept) // 4
+            moved = kept[-part:].mean(axis=0) - kept[:part].mean(axis=0)
+            return np.abs(moved) / ((len(kept) - part) * float(session.D.dt))
+        if name == "asked":
+            return np.abs(np.roll(session.field("kept_v"), -1 - int(session.D.at), axis=0)[-50:].mean(axis=0))
+        return session.field(name)
 
     def _working(self) -> DetectionSession:
         if self._session is None:

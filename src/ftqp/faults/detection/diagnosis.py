@@ -135,23 +135,17 @@ class JointDiagnosis:
     @property
     def speed(self) -> float:
         """Mean speed of its samples over about the last 50 ticks [rad/s or m/s]; NaN while a sample is."""
-        kept, at = self._look("kept")[:, self._i], int(self._look("at")[0])
-        lately = np.roll(kept, -1 - at)
-        part = len(lately) // 4
-        moved = float(lately[-part:].mean() - lately[:part].mean())
-        return abs(moved) / ((len(lately) - part) * float(self._look("dt")[0]))
+        return float(self._look("speed")[self._i])
 
     @property
     def asked(self) -> float:
         """Mean speed of its reference over the last 50 ticks [rad/s or m/s]; 0 of one that went and came."""
-        kept, at = self._look("kept_v")[:, self._i], int(self._look("at")[0])
-        return abs(float(np.roll(kept, -1 - at)[-50:].mean()))
+        return float(self._look("asked")[self._i])
 
     @property
     def unobservable(self) -> str | None:
         """What cannot be seen of the joint now and what would show it, or None."""
-        at = int(self._look("at")[0])
-        speed = abs(float(self._look("kept_v")[at, self._i]))
+        speed = self.asked
         if speed >= LEAST_SPEED:
             return None
         return (

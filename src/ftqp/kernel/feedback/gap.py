@@ -71,6 +71,11 @@ def measure_gap(K: Any) -> None:
     """
     feedback, watch = K.feedback, K.watch
     feedback.gap = 0.0
+    if K.monitor.on and not feedback.has_tip:
+        feedback.gap, feedback.tip_gap, feedback.far = K.monitor.worst, 0.0, 0
+        feedback.culprit = K.monitor.suspect
+        lasts(K.state, feedback, LAGS, 0, feedback.gap > 1.0)
+        return
     if not feedback.displaced and feedback.exact:
         feedback.far = feedback.lasting[LAGS, 0] = 0
         return
@@ -95,14 +100,14 @@ def stand_by(feedback: Any) -> None:
 
 
 @jit
-def wait(state: Any, watch: Any, feedback: Any) -> None:
+def wait(K: Any) -> None:
     """The rate of the path: 1 up to a gap of 0.6, 0 at a gap of 1, changing smoothly.
 
     g_f' = (g - g_f)/10 ms; rate' = clip((clip((1 - g_f)/0.4, 0, 1) - rate)/0.05 s, -5, 2). During a stop it
     rests. Waiting for a second in vain stops the arm, unless the planner never stops of its own accord.
     Source: docs/theory/feedback.md, "The gap".
     """
-    dt = state.dt
+    watch, feedback, dt = K.watch, K.feedback, K.state.dt
     feedback.rate_change = 0.0
     if watch.latched:
         return
@@ -118,5 +123,5 @@ def wait(state: Any, watch: Any, feedback: Any) -> None:
     feedback.rate_change = change
     feedback.rate = max(rate, 0.0)
     feedback.waited = feedback.waited + dt if feedback.rate < WAITING else 0.0
-    if feedback.waited > PATIENCE and watch.stop_samples > 0:
+    if feedback.waited > PATIENCE and watch.stop_samples > 0 and not K.monitor.on:
         latch(watch, STOPPED_BY_LAG)

@@ -24,6 +24,7 @@ from ftqp.kernel.layout.enums import (
     LOCKED,
     MEASURED,
     OK,
+    POSITION_DRIVE,
     RELAXED,
     SCALED,
     STOPPING,
@@ -35,6 +36,7 @@ from ftqp.kernel.layout.enums import (
 from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
 from ftqp.kernel.maths.elementary import larger, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, put, several
+from ftqp.kernel.monitor.leading import keep_found
 from ftqp.kernel.rows.failed_joints import braked_velocity
 
 ROUNDING = 1e-9
@@ -123,9 +125,10 @@ def _lets_through(K: Any, at: int) -> bool:
         elif feedback.kind == TORQUE_DRIVE:
             tau = several(feedback.tau_sent, at)
             near = near & _keeps(tau, several(limits.tau_max, at)) & (abs(tau) < inf)
-        elif gate.lead != 0.0:
+        elif feedback.kind == POSITION_DRIVE:
             top = larger(smaller(v_max, UNLIMITED), larger(abs(v), abs(v_last)))
-            way = dt * top + gate.lead * abs(v - v_last)
+            push = several(K.monitor.push, at) * several(state.a_command, at)
+            way = dt * top + several(K.monitor.lead, at) * abs(v - v_last) + abs(push)
             near = near & _keeps(several(feedback.q_sent, at) - several(gate.sent, at), way)
             near = near & (abs(several(feedback.v_sent, at)) < inf)
     else:
@@ -160,6 +163,8 @@ def _send_to_failed(K: Any) -> None:
         i = faults.order[k]
         if faults.code[i] == FREE or faults.code[i] == MEASURED:
             feedback.q_sent[i] = _toward(gate.sent[i], state.q_command[i], 2.0 * FASTEST * dt)
+            continue
+        if K.monitor.names and keep_found(K, i):
             continue
         before = gate.speed[i]
         after = _toward(before, state.v_command[i], dt * K.limits.a_max[i])

@@ -170,7 +170,7 @@ def _hold(K: Any) -> None:
         if feedback.kind != POSITION_DRIVE:
             gate.q[i] = held.at[i]
         else:
-            gate.q[i] = gate.sent[i]
+            gate.q[i] = gate.sent[i] - K.monitor.droop[i]
         feedback.held[i] = 0
         feedback.unresponsive[i] = 0
         drop(feedback, i)

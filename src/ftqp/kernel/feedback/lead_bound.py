@@ -13,6 +13,7 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, TORQUE_DRIVE, VIABILITY
 from ftqp.kernel.layout.thresholds import UNLIMITED
+from ftqp.kernel.monitor.leading import beyond_lead
 from ftqp.kernel.rows.joint_intervals import braking, narrow, viability
 
 REST_TIME = 0.01
@@ -28,6 +29,8 @@ v_max/w."""
 @jit
 def beyond(K: Any, then: int, i: int, v: float) -> float:
     """How much farther than the bound the reference is ahead of joint i, < 0 where it is not; towards v."""
+    if K.monitor.sees:
+        return beyond_lead(K, i, v)
     off = K.past.q[then, i] - K.feedback.seen[i]
     top = min(K.limits.v_max[i], UNLIMITED)
     most = max(REST_TIME * top, LEAST) + BAND_TIME * abs(v)
@@ -77,14 +80,3 @@ def keep_near(K: Any) -> None:
         else:
             most = max(braking(away, room, inf, a_max, a_brake, dt)[0] + own, 0.0)
         narrow(K.qp, i, -inf if v > 0.0 else -most, most if v > 0.0 else inf)
-
-
-@jit
-def hold_back(K: Any, then: int, i: int) -> None:
-    """What is sent to joint i goes no farther ahead than the bound, nor back after a joint that falls."""
-    feedback = K.feedback
-    wanted, last = feedback.q_sent[i], K.gate.sent[i]
-    ahead = 1.0 if wanted > last else -1.0
-    over = beyond(K, then, i, ahead * max(abs(K.state.v_command[i]), 1e-12))
-    if over > 0.0:
-        feedback.q_sent[i] = last if ahead * (wanted - last) < over else wanted - ahead * over

@@ -85,8 +85,11 @@ def watch_motion(K: Any) -> None:
         if K.faults.code[K.chain.lead[i]] != HEALTHY or feedback.thrown > 0.0:
             feedback.lasting[LEFT_BAND, i] = feedback.lasting[TOO_FAST, i] = 0
             continue
-        band = error_band(feedback, past, i)
-        out = K.watch.latched != 0 and abs(feedback.seen[i] - past.q[then, i]) > band
+        if K.monitor.on:
+            far = K.monitor.G[i] > K.monitor.level
+        else:
+            far = abs(feedback.seen[i] - past.q[then, i]) > error_band(feedback, past, i)
+        out = K.watch.latched != 0 and far
         fast = abs(feedback.v_hat[i]) > OVERSPEED * top[i] + max(top[i], abs(past.v[then, i]))
         if out or fast:
             feedback.any_counted = 1

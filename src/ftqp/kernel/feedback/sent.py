@@ -4,7 +4,6 @@ from typing import Any
 
 from ftqp.kernel.arm.kinematics import mimic
 from ftqp.kernel.feedback.held import CREEPS
-from ftqp.kernel.feedback.lead_bound import hold_back
 from ftqp.kernel.feedback.pairs import is_soft, softly
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.unresponsive import inform_unresponsive, predict_unresponsive
@@ -12,6 +11,7 @@ from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, TORQUE_DRIVE, VELOCITY_DRIVE
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
+from ftqp.kernel.monitor.leading import blend, keep_found, lead_joint
 
 FEED_FORWARD_SHARE = 0.3
 """The disturbance is fed forward up to this share of a joint's torque limit."""
@@ -262,7 +262,7 @@ def _creep(limits: Any, feedback: Any, held: Any, i: int) -> float:
 def send(K: Any) -> None:
     """q, v and tau for the arm's interface, from the reference that the planner has just commanded.
 
-    position:  q_r + lead v_r within the range of the joint, see also ``hold_back``;  v_r + lead a_r
+    position:  see ``ftqp.kernel.monitor.leading``
     velocity:  v_r + k_q e + k_q^2/8 int e, e = q_r - q^ at the samples' time, within the velocity limit
     torque:    see ``_torques``
 
@@ -270,7 +270,6 @@ def send(K: Any) -> None:
     of it fades by a_max.
     """
     feedback, past, state, faults, limits = K.feedback, K.past, K.state, K.faults, K.limits
-    lead = K.gate.lead
     if (feedback.refused or feedback.holding) and feedback.kind == VELOCITY_DRIVE:
         for i in range(K.chain.n):
             feedback.bent[i] = feedback.v_sent[i] - past.v[feedback.now, i]
@@ -296,13 +295,10 @@ def send(K: Any) -> None:
             else:
                 feedback.v_sent[i] = _held(state, limits, feedback, i, past.q[then, i] - feedback.q_hat[i])
         return
-    if lead != 0.0:
-        for k in range(faults.working):
-            i = faults.order[k]
-            q = state.q_command[i]
-            low, high = min(limits.q_min[i], q), max(limits.q_max[i], q)
-            feedback.q_sent[i] = min(max(q + lead * state.v_command[i], low), high)
-            feedback.v_sent[i] += lead * state.a_command[i]
-    if not feedback.exact and not K.held.on:
-        for k in range(faults.working):
-            hold_back(K, slot(feedback, feedback.latency), faults.order[k])
+    bounded = K.monitor.sees != 0 and not K.held.on
+    for k in range(faults.working):
+        i = faults.order[k]
+        if not (K.monitor.names and keep_found(K, i)):
+            lead_joint(K, i, bounded)
+    if K.monitor.sees:
+        blend(K)

@@ -99,30 +99,33 @@ def _rests(feedback: Any, calm: Any) -> bool:
 
 
 @jit
-def correct(state: Any, task: Any, watch: Any, feedback: Any, calm: Any, held: int) -> None:
+def correct(K: Any) -> None:
     """c'' = -kappa^2 (c + d) - 2 kappa c', and what it adds to the task: c to its error, the rest to b.
 
-    It rests while a sample is refused, while the whole arm is ``held``, during a stop, near a target that
+    Of a servo whose lag is learned the arm's error is not taken back by this loop, but where the tip itself is
+    measured. It rests while a sample is refused, while the whole arm is held, during a stop, near a target that
     stands, when the arm holds, and when it has swung for so long that it gives up. The task's own gains do
     not see c: its velocity and its acceleration are fed forward, so that kappa alone decides how fast the
     arm's error is taken back.
     Source: docs/theory/feedback.md, "The tip".
     """
+    state, task, watch, feedback, calm = K.state, K.task, K.watch, K.feedback, K.calm
     c, rate, kappa, dt = feedback.c, feedback.c_rate, feedback.kappa, state.dt
+    share = 0.0 if K.monitor.on and not feedback.has_tip else 1.0
     feedback.displaced = 0
     for k in range(6):
-        if c[k] != 0.0 or rate[k] != 0.0 or feedback.off[k] != 0.0:
+        if c[k] != 0.0 or rate[k] != 0.0 or share * feedback.off[k] != 0.0:
             feedback.displaced = 1
     if not feedback.displaced:
         return
     blind = feedback.refused > 0 or feedback.holding > 0
     frozen = blind or watch.latched != 0 or _rests(feedback, calm) or calm.holding or gives_up(calm)
-    frozen = frozen or held != 0
+    frozen = frozen or K.held.on != 0
     for k in range(6):
         if frozen:
             rate[k] = feedback.push[k] = 0.0
             continue
-        change = -kappa * kappa * (c[k] + feedback.off[k]) - 2.0 * kappa * rate[k]
+        change = -kappa * kappa * (c[k] + share * feedback.off[k]) - 2.0 * kappa * rate[k]
         rate[k] += dt * change
         c[k] += dt * rate[k]
         feedback.push[k] = change + task.kv * rate[k] if state.level == ACCELERATION else rate[k]

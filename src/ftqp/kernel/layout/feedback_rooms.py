@@ -14,6 +14,8 @@ KEPT = 6
 """So many earlier estimates are kept, so that one can be gone back to that a fault has not touched."""
 LATER = 5
 """Samples may come so many ticks later than was stated: the latency of common arms."""
+SERVO = 6
+"""What is learned of the servo of a joint: lag, rotor, friction, droop, and droop by weight and by inertia."""
 PACES = ("stiffness", "pole", "kappa", "felt_noise", "missing_noise", "gain")
 """What changes with the delay, the last in the room ``learned``, the others in ``feedback``."""
 
@@ -105,7 +107,6 @@ history  Given targets of the last second, every few ticks.
     target  f8[HISTORY,TARGET_SIZE]
 gate  What ``ftqp.kernel.feedback.gate`` keeps for itself: what was last let through; every tick begins at it.
     shut  i8  ticks in which it was shut
-    lead  f8  how far ahead of the reference positions are sent
     q v  f8[N]  the reference that was last let through
     sent speed  f8[N]  positions and velocities that went to the arm with it; 0 where a joint swings freely
     tau  f8[N]  the torques
@@ -127,6 +128,42 @@ held  What ``ftqp.kernel.feedback.held`` keeps of the arm as a whole: it stands 
     sigma  f8[N]  the standard deviation of samples, learned, and at least what was stated
     near  f8[N]  where it stands now, as this may go slowly
     way  f8[N]  the sign of where it was to go
+monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks against each joint.
+    on  i8  the arm takes positions
+    names  i8  what is found is said, so that the planner counts on it
+    sees  i8  the filters hold samples
+    ideal  i8  samples were the commands to the last bit while the arm moved
+    every count  i8  ticks from one look at a joint to the next, and since the last one at joint 0
+    news  i8  ``found`` has changed
+    suspect  i8  the joint that most speaks against
+    pole w D  f8  of the filters, their corner [1/s], and the gain of their differences [1/s]
+    kappa  f8  the share of an independent look that a look is
+    level top  f8  evidence that decides, and the most that is kept
+    worst  f8  the most that speaks against a joint, as a share of what decides
+    u y  f8[N]  what was sent, and the sample that came after it
+    u_f y_f  f8[3,N]  both behind one, two and three poles
+    total  f8[N]  samples since the last look, and their means over the last looks
+    mean  f8[4,N]
+    v a  f8[N]  of the filtered samples
+    peak_v peak_a  f8[N]  the most of what was asked for lately
+    act  f8[N]  motion that was asked for [rad/s or m/s]
+    unit  f8[N]  one over a fifth of the torque limits
+    weight inertia  f8[N]  g, and M a, of the model, in these units
+    theta told  f8[N,SERVO]  what is known of the servo now, and what was told of it
+    doubt  f8[N,SERVO]  standard deviations of what was told
+    P  f8[N,SERVO,SERVO]
+    safe  f8[N,SERVO]  what was known when the evidence was last zero
+    safe_P  f8[N,SERVO,SERVO]
+    missed  f8[N]  motion that the model misses [s]
+    way  f8[N]  motion that was learned from [0.05 rad or m]
+    r spread S z z_old  f8[N]  the residual, noise and what is missed, its variance, r/sqrt(S), the last one
+    G G_lock G_free anchor  f8[N]  evidence that a joint does not follow, stands, has no motor; since where
+    rests blind  i8[N]  it has not moved lately; ticks until its samples count again
+    found found_at  i8[N]  what was found, a set of kinds, and the tick
+    place tell  f8[N]  where it stood then, and by how much more it is asked for
+    told_lead lead lead_to push push_to droop droop_to  f8[N]  by how much a command leads, now and soon
+    room  f8[N]  how far ahead of a joint its command may be
+    phi gain  f8[SERVO]  memory
 learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's model does not say.
     on  i8  it is learned
     based  i8  ``base_`` holds the model

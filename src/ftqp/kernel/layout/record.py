@@ -264,7 +264,19 @@ _EACH: Final[dict[str, Callable[[int], Fields]]] = {
 ROOMS: Final = {
     name: _EACH[name]
     for name in (
-        *("state", "faults", "limits", "task", "criteria", "watch", "cascade", "feedback", "gate", "held"),
+        *(
+            "state",
+            "faults",
+            "limits",
+            "task",
+            "criteria",
+            "watch",
+            "cascade",
+            "feedback",
+            "gate",
+            "held",
+            "monitor",
+        ),
         *("kinematics", "chain", "qp", "scratch", "turned", "past", "learned", "history", "aside", "calm"),
         *("free", "terms", "keeps", "scene", "ahead", "supposed"),
     )

@@ -44,6 +44,7 @@ from ftqp.kernel.layout.enums import (
     TORQUE_DRIVE,
 )
 from ftqp.kernel.layout.thresholds import LAST
+from ftqp.kernel.monitor.watching import watch_servos
 from ftqp.kernel.rows.constraint_rows import (
     IN_EVERY_TICK,
     add_constraints,
@@ -116,6 +117,8 @@ def _see(K: Any) -> bool:
     believe(K)
     watch_arm(K, first)
     observe(K, first)
+    if K.monitor.on:
+        watch_servos(K, first)
     if feedback.kind == TORQUE_DRIVE:
         if not K.held.on:
             learn(K, told, first)
@@ -127,12 +130,12 @@ def _see(K: Any) -> bool:
     refer(K.state, K.faults, feedback, K.chain, K.past)
     look_at_tip(K)
     leave_margin(K.faults, feedback, K.chain, K.past)
-    correct(K.state, K.task, K.watch, feedback, K.calm, K.held.on)
+    correct(K)
     if K.held.on:
         stand_by(feedback)
     else:
         measure_gap(K)
-        wait(K.state, K.watch, feedback)
+        wait(K)
     return valid
 
 

@@ -156,6 +156,10 @@ class FaultResponse:
         self._verification.end(i)
         self.findings[:] = [finding for finding in self.findings if finding.joint != name]
 
+    def believed(self, fault: Fault) -> None:
+        """The planner believes what was found: the other joints are looked at."""
+        self.detector.believe(fault)
+
     def told(self, fault: Fault) -> None:
         """A user has reported a fault: the others are looked at, and what becomes of it is the user's."""
         self.detector.believe(fault)

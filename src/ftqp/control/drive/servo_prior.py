@@ -1,0 +1,71 @@
+"""What a planner supposes of servos on positions before it has seen them, and how it judges them."""
+
+from math import exp, log
+from typing import Any, Final
+
+import numpy as np
+
+from ftqp.control.drive.joint_drive import Drive
+from ftqp.core.checks import FloatArray
+from ftqp.kernel.layout.feedback_rooms import SERVO
+from ftqp.kernel.monitor.servos import PRIOR
+from ftqp.model.robot import Robot
+
+FALSE_ALARMS: Final = 0.1
+"""How often an hour a healthy arm may be accused unless something else is asked for."""
+CORNER, CORNER_DT = 100.0, 0.6
+"""Corner of the filters [1/s], and what it is at most times dt: faster ones pass noise on,
+and what a servo of 60 Hz does is done by then."""
+BLOCK = 0.005
+"""From one look at a joint to the next [s]: half of the time that the filters take."""
+ALIKE = 5.33
+"""White noise behind three poles at w is alike for so many times 1/w: the sum of its autocorrelation."""
+SHARE = 4
+"""So many hypotheses share the rate of false alarms: locked, without motor, held, pushed."""
+MOST = 4.0
+"""Evidence is kept up to so many times what decides, so that it is gone soon once it is contradicted."""
+MEAN_LAG = 0.01
+"""A servo of which nothing is known lags by so much [s] in the mean."""
+TOLD_SHARE = 0.1
+"""A bandwidth is told to so much."""
+UNSURE = 0.02
+"""Of the motion of a joint the model may miss so much [s] before anything was learned."""
+LEAST_TORQUE = 50.0
+"""The torque limit of a joint that has none [N m or N], a unit of its weight."""
+WEIGHS = 0.2
+"""The unit of torques as a share of the limit: about what common arms weigh."""
+
+
+def prior(drive: Drive, joints: int, lead: float, late: float) -> tuple[FloatArray, FloatArray]:
+    """What is told of the servos, and its standard deviations, (joints, SERVO) each."""
+    mean, doubt = np.zeros((joints, SERVO)), np.tile(np.array(PRIOR), (joints, 1))
+    mean[:, 0] = MEAN_LAG + late
+    if drive.bandwidth is not None:
+        lags = np.broadcast_to(2.0 / np.asarray(drive.bandwidth, dtype=float), (joints,))
+        mean[:, 0] = late + (0.0 if drive.takes_velocity else lags)
+        doubt[:, 0] = TOLD_SHARE * lags
+    elif lead > 0.0:
+        mean[:, 0] = lead + late
+    return mean, doubt
+
+
+def fill_monitor(K: Any, robot: Robot, dt: float, drive: Drive, lead: float, rate: float) -> None:
+    """Write how the servos of this arm are learned and judged into a record."""
+    M, n = K.monitor, robot.nv
+    M.on = int(drive.kind == "position")
+    M.every = every = max(1, round(BLOCK / dt))
+    M.w = w = min(CORNER, CORNER_DT / dt)
+    M.pole = pole = exp(-w * dt)
+    M.D = (1.0 - pole) / (pole * dt)
+    alike, block = ALIKE / w, every * dt
+    M.kappa = min(1.0, block / alike)
+    M.level = log(max(3600.0 / max(alike, block) * n * SHARE / rate, 1.0))
+    M.top = MOST * M.level
+    limits = np.where(np.isfinite(robot.limits.tau_max), robot.limits.tau_max, LEAST_TORQUE)
+    M.unit[:n] = 1.0 / (WEIGHS * limits)
+    M.told[:n], M.doubt[:n] = prior(drive, n, lead, drive.latency)
+    M.theta[:n] = M.safe[:n] = M.told[:n]
+    for i in range(n):
+        M.P[i] = M.safe_P[i] = np.diag(M.doubt[i] ** 2)
+    M.missed[:n] = UNSURE
+    M.told_lead[:n] = M.lead[:n] = M.lead_to[:n] = lead

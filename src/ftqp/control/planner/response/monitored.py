@@ -1,0 +1,134 @@
+"""What a planner does about what the monitor of its servos has found."""
+
+import logging
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Final, final
+
+import numpy as np
+
+from ftqp.control.planner.arm_loop import ArmLoop
+from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
+from ftqp.faults.detection.diagnosis import Diagnosis, Finding
+from ftqp.faults.kinds import Fault, FreeSwinging, Locked
+from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.enums import HEALTHY, IS_FREE
+from ftqp.model.robot import Robot
+
+_LOG = logging.getLogger("ftqp")
+WATCHES: Final = 0.3
+"""From this share of the evidence that decides on, a joint is said to be suspected."""
+
+
+@final
+class MonitorResponse:
+    """Believes what the monitor of the servos has found, and takes it back when the joint follows again.
+
+    Attributes:
+        findings: What was found and acted upon, in order.
+        diagnosis: What is held for likely.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        robot: Robot,
+        loop: ArmLoop,
+        report: Callable[[Fault], None],
+        withdraw: Callable[[str], None],
+    ) -> None:
+        self.findings: list[Finding] = []
+        self._K, self._robot, self._loop = session.K, robot, loop
+        self._report, self._withdraw = report, withdraw
+        self._news, self._worst = session.field("monitor", "news"), session.field("monitor", "worst")
+        self.diagnosis = Diagnosis(robot.joints, self._seen)
+        self._said = np.zeros(robot.nv, dtype=int)
+
+    @property
+    def stage(self) -> Stage:
+        """Its part in a planner's life."""
+        return Stage(ticks=(CLOCK, FREE, *LED), after=self.look, begin=lambda *_: self.findings.clear())
+
+    def look(self, code: int, inputs: tuple[Any, ...]) -> None:
+        """After a tick: act upon what was found in it."""
+        if self._news[0] and code >= 0:
+            self._news[0] = 0
+            self._respond()
+
+    def _seen(self, name: str) -> Any:
+        """What a diagnosis reads, by its names."""
+        M, n, K = self._K.monitor, self._robot.nv, self._K
+        nothing = np.zeros(n)
+        return {
+            "worst": self._worst,
+            "watch": np.array([M.worst > WATCHES]),
+            "suspect": np.array([M.suspect]),
+            "touched": np.zeros(1),
+            "z": M.G[:n] / M.level,
+            "kinds": M.found[:n],
+            "onset": M.found_at[:n],
+            "since": M.found_at[:n],
+            "tally": np.zeros((n, 7)),
+            "ticks": np.array([K.state.ticks]),
+            "dt": np.array([K.state.dt]),
+            "share": nothing,
+            "hop": nothing,
+            "speed": np.abs(M.v[:n]),
+            "asked": np.abs(K.state.v_command[:n]),
+        }[name]
+
+    def _respond(self) -> None:
+        found, K = self._K.monitor.found, self._K
+        for i, name in enumerate(self._robot.joints):
+            if self._said[i] == found[i]:
+                continue
+            self._said[i] = found[i]
+            if found[i] == 0:
+                self._take_back(i, name)
+                continue
+            finding = self.diagnosis.isolated[name]
+            self.findings.append(finding)
+            free = found[i] == IS_FREE
+            if free and (K.faults.code[: self._robot.nv] != HEALTHY).any():
+                _LOG.warning("%s Another joint has failed before, so the arm is stopped.", finding.sentence)
+                self._loop.doubt_free(i)
+                continue
+            swings = free and self._robot.has_inertia and self._robot.is_serial
+            fault: Fault = FreeSwinging(name) if swings else Locked(name)
+            _LOG.warning("%s The planner counts on it from now on: %s.", finding.sentence, fault.happens)
+            self._report(fault)
+
+    def _take_back(self, i: int, name: str) -> None:
+        """Joint i goes where it is asked to: it is not locked."""
+        at = float(self._K.state.ticks) * float(self._K.state.dt)
+        _LOG.warning("%s follows again. The planner counts on it as healthy from now on.", name)
+        self.findings[:] = [
+            replace(one, withdrawn_at=at) if one.joint == name and one.withdrawn_at is None else one
+            for one in self.findings
+        ]
+        self._withdraw(name)
+
+    def told(self, fault: Fault) -> None:
+        """A user has reported a fault: what becomes of it is the user's."""
+        self._forget(self._robot.joint(fault.joint))
+
+    def forget(self, joint: str | int) -> None:
+        """Look at a joint again that was believed to have failed."""
+        i = self._robot.joint(joint)
+        self._forget(i)
+        name = self._robot.joints[i]
+        self.findings[:] = [finding for finding in self.findings if finding.joint != name]
+
+    def _forget(self, i: int) -> None:
+        M = self._K.monitor
+        M.found[i] = self._said[i] = 0
+        M.G[i] = M.G_lock[i] = M.G_free[i] = 0.0
+
+    def believed(self, fault: Fault) -> None:
+        """The planner believes what was found."""
+
+    def go_on(self) -> None:
+        """Go on after a stop; what was found stays found."""
+
+    def feel(self, tau: Any) -> None:
+        """Measured torques, which are not looked at."""

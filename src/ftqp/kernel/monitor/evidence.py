@@ -1,0 +1,86 @@
+"""What speaks for a failure: an adaptive CUSUM for each hypothesis of each joint.
+
+    G <- max(0, G + kappa (mu z - mu^2/2) - what contradicts the hypothesis),    z = r/sqrt(S)
+
+The shift mu that is tested is the last residual, between 3 and 8 standard deviations, with its sign: it is
+known before z is seen, so that E[exp(gain)] <= 1 on a healthy joint whatever it was, and a level h is passed
+at most exp(-h) times an independent look (Wald's identity; Lorden and Pollak 2005). So the one threshold of
+a decision follows from the false alarms that are allowed. What contradicts is a likelihood, too.
+Source: docs/theory/monitor.md, "Evidence".
+"""
+
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.feedback_rooms import SERVO
+from ftqp.kernel.maths.elementary import sqrt
+from ftqp.kernel.monitor.servos import GEAR, block_time, noise_of, variance
+
+LEAST_SHIFT, MOST_SHIFT = 3.0, 8.0
+"""Standard deviations of the shifts that are tested: below, learning takes them; above, all are clear."""
+
+
+@jit
+def _sum(G: Any, i: int, gain: float, top: float) -> None:
+    """One more look: a sum that is neither below zero nor so high that it would take long to come back."""
+    G[i] = min(max(G[i] + gain, 0.0), top)
+
+
+@jit
+def weigh(K: Any, i: int, counts: bool) -> None:
+    """The sums of joint i after a look; where it does not count only what contradicts does."""
+    M, theta, P, z = K.monitor, K.monitor.theta[i], K.monitor.P[i], K.monitor.z[i]
+    gain = 0.0
+    if counts:
+        shift = min(max(abs(M.z_old[i]), LEAST_SHIFT), MOST_SHIFT)
+        gain = M.kappa * (shift * (z if M.z_old[i] > 0.0 else -z) - 0.5 * shift * shift)
+    _sum(M.G, i, gain, M.top)
+    if M.G[i] == 0.0:  # where it was last zero a change began: what was learned since is taken back
+        for r in range(SERVO):
+            M.safe[i, r] = theta[r]
+            for c in range(SERVO):
+                M.safe_P[i, r, c] = P[r, c]
+    d = M.mean[0, i] - M.anchor[i]  # a joint that stands has not moved since
+    blur = 4.0 * noise_of(K, i) / M.every + GEAR * GEAR
+    _sum(M.G_lock, i, gain - 0.5 * d * d / blur, M.top)
+    if M.G_lock[i] == 0.0:
+        M.anchor[i] = M.mean[0, i]
+    # a motor that is off: the torque that its motion would need, m a + f + b + s g + i M a, is none
+    M.phi[0], M.phi[1] = 0.0, M.a[i]
+    torque = 0.0
+    for r in range(SERVO):
+        torque += M.phi[r] * theta[r]
+    unsure = 0.3 * theta[1] * M.a[i]
+    doubt = M.spread[i] + unsure * unsure + variance(P, M.phi, 1)
+    clear = gain if M.r[i] * M.r[i] > 9.0 * doubt else min(gain, 0.0)
+    _sum(M.G_free, i, clear - 0.5 * M.kappa * torque * torque / doubt, M.top)
+    M.z_old[i] = z
+
+
+@jit
+def blur_of(K: Any, i: int) -> float:
+    """Standard deviation of the filtered place of joint i."""
+    return 0.5 * sqrt(noise_of(K, i) * K.monitor.w * K.state.dt)
+
+
+@jit
+def stands(K: Any, i: int) -> bool:
+    """Whether joint i has not moved over the last three looks, noise aside."""
+    M = K.monitor
+    room: float = 4.0 * sqrt(2.0 * noise_of(K, i) / M.every) + GEAR
+    return bool(abs(M.mean[0, i] - M.mean[3, i]) < room)
+
+
+@jit
+def speed_counts(K: Any, i: int) -> bool:
+    """Whether joint i is fast enough that the torque of its motion tells."""
+    return bool(abs(K.monitor.v[i]) > 0.05) and block_time(K) > 0.0
+
+
+@jit
+def forget_evidence(K: Any) -> None:
+    """Nothing is supposed of any joint."""
+    M = K.monitor
+    for i in range(K.chain.n):
+        M.G[i] = M.G_lock[i] = M.G_free[i] = 0.0
+        M.anchor[i] = M.mean[0, i]

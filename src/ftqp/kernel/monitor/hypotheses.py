@@ -1,0 +1,154 @@
+"""The table of hypotheses, which is what decides: what each is believed upon, and what then follows.
+
+A new kind of failure is a row. What a row finds is said in ``found``; the planner then counts on it.
+Source: docs/theory/monitor.md, "The table".
+"""
+
+from functools import reduce
+from typing import Any
+
+from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.layout.enums import HEALTHY, IS_FREE, IS_LOCKED
+from ftqp.kernel.layout.feedback_rooms import SERVO
+from ftqp.kernel.monitor.evidence import blur_of, forget_evidence, stands
+from ftqp.kernel.monitor.servos import GEAR
+
+MOVES = 0.05
+"""A joint without motor is named where it is faster than this [rad/s or m/s]: what it does without shows."""
+ALONE = 2.0
+"""A push is in many joints, a motor that is off in one: the evidence against it is so many times as much."""
+EXCESS, BLURS, FRICTIONS, MOST = 0.002, 12.0, 2.0, 0.015
+"""A joint that is held is asked for so much more [rad or m], beside noise and what dry friction may hold
+back, at most for so much, so that it shows when it is held no more, ..."""
+WENT, SIGMAS = 0.5, 6.0
+"""... by going this share of it, and so many standard deviations, ..."""
+AT_REST = 0.05
+"""... and is slower than this [rad/s or m/s] there, as it went where it was asked to and no farther."""
+
+
+@jit
+def works(K: Any, i: int) -> bool:
+    """Whether joint i is one that is judged: it has a motor of its own, and nobody says that it has failed."""
+    judged: bool = K.faults.code[i] == HEALTHY and K.chain.lead[i] == i and K.monitor.found[i] == 0
+    return judged
+
+
+@jit
+def _others_move(K: Any) -> bool:
+    """Whether any joint that works moves: where none does, the arm is held, and not a joint."""
+    for j in range(K.chain.n):
+        if works(K, j) and K.monitor.rests[j] == 0:
+            return True
+    return False
+
+
+@jit
+def _is_locked(K: Any, i: int) -> bool:
+    """Joint i has not gone where it was sent, stands, and stands out."""
+    M = K.monitor
+    if M.G_lock[i] <= M.level or not _others_move(K):
+        return False
+    for j in range(K.chain.n):
+        if works(K, j) and M.G_lock[j] > M.G_lock[i]:
+            return False
+    return True
+
+
+@jit
+def _has_no_motor(K: Any, i: int) -> bool:
+    """Joint i moves as if nothing drove it, and no other one does what it should not."""
+    M = K.monitor
+    if M.G_free[i] <= M.level or M.rests[i] or abs(M.v[i]) <= MOVES:
+        return False
+    for j in range(K.chain.n):
+        if M.found[j] == IS_FREE or (j != i and ALONE * M.G[j] > M.G_free[i]):
+            return False
+    return True
+
+
+@rare_jit
+def _name(K: Any, i: int, kind: int) -> None:
+    """Joint i has failed: its servo is again what it was before that, and all others are looked at anew."""
+    M = K.monitor
+    size = EXCESS + BLURS * blur_of(K, i) + FRICTIONS * M.theta[i, 2]
+    for r in range(SERVO):
+        M.theta[i, r] = M.safe[i, r]
+        for c in range(SERVO):
+            M.P[i, r, c] = M.safe_P[i, r, c]
+    M.place[i] = (M.mean[0, i] + M.mean[1, i] + M.mean[2, i]) / 3.0
+    M.tell[i] = -min(size, MOST) if M.r[i] < 0.0 else min(size, MOST)
+    M.found[i] = kind
+    M.found_at[i] = K.state.ticks
+    M.news = 1
+    forget_evidence(K)
+
+
+@jit
+def _lock(K: Any, i: int) -> None:
+    _name(K, i, IS_LOCKED)
+
+
+@jit
+def _free(K: Any, i: int) -> None:
+    _name(K, i, IS_FREE)
+
+
+@jit
+def follows_again(K: Any, i: int) -> bool:
+    """Whether a joint that was found to be locked has gone where it was asked to."""
+    M, way = K.monitor, K.monitor.y_f[2, i] - K.monitor.place[i]
+    along = way if M.tell[i] > 0.0 else -way
+    far = max(WENT * abs(M.tell[i]), SIGMAS * blur_of(K, i) + GEAR)
+    asked = abs(K.gate.sent[i] - M.place[i] - M.droop[i] - M.tell[i]) < GEAR
+    return bool(asked and along > far and abs(M.v[i]) < AT_REST)
+
+
+@rare_jit
+def withdraw(K: Any, i: int) -> None:
+    """Joint i works after all."""
+    K.monitor.found[i] = 0
+    K.monitor.news = 1
+    forget_evidence(K)
+
+
+TABLE: Any = ((_is_locked, _lock), (_has_no_motor, _free))
+"""What is believed of a joint, and what follows from it, the first that is so."""
+
+
+@jit
+def _nothing(K: Any, i: int) -> bool:
+    """Nothing is the case."""
+    return False
+
+
+def _then(first: Any, row: Any) -> Any:
+    """The rows before, then this one."""
+    is_so, respond = row
+
+    @jit
+    def both(K: Any, i: int) -> bool:
+        if first(K, i):
+            return True
+        if is_so(K, i):
+            respond(K, i)
+            return True
+        return False
+
+    return both
+
+
+judge: Any = reduce(_then, TABLE, _nothing)
+"""Whether any row holds of joint i; what follows has been done."""
+
+
+@jit
+def judge_joint(K: Any, i: int) -> None:
+    """What the table says of joint i after a look."""
+    M = K.monitor
+    M.rests[i] = 1 if stands(K, i) else 0
+    if not M.names:
+        return
+    if works(K, i):
+        judge(K, i)
+    elif M.found[i] == IS_LOCKED and follows_again(K, i):
+        withdraw(K, i)

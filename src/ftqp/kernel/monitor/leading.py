@@ -1,0 +1,115 @@
+"""What is sent to a servo so that the arm follows as if the servo did so at once, and how far it may lead.
+
+    u = q_r + c (c^2/(c^2 + var c)) v_r + m a_r + b + s g
+
+An uncertain lag is led by less, beside what was told of it. The command never goes farther ahead of a joint
+than (c + dt) (|v| + v_max/4) + m a_max + sd(u) + f + 4 sigma: what lag explains, and what is caught up with
+within the speed limit. That holds the command back; it never draws it after a joint that falls away, for a
+servo that gives way lets it fall, and hides the fault.
+Source: docs/theory/monitor.md, "What is sent".
+"""
+
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import IS_LOCKED
+from ftqp.kernel.layout.thresholds import UNLIMITED
+from ftqp.kernel.maths.elementary import sqrt
+from ftqp.kernel.monitor.servos import block_time, noise_of, variance
+
+BLENDS = 4.0
+"""What is believed comes into the command over so many looks: nothing that is believed switches."""
+CATCHES_UP = 0.25
+"""Beside its speed a joint catches up with this share of its limit."""
+BACK = 0.5
+"""Share of its speed limit at which the command goes back to a joint that was found to be held."""
+
+
+@jit
+def aim(K: Any, i: int) -> None:
+    """How far joint i is to be led from now on, by what is known of it, and how far it may be."""
+    M, theta, P = K.monitor, K.monitor.theta[i], K.monitor.P[i]
+    more = theta[0] - M.told_lead[i]
+    M.lead_to[i] = M.told_lead[i] + more * more * more / (more * more + P[0, 0] + 1e-12)
+    M.push_to[i] = theta[1] * theta[1] * theta[1] / (theta[1] * theta[1] + 4.0 * P[1, 1] + 1e-12)
+    M.droop_to[i] = theta[3] + theta[4] * M.weight[i]
+    top = min(K.limits.v_max[i], UNLIMITED)
+    speed = min(top, max(abs(K.state.v_command[i]), M.peak_v[i]) + CATCHES_UP * top)
+    phi = M.phi
+    phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = speed, 0.0, 1.0, 1.0, M.weight[i], 0.0
+    room = (theta[0] + K.state.dt) * speed + theta[1] * K.limits.a_max[i] + theta[2]
+    M.room[i] = room + sqrt(variance(P, phi, 0)) + 4.0 * sqrt(noise_of(K, i) / M.every)
+
+
+@jit
+def seen_now(K: Any, i: int) -> float:
+    """Where the command of joint i would be if it led by nothing: its place now, and its droop."""
+    M = K.monitor
+    now: float = M.mean[0, i] + M.v[i] * block_time(K) + M.droop[i]
+    return now
+
+
+@jit
+def blend(K: Any) -> None:
+    """What is believed comes into the command slowly."""
+    M = K.monitor
+    share = min(1.0, 1.0 / (BLENDS * M.every))
+    for i in range(K.chain.n):
+        M.lead[i] += share * (M.lead_to[i] - M.lead[i])
+        M.push[i] += share * (M.push_to[i] - M.push[i])
+        M.droop[i] += share * (M.droop_to[i] - M.droop[i])
+
+
+@jit
+def beyond_lead(K: Any, i: int, v: float) -> float:
+    """How much farther than it may be what was sent last to joint i is ahead of it, towards v."""
+    off: float = K.gate.sent[i] - seen_now(K, i)
+    return (off if v > 0.0 else -off) - float(K.monitor.room[i])
+
+
+@jit
+def way_of(K: Any, i: int) -> float:
+    """How far the command of joint i may go in this tick, as a motion within its limits leads it."""
+    v, last = K.state.v_command[i], K.gate.v[i]
+    top = max(min(K.limits.v_max[i], UNLIMITED), abs(v), abs(last))
+    sooner = K.monitor.lead[i] * abs(v - last) + abs(K.monitor.push[i] * K.state.a_command[i])
+    return float(K.state.dt * top + sooner)
+
+
+@jit
+def lead_joint(K: Any, i: int, bounded: bool) -> None:
+    """What is sent to joint i, position and velocity."""
+    M, state, last = K.monitor, K.state, K.gate.sent[i]
+    q = state.q_command[i]
+    want = q + M.lead[i] * state.v_command[i] + M.push[i] * state.a_command[i] + M.droop[i]
+    asked = want
+    if bounded:
+        now, room = seen_now(K, i), M.room[i]
+        if want > now + room:
+            want = max(now + room, min(last, want))
+        elif want < now - room:
+            want = min(now - room, max(last, want))
+    if M.sees:
+        way = way_of(K, i)
+        want = min(max(want, last - way), last + way)
+    low, high = min(K.limits.q_min[i], q, last), max(K.limits.q_max[i], q, last)
+    want = min(max(want, low), high)
+    K.feedback.q_sent[i] = want
+    if want == asked:
+        K.feedback.v_sent[i] += M.lead[i] * state.a_command[i]
+    else:
+        K.feedback.v_sent[i] = (want - last) / state.dt
+
+
+@jit
+def keep_found(K: Any, i: int) -> bool:
+    """A joint that was found to be locked is sent where it stands and a little farther; whether it was."""
+    M, last = K.monitor, K.gate.sent[i]
+    if M.found[i] != IS_LOCKED:
+        return False
+    way = BACK * K.state.dt * min(K.limits.v_max[i], UNLIMITED)
+    goal = M.place[i] + M.tell[i] + M.droop[i]
+    low, high = min(K.limits.q_min[i], last), max(K.limits.q_max[i], last)
+    K.feedback.q_sent[i] = min(max(min(max(goal, last - way), last + way), low), high)
+    K.feedback.v_sent[i] = 0.0
+    return True

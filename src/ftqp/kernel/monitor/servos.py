@@ -1,0 +1,186 @@
+"""What is learned of each servo, with nothing told: one linear model a joint, written for the command.
+
+    u = y + c v + m a + f sgn(v) + b + s g(q) + i (M(q) a),    all signals behind three poles at w
+
+u is what was sent, y the sample that came after it, v and a its derivatives, g and M those of the robot's
+model, as torques in units of a fifth of the limit. c is the lag [s], with delays and with half a period of
+the loop taken off, m the rotor over the stiffness [s2], f dry friction and b a droop over it [rad or m], s
+and i the droop under the arm's weight and under what its inertia takes. A Kalman filter a joint learns them;
+its states drift with the way that the joint goes, so that an arm at rest forgets nothing, and a residual
+beyond three standard deviations teaches as much as one of three: a fault is not learned as usual.
+Source: docs/theory/monitor.md, "The model of a joint".
+"""
+
+from math import exp, tanh
+from typing import Any
+
+from ftqp.kernel.arm.dynamics import gravity_torque, torques_of
+from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.layout.enums import NOTHING_HEARD
+from ftqp.kernel.layout.feedback_rooms import SERVO
+from ftqp.kernel.maths.elementary import sqrt
+
+PRIOR = (0.07, 0.004, 0.004, 0.05, 0.05, 0.05)
+"""Standard deviations of what a servo may have before anything is known of it; one of 3 Hz has c = 0.1 s."""
+DRIFT = (0.003, 1e-4, 5e-4, 0.008, 1e-3, 1e-3)
+"""How they change, per root of a radian or metre that the joint goes, ..."""
+CREEP = 0.002
+"""... and the droop, per root of a second."""
+IDEAL = (1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5)
+"""What is left open of a joint whose samples were its commands to the last bit while it moved."""
+GEAR = 2e-4
+"""By so much [rad or m] a joint moves whose brake is closed: play of common gears."""
+SLOW = 0.02
+"""Slower than this [rad/s or m/s] dry friction may hold a joint to either side."""
+SUREST, WORST = 5e-4, 0.1
+"""Of the motion of a healthy joint the model misses between so much and so much [s]."""
+LASTS = 0.15
+"""Motion that was asked for counts for so long [s], the slowest servo's time."""
+TAUGHT = 3.0
+"""A residual teaches as if it were so many standard deviations at most."""
+
+
+@jit
+def block_time(K: Any) -> float:
+    """From one look at a joint to the next [s]."""
+    return float(K.monitor.every) * K.state.dt
+
+
+@rare_jit
+def begin_filters(K: Any) -> None:
+    """The first sample of an arm that does not follow to the last bit: it has stood until now."""
+    M = K.monitor
+    M.sees = 1
+    M.count = 0
+    for i in range(K.chain.n):
+        y = K.feedback.good[i]
+        u = K.gate.sent[i]
+        M.y[i] = M.anchor[i] = M.place[i] = y
+        M.total[i] = 0.0
+        for k in range(3):
+            M.u_f[k, i], M.y_f[k, i] = u, y
+        for k in range(4):
+            M.mean[k, i] = y
+        M.v[i] = M.a[i] = M.peak_v[i] = M.peak_a[i] = 0.0
+        M.G[i] = M.G_lock[i] = M.G_free[i] = M.z_old[i] = 0.0
+        if M.ideal:
+            for r in range(SERVO):
+                M.theta[i, r] = M.told[i, r]
+                M.P[i, r, r] = IDEAL[r] * IDEAL[r]
+            M.missed[i] = SUREST
+
+
+@jit
+def take_samples(K: Any) -> None:
+    """Three poles for what was sent and what was measured; a sample that did not come went on as before."""
+    M, feedback, p = K.monitor, K.feedback, K.monitor.pole
+    heard, dt = K.state.unusable != NOTHING_HEARD, K.state.dt
+    for i in range(K.chain.n):
+        y = feedback.good[i] if feedback.bad[i] == 0 else M.y[i] + dt * M.v[i]
+        u = K.gate.sent[i] if heard else M.u[i]
+        M.y[i], M.u[i] = y, u
+        M.total[i] += y
+        for k in range(3):
+            M.u_f[k, i] = u = u + p * (M.u_f[k, i] - u)
+            M.y_f[k, i] = y = y + p * (M.y_f[k, i] - y)
+
+
+@rare_jit
+def feel_servos(K: Any) -> None:
+    """g(q), and M(q) a of the accelerations that are seen, in units of a fifth of the torque limits."""
+    M, supposed = K.monitor, K.supposed
+    for i in range(K.chain.n):
+        supposed.q[i], supposed.v[i] = M.y_f[2, i], 0.0
+    forward_kinematics(K, supposed)
+    motion(K, supposed)
+    torques_of(supposed, K.kinematics, K.chain, M.a)
+    for i in range(K.chain.n):
+        g = gravity_torque(K.kinematics, K.chain, i, K.scratch.joints)
+        M.weight[i] = g * M.unit[i]
+        M.inertia[i] = (K.kinematics.tau[i] - g) * M.unit[i]
+
+
+@jit
+def variance(P: Any, phi: Any, first: int) -> float:
+    """phi' P phi, of the parameters from ``first``."""
+    total = 0.0
+    for r in range(first, SERVO):
+        for c in range(first, SERVO):
+            total += phi[r] * P[r, c] * phi[c]
+    return max(total, 0.0)
+
+
+@jit
+def noise_of(K: Any, i: int) -> float:
+    """Variance of the samples of joint i."""
+    sigma: float = K.held.sigma[i]
+    return sigma * sigma
+
+
+@jit
+def observe_joint(K: Any, i: int) -> None:
+    """How fast joint i is, and how much of its motion was asked for."""
+    M, D, decay = K.monitor, K.monitor.D, exp(-block_time(K) / LASTS)
+    M.v[i] = D * (M.y_f[1, i] - M.y_f[2, i])
+    M.a[i] = D * D * (M.y_f[0, i] - 2.0 * M.y_f[1, i] + M.y_f[2, i])
+    M.peak_v[i] = max(abs(D * (M.u_f[1, i] - M.u_f[2, i])), decay * M.peak_v[i])
+    M.peak_a[i] = max(abs(D * D * (M.u_f[0, i] - 2.0 * M.u_f[1, i] + M.u_f[2, i])), decay * M.peak_a[i])
+    M.act[i] = min(abs(M.v[i]), M.peak_v[i]) + 0.05 * min(abs(M.a[i]), M.peak_a[i])
+    for k in range(3, 0, -1):
+        M.mean[k, i] = M.mean[k - 1, i]
+    M.mean[0, i] = M.total[i] / M.every
+    M.total[i] = 0.0
+
+
+@jit
+def residual(K: Any, i: int) -> None:
+    """r of joint i, and S, its variance: what is left open, noise, and what the model of a healthy one misses.
+
+    S = phi' P phi + 4 sigma^2 w dt + (missed act)^2, and f^2 + var f where the joint hardly moves.
+    """
+    M, n = K.monitor, K.chain.n
+    phi, theta, v, a = M.phi, M.theta[i], M.v[i], M.a[i]
+    phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = v, a, tanh(v / SLOW), 1.0, M.weight[i], M.inertia[i]
+    r = M.u_f[2, i] - M.y_f[2, i]
+    for k in range(SERVO):
+        r -= phi[k] * theta[k]
+    others = 0.0
+    for j in range(n):
+        others += M.act[j]
+    miss = M.missed[i] * (M.act[i] + 0.3 * (others - M.act[i]) / n + 0.01)
+    spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
+    if abs(v) < SLOW:
+        spread += theta[2] * theta[2] + M.P[i, 2, 2]
+    phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])  # what was asked for, not how a joint falls
+    phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
+    M.r[i], M.spread[i] = r, spread
+    M.S[i] = spread + variance(M.P[i], phi, 0)
+    M.z[i] = r / sqrt(M.S[i])
+
+
+@jit
+def learn_servo(K: Any, i: int) -> None:
+    """One look of the filter of joint i, whose row is in ``phi``."""
+    M, block = K.monitor, block_time(K)
+    phi, theta, P, gain, v = M.phi, M.theta[i], M.P[i], M.gain, abs(M.v[i])
+    share = min(1.0, TAUGHT / max(abs(M.z[i]), 1e-9)) / M.S[i]
+    for r in range(SERVO):
+        gain[r] = 0.0
+        for c in range(SERVO):
+            gain[r] += P[r, c] * phi[c]
+    for r in range(SERVO):
+        theta[r] += share * gain[r] * M.r[i]
+        for c in range(SERVO):
+            P[r, c] -= share * gain[r] * gain[c]
+    for r in range(SERVO):
+        most = PRIOR[r]
+        P[r, r] = min(P[r, r] + DRIFT[r] * DRIFT[r] * v * block, most * most)
+    P[3, 3] = min(P[3, 3] + CREEP * CREEP * block, PRIOR[3] * PRIOR[3])
+    for r in range(3):
+        theta[r] = max(theta[r], 0.0)
+    if M.act[i] > 0.05:  # 5 % of the looks at a healthy joint are beyond two standard deviations
+        beyond = 1.0 if abs(M.r[i]) > 2.0 * sqrt(M.spread[i]) else 0.0
+        pace = 0.02 + 0.1 / (1.0 + M.way[i])
+        M.missed[i] = min(max(M.missed[i] * exp(pace * (beyond - 0.05)), SUREST), WORST)
+    M.way[i] += v * block / 0.05

@@ -1,0 +1,96 @@
+"""A tick of the monitor, and what it leaves of the arm's following error."""
+
+from typing import Any
+
+from ftqp.kernel.jit import jit, part_jit
+from ftqp.kernel.layout.enums import AS_TOLD
+from ftqp.kernel.maths.elementary import any_of
+from ftqp.kernel.maths.side_by_side import WIDTH, several
+from ftqp.kernel.monitor.evidence import forget_evidence, weigh
+from ftqp.kernel.monitor.hypotheses import judge_joint, works
+from ftqp.kernel.monitor.leading import aim
+from ftqp.kernel.monitor.servos import (
+    begin_filters,
+    feel_servos,
+    learn_servo,
+    observe_joint,
+    residual,
+    take_samples,
+)
+
+MOVED = 0.01
+"""An arm whose samples are its commands to the last bit while it is so fast [rad/s or m/s] is ideal."""
+SETTLES = 3.0
+"""After so many time constants of the filters what did not come is forgotten: they have three poles."""
+
+
+@jit
+def _look(K: Any, i: int) -> None:
+    """One look at joint i."""
+    M = K.monitor
+    observe_joint(K, i)
+    residual(K, i)
+    counts = works(K, i) and K.held.on == 0 and M.blind[i] == 0 and K.feedback.thrown == 0.0
+    if counts:
+        learn_servo(K, i)
+    weigh(K, i, counts)
+    aim(K, i)
+    if K.held.on == 0:
+        judge_joint(K, i)
+
+
+@jit
+def _worst(K: Any) -> None:
+    """How near the evidence against any joint is to what decides, and whose it is."""
+    M = K.monitor
+    M.worst = 0.0
+    for i in range(K.chain.n):
+        if works(K, i) and M.G[i] > M.worst * M.level:
+            M.worst = M.G[i] / M.level
+            M.suspect = i
+
+
+@jit
+def _is_seen(K: Any) -> bool:
+    """Whether there is anything to learn: not of an arm whose samples are its commands to the last bit."""
+    M = K.monitor
+    if M.sees:
+        return True
+    if not K.feedback.exact:
+        return True
+    if not M.ideal:
+        for at in range(0, K.chain.n, WIDTH):
+            if any_of(abs(several(K.state.v_command, at)) > MOVED):
+                M.ideal = 1
+    return False
+
+
+@part_jit
+def watch_servos(K: Any, first: bool) -> None:
+    """Learns from the sample, and judges the joints whose turn it is."""
+    M, n = K.monitor, K.chain.n
+    if first:
+        M.sees = M.news = 0
+        M.worst = 0.0
+        if K.feedback.fresh == AS_TOLD:
+            M.ideal = 0
+        return
+    if not _is_seen(K):
+        return
+    if not M.sees:
+        begin_filters(K)
+        return
+    take_samples(K)
+    for i in range(n):
+        if K.feedback.bad[i]:
+            M.blind[i] = int(SETTLES / (M.w * K.state.dt)) + 1
+        elif M.blind[i] > 0:
+            M.blind[i] -= 1
+    M.count = M.count + 1 if M.count + 1 < M.every else 0
+    if M.count == 0 and K.chain.has_inertia:
+        feel_servos(K)
+    for i in range(M.count, n, M.every):
+        _look(K, i)
+    if K.held.on:
+        forget_evidence(K)
+    _worst(K)
