@@ -16,6 +16,8 @@ FILTER = 0.01
 """Time constant of the gap's low-pass filter [s]."""
 FULL_SPEED_TO = 0.6
 """Up to this gap the path runs at full speed; it stands at a gap of 1."""
+HELD_BACK = 4.0
+"""A command that is held back from its reference by a tenth of how far it may lead lets the path stand."""
 RATE_TIME = 0.05
 """The rate approaches what is wanted with this time constant [s] ..."""
 FASTEST_FALL = 5.0
@@ -72,7 +74,8 @@ def measure_gap(K: Any) -> None:
     feedback, watch = K.feedback, K.watch
     feedback.gap = 0.0
     if K.monitor.on and not feedback.has_tip:
-        feedback.gap, feedback.tip_gap, feedback.far = K.monitor.worst, 0.0, 0
+        held_back = FULL_SPEED_TO + HELD_BACK * K.monitor.full if K.monitor.full > 0.0 else 0.0
+        feedback.gap, feedback.tip_gap, feedback.far = max(K.monitor.worst, held_back), 0.0, 0
         feedback.culprit = K.monitor.suspect
         lasts(K.state, feedback, LAGS, 0, feedback.gap > 1.0)
         return

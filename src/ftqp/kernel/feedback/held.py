@@ -157,7 +157,7 @@ def _stands(K: Any, then: int, dt: float) -> bool:
 
 
 @rare_jit
-def _hold(K: Any) -> None:
+def hold(K: Any) -> None:
     """From now on the arm is held where it is: the reference rests where the arm was sent last.
 
     What was suspected of joints since it stands is taken back, whatever it led to but a stop.
@@ -217,7 +217,9 @@ def _stand(K: Any) -> None:
         i = K.faults.order[k]
         q = gate.q[i]
         gate.v[i] = state.v_command[i] = 0.0
-        gate.sent[i] = state.q_command[i] = q
+        state.q_command[i] = q
+        if feedback.kind != POSITION_DRIVE:  # what a servo was sent stays, with its droop
+            gate.sent[i] = q
         for s in range(feedback.span):
             past.q[s, i], past.v[s, i], past.a[s, i] = q, 0.0, 0.0
         if not feedback.lost[i]:
@@ -253,9 +255,10 @@ def watch_arm(K: Any, first: bool) -> None:
     stands = _stands(K, then, dt)
     if not held.on:
         held.stood = held.stood + dt if stands else 0.0
-        if held.stood <= max(STOOD, SAMPLES * K.state.dt):
+        if held.stood <= max(STOOD, SAMPLES * K.state.dt) and not K.monitor.holds:
             return
-        _hold(K)
+        K.monitor.holds = 0
+        hold(K)
     stays = _stay(K, dt)
     _stand(K)
     if not stays:

@@ -13,7 +13,6 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, TORQUE_DRIVE, VIABILITY
 from ftqp.kernel.layout.thresholds import UNLIMITED
-from ftqp.kernel.monitor.leading import beyond_lead
 from ftqp.kernel.rows.joint_intervals import braking, narrow, viability
 
 REST_TIME = 0.01
@@ -29,8 +28,6 @@ v_max/w."""
 @jit
 def beyond(K: Any, then: int, i: int, v: float) -> float:
     """How much farther than the bound the reference is ahead of joint i, < 0 where it is not; towards v."""
-    if K.monitor.sees:
-        return beyond_lead(K, i, v)
     off = K.past.q[then, i] - K.feedback.seen[i]
     top = min(K.limits.v_max[i], UNLIMITED)
     most = max(REST_TIME * top, LEAST) + BAND_TIME * abs(v)
@@ -60,7 +57,7 @@ def keep_near(K: Any) -> None:
     monitor looks at it; two are an arm that is held.
     """
     state, feedback, limits, faults = K.state, K.feedback, K.limits, K.faults
-    if not feedback.active or feedback.exact or K.held.on or limits.conversion != VIABILITY:
+    if K.monitor.on or not feedback.active or feedback.exact or K.held.on or limits.conversion != VIABILITY:
         return
     then, dt, behind = slot(feedback, feedback.latency), state.dt, 0
     for k in range(faults.working):

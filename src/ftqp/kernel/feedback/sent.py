@@ -295,6 +295,7 @@ def send(K: Any) -> None:
             else:
                 feedback.v_sent[i] = _held(state, limits, feedback, i, past.q[then, i] - feedback.q_hat[i])
         return
+    K.monitor.full = 0.0
     bounded = K.monitor.sees != 0 and not K.held.on
     for k in range(faults.working):
         i = faults.order[k]

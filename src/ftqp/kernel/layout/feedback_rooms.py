@@ -135,11 +135,13 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     ideal  i8  samples were the commands to the last bit while the arm moved
     every count  i8  ticks from one look at a joint to the next, and since the last one at joint 0
     news  i8  ``found`` has changed
+    holds  i8  all joints stand though they should not, which is one cause
     suspect  i8  the joint that most speaks against
     pole w D  f8  of the filters, their corner [1/s], and the gain of their differences [1/s]
     kappa  f8  the share of an independent look that a look is
     level top  f8  evidence that decides, and the most that is kept
     worst  f8  the most that speaks against a joint, as a share of what decides
+    full  f8  by how much a command was held back, as a share of how far it may lead
     u y  f8[N]  what was sent, and the sample that came after it
     u_f y_f  f8[3,N]  both behind one, two and three poles
     total  f8[N]  samples since the last look, and their means over the last looks

@@ -22,6 +22,8 @@ EXCESS, BLURS, FRICTIONS, MOST = 0.002, 12.0, 2.0, 0.015
 back, at most for so much, so that it shows when it is held no more, ..."""
 WENT, SIGMAS = 0.5, 6.0
 """... by going this share of it, and so many standard deviations, ..."""
+SUSPECTED = 0.2
+"""A joint of a held arm was to move if so much of what decides spoke for it."""
 AT_REST = 0.05
 """... and is slower than this [rad/s or m/s] there, as it went where it was asked to and no farther."""
 
@@ -108,6 +110,27 @@ def withdraw(K: Any, i: int) -> None:
     """Joint i works after all."""
     K.monitor.found[i] = 0
     K.monitor.news = 1
+    forget_evidence(K)
+
+
+@jit
+def arm_is_held(K: Any) -> bool:
+    """Whether all joints stand, and what speaks for it decides, taken together: that is one cause."""
+    M, total = K.monitor, 0.0
+    for j in range(K.chain.n):
+        if works(K, j):
+            if M.rests[j] == 0:
+                return False
+            total += M.G_lock[j]
+    return bool(total > M.level)
+
+
+@rare_jit
+def hold_arm(K: Any) -> None:
+    """The arm is held from the next tick on: nobody is named, and nothing is supposed of any joint."""
+    for j in range(K.chain.n):
+        K.held.asked[j] = 1.0 if K.monitor.G_lock[j] > SUSPECTED * K.monitor.level else 0.0
+    K.monitor.holds = 1
     forget_evidence(K)
 
 

@@ -61,13 +61,6 @@ def blend(K: Any) -> None:
 
 
 @jit
-def beyond_lead(K: Any, i: int, v: float) -> float:
-    """How much farther than it may be what was sent last to joint i is ahead of it, towards v."""
-    off: float = K.gate.sent[i] - seen_now(K, i)
-    return (off if v > 0.0 else -off) - float(K.monitor.room[i])
-
-
-@jit
 def way_of(K: Any, i: int) -> float:
     """How far the command of joint i may go in this tick, as a motion within its limits leads it."""
     v, last = K.state.v_command[i], K.gate.v[i]
@@ -89,6 +82,7 @@ def lead_joint(K: Any, i: int, bounded: bool) -> None:
             want = max(now + room, min(last, want))
         elif want < now - room:
             want = min(now - room, max(last, want))
+        M.full = max(M.full, abs(want - asked) / room)
     if M.sees:
         way = way_of(K, i)
         want = min(max(want, last - way), last + way)

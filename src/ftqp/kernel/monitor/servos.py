@@ -19,6 +19,7 @@ from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import NOTHING_HEARD
 from ftqp.kernel.layout.feedback_rooms import SERVO
+from ftqp.kernel.layout.thresholds import UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
 
 PRIOR = (0.07, 0.004, 0.004, 0.05, 0.05, 0.05)
@@ -58,6 +59,7 @@ def begin_filters(K: Any) -> None:
         u = K.gate.sent[i]
         M.y[i] = M.anchor[i] = M.place[i] = y
         M.total[i] = 0.0
+        M.room[i] = UNLIMITED  # until it is looked at
         for k in range(3):
             M.u_f[k, i], M.y_f[k, i] = u, y
         for k in range(4):

@@ -7,7 +7,7 @@ from ftqp.kernel.layout.enums import AS_TOLD
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.side_by_side import WIDTH, several
 from ftqp.kernel.monitor.evidence import forget_evidence, weigh
-from ftqp.kernel.monitor.hypotheses import judge_joint, works
+from ftqp.kernel.monitor.hypotheses import arm_is_held, hold_arm, judge_joint, works
 from ftqp.kernel.monitor.leading import aim
 from ftqp.kernel.monitor.servos import (
     begin_filters,
@@ -93,4 +93,6 @@ def watch_servos(K: Any, first: bool) -> None:
         _look(K, i)
     if K.held.on:
         forget_evidence(K)
+    elif arm_is_held(K):
+        hold_arm(K)
     _worst(K)
