@@ -210,7 +210,8 @@ class Assembly:
         }
         self.session = session = filled(
             robot, task, given.criterion, given.bounds, given.emergency,
-            level=given.level, dt=given.dt, drive=given.drive, noise=given.noise, asked=asked, rate=given.rate,
+            level=given.level, dt=given.dt, drive=given.drive, noise=given.noise, asked=asked,
+            rate=given.rate,
         )  # fmt: skip
         self.solver = solver = Solver(session, robot, task, given.scheme, given.solver, bool(soft))
         if not solver.has_qp:
@@ -336,14 +337,13 @@ class Assembly:
         copy.K.state.is_reset = 0
         memory, n = self.orders.on(copy).memory, self.given.robot.nv
         rows = np.zeros((0, 2 * n)) if reserve is None else reserve.samples.rows
+        response = self.response
         memory["samples"] = len(rows)
         return Deployable(
             record=copy.memory,
             given=memory,
             arm=self.orders.arm,
-            detector=None
-            if not isinstance(self.response, FaultResponse)
-            else self.response.detector.memory.copy(),
+            detector=response.detector.memory.copy() if isinstance(response, FaultResponse) else None,
             states=rows[:, : 2 * n].copy(),
             left_out=() if self.surroundings is None else (stays,),
         )

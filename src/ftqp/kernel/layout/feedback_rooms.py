@@ -15,7 +15,7 @@ KEPT = 6
 LATER = 5
 """Samples may come so many ticks later than was stated: the latency of common arms."""
 SERVO = 6
-"""What is learned of the servo of a joint: lag, rotor, friction, droop, and droop by weight and by inertia."""
+"""Learned of the servo of a joint: lag, rotor, friction, droop, and that by weight and by inertia."""
 PACES = ("stiffness", "pole", "kappa", "felt_noise", "missing_noise", "gain")
 """What changes with the delay, the last in the room ``learned``, the others in ``feedback``."""
 

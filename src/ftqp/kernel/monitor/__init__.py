@@ -1,1 +1,1 @@
-"""One monitor for arms on position drives: what is learned of each servo, what is sent, and who has failed."""
+"""One monitor for arms whose servos take positions: what it learns, what is sent, and who has failed."""

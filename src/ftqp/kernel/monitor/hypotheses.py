@@ -30,7 +30,7 @@ AT_REST = 0.05
 
 @jit
 def works(K: Any, i: int) -> bool:
-    """Whether joint i is one that is judged: it has a motor of its own, and nobody says that it has failed."""
+    """Whether joint i is judged: it has a motor of its own, and nobody says that it has failed."""
     judged: bool = K.faults.code[i] == HEALTHY and K.chain.lead[i] == i and K.monitor.found[i] == 0
     return judged
 

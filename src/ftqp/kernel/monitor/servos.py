@@ -137,7 +137,7 @@ def observe_joint(K: Any, i: int) -> None:
 
 @jit
 def residual(K: Any, i: int) -> None:
-    """r of joint i, and S, its variance: what is left open, noise, and what the model of a healthy one misses.
+    """r of joint i, and S, its variance: what is left open, noise, and what the model misses.
 
     S = phi' P phi + 4 sigma^2 w dt + (missed act)^2, and f^2 + var f where the joint hardly moves.
     """
