@@ -103,9 +103,10 @@ def correct(K: Any) -> None:
     """c'' = -kappa^2 (c + d) - 2 kappa c', and what it adds to the task: c to its error, the rest to b.
 
     Where the lag of servos is learned this loop takes back what a measured tip shows, and nothing else. It
-    rests while a sample is refused, while the whole arm is held, during a stop, near a target that stands, when the arm holds, and when it has swung for so long that it gives up. The task's own gains do
-    not see c: its velocity and its acceleration are fed forward, so that kappa alone decides how fast the
-    arm's error is taken back.
+    rests while a sample is refused, while the whole arm is held, during a stop, near a target that stands,
+    when the arm holds, and when it has swung for so long that it gives up. The task's own gains do not see c:
+    its velocity and its acceleration are fed forward, so that kappa alone decides how fast the arm's error is
+    taken back.
     Source: docs/theory/feedback.md, "The tip".
     """
     state, task, watch, feedback, calm = K.state, K.task, K.watch, K.feedback, K.calm
