@@ -9,16 +9,20 @@ servo that gives way lets it fall, and hides the fault.
 Source: docs/theory/monitor.md, "What is sent".
 """
 
+from math import inf
 from typing import Any
 
-from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.enums import IS_LOCKED
+from ftqp.kernel.jit import jit, part_jit
+from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, VIABILITY
 from ftqp.kernel.layout.thresholds import UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.monitor.servos import block_time, noise_of, variance
+from ftqp.kernel.rows.joint_intervals import narrow
 
 BLENDS = 4.0
 """What is believed comes into the command over so many looks: nothing that is believed switches."""
+OVERSHOOT = 0.08
+"""Share of v_max w_n as which a joint may speed up: e times the overshoot of 3 % that it makes in the end."""
 CATCHES_UP = 0.25
 """Beside its speed a joint catches up with this share of its limit."""
 BACK = 0.5
@@ -39,6 +43,29 @@ def aim(K: Any, i: int) -> None:
     phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = speed, 0.0, 1.0, 1.0, M.weight[i], 0.0
     room = (theta[0] + K.state.dt) * speed + theta[1] * K.limits.a_max[i] + theta[2]
     M.room[i] = room + sqrt(variance(P, phi, 0)) + 4.0 * sqrt(noise_of(K, i) / M.every)
+
+
+@part_jit
+def speed_up_gently(K: Any) -> None:
+    """No joint gains speed faster than its servo follows, 0.08 v_max w_n with w_n = 1/sqrt(m + sd(m)).
+
+    A servo answers the end of an acceleration a with an overshoot of a/(e w_n), which is then 3 % of the
+    speed limit; the reference keeps 4 % below that. How a joint brakes is not touched.
+    """
+    state, M, limits = K.state, K.monitor, K.limits
+    if not M.sees or limits.conversion != VIABILITY:
+        return
+    for k in range(K.faults.working):
+        i = K.faults.order[k]
+        if limits.v_max[i] >= UNLIMITED:
+            continue
+        a = min(OVERSHOOT * limits.v_max[i] / sqrt(M.theta[i, 1] + sqrt(M.P[i, 1, 1])), limits.a_max[i])
+        v = state.v[i]
+        if state.level == ACCELERATION:
+            low, high = -a, a
+        else:
+            low, high = v - a * state.dt, v + a * state.dt
+        narrow(K.qp, i, low if v <= 0.0 else -inf, high if v >= 0.0 else inf)
 
 
 @jit

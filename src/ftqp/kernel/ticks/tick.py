@@ -44,6 +44,7 @@ from ftqp.kernel.layout.enums import (
     TORQUE_DRIVE,
 )
 from ftqp.kernel.layout.thresholds import LAST
+from ftqp.kernel.monitor.leading import speed_up_gently
 from ftqp.kernel.monitor.watching import watch_servos
 from ftqp.kernel.rows.constraint_rows import (
     IN_EVERY_TICK,
@@ -154,6 +155,8 @@ def _bound(K: Any) -> None:
         give_back(K)
     intervals(K)
     keep_near(K)
+    if K.monitor.on:
+        speed_up_gently(K)
 
 
 @jit
