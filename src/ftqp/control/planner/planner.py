@@ -32,6 +32,7 @@ from ftqp.control.planner.lead import Blocks, Lead, with_error_to
 from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
 from ftqp.control.planner.mounted_robot import BrakingReserve, MountedRobot, braking_reserve, warn_of_weight
 from ftqp.control.planner.planner_view import PlannerView, planner_html
+from ftqp.control.planner.response.monitored import MonitorResponse
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import settled
 from ftqp.control.planner.stages import Tick
@@ -56,7 +57,7 @@ from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.entry.session import Memory, Session
-from ftqp.kernel.layout.enums import RELAXED
+from ftqp.kernel.layout.enums import NEWS, RELAXED
 from ftqp.kernel.layout.record import load_chain
 from ftqp.model.capsules import Capsule
 from ftqp.model.payload import Payload
@@ -734,16 +735,26 @@ class Planner:
                 if isinstance(target, Mapping):
                     return self.step(q, v, self._parts.tasks.distributed(target))
                 raise not_a_target(target) from error
-            if code >= 0:
+            if 0 <= code < NEWS:
                 self._said.code = code
                 if code == RELAXED or self._rest.held:
                     self._rest.tell(self._out)
+                return self._out
+            if code >= NEWS:
+                self._respond()
+                self._said.code = code - NEWS
                 return self._out
         if isinstance(target, Mapping):
             target = self._parts.tasks.distributed(target)
         if _ is not None or not isinstance(target, Target | Targets) or not is_row(target.row):
             raise not_a_target(target, _)
         return self._led(None, q, v, (target.packed, target.row), tau, tip, ticks=ticks)
+
+    def _respond(self) -> None:
+        """Act upon what the monitor has found in this tick."""
+        response = self._parts.response
+        if isinstance(response, MonitorResponse):
+            response.respond()
 
     def ways_out(self, home: Any = None) -> tuple[WayOut, ...]:
         """Where the arm can go from here with the joints that work, tried in thought, what is clear first.
@@ -830,6 +841,9 @@ class Planner:
             code = measured_tick(self._session, tick, q, v, target, tau, tip)
         if code < 0:
             raise mistake(code, q, v, self.robot.nv, self.robot.nq)
+        if code >= NEWS:
+            self._respond()
+            code -= NEWS
         out, said = self._out, self._said
         said.code = code
         if code == RELAXED or self._rest.held:

@@ -58,6 +58,7 @@ class RolloutSetup:
         K.cascade.external = K.criteria.sways = 0
         K.free.joint, K.free.allowed = -1, orders.given.allowed
         K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
+        K.monitor.names = 0  # nobody responds there
 
     def believing(self, faults: tuple[Fault, ...]) -> dict[str, Any]:
         """The rooms of limits and faults, by name, of a planner that was told of these, in turn."""

@@ -5,7 +5,7 @@ from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics, join
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import restore
 from ftqp.kernel.layout.enums import (
     AS_TOLD,
@@ -13,6 +13,8 @@ from ftqp.kernel.layout.enums import (
     FREE,
     HEALTHY,
     INSTANT,
+    IS_FREE,
+    IS_LOCKED,
     LOCKED,
     MAKE_UP,
     MEASURED,
@@ -157,6 +159,24 @@ def begin_to_believe(K: Any, given: Any) -> None:
         K.cascade.external = given.external
         restore(K.task, K.terms, K.qp)
     given.swings = 1 if now else 0
+
+
+@rare_jit
+def believe_found(K: Any, given: Any) -> None:
+    """Count on what the monitor has found, or taken back, from the next tick on; the joint stands already."""
+    K.monitor.news = 0
+    for i in range(K.chain.n):
+        found, code = K.monitor.found[i], K.faults.code[i]
+        if found == IS_LOCKED and code == HEALTHY:
+            K.faults.lock_rate[i] = LOCK_SHARE * given.a_max[i]
+            K.faults.code[i] = BRAKING
+        elif found == IS_FREE and code == HEALTHY:
+            K.faults.code[i] = MEASURED
+            K.faults.friction[i], K.faults.coulomb[i] = 0.0, given.coulomb[i]
+        elif found == 0 and K.monitor.counted[i] != 0:
+            K.faults.code[i] = HEALTHY
+        K.monitor.counted[i] = found
+    begin_to_believe(K, given)
 
 
 MARGIN = 1.3

@@ -50,6 +50,7 @@ from ftqp.kernel.layout.enums import (
     LEXICOGRAPHIC,
     MAIN_STAGE,
     MEASURED,
+    NEWS,
     OK,
     PLAIN_STAGE,
     QP_READY,
@@ -251,7 +252,7 @@ def _finish(K: Any) -> int:
     cascade.status = report_status(K.state, K.limits, task, K.feedback, K.chain, K.terms, cascade.outcome)
     if task.sets > 0 and (cascade.status == RELAXED or task.late > 0 or task.held > 0):
         count_rows(K, cascade.status)
-    return cascade.status
+    return cascade.status + NEWS if K.monitor.news else cascade.status
 
 
 @jit

@@ -115,6 +115,10 @@ class Status(IntEnum):
     HELD = 8
 
 
+NEWS: Final = 64
+"""Is added to the status of a tick in which the monitor has found something, or taken it back."""
+
+
 @numbered(NONE="ALL_USABLE")
 class Unusable(IntEnum):
     """Why samples of a tick cannot be used."""

@@ -162,6 +162,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     G G_lock G_free anchor  f8[N]  evidence that a joint does not follow, stands, has no motor; since where
     rests blind  i8[N]  it has not moved lately; ticks until its samples count again
     found found_at  i8[N]  what was found, a set of kinds, and the tick
+    counted  i8[N]  what of it the planner counts on
     place tell  f8[N]  where it stood then, and by how much more it is asked for
     told_lead lead lead_to push push_to droop droop_to  f8[N]  by how much a command leads, now and soon
     room  f8[N]  how far ahead of a joint its command may be

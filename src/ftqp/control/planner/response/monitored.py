@@ -8,7 +8,7 @@ from typing import Any, Final, final
 import numpy as np
 
 from ftqp.control.planner.arm_loop import ArmLoop
-from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
+from ftqp.control.planner.stages import Stage
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.session import Session
@@ -40,20 +40,14 @@ class MonitorResponse:
         self.findings: list[Finding] = []
         self._K, self._robot, self._loop = session.K, robot, loop
         self._report, self._withdraw = report, withdraw
-        self._news, self._worst = session.field("monitor", "news"), session.field("monitor", "worst")
+        self._worst = session.field("monitor", "worst")
         self.diagnosis = Diagnosis(robot.joints, self._seen)
         self._said = np.zeros(robot.nv, dtype=int)
 
     @property
     def stage(self) -> Stage:
         """Its part in a planner's life."""
-        return Stage(ticks=(CLOCK, FREE, *LED), after=self.look, begin=lambda *_: self.findings.clear())
-
-    def look(self, code: int, inputs: tuple[Any, ...]) -> None:
-        """After a tick: act upon what was found in it."""
-        if self._news[0] and code >= 0:
-            self._news[0] = 0
-            self._respond()
+        return Stage(begin=lambda *_: self.findings.clear())
 
     def _seen(self, name: str) -> Any:
         """What a diagnosis reads, by its names."""
@@ -77,8 +71,10 @@ class MonitorResponse:
             "asked": np.abs(K.state.v_command[:n]),
         }[name]
 
-    def _respond(self) -> None:
+    def respond(self) -> None:
+        """After a tick in which something was found or taken back: act upon it."""
         found, K = self._K.monitor.found, self._K
+        K.monitor.news = 0
         for i, name in enumerate(self._robot.joints):
             if self._said[i] == found[i]:
                 continue
