@@ -24,7 +24,7 @@ SHARE = 4
 """So many hypotheses share the rate of false alarms: locked, without motor, held, pushed."""
 MOST = 4.0
 """Evidence is kept up to so many times what decides, so that it is gone soon once it is contradicted."""
-MEAN_LAG = 0.01
+MEAN_LAG = 0.0
 """A servo of which nothing is known lags by so much [s] in the mean."""
 TOLD_SHARE = 0.1
 """A bandwidth is told to so much."""

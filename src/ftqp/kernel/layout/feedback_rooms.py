@@ -145,7 +145,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     u y  f8[N]  what was sent, and the sample that came after it
     u_f y_f  f8[3,N]  both behind one, two and three poles
     total  f8[N]  samples since the last look, and their means over the last looks
-    mean  f8[4,N]
+    means  f8[4,N]
     v a  f8[N]  of the filtered samples
     peak_v peak_a  f8[N]  the most of what was asked for lately
     act  f8[N]  motion that was asked for [rad/s or m/s]

@@ -40,11 +40,11 @@ def weigh(K: Any, i: int, counts: bool) -> None:
             M.safe[i, r] = theta[r]
             for c in range(SERVO):
                 M.safe_P[i, r, c] = P[r, c]
-    d = M.mean[0, i] - M.anchor[i]  # a joint that stands has not moved since
+    d = M.means[0, i] - M.anchor[i]  # a joint that stands has not moved since
     blur = 4.0 * noise_of(K, i) / M.every + GEAR * GEAR
     _sum(M.G_lock, i, gain - 0.5 * d * d / blur, M.top)
     if M.G_lock[i] == 0.0:
-        M.anchor[i] = M.mean[0, i]
+        M.anchor[i] = M.means[0, i]
     # a motor that is off: the torque that its motion would need, m a + f + b + s g + i M a, is none
     M.phi[0], M.phi[1] = 0.0, M.a[i]
     torque = 0.0
@@ -68,7 +68,7 @@ def stands(K: Any, i: int) -> bool:
     """Whether joint i has not moved over the last three looks, noise aside."""
     M = K.monitor
     room: float = 4.0 * sqrt(2.0 * noise_of(K, i) / M.every) + GEAR
-    return bool(abs(M.mean[0, i] - M.mean[3, i]) < room)
+    return bool(abs(M.means[0, i] - M.means[3, i]) < room)
 
 
 @jit
@@ -83,4 +83,4 @@ def forget_evidence(K: Any) -> None:
     M = K.monitor
     for i in range(K.chain.n):
         M.G[i] = M.G_lock[i] = M.G_free[i] = 0.0
-        M.anchor[i] = M.mean[0, i]
+        M.anchor[i] = M.means[0, i]

@@ -77,7 +77,7 @@ def _name(K: Any, i: int, kind: int) -> None:
         M.theta[i, r] = M.safe[i, r]
         for c in range(SERVO):
             M.P[i, r, c] = M.safe_P[i, r, c]
-    M.place[i] = (M.mean[0, i] + M.mean[1, i] + M.mean[2, i]) / 3.0
+    M.place[i] = (M.means[0, i] + M.means[1, i] + M.means[2, i]) / 3.0
     M.tell[i] = -min(size, MOST) if M.r[i] < 0.0 else min(size, MOST)
     M.found[i] = kind
     M.found_at[i] = K.state.ticks

@@ -72,7 +72,7 @@ def speed_up_gently(K: Any) -> None:
 def seen_now(K: Any, i: int) -> float:
     """Where the command of joint i would be if it led by nothing: its place now, and its droop."""
     M = K.monitor
-    now: float = M.mean[0, i] + M.v[i] * block_time(K) + M.droop[i]
+    now: float = M.means[0, i] + M.v[i] * block_time(K) + M.droop[i]
     return now
 
 

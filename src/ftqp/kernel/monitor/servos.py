@@ -63,12 +63,12 @@ def begin_filters(K: Any) -> None:
         for k in range(3):
             M.u_f[k, i], M.y_f[k, i] = u, y
         for k in range(4):
-            M.mean[k, i] = y
+            M.means[k, i] = y
         M.v[i] = M.a[i] = M.peak_v[i] = M.peak_a[i] = 0.0
         M.G[i] = M.G_lock[i] = M.G_free[i] = M.z_old[i] = 0.0
         if M.ideal:
             for r in range(SERVO):
-                M.theta[i, r] = M.told[i, r]
+                M.theta[i, r] = 0.0
                 M.P[i, r, r] = IDEAL[r] * IDEAL[r]
             M.missed[i] = SUREST
 
@@ -130,8 +130,8 @@ def observe_joint(K: Any, i: int) -> None:
     M.peak_a[i] = max(abs(D * D * (M.u_f[0, i] - 2.0 * M.u_f[1, i] + M.u_f[2, i])), decay * M.peak_a[i])
     M.act[i] = min(abs(M.v[i]), M.peak_v[i]) + 0.05 * min(abs(M.a[i]), M.peak_a[i])
     for k in range(3, 0, -1):
-        M.mean[k, i] = M.mean[k - 1, i]
-    M.mean[0, i] = M.total[i] / M.every
+        M.means[k, i] = M.means[k - 1, i]
+    M.means[0, i] = M.total[i] / M.every
     M.total[i] = 0.0
 
 

@@ -1,0 +1,149 @@
+"""Laws of the monitor: a healthy arm goes on of which nothing was told, and untold failures are found.
+
+The arms' servos are of second order and share nothing with what the planner supposes of them.
+"""
+
+import logging
+
+import numpy as np
+import pytest
+from tests.going import started
+from tests.laws.test_held_arm import stranger
+from tests.servo_arm import ServoArm
+
+import ftqp
+from ftqp.model import catalog
+
+PANDA = catalog.load("panda")
+SERVOS = {"4 Hz": 25.0, "10 Hz": 63.0, "40 Hz": 250.0}
+FAST, SLOW = 1e-3, 1e-2
+POSITION = ftqp.Task(rows="position")
+
+
+def posture(robot):
+    """Where an arm begins: the stranger bent, so that it can do without any one joint."""
+    return robot.neutral if robot is PANDA else np.array([0.0, 0.6, 0.0, 1.2, 0.0, 0.8, 0.0])
+
+
+def circles(robot, dt, seconds, radius=0.06):
+    """Targets of a circle that is gone round every 3 s, begun gently."""
+    t = dt * np.arange(round(seconds / dt))
+    s = ftqp.paths.Circle(robot.pose(posture(robot)), radius, duration=3.0).sample(np.minimum(t, 3.0))
+    return s.pose, ftqp.Targets(s.pose, s.twist, s.acceleration)
+
+
+class Motion:
+    """A motion of an arm behind servos: worst errors of the true tip [m], what was found and when."""
+
+    def __init__(self, robot, arm, dt, seconds, event=None, at=1.2, until=None, **planner):
+        self.planner = p = started(robot, dt=dt, at=posture(robot), **planner)
+        poses, targets = circles(robot, dt, seconds)
+        self.error, self.found_after = [], None
+        for k, pose in enumerate(poses):
+            t = k * dt
+            if event is not None:
+                arm.braked[event] = at <= t and (until is None or t < until)
+            arm.command(p.step(arm.measured(), None, targets.at(k)))
+            self.error.append(np.linalg.norm(robot.pose(arm.q)[:3, 3] - pose[:3, 3]))
+            if self.found_after is None and p.faults:
+                self.found_after = t - at
+
+
+def arm_of(robot, dt, wn, takes="position only", sigma=2e-5):
+    return ServoArm(posture(robot), dt, takes=takes, wn=wn, sigma=sigma)
+
+
+@pytest.mark.parametrize("dt", [FAST, SLOW])
+@pytest.mark.parametrize("servo", SERVOS)
+def test_a_healthy_arm_is_neither_stopped_nor_accused(servo, dt, tmp_path):
+    robot = stranger(tmp_path)
+    motion = Motion(robot, arm_of(robot, dt, SERVOS[servo]), dt, 3.0)
+    assert motion.planner.stopped_because is None
+    assert not motion.planner.faults and not motion.planner.findings
+
+
+@pytest.mark.parametrize("servo", ["4 Hz", "10 Hz"])
+def test_a_learned_servo_is_led_nearly_as_one_that_was_told(servo):
+    wn = SERVOS[servo]
+    told = Motion(
+        PANDA, arm_of(PANDA, FAST, wn), FAST, 3.0, drive=ftqp.Drive(takes_velocity=False, bandwidth=wn)
+    )
+    found = Motion(PANDA, arm_of(PANDA, FAST, wn), FAST, 3.0, drive=ftqp.Drive(takes_velocity=False))
+    late = slice(1500, None)  # the first half teaches
+    assert np.mean(found.error[late]) <= 1.5 * np.mean(told.error[late]) + 1e-4
+
+
+@pytest.mark.parametrize("joint", range(6))
+@pytest.mark.parametrize("servo", ["10 Hz", "40 Hz"])
+def test_a_lock_that_nobody_told_is_found_and_survived(servo, joint, tmp_path):
+    robot = stranger(tmp_path)
+    motion = Motion(robot, arm_of(robot, FAST, SERVOS[servo]), FAST, 3.0, event=joint, task=POSITION)
+    name = robot.joints[joint]
+    assert set(motion.planner.faults) == {name}
+    assert motion.planner.stopped_because is None
+    assert motion.found_after < 0.8
+    (finding,) = motion.planner.findings
+    assert finding.joint == name and finding.kinds == {"locked"} and name in finding.sentence
+
+
+def test_a_brake_that_opens_again_is_noticed():
+    motion = Motion(PANDA, arm_of(PANDA, FAST, 63.0), FAST, 3.0, event=3, until=2.0)
+    assert not motion.planner.faults
+    (finding,) = motion.planner.findings
+    assert finding.joint == PANDA.joints[3] and finding.withdrawn_at > finding.detected_at
+
+
+def test_without_a_detector_nobody_is_named():
+    motion = Motion(PANDA, arm_of(PANDA, FAST, 63.0), FAST, 3.0, event=3, detector=False)
+    assert not motion.planner.faults and not motion.planner.findings
+
+
+def commands_of_ideal_arm(**planner):
+    p = started(PANDA, dt=FAST, **planner)
+    q, sent, (poses, targets) = PANDA.neutral, [], circles(PANDA, FAST, 1.0)
+    for k in range(len(poses)):
+        q = p.step(q, None, targets.at(k)).q.copy()
+        sent.append(q)
+    return np.array(sent)
+
+
+def test_an_ideal_arm_is_sent_what_it_would_be_without_the_monitor():
+    assert np.array_equal(commands_of_ideal_arm(), commands_of_ideal_arm(detector=False))
+
+
+def test_a_lock_of_an_ideal_arm_is_found_at_once():
+    p = started(PANDA, dt=FAST)
+    q, stuck, (poses, targets) = PANDA.neutral.copy(), None, circles(PANDA, FAST, 2.0)
+    for k in range(len(poses)):
+        q = p.step(q, None, targets.at(k)).q.copy()
+        if k >= 700:
+            stuck = q[3] if stuck is None else stuck
+            q[3] = stuck
+        if p.faults:
+            break
+    assert set(p.faults) == {PANDA.joints[3]} and k < 1000
+
+
+@pytest.mark.parametrize("times", [0.1, 10.0])
+def test_a_bandwidth_that_is_stated_wrong_stops_nobody(times):
+    drive = ftqp.Drive(takes_velocity=False, bandwidth=63.0 * times)
+    motion = Motion(PANDA, arm_of(PANDA, FAST, 63.0), FAST, 3.0, drive=drive)
+    assert motion.planner.stopped_because is None and not motion.planner.faults
+
+
+def test_gaps_in_the_samples_accuse_nobody():
+    p, arm = started(PANDA, dt=FAST), arm_of(PANDA, FAST, 63.0)
+    poses, targets = circles(PANDA, FAST, 3.0)
+    for k in range(len(poses)):
+        q = arm.measured()
+        if k % 400 > 390:
+            q[k // 400 % 7] = np.nan
+        arm.command(p.step(q, None, targets.at(k)))
+    assert p.stopped_because is None and not p.faults
+
+
+def test_a_finding_is_logged_in_a_sentence(caplog):
+    with caplog.at_level(logging.WARNING, logger="ftqp"):
+        Motion(PANDA, arm_of(PANDA, FAST, 63.0), FAST, 2.0, event=3)
+    said = [record.getMessage() for record in caplog.records if PANDA.joints[3] in record.getMessage()]
+    assert said and "does not move" in said[0]
