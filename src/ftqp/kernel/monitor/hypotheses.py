@@ -72,7 +72,7 @@ def _has_no_motor(K: Any, i: int) -> bool:
 def _name(K: Any, i: int, kind: int) -> None:
     """Joint i has failed: its servo is again what it was before that, and all others are looked at anew."""
     M = K.monitor
-    size = EXCESS + BLURS * blur_of(K, i) + FRICTIONS * M.theta[i, 2]
+    size = EXCESS + BLURS * blur_of(K, i) + FRICTIONS * max(M.theta[i, 2], 0.0)
     for r in range(SERVO):
         M.theta[i, r] = M.safe[i, r]
         for c in range(SERVO):

@@ -1,11 +1,11 @@
 """What is sent to a servo so that the arm follows as if the servo did so at once, and how far it may lead.
 
-    u = q_r + c (c^2/(c^2 + var c)) v_r + m a_r + b + s g
+    u = q_r + c v_r + m a_r + b + s g
 
-An uncertain lag is led by less, beside what was told of it. The command never goes farther ahead of a joint
-than (c + dt) (|v| + v_max/4) + m a_max + sd(u) + f + 4 sigma: what lag explains, and what is caught up with
-within the speed limit. That holds the command back; it never draws it after a joint that falls away, for a
-servo that gives way lets it fall, and hides the fault.
+What is uncertain counts by less, x^3/(x^2 + var x), beside what was told. The command never goes farther
+ahead of a joint than (c + dt) (|v| + v_max/4) + m a_max + sd(u) + f + 4 sigma: what lag explains, and what is
+caught up with within the speed limit. That holds the command back; it never draws it after a joint that falls
+away, for a servo that gives way lets it fall, and hides the fault.
 Source: docs/theory/monitor.md, "What is sent".
 """
 
@@ -30,24 +30,30 @@ BACK = 0.5
 
 
 @jit
+def certain(x: float, var: float) -> float:
+    """x^3/(x^2 + var): x as far as it is known."""
+    return x * x * x / (x * x + max(var, 0.0) + 1e-14)
+
+
+@jit
 def aim(K: Any, i: int) -> None:
     """How far joint i is to be led from now on, by what is known of it, and how far it may be."""
     M, theta, P = K.monitor, K.monitor.theta[i], K.monitor.P[i]
-    more = theta[0] - M.told_lead[i]
-    M.lead_to[i] = M.told_lead[i] + more * more * more / (more * more + P[0, 0] + 1e-12)
-    M.push_to[i] = theta[1] * theta[1] * theta[1] / (theta[1] * theta[1] + 4.0 * P[1, 1] + 1e-12)
-    M.droop_to[i] = theta[3] + theta[4] * M.weight[i]
+    g = M.weight[i]
+    M.lead_to[i] = M.told_lead[i] + certain(theta[0] - M.told_lead[i], P[0, 0])
+    M.push_to[i] = max(certain(theta[1], 4.0 * P[1, 1]), 0.0)
+    M.droop_to[i] = certain(theta[3] + theta[4] * g, P[3, 3] + 2.0 * g * P[3, 4] + g * g * P[4, 4])
     top = min(K.limits.v_max[i], UNLIMITED)
     speed = min(top, max(abs(K.state.v_command[i]), M.peak_v[i]) + CATCHES_UP * top)
     phi = M.phi
     phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = speed, 0.0, 1.0, 1.0, M.weight[i], 0.0
-    room = (theta[0] + K.state.dt) * speed + theta[1] * K.limits.a_max[i] + theta[2]
-    M.room[i] = room + sqrt(variance(P, phi, 0)) + 4.0 * sqrt(noise_of(K, i) / M.every)
+    room = (max(theta[0], 0.0) + K.state.dt) * speed + max(theta[1], 0.0) * K.limits.a_max[i]
+    M.room[i] = room + sqrt(variance(P, phi, 0)) + max(theta[2], 0.0) + 4.0 * sqrt(noise_of(K, i) / M.every)
 
 
 @part_jit
 def speed_up_gently(K: Any) -> None:
-    """No joint gains speed faster than its servo follows, 0.08 v_max w_n with w_n = 1/sqrt(m + sd(m)).
+    """No joint gains speed faster than its servo follows, 0.08 v_max w_n, w_n = 1/sqrt(m), once m is known.
 
     A servo answers the end of an acceleration a with an overshoot of a/(e w_n), which is then 3 % of the
     speed limit; the reference keeps 4 % below that. How a joint brakes is not touched.
@@ -57,9 +63,10 @@ def speed_up_gently(K: Any) -> None:
         return
     for k in range(K.faults.working):
         i = K.faults.order[k]
-        if limits.v_max[i] >= UNLIMITED:
+        a, top = limits.a_max[i], OVERSHOOT * limits.v_max[i]
+        if a * a * M.push[i] <= top * top:
             continue
-        a = min(OVERSHOOT * limits.v_max[i] / sqrt(M.theta[i, 1] + sqrt(M.P[i, 1, 1])), limits.a_max[i])
+        a = top / sqrt(M.push[i])
         v = state.v[i]
         if state.level == ACCELERATION:
             low, high = -a, a
@@ -116,10 +123,10 @@ def lead_joint(K: Any, i: int, bounded: bool) -> None:
     low, high = min(K.limits.q_min[i], q, last), max(K.limits.q_max[i], q, last)
     want = min(max(want, low), high)
     K.feedback.q_sent[i] = want
-    if want == asked:
-        K.feedback.v_sent[i] += M.lead[i] * state.a_command[i]
-    else:
+    if M.sees:  # a speed that comes from another signal than the position would be a fault of its own
         K.feedback.v_sent[i] = (want - last) / state.dt
+    else:
+        K.feedback.v_sent[i] += M.lead[i] * state.a_command[i]
 
 
 @jit

@@ -7,7 +7,9 @@ model, as torques in units of a fifth of the limit. c is the lag [s], with delay
 the loop taken off, m the rotor over the stiffness [s2], f dry friction and b a droop over it [rad or m], s
 and i the droop under the arm's weight and under what its inertia takes. A Kalman filter a joint learns them;
 its states drift with the way that the joint goes, so that an arm at rest forgets nothing, and a residual
-beyond three standard deviations teaches as much as one of three: a fault is not learned as usual.
+beyond three standard deviations teaches as much as one of three: a fault is not learned as usual. No state is
+kept above zero, as what the others learn beside one that is would be wrong: samples that come half a period
+early are a lag below zero.
 Source: docs/theory/monitor.md, "The model of a joint".
 """
 
@@ -179,8 +181,6 @@ def learn_servo(K: Any, i: int) -> None:
         most = PRIOR[r]
         P[r, r] = min(P[r, r] + DRIFT[r] * DRIFT[r] * v * block, most * most)
     P[3, 3] = min(P[3, 3] + CREEP * CREEP * block, PRIOR[3] * PRIOR[3])
-    for r in range(3):
-        theta[r] = max(theta[r], 0.0)
     if M.act[i] > 0.05:  # 5 % of the looks at a healthy joint are beyond two standard deviations
         beyond = 1.0 if abs(M.r[i]) > 2.0 * sqrt(M.spread[i]) else 0.0
         pace = 0.02 + 0.1 / (1.0 + M.way[i])

@@ -19,7 +19,7 @@ from ftqp.kernel.monitor.servos import (
 )
 
 MOVED = 0.01
-"""An arm whose samples are its commands to the last bit while it is so fast [rad/s or m/s] is ideal."""
+"""An arm that was never seen beside its commands and was so fast [rad/s or m/s] is ideal."""
 SETTLES = 3.0
 """After so many time constants of the filters what did not come is forgotten: they have three poles."""
 
@@ -52,11 +52,11 @@ def _worst(K: Any) -> None:
 
 @jit
 def _is_seen(K: Any) -> bool:
-    """Whether there is anything to learn: not of an arm whose samples are its commands to the last bit."""
+    """Whether there is anything to learn: not of an arm that was never seen beside its commands."""
     M = K.monitor
     if M.sees:
         return True
-    if not K.feedback.exact:
+    if K.feedback.speed_margin > 0.0:
         return True
     if not M.ideal:
         for at in range(0, K.chain.n, WIDTH):
