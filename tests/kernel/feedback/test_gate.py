@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
+from ftqp.kernel.feedback.gate import LONGEST
 from ftqp.kernel.layout.enums import FREE
 from ftqp.kernel.layout.record import ROOMS
 
@@ -70,7 +71,7 @@ class Ride:
         held = self.K.faults.code[:7] != FREE
         assert (sent >= LIMITS.q_min - 1e-9)[held].all() and (sent <= LIMITS.q_max + 1e-9)[held].all()
         top = LIMITS.v_max * (1 + 1e-8) + 1e-8
-        lead = self.lead * LIMITS.a_max * DT
+        lead = LONGEST * LIMITS.a_max * DT
         assert (abs(sent - self.last[0]) <= DT * top + lead)[held].all()
         assert (abs(q - self.last[1]) <= DT * top)[works].all() and (abs(v) <= top)[works].all()
         assert (abs(v - self.last[2]) <= DT * LIMITS.a_max * (1 + 1e-8) + 1e-8)[works].all()

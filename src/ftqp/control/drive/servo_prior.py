@@ -44,7 +44,9 @@ def prior(drive: Drive, joints: int, lead: float, late: float) -> tuple[FloatArr
         lags = np.broadcast_to(2.0 / np.asarray(drive.bandwidth, dtype=float), (joints,))
         mean[:, 0] = late + (0.0 if drive.takes_velocity else lags)
         doubt[:, 0] = TOLD_SHARE * lags
-        mean[:, 1] = doubt[:, 1] = 0.25 * lags**2  # 1/w^2
+        doubt[:, 1] = 0.25 * lags**2  # 1/w^2
+        if not drive.takes_velocity:
+            mean[:, 1] = doubt[:, 1]
     elif lead > 0.0:
         mean[:, 0] = lead + late
     return mean, doubt

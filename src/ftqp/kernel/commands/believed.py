@@ -15,6 +15,7 @@ from ftqp.kernel.layout.enums import (
     INSTANT,
     IS_FREE,
     IS_LOCKED,
+    IS_RUNAWAY,
     LOCKED,
     MAKE_UP,
     MEASURED,
@@ -167,7 +168,7 @@ def believe_found(K: Any, given: Any) -> None:
     K.monitor.news = 0
     for i in range(K.chain.n):
         found, code = K.monitor.found[i], K.faults.code[i]
-        if found == IS_LOCKED and code == HEALTHY:
+        if (found == IS_LOCKED or found == IS_RUNAWAY) and code == HEALTHY:
             K.faults.lock_rate[i] = LOCK_SHARE * given.a_max[i]
             K.faults.code[i] = BRAKING
         elif found == IS_FREE and code == HEALTHY:

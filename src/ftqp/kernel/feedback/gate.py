@@ -44,6 +44,8 @@ ROUNDING = 1e-9
 rounding, and far below what an encoder shows."""
 FARTHEST = ROUNDING * 2.0**52
 """Nothing turns or slides so far: of a place beyond, rounding alone is more than ``ROUNDING`` [rad or m]."""
+LONGEST = 0.25
+"""Positions are sent at most so far ahead of the reference [s]: the slowest servos lag by 0.12."""
 FULL = 0.999
 """Who brakes by this share of a_max brakes as hard as it can."""
 
@@ -127,8 +129,7 @@ def _lets_through(K: Any, at: int) -> bool:
             near = near & _keeps(tau, several(limits.tau_max, at)) & (abs(tau) < inf)
         elif feedback.kind == POSITION_DRIVE:
             top = larger(smaller(v_max, UNLIMITED), larger(abs(v), abs(v_last)))
-            push = several(K.monitor.push, at) * several(state.a_command, at)
-            way = dt * top + several(K.monitor.lead, at) * abs(v - v_last) + abs(push)
+            way = dt * (top + LONGEST * several(limits.a_max, at))
             near = near & _keeps(several(feedback.q_sent, at) - several(gate.sent, at), way)
             near = near & (abs(several(feedback.v_sent, at)) < inf)
     else:

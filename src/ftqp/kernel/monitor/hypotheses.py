@@ -8,7 +8,7 @@ from functools import reduce
 from typing import Any
 
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.enums import HEALTHY, IS_FREE, IS_LOCKED
+from ftqp.kernel.layout.enums import HEALTHY, IS_FREE, IS_LOCKED, IS_RUNAWAY
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.monitor.evidence import blur_of, forget_evidence, stands
 from ftqp.kernel.monitor.servos import GEAR
@@ -24,6 +24,8 @@ WENT, SIGMAS = 0.5, 6.0
 """... by going this share of it, and so many standard deviations, ..."""
 SUSPECTED = 0.2
 """A joint of a held arm was to move if so much of what decides spoke for it."""
+OVERSPEED = 0.2
+"""A joint faster than its limit by more than this share runs away; the single samples say so."""
 AT_REST = 0.05
 """... and is slower than this [rad/s or m/s] there, as it went where it was asked to and no farther."""
 
@@ -60,12 +62,19 @@ def _is_locked(K: Any, i: int) -> bool:
 def _has_no_motor(K: Any, i: int) -> bool:
     """Joint i moves as if nothing drove it, and no other one does what it should not."""
     M = K.monitor
-    if M.G_free[i] <= M.level or M.rests[i] or abs(M.v[i]) <= MOVES:
+    too_fast = abs(M.v[i]) > (1.0 + OVERSPEED) * K.limits.v_max[i]
+    if M.G_free[i] <= M.level or M.rests[i] or abs(M.v[i]) <= MOVES or too_fast:
         return False
     for j in range(K.chain.n):
         if M.found[j] == IS_FREE or (j != i and ALONE * M.G[j] > M.G_free[i]):
             return False
     return True
+
+
+@jit
+def _runs_away(K: Any, i: int) -> bool:
+    """Joint i has been too fast for so long that its brake is asked for."""
+    return bool(K.feedback.asks[i] != 0)
 
 
 @rare_jit
@@ -88,6 +97,11 @@ def _name(K: Any, i: int, kind: int) -> None:
 @jit
 def _lock(K: Any, i: int) -> None:
     _name(K, i, IS_LOCKED)
+
+
+@jit
+def _run_away(K: Any, i: int) -> None:
+    _name(K, i, IS_RUNAWAY)
 
 
 @jit
@@ -134,7 +148,7 @@ def hold_arm(K: Any) -> None:
     forget_evidence(K)
 
 
-TABLE: Any = ((_is_locked, _lock), (_has_no_motor, _free))
+TABLE: Any = ((_runs_away, _run_away), (_is_locked, _lock), (_has_no_motor, _free))
 """What is believed of a joint, and what follows from it, the first that is so."""
 
 
