@@ -137,7 +137,7 @@ def stuck_joint():
     robot = ftqp.robots.load("planar", count=4)
     path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.15, duration=3.0)
     task = ftqp.Task(tolerance=0.5, rotation_tolerance=3.0)
-    planner = ftqp.Planner(robot, 0.005, drive=ftqp.Drive(kind="position"), task=task)
+    planner = ftqp.Planner(robot, 0.005, drive="velocity", task=task)
 
     def obeys(t, before, q, v):
         q[1], v[1] = (before[1], 0.0) if t >= 0.25 else (q[1], v[1])

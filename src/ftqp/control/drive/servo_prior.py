@@ -28,8 +28,6 @@ MEAN_LAG = 0.0
 """A servo of which nothing is known lags by so much [s] in the mean."""
 TOLD_SHARE = 0.1
 """A bandwidth is told to so much."""
-UNSURE = 0.02
-"""Of the motion of a joint the model may miss so much [s] before anything was learned."""
 LEAST_TORQUE = 50.0
 """The torque limit of a joint that has none [N m or N], a unit of its weight."""
 WEIGHS = 0.2
@@ -67,8 +65,4 @@ def fill_monitor(K: Any, robot: Robot, dt: float, drive: Drive, lead: float, rat
     limits = np.where(np.isfinite(robot.limits.tau_max), robot.limits.tau_max, LEAST_TORQUE)
     M.unit[:n] = 1.0 / (WEIGHS * limits)
     M.told[:n], M.doubt[:n] = prior(drive, n, lead, drive.latency)
-    M.theta[:n] = M.safe[:n] = M.told[:n]
-    for i in range(n):
-        M.P[i] = M.safe_P[i] = np.diag(M.doubt[i] ** 2)
-    M.missed[:n] = UNSURE
-    M.told_lead[:n] = M.lead[:n] = M.lead_to[:n] = lead
+    M.told_lead[:n] = M.lead[:n] = lead

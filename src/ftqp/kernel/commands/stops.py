@@ -18,6 +18,7 @@ from ftqp.kernel.layout.enums import (
     STOPPED_BY_LAG,
     STOPPED_BY_OVERLOAD,
 )
+from ftqp.kernel.monitor.servos import forget_servos
 
 
 @jit
@@ -99,9 +100,10 @@ def forget_distances(scene: Any) -> None:
 def start(K: Any, given: Any, q: Any, v: Any) -> None:
     """Begin at (q, v): no stop is latched, and nothing is known of the arm but that."""
     state, gate = K.state, K.gate
+    forget_servos(K)
     for i in range(K.chain.n):
         gate.q[i] = state.q_command[i] = state.q[i] = q[i]
-        gate.sent[i] = q[i] + K.monitor.lead[i] * v[i] + K.monitor.droop[i]
+        gate.sent[i] = q[i] + K.monitor.lead[i] * v[i]
         gate.v[i] = gate.speed[i] = state.v_command[i] = state.v[i] = v[i]
         state.a_command[i] = 0.0
         K.criteria.posture[i] = given.posture[i] if given.has_posture else q[i]

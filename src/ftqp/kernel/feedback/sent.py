@@ -8,7 +8,7 @@ from ftqp.kernel.feedback.pairs import is_soft, softly
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.unresponsive import inform_unresponsive, predict_unresponsive
 from ftqp.kernel.jit import jit, part_jit, rare_jit
-from ftqp.kernel.layout.enums import HEALTHY, LOCKED, TORQUE_DRIVE, VELOCITY_DRIVE
+from ftqp.kernel.layout.enums import HEALTHY, LOCKED, STOPPED, TORQUE_DRIVE, VELOCITY_DRIVE
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 from ftqp.kernel.monitor.leading import blend, keep_found, lead_joint
@@ -301,5 +301,5 @@ def send(K: Any) -> None:
         i = faults.order[k]
         if not (K.monitor.names and keep_found(K, i)):
             lead_joint(K, i, bounded)
-    if K.monitor.sees:
+    if K.monitor.sees and not K.watch.latched and K.cascade.outcome != STOPPED:  # there it stays
         blend(K)

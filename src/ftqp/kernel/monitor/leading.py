@@ -23,9 +23,9 @@ BLENDS = 4.0
 """What is believed comes into the command over so many looks: nothing that is believed switches."""
 OVERSHOOT = 0.08
 """Share of v_max w_n as which a joint may speed up: e times the overshoot of 3 % that it makes in the end."""
-SHOWS = 5.0
-"""A command that led by fewer standard deviations of a residual would hide the fault that it shows: at five
-the evidence decides within 0.08 s."""
+SHOWS = 0.004
+"""A command may always lead by what the joint goes at its limit in this time [s]: one that led by less would
+hide a fault, as what is learned of the droop would follow it."""
 CATCHES_UP = 0.25
 """Beside its speed a joint catches up with this share of its limit."""
 BACK = 0.5
@@ -52,7 +52,7 @@ def aim(K: Any, i: int) -> None:
     phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = speed, 0.0, 1.0, 1.0, M.weight[i], 0.0
     room = (max(theta[0], 0.0) + K.state.dt) * speed + max(theta[1], 0.0) * K.limits.a_max[i]
     room += sqrt(variance(P, phi, 0)) + max(theta[2], 0.0) + 4.0 * sqrt(noise_of(K, i) / M.every)
-    M.room[i] = max(room, SHOWS * sqrt(M.S[i]))
+    M.room[i] = max(room, SHOWS * top)
 
 
 @part_jit

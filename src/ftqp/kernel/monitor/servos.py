@@ -36,8 +36,9 @@ GEAR = 2e-4
 """By so much [rad or m] a joint moves whose brake is closed: play of common gears."""
 SLOW = 0.02
 """Slower than this [rad/s or m/s] dry friction may hold a joint to either side."""
-SUREST, WORST = 5e-4, 0.1
-"""Of the motion of a healthy joint the model misses between so much and so much [s]."""
+UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
+"""Of the motion of a healthy joint the model misses so much [s] before anything was learned, and between
+these."""
 LASTS = 0.15
 """Motion that was asked for counts for so long [s], the slowest servo's time."""
 TAUGHT = 3.0
@@ -51,6 +52,24 @@ def block_time(K: Any) -> float:
 
 
 @rare_jit
+def forget_servos(K: Any) -> None:
+    """Nothing is known of the servos but what was told of them."""
+    M = K.monitor
+    M.sees = M.news = M.ideal = M.holds = 0
+    M.worst = 0.0
+    for i in range(K.chain.n):
+        M.missed[i], M.way[i] = UNSURE, 0.0
+        M.lead[i] = M.lead_to[i] = M.told_lead[i]
+        M.push[i] = M.push_to[i] = M.droop[i] = M.droop_to[i] = 0.0
+        M.blind[i] = 0
+        for r in range(SERVO):
+            M.theta[i, r] = M.safe[i, r] = M.told[i, r]
+            for c in range(SERVO):
+                M.P[i, r, c] = M.safe_P[i, r, c] = 0.0
+            M.P[i, r, r] = M.safe_P[i, r, r] = M.doubt[i, r] * M.doubt[i, r]
+
+
+@rare_jit
 def begin_filters(K: Any) -> None:
     """The first sample of an arm that does not follow to the last bit: it has stood until now."""
     M = K.monitor
@@ -60,7 +79,9 @@ def begin_filters(K: Any) -> None:
         y = K.feedback.good[i]
         u = K.gate.sent[i]
         M.y[i] = M.anchor[i] = M.place[i] = y
-        M.total[i] = 0.0
+        M.u[i] = u
+        M.total[i] = M.act[i] = M.weight[i] = M.inertia[i] = M.r[i] = M.S[i] = 0.0
+        M.rests[i] = M.blind[i] = 0
         M.room[i] = UNLIMITED  # until it is looked at
         for k in range(3):
             M.u_f[k, i], M.y_f[k, i] = u, y

@@ -3,7 +3,6 @@
 from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.layout.enums import AS_TOLD
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.side_by_side import WIDTH, several
 from ftqp.kernel.monitor.evidence import forget_evidence, weigh
@@ -70,10 +69,10 @@ def watch_servos(K: Any, first: bool) -> None:
     """Learns from the sample, and judges the joints whose turn it is."""
     M, n = K.monitor, K.chain.n
     if first:
-        M.sees = M.news = 0
+        M.sees = 0
         M.worst = 0.0
-        if K.feedback.fresh == AS_TOLD:
-            M.ideal = 0
+        for i in range(n):
+            M.place[i] = K.feedback.good[i]
         return
     if not _is_seen(K):
         return
