@@ -113,7 +113,7 @@ def test_what_a_user_reported_stays_whatever_the_joint_does() -> None:
             assert planner.findings
             planner.report(ftqp.Locked("panda_joint3"))
 
-    planner, _ = led("position", happens, ticks=3000)
+    planner, _ = led("velocity", happens, ticks=3000)
     assert planner.faults == {"panda_joint3": ftqp.Locked("panda_joint3")}
     assert planner.findings[0].withdrawn_at is None
 
@@ -126,12 +126,12 @@ def test_without_probing_no_joint_of_an_arm_with_servos_is_asked_to_move() -> No
         jam(2)(k, plant, planner)
         sent.append(float(planner._session.K.feedback.v_sent[2]))
 
-    planner, _ = led("position", happens, ticks=2600, probe_after=None)
+    planner, _ = led("velocity", happens, ticks=2600, probe_after=None)
     assert planner.findings[0].withdrawn_at is None and set(sent[2000:]) == {0.0}
 
 
 @pytest.mark.parametrize(
-    ("drive", "joint"), [("position", 1), ("position", 3), ("velocity", 0), ("torque", 5), ("torque", 6)]
+    ("drive", "joint"), [("velocity", 1), ("velocity", 3), ("velocity", 0), ("torque", 5), ("torque", 6)]
 )
 def test_a_joint_that_locks_at_rest_is_found_within_a_second(drive: str, joint: int) -> None:
     planner, errors = standing(drive, lock(joint), ticks=2000)
@@ -143,7 +143,7 @@ def test_a_joint_that_locks_at_rest_is_found_within_a_second(drive: str, joint: 
 
 
 def test_without_probing_a_lock_at_rest_is_never_noticed() -> None:
-    planner, _ = standing("position", lock(1), ticks=2000, probe_after=None)
+    planner, _ = standing("velocity", lock(1), ticks=2000, probe_after=None)
     assert planner.findings == () and planner.faults == {}
 
 

@@ -26,8 +26,9 @@ SIGMA = 1e-4
 
 
 def planner_of(detector: ftqp.Detector | None, **settings: Any) -> ftqp.Planner:
+    """Of a drive whose failures the older detector finds."""
     robot = ftqp.robots.load("panda")
-    return ftqp.Planner(robot, DT, noise=ftqp.Noise(q=SIGMA), detector=detector, **settings)
+    return ftqp.Planner(robot, DT, drive="velocity", noise=ftqp.Noise(q=SIGMA), detector=detector, **settings)
 
 
 def circle(planner: ftqp.Planner) -> ftqp.paths.Circle:
@@ -305,7 +306,7 @@ QUIET = 1e-7
 def probing(probe_after: float | None, **settings: Any) -> ftqp.Planner:
     robot = settings.pop("robot", None) or ftqp.robots.load("panda").with_friction(coulomb=1e-4)
     detector = ftqp.Detector(probe_after=probe_after)
-    return ftqp.Planner(robot, DT, noise=ftqp.Noise(q=SIGMA), detector=detector, **settings)
+    return ftqp.Planner(robot, DT, drive="velocity", noise=ftqp.Noise(q=SIGMA), detector=detector, **settings)
 
 
 def stood(

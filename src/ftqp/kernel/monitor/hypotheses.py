@@ -8,8 +8,18 @@ from functools import reduce
 from typing import Any
 
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.enums import HEALTHY, IS_FREE, IS_LOCKED, IS_RUNAWAY
+from ftqp.kernel.layout.enums import (
+    FROZEN,
+    HEALTHY,
+    IS_BIASED,
+    IS_DROPPED,
+    IS_FREE,
+    IS_FROZEN,
+    IS_LOCKED,
+    IS_RUNAWAY,
+)
 from ftqp.kernel.layout.feedback_rooms import SERVO
+from ftqp.kernel.maths.elementary import is_finite
 from ftqp.kernel.monitor.evidence import blur_of, forget_evidence, stands
 from ftqp.kernel.monitor.servos import GEAR
 
@@ -77,6 +87,12 @@ def _runs_away(K: Any, i: int) -> bool:
     return bool(K.feedback.asks[i] != 0)
 
 
+@jit
+def _has_no_sensor(K: Any, i: int) -> bool:
+    """What the sensor of joint i says has been impossible for so long that the arm is stopped."""
+    return bool(K.feedback.lost[i] != 0)
+
+
 @rare_jit
 def _name(K: Any, i: int, kind: int) -> None:
     """Joint i has failed: its servo is again what it was before that, and all others are looked at anew."""
@@ -102,6 +118,12 @@ def _lock(K: Any, i: int) -> None:
 @jit
 def _run_away(K: Any, i: int) -> None:
     _name(K, i, IS_RUNAWAY)
+
+
+@rare_jit
+def _lose_sensor(K: Any, i: int) -> None:
+    kind = IS_BIASED if is_finite(K.state.q[i]) else IS_DROPPED
+    _name(K, i, IS_FROZEN if K.feedback.held[i] == FROZEN else kind)
 
 
 @jit
@@ -148,7 +170,12 @@ def hold_arm(K: Any) -> None:
     forget_evidence(K)
 
 
-TABLE: Any = ((_runs_away, _run_away), (_is_locked, _lock), (_has_no_motor, _free))
+TABLE: Any = (
+    (_has_no_sensor, _lose_sensor),
+    (_runs_away, _run_away),
+    (_is_locked, _lock),
+    (_has_no_motor, _free),
+)
 """What is believed of a joint, and what follows from it, the first that is so."""
 
 

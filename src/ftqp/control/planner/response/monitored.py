@@ -16,6 +16,7 @@ from ftqp.kernel.layout.enums import HEALTHY, IS_FREE
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
+SENSORS: Final = frozenset({"sensor_frozen", "sensor_biased", "sensor_dropped"})
 WATCHES: Final = 0.3
 """From this share of the evidence that decides on, a joint is said to be suspected."""
 
@@ -84,6 +85,9 @@ class MonitorResponse:
                 continue
             finding = self.diagnosis.isolated[name]
             self.findings.append(finding)
+            if finding.kinds <= SENSORS:
+                _LOG.warning("%s The arm is stopped.", finding.sentence)
+                continue
             free = found[i] == IS_FREE
             if free and (K.faults.code[: self._robot.nv] != HEALTHY).any():
                 _LOG.warning("%s Another joint has failed before, so the arm is stopped.", finding.sentence)
