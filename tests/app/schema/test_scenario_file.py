@@ -138,9 +138,15 @@ def test_a_robot_of_the_catalog_may_have_options() -> None:
 
 
 def test_a_detector_is_there_where_its_table_is() -> None:
-    assert setup_of().planner.diagnosis is None
-    made = setup_of(planner={"detector": {"patience": 0.03}})
+    drive = {"kind": "velocity"}
+    assert setup_of(planner={"drive": drive}).planner.diagnosis is None
+    made = setup_of(planner={"drive": drive, "detector": {"patience": 0.03}})
     assert made.planner.diagnosis is not None
+
+
+def test_a_position_drive_detects_failures_unless_the_scenario_says_false() -> None:
+    assert setup_of().planner.diagnosis is not None
+    assert setup_of(planner={"detector": False}).planner.diagnosis is None
 
 
 def test_planner_is_made_as_the_scenario_says() -> None:

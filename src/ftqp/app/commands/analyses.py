@@ -72,6 +72,7 @@ def calibrate(
     """Learn a detector's thresholds, noise and friction from runs of the healthy arm."""
     from ftqp.app.run.runs import SCENARIO
     from ftqp.app.scenario.setup import load
+    from ftqp.app.schema.reading import Options
     from ftqp.faults.detection.detector import Detector
     from ftqp.sim.log.log_file import load_log
 
@@ -83,7 +84,7 @@ def calibrate(
     logs = [load_log(run) for run in runs]
     setup = load(str(scenario))
     planner, table = setup.planner, setup.tables.planner.detector
-    settings = Detector() if table is None else table.made(calibration=None)
+    settings = table.made(calibration=None) if isinstance(table, Options) else Detector()
     blank = settings.for_arm(planner.robot, planner.dt, drive=planner.drive, noise=planner.noise)
     found = blank.calibrate(logs, alarms, extrapolate=extrapolate).calibration
     assert found is not None

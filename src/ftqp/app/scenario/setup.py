@@ -94,10 +94,10 @@ def _loaded(table: RobotTable, folder: File, limits: dict[str, Any]) -> Robot:
     return Robot.from_mjcf(folder / str(table.mjcf), *ends, limits=limits)
 
 
-def _detector(given: Options[Detector] | None, folder: File) -> Detector | None:
-    """The detector of a table; None without one."""
-    if given is None:
-        return None
+def _detector(given: Options[Detector] | bool | None, folder: File) -> Detector | bool | None:
+    """The detector of a table; what stands in place of one as it is."""
+    if not isinstance(given, Options):
+        return Detector() if given else given
     file = given["calibration"]
     return given.made(calibration=None if file is None else Calibration.load(folder / file))
 

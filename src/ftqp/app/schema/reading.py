@@ -233,7 +233,7 @@ class _Reader:
 
     def _one_of(self, hints: list[Any], got: Any, path: str, says: Setting) -> Any:
         """A value of the first type that takes it."""
-        tables = [hint for hint in hints if get_origin(hint) in (dict, Mapping)]
+        tables = [hint for hint in hints if get_origin(hint) in (dict, Mapping, Options)]
         if tables and len(tables) < len(hints):
             hints = tables if isinstance(got, Mapping) else [hint for hint in hints if hint not in tables]
         if len(hints) == 1:

@@ -88,7 +88,9 @@ class PlannerTable(Table):
     emergency: Options[EmergencyStop] | None = setting(
         options(EmergencyStop), "the emergency stop; 'off' to have none", off=True
     )
-    detector: Options[Detector] | None = setting(None)
+    detector: Options[Detector] | bool | None = setting(
+        None, "detects failures that nobody reports; false: only guards; position drives need no table for it"
+    )
     stall: Options[StallEscape] | None = setting(
         options(StallEscape),
         "the escape of a stalled path, for reference = 'progress'; 'off' to have none",

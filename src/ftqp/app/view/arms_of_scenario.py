@@ -50,7 +50,7 @@ def arms_of(choice: Choice, *, rival: bool = True, faults: bool = True) -> Sessi
         schedule=setup.schedule if faults else Schedule(),
         arm=_player(setup),
         rival=_rival(setup, choice) if rival else None,
-        detects=setup.tables.planner.detector is not None,
+        detects=bool(setup.tables.planner.detector),
         urdf=setup.content["robot"].get("urdf"),
         box=choice.box,
     )
@@ -69,9 +69,12 @@ def setup_of(choice: Choice, *, detector: bool | None = None) -> Setup:
     if choice.robot is not None:
         found = _with_robot(found, catalog.load(choice.robot), choice.robot)
     tables = validated(found)
-    if detector is not None and detector != (tables.planner.detector is not None):
-        planner = replace(tables.planner, detector=options(Detector) if detector else None)
-        tables = replace(tables, planner=planner)
+    own = tables.planner.detector
+    if not (own if detector is None else detector):
+        own = False  # a page whose planner is told shows what that does
+    elif not own:
+        own = options(Detector)
+    tables = replace(tables, planner=replace(tables.planner, detector=own))
     if choice.box and not tables.scene:
         tables = replace(tables, scene=(_box_beside(resolve(found, tables)),))
     if tables.planner.remember is None:

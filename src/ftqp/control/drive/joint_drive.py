@@ -104,17 +104,19 @@ class Drive:
     Attributes:
         kind: What the arm takes: of ``position`` send ``step.q``, and ``step.v`` where the arm takes it as
             well, of ``velocity`` ``step.v``, and of ``torque`` ``step.tau``.
-        bandwidth: Of the arm's own servo, > 0 [rad/s], or one of each joint, (nv,); None is unknown. A larger
-            one lets the tip's error be taken back faster; stating more than the servo has makes the loop
-            ring. Of several the slowest counts for loops, and the fastest for ``lead``, so that no joint is
-            sent farther ahead than it lags.
+        bandwidth: Of the arm's own servo, > 0 [rad/s], or one of each joint, (nv,); None is unknown. On drive
+            ``position`` the planner estimates each servo, and begins with this, believed to 10 %. On
+            ``velocity``, and where the tip is measured, a larger one lets the tip's error be taken back
+            faster, and stating more than the servo has makes the loop ring. Of several the slowest counts for
+            loops, and the fastest for ``lead``, so that no joint is sent farther ahead than it lags.
         takes_velocity: Whether the servo of a position arm is fed ``step.v``, too. One that is not lags by
-            2/bandwidth, which ``lead`` makes up for.
-        lead: How far ahead of the reference positions are sent, >= 0 [s]; None is 2/bandwidth for a servo on
-            positions only whose bandwidth is known, else 0.
+            about 2/bandwidth.
+        lead: How far ahead of the reference positions are sent until more is known of the servo, >= 0 [s];
+            None is 2/bandwidth for a servo on positions only whose bandwidth is known, else 0.
         latency: How late samples are when ``step`` gets them, >= 0 [s]; it is rounded to whole ticks. A
-            larger one lowers every loop's bandwidth. A torque arm that learns its inertia learns, too, that
-            samples come up to five ticks later than is said here.
+            larger one lowers every loop's bandwidth; on drive ``position`` what is later than this counts as
+            lag. A torque arm that learns its inertia learns, too, that samples come up to five ticks later
+            than is said here.
         stiffness: Bandwidth of the loop around the reference of a torque arm, > 0 [1/s]; None is
             min(80, 0.24/(latency + dt)). A larger one holds better against friction and loads, and less well
             against a wrong model.
@@ -130,7 +132,7 @@ class Drive:
     Raises:
         InputError: An unknown kind, a number out of its range, or one that this kind has no use for.
 
-    Source: docs/theory/feedback.md.
+    Source: docs/theory/feedback.md; docs/theory/monitor.md, "The model of a joint".
     """
 
     kind: str = setting("position", choices=tuple(KINDS))

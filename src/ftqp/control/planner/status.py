@@ -16,8 +16,8 @@ class StepStatus(Enum):
     )
     SCALED = "the task is followed more slowly, because its full speed would break a limit"
     LAGGING = (
-        "the arm is farther from its task, or a joint from its command, than the tolerance, and the path "
-        "waits for it; or a joint is measured beyond its range"
+        "the arm is farther from its task than the tolerance, or a joint from its command than its drive "
+        "explains, and the path waits for it; or a joint is measured beyond its range"
     )
     FALLBACK = "the solver gave no usable answer; a safe substitute command was used for this step"
     STOPPING = "stop: every healthy joint is braking; call resume() or reset() to go on"

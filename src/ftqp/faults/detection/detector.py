@@ -41,6 +41,9 @@ class Detector(DetectorSettings):
     ``update`` is called once a tick with what was measured and with the step that was made of it. A detector
     knows its arm from the start, or gets to know it from a planner through ``for_arm``.
 
+    Planners on drives ``velocity`` and ``torque`` use all of it. One on drive ``position`` detects failures
+    without it, and takes ``false_alarms_per_hour`` alone.
+
     Args:
         robot: The arm; None where a planner will give it.
         dt: The sampling period, > 0 [s]; None where a planner will give it.
@@ -49,7 +52,8 @@ class Detector(DetectorSettings):
         noise: Standard deviations of positions and torques, an ``ftqp.Noise``. More noise means larger
             thresholds and later findings.
         delay: How late samples are, >= 0 [s]; None is that of the drive, or none.
-        false_alarms_per_hour: How often a healthy arm may be suspected, > 0 [1/h]; used by ``calibrate``.
+        false_alarms_per_hour: How often a healthy arm may be suspected, > 0 [1/h]; used by ``calibrate``, and
+            by a planner on drive ``position`` for a joint that is named. A smaller one names it later.
         bandwidths: Of the slow and of the fast observer, > 0 [1/s]. A faster one sees a fault sooner and
             passes on more noise.
         patience: How long a loss of torque is fitted before it is named, >= 0 [s]. A longer one names the
@@ -65,7 +69,7 @@ class Detector(DetectorSettings):
     Raises:
         InputError: A number is out of its range, or the calibration is of another arm, drive or delay.
 
-    Source: docs/theory/detection.md.
+    Source: docs/theory/detection.md; docs/theory/monitor.md.
     """
 
     __slots__ = (
