@@ -150,7 +150,8 @@ def led_by_ftqp(setup: Setup) -> Led:
         raise KeyboardInterrupt
     q, v = np.moveaxis(watched.motion, 1, 0)
     stopped = None if ended.stopped_at is None else planner.stopped_because or "stopped"
-    return Led(t=dt * np.arange(len(q)), q=q, v=v, named=dict(watched.named), stopped=stopped)
+    t = np.asarray(dt * np.arange(len(q)), dtype=np.float64)
+    return Led(t=t, q=q, v=v, named=dict(watched.named), stopped=stopped)
 
 
 def led_by_rival(setup: Setup) -> Led:

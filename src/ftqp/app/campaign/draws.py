@@ -346,6 +346,8 @@ def _measured(name: str, kind: str, robot: Robot, of: Any) -> Any:
     made = OF.get(kind, {})
     if not made or (of is None and kind == "each"):
         return 1.0
+    if of is None:
+        raise InputError(f"{name} says not of what; give of = one of {', '.join(made)}")
     if of not in made:
         raise unknown("measure", str(of), name, tuple(made))
     return made[of](robot)

@@ -198,7 +198,8 @@ class EpisodeWork:
 
     def _row(self, number: int) -> dict[str, Any]:
         try:
-            content, drawn = self.campaign.drawn(number)
+            with quietly():
+                content, drawn = self.campaign.drawn(number)
         except InputError as error:  # an arm that cannot be, for example a load on one without masses
             return {"drawn": "{}", "outcome": REFUSED, "sentences": str(error), "ticks": 0}
         return {"drawn": json.dumps(drawn, default=str)} | self.row_of(number, content)

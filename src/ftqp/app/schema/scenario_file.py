@@ -1,6 +1,6 @@
 """A whole scenario file: every key with its type, default, unit, range and meaning."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import floor
 from pathlib import Path as File
@@ -152,12 +152,21 @@ class MujocoTable(Table):
         """What is true of the arm."""
         return TrueArm(**settings_for(TrueArm, self))
 
-    def plant(self, arm: Robot, dt: float, drive: str, seed: int, scene: Scene | None) -> Any:
+    def plant(
+        self,
+        arm: Robot,
+        dt: float,
+        drive: str,
+        seed: int,
+        scene: Scene | None,
+        troubles: "Sequence[TroubleTable]" = (),
+    ) -> Plant:
         """The arm in physics, behind servos that take what a drive sends; MuJoCo is loaded here.
 
         Who made the servos knows the rotors.
         """
         from ftqp.sim.plants.mujoco_plant import MujocoPlant
+        from ftqp.sim.plants.troubled_plant import Trouble, TroubledPlant
 
         true = self.true_arm()
         substeps = self.substeps if self.step is None else max(1, round(dt / self.step))
@@ -166,7 +175,9 @@ class MujocoTable(Table):
             servo = JointServo(true.geared(arm), drive, **settings_for(JointServo, self))
         else:
             servo = GainServo(true.geared(arm), drive, self.gains.made(), dt / substeps)
-        return MujocoPlant(arm, dt, servo, true, substeps=substeps, seed=seed, scene=scene)
+        made = MujocoPlant(arm, dt, servo, true, substeps=substeps, seed=seed, scene=scene)
+        befalls = [Trouble(one.at, one.what, one.duration, one.every) for one in troubles]
+        return TroubledPlant(made, arm, dt, befalls) if befalls else made
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,6 +209,11 @@ class TroubleTable(Table):
                 else "names no joint; give joint, a name or an index from 0"
             )
 
+    @property
+    def what(self) -> HiddenFault | Push:
+        """What befalls the arm."""
+        return self.kind.made() if self.joint is None else self.kind.made(joint=self.joint)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SimulationTable(Table):
@@ -227,33 +243,16 @@ class SimulationTable(Table):
     ) -> Plant:
         """The arm that is simulated."""
         plant: Plant
+        if self.troubles and self.plant != "mujoco":
+            raise InputError(f"troubles befall plant 'mujoco' only, and the plant is {self.plant!r}")
         if self.plant == "servo":
             plant = self.servo.made(arm, dt, drive=None if moving else drive)
         elif self.plant == "mujoco":
-            plant = self.mujoco.plant(arm, dt, drive, self.seed, scene)
+            plant = self.mujoco.plant(arm, dt, drive, self.seed, scene, self.troubles)
         else:
             plant = KinematicPlant(arm, dt, level)
-        if self.troubles:
-            plant = self._troubled(plant, arm, dt)
         holds = [Hold(one.at, one.duration) for one in self.holds]
         return HeldPlant(plant, arm, dt, holds) if holds else plant
-
-    def _troubled(self, plant: Plant, arm: Robot, dt: float) -> Plant:
-        """The plant with what befalls it."""
-        if self.plant != "mujoco":
-            raise InputError(f"troubles befall plant 'mujoco' only, and the plant is {self.plant!r}")
-        from ftqp.sim.plants.troubled_plant import Trouble, TroubledPlant
-
-        troubles = [
-            Trouble(
-                one.at,
-                one.kind.made(**({} if one.joint is None else {"joint": one.joint})),
-                one.duration,
-                one.every,
-            )
-            for one in self.troubles
-        ]
-        return TroubledPlant(plant, arm, dt, troubles)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
