@@ -61,7 +61,7 @@ def test_arm_that_ends_at_its_target_within_limits_has_finished(setup):
 def test_planted_leap_after_a_hold_is_seen_and_the_same_speed_before_it_is_not_one(setup):
     found = seen(setup, v=fast(setup, 2, 1.2, 1.6, 1.7))
     assert found["leapt"] and found["broken"] and not found["finished"]
-    assert any("after a hold" in one for one in sentences(found, healthy=True))
+    assert any("leap after a hold" in one for one in sentences(found, healthy=True))
     assert not seen(setup, v=fast(setup, 2, 1.2, 0.5, 0.6))["leapt"]
     usual = fast(setup, 2, 1.2, 0.5, 0.6) + fast(setup, 2, 1.3, 1.6, 1.7)
     assert not seen(setup, v=usual)["leapt"]
@@ -71,7 +71,7 @@ def test_planted_accusation_and_stop_are_seen(setup):
     found = seen(setup, named={3: 0.7}, stopped="the arm does not follow")
     assert found["accused"] == [setup.robot.joints[3]] and not found["finished"]
     said = " ".join(sentences(found, healthy=True))
-    assert "while healthy" in said and "a healthy arm is stopped: the arm does not follow" in said
+    assert "accused while healthy" in said and "stopped though healthy: the arm does not follow" in said
 
 
 def test_range_that_is_left_is_a_broken_limit(setup):

@@ -257,16 +257,16 @@ def beside(made: Callable[[dict[str, Any]], Setup], content: Mapping[str, Any]) 
 
 
 def sentences(seen: Mapping[str, Any], healthy: bool) -> list[str]:
-    """What ftqp did that it must not, a sentence each."""
+    """What ftqp did that it must not, a sentence each, which begins with a word for its law."""
     told = []
     if seen["broken"]:
         told.append(f"limits are broken: a joint that obeys goes to {seen['fast']:.3g} times its speed limit")
     if seen["leapt"]:
-        told.append(f"after a hold a joint goes to {seen['leap']:.3g} times what is usual and allowed")
+        told.append(f"leap after a hold: a joint goes to {seen['leap']:.3g} times what is usual and allowed")
     if seen["accused"]:
-        told.append(f"{', '.join(seen['accused'])}: believed to have failed, or braked, while healthy")
+        told.append(f"accused while healthy, as failed or by a brake: {', '.join(seen['accused'])}")
     if healthy and seen["stopped"] is not None:
-        told.append(f"a healthy arm is stopped: {seen['stopped']}")
+        told.append(f"stopped though healthy: {seen['stopped']}")
     return told
 
 
