@@ -9,19 +9,25 @@ from typing import Any, Final, final
 import numpy as np
 
 from ftqp.app.scenario.setup import Setup
+from ftqp.control.drive.computed_torque import ComputedTorque
 from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.planner_view import JointState
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import rotation_vector
 from ftqp.faults.kinds import Fault
+from ftqp.model.robot import Robot
 from ftqp.sim.loop import LONGEST, MEMORY
 from ftqp.sim.plants.plant import Command, Plant
-from ftqp.sim.rival import ResolvedRates, ride
+from ftqp.sim.rival import ResolvedRates, Rival, ride
 
 WHO: Final = ("ftqp", "detector", "rival")
 """Who leads the arm of an episode: ftqp as its campaign makes it, with a detector, and least squares."""
 GAIN: Final = 5.0
-"""Feedback of the rival [1/s]: around a servo with a lag of 0.12 s, the longest that is drawn, 5 leaves room
-and 8 rings."""
+"""Feedback of the rival, K [1/s]: with a lag T of 0.12 s, about the longest that is drawn, its loop has the
+damping ratio 1/(2 sqrt(K T)) = 0.65."""
+FILTER: Final = 300.0
+"""Pole behind which the rival differentiates samples for torques [1/s]: 3.3 ms, with 1 ms of delay, 1 ms of
+latency and half a period 6 ms, times the law's 40 1/s the 0.24 that it may have."""
 FAST, AHEAD = 1.02, 0.02
 """Limits are broken beyond this share of a speed limit, or so far out of range [rad or m], as in physics."""
 LEAPS: Final = 1.1
@@ -154,23 +160,51 @@ def led_by_ftqp(setup: Setup) -> Led:
     return Led(t=t, q=q, v=v, named=dict(watched.named), stopped=stopped)
 
 
-def led_by_rival(setup: Setup) -> Led:
-    """What the arm of an episode does under damped least squares, which knows of the failures that are told.
+@final
+class TorqueRates:
+    """Damped least squares above a computed-torque law in the same loop, for an arm that takes torques.
 
-    An arm that takes torques has a computed-torque law of 15 Hz between, that of the catalog's servos.
+    The law is given the same samples, and differentiates them behind a pole at ``FILTER``; it knows the
+    rotors, as servos do, and no load.
     """
-    tables, dt = setup.tables, setup.planner.dt
-    plant = setup.plant
-    if plant.drive == "torque":
-        mujoco = replace(tables.simulation.mujoco, gains=None)
-        plant = replace(tables.simulation, mujoco=mujoco).made_plant(
-            setup.robot, dt, setup.planner.level, "position", moving=False
-        )
+
+    def __init__(self, rates: ResolvedRates, geared: Robot, dt: float) -> None:
+        self._rates, self._law, self._dt = rates, ComputedTorque(geared), dt
+        self._rest = np.zeros(geared.nv)
+        self._last, self._v = self._rest.copy(), self._rest.copy()
+        self.tau, self.brakes = self._rest, np.zeros(geared.nv, dtype=np.bool_)
+        self.q, self.v = rates.q, rates.v
+
+    def reset(self, q: FloatArray) -> None:
+        """Begin at rest at q, (nv,)."""
+        self._rates.reset(q)
+        self._last, self._v = np.array(q), self._rest.copy()
+
+    def tell(self, joint: str | int) -> None:
+        """From now on that joint is known to have failed."""
+        self._rates.tell(joint)
+
+    def step(self, q: FloatArray, pose: FloatArray, twist: FloatArray) -> "TorqueRates":
+        """One tick; the command is what the controller then holds."""
+        led = self._rates.step(q, pose, twist)
+        self._v = self._v - np.expm1(-FILTER * self._dt) * ((q - self._last) / self._dt - self._v)
+        self._last = np.array(q)
+        self.tau = self._law.torques(JointState(led.q, led.v, self._rest), q, self._v)
+        return self
+
+
+def led_by_rival(setup: Setup) -> Led:
+    """What the arm of an episode does under damped least squares, which hears of failures that are told."""
+    robot, dt = setup.robot, setup.planner.dt
     told = [one.told is not None for one in setup.schedule]
+    rates = ResolvedRates(robot, dt, rows=setup.planner.task_rows, gain=GAIN)
+    rival: Rival = rates
+    if setup.plant.drive == "torque":
+        rival = TorqueRates(rates, setup.tables.simulation.mujoco.true_arm().geared(robot), dt)
     done = ride(
-        ResolvedRates(setup.robot, dt, rows=setup.planner.task_rows, gain=GAIN), setup.robot, setup.path,
-        setup.q, dt=dt, plant=plant, sensors=setup.sensors, schedule=setup.schedule,
-        told=bool(told) and all(told), duration=setup.duration or setup.path.duration,
+        rival, robot, setup.path, setup.q, dt=dt, plant=setup.plant, sensors=setup.sensors,
+        schedule=setup.schedule, told=bool(told) and all(told),
+        duration=setup.duration or setup.path.duration,
     )  # fmt: skip
     return Led(t=done.t, q=done.q, v=done.v, named={})
 
