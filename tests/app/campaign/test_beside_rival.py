@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
-from ftqp.app.campaign.beside_rival import Events, Led, counted, judged, sentences
+from ftqp.app.campaign.beside_rival import Events, Led, counted, judged, led_by_ftqp, led_by_rival, sentences
 from ftqp.app.campaign.episode_study import EpisodeWork, load_campaign
 from ftqp.app.campaign.wheel_files import located, with_files
 from ftqp.app.scenario.setup import load
@@ -92,6 +92,16 @@ def test_lock_that_matters_is_found_late_or_never_and_its_joint_may_be_fast(lock
     assert early["accused"] == [name] and early["locks"] == {name: None}
     assert not seen(locked, ideal, v=fast(locked, 1, 3.0, 1.1, 1.2))["broken"]
     assert seen(locked, ideal, v=fast(locked, 1, 3.0, 0.5, 0.6))["broken"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("drive", ["position", "torque"])
+def test_arm_that_is_as_its_model_says_is_finished_by_both(drive):
+    content = [NONE, "planner.detector=", f"planner.drive={drive}", "path.duration=2.0"]
+    for lead in (led_by_ftqp, led_by_rival):
+        one = load("panda-mujoco-brake", [*content, "simulation.duration=3.0"])
+        found = judged(one, Events.of(one), lead(one), None)
+        assert found["finished"] and not found["accused"], found
 
 
 def test_encoder_that_is_off_by_a_turn_is_healthy_and_one_that_is_off_by_less_is_not():
