@@ -106,7 +106,7 @@ pictures: $(VENV)/.has-dev
 
 # Ten minutes on two cores; all are run, and what any of them found ends it with an error.
 campaign: $(VENV)/.has-dev
-	@worst=0; for one in "safety 8000" "backends 1400" "out-of-reach 3000" "wide 1500" "physics 200" "detection 200" "wrong-model 100"; do \
+	@worst=0; for one in "safety 8000" "backends 1400" "out-of-reach 3000" "wide 1500" "physics 200" "detection 200" "wrong-model 100" "strangers 40"; do \
 	    set -- $$one; $(BIN)/ftqp campaign $$1 --episodes $$2 --jobs $(JOBS) || worst=1; done; \
 	FTQP_EPISODES=1000 $(PYTEST) tests/laws -k episode || worst=1; exit $$worst
 

@@ -5,6 +5,7 @@ from typing import Generic, NamedTuple, TypeVar, final
 
 import numpy as np
 
+from ftqp.control.following.goto import GoTo
 from ftqp.control.following.path_follower import PathFollower, PathStatus
 from ftqp.control.paths import Path, mean_acceleration
 from ftqp.control.planner.planner import Planner
@@ -193,10 +194,48 @@ class ProgressLeader(Leader):
         )
 
 
+@final
+class GoalLeader(Leader):
+    """A motion to a goal, on its own way and in its own time; the run goes on until its time is up."""
+
+    def __init__(self, goto: GoTo) -> None:
+        self._goto, self._target, self._time = goto, Target(pose=goto.pose), 0.0
+
+    def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
+        """Begin anew at (q, v), each (nv,)."""
+        self._goto.reset(q, v)
+        self._time = 0.0
+
+    def aim(self, k: int, q: FloatArray) -> None:
+        """Note the time; the goal stays."""
+        self._time = k * self._goto.planner.dt
+
+    def step(self, q: FloatArray, v: FloatArray, tau: FloatArray | None = None) -> Step:
+        """The command at the measured state (q, v) and torques, each (nv,)."""
+        return self._goto.step(q, v, tau=tau)
+
+    @property
+    def target(self) -> Target:
+        """The goal."""
+        return self._target
+
+    @property
+    def standing(self) -> Standing:
+        """For how long the arm has been on its way, and whether it is there."""
+        return Standing(self._time, self._time, finished=self._goto.done)
+
+
 def leader_along(
-    planner: Planner, path: Path, follower: PathFollower | None, world: MovingWorld | None, *, mean: bool
+    planner: Planner,
+    path: Path,
+    follower: PathFollower | GoTo | None,
+    world: MovingWorld | None,
+    *,
+    mean: bool,
 ) -> Leader:
-    """What leads an arm along a path."""
+    """What leads an arm along a path, or to a goal."""
+    if isinstance(follower, GoTo):
+        return GoalLeader(follower)
     if follower is not None:
         return ProgressLeader(follower)
     return ClockLeader(planner, ClockTargets(path, planner.dt, mean=mean), world)

@@ -9,6 +9,7 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.following.goto import GoTo
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
@@ -222,7 +223,8 @@ class Simulation:
         plant: the arm; without it a `KinematicPlant` of the planner's robot.
         sensors: what is measured of the arm; without them the planner is given the truth.
         follower: leads the planner along the path by its progress, in place of the clock; the run then ends
-            with the path, or soon after it was blocked.
+            with the path, or soon after it was blocked. A `GoTo` leads it to its own goal instead, until the
+            run's time is up.
         duration: simulated time, the longest with a follower [s]; without it the path's duration, three
             times that with a follower.
         feed_forward: ``"sampled"`` feeds forward the path's acceleration at t_k, ``"mean"`` its mean over dt.
@@ -253,7 +255,7 @@ class Simulation:
         schedule: Schedule | None = None,
         plant: Plant | None = None,
         sensors: JointSensors | None = None,
-        follower: PathFollower | None = None,
+        follower: PathFollower | GoTo | None = None,
         duration: float | None = None,
         feed_forward: str = "sampled",
         log: str | File | LogParts | None = None,
@@ -286,7 +288,8 @@ class Simulation:
                 + ("an inertial task takes none" if world is not None else "this plant has no motors")
                 + "; leave torque_noise out, or take plant 'mujoco' on a base that stands"
             )
-        if follower is not None and (follower.planner is not planner or follower.path is not path):
+        follows = follower is not None and (isinstance(follower, GoTo) or follower.path is path)
+        if follower is not None and (follower.planner is not planner or not follows):
             raise InputError("follower leads another planner or another path than the simulation's")
         if world is not None and world.follower.planner is not planner:
             raise InputError(
@@ -296,7 +299,7 @@ class Simulation:
             raise InputError("a path's progress does not wait for a moving base; leave follower or world out")
         self._leader = leader_along(planner, path, follower, world, mean=feed_forward == "mean")
         self._arm = LedArm(planner, self._leader, self._plant, sensors)
-        natural = path.duration * (1.0 if follower is None else LONGEST)
+        natural = path.duration * (LONGEST if isinstance(follower, PathFollower) else 1.0)
         time = natural if duration is None else positive("duration of the simulation", duration, "s")
         self._last = round(time / planner.dt)
         if self._last < 1:

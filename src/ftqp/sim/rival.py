@@ -172,7 +172,10 @@ def ride(
     told: bool = False,
     duration: float | None = None,
 ) -> Ride:
-    """Let a rival lead an arm from q along the path; the plant and the sensors begin anew."""
+    """Let a rival lead an arm from q along the path; the plant and the sensors begin anew.
+
+    In place of samples that do not come the rival is given the last one.
+    """
     count = round((path.duration if duration is None else duration) / dt) + 1
     t: FloatArray = np.asarray(dt * np.arange(count), dtype=np.float64)
     sample = path.sample(t)
@@ -182,6 +185,7 @@ def ride(
     if sensors is not None:
         sensors.reset()
     qs, vs = np.empty((2, count, robot.nv))
+    last = q
     for k in range(count):
         for event in failing.get(k, ()):
             plant.fail(event.fault)
@@ -190,7 +194,8 @@ def ride(
         measured = plant.q
         if sensors is not None:
             sensors.measure(plant.q, plant.v)
-            measured = sensors.q
+            measured = np.where(np.isfinite(sensors.q), sensors.q, last)
+            last = measured
         qs[k], vs[k] = plant.q, plant.v
         plant.advance(rival.step(measured, sample.pose[k], sample.twist[k]))
     tips = Skeleton.of(robot.chain).frames(qs)[:, -1, :3, 3]

@@ -235,3 +235,65 @@ def test_hash_is_that_of_the_bytes_and_files_that_are_not_there_have_none(folder
     assert named_files(scenario, {}, folder) != first
     for name in ("nowhere", ".", "x" * 300, "\0"):
         assert named_files({"robot": {"urdf": name}}, {}, folder) == {name: ABSENT}
+
+
+BUNDLES = {
+    "what": {
+        "nothing": {"weight": 3},
+        "lock": {"faults": [{"kind": "locked", "joint": 0, "at": 0.0}]},
+        "slow": {"planner.dt": 0.01},
+    }
+}
+
+
+def test_bundle_is_drawn_as_a_whole_and_what_it_has_is_not_drawn_again():
+    vary = {"planner.dt": [0.001, 0.002], "faults.0.joint": {"joint": "any"}, "faults.0.reset": ["task"]}
+    scenario = {key: SCENARIO[key] for key in ("robot", "path")}
+    counts = dict.fromkeys(BUNDLES["what"], 0)
+    for number in range(200):
+        tables, found = episode(scenario, vary, 0, number, ARMS, bundles=BUNDLES)
+        counts[found["what"]] += 1
+        assert ("faults" in tables) == ("faults.0.joint" in found) == (found["what"] == "lock")
+        assert "faults.0.reset" not in found  # the entry of the bundle does not have it
+        assert (tables["planner"]["dt"] == 0.01) == (found["what"] == "slow")
+    assert 90 < counts["nothing"] < 150 and min(counts.values()) > 20
+    assert BUNDLES["what"]["lock"]["faults"][0]["joint"] == 0
+    refuse_wrong(scenario, vary, BUNDLES)
+
+
+def test_numbers_of_the_arm_scale_with_it():
+    arm = catalog.load("panda")
+    scenario = SCENARIO | {"robot": {"name": "panda"}}
+    vary = {
+        "a": {"each": [0.5, 2.0]},
+        "b": {"each": [0.1, 0.2], "of": "torque"},
+        "c": {"vector": [0.1, 0.2], "of": "length"},
+        "d": {"share": [1.0, 1.0], "of": "load"},
+        "e": {"share": [1.0, 1.0], "of": "weight"},
+        "start.q": {"regular": 0.1},
+    }
+    for number in range(20):
+        found = episode(scenario, vary, 0, number, ARMS)[1]
+        assert list(found["a"]) == list(found["b"]) == list(arm.joints)
+        assert all(0.5 <= x <= 2.0 for x in found["a"].values()) and len(set(found["a"].values())) == 7
+        shares = np.array(list(found["b"].values())) / arm.limits.tau_max
+        assert shares.min() >= 0.1 and shares.max() <= 0.2
+        assert 0.1 * 0.8 < np.linalg.norm(found["c"]) < 0.2 * 1.5  # a Panda is about a metre long
+        assert 0.0 < found["d"] < 20.0 and found["e"] == pytest.approx(9.81 * found["d"])
+        J = arm.jacobian(found["start.q"]).copy()
+        J[:3] /= arm.length
+        assert np.linalg.svd(J, compute_uv=False)[-1] >= 0.1
+
+
+@pytest.mark.parametrize(
+    ("what", "message"),
+    [
+        ({"each": [0.0, 1.0]}, "with 0 < low <= high"),
+        ({"share": [0.0, 1.0], "of": "lenght"}, "did you mean 'length'"),
+        ({"share": [0.0, 1.0]}, "says not of what; give of = one of length, load, weight"),
+        ({"regular": 0.99}, "is so regular"),
+    ],
+)
+def test_wrong_number_of_the_arm_is_refused(what, message):
+    with pytest.raises(InputError, match=message):
+        episode(SCENARIO | {"robot": {"name": "panda"}}, {"start.q": what}, 0, 0)

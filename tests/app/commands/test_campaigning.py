@@ -290,3 +290,43 @@ def test_bundled_campaign_can_be_drawn():
     for name in document.bundled("campaign"):
         made = episode_study.load_campaign(name)
         assert made.setup(0).robot.name
+
+
+BESIDE = """
+[campaign]
+seed = 5
+episodes = 1
+judged = "beside a rival"
+[scenario.robot]
+name = "panda"
+[scenario.planner]
+dt = 0.005
+[scenario.path]
+kind = "circle"
+radius = 0.02
+duration = 0.5
+reference = "goal"
+[scenario.simulation]
+plant = "mujoco"
+duration = 1.0
+[bundles.event.brake]
+faults = [{ kind = "locked", joint = 0, at = 0.2, announced = "never" }]
+[bundles.drive.position]
+"planner.drive" = "position"
+[vary]
+"faults.0.joint" = { joint = "any" }
+"""
+
+
+@pytest.mark.long
+def test_campaign_beside_a_rival_counts_both_and_replays_one(tmp_path):
+    pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
+    file = tmp_path / "beside.toml"
+    file.write_text(BESIDE)
+    code, out, errors = campaign(file, "--out", tmp_path / "c")
+    assert code == 0, errors
+    assert "By event" in out and "brake" in out and "damped least squares" in out
+    code, out, errors = campaign(file, "--replay", 0, "--out", tmp_path / "r", "--json")
+    facts = json.loads(out)
+    assert set(facts["beside"]) >= {"ftqp", "detector", "rival"}, errors
+    assert code == (1 if facts["broken"] else 0) and (tmp_path / "r" / "log.npy").is_file()

@@ -96,6 +96,18 @@ def test_spike_and_wrap_add_a_constant_for_so_many_samples(panda):
     np.testing.assert_allclose(wrong[20:, 2], 2 * np.pi, atol=1e-14)
 
 
+def test_fault_lasts_for_its_duration_whatever_the_period_is(panda):
+    for dt, count in ((1e-3, 30), (1e-2, 3)):
+        sensors = JointSensors(panda, dt, faults=[Dropped(at=2.0 * dt, duration=0.03)])
+        silent = []
+        for _ in range(40):
+            sensors.measure(panda.neutral, np.zeros(7))
+            silent.append(bool(np.isnan(sensors.q).any()))
+        assert silent == [False] * 2 + [True] * count + [False] * (38 - count)
+    with pytest.raises(InputError, match="samples and duration both say how long"):
+        Dropped(at=0.0, samples=3, duration=0.1)
+
+
 def test_drift_grows_by_its_rate(panda):
     q, v = seen(JointSensors(panda, DT, faults=[Drifting(joint=4, at=0.01, rate=0.2)]))
     np.testing.assert_allclose(q[10:, 4] - TRUTH[0, 10:50, 4], 0.2 * DT * np.arange(1, 41), atol=1e-14)

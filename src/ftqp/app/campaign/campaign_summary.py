@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from ftqp.app.campaign import beside_rival
 from ftqp.app.campaign.shown_trace import failures
 from ftqp.app.scenario.setup import Setup
 from ftqp.checker.alarms import Alarm, detection
@@ -191,6 +192,8 @@ OUTCOMES: Final = ("sound", "broken", "raised", "refused")
 MOST_VALUES: Final = 12
 """A key with more values than this is not told value by value, but by ranges if they are numbers."""
 RANGES: Final = 5
+BY: Final = ("event", "drive", "leader", "arm")
+"""Groups of bundles by which episodes beside a rival are counted."""
 SHOWN: Final = 10
 """Episodes that are named one by one."""
 
@@ -228,9 +231,16 @@ def summary(name: str, rows: Sequence[Row]) -> dict[str, Any]:
         "by_key": by_key(rows),
         "detection": detector_summary(rows),
         "after_failures": recovery_summary(rows),
+        "beside": beside_summary(rows),
         "examples": [_shown(row) for row in bad[:SHOWN]],
         "refusals": [_shown(row) for row in rows if row["outcome"] == "refused"][:SHOWN],
     }
+
+
+def beside_summary(rows: Sequence[Row]) -> list[dict[str, Any]] | None:
+    """The counts of episodes beside a rival, by event, drive, leader and arm; None of other campaigns."""
+    seen = [(json.loads(row["drawn"]), json.loads(row["beside"])) for row in rows if row["beside"]]
+    return beside_rival.counted(seen, BY) if seen else None
 
 
 def _said(rows: Sequence[Row]) -> Counter[str]:

@@ -13,9 +13,10 @@ from typing import Any, final
 import numpy as np
 
 from ftqp import __version__
-from ftqp.app.campaign import campaign_summary
+from ftqp.app.campaign import beside_rival, campaign_summary
 from ftqp.app.campaign.draws import episode, refuse_wrong
 from ftqp.app.campaign.shown_trace import failures, model_file, trace
+from ftqp.app.campaign.wheel_files import with_files
 from ftqp.app.scenario import document
 from ftqp.app.scenario.setup import Setup, arm_from, resolve, validated
 from ftqp.app.schema.campaign_file import CampaignFile
@@ -112,6 +113,7 @@ COLUMNS = {
     **{f"law_{name}": "REAL" for name in LAWS},
     **campaign_summary.REST_COLUMNS,
     **campaign_summary.COLUMNS,
+    "beside": "TEXT",
     "sentences": "TEXT",
 }
 """The values of an episode: a law's is by how much it was broken, 0 where it holds; ``followable`` is for how
@@ -163,7 +165,8 @@ class Campaign:
     def drawn(self, number: int) -> tuple[dict[str, Any], dict[str, Any]]:
         """The scenario's tables of an episode, and what was drawn for it."""
         tables = self.tables
-        return episode(tables.scenario, tables.vary, tables.campaign.seed, number, self.arms, self.folder)
+        seed = tables.campaign.seed
+        return episode(tables.scenario, tables.vary, seed, number, self.arms, self.folder, tables.bundles)
 
     def setup(self, number: int) -> Setup:
         """An episode ready to be run."""
@@ -195,7 +198,8 @@ class EpisodeWork:
 
     def _row(self, number: int) -> dict[str, Any]:
         try:
-            content, drawn = self.campaign.drawn(number)
+            with quietly():
+                content, drawn = self.campaign.drawn(number)
         except InputError as error:  # an arm that cannot be, for example a load on one without masses
             return {"drawn": "{}", "outcome": REFUSED, "sentences": str(error), "ticks": 0}
         return {"drawn": json.dumps(drawn, default=str)} | self.row_of(number, content)
@@ -204,11 +208,24 @@ class EpisodeWork:
         """What came of an episode, by column, from its tables."""
         try:
             with quietly():
+                if self.campaign.tables.campaign.judged == "beside a rival":
+                    return self._beside(number, content)
                 return self._judged(self.campaign.setup_of(number, content))
         except ScenarioError as error:
             return {"outcome": REFUSED, "sentences": str(error), "ticks": 0}
         except Exception as error:  # an exception is a result of the campaign: it is counted, not hidden
             return {"outcome": RAISED, "sentences": f"{type(error).__name__}: {error}", "ticks": 0}
+
+    def _beside(self, number: int, content: dict[str, Any]) -> dict[str, Any]:
+        """What came of an episode beside the rival."""
+        found = beside_rival.beside(lambda tables: self.campaign.setup_of(number, tables), content)
+        told = beside_rival.sentences(found["ftqp"], found["healthy"])
+        return {
+            "outcome": "broken" if told else "sound",
+            "ticks": found["ticks"],
+            "beside": json.dumps(found),
+            "sentences": "\n".join(told),
+        }
 
     def _judged(self, setup: Setup) -> dict[str, Any]:
         """What came of an episode."""
@@ -294,10 +311,14 @@ def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:
     """The campaign of a file; its first episodes are drawn to see that one can be run."""
     found = document.read(source, overrides, kind=KIND)
     tables = read(CampaignFile, found.content, f"{found.origin} has errors:")
+    bundles, told = with_files(tables.bundles, found.origin)
+    tables = replace(tables, bundles=bundles)
+    for sentence in told:
+        logging.getLogger("ftqp").warning("%s", sentence)
     folder = found.folder.resolve()
     made = Campaign(name=found.name, tables=tables, text=document.toml(plain(tables)), folder=folder)
     try:
-        refuse_wrong(tables.scenario, tables.vary)
+        refuse_wrong(tables.scenario, tables.vary, tables.bundles)
     except InputError as error:
         raise ScenarioError(f"{found.origin} has errors:", [str(error)]) from error
     _try_some(made, found.origin)

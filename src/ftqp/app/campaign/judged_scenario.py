@@ -11,7 +11,9 @@ from ftqp.core.errors import ScenarioError
 
 
 def broken_laws(
-    text: str, judged: Literal["exactly", "in physics"] = "exactly", calm: float | None = None
+    text: str,
+    judged: Literal["exactly", "in physics", "beside a rival"] = "exactly",
+    calm: float | None = None,
 ) -> dict[str, str]:
     """The laws that a scenario breaks, each with a sentence that says when, where and by how much.
 

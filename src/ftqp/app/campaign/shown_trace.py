@@ -9,6 +9,7 @@ import numpy as np
 from ftqp.app.scenario.setup import Setup
 from ftqp.checker.model_file import ModelFile, link_shapes
 from ftqp.checker.trace import Body, Cone, Failure, HeldTask, Plane, Thing, Trace
+from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.planner.status import STATUSES
 from ftqp.control.task.soft_tasks import SETS
 from ftqp.control.task.task import ROW_SETS
@@ -65,7 +66,7 @@ def trace(setup: Setup, log: Log) -> Trace:
 def _waiting_path(setup: Setup, log: Log) -> dict[str, Any]:
     """The path of a run that goes along it by its progress; nothing of one that the clock leads."""
     path = setup.path
-    if setup.follower is None or not np.isfinite(path.duration):
+    if not isinstance(setup.follower, PathFollower) or not np.isfinite(path.duration):
         return {}
     times = np.linspace(0.0, path.duration, max(2, round(path.duration / PATH_PERIOD)))
     return {

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from ftqp import __version__
+from ftqp.app.campaign.beside_rival import WHO
 from ftqp.app.campaign.campaign_summary import fallback_share, share_interval, summary
 from ftqp.app.campaign.episode_study import COLUMNS, KIND, Campaign, EpisodeWork, quietly
 from ftqp.app.campaign.kept_campaign import STUDY
@@ -31,6 +32,8 @@ SHARES: Final = (
 
 def campaign_told(facts: dict[str, Any]) -> list[str | Table]:
     """How often any law was broken, what came after failures, and what detectors did."""
+    if beside := facts.get("beside"):
+        return [*_sentences(facts), *_beside(beside)]
     return [
         *_sentences(facts),
         _laws(facts),
@@ -98,6 +101,46 @@ def _laws(facts: dict[str, Any]) -> Table:
         rows.append((law, words, str(count), _percent(low), _percent(high)))
     heads = ("law", "broken where", "episodes", "at least", "at most (95 %)")
     return Table(f"Laws, of {run} episodes that were run", heads, rows, heads[2:])
+
+
+def _beside(rows: list[dict[str, Any]]) -> list[str | Table]:
+    """The tables of what ftqp, ftqp with a detector, and damped least squares made of the same episodes."""
+    words = (
+        "Each cell is of ftqp / ftqp with a detector / damped least squares. Finished: the tip ends within "
+        "10 mm and 0.1 rad of its target, no stop is latched, and no joint that obeys was faster than 1.02 "
+        "times its limit or more than 0.02 rad out of its range. A leap: after a hold a joint is faster than "
+        "1.1 times the larger of its limit and its speed before. Accused: a healthy joint is believed to "
+        "have failed, or its brake is asked for. Stops are of arms without a failure. Locks count if the "
+        "joint would have gone 20 mrad within 2 s."
+    )
+    heads = (
+        "", "episodes", "finished", "limits broken", "leaps", "accused", "of healthy arms", "stopped",
+        "locks", "found", "after [s]", "tip at the end [mm]", "fastest",
+    )  # fmt: skip
+    tables: list[str | Table] = [words]
+    for group in dict.fromkeys(row["group"] for row in rows):
+        lines = [_line_beside(row) for row in rows if row["group"] == group]
+        title = f"By {group}" if group else "All"
+        tables.append(Table(title, (group, *heads[1:]), lines, heads[1:]))
+    return tables
+
+
+def _line_beside(row: dict[str, Any]) -> tuple[str, ...]:
+    """A line of such a table."""
+
+    def cell(name: str, form: str = "{:g}", scale: float = 1.0) -> str:
+        values = [row[who][name] for who in WHO]
+        return " / ".join("-" if value is None else form.format(scale * value) for value in values)
+
+    def two(name: str) -> str:  # the rival names nobody and stops nobody
+        return " / ".join(f"{row[who][name]:g}" for who in WHO[:2])
+
+    late = " / ".join("-" if row[who]["after"] is None else f"{row[who]['after']:.2f}" for who in WHO[:2])
+    return (
+        row["name"], f"{row['episodes']}", cell("finished"), cell("broken"), cell("leapt"), two("accused"),
+        f"{row['healthy']}", two("stopped"), f"{row['ftqp']['locks']}", two("found"), late,
+        cell("off", "{:.1f}", 1e3), cell("fast", "{:.2f}"),
+    )  # fmt: skip
 
 
 def _after_failures(found: dict[str, Any] | None) -> list[str | Table]:
@@ -241,7 +284,8 @@ def run_episodes(
     }
     write(folder / SUMMARY, json_text(facts))
     answer(facts, as_json, _told(facts, whole=table))
-    good = not outcome.crashed and not facts["broken"] and not facts["raised"]
+    compared = made.tables.campaign.judged == "beside a rival"  # figures of two, and no law of one
+    good = not outcome.crashed and not facts["raised"] and (compared or not facts["broken"])
     return ExitCode.DONE if good else ExitCode.STOPPED
 
 
@@ -252,20 +296,27 @@ def replay_episode(made: Campaign, number: int, out: Path | None, *, as_json: bo
     result = runs.run(setup, folder)
     with quietly():  # the same was said of the run
         again = made.setup(number)
-    seen = EpisodeWork(campaign=made).verdict(again, load_log(folder))
+    work, beside = EpisodeWork(campaign=made), None
+    if made.tables.campaign.judged == "beside a rival":
+        row = work.row_of(number, made.drawn(number)[0])
+        beside, broken = json.loads(row["beside"] or "null"), (row["sentences"] or "").splitlines()
+    else:
+        broken = [str(breach) for breach in work.verdict(again, load_log(folder)).breaches]
     facts: dict[str, Any] = {
         "campaign": made.name,
         "episode": number,
         "drawn": drawn,
-        "broken": [str(breach) for breach in seen.breaches],
+        "broken": broken,
+        "beside": beside,
         "folder": str(folder),
         "summary": result.summary,
     }
     said = [f"episode {number}: {json.dumps(drawn, default=str)}"]
-    said += [f"  {sentence}" for sentence in facts["broken"] or ["every law holds"]]
+    said += [f"  {sentence}" for sentence in broken or ["every law holds"]]
+    said += [f"  {who}: {json.dumps(beside[who])}" for who in WHO if beside]
     said.append(f"files: {folder}; look at it: ftqp view {folder}")
     answer(facts, as_json, said)
-    return ExitCode.STOPPED if seen.breaches else ExitCode.DONE
+    return ExitCode.STOPPED if broken else ExitCode.DONE
 
 
 def _told(facts: dict[str, Any], *, whole: bool) -> Told:

@@ -12,6 +12,7 @@ from ftqp.app.scenario import document
 from ftqp.app.schema.reading import Options, Table, made, plain, read
 from ftqp.app.schema.robot_section import LimitsTable, RobotTable
 from ftqp.app.schema.scenario_file import FaultTable, PlannerTable, Scenario
+from ftqp.control.following.goto import GoTo
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths import Path
 from ftqp.control.paths.path import Repeated
@@ -166,10 +167,12 @@ def _refuse_out_of_reach(arm: Robot, way: Path) -> None:
         )
 
 
-def _follower(tables: Scenario, planner: Planner, way: Path) -> PathFollower | None:
-    """What leads the planner along the path by its progress; None where the clock does."""
+def _follower(tables: Scenario, planner: Planner, way: Path) -> PathFollower | GoTo | None:
+    """What leads the planner along the path by its progress, or to its end; None where the clock does."""
     reference = tables.path.reference or ("progress" if planner.task.mode == "scaled" else "time")
     own = tables.planner
+    if reference == "goal":
+        return GoTo(planner, pose=way.sample(np.array([way.duration])).pose[0])
     if reference == "time":
         if own.bridges or own.leave:
             given = "bridges is true" if own.bridges else f"leave is {own.leave:g}"
@@ -201,7 +204,7 @@ class Setup:
         duration: End of the run [s]; None where the path's progress ends it.
         plant: What stands for the arm.
         sensors: What is measured of it, or None where the truth is.
-        follower: Leads the planner by the path's progress, or None.
+        follower: Leads the planner by the path's progress or to its end, or None.
         world: The base, where it moves.
         recorder: The planner's backend when its QPs are recorded.
     """
@@ -218,7 +221,7 @@ class Setup:
     duration: float | None
     plant: Plant
     sensors: JointSensors | None = None
-    follower: PathFollower | None = None
+    follower: PathFollower | GoTo | None = None
     world: MovingWorld | None = None
     recorder: Recorder | None = None
 
@@ -412,7 +415,7 @@ def resolve(
         schedule=Schedule([event for event in events if event is not None]),
         q=start[0],
         v=start[1],
-        duration=tables.simulation.duration or (way.duration if leader is None else None),
+        duration=tables.simulation.duration or (None if isinstance(leader, PathFollower) else way.duration),
         plant=plant,
         sensors=sensors,
         follower=leader,

@@ -14,10 +14,11 @@ class EpisodesTable(Table):
 
     episodes: int = setting(1000, "how many there are, 1 to 10,000,000", least=1.0, most=1e7)
     seed: int = setting(0, "of all draws: another one gives other episodes, >= 0", least=0.0)
-    judged: Literal["exactly", "in physics"] = setting(
+    judged: Literal["exactly", "in physics", "beside a rival"] = setting(
         "exactly",
         "'exactly' to rounding, for arms that do what they are told; 'in physics' with 2 % on "
-        "limits and 0.1 s to notice what happened",
+        "limits and 0.1 s to notice what happened; 'beside a rival' by what a user sees of the arm, with a "
+        "detector, without one, and led by damped least squares",
     )
     calm: float | None = setting(
         None,
@@ -39,6 +40,9 @@ class CampaignFile(Table):
     description: str = setting("", "what a reader should know")
     campaign: EpisodesTable = setting(EpisodesTable(), "how many episodes, of which numbers")
     scenario: dict[str, Any] = setting(REQUIRED, "the tables of a scenario, as in a scenario's file")
+    bundles: dict[str, Any] = setting(
+        {}, "by group and name, values of keys that are drawn together, with a weight"
+    )
     vary: dict[str, Any] = setting(
         REQUIRED, "keys of the scenario such as 'planner.dt', each with a list of values or a distribution"
     )

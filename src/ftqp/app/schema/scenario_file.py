@@ -1,6 +1,6 @@
 """A whole scenario file: every key with its type, default, unit, range and meaning."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import floor
 from pathlib import Path as File
@@ -39,7 +39,9 @@ from ftqp.qp import Backend, Recorder
 from ftqp.sim.base.disturbances import Disturbance, RandomMotion, Sinusoid, Step
 from ftqp.sim.base.moving_world import Base, FreeBase, MovingWorld, Platform
 from ftqp.sim.number_files import recorded_motion, waypoint_table
+from ftqp.sim.plants.gain_servo import Gains, GainServo
 from ftqp.sim.plants.held_plant import HeldPlant, Hold
+from ftqp.sim.plants.hidden_faults import TROUBLES, HiddenFault, Push
 from ftqp.sim.plants.joint_servo import JointServo
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
@@ -128,7 +130,16 @@ class MujocoTable(Table):
 
     bandwidth: float = like(JointServo, "bandwidth")
     takes_velocity: bool = like(JointServo, "takes_velocity")
+    gains: Options[Gains] | None = setting(
+        None, "servos with fixed gains a joint, in place of those that know the arm's model"
+    )
     substeps: int = setting(4, "time steps of the physics in a control period, >= 1", least=1.0)
+    step: float | None = setting(
+        None,
+        "time step of the physics, in place of substeps, about, > 0",
+        unit="s",
+        above=0.0,
+    )
     payload: Options[Payload] | None = like(TrueArm, "payload")
     mass_scale: float = like(TrueArm, "mass_scale")
     jitter: float = like(TrueArm, "jitter")
@@ -143,16 +154,32 @@ class MujocoTable(Table):
         """What is true of the arm."""
         return TrueArm(**settings_for(TrueArm, self))
 
-    def plant(self, arm: Robot, dt: float, drive: str, seed: int, scene: Scene | None) -> Plant:
+    def plant(
+        self,
+        arm: Robot,
+        dt: float,
+        drive: str,
+        seed: int,
+        scene: Scene | None,
+        troubles: "Sequence[TroubleTable]" = (),
+    ) -> Plant:
         """The arm in physics, behind servos that take what a drive sends; MuJoCo is loaded here.
 
         Who made the servos knows the rotors.
         """
         from ftqp.sim.plants.mujoco_plant import MujocoPlant
+        from ftqp.sim.plants.troubled_plant import Trouble, TroubledPlant
 
         true = self.true_arm()
-        servo = JointServo(true.geared(arm), drive, **settings_for(JointServo, self))
-        return MujocoPlant(arm, dt, servo, true, substeps=self.substeps, seed=seed, scene=scene)
+        substeps = self.substeps if self.step is None else max(1, round(dt / self.step))
+        servo: JointServo | GainServo
+        if self.gains is None:
+            servo = JointServo(true.geared(arm), drive, **settings_for(JointServo, self))
+        else:
+            servo = GainServo(true.geared(arm), drive, self.gains.made(), dt / substeps)
+        made = MujocoPlant(arm, dt, servo, true, substeps=substeps, seed=seed, scene=scene)
+        befalls = [Trouble(one.at, one.what, one.duration, one.every) for one in troubles]
+        return TroubledPlant(made, arm, dt, befalls) if befalls else made
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,6 +188,33 @@ class HoldTable(Table):
 
     at: float = setting(REQUIRED, "when it happens, >= 0", unit="s", least=0.0)
     duration: float = setting(REQUIRED, "for how long, > 0", unit="s", above=0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TroubleTable(Table):
+    """What befalls an arm in physics and nobody is told of."""
+
+    kind: Options[HiddenFault | Push] = setting(REQUIRED, "kind of trouble", kinds=TROUBLES)
+    joint: str | int | None = setting(None, "a joint's name or its index from 0; a push has none", least=0.0)
+    at: float = setting(REQUIRED, "when it happens, >= 0", unit="s", least=0.0)
+    duration: float | None = setting(None, "for how long, > 0; for ever if absent", unit="s", above=0.0)
+    every: float | None = setting(
+        None, "after how long it comes again, > duration; not at all if absent", unit="s", above=0.0
+    )
+
+    def __post_init__(self) -> None:
+        pushes = self.kind.of is Push
+        if pushes == (self.joint is not None):
+            raise InputError(
+                "is a push and names a joint; leave joint out"
+                if pushes
+                else "names no joint; give joint, a name or an index from 0"
+            )
+
+    @property
+    def what(self) -> HiddenFault | Push:
+        """What befalls the arm."""
+        return self.kind.made() if self.joint is None else self.kind.made(joint=self.joint)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -181,6 +235,7 @@ class SimulationTable(Table):
         choices=("sampled", "mean"),
     )
     holds: tuple[HoldTable, ...] = setting((), "when all joints are held at once")
+    troubles: tuple[TroubleTable, ...] = setting((), "what befalls an arm in physics and nobody is told of")
     duration: float | None = setting(
         None, "end of the run, > 0; the path's duration if absent", unit="s", above=0.0
     )
@@ -190,10 +245,12 @@ class SimulationTable(Table):
     ) -> Plant:
         """The arm that is simulated."""
         plant: Plant
+        if self.troubles and self.plant != "mujoco":
+            raise InputError(f"troubles befall plant 'mujoco' only, and the plant is {self.plant!r}")
         if self.plant == "servo":
             plant = self.servo.made(arm, dt, drive=None if moving else drive)
         elif self.plant == "mujoco":
-            plant = self.mujoco.plant(arm, dt, drive, self.seed, scene)
+            plant = self.mujoco.plant(arm, dt, drive, self.seed, scene, self.troubles)
         else:
             plant = KinematicPlant(arm, dt, level)
         holds = [Hold(one.at, one.duration) for one in self.holds]
@@ -349,9 +406,9 @@ class PathTable(Table):
 
     reference: str | None = setting(
         None,
-        "'progress': the path waits for the arm, needs task mode scaled; 'time': the clock; "
-        "by the task mode if absent",
-        choices=("progress", "time"),
+        "'progress': the path waits for the arm, needs task mode scaled; 'time': the clock; 'goal': the tip "
+        "goes to the path's end on its own way; by the task mode if absent",
+        choices=("progress", "time", "goal"),
     )
     beyond_reach: bool = setting(False, "whether the path may lead farther than the stretched arm is long")
     laps: float | None = setting(

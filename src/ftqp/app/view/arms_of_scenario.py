@@ -9,6 +9,7 @@ import numpy as np
 from ftqp.app.scenario import document
 from ftqp.app.scenario.setup import Setup, resolve, validated
 from ftqp.app.schema.reading import Options, options
+from ftqp.control.following.goto import GoTo
 from ftqp.control.scene.solid_shapes import Box
 from ftqp.control.task.task import ROW_SETS
 from ftqp.core.errors import InputError
@@ -144,5 +145,9 @@ def _rival(setup: Setup, choice: Choice) -> SessionRival | None:
 
 def _player(setup: Setup) -> SessionArm:
     mean = setup.tables.simulation.feed_forward == "mean"
+    if isinstance(setup.follower, GoTo):
+        raise InputError(
+            "path.reference is 'goal', which has no live page; `ftqp run` runs it, and `ftqp view` shows it"
+        )
     leader = SessionLeader(setup.planner, setup.path, setup.follower, mean=mean)
     return SessionArm(setup.planner, leader, setup.plant, setup.sensors)

@@ -3,11 +3,15 @@
 Nobody announces such a fault: it is what a detector is tried on.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isfinite
+from types import MappingProxyType
+from typing import Any, Final
 
-from ftqp.core.checks import non_negative
+from ftqp.core.checks import array, non_negative
 from ftqp.core.errors import InputError
+from ftqp.core.setting import setting
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +24,7 @@ class Runaway:
     """
 
     joint: str | int
-    direction: int = 1
+    direction: int = setting(1)
 
     def __post_init__(self) -> None:
         if self.direction not in (-1, 1):
@@ -39,7 +43,7 @@ class Weakened:
     """
 
     joint: str | int
-    share: float = 0.5
+    share: float = setting(0.5, least=0.0)
 
     def __post_init__(self) -> None:
         non_negative("share of a weakened motor", self.share)
@@ -51,9 +55,16 @@ class Jammed:
 
     Args:
         joint: The joint's name or its 0-based index.
+        share: What the brake holds, as a share of the joint's torque limit, >= 0; with less than the motor
+            and its load give the joint slips. None is what the brakes of the arm hold.
     """
 
     joint: str | int
+    share: float | None = setting(None, least=0.0)
+
+    def __post_init__(self) -> None:
+        if self.share is not None:
+            non_negative("share of a brake", self.share)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,13 +80,31 @@ class Misread:
     """
 
     joint: str | int
-    bias: float = 0.0
-    frozen: bool = False
+    bias: float = setting(0.0, unit="rad or m")
+    frozen: bool = setting(False)
 
     def __post_init__(self) -> None:
         if not isfinite(self.bias):
             raise InputError(f"bias of a misread encoder is {self.bias}, expected a finite angle or length")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Push:
+    """Something pushes the tip; no joint has failed.
+
+    Args:
+        force: Along the axes of the base, (3,) [N].
+    """
+
+    force: tuple[float, float, float] = setting((0.0, 0.0, 0.0), unit="N")
+
+    def __post_init__(self) -> None:
+        array("force of a push", self.force, (3,))
+
+
 HiddenFault = Runaway | Weakened | Jammed | Misread
 """Any fault."""
+TROUBLES: Final[Mapping[str, type[Any]]] = MappingProxyType(
+    {"runaway": Runaway, "weakened": Weakened, "jammed": Jammed, "misread": Misread, "push": Push}
+)
+"""All of them, and a push, by the names that scenarios give them."""

@@ -82,6 +82,10 @@ class JointServo:
         self.strays: FloatArray = S.unresponsive[:n]
         self._sent = np.zeros(n)
 
+    def reset(self, q: FloatArray) -> None:
+        """Begin at rest at q, (nv,)."""
+        self.demand[:] = 0.0
+
     def take(self, command: Command) -> None:
         """Hold the command from now on.
 

@@ -13,6 +13,7 @@ from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.followers import coupled_places, is_led
 from ftqp.model.frames import mount_of
 from ftqp.model.robot import Robot
+from ftqp.sim.plants.gain_servo import GainServo
 from ftqp.sim.plants.hidden_faults import HiddenFault, Jammed, Misread, Runaway, Weakened
 from ftqp.sim.plants.joint_servo import JointServo
 from ftqp.sim.plants.physics import Geom, Physics, quaternion
@@ -67,7 +68,7 @@ class MujocoPlant(Plant):
         self,
         robot: Robot,
         dt: float,
-        servo: JointServo | None = None,
+        servo: JointServo | GainServo | None = None,
         true: TrueArm | None = None,
         *,
         substeps: int = 4,
@@ -84,7 +85,7 @@ class MujocoPlant(Plant):
             )
         whole_number("substeps", substeps, 1)
         self._robot = robot
-        self._servo = JointServo(robot) if servo is None else servo
+        self._servo: JointServo | GainServo = JointServo(robot) if servo is None else servo
         true = TrueArm() if true is None else true
         self._substeps, self._latest, self._seed = substeps, int(true.jitter * substeps), seed
         self._rng = np.random.default_rng(seed)
@@ -163,7 +164,7 @@ class MujocoPlant(Plant):
         self._limit[:] = np.where(self._led, 0.0, self._robot.limits.tau_max)
         for i in range(self._robot.nv):
             self._work(i)
-        self._servo.demand[:] = 0.0
+        self._servo.reset(q)
         self._rng, self._started = np.random.default_rng(self._seed), False
 
     def fail(self, fault: Fault) -> None:
@@ -229,7 +230,10 @@ class MujocoPlant(Plant):
             case Weakened():
                 self._delivered[i] = fault.share
             case Jammed():
-                self._physics.resist(i, self._coulomb[i] + self._brakes[i], self._viscous[i])
+                brake = (
+                    self._brakes[i] if fault.share is None else fault.share * self._robot.limits.tau_max[i]
+                )
+                self._physics.resist(i, self._coulomb[i] + brake, self._viscous[i])
                 self._servo.strays[i] = 1.0
             case Misread():
                 self._misread[i] = fault

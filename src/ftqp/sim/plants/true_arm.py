@@ -85,7 +85,7 @@ class TrueArm:
         Args:
             robot: the arm as the planner knows it.
         """
-        rotors = _per_joint("rotors", self.rotors, robot)
+        rotors = per_joint("rotors", self.rotors, robot)
         chain = robot.chain
         return replace(robot, chain=replace(chain, armature=chain.armature + rotors))
 
@@ -95,7 +95,7 @@ class TrueArm:
         Args:
             robot: the arm as the planner knows it.
         """
-        dry, viscous = _per_joint("coulomb", self.coulomb, robot), _per_joint("viscous", self.viscous, robot)
+        dry, viscous = per_joint("coulomb", self.coulomb, robot), per_joint("viscous", self.viscous, robot)
         return robot.coulomb + dry, robot.viscous + viscous
 
     def brakes(self, robot: Robot, inertia: FloatArray) -> FloatArray:
@@ -123,7 +123,7 @@ class TrueArm:
         return low - room, high + room
 
 
-def _per_joint(name: str, value: Any, robot: Robot) -> FloatArray:
+def per_joint(name: str, value: Any, robot: Robot) -> FloatArray:
     """One number for all joints, or some by name and 0 for the others, (nv,)."""
     if isinstance(value, Mapping):
         result = np.zeros(robot.nv)

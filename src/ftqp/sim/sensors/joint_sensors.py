@@ -9,7 +9,7 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array, non_negative
+from ftqp.core.checks import FloatArray, array, non_negative, positive
 from ftqp.core.errors import InputError
 from ftqp.core.setting import Setting, Settings, keys_of, setting
 from ftqp.model.robot import Robot
@@ -38,6 +38,7 @@ class SensorFault(ABC):
         joint: The joint's name or its 0-based index; None is every joint.
         at: When it begins, >= 0 [s].
         samples: How many samples in a row are wrong, >= 1; None is all from then on.
+        duration: For how long they are wrong, in place of a number of samples, > 0 [s].
     """
 
     kind: ClassVar[str]
@@ -45,15 +46,24 @@ class SensorFault(ABC):
     joint: str | int | None = setting(None, least=0.0)
     at: float = setting(0.0, unit="s", least=0.0, needed=True)
     samples: int | None = setting(None, least=1.0)
+    duration: float | None = setting(None, unit="s", above=0.0)
 
     def __post_init__(self) -> None:
         non_negative("time of the sensor's fault", self.at, "s")
         if self.samples is not None and (type(self.samples) is not int or self.samples < 1):
             raise InputError(f"samples is {self.samples!r}, expected a whole number >= 1, or None for ever")
+        if self.duration is not None:
+            positive("duration of the sensor's fault", self.duration, "s")
+            if self.samples is not None:
+                raise InputError("samples and duration both say how long a sensor is wrong; leave one out")
         for name, key in keys_of(type(self)).items():
             value = getattr(self, name)
             if key.hint is float and not isfinite(value):
                 raise InputError(f"{name} is {value!r}, expected a finite number")
+
+    def ticks(self, dt: float) -> int | None:
+        """How many samples in a row are wrong; None is all from then on."""
+        return self.samples if self.duration is None else max(1, round(self.duration / dt))
 
     @abstractmethod
     def spoil(self, reading: Reading, joints: slice) -> None:
@@ -227,7 +237,9 @@ class JointSensors:
         self._noise_q = non_negative("position noise", position_noise, "rad")
         self._noise_v = non_negative("velocity noise", velocity_noise, "rad/s")
         self._noise_tau = None if torque_noise is None else non_negative("torque noise", torque_noise, "N m")
-        self._faults = [(_joints(fault, robot), first_tick(fault.at, dt), fault) for fault in faults]
+        self._faults = [
+            (_joints(fault, robot), first_tick(fault.at, dt), fault.ticks(dt), fault) for fault in faults
+        ]
         self._ring, self._motors = np.zeros((latency + 1, 2, n)), np.zeros((latency + 1, 2, n))
         self._last = np.zeros((2, n))
         self.q, self.v = np.zeros(n), np.zeros(n)
@@ -269,9 +281,9 @@ class JointSensors:
             self.q += self._noise_q * self._generator.standard_normal(len(self.q))
         if self._noise_v > 0.0:
             self.v += self._noise_v * self._generator.standard_normal(len(self.v))
-        for joints, first, fault in self._faults:
+        for joints, first, ticks, fault in self._faults:
             number = k - first
-            if number >= 0 and (fault.samples is None or number < fault.samples):
+            if number >= 0 and (ticks is None or number < ticks):
                 last_q, last_v = self._last
                 reading = Reading(self.q, self.v, last_q, last_v, number, self._dt, self._generator)
                 fault.spoil(reading, joints)
