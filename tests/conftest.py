@@ -2,7 +2,8 @@
 
 import gc
 import logging
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
@@ -40,13 +41,38 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if item.path.parent in SCRIPTS and item.path.name.startswith(FROM_END_TO_END):
             item.add_marker(pytest.mark.slow)
+    for cases in cases_of([item for item in items if item.get_closest_marker("crossed")]):
+        quick = [case for case in cases if not case.get_closest_marker("slow")]
+        for case in {*cases} - {*covering(quick)}:
+            case.add_marker(pytest.mark.slow)
     if few := config.getoption("few"):
-        cases: dict[str, list[pytest.Item]] = {}
-        for item in items:
-            cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
-        kept = {one for same in cases.values() for one in spread(same, few)}
+        kept = {one for same in cases_of(items) for one in spread(same, few)}
         config.hook.pytest_deselected(items=[item for item in items if item not in kept])
         items[:] = [item for item in items if item in kept]
+
+
+def cases_of(items: list[pytest.Item]) -> Iterable[list[pytest.Item]]:
+    """The cases of each test."""
+    cases: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    return cases.values()
+
+
+def covering(cases: list[pytest.Item]) -> Iterator[pytest.Item]:
+    """A few in which every value of each parameter occurs, each about as often as the others."""
+    given = {case: case.callspec.params.items() for case in cases}  # type: ignore[attr-defined]
+    values = {case: {(name, id(value)) for name, value in given[case]} for case in cases}
+    met: Counter[tuple[str, int]] = Counter()
+
+    def worth(case: pytest.Item) -> tuple[int, int]:
+        """How many of its values are new, and how rare the others."""
+        uses = [met[value] for value in values[case]]
+        return uses.count(0), -sum(uses)
+
+    while cases and worth(best := max(cases, key=worth))[0]:
+        yield best
+        met.update(values[best])
 
 
 def spread(cases: list[pytest.Item], few: int) -> list[pytest.Item]:
