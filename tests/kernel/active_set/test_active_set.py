@@ -51,7 +51,7 @@ standalone_qp = cache(StandaloneQP)
 """One memory a size, as a solver keeps it."""
 
 
-COUNTS = [100, pytest.param(600, marks=pytest.mark.slow)]
+COUNTS = [60, pytest.param(600, marks=pytest.mark.slow)]
 """Random QPs of each kind, dense and diagonal each, every one solved cold and, a tick later, warm."""
 AGREEMENT = 1e-9
 
@@ -124,7 +124,7 @@ def test_infeasible_qps_are_called_infeasible_as_by_daqp(kind, dense, count):
 @pytest.mark.parametrize("dense", [False, True], ids=["diagonal", "dense"])
 def test_feasibility_is_judged_as_by_daqp_when_nobody_planned_it(dense):
     rng, solved, infeasible_count = np.random.default_rng(19), 0, 0
-    for _ in range(600):
+    for _ in range(300):
         case = unplanned(rng, dense)
         ws, expected = loaded(case), by_daqp(case)
         code = ws.solve(cold=True)
