@@ -5,6 +5,7 @@ import logging
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -37,13 +38,16 @@ def pytest_collection() -> Iterator[None]:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark whole scripts as slow; leave out what ``--few`` leaves out."""
+    """Mark whole scripts as slow, and of long tests what only combines values that others have, too.
+
+    What ``--few`` leaves out is left out.
+    """
     for item in items:
         if item.path.parent in SCRIPTS and item.path.name.startswith(FROM_END_TO_END):
             item.add_marker(pytest.mark.slow)
-    for cases in cases_of([item for item in items if item.get_closest_marker("crossed")]):
+    for cases in cases_of([item for item in items if item.get_closest_marker("long")]):
         quick = [case for case in cases if not case.get_closest_marker("slow")]
-        for case in {*cases} - {*covering(quick)}:
+        for case in {*quick} - {*covering(quick)} if len(quick) > 1 else ():
             case.add_marker(pytest.mark.slow)
     if few := config.getoption("few"):
         kept = {one for same in cases_of(items) for one in spread(same, few)}
@@ -61,9 +65,8 @@ def cases_of(items: list[pytest.Item]) -> Iterable[list[pytest.Item]]:
 
 def covering(cases: list[pytest.Item]) -> Iterator[pytest.Item]:
     """A few in which every value of each parameter occurs, each about as often as the others."""
-    given = {case: case.callspec.params.items() for case in cases}  # type: ignore[attr-defined]
-    values = {case: {(name, id(value)) for name, value in given[case]} for case in cases}
-    met: Counter[tuple[str, int]] = Counter()
+    values = {case: values_of(case) for case in cases}
+    met: Counter[tuple[tuple[str, int], ...]] = Counter()
 
     def worth(case: pytest.Item) -> tuple[int, int]:
         """How many of its values are new, and how rare the others."""
@@ -73,6 +76,17 @@ def covering(cases: list[pytest.Item]) -> Iterator[pytest.Item]:
     while cases and worth(best := max(cases, key=worth))[0]:
         yield best
         met.update(values[best])
+
+
+def values_of(case: Any) -> set[tuple[tuple[str, int], ...]]:
+    """Its values by their names; those that one decorator gives together are one."""
+    given = case.callspec.params
+    names = [mark.args[0] for mark in case.iter_markers("parametrize")]
+    together = [one.replace(" ", "").split(",") if isinstance(one, str) else one for one in names]
+    alone = given.keys() - {name for one in together for name in one}
+    return {
+        tuple((name, id(given[name])) for name in one) for one in [*together, *([name] for name in alone)]
+    }
 
 
 def spread(cases: list[pytest.Item], few: int) -> list[pytest.Item]:

@@ -25,7 +25,6 @@ def led(seed=0):
     return robot, planner, arm, ftqp.paths.Circle(robot.pose(START), 0.07, duration=6.0, axes=("x", "y"))
 
 
-@pytest.mark.crossed
 @pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("dead", [0, 2])

@@ -323,7 +323,6 @@ def ended(robot, level, way, law):
     return follower, set(statuses), max(speeds), max(errors), DT * stood, DT * strained
 
 
-@pytest.mark.crossed
 @pytest.mark.long
 @pytest.mark.parametrize("name, out", [("panda", (0.0, 0.0, 1.0)), ("planar(4)", (0.7, 0.7, 0.0))])
 def test_the_arm_rests_at_the_end_of_its_path_and_before_an_end_just_out_of_reach(name, out, level):

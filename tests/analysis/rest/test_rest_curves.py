@@ -13,7 +13,7 @@ from ftqp.model import catalog
 W = np.array([[1.0, 0.3, 0.0], [0.3, 2.0, -0.4], [0.0, -0.4, 0.7]])
 
 
-@pytest.mark.parametrize("joint", ["j1", "j3"])
+@pytest.mark.parametrize("joint", ["j1", pytest.param("j3", marks=pytest.mark.slow)])
 def test_rests_of_a_scan_are_on_the_curves_with_their_kind(joint: str) -> None:
     robot, goal = links(1, 0.8, 0.55), (1.1, 0.6)
     curves = rest_curves(robot, goal, joint, W)

@@ -168,7 +168,6 @@ def rotation_of(angle):
     return result
 
 
-@pytest.mark.crossed
 @pytest.mark.long
 @pytest.mark.parametrize("rows", ["pose", "position"])
 def test_pose_out_of_reach_is_neared_as_far_as_can_be_and_the_arm_rests_and_says_so(level, rows):

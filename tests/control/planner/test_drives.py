@@ -14,7 +14,6 @@ LATE = 3
 """Samples are so many ticks late."""
 
 
-@pytest.mark.crossed
 @pytest.mark.parametrize(("mode", "late"), [("none", 0), ("instant", 0), ("ramp", LATE)])
 @pytest.mark.parametrize("name", ROBOTS)
 def test_on_an_arm_that_follows_exactly_all_drives_move_alike(name, mode, late, level):

@@ -90,7 +90,7 @@ def agrees(case, code, ws, expected, stationarity=AGREEMENT):
         assert abs(case.objective(ws.x) - best) < AGREEMENT * (1.0 + abs(best))
 
 
-@pytest.mark.crossed
+@pytest.mark.long
 @pytest.mark.parametrize("dense", [False, True], ids=["diagonal", "dense"])
 @pytest.mark.parametrize("kind", FEASIBLE)
 @pytest.mark.parametrize("count", COUNTS)
@@ -107,7 +107,7 @@ def test_feasible_qps_are_solved_as_by_daqp(kind, dense, count):
     assert disagreements <= 0.02 * 2 * count
 
 
-@pytest.mark.crossed
+@pytest.mark.long
 @pytest.mark.parametrize("dense", [False, True], ids=["diagonal", "dense"])
 @pytest.mark.parametrize("kind", INFEASIBLE)
 @pytest.mark.parametrize("count", COUNTS)

@@ -84,7 +84,6 @@ def test_a_continuous_joint_returns_to_its_posture_the_short_way():
     assert abs(ticks.K.qp.g[i] - 16.0 * 2.0 * np.sin(0.5 * (2.0 * np.pi - 6.0))) < 1e-12
 
 
-@pytest.mark.crossed
 @pytest.mark.long
 @pytest.mark.parametrize("scheme", ["mvn", "rmp"])
 def test_drive_is_where_the_null_space_comes_to_rest(level, scheme):
