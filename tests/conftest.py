@@ -2,8 +2,10 @@
 
 import gc
 import logging
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -36,17 +38,55 @@ def pytest_collection() -> Iterator[None]:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark whole scripts as slow; leave out what ``--few`` leaves out."""
+    """Mark whole scripts as slow, and of long tests what only combines values that others have, too.
+
+    What ``--few`` leaves out is left out.
+    """
     for item in items:
         if item.path.parent in SCRIPTS and item.path.name.startswith(FROM_END_TO_END):
             item.add_marker(pytest.mark.slow)
+    for cases in cases_of([item for item in items if item.get_closest_marker("long")]):
+        quick = [case for case in cases if not case.get_closest_marker("slow")]
+        for case in {*quick} - {*covering(quick)} if len(quick) > 1 else ():
+            case.add_marker(pytest.mark.slow)
     if few := config.getoption("few"):
-        cases: dict[str, list[pytest.Item]] = {}
-        for item in items:
-            cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
-        kept = {one for same in cases.values() for one in spread(same, few)}
+        kept = {one for same in cases_of(items) for one in spread(same, few)}
         config.hook.pytest_deselected(items=[item for item in items if item not in kept])
         items[:] = [item for item in items if item in kept]
+
+
+def cases_of(items: list[pytest.Item]) -> Iterable[list[pytest.Item]]:
+    """The cases of each test."""
+    cases: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    return cases.values()
+
+
+def covering(cases: list[pytest.Item]) -> Iterator[pytest.Item]:
+    """A few in which every value of each parameter occurs, each about as often as the others."""
+    values = {case: values_of(case) for case in cases}
+    met: Counter[tuple[tuple[str, int], ...]] = Counter()
+
+    def worth(case: pytest.Item) -> tuple[int, int]:
+        """How many of its values are new, and how rare the others."""
+        uses = [met[value] for value in values[case]]
+        return uses.count(0), -sum(uses)
+
+    while cases and worth(best := max(cases, key=worth))[0]:
+        yield best
+        met.update(values[best])
+
+
+def values_of(case: Any) -> set[tuple[tuple[str, int], ...]]:
+    """Its values by their names; those that one decorator gives together are one."""
+    given = case.callspec.params
+    names = [mark.args[0] for mark in case.iter_markers("parametrize")]
+    together = [one.replace(" ", "").split(",") if isinstance(one, str) else one for one in names]
+    alone = given.keys() - {name for one in together for name in one}
+    return {
+        tuple((name, id(given[name])) for name in one) for one in [*together, *([name] for name in alone)]
+    }
 
 
 def spread(cases: list[pytest.Item], few: int) -> list[pytest.Item]:

@@ -38,6 +38,7 @@ def test_without_learning_an_arm_may_turn_for_ever() -> None:
     assert found.path[-1, 1] - found.path[0, 1] == pytest.approx(-np.sqrt(3.0) * 60.0, rel=1e-2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
 @pytest.mark.parametrize("name", CASES)
 def test_with_learning_the_tip_gets_as_near_as_the_other_joints_can(name: str, noise: float) -> None:

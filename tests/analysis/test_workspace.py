@@ -52,7 +52,7 @@ def test_lines_are_those_of_the_least_rates(arm):
     """Against an integration of v = J^+ (goal - tip) by scipy, which knows no correction."""
     from scipy.integrate import solve_ivp
 
-    task = workspace_task(arm, GOAL, configurations=1, steps=4)
+    task = workspace_task(arm, GOAL, configurations=1, steps=4, screen=False)
     start = np.array([-1.38, 0.785, 0.7465])
 
     def rates(s, q):
@@ -72,7 +72,7 @@ def test_lines_are_those_of_the_least_rates(arm):
     ("lengths", "goal", "W"),
     [
         ((1, 1.2, 0.8), (1.5, 0.6), None),
-        ((1, 1.4, 0.5), (0.6, 0.3), None),
+        pytest.param((1, 1.4, 0.5), (0.6, 0.3), None, marks=pytest.mark.slow),
         ((1, 1, 1), (1.5, 1.5), [[1.0, -2.5, 0.0], [-2.5, 9.0, 0.0], [0.0, 0.0, 1.0]]),
     ],
 )
@@ -91,9 +91,9 @@ def test_screened_and_simulated_maps_agree_where_failures_in_range_miss_the_goal
 
 def test_joint_lengths_and_component_boxes_change_the_measures(arm, task):
     some = np.array([[2.0, -1.4]])
-    by_joints = map_chunk(workspace_task(arm, GOAL, configurations=12, steps=20, length="joint"), some)
+    two = {"configurations": 12, "steps": 20, "screen": False}
+    by_joints = map_chunk(workspace_task(arm, GOAL, length="joint", **two), some)
     assert by_joints["Ravg"][0, 3] > map_chunk(task, some)["Ravg"][0, 3] + 2.0
-    two = {"configurations": 12, "steps": 20}
     product = map_chunk(workspace_task(arm, (0.5, 0.2), box="product", **two), some)
     apart = map_chunk(workspace_task(arm, (0.5, 0.2), box="per_component", **two), some)
     assert (apart["Ravg"] <= product["Ravg"] + 1e-6).all() and apart["Ravg"][0, 3] < product["Ravg"][0, 3]
@@ -101,7 +101,7 @@ def test_joint_lengths_and_component_boxes_change_the_measures(arm, task):
 
 def test_arms_of_more_joints_are_mapped(arm):
     four = ftqp.robots.load("planar", lengths=(1.0, 0.8, 0.6, 0.5), continuous=True)
-    task = workspace_task(four, (1.2, 0.8), configurations=20, steps=10)
+    task = workspace_task(four, (1.2, 0.8), configurations=20, steps=10, screen=False)
     found = map_chunk(task, np.array([[0.5, -1.0], [5.0, 5.0]]))
     assert found["configurations"].tolist() == [20, 0]
     assert found["R100"].shape == (2, 5) and np.isnan(found["R100"][1]).all()

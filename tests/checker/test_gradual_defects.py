@@ -217,7 +217,6 @@ INNOCENT = {
 """Runs with something unusual and without a defect."""
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("strict", [KINEMATIC, PHYSICS], ids=["kinematic", "physics"])
 @pytest.mark.parametrize("what", INNOCENT)
 def test_run_without_a_defect_breaks_no_law(sound, what, strict):
@@ -226,7 +225,6 @@ def test_run_without_a_defect_breaks_no_law(sound, what, strict):
     assert [str(one) for one in seen.breaches if one.law not in let] == []
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("strict", [KINEMATIC, PHYSICS], ids=["kinematic", "physics"])
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_gradual_defect_is_found(sound, defect, strict):

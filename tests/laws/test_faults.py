@@ -17,6 +17,7 @@ JOINT = 3
 DRAWN = {kind: draw for kind, draw in FAULTS}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS.values(), ids=str)
 @pytest.mark.parametrize("announced", [None, "never"])
 def test_a_run_with_a_fault_is_told_in_full_and_the_other_joints_obey(kind, level, announced, tmp_path):

@@ -88,6 +88,7 @@ def motion(robot, kind, hold, drive="position", w=50.0, fed=True, noise=0.0, sec
     return said, fastest, brakes, error, leads, planner
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["clock", "path", "target", "goto"])
 @pytest.mark.parametrize(
     ("hold", "w", "fed"),
@@ -214,6 +215,7 @@ def creeping(v, step=0.0, noise=0.0, seconds=3.0, stated=True):
     return held
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("v", [0.02, pytest.param(0.05, marks=pytest.mark.slow), 0.1])
 @pytest.mark.parametrize(("step", "noise"), [(0.0, 0.0), (1e-3, 0.0), (2e-3, 0.0), (0.0, 1e-4), (0.0, 1e-3)])
 @pytest.mark.parametrize("stated", [True, False])

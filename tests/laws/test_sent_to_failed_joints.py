@@ -99,6 +99,7 @@ def loosen(world, joint, beyond, side):
         world.tick()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("beyond", [0.01, pytest.param(0.1, marks=pytest.mark.slow), 0.5])
 @pytest.mark.parametrize("after", ["withdraw", "degraded", "locked", "locked, then withdraw"])
 def test_a_joint_that_swung_free_returns_from_where_it_stands(drive, beyond, after):
@@ -125,6 +126,7 @@ def test_a_joint_that_swung_free_returns_from_where_it_stands(drive, beyond, aft
         assert world.q[3] < place - 0.005, "it is led back"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("told", [True, False])
 @pytest.mark.parametrize("arm", ["panda", "bent"])
 def test_the_report_of_a_lock_puts_no_noise_into_what_is_sent(drive, told, arm):
@@ -139,6 +141,7 @@ def test_the_report_of_a_lock_puts_no_noise_into_what_is_sent(drive, told, arm):
     assert np.ptp(places) < 1e-4 and np.ptp(places[100:]) == 0.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("speed", [0.005, 0.1])
 def test_what_is_sent_to_a_locked_joint_does_not_follow_a_drifting_encoder(drive, speed):
     world = World(ftqp.robots.load("panda"), drive, sigma=1e-4, drift=speed)
@@ -149,6 +152,7 @@ def test_what_is_sent_to_a_locked_joint_does_not_follow_a_drifting_encoder(drive
     assert np.ptp(places) < 1e-5 and np.ptp(places[100:]) == 0.0
 
 
+@pytest.mark.long
 def test_a_lock_on_the_way_is_sent_its_braking_distance_and_no_farther(drive, level):
     robot = ftqp.robots.load("panda")
     world = World(robot, drive, sigma=1e-4, level=level)
@@ -165,6 +169,7 @@ def test_a_lock_on_the_way_is_sent_its_braking_distance_and_no_farther(drive, le
     assert np.ptp(places[-500:]) == 0.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2, 3))])
 @pytest.mark.parametrize("arm", ["panda", "bent"])
 def test_no_sequence_of_reports_makes_what_is_sent_jump(drive, seed, arm):

@@ -44,6 +44,7 @@ def led(planner, q, target, ticks):
             return
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rows", ["pose", "position"])
 @pytest.mark.parametrize("name", ARMS)
 def test_an_arm_that_starts_beyond_a_limit_comes_back_and_is_not_stopped(name, level, rows):

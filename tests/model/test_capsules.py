@@ -46,7 +46,9 @@ def outside(points, capsules):
     return float(np.min(far, axis=0).max())
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize(
+    "seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 6))]
+)
 def test_a_fit_contains_every_corner_and_is_no_balloon(seed):
     rng = np.random.default_rng(seed)
     stretch = np.array([1.0, rng.uniform(0.2, 1.0), rng.uniform(0.1, 1.0)])
@@ -177,6 +179,7 @@ def test_a_box_has_eight_corners_twelve_edges_and_six_faces():
     assert sorted(lengths.round(9).tolist()) == [1.0] * 4 + [2.0] * 4 + [3.0] * 4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [5, 30, 2000])
 @pytest.mark.parametrize("size", [1e-3, 1.0])
 def test_every_point_is_within_and_every_corner_on_the_hull(count, size):
@@ -190,7 +193,7 @@ def test_every_point_is_within_and_every_corner_on_the_hull(count, size):
     assert own.max() < 1e-9 * size and (np.abs(own) < 1e-9 * size).sum(axis=1).min() >= 3
 
 
-@pytest.mark.parametrize(("most", "stands_out"), [(32, 0.26), (64, 0.15)])
+@pytest.mark.parametrize(("most", "stands_out"), [(32, 0.26), pytest.param(64, 0.15, marks=pytest.mark.slow)])
 def test_around_a_ball_it_stands_out_by_a_seventh_of_the_radius(most, stands_out):
     hull = hull_of(directions(3000), most)
     assert len(hull.corners) <= most

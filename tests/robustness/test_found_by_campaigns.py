@@ -324,6 +324,7 @@ def statuses_from_wild_states(planner, episodes, ticks):
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("level", ["acceleration", pytest.param("velocity", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("mode", ["hard", "slack", "scaled", "lexicographic"])
 @pytest.mark.parametrize("scheme", SCHEMES)

@@ -40,7 +40,9 @@ def test_plan_is_on_its_path_and_within_the_speed_of_the_joints(free) -> None:
     assert np.isclose(free.energy, np.square(np.diff(free.q, axis=0)).sum() / 0.1)
 
 
-@pytest.mark.parametrize("method", ["dp", "constant", "spline", "gradient"])
+@pytest.mark.parametrize(
+    "method", ["dp", "constant", pytest.param("spline", marks=pytest.mark.slow), "gradient"]
+)
 def test_a_joint_that_does_not_fail_is_given_up_for_the_others(method) -> None:
     alike, found, scaled = (
         plan(ARM, PATH, Q0, method, rows="position", dt=0.1, settings=FEW, weights=weights)

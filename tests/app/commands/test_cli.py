@@ -318,6 +318,7 @@ def test_demo_tells_of_the_brake(tmp_path: Path) -> None:
     assert [name for name, *_ in rows] == [FINDS, OWN_TOLD, RIVAL_NEVER, RIVAL_TOLD]
 
 
+@pytest.mark.slow
 def test_demo_goes_on_with_a_box_and_a_goal(tmp_path: Path) -> None:
     said = told("demo", "box", "goal", "--out", str(tmp_path / "out"))
     assert "stays 20 mm from it, as asked" in said and "and run into it" in said

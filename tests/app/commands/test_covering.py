@@ -15,6 +15,7 @@ from ftqp.app.scenario.setup import load
 
 LINE = "planar3-line"
 COARSE = ("--waypoints", "40", "--spacing", "0.1")
+FEW = ("--stride", "40")
 
 
 def facts_of(result: Result) -> Any:
@@ -50,12 +51,14 @@ def test_a_structural_joint_is_named_as_such(tmp_path: Path) -> None:
 
 
 def test_failure_rates_give_a_probability(tmp_path: Path) -> None:
-    facts = facts_of(asked("coverage", LINE, "--mtbf", "j1=1000,j2=2000", "--out", tmp_path / "a", "--json"))
+    facts = facts_of(
+        asked("coverage", LINE, "--mtbf", "j1=1000,j2=2000", *FEW, "--out", tmp_path / "a", "--json")
+    )
     mission = facts["mission"]
     assert 0.0 < mission["without"] < mission["low"] <= mission["likely"] <= mission["high"] < 1.0
     rate = (1 / 1000 + 1 / 2000) / 3600.0
     assert mission["without"] == pytest.approx(np.exp(-10.0 * rate), abs=1e-12)
-    alike = facts_of(asked("coverage", LINE, "--mtbf", "1000", "--out", tmp_path / "b", "--json"))
+    alike = facts_of(asked("coverage", LINE, "--mtbf", "1000", *FEW, "--out", tmp_path / "b", "--json"))
     assert alike["mission"]["without"] < mission["without"]
 
 

@@ -26,6 +26,7 @@ goal = [1.2, 0.9]
 grid = 5
 configurations = 3
 steps = 6
+screen = false
 """
 
 
@@ -113,6 +114,7 @@ def test_another_study_does_not_go_on_in_the_folder(small: Path, out: Path) -> N
     ],
 )
 def test_a_wrong_study_is_one_clear_sentence(small: Path, tmp_path: Path, change: str, sentence: str) -> None:
+    small.write_text(SMALL.replace("screen = false\n", ""), encoding="utf-8")  # it does not go with rows
     result = asked(small, "--set", change, "--out", tmp_path / "out")
     assert result.exit_code == 2
     assert sentence in result.stderr.replace("\n", " ")

@@ -82,7 +82,13 @@ STAGES = [
         ("--method", "constant", "--start", "given", "--stride", "50"),
         marks=pytest.mark.slow,
     ),
-    (planned, "placement_costs", 2, ("--optimise", "base")),
+    pytest.param(
+        planned,
+        "placement_costs",
+        2,
+        ("--optimise", "base"),
+        marks=pytest.mark.slow,
+    ),
 ]
 
 

@@ -71,8 +71,14 @@ def summary_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], dict
     )
 
 
+LONG = ("panda-mujoco-free", "panda-mujoco-payload", "panda-unannounced", "panda-undetected")
+"""Those that take two seconds or more beside a shorter one with the same kind of fault."""
+
+
 @pytest.mark.long
-@pytest.mark.parametrize("name", sorted(ENDINGS))
+@pytest.mark.parametrize(
+    "name", [pytest.param(k, marks=[pytest.mark.slow] if k in LONG else []) for k in sorted(ENDINGS)]
+)
 def test_bundled_scenario_ends_as_it_tells(name: str, summary_of: Callable[[str], dict[str, Any]]) -> None:
     completed, error = ENDINGS[name]
     summary = summary_of(name)

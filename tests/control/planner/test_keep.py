@@ -46,6 +46,7 @@ def cones(rng, robot, at, **more):
     return ftqp.Keep(at, axis=axis, along=along, within=within, braking=braking, **more)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("made", "most", "fastest"), [(planes, 3, 8.0), (cones, 2, 3.0)])
 @pytest.mark.parametrize(
     "seed", [*range(4), *(pytest.param(k, marks=pytest.mark.slow) for k in range(4, 12))]

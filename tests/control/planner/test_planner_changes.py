@@ -110,20 +110,21 @@ PANDA_MASS = ftqp.Planner(PANDA, DT).session().K.chain.mass[:7].sum()
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("share", [3, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("kind", "way"),
     [("clock", way) for way in CHANGES if way not in ("carry", "tool")]
     + [("detector", "lock"), ("detector", "carry"), ("timed", "lock")]
     + [pytest.param("detector", way, marks=pytest.mark.slow) for way in ("reset", "tool", "weak")],
 )
-def test_a_change_that_is_interrupted_at_any_line_happened_or_did_not(kind, way):
+def test_a_change_that_is_interrupted_at_any_line_happened_or_did_not(kind, way, share):
     there, back, happened = CHANGES[way]
     ride = Ride(kind)
     planner = ride.planner
     # what looks at the motors takes milliseconds, and a detector begins anew at every reset; what every kind
     # of planner does is looked at line by line when a joint locks
     stride = 13 if way == "carry" else 7 if kind == "detector" and way in ("reset", "tool") else 3
-    stride = 1 if (kind, way) == ("clock", "lock") else stride
+    stride = share * (1 if (kind, way) == ("clock", "lock") else stride)
     for call, lines in ((there, itertools.count(0, stride)), (back, itertools.count(stride // 2, stride))):
         cut = 0
         for line in lines:
@@ -136,7 +137,7 @@ def test_a_change_that_is_interrupted_at_any_line_happened_or_did_not(kind, way)
             ride.q = PANDA.neutral.copy()
             if way != "reset":
                 planner.reset(ride.q)
-        assert cut > 12
+        assert cut > 12 // share
         if happened is not None:
             assert happened(planner) == (call is there)
 
@@ -145,11 +146,12 @@ def test_a_change_that_is_interrupted_at_any_line_happened_or_did_not(kind, way)
 @pytest.mark.parametrize(
     "way", ["lock", *(pytest.param(way, marks=pytest.mark.slow) for way in ("free", "weak"))]
 )
-def test_a_change_inside_another_one_at_any_line_leaves_belief_and_kernel_at_one(way):
+@pytest.mark.parametrize("share", [3, pytest.param(1, marks=pytest.mark.slow)])
+def test_a_change_inside_another_one_at_any_line_leaves_belief_and_kernel_at_one(way, share):
     there, back, _ = CHANGES[way]
     ride = Ride()
     planner = ride.planner
-    for line in itertools.count():
+    for line in itertools.count(0, share):
         met = interrupted(lambda: there(planner), line, lambda: planner.report(ftqp.Locked(0)))
         assert (PANDA.joints[0] in planner.faults) == met
         settled(planner, ride, None, way)

@@ -51,7 +51,7 @@ standalone_qp = cache(StandaloneQP)
 """One memory a size, as a solver keeps it."""
 
 
-COUNTS = [100, pytest.param(600, marks=pytest.mark.slow)]
+COUNTS = [60, pytest.param(600, marks=pytest.mark.slow)]
 """Random QPs of each kind, dense and diagonal each, every one solved cold and, a tick later, warm."""
 AGREEMENT = 1e-9
 
@@ -90,6 +90,7 @@ def agrees(case, code, ws, expected, stationarity=AGREEMENT):
         assert abs(case.objective(ws.x) - best) < AGREEMENT * (1.0 + abs(best))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("dense", [False, True], ids=["diagonal", "dense"])
 @pytest.mark.parametrize("kind", FEASIBLE)
 @pytest.mark.parametrize("count", COUNTS)
@@ -106,6 +107,7 @@ def test_feasible_qps_are_solved_as_by_daqp(kind, dense, count):
     assert disagreements <= 0.02 * 2 * count
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("dense", [False, True], ids=["diagonal", "dense"])
 @pytest.mark.parametrize("kind", INFEASIBLE)
 @pytest.mark.parametrize("count", COUNTS)
@@ -122,7 +124,7 @@ def test_infeasible_qps_are_called_infeasible_as_by_daqp(kind, dense, count):
 @pytest.mark.parametrize("dense", [False, True], ids=["diagonal", "dense"])
 def test_feasibility_is_judged_as_by_daqp_when_nobody_planned_it(dense):
     rng, solved, infeasible_count = np.random.default_rng(19), 0, 0
-    for _ in range(600):
+    for _ in range(300):
         case = unplanned(rng, dense)
         ws, expected = loaded(case), by_daqp(case)
         code = ws.solve(cold=True)

@@ -171,6 +171,7 @@ def test_task_reset_of_an_arm_with_too_few_joints_is_the_nearest_and_does_not_le
     assert np.abs(moved - v).max() < 1e-14
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("reset", ["momentum", "task"])
 @pytest.mark.parametrize("name", ["panda", "iiwa14", "planar6"])
 def test_an_instant_lock_never_throws_the_others_over_their_speed_limits(name, reset, level):

@@ -68,7 +68,9 @@ def ends_of(model) -> list[str]:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize(
+    "seed", [*range(20), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(20, 60))]
+)
 def test_random_file_is_read_as_mujoco_reads_it(seed: int) -> None:
     text = random_mjcf(np.random.default_rng(seed))
     robot = Robot.from_mjcf(text, tip=TIP, limits={"v_max": 1.0})

@@ -19,7 +19,6 @@ def judged(problem, qp):
     return accepted(problem, residuals(problem, qp.x, qp.y, qp.z, qp.z_box), qp.x, qp.y)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", EVERY)
 @pytest.mark.parametrize("kind", ["identity", "diagonal", "dense"])
 @pytest.mark.parametrize(("n", "m", "p"), [(1, 0, 0), (7, 6, 0), (7, 2, 7), (13, 6, 7), (36, 6, 30)])

@@ -14,11 +14,12 @@ def drawn(monkeypatch):
     """The figures that would have been written, in their order; empty files stand for them."""
     figures = []
 
-    def keep(figure, file, **_):
-        figures.append(figure)
+    def keep(paper, file, **_):
+        figures.append(paper.figure)
         Path(file).touch()
 
-    monkeypatch.setattr(canvas.Figure, "savefig", keep)
+    monkeypatch.setattr(canvas.FigureCanvasAgg, "print_png", keep)
+    monkeypatch.setattr(canvas.FigureCanvasSVG, "print_svg", keep)
     return figures
 
 

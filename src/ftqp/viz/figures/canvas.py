@@ -19,6 +19,7 @@ try:
     from matplotlib import rc_context
     from matplotlib.axes import Axes as Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure as Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.lines import Line2D as Line2D
@@ -118,14 +119,18 @@ def few_ticks(axes: Axes, x: int = 6, y: int = 5) -> None:
 
 
 def save(figure: Figure, path: str | Path) -> Path:
-    """Write the figure to a file, PNG or by its name SVG, whole or not at all, and return its path."""
-    part = Path(path).with_suffix(".part")
+    """Write the figure to a file, PNG or by its name SVG, whole or not at all, and return its path.
+
+    The canvas writes it: ``savefig`` would draw all of it once more, to find the margins that it has anyway.
+    """
+    part, vector = Path(path).with_suffix(".part"), Path(path).suffix == ".svg"
+    canvas: Any = FigureCanvasSVG(figure) if vector else FigureCanvasAgg(figure)
     try:
-        if Path(path).suffix == ".svg":
+        if vector:
             with rc_context({"svg.fonttype": "none", "svg.hashsalt": "ftqp"}):
-                figure.savefig(part, format="svg", metadata=NO_METADATA)
+                canvas.print_svg(part, metadata=NO_METADATA)
         else:
-            figure.savefig(part, format="png", pil_kwargs={"compress_level": COMPRESSION})
+            canvas.print_png(part, pil_kwargs={"compress_level": COMPRESSION})
         part.replace(path)
     except OSError as error:
         raise InputError(f"figure {path} cannot be written: {error.strerror}") from error

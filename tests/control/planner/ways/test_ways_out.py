@@ -31,6 +31,7 @@ def by_kind(ways):
     return {way.kind: way for way in ways}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ticks", [60, 400])
 def test_every_way_is_gone_as_it_was_announced_also_from_a_moving_arm(level, ticks):
     fault = ftqp.Locked("panda_joint4", mode="instant")
