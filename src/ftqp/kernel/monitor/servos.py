@@ -21,11 +21,9 @@ from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import NOTHING_HEARD
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import UNLIMITED
+from ftqp.kernel.layout.thresholds import SERVO_PRIOR, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
 
-PRIOR = (0.07, 0.004, 0.004, 0.05, 0.05, 0.05)
-"""Standard deviations of what a servo may have before anything is known of it; one of 3 Hz has c = 0.1 s."""
 DRIFT = (0.003, 1e-4, 5e-4, 0.008, 1e-3, 1e-3)
 """How they change, per root of a radian or metre that the joint goes, ..."""
 CREEP = 0.002
@@ -199,9 +197,9 @@ def learn_servo(K: Any, i: int) -> None:
         for c in range(SERVO):
             P[r, c] -= share * gain[r] * gain[c]
     for r in range(SERVO):
-        most = PRIOR[r]
+        most = SERVO_PRIOR[r]
         P[r, r] = min(P[r, r] + DRIFT[r] * DRIFT[r] * v * block, most * most)
-    P[3, 3] = min(P[3, 3] + CREEP * CREEP * block, PRIOR[3] * PRIOR[3])
+    P[3, 3] = min(P[3, 3] + CREEP * CREEP * block, SERVO_PRIOR[3] * SERVO_PRIOR[3])
     if M.act[i] > 0.05:  # 5 % of the looks at a healthy joint are beyond two standard deviations
         beyond = 1.0 if abs(M.r[i]) > 2.0 * sqrt(M.spread[i]) else 0.0
         pace = 0.02 + 0.1 / (1.0 + M.way[i])
