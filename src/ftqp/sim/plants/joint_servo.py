@@ -83,7 +83,11 @@ class JointServo:
         self._sent = np.zeros(n)
 
     def reset(self, q: FloatArray) -> None:
-        """Begin at rest at q, (nv,)."""
+        """Begin at rest, asking for nothing yet.
+
+        Args:
+            q: True joint positions, (nv,) [rad or m].
+        """
         self.demand[:] = 0.0
 
     def take(self, command: Command) -> None:
