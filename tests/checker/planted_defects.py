@@ -137,7 +137,7 @@ def stuck_joint():
     robot = ftqp.robots.load("planar", count=4)
     path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.15, duration=3.0)
     task = ftqp.Task(tolerance=0.5, rotation_tolerance=3.0)
-    planner = ftqp.Planner(robot, 0.005, drive="velocity", task=task)
+    planner = ftqp.Planner(robot, 0.005, drive="position", task=task, detector=False)
 
     def obeys(t, before, q, v):
         q[1], v[1] = (before[1], 0.0) if t >= 0.25 else (q[1], v[1])
@@ -174,11 +174,11 @@ DEFECTS = {
         "        if code != QP_READY and code != SOLVE:\n            return code\n",
         "        if code != QP_READY and code != SOLVE:\n            return 0\n",
     ),
-    "error band off": (
+    "evidence unheard": (
         stuck_joint,
-        "feedback.error_band",
-        "    return ERROR_BAND + BAND_SIGMAS * feedback.sigma + BAND_TIME * v\n",
-        "    return 1e9\n",
+        "feedback.gap",
+        "max(K.monitor.worst, held_back), 0.0, 0\n",
+        "0.0, 0.0, 0\n",
     ),
 }
 """Each defect: the run that shows it, the module of the kernel, the line, and what takes its place; and

@@ -13,7 +13,7 @@ SHOWN_BY = {
     "a locked column kept": "tracking",
     "viability off": "braking",
     "status forced to OK": "honesty",
-    "error band off": "obedience",
+    "evidence unheard": "obedience",
 }
 
 

@@ -22,6 +22,8 @@ ALIKE = 5.33
 """White noise behind three poles at w is alike for so many times 1/w: the sum of its autocorrelation."""
 SHARE = 4
 """So many hypotheses share the rate of false alarms: locked, without motor, held, pushed."""
+LASTS = 0.15
+"""Motion that was asked for counts for so long [s], the slowest servo's time."""
 MOST = 4.0
 """Evidence is kept up to so many times what decides, so that it is gone soon once it is contradicted."""
 MEAN_LAG = 0.0
@@ -43,8 +45,6 @@ def prior(drive: Drive, joints: int, lead: float, late: float) -> tuple[FloatArr
         mean[:, 0] = late + (0.0 if drive.takes_velocity else lags)
         doubt[:, 0] = TOLD_SHARE * lags
         doubt[:, 1] = 0.25 * lags**2  # 1/w^2
-        if not drive.takes_velocity:
-            mean[:, 1] = doubt[:, 1]
     elif lead > 0.0:
         mean[:, 0] = lead + late
     return mean, doubt
@@ -62,6 +62,7 @@ def fill_monitor(K: Any, robot: Robot, dt: float, drive: Drive, lead: float, rat
     M.kappa = min(1.0, block / alike)
     M.level = log(max(3600.0 / max(alike, block) * n * SHARE / rate, 1.0))
     M.top = MOST * M.level
+    M.decay = exp(-block / LASTS)
     limits = np.where(np.isfinite(robot.limits.tau_max), robot.limits.tau_max, LEAST_TORQUE)
     M.unit[:n] = 1.0 / (WEIGHS * limits)
     M.told[:n], M.doubt[:n] = prior(drive, n, lead, drive.latency)

@@ -19,7 +19,7 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import ALL_BRAKES, HEALTHY, NO_BRAKES, STOPPED_BY_LAG, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import LEFT_BAND, SILENT, TOO_FAST, TOUCHED
-from ftqp.kernel.monitor.hypotheses import OVERSPEED
+from ftqp.kernel.monitor.verdicts import OVERSPEED
 
 
 @jit

@@ -138,6 +138,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     holds  i8  all joints stand though they should not, which is one cause
     suspect  i8  the joint that most speaks against
     pole w D  f8  of the filters, their corner [1/s], and the gain of their differences [1/s]
+    decay  f8  of motion that was asked for, from one look to the next
     kappa  f8  the share of an independent look that a look is
     level top  f8  evidence that decides, and the most that is kept
     worst  f8  the most that speaks against a joint, as a share of what decides

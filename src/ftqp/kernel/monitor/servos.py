@@ -13,7 +13,6 @@ early are a lag below zero.
 Source: docs/theory/monitor.md, "The model of a joint".
 """
 
-from math import exp, tanh
 from typing import Any
 
 from ftqp.kernel.arm.dynamics import gravity_torque, torques_of
@@ -37,8 +36,6 @@ SLOW = 0.02
 UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
 """Of the motion of a healthy joint the model misses so much [s] before anything was learned, and between
 these."""
-LASTS = 0.15
-"""Motion that was asked for counts for so long [s], the slowest servo's time."""
 TAUGHT = 3.0
 """A residual teaches as if it were so many standard deviations at most."""
 
@@ -144,7 +141,7 @@ def noise_of(K: Any, i: int) -> float:
 @jit
 def observe_joint(K: Any, i: int) -> None:
     """How fast joint i is, and how much of its motion was asked for."""
-    M, D, decay = K.monitor, K.monitor.D, exp(-block_time(K) / LASTS)
+    M, D, decay = K.monitor, K.monitor.D, K.monitor.decay
     M.v[i] = D * (M.y_f[1, i] - M.y_f[2, i])
     M.a[i] = D * D * (M.y_f[0, i] - 2.0 * M.y_f[1, i] + M.y_f[2, i])
     M.peak_v[i] = max(abs(D * (M.u_f[1, i] - M.u_f[2, i])), decay * M.peak_v[i])
@@ -164,7 +161,14 @@ def residual(K: Any, i: int) -> None:
     """
     M, n = K.monitor, K.chain.n
     phi, theta, v, a = M.phi, M.theta[i], M.v[i], M.a[i]
-    phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = v, a, tanh(v / SLOW), 1.0, M.weight[i], M.inertia[i]
+    phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = (
+        v,
+        a,
+        v / sqrt(v * v + SLOW * SLOW),
+        1.0,
+        M.weight[i],
+        M.inertia[i],
+    )
     r = M.u_f[2, i] - M.y_f[2, i]
     for k in range(SERVO):
         r -= phi[k] * theta[k]
@@ -202,6 +206,6 @@ def learn_servo(K: Any, i: int) -> None:
     P[3, 3] = min(P[3, 3] + CREEP * CREEP * block, SERVO_PRIOR[3] * SERVO_PRIOR[3])
     if M.act[i] > 0.05:  # 5 % of the looks at a healthy joint are beyond two standard deviations
         beyond = 1.0 if abs(M.r[i]) > 2.0 * sqrt(M.spread[i]) else 0.0
-        pace = 0.02 + 0.1 / (1.0 + M.way[i])
-        M.missed[i] = min(max(M.missed[i] * exp(pace * (beyond - 0.05)), SUREST), WORST)
+        change = (0.02 + 0.1 / (1.0 + M.way[i])) * (beyond - 0.05)
+        M.missed[i] = min(max(M.missed[i] * (1.0 + change + 0.5 * change * change), SUREST), WORST)
     M.way[i] += v * block / 0.05
