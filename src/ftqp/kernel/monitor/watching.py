@@ -6,7 +6,6 @@ from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.side_by_side import WIDTH, several
 from ftqp.kernel.monitor.evidence import forget_evidence, weigh
-from ftqp.kernel.monitor.verdicts import arm_is_held, hold_arm, judge_joint, works
 from ftqp.kernel.monitor.leading import aim
 from ftqp.kernel.monitor.servos import (
     begin_filters,
@@ -16,6 +15,7 @@ from ftqp.kernel.monitor.servos import (
     residual,
     take_samples,
 )
+from ftqp.kernel.monitor.verdicts import arm_is_held, hold_arm, judge_joint, works
 
 MOVED = 0.01
 """An arm that was never seen beside its commands and was so fast [rad/s or m/s] is ideal."""
