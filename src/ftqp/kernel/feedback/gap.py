@@ -16,8 +16,9 @@ FILTER = 0.01
 """Time constant of the gap's low-pass filter [s]."""
 FULL_SPEED_TO = 0.6
 """Up to this gap the path runs at full speed; it stands at a gap of 1."""
-HELD_BACK = 4.0
-"""A command that is held back from its reference by a tenth of how far it may lead lets the path stand."""
+HELD_BACK = 0.5
+"""A command that is held back from its reference by 0.8 of how far it may lead lets the path stand: sooner,
+the others would rest before it is clear who does not follow."""
 RATE_TIME = 0.05
 """The rate approaches what is wanted with this time constant [s] ..."""
 FASTEST_FALL = 5.0

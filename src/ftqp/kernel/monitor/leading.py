@@ -16,6 +16,7 @@ from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, VIABILITY
 from ftqp.kernel.layout.thresholds import UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
+from ftqp.kernel.monitor.evidence import MOST_SHIFT
 from ftqp.kernel.monitor.servos import block_time, noise_of, variance
 from ftqp.kernel.rows.joint_intervals import narrow
 
@@ -25,7 +26,7 @@ OVERSHOOT = 0.08
 """Share of v_max w_n as which a joint may speed up: e times the overshoot of 3 % that it makes in the end."""
 SHOWS = 0.004
 """A command may always lead by what the joint goes at its limit in this time [s]: one that led by less would
-hide a fault, as what is learned of the droop would follow it."""
+hide a fault, as what is learned of the droop would follow it. Nor by less than what the evidence counts."""
 CATCHES_UP = 0.25
 """Beside its speed a joint catches up with this share of its limit."""
 BACK = 0.5
@@ -52,7 +53,7 @@ def aim(K: Any, i: int) -> None:
     phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = speed, 0.0, 1.0, 1.0, M.weight[i], 0.0
     room = (max(theta[0], 0.0) + K.state.dt) * speed + max(theta[1], 0.0) * K.limits.a_max[i]
     room += sqrt(variance(P, phi, 0)) + max(theta[2], 0.0) + 4.0 * sqrt(noise_of(K, i) / M.every)
-    M.room[i] = max(room, SHOWS * top)
+    M.room[i] = max(room, SHOWS * top, MOST_SHIFT * sqrt(M.S[i]))
 
 
 @part_jit

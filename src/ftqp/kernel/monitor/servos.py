@@ -200,10 +200,11 @@ def learn_servo(K: Any, i: int) -> None:
         theta[r] += share * gain[r] * M.r[i]
         for c in range(SERVO):
             P[r, c] -= share * gain[r] * gain[c]
-    for r in range(SERVO):
-        most = SERVO_PRIOR[r]
-        P[r, r] = min(P[r, r] + DRIFT[r] * DRIFT[r] * v * block, most * most)
-    P[3, 3] = min(P[3, 3] + CREEP * CREEP * block, SERVO_PRIOR[3] * SERVO_PRIOR[3])
+    if M.G[i] == 0.0:  # of a joint that is suspected nothing drifts, or its droop would take the fault
+        for r in range(SERVO):
+            most = SERVO_PRIOR[r]
+            P[r, r] = min(P[r, r] + DRIFT[r] * DRIFT[r] * v * block, most * most)
+        P[3, 3] = min(P[3, 3] + CREEP * CREEP * block, SERVO_PRIOR[3] * SERVO_PRIOR[3])
     if M.act[i] > 0.05:  # 5 % of the looks at a healthy joint are beyond two standard deviations
         beyond = 1.0 if abs(M.r[i]) > 2.0 * sqrt(M.spread[i]) else 0.0
         change = (0.02 + 0.1 / (1.0 + M.way[i])) * (beyond - 0.05)

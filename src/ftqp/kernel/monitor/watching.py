@@ -19,6 +19,8 @@ from ftqp.kernel.monitor.verdicts import arm_is_held, hold_arm, judge_joint, wor
 
 MOVED = 0.01
 """An arm that was never seen beside its commands and was so fast [rad/s or m/s] is ideal."""
+LET_GO = 0.1
+"""A joint of an arm that was let go is not judged for so long [s] and four times its lag."""
 SETTLES = 3.0
 """After so many time constants of the filters what did not come is forgotten: they have three poles."""
 
@@ -83,6 +85,8 @@ def watch_servos(K: Any, first: bool) -> None:
     for i in range(n):
         if K.feedback.bad[i]:
             M.blind[i] = int(SETTLES / (M.w * K.state.dt)) + 1
+        elif K.held.on:  # once it is let go its servo has to come to rest
+            M.blind[i] = int((LET_GO + 4.0 * max(M.theta[i, 0], 0.0)) / K.state.dt)
         elif M.blind[i] > 0:
             M.blind[i] -= 1
     M.count = M.count + 1 if M.count + 1 < M.every else 0
