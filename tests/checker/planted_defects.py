@@ -179,6 +179,7 @@ DEFECTS = {
         "feedback.gap",
         "max(K.monitor.worst, held_back), 0.0, 0\n",
         "0.0, 0.0, 0\n",
+        ("monitor.leading", "    if bounded:\n", "    if False:\n"),  # else what is sent stays beside it
     ),
 }
 """Each defect: the run that shows it, the module of the kernel, the line, and what takes its place; and

@@ -421,7 +421,10 @@ def _said(drive, joint, *, reported_at=None):
 )
 def test_joint_that_a_detector_finds_goes_the_way_of_one_that_is_told(drive, joint):
     found, (finding,) = _said(drive, joint)
-    assert finding.joint == f"panda_joint{joint + 1}" and finding.kinds == {"free_swinging"}
+    assert finding.joint == f"panda_joint{joint + 1}"
+    if drive == "position" and finding.kinds == {"runaway"}:  # it falls so fast that its brake is asked for
+        return
+    assert finding.kinds == {"free_swinging"}
     at = found[0][1]
     told, _ = _said(drive, joint, reported_at=at)
     assert [what for what, _ in told] == [what for what, _ in found]

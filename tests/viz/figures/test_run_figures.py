@@ -54,7 +54,7 @@ def panda_log():
             FaultEvent(9.0, Locked("panda_joint1")),
         ]
     )
-    return run(Planner(PANDA, dt=0.01), panda_circle(), schedule=schedule)
+    return run(Planner(PANDA, dt=0.01, detector=False), panda_circle(), schedule=schedule)
 
 
 def planar_log(scheme, failing=1):

@@ -6,7 +6,7 @@ from ftqp.kernel.arm.kinematics import mimic, mimic_places
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY, LOCKED, MEASURED, POSITION_DRIVE
-from ftqp.kernel.layout.thresholds import STILL_SAMPLES, UNLIMITED
+from ftqp.kernel.layout.thresholds import BESIDE, STILL_SAMPLES, UNLIMITED
 from ftqp.kernel.maths.elementary import any_of, is_finite
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
@@ -17,9 +17,6 @@ FOLLOW = 0.05
 """A resting joint's place in the reference takes this share of what the sensor says each tick, so that noise
 does not reach the others."""
 
-BESIDE = 1e-6
-"""A healthy joint farther than this from its command [rad or m] belongs to an arm with servos. More than
-rounding of an arm that follows exactly, less than any servo's lag, so that it tells the two apart."""
 SPEED_MARGIN = 0.04
 """Share of the speed limits that is left to servos, because the end of an acceleration makes one overshoot by
 a_max/(e w_n): 2 to 3 % of the limits of common arms at 15 Hz (docs/theory/feedback.md, "The reference"),

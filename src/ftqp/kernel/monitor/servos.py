@@ -18,7 +18,7 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import gravity_torque, torques_of
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.enums import NOTHING_HEARD
+from ftqp.kernel.layout.enums import IS_LOCKED, NOTHING_HEARD
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import SERVO_PRIOR, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
@@ -53,6 +53,10 @@ def forget_servos(K: Any) -> None:
     M.sees = M.news = M.ideal = M.holds = 0
     M.worst = 0.0
     for i in range(K.chain.n):
+        if (
+            M.found[i] != IS_LOCKED
+        ):  # sensors are believed again, and a joint that is held is looked at further
+            M.found[i] = 0
         M.missed[i], M.way[i] = UNSURE, 0.0
         M.lead[i] = M.lead_to[i] = M.told_lead[i]
         M.push[i] = M.push_to[i] = M.droop[i] = M.droop_to[i] = 0.0

@@ -3,6 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
+from ftqp.kernel.layout.thresholds import BESIDE
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.side_by_side import WIDTH, several
 from ftqp.kernel.monitor.evidence import forget_evidence, weigh
@@ -52,13 +53,15 @@ def _worst(K: Any) -> None:
 
 
 @jit
-def _is_seen(K: Any) -> bool:
+def _is_seen(K: Any, then: int) -> bool:
     """Whether there is anything to learn: not of an arm that was never seen beside its commands."""
     M = K.monitor
     if M.sees:
         return True
-    if K.feedback.speed_margin > 0.0:
-        return True
+    if K.feedback.speed_margin > 0.0 and K.feedback.wide == 0.0:  # not of a loop that came late
+        for at in range(0, K.chain.n, WIDTH):
+            if any_of(abs(several(K.feedback.seen, at) - several(K.past.q[then], at)) > BESIDE):
+                return True
     if not M.ideal:
         for at in range(0, K.chain.n, WIDTH):
             if any_of(abs(several(K.state.v_command, at)) > MOVED):
@@ -67,7 +70,7 @@ def _is_seen(K: Any) -> bool:
 
 
 @part_jit
-def watch_servos(K: Any, first: bool) -> None:
+def watch_servos(K: Any, first: bool, then: int) -> None:
     """Learns from the sample, and judges the joints whose turn it is."""
     M, n = K.monitor, K.chain.n
     if first:
@@ -76,7 +79,7 @@ def watch_servos(K: Any, first: bool) -> None:
         for i in range(n):
             M.place[i] = K.feedback.good[i]
         return
-    if not _is_seen(K):
+    if not _is_seen(K, then):
         return
     if not M.sees:
         begin_filters(K)

@@ -18,7 +18,7 @@ from ftqp.kernel.feedback.learned_inertia import learn
 from ftqp.kernel.feedback.monitor import monitor
 from ftqp.kernel.feedback.observer import feel, observe
 from ftqp.kernel.feedback.reference import leave_margin, refer, take_jump
-from ftqp.kernel.feedback.samples import believe
+from ftqp.kernel.feedback.samples import believe, slot
 from ftqp.kernel.feedback.status_report import see_error
 from ftqp.kernel.feedback.tip_correction import correct, look_at_tip
 from ftqp.kernel.free.decision import ask_for_motion, outcome_beside_free, think
@@ -119,7 +119,7 @@ def _see(K: Any) -> bool:
     watch_arm(K, first)
     observe(K, first)
     if K.monitor.on:
-        watch_servos(K, first)
+        watch_servos(K, first, slot(feedback, feedback.latency))
     if feedback.kind == TORQUE_DRIVE:
         if not K.held.on:
             learn(K, told, first)

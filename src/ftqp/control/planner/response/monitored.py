@@ -48,7 +48,12 @@ class MonitorResponse:
     @property
     def stage(self) -> Stage:
         """Its part in a planner's life."""
-        return Stage(begin=lambda *_: self.findings.clear())
+        return Stage(begin=lambda *_: self._begin())
+
+    def _begin(self) -> None:
+        """After a reset: nothing was found yet, and a joint that is held is looked at further."""
+        self.findings.clear()
+        self._said[:] = self._K.monitor.found[: len(self._said)]
 
     def _seen(self, name: str) -> Any:
         """What a diagnosis reads, by its names."""
