@@ -132,21 +132,6 @@ def out_of_reach():
     return robot, run(robot, path, 80, planner=planner)
 
 
-def stuck_joint():
-    """An arm with servos, one joint of which sticks, and nobody says so."""
-    robot = ftqp.robots.load("planar", count=4)
-    path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.15, duration=3.0)
-    task = ftqp.Task(tolerance=0.5, rotation_tolerance=3.0)
-    planner = ftqp.Planner(robot, 0.005, drive="position", task=task, detector=False)
-
-    def obeys(t, before, q, v):
-        q[1], v[1] = (before[1], 0.0) if t >= 0.25 else (q[1], v[1])
-        return q, v
-
-    stuck = Failure(joint=1, kind="locked", since=0.25, told=NEVER, jumps=True)
-    return robot, run(robot, path, 220, planner=planner, obeys=obeys, failures=[stuck])
-
-
 DEFECTS = {
     "clamp off": (
         too_fast,
@@ -173,13 +158,6 @@ DEFECTS = {
         "judge.fallback_cascade",
         "        if code != QP_READY and code != SOLVE:\n            return code\n",
         "        if code != QP_READY and code != SOLVE:\n            return 0\n",
-    ),
-    "evidence unheard": (
-        stuck_joint,
-        "feedback.gap",
-        "max(K.monitor.worst, held_back), 0.0, 0\n",
-        "0.0, 0.0, 0\n",
-        ("monitor.leading", "    if bounded:\n", "    if False:\n"),  # else what is sent stays beside it
     ),
 }
 """Each defect: the run that shows it, the module of the kernel, the line, and what takes its place; and

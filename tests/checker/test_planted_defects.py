@@ -13,7 +13,6 @@ SHOWN_BY = {
     "a locked column kept": "tracking",
     "viability off": "braking",
     "status forced to OK": "honesty",
-    "evidence unheard": "obedience",
 }
 
 

@@ -88,7 +88,7 @@ def test_fault_that_is_never_told_shows_in_the_error(panda, path):
     results = {}
     for announced in (None, "never"):
         plant = KinematicPlant(panda, DT)
-        planner = Planner(panda, dt=DT, emergency=None)
+        planner = Planner(panda, dt=DT, emergency=None, detector=False)
         schedule = Schedule([FaultEvent(AT, Locked("panda_joint3"), announced)])
         Simulation(planner, path, q=panda.neutral, schedule=schedule, plant=plant).run()
         results[announced] = np.linalg.norm((panda.pose(plant.q) - path.sample(path.duration).pose[0])[:3, 3])

@@ -24,9 +24,13 @@ BLENDS = 4.0
 """What is believed comes into the command over so many looks: nothing that is believed switches."""
 OVERSHOOT = 0.08
 """Share of v_max w_n as which a joint may speed up: e times the overshoot of 3 % that it makes in the end."""
-SHOWS = 0.004
+LAGS, TOLD_LEAST = 2.0, 0.01
+"""A servo of a bandwidth w that was told lags by 2 v_max/w at most: no command leads it by more, nor need it
+lead by less than a joint goes in the second time [s]."""
+SHOWS, SHOWS_MOST = 0.004, 0.02
 """A command may always lead by what the joint goes at its limit in this time [s]: one that led by less would
-hide a fault, as what is learned of the droop would follow it. Nor by less than what the evidence counts."""
+hide a fault, as what is learned of the droop would follow it. Nor by less than what the
+evidence counts, up to the second time."""
 CATCHES_UP = 0.25
 """Beside its speed a joint catches up with this share of its limit."""
 BACK = 0.5
@@ -53,7 +57,10 @@ def aim(K: Any, i: int) -> None:
     phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = speed, 0.0, 1.0, 1.0, M.weight[i], 0.0
     room = (max(theta[0], 0.0) + K.state.dt) * speed + max(theta[1], 0.0) * K.limits.a_max[i]
     room += sqrt(variance(P, phi, 0)) + max(theta[2], 0.0) + 4.0 * sqrt(noise_of(K, i) / M.every)
-    M.room[i] = max(room, SHOWS * top, MOST_SHIFT * sqrt(M.S[i]))
+    room = max(room, SHOWS * top, min(MOST_SHIFT * sqrt(M.S[i]), SHOWS_MOST * top))
+    if K.feedback.servo < inf:
+        room = min(room, max(LAGS * top / K.feedback.servo, TOLD_LEAST * top))
+    M.room[i] = room
 
 
 @part_jit
