@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.kernel.feedback.gate import LONGEST
 from ftqp.kernel.layout.enums import FREE
 from ftqp.kernel.layout.record import ROOMS
+from ftqp.kernel.layout.thresholds import LONGEST
 
 PANDA = ftqp.robots.load("panda")
 LIMITS = PANDA.limits

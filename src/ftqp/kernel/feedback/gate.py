@@ -33,7 +33,7 @@ from ftqp.kernel.layout.enums import (
     VELOCITY_DRIVE,
     VIABILITY,
 )
-from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
+from ftqp.kernel.layout.thresholds import FASTEST, LONGEST, UNLIMITED
 from ftqp.kernel.maths.elementary import larger, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, put, several
 from ftqp.kernel.monitor.leading import keep_found
@@ -44,8 +44,6 @@ ROUNDING = 1e-9
 rounding, and far below what an encoder shows."""
 FARTHEST = ROUNDING * 2.0**52
 """Nothing turns or slides so far: of a place beyond, rounding alone is more than ``ROUNDING`` [rad or m]."""
-LONGEST = 0.25
-"""Positions are sent at most so far ahead of the reference [s]: the slowest servos lag by 0.12."""
 FULL = 0.999
 """Who brakes by this share of a_max brakes as hard as it can."""
 

@@ -85,3 +85,5 @@ SERVO_PRIOR: Final = (0.07, 0.004, 0.004, 0.05, 0.05, 0.05)
 BESIDE: Final = 1e-6
 """A healthy joint farther than this from its command [rad or m] belongs to an arm with servos. More than
 rounding of an arm that follows exactly, less than any servo's lag, so that it tells the two apart."""
+LONGEST: Final = 0.25
+"""Positions are sent at most so far ahead of the reference [s]: the slowest servos lag by 0.12."""

@@ -14,7 +14,7 @@ from typing import Any
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.maths.elementary import sqrt
-from ftqp.kernel.monitor.servos import GEAR, block_time, noise_of, variance
+from ftqp.kernel.monitor.servos import GEAR, noise_of, variance
 
 LEAST_SHIFT, MOST_SHIFT = 3.0, 8.0
 """Standard deviations of the shifts that are tested: below, learning takes them; above, all are clear."""
@@ -69,12 +69,6 @@ def stands(K: Any, i: int) -> bool:
     M = K.monitor
     room: float = 4.0 * sqrt(2.0 * noise_of(K, i) / M.every) + GEAR
     return bool(abs(M.means[0, i] - M.means[3, i]) < room)
-
-
-@jit
-def speed_counts(K: Any, i: int) -> bool:
-    """Whether joint i is fast enough that the torque of its motion tells."""
-    return bool(abs(K.monitor.v[i]) > 0.05) and block_time(K) > 0.0
 
 
 @jit

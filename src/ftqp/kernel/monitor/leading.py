@@ -14,7 +14,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, VIABILITY
-from ftqp.kernel.layout.thresholds import UNLIMITED
+from ftqp.kernel.layout.thresholds import LONGEST, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.monitor.evidence import MOST_SHIFT
 from ftqp.kernel.monitor.servos import block_time, noise_of, variance
@@ -108,11 +108,9 @@ def blend(K: Any) -> None:
 
 @jit
 def way_of(K: Any, i: int) -> float:
-    """How far the command of joint i may go in this tick, as a motion within its limits leads it."""
-    v, last = K.state.v_command[i], K.gate.v[i]
-    top = max(min(K.limits.v_max[i], UNLIMITED), abs(v), abs(last))
-    sooner = K.monitor.lead[i] * abs(v - last) + abs(K.monitor.push[i] * K.state.a_command[i])
-    return float(K.state.dt * top + sooner)
+    """How far what is sent to joint i may go in this tick; the gate lets no more through."""
+    top = max(min(K.limits.v_max[i], UNLIMITED), abs(K.state.v_command[i]), abs(K.gate.v[i]))
+    return float(K.state.dt * (top + LONGEST * K.limits.a_max[i]))
 
 
 @jit
@@ -129,9 +127,8 @@ def lead_joint(K: Any, i: int, bounded: bool) -> None:
         elif want < now - room:
             want = min(now - room, max(last, want))
         M.full = max(M.full, abs(want - asked) / room)
-    if M.sees:
-        way = way_of(K, i)
-        want = min(max(want, last - way), last + way)
+    way = way_of(K, i)
+    want = min(max(want, last - way), last + way)
     low, high = min(K.limits.q_min[i], q, last), max(K.limits.q_max[i], q, last)
     want = min(max(want, low), high)
     K.feedback.q_sent[i] = want

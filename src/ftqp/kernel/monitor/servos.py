@@ -53,9 +53,7 @@ def forget_servos(K: Any) -> None:
     M.sees = M.news = M.ideal = M.holds = 0
     M.worst = 0.0
     for i in range(K.chain.n):
-        if (
-            M.found[i] != IS_LOCKED
-        ):  # sensors are believed again, and a joint that is held is looked at further
+        if M.found[i] != IS_LOCKED:  # a joint that is held is looked at further; sensors are believed again
             M.found[i] = 0
         M.missed[i], M.way[i] = UNSURE, 0.0
         M.lead[i] = M.lead_to[i] = M.told_lead[i]
