@@ -66,4 +66,4 @@ def fill_monitor(K: Any, robot: Robot, dt: float, drive: Drive, lead: float, rat
     limits = np.where(np.isfinite(robot.limits.tau_max), robot.limits.tau_max, LEAST_TORQUE)
     M.unit[:n] = 1.0 / (WEIGHS * limits)
     M.told[:n], M.doubt[:n] = prior(drive, n, lead, drive.latency)
-    M.told_lead[:n] = M.lead[:n] = lead
+    M.told_lead[:n] = lead

@@ -103,7 +103,7 @@ def start(K: Any, given: Any, q: Any, v: Any) -> None:
     forget_servos(K)
     for i in range(K.chain.n):
         gate.q[i] = state.q_command[i] = state.q[i] = q[i]
-        gate.sent[i] = q[i] + K.monitor.lead[i] * v[i]
+        gate.sent[i] = q[i] + K.monitor.told_lead[i] * v[i]
         gate.v[i] = gate.speed[i] = state.v_command[i] = state.v[i] = v[i]
         state.a_command[i] = 0.0
         K.criteria.posture[i] = given.posture[i] if given.has_posture else q[i]

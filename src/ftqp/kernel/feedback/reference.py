@@ -87,7 +87,8 @@ def return_to_work(K: Any, i: int) -> None:
     v = min(max(gate.v[i], -top), top) if abs(gate.v[i]) > rest_speed(feedback) else 0.0
     gate.v[i] = state.v_command[i] = v
     if feedback.kind == POSITION_DRIVE:
-        q = place_of(limits, gate, i, gate.sent[i] - K.monitor.lead[i] * v - K.monitor.droop[i])
+        ahead = K.monitor.told_lead[i] * v + K.monitor.droop[i]
+        q = place_of(limits, gate, i, gate.sent[i] - ahead)
     else:
         good = feedback.bad[i] == 0 and is_finite(state.q[i])
         most, seen = (feedback.latency + 1) * state.dt * top, state.q[i] if good else gate.sent[i]

@@ -165,7 +165,9 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     found found_at  i8[N]  what was found, a set of kinds, and the tick
     counted  i8[N]  what of it the planner counts on
     place tell  f8[N]  where it stood then, and by how much more it is asked for
-    told_lead lead lead_to push push_to droop droop_to  f8[N]  by how much a command leads, now and soon
+    used  f8[N,SERVO]  what of it leads the command, which follows what is known slowly
+    told_lead droop  f8[N]  lag that was told [s], and by how much a joint that stands is led
+    unsure rotor  f8[N]  variance of what leads a command, and ``m`` as far as it is known [s2]
     room  f8[N]  how far ahead of a joint its command may be
     phi gain  f8[SERVO]  memory
 learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's model does not say.

@@ -1,11 +1,12 @@
 """What is sent to a servo so that the arm follows as if the servo did so at once, and how far it may lead.
 
-    u = q_r + c v_r + m a_r + b + s g
+    u = q_r + x,    x = c v_r + m a_r + b + s g
 
-What is uncertain counts by less, x^3/(x^2 + var x), beside what was told. The command never goes farther
-ahead of a joint than (c + dt) (|v| + v_max/4) + m a_max + sd(u) + f + 4 sigma: what lag explains, and what is
-caught up with within the speed limit. That holds the command back; it never draws it after a joint that falls
-away, for a servo that gives way lets it fall, and hides the fault.
+What is uncertain counts by less, x^3/(x^2 + var x), beside what was told. It counts as a whole: what its
+parts cannot be told apart by cancels in the sum, and would not if each counted by itself. The command never
+goes farther ahead of a joint than (c + dt) (|v| + v_max/4) + m a_max + sd(u) + f + 4 sigma: what lag
+explains, and what is caught up with within the speed limit. That holds the command back; it never draws it
+after a joint that falls away, for a servo that gives way lets it fall, and hides the fault.
 Source: docs/theory/monitor.md, "What is sent".
 """
 
@@ -14,6 +15,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, VIABILITY
+from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import LONGEST, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.monitor.evidence import MOST_SHIFT
@@ -47,14 +49,15 @@ def certain(x: float, var: float) -> float:
 def aim(K: Any, i: int) -> None:
     """How far joint i is to be led from now on, by what is known of it, and how far it may be."""
     M, theta, P = K.monitor, K.monitor.theta[i], K.monitor.P[i]
-    g = M.weight[i]
-    M.lead_to[i] = M.told_lead[i] + certain(theta[0] - M.told_lead[i], P[0, 0])
-    M.push_to[i] = max(certain(theta[1], 4.0 * P[1, 1]), 0.0)
-    M.droop_to[i] = certain(theta[3] + theta[4] * g, P[3, 3] + 2.0 * g * P[3, 4] + g * g * P[4, 4])
+    phi, g = M.phi, M.weight[i]
+    phi[0], phi[1], phi[2] = K.state.v_command[i], K.state.a_command[i], 0.0
+    phi[3], phi[4], phi[5] = 1.0, g, 0.0
+    M.unsure[i] = variance(P, phi, 0)
+    M.rotor[i] = max(certain(theta[1], 4.0 * P[1, 1]), 0.0)
+    M.droop[i] = certain(M.used[i, 3] + M.used[i, 4] * g, P[3, 3] + 2.0 * g * P[3, 4] + g * g * P[4, 4])
     top = min(K.limits.v_max[i], UNLIMITED)
     speed = min(top, max(abs(K.state.v_command[i]), M.peak_v[i]) + CATCHES_UP * top)
-    phi = M.phi
-    phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = speed, 0.0, 1.0, 1.0, M.weight[i], 0.0
+    phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = speed, 0.0, 1.0, 1.0, g, 0.0
     room = (max(theta[0], 0.0) + K.state.dt) * speed + max(theta[1], 0.0) * K.limits.a_max[i]
     room += sqrt(variance(P, phi, 0)) + max(theta[2], 0.0) + 4.0 * sqrt(noise_of(K, i) / M.every)
     room = max(room, SHOWS * top, min(MOST_SHIFT * sqrt(M.S[i]), SHOWS_MOST * top))
@@ -76,9 +79,9 @@ def speed_up_gently(K: Any) -> None:
     for k in range(K.faults.working):
         i = K.faults.order[k]
         a, top = limits.a_max[i], OVERSHOOT * limits.v_max[i]
-        if a * a * M.push[i] <= top * top:
+        if a * a * M.rotor[i] <= top * top:
             continue
-        a = top / sqrt(M.push[i])
+        a = top / sqrt(M.rotor[i])
         v = state.v[i]
         if state.level == ACCELERATION:
             low, high = -a, a
@@ -101,9 +104,8 @@ def blend(K: Any) -> None:
     M = K.monitor
     share = min(1.0, 1.0 / (BLENDS * M.every))
     for i in range(K.chain.n):
-        M.lead[i] += share * (M.lead_to[i] - M.lead[i])
-        M.push[i] += share * (M.push_to[i] - M.push[i])
-        M.droop[i] += share * (M.droop_to[i] - M.droop[i])
+        for r in range(SERVO):
+            M.used[i, r] += share * (M.theta[i, r] - M.used[i, r])
 
 
 @jit
@@ -118,7 +120,12 @@ def lead_joint(K: Any, i: int, bounded: bool) -> None:
     """What is sent to joint i, position and velocity."""
     M, state, last = K.monitor, K.state, K.gate.sent[i]
     q = state.q_command[i]
-    want = q + M.lead[i] * state.v_command[i] + M.push[i] * state.a_command[i] + M.droop[i]
+    told = M.told_lead[i] * state.v_command[i]
+    want = q + told
+    if M.sees:
+        use = M.used[i]
+        more = use[0] * state.v_command[i] - told + use[1] * state.a_command[i] + use[3]
+        want += certain(more + use[4] * M.weight[i], M.unsure[i])
     asked = want
     if bounded:
         now, room = seen_now(K, i), M.room[i]
@@ -135,7 +142,7 @@ def lead_joint(K: Any, i: int, bounded: bool) -> None:
     if M.sees:  # a speed that comes from another signal than the position would be a fault of its own
         K.feedback.v_sent[i] = (want - last) / state.dt
     else:
-        K.feedback.v_sent[i] += M.lead[i] * state.a_command[i]
+        K.feedback.v_sent[i] += M.told_lead[i] * state.a_command[i]
 
 
 @jit

@@ -56,11 +56,10 @@ def forget_servos(K: Any) -> None:
         if M.found[i] != IS_LOCKED:  # a joint that is held is looked at further; sensors are believed again
             M.found[i] = 0
         M.missed[i], M.way[i] = UNSURE, 0.0
-        M.lead[i] = M.lead_to[i] = M.told_lead[i]
-        M.push[i] = M.push_to[i] = M.droop[i] = M.droop_to[i] = 0.0
+        M.droop[i] = M.unsure[i] = M.rotor[i] = 0.0
         M.blind[i] = 0
         for r in range(SERVO):
-            M.theta[i, r] = M.safe[i, r] = M.told[i, r]
+            M.theta[i, r] = M.safe[i, r] = M.used[i, r] = M.told[i, r]
             for c in range(SERVO):
                 M.P[i, r, c] = M.safe_P[i, r, c] = 0.0
             M.P[i, r, r] = M.safe_P[i, r, r] = M.doubt[i, r] * M.doubt[i, r]
@@ -88,7 +87,7 @@ def begin_filters(K: Any) -> None:
         M.G[i] = M.G_lock[i] = M.G_free[i] = M.z_old[i] = 0.0
         if M.ideal:
             for r in range(SERVO):
-                M.theta[i, r] = 0.0
+                M.theta[i, r] = M.used[i, r] = 0.0
                 M.P[i, r, r] = IDEAL[r] * IDEAL[r]
             M.missed[i] = SUREST
 
