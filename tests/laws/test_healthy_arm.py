@@ -147,3 +147,16 @@ def test_a_finding_is_logged_in_a_sentence(caplog):
         Motion(PANDA, arm_of(PANDA, FAST, 63.0), FAST, 2.0, event=3)
     said = [record.getMessage() for record in caplog.records if PANDA.joints[3] in record.getMessage()]
     assert said and "does not move" in said[0]
+
+
+def test_settings_that_a_position_drive_does_without_are_named(caplog):
+    with caplog.at_level(logging.WARNING, logger="ftqp"):
+        started(PANDA, dt=FAST, detector=ftqp.Detector(probe_after=1.0, patience=0.1))
+        started(PANDA, dt=FAST, drive="velocity", detector=ftqp.Detector(probe_after=1.0))
+    (said,) = [record.getMessage() for record in caplog.records if "no effect" in record.getMessage()]
+    assert said.startswith("patience and probe_after of the detector have no effect on drive 'position'")
+
+
+def test_true_is_a_detector_on_every_drive():
+    for drive in ("position", "velocity"):
+        assert started(PANDA, dt=FAST, drive=drive, detector=True).diagnosis is not None

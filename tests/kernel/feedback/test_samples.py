@@ -34,7 +34,7 @@ class Arm:
         """One step with these samples; the arm's own where there are none."""
         self.target.position[1] += self.dt * self.speed
         step = self.planner.step(self.q if sample is None else sample, None, self.target, **given)
-        self.q, self.v = step.q.copy(), step.v.copy()
+        self.q, self.v = step.q.copy(), step.reference.v.copy()
         return step
 
     def off(self, joint, by):

@@ -1,5 +1,6 @@
 """What a planner was asked for: every argument checked, named things made, and what follows from them."""
 
+import logging
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +35,9 @@ from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.registry import backend as make_backend
 
 LEVELS = {level.name.lower(): level for level in Level}
+_LOG = logging.getLogger("ftqp")
+IDLE = ("bandwidths", "patience", "quantum", "calibration", "probe_after")
+"""Settings of a detector that a position drive does without."""
 SHORTEST = 1e-6
 """Sampling period of the fastest planner [s], by convention."""
 
@@ -150,6 +154,9 @@ def settled(
     intervals = bound_conversions.by_name(bounds)
     instance("emergency", emergency, EmergencyStop | None, "an ftqp.EmergencyStop or None")
     taken, noise = accepted_drive(robot, drive, noise)
+    detector = Detector() if detector is True else detector
+    if taken.kind == "position" and isinstance(detector, Detector):
+        _say_what_counts_for_nothing(detector)
     if taken.kind == "torque":
         robot.refuse_floating("drive 'torque' needs")
         warn_of_rotors(robot)
@@ -181,6 +188,18 @@ def settled(
         remember=remember, n_minus_one=n_minus_one, timing=timing,
         limits_torque=torque_limits and robot.has_inertia and bool(np.isfinite(robot.limits.tau_max).any()),
     )  # fmt: skip
+
+
+def _say_what_counts_for_nothing(detector: Detector) -> None:
+    """Warn of settings of a detector that a position drive does without."""
+    plain = Detector()
+    idle = [name for name in IDLE if getattr(detector, name) != getattr(plain, name)]
+    if idle:
+        _LOG.warning(
+            "%s of the detector %s no effect on drive 'position', whose servos are learned while the arm "
+            "moves; leave %s out",
+            " and ".join(idle), "has" if len(idle) == 1 else "have", "it" if len(idle) == 1 else "them",
+        )  # fmt: skip
 
 
 def _refuse_plan(scheme: Scheme | Resolver, criterion: Any, posture: FloatArray | None) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import dynamics, join
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.latches.settling import restore
+from ftqp.kernel.latches.settling import latch, restore
 from ftqp.kernel.layout.enums import (
     AS_TOLD,
     BRAKING,
@@ -19,6 +19,7 @@ from ftqp.kernel.layout.enums import (
     LOCKED,
     MAKE_UP,
     MEASURED,
+    STOPPED_BY_SECOND_FREE,
     TORQUE_DRIVE,
     VELOCITY,
 )
@@ -171,9 +172,13 @@ def believe_found(K: Any, given: Any) -> None:
         if (found == IS_LOCKED or found == IS_RUNAWAY) and code == HEALTHY:
             K.faults.lock_rate[i] = LOCK_SHARE * given.a_max[i]
             K.faults.code[i] = BRAKING
-        elif found == IS_FREE and code == HEALTHY:
-            K.faults.code[i] = MEASURED
-            K.faults.friction[i], K.faults.coulomb[i] = 0.0, given.coulomb[i]
+        elif found == IS_FREE and code == HEALTHY and K.monitor.counted[i] == 0:
+            if K.faults.working < K.chain.n:  # as planner.report does not believe it, either
+                if K.watch.latched == 0:
+                    latch(K.watch, STOPPED_BY_SECOND_FREE)
+            else:
+                K.faults.code[i] = MEASURED
+                K.faults.friction[i], K.faults.coulomb[i] = 0.0, given.coulomb[i]
         elif found == 0 and K.monitor.counted[i] != 0:
             K.faults.code[i] = HEALTHY
         K.monitor.counted[i] = found

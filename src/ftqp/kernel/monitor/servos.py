@@ -201,7 +201,7 @@ def learn_servo(K: Any, i: int) -> None:
         theta[r] += share * gain[r] * M.r[i]
         for c in range(SERVO):
             P[r, c] -= share * gain[r] * gain[c]
-    if M.G[i] == 0.0:  # of a joint that is suspected nothing drifts, or its droop would take the fault
+    if M.G[i] == 0.0 or M.rests[i] == 0:  # else the droop of a joint that is held would take the fault
         for r in range(SERVO):
             most = SERVO_PRIOR[r]
             P[r, r] = min(P[r, r] + DRIFT[r] * DRIFT[r] * v * block, most * most)
