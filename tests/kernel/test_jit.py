@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 
 import ftqp
 from ftqp.kernel.compiled.library import level
+from ftqp.kernel.entry.session import bound
 from ftqp.kernel.jit import COMPILED, exact_jit, jit
 
 SOURCE = Path(ftqp.__file__).parent.parent
@@ -76,6 +78,15 @@ def run(code, before="", **environment):
     )
     assert result.returncode == 0, result.stderr
     return json.loads(result.stdout.splitlines()[-1])
+
+
+def test_what_an_entry_point_is_bound_to_lives_as_long_as_the_call():
+    given = np.zeros(29)
+    array, call = weakref.ref(given), bound("write_target", given)
+    del given
+    assert array() is not None
+    del call
+    assert array() is None
 
 
 @built_only

@@ -87,7 +87,7 @@ class Draft:
         return found
 
 
-def write_call(changes: Sequence[tuple[Any, Any]]) -> tuple[Call, Any]:
-    """The compiled call that writes arrays into others, and the table that it reads, to be kept till then."""
+def write_call(changes: Sequence[tuple[Any, Any]]) -> Call:
+    """The compiled call that writes arrays into others; the arrays are to be kept till then."""
     table = np.array([(to.ctypes.data, of.ctypes.data, of.nbytes // WORD) for to, of in changes])
-    return bound("write_together", table, len(table)), table
+    return bound("write_together", table, len(table))

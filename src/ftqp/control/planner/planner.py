@@ -633,7 +633,7 @@ class Planner:
             after = replace(change(before), number=next(NUMBERS), then=then)
             draft = Draft.taken(self._parts.arm)
             changes = self._worked_out(before, after, draft)
-            write, _table = write_call(changes)
+            write = write_call(changes)
             self._known[after.number] = after
             self._begin = None  # until its parts have followed, steps look at what the planner was told
             # as one expression: no signal handler comes between the look and the call

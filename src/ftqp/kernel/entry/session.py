@@ -36,9 +36,11 @@ def rooms(memory: Any) -> Any:
 def bound(name: str, *things: Any) -> Call:
     """An entry point with its first arguments given: numbers as they are, arrays by their address, None as 0.
 
-    The caller keeps the arrays alive as long as it may call.
+    The arrays live as long as the call does; those whose addresses stand in a record are the caller's to keep.
     """
-    return partial(load(ENTRIES[name]), *map(_number, things))
+    call = partial(load(ENTRIES[name]), *map(_number, things))
+    vars(call)["things"] = things
+    return call
 
 
 def _number(thing: Any) -> int:
