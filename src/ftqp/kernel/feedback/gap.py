@@ -76,7 +76,8 @@ def measure_gap(K: Any) -> None:
     feedback.gap = 0.0
     if K.monitor.on and not feedback.has_tip:
         held_back = FULL_SPEED_TO + HELD_BACK * K.monitor.full if K.monitor.full > 0.0 else 0.0
-        feedback.gap, feedback.tip_gap, feedback.far = max(K.monitor.worst, held_back), 0.0, 0
+        silent = 1.0 if feedback.silent > feedback.patience else 0.0
+        feedback.gap, feedback.tip_gap, feedback.far = max(K.monitor.worst, held_back, silent), 0.0, 0
         feedback.culprit = K.monitor.suspect
         lasts(K.state, feedback, LAGS, 0, feedback.gap > 1.0)
         return

@@ -1,6 +1,6 @@
 """Each joint's measured position is accepted, or gives way to what is expected."""
 
-from math import inf
+from math import inf, nan, pi
 from typing import Any
 
 from ftqp.kernel.feedback.lasting import drop
@@ -28,7 +28,7 @@ from ftqp.kernel.layout.enums import (
     TORQUE_DRIVE,
 )
 from ftqp.kernel.layout.thresholds import FASTEST
-from ftqp.kernel.maths.elementary import any_of, has_last_row, is_finite, larger
+from ftqp.kernel.maths.elementary import any_of, has_last_row, is_finite, larger, whole_turns
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, several
 
 SPEED_SHARE = 1.3
@@ -48,6 +48,9 @@ NEAR_END = 5e-3
 """... and to be so near to it [rad or m], beside what it goes in two ticks."""
 RECOVERY = 0.2
 """A good sample takes back this share of what a bad one costs."""
+SILENCE = 1.0
+"""For so long [s] an arm waits for samples when none of its joints says a number: that is the line, and no
+sensor's fault."""
 
 
 @jit
@@ -71,7 +74,9 @@ def begin(K: Any) -> None:
     feedback.now = 0
     feedback.refused = feedback.holding = feedback.exact = feedback.lagging = feedback.far = 0
     feedback.gap = feedback.rate_change = feedback.late = feedback.up = 0.0
-    feedback.wide = feedback.thrown = feedback.gap_filtered = feedback.waited = feedback.spent_elsewhere = 0.0
+    feedback.silent = feedback.wide = feedback.thrown = feedback.gap_filtered = feedback.waited = (
+        feedback.spent_elsewhere
+    ) = 0.0
     feedback.rate = 1.0
     feedback.speed_margin = 0.0
     feedback.quiet = feedback.unresponsive_count = feedback.heard = 0
@@ -83,6 +88,7 @@ def begin(K: Any) -> None:
     for i in range(n):
         q, v = state.q_command[i], state.v_command[i]
         at = q if anew or not is_finite(state.q[i]) else state.q[i]
+        feedback.angle[i] = nan
         feedback.seen[i] = feedback.good[i] = feedback.q_hat[i] = feedback.q_now[i] = at
         feedback.v_hat[i] = feedback.v_now[i] = feedback.v_sent[i] = v
         feedback.d_hat[i] = feedback.d_slow[i] = 0.0
@@ -172,6 +178,32 @@ def _struck(K: Any) -> bool:
     return False
 
 
+@rare_jit
+def _unwind(K: Any) -> None:
+    """Samples to the turn of those before, and for how long all joints have been silent.
+
+    Sensors begin anew after a turn; what is off by one at the first sample after a reset is somewhere else.
+    """
+    state, feedback, heard = K.state, K.feedback, False
+    for i in range(K.chain.n):
+        if not is_finite(state.q[i]):
+            continue
+        heard = True
+        if not K.chain.prismatic[i]:
+            state.q[i] -= 2.0 * pi * whole_turns(state.q[i] - feedback.angle[i])
+        feedback.angle[i] = state.q[i]
+    if heard or not K.monitor.on or state.unusable == NOTHING_HEARD:
+        feedback.silent = 0.0
+    else:
+        feedback.silent += state.dt
+
+
+@jit
+def _unless_silent(feedback: Any) -> float:
+    """What a sample that cannot be used costs of patience: nothing for a while where none came at all."""
+    return 0.0 if 0.0 < feedback.silent < SILENCE else 1.0
+
+
 @jit
 def _cost(K: Any, i: int, possible: bool) -> float:
     """What the sample of joint i costs of patience, as a share of a tick: 0 where it is good.
@@ -183,7 +215,7 @@ def _cost(K: Any, i: int, possible: bool) -> float:
         feedback.lost[i] = 0
         feedback.spent[i] = 0.0
     if feedback.lost[i] != 0 or not possible:
-        return 1.0
+        return _unless_silent(feedback)
     if feedback.held[i] == FROZEN:
         return 1.0 if feedback.sigma > 0.0 or never_repeats(feedback, i) else IN_DOUBT
     return 0.0
@@ -211,9 +243,10 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
         look_at_repeats(state, K.limits, feedback, i, sample, v)
     cost = _cost(K, i, possible)
     held = feedback.held[i] == LOOKED_THROUGH
-    feedback.bad[i] = 1 if cost > 0.0 or held else 0
+    bad = cost > 0.0 or feedback.silent > 0.0
+    feedback.bad[i] = 1 if bad or held else 0
     feedback.spent[i] = _spend(state, K.watch, feedback, feedback.spent[i], cost)
-    if feedback.bad[i] == 0 or (cost == 0.0 and feedback.kind != TORQUE_DRIVE):
+    if feedback.bad[i] == 0 or (not bad and feedback.kind != TORQUE_DRIVE):
         feedback.seen[i] = feedback.good[i] = sample
         feedback.offset[i] = sample - past.q[then, i]
         feedback.age[i] = 0
@@ -222,7 +255,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
         feedback.seen[i] = past.q[then, i] + off
     if held:
         feedback.holding += 1
-    elif cost > 0.0:
+    elif bad:
         feedback.refused += 1
         if feedback.spent[i] > feedback.patience + 0.5 * state.dt:
             feedback.lost[i] = 1
@@ -282,6 +315,13 @@ def believe(K: Any) -> None:
     elsewhere = _drop_broken_tip(K.task) or state.unusable == NOT_FINITE
     together = feedback.sigma == 0.0 and faults.movable == faults.working  # noise: frozen sensors are counted
     together = together and state.unusable != NOTHING_HEARD
+    for at in range(0, n, WIDTH):
+        sample = several(state.q, at)
+        if not all_of(abs(sample - several(feedback.angle, at)) <= pi):
+            _unwind(K)
+            break
+        put(feedback.angle, at, sample)
+        feedback.silent = 0.0
     for at in range(0, K.chain.n, WIDTH):
         put(past.q[now], at, several(state.q_command, at))
         put(past.v[now], at, several(state.v_command, at))
@@ -291,7 +331,7 @@ def believe(K: Any) -> None:
             for i in range(at, min(at + WIDTH, n)):
                 _believe_joint(K, i, then)
     feedback.spent_elsewhere = _spend(
-        state, K.watch, feedback, feedback.spent_elsewhere, 1.0 if elsewhere else 0.0
+        state, K.watch, feedback, feedback.spent_elsewhere, _unless_silent(feedback) if elsewhere else 0.0
     )
     if elsewhere:
         feedback.refused += 1

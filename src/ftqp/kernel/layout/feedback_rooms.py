@@ -51,12 +51,14 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed  f8
     waited spent_elsewhere  f8
     speed_margin  f8  share of the speed limits that is left to servos
+    silent  f8  for how long no sensor has said a number [s]
     wide  f8  for how long samples may still be far off, after an impact or a late loop
     thrown  f8  the same after an impact alone
     strongest  f8  push at the tip as a share of the torque limits
     c c_rate  f8[6]  displacement of the target
     push  f8[6]  what the displacement feeds forward
     off left  f8[6]  measured tip less that of the reference, and their sum
+    angle  f8[N]  samples that were numbers, to the turn of those before
     seen  f8[N]  samples as believed
     good  f8[N]  last good ones, ``age`` ticks old, ``offset`` from the reference
     raw  f8[N]  what was measured last, ``same`` times in a row more, while the reference went ``moved``
@@ -136,6 +138,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     every count  i8  ticks from one look at a joint to the next, and since the last one at joint 0
     news  i8  ``found`` has changed
     holds  i8  all joints stand though they should not, which is one cause
+    settles  i8  ticks until an arm that was switched on is judged: first it goes where its load draws it
     suspect  i8  the joint that most speaks against
     pole w D  f8  of the filters, their corner [1/s], and the gain of their differences [1/s]
     decay  f8  of motion that was asked for, from one look to the next

@@ -4,13 +4,17 @@ In compiled code they take a float64 or eight in a vector register, in plain Pyt
 """
 
 import math
-from math import inf
+from math import inf, pi
 from typing import Any
 
 import numpy as np
 
 from ftqp.core.pose import ORTHONORMAL_TOLERANCE
 from ftqp.kernel.jit import COMPILED, carray, jit, pointer
+
+MOST_TURNS = 1e9
+"""An angle of more turns is none: no encoder tells it. Rounding alone makes 1e-6 rad of a larger one, so that
+its sine is none."""
 
 
 def sqrt(x: Any) -> Any:
@@ -62,6 +66,13 @@ def is_finite(x: float) -> bool:
 
 
 _FLOAT = np.dtype(np.float64)
+
+
+@jit
+def whole_turns(angle: float) -> float:
+    """How many whole turns an angle is off, so that at most half a turn is left; 0 for what is no angle."""
+    turns = angle / (2.0 * pi)
+    return float(int(turns + (0.5 if turns >= 0.0 else -0.5))) if abs(turns) < MOST_TURNS else 0.0
 
 
 @jit

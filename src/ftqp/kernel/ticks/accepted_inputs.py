@@ -19,12 +19,8 @@ from ftqp.kernel.layout.enums import (
     WRONG_SHAPE,
 )
 from ftqp.kernel.layout.thresholds import MOST_ROWS
-from ftqp.kernel.maths.elementary import has_last_row, is_finite, is_rotation
+from ftqp.kernel.maths.elementary import has_last_row, is_finite, is_rotation, whole_turns
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, several
-
-MOST_TURNS = 1e9
-"""An angle of more turns is none: no encoder tells it. Rounding alone makes 1e-6 rad of a larger one, so that
-its sine is none."""
 
 
 @jit
@@ -81,13 +77,6 @@ def target_mistake(task: Any) -> int:
         if task.uses_rotation:
             return NO_ROTATION
     return 0
-
-
-@jit
-def whole_turns(angle: float) -> float:
-    """How many whole turns an angle is off, so that at most half a turn is left; 0 for what is no angle."""
-    turns = angle / (2.0 * pi)
-    return float(int(turns + (0.5 if turns >= 0.0 else -0.5))) if abs(turns) < MOST_TURNS else 0.0
 
 
 @jit
