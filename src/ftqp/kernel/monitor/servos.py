@@ -36,6 +36,9 @@ SLOW = 0.02
 UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
 """Of the motion of a healthy joint the model misses so much [s] before anything was learned, and between
 these."""
+SETTLES, LAGS_TO_SETTLE = 0.1, 4.0
+"""A joint of an arm that was switched on or let go is not judged for so long [s], and so many times what it
+may lag: it goes where its load draws it."""
 TAUGHT = 3.0
 """A residual teaches as if it were so many standard deviations at most."""
 
@@ -65,12 +68,19 @@ def forget_servos(K: Any) -> None:
             M.P[i, r, r] = M.safe_P[i, r, r] = M.doubt[i, r] * M.doubt[i, r]
 
 
+@jit
+def ticks_to_settle(K: Any, i: int) -> int:
+    """For how many ticks joint i is not judged once its servo begins."""
+    lag = max(K.monitor.theta[i, 0], 0.0) + sqrt(K.monitor.P[i, 0, 0])
+    return int((SETTLES + LAGS_TO_SETTLE * lag) / K.state.dt)
+
+
 @rare_jit
 def begin_filters(K: Any) -> None:
     """The first sample of an arm that does not follow to the last bit: it has stood until now."""
     M = K.monitor
     M.sees = 1
-    M.count = 0
+    M.count = M.settles = 0
     for i in range(K.chain.n):
         y = K.feedback.good[i]
         u = K.gate.sent[i]
@@ -78,6 +88,8 @@ def begin_filters(K: Any) -> None:
         M.u[i] = u
         M.total[i] = M.act[i] = M.weight[i] = M.inertia[i] = M.r[i] = M.S[i] = 0.0
         M.rests[i] = M.blind[i] = 0
+        if not M.ideal:
+            M.settles = max(M.settles, ticks_to_settle(K, i))
         M.room[i] = UNLIMITED  # until it is looked at
         for k in range(3):
             M.u_f[k, i], M.y_f[k, i] = u, y
@@ -180,8 +192,9 @@ def residual(K: Any, i: int) -> None:
     spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
     if abs(v) < SLOW:
         spread += theta[2] * theta[2] + M.P[i, 2, 2]
-    phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])  # what was asked for, not how a joint falls
-    phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
+    if M.settles == 0:  # what was asked for, not how a joint falls
+        phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])
+        phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
     M.r[i], M.spread[i] = r, spread
     M.S[i] = spread + variance(M.P[i], phi, 0)
     M.z[i] = r / sqrt(M.S[i])
@@ -203,9 +216,9 @@ def learn_servo(K: Any, i: int) -> None:
             P[r, c] -= share * gain[r] * gain[c]
     if M.G[i] == 0.0 or M.rests[i] == 0:  # else the droop of a joint that is held would take the fault
         for r in range(SERVO):
-            most = SERVO_PRIOR[r]
-            P[r, r] = min(P[r, r] + DRIFT[r] * DRIFT[r] * v * block, most * most)
-        P[3, 3] = min(P[3, 3] + CREEP * CREEP * block, SERVO_PRIOR[3] * SERVO_PRIOR[3])
+            drift = DRIFT[r] * DRIFT[r] * v * block + (CREEP * CREEP * block if r == 3 else 0.0)
+            most = SERVO_PRIOR[r] * SERVO_PRIOR[r]
+            P[r, r] = max(P[r, r], min(P[r, r] + drift, most))  # never less: what was told may be less sure
     if M.act[i] > 0.05:  # 5 % of the looks at a healthy joint are beyond two standard deviations
         beyond = 1.0 if abs(M.r[i]) > 2.0 * sqrt(M.spread[i]) else 0.0
         change = (0.02 + 0.1 / (1.0 + M.way[i])) * (beyond - 0.05)

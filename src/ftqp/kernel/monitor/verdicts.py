@@ -210,7 +210,7 @@ def judge_joint(K: Any, i: int) -> None:
     """What the table says of joint i after a look."""
     M = K.monitor
     M.rests[i] = 1 if stands(K, i) else 0
-    if not M.names:
+    if not M.names or M.settles > 0:
         return
     if works(K, i):
         judge(K, i)

@@ -15,14 +15,13 @@ from ftqp.kernel.monitor.servos import (
     observe_joint,
     residual,
     take_samples,
+    ticks_to_settle,
 )
 from ftqp.kernel.monitor.verdicts import arm_is_held, hold_arm, judge_joint, works
 
 MOVED = 0.01
 """An arm that was never seen beside its commands and was so fast [rad/s or m/s] is ideal."""
-LET_GO = 0.1
-"""A joint of an arm that was let go is not judged for so long [s] and four times its lag."""
-SETTLES = 3.0
+FORGETS = 3.0
 """After so many time constants of the filters what did not come is forgotten: they have three poles."""
 
 
@@ -58,10 +57,11 @@ def _is_seen(K: Any, then: int) -> bool:
     M = K.monitor
     if M.sees:
         return True
-    if K.feedback.speed_margin > 0.0 and K.feedback.wide == 0.0:  # not of a loop that came late
-        for at in range(0, K.chain.n, WIDTH):
-            if any_of(abs(several(K.feedback.seen, at) - several(K.past.q[then], at)) > BESIDE):
-                return True
+    if K.feedback.wide > 0.0:  # of a loop that came late
+        return False
+    for at in range(0, K.chain.n, WIDTH):
+        if any_of(abs(several(K.feedback.seen, at) - several(K.past.q[then], at)) > BESIDE):
+            return bool(K.feedback.speed_margin > 0.0)
     if not M.ideal:
         for at in range(0, K.chain.n, WIDTH):
             if any_of(abs(several(K.state.v_command, at)) > MOVED):
@@ -85,11 +85,12 @@ def watch_servos(K: Any, first: bool, then: int) -> None:
         begin_filters(K)
         return
     take_samples(K)
+    M.settles = max(M.settles - 1, 0)
     for i in range(n):
         if K.feedback.bad[i]:
-            M.blind[i] = int(SETTLES / (M.w * K.state.dt)) + 1
+            M.blind[i] = int(FORGETS / (M.w * K.state.dt)) + 1
         elif K.held.on:  # once it is let go its servo has to come to rest
-            M.blind[i] = int((LET_GO + 4.0 * max(M.theta[i, 0], 0.0)) / K.state.dt)
+            M.blind[i] = ticks_to_settle(K, i)
         elif M.blind[i] > 0:
             M.blind[i] -= 1
     M.count = M.count + 1 if M.count + 1 < M.every else 0
