@@ -131,6 +131,61 @@ def test_a_bandwidth_that_is_stated_wrong_stops_nobody(times):
     assert motion.planner.stopped_because is None and not motion.planner.faults
 
 
+@pytest.mark.parametrize("dt", [FAST, SLOW])
+def test_an_arm_that_an_unknown_load_draws_away_at_first_is_healthy(dt):
+    """Nothing is known of a servo yet, and it falls until it holds the load: no motor was believed off."""
+    arm = arm_of(PANDA, dt, 25.0)
+    arm.push[1], arm.push[3] = 0.08 * 25.0**2, -0.08 * 25.0**2
+    p, (poses, targets) = started(PANDA, dt=dt), circles(PANDA, dt, 4.5)
+    for k in range(len(poses)):
+        arm.command(p.step(arm.measured(), None, targets.at(k)))
+    assert p.stopped_because is None and not p.findings
+    assert np.linalg.norm(PANDA.pose(arm.q)[:3, 3] - poses[-1, :3, 3]) < 1e-3
+
+
+def without(arm, first, last, spoil):
+    """A planner and its statuses where samples of the steps from ``first`` to ``last`` are spoilt."""
+    p, said, (poses, targets) = started(PANDA, dt=FAST), [], circles(PANDA, FAST, 4.0)
+    for k in range(len(poses)):
+        q = arm.measured()
+        if first <= k < last:
+            q = spoil(q)
+        step = p.step(q, None, targets.at(k))
+        said.append(step.status)
+        arm.command(step)
+    return p, said, np.linalg.norm(PANDA.pose(arm.q)[:3, 3] - poses[-1, :3, 3])
+
+
+def test_an_arm_waits_while_no_joint_says_a_number():
+    p, said, off = without(arm_of(PANDA, FAST, 63.0), 1000, 1300, lambda q: np.full_like(q, np.nan))
+    assert p.stopped_because is None and not p.findings and off < 1e-3
+    assert set(said[1000:1300]) == {ftqp.StepStatus.INVALID_INPUT} and said[-1] == ftqp.StepStatus.OK
+
+
+def test_an_arm_whose_line_stays_dead_is_stopped():
+    p, _, _ = without(arm_of(PANDA, FAST, 63.0), 1000, 2500, lambda q: np.full_like(q, np.nan))
+    assert p.stopped_because is not None and "sensor" in p.stopped_because and not p.faults
+
+
+@pytest.mark.parametrize("turn", [2.0 * np.pi, -2.0 * np.pi])
+def test_a_sensor_that_begins_anew_after_a_turn_is_followed(turn):
+    def spoil(q):
+        q[2] += turn
+        return q
+
+    p, said, off = without(arm_of(PANDA, FAST, 63.0), 1000, 3000, spoil)
+    assert p.stopped_because is None and not p.findings and off < 1e-3
+    assert ftqp.StepStatus.INVALID_INPUT not in said
+
+
+def test_a_joint_that_is_a_turn_off_from_the_start_is_not_followed():
+    p, (_, targets) = started(PANDA, dt=FAST), circles(PANDA, FAST, 1.0)
+    for k in range(100):
+        step = p.step(PANDA.neutral + 2.0 * np.pi * (np.arange(7) == 2), None, targets.at(k))
+    assert p.stopped_because is not None and PANDA.joints[2] in p.stopped_because
+    assert np.abs(step.q - PANDA.neutral).max() < 1e-2
+
+
 def test_gaps_in_the_samples_accuse_nobody():
     p, arm = started(PANDA, dt=FAST), arm_of(PANDA, FAST, 63.0)
     poses, targets = circles(PANDA, FAST, 3.0)

@@ -106,12 +106,12 @@ def begin_filters(K: Any) -> None:
 
 @jit
 def take_samples(K: Any) -> None:
-    """Three poles for what was sent and what was measured; a sample that did not come went on as before."""
+    """Three poles for what was sent and what was measured; a sample that did not come went on as was sent."""
     M, feedback, p = K.monitor, K.feedback, K.monitor.pole
-    heard, dt = K.state.unusable != NOTHING_HEARD, K.state.dt
+    heard = K.state.unusable != NOTHING_HEARD
     for i in range(K.chain.n):
-        y = feedback.good[i] if feedback.bad[i] == 0 else M.y[i] + dt * M.v[i]
         u = K.gate.sent[i] if heard else M.u[i]
+        y = feedback.good[i] if feedback.bad[i] == 0 else M.y[i] + u - M.u[i]
         M.y[i], M.u[i] = y, u
         M.total[i] += y
         for k in range(3):

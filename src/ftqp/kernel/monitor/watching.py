@@ -85,7 +85,10 @@ def watch_servos(K: Any, first: bool, then: int) -> None:
         begin_filters(K)
         return
     take_samples(K)
-    M.settles = max(M.settles - 1, 0)
+    if M.settles > 0:
+        M.settles -= 1
+        if M.settles == 0:
+            forget_evidence(K)
     for i in range(n):
         if K.feedback.bad[i]:
             M.blind[i] = int(FORGETS / (M.w * K.state.dt)) + 1
