@@ -162,6 +162,18 @@ def test_an_arm_waits_while_no_joint_says_a_number():
     assert set(said[1000:1300]) == {ftqp.StepStatus.INVALID_INPUT} and said[-1] == ftqp.StepStatus.OK
 
 
+def test_samples_that_come_late_all_together_accuse_nobody():
+    """The arm goes on meanwhile, so that all of them jump in the end: no sensor has failed."""
+    kept = []
+
+    def spoil(q):
+        kept.append(q)
+        return kept[0].copy()
+
+    p, _, off = without(arm_of(PANDA, FAST, 63.0), 1000, 1080, spoil)
+    assert p.stopped_because is None and not p.findings and off < 1e-3
+
+
 def test_an_arm_whose_line_stays_dead_is_stopped():
     p, _, _ = without(arm_of(PANDA, FAST, 63.0), 1000, 2500, lambda q: np.full_like(q, np.nan))
     assert p.stopped_because is not None and "sensor" in p.stopped_because and not p.faults

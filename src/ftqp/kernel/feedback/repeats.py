@@ -10,8 +10,8 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FROZEN, LOOKED_THROUGH, POSITION_DRIVE, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import FROZEN_SAMPLES, HELD_SAMPLES
 from ftqp.kernel.layout.thresholds import FROZEN_SIGMAS
-from ftqp.kernel.maths.elementary import is_finite, larger, select, smaller
-from ftqp.kernel.maths.side_by_side import put, several
+from ftqp.kernel.maths.elementary import any_of, is_finite, larger, select, smaller
+from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
 NORMAL = 2.0
 """A number that repeats while the reference goes so many times as far as it normally does is odd ..."""
@@ -74,6 +74,17 @@ def repeat_oddly(state: Any, feedback: Any, at: int, sample: Any, v: Any) -> Any
     equal = abs(sample - several(feedback.good, at)) <= 0.0
     moved = abs(several(feedback.moved, at) + state.dt * v)
     return equal & (moved > _normally(several(feedback.increment, at), several(feedback.way, at)))
+
+
+@jit
+def all_repeat_oddly(K: Any, then: int) -> bool:
+    """Of an arm whose numbers all repeat: whether any joint's reference went on beyond what is normal."""
+    feedback = K.feedback
+    for at in range(0, K.chain.n, WIDTH):
+        moved = abs(several(feedback.moved, at) + K.state.dt * several(K.past.v[then], at))
+        if any_of(moved > _normally(several(feedback.increment, at), several(feedback.way, at))):
+            return True
+    return False
 
 
 @jit

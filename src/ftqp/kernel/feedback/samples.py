@@ -6,6 +6,7 @@ from typing import Any
 from ftqp.kernel.feedback.lasting import drop
 from ftqp.kernel.feedback.repeats import (
     IN_DOUBT,
+    all_repeat_oddly,
     explain,
     forget_repeats,
     learn_block,
@@ -121,6 +122,8 @@ def _is_possible(
     if not is_finite(sample):
         return False
     t = feedback.age[i] * dt
+    if feedback.unheard > 0.0:
+        t = max(t, dt * (feedback.same[i] + 1.0))
     top = max(limits.v_max[i], abs(v), abs(feedback.v_hat[i]))  # a limit that has just been lowered
     if faults.code[i] == FREE or faults.code[i] == MEASURED:
         top = max(top, FREE_SPEED)
@@ -179,22 +182,40 @@ def _struck(K: Any) -> bool:
 
 
 @rare_jit
-def _unwind(K: Any) -> None:
-    """Samples to the turn of those before, and for how long all joints have been silent.
+def _unwind(K: Any) -> bool:
+    """Samples to the turn of those before; whether any joint said a number.
 
     Sensors begin anew after a turn; what is off by one at the first sample after a reset is somewhere else.
     """
     state, feedback, heard = K.state, K.feedback, False
     for i in range(K.chain.n):
-        if not is_finite(state.q[i]):
-            continue
-        heard = True
-        if not K.chain.prismatic[i]:
-            state.q[i] -= 2.0 * pi * whole_turns(state.q[i] - feedback.angle[i])
-        feedback.angle[i] = state.q[i]
-    if heard or not K.monitor.on or state.unusable == NOTHING_HEARD:
+        if is_finite(state.q[i]):
+            heard = True
+            if not K.chain.prismatic[i]:
+                state.q[i] -= 2.0 * pi * whole_turns(state.q[i] - feedback.angle[i])
+            feedback.angle[i] = state.q[i]
+    return heard
+
+
+@jit
+def _listen(K: Any, then: int) -> None:
+    """Takes the samples to their turns, and for how long none of them has said anything new.
+
+    Where no joint says a number, or all repeat theirs though they should not, it is the line that fails.
+    """
+    state, feedback, news = K.state, K.feedback, False
+    feedback.unheard = feedback.silent
+    for at in range(0, K.chain.n, WIDTH):
+        sample = several(state.q, at)
+        off = abs(sample - several(feedback.angle, at))
+        if not all_of(off <= pi):
+            news = _unwind(K)
+            break
+        news = news or any_of(off > 0.0)
+        put(feedback.angle, at, sample)
+    if news or not K.monitor.on or feedback.exact or state.unusable == NOTHING_HEARD:
         feedback.silent = 0.0
-    else:
+    elif not is_finite(state.q[0]) or all_repeat_oddly(K, then):
         feedback.silent += state.dt
 
 
@@ -215,8 +236,8 @@ def _cost(K: Any, i: int, possible: bool) -> float:
         feedback.lost[i] = 0
         feedback.spent[i] = 0.0
     if feedback.lost[i] != 0 or not possible:
-        return _unless_silent(feedback)
-    if feedback.held[i] == FROZEN:
+        return 1.0 if is_finite(K.state.q[i]) else _unless_silent(feedback)
+    if feedback.held[i] == FROZEN and feedback.silent == 0.0:
         return 1.0 if feedback.sigma > 0.0 or never_repeats(feedback, i) else IN_DOUBT
     return 0.0
 
@@ -236,6 +257,8 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
         feedback.refused += 1
         return
     possible = _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
+    if feedback.unheard > 0.0 and feedback.silent == 0.0:
+        feedback.moved[i] = 0.0  # nothing is learned of a joint that said nothing
     if not possible and feedback.wide == 0.0 and _struck(K):
         feedback.wide = feedback.thrown = IMPACT_TIME
         possible = _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
@@ -243,7 +266,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
         look_at_repeats(state, K.limits, feedback, i, sample, v)
     cost = _cost(K, i, possible)
     held = feedback.held[i] == LOOKED_THROUGH
-    bad = cost > 0.0 or feedback.silent > 0.0
+    bad = cost > 0.0 or not is_finite(sample) or feedback.silent > feedback.patience
     feedback.bad[i] = 1 if bad or held else 0
     feedback.spent[i] = _spend(state, K.watch, feedback, feedback.spent[i], cost)
     if feedback.bad[i] == 0 or (not bad and feedback.kind != TORQUE_DRIVE):
@@ -268,6 +291,8 @@ def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, at: int, t
     They are taken where all were good a tick ago, all are possible now, as ``_is_possible`` has it, and none
     repeats oddly.
     """
+    if feedback.silent > 0.0 or feedback.unheard > 0.0:
+        return False
     odd = is_set(feedback.age, at) | is_set(feedback.lost, at) | is_set(feedback.bad, at)
     if any_of(odd):
         return False
@@ -315,13 +340,7 @@ def believe(K: Any) -> None:
     elsewhere = _drop_broken_tip(K.task) or state.unusable == NOT_FINITE
     together = feedback.sigma == 0.0 and faults.movable == faults.working  # noise: frozen sensors are counted
     together = together and state.unusable != NOTHING_HEARD
-    for at in range(0, n, WIDTH):
-        sample = several(state.q, at)
-        if not all_of(abs(sample - several(feedback.angle, at)) <= pi):
-            _unwind(K)
-            break
-        put(feedback.angle, at, sample)
-        feedback.silent = 0.0
+    _listen(K, then)
     for at in range(0, K.chain.n, WIDTH):
         put(past.q[now], at, several(state.q_command, at))
         put(past.v[now], at, several(state.v_command, at))

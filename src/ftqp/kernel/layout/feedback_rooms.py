@@ -51,7 +51,7 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed  f8
     waited spent_elsewhere  f8
     speed_margin  f8  share of the speed limits that is left to servos
-    silent  f8  for how long no sensor has said a number [s]
+    silent unheard  f8  for how long no sensor has said anything new, with this tick and before it [s]
     wide  f8  for how long samples may still be far off, after an impact or a late loop
     thrown  f8  the same after an impact alone
     strongest  f8  push at the tip as a share of the torque limits
