@@ -143,9 +143,9 @@ def test_an_arm_that_an_unknown_load_draws_away_at_first_is_healthy(dt):
     assert np.linalg.norm(PANDA.pose(arm.q)[:3, 3] - poses[-1, :3, 3]) < 1e-3
 
 
-def without(arm, first, last, spoil):
-    """A planner and its statuses where samples of the steps from ``first`` to ``last`` are spoilt."""
-    p, said, (poses, targets) = started(PANDA, dt=FAST), [], circles(PANDA, FAST, 4.0)
+def without(arm, first, last, spoil, **planner):
+    """A planner, samples spoilt from step ``first`` to ``last``: its statuses, the tip's last error [m]."""
+    p, said, (poses, targets) = started(PANDA, dt=FAST, **planner), [], circles(PANDA, FAST, 4.0)
     for k in range(len(poses)):
         q = arm.measured()
         if first <= k < last:
@@ -177,6 +177,31 @@ def test_samples_that_come_late_all_together_accuse_nobody():
 def test_an_arm_whose_line_stays_dead_is_stopped():
     p, _, _ = without(arm_of(PANDA, FAST, 63.0), 1000, 2500, lambda q: np.full_like(q, np.nan))
     assert p.stopped_because is not None and "sensor" in p.stopped_because and not p.faults
+
+
+def jumped(q):
+    q[3] += 0.1
+    return q
+
+
+def dead(q):
+    q[3] = np.nan
+    return q
+
+
+@pytest.mark.parametrize(("spoil", "kind"), [(jumped, "sensor_biased"), (dead, "sensor_dropped")])
+def test_a_joint_whose_sensor_is_lost_is_held_by_its_servo_and_the_others_go_on(spoil, kind):
+    p, said, off = without(arm_of(PANDA, FAST, 63.0), 1000, 10**6, spoil, task=POSITION)
+    assert p.stopped_because is None and set(p.faults) == {PANDA.joints[3]}
+    (finding,) = p.findings
+    assert finding.kinds == {kind} and finding.detected_at < 1.1
+    assert off < 1e-3 and said[-1] == ftqp.StepStatus.OK
+
+
+@pytest.mark.parametrize("spoil", [jumped, dead])
+def test_a_sensor_that_is_lost_stops_an_arm_that_only_guards(spoil):
+    p, _, _ = without(arm_of(PANDA, FAST, 63.0), 1000, 10**6, spoil, task=POSITION, detector=False)
+    assert PANDA.joints[3] in p.stopped_because and not p.faults
 
 
 @pytest.mark.parametrize("turn", [2.0 * np.pi, -2.0 * np.pi])

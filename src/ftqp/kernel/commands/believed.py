@@ -13,9 +13,10 @@ from ftqp.kernel.layout.enums import (
     FREE,
     HEALTHY,
     INSTANT,
+    IS_BIASED,
+    IS_DROPPED,
     IS_FREE,
-    IS_LOCKED,
-    IS_RUNAWAY,
+    IS_FROZEN,
     LOCKED,
     MAKE_UP,
     MEASURED,
@@ -169,7 +170,8 @@ def believe_found(K: Any, given: Any) -> None:
     K.monitor.news = 0
     for i in range(K.chain.n):
         found, code = K.monitor.found[i], K.faults.code[i]
-        if (found == IS_LOCKED or found == IS_RUNAWAY) and code == HEALTHY:
+        sensor = found == IS_BIASED or found == IS_DROPPED or found == IS_FROZEN
+        if found != 0 and found != IS_FREE and code == HEALTHY and not (sensor and K.watch.latched):
             K.faults.lock_rate[i] = LOCK_SHARE * given.a_max[i]
             K.faults.code[i] = BRAKING
         elif found == IS_FREE and code == HEALTHY and K.monitor.counted[i] == 0:

@@ -165,6 +165,12 @@ def _send_to_failed(K: Any) -> None:
             continue
         if K.monitor.names and keep_found(K, i):
             continue
+        if feedback.lost[i] and K.monitor.on:  # nothing but what it was sent says where it is: its lead fades
+            droop, v = K.monitor.droop[i], gate.v[i]
+            ahead = (gate.sent[i] - gate.q[i] - droop) * (state.v_command[i] / v if v != 0.0 else 0.0)
+            feedback.q_sent[i] = place_of(K.limits, gate, i, state.q_command[i] + droop + ahead)
+            feedback.v_sent[i] = state.v_command[i]
+            continue
         before = gate.speed[i]
         after = _toward(before, state.v_command[i], dt * K.limits.a_max[i])
         way = 0.5 * dt * (before + after) if state.level == ACCELERATION else dt * after

@@ -137,16 +137,16 @@ def _is_possible(
 
 
 @jit
-def _spend(state: Any, watch: Any, feedback: Any, spent: float, cost: float) -> float:
+def _spend(state: Any, watch: Any, feedback: Any, spent: float, cost: float, stops: bool) -> float:
     """The leaky count of bad samples as time [s]; the arm is stopped when patience is at an end.
 
-    ``cost``: of this sample as a share of a tick, 0 of a good one.
+    ``cost``: of this sample as a share of a tick, 0 of a good one; ``stops``: nobody else judges.
     """
     dt = state.dt
     if cost == 0.0:
         return max(0.0, spent - RECOVERY * dt)
     spent += cost * dt
-    if spent > feedback.patience + 0.5 * dt and watch.latched == 0:
+    if stops and spent > feedback.patience + 0.5 * dt and watch.latched == 0:
         latch(watch, STOPPED_BY_SENSOR)
     return spent
 
@@ -268,7 +268,8 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     held = feedback.held[i] == LOOKED_THROUGH
     bad = cost > 0.0 or not is_finite(sample) or feedback.silent > feedback.patience
     feedback.bad[i] = 1 if bad or held else 0
-    feedback.spent[i] = _spend(state, K.watch, feedback, feedback.spent[i], cost)
+    judged = K.monitor.names and K.monitor.sees and K.monitor.settles == 0 and feedback.silent == 0.0
+    feedback.spent[i] = _spend(state, K.watch, feedback, feedback.spent[i], cost, not judged)
     if feedback.bad[i] == 0 or (not bad and feedback.kind != TORQUE_DRIVE):
         feedback.seen[i] = feedback.good[i] = sample
         feedback.offset[i] = sample - past.q[then, i]
@@ -279,7 +280,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     if held:
         feedback.holding += 1
     elif bad:
-        feedback.refused += 1
+        feedback.refused += 1 if healthy or not feedback.lost[i] else 0
         if feedback.spent[i] > feedback.patience + 0.5 * state.dt:
             feedback.lost[i] = 1
 
@@ -345,12 +346,18 @@ def believe(K: Any) -> None:
         put(past.q[now], at, several(state.q_command, at))
         put(past.v[now], at, several(state.v_command, at))
     for at in range(0, K.chain.n, WIDTH):
-        elsewhere = elsewhere or not all_of(abs(several(state.v, at)) < inf)
+        silent = ~(abs(several(state.q, at)) < inf)  # a sensor that says no number says no speed, either
+        elsewhere = elsewhere or not all_of((abs(several(state.v, at)) < inf) | silent)
         if not together or not _believe_block(state, K.limits, feedback, past, at, then):
             for i in range(at, min(at + WIDTH, n)):
                 _believe_joint(K, i, then)
     feedback.spent_elsewhere = _spend(
-        state, K.watch, feedback, feedback.spent_elsewhere, _unless_silent(feedback) if elsewhere else 0.0
+        state,
+        K.watch,
+        feedback,
+        feedback.spent_elsewhere,
+        _unless_silent(feedback) if elsewhere else 0.0,
+        True,
     )
     if elsewhere:
         feedback.refused += 1

@@ -8,6 +8,7 @@ from functools import reduce
 from typing import Any
 
 from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import (
     FROZEN,
     HEALTHY,
@@ -17,6 +18,7 @@ from ftqp.kernel.layout.enums import (
     IS_FROZEN,
     IS_LOCKED,
     IS_RUNAWAY,
+    STOPPED_BY_SENSOR,
 )
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.maths.elementary import is_finite
@@ -122,7 +124,11 @@ def _run_away(K: Any, i: int) -> None:
 
 @rare_jit
 def _lose_sensor(K: Any, i: int) -> None:
+    """Its servo holds it where it was sent last; one whose numbers run faster than it may go may run itself."""
     kind = IS_BIASED if is_finite(K.state.q[i]) else IS_DROPPED
+    fast = abs(K.held.speed[i]) > (1.0 + OVERSPEED) * K.limits.v_max[i]
+    if kind == IS_BIASED and fast and K.watch.latched == 0:
+        latch(K.watch, STOPPED_BY_SENSOR)
     _name(K, i, IS_FROZEN if K.feedback.held[i] == FROZEN else kind)
 
 

@@ -90,7 +90,7 @@ class MonitorResponse:
                 continue
             finding = self.diagnosis.isolated[name]
             self.findings.append(finding)
-            if finding.kinds <= SENSORS:
+            if finding.kinds <= SENSORS and K.watch.latched:
                 _LOG.warning("%s The arm is stopped.", finding.sentence)
                 continue
             free = found[i] == IS_FREE
@@ -127,6 +127,7 @@ class MonitorResponse:
     def _forget(self, i: int) -> None:
         M = self._K.monitor
         M.found[i] = self._said[i] = 0
+        self._K.feedback.lost[i], self._K.feedback.spent[i] = 0, 0.0
         M.G[i] = M.G_lock[i] = M.G_free[i] = 0.0
 
     def believed(self, fault: Fault) -> None:
