@@ -124,7 +124,7 @@ def _run_away(K: Any, i: int) -> None:
 
 @rare_jit
 def _lose_sensor(K: Any, i: int) -> None:
-    """Its servo holds it where it was sent last; one whose numbers run faster than it may go may run itself."""
+    """Its servo holds it where it was sent last. If its numbers run faster than it may, the joint may run."""
     kind = IS_BIASED if is_finite(K.state.q[i]) else IS_DROPPED
     fast = abs(K.held.speed[i]) > (1.0 + OVERSPEED) * K.limits.v_max[i]
     if kind == IS_BIASED and fast and K.watch.latched == 0:
