@@ -121,7 +121,7 @@ def _emergency(K: Any) -> bool:
     """
     task, watch, feedback, kinematics, terms = K.task, K.watch, K.feedback, K.kinematics, K.terms
     e, r = task.position_error, task.rotation_error
-    if feedback.displaced or feedback.late > 0.0 or feedback.latency > 0:
+    if feedback.displaced or feedback.late > 0.0 or feedback.latency > 0 or K.monitor.sees:
         e, r = norms(task, kinematics, task.error)
     for t in range(terms.count):
         if (terms.hard[t] or (terms.shares[t] and terms.required[t])) and terms.weight[t] > 0.0:
