@@ -149,7 +149,10 @@ def test_a_plane_through_the_space_of_a_panda_is_mapped_and_drawn(tmp_path: Path
     assert load_study(str(tmp_path / "out" / "study.toml")).key == load_study(str(file)).key
 
 
-@pytest.mark.parametrize("name", sorted(bundled("study")))
+@pytest.mark.parametrize(
+    "name", [name if name.endswith("sample") else pytest.param(name, marks=pytest.mark.slow)
+             for name in sorted(bundled("study"))],
+)  # fmt: skip
 def test_bundled_studies_are_valid(name: str) -> None:
     assert len(load_study(name).places) >= 60
 
