@@ -110,7 +110,7 @@ PANDA_MASS = ftqp.Planner(PANDA, DT).session().K.chain.mass[:7].sum()
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("share", [3, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("share", [7, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("kind", "way"),
     [("clock", way) for way in CHANGES if way not in ("carry", "tool")]
@@ -146,7 +146,7 @@ def test_a_change_that_is_interrupted_at_any_line_happened_or_did_not(kind, way,
 @pytest.mark.parametrize(
     "way", ["lock", *(pytest.param(way, marks=pytest.mark.slow) for way in ("free", "weak"))]
 )
-@pytest.mark.parametrize("share", [3, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("share", [7, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_change_inside_another_one_at_any_line_leaves_belief_and_kernel_at_one(way, share):
     there, back, _ = CHANGES[way]
     ride = Ride()
@@ -179,7 +179,7 @@ def test_a_planner_stays_stopped_until_all_of_resuming_has_happened():
     assert line > 5 and ride.step().status is ftqp.StepStatus.OK
 
 
-@pytest.mark.parametrize("times", [200, pytest.param(4000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("times", [100, pytest.param(4000, marks=pytest.mark.slow)])
 def test_real_signals_leave_belief_and_kernel_at_one(times):
     def raises(*_):
         raise Interrupt
