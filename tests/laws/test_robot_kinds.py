@@ -70,7 +70,7 @@ def led(robot, q):
 
 def searched(robot, q):
     ftqp.postures(robot, robot.pose(q), near=q)
-    ftqp.analysis.plan(robot, line(robot, q), q, settings=PlanSettings(waypoints=5, spacing=0.4))
+    ftqp.analysis.plan(robot, line(robot, q), q, settings=PlanSettings(waypoints=20))
 
 
 def spherical(robot, q):
