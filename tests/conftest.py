@@ -1,4 +1,7 @@
-"""For all tests: how long a case takes decides nothing, as machines differ; whole scripts are slow."""
+"""For all tests: how long a case takes decides nothing, as machines differ; whole scripts are slow.
+
+Cases that only combine values which others have, too, are slow, but those of laws, papers and the checker.
+"""
 
 import gc
 import logging
@@ -19,6 +22,8 @@ FROM_END_TO_END = (
     "test_detection", "test_qpbenchmark_set", "test_scripts",
 )  # fmt: skip
 """Tests that run the script of a study from end to end: ``make test-all`` has them, ``make test`` has not."""
+EVERY_COMBINATION = ("laws", "papers", "checker")
+"""Folders of which ``make test`` has every combination, too, unless the test is long."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -38,19 +43,20 @@ def pytest_collection() -> Iterator[None]:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark whole scripts as slow, and of long tests what only combines values that others have, too.
+    """Mark whole scripts as slow, and what only combines values that other cases of a test have, too.
 
     What ``--few`` leaves out is left out.
     """
     for item in items:
         if item.path.parent in SCRIPTS and item.path.name.startswith(FROM_END_TO_END):
             item.add_marker(pytest.mark.slow)
-    for cases in cases_of([item for item in items if item.get_closest_marker("long")]):
-        quick = [case for case in cases if not case.get_closest_marker("slow")]
-        for case in {*quick} - {*covering(quick)} if len(quick) > 1 else ():
-            case.add_marker(pytest.mark.slow)
+    for cases in cases_of(items):
+        quick = not_slow(cases)
+        if len(quick) > 1 and (quick[0].get_closest_marker("long") or not of_every_combination(quick[0])):
+            for case in {*quick} - {*covering(quick)}:
+                case.add_marker(pytest.mark.slow)
     if few := config.getoption("few"):
-        kept = {one for same in cases_of(items) for one in spread(same, few)}
+        kept = {one for same in cases_of(items) for one in spread(not_slow(same) or same, few)}
         config.hook.pytest_deselected(items=[item for item in items if item not in kept])
         items[:] = [item for item in items if item in kept]
 
@@ -61,6 +67,16 @@ def cases_of(items: list[pytest.Item]) -> Iterable[list[pytest.Item]]:
     for item in items:
         cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
     return cases.values()
+
+
+def not_slow(cases: list[pytest.Item]) -> list[pytest.Item]:
+    """Those of them that ``make test`` has."""
+    return [case for case in cases if not case.get_closest_marker("slow")]
+
+
+def of_every_combination(case: pytest.Item) -> bool:
+    """Whether it stands in one of the folders of which ``make test`` has every combination."""
+    return any(case.path.is_relative_to(Path(__file__).parent / name) for name in EVERY_COMBINATION)
 
 
 def covering(cases: list[pytest.Item]) -> Iterator[pytest.Item]:

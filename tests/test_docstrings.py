@@ -1,10 +1,9 @@
-"""Every public docstring is whole: a first line, no machine wraps, every argument."""
+"""Every docstring that has a section on arguments names each of them, and every public callable has one."""
 
 import ast
 import inspect
 import re
 import textwrap
-from functools import cache
 from pathlib import Path
 
 import ftqp
@@ -19,24 +18,15 @@ def statements(node):
             yield from statements(below)
 
 
-@cache
-def all_statements():
-    """(file, statement) of all sources."""
-    return [
-        (relative(file), node)
-        for file in SOURCES
-        for node in statements(ast.parse(file.read_text(encoding="utf-8")))
-    ]
-
-
-@cache
 def documented():
-    """(file, node, docstring) of everything that has a docstring in the sources."""
-    return [
-        (file, node, text)
-        for file, node in all_statements()
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and (text := ast.get_docstring(node))
-    ]
+    """(file, node, docstring) of all functions and classes in files where a docstring has a section."""
+    for file in SOURCES:
+        source = file.read_text(encoding="utf-8")
+        if not re.search(r"^ +(?:Args|Attributes):$", source, re.M):
+            continue  # a syntax tree of every file takes fifteen seconds and 300 MB
+        for node in statements(ast.parse(source)):
+            if isinstance(node, ast.ClassDef | ast.FunctionDef) and (text := ast.get_docstring(node)):
+                yield relative(file), node, text
 
 
 def arguments_of(node):
@@ -77,15 +67,6 @@ def entries_of(docstring, section):
         if found:
             names += found[1].lstrip("*").split(", ")
     return names
-
-
-def test_every_docstring_begins_with_one_line_that_ends_with_a_period():
-    wrong = []
-    for file, node, text in documented():
-        first, *rest = text.splitlines()
-        if not first.endswith((".", "?")) or (rest and rest[0].strip()):
-            wrong.append(f"{file}:{getattr(node, 'lineno', 1)}: {first}")
-    assert not wrong
 
 
 def test_a_section_on_arguments_names_every_argument_and_nothing_else():

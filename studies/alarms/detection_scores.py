@@ -44,11 +44,11 @@ class Watcher:
 
     def keep(self) -> Any:
         """All that it remembers."""
-        return self._session._memory.copy()
+        return self._session.memory.copy()
 
     def restore(self, kept: Any) -> None:
         """Remember what was kept."""
-        self._session._memory[:] = kept
+        self._session.memory[:] = kept
 
     def look(self, log: ftqp.MotionLog, first: int, end: int) -> tuple[int, Array, list[Finding]]:
         """Rows ``first`` to ``end - 1``, up to the first that is a finding.

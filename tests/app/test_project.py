@@ -34,13 +34,3 @@ def test_importing_ftqp_loads_neither_pinocchio_nor_numba_nor_pydantic() -> None
     code = f"import ftqp, sys; print([name for name in {heavy} if name in sys.modules])"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout == "[]\n"
-
-
-def test_contributing_names_files_that_exist() -> None:
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    named = {
-        word for word in text.replace("`", " ").split() if word.startswith("src/ftqp/") and "<" not in word
-    }
-    named = {word.rstrip(".,:;") for word in named if "_name" not in word}
-    assert len(named) > 8
-    assert [word for word in sorted(named) if not (ROOT / word).exists()] == []

@@ -1,13 +1,11 @@
 """The recorded targets are smooth, closed, reachable, and the same in every program."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 from bench import cases
 from bench.urdf import TIP, Array
-from bench.worker import Case
 
 import ftqp
 
@@ -35,15 +33,6 @@ def test_twists_are_the_velocity_of_the_poses(path: cases.Path) -> None:
     np.testing.assert_allclose(ahead, path.poses[k + 1, :3, :3], atol=1e-7)
     ahead = path.poses[k, :3, 3] + path.twists[k, :3] * cases.DT
     np.testing.assert_allclose(ahead, path.poses[k + 1, :3, 3], atol=1e-6)
-
-
-def test_a_case_survives_its_file(path: cases.Path, tmp_path: Path) -> None:
-    case = path.case("torque", locked=True)
-    case.save(tmp_path / "case.npz")
-    again = Case.load(str(tmp_path / "case.npz"))
-    assert (again.robot, again.level, again.joints) == (case.robot, case.level, case.joints)
-    assert again.locked == cases.LOCKED["chain30"]
-    np.testing.assert_array_equal(again.poses, case.poses)
 
 
 def _skew(w: Array) -> Array:

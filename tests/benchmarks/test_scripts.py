@@ -4,7 +4,6 @@ import json
 from pathlib import Path
 
 import pytest
-from steps.environments import NotInstalled, Peer, python_of
 from tests.scripts import ran, told
 
 
@@ -15,14 +14,6 @@ def test_arms_of_a_batch_that_are_healthy_keep_to_their_path() -> None:
     ]  # fmt: skip
     assert all(row["steps_per_second"] > 0.0 for row in rows)
     assert all(row["max_position_error"] < 1e-4 for row in rows if not row["fault"])
-
-
-def test_steps_are_timed_with_and_without_a_detector(tmp_path: Path) -> None:
-    result = json.loads(told("benchmarks/bench_detector.py", "--rounds", 1, "--json", "--out", tmp_path))
-    assert len(result["rows"]) == 3
-    for row in result["rows"]:
-        assert row["added"] == row["p50"][1] - row["p50"][0]
-        assert min(row["p50"]) > 0.0 and row["p99"][0] >= row["p50"][0]
 
 
 def test_memory_of_every_stage_adds_up(tmp_path: Path) -> None:
@@ -60,18 +51,3 @@ def test_every_kind_of_step_has_its_tail(tmp_path: Path) -> None:
     ]
     assert {"nothing", "plain", "beside a scene", "N-1", "N-1, waits"} <= {row["kind"] for row in rows}
     assert all(0.0 < row["p50"] <= row["p999"] <= row["max"] for row in rows)
-
-
-def test_a_package_that_does_not_exist_is_told_in_one_sentence(tmp_path: Path) -> None:
-    missing = str(tmp_path / "nothing_here")
-    peer = Peer(name="nobody", module="bench.nobody", packages=(missing,))
-    with pytest.raises(NotInstalled, match=r"nobody could not be installed: .*nothing_here"):
-        python_of(peer, tmp_path)
-
-
-def test_an_environment_that_was_made_is_used_again(tmp_path: Path) -> None:
-    peer = Peer(name="empty", module="bench.empty", packages=("pip",))
-    python = python_of(peer, tmp_path)
-    made = python.stat().st_ctime_ns
-    assert python_of(peer, tmp_path) == python
-    assert python.stat().st_ctime_ns == made

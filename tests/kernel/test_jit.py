@@ -147,7 +147,7 @@ def test_parts_of_the_kernel_pass_their_tests_as_plain_python():
 
 FILES = (
     "maths/test_side_by_side.py",
-    "layout/test_record.py",
+    "layout/test_record.py::test_every_field_is_the_same_place_to_compiled_code_and_to_plain_python",
     "rows/test_joint_intervals.py",
     "test_jit.py::test_rounding_stays_as_written_whoever_calls",
 )

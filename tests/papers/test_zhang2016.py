@@ -115,6 +115,7 @@ def test_locks_of_a_planar_arm_are_survived_where_the_closed_form_says_so(theta:
     assert max(found.worst_error) < 1e-8
 
 
+@pytest.mark.slow
 def test_entries_that_keep_their_sign_do_not_prove_tolerance() -> None:
     arm = catalog.load("planar", lengths=(1.0, 1.0, 1.0), continuous=True).with_limits(v_max=np.inf)
     start = np.eye(4)

@@ -112,6 +112,7 @@ def test_half_the_step_and_half_the_spacing_change_little() -> None:
     assert abs(fine.coverage - coarse.coverage) < 0.02
 
 
+@pytest.mark.slow
 def test_elbow_of_an_arm_with_spherical_shoulder_and_wrist_is_lost_with_every_plan() -> None:
     arm = catalog.load("iiwa14")
     start = arm.pose(np.deg2rad([0.0, 30.0, 0.0, -80.0, 0.0, 60.0, 0.0]))

@@ -1,7 +1,6 @@
 """A quick run of each script of comparison: it counts what it says, in tables and in files."""
 
 import json
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,12 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bench.contenders import Contender
-from comparison.accuracy import Outcome, answers, outcome, summed_up
+from comparison.accuracy import Outcome, outcome
 from comparison.dtrnn_study import METHODS
 from comparison.dtrnn_study_report import EXPECTED, OBJECTIVES
-from comparison.truth import Fact, truth
-from tests.solvers.stand_ins import SOLVABLE, Scripted, sequence
+from comparison.truth import Fact
 
 from ftqp.qp import Claim
 
@@ -69,25 +66,6 @@ def test_results_are_written_as_json_and_markdown(runs: Any, name: str, parts: t
     assert all(f"## {part}" in text for part in parts)
 
 
-@pytest.mark.parametrize(
-    ("name", "contenders"), [("compare_accuracy", JUDGED), ("compare_speed", ["empty", *TIMED])]
-)
-def test_every_contender_answers_every_sequence_cold_and_warm(
-    runs: Any, name: str, contenders: list[str]
-) -> None:
-    result, _ = runs[name]
-    found = {(cell["contender"], cell["sequence"], cell["start"]) for cell in result["cells"]}
-    assert found == {(a, b, c) for a in contenders for b in SEQUENCES for c in ("cold", "warm")}
-    for cell in result["cells"]:
-        if name == "compare_speed":
-            assert 0.0 < cell["p50"] <= cell["worst"]
-            assert cell["setup"] > 0.0
-            assert cell["samples"] >= 1
-        else:
-            facts = result["sequences"][cell["sequence"]]["facts"]
-            assert sum(cell["outcomes"].values()) == sum(facts.values()) == 12
-
-
 def test_exact_solvers_are_right_about_every_solvable_qp(runs: Any) -> None:
     for cell in runs["compare_accuracy"][0]["cells"]:
         if cell["contender"] in ("active_set", "quadprog"):
@@ -117,31 +95,6 @@ def test_a_claim_is_judged_by_residual_and_fact(
     claim: Claim, residual: float, fact: Fact, expected: Outcome
 ) -> None:
     assert outcome(claim, residual, fact) is expected
-
-
-def test_a_liar_is_found_out() -> None:
-    tape = sequence(SOLVABLE, SOLVABLE)
-    given = answers(Scripted(Claim.SOLVED, x=(0.0, 0.0), z_box=(0.0, 0.0)), tape, start="warm")
-    who = Contender(name="scripted", settings={"name": "scripted"})
-    cell = summed_up(who, tape, "warm", given, truth(tape.problems, tape.solutions))
-    assert cell["outcomes"] == {"solved, wrong": 2}
-    assert cell["error"] == [0.5, 0.5]
-    assert cell["residuals"]["primal"] == [0.0, 0.0]
-    assert cell["residuals"]["dual"][1] == pytest.approx(3.0 / 4.0)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (("--backends", "dapq"), "'dapq' is not a backend or profile of the bench (did you mean 'daqp'?)"),
-        (("--sequences", "panda-helthy"), "did you mean 'panda-healthy'?"),
-    ],
-)
-def test_an_unknown_name_is_one_sentence_and_exit_code_2(arguments: tuple[str, ...], sentence: str) -> None:
-    done = script("compare_accuracy", "--quick", *arguments)
-    assert done.returncode == 2
-    assert sentence in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
 
 
 @pytest.mark.parametrize(("method", "start"), list(EXPECTED))
@@ -175,12 +128,3 @@ def test_every_qp_of_the_study_of_the_cap_has_a_solution_and_some_end_at_the_cap
         assert row["active_set"] == row["count"] == 20 and set(row["ends"]) <= {"SOLVED", "MAX_ITERATIONS"}
         assert row["condition"] > 100.0 or row["ends"] == {"SOLVED": 20}
     assert found["ill_conditioned"] == 180 and 0 < found["capped"] < 90
-
-
-def test_texts_have_the_figures_of_the_report_of_the_cap() -> None:
-    report = (ROOT / "solvers" / "results" / "dtrnn_cap.md").read_text(encoding="utf-8")
-    at_cap, of, percent = re.search(r"1e8: (\d+) of (\d+) at the cap, (\d+) %", report).groups()
-    page = (ROOT / "docs" / "theory" / "recurrent-network.md").read_text(encoding="utf-8")
-    assert f"{at_cap} of {of} ({percent} %)" in page
-    assert f"on {percent} % of feasible QPs" in (ROOT / "docs" / "promises.md").read_text(encoding="utf-8")
-    assert f"{at_cap} of {of}" in (ROOT / "solvers" / "README.md").read_text(encoding="utf-8")

@@ -89,6 +89,7 @@ def test_the_command_and_its_workers_run_nothing_of_the_current_folder(hostile, 
     assert done.returncode == 0, done.stderr[-600:]
 
 
+@pytest.mark.slow
 def test_python_that_ignores_the_environment_starts_no_workers(hostile, tmp_path) -> None:
     done = run(hostile(EVERY), "-E", script(tmp_path), *STUDY)
     assert done.returncode == 2 and "give python -P, too, or --jobs 1" in " ".join(done.stderr.split())

@@ -121,6 +121,7 @@ def test_several_runs_stand_side_by_side(told: Path, run_of: Any, tmp_path: Path
     assert page.tags.count("svg") == 2 + 5 + 5
 
 
+@pytest.mark.slow
 def test_runs_of_two_arms_are_not_drawn_into_one_figure(told: Path, tmp_path: Path, still: None) -> None:
     panda = catalog.load("panda")
     path = ftqp.paths.Line(panda.pose(panda.neutral), (0.01, 0.0, 0.0), duration=0.1)
@@ -179,12 +180,22 @@ def write(file: Path, about: dict[str, Any]) -> None:
     file.write_text(json.dumps({**about, "checksum": checksum(about)}))
 
 
-def test_what_is_odd_about_a_log_is_said_on_its_page(told: Path, tmp_path: Path, still: None) -> None:
+def test_what_is_odd_about_a_log_and_what_is_not_installed_is_said_on_its_page(
+    told: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing(*_: object, **__: object) -> str:
+        raise MissingPackage("the replay", "viser", remedy_for_extra("viz"))
+
+    replaying = pytest.importorskip("ftqp.viz.live.recording", reason="needs viser", exc_type=MissingPackage)
+    monkeypatch.setattr(replaying, "replay", missing)
     changed(
         told, tmp_path, lambda about: about["metadata"].update(state="running", versions={"ftqp": "0.0.7"})
     )
-    assert asked(tmp_path, "-o", tmp_path / "page.html").exit_code == 0
+    result = asked(tmp_path, "-o", tmp_path / "page.html", "--json")
+    assert result.exit_code == 0
+    assert "viser" in json.loads(result.stdout)["notes"][0]
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "There is no replay" in page
     assert "This log is cut short" in page and "made by ftqp 0.0.7" in page
 
 
@@ -215,20 +226,6 @@ def test_report_that_exists_is_not_overwritten(told: Path, tmp_path: Path) -> No
     assert result.exit_code == 2
     assert "nothing is overwritten" in json.loads(result.stdout)["error"]
     assert (tmp_path / "page.html").read_text(encoding="utf-8") == "mine"
-
-
-def test_without_viser_a_note_takes_the_place_of_the_replay(
-    told: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def missing(*_: object, **__: object) -> str:
-        raise MissingPackage("the replay", "viser", remedy_for_extra("viz"))
-
-    replaying = pytest.importorskip("ftqp.viz.live.recording", reason="needs viser", exc_type=MissingPackage)
-    monkeypatch.setattr(replaying, "replay", missing)
-    result = asked(told, "-o", tmp_path / "page.html", "--json")
-    assert result.exit_code == 0
-    assert "viser" in json.loads(result.stdout)["notes"][0]
-    assert "There is no replay" in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
 def test_coverage_results_are_a_section(tmp_path: Path) -> None:

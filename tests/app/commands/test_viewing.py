@@ -13,7 +13,6 @@ import pytest
 from tests.app.conftest import invoke
 
 from ftqp.app.commands.viewing import is_loopback
-from ftqp.core.extras import remedy_for_extra
 
 
 def asked(*arguments):
@@ -91,15 +90,6 @@ def test_page_answers_at_the_next_free_port_and_ctrl_c_leaves_a_recording(tmp_pa
                 break
     assert f"recording: {file}" in errors
     assert file.stat().st_size > 100_000
-
-
-def test_missing_package_is_named_in_a_sentence():
-    code = "import sys; sys.modules['viser'] = None; from ftqp.app.commands.cli import main; main()"
-    result = subprocess.run(
-        [sys.executable, "-c", code, "view", "--no-browser"], capture_output=True, text=True, check=False
-    )
-    assert result.returncode == 2 and "Traceback" not in result.stderr
-    assert remedy_for_extra("viz") in result.stderr
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "::1", "0.0.0.0", "192.168.0.7", "pc"])

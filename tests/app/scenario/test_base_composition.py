@@ -103,35 +103,6 @@ def test_branch_limits_and_priority_reach_the_planner() -> None:
     assert found.task.priority == "position_first"
 
 
-@pytest.mark.parametrize(
-    ("table", "sentence"),
-    [
-        ({"kind": "boat"}, "base has kind 'boat', expected one of platform, free"),
-        (BASE | {"sensing": "some"}, "base.sensing is 'some', expected one of unknown, known, late"),
-        (BASE | {"gain": 2.0}, "base.gain is 2.0, expected a number less than 2"),
-        (BASE | {"observer": {"lowpass": 1.5}}, "base.observer.lowpass is 1.5, expected a number at most 1"),
-        (BASE | {"observer": {"noise": 1e-3}}, "base: observer has one of noise and acceleration"),
-        (BASE | {"delay": 0.1}, "base: sensing is 'unknown' with a delay of 0.1 s"),
-        (BASE | {"sensing": "known", "wind": 1}, "base.wind is not a key of [base]"),
-        (BASE | {"end_point": False}, "base: end_point is false"),
-        (
-            BASE | {"disturbances": [{"kind": "step", "coordinate": "rx", "size": 1.0}]},
-            "base: 'rx' is not a coordinate of this base; it has track, rotation, tilt",
-        ),
-        (
-            BASE | {"disturbances": [{"kind": "quake", "coordinate": "tilt"}]},
-            "base.disturbances[0] has kind 'quake', expected one of step, sinusoid, random, recorded",
-        ),
-        (
-            BASE | {"disturbances": [{"kind": "recorded", "file": "none.csv"}]},
-            "none.csv does not exist; expected a .csv file",
-        ),
-    ],
-)
-def test_wrong_base_table_is_one_clear_sentence(table: dict[str, Any], sentence: str) -> None:
-    assert sentence in refused(base=table)
-
-
 def test_planner_that_does_not_fit_a_moving_base_is_named() -> None:
     assert "base: leader 'base' does not go with level 'acceleration'" in refused(
         planner={"level": "acceleration"}

@@ -98,30 +98,6 @@ def test_a_run_keeps_how_near_the_arm_came_and_is_judged_by_it(made, tmp_path):
     assert "touched" in verdict(model_file(setup), replace(shown, q=q)).laws
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ('[[scene]]\nkind = "cone"\nradius = 0.1', r"scene\[0\] has kind 'cone'"),
-        ('[[scene]]\nkind = "sphere"', r"scene\[0\].radius is missing"),
-        (
-            '[[scene]]\nkind = "box"\nsize = [100.0, 900.0, 10.0]',
-            r"scene\[0\]: size is 900 m, .* millimetres",
-        ),
-        ('[[scene]]\nkind = "sphere"\nradius = -0.1', r"scene\[0\].radius"),
-        ('[[scene]]\nkind = "sphere"\nradius = 0.1\nplase = [0, 0, 0]', r"scene\[0\].plase .*place"),
-        (AROUND.replace('name = "post"', 'name = "sphere"'), "there is a 'sphere' in the scene"),
-        (AROUND.replace('name = "post"', 'name = "panda_link5"'), "two things are called 'panda_link5'"),
-        ('[[scene]]\nkind = "hull"\nmesh = "part.stl"', r"scene\[0\]: mesh '.*part.stl' is no file"),
-        ("[clearance]\nkeep = 0.001", "expected stop < keep"),
-        ("[clearance]\nkeep = 0.02\nstop = -1", r"clearance.stop"),
-        ('[clearance]\nignore = [["panda_hand", "tabel"]]', "ignore has 'tabel'"),
-    ],
-)
-def test_wrong_tables_are_refused_in_a_sentence(made, text, said):
-    with pytest.raises(ScenarioError, match=said):
-        made(text)
-
-
 def test_commands_that_look_at_no_scene_refuse_one(made):
     with pytest.raises(InputError, match=r"has \[\[scene\]\], which ftqp converge does not look at"):
         made(AROUND).refuse_tables("ftqp converge", "constraints", "scene")

@@ -5,7 +5,6 @@ import pytest
 from tests.app.conftest import invoke
 
 from ftqp.app.scenario.setup import load
-from ftqp.core.errors import ScenarioError
 
 HEAD = '[robot]\nname = "panda"\n[path]\nkind = "circle"\nradius = 0.05\nduration = 1.0\n'
 ELBOW = """kind = "position"
@@ -55,26 +54,3 @@ def test_a_command_that_looks_at_no_plane_refuses_them(tmp_path, command, monkey
     done = invoke(command[0], "several.toml", *command[1:])
     said = " ".join(str(getattr(done, "stderr", done.output)).split()) + str(done.exception)
     assert done.exit_code != 0 and f"which ftqp {command[0]} does not look at" in said
-
-
-@pytest.mark.parametrize(("table", "sentence"), [
-    ('kind = "posture"\n[[constraints]]\nframe = "panda_joint4"\nabove = [0, 0, 0]\nbraking = 0',
-     r"constraints\[0\].braking is 0"),
-    ('kind = "posture"\n[[constraints]]\nframe = "panda_joint44"\nabove = [0, 0, 0]',
-     "planner: frame is 'panda_joint44'"),
-    ('kind = "posture"\n[[constraints]]\nframe = "panda_joint4"',
-     r"constraints\[0\]: panda_joint4 has neither above, inside nor along, expected one of them"),
-    ('kind = "posture"\n[[constraints]]\nframe = "panda_joint4"\nalong = [0, 0, 1]\nwithin = 4.0',
-     r"constraints\[0\].within is 4.0, expected a number less than 3.14159 \[rad\]"),
-    ('kind = "posture"\n[[constraints]]\nframe = "panda_joint4"\ninside = [[0, 0, 0], [1, nan, 1]]',
-     r"constraints\[0\].inside\[1\]\[1\] is nan"),
-    (ELBOW.replace("5.0", "-5.0"), r"tasks\[0\].weight is -5"),
-    (ELBOW.replace('"z"', '"w"'), r"tasks\[0\]: rows of elbow is 'w'"),
-    (ELBOW.replace("joint4", "joint44"), "planner: frame is 'panda_joint44'"),
-    (ELBOW.replace("target", "goal"), r"tasks\[0\].goal is not a key"),
-    ('kind = "elbow"', r"tasks\[0\] has kind 'elbow', expected one of pose, relative, position"),
-    ('kind = "axis"\nframe = "panda_joint4"', r"tasks\[0\]: panda_joint4 axis has along None"),
-])  # fmt: skip
-def test_wrong_tables_are_one_sentence(tmp_path, table, sentence):
-    with pytest.raises(ScenarioError, match=sentence):
-        scenario(tmp_path, table)

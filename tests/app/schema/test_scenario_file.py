@@ -14,7 +14,6 @@ from ftqp.app.run import runs
 from ftqp.app.scenario.document import Document, bundled
 from ftqp.app.scenario.setup import load, resolve, validated
 from ftqp.control import paths
-from ftqp.core.errors import ScenarioError
 from ftqp.model import catalog
 from ftqp.model.payload import Payload
 
@@ -325,43 +324,3 @@ def test_load_tool_and_friction_of_the_robot_are_the_planner_s_own() -> None:
     np.testing.assert_allclose(made.robot.pose(q), bare.pose(q) @ T, atol=1e-12)
     np.testing.assert_allclose(made.robot.bias(q, v), loaded.bias(q, v), atol=1e-12)
     assert (made.planner.robot.coulomb == 0.1).all()
-
-
-@pytest.mark.parametrize(
-    ("overrides", "sentence"),
-    [
-        (['planner.scheme="pseudoinverse"'], "scheme 'pseudoinverse' does not go with level 'acceleration'"),
-        (
-            ['planner.scheme="pseudoinverse"', "planner.level=velocity", "planner.backend=daqp"],
-            "does not go with backend 'daqp': a closed form solves no QP",
-        ),
-        (
-            ["planner.level=velocity", 'planner.scheme={ name = "singularity_robust", rule = "tigth" }'],
-            "planner.scheme: damping rule is 'tigth' (did you mean 'tight'?)",
-        ),
-        (["path.reference=progress"], "path.reference: leader 'path' does not go with mode 'slack'"),
-        (
-            ['planner.stall.patterns=["zigzag"]', "planner.task.mode=scaled"],
-            "'zigzag' is not an escape pattern",
-        ),
-        (["planner.bridges=true"], "planner.bridges is true and the path runs by the clock"),
-        (["planner.leave=0.01"], "planner.leave is 0.01 and the path runs by the clock"),
-        (
-            ["planner.task.mode=scaled", "planner.task.damping={ factor = 0.1 }"],
-            "damping 'directional' does not go with",
-        ),
-        (['planner.detector={ calibration = "nowhere.json" }'], "planner.detector: "),
-        (["planner.detector={ bandwidths = [200.0, 60.0] }"], "planner.detector: bandwidths are"),
-        (["robot.options={ color = 1 }"], "'color' is not an option of the robot panda"),
-        (
-            ["robot.payload={ mass = 0.0 }"],
-            "robot.payload.mass is 0.0, expected a number greater than 0 [kg]",
-        ),
-        (["robot.tool={ orientation = [1.0, 1.0, 0.0, 0.0] }"], "orientation has the length 1.414"),
-        (["robot.viscous=[1.0, 2.0]"], "viscous has shape (2,), expected (nv,) = (7,)"),
-    ],
-)
-def test_what_cannot_be_is_told_with_its_place(overrides: list[str], sentence: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
-        load("panda-circle", overrides)
-    assert sentence in "\n".join([str(caught.value), *caught.value.errors])

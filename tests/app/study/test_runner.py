@@ -75,7 +75,7 @@ def test_only_items_of_the_study_are_counted_where_it_had_more_before(tmp_path: 
     assert 0.0 < outcome.seconds < whole and max(told) == 10
 
 
-@pytest.mark.parametrize("deadly", [0, 23])
+@pytest.mark.parametrize("deadly", [23, pytest.param(0, marks=pytest.mark.slow)])
 def test_an_item_that_always_kills_its_worker_is_given_up_and_the_others_finish(
     tmp_path: Path, deadly: int
 ) -> None:
@@ -98,6 +98,7 @@ def test_an_item_that_was_given_up_is_tried_again_after_all_others_and_elsewhere
         assert results.done() == set(range(10)) - {3}
 
 
+@pytest.mark.slow
 def test_workers_that_die_at_everything_are_not_tried_with_everything_unless_they_did_before(
     tmp_path: Path,
 ) -> None:

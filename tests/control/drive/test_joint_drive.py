@@ -249,7 +249,7 @@ def test_it_is_the_inverse_dynamics_of_the_corrected_acceleration():
     )
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_it_holds_a_torque_arm_to_a_planner_that_sends_positions():
     robot = ftqp.robots.load("panda")
     planner, arm = ftqp.Planner(robot, MILLISECOND), TorqueArm(robot, START, MILLISECOND, mass=0.2)

@@ -106,6 +106,7 @@ def test_stop_on_the_bridge_is_a_stop_and_resume_goes_on():
     assert told and seen[-1] is STATUS.DONE and np.abs(PANDA.pose(rows[-1]) - goal()).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_rows_that_were_given_up_stay_so_over_a_bridge_and_the_tip_stays_on_its_path():
     """The posture that is gone to is one of the rows that are kept; all of them would throw the tip off."""
     q, v, off, stopped = np.array([0.32, -0.816, -0.615, -2.476, 2.073, 1.224, 1.931]), np.zeros(7), 0.0, 0
@@ -192,6 +193,7 @@ def round_a_hole(dt=2e-3, **given):
     return ftqp.PathFollower(planner, ftqp.paths.PointToPoint(start, goal, duration=4.0), **given), q
 
 
+@pytest.mark.slow
 def test_path_through_what_is_out_of_reach_is_passed_by_within_what_it_may_be_left_by():
     leader, q = round_a_hole()
     status, off, _, _ = went(leader, q, 20.0)
@@ -221,6 +223,7 @@ def eleven_joints(**given):
     return leader, q
 
 
+@pytest.mark.slow
 def test_arm_goes_back_along_its_path_to_where_a_self_motion_leads_on_within_half_an_inch():
     leader, q = eleven_joints()
     status, off, _, _ = went(leader, q, 40.0)

@@ -39,6 +39,7 @@ def test_goal_that_the_straight_way_misses_is_reached_by_another_posture(level):
     assert not {step.status for step in steps} & {ftqp.StepStatus.STOPPING, ftqp.StepStatus.FALLBACK}
 
 
+@pytest.mark.slow
 def test_same_ticks_give_the_same_way():
     ways = [np.array([step.q for step in go(begun(), HERE, longest=20.0)]) for _ in range(2)]
     assert np.array_equal(*ways)
@@ -64,7 +65,10 @@ def test_all_joints_locked_is_unreachable_and_stands():
     assert goto.status is STATUS.UNREACHABLE and np.array_equal(steps[-1].q, PANDA.neutral)
 
 
-@pytest.mark.parametrize("when", ["another one is looked for", "the joints go to another posture"])
+@pytest.mark.parametrize(
+    "when",
+    ["another one is looked for", pytest.param("the joints go to another posture", marks=pytest.mark.slow)],
+)
 def test_second_failure_while_thinking_or_on_the_way_begins_anew(when):
     goto, told = begun(), []
 
@@ -82,6 +86,7 @@ def test_second_failure_while_thinking_or_on_the_way_begins_anew(when):
         assert np.abs(PANDA.pose(steps[-1].q) - GOAL).max() < 5e-3
 
 
+@pytest.mark.slow
 def test_repair_on_the_way_begins_anew_with_all_joints():
     goto, told = begun(), []
 
@@ -94,6 +99,7 @@ def test_repair_on_the_way_begins_anew_with_all_joints():
     assert told and goto.status is STATUS.REACHED
 
 
+@pytest.mark.slow
 def test_another_goal_meanwhile_is_gone_to_and_the_first_may_be_taken_up_again():
     goto = begun()
     steps = go(goto, HERE, longest=20.0)[:0]
@@ -163,6 +169,7 @@ def test_postures_that_come_too_near_to_a_scene_are_last_and_not_held():
         assert one.is_held == (apart > 0.019 and one.effort <= 0.98)
 
 
+@pytest.mark.slow
 def test_goal_inside_an_obstacle_is_unreachable_and_nothing_is_touched():
     goal = PANDA.pose(PANDA.neutral)
     goal[:3, 3] += [0.1, 0.15, -0.1]

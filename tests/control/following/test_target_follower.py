@@ -128,7 +128,9 @@ def test_joint_that_fails_on_the_way_does_not_throw_the_tip_off(level):
     assert steps[-1].v[2] == 0.0
 
 
-@pytest.mark.parametrize("spoilt", ["NaN", "zeros", "mirrored"])
+@pytest.mark.parametrize(
+    "spoilt", ["NaN", *(pytest.param(k, marks=pytest.mark.slow) for k in ("zeros", "mirrored"))]
+)
 def test_target_that_is_no_pose_brakes_the_arm_and_is_named(spoilt):
     bad = ftqp.Target(pose=START)
     bad.pose[:3, :3] = {"NaN": np.nan, "zeros": 0.0, "mirrored": -np.eye(3)}[spoilt]

@@ -70,6 +70,7 @@ def test_a_path_of_one_hand_leaves_the_tip_where_its_target_is_and_a_point_follo
     assert np.linalg.norm(step.tasks["tool"].error) < 1e-4
 
 
+@pytest.mark.slow
 def test_a_path_that_cannot_go_on_is_blocked_and_says_for_whom():
     planner = ftqp.Planner(BODY, tasks=[ftqp.PoseTask(LEFT), ftqp.PoseTask(RIGHT, level=0)], emergency=None)
     follower = ftqp.TaskPaths(planner, lift(1.5, duration=1.5))

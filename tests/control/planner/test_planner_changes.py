@@ -110,7 +110,7 @@ PANDA_MASS = ftqp.Planner(PANDA, DT).session().K.chain.mass[:7].sum()
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("share", [3, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("share", [7, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("kind", "way"),
     [("clock", way) for way in CHANGES if way not in ("carry", "tool")]
@@ -146,7 +146,7 @@ def test_a_change_that_is_interrupted_at_any_line_happened_or_did_not(kind, way,
 @pytest.mark.parametrize(
     "way", ["lock", *(pytest.param(way, marks=pytest.mark.slow) for way in ("free", "weak"))]
 )
-@pytest.mark.parametrize("share", [3, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("share", [7, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_change_inside_another_one_at_any_line_leaves_belief_and_kernel_at_one(way, share):
     there, back, _ = CHANGES[way]
     ride = Ride()
@@ -179,7 +179,7 @@ def test_a_planner_stays_stopped_until_all_of_resuming_has_happened():
     assert line > 5 and ride.step().status is ftqp.StepStatus.OK
 
 
-@pytest.mark.parametrize("times", [200, pytest.param(4000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("times", [100, pytest.param(4000, marks=pytest.mark.slow)])
 def test_real_signals_leave_belief_and_kernel_at_one(times):
     def raises(*_):
         raise Interrupt
@@ -305,49 +305,3 @@ def test_a_function_that_steps_the_planner_whose_step_asks_it_is_refused(kind):
     asked.clear()
     expected = ftqp.StepStatus.STOPPED if kind == "constraint" else ftqp.StepStatus.OK
     assert planner.step(PANDA.neutral, None, target).status is expected
-
-
-def test_a_step_while_the_exception_of_an_interrupted_one_is_handled_is_made():
-    planner, target, nothing = ftqp.Planner(PANDA), ftqp.Target(pose=PANDA.pose(PANDA.neutral)), np.zeros(7)
-    planner.reset(PANDA.neutral)
-
-    def step():
-        return planner.step(PANDA.neutral, None, target, tau=nothing)
-
-    def stop():
-        raise KeyboardInterrupt
-
-    step()
-    kept = []  # as who reports them later does
-    for line in itertools.count():
-        try:
-            if not interrupted(step, line, stop):
-                break
-        except KeyboardInterrupt as error:
-            kept.append(error)
-            assert step().status is ftqp.StepStatus.OK, line
-            assert step().status is ftqp.StepStatus.OK, line
-    assert len(kept) == line > 20
-
-
-def test_a_step_inside_another_call_inside_a_step_is_refused_too():
-    said, asked, target = [], [], ftqp.Target(pose=PANDA.pose(PANDA.neutral))
-
-    class Stepping:
-        def __array__(self, dtype=None, copy=None):
-            try:
-                planner.step(PANDA.neutral, None, target)
-            except ftqp.InputError as error:
-                said.append(str(error))
-            return np.asarray(PANDA.neutral)
-
-    def again(*_):
-        if asked:
-            asked.pop().reset(Stepping())
-
-    planner = ftqp.Planner(PANDA, constraints=[ftqp.Rows(1, again)])
-    planner.reset(PANDA.neutral)
-    planner.step(PANDA.neutral, None, target)
-    asked.append(planner)
-    planner.step(PANDA.neutral, None, target)
-    assert said and "planner.step is called inside planner.step" in said[0]

@@ -49,7 +49,7 @@ def known(scene, planners):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("share", [3, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("share", [7, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "name",
     [pytest.param(one, marks=[pytest.mark.slow] if one in ("add", "detach") else []) for one in CHANGES],

@@ -112,20 +112,6 @@ def test_wrong_conversion_is_refused_with_one_sentence(given, sentence):
         bounds.by_name(given)
 
 
-@pytest.mark.parametrize(
-    ("given", "sentence"),
-    [
-        ({"position": 0.0}, "position is 0, expected a finite number > 0 m"),
-        ({"rotation": np.inf}, "rotation is inf, expected a finite number > 0 rad"),
-        ({"samples": 0}, "samples is 0, expected a whole number >= 1"),
-        ({"samples": 2.5}, "samples is 2.5, expected a whole number >= 1"),
-    ],
-)
-def test_senseless_stop_is_refused_with_one_sentence(given, sentence):
-    with pytest.raises(InputError, match=sentence):
-        EmergencyStop(**given)
-
-
 def test_it_stops_by_default_beyond_five_centimetres_or_three_tenths_of_a_radian():
     stop = EmergencyStop()
     assert (stop.position, stop.rotation, stop.samples) == (0.05, 0.3, 3)
@@ -172,18 +158,6 @@ class Reach(OwnTask):
         return lambda state, J, b: None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Slow(OwnConstraint):
-    speed: float = setting(0.1, "its largest speed", unit="rad/s", above=0.0)
-
-    @property
-    def count(self):
-        return 1
-
-    def filling(self, robot):
-        return lambda state, C, l, u: None
-
-
 @pytest.mark.parametrize(
     ("wrong", "sentence"),
     [
@@ -202,12 +176,6 @@ def test_settings_of_ones_own_are_refused_as_they_say(wrong, sentence):
     Reach("panda_joint4")
     with pytest.raises(ftqp.InputError, match=sentence):
         Reach("panda_joint4", **wrong)
-
-
-def test_settings_of_constraints_are_refused_as_they_say():
-    Slow()
-    with pytest.raises(ftqp.InputError, match="speed of Slow is -1, expected a finite number > 0 rad/s"):
-        Slow(speed=-1.0)
 
 
 @pytest.mark.parametrize("over", [OwnTask, OwnConstraint])

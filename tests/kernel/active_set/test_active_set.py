@@ -1,6 +1,6 @@
 """The in-kernel solver against daqp and quadprog, on random QPs of every kind a tick brings, and worse."""
 
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -47,8 +47,8 @@ class StandaloneQP:
         return int(self.Q.iterations)
 
 
-standalone_qp = cache(StandaloneQP)
-"""One memory a size, as a solver keeps it."""
+standalone_qp = lru_cache(4)(StandaloneQP)
+"""One memory a size, as a solver keeps it, for a few sizes: each is megabytes, and there are thousands."""
 
 
 COUNTS = [60, pytest.param(600, marks=pytest.mark.slow)]

@@ -112,7 +112,7 @@ def fields():
         for level in LEVELS
     ],
 )
-@pytest.mark.parametrize("share", [3, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("share", [7, pytest.param(1, marks=pytest.mark.slow)])
 def test_whatever_the_record_holds_the_command_is_safe(drive, level, share):
     settings = {"lead": True} if drive == "lead" else {"drive": drive}
     places = [(room, name) for room, name, kind in fields() if kind == "f8"]
@@ -128,10 +128,11 @@ def test_whatever_the_record_holds_the_command_is_safe(drive, level, share):
 
 
 @pytest.mark.parametrize("level", ["acceleration", pytest.param("velocity", marks=pytest.mark.slow)])
-def test_a_joint_that_swings_is_nowhere_faster_than_anything_moves(level):
+@pytest.mark.parametrize("share", [5, pytest.param(1, marks=pytest.mark.slow)])
+def test_a_joint_that_swings_is_nowhere_faster_than_anything_moves(level, share):
     robot = ftqp.robots.load("planar(4)")
     target = ftqp.Target(pose=robot.pose(robot.neutral))
-    for room, name in [(room, name) for room, name, kind in fields() if kind == "f8"]:
+    for room, name in [(room, name) for room, name, kind in fields() if kind == "f8"][::share]:
         planner = ftqp.Planner(robot, DT, level=level)
         planner.reset(robot.neutral)
         planner.report(ftqp.FreeSwinging("j3", damping=4.0))

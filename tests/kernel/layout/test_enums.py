@@ -1,6 +1,5 @@
 """Codes and tables: what operators, logs and compiled code call them is one list each."""
 
-import ast
 import logging
 import re
 from pathlib import Path
@@ -8,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import ftqp
 from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.control.planner.status import StepStatus
 from ftqp.kernel.compiled.library import level, load
@@ -18,7 +16,6 @@ from ftqp.kernel.layout.hypotheses import HYPOTHESES, SERVO_TIMES, TORQUE_TIMES,
 from ftqp.qp.problem import SolveStatus
 from ftqp.sim.log.signals import base_columns, columns
 
-KINDS = {"Enum", "IntEnum", "enum.Enum", "enum.IntEnum"}
 SPOKEN = {StepStatus: Status, BaseStatus: BaseCode, SolveStatus: Claim}
 """What people read, and what compiled code compares."""
 
@@ -47,27 +44,6 @@ def test_a_log_s_column_of_codes_names_exactly_the_members(column, kernel):
 def test_a_log_s_column_of_claims_lists_every_one():
     codes = [int(code) for code in re.findall(r"(?<!-)\b(\d+) \w+", told("qp_status"))]
     assert codes == list(range(len(Claim)))
-
-
-def enumerations():
-    """Members of every enumeration in the source, by its name and file."""
-    found = {}
-    root = Path(ftqp.__file__).parent
-    for file in sorted(root.rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text())):
-            if isinstance(node, ast.ClassDef) and {ast.unparse(base) for base in node.bases} & KINDS:
-                members = [part.targets[0].id for part in node.body if isinstance(part, ast.Assign)]
-                found[node.name, str(file.relative_to(root))] = tuple(members)
-    return found
-
-
-def test_no_enumeration_exists_twice():
-    """But for those that people read, which ``SPOKEN`` ties to their codes."""
-    lists = list(enumerations().values())
-    assert all(members for members in lists)
-    twice = {members for members in lists if lists.count(members) > 1}
-    assert twice == {tuple(member.name for member in kind) for kind in SPOKEN}
-    assert all(lists.count(members) == 2 for members in twice)
 
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "theory" / "feedback.md"
