@@ -13,11 +13,9 @@ from typing import Any
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.feedback_rooms import SERVO
+from ftqp.kernel.layout.thresholds import GEAR, LEAST_SHIFT, MOST_SHIFT
 from ftqp.kernel.maths.elementary import sqrt
-from ftqp.kernel.monitor.servos import GEAR, noise_of, variance
-
-LEAST_SHIFT, MOST_SHIFT = 3.0, 8.0
-"""Standard deviations of the shifts that are tested: below, learning takes them; above, all are clear."""
+from ftqp.kernel.monitor.servos import noise_of, variance
 
 
 @jit

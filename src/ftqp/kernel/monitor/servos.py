@@ -20,17 +20,13 @@ from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import IS_LOCKED, NOTHING_HEARD
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import SERVO_PRIOR, UNLIMITED
+from ftqp.kernel.layout.thresholds import GEAR, SERVO_DRIFT, SERVO_PRIOR, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
 
-DRIFT = (0.003, 1e-4, 5e-4, 0.008, 1e-3, 1e-3)
-"""How they change, per root of a radian or metre that the joint goes, ..."""
 CREEP = 0.002
-"""... and the droop, per root of a second."""
+"""The droop changes by so much per root of a second, beside its drift with the way."""
 IDEAL = (1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5)
 """What is left open of a joint whose samples were its commands to the last bit while it moved."""
-GEAR = 2e-4
-"""By so much [rad or m] a joint moves whose brake is closed: play of common gears."""
 SLOW = 0.02
 """Slower than this [rad/s or m/s] dry friction may hold a joint to either side."""
 UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
@@ -216,7 +212,7 @@ def learn_servo(K: Any, i: int) -> None:
             P[r, c] -= share * gain[r] * gain[c]
     if M.G[i] == 0.0 or M.rests[i] == 0:  # else the droop of a joint that is held would take the fault
         for r in range(SERVO):
-            drift = DRIFT[r] * DRIFT[r] * v * block + (CREEP * CREEP * block if r == 3 else 0.0)
+            drift = SERVO_DRIFT[r] * SERVO_DRIFT[r] * v * block + (CREEP * CREEP * block if r == 3 else 0.0)
             most = SERVO_PRIOR[r] * SERVO_PRIOR[r]
             P[r, r] = max(P[r, r], min(P[r, r] + drift, most))  # never less: what was told may be less sure
     if M.act[i] > 0.05:  # 5 % of the looks at a healthy joint are beyond two standard deviations
