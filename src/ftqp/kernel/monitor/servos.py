@@ -35,6 +35,8 @@ these."""
 SETTLES, LAGS_TO_SETTLE = 0.1, 4.0
 """A joint of an arm that was switched on or let go is not judged for so long [s], and so many times what it
 may lag: it goes where its load draws it."""
+BEGINS = 8.0
+"""An arm may have been sent anywhere before: the filters forget that in so many time constants, to 1 %."""
 TAUGHT = 3.0
 """A residual teaches as if it were so many standard deviations at most."""
 
@@ -73,8 +75,13 @@ def ticks_to_settle(K: Any, i: int) -> int:
 
 @rare_jit
 def begin_filters(K: Any) -> None:
-    """The first sample of an arm that does not follow to the last bit: it has stood until now."""
+    """The first sample of an arm that does not follow to the last bit: it has stood until now.
+
+    What it was sent before nobody knows, so that a droop shows as if it had only begun: until the filters have
+    forgotten that, nothing is learned. An arm that is ideal was sent where it stood.
+    """
     M = K.monitor
+    begins = 0 if M.ideal else int(BEGINS / (M.w * K.state.dt)) + 1
     M.sees = 1
     M.count = M.settles = 0
     for i in range(K.chain.n):
@@ -83,7 +90,7 @@ def begin_filters(K: Any) -> None:
         M.y[i] = M.anchor[i] = M.place[i] = y
         M.u[i] = u
         M.total[i] = M.act[i] = M.weight[i] = M.inertia[i] = M.r[i] = M.S[i] = 0.0
-        M.rests[i] = M.blind[i] = 0
+        M.rests[i], M.blind[i] = 0, begins
         if not M.ideal:
             M.settles = max(M.settles, ticks_to_settle(K, i))
         M.room[i] = UNLIMITED  # until it is looked at
@@ -163,6 +170,12 @@ def observe_joint(K: Any, i: int) -> None:
 
 
 @jit
+def direction(v: float) -> float:
+    """sgn(v), smooth where dry friction may hold a joint to either side."""
+    return v / sqrt(v * v + SLOW * SLOW)
+
+
+@jit
 def residual(K: Any, i: int) -> None:
     """r of joint i, and S, its variance: what is left open, noise, and what the model misses.
 
@@ -170,14 +183,7 @@ def residual(K: Any, i: int) -> None:
     """
     M, n = K.monitor, K.chain.n
     phi, theta, v, a = M.phi, M.theta[i], M.v[i], M.a[i]
-    phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = (
-        v,
-        a,
-        v / sqrt(v * v + SLOW * SLOW),
-        1.0,
-        M.weight[i],
-        M.inertia[i],
-    )
+    phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = v, a, direction(v), 1.0, M.weight[i], M.inertia[i]
     r = M.u_f[2, i] - M.y_f[2, i]
     for k in range(SERVO):
         r -= phi[k] * theta[k]
@@ -191,6 +197,7 @@ def residual(K: Any, i: int) -> None:
     if M.settles == 0:  # what was asked for, not how a joint falls
         phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])
         phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
+    phi[2] = direction(phi[0])  # nor is the noise of a joint that stands a motion against friction
     M.r[i], M.spread[i] = r, spread
     M.S[i] = spread + variance(M.P[i], phi, 0)
     M.z[i] = r / sqrt(M.S[i])
