@@ -88,22 +88,22 @@ def test_the_planner_goes_on_with_what_was_learned_and_another_begins_with_its_f
     np.testing.assert_allclose(first.planner.learned.lag, planner.learned.lag, atol=1e-3)
 
 
-def test_a_lock_is_found_about_when_that_was_said(healthy):
+@pytest.mark.parametrize("speed", [0.1, 1.0])
+@pytest.mark.parametrize("joint", range(4))
+def test_a_lock_is_found_about_when_that_was_said(speed, joint):
     planner = made()
-    connected(planner)
-    sight, arm = planner.diagnosis.sight, ServoArm(START, DT, "position only", wn=WN, sigma=SIGMA)
-    planner.reset(START)
-    goto = ftqp.GoTo(planner, q=START + np.array([0.6, -0.6, 0.6, -0.6]))
-    for k in range(400):
-        arm.braked[1] = k > 60
+    first, arm = connected(planner)
+    said = planner.diagnosis.sight.lock_after(joint, speed)
+    planner.speed = speed / STRANGE.limits.v_max[joint]
+    goto = ftqp.GoTo(planner, q=START + 1.5 * np.array([1.0, -1.0, -1.0, 1.0]))
+    k = 0
+    while not planner.findings:
+        arm.braked[joint] = k > 200
         arm.command(goto.step(arm.measured()))
-        if k == 60:
-            speed = abs(arm.v[1])
-        if planner.findings:
-            break
-    assert planner.findings[0].joint == "lift" and speed > 0.1
-    after = planner.findings[0].detected_at - 60 * DT
-    assert after < 3.0 * sight.lock_after(1, speed) + 0.05
+        k += 1
+    after = (k - 200) * DT
+    assert planner.findings[0].joint == STRANGE.joints[joint]
+    assert said / 2.0 < after < 2.0 * said + 0.05
 
 
 def swapped(q):

@@ -6,10 +6,10 @@ import pytest
 from ftqp.faults.detection.sight import Sight
 
 
-def sight(deviation=1e-3, known=True):
+def sight(deviation=1e-3, known=True, shaken=0.0):
     return Sight(
         level=17.0, kappa=0.094, block=0.005, late=0.03, deviation=np.array([deviation]),
-        is_known=np.array([known]), units=("mrad",),
+        shaken=np.array([shaken]), is_known=np.array([known]), units=("mrad",),
     )  # fmt: skip
 
 
@@ -38,6 +38,12 @@ def test_the_least_deviation_decides_just_within_the_time(within):
 def test_a_lock_shows_when_the_evidence_passes_the_level(speed):
     looks = looks_until(lambda k: speed * 0.005 * k / 1e-3)
     assert sight().lock_after(0, speed) == pytest.approx(0.005 * looks + 0.03)
+
+
+def test_a_lock_shows_later_where_other_joints_shake_it():
+    looks = looks_until(lambda k: 0.005 * k / np.hypot(1e-3, 5e-3))
+    assert sight(shaken=5e-3).lock_after(0, 1.0) == pytest.approx(0.005 * looks + 0.03)
+    assert sight(shaken=5e-3).lock_after(0, 1.0) > sight().lock_after(0, 1.0)
 
 
 def test_a_joint_that_is_not_to_move_shows_nothing():

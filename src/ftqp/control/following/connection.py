@@ -193,17 +193,19 @@ class Connection:
         if i is None:
             return None
         size = abs(self._motion.alone[i])
-        k = int(np.argmax(np.abs(way)))
-        if abs(way[k]) > TOO_FAR * size + ROUGHLY:
-            if k == i:
-                return self._too_far(i, float(way[i]))
-            return f"{names[k]} has moved by {way[k]:.3g} while only {names[i]} was sent to move"
+        if abs(way[i]) > TOO_FAR * size + ROUGHLY:
+            return self._too_far(i, float(way[i]))
+        others = np.where(self._robot.chain.lead == i, 0.0, way)
+        k = int(np.argmax(np.abs(others)))
+        if abs(others[k]) > OTHER * size + ROUGHLY:
+            moved = f"{names[k]} has moved by {way[k]:.3g} while only {names[i]} was sent to move"
+            return self._guessed(way) or moved
         turned = way[i] * np.sign(self._motion.alone[i]) < -OTHER * size
-        return self._judged(EARLY) if turned else None
+        return self._judged(EARLY if turned else OTHER, over=False)
 
     def _guessed(self, way: FloatArray) -> str | None:
         """What mistake the planner has found by its consequences; None where it looks like none."""
-        judged, i, start = self._judged(EARLY), self._alone, self._motion.start
+        judged, i, start = self._judged(EARLY, over=False), self._alone, self._motion.start
         if judged is not None or (i is None and self._part >= 0):
             return judged
         away, least = self._begun + way - start, LEAST
@@ -212,10 +214,10 @@ class Connection:
         away = np.where(away * way > 0.0, away, 0.0)  # what sagged at first comes back
         return strayed(self._robot.joints, start, away) if np.abs(away).max() > least else None
 
-    def _judged(self, share: float = OTHER) -> str | None:
+    def _judged(self, share: float = OTHER, *, over: bool = True) -> str | None:
         """What is wrong with the joint that has moved alone, at least by a share of its way; None if nothing.
 
-        Before half of it is over, one that has not followed may do so yet.
+        Before its motion is over, one that has not followed may do so yet.
         """
         i, names = self._alone, self._robot.joints
         if i is None or self._moved < share * abs(self._motion.alone[i]):
@@ -239,7 +241,7 @@ class Connection:
                 f"{sent} and has moved by {way[i]:.2g}, the other way: turn the sign of its measured or of "
                 "its sent positions, or the axis of the model"
             )
-        if abs(follows) < FOLLOWS and share >= OTHER:
+        if abs(follows) < FOLLOWS and over:
             return (
                 f"{sent} and has moved by {way[i]:.1g}: it is locked, its motor is off, or what is handed "
                 "over is not what is measured of it; look at its drive and brake, or report it as ftqp.Locked"

@@ -27,6 +27,7 @@ class Sight:
         block: From one look at a joint to the next [s].
         late: How late a residual is behind the filters [s].
         deviation: Standard deviation of the residual of a joint that stands, (nv,) [rad or m].
+        shaken: How much larger it is where the other joints move, by their speed, (nv,) [s].
         is_known: Of which joints the servo is known, (nv,).
         units: What a thousandth of each joint's unit is called, (nv,).
 
@@ -38,6 +39,7 @@ class Sight:
     block: float
     late: float
     deviation: FloatArray
+    shaken: FloatArray
     is_known: BoolArray
     units: tuple[str, ...]
 
@@ -62,10 +64,10 @@ class Sight:
 
         Args:
             i: The joint.
-            speed: How fast it is asked to move [rad/s or m/s].
+            speed: How fast it is asked to move [rad/s or m/s], and the others are.
         """
         t = self.block * np.arange(1, round(LOOKED_AHEAD / self.block) + 1)
-        z = abs(speed) * t / self.deviation[i]
+        z = abs(speed) * t / np.hypot(self.deviation[i], self.shaken[i] * speed)
         shift = np.clip(z, LEAST_SHIFT, MOST_SHIFT)
         evidence = np.cumsum(np.maximum(self.kappa * (shift * z - 0.5 * shift * shift), 0.0))
         at = np.flatnonzero(evidence > self.level)

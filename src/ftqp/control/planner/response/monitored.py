@@ -44,6 +44,7 @@ def sight_of(K: Any, robot: Robot) -> Sight | None:
         block=float(M.every) * float(K.state.dt),
         late=POLES / float(M.w),
         deviation=np.sqrt(spread),
+        shaken=OTHERS * M.missed[:n] * (n - 1) / n,
         is_known=known.is_known,
         units=tuple(UNITS[unit] for unit in known.units),
     )
