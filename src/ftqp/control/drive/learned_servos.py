@@ -48,7 +48,8 @@ class LearnedServos:
         units: The unit of each joint, ``rad`` or ``m``, (nv,).
         values: Lag [s], rotor over stiffness [s2], dry friction over it, and droops: the constant one, that
             under the arm's weight and that under what its inertia takes [rad or m], (nv, 6).
-        deviations: Their standard deviations, (nv, 6).
+        deviations: Their standard deviations, (nv, 6). Noise of samples that hides the accelerations draws
+            the rotor towards zero, which its own does not tell.
         droop: How far each joint stands below what it is sent at the present posture, (nv,) [rad or m].
         droop_error: Its standard deviation, (nv,).
         noise: Standard deviation of the samples of each joint, (nv,) [rad or m].
@@ -79,16 +80,6 @@ class LearnedServos:
     def lag_error(self) -> FloatArray:
         """Its standard deviation, (nv,) [s]."""
         return self.deviations[:, 0]
-
-    @property
-    def rotor(self) -> FloatArray:
-        """Rotor inertia over the servo's stiffness, 1/w_n^2, (nv,) [s2]."""
-        return self.values[:, 1]
-
-    @property
-    def rotor_error(self) -> FloatArray:
-        """Its standard deviation, (nv,) [s2]."""
-        return self.deviations[:, 1]
 
     @property
     def friction(self) -> FloatArray:

@@ -40,13 +40,14 @@ WEIGHS = 0.2
 def prior(drive: Drive, joints: int, lead: float, late: float) -> tuple[FloatArray, FloatArray]:
     """What is told of the servos, and its standard deviations, (joints, SERVO) each.
 
-    What was learned before is as open as if the joints had gone a radian or metre since, its lag at least as
-    that of a bandwidth that was told.
+    What was learned before is as open as if the joints had gone a radian or metre since, its lag and rotor at
+    least as those of a bandwidth that was told.
     """
     if isinstance(drive.known, LearnedServos):
         mean = np.array(drive.known.values)
         doubt = np.hypot(drive.known.deviations, SERVO_DRIFT)
         doubt[:, 0] = np.maximum(doubt[:, 0], TOLD_SHARE * mean[:, 0])
+        doubt[:, 1] = np.maximum(doubt[:, 1], 0.25 * mean[:, 0] ** 2)
         return mean, np.minimum(doubt, SERVO_PRIOR)
     mean, doubt = np.zeros((joints, SERVO)), np.tile(np.array(SERVO_PRIOR), (joints, 1))
     mean[:, 0] = MEAN_LAG + late
