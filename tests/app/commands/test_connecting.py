@@ -71,12 +71,23 @@ def test_an_arm_without_a_scenario_is_connected_and_its_file_is_a_planner_s_prio
     assert isinstance(planner.drive.known, ftqp.LearnedServos)
 
 
+@pytest.mark.long
+def test_two_arms_on_one_base_are_connected_and_take_the_time_that_their_joints_need() -> None:
+    result = asked("dual_panda", "--json")
+    assert result.exit_code == 0, result.output
+    facts: Any = json.loads(result.stdout)
+    assert len(facts["joints"]) == 14 and facts["fault"] is None
+    for joint in facts["joints"].values():
+        assert abs(joint["lag"][0] - 2.0 / BANDWIDTH) < 3.0 * joint["lag"][1] < 0.05
+        assert joint["droop"][1] < 1e-3  # an arm carries its own masses, and not the other's
+
+
 def test_a_person_reads_a_table_what_it_means_and_what_is_missing(scenario: Path) -> None:
     result = asked(scenario)
     assert result.exit_code == 0, result.output
     words = " ".join(result.output.split())
-    assert "what was learned of its servos" in words and "lock at 0.1 rad/s [ms]" in words
-    assert "Nothing shows of a joint that rests." in words
+    assert "what was learned of its servos" in words and "lock after [ms]" in words and "droop [mrad]" in words
+    assert "Nothing shows of one that rests." in words
     assert "The noise of positions was not stated: ftqp.Noise(q=" in words
     assert "lag by" not in words  # the drive is said to take no velocities
 
@@ -93,6 +104,7 @@ def test_a_failure_at_the_first_ends_it_and_nothing_is_written(scenario: Path, t
     file = tmp_path / "arm.json"
     result = asked(scenario, "-o", file)
     assert result.exit_code == 1, result.output
+    assert "--set faults=[] leaves that out" in result.output
     assert "ended early: j2" in result.output and f"{file} is not written" in " ".join(result.output.split())
     assert not file.exists()
 
@@ -102,6 +114,18 @@ def test_an_arm_that_follows_to_the_last_bit_teaches_nothing(tmp_path: Path) -> 
     result = asked("planar3-line", "-o", file)
     assert result.exit_code == 2 and not file.exists()
     assert "The samples were the commands to the last bit" in " ".join(result.output.split())
+    result = asked("planar3-line")
+    assert result.exit_code == 0 and "simulation.plant=servo" in " ".join(result.output.split())
+
+
+def test_joints_that_hardly_moved_or_moved_too_slowly_are_said_together(tmp_path: Path) -> None:
+    file = tmp_path / "arm.json"
+    result = asked("canadarm2", "-o", file)
+    words = " ".join(result.output.split())
+    assert result.exit_code == 2 and not file.exists()
+    assert "wrist_yaw, wrist_roll, which hardly moved" in words and "give more seconds" in words
+    result = asked("canadarm2", "--seconds", "60")
+    assert "wrist_roll, which moved too slowly for a lag" in " ".join(result.output.split())
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ Source: docs/theory/monitor.md, "The model of a joint".
 
 from typing import Any
 
-from ftqp.kernel.arm.dynamics import gravity_torque, torques_of
+from ftqp.kernel.arm.dynamics import torques_of
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import IS_LOCKED, NOTHING_HEARD
@@ -77,8 +77,8 @@ def ticks_to_settle(K: Any, i: int) -> int:
 def begin_filters(K: Any) -> None:
     """The first sample of an arm that does not follow to the last bit: it has stood until now.
 
-    What it was sent before nobody knows, so that a droop shows as if it had only begun: until the filters have
-    forgotten that, nothing is learned. An arm that is ideal was sent where it stood.
+    What it was sent before nobody knows, so that a droop shows as if it had only begun: until the filters
+    have forgotten that, nothing is learned. An ideal arm was sent where it stood.
     """
     M = K.monitor
     begins = 0 if M.ideal else int(BEGINS / (M.w * K.state.dt)) + 1
@@ -127,14 +127,15 @@ def feel_servos(K: Any) -> None:
     """g(q), and M(q) a of the accelerations that are seen, in units of a fifth of the torque limits."""
     M, supposed = K.monitor, K.supposed
     for i in range(K.chain.n):
-        supposed.q[i], supposed.v[i] = M.y_f[2, i], 0.0
+        supposed.q[i], supposed.v[i], M.inertia[i] = M.y_f[2, i], 0.0, 0.0
     forward_kinematics(K, supposed)
     motion(K, supposed)
+    torques_of(supposed, K.kinematics, K.chain, M.inertia)  # at rest, of trees, too
+    for i in range(K.chain.n):
+        M.weight[i] = K.kinematics.tau[i] * M.unit[i]
     torques_of(supposed, K.kinematics, K.chain, M.a)
     for i in range(K.chain.n):
-        g = gravity_torque(K.kinematics, K.chain, i, K.scratch.joints)
-        M.weight[i] = g * M.unit[i]
-        M.inertia[i] = (K.kinematics.tau[i] - g) * M.unit[i]
+        M.inertia[i] = K.kinematics.tau[i] * M.unit[i] - M.weight[i]
 
 
 @jit
