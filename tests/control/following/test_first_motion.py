@@ -30,7 +30,7 @@ def test_derivatives_are_those_of_the_wave_and_below_their_bounds():
 
 
 def test_joints_move_one_after_the_other_and_then_together_and_come_back():
-    motion = first_motion(PANDA, PANDA.neutral, WORKS, 10.0)
+    motion = first_motion(PANDA, PANDA.neutral, WORKS)
     assert motion.duration == pytest.approx(10.0, abs=0.5)
     q, v, a = sampled(motion)
     np.testing.assert_allclose(q[[0, -1]], [PANDA.neutral] * 2)

@@ -20,10 +20,15 @@ if TYPE_CHECKING:
 DT = 0.002
 """Sampling period of an arm of which no scenario says it [s]."""
 NOTICED = (
-    "A joint that is so far off what its servo explains is noticed within 0.1 s; a lock, so long after the "
-    "joint should have moved. Nothing shows of a joint that rests."
+    "A joint that is off by so much more than its servo explains is noticed within 0.1 s, and one that locks "
+    "so long after it should have moved, if that was with 0.1 rad/s or m/s. Nothing shows of one that rests."
 )
 """What the columns of the table mean."""
+IDEAL = (
+    "note: an arm in simulation has servos with simulation.plant=servo, which lag if the planner's drive "
+    "takes no velocities, or with plant=mujoco"
+)
+"""What helps where samples are the commands."""
 
 
 def connect(
@@ -35,14 +40,20 @@ def connect(
         str | None, typer.Option(metavar="FRAME", help="The tip of a model; its only end if left out.")
     ] = None,
     overrides: Overrides = None,
-    seconds: Annotated[float, typer.Option(metavar="T", help="About how long the motion takes.")] = 10.0,
+    seconds: Annotated[
+        float | None,
+        typer.Option(metavar="T", help="About how long the motion takes; 10 s, or more for many joints."),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="A file of what was learned, for drive.known."),
     ] = None,
     as_json: Json = False,
 ) -> ExitCode:
-    """Let a simulated arm make its first motion: what is learned of each servo, noticed, and missing."""
+    """Let a simulated arm make its first motion: what is learned of each servo, noticed, and missing.
+
+    Your own arm makes it in your loop: ftqp.connect(planner, q), docs/connect-your-robot.md.
+    """
     from ftqp.app.commands.inspection import arm_of
     from ftqp.control.drive.joint_drive import Drive
     from ftqp.control.following.connection import Connection
@@ -75,7 +86,11 @@ def connect(
     answer(facts, as_json, _told(first))
     if first.fault is not None:
         say(f"ended early: {first.fault}" + ("" if output is None else f"; {output} is not written"))
+        if setup is not None and schedule.failing(planner.dt):
+            say("note: joints fail in this scenario; --set faults=[] leaves that out")
         return ExitCode.STOPPED
+    if setup is not None and first.learned is None:
+        say(IDEAL)
     if setup is None:
         say("note: a servo of 15 Hz without masses stood for the arm; a scenario says what is true of yours")
     if output is not None:
@@ -123,13 +138,15 @@ def _facts(first: "Connection", file: Path | None) -> dict[str, Any]:
 
 def _told(first: "Connection") -> Told:
     """What a person reads."""
-    from ftqp.control.drive.learned_servos import SURE, hertz, with_error
+    from ftqp.control.drive.learned_servos import SURE, UNITS, hertz, with_error
+    from ftqp.control.following.connection_words import SCATTERS
     from ftqp.faults.detection.sight import TYPICAL
 
     learned, diagnosis = first.learned, first.planner.diagnosis
     sight = None if diagnosis is None else diagnosis.sight
     if learned is None or first.fault is not None:
         return list(first.missing)
+    thousandth = " or ".join(sorted({UNITS[unit] for unit in learned.units}, reverse=True))
     rows = []
     for i, joint in enumerate(learned.joints):
         lag, error, known = float(learned.lag[i]), float(learned.lag_error[i]), bool(learned.is_known[i])
@@ -141,10 +158,11 @@ def _told(first: "Connection") -> Told:
         if sight is not None:
             after = sight.lock_after(i, TYPICAL)
             cells += [f"{1e3 * sight.least()[i]:.2g}", f"{1e3 * after:.0f}" if np.isfinite(after) else "-"]
-        noise = f"{1e3 * float(learned.noise[i]):.2g}"
+        noise = f"{1e3 * float(learned.noise[i]):.2g}" if learned.noise[i] > SCATTERS else "0"
         rows.append((joint, *(cells if known else ["not known", *["-"] * (len(cells) - 1)]), noise))
-    seen = () if sight is None else ("off by, in 0.1 s", f"lock at {TYPICAL:g} rad/s [ms]")
-    heads = ("joint", "lag [ms]", "servo [Hz]", "droop", "friction", *seen, "noise")
-    title = f"{learned.robot}: what was learned of its servos, with standard deviations [mrad, mm]"
+    seen = () if sight is None else (f"noticed [{thousandth}]", "lock after [ms]")
+    units = (f"{what} [{thousandth}]" for what in ("droop", "friction"))
+    heads = ("joint", "lag [ms]", "servo [Hz]", *units, *seen, f"noise [{thousandth}]")
+    title = f"{learned.robot}: what was learned of its servos, with standard deviations"
     notices = list(first.notices) if sight is None else [NOTICED]
     return [Table(title, heads, rows, heads[1:]), *notices, *first.missing]

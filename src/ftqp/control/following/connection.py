@@ -63,7 +63,8 @@ class Connection:
     Args:
         planner: The planner that is led, on drive ``position``; it is reset.
         q: What is measured now of the arm at rest, (nv,) or (nq,) [rad or m].
-        seconds: About how long it takes; longer motions are slower and tell more [s].
+        seconds: About how long it takes, 10 s if left out, and more for more than seven joints; longer
+            motions are larger where joints are slow, and tell more [s].
 
     Raises:
         InputError: Another drive, too short a time, or an arm that is far outside its ranges, as one that is
@@ -80,7 +81,7 @@ class Connection:
         "_fault", "What ended it early, in a sentence; None where nothing has.", MADE
     )
 
-    def __init__(self, planner: Planner, q: Any, *, seconds: float = 10.0) -> None:
+    def __init__(self, planner: Planner, q: Any, *, seconds: float | None = None) -> None:
         instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot)")
         if planner.drive.kind != "position":
             raise InputError(
@@ -92,9 +93,8 @@ class Connection:
         _refuse_outside(robot, start)
         self._planner, self._robot, self._view = planner, robot, planner.view()
         planner.reset(start)
-        self._motion: FirstMotion = first_motion(
-            robot, start, self._view.working, positive("seconds", seconds, "s")
-        )
+        given = None if seconds is None else positive("seconds", seconds, "s")
+        self._motion: FirstMotion = first_motion(robot, start, self._view.working, given)
         self._view.forget_servos()
         memory = Memory("joints")
         self._joints: Any = memory.fields
@@ -276,9 +276,9 @@ class Connection:
     def missing(self) -> tuple[str, ...]:
         """What the planner should be told, or is told wrongly, a sentence each with its remedy."""
         learned = self.learned
+        if self._fault is not None:
+            return ()
         if learned is None:
-            if self._fault is not None:
-                return ()
             return (
                 "The samples were the commands to the last bit, so that nothing was learned: hand over what "
                 "the arm measures, and not what was sent.",
@@ -310,12 +310,13 @@ class Connection:
                 f"{path} is not written, because {1.0 - self.progress:.0%} of the motion is still to come; "
                 "go on with connection.step until it is done"
             )
-        if self.learned is None:
-            raise InputError(f"{path} is not written: {self.missing[0]}")
-        self.learned.save(path)
+        learned = self.learned
+        if learned is None or not learned.is_known.any():
+            raise InputError(f"{path} is not written, because nothing was learned. {self.missing[0]}")
+        learned.save(path)
 
 
-def connect(planner: Planner, q: Any, *, seconds: float = 10.0) -> Connection:
+def connect(planner: Planner, q: Any, *, seconds: float | None = None) -> Connection:
     """A first motion with an arm, by which its servos are learned and mistakes of wiring are found.
 
     ```
@@ -329,7 +330,8 @@ def connect(planner: Planner, q: Any, *, seconds: float = 10.0) -> Connection:
     Args:
         planner: The planner that is led, on drive ``position``; it is reset.
         q: What is measured now of the arm at rest, (nv,) or (nq,) [rad or m].
-        seconds: About how long it takes; longer motions are slower and tell more [s].
+        seconds: About how long it takes, 10 s if left out, and more for more than seven joints; longer
+            motions are larger where joints are slow, and tell more [s].
 
     Raises:
         InputError: As ``Connection``.

@@ -12,8 +12,10 @@ WRONG: Final = 2.0
 """A bandwidth or a noise that is so many times too large or too small is said to be wrong."""
 LAGS: Final = 5e-3
 """A servo that takes velocities lags by no more than its delays, about so much [s]."""
-SCATTERS: Final = 1e-6
-"""Noise below this [rad or m] is that of numbers, and not worth to be stated."""
+SCATTERS: Final = 5e-6
+"""Noise below this [rad or m] is that of numbers or of encoders of 20 bits, and not worth to be stated."""
+MOVED: Final = 0.01
+"""A joint that went so far [rad or m] and is not known was too slow."""
 SEEN, LEAST = 0.02, 1e-3
 """A joint that goes this share of the farthest one's way, and so far [rad or m], goes, too."""
 RULE: Final = "no acceleration limit"
@@ -33,7 +35,7 @@ def said_of_stated(planner: Planner, learned: LearnedServos) -> list[str]:
             f"{names} lag by {1e3 * lag[slow].min():.0f} to {1e3 * lag[slow].max():.0f} ms though the drive "
             "is said to take velocities: send step.v, too, or say ftqp.Drive(takes_velocity=False)."
         )
-    elif drive.bandwidth is not None:
+    elif drive.bandwidth is not None and not drive.takes_velocity:
         stated = np.broadcast_to(np.asarray(drive.bandwidth, dtype=float), lag.shape)
         own = np.maximum(lag - drive.latency, 1e-6)
         far = np.maximum(stated * own / 2.0, 2.0 / (stated * own)) > WRONG
@@ -57,11 +59,20 @@ def said_of_stated(planner: Planner, learned: LearnedServos) -> list[str]:
 def missing_of(planner: Planner, learned: LearnedServos) -> list[str]:
     """What was not told, and what it would be good for."""
     robot, said = planner.robot, []
-    for i in np.flatnonzero(~learned.is_known):
-        said.append(
-            f"{learned.joints[i]} has hardly moved: it has failed, has no room there, or something was in "
-            "its way; begin where it has, or let the motion take longer."
-        )
+    for those, what in (
+        (
+            learned.way < MOVED,
+            "hardly moved: a joint that has failed or has no room there stands, and a slow one needs longer; "
+            "begin elsewhere, or give more seconds",
+        ),
+        (
+            learned.way >= MOVED,
+            "moved too slowly for a lag to show beside friction; it is learned once they move faster",
+        ),
+    ):
+        names = [learned.joints[i] for i in np.flatnonzero(~learned.is_known & those)]
+        if names:
+            said.append(f"Nothing was learned of {', '.join(names)}, which {what}.")
     if planner.noise.q == 0.0 and np.max(learned.noise) > SCATTERS:
         said.append(
             f"The noise of positions was not stated: ftqp.Noise(q={float(np.max(learned.noise)):.2g}) is "

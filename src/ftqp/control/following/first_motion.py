@@ -25,6 +25,8 @@ TOGETHER: Final = 0.4
 """Share of the time in which all joints move."""
 QUICKEST: Final = 0.4
 """A joint's own motion takes so long at least [s]: a servo of 3 Hz follows it by three quarters."""
+LONG, EASY = 10.0, 1.4
+"""About how long it takes where nobody says [s], and so many times the shortest at least. A convention."""
 WAVES: Final = (2, 6)
 """How often joints go to and fro while all move: within 4 s these are fastest at the accelerations above."""
 
@@ -111,14 +113,16 @@ def steepest(k: FloatArray, seconds: float) -> tuple[FloatArray, FloatArray]:
     return 0.25 * (1.0 + 2.0 * k) * rate, 0.5 * (1.0 + k * k) * rate**2
 
 
-def first_motion(robot: Robot, q: FloatArray, working: BoolArray, seconds: float) -> FirstMotion:
+def first_motion(
+    robot: Robot, q: FloatArray, working: BoolArray, seconds: float | None = None
+) -> FirstMotion:
     """The motion of an arm from a posture; joints that do not work stand.
 
     Args:
         robot: The arm.
         q: Where it begins, (nv,) [rad or m].
         working: Which joints work, (nv,).
-        seconds: About how long it takes [s].
+        seconds: About how long it takes [s]; None is 10 s, and more for more than seven joints.
 
     Raises:
         InputError: No joint can move, or the time is too short for each to move.
@@ -134,7 +138,9 @@ def first_motion(robot: Robot, q: FloatArray, working: BoolArray, seconds: float
             "which works, planner.withdraw(joint), or begin elsewhere"
         )
     least = (len(order) * (QUICKEST + PAUSE)) / (1.0 - TOGETHER) + 2.0 * STILL
-    if seconds < least:
+    if seconds is None:
+        seconds = max(LONG, EASY * least)
+    elif seconds < least:
         raise InputError(
             f"seconds is {seconds:g}, expected at least {least:.1f}: {len(order)} joints move one after the "
             "other, and then together"
