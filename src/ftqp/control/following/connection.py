@@ -286,10 +286,11 @@ class Connection:
         return (*said_of_stated(self._planner, learned), *missing_of(self._planner, learned))
 
     def __str__(self) -> str:
-        """All of it, a line each."""
+        """All of it, a line each, or why it ended early."""
+        if self._fault is not None:
+            return f"Ended early: {self._fault}."
         learned = () if self.learned is None else self.learned.sentences
-        ended = () if self._fault is None else (f"Ended early: {self._fault}.",)
-        return "\n".join((*ended, *learned, *self.notices, *self.missing))
+        return "\n".join((*learned, *self.notices, *self.missing))
 
     def save(self, path: str | Path) -> None:
         """Write what was learned, for ``ftqp.Drive(known=path)``.
@@ -311,8 +312,13 @@ class Connection:
                 "go on with connection.step until it is done"
             )
         learned = self.learned
-        if learned is None or not learned.is_known.any():
-            raise InputError(f"{path} is not written, because nothing was learned. {self.missing[0]}")
+        if learned is None:
+            raise InputError(f"{path} is not written: {self.missing[0]}")
+        if not learned.is_known.any():
+            raise InputError(
+                f"{path} is not written, because no joint moved enough for its servo to show; begin where "
+                "joints have room, or give more seconds"
+            )
         learned.save(path)
 
 
@@ -349,7 +355,8 @@ def _refuse_outside(robot: Robot, q: FloatArray) -> None:
     scaled = np.where(turns, q / DEGREES, q)
     inside = abs(q[i]) > TURN and bool(((scaled >= low - OUTSIDE) & (scaled <= high + OUTSIDE))[turns].all())
     remedy = (
-        "as degrees all joints are inside: hand over radians, np.radians(q), and send np.degrees(step.q)"
+        "as degrees all joints are inside: hand over radians, np.radians(q), and if the arm takes degrees, "
+        "too, send np.degrees(step.q)"
         if inside
         else "look at units, zeros, signs and the order of the columns, robot.joints"
     )

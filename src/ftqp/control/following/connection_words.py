@@ -32,8 +32,8 @@ def said_of_stated(planner: Planner, learned: LearnedServos) -> list[str]:
     if drive.takes_velocity and len(slow):
         names = ", ".join(learned.joints[i] for i in slow)
         said.append(
-            f"{names} lag by {1e3 * lag[slow].min():.0f} to {1e3 * lag[slow].max():.0f} ms though the drive "
-            "is said to take velocities: send step.v, too, or say ftqp.Drive(takes_velocity=False)."
+            f"The lag of {names} is up to {1e3 * lag[slow].max():.0f} ms, though the drive is said to take "
+            "velocities: send step.v, too, or say ftqp.Drive(takes_velocity=False)."
         )
     elif drive.bandwidth is not None and not drive.takes_velocity:
         stated = np.broadcast_to(np.asarray(drive.bandwidth, dtype=float), lag.shape)
@@ -124,7 +124,10 @@ def strayed(names: tuple[str, ...], begun: FloatArray, way: FloatArray) -> str:
         )
     away = np.sign(way[moved] * begun[moved])
     if (away > 0.0).all():
-        return f"{said}: all go away from zero, as if measured in degrees; hand over radians, np.radians(q)"
+        return (
+            f"{said}: all go away from zero, as if degrees were measured or sent where radians are due; hand "
+            "over np.radians(q) of what is measured in degrees, and send step.q as it is"
+        )
     if (away < 0.0).all():
-        return f"{said}: all go towards zero, as if sent in degrees; send np.degrees(step.q)"
+        return f"{said}: all go towards zero, as if the arm took degrees; send np.degrees(step.q)"
     return f"{said}: look at zeros, signs, and the order of the columns, robot.joints"
