@@ -12,6 +12,9 @@ from ftqp.control.drive.identification import ServoLag as ServoLag
 from ftqp.control.drive.identification import servo_lag as servo_lag
 from ftqp.control.drive.joint_drive import Drive as Drive
 from ftqp.control.drive.joint_drive import Noise as Noise
+from ftqp.control.drive.learned_servos import LearnedServos as LearnedServos
+from ftqp.control.following.connection import Connection as Connection
+from ftqp.control.following.connection import connect as connect
 from ftqp.control.following.goto import GoTo as GoTo
 from ftqp.control.following.goto_status import GoToStatus as GoToStatus
 from ftqp.control.following.path_follower import PathFollower as PathFollower

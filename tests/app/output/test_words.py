@@ -66,3 +66,15 @@ def test_soft_tasks_and_kept_points_are_told_in_their_units() -> None:
         "how near jug came to its cone is unknown",
     ]
     assert further_sentences({}) == []
+
+
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [
+        (0.002, "servos were found to lag by 21 to 42 ms"),
+        (0.07, "nothing was learned of the servos, because no joint moved enough"),
+    ],
+)
+def test_lags_that_were_learned_are_said(error: float, sentence: str) -> None:
+    joints = {"j1": {"lag": [0.021, error]}, "j2": {"lag": [0.042, error]}}
+    assert further_sentences({"learned": {"robot": "arm", "joints": joints}}) == [sentence]

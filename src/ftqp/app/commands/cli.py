@@ -10,6 +10,7 @@ from ftqp import __version__
 from ftqp.app.commands.analyses import ANALYSES, tell_bundled
 from ftqp.app.commands.building import build
 from ftqp.app.commands.campaigning import campaign
+from ftqp.app.commands.connecting import connect
 from ftqp.app.commands.exporting import export
 from ftqp.app.commands.identifying import identify
 from ftqp.app.commands.options import Backend, Json, NoFigures, Out, Overrides, PlanFile, Scheme, Source
@@ -335,6 +336,7 @@ def view(
     )  # fmt: skip
 
 
+app.command(epilog="Example: ftqp connect panda-mujoco-brake --set faults=[] -o arm.json")(command(connect))
 app.command(epilog="Example: ftqp campaign safety --episodes 1000 --table --out runs/safe")(command(campaign))
 app.command(epilog="Example: ftqp build panda-circle --target aarch64 -o panda-arm64")(command(build))
 app.command(epilog="Example: ftqp identify --motion panda-mujoco-payload -o motion.csv --rehearse log.csv")(

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from math import degrees
 from typing import Any
 
+from ftqp.control.drive.learned_servos import UNKNOWN
 from ftqp.faults.kinds import kind_of
 
 KEPT = 1e-9
@@ -116,7 +117,12 @@ def further_sentences(facts: Mapping[str, Any]) -> list[str]:
 
 
 def _learned_sentence(learned: Mapping[str, Any]) -> str:
-    """What a torque arm was found to have beside its model, joints that hardly moved left out."""
+    """What was learned of servos, or beside a torque arm's model, joints that hardly moved left out."""
+    if "joints" in learned:
+        lags = [one["lag"][0] for one in learned["joints"].values() if one["lag"][1] < UNKNOWN]
+        if not lags:
+            return "nothing was learned of the servos, because no joint moved enough"
+        return f"servos were found to lag by {1e3 * min(lags):.3g} to {1e3 * max(lags):.3g} ms"
     pairs = zip(learned["rotors"], learned["rotors_error"], strict=True)
     rotors = [rotor for rotor, error in pairs if abs(rotor) > 2.0 * error]
     load, friction = learned["payload"], max(learned["friction"], default=0.0)

@@ -12,6 +12,7 @@ from ftqp.app.scenario import document
 from ftqp.app.schema.reading import Options, Table, made, plain, read
 from ftqp.app.schema.robot_section import LimitsTable, RobotTable
 from ftqp.app.schema.scenario_file import FaultTable, PlannerTable, Scenario
+from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.following.goto import GoTo
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths import Path
@@ -101,6 +102,12 @@ def _detector(given: Options[Detector] | bool | None, folder: File) -> Detector 
         return Detector() if given else given
     file = given["calibration"]
     return given.made(calibration=None if file is None else Calibration.load(folder / file))
+
+
+def _drive(given: Options[Drive], folder: File) -> Drive:
+    """The drive of a table, what is known of it in a file relative to ``folder``."""
+    file = given["known"]
+    return given.made(known=None if file is None else folder / file)
 
 
 def _plan(tables: Scenario, arm: Robot, folder: File) -> Any:
@@ -430,7 +437,7 @@ def _planner_settings(table: PlannerTable, folder: File, errors: _Errors) -> dic
     made_by: dict[str, Callable[[], Any]] = {
         "scheme": lambda: schemes.by_name(table.scheme),
         "noise": lambda: made(table.noise),
-        "drive": lambda: made(table.drive),
+        "drive": lambda: _drive(table.drive, folder),
         "detector": lambda: _detector(table.detector, folder),
         "task": lambda: made(table.task),
         "bounds": lambda: bounds.by_name(table.bounds),

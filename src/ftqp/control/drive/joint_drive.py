@@ -4,10 +4,12 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, exp, inf, isfinite, sqrt
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ftqp.control.drive.learned_servos import LearnedServos, known_from
 from ftqp.core.checks import FloatArray, numbers
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.setting import made_from, refuse_out_of_range, setting
@@ -128,6 +130,9 @@ class Drive:
             ``all``: they close together, so that once one is asked for all are, the arm is stopped, and it
             goes on after ``reset`` only. ``none``: ``step.brakes`` names none, and a joint that is out of
             hand keeps its own loop; the arm is held by the motors that are left.
+        known: What was learned of the servos of a position arm, to begin with: a file that ``ftqp connect``
+            or ``connection.save`` wrote, or ``planner.learned``; None is nothing. It says more than
+            ``bandwidth``, and is doubted as much as that; what has changed since is learned anew.
 
     Raises:
         InputError: An unknown kind, a number out of its range, or one that this kind has no use for.
@@ -143,18 +148,25 @@ class Drive:
     stiffness: float | None = setting(None, unit="1/s", above=0.0)
     inertia_error: float | None = setting(None, unit="kg m2 or kg", least=0.0)
     brakes: str = setting("each", choices=tuple(BRAKES))
+    known: LearnedServos | str | Path | None = setting(None, of=str | None, file=True)
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise InputError(
                 f"drive is {self.kind!r}{nearest(str(self.kind), KINDS)}, expected one of {', '.join(KINDS)}"
             )
-        for name in ("lead", "stiffness", "inertia_error"):
-            owner = "position" if name == "lead" else "torque"
+        for name in ("lead", "known", "stiffness", "inertia_error"):
+            owner = "position" if name in ("lead", "known") else "torque"
             if getattr(self, name) is not None and self.kind != owner:
                 raise InputError(
                     f"{name} is for drive {owner!r}, but the drive is {self.kind!r}; leave it out"
                 )
+        if self.known is not None:
+            if self.bandwidth is not None:
+                raise InputError(
+                    "bandwidth and known both say how the servos of the drive lag; leave bandwidth out"
+                )
+            object.__setattr__(self, "known", known_from(self.known))
         if not isinstance(self.bandwidth, int | float | None):
             each = numbers("bandwidth of the drive", self.bandwidth)
             if each.ndim > 1 or not each.size:
@@ -185,8 +197,11 @@ class Drive:
             joints: The names of the robot's joints, (nv,).
 
         Raises:
-            InputError: It has a bandwidth of each joint, and there are more or fewer.
+            InputError: It has a bandwidth of each joint, and there are more or fewer; or what is known was
+                learned of another arm.
         """
+        if isinstance(self.known, LearnedServos):
+            self.known.refuse_others(tuple(joints))
         if isinstance(self.bandwidth, Sequence) and len(self.bandwidth) != len(joints):
             raise InputError(
                 f"bandwidth of the drive has shape ({len(self.bandwidth)},), expected (nv,) = "

@@ -6,9 +6,10 @@ from typing import Any, Final
 import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive
+from ftqp.control.drive.learned_servos import LearnedServos
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import SERVO_PRIOR
+from ftqp.kernel.layout.thresholds import SERVO_DRIFT, SERVO_PRIOR
 from ftqp.model.robot import Robot
 
 FALSE_ALARMS: Final = 0.1
@@ -37,7 +38,17 @@ WEIGHS = 0.2
 
 
 def prior(drive: Drive, joints: int, lead: float, late: float) -> tuple[FloatArray, FloatArray]:
-    """What is told of the servos, and its standard deviations, (joints, SERVO) each."""
+    """What is told of the servos, and its standard deviations, (joints, SERVO) each.
+
+    What was learned before is as open as if the joints had gone a radian or metre since, its lag and rotor at
+    least as those of a bandwidth that was told.
+    """
+    if isinstance(drive.known, LearnedServos):
+        mean = np.array(drive.known.values)
+        doubt = np.hypot(drive.known.deviations, SERVO_DRIFT)
+        doubt[:, 0] = np.maximum(doubt[:, 0], TOLD_SHARE * mean[:, 0])
+        doubt[:, 1] = np.maximum(doubt[:, 1], 0.25 * mean[:, 0] ** 2)
+        return mean, np.minimum(doubt, SERVO_PRIOR)
     mean, doubt = np.zeros((joints, SERVO)), np.tile(np.array(SERVO_PRIOR), (joints, 1))
     mean[:, 0] = MEAN_LAG + late
     if drive.bandwidth is not None:
@@ -67,3 +78,18 @@ def fill_monitor(K: Any, robot: Robot, dt: float, drive: Drive, lead: float, rat
     M.unit[:n] = 1.0 / (WEIGHS * limits)
     M.told[:n], M.doubt[:n] = prior(drive, n, lead, drive.latency)
     M.told_lead[:n] = lead
+
+
+def forget_servos(K: Any, joints: int) -> None:
+    """Let nothing be known of the servos until the next reset, whatever was told or learned of them."""
+    M = K.monitor
+    mean, doubt = prior(Drive(), joints, 0.0, float(K.feedback.latency) * float(K.state.dt))
+    M.theta[:joints] = M.safe[:joints] = mean
+    for i in range(joints):
+        M.P[i] = M.safe_P[i] = np.diag(doubt[i] ** 2)
+
+
+def tell_servos(K: Any, learned: LearnedServos) -> None:
+    """Let what was learned of the servos be told from the next reset on."""
+    n = len(learned.joints)
+    K.monitor.told[:n], K.monitor.doubt[:n] = prior(Drive(known=learned), n, 0.0, 0.0)

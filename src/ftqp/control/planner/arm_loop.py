@@ -8,6 +8,7 @@ from typing import Any, Final, final
 import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, Noise, by_name
+from ftqp.control.drive.learned_servos import LearnedServos
 from ftqp.control.planner.collision_model import CollisionModel
 from ftqp.control.planner.status import REPEATS, STOP_REASONS
 from ftqp.core.checks import FloatArray, frozen
@@ -22,6 +23,8 @@ STEP: Final = 0.05
 """What is planned ahead is planned anew when a suspicion leaves it more or less by so much of its speed."""
 
 
+WAY: Final = 0.05
+"""What the monitor counts the way of a joint in [rad or m]."""
 LEAST_LOAD = 0.05
 """A load lighter than this [kg] is not named, because friction that is not learned yet looks like so much."""
 
@@ -60,9 +63,11 @@ class Learned:
         }
 
 
-def learned(session: Session, joints: int) -> Learned | None:
+def learned(session: Session, robot: Robot) -> Learned | LearnedServos | None:
     """What the planner of this session has learned; None where it does not learn, or has not begun."""
-    K = session.K
+    K, joints = session.K, robot.nv
+    if K.monitor.on:
+        return learned_servos(K, robot) if K.monitor.sees else None
     room, chain = K.learned, K.chain
     if not room.on or not room.based:
         return None
@@ -76,6 +81,26 @@ def learned(session: Session, joints: int) -> Learned | None:
         friction=frozen(room.friction[:joints]),
         delay=float(room.later) * float(K.state.dt),
         payload=payload,
+    )
+
+
+def learned_servos(K: Any, robot: Robot) -> LearnedServos:
+    """What a record knows of the servos of its arm."""
+    M, n = K.monitor, robot.nv
+    values, P = np.array(M.theta[:n]), np.array(M.P[:n])
+    droops = np.zeros((n, values.shape[1]))
+    droops[:, 3], droops[:, 4] = 1.0, M.weight[:n]
+    spread = np.einsum("ir,irc,ic->i", droops, P, droops)
+    return LearnedServos(
+        robot=robot.name,
+        joints=tuple(robot.joints),
+        units=tuple("m" if slides else "rad" for slides in robot.chain.prismatic),
+        values=values,
+        deviations=np.sqrt(np.maximum(np.diagonal(P, axis1=1, axis2=2), 0.0)),
+        droop=(droops * values).sum(axis=1),
+        droop_error=np.sqrt(np.maximum(spread, 0.0)),
+        noise=np.array(K.held.sigma[:n]),
+        way=WAY * np.array(M.way[:n]),
     )
 
 

@@ -13,6 +13,7 @@ from typing import Any, Concatenate, NoReturn, ParamSpec, TypeVar
 import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, Noise
+from ftqp.control.drive.learned_servos import LearnedServos
 from ftqp.control.inverse_kinematics.passable import MotionValidity, Walled
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.arm_loop import Learned, learned
@@ -392,13 +393,16 @@ class Planner:
         return self._loop.disturbance
 
     @property
-    def learned(self) -> Learned | None:
-        """What a torque arm has beside its model, as learned since ``reset``: rotors, friction, a load.
+    def learned(self) -> Learned | LearnedServos | None:
+        """What the planner has learned of the arm: of position servos, or beside the model of a torque arm.
 
-        None with another drive, before the first step, and with ``inertia_error=0``. A load or rotors that
-        are known by now may be told: ``planner.carry(planner.learned.payload)``, ``robot.with_rotors(...)``.
+        On drive ``position`` lag, droop, friction and noise of each joint with standard deviations, in
+        numbers and ``sentences``; None before the arm has moved, and of one whose samples are its commands.
+        On drive ``torque`` rotors, friction and a load, since ``reset``: what is known by now may be told,
+        ``planner.carry(planner.learned.payload)``, ``robot.with_rotors(...)``; None before the first step,
+        and with ``inertia_error=0``. None with drive ``velocity``.
         """
-        return learned(self._session, self.robot.nv)
+        return learned(self._session, self.robot)
 
     @property
     def touch(self) -> FloatArray | None:

@@ -4,6 +4,8 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
+from ftqp.control.drive.learned_servos import LearnedServos
+from ftqp.control.drive.servo_prior import forget_servos, tell_servos
 from ftqp.control.planner.collision_model import clearance_rows
 from ftqp.control.planner.constraint_list import row_names
 from ftqp.control.planner.task_list import held_rows
@@ -112,6 +114,14 @@ class PlannerView:
         feedback = self._session.K.feedback
         feedback.late = feedback.up = 0.0
         feedback.stored = feedback.until_stored = 0
+
+    def forget_servos(self) -> None:
+        """Let nothing be known of the servos, so that what is learned from now on is what they show."""
+        forget_servos(self._session.K, self._n)
+
+    def tell_servos(self, learned: LearnedServos) -> None:
+        """Let what was learned be what is told of the servos, from the next reset on."""
+        tell_servos(self._session.K, learned)
 
     def keep_rows(self) -> None:
         """Let the next step ask for the whole task, however long it has been infeasible."""

@@ -8,6 +8,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.core.errors import unknown
+from ftqp.faults.detection.sight import Sight
 from ftqp.kernel.layout.enums import FaultKind
 from ftqp.kernel.layout.thresholds import LEAST_SPEED
 
@@ -166,12 +167,19 @@ class Diagnosis:
     Args:
         names: The joints' names.
         look: Gives a field of the detector's record as an array.
+        sight: Says what a monitor of servos can notice now, None where it has seen nothing; None of a
+            detector that knows of no servos.
     """
 
-    __slots__ = ("_joints", "_look", "_names", "_worst")
+    __slots__ = ("_joints", "_look", "_names", "_sight", "_worst")
 
-    def __init__(self, names: tuple[str, ...], look: Callable[[str], Any]) -> None:
-        self._names, self._look = names, look
+    def __init__(
+        self,
+        names: tuple[str, ...],
+        look: Callable[[str], Any],
+        sight: Callable[[], Sight | None] | None = None,
+    ) -> None:
+        self._names, self._look, self._sight = names, look, sight
         self._worst = look("worst")
         self._joints = MappingProxyType({name: JointDiagnosis(name, i, look) for i, name in enumerate(names)})
 
@@ -211,6 +219,22 @@ class Diagnosis:
         """The joints that have failed."""
         codes = self._look("kinds")
         return {self._names[int(i)]: self._finding(int(i)) for i in np.flatnonzero(codes[: len(self._names)])}
+
+    @property
+    def sight(self) -> Sight | None:
+        """What can be noticed now and how fast, in numbers; None where that is not known."""
+        return None if self._sight is None else self._sight()
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What can and cannot be noticed of each joint now, and how fast, a sentence each."""
+        if self._sight is None:
+            return tuple(said for one in self.joints.values() if (said := one.unobservable) is not None)
+        sight = self._sight()
+        if sight is None:
+            return ("Nothing can be said yet: no sample of a joint that moved was other than its command.",)
+        asked = self._look("asked")
+        return tuple(sight.sentence(i, name, float(asked[i])) for i, name in enumerate(self._names))
 
     def of(self, joint: str) -> JointDiagnosis:
         """What is held of one joint.

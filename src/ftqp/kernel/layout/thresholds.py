@@ -82,6 +82,13 @@ is at most five periods of motion behind it, which samples may be (``python stud
 SERVO_PRIOR: Final = (0.07, 0.004, 0.004, 0.05, 0.05, 0.05)
 """Standard deviations of what a servo may have before anything is known of it, lag [s], rotor over stiffness
 [s2], friction, droop, and droop by weight and by inertia [rad or m]; a servo of 3 Hz lags by 0.1 s."""
+SERVO_DRIFT: Final = (0.003, 1e-4, 5e-4, 0.008, 1e-3, 1e-3)
+"""How they change, per root of a radian or metre that the joint goes."""
+GEAR: Final = 2e-4
+"""By so much [rad or m] a joint moves whose brake is closed: play of common gears."""
+LEAST_SHIFT, MOST_SHIFT = 3.0, 8.0
+"""Standard deviations of the shifts that the evidence tests: below, learning takes them; above, all are
+clear."""
 BESIDE: Final = 1e-6
 """A healthy joint farther than this from its command [rad or m] belongs to an arm with servos. More than
 rounding of an arm that follows exactly, less than any servo's lag, so that it tells the two apart."""

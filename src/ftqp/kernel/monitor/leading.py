@@ -16,9 +16,8 @@ from typing import Any
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, VIABILITY
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import LONGEST, UNLIMITED
+from ftqp.kernel.layout.thresholds import LONGEST, MOST_SHIFT, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
-from ftqp.kernel.monitor.evidence import MOST_SHIFT
 from ftqp.kernel.monitor.servos import block_time, noise_of, variance
 from ftqp.kernel.rows.joint_intervals import narrow
 

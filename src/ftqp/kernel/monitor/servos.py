@@ -15,22 +15,18 @@ Source: docs/theory/monitor.md, "The model of a joint".
 
 from typing import Any
 
-from ftqp.kernel.arm.dynamics import gravity_torque, torques_of
+from ftqp.kernel.arm.dynamics import torques_of
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import IS_LOCKED, NOTHING_HEARD
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import SERVO_PRIOR, UNLIMITED
+from ftqp.kernel.layout.thresholds import GEAR, SERVO_DRIFT, SERVO_PRIOR, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
 
-DRIFT = (0.003, 1e-4, 5e-4, 0.008, 1e-3, 1e-3)
-"""How they change, per root of a radian or metre that the joint goes, ..."""
 CREEP = 0.002
-"""... and the droop, per root of a second."""
+"""The droop changes by so much per root of a second, beside its drift with the way."""
 IDEAL = (1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5)
 """What is left open of a joint whose samples were its commands to the last bit while it moved."""
-GEAR = 2e-4
-"""By so much [rad or m] a joint moves whose brake is closed: play of common gears."""
 SLOW = 0.02
 """Slower than this [rad/s or m/s] dry friction may hold a joint to either side."""
 UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
@@ -39,6 +35,8 @@ these."""
 SETTLES, LAGS_TO_SETTLE = 0.1, 4.0
 """A joint of an arm that was switched on or let go is not judged for so long [s], and so many times what it
 may lag: it goes where its load draws it."""
+BEGINS = 8.0
+"""An arm may have been sent anywhere before: the filters forget that in so many time constants, to 1 %."""
 TAUGHT = 3.0
 """A residual teaches as if it were so many standard deviations at most."""
 
@@ -77,8 +75,13 @@ def ticks_to_settle(K: Any, i: int) -> int:
 
 @rare_jit
 def begin_filters(K: Any) -> None:
-    """The first sample of an arm that does not follow to the last bit: it has stood until now."""
+    """The first sample of an arm that does not follow to the last bit: it has stood until now.
+
+    What it was sent before nobody knows, so that a droop shows as if it had only begun: until the filters
+    have forgotten that, nothing is learned. An ideal arm was sent where it stood.
+    """
     M = K.monitor
+    begins = 0 if M.ideal else int(BEGINS / (M.w * K.state.dt)) + 1
     M.sees = 1
     M.count = M.settles = 0
     for i in range(K.chain.n):
@@ -87,7 +90,7 @@ def begin_filters(K: Any) -> None:
         M.y[i] = M.anchor[i] = M.place[i] = y
         M.u[i] = u
         M.total[i] = M.act[i] = M.weight[i] = M.inertia[i] = M.r[i] = M.S[i] = 0.0
-        M.rests[i] = M.blind[i] = 0
+        M.rests[i], M.blind[i] = 0, begins
         if not M.ideal:
             M.settles = max(M.settles, ticks_to_settle(K, i))
         M.room[i] = UNLIMITED  # until it is looked at
@@ -124,14 +127,15 @@ def feel_servos(K: Any) -> None:
     """g(q), and M(q) a of the accelerations that are seen, in units of a fifth of the torque limits."""
     M, supposed = K.monitor, K.supposed
     for i in range(K.chain.n):
-        supposed.q[i], supposed.v[i] = M.y_f[2, i], 0.0
+        supposed.q[i], supposed.v[i], M.inertia[i] = M.y_f[2, i], 0.0, 0.0
     forward_kinematics(K, supposed)
     motion(K, supposed)
+    torques_of(supposed, K.kinematics, K.chain, M.inertia)  # at rest, of trees, too
+    for i in range(K.chain.n):
+        M.weight[i] = K.kinematics.tau[i] * M.unit[i]
     torques_of(supposed, K.kinematics, K.chain, M.a)
     for i in range(K.chain.n):
-        g = gravity_torque(K.kinematics, K.chain, i, K.scratch.joints)
-        M.weight[i] = g * M.unit[i]
-        M.inertia[i] = (K.kinematics.tau[i] - g) * M.unit[i]
+        M.inertia[i] = K.kinematics.tau[i] * M.unit[i] - M.weight[i]
 
 
 @jit
@@ -167,6 +171,12 @@ def observe_joint(K: Any, i: int) -> None:
 
 
 @jit
+def direction(v: float) -> float:
+    """sgn(v), smooth where dry friction may hold a joint to either side."""
+    return v / sqrt(v * v + SLOW * SLOW)
+
+
+@jit
 def residual(K: Any, i: int) -> None:
     """r of joint i, and S, its variance: what is left open, noise, and what the model misses.
 
@@ -174,14 +184,7 @@ def residual(K: Any, i: int) -> None:
     """
     M, n = K.monitor, K.chain.n
     phi, theta, v, a = M.phi, M.theta[i], M.v[i], M.a[i]
-    phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = (
-        v,
-        a,
-        v / sqrt(v * v + SLOW * SLOW),
-        1.0,
-        M.weight[i],
-        M.inertia[i],
-    )
+    phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = v, a, direction(v), 1.0, M.weight[i], M.inertia[i]
     r = M.u_f[2, i] - M.y_f[2, i]
     for k in range(SERVO):
         r -= phi[k] * theta[k]
@@ -195,6 +198,7 @@ def residual(K: Any, i: int) -> None:
     if M.settles == 0:  # what was asked for, not how a joint falls
         phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])
         phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
+    phi[2] = direction(phi[0])  # nor is the noise of a joint that stands a motion against friction
     M.r[i], M.spread[i] = r, spread
     M.S[i] = spread + variance(M.P[i], phi, 0)
     M.z[i] = r / sqrt(M.S[i])
@@ -216,7 +220,7 @@ def learn_servo(K: Any, i: int) -> None:
             P[r, c] -= share * gain[r] * gain[c]
     if M.G[i] == 0.0 or M.rests[i] == 0:  # else the droop of a joint that is held would take the fault
         for r in range(SERVO):
-            drift = DRIFT[r] * DRIFT[r] * v * block + (CREEP * CREEP * block if r == 3 else 0.0)
+            drift = SERVO_DRIFT[r] * SERVO_DRIFT[r] * v * block + (CREEP * CREEP * block if r == 3 else 0.0)
             most = SERVO_PRIOR[r] * SERVO_PRIOR[r]
             P[r, r] = max(P[r, r], min(P[r, r] + drift, most))  # never less: what was told may be less sure
     if M.act[i] > 0.05:  # 5 % of the looks at a healthy joint are beyond two standard deviations

@@ -21,9 +21,9 @@ from ftqp.kernel.layout.enums import (
     STOPPED_BY_SENSOR,
 )
 from ftqp.kernel.layout.feedback_rooms import SERVO
+from ftqp.kernel.layout.thresholds import GEAR
 from ftqp.kernel.maths.elementary import is_finite
 from ftqp.kernel.monitor.evidence import blur_of, forget_evidence, stands
-from ftqp.kernel.monitor.servos import GEAR
 
 MOVES = 0.05
 """A joint without motor is named where it is faster than this [rad/s or m/s]: what it does without shows."""

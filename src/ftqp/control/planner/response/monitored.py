@@ -7,18 +7,47 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.planner.arm_loop import ArmLoop
+from ftqp.control.drive.learned_servos import UNITS
+from ftqp.control.planner.arm_loop import ArmLoop, learned_servos
 from ftqp.control.planner.stages import Stage
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
+from ftqp.faults.detection.sight import Sight
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import HEALTHY, IS_FREE
+from ftqp.kernel.layout.thresholds import GEAR
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
 SENSORS: Final = frozenset({"sensor_frozen", "sensor_biased", "sensor_dropped"})
 WATCHES: Final = 0.3
 """From this share of the evidence that decides on, a joint is said to be suspected."""
+OTHERS, AT_REST = 0.3, 0.01
+"""Of a joint that stands the model misses as much as of this share of the others' motion, and of such a speed
+[rad/s or m/s], as ``ftqp.kernel.monitor.servos.residual`` has it."""
+POLES = 3.0
+"""Time constants by which three poles in a row are late."""
+
+
+def sight_of(K: Any, robot: Robot) -> Sight | None:
+    """What a record's monitor of servos can notice of joints that stand; None where it sees none."""
+    M, n = K.monitor, robot.nv
+    if not M.sees:
+        return None
+    known = learned_servos(K, robot)
+    missed = M.missed[:n] * (OTHERS * (M.act[:n].sum() - M.act[:n]) / n + AT_REST)
+    spread = 4.0 * known.noise**2 * M.w * K.state.dt + (0.5 * GEAR) ** 2 + missed**2
+    spread += known.friction**2 + known.friction_error**2 + known.droop_error**2
+    return Sight(
+        level=float(M.level),
+        kappa=float(M.kappa),
+        block=float(M.every) * float(K.state.dt),
+        late=POLES / float(M.w),
+        deviation=np.sqrt(spread),
+        shaken=OTHERS * M.missed[:n] * (n - 1) / n,
+        is_known=known.is_known,
+        units=tuple(UNITS[unit] for unit in known.units),
+    )
 
 
 @final
@@ -42,7 +71,7 @@ class MonitorResponse:
         self._K, self._robot, self._loop = session.K, robot, loop
         self._report, self._withdraw = report, withdraw
         self._worst = session.field("monitor", "worst")
-        self.diagnosis = Diagnosis(robot.joints, self._seen)
+        self.diagnosis = Diagnosis(robot.joints, self._seen, lambda: sight_of(self._K, robot))
         self._said = np.zeros(robot.nv, dtype=int)
 
     @property

@@ -1,0 +1,168 @@
+"""``ftqp connect``: the first motion with an arm in simulation, what it shows, and the file of it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import typer
+
+from ftqp.app.commands.options import Json, Overrides
+from ftqp.app.output.console import ExitCode, Table, Told, answer, progress, say
+from ftqp.core.errors import InputError
+
+if TYPE_CHECKING:
+    from ftqp.control.following.connection import Connection
+    from ftqp.control.planner.planner import Planner
+    from ftqp.sim.plants.plant import Plant
+    from ftqp.sim.schedule import Schedule
+    from ftqp.sim.sensors.joint_sensors import JointSensors
+
+DT = 0.002
+"""Sampling period of an arm of which no scenario says it [s]."""
+NOTICED = (
+    "A joint that is off by so much more than its servo explains is noticed within 0.1 s, and one that locks "
+    "so long after it should have moved, if that was with 0.1 rad/s or m/s. Nothing shows of one that rests."
+)
+"""What the columns of the table mean."""
+IDEAL = (
+    "note: an arm in simulation has servos with simulation.plant=servo, which lag if the planner's drive "
+    "takes no velocities, or with plant=mujoco"
+)
+"""What helps where samples are the commands."""
+
+
+def connect(
+    source: Annotated[
+        str,
+        typer.Argument(metavar="SCENARIO|ROBOT|FILE", help="A scenario, a robot, or its URDF or MJCF."),
+    ],
+    tip: Annotated[
+        str | None, typer.Option(metavar="FRAME", help="The tip of a model; its only end if left out.")
+    ] = None,
+    overrides: Overrides = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option(metavar="T", help="About how long the motion takes; 10 s, or more for many joints."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="A file of what was learned, for drive.known."),
+    ] = None,
+    as_json: Json = False,
+) -> ExitCode:
+    """Let a simulated arm make its first motion: what is learned of each servo, noticed, and missing.
+
+    Your own arm makes it in your loop: ftqp.connect(planner, q), docs/connect-your-robot.md.
+    """
+    from ftqp.app.commands.inspection import arm_of
+    from ftqp.control.drive.joint_drive import Drive
+    from ftqp.control.following.connection import Connection
+    from ftqp.control.planner.planner import Planner
+    from ftqp.sim.plants.joint_servo import BANDWIDTH
+    from ftqp.sim.plants.servo_plant import ServoPlant
+    from ftqp.sim.schedule import Schedule
+
+    if output is not None and not output.absolute().parent.is_dir():
+        raise InputError(f"-o is {output}, but {output.absolute().parent} is no folder; make it first")
+    robot, setup = arm_of(source, tip, overrides or ())
+    if setup is None:
+        planner = Planner(robot, DT, drive=Drive(takes_velocity=False))
+        plant: Plant = ServoPlant(
+            robot, DT, drive="position", takes_velocity=False, time_constant=2.0 / BANDWIDTH
+        )
+        start, sensors, schedule = robot.neutral, None, Schedule()
+    elif setup.world is not None:
+        raise InputError(f"the base of {setup.name} moves, expected one that stands; leave out [base]")
+    else:
+        planner, plant, sensors = setup.planner, setup.plant, setup.sensors
+        start, schedule = setup.q, setup.schedule
+    plant.reset(start, np.zeros(robot.nv))
+    first = Connection(planner, start, seconds=seconds)
+    with progress("first motion", 1.0) as advance:
+        _move(first, planner, plant, sensors, schedule, advance)
+    if first.fault is None and output is not None:
+        first.save(output)
+    facts = _facts(first, output if first.fault is None else None)
+    answer(facts, as_json, _told(first))
+    if first.fault is not None:
+        say(f"ended early: {first.fault}" + ("" if output is None else f"; {output} is not written"))
+        if setup is not None and schedule.failing(planner.dt):
+            say("note: joints fail in this scenario; --set faults=[] leaves that out")
+        return ExitCode.STOPPED
+    if setup is not None and first.learned is None:
+        say(IDEAL)
+    if setup is None:
+        say("note: a servo of 15 Hz without masses stood for the arm; a scenario says what is true of yours")
+    if output is not None:
+        say(f"{output}: what was learned; a planner begins with it by drive.known")
+    return ExitCode.DONE
+
+
+def _move(
+    first: "Connection",
+    planner: "Planner",
+    plant: "Plant",
+    sensors: "JointSensors | None",
+    schedule: "Schedule",
+    advance: Any,
+) -> None:
+    """The motion, with what fails on the way and is told as in a run."""
+    failing, announced = schedule.failing(planner.dt), schedule.announced(planner.dt)
+    if sensors is not None:
+        sensors.reset()
+    tick = 0
+    while not first.done:
+        for event in failing.get(tick, ()):
+            plant.fail(event.fault)
+        for event in announced.get(tick, ()):
+            planner.report(event.fault)
+        q = plant.q
+        if sensors is not None:
+            sensors.measure(plant.q, plant.v, plant.motors)
+            q = sensors.q
+        plant.advance(first.step(q))
+        tick += 1
+        advance(first.progress)
+
+
+def _facts(first: "Connection", file: Path | None) -> dict[str, Any]:
+    """What ``--json`` prints."""
+    learned = first.learned
+    facts: dict[str, Any] = {} if learned is None else learned.facts()
+    facts |= {
+        "robot": first.planner.robot.name, "fault": first.fault, "notices": list(first.notices),
+        "missing": list(first.missing),
+    }  # fmt: skip
+    return facts if file is None else {**facts, "file": str(file)}
+
+
+def _told(first: "Connection") -> Told:
+    """What a person reads."""
+    from ftqp.control.drive.learned_servos import SURE, UNITS, hertz, with_error
+    from ftqp.control.following.connection_words import SCATTERS
+    from ftqp.faults.detection.sight import TYPICAL
+
+    learned, diagnosis = first.learned, first.planner.diagnosis
+    sight = None if diagnosis is None else diagnosis.sight
+    if learned is None or first.fault is not None:
+        return list(first.missing)
+    thousandth = " or ".join(sorted({UNITS[unit] for unit in learned.units}, reverse=True))
+    rows = []
+    for i, joint in enumerate(learned.joints):
+        lag, error, known = float(learned.lag[i]), float(learned.lag_error[i]), bool(learned.is_known[i])
+        cells = [with_error(1e3 * lag, 1e3 * error), f"{hertz(lag):.2g}" if lag > SURE * error else "-"]
+        for value, spread in (
+            (learned.droop, learned.droop_error), (learned.friction, learned.friction_error)
+        ):  # fmt: skip
+            cells.append(with_error(1e3 * float(value[i]), 1e3 * float(spread[i])))
+        if sight is not None:
+            after = sight.lock_after(i, TYPICAL)
+            cells += [f"{1e3 * sight.least()[i]:.2g}", f"{1e3 * after:.0f}" if np.isfinite(after) else "-"]
+        noise = f"{1e3 * float(learned.noise[i]):.2g}" if learned.noise[i] > SCATTERS else "0"
+        rows.append((joint, *(cells if known else ["not known", *["-"] * (len(cells) - 1)]), noise))
+    seen = () if sight is None else (f"noticed [{thousandth}]", "lock after [ms]")
+    units = (f"{what} [{thousandth}]" for what in ("droop", "friction"))
+    heads = ("joint", "lag [ms]", "servo [Hz]", *units, *seen, f"noise [{thousandth}]")
+    title = f"{learned.robot}: what was learned of its servos, with standard deviations"
+    notices = list(first.notices) if sight is None else [NOTICED]
+    return [Table(title, heads, rows, heads[1:]), *notices, *first.missing]
