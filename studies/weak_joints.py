@@ -38,7 +38,7 @@ LEAST = 0.02
 FELL = 0.05
 LIMITATION = (
     "Noise, loads, models that are wrong: not looked at. talos and z1 have dry friction, which neither "
-    "counts in: a weak joint that would need its torque for friction does not follow, and ftqp stops."
+    "counts in: a weak joint that needs its torque for friction does not follow, and ftqp stops for that."
 )
 
 
