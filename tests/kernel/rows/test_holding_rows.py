@@ -75,7 +75,7 @@ def test_what_approaches_as_fast_as_it_may_stops_before_the_limit_with_the_torqu
             assert (rate - following) / dt <= 1.02 * brake * share + 1e-9
             d -= 0.5 * dt * (rate + following)
             rate, least = following, min(least, d)
-        assert 0.0 <= least < 0.02
+        assert -1e-12 <= least < 0.02
 
 
 def test_without_a_reserve_it_is_what_an_inverted_pendulum_can_be_caught_from():
@@ -84,11 +84,11 @@ def test_without_a_reserve_it_is_what_an_inverted_pendulum_can_be_caught_from():
 
 
 def test_certificate_names_the_joint_that_could_not_hold_the_arm(level):
-    """The tip is drawn to where the elbow, which has a tenth more than it needs, could not hold it."""
+    """The tip is drawn past what the elbow, which has a tenth more torque than it needs, could hold."""
     planner = weakened(level, 3, 1.1)
     pose, q, v = PANDA.pose(Q), Q.copy(), np.zeros(7)
     goal = pose.copy()
-    goal[:3, 3] += [0.3, 0.0, 0.0]
+    goal[:3, 3] += [0.4, 0.0, 0.0]
     named, least = set(), np.inf
     left = planner.session().K.limits.tau_max[3]
     for k in range(1500):

@@ -6,7 +6,8 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import gravity_torque
 from ftqp.kernel.arm.kinematics import fold_row
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY
+from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, VELOCITY
+from ftqp.kernel.layout.rows import CLEARANCES
 from ftqp.kernel.rows.joint_intervals import RETURN_GAIN, braking_velocity
 
 RESERVE = 0.03
@@ -107,5 +108,38 @@ def fill(K: Any, at: int) -> int:
             row[j] /= scale
         most = _most(state, hold - reserve - g, reserve, rate, brake, cost, hardest)
         least = -_most(state, hold - reserve + g, reserve, -rate, brake, cost, hardest)
+        if least > most:  # beyond one end, and too fast to stop before the other: it brakes
+            least, most = (most, most) if rate > 0.0 else (least, least)
         qp.l[at + i], qp.u[at + i] = least / scale, most / scale
     return at + n
+
+
+@jit
+def _first(K: Any) -> int:
+    """The place of the first of these rows in C, behind those of every tick."""
+    return int(K.qp.yields_from) + (CLEARANCES if K.scene.pairs > 0 else 0)
+
+
+@rare_jit
+def leave_to_motors(K: Any) -> None:
+    """Leave these rows out, and let joints that have lost torque use all that they have left.
+
+    This goes before a motor's own limit has to give way: what a plan keeps back is no reason to ask more of
+    a motor than it has.
+    """
+    limits, qp, n = K.limits, K.qp, K.chain.n
+    if limits.weakened == 0 or qp.nc < n:
+        return
+    qp.nc = min(qp.nc, _first(K))
+    scale = K.state.dt if K.state.level == VELOCITY else 1.0
+    for i in range(n):
+        if limits.tau_hold[i] < inf and qp.u[i] < inf:
+            middle, most = 0.5 * (qp.l[i] + qp.u[i]), scale * limits.tau_max[i]
+            qp.l[i], qp.u[i] = min(qp.l[i], middle - most), max(qp.u[i], middle + most)
+
+
+@rare_jit
+def keep_again(K: Any) -> None:
+    """These rows again, after they were left out."""
+    if K.limits.weakened > 0 and K.qp.nc > 0:
+        K.qp.nc = fill(K, _first(K))
