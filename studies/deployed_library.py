@@ -82,7 +82,7 @@ def drawn_fault(robot, rng):
         )
     return ftqp.Degraded(
         joint, velocity=float(rng.uniform(0.3, 1.0)), acceleration=float(rng.uniform(0.5, 1.0)),
-        torque=float(rng.uniform(0.6, 1.0)),
+        torque=float(rng.uniform(0.1, 1.0)),
         q_min=None if rng.random() < 0.5 else float(robot.limits.q_min[joint]) - 1.0,
     )  # fmt: skip
 

@@ -135,11 +135,11 @@ def test_rows_of_a_stranger_hold_in_step_backend_and_batch_alike(tmp_path):
     kernel = source / "ftqp" / "kernel"
     (kernel / "rows" / "cap_rows.py").write_text(CAP, encoding="utf-8")
     file = kernel / "layout" / "rows.py"
-    before = "OWN_ROW, CLEARANCE)"
+    before = "OWN_ROW, CLEARANCE, "
     assert file.read_text().count(before) == 1
     units = "unit='rad/s', sliding_unit='m/s', symmetric=True, needs_inertia=False"
     cap = f"RowKind(name='cap', {units}, module='cap_rows')"
-    file.write_text(file.read_text().replace(before, f"OWN_ROW, {cap}, CLEARANCE)"))
+    file.write_text(file.read_text().replace(before, f"OWN_ROW, {cap}, CLEARANCE, "))
     found = said_by("stranger_rows.py", source=source)
     assert set(found) == {"acceleration", "velocity", "no torque limits", "kept point", "daqp", "batch"}
     assert all(0.0499 < fastest <= 0.05 + 1e-9 for fastest in found.values()), found

@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 import pytest
+from tests.arm_at import arm_at
 
 import ftqp
 from ftqp.core.errors import InputError
@@ -108,6 +109,22 @@ def test_every_arm_moves_as_a_planner_moves_it(level):
     assert (done.counts.sum(axis=1) == TICKS).all()
     assert done.share(ftqp.StepStatus.OK)[0] > 0.9, "an arm without a fault keeps its task"
     assert done.v[2, 2] == 0.0, "a locked joint rests"
+
+
+def test_a_weak_joint_is_kept_where_it_can_hold_the_arm_as_a_planner_keeps_it(level):
+    robot = ftqp.robots.load("panda")
+    q, targets = starts(robot), circle(robot, radius=0.1)
+    held = abs(arm_at(robot, robot.neutral, np.zeros(7)).h)
+    weak = [ftqp.Degraded(j, torque=1.07 * held[j] / robot.limits.tau_max[j]) for j in (1, 3, 5)]
+    weak = [weak[k % 3] for k in range(ARMS)]
+
+    def planner_of():
+        return ftqp.Planner(robot, DT, level=level, task=ftqp.Task(rows="position"))
+
+    done = ftqp.batch.rollout(planner_of(), q, targets=targets, faults=weak)
+    assert_same(done, planner_of, robot, q, weak, targets)
+    free = ftqp.batch.rollout(planner_of(), q, targets=targets)
+    assert np.abs(done.q - free.q).max() > 1e-3, "the rows are in its way"
 
 
 @pytest.mark.parametrize(

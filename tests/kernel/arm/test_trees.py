@@ -8,7 +8,7 @@ import pytest
 from random_chains import KINDS
 from records import empty_record
 
-from ftqp.kernel.arm.dynamics import dynamics, torques_of
+from ftqp.kernel.arm.dynamics import dynamics, gravity_torque, torques_of
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.kernel.layout.record import load_chain
@@ -107,6 +107,32 @@ def test_torques_of_an_acceleration_agree_with_pinocchio_and_leave_the_snapshot(
         assert close(K.kinematics.tau[:joints], pin.rnea(model, model.createData(), full, v, a))
         dynamics(K, K.state)
         assert np.array_equal(K.kinematics.M, M) and np.array_equal(K.kinematics.h, h)
+
+
+@pytest.mark.parametrize("joints", [3, 5, 8])
+def test_torque_of_gravity_is_pinocchio_s_and_its_gradient_that_of_finite_differences(joints):
+    rng = np.random.default_rng(joints)
+    for _ in range(4):
+        model = random_tree(rng, joints)
+        K, slope, step = empty_record(), np.zeros(joints), 1e-6
+        load_chain(K, **chain_of(model, "tip").constants())
+        q, full, _ = configuration(rng, model)
+        K.state.q[:joints] = q
+        forward_kinematics(K, K.state)
+
+        def gravity(change, model=model, full=full):
+            return pin.computeGeneralizedGravity(
+                model, model.createData(), pin.integrate(model, full, change)
+            )
+
+        expected = np.array(gravity(np.zeros(joints)))
+        for i in range(joints):
+            g = gravity_torque(K.kinematics, K.chain, i, slope)
+            assert abs(g - expected[i]) <= 1e-12 * np.abs(expected).max()
+            for j in range(joints):
+                d = step * np.eye(joints)[j]
+                change = (gravity(d)[i] - gravity(-d)[i]) / (2.0 * step)
+                assert abs(slope[j] - change) < 1e-7 * np.abs(expected).max()
 
 
 COUPLED = (3, 5, 8, 13, 21, 40)

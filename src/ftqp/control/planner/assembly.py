@@ -51,7 +51,7 @@ from ftqp.kernel.entry.session import ArmSession, Memory, Session
 from ftqp.kernel.layout.criteria import COEFFICIENTS, Criterion
 from ftqp.kernel.layout.enums import HISTORY
 from ftqp.kernel.layout.record import load_chain
-from ftqp.kernel.layout.rows import CLEARANCE, COMPONENTS, HOLD, NOTHING_ASKED, Asked, constraint_owners
+from ftqp.kernel.layout.rows import CLEARANCE, COMPONENTS, HOLD, NOTHING_ASKED, Asked, constraint_labels
 from ftqp.model.robot import Robot
 
 PATIENCE = 0.1
@@ -136,7 +136,7 @@ def filled(
         setattr(K.learned, name, value)
     fill_monitor(K, robot, dt, drive, lead, rate)
     K.keeps.asked = sum(len(names) for kind, names in asked.items() if kind != CLEARANCE.name)
-    K.cascade.p = len(constraint_owners(robot.joints, robot.has_inertia, asked))
+    K.cascade.p = len(constraint_labels(robot.joints, robot.has_inertia, asked))
     return session
 
 

@@ -146,7 +146,10 @@ class Parts:
 
 def parts_in(session: Session, joints: int) -> Parts:
     """The parts of a planner's step, which follow its record."""
-    return Parts(session.memory.view(_in_place(joints, int(session.K.cascade.p))))
+    rows = int(session.K.cascade.p) + (
+        joints if session.K.chain.has_inertia else 0
+    )  # those there seldom, too
+    return Parts(session.memory.view(_in_place(joints, rows)))
 
 
 def parts_of_free(session: Session, joints: int) -> dict[str, Any]:

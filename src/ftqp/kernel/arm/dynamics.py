@@ -185,25 +185,39 @@ def gravity_torque(kinematics: Any, chain: Any, i: int, slope: Any) -> float:
     G the acceleration of gravity. To turn all that a revolute joint a before b carries is to turn G back:
     d g_b/d q_a = z_b . (r_b x (z_a x G)), and -m_b (z_a x z_b) . G for a prismatic b; a prismatic a changes
     nothing beyond it. The gradient of a potential's gradient is symmetric, which gives the joints after i.
-    Needs ``forward_kinematics``.
+    It is 0 for a joint of a tree that neither carries i nor is carried. Needs ``forward_kinematics``.
     Source: docs/theory/free-swinging.md, "Gravity's torque".
     """
     n, G, z = chain.n, three(chain.gravity), three(kinematics.axis_w[i])
     e, mass, c, r = cross(z, G), 0.0, ZERO, ZERO
+    if chain.is_tree:
+        for j in range(n):
+            for k in range(4):
+                kinematics.carried[j, k] = 0.0
     for j in range(n - 1, i - 1, -1):
+        if chain.branches[j]:
+            C = kinematics.carried[j]
+            mass, c = mass + C[0], plus(c, three_from(C, 1))
         m, o, y = chain.mass[j], three(kinematics.o[j]), three(kinematics.axis_w[j])
         mass += m
         c = plus(c, times(m, plus(o, rotated(kinematics.R[j], three(chain.com[j])))))
         r = minus(c, times(mass, o))
-        if chain.prismatic[i] and j > i:
+        if (chain.prismatic[i] and j > i) or not moves(chain, i, j):
             slope[j] = 0.0
         elif chain.prismatic[j]:
             slope[j] = 0.0 if j == i else -mass * inner(cross(z, y), G)
         else:
             slope[j] = inner(y, cross(r, e))
+        above = chain.parent[j]
+        if j > i and above != j - 1:
+            if above >= 0:
+                C = kinematics.carried[above]
+                C[0] += mass
+                add_to(C, 1, c)
+            mass, c = 0.0, ZERO
     for j in range(i):
         y = three(kinematics.axis_w[j])
-        if chain.prismatic[j]:
+        if chain.prismatic[j] or not moves(chain, j, i):
             slope[j] = 0.0
         elif chain.prismatic[i]:
             slope[j] = -mass * inner(cross(y, z), G)

@@ -193,6 +193,10 @@ LEAST_SHARE = 0.05
 """Share of a_max that braking counts on at least, so that it counts on something where gravity leaves
 nothing."""
 
+HOLD_SHARE = 0.98
+"""Share of the torque left of a joint that has lost some with which motions are planned, so that the rest is
+there for what its servo adds: a joint without it was left behind by its reference, until it fell. A guess."""
+
 
 @jit
 def sample(K: Any, rows: Any) -> None:
@@ -239,7 +243,12 @@ def count_on(K: Any, given: Any, rows: Any, out: Any) -> None:
     """The deceleration that viability counts on, and when torque limits are looked at."""
     limits, n, limited = K.limits, K.chain.n, len(rows) > 0
     look_again(K.scene)
-    on_demand = limited and given.on_demand != 0 and not swings(K.faults, K.chain)
+    limits.weakened = 0
+    for i in range(n):
+        weak = limited and K.faults.code[i] == HEALTHY and limits.tau_max[i] < given.tau_max[i]
+        limits.tau_hold[i] = HOLD_SHARE * limits.tau_max[i] if weak else inf
+        limits.weakened += 1 if weak else 0
+    on_demand = limited and given.on_demand != 0 and limits.weakened == 0 and not swings(K.faults, K.chain)
     out.share = 1.0
     out.guard = 0.0
     if limited:

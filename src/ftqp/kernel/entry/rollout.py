@@ -29,7 +29,9 @@ def believe_event(faults: Any, limits: Any, chain: Any, qp: Any, free: Any, B: A
         limits.q_min[i], limits.q_max[i] = other.q_min[i], other.q_max[i]
         limits.v_max[i], limits.a_max[i] = other.v_max[i], other.a_max[i]
         limits.a_brake[i], limits.tau_max[i] = other.a_brake[i], other.tau_max[i]
+        limits.tau_hold[i] = other.tau_hold[i]
     limits.dynamic, limits.on_demand, limits.guard = other.dynamic, other.on_demand, other.guard
+    limits.weakened = other.weakened
     theirs = B.faults
     faults.reset_mode = theirs.reset_mode
     faults.code[joint], faults.lock_rate[joint] = theirs.code[joint], theirs.lock_rate[joint]

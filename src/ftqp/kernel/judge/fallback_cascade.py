@@ -70,6 +70,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.layout.thresholds import AT_REST, RELAXED_FROM, SCALED_FROM, TASK_FLOOR
 from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
+from ftqp.kernel.rows.holding_rows import leave_to_motors
 from ftqp.kernel.rows.rows_given_up import is_whole, more_rows_hold
 from ftqp.kernel.rows.task_terms import judge_terms
 
@@ -289,6 +290,7 @@ def _begin(K: Any, stage: int, claim: int) -> int:
         begin_second_stage(K, claim)
         return QP_READY
     if stage == CALM_ELASTIC_STAGE:
+        leave_to_motors(K)
         K.qp.soft_rows = CALM_ELASTIC
     elif stage == RELAX_STAGE:
         if _in_calm(was):

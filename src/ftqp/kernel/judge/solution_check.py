@@ -356,7 +356,7 @@ def pack(task: Any, cascade: Any, chain: Any, qp: Any, flat: Any) -> None:
         at += n
     for j in range(p):
         for i in range(chain.n):
-            flat[at + i] = qp.C[j, i] if qp.nc > 0 else 0.0
+            flat[at + i] = qp.C[j, i] if j < qp.nc else 0.0
         at += n
     k = n + m + p
     for i in range(n):
@@ -367,8 +367,8 @@ def pack(task: Any, cascade: Any, chain: Any, qp: Any, flat: Any) -> None:
         flat[at + i] = flat[at + k + i] = qp.b[i]
     at += m
     for j in range(p):
-        flat[at + j] = qp.l[j] if qp.nc > 0 else -inf
-        flat[at + k + j] = qp.u[j] if qp.nc > 0 else inf
+        flat[at + j] = qp.l[j] if j < qp.nc else -inf
+        flat[at + k + j] = qp.u[j] if j < qp.nc else inf
 
 
 @jit

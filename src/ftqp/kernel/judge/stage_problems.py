@@ -20,6 +20,7 @@ from ftqp.kernel.layout.enums import ACCELERATION, SLACK, SOLVED, STOPPED, STOPP
 from ftqp.kernel.layout.thresholds import AT_REST, FREE_SHARE, LAST, PROOF_SHARE
 from ftqp.kernel.maths.elementary import is_finite
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
+from ftqp.kernel.rows.holding_rows import keep_again, leave_to_motors
 from ftqp.kernel.rows.joint_intervals import AT_LIMIT, bound, draw, lighten, narrow, widen
 from ftqp.kernel.rows.objective import add_manipulability, objective
 from ftqp.kernel.rows.task_rows import compliance, softness
@@ -132,6 +133,7 @@ def begin_least_excess(K: Any) -> None:
     """
     faults, qp = K.faults, K.qp
     n = K.chain.n
+    leave_to_motors(K)
     put_aside(K.chain, qp, K.aside)
     draw_to_rest(K, K.state.dt, 0.0, 1.0)
     for k in range(faults.working):
@@ -378,6 +380,7 @@ def begin_relaxed_after_calm(K: Any) -> None:
     for k in range(task.m):
         qp.b[k] = task.asked[k]
     qp.meq, qp.nx = task.m, K.chain.n
+    keep_again(K)
     compliance(task, K.terms, K.chain, qp, K.turned, RELAXED_RATIO)
     _share(K, RELAXED_RATIO)
 
@@ -386,6 +389,7 @@ def begin_relaxed_after_calm(K: Any) -> None:
 def begin_elastic(K: Any) -> None:
     """The task's QP, compliant, with torque limits widened by what the last stage found them to lack."""
     make_room(K.chain, K.qp, K.aside)
+    keep_again(K)
     compliance(K.task, K.terms, K.chain, K.qp, K.turned, ELASTIC_TASK_RATIO)
     _share(K, ELASTIC_TASK_RATIO)
 
@@ -412,6 +416,7 @@ def begin_decay(K: Any) -> None:
 @rare_jit
 def begin_elastic_rest(K: Any) -> None:
     """The same with compliant torque rows; where a stop is latched no joint leaves what brakes it."""
+    leave_to_motors(K)
     K.qp.soft_rows = REST_ELASTIC
     if K.watch.latched:
         only_brake(K, BRAKING_SHARE)

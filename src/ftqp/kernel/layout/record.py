@@ -38,6 +38,7 @@ faults  What is believed of the joints.
 limits  Limits as believed now, and which of them set each end of an interval.
     conversion  i8
     dynamic  i8  there are rows of C, or an objective with inertia
+    weakened  i8  so many joints have lost torque
     on_demand  i8  the rows of C are there only where a command would break a torque limit without them
     empty_intervals  i8
     guard  f8  share of a_max up to which torque limits are then not looked at; 0: none
@@ -45,6 +46,7 @@ limits  Limits as believed now, and which of them set each end of an interval.
     q_min q_max v_max a_max  f8[N]
     a_brake  f8[N]  the deceleration that viability may count on
     tau_max  f8[N]
+    tau_hold  f8[N]  torque that is to suffice to hold the arm still, of a joint that has lost some; else inf
     lower_by upper_by  i8[N]
 task  The task and its error.
     m mode uses_rotation tool_rows has_tip_measured  i8

@@ -23,6 +23,7 @@ class RowKind:
     module: str = "row_blocks"  # The file in ``ftqp.kernel.rows`` that writes them ...
     fill: str = "fill"  # ... by this function of (K, at)
     most: int | None = None  # The most rows that a planner may ask for; None where there is one a joint
+    seldom: bool = False  # The rows are there only while a joint has lost torque, behind those of every tick
 
     def label(self, joint: str) -> str:
         """The label of the row of a joint, for example ``torque panda_joint2``."""
@@ -69,11 +70,20 @@ KEEP = _kind("keep", KEEPS, "fill_keeps")
 HOLD = _kind("hold", HELD_ROWS, "fill_held", symmetric=True)
 OWN_ROW = _kind("row", OWN_ROWS, "fill_own", unit="1")
 CLEARANCE = _kind("clearance", CLEARANCES, "fill_clearances")
-ROW_KINDS: tuple[RowKind, ...] = (TORQUE, KEEP, HOLD, OWN_ROW, CLEARANCE)
+HOLDING = RowKind(
+    name="holding torque",
+    unit="rad/s2",
+    sliding_unit="m/s2",
+    symmetric=False,
+    needs_inertia=True,
+    module="holding_rows",
+    seldom=True,
+)
+ROW_KINDS: tuple[RowKind, ...] = (TORQUE, KEEP, HOLD, OWN_ROW, CLEARANCE, HOLDING)
 """The kinds in the order in which their rows stand in C.
 
 Torque rows are the first: that of joint i, which is an equality when the joint swings freely, is row i. Those
-of clearance are the last: they alone give way in every QP.
+of clearance are the last, but for those of holding torque: both alone give way in every QP.
 """
 
 
@@ -101,8 +111,9 @@ def constraint_owners(
 def constraint_labels(
     joints: Sequence[str], has_inertia: bool, asked: Asked = NOTHING_ASKED
 ) -> tuple[str, ...]:
-    """Labels of the rows of C, in their order."""
-    return tuple(kind.label(name) for kind, _, name in constraint_owners(joints, has_inertia, asked))
+    """Labels of the rows of C that are there in every tick, in their order."""
+    owners = constraint_owners(joints, has_inertia, asked)
+    return tuple(kind.label(name) for kind, _, name in owners if not kind.seldom)
 
 
 def kind_of(label: str) -> RowKind | None:

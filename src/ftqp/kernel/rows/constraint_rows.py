@@ -9,7 +9,7 @@ from ftqp.kernel.arm.dynamics import dynamics, torque_bound, torques_of
 from ftqp.kernel.arm.kinematics import mimic, motion
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import VELOCITY
-from ftqp.kernel.layout.rows import ROW_KINDS, TORQUE, RowKind
+from ftqp.kernel.layout.rows import HOLDING, ROW_KINDS, TORQUE, RowKind
 from ftqp.kernel.maths.elementary import any_of, select
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, put, several
 
@@ -37,9 +37,10 @@ def _then(first: Any, kind: RowKind) -> Any:
 
 fill_all: Any = reduce(_then, ROW_KINDS, _nothing)
 """All rows of C, kind by kind."""
-fill_others: Any = reduce(_then, [kind for kind in ROW_KINDS if kind is not TORQUE], _nothing)
+_OTHERS = [kind for kind in ROW_KINDS if kind is not TORQUE and kind is not HOLDING]
+fill_others: Any = reduce(_then, _OTHERS, _nothing)
 """All rows but those of torques, behind them."""
-IN_EVERY_TICK = any(kind.most is None for kind in ROW_KINDS if kind is not TORQUE)
+IN_EVERY_TICK = any(kind.most is None for kind in _OTHERS)
 """Whether there are rows, beside those of torques, that no planner has to ask for."""
 
 

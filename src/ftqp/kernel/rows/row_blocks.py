@@ -28,8 +28,9 @@ def fill_torques(K: Any, at: int) -> int:
     tau_min - h <= M a <= tau_max - h, times dt at the velocity level. A free-swinging joint's row is the
     equality tau = -(friction + viscous) v, with the velocity after the step: taken before it, where h has the
     joint's own viscous friction, strong friction on a light joint would be unstable. The row of a joint that
-    is held, or asks for its brake, is open: the brake carries whatever is needed. Those of a body that floats
-    are M_b a + h_b = 0, at the velocity level M_b v = 0: momentum stays what it is, and 0.
+    is held, or asks for its brake, is open: the brake carries whatever is needed. A joint that has lost
+    torque has ``tau_hold``, and where the arm's weight takes more already as much again. Those of a body that
+    floats are M_b a + h_b = 0, at the velocity level M_b v = 0: momentum stays what it is, and 0.
     Source: docs/theory/joint-failures.md, "Free-swinging"; Umetani and Yoshida 1989.
     """
     chain, limits, faults, state, kinematics, qp = K.chain, K.limits, K.faults, K.state, K.kinematics, K.qp
@@ -55,7 +56,10 @@ def fill_torques(K: Any, at: int) -> int:
                 scale * own * state.v[i] if state.level == VELOCITY else -faults.friction[i] * state.v[i]
             )
         elif fault == HEALTHY and not asks[i]:
-            qp.l[at + i], qp.u[at + i] = shift - scale * limits.tau_max[i], shift + scale * limits.tau_max[i]
+            most = limits.tau_max[i]
+            if limits.weakened:
+                most = min(most, max(limits.tau_hold[i], 2.0 * abs(kinematics.h[i]) - limits.tau_hold[i]))
+            qp.l[at + i], qp.u[at + i] = shift - scale * most, shift + scale * most
         else:
             qp.l[at + i], qp.u[at + i] = -inf, inf
     return at + n
