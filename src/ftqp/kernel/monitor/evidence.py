@@ -14,7 +14,7 @@ from typing import Any
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.maths.elementary import sqrt
-from ftqp.kernel.monitor.servos import GEAR, noise_of, variance
+from ftqp.kernel.monitor.servos import GEAR, SLOW, noise_of, variance
 
 LEAST_SHIFT, MOST_SHIFT = 3.0, 8.0
 """Standard deviations of the shifts that are tested: below, learning takes them; above, all are clear."""
@@ -46,7 +46,8 @@ def weigh(K: Any, i: int, counts: bool) -> None:
     if M.G_lock[i] == 0.0:
         M.anchor[i] = M.means[0, i]
     # a motor that is off: the torque that its motion would need, m a + f + b + s g + i M a, is none
-    M.phi[0], M.phi[1] = 0.0, M.a[i]
+    M.phi[0], M.phi[1], M.phi[2] = 0.0, M.a[i], M.v[i] / sqrt(M.v[i] * M.v[i] + SLOW * SLOW)
+    M.phi[3], M.phi[4], M.phi[5] = 1.0, M.weight[i], M.inertia[i]
     torque = 0.0
     for r in range(SERVO):
         torque += M.phi[r] * theta[r]

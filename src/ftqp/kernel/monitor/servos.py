@@ -10,6 +10,10 @@ its states drift with the way that the joint goes, so that an arm at rest forget
 beyond three standard deviations teaches as much as one of three: a fault is not learned as usual. No state is
 kept above zero, as what the others learn beside one that is would be wrong: samples that come half a period
 early are a lag below zero.
+
+Of an arm that takes velocities u is their integral, drawn to the sample in ``LASTS``: u' = v_sent - (u - y)/T.
+So both sides of the row forget what is older, all but b, which then is the creep of a servo without an
+integral part.
 Source: docs/theory/monitor.md, "The model of a joint".
 """
 
@@ -18,7 +22,7 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import gravity_torque, torques_of
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.enums import IS_LOCKED, NOTHING_HEARD
+from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, IS_LOCKED, NOTHING_HEARD, VELOCITY_DRIVE
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import SERVO_PRIOR, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
@@ -27,6 +31,8 @@ DRIFT = (0.003, 1e-4, 5e-4, 0.008, 1e-3, 1e-3)
 """How they change, per root of a radian or metre that the joint goes, ..."""
 CREEP = 0.002
 """... and the droop, per root of a second."""
+DROOP = 3
+"""The parameter b."""
 IDEAL = (1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5)
 """What is left open of a joint whose samples were its commands to the last bit while it moved."""
 GEAR = 2e-4
@@ -73,7 +79,8 @@ def begin_filters(K: Any) -> None:
     M.count = 0
     for i in range(K.chain.n):
         y = K.feedback.good[i]
-        u = K.gate.sent[i]
+        u = y if M.leak > 0.0 else K.gate.sent[i]
+        M.speed[i] = K.gate.speed[i]
         M.y[i] = M.anchor[i] = M.place[i] = y
         M.u[i] = u
         M.total[i] = M.act[i] = M.weight[i] = M.inertia[i] = M.r[i] = M.S[i] = 0.0
@@ -93,13 +100,27 @@ def begin_filters(K: Any) -> None:
 
 
 @jit
+def _integral(K: Any, i: int, y: float, heard: bool) -> float:
+    """What was sent to joint i, summed up as the planner does it; of one that works it goes to the sample."""
+    M, before = K.monitor, K.monitor.speed[i]
+    if heard:
+        M.speed[i] = K.gate.speed[i]
+    mean = 0.5 * (M.speed[i] + before) if K.state.level == ACCELERATION else M.speed[i]
+    u: float = M.u[i] + K.state.dt * mean
+    return u + M.leak * (y - u) if M.found[i] == 0 and K.faults.code[i] == HEALTHY else u
+
+
+@jit
 def take_samples(K: Any) -> None:
     """Three poles for what was sent and what was measured; a sample that did not come went on as before."""
     M, feedback, p = K.monitor, K.feedback, K.monitor.pole
     heard, dt = K.state.unusable != NOTHING_HEARD, K.state.dt
     for i in range(K.chain.n):
-        y = feedback.good[i] if feedback.bad[i] == 0 else M.y[i] + dt * M.v[i]
-        u = K.gate.sent[i] if heard else M.u[i]
+        y = feedback.good[i] if feedback.age[i] == 0 else M.y[i] + dt * M.v[i]
+        if feedback.kind == VELOCITY_DRIVE:
+            u = _integral(K, i, y, heard)
+        else:
+            u = K.gate.sent[i] if heard else M.u[i]
         M.y[i], M.u[i] = y, u
         M.total[i] += y
         for k in range(3):
@@ -145,13 +166,26 @@ def observe_joint(K: Any, i: int) -> None:
     M, D, decay = K.monitor, K.monitor.D, K.monitor.decay
     M.v[i] = D * (M.y_f[1, i] - M.y_f[2, i])
     M.a[i] = D * D * (M.y_f[0, i] - 2.0 * M.y_f[1, i] + M.y_f[2, i])
-    M.peak_v[i] = max(abs(D * (M.u_f[1, i] - M.u_f[2, i])), decay * M.peak_v[i])
-    M.peak_a[i] = max(abs(D * D * (M.u_f[0, i] - 2.0 * M.u_f[1, i] + M.u_f[2, i])), decay * M.peak_a[i])
+    v = D * (M.u_f[1, i] - M.u_f[2, i])
+    a = D * D * (M.u_f[0, i] - 2.0 * M.u_f[1, i] + M.u_f[2, i])
+    if K.feedback.kind == VELOCITY_DRIVE:  # what brings a joint back is sent, but nobody asked for it
+        v, a = K.state.v_command[i], K.state.a_command[i]
+    M.peak_v[i] = max(abs(v), decay * M.peak_v[i])
+    M.peak_a[i] = max(abs(a), decay * M.peak_a[i])
     M.act[i] = min(abs(M.v[i]), M.peak_v[i]) + 0.05 * min(abs(M.a[i]), M.peak_a[i])
     for k in range(3, 0, -1):
         M.means[k, i] = M.means[k - 1, i]
     M.means[0, i] = M.total[i] / M.every
     M.total[i] = 0.0
+
+
+@jit
+def _forget_older(slow: Any, phi: Any, share: float) -> None:
+    """Takes from what the parameters multiply, all but the droop, what is older."""
+    for k in range(SERVO):
+        if k != DROOP:
+            slow[k] += share * (phi[k] - slow[k])
+            phi[k] -= slow[k]
 
 
 @jit
@@ -170,6 +204,9 @@ def residual(K: Any, i: int) -> None:
         M.weight[i],
         M.inertia[i],
     )
+    if M.fades > 0.0:
+        _forget_older(M.slow[i], phi, 1.0 if M.S[i] == 0.0 else M.fades)
+        v, a = phi[0], phi[1]
     r = M.u_f[2, i] - M.y_f[2, i]
     for k in range(SERVO):
         r -= phi[k] * theta[k]
@@ -178,7 +215,7 @@ def residual(K: Any, i: int) -> None:
         others += M.act[j]
     miss = M.missed[i] * (M.act[i] + 0.3 * (others - M.act[i]) / n + 0.01)
     spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
-    if abs(v) < SLOW:
+    if abs(M.v[i]) < SLOW:
         spread += theta[2] * theta[2] + M.P[i, 2, 2]
     phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])  # what was asked for, not how a joint falls
     phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])

@@ -17,6 +17,7 @@ from ftqp.kernel.layout.enums import (
     IS_FROZEN,
     IS_LOCKED,
     IS_RUNAWAY,
+    VELOCITY_DRIVE,
 )
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.maths.elementary import is_finite
@@ -138,6 +139,7 @@ def follows_again(K: Any, i: int) -> bool:
     along = way if M.tell[i] > 0.0 else -way
     far = max(WENT * abs(M.tell[i]), SIGMAS * blur_of(K, i) + GEAR)
     asked = abs(K.gate.sent[i] - M.place[i] - M.droop[i] - M.tell[i]) < GEAR
+    asked = asked or K.feedback.kind == VELOCITY_DRIVE
     return bool(asked and along > far and abs(M.v[i]) < AT_REST)
 
 

@@ -86,7 +86,7 @@ def watch_servos(K: Any, first: bool, then: int) -> None:
         return
     take_samples(K)
     for i in range(n):
-        if K.feedback.bad[i]:
+        if K.feedback.age[i] > 0:
             M.blind[i] = int(SETTLES / (M.w * K.state.dt)) + 1
         elif K.held.on:  # once it is let go its servo has to come to rest
             M.blind[i] = int((LET_GO + 4.0 * max(M.theta[i, 0], 0.0)) / K.state.dt)
