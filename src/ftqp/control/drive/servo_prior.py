@@ -8,7 +8,7 @@ import numpy as np
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import SERVO_PRIOR
+from ftqp.kernel.layout.thresholds import SERVO_PRIOR, SPEED_SERVO_PRIOR
 from ftqp.model.robot import Robot
 
 FALSE_ALARMS: Final = 0.1
@@ -38,7 +38,8 @@ WEIGHS = 0.2
 
 def prior(drive: Drive, joints: int, lead: float, late: float) -> tuple[FloatArray, FloatArray]:
     """What is told of the servos, and its standard deviations, (joints, SERVO) each."""
-    mean, doubt = np.zeros((joints, SERVO)), np.tile(np.array(SERVO_PRIOR), (joints, 1))
+    known = SPEED_SERVO_PRIOR if drive.kind == "velocity" else SERVO_PRIOR
+    mean, doubt = np.zeros((joints, SERVO)), np.tile(np.array(known), (joints, 1))
     mean[:, 0] = MEAN_LAG + late
     if drive.bandwidth is not None:
         lags = np.broadcast_to(2.0 / np.asarray(drive.bandwidth, dtype=float), (joints,))

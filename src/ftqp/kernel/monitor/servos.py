@@ -24,7 +24,7 @@ from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, IS_LOCKED, NOTHING_HEARD, VELOCITY_DRIVE
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import SERVO_PRIOR, UNLIMITED
+from ftqp.kernel.layout.thresholds import SERVO_PRIOR, SPEED_SERVO_PRIOR, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
 
 DRIFT = (0.003, 1e-4, 5e-4, 0.008, 1e-3, 1e-3)
@@ -215,7 +215,12 @@ def residual(K: Any, i: int) -> None:
         others += M.act[j]
     miss = M.missed[i] * (M.act[i] + 0.3 * (others - M.act[i]) / n + 0.01)
     spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
-    if abs(M.v[i]) < SLOW:
+    slow = abs(M.v[i])
+    if M.fades > 0.0 and slow > M.peak_v[i]:
+        slow = M.peak_v[i]
+        for k in (2, 4, 5):
+            phi[k] *= slow / abs(M.v[i])
+    if slow < SLOW:
         spread += theta[2] * theta[2] + M.P[i, 2, 2]
     phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])  # what was asked for, not how a joint falls
     phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
@@ -240,9 +245,9 @@ def learn_servo(K: Any, i: int) -> None:
             P[r, c] -= share * gain[r] * gain[c]
     if M.G[i] == 0.0 or M.rests[i] == 0:  # else the droop of a joint that is held would take the fault
         for r in range(SERVO):
-            most = SERVO_PRIOR[r]
+            most = SERVO_PRIOR[r] if M.leak == 0.0 else SPEED_SERVO_PRIOR[r]
             P[r, r] = min(P[r, r] + DRIFT[r] * DRIFT[r] * v * block, most * most)
-        P[3, 3] = min(P[3, 3] + CREEP * CREEP * block, SERVO_PRIOR[3] * SERVO_PRIOR[3])
+        P[DROOP, DROOP] = min(P[DROOP, DROOP] + CREEP * CREEP * block, SERVO_PRIOR[DROOP] * SERVO_PRIOR[DROOP])
     if M.act[i] > 0.05:  # 5 % of the looks at a healthy joint are beyond two standard deviations
         beyond = 1.0 if abs(M.r[i]) > 2.0 * sqrt(M.spread[i]) else 0.0
         change = (0.02 + 0.1 / (1.0 + M.way[i])) * (beyond - 0.05)
