@@ -82,7 +82,7 @@ is at most five periods of motion behind it, which samples may be (``python stud
 SERVO_PRIOR: Final = (0.07, 0.004, 0.004, 0.05, 0.05, 0.05)
 """Standard deviations of what a servo may have before anything is known of it, lag [s], rotor over stiffness
 [s2], friction, droop, and droop by weight and by inertia [rad or m]; a servo of 3 Hz lags by 0.1 s."""
-SPEED_SERVO_PRIOR: Final = (0.07, 0.016, 0.016, 0.05, 0.2, 0.2)
+SPEED_SERVO_PRIOR: Final = (0.07, 0.016, 0.05, 0.05, 0.2, 0.2)
 """The same of servos that take velocities, whose integral part is a fourth as stiff at the same bandwidth."""
 BESIDE: Final = 1e-6
 """A healthy joint farther than this from its command [rad or m] belongs to an arm with servos. More than

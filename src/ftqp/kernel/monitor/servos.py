@@ -168,8 +168,10 @@ def observe_joint(K: Any, i: int) -> None:
     M.a[i] = D * D * (M.y_f[0, i] - 2.0 * M.y_f[1, i] + M.y_f[2, i])
     v = D * (M.u_f[1, i] - M.u_f[2, i])
     a = D * D * (M.u_f[0, i] - 2.0 * M.u_f[1, i] + M.u_f[2, i])
-    if K.feedback.kind == VELOCITY_DRIVE:  # what brings a joint back is sent, but nobody asked for it
-        v, a = K.state.v_command[i], K.state.a_command[i]
+    if M.leak > 0.0:  # of what was sent, without what went to the sample
+        rate = M.leak / K.state.dt
+        v += rate * (M.u_f[2, i] - M.y_f[2, i])
+        a += rate * D * (M.u_f[1, i] - M.u_f[2, i] - M.y_f[1, i] + M.y_f[2, i])
     M.peak_v[i] = max(abs(v), decay * M.peak_v[i])
     M.peak_a[i] = max(abs(a), decay * M.peak_a[i])
     M.act[i] = min(abs(M.v[i]), M.peak_v[i]) + 0.05 * min(abs(M.a[i]), M.peak_a[i])
@@ -215,13 +217,17 @@ def residual(K: Any, i: int) -> None:
         others += M.act[j]
     miss = M.missed[i] * (M.act[i] + 0.3 * (others - M.act[i]) / n + 0.01)
     spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
-    slow = abs(M.v[i])
-    if M.fades > 0.0 and slow > M.peak_v[i]:
-        slow = M.peak_v[i]
-        for k in (2, 4, 5):
-            phi[k] *= slow / abs(M.v[i])
+    slow, either = abs(M.v[i]), 1.0
+    if M.fades > 0.0:
+        either = 4.0
+        if slow > M.peak_v[i]:
+            for k in (2, 4, 5):
+                phi[k] *= M.peak_v[i] / slow
+            slow = M.peak_v[i]
     if slow < SLOW:
-        spread += theta[2] * theta[2] + M.P[i, 2, 2]
+        spread += either * (theta[2] * theta[2] + M.P[i, 2, 2])
+        if M.fades > 0.0:
+            phi[2] = 0.0
     phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])  # what was asked for, not how a joint falls
     phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
     M.r[i], M.spread[i] = r, spread
