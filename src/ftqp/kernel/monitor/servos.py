@@ -191,6 +191,25 @@ def _forget_older(slow: Any, phi: Any, share: float) -> None:
 
 
 @jit
+def _stuck(M: Any, i: int) -> float:
+    """By how many f^2 what holds joint i may differ from what it was lately, as far as that counts.
+
+    Friction that held it one way may hold it the other way, which are 2 f. A joint that was not asked to move
+    so tells nothing but of its droop.
+    """
+    slow, phi = abs(M.v[i]), M.phi
+    if slow > M.peak_v[i]:
+        for k in range(2, SERVO):
+            phi[k] *= 1.0 if k == DROOP else M.peak_v[i] / slow
+        slow = M.peak_v[i]
+    M.slow[i, DROOP] *= 1.0 - M.fades
+    if slow < SLOW:
+        M.slow[i, DROOP], phi[2] = 1.0, 0.0
+    share: float = 2.0 * M.slow[i, DROOP]
+    return share * share
+
+
+@jit
 def residual(K: Any, i: int) -> None:
     """r of joint i, and S, its variance: what is left open, noise, and what the model misses.
 
@@ -217,17 +236,10 @@ def residual(K: Any, i: int) -> None:
         others += M.act[j]
     miss = M.missed[i] * (M.act[i] + 0.3 * (others - M.act[i]) / n + 0.01)
     spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
-    slow, either = abs(M.v[i]), 1.0
     if M.fades > 0.0:
-        either = 4.0
-        if slow > M.peak_v[i]:
-            for k in (2, 4, 5):
-                phi[k] *= M.peak_v[i] / slow
-            slow = M.peak_v[i]
-    if slow < SLOW:
-        spread += either * (theta[2] * theta[2] + M.P[i, 2, 2])
-        if M.fades > 0.0:
-            phi[2] = 0.0
+        spread += _stuck(M, i) * (theta[2] * theta[2] + M.P[i, 2, 2])
+    elif abs(v) < SLOW:
+        spread += theta[2] * theta[2] + M.P[i, 2, 2]
     phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])  # what was asked for, not how a joint falls
     phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
     M.r[i], M.spread[i] = r, spread
