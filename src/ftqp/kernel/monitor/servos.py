@@ -39,6 +39,8 @@ GEAR = 2e-4
 """By so much [rad or m] a joint moves whose brake is closed: play of common gears."""
 SLOW = 0.02
 """Slower than this [rad/s or m/s] dry friction may hold a joint to either side."""
+EITHER = 4.0 / 3.0
+"""What friction f holds lies between -f and f: so many f^2 are the variance of twice that, of any size alike."""
 UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
 """Of the motion of a healthy joint the model misses so much [s] before anything was learned, and between
 these."""
@@ -205,8 +207,8 @@ def _stuck(M: Any, i: int) -> float:
     M.slow[i, DROOP] *= 1.0 - M.fades
     if slow < SLOW:
         M.slow[i, DROOP], phi[2] = 1.0, 0.0
-    share: float = 2.0 * M.slow[i, DROOP]
-    return share * share
+    share: float = M.slow[i, DROOP]
+    return EITHER * share * share
 
 
 @jit
