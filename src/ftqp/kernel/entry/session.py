@@ -36,7 +36,7 @@ def rooms(memory: Any) -> Any:
 def bound(name: str, *things: Any) -> Call:
     """An entry point with its first arguments given: numbers as they are, arrays by their address, None as 0.
 
-    The arrays live as long as the call does; those whose addresses stand in a record are the caller's to keep.
+    The arrays live as long as the call does; those whose addresses stand in a record the caller keeps.
     """
     call = partial(load(ENTRIES[name]), *map(_number, things))
     vars(call)["things"] = things

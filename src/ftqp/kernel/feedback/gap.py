@@ -7,7 +7,7 @@ from ftqp.kernel.feedback.lasting import lasts
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
-from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_DEVIATION, STOPPED_BY_LAG, VELOCITY_DRIVE
+from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_DEVIATION, STOPPED_BY_LAG
 from ftqp.kernel.layout.hypotheses import LAGS
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.rows.task_rows import component_of
@@ -78,11 +78,6 @@ def measure_gap(K: Any) -> None:
         held_back = FULL_SPEED_TO + HELD_BACK * K.monitor.full if K.monitor.full > 0.0 else 0.0
         feedback.gap, feedback.tip_gap, feedback.far = max(K.monitor.worst, held_back), 0.0, 0
         feedback.culprit = K.monitor.suspect
-        if feedback.kind == VELOCITY_DRIVE:  # whose loop round its positions takes back what it is behind
-            position, rotation = norms(K.task, K.kinematics, feedback.off)
-            feedback.gap = max(
-                feedback.gap, position / feedback.tolerance, rotation / feedback.rotation_tolerance
-            )
         lasts(K.state, feedback, LAGS, 0, feedback.gap > 1.0)
         return
     if not feedback.displaced and feedback.exact:

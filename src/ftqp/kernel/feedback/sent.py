@@ -232,7 +232,7 @@ def _torques(K: Any) -> None:
 
 @jit
 def _held(state: Any, limits: Any, feedback: Any, i: int, off: float, lead: float) -> float:
-    """v_r + c a_r + k_q e + k_q^2/8 int e, within the velocity limit: a load unknown to a servo makes it slip.
+    """v_r + c a_r + k_q e + k_q^2/8 int e, within the limit: a load unknown to a servo makes it slip.
 
     The integral part is never more than brings v to the limit, so that it does not wind up.
     """
@@ -275,13 +275,13 @@ def send(K: Any) -> None:
     """q, v and tau for the arm's interface, from the reference that the planner has just commanded.
 
     position:  see ``ftqp.kernel.monitor.leading``
-    velocity:  v_r + c a_r + k_q e + k_q^2/8 int e, e = q_r - q^ at the samples' time, within the velocity limit
+    velocity:  v_r + c a_r + k_q e + k_q^2/8 int e, e = q_r - q^ at the samples' time, within the limit
     torque:    see ``_torques``
 
     A joint that has failed gets no feedback, nor does one whose sample was refused: what a velocity arm had
     of it fades by a_max.
     """
-    feedback, past, state, faults, limits = K.feedback, K.past, K.state, K.faults, K.limits
+    feedback, past, state, faults = K.feedback, K.past, K.state, K.faults
     if (feedback.refused or feedback.holding) and feedback.kind == VELOCITY_DRIVE:
         for i in range(K.chain.n):
             feedback.bent[i] = feedback.v_sent[i] - past.v[feedback.now, i]

@@ -11,7 +11,7 @@ beyond three standard deviations teaches as much as one of three: a fault is not
 kept above zero, as what the others learn beside one that is would be wrong: samples that come half a period
 early are a lag below zero.
 
-Of an arm that takes velocities u is their integral, drawn to the sample in ``LASTS``: u' = v_sent - (u - y)/T.
+Of an arm that takes velocities u is their integral, drawn to the sample: u' = v_sent - (u - y)/T.
 So both sides of the row forget what is older, all but b, which then is the creep of a servo without an
 integral part.
 Source: docs/theory/monitor.md, "The model of a joint".
@@ -31,8 +31,8 @@ DRIFT = (0.003, 1e-4, 5e-4, 0.008, 1e-3, 1e-3)
 """How they change, per root of a radian or metre that the joint goes, ..."""
 CREEP = 0.002
 """... and the droop, per root of a second."""
-DROOP = 3
-"""The parameter b."""
+FRICTION, DROOP = 2, 3
+"""The parameters f and b."""
 IDEAL = (1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5)
 """What is left open of a joint whose samples were its commands to the last bit while it moved."""
 GEAR = 2e-4
@@ -40,7 +40,7 @@ GEAR = 2e-4
 SLOW = 0.02
 """Slower than this [rad/s or m/s] dry friction may hold a joint to either side."""
 EITHER = 4.0 / 3.0
-"""What friction f holds lies between -f and f: so many f^2 are the variance of twice that, of any size alike."""
+"""What friction holds is between -f and f: so many f^2 are the variance of twice that, if all are alike."""
 UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
 """Of the motion of a healthy joint the model misses so much [s] before anything was learned, and between
 these."""
@@ -206,7 +206,7 @@ def _stuck(M: Any, i: int) -> float:
         slow = M.peak_v[i]
     M.slow[i, DROOP] *= 1.0 - M.fades
     if slow < SLOW:
-        M.slow[i, DROOP], phi[2] = 1.0, 0.0
+        M.slow[i, DROOP], phi[FRICTION] = 1.0, 0.0
     share: float = M.slow[i, DROOP]
     return EITHER * share * share
 
@@ -259,15 +259,19 @@ def learn_servo(K: Any, i: int) -> None:
         gain[r] = 0.0
         for c in range(SERVO):
             gain[r] += P[r, c] * phi[c]
+    stuck = M.fades > 0.0 and phi[FRICTION] == 0.0  # what holds a joint is no measure of its friction
     for r in range(SERVO):
-        theta[r] += share * gain[r] * M.r[i]
+        if not (stuck and r == FRICTION):
+            theta[r] += share * gain[r] * M.r[i]
         for c in range(SERVO):
-            P[r, c] -= share * gain[r] * gain[c]
+            if not (stuck and r == FRICTION and c == FRICTION):
+                P[r, c] -= share * gain[r] * gain[c]
     if M.G[i] == 0.0 or M.rests[i] == 0:  # else the droop of a joint that is held would take the fault
         for r in range(SERVO):
             most = SERVO_PRIOR[r] if M.leak == 0.0 else SPEED_SERVO_PRIOR[r]
             P[r, r] = min(P[r, r] + DRIFT[r] * DRIFT[r] * v * block, most * most)
-        P[DROOP, DROOP] = min(P[DROOP, DROOP] + CREEP * CREEP * block, SERVO_PRIOR[DROOP] * SERVO_PRIOR[DROOP])
+        most = SERVO_PRIOR[DROOP]
+        P[DROOP, DROOP] = min(P[DROOP, DROOP] + CREEP * CREEP * block, most * most)
     if M.act[i] > 0.05:  # 5 % of the looks at a healthy joint are beyond two standard deviations
         beyond = 1.0 if abs(M.r[i]) > 2.0 * sqrt(M.spread[i]) else 0.0
         change = (0.02 + 0.1 / (1.0 + M.way[i])) * (beyond - 0.05)

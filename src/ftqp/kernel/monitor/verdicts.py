@@ -139,7 +139,8 @@ def follows_again(K: Any, i: int) -> bool:
     along = way if M.tell[i] > 0.0 else -way
     far = max(WENT * abs(M.tell[i]), SIGMAS * blur_of(K, i) + GEAR)
     asked = abs(K.gate.sent[i] - M.place[i] - M.droop[i] - M.tell[i]) < GEAR
-    asked = asked or K.feedback.kind == VELOCITY_DRIVE
+    if K.feedback.kind == VELOCITY_DRIVE:  # there and back, from wherever it was let go
+        asked, along = True, abs(way)
     return bool(asked and along > far and abs(M.v[i]) < AT_REST)
 
 
