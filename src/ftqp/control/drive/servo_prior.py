@@ -9,7 +9,7 @@ from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.learned_servos import LearnedServos
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import SERVO_DRIFT, SERVO_PRIOR
+from ftqp.kernel.layout.thresholds import SERVO_DRIFT, SERVO_PRIOR, SPEED_SERVO_PRIOR
 from ftqp.model.robot import Robot
 
 FALSE_ALARMS: Final = 0.1
@@ -43,16 +43,21 @@ def prior(drive: Drive, joints: int, lead: float, late: float) -> tuple[FloatArr
     What was learned before is as open as if the joints had gone a radian or metre since, its lag and rotor at
     least as those of a bandwidth that was told.
     """
+    most = np.array(SPEED_SERVO_PRIOR if drive.kind == "velocity" else SERVO_PRIOR)
     if isinstance(drive.known, LearnedServos):
         mean = np.array(drive.known.values)
         doubt = np.hypot(drive.known.deviations, SERVO_DRIFT)
         doubt[:, 0] = np.maximum(doubt[:, 0], TOLD_SHARE * mean[:, 0])
         doubt[:, 1] = np.maximum(doubt[:, 1], 0.25 * mean[:, 0] ** 2)
-        return mean, np.minimum(doubt, SERVO_PRIOR)
-    mean, doubt = np.zeros((joints, SERVO)), np.tile(np.array(SERVO_PRIOR), (joints, 1))
+        return mean, np.minimum(doubt, most)
+    mean, doubt = np.zeros((joints, SERVO)), np.tile(most, (joints, 1))
     mean[:, 0] = MEAN_LAG + late
     if drive.bandwidth is not None:
         lags = np.broadcast_to(2.0 / np.asarray(drive.bandwidth, dtype=float), (joints,))
+        if drive.kind == "velocity":  # 1/w, or nothing and m = 4/w^2 where it has an integral part
+            mean[:, 0], doubt[:, 0] = late + 0.25 * lags, 0.25 * lags
+            doubt[:, 1] = lags**2
+            return mean, doubt
         mean[:, 0] = late + (0.0 if drive.takes_velocity else lags)
         doubt[:, 0] = TOLD_SHARE * lags
         doubt[:, 1] = 0.25 * lags**2  # 1/w^2
@@ -64,7 +69,7 @@ def prior(drive: Drive, joints: int, lead: float, late: float) -> tuple[FloatArr
 def fill_monitor(K: Any, robot: Robot, dt: float, drive: Drive, lead: float, rate: float) -> None:
     """Write how the servos of this arm are learned and judged into a record."""
     M, n = K.monitor, robot.nv
-    M.on = int(drive.kind == "position")
+    M.on = int(drive.kind != "torque")
     M.every = every = max(1, round(BLOCK / dt))
     M.w = w = min(CORNER, CORNER_DT / dt)
     M.pole = pole = exp(-w * dt)
@@ -74,6 +79,8 @@ def fill_monitor(K: Any, robot: Robot, dt: float, drive: Drive, lead: float, rat
     M.level = log(max(3600.0 / max(alike, block) * n * SHARE / rate, 1.0))
     M.top = MOST * M.level
     M.decay = exp(-block / LASTS)
+    if drive.kind == "velocity":
+        M.leak, M.fades = 1.0 - exp(-dt / LASTS), 1.0 - M.decay
     limits = np.where(np.isfinite(robot.limits.tau_max), robot.limits.tau_max, LEAST_TORQUE)
     M.unit[:n] = 1.0 / (WEIGHS * limits)
     M.told[:n], M.doubt[:n] = prior(drive, n, lead, drive.latency)

@@ -235,7 +235,7 @@ class Assembly:
         if given.finds:
             session.K.monitor.names = 1
             self.response = MonitorResponse(session, robot, self.loop, believe, disbelieve)
-        elif isinstance(given.detector, Detector) and given.drive.kind != "position":
+        elif isinstance(given.detector, Detector):
             self.response = FaultResponse(
                 given.detector, session, robot, given.drive, given.noise, self.loop, believe, disbelieve,
                 probing_of(session, given, given.detector),

@@ -195,10 +195,10 @@ class Planner:
         drive: What the arm takes: ``position``, ``velocity`` or ``torque``, or an ``ftqp.Drive`` or table
             that says more. On an arm that follows exactly all three give the same motion.
         noise: How noisy the measurements are; None is unknown.
-        detector: Detects failures that nobody reports, and makes the planner count on them. On drive
-            ``position`` that is so without a word, at 0.1 false alarms an hour; an ``ftqp.Detector`` sets
-            another rate, and nothing else, and with False the arm is guarded and no joint is named. On
-            ``velocity`` and ``torque`` None and False are none.
+        detector: Detects failures that nobody reports, and makes the planner count on them. On drives
+            ``position`` and ``velocity`` that is so without a word, at 0.1 false alarms an hour; an
+            ``ftqp.Detector`` sets another rate, and nothing else, and with False the arm is guarded and no
+            joint is named. On ``torque`` None and False are none.
         plan: One of ``ftqp.analysis.plan`` or ``load_plan``: its postures lead the null space, in the place
             of ``posture``; the scheme is ``rmp`` unless another is named.
         tasks: That of the tip, if it is not given as ``task``, as ``ftqp.Task`` or as a ``PoseTask`` or

@@ -84,7 +84,7 @@ class Settings:
     @property
     def finds(self) -> bool:
         """Whether what the monitor of the servos finds is believed."""
-        return self.drive.kind == "position" and self.detector is not False
+        return self.drive.kind != "torque" and self.detector is not False
 
     @property
     def rate(self) -> float:
@@ -155,8 +155,8 @@ def settled(
     instance("emergency", emergency, EmergencyStop | None, "an ftqp.EmergencyStop or None")
     taken, noise = accepted_drive(robot, drive, noise)
     detector = Detector() if detector is True else detector
-    if taken.kind == "position" and isinstance(detector, Detector):
-        _say_what_counts_for_nothing(detector)
+    if taken.kind != "torque" and isinstance(detector, Detector):
+        _say_what_counts_for_nothing(detector, taken.kind)
     if taken.kind == "torque":
         robot.refuse_floating("drive 'torque' needs")
         warn_of_rotors(robot)
@@ -190,15 +190,15 @@ def settled(
     )  # fmt: skip
 
 
-def _say_what_counts_for_nothing(detector: Detector) -> None:
-    """Warn of settings of a detector that a position drive does without."""
+def _say_what_counts_for_nothing(detector: Detector, kind: str) -> None:
+    """Warn of settings of a detector that a position or velocity drive does without."""
     plain = Detector()
     idle = [name for name in IDLE if getattr(detector, name) != getattr(plain, name)]
     if idle:
         _LOG.warning(
-            "%s of the detector %s no effect on drive 'position', whose servos are learned while the arm "
+            "%s of the detector %s no effect on drive %r, whose servos are learned while the arm "
             "moves; leave %s out",
-            " and ".join(idle), "has" if len(idle) == 1 else "have", "it" if len(idle) == 1 else "them",
+            " and ".join(idle), "has" if len(idle) == 1 else "have", kind, "it" if len(idle) == 1 else "them",
         )  # fmt: skip
 
 

@@ -41,8 +41,8 @@ class Detector(DetectorSettings):
     ``update`` is called once a tick with what was measured and with the step that was made of it. A detector
     knows its arm from the start, or gets to know it from a planner through ``for_arm``.
 
-    Planners on drives ``velocity`` and ``torque`` use all of it. One on drive ``position`` detects failures
-    without it, and takes ``false_alarms_per_hour`` alone.
+    Planners on drive ``torque`` use all of it. Those on ``position`` and ``velocity`` detect failures
+    without it, and take ``false_alarms_per_hour`` alone.
 
     Args:
         robot: The arm; None where a planner will give it.
@@ -53,7 +53,8 @@ class Detector(DetectorSettings):
             thresholds and later findings.
         delay: How late samples are, >= 0 [s]; None is that of the drive, or none.
         false_alarms_per_hour: How often a healthy arm may be suspected, > 0 [1/h]; used by ``calibrate``, and
-            by a planner on drive ``position`` for a joint that is named. A smaller one names it later.
+            by a planner on drives ``position`` and ``velocity`` for a joint that is named. A smaller one
+            names it later.
         bandwidths: Of the slow and of the fast observer, > 0 [1/s]. A faster one sees a fault sooner and
             passes on more noise.
         patience: How long a loss of torque is fitted before it is named, >= 0 [s]. A longer one names the

@@ -11,7 +11,7 @@ from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, STOPPED, TORQUE_DRIVE, VELOCITY_DRIVE
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
-from ftqp.kernel.monitor.leading import blend, keep_found, lead_joint
+from ftqp.kernel.monitor.leading import ahead, blend, keep_found, lead_joint
 
 FEED_FORWARD_SHARE = 0.3
 """The disturbance is fed forward up to this share of a joint's torque limit."""
@@ -231,13 +231,13 @@ def _torques(K: Any) -> None:
 
 
 @jit
-def _held(state: Any, limits: Any, feedback: Any, i: int, off: float) -> float:
-    """v_r + k_q e + k_q^2/8 int e, within the velocity limit: a load unknown to a servo makes it slip.
+def _held(state: Any, limits: Any, feedback: Any, i: int, off: float, lead: float) -> float:
+    """v_r + c a_r + k_q e + k_q^2/8 int e, within the limit: a load unknown to a servo makes it slip.
 
     The integral part is never more than brings v to the limit, so that it does not wind up.
     """
     top = limits.v_max[i]
-    asked = state.v_command[i] + feedback.hold * off
+    asked = state.v_command[i] + lead + feedback.hold * off
     wound = feedback.wound[i] + 0.125 * feedback.hold * feedback.hold * state.dt * off
     feedback.wound[i] = min(max(wound, min(-top - asked, 0.0)), max(top - asked, 0.0))
     return min(max(asked + feedback.wound[i], -top), top)
@@ -258,18 +258,30 @@ def _creep(limits: Any, feedback: Any, held: Any, i: int) -> float:
     return min(max(feedback.wound[i] + held.way[i] * CREEPS, -limits.v_max[i]), limits.v_max[i])
 
 
+@jit
+def _speed(K: Any, i: int) -> float:
+    """What is sent to joint i of an arm that takes velocities."""
+    state, limits, feedback, past = K.state, K.limits, K.feedback, K.past
+    if K.held.on:
+        return _creep(limits, feedback, K.held, i)
+    if feedback.bad[i]:
+        return _faded(state, limits, i, feedback.bent[i])
+    off = past.q[slot(feedback, feedback.latency), i] - feedback.q_hat[i]
+    return _held(state, limits, feedback, i, off, ahead(K, i))
+
+
 @part_jit
 def send(K: Any) -> None:
     """q, v and tau for the arm's interface, from the reference that the planner has just commanded.
 
     position:  see ``ftqp.kernel.monitor.leading``
-    velocity:  v_r + k_q e + k_q^2/8 int e, e = q_r - q^ at the samples' time, within the velocity limit
+    velocity:  v_r + c a_r + k_q e + k_q^2/8 int e, e = q_r - q^ at the samples' time, within the limit
     torque:    see ``_torques``
 
     A joint that has failed gets no feedback, nor does one whose sample was refused: what a velocity arm had
     of it fades by a_max.
     """
-    feedback, past, state, faults, limits = K.feedback, K.past, K.state, K.faults, K.limits
+    feedback, past, state, faults = K.feedback, K.past, K.state, K.faults
     if (feedback.refused or feedback.holding) and feedback.kind == VELOCITY_DRIVE:
         for i in range(K.chain.n):
             feedback.bent[i] = feedback.v_sent[i] - past.v[feedback.now, i]
@@ -284,22 +296,15 @@ def send(K: Any) -> None:
         return
     for at in range(0, K.chain.n, WIDTH):
         put(past.a[now], at, several(state.a_command, at))
-    if feedback.kind == VELOCITY_DRIVE:
-        then = slot(feedback, feedback.latency)
-        for k in range(faults.working):
-            i = faults.order[k]
-            if K.held.on:
-                feedback.v_sent[i] = _creep(limits, feedback, K.held, i)
-            elif feedback.bad[i]:
-                feedback.v_sent[i] = _faded(state, limits, i, feedback.bent[i])
-            else:
-                feedback.v_sent[i] = _held(state, limits, feedback, i, past.q[then, i] - feedback.q_hat[i])
-        return
     K.monitor.full = 0.0
     bounded = K.monitor.sees != 0 and not K.held.on
     for k in range(faults.working):
         i = faults.order[k]
-        if not (K.monitor.names and keep_found(K, i)):
+        if K.monitor.names and keep_found(K, i):
+            continue
+        if feedback.kind == VELOCITY_DRIVE:
+            feedback.v_sent[i] = _speed(K, i)
+        else:
             lead_joint(K, i, bounded)
     if K.monitor.sees and not K.watch.latched and K.cascade.outcome != STOPPED:  # there it stays
         blend(K)

@@ -131,7 +131,7 @@ held  What ``ftqp.kernel.feedback.held`` keeps of the arm as a whole: it stands 
     near  f8[N]  where it stands now, as this may go slowly
     way  f8[N]  the sign of where it was to go
 monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks against each joint.
-    on  i8  the arm takes positions
+    on  i8  the arm takes positions or velocities
     names  i8  what is found is said, so that the planner counts on it
     sees  i8  the filters hold samples
     ideal  i8  samples were the commands to the last bit while the arm moved
@@ -142,11 +142,13 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     suspect  i8  the joint that most speaks against
     pole w D  f8  of the filters, their corner [1/s], and the gain of their differences [1/s]
     decay  f8  of motion that was asked for, from one look to the next
+    leak fades  f8  what a tick and a look take of what is older, of an arm that takes velocities; else 0
     kappa  f8  the share of an independent look that a look is
     level top  f8  evidence that decides, and the most that is kept
     worst  f8  the most that speaks against a joint, as a share of what decides
     full  f8  by how much a command was held back, as a share of how far it may lead
-    u y  f8[N]  what was sent, and the sample that came after it
+    u y  f8[N]  what was sent, or its integral, and the sample that came after it
+    speed  f8[N]  what was sent a tick before
     u_f y_f  f8[3,N]  both behind one, two and three poles
     total  f8[N]  samples since the last look, and their means over the last looks
     means  f8[4,N]
@@ -155,6 +157,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     act  f8[N]  motion that was asked for [rad/s or m/s]
     unit  f8[N]  one over a fifth of the torque limits
     weight inertia  f8[N]  g, and M a, of the model, in these units
+    slow  f8[N,SERVO]  what is older in what the parameters multiply
     theta told  f8[N,SERVO]  what is known of the servo now, and what was told of it
     doubt  f8[N,SERVO]  standard deviations of what was told
     P  f8[N,SERVO,SERVO]

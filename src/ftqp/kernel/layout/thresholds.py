@@ -82,6 +82,8 @@ is at most five periods of motion behind it, which samples may be (``python stud
 SERVO_PRIOR: Final = (0.07, 0.004, 0.004, 0.05, 0.05, 0.05)
 """Standard deviations of what a servo may have before anything is known of it, lag [s], rotor over stiffness
 [s2], friction, droop, and droop by weight and by inertia [rad or m]; a servo of 3 Hz lags by 0.1 s."""
+SPEED_SERVO_PRIOR: Final = (0.07, 0.016, 0.05, 0.05, 0.2, 0.2)
+"""The same of servos that take velocities, whose integral part is a fourth as stiff at the same bandwidth."""
 SERVO_DRIFT: Final = (0.003, 1e-4, 5e-4, 0.008, 1e-3, 1e-3)
 """How they change, per root of a radian or metre that the joint goes."""
 GEAR: Final = 2e-4

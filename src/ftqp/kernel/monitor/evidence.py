@@ -45,6 +45,7 @@ def weigh(K: Any, i: int, counts: bool) -> None:
         M.anchor[i] = M.means[0, i]
     # a motor that is off: the torque that its motion would need, m a + f + b + s g + i M a, is none
     M.phi[0], M.phi[1], M.phi[2] = 0.0, M.a[i], direction(M.v[i])
+    M.phi[3], M.phi[4], M.phi[5] = 1.0, M.weight[i], M.inertia[i]
     torque = 0.0
     for r in range(SERVO):
         torque += M.phi[r] * theta[r]

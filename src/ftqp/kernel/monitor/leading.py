@@ -14,7 +14,7 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, VIABILITY
+from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, VELOCITY_DRIVE, VIABILITY
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import LONGEST, MOST_SHIFT, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
@@ -34,6 +34,8 @@ hide a fault, as what is learned of the droop would follow it. Nor by less than 
 evidence counts, up to the second time."""
 CATCHES_UP = 0.25
 """Beside its speed a joint catches up with this share of its limit."""
+TURNS = 0.5
+"""Servos that take velocities push a joint that was found to be held for so long [s], and as long back."""
 BACK = 0.5
 """Share of its speed limit at which the command goes back to a joint that was found to be held."""
 
@@ -146,11 +148,33 @@ def lead_joint(K: Any, i: int, bounded: bool) -> None:
 
 
 @jit
+def ahead(K: Any, i: int) -> float:
+    """By what the speed of joint i is led on an arm that takes velocities: c a_r, as far as c is known."""
+    M = K.monitor
+    return float(certain(M.used[i, 0], M.P[i, 0, 0]) * K.state.a_command[i]) if M.sees else 0.0
+
+
+@jit
+def _push_by_speed(K: Any, i: int) -> None:
+    """The same of an arm that takes velocities, there and back, so that their integral stays bounded."""
+    M, last = K.monitor, K.gate.speed[i]
+    turns = int((K.state.ticks - M.found_at[i]) * K.state.dt / TURNS)
+    goal = M.place[i] + (M.tell[i] if turns % 2 == 0 else 0.0)
+    top, way = BACK * min(K.limits.v_max[i], UNLIMITED), K.limits.a_max[i] * K.state.dt
+    v = min(max(K.feedback.hold * (goal - M.u[i]), -top), top)
+    K.feedback.q_sent[i] = K.gate.sent[i]
+    K.feedback.v_sent[i] = min(max(v, last - way), last + way)
+
+
+@jit
 def keep_found(K: Any, i: int) -> bool:
     """A joint that was found to be locked is sent where it stands and a little farther; whether it was."""
     M, last = K.monitor, K.gate.sent[i]
     if M.found[i] != IS_LOCKED:
         return False
+    if K.feedback.kind == VELOCITY_DRIVE:
+        _push_by_speed(K, i)
+        return True
     way = BACK * K.state.dt * min(K.limits.v_max[i], UNLIMITED)
     goal = M.place[i] + M.tell[i] + M.droop[i]
     low, high = min(K.limits.q_min[i], last), max(K.limits.q_max[i], last)

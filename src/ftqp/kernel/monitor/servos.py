@@ -10,6 +10,10 @@ its states drift with the way that the joint goes, so that an arm at rest forget
 beyond three standard deviations teaches as much as one of three: a fault is not learned as usual. No state is
 kept above zero, as what the others learn beside one that is would be wrong: samples that come half a period
 early are a lag below zero.
+
+Of an arm that takes velocities u is their integral, drawn to the sample: u' = v_sent - (u - y)/T.
+So both sides of the row forget what is older, all but b, which then is the creep of a servo without an
+integral part.
 Source: docs/theory/monitor.md, "The model of a joint".
 """
 
@@ -18,17 +22,21 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import torques_of
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.enums import IS_LOCKED, NOTHING_HEARD
+from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, IS_LOCKED, NOTHING_HEARD, VELOCITY_DRIVE
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import GEAR, SERVO_DRIFT, SERVO_PRIOR, UNLIMITED
+from ftqp.kernel.layout.thresholds import GEAR, SERVO_DRIFT, SERVO_PRIOR, SPEED_SERVO_PRIOR, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
 
 CREEP = 0.002
 """The droop changes by so much per root of a second, beside its drift with the way."""
+FRICTION, DROOP = 2, 3
+"""The parameters f and b."""
 IDEAL = (1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5)
 """What is left open of a joint whose samples were its commands to the last bit while it moved."""
 SLOW = 0.02
 """Slower than this [rad/s or m/s] dry friction may hold a joint to either side."""
+EITHER = 4.0 / 3.0
+"""What friction holds is between -f and f: so many f^2 are the variance of twice that, if all are alike."""
 UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
 """Of the motion of a healthy joint the model misses so much [s] before anything was learned, and between
 these."""
@@ -86,7 +94,8 @@ def begin_filters(K: Any) -> None:
     M.count = M.settles = 0
     for i in range(K.chain.n):
         y = K.feedback.good[i]
-        u = K.gate.sent[i]
+        u = y if M.leak > 0.0 else K.gate.sent[i]
+        M.speed[i] = K.gate.speed[i]
         M.y[i] = M.anchor[i] = M.place[i] = y
         M.u[i] = u
         M.total[i] = M.act[i] = M.weight[i] = M.inertia[i] = M.r[i] = M.S[i] = 0.0
@@ -108,13 +117,29 @@ def begin_filters(K: Any) -> None:
 
 
 @jit
+def _integral(K: Any, i: int, y: float, heard: bool) -> float:
+    """What was sent to joint i, summed up as the planner does it; of one that works it goes to the sample."""
+    M, before = K.monitor, K.monitor.speed[i]
+    if heard:
+        M.speed[i] = K.gate.speed[i]
+    mean = 0.5 * (M.speed[i] + before) if K.state.level == ACCELERATION else M.speed[i]
+    u: float = M.u[i] + K.state.dt * mean
+    return u + M.leak * (y - u) if M.found[i] == 0 and K.faults.code[i] == HEALTHY else u
+
+
+@jit
 def take_samples(K: Any) -> None:
     """Three poles for what was sent and what was measured; a sample that did not come went on as was sent."""
     M, feedback, p = K.monitor, K.feedback, K.monitor.pole
     heard = K.state.unusable != NOTHING_HEARD
     for i in range(K.chain.n):
-        u = K.gate.sent[i] if heard else M.u[i]
-        y = feedback.good[i] if feedback.bad[i] == 0 else M.y[i] + u - M.u[i]
+        seen = feedback.age[i] == 0
+        if feedback.kind == VELOCITY_DRIVE:
+            y = feedback.good[i] if seen else M.y[i] + K.state.dt * M.speed[i]
+            u = _integral(K, i, y, heard)
+        else:
+            u = K.gate.sent[i] if heard else M.u[i]
+            y = feedback.good[i] if seen else M.y[i] + u - M.u[i]
         M.y[i], M.u[i] = y, u
         M.total[i] += y
         for k in range(3):
@@ -161,8 +186,14 @@ def observe_joint(K: Any, i: int) -> None:
     M, D, decay = K.monitor, K.monitor.D, K.monitor.decay
     M.v[i] = D * (M.y_f[1, i] - M.y_f[2, i])
     M.a[i] = D * D * (M.y_f[0, i] - 2.0 * M.y_f[1, i] + M.y_f[2, i])
-    M.peak_v[i] = max(abs(D * (M.u_f[1, i] - M.u_f[2, i])), decay * M.peak_v[i])
-    M.peak_a[i] = max(abs(D * D * (M.u_f[0, i] - 2.0 * M.u_f[1, i] + M.u_f[2, i])), decay * M.peak_a[i])
+    v = D * (M.u_f[1, i] - M.u_f[2, i])
+    a = D * D * (M.u_f[0, i] - 2.0 * M.u_f[1, i] + M.u_f[2, i])
+    if M.leak > 0.0:  # of what was sent, without what went to the sample
+        rate = M.leak / K.state.dt
+        v += rate * (M.u_f[2, i] - M.y_f[2, i])
+        a += rate * D * (M.u_f[1, i] - M.u_f[2, i] - M.y_f[1, i] + M.y_f[2, i])
+    M.peak_v[i] = max(abs(v), decay * M.peak_v[i])
+    M.peak_a[i] = max(abs(a), decay * M.peak_a[i])
     M.act[i] = min(abs(M.v[i]), M.peak_v[i]) + 0.05 * min(abs(M.a[i]), M.peak_a[i])
     for k in range(3, 0, -1):
         M.means[k, i] = M.means[k - 1, i]
@@ -177,6 +208,34 @@ def direction(v: float) -> float:
 
 
 @jit
+def _forget_older(slow: Any, phi: Any, share: float) -> None:
+    """Takes from what the parameters multiply, all but the droop, what is older."""
+    for k in range(SERVO):
+        if k != DROOP:
+            slow[k] += share * (phi[k] - slow[k])
+            phi[k] -= slow[k]
+
+
+@jit
+def _stuck(M: Any, i: int) -> float:
+    """By how many f^2 what holds joint i may differ from what it was lately, as far as that counts.
+
+    Friction that held it one way may hold it the other way, which are 2 f. A joint that was not asked to move
+    so tells nothing but of its droop.
+    """
+    slow, phi = abs(M.v[i]), M.phi
+    if slow > M.peak_v[i]:
+        for k in range(2, SERVO):
+            phi[k] *= 1.0 if k == DROOP else M.peak_v[i] / slow
+        slow = M.peak_v[i]
+    M.slow[i, DROOP] *= 1.0 - M.fades
+    if slow < SLOW:
+        M.slow[i, DROOP], phi[FRICTION] = 1.0, 0.0
+    share: float = M.slow[i, DROOP]
+    return EITHER * share * share
+
+
+@jit
 def residual(K: Any, i: int) -> None:
     """r of joint i, and S, its variance: what is left open, noise, and what the model misses.
 
@@ -185,6 +244,9 @@ def residual(K: Any, i: int) -> None:
     M, n = K.monitor, K.chain.n
     phi, theta, v, a = M.phi, M.theta[i], M.v[i], M.a[i]
     phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = v, a, direction(v), 1.0, M.weight[i], M.inertia[i]
+    if M.fades > 0.0:
+        _forget_older(M.slow[i], phi, 1.0 if M.S[i] == 0.0 else M.fades)
+        v, a = phi[0], phi[1]
     r = M.u_f[2, i] - M.y_f[2, i]
     for k in range(SERVO):
         r -= phi[k] * theta[k]
@@ -193,12 +255,15 @@ def residual(K: Any, i: int) -> None:
         others += M.act[j]
     miss = M.missed[i] * (M.act[i] + 0.3 * (others - M.act[i]) / n + 0.01)
     spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
-    if abs(v) < SLOW:
+    if M.fades > 0.0:
+        spread += _stuck(M, i) * (theta[2] * theta[2] + M.P[i, 2, 2])
+    elif abs(v) < SLOW:
         spread += theta[2] * theta[2] + M.P[i, 2, 2]
     if M.settles == 0:  # what was asked for, not how a joint falls
         phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])
         phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
-    phi[2] = direction(phi[0])  # nor is the noise of a joint that stands a motion against friction
+    if M.fades == 0.0:
+        phi[2] = direction(phi[0])  # nor is the noise of a joint that stands a motion against friction
     M.r[i], M.spread[i] = r, spread
     M.S[i] = spread + variance(M.P[i], phi, 0)
     M.z[i] = r / sqrt(M.S[i])
@@ -214,15 +279,19 @@ def learn_servo(K: Any, i: int) -> None:
         gain[r] = 0.0
         for c in range(SERVO):
             gain[r] += P[r, c] * phi[c]
+    stuck = M.fades > 0.0 and phi[FRICTION] == 0.0  # what holds a joint is no measure of its friction
     for r in range(SERVO):
-        theta[r] += share * gain[r] * M.r[i]
+        if not (stuck and r == FRICTION):
+            theta[r] += share * gain[r] * M.r[i]
         for c in range(SERVO):
-            P[r, c] -= share * gain[r] * gain[c]
+            if not (stuck and r == FRICTION and c == FRICTION):
+                P[r, c] -= share * gain[r] * gain[c]
     if M.G[i] == 0.0 or M.rests[i] == 0:  # else the droop of a joint that is held would take the fault
         for r in range(SERVO):
-            drift = SERVO_DRIFT[r] * SERVO_DRIFT[r] * v * block + (CREEP * CREEP * block if r == 3 else 0.0)
-            most = SERVO_PRIOR[r] * SERVO_PRIOR[r]
-            P[r, r] = max(P[r, r], min(P[r, r] + drift, most))  # never less: what was told may be less sure
+            drift = SERVO_DRIFT[r] * SERVO_DRIFT[r] * v * block
+            drift += CREEP * CREEP * block if r == DROOP else 0.0
+            most = SERVO_PRIOR[r] if M.leak == 0.0 else SPEED_SERVO_PRIOR[r]
+            P[r, r] = max(P[r, r], min(P[r, r] + drift, most * most))  # never less: so sure is what was told
     if M.act[i] > 0.05:  # 5 % of the looks at a healthy joint are beyond two standard deviations
         beyond = 1.0 if abs(M.r[i]) > 2.0 * sqrt(M.spread[i]) else 0.0
         change = (0.02 + 0.1 / (1.0 + M.way[i])) * (beyond - 0.05)

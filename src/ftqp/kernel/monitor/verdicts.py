@@ -19,6 +19,7 @@ from ftqp.kernel.layout.enums import (
     IS_LOCKED,
     IS_RUNAWAY,
     STOPPED_BY_SENSOR,
+    VELOCITY_DRIVE,
 )
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import GEAR
@@ -144,6 +145,8 @@ def follows_again(K: Any, i: int) -> bool:
     along = way if M.tell[i] > 0.0 else -way
     far = max(WENT * abs(M.tell[i]), SIGMAS * blur_of(K, i) + GEAR)
     asked = abs(K.gate.sent[i] - M.place[i] - M.droop[i] - M.tell[i]) < GEAR
+    if K.feedback.kind == VELOCITY_DRIVE:  # there and back, from wherever it was let go
+        asked, along = True, abs(way)
     return bool(asked and along > far and abs(M.v[i]) < AT_REST)
 
 

@@ -90,7 +90,7 @@ def watch_servos(K: Any, first: bool, then: int) -> None:
         if M.settles == 0:
             forget_evidence(K)
     for i in range(n):
-        if K.feedback.bad[i]:
+        if K.feedback.age[i] > 0:
             M.blind[i] = int(FORGETS / (M.w * K.state.dt)) + 1
         elif K.held.on:  # once it is let go its servo has to come to rest
             M.blind[i] = ticks_to_settle(K, i)

@@ -17,7 +17,7 @@ from ftqp.faults.detection.detector import Detector
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import HEALTHY, HELD, DriveKind
+from ftqp.kernel.layout.enums import HEALTHY, HELD
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
@@ -63,7 +63,7 @@ class FaultResponse:
         self.findings: list[Finding] = []
         self._K, self._robot, self._loop, self._report = K, robot, loop, report
         self._withdraw, self._probing = withdraw, probing
-        self._verification = ActiveVerification(session, n, asks=probing is not None)
+        self._verification = ActiveVerification(session, n)
         self._dt = float(K.state.dt)
         self._look = self.detector.beside(session)
         self._tau, self._felt = np.zeros(n), False
@@ -204,12 +204,12 @@ class FaultResponse:
         What a joint that has failed does to its neighbours looks most like one that swings freely; to believe
         that wrongly throws the arm about. So of a second joint it is not believed: the arm is stopped.
 
-        A joint that may just be weak, or is weak behind a servo that makes up for it, harms nothing yet: it
-        is told, and looked at further, but not believed, unless it stands and may be held.
+        A joint that may just be weak harms nothing yet: it is told, and looked at further, but not believed,
+        unless it stands and may be held.
         """
         seen = self.diagnosis.of(finding.joint)
-        stands, servo = seen.speed < STANDS, self._K.feedback.kind != DriveKind.TORQUE
-        if is_harmless(finding, servo=servo, stands=stands and seen.asked >= STANDS):
+        stands = seen.speed < STANDS
+        if is_harmless(finding, stands=stands and seen.asked >= STANDS):
             if finding.joint not in self._harmless:
                 _LOG.warning("%s That harms nothing yet, so the planner goes on.", finding.sentence)
                 self._harmless.add(finding.joint)
@@ -259,12 +259,12 @@ class FaultResponse:
         self.detector.forget(name)
 
 
-def is_harmless(finding: Finding, *, servo: bool, stands: bool) -> bool:
-    """Whether a finding says no more than that a joint may be weak, which a servo or small loads hide."""
+def is_harmless(finding: Finding, *, stands: bool) -> bool:
+    """Whether a finding says no more than that a joint may be weak, which small loads hide."""
     kinds = finding.kinds
     if "degraded" not in kinds or "locked" in kinds or (stands and len(kinds) > 1):
         return False
-    return servo or len(kinds) > 1
+    return len(kinds) > 1
 
 
 def is_doubtful(finding: Finding, *, another: bool, stands: bool) -> bool:
