@@ -13,6 +13,7 @@ from ftqp.app.deployment.built_folder import Wanted, build_folder
 
 PANDA = ftqp.robots.load("panda")
 DT, NOISE = 1e-3, ftqp.Noise(q=1e-5, tau=0.05)
+DRIVE = ftqp.Drive(kind="torque", inertia_error=0.0)
 LOCKED, TICKS, STUCK = 3, 1200, 400
 KINDS = {"locked": 1, "free_swinging": 2, "degraded": 4, "runaway": 8, "sensor_frozen": 16}
 
@@ -28,7 +29,7 @@ class Finding(ctypes.Structure):
 def built(tmp_path_factory):
     """A library with a detector."""
     folder = tmp_path_factory.mktemp("watching") / "built"
-    planner = ftqp.Planner(PANDA, DT, drive="velocity", noise=NOISE, detector=ftqp.Detector())
+    planner = ftqp.Planner(PANDA, DT, drive=DRIVE, noise=NOISE, detector=ftqp.Detector())
     build_folder(
         Wanted(
             planner=planner, name="panda", target="host", cpu=None, embed=False, folder=folder, detects=True
@@ -39,9 +40,9 @@ def built(tmp_path_factory):
 
 @pytest.mark.long
 def test_findings_are_those_of_python(built):
-    planner = ftqp.Planner(PANDA, DT, drive="velocity", noise=NOISE)
-    looks = ftqp.Detector().for_arm(PANDA, DT, drive="velocity", noise=NOISE)
-    watched = ftqp.Planner(PANDA, DT, drive="velocity", noise=NOISE, detector=ftqp.Detector())
+    planner = ftqp.Planner(PANDA, DT, drive=DRIVE, noise=NOISE)
+    looks = ftqp.Detector().for_arm(PANDA, DT, drive=DRIVE, noise=NOISE)
+    watched = ftqp.Planner(PANDA, DT, drive=DRIVE, noise=NOISE, detector=ftqp.Detector())
     arm = Library(built, arm_file(watched.deployable(), 7, detects=True))
     rng, q = np.random.default_rng(0), PANDA.neutral.copy()
     path = ftqp.paths.Circle(PANDA.pose(q), radius=0.1, duration=2.0)
@@ -83,7 +84,7 @@ def test_watching_says_what_it_lacks(built, panda_without):
     arm.reset()
     arm.step()
     assert arm.call("watch", None) == arm.call("detect", None, 0) == MISTAKES["UNSUPPORTED"]
-    watched = ftqp.Planner(PANDA, DT, drive="velocity", noise=NOISE, detector=ftqp.Detector())
+    watched = ftqp.Planner(PANDA, DT, drive=DRIVE, noise=NOISE, detector=ftqp.Detector())
     file = arm_file(watched.deployable(), 7, detects=True)
     assert panda_without(file) == MISTAKES["UNSUPPORTED"]
     arm = Library(built, file)

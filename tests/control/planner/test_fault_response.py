@@ -23,12 +23,13 @@ from ftqp.kernel.layout.enums import LOCKED
 
 DT = 1e-3
 SIGMA = 1e-4
+KNOWN = ftqp.Drive(kind="torque", inertia_error=0.0)
 
 
 def planner_of(detector: ftqp.Detector | None, **settings: Any) -> ftqp.Planner:
     """Of a drive whose failures the older detector finds."""
     robot = ftqp.robots.load("panda")
-    return ftqp.Planner(robot, DT, drive="torque", noise=ftqp.Noise(q=SIGMA), detector=detector, **settings)
+    return ftqp.Planner(robot, DT, drive=KNOWN, noise=ftqp.Noise(q=SIGMA), detector=detector, **settings)
 
 
 def circle(planner: ftqp.Planner) -> ftqp.paths.Circle:
@@ -68,7 +69,7 @@ def lock(joint: int, at: float) -> Callable[[int, np.ndarray, np.ndarray], np.nd
     return truth
 
 
-@pytest.mark.parametrize("joint", [2, 4])
+@pytest.mark.parametrize("joint", [4, 5])
 def test_a_lock_that_nobody_announces_is_found_and_the_task_goes_on(joint: int) -> None:
     planner = planner_of(ftqp.Detector())
     steps = drive(planner, 4.0, truth=lock(joint, 1.7))
@@ -131,7 +132,7 @@ def test_a_suspicion_slows_down_what_leads_the_arm_to_a_goal(leader: str) -> Non
     follower.reset(q)
     paces, speeds = [], []
     for k in range(1800):
-        pushed = 2e-3 * np.interp(k, [400, 440, 480], [0.0, 1.0, 0.0])
+        pushed = 8e-4 * np.interp(k, [400, 440, 480], [0.0, 1.0, 0.0])
         seen = q + pushed * np.eye(7)[1] + SIGMA * generator.standard_normal(7)
         arguments = (target,) if leader == "target" else ()
         step = follower.step(seen, None, *arguments)
@@ -147,9 +148,9 @@ def test_a_suspicion_slows_down_what_leads_the_arm_to_a_goal(leader: str) -> Non
 @pytest.mark.long
 def test_a_joint_that_is_withdrawn_is_looked_at_again() -> None:
     planner = planner_of(ftqp.Detector())
-    drive(planner, 2.0, truth=lock(2, 1.7))
+    drive(planner, 2.0, truth=lock(4, 1.7))
     assert planner.findings
-    planner.withdraw("panda_joint3")
+    planner.withdraw("panda_joint5")
     assert planner.findings == () and planner.faults == {}
 
 
@@ -271,7 +272,7 @@ QUIET = 1e-7
 def probing(probe_after: float | None, **settings: Any) -> ftqp.Planner:
     robot = settings.pop("robot", None) or ftqp.robots.load("panda").with_friction(coulomb=1e-4)
     detector = ftqp.Detector(probe_after=probe_after)
-    return ftqp.Planner(robot, DT, drive="torque", noise=ftqp.Noise(q=SIGMA), detector=detector, **settings)
+    return ftqp.Planner(robot, DT, drive=KNOWN, noise=ftqp.Noise(q=SIGMA), detector=detector, **settings)
 
 
 def stood(
@@ -354,8 +355,10 @@ def test_nothing_is_probed_during_a_stop() -> None:
 
 
 def test_an_arm_without_self_motion_cannot_be_probed_and_says_so() -> None:
-    with pytest.raises(InputError, match="puma560 has 6 joints for 6 task rows and no self-motion"):
-        probing(HALF_SECOND, robot=ftqp.robots.load("puma560"))
+    panda = ftqp.robots.load("panda")
+    six = ftqp.Robot.from_urdf(panda.to_urdf(), tip=panda.tip, locked=["panda_joint7"])
+    with pytest.raises(InputError, match="panda has 6 joints for 6 task rows and no self-motion"):
+        probing(HALF_SECOND, robot=six)
 
 
 def test_a_closed_form_cannot_be_probed_by_and_says_so() -> None:
