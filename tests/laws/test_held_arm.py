@@ -194,7 +194,7 @@ def test_joint_near_its_speed_limit_falls_no_farther_behind_by_a_bound_of_its_le
 def test_command_leads_a_joint_that_locks_by_no_more_than_its_known_servo_explains():
     _, _, lead, said = turning(94.0, 94.0, 3.5, locks=0.6, seconds=1.2)
     assert StepStatus.LAGGING in said
-    assert lead < 2.5 * 2.0 * PANDA.limits.v_max[0] / 94.0  # its lag, and until it is named
+    assert lead < 2.7 * 2.0 * PANDA.limits.v_max[0] / 94.0  # its lag, and until it is named
 
 
 def creeping(v, step=0.0, noise=0.0, seconds=3.0, stated=True):

@@ -271,7 +271,7 @@ DT, JOINT = 0.01, 3
 @pytest.mark.parametrize("drive", ["position", "velocity"])
 def test_command_of_a_locked_joint_whose_sensor_is_lost_stays_where_it_is(level, drive, mode):
     robot = ftqp.robots.load("panda")
-    planner = ftqp.Planner(robot, DT, level=level, drive=drive)
+    planner = ftqp.Planner(robot, DT, level=level, drive=drive, detector=False)
     path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.1, duration=1.5)
     q, v = robot.neutral.copy(), robot.neutral * 0.0
     planner.reset(q)

@@ -37,7 +37,7 @@ def test_on_an_arm_that_follows_exactly_all_drives_move_alike(name, mode, late, 
 
 
 LASTING = {
-    "wrap": lambda k, q: q + 2 * np.pi * np.eye(7)[6] * (k >= 1000),
+    "far": lambda k, q: q + 2.0 * np.eye(7)[6] * (k >= 1000),
     "NaN": lambda k, q: q if k < 1000 else np.where(np.arange(7) == 2, np.nan, q),
     "bias": lambda k, q: q + 0.05 * np.eye(7)[1] * (k >= 1000),
 }
@@ -47,7 +47,7 @@ LASTING = {
 @pytest.mark.parametrize("fault", LASTING)
 def test_a_sensor_that_stays_impossible_stops_the_arm_after_its_patience(drive, fault):
     robot = ftqp.robots.load("panda")
-    planner, arm = wired(robot, drive)
+    planner, arm = wired(robot, drive, detector=False)
     ride = Ride(robot, planner, arm, circle(robot, START, 0.07, 3.0), 2.0, sensor=LASTING[fault])
     assert ride.status[1025] in STOPS and ride.status[-1] == "STOPPED" and ride.rest < 1e-3
     assert ride.status[1000] == "INVALID_INPUT" and planner.stopped_because is not None

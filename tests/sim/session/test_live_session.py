@@ -289,7 +289,7 @@ def test_arm_whose_failure_lasts_stops_again_after_it_is_resumed():
 
 
 def test_resume_that_a_lost_sensor_forbids_says_so():
-    dropped = ("faults=", 'sensors.faults=[{kind="dropped", joint=2, at=0.1}]')
+    dropped = ("faults=", "planner.detector=false", 'sensors.faults=[{kind="dropped", joint=2, at=0.1}]')
     session = made(Choice(scenario="panda-detected", overrides=dropped))
     assert after(session, seconds=0.5).status == "STOPPED"
     facts = after(session, Pause(False), seconds=0.1)

@@ -7,7 +7,7 @@ from ftqp.kernel.feedback.lasting import lasts
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
-from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_DEVIATION, STOPPED_BY_LAG
+from ftqp.kernel.layout.enums import HEALTHY, POSITION_DRIVE, STOPPED_BY_DEVIATION, STOPPED_BY_LAG
 from ftqp.kernel.layout.hypotheses import LAGS
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.rows.task_rows import component_of
@@ -77,7 +77,8 @@ def measure_gap(K: Any) -> None:
     if K.monitor.on and not feedback.has_tip:
         held_back = FULL_SPEED_TO + HELD_BACK * K.monitor.full if K.monitor.full > 0.0 else 0.0
         silent = 1.0 if feedback.silent > feedback.patience else 0.0
-        feedback.gap, feedback.tip_gap, feedback.far = max(K.monitor.worst, held_back, silent), 0.0, 0
+        odd = K.monitor.worst if feedback.kind == POSITION_DRIVE else 0.0  # else its loop takes it back
+        feedback.gap, feedback.tip_gap, feedback.far = max(odd, held_back, silent), 0.0, 0
         feedback.culprit = K.monitor.suspect
         lasts(K.state, feedback, LAGS, 0, feedback.gap > 1.0)
         return

@@ -166,9 +166,10 @@ def _send_to_failed(K: Any) -> None:
         if K.monitor.names and keep_found(K, i):
             continue
         if feedback.lost[i] and K.monitor.on:  # nothing but what it was sent says where it is: its lead fades
-            droop, v = K.monitor.droop[i], gate.v[i]
-            ahead = (gate.sent[i] - gate.q[i] - droop) * (state.v_command[i] / v if v != 0.0 else 0.0)
-            feedback.q_sent[i] = place_of(K.limits, gate, i, state.q_command[i] + droop + ahead)
+            droop, v, q = K.monitor.droop[i], gate.v[i], gate.sent[i]
+            if v != 0.0:
+                q = state.q_command[i] + droop + (q - gate.q[i] - droop) * (state.v_command[i] / v)
+            feedback.q_sent[i] = place_of(K.limits, gate, i, q)
             feedback.v_sent[i] = state.v_command[i]
             continue
         before = gate.speed[i]

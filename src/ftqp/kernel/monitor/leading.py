@@ -54,8 +54,7 @@ def aim(K: Any, i: int) -> None:
     phi[0], phi[1], phi[2] = K.state.v_command[i], K.state.a_command[i], 0.0
     phi[3], phi[4], phi[5] = 1.0, g, 0.0
     M.unsure[i] = variance(P, phi, 0)
-    m = max(theta[1], 0.0)
-    M.rotor[i] = sqrt(m * m + 0.25 * P[1, 1])
+    M.rotor[i] = max(certain(theta[1], 4.0 * P[1, 1]), 0.0)
     M.droop[i] = certain(M.used[i, 3] + M.used[i, 4] * g, P[3, 3] + 2.0 * g * P[3, 4] + g * g * P[4, 4])
     top = min(K.limits.v_max[i], UNLIMITED)
     speed = min(top, max(abs(K.state.v_command[i]), M.peak_v[i]) + CATCHES_UP * top)
@@ -70,7 +69,7 @@ def aim(K: Any, i: int) -> None:
 
 @part_jit
 def speed_up_gently(K: Any) -> None:
-    """No joint gains speed faster than its servo follows, 0.08 v_max w_n, w_n^-2 = sqrt(m^2 + var m/4).
+    """No joint gains speed faster than its servo follows, 0.08 v_max w_n, w_n = 1/sqrt(m), once m is known.
 
     A servo answers the end of an acceleration a with an overshoot of a/(e w_n), which is then 3 % of the
     speed limit; the reference keeps 4 % below that. How a joint brakes is not touched.
