@@ -33,45 +33,28 @@ REQUIRED: Final = MISSING
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setting:
-    """What an option of a class says of itself; a file may give those that say something.
+    """What an option of a class says of itself; a file may give those that say something."""
 
-    Attributes:
-        about: The meaning in a few words; none are those of the docstring of its class.
-        of: The type of the value in a file, where it is not that of the field or argument.
-        unit: The unit, or nothing.
-        choices: The words that are allowed, for a setting that is a word.
-        kinds: The classes among which the key ``kind`` of a table chooses.
-        usual: The kind of a table that does not say its own; None where each has to.
-        above: The number that every number of it must exceed.
-        least: The smallest number allowed.
-        below: The number that it must not reach.
-        most: The largest number allowed.
-        infinite: Whether infinity is allowed, for a limit that is none.
-        count: How many entries a list has, at least and at most; None is any number.
-        one_for_all: Whether one number stands for a list, one for all joints.
-        short: The key of a table that a text alone stands for.
-        off: Whether ``off`` stands for None.
-        file: Whether it names a file.
-        needed: Whether a file has to give it though it has a default.
-    """
-
+    # The meaning in a few words; none are those of the docstring of its class
     about: str = field(default="", kw_only=False)
-    of: Any = None
-    unit: str = ""
-    choices: tuple[str, ...] = ()
+    of: Any = None  # The type of the value in a file, where it is not that of the field or argument
+    unit: str = ""  # The unit, or nothing
+    choices: tuple[str, ...] = ()  # The words that are allowed, for a setting that is a word
+    # The classes among which the key ``kind`` of a table chooses
     kinds: Mapping[str, type[Any]] | None = None
-    usual: str | None = None
-    above: float | None = None
-    least: float | None = None
-    below: float | None = None
-    most: float | None = None
-    infinite: bool = False
+    usual: str | None = None  # The kind of a table that does not say its own; None where each has to
+    above: float | None = None  # The number that every number of it must exceed
+    least: float | None = None  # The smallest number allowed
+    below: float | None = None  # The number that it must not reach
+    most: float | None = None  # The largest number allowed
+    infinite: bool = False  # Whether infinity is allowed, for a limit that is none
+    # How many entries a list has, at least and at most; None is any number
     count: tuple[int, int | None] = (0, None)
-    one_for_all: bool = False
-    short: str = ""
-    off: bool = False
-    file: bool = False
-    needed: bool = False
+    one_for_all: bool = False  # Whether one number stands for a list, one for all joints
+    short: str = ""  # The key of a table that a text alone stands for
+    off: bool = False  # Whether ``off`` stands for None
+    file: bool = False  # Whether it names a file
+    needed: bool = False  # Whether a file has to give it though it has a default
 
 
 Settings = Mapping[str, Setting]
@@ -91,17 +74,11 @@ def _field(default: Any, says: Setting, **more: Any) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Key:
-    """A setting where it is declared.
+    """A setting where it is declared."""
 
-    Attributes:
-        hint: The type of its value in a file.
-        default: Its default, ``REQUIRED`` where there is none.
-        says: What it says of itself.
-    """
-
-    hint: Any
-    default: Any
-    says: Setting
+    hint: Any  # The type of its value in a file
+    default: Any  # Its default, ``REQUIRED`` where there is none
+    says: Setting  # What it says of itself
 
     @property
     def tables(self) -> dict[str, Mapping[str, "Key"]]:

@@ -48,10 +48,7 @@ class Belief:
         return any(isinstance(fault, FreeSwinging) for fault in self._faults.values())
 
     def reported(self, fault: Fault) -> Self:
-        """This belief and a fault, which replaces what was believed of that joint.
-
-        A fault of a joint that follows another one is that of its leader, whose motor moves both.
-        """
+        """This belief and a fault, which replaces what was believed of that joint."""
         refuse_unknown(fault)
         fault = self._of_leader(fault)
         i = self._robot.joint(fault.joint)

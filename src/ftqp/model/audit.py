@@ -110,10 +110,7 @@ def refuse_unsafe(name: str, findings: Iterable[Finding]) -> None:
 def limit_findings(
     names: Sequence[str], limits: JointLimits, continuous: BoolArray, prismatic: BoolArray
 ) -> list[Finding]:
-    """What is wrong with the limits of every joint.
-
-    NaN, crossed, empty, zero, negative or missing ones, and those that look like another unit.
-    """
+    """What is wrong with the limits of every joint."""
     found: list[Finding] = []
     for i, joint in enumerate(names):
         low, high = float(limits.q_min[i]), float(limits.q_max[i])

@@ -51,10 +51,7 @@ def mount_of(robot: Any, name: str) -> tuple[int, FloatArray]:
 
 
 def joint_of_frames(robot: Any) -> dict[str, str | None]:
-    """Names of all frames, links and joints of a robot's model, each with the joint that it moves with.
-
-    None stands for a frame that does not move.
-    """
+    """Names of all frames, links and joints of a robot's model, each with the joint that it moves with."""
     model = robot.model
     found: dict[str, str | None] = {}
     for frame in model.frames:  # of two frames of one name the first is meant

@@ -56,10 +56,7 @@ class Arm:
         self._bounded = self.way[bounded[self.way]]
 
     def regularity(self, q: FloatArray) -> float:
-        """sigma_min of the task's Jacobian over the characteristic length; 0 is singular.
-
-        Joints that can hardly move do not count.
-        """
+        """sigma_min of the task's Jacobian over the characteristic length; 0 is singular."""
         q = configuration_of(self.model, self.chain.continuous, coupled_places(self.chain, q))
         J = scaled_jacobian(self.model, self._data, self._tip, q, self._rows, self._length)
         return least_singular_value(coupled_columns(self.chain, J)[:, self._useful]) / self._length

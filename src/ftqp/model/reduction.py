@@ -156,11 +156,7 @@ def wanted_tips(tip: Any, tips: Any) -> tuple[str, ...]:
 def tips_of(
     model: Any, wanted: Sequence[str], locked: Sequence[str | int] = ()
 ) -> tuple[tuple[str, ...], list[Finding]]:
-    """The tip frames: those wanted if they exist, or without any the only body at the end of the model.
-
-    Where one does not, the nearest or the last frame stands in, so that the audit can go on, with an unsafe
-    finding.
-    """
+    """The tip frames: those wanted if they exist, or without any the only body at the end of the model."""
     valid = frame_names(model)
     if model.njoints < 2:
         raise InputError(f"{model.name} has no joint that moves; expected an arm")

@@ -172,10 +172,7 @@ def ride(
     told: bool = False,
     duration: float | None = None,
 ) -> Ride:
-    """Let a rival lead an arm from q along the path; the plant and the sensors begin anew.
-
-    In place of samples that do not come the rival is given the last one.
-    """
+    """Let a rival lead an arm from q along the path; the plant and the sensors begin anew."""
     count = round((path.duration if duration is None else duration) / dt) + 1
     t: FloatArray = np.asarray(dt * np.arange(count), dtype=np.float64)
     sample = path.sample(t)

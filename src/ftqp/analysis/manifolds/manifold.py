@@ -22,10 +22,7 @@ MOST_COPIES = 64
 
 
 def limited_curves(study: GoalStudy, curves: list[TracedCurve]) -> list[TracedCurve]:
-    """All pieces within the robot's limits of curves that were traced without them.
-
-    A joint whose range is more than a turn has several copies of a value; each piece is found with each.
-    """
+    """All pieces within the robot's limits of curves that were traced without them."""
     pieces: list[TracedCurve] = []
     for curve in curves:
         copies = [copy for point in _inside(study, curve.q) for copy in _copies(study, point)]

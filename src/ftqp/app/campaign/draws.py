@@ -172,10 +172,7 @@ def _bundle(group: str, choices: Mapping[str, Mapping[str, Any]], rng: np.random
 def refuse_wrong(
     scenario: Mapping[str, Any], vary: Mapping[str, Any], bundles: Bundles = MappingProxyType({})
 ) -> None:
-    """Refuse distributions that are wrong, and keys that lead nowhere, whatever their chance.
-
-    What of them depends on what is drawn is not looked at: the arm, and entries of lists that are drawn, too.
-    """
+    """Refuse distributions that are wrong, and keys that lead nowhere, whatever their chance."""
     rng = np.random.default_rng(0)
     tables: dict[str, Any] = copy.deepcopy(dict(scenario))
     before: list[str] = []

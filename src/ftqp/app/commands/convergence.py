@@ -37,11 +37,7 @@ LEARNING = 60.0
 
 
 def converge(setup: Setup, folder: Path, *, as_json: bool) -> ExitCode:
-    """Explain one motion to a goal on which joints lock that nobody knows of.
-
-    The motion begins at the scenario's start and goes straight to the end of its path; its faults are the
-    joints that lock, at the share of the way that the path has done by then.
-    """
+    """Explain one motion to a goal on which joints lock that nobody knows of."""
     setup.refuse_tables("ftqp converge", "constraints", "scene")
     robot, rows = setup.robot, setup.planner.task_rows
     joints, share = _locks(setup)

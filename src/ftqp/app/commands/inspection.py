@@ -49,10 +49,7 @@ NUMBERS = (*LIMITS, "a by torque", "neutral", "gravity", "of tau_max")
 
 
 def robot_of(source: str, tips: list[str], locked: list[str], *, holds: bool = False) -> Robot:
-    """The robot of the catalog, or that of a URDF or MJCF file.
-
-    ``holds`` says that the command has an option ``--locked``, as all have ``--tip``.
-    """
+    """The robot of the catalog, or that of a URDF or MJCF file."""
     file = Path(source)
     known = source.partition("(")[0] in catalog.names()
     if not file.is_file() and file.suffix.lower() not in MODELS and (known or not file.exists()):

@@ -44,10 +44,7 @@ MOST: Final = 1800
 
 @final
 class FrameKeeper:
-    """Keeps what a page shows: a whole session, thinned to a minute of pictures at most.
-
-    When the arm is replaced by another one, or begins anew, the recording begins anew, too.
-    """
+    """Keeps what a page shows: a whole session, thinned to a minute of pictures at most."""
 
     def __init__(self) -> None:
         self.frames: list[Frame] = []

@@ -19,10 +19,7 @@ from ftqp.qp import backend as qp_backend
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Combination:
-    """One run of a comparison, by names that a reader knows; its own one names the folder.
-
-    Without a setup it cannot take part, for a reason.
-    """
+    """One run of a comparison, by names that a reader knows; its own one names the folder."""
 
     name: str
     scenario: str

@@ -281,10 +281,7 @@ class Comparison:
 
 
 def compare(combinations: Sequence[Combination], folder: Path, *, drawn: bool = True) -> Comparison:
-    """Runs what can run, one after the other, and writes everything below ``folder``.
-
-    Runs take turns and never run at once: their step times would disturb each other.
-    """
+    """Runs what can run, one after the other, and writes everything below ``folder``."""
     runs.make_folder(folder)
     rows, interrupted, failed = _rows(combinations, folder, drawn)
     _write(folder, rows, ())

@@ -40,29 +40,18 @@ class CannotBuild(FtqpError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
-    """What is to be built.
+    """What is to be built."""
 
-    Attributes:
-        planner: Of the arm, not yet told anything.
-        name: Of the arm or the scenario.
-        target: One of TARGETS.
-        cpu: A processor by LLVM's name; None is the target's class.
-        embed: Whether the arm's file is a part of ``arm.h``, too.
-        path: What is followed by the library itself; None where a program gives targets.
-        detects: Whether the planner's detector is a part of the library.
-        small: Whether the library has room for arms of about as many joints only, and takes less memory.
-        folder: Which is made.
-    """
-
-    planner: Planner
-    name: str
-    target: str
-    cpu: str | None
-    embed: bool
-    folder: Path
+    planner: Planner  # Of the arm, not yet told anything
+    name: str  # Of the arm or the scenario
+    target: str  # One of TARGETS
+    cpu: str | None  # A processor by LLVM's name; None is the target's class
+    embed: bool  # Whether the arm's file is a part of ``arm.h``, too
+    folder: Path  # Which is made
+    # Whether the library has room for arms of about as many joints only, and takes less memory
     small: bool = False
-    detects: bool = False
-    path: Way | None = None
+    detects: bool = False  # Whether the planner's detector is a part of the library
+    path: Way | None = None  # What is followed by the library itself; None where a program gives targets
 
     @property
     def most_joints(self) -> int:

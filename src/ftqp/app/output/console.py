@@ -183,10 +183,7 @@ def progress(what: str | Callable[[], str], total: float) -> Iterator[Callable[[
 
 
 def command(body: Callable[Parameters, ExitCode]) -> Callable[Parameters, None]:
-    """Makes a command of ``body``: bad input is said in words and ends with 2, Ctrl-C with 130.
-
-    SIGTERM is a Ctrl-C that ends with 143.
-    """
+    """Makes a command of ``body``: bad input is said in words and ends with 2, Ctrl-C with 130."""
 
     @wraps(body)
     def run(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
@@ -217,10 +214,7 @@ def command(body: Callable[Parameters, ExitCode]) -> Callable[Parameters, None]:
 
 @contextmanager
 def _termination() -> Iterator[list[int]]:
-    """While entered, SIGTERM raises KeyboardInterrupt, as Ctrl-C does; yields a list of those that came.
-
-    A process that was told to ignore SIGTERM, or that handles it already, goes on to do so.
-    """
+    """While entered, SIGTERM raises KeyboardInterrupt, as Ctrl-C does; yields a list of those that came."""
     came: list[int] = []
 
     def interrupt(number: int, frame: FrameType | None) -> None:

@@ -113,10 +113,7 @@ class LabelledQP:
         ]
 
     def task(self, solution: Solution) -> list[dict[str, Any]]:
-        """Every equality row: what it asks of the joints, what they do, what is lost, multiplier.
-
-        In mode scaled a row asks for the whole motion, so a scale below 1 counts as loss.
-        """
+        """Every equality row: what it asks of the joints, what they do, what is lost, multiplier."""
         q, rows = self.problem, []
         for k, name in enumerate(self._rows[: q.m]):
             unit, divisor = self._units.row(name)

@@ -22,10 +22,7 @@ ALONG_TOOL = (0.0, 0.0, 1.0)
 
 
 def task_of(setup: Setup) -> TaskPath:
-    """The scenario's path and rows, sampled at ticks of its planner, some 400 times.
-
-    Of a robot with branches it is the path of the arm to its first tip.
-    """
+    """The scenario's path and rows, sampled at ticks of its planner, some 400 times."""
     planner, task, robot = setup.planner, setup.planner.task, setup.robot
     refuse_what_moves(setup)
     rows: str | list[str] = list(planner.task_rows)

@@ -32,10 +32,7 @@ SHELVES = {"scenario": "scenarios", "study": "studies", "campaign": "campaigns"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Document:
-    """A parsed scenario or study before validation.
-
-    The name is the file's stem, the origin how to speak of it; relative paths start at the folder.
-    """
+    """A parsed scenario or study before validation."""
 
     name: str
     origin: str

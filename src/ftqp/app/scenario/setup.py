@@ -196,41 +196,24 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setup:
-    """Everything a run needs.
+    """Everything a run needs."""
 
-    Attributes:
-        name: Names the run.
-        folder: Where relative paths start.
-        tables: The scenario with every default filled in.
-        robot: The arm.
-        planner: Reset to the start.
-        path: What the tip follows.
-        schedule: What really fails.
-        q: Joint positions at t = 0, (nv,) [rad or m].
-        v: Joint velocities at t = 0, (nv,) [rad/s or m/s].
-        duration: End of the run [s]; None where the path's progress ends it.
-        plant: What stands for the arm.
-        sensors: What is measured of it, or None where the truth is.
-        follower: Leads the planner by the path's progress or to its end, or None.
-        world: The base, where it moves.
-        recorder: The planner's backend when its QPs are recorded.
-    """
-
-    name: str
-    folder: File
-    tables: Scenario
-    robot: Robot
-    planner: Planner
-    path: Path
-    schedule: Schedule
-    q: FloatArray
-    v: FloatArray
-    duration: float | None
-    plant: Plant
-    sensors: JointSensors | None = None
+    name: str  # Names the run
+    folder: File  # Where relative paths start
+    tables: Scenario  # The scenario with every default filled in
+    robot: Robot  # The arm
+    planner: Planner  # Reset to the start
+    path: Path  # What the tip follows
+    schedule: Schedule  # What really fails
+    q: FloatArray  # Joint positions at t = 0, (nv,) [rad or m]
+    v: FloatArray  # Joint velocities at t = 0, (nv,) [rad/s or m/s]
+    duration: float | None  # End of the run [s]; None where the path's progress ends it
+    plant: Plant  # What stands for the arm
+    sensors: JointSensors | None = None  # What is measured of it, or None where the truth is
+    # Leads the planner by the path's progress or to its end, or None
     follower: PathFollower | GoTo | None = None
-    world: MovingWorld | None = None
-    recorder: Recorder | None = None
+    world: MovingWorld | None = None  # The base, where it moves
+    recorder: Recorder | None = None  # The planner's backend when its QPs are recorded
 
     @property
     def content(self) -> dict[str, Any]:

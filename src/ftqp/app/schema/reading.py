@@ -48,17 +48,11 @@ class Table:
 @final
 @dataclass(frozen=True, slots=True)
 class Options(Generic[T]):
-    """What a file says of an object that is made later; defaults are filled in.
+    """What a file says of an object that is made later; defaults are filled in."""
 
-    Attributes:
-        of: The class of the object.
-        values: Its settings by name.
-        kind: The name of the class in the file, where the file chooses among some.
-    """
-
-    of: type[T]
-    values: Mapping[str, Any]
-    kind: str = ""
+    of: type[T]  # The class of the object
+    values: Mapping[str, Any]  # Its settings by name
+    kind: str = ""  # The name of the class in the file, where the file chooses among some
 
     def __getitem__(self, name: str) -> Any:
         """A setting."""

@@ -163,10 +163,7 @@ class MujocoTable(Table):
         scene: Scene | None,
         troubles: "Sequence[TroubleTable]" = (),
     ) -> Plant:
-        """The arm in physics, behind servos that take what a drive sends; MuJoCo is loaded here.
-
-        Who made the servos knows the rotors.
-        """
+        """The arm in physics, behind servos that take what a drive sends; MuJoCo is loaded here."""
         from ftqp.sim.plants.mujoco_plant import MujocoPlant
         from ftqp.sim.plants.troubled_plant import Trouble, TroubledPlant
 

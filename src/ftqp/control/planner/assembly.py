@@ -165,23 +165,14 @@ def _orders_of(session: Session, arm: ArmSession, given: Settings, solver: Solve
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Deployable:
-    """The memory of a planner that has not begun.
+    """The memory of a planner that has not begun."""
 
-    Attributes:
-        record: The record, (1,).
-        given: What it was made with, (1,).
-        arm: The arm by itself, (1,).
-        detector: The record of its detector, (1,), which has seen nothing; None without one.
-        states: Of the samples of its braking reserve, q and v, (samples, 2 nv).
-        left_out: What of the planner a program in C does without, a sentence each.
-    """
-
-    record: Any
-    given: Any
-    arm: Any
-    detector: Any
-    states: FloatArray
-    left_out: tuple[str, ...]
+    record: Any  # The record, (1,)
+    given: Any  # What it was made with, (1,)
+    arm: Any  # The arm by itself, (1,)
+    detector: Any  # The record of its detector, (1,), which has seen nothing; None without one
+    states: FloatArray  # Of the samples of its braking reserve, q and v, (samples, 2 nv)
+    left_out: tuple[str, ...]  # What of the planner a program in C does without, a sentence each
 
 
 @final

@@ -240,10 +240,7 @@ def unused(parts: Any, joints: Sequence[str]) -> str:
 
 
 def outside(parts: Any, joints: Sequence[str]) -> list[Outside]:
-    """Which limits were broken before the step, by whom, and by how much.
-
-    A joint is beyond its range when its reference is, or when it is measured there, noise aside.
-    """
+    """Which limits were broken before the step, by whom, and by how much."""
     found = []
     room = OUTSIDE_FROM + OUTSIDE_SIGMAS * float(parts["sigma"][0])
     active = bool(parts["active"][0])

@@ -23,21 +23,15 @@ def clearance_rows(asked: bool) -> tuple[str, ...]:
 
 
 class Laid(NamedTuple):
-    """What the room of a record was laid out for.
+    """What the room of a record was laid out for."""
 
-    Attributes:
-        content: What stood in the scene.
-        attached: Bodies that are attached to the arm, by what they are called together.
-        names: The bodies of each pair.
-        left_out: Pairs of the arm's own bodies that are built too near to each other, by name.
-        has_cloud: Whether there are pairs with the balls of a cloud.
-    """
-
-    content: Content
+    content: Content  # What stood in the scene
+    # Bodies that are attached to the arm, by what they are called together
     attached: dict[str, tuple[Capsule, ...]]
-    names: tuple[tuple[str, str], ...] = ()
+    names: tuple[tuple[str, str], ...] = ()  # The bodies of each pair
+    # Pairs of the arm's own bodies that are built too near to each other, by name
     left_out: tuple[tuple[str, str], ...] = ()
-    has_cloud: bool = False
+    has_cloud: bool = False  # Whether there are pairs with the balls of a cloud
 
 
 Changes = list[tuple[Any, Any]]

@@ -76,10 +76,7 @@ def plan_for(plan: LeadingPlan, robot: Robot) -> LeadingPlan:
 
 @final
 class PlanOnWay:
-    """A plan of the arm to the first tip of a robot with branches, for all of its joints.
-
-    The null space of the others is led to ``neutral``.
-    """
+    """A plan of the arm to the first tip of a robot with branches, for all of its joints."""
 
     __slots__ = ("_plan", "_robot", "q")
 

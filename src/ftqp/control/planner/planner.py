@@ -115,24 +115,16 @@ def _refuse_inside(name: str, me: int, owner: int, other: str, frame: FrameType)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Configuration:
-    """All that a planner was told; it never changes, another one takes its place.
+    """All that a planner was told; it never changes, another one takes its place."""
 
-    Attributes:
-        number: Its own, which the call that writes it into the record leaves beside that.
-        belief: Which joints have failed.
-        arm: The arm with its load and tool.
-        reserve: The deceleration that its motors have; None where torque is not limited.
-        start: Where the arm begins, q and v, (nv,) each; None before the first ``reset``.
-        speed: How fast the arm is led, in (0, 1] of full speed.
-        then: What else the last change brings about, as often as it is called; None is nothing.
-    """
-
-    number: int
-    belief: Belief
-    arm: MountedRobot
-    reserve: BrakingReserve | None
+    number: int  # Its own, which the call that writes it into the record leaves beside that
+    belief: Belief  # Which joints have failed
+    arm: MountedRobot  # The arm with its load and tool
+    reserve: BrakingReserve | None  # The deceleration that its motors have; None where torque is not limited
+    # Where the arm begins, q and v, (nv,) each; None before the first ``reset``
     start: tuple[FloatArray, FloatArray] | None = None
-    speed: float = 1.0
+    speed: float = 1.0  # How fast the arm is led, in (0, 1] of full speed
+    # What else the last change brings about, as often as it is called; None is nothing
     then: Callable[[], None] | None = None
 
     def tell(self, K: Any, orders: Orders, before: "Configuration | None") -> None:

@@ -180,10 +180,7 @@ class Solver:
         return self._family != "external"
 
     def tick(self, leader: str, *memory: Any) -> Tick:
-        """A tick led by CLOCK or one of LED: from its inputs to a status or mistake.
-
-        A motion of the joints has a QP of its own, without rows of the task, which the kernel always solves.
-        """
+        """A tick led by CLOCK or one of LED: from its inputs to a status or mistake."""
         session, family = self._session, self._family
         if family != "external" or leader == "joints":
             name = self._entry(leader)

@@ -272,10 +272,7 @@ class RunningTask:
 
 
 def _moving_pose(what: str, value: Any, turns: bool) -> FloatArray | str:
-    """A pose by rows, its twist and its acceleration, of a target or of a pose that does not move.
-
-    Of one that is not finite, or does not turn, why it is left out.
-    """
+    """A pose by rows, its twist and its acceleration, of a target or of a pose that does not move."""
     if not isinstance(value, Target | Targets):
         row = np.concatenate([sized(what, getattr(value, "homogeneous", value), (4, 4)).ravel(), STILL])
     else:

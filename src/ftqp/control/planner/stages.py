@@ -20,23 +20,17 @@ LED: Final = ("path", "base", "joints")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stage:
-    """One part of a planner: what it does at which moment; None is nothing.
+    """One part of a planner: what it does at which moment; None is nothing."""
 
-    Attributes:
-        ticks: The kinds of ticks that it takes part in.
-        before: What it does before each of them.
-        after: What it does after each of them, of its status or mistake and what the step was given.
-        mount: What it does when the arm gets another load or tool.
-        believe: What it does when other joints are believed to have failed; it may be called again.
-        begin: What it does at a reset to joint positions, (nv,) [rad or m], of the arm as it is fitted and
-            with what is believed; it may be called again.
-    """
-
-    ticks: tuple[str, ...] = ()
-    before: Callable[[], object] | None = None
+    ticks: tuple[str, ...] = ()  # The kinds of ticks that it takes part in
+    before: Callable[[], object] | None = None  # What it does before each of them
+    # What it does after each of them, of its status or mistake and what the step was given
     after: Callable[[int, tuple[Any, ...]], object] | None = None
-    mount: Callable[[Robot], object] | None = None
+    mount: Callable[[Robot], object] | None = None  # What it does when the arm gets another load or tool
+    # What it does when other joints are believed to have failed; it may be called again
     believe: Callable[[Belief], object] | None = None
+    # What it does at a reset to joint positions, (nv,) [rad or m], of the arm as it is fitted and with what
+    # is believed; it may be called again
     begin: Callable[[FloatArray, Robot, Belief], object] | None = None
 
 

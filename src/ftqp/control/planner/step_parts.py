@@ -66,37 +66,28 @@ class QPReport(NamedTuple):
 
 
 class StepLabels(NamedTuple):
-    """Names beside those of joints.
+    """Names beside those of joints."""
 
-    Attributes:
-        tasks: Of the further tasks, with how many numbers an error of each has.
-        asked: Of the rows that a planner asks for, by kind.
-        failed: Why tasks were left out of the tick, or targets of them, by name; None where none can be.
-        pairs: Says the names of pairs of bodies that are kept apart, or those as they were.
-        tip: What the task of the tip is called; None leaves it out of the reports.
-        judged: Which numbers of a task's error are metres, and which are angles, by name; tasks of joints and
-            of one's own, whose error is not known, are left out.
-        tolerance: The largest errors that count as keeping a task [m, rad].
-        rows: Of the further tasks, where their rows stand among those of all, and which of them count radians
-            in metres.
-        length: What a radian counts there [m].
-        required: Names of the further tasks that the status speaks of.
-        held: Names of those on level 0.
-        measured: Of tasks of joints and of one's own what measures their errors at joint positions, or their
-            errors as they were, each with why nothing is known of it, by name.
-    """
-
+    # Of the further tasks, with how many numbers an error of each has
     tasks: tuple[tuple[str, int], ...] = ()
-    asked: Asked = NOTHING_ASKED
+    asked: Asked = NOTHING_ASKED  # Of the rows that a planner asks for, by kind
+    # Why tasks were left out of the tick, or targets of them, by name; None where none can be
     failed: Mapping[str, str] | None = None
+    # Says the names of pairs of bodies that are kept apart, or those as they were
     pairs: Callable[[], Bodies] | Bodies = ()
-    tip: str | None = None
+    tip: str | None = None  # What the task of the tip is called; None leaves it out of the reports
+    # Which numbers of a task's error are metres, and which are angles, by name; tasks of joints and of one's
+    # own, whose error is not known, are left out
     judged: Mapping[str, tuple[tuple[int, ...], tuple[int, ...]]] = {}
-    tolerance: tuple[float, float] = (inf, inf)
+    tolerance: tuple[float, float] = (inf, inf)  # The largest errors that count as keeping a task [m, rad]
+    # Of the further tasks, where their rows stand among those of all, and which of them count radians in
+    # metres
     rows: Mapping[str, tuple[tuple[int, ...], tuple[bool, ...]]] = {}
-    length: float = 1.0
-    required: tuple[str, ...] = ()
-    held: tuple[str, ...] = ()
+    length: float = 1.0  # What a radian counts there [m]
+    required: tuple[str, ...] = ()  # Names of the further tasks that the status speaks of
+    held: tuple[str, ...] = ()  # Names of those on level 0
+    # Of tasks of joints and of one's own what measures their errors at joint positions, or their errors as
+    # they were, each with why nothing is known of it, by name
     measured: Mapping[str, Callable[[FloatArray], Off] | Off] = {}
 
     @property

@@ -181,10 +181,7 @@ class TaskList(Mapping[str, RunningTask]):
 
     @property
     def failed(self) -> Mapping[str, str] | None:
-        """Why tasks of one's own were left out of the last tick, and targets of others, by name.
-
-        None without further tasks.
-        """
+        """Why tasks of one's own were left out of the last tick, and targets of others, by name."""
         return self._failed if self._by_name else None
 
     @property

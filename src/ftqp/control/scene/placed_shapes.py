@@ -79,29 +79,18 @@ CLOUD = "cloud"
 
 
 class Placed(NamedTuple):
-    """Something that stands in a scene.
+    """Something that stands in a scene."""
 
-    Attributes:
-        shape: What it is.
-        place: Its pose when it was last said to be somewhere, (4, 4) [m].
-        twist: Its velocity since, (6,) [m/s, rad/s], along W.
-    """
-
-    shape: Shape
-    place: FloatArray
-    twist: FloatArray
+    shape: Shape  # What it is
+    place: FloatArray  # Its pose when it was last said to be somewhere, (4, 4) [m]
+    twist: FloatArray  # Its velocity since, (6,) [m/s, rad/s], along W
 
 
 class Content(NamedTuple):
-    """What stands in a scene at one time.
+    """What stands in a scene at one time."""
 
-    Attributes:
-        placed: What has a name.
-        balls: x, y, z and radius of each ball of a cloud, (K, 4) [m]; nobody writes into them.
-    """
-
-    placed: dict[str, Placed]
-    balls: FloatArray
+    placed: dict[str, Placed]  # What has a name
+    balls: FloatArray  # x, y, z and radius of each ball of a cloud, (K, 4) [m]; nobody writes into them
 
     @property
     def things(self) -> int:

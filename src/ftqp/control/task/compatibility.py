@@ -24,19 +24,12 @@ CHOICES: Final[dict[str, tuple[str, ...]]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rule:
-    """Two sets of values that exclude each other.
+    """Two sets of values that exclude each other."""
 
-    Attributes:
-        of: choice and value that the rule is about.
-        excludes: choice and the values that do not go with it.
-        reason: why, the middle of the sentence.
-        remedy: what to do instead, its end.
-    """
-
-    of: tuple[str, str]
-    excludes: tuple[str, tuple[str, ...]]
-    reason: str
-    remedy: str
+    of: tuple[str, str]  # choice and value that the rule is about
+    excludes: tuple[str, tuple[str, ...]]  # choice and the values that do not go with it
+    reason: str  # why, the middle of the sentence
+    remedy: str  # what to do instead, its end
 
     def sentence(self, value: str, given: Mapping[str, str] | None = None) -> str:
         """The error when the excluded choice has a value."""

@@ -23,17 +23,11 @@ Corners = tuple[tuple[float, float, float], tuple[float, float, float]] | None
 
 
 class Side(NamedTuple):
-    """A row of the QP: normal'p >= offset of a point p, or an angle to ``normal`` of at most ``offset``.
+    """A row of the QP: normal'p >= offset of a point p, or an angle to ``normal`` of at most ``offset``."""
 
-    Attributes:
-        name: Which of several it is, for example ``x low``; empty of one.
-        normal: Into the side that is free, or the middle of a cone, of length 1, (3,).
-        offset: The plane's distance from the origin along its normal [m], or the angle [rad].
-    """
-
-    name: str
-    normal: FloatArray
-    offset: float
+    name: str  # Which of several it is, for example ``x low``; empty of one
+    normal: FloatArray  # Into the side that is free, or the middle of a cone, of length 1, (3,)
+    offset: float  # The plane's distance from the origin along its normal [m], or the angle [rad]
 
 
 @dataclass(frozen=True, slots=True)

@@ -97,10 +97,7 @@ def continuations(
     S: Any, C: Any, goals: Any, q: Any, at: Any, failed: Any, speed: Any, facts: Any, path: Any, keep: int,
     bounded: int, first: int, last: int,
 ) -> None:  # fmt: skip
-    """Continuations from starts ``first`` to ``last - 1``: by one bounded QP a sample, or exact ones.
-
-    For these the joints left have to be as many as the task's rows.
-    """
+    """Continuations from starts ``first`` to ``last - 1``: by one bounded QP a sample, or exact ones."""
     for s in range(first, last):
         begin(S, C, q[s], failed[s], speed[s])
         if bounded:

@@ -24,19 +24,12 @@ _ARGUMENT: Final = re.compile(r"(\w+)(?::(\w+)(?:\[(\S+)\])?)?")
 
 
 class Spec(NamedTuple):
-    """What an entry point takes, and the formula that it calls.
+    """What an entry point takes, and the formula that it calls."""
 
-    Attributes:
-        module: Where the names in ``call`` and ``first`` are found.
-        takes: Its arguments.
-        call: The call of the formula, which returns a number, a truth value or nothing (0).
-        first: A call before it that may find a mistake (negative), which is then the answer.
-    """
-
-    module: str
-    takes: str
-    call: str
-    first: str = ""
+    module: str  # Where the names in ``call`` and ``first`` are found
+    takes: str  # Its arguments
+    call: str  # The call of the formula, which returns a number, a truth value or nothing (0)
+    first: str = ""  # A call before it that may find a mistake (negative), which is then the answer
 
     def arguments(self) -> Iterator[tuple[str, str, str]]:
         """Name, kind (empty for a whole number) and shape (empty but for arrays) of each argument."""

@@ -205,10 +205,7 @@ def _outcome_of_solved(task: Any, cascade: Any, terms: Any) -> int:
 
 @rare_jit
 def _sets_out(K: Any) -> bool:
-    """Whether something is sent that moves: beside a joint that swings freely, off a limit, or to brake.
-
-    What a joint that is held is sent goes on until it has braked.
-    """
+    """Whether something is sent that moves: beside a joint that swings freely, off a limit, or to brake."""
     limits, faults, state, feedback = K.limits, K.faults, K.state, K.feedback
     slow = slow_enough(K)
     for k in range(K.chain.n):

@@ -25,18 +25,12 @@ class Hypothesis(IntEnum):
 
     Times and numbers are guesses that the campaigns and studies named beside them have not contradicted; what
     is supposed of the whole arm is counted at joint 0.
-
-    Attributes:
-        chosen: Who chose the times, or the number.
-        torque: It has to last for so long on an arm that takes torques [s] ...
-        servo: ... and for so long on one whose servos hold it [s].
-        samples: So many samples, or verdicts, in a row in place of times.
     """
 
-    chosen: str
-    torque: float
-    servo: float
-    samples: int
+    chosen: str  # Who chose the times, or the number
+    torque: float  # It has to last for so long on an arm that takes torques [s]
+    servo: float  # ... and for so long on one whose servos hold it [s]
+    samples: int  # So many samples, or verdicts, in a row in place of times
 
     def __new__(
         cls, number: int, chosen: str, torque: float, samples: int = 0, servo: float | None = None

@@ -106,10 +106,7 @@ def _see_as_measured(K: Any) -> bool:
 
 @part_jit
 def _see(K: Any) -> bool:
-    """Begin a tick at the reference: what is believed of the arm, and how far the target is displaced.
-
-    Whether the target is usable.
-    """
+    """Begin a tick at the reference: what is believed of the arm, and how far the target is displaced."""
     feedback = K.feedback
     _begin(K.state, K.faults, K.cascade, K.terms, K.chain, K.qp)
     feedback.active = 1

@@ -101,10 +101,7 @@ def read(source: Any, tips: Sequence[str], locked: Sequence[str | int]) -> Sourc
 def shapes_of(
     links: Mapping[str, Element], path: Path | None, tag: str = "collision", *, mirrored: bool = False
 ) -> list[Collision]:
-    """The geometry of links as it is written, that collides or is seen (``visual``).
-
-    What is no geometry is left out, and meshes that are ``mirrored`` unless they are asked for.
-    """
+    """The geometry of links as it is written, that collides or is seen (``visual``)."""
     found = []
     for name, link in links.items():
         for element in link.findall(tag):

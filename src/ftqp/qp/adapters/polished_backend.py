@@ -241,10 +241,7 @@ class PolishedBackend(Backend):
 
     @abstractmethod
     def _answer(self, qp: QPBuffers, cold: bool, cap: int) -> Claim:
-        """Solve what the buffers hold in at most ``cap`` iterations; write the outputs and ``iterations``.
-
-        The buffers are those of ``_set_up``, or others of that size, to which a change is always cold.
-        """
+        """Solve what the buffers hold in at most ``cap`` iterations; write the outputs and ``iterations``."""
 
     @final
     def _prepare(self, qp: QPBuffers) -> None:

@@ -118,16 +118,11 @@ class LogWriter(RowSink):
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogParts:
-    """How a long log is cut into files.
+    """How a long log is cut into files."""
 
-    Attributes:
-        path: The newest part, a new file; those before lie beside it.
-        rows: A part has so many at least, >= 1; a new one begins when rows are next put on file.
-        keep: So many parts are kept, the newest included, >= 1, and older ones are deleted; None keeps all.
-    """
-
-    path: Path
-    rows: int
+    path: Path  # The newest part, a new file; those before lie beside it
+    rows: int  # A part has so many at least, >= 1; a new one begins when rows are next put on file
+    # So many parts are kept, the newest included, >= 1, and older ones are deleted; None keeps all
     keep: int | None = None
 
     def __post_init__(self) -> None:

@@ -139,10 +139,7 @@ class DrawnArm:
         self._last = robot.neutral.copy()
 
     def joints(self, q: FloatArray) -> FloatArray:
-        """Poses of the joints' frames, then of the tip, (nv + 1, 4, 4).
-
-        A position that is NaN or infinite counts as the last that was not.
-        """
+        """Poses of the joints' frames, then of the tip, (nv + 1, 4, 4)."""
         self._last = np.where(np.isfinite(q), q, self._last)
         self._session.kinematics(self._last)
         n = self.robot.nv

@@ -24,10 +24,7 @@ class Break:
 
 @dataclass(frozen=True, slots=True)
 class Play:
-    """Begin anew with one failure to come and none of the scenario's, such as one of a coverage report.
-
-    The planner is told of it as `Tell` says.
-    """
+    """Begin anew with one failure to come and none of the scenario's, such as one of a coverage report."""
 
     joint: str | int  # Names with a plus sign between them fail together
     time: float  # When [s]

@@ -142,10 +142,7 @@ class WatchedArm:
         return ""
 
     def place(self, name: str, position: FloatArray) -> None:
-        """Put the target of a soft task, or something of the scene, elsewhere, until the arm begins anew.
-
-        Things go there no faster than an arm can flee, and the planner is told how fast.
-        """
+        """Put the target of a soft task, or something of the scene, elsewhere, until the arm begins anew."""
         scene = self._player.planner.scene
         stands = None if scene is None else scene.get(name)
         if stands is not None:

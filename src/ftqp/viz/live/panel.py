@@ -45,10 +45,7 @@ FASTEST = 5.0
 
 @final
 class Panel:
-    """Controls and plots for one stage.
-
-    ``put`` takes the commands, from any thread.
-    """
+    """Controls and plots for one stage."""
 
     def __init__(
         self, server: Any, stage: Stage, scene: Scene, frame: Frame, put: Callable[[Command], None]

@@ -34,10 +34,7 @@ _NOTE = (
 
 @final
 class History:
-    """Samples of frames in the order of their times; a frame before the last one begins anew.
-
-    Samples that there are not yet are NaN, and their status is empty.
-    """
+    """Samples of frames in the order of their times; a frame before the last one begins anew."""
 
     def __init__(self, frame: Frame) -> None:
         self.t: FloatArray = np.zeros(SAMPLES)

@@ -54,10 +54,7 @@ def paragraph(text: str) -> str:
 def table(
     caption: str, headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Iterable[str] = ()
 ) -> str:
-    """A table.
-
-    ``numbers`` are the headers of columns that hold numbers, which are set to the right.
-    """
+    """A table."""
     right = set(numbers)
     kinds = [' class="number"' if header in right else "" for header in headers]
     head = "".join(f"<th{kind}>{escape(text)}</th>" for kind, text in zip(kinds, headers, strict=True))

@@ -98,10 +98,7 @@ def side_by_side(runs: Sequence[ReportedRun]) -> list[str]:
 
 
 def run_parts(run: ReportedRun, *, alone: bool) -> list[str]:
-    """The section about a run.
-
-    A page about it ``alone`` has its name above already.
-    """
+    """The section about a run."""
     parts = [heading("What happened" if alone else run.label)]
     parts += [paragraph(sentence) for sentence in run.sentences]
     if alone:
