@@ -7,7 +7,8 @@ FtqpError
  +-- MissingPackage    an optional package is not installed (also an ImportError)
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from difflib import get_close_matches
 from re import sub
 from typing import Final
@@ -53,6 +54,18 @@ def _short(text: str) -> str:
 
 class InputError(FtqpError, ValueError):
     """A value handed to ftqp is wrong; the sentence says what, what was got, what is expected, the remedy."""
+
+
+@contextmanager
+def reading(file: object, what: str, remedy: str) -> Iterator[None]:
+    """While a file is read that a program writes: all that goes wrong is one sentence."""
+    try:
+        yield
+    except FtqpError:
+        raise
+    except Exception as error:  # JSON, zip, numpy and SQLite have many for bytes that nobody has written
+        why = f"{type(error).__name__}: {error!s:.100}"
+        raise InputError(f"{file} is not {what}, or is damaged ({why}); {remedy}") from error
 
 
 class ModelError(FtqpError):

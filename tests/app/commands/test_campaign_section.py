@@ -85,11 +85,11 @@ def test_page_is_made_of_the_rows_and_says_what_is_missing_and_what_was_given_up
 @pytest.mark.parametrize(
     ("file", "text", "message"),
     [
-        ("summary.json", "{", "is not readable"),
+        ("summary.json", "{", "is not a summary of ftqp, or is damaged"),
         (
             "results.sqlite",
             "no database at all, but long enough to be one" * 30,
-            "is not readable as results",
+            "is not as `ftqp campaign` writes it, or is damaged",
         ),
     ],
 )

@@ -153,7 +153,7 @@ def test_what_files_say_stays_text(tmp_path: Path, still: None) -> None:
 @pytest.mark.parametrize(
     ("source", "said"),
     [("none", "does not exist"), ("empty", "holds no result"), ("file.txt", "is not a log of ftqp"),
-     ("broken", "is not readable")],
+     ("broken", "is not a summary of ftqp, or is damaged")],
 )  # fmt: skip
 def test_what_is_no_run_is_refused_in_one_sentence(source: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()

@@ -11,8 +11,8 @@ from typing import Any, Final
 from ftqp.app.campaign.campaign_summary import Row, summary
 from ftqp.app.campaign.episode_study import COLUMNS, KIND
 from ftqp.app.run.runs import summary_with
-from ftqp.app.study.results_file import FILE_NAME, facts_of, read_only, reason
-from ftqp.core.errors import InputError, printable
+from ftqp.app.study.results_file import FILE_NAME, facts_of, read_only
+from ftqp.core.errors import printable, reading
 
 STUDY: Final = "campaign.toml"
 """The campaign as it was asked for last, every default filled in."""
@@ -42,23 +42,16 @@ def kept_campaign(folder: Path) -> dict[str, Any] | None:
     if not file.is_file():
         facts = summary_with(folder, NEEDED)
         return None if facts is None else {"listed": [], "errors": [], "given_up": 0, "missing": 0} | facts
-    try:
-        with closing(read_only(file)) as connection:
-            about = facts_of(connection, file)
-            if about.get("kind") != KIND:
-                return None
-            rows = _rows(connection)
-            crashed = connection.execute("SELECT item, reason FROM crashed ORDER BY item").fetchall()
-        return _facts(folder, about, rows, [(int(item), GIVEN_UP, str(reason)) for item, reason in crashed])
-    except (sqlite3.Error, UnicodeDecodeError) as error:
-        raise InputError(f"{file} is not readable as results of a campaign: {reason(error):.200}") from error
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(
-            f"{file} is not as `ftqp campaign` writes it: a value of it is missing or of another kind; make "
-            "it anew in another folder"
-        ) from error
+    with (
+        reading(file, "as `ftqp campaign` writes it", "make it anew in another folder"),
+        closing(read_only(file)) as connection,
+    ):
+        about = facts_of(connection, file)
+        if about.get("kind") != KIND:
+            return None
+        crashed = connection.execute("SELECT item, reason FROM crashed ORDER BY item").fetchall()
+        listed = [(int(item), GIVEN_UP, str(reason)) for item, reason in crashed]
+        return _facts(folder, about, _rows(connection), listed)
 
 
 def _rows(connection: sqlite3.Connection) -> list[Row]:

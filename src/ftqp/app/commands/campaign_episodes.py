@@ -15,7 +15,7 @@ from ftqp.app.run.runs import SUMMARY, write
 from ftqp.app.study.results_file import ResultsFile
 from ftqp.app.study.runner import refuse_wrong_workers, run_study, study_folder, told_how_to_go_on
 from ftqp.checker.checked_run import LAWS
-from ftqp.core.errors import InputError, MissingPackage, printable
+from ftqp.core.errors import MissingPackage, printable, reading
 from ftqp.sim.log.log_file import load_log
 from ftqp.viz.pages.page import drawing, heading
 
@@ -44,18 +44,13 @@ def campaign_told(facts: dict[str, Any]) -> list[str | Table]:
 
 def campaign_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]:
     """The section."""
-    try:
+    with reading(folder / SUMMARY, "as `ftqp campaign` writes it", "make it anew by the same command"):
         return [
             heading(f"{label}: how often was any law broken?"),
             *page_parts(campaign_told(facts)),
             *_pictures(facts),
             *page_parts([*by_key(facts), *_listed(facts)]),
         ]
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, ZeroDivisionError) as error:
-        raise InputError(
-            f"{folder / SUMMARY} is not as `ftqp campaign` writes it: a part is missing or of another kind; "
-            "make it anew by the same command"
-        ) from error
 
 
 def _sentences(facts: dict[str, Any]) -> list[str]:

@@ -8,7 +8,7 @@ import numpy as np
 from ftqp import __version__
 from ftqp.app.output.console import Table, page_parts
 from ftqp.app.run.runs import SUMMARY, summary_with, write
-from ftqp.core.errors import InputError
+from ftqp.core.errors import reading
 from ftqp.faults.kinds import KINDS
 from ftqp.viz.pages.page import heading, page, picture
 
@@ -47,12 +47,8 @@ def coverage_told(facts: dict[str, Any]) -> list[str | Table]:
 
 def coverage_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]:
     """The section of a report, with the pictures that there are."""
-    try:
+    with reading(folder / SUMMARY, "as `ftqp coverage` writes it", "make it anew"):
         parts = [heading(f"{label}: which failures are survived"), *page_parts(coverage_told(facts))]
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(
-            f"{folder / SUMMARY} is not as `ftqp coverage` writes it ({error!s:.80}); make it anew"
-        ) from error
     present = [(folder / name, caption) for name, caption in CAPTIONS.items() if (folder / name).is_file()]
     return [*parts, *(picture(file, caption) for file, caption in present)]
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from ftqp.app.output.console import ExitCode, json_text, progress, say
 from ftqp.app.scenario.setup import Setup
-from ftqp.core.errors import FtqpError, InputError, MissingPackage
+from ftqp.core.errors import FtqpError, InputError, MissingPackage, reading
 from ftqp.qp.recording.recorded_qps import free_file
 from ftqp.sim.log.description import recorded
 from ftqp.sim.log.log_arrays import Log
@@ -46,10 +46,8 @@ def summary_with(folder: Path, names: Iterable[str]) -> dict[str, Any] | None:
     file = folder / SUMMARY
     if not file.is_file():
         return None
-    try:
+    with reading(file, "a summary of ftqp", "make it anew"):
         facts = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"{file} is not readable: {error!s:.200}") from error
     return facts if isinstance(facts, dict) and all(name in facts for name in names) else None
 
 

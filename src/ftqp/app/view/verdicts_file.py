@@ -9,7 +9,7 @@ import numpy as np
 
 from ftqp.app.output.console import json_text
 from ftqp.app.run.runs import SCENARIO, write
-from ftqp.core.errors import InputError
+from ftqp.core.errors import reading
 from ftqp.faults.kinds import KINDS
 from ftqp.kernel.layout.enums import Survival
 from ftqp.viz.live.stage import HeatMap
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 VERDICTS: Final = "verdicts.json"
 FORMAT: Final = 1
-LARGEST: Final = 50_000_000
-"""Bytes that are read at most."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -62,26 +60,14 @@ def read_verdicts(folder: File) -> Verdicts:
     from ftqp.viz.figures.coverage_map import COLOURS, LABELS
 
     file = folder / VERDICTS
-    try:
-        if file.exists() and not file.is_file():
-            raise ValueError("it is no regular file")
-        if file.stat().st_size > LARGEST:
-            raise ValueError(f"it has more than {LARGEST / 1e6:.0f} MB")
+    with reading(file, "the list of verdicts of a coverage report", "make it anew by ftqp coverage"):
         content = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise _no_verdicts(file, str(error)) from error
-    try:
+        if content["format"] != FORMAT:
+            raise ValueError(f"its format is {content['format']}, expected {FORMAT}")
         names, times = [str(name) for name in content["failures"]], np.array(content["times"], dtype=float)
-        codes = np.array(content["codes"], dtype=np.int64)
-        known = {int(verdict) for verdict in Survival}
-        if content["format"] != FORMAT or codes.shape != (len(names), len(times)) or not codes.size:
-            raise ValueError(f"format {FORMAT} has a verdict a failure and an instant")
-        if not set(np.unique(codes).tolist()) <= known or not np.isfinite(times).all():
-            raise ValueError("it has verdicts that do not exist")
+        codes = np.array(content["codes"], dtype=np.int64).reshape(len(names), len(times))
         name = str(content["scenario"])
         kind, settings, share = str(content["fault"]), dict(content["settings"]), float(content["coverage"])
-    except (ValueError, KeyError, TypeError, OverflowError) as error:
-        raise _no_verdicts(file, "its parts are missing, or do not fit together") from error
     heat = HeatMap(
         joints=tuple(names),
         times=times,
@@ -91,10 +77,3 @@ def read_verdicts(folder: File) -> Verdicts:
         coverage=share,
     )
     return Verdicts(name=name, heat=heat, scenario=folder / SCENARIO, kind=kind, settings=settings)
-
-
-def _no_verdicts(file: File, reason: str) -> InputError:
-    return InputError(
-        f"{file} is not the list of verdicts of a coverage report: {reason:.200}; make it anew by "
-        "ftqp coverage"
-    )
