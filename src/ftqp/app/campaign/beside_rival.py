@@ -3,7 +3,6 @@
 import copy
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from operator import attrgetter
 from typing import Any, Final, final
 
 import numpy as np
@@ -14,10 +13,9 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import rotation_vector
-from ftqp.faults.kinds import Fault
 from ftqp.model.robot import Robot
 from ftqp.sim.loop import LONGEST, MEMORY
-from ftqp.sim.plants.plant import Command, Plant
+from ftqp.sim.plants.plant import Command, Plant, PlantAround
 from ftqp.sim.rival import ResolvedRates, Rival, ride
 
 WHO: Final = ("ftqp", "detector", "rival")
@@ -99,23 +97,17 @@ class Led:
 
 
 @final
-class WatchedPlant(Plant):
+class WatchedPlant(PlantAround):
     """A plant that notes how its joints move, and which are believed to have failed or braked alone."""
 
-    __slots__ = ("_dt", "_healthy", "_motion", "_planner", "_plant", "_tick", "named")
+    __slots__ = ("_healthy", "_motion", "_planner", "named")
 
     def __init__(self, plant: Plant, planner: Planner, told: Collection[int], ticks: int) -> None:
-        self._plant, self._planner, self._dt, self._tick = plant, planner, planner.dt, 0
+        super().__init__(plant)
+        self._planner = planner
         self._healthy = set(range(planner.robot.nv)) - set(told)
         self._motion = np.empty((ticks, 2, planner.robot.nv))
         self.named: dict[int, float] = {}
-
-    q = property(attrgetter("_plant.q"))
-    v = property(attrgetter("_plant.v"))
-    drive = property(attrgetter("_plant.drive"))
-    tolerance = property(attrgetter("_plant.tolerance"))
-    motors = property(attrgetter("_plant.motors"))
-    failure = property(attrgetter("_plant.failure"))
 
     @property
     def motion(self) -> FloatArray:
@@ -123,15 +115,8 @@ class WatchedPlant(Plant):
         return self._motion[: self._tick]
 
     def reset(self, q: FloatArray, v: FloatArray) -> None:
-        self._plant.reset(q, v)
-        self._tick = 0
+        super().reset(q, v)
         self.named.clear()
-
-    def fail(self, fault: Fault) -> None:
-        self._plant.fail(fault)
-
-    def repair(self, joint: str | int) -> None:
-        self._plant.repair(joint)
 
     def advance(self, command: Command) -> None:
         self._motion[self._tick] = self._plant.q, self._plant.v
@@ -140,9 +125,8 @@ class WatchedPlant(Plant):
         if brakes.any() and not brakes.all():
             blamed |= set(map(int, np.flatnonzero(brakes)))
         for i in blamed & self._healthy:
-            self.named.setdefault(i, self._tick * self._dt)
-        self._plant.advance(command)
-        self._tick += 1
+            self.named.setdefault(i, self._tick * self._planner.dt)
+        super().advance(command)
 
 
 def led_by_ftqp(setup: Setup) -> Led:

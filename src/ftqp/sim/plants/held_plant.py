@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from operator import attrgetter
 from typing import final
 
 from ftqp.core.checks import FloatArray, non_negative, positive
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault, Locked
 from ftqp.model.robot import Robot
-from ftqp.sim.plants.plant import Command, Plant
+from ftqp.sim.plants.plant import Command, Plant, PlantAround
 from ftqp.sim.schedule import first_tick
 
 
@@ -27,13 +26,13 @@ class Hold:
 
 
 @final
-class HeldPlant(Plant):
+class HeldPlant(PlantAround):
     """Another plant, each joint of which is locked at once by every hold, and repaired when that is over.
 
     What befell a joint meanwhile befalls it then; one whose brake closed meanwhile goes on standing.
     """
 
-    __slots__ = ("_failed", "_plant", "_robot", "_spans", "_tick")
+    __slots__ = ("_failed", "_robot", "_spans")
 
     def __init__(self, plant: Plant, robot: Robot, dt: float, holds: Sequence[Hold]) -> None:
         if plant.drive is None:
@@ -41,20 +40,13 @@ class HeldPlant(Plant):
                 "this plant does exactly what it is told, so nothing can hold it; take plant 'servo' with a "
                 "base that stands, or 'mujoco'"
             )
-        self._plant, self._robot, self._tick = plant, robot, 0
+        super().__init__(plant)
+        self._robot = robot
         self._spans = [(first_tick(one.at, dt), first_tick(one.at + one.duration, dt)) for one in holds]
         self._failed: dict[int, Fault] = {}
 
-    q = property(attrgetter("_plant.q"))
-    v = property(attrgetter("_plant.v"))
-    drive = property(attrgetter("_plant.drive"))
-    tolerance = property(attrgetter("_plant.tolerance"))
-    motors = property(attrgetter("_plant.motors"))
-    failure = property(attrgetter("_plant.failure"))
-
     def reset(self, q: FloatArray, v: FloatArray) -> None:
-        self._plant.reset(q, v)
-        self._tick = 0
+        super().reset(q, v)
         self._failed.clear()
 
     def fail(self, fault: Fault) -> None:
@@ -88,5 +80,4 @@ class HeldPlant(Plant):
                 self._plant.repair(i)
                 if fault is not None:
                     self._plant.fail(fault)
-        self._plant.advance(command)
-        self._tick += 1
+        super().advance(command)

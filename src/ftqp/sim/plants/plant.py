@@ -1,6 +1,7 @@
 """The role of the arm in a simulation: what every plant holds and does."""
 
 from abc import ABC, abstractmethod
+from operator import attrgetter
 from typing import NamedTuple, Protocol, final
 
 import numpy as np
@@ -107,6 +108,36 @@ class Plant(ABC):
         Args:
             command: The planner's step for this tick.
         """
+
+
+class PlantAround(Plant):
+    """The role of what stands around another plant, counts its ticks and does something more."""
+
+    __slots__ = ("_plant", "_tick")
+
+    def __init__(self, plant: Plant) -> None:
+        self._plant, self._tick = plant, 0
+
+    q = property(attrgetter("_plant.q"))
+    v = property(attrgetter("_plant.v"))
+    drive = property(attrgetter("_plant.drive"))
+    tolerance = property(attrgetter("_plant.tolerance"))
+    motors = property(attrgetter("_plant.motors"))
+    failure = property(attrgetter("_plant.failure"))
+
+    def reset(self, q: FloatArray, v: FloatArray) -> None:
+        self._plant.reset(q, v)
+        self._tick = 0
+
+    def fail(self, fault: Fault) -> None:
+        self._plant.fail(fault)
+
+    def repair(self, joint: str | int) -> None:
+        self._plant.repair(joint)
+
+    def advance(self, command: Command) -> None:
+        self._plant.advance(command)
+        self._tick += 1
 
 
 @final

@@ -2,18 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from operator import attrgetter
 from typing import final
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, non_negative, positive
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import Fault
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.hidden_faults import HiddenFault, Push
 from ftqp.sim.plants.mujoco_plant import MujocoPlant
-from ftqp.sim.plants.plant import Command, Plant
+from ftqp.sim.plants.plant import Command, PlantAround
 from ftqp.sim.schedule import first_tick
 
 NEVER = 2**62
@@ -42,13 +40,14 @@ class Trouble:
 
 
 @final
-class TroubledPlant(Plant):
+class TroubledPlant(PlantAround):
     """A plant in physics, and what befalls it; a joint whose trouble is over works as it did before."""
 
-    __slots__ = ("_plant", "_spans", "_tick")
+    __slots__ = ("_physics", "_spans")
 
     def __init__(self, plant: MujocoPlant, robot: Robot, dt: float, troubles: Sequence[Trouble]) -> None:
-        self._plant, self._tick = plant, 0
+        super().__init__(plant)
+        self._physics = plant
         self._spans: list[tuple[int, int, int, HiddenFault | Push]] = []
         for one in troubles:
             if not isinstance(one.what, Push):
@@ -58,23 +57,9 @@ class TroubledPlant(Plant):
             period = NEVER if one.every is None else max(ticks + 1, round(one.every / dt))
             self._spans.append((first, ticks, period, one.what))
 
-    q = property(attrgetter("_plant.q"))
-    v = property(attrgetter("_plant.v"))
-    drive = property(attrgetter("_plant.drive"))
-    tolerance = property(attrgetter("_plant.tolerance"))
-    motors = property(attrgetter("_plant.motors"))
-    failure = property(attrgetter("_plant.failure"))
-
     def reset(self, q: FloatArray, v: FloatArray) -> None:
-        self._plant.reset(q, v)
-        self._plant.push(np.zeros(3))
-        self._tick = 0
-
-    def fail(self, fault: Fault) -> None:
-        self._plant.fail(fault)
-
-    def repair(self, joint: str | int) -> None:
-        self._plant.repair(joint)
+        super().reset(q, v)
+        self._physics.push(np.zeros(3))
 
     def advance(self, command: Command) -> None:
         for first, ticks, period, what in self._spans:
@@ -83,17 +68,16 @@ class TroubledPlant(Plant):
                 self._begin(what)
             elif since == ticks:
                 self._end(what)
-        self._plant.advance(command)
-        self._tick += 1
+        super().advance(command)
 
     def _begin(self, what: HiddenFault | Push) -> None:
         if isinstance(what, Push):
-            self._plant.push(what.force)
+            self._physics.push(what.force)
         else:
-            self._plant.suffer(what)
+            self._physics.suffer(what)
 
     def _end(self, what: HiddenFault | Push) -> None:
         if isinstance(what, Push):
-            self._plant.push(np.zeros(3))
+            self._physics.push(np.zeros(3))
         else:
             self._plant.repair(what.joint)
