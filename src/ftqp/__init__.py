@@ -49,7 +49,7 @@ def _painter(home: str, name: str) -> Any:
 PAINTERS |= {
     "robot": _painter("ftqp.viz.figures.arm_picture", "robot_picture"),
     "run": _painter("ftqp.viz.figures.run_figures", "run_picture"),
-    "coverage": _painter("ftqp.viz.figures.coverage_map", "draw_coverage"),
+    "coverage": _painter("ftqp.viz.figures.study_pictures", "draw_coverage"),
 }
 
 

@@ -180,7 +180,7 @@ def _detection(found: dict[str, Any] | None) -> list[Table]:
 def _pictures(facts: dict[str, Any]) -> list[str]:
     """The histogram and the shares; none where figures cannot be drawn."""
     try:
-        from ftqp.viz.figures.campaign_pictures import draw_ok_errors, draw_shares
+        from ftqp.viz.figures.study_pictures import draw_ok_errors, draw_shares
         from ftqp.viz.report.run_report import inline
     except MissingPackage:
         return []

@@ -11,7 +11,6 @@ from ftqp.app.output.console import json_text
 from ftqp.app.run.runs import SCENARIO, write
 from ftqp.core.errors import reading
 from ftqp.faults.kinds import KINDS
-from ftqp.kernel.layout.enums import Survival
 from ftqp.viz.live.stage import HeatMap
 
 if TYPE_CHECKING:
@@ -57,7 +56,7 @@ def write_verdicts(
 
 def read_verdicts(folder: File) -> Verdicts:
     """The verdicts of a coverage report."""
-    from ftqp.viz.figures.coverage_map import COLOURS, LABELS
+    from ftqp.viz.figures.study_pictures import LOOKS
 
     file = folder / VERDICTS
     with reading(file, "the list of verdicts of a coverage report", "make it anew by ftqp coverage"):
@@ -72,8 +71,8 @@ def read_verdicts(folder: File) -> Verdicts:
         joints=tuple(names),
         times=times,
         codes=codes,
-        words={int(verdict): LABELS[verdict] for verdict in Survival},
-        colours={int(verdict): COLOURS[verdict] for verdict in Survival},
+        words={int(verdict): words for verdict, (_, words) in LOOKS.items()},
+        colours={int(verdict): colour for verdict, (colour, _) in LOOKS.items()},
         coverage=share,
     )
     return Verdicts(name=name, heat=heat, scenario=folder / SCENARIO, kind=kind, settings=settings)
