@@ -32,10 +32,8 @@ class LiveSource:
     Nothing but this object's thread steps the session; failures of a report can be played.
     """
 
-    def __init__(
-        self, session: Session, *, report: Verdicts | None = None, pictures: float = PICTURES
-    ) -> None:
-        self._session, self._report, self._pictures = session, report, pictures
+    def __init__(self, session: Session, *, report: Verdicts | None = None) -> None:
+        self._session, self._report = session, report
         self._over = Event()
         self._thread = Thread(target=self._run, name="ftqp session", daemon=True)
         self._stage, self._frame = stage_of(session, report), session.frame
@@ -64,7 +62,7 @@ class LiveSource:
 
     def _run(self) -> None:
         """Advance picture by picture until it is over."""
-        session, period = self._session, 1.0 / self._pictures
+        session, period = self._session, 1.0 / PICTURES
         before = due = monotonic()
         while not self._over.is_set():
             wanted = session.speed * period

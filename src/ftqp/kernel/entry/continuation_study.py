@@ -14,6 +14,8 @@ from ftqp.kernel.layout.record import dtype
 
 EXACT_ERROR = 1e-5
 """An error from which on an exact continuation is lost [m, rad]."""
+WEIGHT, CAUTION = 1e4, 0.5
+"""Of a bounded continuation: of the task in its QP, and how much of the way to a limit a sample may take."""
 LOCKED = -1.0
 """The share of a joint that is locked. A convention: shares of joints that move are positive."""
 
@@ -42,8 +44,6 @@ class ContinuationStudy:
         a_max: Decelerations with which a joint that fails brakes, (n,) [rad/s2 or m/s2].
         near: The error of position from which on a bounded continuation is lost [m].
         turned: The same of rotation [rad].
-        weight: Of the task in the QP of a bounded continuation.
-        caution: The share of the way to a limit that one sample of a bounded continuation may take.
     """
 
     def __init__(
@@ -58,8 +58,6 @@ class ContinuationStudy:
         a_max: Any,
         near: float = 2e-3,
         turned: float = 2e-2,
-        weight: float = 1e4,
-        caution: float = 0.5,
     ) -> None:
         self._session = session.copy()
         self._goals = packed_goals(goals)
@@ -67,7 +65,7 @@ class ContinuationStudy:
         self._tolerances = near, turned
         C: Any = rooms(self._memory)
         n = session.nv
-        C.dt, C.weight, C.caution, C.share = dt, weight, caution, LOCKED
+        C.dt, C.weight, C.caution, C.share = dt, WEIGHT, CAUTION, LOCKED
         C.q_min[:n], C.q_max[:n], C.v_max[:n], C.a_max[:n] = q_min, q_max, v_max, a_max
 
     def runs(

@@ -15,23 +15,20 @@ import numpy as np
 from ftqp.core.errors import InputError
 from ftqp.sim.log.log_rows import LogRows
 
-OTHER_NAME = "choose another name"
-"""What to do where a file or folder exists already, unless its owner says something else."""
-
 
 @contextmanager
-def whole_file(path: str | Path, kind: str = "file", remedy: str = OTHER_NAME) -> Iterator[Path]:
+def whole_file(path: str | Path) -> Iterator[Path]:
     """A new file: the body writes the path that it gets, and the file gets its name when it is complete."""
     file = Path(path)
-    _refuse_existing(file, kind, remedy)
+    _refuse_existing(file, "file")
     part = file.with_name(f".{file.name}.{os.getpid()}.part")
     try:
         yield part
-        _rename(part, file, kind, remedy)
+        _rename(part, file)
     except FileExistsError as error:
-        raise InputError(f"{kind} {file} exists already; {remedy}") from error
+        raise InputError(f"file {file} exists already; choose another name") from error
     except OSError as error:
-        raise InputError(f"{kind} {file} cannot be written: {error.strerror or error}") from error
+        raise InputError(f"file {file} cannot be written: {error.strerror or error}") from error
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
@@ -54,19 +51,19 @@ def whole_folder(path: str | Path) -> Iterator[Path]:
         shutil.rmtree(part, ignore_errors=True)
 
 
-def _refuse_existing(path: Path, kind: str, remedy: str = OTHER_NAME) -> None:
+def _refuse_existing(path: Path, kind: str) -> None:
     if path.exists() or path.is_symlink():
-        raise InputError(f"{kind} {path} exists already; {remedy}")
+        raise InputError(f"{kind} {path} exists already; choose another name")
 
 
-def _rename(part: Path, file: Path, kind: str, remedy: str) -> None:
+def _rename(part: Path, file: Path) -> None:
     """A second name for a complete file, which fails where the name was taken meanwhile."""
     try:
         os.link(part, file)
     except FileExistsError:
         raise
     except OSError:  # no second names on this file system
-        _refuse_existing(file, kind, remedy)
+        _refuse_existing(file, "file")
         part.replace(file)
 
 

@@ -60,7 +60,7 @@ class Postures:
     limbs: Sequence[Sequence[int]]
 
 
-def instants(log: Log, most: int = INSTANTS) -> list[int]:
+def instants(log: Log) -> list[int]:
     """Rows of a log at which its arm is worth a look: start, end, the first fault, the stop, and between."""
     t, last = log["t"], len(log) - 1
     times = [fault["at"] for fault in events.faults(log)[:1]]
@@ -68,7 +68,7 @@ def instants(log: Log, most: int = INSTANTS) -> list[int]:
     times += [] if stop is None else [stop]
     rows = {0, last, *(int(np.searchsorted(t, at - events.TOLD_LATER)) for at in times)}
     rows = {min(row, last) for row in rows}
-    while len(rows) < min(most, len(log)):
+    while len(rows) < min(INSTANTS, len(log)):
         ordered = sorted(rows)
         gap = int(np.argmax(np.diff(ordered)))
         middle = (ordered[gap] + ordered[gap + 1]) // 2

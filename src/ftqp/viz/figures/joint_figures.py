@@ -216,10 +216,10 @@ def _columns(count: int) -> int:
     return min(count, 3 if count in (3, 5, 6, 9) else COLUMNS)
 
 
-def draw_values(axes: Axes, log: Log, i: int, values: FloatArray, colour: str = BLUE) -> None:
+def draw_values(axes: Axes, log: Log, i: int, values: FloatArray) -> None:
     """The signal of joint i, in red from its failure on."""
     failed = log["truth"][:, i] != HEALTHY
-    curve(axes, log["t"], np.where(failed, np.nan, values), color=colour, linewidth=1.4, zorder=3)
+    curve(axes, log["t"], np.where(failed, np.nan, values), color=BLUE, linewidth=1.4, zorder=3)
     if failed.any():
         curve(axes, log["t"], np.where(failed, values, np.nan), color=RED, linewidth=2.2, zorder=3)
         axes.set_facecolor(TINT)

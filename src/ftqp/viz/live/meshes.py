@@ -22,8 +22,6 @@ LOOKS = ("chain", "collision", "visual")
 """What an arm can be drawn from: its chain alone, or meshes of its URDF that are light, or that are seen."""
 MOST_FACES = 20_000
 """Triangles that all meshes of an arm may have together; heavier ones are simplified."""
-LARGEST = 64 * 2**20
-"""Largest file of a mesh that is read [bytes]."""
 FINEST, COARSER = 1.0 / 400.0, 1.4
 """First size of a cell in which corners become one, as a share of a mesh's size, and by how much it grows."""
 
@@ -108,8 +106,6 @@ def read_mesh(file: Path) -> Mesh:
     import trimesh  # comes with viser; half a second that no other page waits for
 
     refuse_other_than_mesh(file)
-    if file.stat().st_size > LARGEST:
-        raise InputError(f"mesh {file.name!r} has more than {LARGEST // 2**20} MB")
     try:
         found: Any = trimesh.load(file, force="mesh")
     except Exception as error:  # trimesh raises what its many readers raise
@@ -120,10 +116,10 @@ def read_mesh(file: Path) -> Mesh:
     return Mesh(vertices, faces)
 
 
-def simplified(meshes: Sequence[Mesh], most: int = MOST_FACES) -> list[Mesh]:
-    """Meshes with at most ``most`` triangles: corners in a cell become one, cells grow until it fits."""
+def simplified(meshes: Sequence[Mesh]) -> list[Mesh]:
+    """Meshes with ``MOST_FACES`` triangles at most: corners in a cell become one, and cells grow."""
     result, cell = list(meshes), FINEST
-    while sum(len(mesh.faces) for mesh in result) > most:
+    while sum(len(mesh.faces) for mesh in result) > MOST_FACES:
         result = [_clustered(mesh, cell) for mesh in meshes]
         cell *= COARSER
     return result

@@ -27,7 +27,7 @@ TRIES = 100
 """Ports that are tried, from the one that was asked for."""
 
 
-def open_server(host: str = LOOPBACK, port: int = 8080, label: str = "ftqp") -> Any:
+def open_server(host: str = LOOPBACK, port: int = 8080) -> Any:
     """A server of pages, already listening.
 
     Any other ``host`` than that of this machine opens the page to the network. A ``port`` of 0 is any free
@@ -39,7 +39,7 @@ def open_server(host: str = LOOPBACK, port: int = 8080, label: str = "ftqp") -> 
     # A browser that opens a connection and drops it is no error; websockets prints a traceback for it.
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
     with _silent():
-        server = viser.ViserServer(host=host, port=free_port(host, port), label=label, verbose=False)
+        server = viser.ViserServer(host=host, port=free_port(host, port), label="ftqp", verbose=False)
     server.scene.world_axes.visible = False
     _keep_private(server)
     return server
