@@ -231,7 +231,7 @@ def whole_library(folder):
     """Build a library with all that it can have: the folder that ``ftqp build`` writes."""
     robot = ftqp.robots.load("panda")
     task = ftqp.Task(mode="scaled")
-    planner = ftqp.Planner(robot, drive="velocity", task=task, detector=ftqp.Detector())
+    planner = ftqp.Planner(robot, drive="torque", task=task, detector=ftqp.Detector())
     path = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.1, duration=2.0)
     named = {"planner": planner, "name": "panda", "target": "host", "cpu": None, "embed": False}
     build_folder(Wanted(**named, folder=folder, detects=True, path=path))

@@ -145,7 +145,7 @@ def test_a_robot_of_the_catalog_may_have_options() -> None:
 
 
 def test_a_detector_is_there_where_its_table_is() -> None:
-    drive = {"kind": "velocity"}
+    drive = {"kind": "torque"}
     assert setup_of(planner={"drive": drive}).planner.diagnosis is None
     made = setup_of(planner={"drive": drive, "detector": {"patience": 0.03}})
     assert made.planner.diagnosis is not None
