@@ -192,7 +192,7 @@ def test_after_a_reset_nothing_is_left_of_what_came_before(drive):
 def stopped(dt, sigma=0.0, **settings):
     """A planner whose arm was stopped at rest."""
     noise = ftqp.Noise(q=sigma) if sigma else None
-    planner = started(ROBOT, dt, drive="velocity", noise=noise, **settings)
+    planner = started(ROBOT, dt, drive="torque", noise=noise, **settings)
     target = ftqp.Target(pose=ROBOT.pose(ROBOT.neutral))
     planner.step(ROBOT.neutral, None, target)
     planner.stop()

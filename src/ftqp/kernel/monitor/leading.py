@@ -35,7 +35,7 @@ evidence counts, up to the second time."""
 CATCHES_UP = 0.25
 """Beside its speed a joint catches up with this share of its limit."""
 TURNS = 0.5
-"""Servos that take velocities push a joint that was found to be held for so long [s], and as long back."""
+"""Servos that take velocities push a joint that is held by its excess in so long [s], and back."""
 BACK = 0.5
 """Share of its speed limit at which the command goes back to a joint that was found to be held."""
 
@@ -155,12 +155,10 @@ def ahead(K: Any, i: int) -> float:
 
 @jit
 def _push_by_speed(K: Any, i: int) -> None:
-    """The same of an arm that takes velocities, there and back, so that their integral stays bounded."""
-    M, last = K.monitor, K.gate.speed[i]
+    """The same of an arm that takes velocities: there and back, slowly, lest it leaps when a brake opens."""
+    M, last, way = K.monitor, K.gate.speed[i], K.limits.a_max[i] * K.state.dt
     turns = int((K.state.ticks - M.found_at[i]) * K.state.dt / TURNS)
-    goal = M.place[i] + (M.tell[i] if turns % 2 == 0 else 0.0)
-    top, way = BACK * min(K.limits.v_max[i], UNLIMITED), K.limits.a_max[i] * K.state.dt
-    v = min(max(K.feedback.hold * (goal - M.u[i]), -top), top)
+    v = (M.tell[i] if turns % 2 == 0 else -M.tell[i]) / TURNS
     K.feedback.q_sent[i] = K.gate.sent[i]
     K.feedback.v_sent[i] = min(max(v, last - way), last + way)
 

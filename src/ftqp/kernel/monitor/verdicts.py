@@ -25,6 +25,7 @@ from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import GEAR
 from ftqp.kernel.maths.elementary import is_finite
 from ftqp.kernel.monitor.evidence import blur_of, forget_evidence, stands
+from ftqp.kernel.monitor.servos import ticks_to_settle
 
 MOVES = 0.05
 """A joint without motor is named where it is faster than this [rad/s or m/s]: what it does without shows."""
@@ -143,18 +144,23 @@ def follows_again(K: Any, i: int) -> bool:
     """Whether a joint that was found to be locked has gone where it was asked to."""
     M, way = K.monitor, K.monitor.y_f[2, i] - K.monitor.place[i]
     along = way if M.tell[i] > 0.0 else -way
-    far = max(WENT * abs(M.tell[i]), SIGMAS * blur_of(K, i) + GEAR)
-    asked = abs(K.gate.sent[i] - M.place[i] - M.droop[i] - M.tell[i]) < GEAR
-    if K.feedback.kind == VELOCITY_DRIVE:  # there and back, from wherever it was let go
-        asked, along = True, abs(way)
+    share, asked = WENT, abs(K.gate.sent[i] - M.place[i] - M.droop[i] - M.tell[i]) < GEAR
+    if K.feedback.kind == VELOCITY_DRIVE:  # there and back, half as far to either side if let go half-way
+        share, asked, along = 0.5 * WENT, True, abs(way)
+    far = max(share * abs(M.tell[i]), SIGMAS * blur_of(K, i) + GEAR)
     return bool(asked and along > far and abs(M.v[i]) < AT_REST)
 
 
 @rare_jit
 def withdraw(K: Any, i: int) -> None:
-    """Joint i works after all."""
-    K.monitor.found[i] = 0
-    K.monitor.news = 1
+    """Joint i works after all; what speeds were sent to it while it was held led nowhere."""
+    M = K.monitor
+    M.found[i] = 0
+    M.news = 1
+    if K.feedback.kind == VELOCITY_DRIVE:
+        M.u[i], M.blind[i] = M.y[i], ticks_to_settle(K, i)
+        for k in range(3):
+            M.u_f[k, i] = M.y_f[k, i]
     forget_evidence(K)
 
 
