@@ -71,9 +71,11 @@ def stands(K: Any, i: int) -> bool:
 
 
 @jit
-def forget_evidence(K: Any) -> None:
-    """Nothing is supposed of any joint."""
+def forget_evidence(K: Any, all_joints: bool = True) -> None:
+    """Nothing is supposed of any joint, or of none that moves."""
     M = K.monitor
     for i in range(K.chain.n):
+        if M.rests[i] and not all_joints:
+            continue
         M.G[i] = M.G_lock[i] = M.G_free[i] = 0.0
         M.anchor[i] = M.means[0, i]

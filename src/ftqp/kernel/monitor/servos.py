@@ -255,10 +255,12 @@ def residual(K: Any, i: int) -> None:
         others += M.act[j]
     miss = M.missed[i] * (M.act[i] + 0.3 * (others - M.act[i]) / n + 0.01)
     spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
+    friction = max(theta[FRICTION], 0.0)  # one below zero holds nothing
+    friction = friction * friction + M.P[i, FRICTION, FRICTION]
     if M.fades > 0.0:
-        spread += _stuck(M, i) * (theta[2] * theta[2] + M.P[i, 2, 2])
+        spread += _stuck(M, i) * friction
     elif abs(v) < SLOW:
-        spread += theta[2] * theta[2] + M.P[i, 2, 2]
+        spread += friction
     if M.settles == 0:  # what was asked for, not how a joint falls
         phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])
         phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])

@@ -77,7 +77,7 @@ def _has_no_motor(K: Any, i: int) -> bool:
     """Joint i moves as if nothing drove it, and no other one does what it should not."""
     M = K.monitor
     too_fast = abs(M.v[i]) > (1.0 + OVERSPEED) * K.limits.v_max[i]
-    if M.G_free[i] <= M.level or M.rests[i] or abs(M.v[i]) <= MOVES or too_fast:
+    if M.settles > 0 or M.G_free[i] <= M.level or M.rests[i] or abs(M.v[i]) <= MOVES or too_fast:
         return False
     for j in range(K.chain.n):
         if M.found[j] == IS_FREE or (j != i and ALONE * M.G[j] > M.G_free[i]):
@@ -225,7 +225,7 @@ def judge_joint(K: Any, i: int) -> None:
     """What the table says of joint i after a look."""
     M = K.monitor
     M.rests[i] = 1 if stands(K, i) else 0
-    if not M.names or M.settles > 0:
+    if not M.names:
         return
     if works(K, i):
         judge(K, i)

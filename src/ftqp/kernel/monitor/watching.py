@@ -88,7 +88,7 @@ def watch_servos(K: Any, first: bool, then: int) -> None:
     if M.settles > 0:
         M.settles -= 1
         if M.settles == 0:
-            forget_evidence(K)
+            forget_evidence(K, False)
     for i in range(n):
         if K.feedback.age[i] > 0:
             M.blind[i] = int(FORGETS / (M.w * K.state.dt)) + 1
