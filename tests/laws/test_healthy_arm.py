@@ -143,6 +143,20 @@ def test_a_bandwidth_that_is_stated_wrong_stops_nobody(times):
     assert motion.planner.stopped_because is None and not motion.planner.faults
 
 
+@pytest.mark.parametrize("joint", [0, 1, 3])
+def test_a_lock_soon_after_the_start_of_a_fast_motion_is_found(joint):
+    """Droop took it, beside a friction below zero that then excused every joint that stands."""
+    dt = 2 * FAST
+    p, arm = started(PANDA, dt=dt, drive=ftqp.Drive(bandwidth=94.0)), arm_of(PANDA, dt, 94.0, "position")
+    goal = ftqp.GoTo(p, pose=PANDA.pose(PANDA.neutral + np.array([1.0, 0.4, 0.3, 0.5, 0.4, 0.3, 0.2])))
+    for k in range(1000):
+        arm.braked[joint] = k >= 100
+        arm.command(goal.step(arm.measured(), None))
+        if p.faults:
+            break
+    assert set(p.faults) == {PANDA.joints[joint]} and k < 400
+
+
 @pytest.mark.parametrize("dt", [FAST, SLOW])
 def test_an_arm_that_an_unknown_load_draws_away_at_first_is_healthy(dt):
     """Nothing is known of a servo yet, and it falls until it holds the load: no motor was believed off."""
