@@ -1,8 +1,6 @@
 """Files that once ended in another way than a clear sentence, whatever they are and say of their time."""
 
 import json
-import os
-import threading
 from pathlib import Path
 
 import numpy as np
@@ -177,16 +175,6 @@ def test_calibration_of_other_kinds_is_refused(tmp_path: Path, key: str, value: 
         Calibration.load(file)
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes in its file system")
-def test_pipe_in_the_place_of_a_file_is_not_waited_for(tmp_path: Path):
-    os.mkfifo(tmp_path / "c.json")
-    os.mkfifo(tmp_path / VERDICTS)
-    with pytest.raises(InputError, match="is no calibration, but a folder, a device or a file"):
-        Calibration.load(tmp_path / "c.json")
-    with pytest.raises(InputError, match="it is no regular file"):
-        read_verdicts(tmp_path)
-
-
 def test_calibration_that_is_nested_without_end_is_refused(tmp_path: Path):
     (tmp_path / "c.json").write_text("[" * 100_000)
     with pytest.raises(InputError, match="cannot be read as a calibration"):
@@ -204,7 +192,7 @@ def test_verdicts_of_other_kinds_are_refused_in_our_words(tmp_path: Path, value:
         "coverage": 1.0,
     }
     (tmp_path / VERDICTS).write_text(json.dumps(content | {"fault": "locked", "settings": {}}))
-    with pytest.raises(InputError, match="its parts are missing, or do not fit together"):
+    with pytest.raises(InputError, match="is not the list of verdicts of a coverage report"):
         read_verdicts(tmp_path)
 
 
@@ -219,24 +207,6 @@ def run(tmp_path_factory) -> Path:
 def test_log_that_does_not_say_something_names_it(run: Path):
     with pytest.raises(InputError, match="the log does not say 'weather' of its run"):
         load_log(run).metadata["weather"]
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes in its file system")
-def test_pipe_in_the_place_of_a_profile_is_refused_at_once(tmp_path):
-    pipe = tmp_path / "profile.toml"
-    os.mkfifo(pipe)
-    said = []
-
-    def make():
-        try:
-            ftqp.Planner(ftqp.robots.load("planar(4)"), backend=pipe)
-        except InputError as error:
-            said.append(str(error))
-
-    user = threading.Thread(target=make, daemon=True)
-    user.start()
-    user.join(60.0)
-    assert said and said[0].endswith("profile.toml is not a regular file; expected a TOML file")
 
 
 @pytest.mark.parametrize("dt", [1e-9, 5e-324, 1e-300, 9e-7])

@@ -64,7 +64,9 @@ def read_verdicts(folder: File) -> Verdicts:
         if content["format"] != FORMAT:
             raise ValueError(f"its format is {content['format']}, expected {FORMAT}")
         names, times = [str(name) for name in content["failures"]], np.array(content["times"], dtype=float)
-        codes = np.array(content["codes"], dtype=np.int64).reshape(len(names), len(times))
+        codes = np.array(content["codes"], dtype=np.int64)
+        if codes.shape != (len(names), len(times)) or not set(codes.flat) <= set(map(int, LOOKS)):
+            raise ValueError("it has no verdict of each failure and instant, or one that does not exist")
         name = str(content["scenario"])
         kind, settings, share = str(content["fault"]), dict(content["settings"]), float(content["coverage"])
     heat = HeatMap(
