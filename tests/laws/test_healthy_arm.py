@@ -230,6 +230,19 @@ def test_a_sensor_that_is_lost_stops_an_arm_that_only_guards(spoil):
     assert PANDA.joints[3] in p.stopped_because and not p.faults
 
 
+def test_a_sensor_of_a_joint_that_swings_freely_still_stops_the_arm():
+    """Nobody holds such a joint where it was sent."""
+    p, (_, targets) = started(PANDA, dt=FAST, task=POSITION), circles(PANDA, FAST, 1.0)
+    arm = arm_of(PANDA, FAST, 63.0)
+    for k in range(900):
+        if k == 500:
+            p.report(ftqp.FreeSwinging(6))
+        q = arm.measured()
+        q[6] = np.nan if k >= 700 else q[6]
+        arm.command(p.step(q, None, targets.at(k)))
+    assert p.stopped_because is not None and PANDA.joints[6] in p.stopped_because
+
+
 @pytest.mark.parametrize("turn", [2.0 * np.pi, -2.0 * np.pi])
 def test_a_sensor_that_begins_anew_after_a_turn_is_followed(turn):
     def spoil(q):

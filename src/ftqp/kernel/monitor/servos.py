@@ -41,8 +41,8 @@ UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
 """Of the motion of a healthy joint the model misses so much [s] before anything was learned, and between
 these."""
 SETTLES, LAGS_TO_SETTLE = 0.1, 4.0
-"""A joint of an arm that was switched on or let go is not judged for so long [s], and so many times what it
-may lag: it goes where its load draws it."""
+"""A joint that was let go is not judged, nor is its motor believed off where the arm was switched on, for
+so long [s] and so many times what it may lag: it goes where its load draws it."""
 BEGINS = 8.0
 """An arm may have been sent anywhere before: the filters forget that in so many time constants, to 1 %."""
 TAUGHT = 3.0
