@@ -232,7 +232,7 @@ def test_arms_rest_at_a_target_that_stands_and_go_on_when_it_leaves(study):
 
 
 INTERRUPTED = """
-import threading, time
+import _thread, time
 import numpy as np
 import ftqp
 from ftqp.kernel.entry import session
@@ -243,13 +243,13 @@ planner = ftqp.Planner(ftqp.robots.load("panda"), 2e-3, level="velocity")
 q = np.repeat(planner.robot.neutral[None], 5_000, axis=0)
 still = ftqp.Targets(np.repeat(planner.robot.pose(planner.robot.neutral)[None], 500_000, axis=0))
 ftqp.batch.rollout(planner, q, targets=ftqp.Targets(still.packed[:2, :16].reshape(-1, 4, 4)))
-before = threading.active_count()
+before = _thread._count()
 print("rolling", flush=True)
 try:
     ftqp.batch.rollout(planner, q, targets=still)
 except KeyboardInterrupt:
     time.sleep(0.2)
-    print("interrupted, threads left:", threading.active_count() - before, flush=True)
+    print("interrupted, threads left:", _thread._count() - before, flush=True)
 """
 
 

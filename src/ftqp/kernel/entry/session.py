@@ -5,8 +5,8 @@ Whoever drives the kernel from Python holds a session, reads and writes its room
 """
 
 import os
+from _thread import start_new_thread
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property, partial
 from itertools import pairwise
 from queue import Empty, SimpleQueue
@@ -69,6 +69,15 @@ def thread_count() -> int:
     return int(given) if given.isdecimal() and int(given) > 0 else os.cpu_count() or 1
 
 
+def _next_of(queue: SimpleQueue[Any]) -> Any:
+    """What comes next; an interrupt of the user is raised meanwhile."""
+    while True:
+        try:
+            return queue.get(timeout=POLL)
+        except Empty:
+            continue
+
+
 def share_out(
     work: Callable[[int, int], int | None], count: int, threads: int | None = None, *,
     size: int | None = None, progress: Callable[[int], None] | None = None,
@@ -83,37 +92,40 @@ def share_out(
     portions = min(count, PORTIONS * workers) if size is None else -(-count // size)
     if size is None and (workers == 1 or portions <= 1):
         return work(0, count) or 0
-    done: SimpleQueue[int | BaseException] = SimpleQueue()
+    ends = [k * count // portions if size is None else min(k * size, count) for k in range(portions + 1)]
+    todo, done, ended = iter([*pairwise(ends)]), SimpleQueue[int | BaseException](), SimpleQueue[None]()
 
-    def portion(first: int, last: int) -> None:
+    def do_portions() -> None:
         try:
-            done.put(work(first, last) or 0)
+            for first, last in todo:
+                done.put(work(first, last) or 0)
         except BaseException as error:  # raised by who waits
             done.put(error)
+        ended.put(None)
 
-    ends = [k * count // portions if size is None else min(k * size, count) for k in range(portions + 1)]
-    # A Ctrl-C in concurrent.futures.wait would leave its futures locked and the threads waiting for ever.
-    pool, left, total = ThreadPoolExecutor(workers), portions, 0
+    # Ctrl-C may come anywhere here. Pools, futures and threading.Thread would leave locks taken and
+    # wait for ever; these calls are of C, and are done or not.
+    begun, total = 0, 0
     try:
-        for between in pairwise(ends):
-            pool.submit(portion, *between)
-        while left:
-            try:
-                said = done.get(timeout=POLL)
-            except Empty:
-                continue
+        for _ in range(min(workers, portions)):
+            start_new_thread(do_portions, ())
+            begun += 1
+        for _ in range(portions):
+            said = _next_of(done)
             if isinstance(said, BaseException):
                 raise said
             total += said
-            left -= 1
             if progress is not None:
                 progress(total)
     except BaseException:
+        for _ in todo:  # nobody begins another one
+            pass
         if stop is not None:
             stop()
         raise
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        for _ in range(begun):
+            _next_of(ended)
     return total
 
 
