@@ -234,7 +234,7 @@ def whole_library(folder):
     planner = ftqp.Planner(robot, drive="torque", task=task, detector=ftqp.Detector())
     path = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.1, duration=2.0)
     named = {"planner": planner, "name": "panda", "target": "host", "cpu": None, "embed": False}
-    build_folder(Wanted(**named, folder=folder, detects=True, path=path))
+    build_folder(Wanted(**named, folder=folder, path=path))
     return folder
 
 
@@ -361,7 +361,7 @@ def fuzz(files, seed=0):
         program = Path(own) / "fuzzed"
         checked = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-O1", "-g"]
         strict = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic"]
-        strict += ["-DFTQP_WITH_DETECTOR", "-DFTQP_WITH_PATH"]
+        strict += ["-DFTQP_WITH_PATH"]
         subprocess.run(
             ["gcc", *strict, *checked, f"-I{TEXTS}", f"-I{own}", HERE / "fuzzed.c", TEXTS / "ftqp.c",
              folder / "lib" / "libftqp.a", "-lm", "-o", program], check=True,

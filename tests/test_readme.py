@@ -147,7 +147,7 @@ def test_the_detectors_of_the_page_are_made_and_asked(monkeypatch):
     """With no calibration in the place of an hour's log."""
     panda = ftqp.robots.load("panda")
     monkeypatch.setattr(ftqp.Calibration, "load", staticmethod(lambda file: None))
-    monkeypatch.setattr(ftqp.Detector, "calibrate", lambda self, log, false_alarms_per_hour: self)
+    monkeypatch.setattr(ftqp.Detector, "calibrate", lambda self, log: self)
     q, target = panda.neutral, ftqp.Target(pose=panda.pose(panda.neutral))
     said = {"ftqp": ftqp, "robot": panda, "q": q, "v": None, "tau": None, "target": target, "log": None}
     for code in pieces_of("detection.md"):

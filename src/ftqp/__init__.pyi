@@ -37,6 +37,7 @@ from ftqp.control.planner.arm_loop import Learned as Learned
 from ftqp.control.planner.certificate import Certificate as Certificate
 from ftqp.control.planner.constraint_list import Rows as Rows
 from ftqp.control.planner.planner import Planner as Planner
+from ftqp.control.planner.response.detector import Detector as Detector
 from ftqp.control.planner.status import StepStatus as StepStatus
 from ftqp.control.planner.step import Step as Step
 from ftqp.control.planner.target import Target as Target
@@ -84,7 +85,6 @@ from ftqp.core.errors import MissingPackage as MissingPackage
 from ftqp.core.errors import ModelError as ModelError
 from ftqp.core.errors import ScenarioError as ScenarioError
 from ftqp.faults.detection.calibration import Calibration as Calibration
-from ftqp.faults.detection.detector import Detector as Detector
 from ftqp.faults.detection.diagnosis import Diagnosis as Diagnosis
 from ftqp.faults.detection.motion_log import Commanded as Commanded
 from ftqp.faults.detection.motion_log import MotionLog as MotionLog

@@ -280,14 +280,6 @@ def test_a_finding_is_logged_in_a_sentence(caplog):
     assert said and "does not move" in said[0]
 
 
-@pytest.mark.parametrize("drive", ["position", "velocity"])
-def test_settings_that_a_drive_does_without_are_named(drive, caplog):
-    with caplog.at_level(logging.WARNING, logger="ftqp"):
-        started(PANDA, dt=FAST, drive=drive, detector=ftqp.Detector(probe_after=1.0, patience=0.1))
-    (said,) = [record.getMessage() for record in caplog.records if "no effect" in record.getMessage()]
-    assert said.startswith(f"patience and probe_after of the detector have no effect on drive {drive!r}")
-
-
 def test_true_is_a_detector_on_every_drive():
-    for drive in ("position", "velocity"):
+    for drive in ("position", "velocity", "torque"):
         assert started(PANDA, dt=FAST, drive=drive, detector=True).diagnosis is not None

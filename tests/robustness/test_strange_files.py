@@ -156,16 +156,15 @@ def test_study_that_no_memory_can_hold_is_refused(override: str, said: str):
 def _calibration(folder: Path) -> tuple[Path, dict]:
     n, file = 2, folder / "c.json"
     Calibration(
-        joints=("a", "b"), drive="position", dt=1e-3, bandwidths=(5.0, 50.0), delay=0, room=np.ones((9, n)),
-        sigma=1e-4, quantum=0.0, coulomb=np.zeros(n), viscous=np.zeros(n), hours=1.0, rate=0.1, alarms=0,
-        rate_low=0.0, rate_high=3.0, extrapolated=False,
+        joints=("a", "b"), drive="position", dt=1e-3, sigma=1e-4, quantum=0.0, coulomb=np.zeros(n),
+        viscous=np.zeros(n), hours=1.0,
     ).save(file)  # fmt: skip
     return file, json.loads(file.read_text())
 
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [("joints", 3), ("quantum", {}), ("sigma", "1"), ("bandwidths", [1.0]), ("delay", 1.5), ("dt", 10**400)],
+    [("joints", 3), ("quantum", {}), ("sigma", "1"), ("drive", 1), ("dt", 10**400)],
 )
 def test_calibration_of_other_kinds_is_refused(tmp_path: Path, key: str, value: object):
     file, content = _calibration(tmp_path)

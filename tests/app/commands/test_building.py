@@ -32,7 +32,6 @@ PROMISED = {
         ),
         (["panda", "--with", "path", "-o", "new"], "panda is a robot and has no path"),
         (["panda-circle", "--with", "path", "-o", "new"], "scaled"),
-        (["panda", "--with", "detector", "-o", "new"], "panda has no detector; give it one by"),
         (["panda", "--tip", "panda_hand", "-o", "new"], "panda is a robot of the catalog, which has its tip"),
         (
             ["panda-circle", "--tip", "tool0", "-o", "new"],

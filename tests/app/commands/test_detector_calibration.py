@@ -36,27 +36,11 @@ def test_a_run_keeps_torques_and_what_the_drive_asked_for(runs: list[Path]) -> N
 
 def test_a_healthy_run_becomes_a_calibration_that_knows_friction(runs: list[Path], tmp_path: Path) -> None:
     file = tmp_path / "healthy.json"
-    result = asked("calibrate", *runs, "--out", file, "--alarms", "1", "--extrapolate", "--json")
+    result = asked("calibrate", *runs, "--out", file, "--json")
     assert result.exit_code == 0, result.output
     facts: Any = json.loads(result.stdout)
-    assert facts["noise"] == pytest.approx(1e-4, rel=0.1) and facts["extrapolated"]
+    assert facts["noise"] == pytest.approx(1e-4, rel=0.1)
     found = ftqp.Calibration.load(file)
     assert found.coulomb[1] == pytest.approx(FRICTION, abs=0.25)
     assert sum(0.15 < f < 0.5 for f in found.coulomb) >= 5
-    assert asked("calibrate", *runs, "--out", file, "--extrapolate").exit_code == 2
-
-
-def test_a_rate_that_the_runs_do_not_show_is_refused_and_nothing_written(
-    runs: list[Path], tmp_path: Path
-) -> None:
-    file = tmp_path / "healthy.json"
-    result = asked("calibrate", *runs, "--out", file)
-    assert result.exit_code == 2 and "at best" in result.output and not file.exists()
-
-
-def test_a_run_of_half_a_minute_is_refused_even_to_extrapolate_from(runs: list[Path], tmp_path: Path) -> None:
-    file = tmp_path / "healthy.json"
-    result = asked("calibrate", runs[0], "--out", file, "--alarms", "1", "--extrapolate")
-    said = " ".join(result.output.split())
-    assert result.exit_code == 2 and "25 s of healthy motion, expected 50 s at least" in said
-    assert not file.exists()
+    assert asked("calibrate", *runs, "--out", file).exit_code == 2

@@ -1,21 +1,19 @@
-"""The detector in a library in C finds what Python's finds, in the same ticks and with the same numbers."""
+"""What a library in C notices is what Python notices, in the same ticks and with the same numbers."""
 
 import ctypes
 
 import numpy as np
 import pytest
 from deployed_library import library
-from tests.app.deployment.test_library import MISTAKES, Library, fault_of, numbers
+from tests.app.deployment.test_library import MISTAKES, Library, fault_of
 
 import ftqp
 from ftqp.app.deployment.arm_file import arm_file
-from ftqp.app.deployment.built_folder import Wanted, build_folder
 
 PANDA = ftqp.robots.load("panda")
 DT, NOISE = 1e-3, ftqp.Noise(q=1e-5, tau=0.05)
 DRIVE = ftqp.Drive(kind="torque", inertia_error=0.0)
-LOCKED, TICKS, STUCK = 3, 1200, 400
-KINDS = {"locked": 1, "free_swinging": 2, "degraded": 4, "runaway": 8, "sensor_frozen": 16}
+LOCKED, TICKS, STUCK = 3, 1200, 900
 
 
 class Finding(ctypes.Structure):
@@ -27,82 +25,55 @@ class Finding(ctypes.Structure):
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """A library with a detector."""
-    folder = tmp_path_factory.mktemp("watching") / "built"
-    planner = ftqp.Planner(PANDA, DT, drive=DRIVE, noise=NOISE, detector=ftqp.Detector())
-    build_folder(
-        Wanted(
-            planner=planner, name="panda", target="host", cpu=None, embed=False, folder=folder, detects=True
-        )
-    )
-    return folder
+    return library("host", tmp_path_factory.mktemp("watching") / "built")
 
 
 @pytest.mark.long
 def test_findings_are_those_of_python(built):
     planner = ftqp.Planner(PANDA, DT, drive=DRIVE, noise=NOISE)
-    looks = ftqp.Detector().for_arm(PANDA, DT, drive=DRIVE, noise=NOISE)
-    watched = ftqp.Planner(PANDA, DT, drive=DRIVE, noise=NOISE, detector=ftqp.Detector())
-    arm = Library(built, arm_file(watched.deployable(), 7, detects=True))
+    arm = Library(built, arm_file(planner.deployable(), 7))
     rng, q = np.random.default_rng(0), PANDA.neutral.copy()
     path = ftqp.paths.Circle(PANDA.pose(q), radius=0.1, duration=2.0)
     motion = path.sample(np.arange(TICKS) * DT)
     targets = ftqp.Targets(motion.pose, motion.twist, motion.acceleration)
     planner.reset(q)
-    looks.reset(q)
     assert arm.open() == arm.reset(q) == 0
     said = []
     for k in range(TICKS):
         measured = q + rng.normal(0.0, NOISE.q, 7)
         step = planner.step(measured, None, targets.at(k))
-        diagnosis = looks.update(measured, None, None, step)
         assert arm.step(measured, targets.packed[k]) == step.code
         said.append(arm.call("watch", None))
-        assert float(diagnosis.suspicion > 1.0) <= said[-1] or diagnosis.suspicion <= 1.0
+        if planner.findings:
+            break
         stuck = q[LOCKED]
         q = step.q.copy()
         if k >= STUCK:
             q[LOCKED] = stuck
-    assert 2 in said[STUCK:] and 2 not in said[:STUCK]
-    (name, finding), *others = diagnosis.isolated.items()
+    assert said[-1] == 2 and 2 not in said[:-1]
+    (finding,) = planner.findings
     out = (Finding * 7)()
-    assert not others and arm.call("detect", out, 7) == 1
-    assert out[0].joint == PANDA.joint(name) == LOCKED
-    assert out[0].kinds == sum(KINDS[kind] for kind in finding.kinds)
+    assert arm.call("detect", out, 7) == 1
+    assert out[0].joint == PANDA.joint(finding.joint) == LOCKED
+    assert out[0].kinds == 1 and finding.kind == "locked"
     assert (out[0].onset, out[0].detected_at) == (finding.onset, finding.detected_at)
-    assert out[0].probability == 1.0 / len(finding.kinds)
+    assert out[0].probability == 1.0
     assert arm.call("report", fault_of(LOCKED, 1)) == 0 and arm.call("withdraw", LOCKED) == 0
     assert arm.call("detect", out, 7) == 0
 
 
 @pytest.mark.long
-def test_watching_says_what_it_lacks(built, panda_without):
-    plain = ftqp.Planner(PANDA, DT)
-    arm = Library(built, arm_file(plain.deployable(), 7))
+def test_watching_says_what_it_lacks(built):
+    arm = Library(built, arm_file(ftqp.Planner(PANDA, DT, detector=False).deployable(), 7))
     assert arm.call("watch", None) == MISTAKES["NOT_OPEN"]
     arm.open()
     arm.reset()
     arm.step()
     assert arm.call("watch", None) == arm.call("detect", None, 0) == MISTAKES["UNSUPPORTED"]
-    watched = ftqp.Planner(PANDA, DT, drive=DRIVE, noise=NOISE, detector=ftqp.Detector())
-    file = arm_file(watched.deployable(), 7, detects=True)
-    assert panda_without(file) == MISTAKES["UNSUPPORTED"]
-    arm = Library(built, file)
+    arm = Library(built, arm_file(ftqp.Planner(PANDA, DT).deployable(), 7))
     arm.open()
     assert arm.call("watch", None) == MISTAKES["NOT_RESET"]
     arm.reset()
     arm.step()
-    assert arm.call("watch", numbers(np.full(7, np.nan))) == 0
+    assert arm.call("watch", None) == 0
     assert arm.call("detect", None, 1) == MISTAKES["NULL"]
-
-
-@pytest.fixture
-def panda_without(tmp_path_factory):
-    """Opens a file in a library without a detector."""
-    folder = library("host", tmp_path_factory.mktemp("without") / "built")
-
-    def opened(file):
-        code = ctypes.CDLL(str(folder / "lib" / "libftqp.so"))
-        return code.ftqp_size(file, ctypes.c_size_t(len(file)), ctypes.byref(ctypes.c_size_t()))
-
-    return opened

@@ -144,16 +144,15 @@ def test_a_robot_of_the_catalog_may_have_options() -> None:
     assert made.robot.continuous.all()
 
 
-def test_a_detector_is_there_where_its_table_is() -> None:
-    drive = {"kind": "torque"}
-    assert setup_of(planner={"drive": drive}).planner.diagnosis is None
-    made = setup_of(planner={"drive": drive, "detector": {"patience": 0.03}})
-    assert made.planner.diagnosis is not None
+@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
+def test_every_drive_detects_failures_unless_the_scenario_says_false(drive: str) -> None:
+    assert setup_of(planner={"drive": drive}).planner.diagnosis is not None
+    assert setup_of(planner={"drive": drive, "detector": False}).planner.diagnosis is None
 
 
-def test_a_position_drive_detects_failures_unless_the_scenario_says_false() -> None:
-    assert setup_of().planner.diagnosis is not None
-    assert setup_of(planner={"detector": False}).planner.diagnosis is None
+def test_a_setting_of_the_detector_before_warns() -> None:
+    with pytest.warns(DeprecationWarning, match="patience of a detector: no effect any more"):
+        setup_of(planner={"detector": {"patience": 0.03}})
 
 
 def test_planner_is_made_as_the_scenario_says() -> None:

@@ -55,7 +55,7 @@ def test_soft_joint_that_stops_on_its_way_is_named_whatever_friction_it_may_have
     arm = TorqueArm(true, robot.neutral, DT, mass=0.9, friction=0.3, sigma=NOISE)
     planner.reset(arm.q.copy())
     path = circle(robot, robot.neutral, 0.08)
-    for k in range(1600):
+    for k in range(2000):
         arm.braked[joint] = k >= 1500
         arm.command(planner.step(arm.measured(), None, target_at(path, DT * k)))
     named = [(one.joint, "locked" in one.kinds) for one in planner.findings]

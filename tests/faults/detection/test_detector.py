@@ -1,4 +1,4 @@
-"""A detector alone: what it says of sensors and joints, and what it takes."""
+"""A detector alone: what it says of sensors and joints beside somebody else's planner, and what it takes."""
 
 from types import SimpleNamespace
 
@@ -9,8 +9,8 @@ from tests.shaken import DT, SIGMA, Shaken, watch
 import ftqp
 from ftqp.core.errors import InputError
 
-TICKS = 700
-AT = 500
+TICKS = 1500
+AT = 1200
 
 
 @pytest.fixture(scope="module")
@@ -18,48 +18,48 @@ def motion(robot):
     return Shaken(robot, TICKS)
 
 
+def by_torque(robot, motion, q):
+    """The diagnosis of an arm that is sent the torques that its reference takes, and feedback."""
+    drive = ftqp.Drive(kind="torque", inertia_error=0.0)
+    detector = ftqp.Detector(robot=robot, dt=DT, drive=drive, noise=ftqp.Noise(q=SIGMA))
+    pushes = np.diag(robot.mass_matrix(robot.neutral)) * 1600.0
+    for k, tau in enumerate(motion.torques[: len(q)]):
+        reference = motion.q_ref[k], motion.v_ref[k], motion.a_ref[k]
+        sent = tau + pushes * (motion.true[k] - q[k] + motion.noise[k])
+        diagnosis = detector.update(q[k], None, None, ftqp.Commanded(*reference, sent))
+    return diagnosis
+
+
 def test_noise_alone_raises_no_suspicion(detector, motion):
     diagnosis = watch(detector, motion, motion.q)
-    assert not diagnosis.watching and not diagnosis.isolated and 0.0 < diagnosis.suspicion < 1.0
+    assert not diagnosis.watching and not diagnosis.isolated
 
 
-@pytest.mark.parametrize("joint", [0, 6])
-def test_joint_that_stops_is_locked_or_held_by_friction(detector, motion, joint):
+@pytest.mark.parametrize(("drive", "joint"), [("position", 0), ("position", 6), ("torque", 0), ("torque", 3)])
+def test_joint_that_stops_is_locked(robot, detector, motion, drive, joint):
     q = motion.q
     q[AT:, joint] = motion.true[AT, joint] + motion.noise[AT:, joint]
-    diagnosis = watch(detector, motion, q)
+    diagnosis = watch(detector, motion, q) if drive == "position" else by_torque(robot, motion, q)
     assert set(diagnosis.isolated) == {f"panda_joint{joint + 1}"}
     found = diagnosis.isolated[f"panda_joint{joint + 1}"]
-    assert "locked" in found.kinds and found.sentence.startswith(f"panda_joint{joint + 1} does not move")
-    assert AT * DT < found.detected_at < (AT + 50) * DT
-    assert abs(found.onset - AT * DT) < 0.01
+    assert found.kind == "locked" and found.sentence.startswith(f"panda_joint{joint + 1} does not move")
+    assert AT * DT < found.onset < found.detected_at < (AT + 200) * DT
 
 
-@pytest.mark.parametrize(("held", "named"), [(0.012, set()), (np.inf, {"panda_joint7"})])
-def test_joint_that_stood_when_its_reference_turned_is_locked_only_if_friction_would_let_it_go(
-    detector, robot, held, named
-):
-    motion = Shaken(robot, 2000)
-    q, turned = motion.q, 1770
-    behind = np.clip(motion.true[turned:, 6] - motion.true[turned, 6], -held, held)
-    q[turned:, 6] -= behind
-    assert set(watch(detector, motion, q).isolated) == named
+def test_torques_of_a_healthy_arm_raise_no_suspicion(robot, motion):
+    diagnosis = by_torque(robot, motion, motion.q)
+    assert not diagnosis.watching and not diagnosis.isolated
 
 
-@pytest.mark.parametrize(
-    ("kind", "within"), [("sensor_dropped", 4), ("sensor_frozen", 6), ("sensor_biased", 5)]
-)
-def test_sensor_is_found_within_milliseconds(detector, motion, kind, within):
+@pytest.mark.parametrize("kind", ["sensor_dropped", "sensor_biased"])
+def test_sensor_is_found_when_patience_is_at_an_end(detector, motion, kind):
     q = motion.q
     if kind == "sensor_biased":
-        q[AT:, 2] += 0.02
+        q[AT:, 2] += 0.2
     else:
-        q[AT:, 2] = np.nan if kind == "sensor_dropped" else q[AT, 2]
-    diagnosis = watch(detector, motion, q[: AT + within])
-    found = diagnosis.isolated["panda_joint3"]
-    assert found.kind == kind and found.onset == pytest.approx(AT * DT, abs=1.5 * DT)
-    if kind == "sensor_biased":
-        assert found.size == pytest.approx(0.02, abs=2e-3)
+        q[AT:, 2] = np.nan
+    diagnosis = watch(detector, motion, q[: AT + 30])
+    assert diagnosis.isolated["panda_joint3"].kind == kind
 
 
 @pytest.mark.parametrize("glitches", [1, 2])
@@ -70,30 +70,30 @@ def test_glitch_is_no_biased_sensor_and_raises_no_suspicion(detector, motion, gl
     assert not diagnosis.isolated and not diagnosis.watching
 
 
-def test_coarse_encoder_that_repeats_its_number_is_not_called_frozen(robot, motion):
-    detector = ftqp.Detector(robot=robot, dt=DT, noise=ftqp.Noise(q=1e-6), quantum=1e-3)
-    q = 1e-3 * np.round(motion.true / 1e-3)
-    assert (np.diff(q, 8, axis=0) == 0.0).any(), "some numbers are repeated nine times"
-    diagnosis = watch(detector, motion, q)
-    assert not any("sensor_frozen" in found.kinds for found in diagnosis.isolated.values())
-
-
 def test_believed_joint_is_not_diagnosed_again_and_the_others_are(detector, motion):
     q = motion.q
-    q[AT:, 2] = q[AT, 2]
-    watch(detector, motion, q[: AT + 10])
+    q[AT:, 2] = motion.true[AT, 2] + motion.noise[AT:, 2]
     detector.believe(ftqp.Locked("panda_joint3"))
     q[AT + 60 :, 4] = np.nan
-    for k in range(AT + 10, AT + 80):
-        diagnosis = watch(detector, motion, q[: k + 1], first=k)
-    assert diagnosis.isolated["panda_joint5"].kind == "sensor_dropped"
+    diagnosis = watch(detector, motion, q)
+    assert set(diagnosis.isolated) == {"panda_joint5"}
+    detector.forget("panda_joint5")
+    assert not diagnosis.isolated
+
+
+def test_what_was_found_is_forgotten_after_a_reset(detector, motion):
+    q = motion.q
+    q[AT:, 2] = np.nan
+    assert watch(detector, motion, q).isolated
+    detector.reset()
+    assert not detector.diagnosis.isolated
+    assert not watch(detector, motion, motion.q).isolated
 
 
 def test_joint_at_rest_says_what_cannot_be_seen(detector, robot):
     still = Shaken(robot, 50, speed=0.0)
     diagnosis = watch(detector, still, still.q)
     assert "a lock" in diagnosis.of("panda_joint2").unobservable
-    assert detector.wants_probing("panda_joint2")
 
 
 @pytest.mark.parametrize("spoilt", ["q_ref", "v_ref", "a_ref", "q", "tau"])
@@ -129,15 +129,23 @@ def test_detector_without_arm_says_what_it_lacks(robot):
     ("wrong", "sentence"),
     [
         ({"false_alarms_per_hour": 0.0}, "false_alarms_per_hour"),
-        ({"bandwidths": (200.0, 60.0)}, "slow one first"),
         ({"drive": "steam"}, "steam"),
         ({"delay": 1.0}, "at most"),
-        ({"patience": -1.0}, "patience"),
+        ({"delay": -1.0}, "delay"),
     ],
 )
 def test_wrong_settings_are_refused(robot, wrong, sentence):
     with pytest.raises(InputError, match=sentence):
         ftqp.Detector(robot=robot, dt=DT, **wrong)
+
+
+@pytest.mark.parametrize(
+    "old", [{"bandwidths": (60.0, 200.0)}, {"patience": 0.02}, {"quantum": 0.0}, {"probe_after": 0.5}]
+)
+def test_settings_of_the_detector_before_warn_and_change_nothing(robot, motion, old):
+    with pytest.warns(DeprecationWarning, match=f"{next(iter(old))} of a detector: no effect any more"):
+        detector = ftqp.Detector(robot=robot, dt=DT, noise=ftqp.Noise(q=SIGMA), **old)
+    assert not watch(detector, motion, motion.q).isolated
 
 
 def test_what_is_no_fault_is_not_believed(detector):

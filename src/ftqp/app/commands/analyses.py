@@ -63,17 +63,19 @@ def workspace(
 def calibrate(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Folders of runs of the healthy arm.")],
     out: Annotated[Path, typer.Option(metavar="FILE", help="The calibration to make.")],
-    alarms: Annotated[float, typer.Option(metavar="RATE", help="Wanted false alarms an hour.")] = 0.1,
+    alarms: Annotated[
+        float | None, typer.Option(metavar="RATE", help="Has no effect any more; it will go.", hidden=True)
+    ] = None,
     extrapolate: Annotated[
-        bool, typer.Option("--extrapolate", help="Allow a rate that the runs are too short to show.")
+        bool, typer.Option("--extrapolate", help="Has no effect any more; it will go.", hidden=True)
     ] = False,
     as_json: Json = False,
 ) -> ExitCode:
-    """Learn a detector's thresholds, noise and friction from runs of the healthy arm."""
+    """Learn noise and friction from runs of the healthy arm, with which a torque drive begins."""
     from ftqp.app.run.runs import SCENARIO
     from ftqp.app.scenario.setup import load
     from ftqp.app.schema.reading import Options
-    from ftqp.faults.detection.detector import Detector
+    from ftqp.control.planner.response.detector import Detector
     from ftqp.sim.log.log_file import load_log
 
     if out.exists():
@@ -86,14 +88,14 @@ def calibrate(
     planner, table = setup.planner, setup.tables.planner.detector
     settings = table.made(calibration=None) if isinstance(table, Options) else Detector()
     blank = settings.for_arm(planner.robot, planner.dt, drive=planner.drive, noise=planner.noise)
-    found = blank.calibrate(logs, alarms, extrapolate=extrapolate).calibration
+    found = blank.calibrate(logs).calibration
+    if alarms is not None or extrapolate:
+        say("note: --alarms and --extrapolate have no effect any more: no threshold is made from runs")
     assert found is not None
     found.save(out)
     friction = dict(zip(found.joints, found.coulomb.tolist(), strict=True))
     facts = {
-        "file": str(out), "hours": found.hours, "rate": found.rate, "alarms": found.alarms,
-        "rate_interval": [found.rate_low, found.rate_high], "extrapolated": found.extrapolated,
-        "noise": found.sigma, "friction": friction,
+        "file": str(out), "hours": found.hours, "noise": found.sigma, "friction": friction,
     }  # fmt: skip
     told = [str(found), f"The encoders' noise is {found.sigma:.2g} rad."]
     if found.coulomb.any():
@@ -213,7 +215,7 @@ def plan(
 
 
 ANALYSES: dict[Callable[..., ExitCode], str] = {
-    calibrate: "Example: ftqp calibrate runs/healthy-1 runs/healthy-2 --alarms 30 --out healthy.json",
+    calibrate: "Example: ftqp calibrate runs/healthy-1 runs/healthy-2 --out healthy.json",
     converge: "Example: ftqp converge planar3-unidentified --set faults.0.at=2.0",
     workspace: "Example: ftqp workspace planar3-map --out runs/map --jobs 2",
     coverage: "Example: ftqp coverage panda-y-line --plan plan.npz --out runs/coverage",

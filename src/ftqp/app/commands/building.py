@@ -39,9 +39,7 @@ def build(
     ] = False,
     parts: Annotated[
         list[str] | None,
-        typer.Option(
-            "--with", metavar="PART", help="A further part, detector or path; may be given several times."
-        ),
+        typer.Option("--with", metavar="PART", help="A further part: path. Each library has a detector."),
     ] = None,
     small: Annotated[
         bool,
@@ -77,7 +75,7 @@ def build(
         wanted = Wanted(
             planner=planner, name=name, target=target, cpu=cpu, embed=embed,
             folder=Path(aside) / "library" if folder is None else folder, small=small,
-            detects="detector" in (parts or ()), path=path if "path" in (parts or ()) else None,
+            path=path if "path" in (parts or ()) else None,
         )  # fmt: skip
         try:
             if page is None:

@@ -14,15 +14,15 @@ from ftqp.kernel.layout.enums import JOINTS
 from ftqp.kernel.layout.record import dtype, zeros_in_line
 
 MAGIC: Final = b"FTQPARM\0"
-FORMAT: Final = 4
+FORMAT: Final = 5
 """Of the file; a library takes files of its own format only."""
-HEAD: Final = struct.Struct("<8sII24sIIQQQQQQQQQQ")
+HEAD: Final = struct.Struct("<8sII24sIIQQQQQQQQQ")
 """Magic, format, its own size, hash of the kernel's source, joints, samples, sizes of record, given, arm,
-detector, path and its table, how many runs follow, size of the file, fingerprint of the arm, checksum. What a
+path and its table, how many runs follow, size of the file, fingerprint of the arm, checksum. What a
 file does not have has 0 bytes."""
 RUN: Final = struct.Struct("<QQ")
 """The part in the highest byte and the offset in the others, and how many bytes follow."""
-PATH_PART: Final = 4
+PATH_PART: Final = 3
 """Number of the path among the parts of a file; its table is the next one."""
 LINE: Final = 64
 """Bytes that are kept or left out together."""
@@ -55,16 +55,13 @@ def small_capacity(joints: int) -> int:
 
 
 def arm_file(
-    memory: Deployable, joints: int, capacity: int = JOINTS, *, detects: bool = False,
-    path: Memory | None = None, fingerprint: int = 0,
+    memory: Deployable, joints: int, capacity: int = JOINTS, *, path: Memory | None = None,
+    fingerprint: int = 0,
 ) -> bytes:  # fmt: skip
     """The bytes of ``arm.ftqp``."""
     kinds = [dtype("record", capacity), dtype("given", capacity), dtype("arm", capacity)]
     kept = [memory.record, memory.given, memory.arm]
-    sizes = [int(kind.itemsize) for kind in kinds] + [0, 0, 0]
-    if detects:
-        kinds.append(dtype("detector", capacity))
-        kept.append(memory.detector)
+    sizes = [int(kind.itemsize) for kind in kinds] + [0, 0]
     parts: dict[int, Any] = dict(enumerate(map(_fitted, kept, kinds)))
     if path is not None:
         table = np.dtype((np.void, path.table.nbytes))

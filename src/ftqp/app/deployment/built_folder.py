@@ -26,11 +26,12 @@ from ftqp.viz.playground.playground_page import Played, playground_page
 TEXTS: Final = Path(__file__).with_name("c")
 TARGETS: Final = ("host", "x86-64-v3", "aarch64", "wasm32")
 PARTS: Final = ("detector", "path")
-"""What a library has only where it is asked for."""
+"""What may be asked for by name; a detector is in each."""
 NO_PATH: Final = "a path (ftqp_follow, ftqp_speed): targets are given by the program's own clock"
 NO_ESCAPE: Final = "ways out of a stall and bridges on the path: a path that cannot go on waits"
-NO_DETECTOR: Final = "a detector (ftqp_watch, ftqp_detect)"
-ACTS_ON_NOTHING: Final = "what a planner does by itself about its detector's findings: report them to it"
+ACTS_ON_NOTHING: Final = (
+    "what a planner does by itself about what it finds (ftqp_watch, ftqp_detect): report it"
+)
 MAKER: Final = "ftqp.kernel.building.deployed"
 
 
@@ -50,7 +51,6 @@ class Wanted:
     folder: Path  # Which is made
     # Whether the library has room for arms of about as many joints only, and takes less memory
     small: bool = False
-    detects: bool = False  # Whether the planner's detector is a part of the library
     path: Way | None = None  # What is followed by the library itself; None where a program gives targets
 
     @property
@@ -65,13 +65,9 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
     if folder.exists():
         raise InputError(f"folder {folder} is there already; give a new one with -o")
     memory = wanted.planner.deployable()
-    if wanted.detects and memory.detector is None:
-        raise InputError(
-            f"{wanted.name} has no detector; give it one by [planner.detector], or leave --with detector out"
-        )
     follower = None if wanted.path is None else PathFollower(wanted.planner, wanted.path, stall=None)
     file = arm_file(
-        memory, wanted.planner.robot.nv, wanted.most_joints, detects=wanted.detects,
+        memory, wanted.planner.robot.nv, wanted.most_joints,
         path=None if follower is None else follower.memory, fingerprint=fingerprint(wanted.planner),
     )  # fmt: skip
     parent = folder.absolute().parent
@@ -102,7 +98,7 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
         left_out = (
             *memory.left_out,
             NO_PATH if wanted.path is None else NO_ESCAPE,
-            ACTS_ON_NOTHING if wanted.detects else NO_DETECTOR,
+            ACTS_ON_NOTHING,
         )
         bill = _bill(wanted, library, left_out, made)
         (made / "bill.json").write_text(json.dumps(bill, indent=1) + "\n", encoding="utf-8")
@@ -121,7 +117,7 @@ def _library(wanted: Wanted, made: Path) -> dict[str, Any]:
         command = [
             sys.executable, "-P", "-m", MAKER, "--target", wanted.target, "--source", str(TEXTS),
             "--layout", folder, "--out", str(made / "lib"), "--joints", str(wanted.most_joints),
-            *(["--cpu", wanted.cpu] if wanted.cpu else []), *(["--detector"] if wanted.detects else []),
+            *(["--cpu", wanted.cpu] if wanted.cpu else []),
             *(["--path"] if wanted.path is not None else []),
         ]  # fmt: skip
         path = os.pathsep.join(filter(None, [str(KERNEL.parents[1]), os.environ.get("PYTHONPATH", "")]))

@@ -12,10 +12,10 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import STOP_REASONS, StepStatus
 from ftqp.control.task.task import row_indices
 from ftqp.kernel.entry.orders import LIMITS
-from ftqp.kernel.layout.enums import JOINTS, Brakes, DriveKind, FaultKind, StopReason, ToldDetector
+from ftqp.kernel.layout.enums import JOINTS, Brakes, DriveKind, FaultKind, StopReason
 from ftqp.kernel.layout.flat_arrays import COLUMNS
 from ftqp.kernel.layout.record import dtype
-from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
+from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, SUSPECTS
 
 CHAIN = ("n", "floating", "tip_joint", "parent", "lead")
 """Fields of a chain by which memory is addressed, for files whose contents make no sense."""
@@ -24,13 +24,13 @@ FIELDS = (
     "feedback.q_sent", "feedback.v_sent",
     "feedback.tau_sent", "feedback.kind", "state.a_command", "state.tau", "kinematics.has_dynamics",
     "feedback.speed", "task.position_error", "state.dt", "kinematics.R_tip", "kinematics.o_tip",
-    "feedback.asks", "feedback.lost", "feedback.brakes", "watch.latched", "watch.reason",
+    "feedback.asks", "feedback.lost", "feedback.brakes", "watch.latched", "watch.reason", "feedback.spent",
+    "monitor.names", "monitor.news", "monitor.worst", "monitor.found", "monitor.found_at", "monitor.began",
+    "monitor.G", "monitor.G_lock", "monitor.G_free",
 )  # fmt: skip
 """Fields of the record that the C interface reads."""
 PATH = ("progress", "rate", "end")
 """Fields of a path's record that the C interface reads."""
-DETECTOR = ("dt", "kinds", "onset", "since", "share")
-"""Fields of the detector's record that the C interface reads."""
 GIVEN = ("samples", "may_swing", "q_min", "q_max", "v_max")
 SHOWN = {
     "Q_REFERENCE": ("state.q_command", "double[n]: the planner's own positions"),
@@ -73,12 +73,13 @@ def offset(dtype: np.dtype[Any], place: str) -> int:
 def layout_header(joints: int = JOINTS) -> str:
     """``layout.h``: what ``ftqp.c`` must know of the kernel's memory."""
     record, given = dtype("record", joints), dtype("given", joints)
-    arm, detector, path = dtype("arm", joints), dtype("detector", joints), dtype("path", joints)
+    arm, path = dtype("arm", joints), dtype("path", joints)
     numbers = {
         "FORMAT": FORMAT,
         "CAPACITY": joints,
         "MOST_SAMPLES": SAMPLES,
         "OUTSIDE_FROM": OUTSIDE_FROM,
+        "SUSPECTS": SUSPECTS,
         "STOPPED_AS_ASKED": int(StopReason.ASKED),
         "TORQUE_DRIVE": int(DriveKind.TORQUE),
         **{f"{kind.name}_BRAKES": int(kind) for kind in Brakes},
@@ -86,17 +87,14 @@ def layout_header(joints: int = JOINTS) -> str:
         "SIZE_OF_GIVEN": given.itemsize,
         "SIZE_OF_ARM": arm.itemsize,
         "SIZE_OF_FREE": dtype("free", joints).itemsize,
-        "SIZE_OF_DETECTOR": detector.itemsize,
         "SIZE_OF_CHAIN": arm["chain"].itemsize,
         "ARM_CHAIN": offset(arm, "chain"),
         "RECORD_CHAIN": offset(record, "chain"),
         **{f"IN_CHAIN_{name.upper()}": offset(arm["chain"], name) for name in CHAIN},
-        **{f"TOLD_{told.name}": int(told) for told in ToldDetector},
         **{f"FOUND_{kind.name}": int(kind) for kind in FaultKind},
         "SIZE_OF_PATH": path.itemsize,
         "SIZE_OF_INTERVAL": 8 * COLUMNS,
         **{f"PATH_{name.upper()}": offset(path, name) for name in PATH},
-        **{f"DETECTOR_{name.upper()}": offset(detector, name) for name in DETECTOR},
         "SIZE_OF_FAULT": dtype("fault").itemsize,
         "SIZE_OF_LOAD": dtype("load").itemsize,
         **{place.replace(".", "_").upper(): offset(record, place) for place in FIELDS},
@@ -202,5 +200,5 @@ def _bytes(file: bytes) -> str:
     return f"static const unsigned char ftqp_arm_file[] = {{\n    {body}\n}};\n"
 
 
-HEAD_OF_PLANNER = 8 + 4 * 4 + 13 * 8 + 2 * 8
+HEAD_OF_PLANNER = 8 + 4 * 4 + 11 * 8 + 2 * 8
 """Bytes of ``struct ftqp`` in ``ftqp.c``, behind which the record lies."""

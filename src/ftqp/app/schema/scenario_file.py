@@ -18,6 +18,7 @@ from ftqp.control.paths import KINDS as PATHS
 from ftqp.control.paths import Line, Path, PointToPoint, Waypoints
 from ftqp.control.paths.path import Repeated
 from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.response.detector import Detector
 from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.control.scene.solid_shapes import WORDS, Shape
 from ftqp.control.task.soft_tasks import SoftTask
@@ -27,7 +28,6 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
 from ftqp.core.setting import REQUIRED, like, setting
-from ftqp.faults.detection.detector import Detector
 from ftqp.faults.kinds import KINDS as FAULTS
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.rows import KEEPS

@@ -10,10 +10,10 @@ from ftqp.app.scenario import document
 from ftqp.app.scenario.setup import Setup, resolve, validated
 from ftqp.app.schema.reading import Options, options
 from ftqp.control.following.goto import GoTo
+from ftqp.control.planner.response.detector import Detector
 from ftqp.control.scene.solid_shapes import Box
 from ftqp.control.task.task import ROW_SETS
 from ftqp.core.errors import InputError
-from ftqp.faults.detection.detector import Detector
 from ftqp.model import catalog
 from ftqp.model.robot import Robot
 from ftqp.model.shape import reach_of

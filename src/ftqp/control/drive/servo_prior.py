@@ -8,8 +8,9 @@ import numpy as np
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.learned_servos import LearnedServos
 from ftqp.core.checks import FloatArray
+from ftqp.faults.detection.calibration import Calibration
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import SERVO_DRIFT, SERVO_PRIOR, SPEED_SERVO_PRIOR
+from ftqp.kernel.layout.thresholds import SERVO_DRIFT, SERVO_PRIOR, SPEED_SERVO_PRIOR, TORQUE_PRIOR
 from ftqp.model.robot import Robot
 
 FALSE_ALARMS: Final = 0.1
@@ -33,6 +34,11 @@ TOLD_SHARE = 0.1
 """A bandwidth is told to so much."""
 LEAST_TORQUE = 50.0
 """The torque limit of a joint that has none [N m or N], a unit of its weight."""
+CHANGES, LEAST_FRICTION = 0.3, 0.05
+"""Friction that was identified may be so much of itself larger or smaller now, and so many fifths of the
+torque limit."""
+LEAST_ROTOR = 1e-3
+"""A rotor that was told is open to so much [kg m2 or kg]."""
 WEIGHS = 0.2
 """The unit of torques as a share of the limit: about what common arms weigh."""
 
@@ -66,8 +72,10 @@ def prior(drive: Drive, joints: int, lead: float, late: float) -> tuple[FloatArr
     return mean, doubt
 
 
-def fill_monitor(K: Any, robot: Robot, dt: float, drive: Drive, lead: float, rate: float) -> None:
-    """Write how the servos of this arm are learned and judged into a record."""
+def fill_monitor(
+    K: Any, robot: Robot, dt: float, drive: Drive, lead: float, rate: float, known: Calibration | None = None
+) -> None:
+    """Write how the joints of this arm are learned and judged into a record."""
     M, n = K.monitor, robot.nv
     M.on = int(drive.kind != "torque")
     M.every = every = max(1, round(BLOCK / dt))
@@ -84,6 +92,15 @@ def fill_monitor(K: Any, robot: Robot, dt: float, drive: Drive, lead: float, rat
     limits = np.where(np.isfinite(robot.limits.tau_max), robot.limits.tau_max, LEAST_TORQUE)
     M.unit[:n] = 1.0 / (WEIGHS * limits)
     M.told[:n], M.doubt[:n] = prior(drive, n, lead, drive.latency)
+    if drive.kind == "torque":
+        M.told[:n], M.doubt[:n] = 0.0, TORQUE_PRIOR
+        M.doubt[:n, 1] = np.maximum(drive.doubt, LEAST_ROTOR) * M.unit[:n]
+        if known is not None:
+            for at, friction in ((0, known.viscous), (2, known.coulomb)):
+                M.told[:n, at] = friction * M.unit[:n]
+                M.doubt[:n, at] = np.minimum(
+                    M.doubt[:n, at], CHANGES * np.abs(M.told[:n, at]) + LEAST_FRICTION
+                )
     M.told_lead[:n] = lead
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil
 from typing import Any, Final, final
 
 import numpy as np
@@ -18,10 +17,6 @@ from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import FROZEN, DriveKind, StopReason
 from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
-
-STEP: Final = 0.05
-"""What is planned ahead is planned anew when a suspicion leaves it more or less by so much of its speed."""
-
 
 WAY: Final = 0.05
 """What the monitor counts the way of a joint in [rad or m]."""
@@ -113,7 +108,7 @@ class ArmLoop:
     ) -> None:
         self._session, self._orders = session, orders
         self._joints, self._around = tuple(joints), around
-        self._speed = self._caution = 1.0
+        self._speed = 1.0
         self._named, self._why = 0, ""
 
     def stop(self, why: str = "") -> None:
@@ -134,27 +129,7 @@ class ArmLoop:
     @speed.setter
     def speed(self, share: float) -> None:
         self._speed = share
-        self._session.K.feedback.speed = self._speed * self._caution
-
-    @property
-    def pace(self) -> float:
-        """The share of full speed that the user and a suspicion leave, in steps of a suspicion's part."""
-        return self._speed if self._caution == 1.0 else self._speed * STEP * ceil(self._caution / STEP)
-
-    @property
-    def caution(self) -> float:
-        """The share of the user's speed that a suspicion leaves, in (0, 1]."""
-        return self._caution
-
-    @caution.setter
-    def caution(self, share: float) -> None:
-        self._caution = share
-        self._session.K.feedback.speed = self._speed * share
-
-    def lose_sensor(self, i: int) -> None:
-        """Stop the arm, as the sensor of joint i tells nothing any more, until a reset."""
-        self._session.K.feedback.lost[i] = 1
-        self._orders.stop(StopReason.SENSOR)
+        self._session.K.feedback.speed = share
 
     def ask_for_brake(self, i: int) -> None:
         """Let the brake of joint i be asked for from now on, if the arm has any; that of all stops it."""

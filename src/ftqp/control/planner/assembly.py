@@ -6,8 +6,9 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.drive.joint_drive import BRAKES, KINDS, Drive, Noise
-from ftqp.control.drive.servo_prior import FALSE_ALARMS, fill_monitor
+from ftqp.control.drive.joint_drive import Drive, Noise
+from ftqp.control.drive.loop_record import fill_loop
+from ftqp.control.drive.servo_prior import FALSE_ALARMS
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.collision_model import CollisionModel, clearance_rows
 from ftqp.control.planner.constraint_list import Constraints, row_names
@@ -16,9 +17,7 @@ from ftqp.control.planner.free_joint import KEPT_OF, FreeJoint
 from ftqp.control.planner.leading_plan import PlanLeading
 from ftqp.control.planner.mounted_robot import BrakingReserve
 from ftqp.control.planner.qp_solver import Solver
-from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.response.monitored import MonitorResponse
-from ftqp.control.planner.response.probing import probing_of
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import LEVELS, Settings
 from ftqp.control.planner.stages import CLOCK, FREE, Stage, Tick, staged
@@ -44,7 +43,7 @@ from ftqp.control.task.task import (
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
-from ftqp.faults.detection.detector import Detector
+from ftqp.faults.detection.calibration import Calibration
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.orders import LIMITS, Orders
 from ftqp.kernel.entry.session import ArmSession, Memory, Session
@@ -81,6 +80,7 @@ def filled(
     noise: Noise = Noise(),  # noqa: B008  frozen
     asked: Asked = NOTHING_ASKED,
     rate: float = FALSE_ALARMS,
+    known: Calibration | None = None,
 ) -> Session:
     """The session of a healthy robot; what is believed of its joints is another's to write."""
     session = Session(robot.nv)
@@ -119,22 +119,9 @@ def filled(
     K.qp.tolerance, K.qp.max_iterations = TOLERANCE, 50 * (robot.nv + 10)
     K.cascade.accept = ACCEPT
     feedback = K.feedback
-    feedback.kind, feedback.latency = KINDS[drive.kind], drive.ticks(dt)
-    a_max = float(np.min(robot.limits.a_max))
-    paces = drive.paces(dt, noise, 6.0 * robot.length, a_max)
-    K.learned.by_delay[: len(paces)] = paces
-    feedback.span = feedback.latency + 1 + max(len(paces), 1)
-    feedback.brakes = BRAKES[drive.brakes]
     feedback.stride = int(REMEMBERED / ((HISTORY - 2) * dt)) + 1
-    feedback.speed = 1.0
     feedback.tolerance, feedback.rotation_tolerance = task.tolerance, task.rotation_tolerance
-    gains = drive.gains(dt, noise, 6.0 * robot.length, a_max)
-    lead = gains.pop("lead")
-    for name, value in gains.items():
-        setattr(feedback, name, value)
-    for name, value in drive.learning(dt, noise).items():
-        setattr(K.learned, name, value)
-    fill_monitor(K, robot, dt, drive, lead, rate)
+    fill_loop(K, robot, dt, drive, noise, rate, known)
     K.keeps.asked = sum(len(names) for kind, names in asked.items() if kind != CLEARANCE.name)
     K.cascade.p = len(constraint_labels(robot.joints, robot.has_inertia, asked))
     return session
@@ -170,7 +157,6 @@ class Deployable:
     record: Any  # The record, (1,)
     given: Any  # What it was made with, (1,)
     arm: Any  # The arm by itself, (1,)
-    detector: Any  # The record of its detector, (1,), which has seen nothing; None without one
     states: FloatArray  # Of the samples of its braking reserve, q and v, (samples, 2 nv)
     left_out: tuple[str, ...]  # What of the planner a program in C does without, a sentence each
 
@@ -202,7 +188,7 @@ class Assembly:
         self.session = session = filled(
             robot, task, given.criterion, given.bounds, given.emergency,
             level=given.level, dt=given.dt, drive=given.drive, noise=given.noise, asked=asked,
-            rate=given.rate,
+            rate=given.rate, known=given.known,
         )  # fmt: skip
         self.solver = solver = Solver(session, robot, task, given.scheme, given.solver, bool(soft))
         if not solver.has_qp:
@@ -222,15 +208,10 @@ class Assembly:
         self.rest = Rest(session, self.degrading, robot)
         self.free = FreeJoint(session, robot, parts_of_free(session, robot.nv)) if solver.has_qp else None
         self.leading = None if given.plan is None else PlanLeading(given.plan, session, robot)
-        self.response: FaultResponse | MonitorResponse | None = None
+        self.response: MonitorResponse | None = None
         if given.finds:
             session.K.monitor.names = 1
             self.response = MonitorResponse(session, robot, self.loop, believe, disbelieve)
-        elif isinstance(given.detector, Detector):
-            self.response = FaultResponse(
-                given.detector, session, robot, given.drive, given.noise, self.loop, believe, disbelieve,
-                probing_of(session, given, given.detector),
-            )  # fmt: skip
         seconds, ahead = given.remember, given.n_minus_one
         self.remembered = None if seconds is None else Remembered(session, robot.nv, seconds, given.dt)
         self.watch = None if ahead is None else SecurityWatch(ahead, session, robot, given.dt, what_ifs)
@@ -328,13 +309,11 @@ class Assembly:
         copy.K.state.is_reset = 0
         memory, n = self.orders.on(copy).memory, self.given.robot.nv
         rows = np.zeros((0, 2 * n)) if reserve is None else reserve.samples.rows
-        response = self.response
         memory["samples"] = len(rows)
         return Deployable(
             record=copy.memory,
             given=memory,
             arm=self.orders.arm,
-            detector=response.detector.memory.copy() if isinstance(response, FaultResponse) else None,
             states=rows[:, : 2 * n].copy(),
             left_out=() if self.surroundings is None else (stays,),
         )

@@ -33,7 +33,7 @@ from ftqp.control.planner.lead import Blocks, Lead, with_error_to
 from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
 from ftqp.control.planner.mounted_robot import BrakingReserve, MountedRobot, braking_reserve, warn_of_weight
 from ftqp.control.planner.planner_view import PlannerView, planner_html
-from ftqp.control.planner.response.monitored import MonitorResponse
+from ftqp.control.planner.response.detector import Detector
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import settled
 from ftqp.control.planner.stages import Tick
@@ -53,7 +53,6 @@ from ftqp.core.clock import now
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import Fixed
 from ftqp.faults.belief import Belief
-from ftqp.faults.detection.detector import Detector
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.orders import Orders
@@ -264,8 +263,8 @@ class Planner:
         "planner.stop() stops the arm, planner.resume() lets it go on",
     )
     pace: Fixed[float] = Fixed(
-        "_loop.pace",
-        "How fast the arm is led now, in (0, 1]: ``speed``, less what a detector's suspicion takes of it.",
+        "_loop.speed",
+        "How fast the arm is led, in (0, 1]: ``speed``.",
         "planner.speed = share asks for another one",
     )
 
@@ -651,8 +650,7 @@ class Planner:
                     self._loop.find_overload(i, draft.K, draft.orders)
             changes += draft.changes
         if after.speed != before.speed:
-            paced = np.array([after.speed * self._loop.caution])
-            changes.append((self._session.field("feedback", "speed"), paced))
+            changes.append((self._session.field("feedback", "speed"), np.array([after.speed])))
         return changes
 
     def _apply(self) -> None:
@@ -750,7 +748,7 @@ class Planner:
     def _respond(self) -> None:
         """Act upon what the monitor has found in this tick."""
         response = self._parts.response
-        if isinstance(response, MonitorResponse):
+        if response is not None:
             response.respond()
 
     def ways_out(self, home: Any = None) -> tuple[WayOut, ...]:

@@ -55,7 +55,7 @@ class RolloutSetup:
         K, self._orders = session.K, orders.on(session)  # its own: others may ask it from another thread
         self._orders.start(np.zeros(robot.nv), np.zeros(robot.nv))
         self.return_to_start = given.posture is None and float(K.criteria.norm_q) != 0.0
-        K.cascade.external = K.criteria.sways = 0
+        K.cascade.external = 0
         K.free.joint, K.free.allowed = -1, orders.given.allowed
         K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
         K.monitor.names = 0  # nobody responds there

@@ -13,6 +13,7 @@ from ftqp.control.planner.constraint_list import Constraint, listed, needs_qp, r
 from ftqp.control.planner.leading_plan import LeadingPlan, plan_for
 from ftqp.control.planner.mounted_robot import warn_of_rotors
 from ftqp.control.planner.qp_solver import IN_KERNEL, NETWORK
+from ftqp.control.planner.response.detector import Detector
 from ftqp.control.planner.target import Target
 from ftqp.control.planner.task_list import split
 from ftqp.control.planner.ways.n_minus_one import NMinusOne, refuse_led
@@ -27,7 +28,7 @@ from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.control.task.task import EmergencyStop, Task
 from ftqp.core.checks import FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError, ModelError, nearest
-from ftqp.faults.detection.detector import Detector
+from ftqp.faults.detection.calibration import Calibration
 from ftqp.kernel.layout.enums import JOINTS, Level
 from ftqp.model.limits import within_branch
 from ftqp.model.robot import Robot
@@ -36,8 +37,6 @@ from ftqp.qp.adapters.registry import backend as make_backend
 
 LEVELS = {level.name.lower(): level for level in Level}
 _LOG = logging.getLogger("ftqp")
-IDLE = ("bandwidths", "patience", "quantum", "calibration", "probe_after")
-"""Settings of a detector that a position drive does without."""
 SHORTEST = 1e-6
 """Sampling period of the fastest planner [s], by convention."""
 
@@ -83,14 +82,22 @@ class Settings:
 
     @property
     def finds(self) -> bool:
-        """Whether what the monitor of the servos finds is believed."""
-        return self.drive.kind != "torque" and self.detector is not False
+        """Whether what the monitor finds is believed."""
+        return self.detector is not False
 
     @property
     def rate(self) -> float:
         """How many false alarms an hour are allowed."""
         given = self.detector
         return given.false_alarms_per_hour if isinstance(given, Detector) else FALSE_ALARMS
+
+    @property
+    def known(self) -> Calibration | None:
+        """What is known of the joints' friction."""
+        found = self.detector.calibration if isinstance(self.detector, Detector) else None
+        if found is not None:
+            found.refuse_others(self.robot.joints)
+        return found
 
     @property
     def keeps_clear(self) -> bool:
@@ -155,8 +162,6 @@ def settled(
     instance("emergency", emergency, EmergencyStop | None, "an ftqp.EmergencyStop or None")
     taken, noise = accepted_drive(robot, drive, noise)
     detector = Detector() if detector is True else detector
-    if taken.kind != "torque" and isinstance(detector, Detector):
-        _say_what_counts_for_nothing(detector, taken.kind)
     if taken.kind == "torque":
         robot.refuse_floating("drive 'torque' needs")
         warn_of_rotors(robot)
@@ -188,18 +193,6 @@ def settled(
         remember=remember, n_minus_one=n_minus_one, timing=timing,
         limits_torque=torque_limits and robot.has_inertia and bool(np.isfinite(robot.limits.tau_max).any()),
     )  # fmt: skip
-
-
-def _say_what_counts_for_nothing(detector: Detector, kind: str) -> None:
-    """Warn of settings of a detector that a position or velocity drive does without."""
-    plain = Detector()
-    idle = [name for name in IDLE if getattr(detector, name) != getattr(plain, name)]
-    if idle:
-        _LOG.warning(
-            "%s of the detector %s no effect on drive %r, whose servos are learned while the arm "
-            "moves; leave %s out",
-            " and ".join(idle), "has" if len(idle) == 1 else "have", kind, "it" if len(idle) == 1 else "them",
-        )  # fmt: skip
 
 
 def _refuse_plan(scheme: Scheme | Resolver, criterion: Any, posture: FloatArray | None) -> None:

@@ -10,7 +10,6 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, array, is_number, read_only
 from ftqp.core.errors import InputError
-from ftqp.kernel.layout.enums import Residual
 
 FORMAT = 1
 """Version of the file."""
@@ -24,81 +23,50 @@ overflow."""
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Calibration:
-    """How large the residuals of a healthy arm are; another drive, tool or delay asks for a new one.
+    """Noise and friction of a healthy arm, with which a monitor of torques begins.
 
     Attributes:
         joints: The joints' names.
-        drive: What the arm takes.
+        drive: What the arm took in the log.
         dt: The sampling period [s].
-        bandwidths: Of the slow and the fast observer [1/s].
-        delay: How late the samples were, in ticks.
-        room: Thresholds T of every residual and joint, (9, nv), rows as in ``Residual``; infinite where the
-            log had no such residual.
         sigma: Noise of the positions in the log [rad or m].
         quantum: Smallest step of the positions, 0 where there is none [rad or m].
         coulomb: Coulomb friction of each joint [N m or N].
         viscous: Viscous friction of each joint beside the model's [N m s/rad or N s/m].
         hours: Length of the healthy motion [h].
-        rate: False alarms an hour for which the thresholds were set.
-        alarms: False alarms on the parts of the log that the thresholds, made from the others, had not seen.
-        rate_low: Lower end of the 95 % interval of the rate that these alarms show [1/h].
-        rate_high: Upper end [1/h].
-        extrapolated: Whether ``rate`` is below what the log's length shows.
     """
 
     joints: tuple[str, ...]
     drive: str
     dt: float
-    bandwidths: tuple[float, float]
-    delay: int
-    room: FloatArray
     sigma: float
     quantum: float
     coulomb: FloatArray
     viscous: FloatArray
     hours: float
-    rate: float
-    alarms: int
-    rate_low: float
-    rate_high: float
-    extrapolated: bool
 
     def __post_init__(self) -> None:
         read_only(self)
 
     def __str__(self) -> str:
-        """The claim in one sentence."""
-        claim = (
-            f"Thresholds for {self.rate:g} false alarms an hour from {self.hours:.3g} h of healthy motion; "
-            f"{self.alarms} alarms on unseen parts: between {self.rate_low:.2g} and {self.rate_high:.2g} an "
-            "hour (95 %)."
-        )
-        return claim + (" The rate is extrapolated." if self.extrapolated else "")
+        """What was found, in one sentence."""
+        rubs = int(np.count_nonzero(self.coulomb))
+        return f"Friction of {rubs} of {len(self.joints)} joints from {self.hours:.3g} h of healthy motion."
 
-    def refuse_others(
-        self, joints: tuple[str, ...], drive: str, dt: float, bandwidths: tuple[float, float], delay: int
-    ) -> None:
-        """Refuse a detector of another arm, drive or timing.
+    def refuse_others(self, joints: tuple[str, ...]) -> None:
+        """Refuse another arm.
 
         Args:
             joints: Names of its joints.
-            drive: What its arm takes.
-            dt: Its sampling period [s].
-            bandwidths: Of its observers [1/s].
-            delay: How late its samples are, in ticks.
 
         Raises:
-            InputError: One of them differs.
+            InputError: They differ.
         """
-        own = (joints, drive, dt, bandwidths, delay)
-        its = (self.joints, self.drive, self.dt, self.bandwidths, self.delay)
-        names = ("joints", "drive", "dt", "bandwidths", "delay in ticks")
-        for name, here, there in zip(names, own, its, strict=True):
-            if here != there:
-                raise InputError(
-                    f"the calibration was made with {name} {there}, but this detector has {here}; "
-                    "calibrate anew on healthy motion of this arm"
-                )
+        if joints != self.joints:
+            raise InputError(
+                f"the calibration was made with joints {self.joints}, but this arm has {joints}; "
+                "calibrate anew on healthy motion of this arm"
+            )
 
     def save(self, path: str | Path) -> None:
         """Write it as JSON.
@@ -109,8 +77,7 @@ class Calibration:
         content: dict[str, Any] = {"format": FORMAT, **asdict(self)}
         for key, value in content.items():
             if isinstance(value, np.ndarray):
-                content[key] = np.where(np.isfinite(value), value, -1.0).tolist()
-        content["residuals"] = [kind.name.lower() for kind in Residual]
+                content[key] = value.tolist()
         Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
     @classmethod
@@ -145,13 +112,10 @@ class Calibration:
         values = {name: content[name] for name in names}
         _refuse_strange(path, values)
         n = len(values["joints"])
-        room = array("room of the calibration", values["room"], (len(Residual), n))
         return cls(
             **values
             | {
                 "joints": tuple(values["joints"]),
-                "bandwidths": tuple(values["bandwidths"]),
-                "room": np.where(room < 0.0, np.inf, room),
                 "coulomb": array("coulomb of the calibration", values["coulomb"], (n,)),
                 "viscous": array("viscous of the calibration", values["viscous"], (n,)),
             }
@@ -164,12 +128,6 @@ def _refuse_strange(path: str | Path, values: Mapping[str, Any]) -> None:
         value = values[field.name]
         if field.name == "joints":
             good = isinstance(value, list) and all(isinstance(name, str) for name in value)
-        elif field.name == "bandwidths":
-            good = (
-                isinstance(value, list)
-                and len(value) == 2
-                and all(is_number(x, LARGEST) and x > 0 for x in value)
-            )
         elif field.type in (str, bool):
             good = type(value) is field.type
         elif field.type in (int, float):

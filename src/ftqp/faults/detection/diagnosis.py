@@ -154,11 +154,6 @@ class JointDiagnosis:
             f"only when it moves with {LEAST_SPEED:g} rad/s."
         )
 
-    @property
-    def wants_probing(self) -> bool:
-        """Whether a small motion of the joint would tell what its rest hides."""
-        return self.unobservable is not None and not int(self._look("kinds")[self._i])
-
 
 @final
 class Diagnosis:

@@ -71,7 +71,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     add("--source", type=Path, required=True, help="the folder of ftqp.c and ftqp.h")
     add("--layout", type=Path, required=True, help="the folder of layout.h")
     add("--out", type=Path, required=True, help="the folder of the library")
-    add("--detector", action="store_true", help="a library with a detector")
     add("--path", action="store_true", help="a library with a path")
     add("--joints", type=int, default=JOINTS, help="most joints of an arm, as the layout has it")
     add("--jobs", type=int, default=os.cpu_count())
@@ -97,7 +96,7 @@ def _told(reason: str) -> int:
 def _built(given: argparse.Namespace) -> dict[str, Any]:
     from ftqp.kernel.building.store import CannotBuild, Store, compiled
     from ftqp.kernel.compiled.making.emit import Target, target
-    from ftqp.kernel.entry.table import DEPLOYED, FOLLOWING, WATCHING
+    from ftqp.kernel.entry.table import DEPLOYED, FOLLOWING
 
     if importlib.util.find_spec("ziglang") is None:
         raise CannotBuild(f"linking needs ziglang; {remedy_for_extra('build')}")
@@ -114,7 +113,7 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
         _refuse_unknown(given.cpu, given.target, wanted)
     store = Store(store_folder())
     with store.alone():
-        entries = DEPLOYED + (WATCHING if given.detector else ()) + (FOLLOWING if given.path else ())
+        entries = DEPLOYED + (FOLLOWING if given.path else ())
         keys, count = compiled(entries, processor, store, given.jobs, given.joints)
     given.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
@@ -122,7 +121,7 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
         glue = str(Path(folder) / "ftqp.o")
         shared = [] if given.target == "wasm32" else ["-fPIC", "-fvisibility=hidden"]
         include = [f"-I{given.source}", f"-I{given.layout}"]
-        has = [name for name in ("detector", "path") if getattr(given, name)]
+        has = [name for name in ("path",) if getattr(given, name)]
         _zig(
             "cc", "-target", wanted.zig, *WARNINGS, *(f"-DFTQP_WITH_{name.upper()}" for name in has), *shared,
             *include, "-c", given.source / "ftqp.c", "-o", glue,

@@ -212,21 +212,9 @@ begin_path commands.stops c-path
 miss_tick ticks.accepted_inputs
     takes K:record target:object row left q:f8[K.chain.n] later:f8[TARGET_SIZE] out:f8[TARGET_SIZE]
     calls miss_tick(K, target, row, left, q, later, out)
-detect entry.detect_entries first
-    takes D:detector A:arm q:object tau:object q_ref:object v_ref:object a_ref:object effort:object
-    after accept(D, q, tau, q_ref, v_ref, a_ref, effort)
-    calls detect_tick(D, A)
-watch entry.detect_entries first c-detector
-    takes K:record D:detector A:arm tau:f8[D.n*(tau_at!=0)]
-    calls watch(K, D, A, tau)
-tell_detector detection.told_detector first c-detector
-    takes D:detector joint what
-    calls tell(D, joint, what)
-detect_log entry.detect_entries nogil
-    takes D:detector A:arm q:f8[rows,D.n] tau:f8[rows*(tau_at!=0),D.n] q_ref:f8[rows,D.n] v_ref:f8[rows,D.n]
-          a_ref:f8[rows,D.n] effort:f8[rows*(effort_at!=0),D.n] rows first last block
-          peaks:f8[rows//block,RESIDUALS,len(D.q)] trace:f8[rows] until
-    calls detect_log(D, A, q, tau, q_ref, v_ref, a_ref, effort, first, last, block, peaks, trace, until)
+listen ticks.listening
+    takes K:record q:f8[K.chain.n] reference:f8[3,K.chain.n] tau:f8[K.chain.n]
+    calls listen(K, q, reference, tau)
 solve_qp entry.standalone_entries alone
     takes Q:standalone
     calls solve_standalone(Q)
@@ -287,7 +275,7 @@ deployed_follow ticks.steps c-path
 """
 """An entry point: its name, the module of ``ftqp.kernel`` where the names in its calls are found, and words:
 ``first`` and ``demo`` (what the demo needs), ``alone`` (it knows no robot), ``nogil``, and ``c``,
-``c-detector``, ``c-path`` (``ftqp build`` puts it into a library, always, with a detector, with a path). Then
+``c-path`` (``ftqp build`` puts it into a library, always, with a path). Then
 what it takes, the call that may find a mistake in that, and the call whose answer is its own."""
 
 
@@ -349,7 +337,5 @@ PARTS: Final = {"first": _having("first"), "demo": _having("first", "demo"), "al
 picture and a planner of a small arm need that is given targets; what the demo needs; everything."""
 DEPLOYED: Final = _from_c("c")
 """The ways in from C: what ``ftqp build`` puts into a library."""
-WATCHING: Final = _from_c("c-detector")
-"""The ways in to a detector from C, for libraries that are built with it."""
 FOLLOWING: Final = _from_c("c-path")
 """The ways in along a path from C, for libraries that are built with one."""

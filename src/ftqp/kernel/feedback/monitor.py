@@ -2,8 +2,7 @@
 
 The hypotheses, and how long each has to last, are ``ftqp.kernel.layout.hypotheses.Hypothesis``.
 What is seen of an arm: how far joints are from their commands, how fast they are, and, of an arm that takes
-torques, what torques are unusual. Nobody has to ask for it; a detector looks closer, see
-``ftqp.kernel.detection``.
+torques, what torques are unusual. Who has failed is said by ``ftqp.kernel.monitor``.
 """
 
 from typing import Any

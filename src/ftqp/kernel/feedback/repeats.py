@@ -47,7 +47,7 @@ RESTLESS = 20.0
 does not repeat it while it works."""
 IN_DOUBT = 0.25
 """Of patience a sample costs this share where the joint may as well stand, so that a detector has 80 ms to
-find a lock. Four times what it takes in the median (docs/evidence/detection.md)."""
+find a lock: four times what one took."""
 
 
 @jit

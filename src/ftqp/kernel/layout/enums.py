@@ -266,36 +266,6 @@ class Refusal(IntEnum):
     OFF_IN_THE_END = 6
 
 
-@numbered(ERROR="ERROR_RESIDUAL")
-class Residual(IntEnum):
-    """What a detector compares with its threshold, joint by joint; slow and fast name the filter."""
-
-    ERROR = 0
-    """Position beside the reference [rad or m]."""
-    ACCELERATION_SLOW = 1
-    ACCELERATION_FAST = 2
-    """Acceleration beside the reference's [rad/s2 or m/s2]."""
-    TORQUE_SLOW = 3
-    TORQUE_FAST = 4
-    """Torque that the motion implies, less the motor's [N m or N]."""
-    MOTOR_SLOW = 5
-    MOTOR_FAST = 6
-    """Measured torque less the torque that was asked for [N m or N]."""
-    OWN_SLOW = 7
-    OWN_FAST = 8
-    """The second pair over the joint's own inertia [rad/s2 or m/s2]."""
-
-
-@numbered("TOLD_{}")
-class ToldDetector(IntEnum):
-    """What a detector is told: to begin anew, that a joint has failed, that it works, of another load."""
-
-    ANEW = 0
-    FAILED = 1
-    WORKS = 2
-    LOAD = 3
-
-
 @numbered(
     "IS_{}",
     FREE_SWINGING="IS_FREE",
@@ -304,7 +274,7 @@ class ToldDetector(IntEnum):
     SENSOR_DROPPED="IS_DROPPED",
 )
 class FaultKind(IntEnum):
-    """What a detector can say of a joint, bit by bit: a set of kinds is one number."""
+    """What can be found of a joint, bit by bit: a set of kinds is one number."""
 
     LOCKED = 1
     FREE_SWINGING = 2

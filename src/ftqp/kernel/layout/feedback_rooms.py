@@ -169,6 +169,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     G G_lock G_free anchor  f8[N]  evidence that a joint does not follow, stands, has no motor; since where
     rests blind  i8[N]  it has not moved lately; ticks until its samples count again
     found found_at  i8[N]  what was found, a set of kinds, and the tick
+    began  i8[N]  the tick at which the evidence was last zero, until something is found
     counted  i8[N]  what of it the planner counts on
     place tell  f8[N]  where it stood then, and by how much more it is asked for
     used  f8[N,SERVO]  what of it leads the command, which follows what is known slowly

@@ -1,9 +1,7 @@
 """What the monitor of joints that do not obey supposes, how long that has to last, and what is then done.
 
-The evidence is computed in ``ftqp.kernel.feedback``, which guards every arm, and in
-``ftqp.kernel.detection``, which looks closer where somebody asked for a detector. A hypothesis that has
-lasted is answered by ``ftqp.kernel.feedback.monitor``, what a detector finds by
-``ftqp.control.planner.response``.
+The evidence is computed in ``ftqp.kernel.feedback``, which guards every arm. A hypothesis that has lasted is
+answered by ``ftqp.kernel.feedback.monitor``; who has failed is said by ``ftqp.kernel.monitor``.
 """
 
 from enum import IntEnum
@@ -15,7 +13,7 @@ if TYPE_CHECKING:
     from ftqp.kernel.layout.enums import __getattr__ as __getattr__
 
 PHYSICS = "`ftqp campaign physics`"
-FREEZES, FINDS = "`python studies/frozen_encoders.py`", "`python studies/detection.py`"
+FREEZES = "`python studies/frozen_encoders.py`"
 TOUCHES = "`python studies/touches.py`"
 
 
@@ -68,22 +66,6 @@ class Hypothesis(IntEnum):
     """An encoder repeats its number although its joint was seen to move and should go on."""
     FROZEN = 13, FREEZES, 0.0, 5
     """It does so while the joint should have left the noise and what is normal for it."""
-    DROPPED = 14, FINDS, 0.0, 3
-    """An encoder gives no numbers."""
-    BIASED = 15, FINDS, 0.0, 3
-    """An encoder's numbers are off by the same."""
-    WILD = 16, FINDS, 0.0, 10
-    """An encoder's numbers are off by whatever."""
-    STANDS = 17, FINDS, 0.0, 9
-    """A detector: the joint that explains the residuals stands though it should move."""
-    WEAK = 18, FINDS, 0.0, 5
-    """A detector: the joint that explains them runs away, or gives less torque than asked."""
-    PUSHED = 19, TOUCHES, 0.0, 3
-    """A detector: a force at the tip explains them better than any joint."""
-    QUIET = 20, FINDS, 0.0, 300
-    """A detector: nothing is left of what was suspected."""
-    UNDECIDED = 21, FINDS, 0.0, 200
-    """A detector: what is suspected has led to no finding."""
 
 
 HYPOTHESES: Final = int(Hypothesis.MOVES)
@@ -91,8 +73,5 @@ HYPOTHESES: Final = int(Hypothesis.MOVES)
 TORQUE_TIMES: Final = tuple(row.torque for row in list(Hypothesis)[:HYPOTHESES])
 SERVO_TIMES: Final = tuple(row.servo for row in list(Hypothesis)[:HYPOTHESES])
 MEAN_TIME: Final = Hypothesis.MOVES.torque
-(
-    HELD_SAMPLES, FROZEN_SAMPLES, DROPPED_AFTER, BIASED_AFTER, WILD_AFTER, STANDING_VERDICTS, VERDICTS,
-    SURE_OF_PUSH, CALM_TICKS, LONGEST_FIT,
-) = (row.samples for row in list(Hypothesis)[Hypothesis.REPEATS :])  # fmt: skip
+HELD_SAMPLES, FROZEN_SAMPLES = (row.samples for row in list(Hypothesis)[Hypothesis.REPEATS :])
 """Times and numbers, as compiled code reads them."""

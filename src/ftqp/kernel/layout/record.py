@@ -13,7 +13,6 @@ import numpy as np
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout import enums, rows
 from ftqp.kernel.layout.criteria import COEFFICIENTS
-from ftqp.kernel.layout.detection_room import DETECTOR
 from ftqp.kernel.layout.enums import JOINTS, TASK_ROWS
 from ftqp.kernel.layout.feedback_rooms import FEEDBACK_ROOMS
 from ftqp.kernel.layout.other_records import CONSTRAINTS, OTHERS, VARIABLES
@@ -74,9 +73,8 @@ task  The task and its error.
     axis  f8[9]  rotation whose z is the tool axis, in the tip frame
     tip_measured  f8[4,4]
 criteria  Coefficients, see ``ftqp.kernel.rows.objective``.
-    sways  i8  ``sway`` counts
     {" ".join(COEFFICIENTS)}  f8
-    weight posture sway  f8[N]
+    weight posture  f8[N]
 watch  What may stop the arm: thresholds, and what has been seen of them.
     stop_samples rising latched  i8
     stopped  i8  the stop has come to rest
@@ -296,7 +294,7 @@ OF_ROOMS = {
 }
 """Records of rooms that begin lines of the cache: a planner's, that of an arm without a planner, and the
 rooms that faults are written into."""
-KINDS = (*OF_ROOMS, *OTHERS, *DETECTOR)
+KINDS = (*OF_ROOMS, *OTHERS)
 """All records by name."""
 LINE = 64
 """Bytes of a line of the cache, and of the widest register that is loaded at once."""
@@ -340,7 +338,7 @@ def dtype(kind: str, joints: int = JOINTS) -> np.dtype[Any]:
     """The type of a record by its name, with room for so many joints."""
     if kind in OF_ROOMS:
         return _on_lines([(name, _on_lines(ROOMS[name](joints))) for name in OF_ROOMS[kind]])
-    fields = (DETECTOR if kind in DETECTOR else OTHERS)[kind](joints)
+    fields = OTHERS[kind](joints)
     if kind == "study":  # its own room first: numba takes a record that begins as another one for that
         rooms = {name: structure(ROOMS[name](joints)) for name in (*OF_ROOMS["arm"], "ahead", "scene")}
         fields = [("study", structure(fields)), *rooms.items()]

@@ -54,7 +54,7 @@ FROZEN_SIGMAS: Final = 6.0
 deviations meanwhile, because noise alone makes that twice in 1e9 samples."""
 NOISE_OF_D: Final = sqrt(3.0) / 4.0
 """sigma_d = 0.43 sigma w^(5/2) dt^(1/2) is the noise of an observed acceleration. Derived, and compared with
-a Monte Carlo (docs/theory/detection.md, "Observers")."""
+a Monte Carlo (docs/theory/feedback.md, "The observer")."""
 LEAST_SPEED: Final = 0.03
 """A reference slower than this [rad/s or m/s] does not tell whether a joint stands."""
 LATELY: Final = 0.02
@@ -84,6 +84,9 @@ SERVO_PRIOR: Final = (0.07, 0.004, 0.004, 0.05, 0.05, 0.05)
 [s2], friction, droop, and droop by weight and by inertia [rad or m]; a servo of 3 Hz lags by 0.1 s."""
 SPEED_SERVO_PRIOR: Final = (0.07, 0.016, 0.05, 0.05, 0.2, 0.2)
 """The same of servos that take velocities, whose integral part is a fourth as stiff at the same bandwidth."""
+TORQUE_PRIOR: Final = (0.1, 0.0, 0.25, 1.0, 0.1, 0.0)
+"""Of joints that take torques, in fifths of their torque limit: viscous friction [a rad/s], the rotor, which
+the drive says, dry friction, what nobody knows, and shares by which the model's masses are wrong."""
 SERVO_DRIFT: Final = (0.003, 1e-4, 5e-4, 0.008, 1e-3, 1e-3)
 """How they change, per root of a radian or metre that the joint goes."""
 GEAR: Final = 2e-4
@@ -91,6 +94,8 @@ GEAR: Final = 2e-4
 LEAST_SHIFT, MOST_SHIFT = 3.0, 8.0
 """Standard deviations of the shifts that the evidence tests: below, learning takes them; above, all are
 clear."""
+SUSPECTS: Final = 0.3
+"""From this share of the evidence that decides on, a joint is said to be suspected."""
 BESIDE: Final = 1e-6
 """A healthy joint farther than this from its command [rad or m] belongs to an arm with servos. More than
 rounding of an arm that follows exactly, less than any servo's lag, so that it tells the two apart."""

@@ -1,1 +1,1 @@
-"""One monitor for arms whose servos take positions: what it learns, what is sent, and who has failed."""
+"""One monitor for every drive: what it learns of each joint, what is sent to servos, and who has failed."""

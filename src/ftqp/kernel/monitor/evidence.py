@@ -12,6 +12,7 @@ Source: docs/theory/monitor.md, "Evidence".
 from typing import Any
 
 from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import TORQUE_DRIVE
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import GEAR, LEAST_SHIFT, MOST_SHIFT
 from ftqp.kernel.maths.elementary import sqrt
@@ -34,6 +35,8 @@ def weigh(K: Any, i: int, counts: bool) -> None:
         gain = M.kappa * (shift * (z if M.z_old[i] > 0.0 else -z) - 0.5 * shift * shift)
     _sum(M.G, i, gain, M.top)
     if M.G[i] == 0.0:  # where it was last zero a change began: what was learned since is taken back
+        if M.found[i] == 0:
+            M.began[i] = K.state.ticks
         for r in range(SERVO):
             M.safe[i, r] = theta[r]
             for c in range(SERVO):
@@ -46,7 +49,7 @@ def weigh(K: Any, i: int, counts: bool) -> None:
     # a motor that is off: the torque that its motion would need, m a + f + b + s g + i M a, is none
     M.phi[0], M.phi[1], M.phi[2] = 0.0, M.a[i], direction(M.v[i])
     M.phi[3], M.phi[4], M.phi[5] = 1.0, M.weight[i], M.inertia[i]
-    torque = 0.0
+    torque = M.weight[i] if K.feedback.kind == TORQUE_DRIVE else 0.0
     for r in range(SERVO):
         torque += M.phi[r] * theta[r]
     unsure = 0.3 * theta[1] * M.a[i]

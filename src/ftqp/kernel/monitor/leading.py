@@ -14,7 +14,7 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, VELOCITY_DRIVE, VIABILITY
+from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, TORQUE_DRIVE, VELOCITY_DRIVE, VIABILITY
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import LONGEST, MOST_SHIFT, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
@@ -167,7 +167,7 @@ def _push_by_speed(K: Any, i: int) -> None:
 def keep_found(K: Any, i: int) -> bool:
     """A joint that was found to be locked is sent where it stands and a little farther; whether it was."""
     M, last = K.monitor, K.gate.sent[i]
-    if M.found[i] != IS_LOCKED:
+    if M.found[i] != IS_LOCKED or K.feedback.kind == TORQUE_DRIVE:
         return False
     if K.feedback.kind == VELOCITY_DRIVE:
         _push_by_speed(K, i)

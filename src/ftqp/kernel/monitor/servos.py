@@ -22,10 +22,25 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import torques_of
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, IS_LOCKED, NOTHING_HEARD, VELOCITY_DRIVE
+from ftqp.kernel.layout.enums import (
+    ACCELERATION,
+    HEALTHY,
+    IS_LOCKED,
+    NOTHING_HEARD,
+    TORQUE_DRIVE,
+    VELOCITY_DRIVE,
+)
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import GEAR, SERVO_DRIFT, SERVO_PRIOR, SPEED_SERVO_PRIOR, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
+from ftqp.kernel.monitor.torques import (
+    A_RADIAN,
+    OTHERWISE,
+    TORQUE_CREEP,
+    feel_torques,
+    noise_of_torque,
+    take_torques,
+)
 
 CREEP = 0.002
 """The droop changes by so much per root of a second, beside its drift with the way."""
@@ -77,6 +92,8 @@ def forget_servos(K: Any) -> None:
 @jit
 def ticks_to_settle(K: Any, i: int) -> int:
     """For how many ticks joint i is not judged once its servo begins."""
+    if K.feedback.kind == TORQUE_DRIVE:
+        return int(SETTLES / K.state.dt)
     lag = max(K.monitor.theta[i, 0], 0.0) + sqrt(K.monitor.P[i, 0, 0])
     return int((SETTLES + LAGS_TO_SETTLE * lag) / K.state.dt)
 
@@ -95,6 +112,8 @@ def begin_filters(K: Any) -> None:
     for i in range(K.chain.n):
         y = K.feedback.good[i]
         u = y if M.leak > 0.0 else K.gate.sent[i]
+        if K.feedback.kind == TORQUE_DRIVE:
+            u = 0.0
         M.speed[i] = K.gate.speed[i]
         M.y[i] = M.anchor[i] = M.place[i] = y
         M.u[i] = u
@@ -131,6 +150,9 @@ def _integral(K: Any, i: int, y: float, heard: bool) -> float:
 def take_samples(K: Any) -> None:
     """Three poles for what was sent and what was measured; a sample that did not come went on as was sent."""
     M, feedback, p = K.monitor, K.feedback, K.monitor.pole
+    if feedback.kind == TORQUE_DRIVE:
+        take_torques(K)
+        return
     heard = K.state.unusable != NOTHING_HEARD
     for i in range(K.chain.n):
         seen = feedback.age[i] == 0
@@ -151,6 +173,9 @@ def take_samples(K: Any) -> None:
 def feel_servos(K: Any) -> None:
     """g(q), and M(q) a of the accelerations that are seen, in units of a fifth of the torque limits."""
     M, supposed = K.monitor, K.supposed
+    if K.feedback.kind == TORQUE_DRIVE:
+        feel_torques(K)
+        return
     for i in range(K.chain.n):
         supposed.q[i], supposed.v[i], M.inertia[i] = M.y_f[2, i], 0.0, 0.0
     forward_kinematics(K, supposed)
@@ -188,6 +213,8 @@ def observe_joint(K: Any, i: int) -> None:
     M.a[i] = D * D * (M.y_f[0, i] - 2.0 * M.y_f[1, i] + M.y_f[2, i])
     v = D * (M.u_f[1, i] - M.u_f[2, i])
     a = D * D * (M.u_f[0, i] - 2.0 * M.u_f[1, i] + M.u_f[2, i])
+    if K.feedback.kind == TORQUE_DRIVE:
+        v, a = K.state.v_command[i], K.state.a_command[i]
     if M.leak > 0.0:  # of what was sent, without what went to the sample
         rate = M.leak / K.state.dt
         v += rate * (M.u_f[2, i] - M.y_f[2, i])
@@ -247,14 +274,18 @@ def residual(K: Any, i: int) -> None:
     if M.fades > 0.0:
         _forget_older(M.slow[i], phi, 1.0 if M.S[i] == 0.0 else M.fades)
         v, a = phi[0], phi[1]
-    r = M.u_f[2, i] - M.y_f[2, i]
+    by_torque = K.feedback.kind == TORQUE_DRIVE
+    r = M.u_f[2, i] - (M.weight[i] if by_torque else M.y_f[2, i])
     for k in range(SERVO):
         r -= phi[k] * theta[k]
     others = 0.0
     for j in range(n):
         others += M.act[j]
     miss = M.missed[i] * (M.act[i] + 0.3 * (others - M.act[i]) / n + 0.01)
-    spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
+    if by_torque:
+        spread = noise_of_torque(K, i) + OTHERWISE * OTHERWISE + A_RADIAN * A_RADIAN * miss * miss
+    else:
+        spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
     friction = max(theta[FRICTION], 0.0)  # one below zero holds nothing
     friction = friction * friction + M.P[i, FRICTION, FRICTION]
     if M.fades > 0.0:
@@ -291,8 +322,11 @@ def learn_servo(K: Any, i: int) -> None:
     if M.G[i] == 0.0 or M.rests[i] == 0:  # else the droop of a joint that is held would take the fault
         for r in range(SERVO):
             drift = SERVO_DRIFT[r] * SERVO_DRIFT[r] * v * block
-            drift += CREEP * CREEP * block if r == DROOP else 0.0
             most = SERVO_PRIOR[r] if M.leak == 0.0 else SPEED_SERVO_PRIOR[r]
+            creep = CREEP
+            if K.feedback.kind == TORQUE_DRIVE:
+                drift, most, creep = A_RADIAN * A_RADIAN * drift, M.doubt[i, r], TORQUE_CREEP
+            drift += creep * creep * block if r == DROOP else 0.0
             P[r, r] = max(P[r, r], min(P[r, r] + drift, most * most))  # never less: so sure is what was told
     if M.act[i] > 0.05:  # 5 % of the looks at a healthy joint are beyond two standard deviations
         beyond = 1.0 if abs(M.r[i]) > 2.0 * sqrt(M.spread[i]) else 0.0

@@ -19,9 +19,11 @@ from ftqp.kernel.layout.enums import (
     IS_LOCKED,
     IS_RUNAWAY,
     STOPPED_BY_SENSOR,
+    TORQUE_DRIVE,
     VELOCITY_DRIVE,
 )
 from ftqp.kernel.layout.feedback_rooms import SERVO
+from ftqp.kernel.layout.hypotheses import TOO_FAST, TOUCHED
 from ftqp.kernel.layout.thresholds import GEAR
 from ftqp.kernel.maths.elementary import is_finite
 from ftqp.kernel.monitor.evidence import blur_of, forget_evidence, stands
@@ -79,6 +81,8 @@ def _has_no_motor(K: Any, i: int) -> bool:
     too_fast = abs(M.v[i]) > (1.0 + OVERSPEED) * K.limits.v_max[i]
     if M.settles > 0 or M.G_free[i] <= M.level or M.rests[i] or abs(M.v[i]) <= MOVES or too_fast:
         return False
+    if K.feedback.touched > 0 or K.feedback.lasting[TOUCHED, 0] > 0:
+        return False
     for j in range(K.chain.n):
         if M.found[j] == IS_FREE or (j != i and ALONE * M.G[j] > M.G_free[i]):
             return False
@@ -87,14 +91,25 @@ def _has_no_motor(K: Any, i: int) -> bool:
 
 @jit
 def _runs_away(K: Any, i: int) -> bool:
-    """Joint i has been too fast for so long that its brake is asked for."""
-    return bool(K.feedback.asks[i] != 0)
+    """Joint i has been too fast for so long that its brake is asked for, and no other joint is too fast."""
+    feedback = K.feedback
+    if feedback.asks[i] == 0:
+        return False
+    for j in range(K.chain.n):  # an arm that has gone out of hand is no joint's doing
+        if j != i and works(K, j) and (feedback.asks[j] != 0 or feedback.lasting[TOO_FAST, j] > 0):
+            return False
+    return True
 
 
 @jit
 def _has_no_sensor(K: Any, i: int) -> bool:
     """What the sensor of joint i says has been impossible for so long that the arm is stopped."""
-    return bool(K.feedback.lost[i] != 0)
+    if K.feedback.lost[i] == 0:
+        return False
+    for j in range(K.chain.n):  # where no joint is heard it is the line that fails
+        if j != i and works(K, j) and K.feedback.bad[j] == 0:
+            return True
+    return K.faults.working == 1
 
 
 @rare_jit
@@ -143,6 +158,8 @@ def _free(K: Any, i: int) -> None:
 def follows_again(K: Any, i: int) -> bool:
     """Whether a joint that was found to be locked has gone where it was asked to."""
     M, way = K.monitor, K.monitor.y_f[2, i] - K.monitor.place[i]
+    if K.feedback.kind == TORQUE_DRIVE:  # it is sent no torque: what holds nothing falls
+        return bool(abs(way) > abs(M.tell[i]) and abs(M.v[i]) > AT_REST)
     along = way if M.tell[i] > 0.0 else -way
     share, asked = WENT, abs(K.gate.sent[i] - M.place[i] - M.droop[i] - M.tell[i]) < GEAR
     if K.feedback.kind == VELOCITY_DRIVE:  # there and back, half as far to either side if let go half-way
@@ -161,6 +178,10 @@ def withdraw(K: Any, i: int) -> None:
         M.u[i], M.blind[i] = M.y[i], ticks_to_settle(K, i)
         for k in range(3):
             M.u_f[k, i] = M.y_f[k, i]
+    elif K.feedback.kind == TORQUE_DRIVE:  # it goes on from where it is, and as fast
+        top = K.limits.v_max[i]
+        K.gate.q[i], K.gate.v[i] = K.feedback.q_now[i], min(max(K.feedback.v_now[i], -top), top)
+        K.state.a_command[i], M.blind[i] = 0.0, ticks_to_settle(K, i)
     forget_evidence(K)
 
 

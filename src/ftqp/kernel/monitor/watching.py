@@ -2,13 +2,16 @@
 
 from typing import Any
 
+from ftqp.kernel.feedback.learned_inertia import is_known
 from ftqp.kernel.jit import jit, part_jit
+from ftqp.kernel.layout.enums import TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import BESIDE
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.side_by_side import WIDTH, several
 from ftqp.kernel.monitor.evidence import forget_evidence, weigh
 from ftqp.kernel.monitor.leading import aim
 from ftqp.kernel.monitor.servos import (
+    SLOW,
     begin_filters,
     feel_servos,
     learn_servo,
@@ -32,10 +35,14 @@ def _look(K: Any, i: int) -> None:
     observe_joint(K, i)
     residual(K, i)
     counts = works(K, i) and K.held.on == 0 and M.blind[i] == 0 and K.feedback.thrown == 0.0
-    if counts:
+    by_torque = K.feedback.kind == TORQUE_DRIVE
+    if by_torque and not is_known(K.state, K.learned):  # a load of which nobody told is learned first
+        M.settles = max(M.settles, 1)
+    if counts and not (by_torque and M.rests[i] and M.peak_v[i] > SLOW):  # a brake may hold one that stands
         learn_servo(K, i)
     weigh(K, i, counts)
-    aim(K, i)
+    if not by_torque:
+        aim(K, i)
     if K.held.on == 0:
         judge_joint(K, i)
 
@@ -56,6 +63,8 @@ def _is_seen(K: Any, then: int) -> bool:
     """Whether there is anything to learn: not of an arm that was never seen beside its commands."""
     M = K.monitor
     if M.sees:
+        return True
+    if K.feedback.kind == TORQUE_DRIVE:  # what it takes is known before it moves
         return True
     if K.feedback.wide > 0.0:  # of a loop that came late
         return False
@@ -89,8 +98,11 @@ def watch_servos(K: Any, first: bool, then: int) -> None:
         M.settles -= 1
         if M.settles == 0:
             forget_evidence(K, False)
+    unseen = False
     for i in range(n):
-        if K.feedback.age[i] > 0:
+        unseen = unseen or K.feedback.age[i] > 0
+    for i in range(n):  # what moves a torque arm's joint is moved by all others
+        if K.feedback.age[i] > 0 or (unseen and K.feedback.kind == TORQUE_DRIVE):
             M.blind[i] = int(FORGETS / (M.w * K.state.dt)) + 1
         elif K.held.on:  # once it is let go its servo has to come to rest
             M.blind[i] = ticks_to_settle(K, i)

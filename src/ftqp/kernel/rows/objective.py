@@ -5,7 +5,6 @@
     1/2 torque |tau_H|^2                                              MTN, the torque part of DLSM
     - manipulability x' d/dq log sqrt det(J_H J_H')
     1/2 sum_t weight_t |J_t x - b_t|^2                                ``ftqp.kernel.rows.task_terms``
-    - x'H sway                                                        small motions that only serve to tell
 
 Of an arm that swings beside its target only coming to rest is left, see ``ftqp.kernel.calm.rest``.
 
@@ -92,8 +91,6 @@ def objective(K: Any) -> None:
         add_terms(K)
     if K.calm.hushed:
         _hush(K)
-    if criteria.sways:
-        draw_to(K.chain, qp, criteria.sway)
 
 
 @jit

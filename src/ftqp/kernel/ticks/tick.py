@@ -115,7 +115,7 @@ def _see(K: Any) -> bool:
     believe(K)
     watch_arm(K, first)
     observe(K, first)
-    if K.monitor.on:
+    if K.monitor.on or K.monitor.names:
         watch_servos(K, first, slot(feedback, feedback.latency))
     if feedback.kind == TORQUE_DRIVE:
         if not K.held.on:

@@ -13,7 +13,7 @@
 #define LINE(bytes) (((bytes) + 63u) & ~(uint64_t)63u)
 #define AT(pointer) ((int64_t)(uintptr_t)(pointer))
 
-enum { KERNEL_LOCKED = 1, KERNEL_SWINGS = 2, KERNEL_WORKS = 0, PARTS = 6, WORDS_OF_RUN = 2, NUMBERS = 29 };
+enum { KERNEL_LOCKED = 1, KERNEL_SWINGS = 2, KERNEL_WORKS = 0, PARTS = 5, WORDS_OF_RUN = 2, NUMBERS = 29 };
 
 _Static_assert(sizeof(ftqp_fault) == SIZE_OF_FAULT, "ftqp_fault is laid out as the kernel's");
 _Static_assert(sizeof(ftqp_load) == SIZE_OF_LOAD, "ftqp_load is laid out as the kernel's");
@@ -32,11 +32,7 @@ int64_t KERNEL(resume)(int64_t);
 int64_t KERNEL(carry)(int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(torques)(int64_t);
 
-#ifdef FTQP_WITH_DETECTOR
-int64_t KERNEL(watch)(int64_t, int64_t, int64_t, int64_t);
-int64_t KERNEL(tell_detector)(int64_t, int64_t, int64_t);
 _Static_assert(FTQP_FOUND_SENSOR_DROPPED == FOUND_SENSOR_DROPPED && FTQP_FOUND_LOCKED == FOUND_LOCKED, "as the kernel's");
-#endif
 
 #ifdef FTQP_WITH_PATH
 int64_t KERNEL(deployed_follow)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
@@ -49,18 +45,18 @@ typedef struct Head {
     uint32_t format, size;
     char kernel[24];
     uint32_t joints, samples;
-    uint64_t record, given, arm, detector, path, table, runs, bytes, fingerprint, checksum;
+    uint64_t record, given, arm, path, table, runs, bytes, fingerprint, checksum;
 } Head;
 
 /* What a planner begins with; behind it lie, each from a line of the cache on, the parts below. */
 struct ftqp {
     uint64_t open;
     int32_t joints, samples, status, unused;
-    uint64_t record, given, arm, detector, sight, path, table, table_bytes, free, rows, faults, work, bytes;
+    uint64_t record, given, arm, path, table, table_bytes, free, rows, faults, work, bytes;
     double shares[2];
 };
 
-_Static_assert(sizeof(Head) == 128, "the head of a file has no gaps");
+_Static_assert(sizeof(Head) == 120, "the head of a file has no gaps");
 
 static void *part(const ftqp *p, uint64_t offset) { return (char *)(uintptr_t)p + offset; }
 
@@ -97,14 +93,10 @@ static int read_head(const void *file, size_t bytes, Head *head) {
     if (sum != head->checksum) return FTQP_CHECKSUM;
     if (head->record != SIZE_OF_RECORD || head->given != SIZE_OF_GIVEN || head->arm != SIZE_OF_ARM)
         return FTQP_DAMAGED;
-    if (head->detector != 0 && head->detector != SIZE_OF_DETECTOR) return FTQP_DAMAGED;
     if (head->path != 0 && (head->path != SIZE_OF_PATH || !head->table)) return FTQP_DAMAGED;
     if (head->table % SIZE_OF_INTERVAL || head->table > bytes || (head->table && !head->path)) return FTQP_DAMAGED;
 #ifndef FTQP_WITH_PATH
     if (head->path != 0) return FTQP_UNSUPPORTED;
-#endif
-#ifndef FTQP_WITH_DETECTOR
-    if (head->detector != 0) return FTQP_UNSUPPORTED;
 #endif
     return head->joints < 1 || head->joints > CAPACITY || head->samples > MOST_SAMPLES ? FTQP_DAMAGED : 0;
 }
@@ -117,9 +109,7 @@ static void arrange(ftqp *p, const Head *head) {
     p->record = LINE(sizeof *p);
     p->given = p->record + LINE(SIZE_OF_RECORD);
     p->arm = p->given + LINE(SIZE_OF_GIVEN);
-    p->detector = p->arm + LINE(SIZE_OF_ARM);
-    p->sight = p->detector + LINE(head->detector);
-    p->path = p->sight + (head->detector ? LINE(SIZE_OF_ARM) : 0);
+    p->path = p->arm + LINE(SIZE_OF_ARM);
     p->table = p->path + LINE(head->path);
     p->table_bytes = head->table;
     p->free = p->table + LINE(head->table);
@@ -143,8 +133,8 @@ int ftqp_size(const void *file, size_t bytes, size_t *need) {
 
 /* Fill record, given and arm from the runs of a file that are not zero, then the states of the samples. */
 static int fill(ftqp *p, const unsigned char *file, const Head *head) {
-    const uint64_t begins[PARTS] = {p->record, p->given, p->arm, p->detector, p->path, p->table};
-    const uint64_t sizes[PARTS] = {SIZE_OF_RECORD, SIZE_OF_GIVEN, SIZE_OF_ARM, head->detector, head->path, head->table};
+    const uint64_t begins[PARTS] = {p->record, p->given, p->arm, p->path, p->table};
+    const uint64_t sizes[PARTS] = {SIZE_OF_RECORD, SIZE_OF_GIVEN, SIZE_OF_ARM, head->path, head->table};
     const unsigned char *at = file + sizeof *head, *end = file + head->bytes;
     for (uint64_t run = 0; run < head->runs; run++) {
         uint64_t words[WORDS_OF_RUN];
@@ -164,17 +154,15 @@ static int fill(ftqp *p, const unsigned char *file, const Head *head) {
     return 0;
 }
 
-/* The detector is told something; nothing without one. It sees by an arm of its own, of the same chain. */
-static void tell(ftqp *p, int joint, int64_t what) {
-#ifdef FTQP_WITH_DETECTOR
-    if (p->sight == p->detector) return;
-    if (what == TOLD_LOAD) memcpy(part(p, p->sight + ARM_CHAIN), part(p, p->arm + ARM_CHAIN), SIZE_OF_CHAIN);
-    KERNEL(tell_detector)(AT(part(p, p->detector)), joint, what);
-#else
-    (void)p;
-    (void)joint;
-    (void)what;
-#endif
+static void write_whole(ftqp *p, uint64_t offset, int64_t number) { memcpy(field(p, offset), &number, sizeof number); }
+
+/* What was found of a joint is forgotten: it is another's to say what becomes of it. */
+static void forget(ftqp *p, int joint) {
+    const uint64_t at = 8 * (uint64_t)joint;
+    write_whole(p, MONITOR_FOUND + at, 0);
+    write_whole(p, FEEDBACK_LOST + at, 0);
+    field(p, FEEDBACK_SPENT)[joint] = 0.0;
+    field(p, MONITOR_G)[joint] = field(p, MONITOR_G_LOCK)[joint] = field(p, MONITOR_G_FREE)[joint] = 0.0;
 }
 
 /* Whether a chain has so many joints, each of which hangs on an earlier one. */
@@ -209,7 +197,6 @@ int ftqp_open(ftqp *p, const void *file, size_t bytes) {
         return FTQP_INTERNAL;
     p->status = FTQP_NOT_RESET;
     p->open = OPEN;
-    tell(p, -1, TOLD_LOAD);
     return 0;
 }
 
@@ -263,7 +250,6 @@ int ftqp_reset(ftqp *p, const double *q, const double *v) {
     Inputs own;
     copy_inputs(p, &own, q, v, NULL);
     p->status = FTQP_NOT_RESET;
-    tell(p, -1, TOLD_ANEW);
     if (p->table_bytes) ftqp_begin(p);
     const int64_t begun = KERNEL(start)(AT(part(p, p->record)), AT(part(p, p->given)), AT(own.q), AT(own.v));
     return begun < 0 || is_within(p, own.q, own.v) ? (int)begun : FTQP_BEYOND_LIMITS;
@@ -363,7 +349,7 @@ static void believe(ftqp *p, const ftqp_fault *fault) {
     KERNEL(believe)(AT(part(p, p->record)), AT(part(p, p->given)), AT(&told), goes_on);
     KERNEL(believed)(AT(part(p, p->record)), AT(part(p, p->given)));
     count_on(p);
-    tell(p, fault->joint, fault->kind == KERNEL_WORKS ? TOLD_WORKS : TOLD_FAILED);
+    forget(p, fault->joint);
 }
 
 int ftqp_report(ftqp *p, const ftqp_fault *fault) {
@@ -385,6 +371,7 @@ int ftqp_withdraw(ftqp *p, int joint) {
     if (code) return code;
     if (joint < 0 || joint >= p->joints) return FTQP_NO_JOINT;
     const int leader = leader_of(p, joint);
+    forget(p, leader);
     if (((const ftqp_fault *)part(p, p->faults))[leader].kind == KERNEL_WORKS) return 0;
     const ftqp_fault healthy = ftqp_fault_of(leader, KERNEL_WORKS);
     believe(p, &healthy);
@@ -400,7 +387,6 @@ int ftqp_resume(ftqp *p) {
     const int code = is_open(p);
     if (code) return code;
     const int released = (int)KERNEL(resume)(AT(part(p, p->record)));
-    if (released) tell(p, -1, TOLD_ANEW);
     return released;
 }
 
@@ -478,7 +464,6 @@ int ftqp_carry(ftqp *p, const ftqp_load *load) {
     KERNEL(carry)(AT(part(p, p->record)), AT(part(p, p->arm)), AT(part(p, p->given)), AT(&told));
     if (p->samples) KERNEL(sample_reserve)(AT(part(p, p->arm)), AT(part(p, p->rows)), p->samples);
     count_on(p);
-    tell(p, -1, TOLD_LOAD);
     return 0;
 }
 
@@ -559,39 +544,35 @@ double ftqp_dt(const ftqp *p) { return is_open(p) ? (double)NAN : *field(p, STAT
 int ftqp_watch(ftqp *p, const double *tau) {
     const int code = is_open(p);
     if (code) return code;
-    if (p->sight == p->detector) return FTQP_UNSUPPORTED;
-    if (p->status < 0) return FTQP_NOT_RESET;
-#ifdef FTQP_WITH_DETECTOR
-    double own[CAPACITY];
-    if (tau != NULL) memcpy(own, tau, (size_t)p->joints * sizeof(double));
-    return (int)KERNEL(watch)(
-        AT(part(p, p->record)), AT(part(p, p->detector)), AT(part(p, p->sight)), AT(tau == NULL ? NULL : own));
-#else
     (void)tau;
-    return FTQP_UNSUPPORTED;
-#endif
+    if (!whole(p, p->record, MONITOR_NAMES)) return FTQP_UNSUPPORTED;
+    if (p->status < 0) return FTQP_NOT_RESET;
+    if (whole(p, p->record, MONITOR_NEWS)) {
+        write_whole(p, MONITOR_NEWS, 0);
+        return 2;
+    }
+    return *field(p, MONITOR_WORST) > SUSPECTS ? 1 : 0;
 }
 
 int ftqp_detect(ftqp *p, ftqp_finding *out, int most) {
     const int code = is_open(p);
     if (code) return code;
-    if (p->sight == p->detector) return FTQP_UNSUPPORTED;
+    if (!whole(p, p->record, MONITOR_NAMES)) return FTQP_UNSUPPORTED;
     if (out == NULL && most > 0) return FTQP_NULL;
-    const char *detector = part(p, p->detector);
-    const double dt = *(const double *)(detector + DETECTOR_DT);
-    const double *onset = (const double *)(detector + DETECTOR_ONSET), *share = (const double *)(detector + DETECTOR_SHARE);
+    const double dt = *field(p, STATE_DT);
     int found = 0;
     for (int i = 0; i < p->joints && found < most; i++) {
-        const int64_t kinds = whole(p, p->detector, DETECTOR_KINDS + 8 * (uint64_t)i);
+        const uint64_t at = 8 * (uint64_t)i;
+        const int64_t kinds = whole(p, p->record, MONITOR_FOUND + at);
         if (!kinds) continue;
         double count = 0.0;
         for (int64_t rest = kinds; rest; rest &= rest - 1) count += 1.0;
         out[found].joint = i;
         out[found].kinds = (int32_t)kinds;
         out[found].probability = 1.0 / count;
-        out[found].onset = onset[i] * dt;
-        out[found].detected_at = (double)whole(p, p->detector, DETECTOR_SINCE + 8 * (uint64_t)i) * dt;
-        out[found].share = kinds == FTQP_FOUND_DEGRADED ? share[i] : (double)NAN;
+        out[found].onset = (double)whole(p, p->record, MONITOR_BEGAN + at) * dt;
+        out[found].detected_at = (double)whole(p, p->record, MONITOR_FOUND_AT + at) * dt;
+        out[found].share = (double)NAN;
         found++;
     }
     return found;

@@ -127,14 +127,14 @@ enum {
     FTQP_FOUND_SENSOR_FROZEN = 16, FTQP_FOUND_SENSOR_BIASED = 32, FTQP_FOUND_SENSOR_DROPPED = 64
 };
 
-/* What a detector has found; for builds with one. */
+/* What was found of a joint. */
 typedef struct ftqp_finding {
     int32_t joint;
     int32_t kinds;      /* a sum of FTQP_FOUND_... */
     double probability; /* of each of them, as none speaks for one more than for another */
     double onset;       /* when it began, by estimate, since the reset [s] */
     double detected_at; /* when that was certain, since the reset [s] */
-    double share;       /* of the torque that is left, where FTQP_FOUND_DEGRADED stands alone; else NaN */
+    double share;       /* NaN; a place that is kept */
 } ftqp_finding;
 
 /* How many bytes a planner from this file needs, into *need: 0, or a mistake. */
@@ -225,12 +225,12 @@ double ftqp_dt(const ftqp *p);
 /* A sentence for a status or a mistake; never NULL. */
 const char *ftqp_status_name(int status);
 
-/* Let the detector look at the arm, once after each step: 0 quiet, 1 a suspicion, 2 a finding, or a mistake;
-   FTQP_UNSUPPORTED in builds without one. tau: torques measured before that step, or NULL. Nothing follows from a
-   finding by itself: report it, by ftqp_report, and the detector looks at the other joints. */
+/* What the last step noticed by itself: 0 nothing, 1 a suspicion, 2 a joint was found to have failed, or to work
+   after all; FTQP_UNSUPPORTED of planners made with detector=False. tau is not looked at and may be NULL. Nothing
+   follows from a finding by itself: report it, by ftqp_report. */
 int ftqp_watch(ftqp *p, const double *tau);
 
-/* What a detector has found, at most so many: how many; FTQP_UNSUPPORTED in builds without one. */
+/* What was found and not reported, at most so many: how many. */
 int ftqp_detect(ftqp *p, ftqp_finding *out, int most);
 
 static inline ftqp_fault ftqp_fault_of(int joint, int kind) {

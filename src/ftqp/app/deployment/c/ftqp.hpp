@@ -98,7 +98,7 @@ public:
     void carry(const ftqp_load &load) { check(ftqp_carry(get(), &load)); }
     void put_down() { check(ftqp_carry(get(), nullptr)); }
 
-    // After each step, in a library with a detector: 0 quiet, 1 a suspicion, 2 a finding.
+    // After each step: 0 quiet, 1 a suspicion, 2 something was found, or withdrawn.
     int watch() { return checked(ftqp_watch(get(), nullptr)); }
     template <class Tau> int watch(const Tau &tau) { return checked(ftqp_watch(get(), data(tau))); }
     std::vector<ftqp_finding> findings() {

@@ -90,7 +90,7 @@ export class Planner {
   begin() { this.#check(this.c.ftqp_begin(this.p)); }
   get progress() { return this.c.ftqp_progress(this.p); }
 
-  // After each step, in a build with a detector: 0 quiet, 1 a suspicion, 2 a finding.
+  // After each step: 0 quiet, 1 a suspicion, 2 something was found, or withdrawn.
   watch(tau = null) { return this.#check(this.c.ftqp_watch(this.p, tau ? this.#numbers(this.vAt, tau) : 0)); }
 
   findings() {

@@ -15,24 +15,24 @@ from ftqp.faults.detection.sight import Sight
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import HEALTHY, IS_FREE
-from ftqp.kernel.layout.thresholds import GEAR
+from ftqp.kernel.layout.thresholds import GEAR, SUSPECTS
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
 SENSORS: Final = frozenset({"sensor_frozen", "sensor_biased", "sensor_dropped"})
-WATCHES: Final = 0.3
-"""From this share of the evidence that decides on, a joint is said to be suspected."""
 OTHERS, AT_REST = 0.3, 0.01
 """Of a joint that stands the model misses as much as of this share of the others' motion, and of such a speed
 [rad/s or m/s], as ``ftqp.kernel.monitor.servos.residual`` has it."""
+KINDS: Final = 7
+"""So many kinds of failures can be found."""
 POLES = 3.0
 """Time constants by which three poles in a row are late."""
 
 
 def sight_of(K: Any, robot: Robot) -> Sight | None:
-    """What a record's monitor of servos can notice of joints that stand; None where it sees none."""
+    """What a record's monitor can notice of joints that stand behind servos; None where it sees none."""
     M, n = K.monitor, robot.nv
-    if not M.sees:
+    if not M.sees or not M.on:
         return None
     known = learned_servos(K, robot)
     missed = M.missed[:n] * (OTHERS * (M.act[:n].sum() - M.act[:n]) / n + AT_REST)
@@ -48,6 +48,33 @@ def sight_of(K: Any, robot: Robot) -> Sight | None:
         is_known=known.is_known,
         units=tuple(UNITS[unit] for unit in known.units),
     )
+
+
+def seen_of(session: Session, n: int) -> Callable[[str], Any]:
+    """What a diagnosis of n joints reads of a record, by its names."""
+    K, worst, nothing = session.K, session.field("monitor", "worst"), np.zeros(n)
+
+    def seen(name: str) -> Any:
+        M = K.monitor
+        return {
+            "worst": lambda: worst,
+            "watch": lambda: np.array([M.worst > SUSPECTS]),
+            "suspect": lambda: np.array([M.suspect]),
+            "touched": lambda: np.array([K.feedback.touched]),
+            "z": lambda: M.G[:n] / M.level,
+            "kinds": lambda: M.found[:n],
+            "onset": lambda: M.began[:n],
+            "since": lambda: M.found_at[:n],
+            "tally": lambda: np.zeros((n, KINDS)),
+            "ticks": lambda: np.array([K.state.ticks]),
+            "dt": lambda: np.array([K.state.dt]),
+            "share": lambda: nothing,
+            "hop": lambda: nothing,
+            "speed": lambda: np.abs(M.v[:n]),
+            "asked": lambda: np.abs(K.state.v_command[:n]),
+        }[name]()
+
+    return seen
 
 
 @final
@@ -70,8 +97,7 @@ class MonitorResponse:
         self.findings: list[Finding] = []
         self._K, self._robot, self._loop = session.K, robot, loop
         self._report, self._withdraw = report, withdraw
-        self._worst = session.field("monitor", "worst")
-        self.diagnosis = Diagnosis(robot.joints, self._seen, lambda: sight_of(self._K, robot))
+        self.diagnosis = Diagnosis(robot.joints, seen_of(session, robot.nv), lambda: sight_of(self._K, robot))
         self._said = np.zeros(robot.nv, dtype=int)
 
     @property
@@ -83,28 +109,6 @@ class MonitorResponse:
         """After a reset: nothing was found yet, and a joint that is held is looked at further."""
         self.findings.clear()
         self._said[:] = self._K.monitor.found[: len(self._said)]
-
-    def _seen(self, name: str) -> Any:
-        """What a diagnosis reads, by its names."""
-        M, n, K = self._K.monitor, self._robot.nv, self._K
-        nothing = np.zeros(n)
-        return {
-            "worst": self._worst,
-            "watch": np.array([M.worst > WATCHES]),
-            "suspect": np.array([M.suspect]),
-            "touched": np.zeros(1),
-            "z": M.G[:n] / M.level,
-            "kinds": M.found[:n],
-            "onset": M.found_at[:n],
-            "since": M.found_at[:n],
-            "tally": np.zeros((n, 7)),
-            "ticks": np.array([K.state.ticks]),
-            "dt": np.array([K.state.dt]),
-            "share": nothing,
-            "hop": nothing,
-            "speed": np.abs(M.v[:n]),
-            "asked": np.abs(K.state.v_command[:n]),
-        }[name]
 
     def respond(self) -> None:
         """After a tick in which something was found or taken back: act upon it."""

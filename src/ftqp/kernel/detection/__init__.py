@@ -1,1 +1,0 @@
-"""Failures that nobody announced: observers, residuals, suspicion and fault isolation."""
