@@ -1,14 +1,11 @@
 """What a plan is made for: the task, its start and the knobs, in one record that every method takes."""
 
-from base64 import b64decode, b64encode
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
-from functools import cached_property, partial
-from io import BytesIO
-from typing import Any, Final, Literal, Protocol, cast, final, get_args
+from functools import cached_property
+from typing import Any, Final, Literal, TypeVar, final, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.survival.continuing import task_session
@@ -105,64 +102,16 @@ def speeds(robot: Robot) -> FloatArray:
     return np.asarray(np.where(np.isfinite(v_max), v_max, UNLIMITED_SPEED))
 
 
-Portion = Callable[[Sequence[int]], list[tuple[Any, ...]]]
-"""Computes some items of a stage, a text in a row each; it can be pickled, and a text depends on its item."""
+T = TypeVar("T")
 ROUNDS: Final = 20
-"""Without anybody who shares the work, a stage is computed in about so many parts, to tell of progress."""
+"""Work is done in about so many parts, to tell of progress."""
 
 
-class Portions(Protocol):
-    """Who computes the parts of a plan; the plan is the same whoever does."""
-
-    @property
-    def keeps(self) -> bool:
-        """Whether what is done is kept, so that an interrupted plan is given up and not ended in a hurry."""
-
-    @property
-    def threads(self) -> int | None:
-        """How many threads compute one part; None is one a core."""
-
-    def each(self, stage: str, work: Portion, count: int) -> Iterator[str]:
-        """The texts of all items of a stage, in order; items do not depend on each other."""
-
-    def one(self, stage: str, item: int, work: Callable[[], str]) -> str:
-        """The text of one item of a stage whose items come one after the other."""
-
-
-@final
-class Here:
-    """Computes everything in this process, and keeps nothing."""
-
-    def __init__(self, threads: int | None = None) -> None:
-        self.keeps, self.threads = False, threads
-
-    def each(self, stage: str, work: Portion, count: int) -> Iterator[str]:
-        """The texts of all items of a stage, in order."""
-        size = max(1, count // ROUNDS)
-        for first in range(0, count, size):
-            for row in work(range(first, min(first + size, count))):
-                yield str(row[0])
-
-    def one(self, stage: str, item: int, work: Callable[[], str]) -> str:
-        """The text of one item."""
-        return work()
-
-
-def packed(values: Any) -> str:
-    """An array as a text, to the last bit."""
-    file = BytesIO()
-    np.save(file, np.asarray(values), allow_pickle=False)
-    return b64encode(file.getvalue()).decode()
-
-
-def unpacked(text: str) -> NDArray[Any]:
-    """The array of a text."""
-    return cast("NDArray[Any]", np.load(BytesIO(b64decode(text)), allow_pickle=False))
-
-
-def _texts(work: Callable[[Sequence[int]], Iterable[Any]], items: Sequence[int]) -> list[tuple[str]]:
-    """What work makes of some items, as rows of a study."""
-    return [(packed(one),) for one in work(items)]
+def in_parts(work: Callable[[Sequence[int]], Iterable[T]], count: int) -> Iterator[T]:
+    """What work makes of all items, in order."""
+    size = max(1, count // ROUNDS)
+    for first in range(0, count, size):
+        yield from work(range(first, min(first + size, count)))
 
 
 def silent(done: int, total: int, what: str) -> None:
@@ -181,13 +130,6 @@ class PlanCase:
     settings: PlanSettings = field(default_factory=PlanSettings)  # The knobs
     seed: int = 0  # Of random starts
     told: Told = silent  # Hears of progress
-    portions: Portions = field(default_factory=Here)  # Who computes the parts of the work
-
-    def each(
-        self, stage: str, work: Callable[[Sequence[int]], Iterable[Any]], count: int
-    ) -> Iterator[NDArray[Any]]:
-        """The arrays that work, which can be pickled, makes of all items of a stage, in order."""
-        return map(unpacked, self.portions.each(stage, partial(_texts, work), count))
 
     @cached_property
     def study(self) -> GoalStudy:
