@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -88,7 +89,7 @@ def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
     first = best[1]
     spread = 0.25 * max(0.2, abs(speed))
     simplex = np.vstack([first, first + spread * np.eye(settings.knots)])
-    options = {
+    options: Any = {
         "maxfev": settings.evaluations, "initial_simplex": simplex, "xatol": 1e-4, "fatol": 1e-5,
     }  # fmt: skip
     with suppress(KeyboardInterrupt):  # the best so far is taken
