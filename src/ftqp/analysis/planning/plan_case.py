@@ -10,8 +10,9 @@ import numpy as np
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.survival.continuing import task_session
 from ftqp.analysis.survival.task_path import TaskPath
-from ftqp.core.checks import FloatArray, array, non_negative, positive, whole_number
+from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError, unknown
+from ftqp.core.setting import refuse_out_of_range, setting
 from ftqp.model.robot import Robot
 
 Method = Literal["dp", "spline", "gradient", "constant"]
@@ -25,10 +26,6 @@ UNLIMITED_SPEED = 1.0
 """Speed that a plan gives to a joint without a limit [rad/s or m/s]."""
 SWEEP = tuple(round(0.01 * k, 2) for k in range(-100, 101))
 """The paper's speeds of the self-motion [rad/s]."""
-
-
-def _setting(default: Any, least: float, most: float = np.inf) -> Any:
-    return field(default=default, metadata={"least": least, "most": most})
 
 
 @final
@@ -59,31 +56,22 @@ class PlanSettings:
         stride: Failures at every so-many-th sample are looked at when a plan is verified.
     """
 
-    waypoints: int = _setting(60, 1)
-    spacing: float = _setting(0.06, 1e-3, 1.0)
-    nodes: int = _setting(300, 8)
-    share: float = _setting(0.5, 1e-3, 1.0)
-    energy: float = _setting(2e-4, 0.0)
-    margin: float = _setting(0.0, 0.0)
+    waypoints: int = setting(60, least=1)
+    spacing: float = setting(0.06, above=0.0, least=1e-3, most=1.0)
+    nodes: int = setting(300, least=8)
+    share: float = setting(0.5, above=0.0, least=1e-3, most=1.0)
+    energy: float = setting(2e-4, least=0.0)
+    margin: float = setting(0.0, least=0.0)
     thetas: tuple[float, ...] = SWEEP
     select: Select = "coverage"
-    knots: int = _setting(6, 2)
-    evaluations: int = _setting(250, 1)
-    gain: float = _setting(0.3, 0.0)
-    fastest: float = _setting(1.0, 1e-3)
-    stride: int = _setting(4, 1)
+    knots: int = setting(6, least=2)
+    evaluations: int = setting(250, least=1)
+    gain: float = setting(0.3, least=0.0)
+    fastest: float = setting(1.0, above=0.0, least=1e-3)
+    stride: int = setting(4, least=1)
 
     def __post_init__(self) -> None:
-        for name, about in self.__dataclass_fields__.items():
-            if not about.metadata:
-                continue
-            least, most, value = about.metadata["least"], about.metadata["most"], getattr(self, name)
-            if about.type is int or isinstance(about.default, int):
-                whole_number(name, value, int(least))
-                continue
-            number = non_negative(name, value) if least == 0.0 else positive(name, value)
-            if not least <= number <= most:
-                raise InputError(f"{name} is {number:g}, expected a number from {least:g} to {most:g}")
+        refuse_out_of_range(self, every=True)
         if self.select not in get_args(Select):
             raise unknown("rule of selection", self.select, "plan", get_args(Select))
         thetas = array("thetas", self.thetas, np.shape(self.thetas)).ravel()
