@@ -123,7 +123,7 @@ REFUSED = [
     ),
     (lambda: PlanSettings(waypoints=0), "waypoints is 0"),
     (lambda: PlanSettings(spacing=0.0), "spacing is 0"),
-    (lambda: PlanSettings(share=1.5), "share is 1.5, expected a number from 0.001 to 1"),
+    (lambda: PlanSettings(share=1.5), "share is 1.5, expected a number at most 1"),
     (lambda: PlanSettings(energy=-1.0), "energy is -1"),
     (lambda: PlanSettings(select="speed"), "'speed' is not a rule of selection"),
     (lambda: PlanSettings(thetas=()), "thetas is empty"),

@@ -118,23 +118,6 @@ def buffers(problem: QP) -> QPBuffers:
     return fill(QPBuffers.zeros(problem.n, problem.m, problem.p), problem)
 
 
-def compliant(seed: int, soft: float = 1e-8, unreachable: float = 0.0) -> QP:
-    """A planner's QP: three rows of seven joints that give way through slacks, within a box.
-
-    Args:
-        seed: Of the numbers.
-        soft: The compliance of the rows.
-        unreachable: What is added to their right sides; much of it, and no point of the box keeps them.
-    """
-    rng = np.random.default_rng(seed)
-    n, m = 7, 3
-    A, c = rng.normal(size=(m, n)), np.sqrt(soft)
-    b = A @ rng.uniform(-0.5, 0.5, n) + unreachable
-    box = np.concatenate([np.full(n, 1.0), np.full(m, np.inf)])
-    g = np.concatenate([rng.normal(size=n), np.zeros(m)])
-    return QP(np.eye(n + m), g, np.hstack([A, c * np.eye(m)]), b, lb=-box, ub=box)
-
-
 def flat_qp(seed: int) -> QP:
     """A QP with a solution, an H of any rank below full at any scale, and no box."""
     rng = np.random.default_rng(seed)

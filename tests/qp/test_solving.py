@@ -35,7 +35,7 @@ def test_running_into_the_cap_is_reported():
         solve(case.problem, "proxqp", max_iterations=1, max_inner_iterations=1).status
         is SolveStatus.MAX_ITERATIONS
     )
-    left_alone = {"name": "osqp", "max_iterations": 25, "polish": False}
+    left_alone = {"name": "osqp", "max_iterations": 25}
     assert solve(case.problem, left_alone).status is SolveStatus.MAX_ITERATIONS
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from tests.judged import broken_laws
 
 import ftqp
-from ftqp.app.campaign.judged_scenario import broken_laws
 from ftqp.app.campaign.shown_trace import model_file, trace
 from ftqp.app.scenario.setup import load
 from ftqp.checker.checked_run import verdict

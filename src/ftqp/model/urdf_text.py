@@ -8,12 +8,12 @@ written as Drake has it, too. The file names no version, for readers of 1.0 refu
 """
 
 from collections.abc import Sequence
-from math import atan2, cos, hypot, sin
 from typing import Any
 from unicodedata import category
 from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
 
 import numpy as np
+import pinocchio as pin
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
@@ -183,21 +183,8 @@ def _write_rotor(root: Element, joint: str, inertia: float) -> None:
 
 def _place(element: Element, at: FloatArray, rotation: FloatArray) -> None:
     """The ``origin`` of an element."""
-    words = (" ".join(_number(value) for value in part) for part in (at, roll_pitch_yaw(rotation)))
+    words = (" ".join(_number(value) for value in part) for part in (at, pin.rpy.matrixToRpy(rotation)))
     SubElement(element, "origin", dict(zip(("xyz", "rpy"), words, strict=True)))
-
-
-def roll_pitch_yaw(R: FloatArray) -> FloatArray:
-    """Roll, pitch, yaw (3,) [rad] with Rz(yaw) Ry(pitch) Rx(roll) = R, to rounding also at a pitch of 90 deg.
-
-    Yaw is read from R's first column, whatever rounding makes of it where that column is vertical, and roll
-    from what is left, (Rz Ry)' R = Rx.
-    """
-    yaw = atan2(R[1, 0], R[0, 0])
-    pitch = atan2(-R[2, 0], hypot(R[0, 0], R[1, 0]))
-    y = np.array([-sin(yaw), cos(yaw), 0.0])
-    z = np.array([cos(yaw) * sin(pitch), sin(yaw) * sin(pitch), cos(pitch)])
-    return np.array([atan2(z @ R[:, 1], y @ R[:, 1]), pitch, yaw])
 
 
 def _number(value: float) -> str:

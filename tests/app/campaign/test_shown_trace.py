@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.judged import broken_laws
 from tests.telescope import telescope
 
-from ftqp.app.campaign.judged_scenario import broken_laws
 from ftqp.app.campaign.shown_trace import failures, model_file, trace
 from ftqp.app.scenario.setup import load
 from ftqp.checker.checked_run import verdict

@@ -97,7 +97,7 @@ def test_a_plan_may_begin_where_the_scenario_does(tmp_path: Path) -> None:
         (("coverage", "zhang7-short", "--fault", "free_swinging"), "no masses"),
         (("plan", LINE, "-o", "p.npz", "--mtbf", "j1=0"), "mtbf of 'j1' is 0"),
         (("plan", LINE, "-o", "p.npz", "--mtbf", "j9=1"), "j9"),
-        (("plan", LINE, "-o", "p.npz", "--jobs", "2", "--dask", "tcp://here:1"), "leave one of them out"),
+        (("coverage", LINE, "--jobs", "2", "--dask", "tcp://here:1"), "leave one of them out"),
         (("plan", LINE, "-o", "plan.txt"), "ends in .npz"),
         (("plan", LINE, "-o", "nowhere/plan.npz"), "there is no folder"),
         (("plan", LINE, "-o", "p.npz", "--method", "magic"), "magic"),

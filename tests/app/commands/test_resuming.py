@@ -1,4 +1,4 @@
-"""``ftqp coverage`` and ``ftqp plan`` interrupted: what is done is kept, and going on ends the same."""
+"""``ftqp coverage`` interrupted: what is done is kept, and going on ends the same."""
 
 import json
 import sqlite3
@@ -7,14 +7,11 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from tests.app.conftest import invoke as asked
 from typer.testing import Result
 
-import ftqp
-from ftqp.analysis.planning import planned, self_motion_speeds, survival_labels
-from ftqp.app.commands import covering, planning
+from ftqp.app.commands import covering
 from ftqp.app.commands.covering import PairWork
 
 LINE = "planar3-line"
@@ -71,73 +68,6 @@ def test_interrupted_coverage_goes_on_to_the_same_rows(
     assert rows(out) == rows(tmp_path / "whole")
     facts = [json.loads(result.stdout) for result in (whole, done)]
     assert facts[0]["coverage"] == facts[1]["coverage"] and Path(facts[1]["page"]).exists()
-
-
-STAGES = [
-    (survival_labels, "lock_labels", 1, ()),
-    pytest.param(
-        self_motion_speeds,
-        "speed_ratings",
-        1,
-        ("--method", "constant", "--start", "given", "--stride", "50"),
-        marks=pytest.mark.slow,
-    ),
-    pytest.param(
-        planned,
-        "placement_costs",
-        2,
-        ("--optimise", "base"),
-        marks=pytest.mark.slow,
-    ),
-]
-
-
-@pytest.mark.parametrize(("room", "work", "after", "more"), STAGES)
-def test_interrupted_plan_goes_on_to_the_same_plan(
-    room: Any,
-    work: str,
-    after: int,
-    more: tuple[str, ...],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    for name, few in (("SPREAD", 4), ("REFINED", 2), ("WAYPOINTS", 10)):
-        monkeypatch.setattr(planned, name, few)
-    command = ("plan", LINE, *COARSE, *more, "-o")
-    whole, file = tmp_path / "whole.npz", tmp_path / "plan.npz"
-    assert asked(*command, whole).exit_code == 0
-    mend = interrupting(room, work, after, monkeypatch)
-    broken = asked(*command, file)
-    mend()
-    part = tmp_path / "plan.npz.part"
-    assert broken.exit_code == 130 and "with --resume goes on from there" in text(broken)
-    assert part.is_dir() and not file.exists()
-    assert "go on from there by --resume, or remove it" in text(asked(*command, file))
-    other = asked(*command, file, "--resume", "--seed", "1")
-    assert other.exit_code == 2
-    assert "('seed = 0' there, 'seed = 1' here); plan into another file by -o" in text(other)
-    with monkeypatch.context() as newer:
-        newer.setattr(planning, "__version__", "99.0")
-        assert "was made by ftqp" in text(asked(*command, file, "--resume"))
-    done = asked(*command, file, "--resume")
-    assert done.exit_code == 0, done.output
-    assert np.array_equal(ftqp.analysis.load_plan(file).q, ftqp.analysis.load_plan(whole).q)
-    assert not part.exists()
-
-
-@pytest.mark.slow
-def test_processes_make_the_same_plan(tmp_path: Path) -> None:
-    for jobs, file in (((), "alone.npz"), (("--jobs", "2"), "two.npz")):
-        result = asked("plan", LINE, *COARSE, *jobs, "-o", tmp_path / file)
-        assert result.exit_code == 0, result.output
-    alone, two = (ftqp.analysis.load_plan(tmp_path / name) for name in ("alone.npz", "two.npz"))
-    assert np.array_equal(alone.q, two.q) and alone.settings == two.settings
-
-
-def test_resume_without_anything_to_go_on_with_begins_anew(tmp_path: Path) -> None:
-    result = asked("plan", LINE, *COARSE, "-o", tmp_path / "plan.npz", "--resume")
-    assert result.exit_code == 0 and "this one begins anew" in text(result)
-    assert [entry.name for entry in tmp_path.iterdir()] == ["plan.npz"]
 
 
 def test_plan_that_cannot_be_made_leaves_nothing(tmp_path: Path) -> None:

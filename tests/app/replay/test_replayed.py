@@ -163,7 +163,7 @@ def test_replay_compares_the_backends_it_is_told(file: Path) -> None:
 def test_a_backend_that_lies_is_named(file: Path, tmp_path: Path) -> None:
     """The recorded answer solves the QP, the profile stops far from it."""
     profile = tmp_path / "hasty.toml"
-    profile.write_text('name = "osqp"\nmax_iterations = 1\npolish = false\n')
+    profile.write_text('name = "osqp"\nmax_iterations = 1\n')
     result = invoke("replay", file, "--tick", 30, "--backend", profile, "--backends", "daqp", "--json")
     facts = json.loads(result.stdout)
     assert result.exit_code == 1

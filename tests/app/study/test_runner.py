@@ -69,10 +69,9 @@ def test_only_items_of_the_study_are_counted_where_it_had_more_before(tmp_path: 
         run_study(Squares(), 20, results, what="squares")
         whole = results.seconds()
         results.crash([25], "the worker died")
-        told: list[float] = []
-        outcome = run_study(Squares(), 10, results, what="squares", heard=told.append)
+        outcome = run_study(Squares(), 10, results, what="squares")
     assert (outcome.items, outcome.computed, outcome.crashed) == (10, 0, {})
-    assert 0.0 < outcome.seconds < whole and max(told) == 10
+    assert 0.0 < outcome.seconds < whole
 
 
 @pytest.mark.parametrize("deadly", [23, pytest.param(0, marks=pytest.mark.slow)])

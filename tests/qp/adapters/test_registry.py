@@ -44,7 +44,6 @@ def test_a_backend_is_made_from_a_name_a_mapping_or_itself():
         ("nothing.toml", "nothing.toml cannot be read (No such file"),
         (Path("/"), "cannot be read"),
         ({"name": "qpsolvers:osqp", "max_iterations": 0}, "qpsolvers:osqp.max_iterations is 0"),
-        ({"name": "qpsolvers:daqp", "polish": 3}, "polish is 3, expected true or false"),
         ({"name": "proxqp", "time_limit": 1e-3}, "backend 'proxqp' has no time_limit"),
         ({"name": "active_set", "time_limit": 1e-3}, "backend 'active_set' has no time_limit"),
     ],

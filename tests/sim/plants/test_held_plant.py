@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from tests.judged import broken_laws
 
 import ftqp
-from ftqp.app.campaign.judged_scenario import broken_laws
 from ftqp.core.errors import InputError, ScenarioError
 from ftqp.faults.kinds import Locked
 from ftqp.model import catalog

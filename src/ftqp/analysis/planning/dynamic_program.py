@@ -193,8 +193,7 @@ def _nodes(case: PlanCase, task: TaskPath, farthest: FloatArray) -> list[FloatAr
     study, settings = case.study, case.settings
     common: dict[str, Any] = {"seed": case.seed, "q0": case.start, "told": tell}
     if study.redundancy == 1:
-        spacing, portions = settings.spacing, case.portions
-        nodes = curve_nodes(study, task.goals, spacing=spacing, portions=portions, **common)
+        nodes = curve_nodes(study, task.goals, spacing=settings.spacing, **common)
     else:
         reach = farthest * task.dt
         nodes = sampled_nodes(study, task.goals, count=settings.nodes, reach=reach, **common)

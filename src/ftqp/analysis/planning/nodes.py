@@ -1,14 +1,12 @@
 """Nodes of a plan: configurations with which an arm can be at each waypoint of a path."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.manifolds.manifold import beside, turned
-from ftqp.analysis.planning.plan_case import Here, Portions, packed, unpacked
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.study_session import TracedCurve
 
@@ -37,7 +35,6 @@ def curve_nodes(
     seed: int,
     q0: FloatArray | None = None,
     told: Callable[[int], None] | None = None,
-    portions: Portions | None = None,
 ) -> list[FloatArray]:
     """Nodes on all self-motion curves within the limits at each waypoint, one joint being to spare.
 
@@ -45,19 +42,19 @@ def curve_nodes(
     to the first, from nodes of the waypoint behind. Source: docs/theory/fault-tolerant-plans.md, "Nodes".
     """
     nv, K = study.robot.nv, len(poses)
-    kept = Here() if portions is None else portions
     random = _random_starts(study, np.random.default_rng(seed), len(poses))
     layers: list[list[_Curve]] = []
     before = np.empty((0, nv)) if q0 is None else q0[None]
     for k, pose in enumerate(poses):
         starts = np.vstack([before, random[k]])
-        layers.append(_curves(kept.one("nodes", k, partial(_traced, study, pose, starts))))
+        study.limited.aim(pose)
+        layers.append(_long(study.limited.self_motions(starts, quiet=_NEVER, curves=CURVES)))
         before = _starts(layers[-1], nv)
         if told is not None:
             told(k + 1)
     for k in range(K - 2, -1, -1):
-        more = partial(_missing, study, poses[k], layers[k], _starts(layers[k + 1], nv), spacing)
-        layers[k] = layers[k] + _curves(kept.one("nodes", 2 * K - 2 - k, more))
+        more = _missing(study, poses[k], layers[k], _starts(layers[k + 1], nv), spacing)
+        layers[k] = layers[k] + _long(more)
     nodes = [_nodes(study, curves, spacing) for curves in layers]
     if q0 is not None:
         nodes[0] = np.vstack([turned(study, q0[None]), nodes[0]])
@@ -75,24 +72,9 @@ def _random_starts(study: GoalStudy, random: np.random.Generator, count: int) ->
     return random.uniform(low, high, (count, RANDOM_STARTS, study.robot.nv))
 
 
-def _traced(study: GoalStudy, pose: FloatArray, starts: FloatArray) -> str:
-    """The self-motions at a waypoint that are found from some starts."""
-    study.limited.aim(pose)
-    return _text(study.limited.self_motions(starts, quiet=_NEVER, curves=CURVES), study.robot.nv)
-
-
-def _text(curves: Sequence[TracedCurve], nv: int) -> str:
-    """Curves that are long enough as a text: rows with the curve's number before ``parts`` and ``q``."""
-    long = [one for one in curves if len(one.q) > 1 and one.length > SHORTEST]
-    rows = [np.column_stack([np.full(len(one.q), k), one.parts, one.q]) for k, one in enumerate(long)]
-    return packed(np.vstack([np.empty((0, nv + 2)), *rows]))
-
-
-def _curves(text: str) -> list[_Curve]:
-    """Curves from a text."""
-    rows = unpacked(text)
-    each = np.split(rows, np.flatnonzero(np.diff(rows[:, 0])) + 1) if len(rows) else []
-    return [_Curve(np.ascontiguousarray(one[:, 2:]), one[:, 1].copy()) for one in each]
+def _long(curves: Sequence[TracedCurve]) -> list[_Curve]:
+    """Those curves that are long enough."""
+    return [_Curve(one.q, one.parts) for one in curves if len(one.q) > 1 and one.length > SHORTEST]
 
 
 def _starts(curves: Sequence[_Curve], nv: int) -> FloatArray:
@@ -102,11 +84,11 @@ def _starts(curves: Sequence[_Curve], nv: int) -> FloatArray:
 
 def _missing(
     study: GoalStudy, pose: FloatArray, curves: Sequence[_Curve], starts: FloatArray, spacing: float
-) -> str:
+) -> list[TracedCurve]:
     """Self-motions at a waypoint through the starts, but for those that are known."""
     session, limits = study.limited, study.robot.limits
     if not len(starts):
-        return _text([], study.robot.nv)
+        return []
     session.aim(pose)
     q, left, _ = session.solutions(starts, near=True)
     inside = (q >= limits.q_min).all(axis=1) & (q <= limits.q_max).all(axis=1)
@@ -118,7 +100,7 @@ def _missing(
         traced = session.curve(waiting[0])
         waiting = beside(study, traced.q, waiting[1:], 2.0 * spacing) if len(traced.q) else waiting[1:]
         found.append(traced)
-    return _text(found, study.robot.nv)
+    return found
 
 
 def _nodes(study: GoalStudy, curves: Sequence[_Curve], spacing: float) -> FloatArray:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any, Final, Literal, get_args
 
 import numpy as np
@@ -15,17 +14,7 @@ from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.planning.dynamic_program import grid_plan
 from ftqp.analysis.planning.fault_plan import Plan, plan_of
 from ftqp.analysis.planning.nodes import curve_nodes
-from ftqp.analysis.planning.plan_case import (
-    Here,
-    Method,
-    PlanCase,
-    PlanSettings,
-    Portions,
-    Told,
-    packed,
-    silent,
-    unpacked,
-)
+from ftqp.analysis.planning.plan_case import Method, PlanCase, PlanSettings, Told, silent
 from ftqp.analysis.planning.self_motion_speeds import SpeedPlan, constant_plan, null_vectors, spline_plan
 from ftqp.analysis.planning.survival_labels import (
     Survivals,
@@ -58,60 +47,41 @@ LOST = 2.0
 """What a placement costs with which the path is not followed at all."""
 
 
-def placement_cost(case: PlanCase, freedoms: Sequence[Freedom], threads: int | None, x: FloatArray) -> float:
-    """What a placement costs: the share that a coarse grid with a free start does not survive."""
-    there = _moved(case.task, freedoms, x)
-    try:
-        return 1.0 - grid_plan(replace(case, task=there, portions=Here(threads))).coverage
-    except InputError:
-        return LOST
-
-
-def placement_costs(
-    cost: Callable[[FloatArray], float], placements: FloatArray, items: Sequence[int]
-) -> list[float]:
-    """What each of some placements costs."""
-    return [cost(placements[item]) for item in items]
-
-
 def better_placed(case: PlanCase, freedoms: Sequence[Freedom]) -> tuple[TaskPath, dict[str, Any]]:
     """The task moved so that a coarse grid with a free start survives most, and how it was moved.
 
     The task as it is, and placements spread evenly, are compared; a simplex goes on from the best. Moving the
-    base by b is moving the path by -b. A keyboard interrupt ends the search with the best so far, unless what
-    is done is kept.
+    base by b is moving the path by -b. A keyboard interrupt ends the search with the best so far.
     Source: docs/theory/fault-tolerant-plans.md, "Placement".
     """
-    task, settings, portions = case.task, case.settings, case.portions
+    task, settings = case.task, case.settings
     low, high = _box(task, freedoms)
     knobs = replace(settings, waypoints=WAYPOINTS, spacing=max(SPACING, settings.spacing))
     spread = low + qmc.Sobol(len(low), seed=case.seed).random(SPREAD)[: SPREAD - 1] * (high - low)
     spread = np.vstack([np.zeros(len(low)), spread])
     coarse = PlanCase(task=task.coarse(WAYPOINTS), weights=case.weights, settings=knobs, seed=case.seed)
-    work = partial(placement_cost, coarse, tuple(freedoms), portions.threads)
     tried: list[tuple[float, FloatArray]] = []
 
-    def kept(value: float, x: FloatArray) -> float:
-        inside = np.clip(x, low, high)
-        whole = value + float(np.abs(x - inside).sum())
-        tried.append((whole, inside))
-        case.told(min(len(tried), SPREAD + REFINED), SPREAD + REFINED, "placements")
-        return whole
-
     def cost(x: FloatArray) -> float:
-        inside, item = np.clip(x, low, high), len(tried) - SPREAD
-        return kept(float(unpacked(portions.one("moves", item, lambda: packed(work(inside))))), x)
+        """What a coarse grid with a free start does not survive, and how far x is out of the box."""
+        inside = np.clip(x, low, high)
+        try:
+            lost = 1.0 - grid_plan(replace(coarse, task=_moved(coarse.task, freedoms, inside))).coverage
+        except InputError:
+            lost = LOST
+        tried.append((lost + float(np.abs(x - inside).sum()), inside))
+        case.told(min(len(tried), SPREAD + REFINED), SPREAD + REFINED, "placements")
+        return tried[-1][0]
 
     try:
-        spreading = partial(placement_costs, work, spread)
-        for x, found in zip(spread, case.each("placements", spreading, SPREAD), strict=True):
-            kept(float(found), x)
+        for x in spread:
+            cost(x)
         first = min(tried, key=lambda one: one[0])[1]
         simplex = np.vstack([first, first + 0.15 * np.diag(high - low)])
         ends: Any = {"maxfev": REFINED, "xatol": 1e-3, "fatol": 1e-3}
         minimize(cost, first, method="Nelder-Mead", options=ends | {"initial_simplex": simplex})
     except KeyboardInterrupt:
-        if portions.keeps or not tried:
+        if not tried:
             raise
     value, x = min(tried, key=lambda one: one[0])
     if value >= LOST:
@@ -267,7 +237,6 @@ def plan(
     optimise: Sequence[Freedom] = (),
     weights: Mapping[str | int, float] | None = None,
     progress: Told | None = None,
-    portions: Portions | None = None,
     scene: Scene | None = None,
     clearance: Clearance | None = None,
     frame: str | None = None,
@@ -295,8 +264,6 @@ def plan(
         weights: What a lock of each joint counts, >= 0, by name or index, for example its failure rate or
             1 / MTBF; only their ratios matter, and joints that are left out do not count. None: all alike.
         progress: Called with what is done, of how much, and what is being done.
-        portions: Who computes the independent parts of the work and keeps what is done; None does everything
-            here and keeps nothing.
         scene: What stands around the arm, as it stands now: the plan keeps clear of it, and so must the arm
             after a failure. None is what the path was made with, or nothing.
         clearance: How far the arm keeps from it and from itself; None is ``ftqp.Clearance()`` beside a scene.
@@ -326,7 +293,6 @@ def plan(
         settings=knobs,
         seed=seed,
         told=silent if progress is None else progress,
-        portions=Here() if portions is None else portions,
     )
     moved: dict[str, Any] = {}
     if optimise:

@@ -1,14 +1,15 @@
 """Plans by the speed of the self-motion: one speed for all of a path, a spline over time, or a gradient."""
 
-from collections.abc import Iterator, Sequence
-from functools import partial
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import minimize
 
 from ftqp.analysis.goals import GoalStudy
-from ftqp.analysis.planning.plan_case import PlanCase, packed, unpacked
+from ftqp.analysis.planning.plan_case import PlanCase, in_parts
 from ftqp.analysis.planning.survival_labels import survivals
 from ftqp.analysis.survival.continuing import continuation_study
 from ftqp.analysis.survival.task_path import TaskPath
@@ -70,7 +71,7 @@ def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
 
     def cost(x: FloatArray) -> float:
         nonlocal tried, best
-        value = float(unpacked(case.portions.one("splines", tried, lambda: packed(loss(x)))))
+        value = loss(x)
         tried += 1
         if value < best[0]:
             best = value, x.copy()
@@ -81,25 +82,18 @@ def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
         q, last, _ = continuation_study(coarse).tracks(start[None], speeds_at(x, coarse.t)[None])
         if last[0] < coarse.N:
             return 2.0 + OUT_OF_LIMITS - float(last[0]) / coarse.N
-        found = survivals(coarse, q, 1, weights, case.portions.threads)
+        found = survivals(coarse, q, 1, weights)
         beyond = found.excess[0] + max(0.0, found.hurry[0] - 1.0)
         return float(1.0 - found.coverage[0] - 0.5 * found.completed[0] + OUT_OF_LIMITS * beyond)
 
     first = best[1]
     spread = 0.25 * max(0.2, abs(speed))
     simplex = np.vstack([first, first + spread * np.eye(settings.knots)])
-    try:
-        minimize(
-            cost,
-            first,
-            method="Nelder-Mead",
-            options={
-                "maxfev": settings.evaluations, "initial_simplex": simplex, "xatol": 1e-4, "fatol": 1e-5,
-            },
-        )  # fmt: skip
-    except KeyboardInterrupt:
-        if case.portions.keeps:
-            raise
+    options: Any = {
+        "maxfev": settings.evaluations, "initial_simplex": simplex, "xatol": 1e-4, "fatol": 1e-5,
+    }  # fmt: skip
+    with suppress(KeyboardInterrupt):  # the best so far is taken
+        minimize(cost, first, method="Nelder-Mead", options=options)
     speeds = speeds_at(best[1], task.t)
     q, last, _ = continuation_study(task).tracks(start[None], speeds[None])
     if last[0] < task.N:
@@ -109,58 +103,30 @@ def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
     return (q[0], speeds) if better else begin
 
 
-def start_ratings(
-    task: TaskPath,
-    starts: FloatArray,
-    thetas: FloatArray,
-    weights: FloatArray,
-    threads: int | None,
-    items: Sequence[int],
-) -> Iterator[float]:
-    """Coverage with the best of some constant speeds from each of some starts, less 1 beyond limits."""
-    speeds = np.tile(thetas[:, None], (1, task.N))
-    for start in starts[list(items)]:
-        begins = np.tile(start, (len(thetas), 1))
-        q, last, _ = continuation_study(task).tracks(begins, speeds, threads)
-        done = q[last == task.N]
-        if not len(done):
-            yield -np.inf
-            continue
-        found = survivals(task, done, 2, weights, threads)
-        yield float(np.where(found.legal, found.coverage, found.coverage - 1.0).max())
-
-
-def speed_ratings(
-    task: TaskPath,
-    starts: FloatArray,
-    thetas: FloatArray,
-    stride: int,
-    weights: FloatArray,
-    threads: int | None,
-    items: Sequence[int],
-) -> FloatArray:
-    """Coverage with each of some constant speeds, each from its start."""
-    q, _ = _tracks(task, starts[list(items)], thetas[list(items)], threads)
-    return survivals(task, q, stride, weights, threads).coverage
+def start_rating(task: TaskPath, start: FloatArray, thetas: FloatArray, weights: FloatArray) -> float:
+    """Coverage with the best of some constant speeds from a start, less 1 beyond limits."""
+    begins, speeds = np.tile(start, (len(thetas), 1)), np.tile(thetas[:, None], (1, task.N))
+    q, last, _ = continuation_study(task).tracks(begins, speeds)
+    done = q[last == task.N]
+    if not len(done):
+        return -np.inf
+    found = survivals(task, done, 2, weights)
+    return float(np.where(found.legal, found.coverage, found.coverage - 1.0).max())
 
 
 def _finalists(case: PlanCase, starts: FloatArray, thetas: FloatArray) -> FloatArray:
     """The starts with the best constant speeds, as far as a coarse grid shows."""
     some = starts[np.unique(np.linspace(0, len(starts) - 1, STARTS).round().astype(np.int64))]
-    coarse, threads = case.task.coarse(COARSE), case.portions.threads
-    work = partial(start_ratings, coarse, some, thetas, case.weights, threads)
-    scores = np.full(len(some), -np.inf)
-    for k, score in enumerate(case.each("starts", work, len(some))):
-        scores[k] = score
+    coarse, scores = case.task.coarse(COARSE), np.empty(len(some))
+    for k, start in enumerate(some):
+        scores[k] = start_rating(coarse, start, thetas, case.weights)
         case.told(k + 1, len(some), "starts")
     return np.asarray(some[np.argsort(-scores, kind="stable")[:FINALISTS]])
 
 
-def _tracks(
-    task: TaskPath, starts: FloatArray, thetas: FloatArray, threads: int | None = None
-) -> tuple[FloatArray, BoolArray]:
+def _tracks(task: TaskPath, starts: FloatArray, thetas: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Motions that follow the path to its end, (P, N + 1, nv), and which of the starts they have."""
-    q, last, _ = continuation_study(task).tracks(starts, np.tile(thetas[:, None], (1, task.N)), threads)
+    q, last, _ = continuation_study(task).tracks(starts, np.tile(thetas[:, None], (1, task.N)))
     done = last == task.N
     if not done.any():
         raise InputError(
@@ -184,13 +150,17 @@ def _best(case: PlanCase, q: FloatArray, starts: FloatArray, thetas: FloatArray)
         kept = candidates[regular] if regular.any() else candidates
         return int(kept[np.argsort(energy[kept], kind="stable")][0])
     coverage, count = np.zeros(len(candidates)), len(candidates)
-    some, threads = (task, starts[candidates], thetas[candidates]), case.portions.threads
-    work = partial(speed_ratings, *some, settings.stride, case.weights, threads)
+
+    def rated(items: Sequence[int]) -> FloatArray:
+        some = candidates[list(items)]
+        motions, _ = _tracks(task, starts[some], thetas[some])
+        return survivals(task, motions, settings.stride, case.weights).coverage
+
     try:
-        for k, coverage[k] in enumerate(case.each("speeds", work, count)):
+        for k, coverage[k] in enumerate(in_parts(rated, count)):
             case.told(k + 1, count, "speeds")
     except KeyboardInterrupt:
-        if case.portions.keeps or not coverage.any():
+        if not coverage.any():
             raise
     return int(candidates[np.lexsort((energy[candidates], -coverage))][0])
 

@@ -2,13 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import final
 
 import numpy as np
 
 from ftqp.analysis.goals import GoalStudy
-from ftqp.analysis.planning.plan_case import PlanCase
+from ftqp.analysis.planning.plan_case import PlanCase, in_parts
 from ftqp.analysis.survival.continuing import continuation_study, locks_survived
 from ftqp.analysis.survival.coverage import FOLLOWED
 from ftqp.analysis.survival.task_path import TaskPath
@@ -107,15 +106,6 @@ class Survivals:
         return np.asarray(inside & (self.short <= FOLLOWED[0]))
 
 
-def lock_labels(
-    task: TaskPath, stride: int, nodes: Sequence[FloatArray], threads: int | None, items: Sequence[int]
-) -> list[BoolArray]:
-    """Which nodes survive which lock, (M, nv), for each of some waypoints so many samples apart."""
-    samples = np.repeat(stride * np.array(items), [len(nodes[k]) for k in items])
-    labels = locks_survived(task, np.vstack([nodes[k] for k in items]), samples, threads=threads)
-    return np.split(labels, np.cumsum([len(nodes[k]) for k in items])[:-1])
-
-
 def node_labels(case: PlanCase, task: TaskPath, stride: int, nodes: Sequence[FloatArray]) -> list[BoolArray]:
     """Whether each node survives a lock of each joint there, (M, nv) for each waypoint but the last.
 
@@ -124,29 +114,27 @@ def node_labels(case: PlanCase, task: TaskPath, stride: int, nodes: Sequence[Flo
     Source: docs/theory/fault-tolerant-plans.md, "Labels".
     """
     last, found = len(nodes) - 1, []
-    work = partial(lock_labels, task, stride, nodes[:-1], case.portions.threads)
-    for k, labels in enumerate(case.each("locks", work, last)):
+
+    def labels_at(items: Sequence[int]) -> list[BoolArray]:
+        counts = [len(nodes[k]) for k in items]
+        samples = np.repeat(stride * np.array(items), counts)
+        labels = locks_survived(task, np.vstack([nodes[k] for k in items]), samples)
+        return np.split(labels, np.cumsum(counts)[:-1])
+
+    for k, labels in enumerate(in_parts(labels_at, last)):
         found.append(labels)
         case.told(k + 1, last, "locks")
     return found
 
 
-def survivals(
-    task: TaskPath,
-    q: FloatArray,
-    stride: int,
-    weights: FloatArray | None = None,
-    threads: int | None = None,
-) -> Survivals:
+def survivals(task: TaskPath, q: FloatArray, stride: int, weights: FloatArray | None = None) -> Survivals:
     """What trajectories survive, each on its own."""
     limits, nv = task.robot.limits, task.robot.nv
     at = np.arange(0, task.N, stride)
     starts = np.repeat(q[:, at].reshape(-1, nv), nv, axis=0)
     samples = np.tile(np.repeat(at, nv), len(q))
     failed = np.tile(np.arange(nv), len(q) * len(at))
-    ends = continuation_study(task).runs(
-        starts, samples, failed, bounded=task.redundancy > 1, threads=threads
-    )
+    ends = continuation_study(task).runs(starts, samples, failed, bounded=task.redundancy > 1)
     beyond = np.maximum(limits.q_min - q, q - limits.q_max).max(axis=2)
     outside = np.repeat((beyond[:, at] > OUTSIDE).ravel(), nv)
     survived = (ends.status == SURVIVED) & ~outside

@@ -196,9 +196,6 @@ def plan(
     report: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder to make for page and pictures.")
     ] = None,
-    jobs: Jobs = None,
-    dask: Dask = None,
-    resume: Resume = False,
     as_json: Json = False,
 ) -> ExitCode:
     """Find a motion along the path that survives more failures; `ftqp run --plan FILE` runs it."""
@@ -210,7 +207,7 @@ def plan(
     knobs = {name: value for name, value in given.items() if value is not None}
     return make_plan(
         scenario, overrides or (), file, folder, method=method, start=start, optimise=optimise, seed=seed,
-        knobs=knobs, mtbf=mtbf, jobs=jobs, dask=dask, resume=resume, as_json=as_json,
+        knobs=knobs, mtbf=mtbf, as_json=as_json,
     )  # fmt: skip
 
 

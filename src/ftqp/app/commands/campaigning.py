@@ -37,29 +37,17 @@ def campaign(
             help="Run this episode alone, with log and figures, and judge it.",
         ),
     ] = None,
-    shrink: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            help="Make a small scenario that breaks the law which this episode breaks, and a test of it.",
-        ),
-    ] = None,
     as_json: Json = False,
 ) -> ExitCode:
     """Run a campaign of random episodes, or go on with that in --out; every one is judged from outside."""
     from ftqp.app.campaign.episode_study import load_campaign
     from ftqp.app.campaign.kept_campaign import command_of
     from ftqp.app.commands.campaign_episodes import replay_episode, run_episodes
-    from ftqp.app.commands.campaign_shrinking import shrink as shrink_it
 
-    if replay is not None and shrink is not None:
-        raise InputError("--replay and --shrink both name an episode; leave one of them out")
     more = () if episodes is None else (f"campaign.episodes={episodes}",)
     made = load_campaign(study, (*(overrides or ()), *more))
     if replay is not None:
         return replay_episode(made, _numbered(made, replay), out, as_json=as_json)
-    if shrink is not None:
-        return shrink_it(made, _numbered(made, shrink), out, as_json=as_json)
     command = command_of(study, overrides or ())
     return run_episodes(made, command, out, jobs=jobs, dask=dask, table=table, as_json=as_json)
 

@@ -20,7 +20,7 @@ LOCK_NAME = "writer.lock"
 FORMAT = 1
 """Version of the file's layout."""
 REMEDY = "name another folder by --out"
-"""What to do where a folder cannot be used, unless its owner says something else."""
+"""What to do where a folder cannot be used."""
 EVERY = 2**63 - 1
 """No item has a number as large as this."""
 PATIENCE = 10.0
@@ -44,7 +44,7 @@ class ResultsFile:
     """A study's results, open for one writer, in a folder that is made if need be.
 
     ``kind`` and ``key`` tell this study from every other one, ``about`` is more about it by key, anything
-    that JSON holds; ``remedy`` is what to do where the folder cannot be used, ``onward`` what goes on later.
+    that JSON holds, ``onward`` what goes on later.
 
     Raises:
         InputError: The file is of another study, of a newer version or no results file at all, another
@@ -59,17 +59,15 @@ class ResultsFile:
         key: str,
         columns: Columns,
         about: Mapping[str, Any] | None = None,
-        remedy: str = REMEDY,
         onward: str | None = None,
     ) -> None:
-        self._remedy = remedy
         self.onward = onward or f"the same command with --out {folder}"
         self.path = folder / FILE_NAME
         self._columns = dict(columns)
         facts = {"format": FORMAT, "kind": kind, "key": key} | dict(about or {})
-        with _readable(self.path, remedy), ExitStack() as opened:
+        with _readable(self.path), ExitStack() as opened:
             folder.mkdir(parents=True, exist_ok=True)
-            opened.enter_context(closing(locked(folder, remedy)))
+            opened.enter_context(closing(locked(folder)))
             connection = sqlite3.connect(self.path, isolation_level="IMMEDIATE", timeout=PATIENCE)
             self._connection = opened.enter_context(closing(connection))
             if self.path.stat().st_size == 0:
@@ -119,7 +117,7 @@ class ResultsFile:
 
     def _read(self, asked: str, *values: Any) -> list[tuple[Any, ...]]:
         """What the file answers."""
-        with _readable(self.path, self._remedy):
+        with _readable(self.path):
             return self._connection.execute(asked, values).fetchall()
 
     def _commit(self, changes: Mapping[str, Iterable[tuple[Any, ...]]]) -> None:
@@ -149,20 +147,20 @@ class ResultsFile:
 
     def _refuse_other_studies(self, wanted: Mapping[str, Any]) -> None:
         """Refuse a file that is not of this very study."""
-        path, remedy, facts = self.path, self._remedy, facts_of(self._connection, self.path)
+        path, facts = self.path, facts_of(self._connection, self.path)
         if facts.get("kind") != wanted["kind"]:
             raise InputError(
                 f"{path} holds results of a study of kind {facts.get('kind')!r:.40}, this one is of kind "
-                f"{wanted['kind']!r}; {remedy}"
+                f"{wanted['kind']!r}; {REMEDY}"
             )
         if facts.get("ftqp") != wanted.get("ftqp"):
             raise InputError(
                 f"{path} was made by ftqp {facts.get('ftqp')!s:.40}, this is {wanted.get('ftqp')}, and their "
-                f"results are not mixed; {remedy}, or continue it with that version"
+                f"results are not mixed; {REMEDY}, or continue it with that version"
             )
         names = [name for _, name, *_ in self._connection.execute("PRAGMA table_info(results)")]
         if facts.get("key") != wanted["key"] or names[1:-2] != list(self._columns):
-            raise InputError(f"{path} holds results of another study{_difference(facts, wanted)}; {remedy}")
+            raise InputError(f"{path} holds results of another study{_difference(facts, wanted)}; {REMEDY}")
 
     def close(self) -> None:
         """Let go of the file."""
@@ -214,15 +212,15 @@ def reason(error: Exception) -> str:
 
 
 @contextmanager
-def _readable(path: Path, remedy: str) -> Iterator[None]:
+def _readable(path: Path) -> Iterator[None]:
     """Says in a sentence why a file cannot be used."""
     try:
         yield
     except (sqlite3.Error, OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} cannot be used as a results file: {reason(error)}; {remedy}") from error
+        raise InputError(f"{path} cannot be used as a results file: {reason(error)}; {REMEDY}") from error
 
 
-def locked(folder: Path, remedy: str) -> sqlite3.Connection:
+def locked(folder: Path) -> sqlite3.Connection:
     """The lock of a folder's only writer; the system lets it go when the process ends, however it does."""
     lock = sqlite3.connect(folder / LOCK_NAME, isolation_level=None, timeout=0.0)
     try:
@@ -232,7 +230,7 @@ def locked(folder: Path, remedy: str) -> sqlite3.Connection:
         if _code(error) not in TAKEN:
             raise
         raise InputError(
-            f"another process writes to {folder}; wait until it has ended, or {remedy}"
+            f"another process writes to {folder}; wait until it has ended, or {REMEDY}"
         ) from error
     return lock
 

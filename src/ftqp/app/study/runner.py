@@ -4,7 +4,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from contextlib import closing, contextmanager, nullcontext, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
@@ -61,7 +61,6 @@ def run_study(
     what: str,
     jobs: int | None = None,
     dask: str | None = None,
-    heard: Callable[[float], None] | None = None,
 ) -> Outcome:
     """Compute the items of a study that have no row yet.
 
@@ -71,7 +70,7 @@ def run_study(
     done, crashed = results.done(), results.crashed()
     missing = [item for item in range(count) if item not in done]
     begun = count - len(missing)
-    with progress(what, float(count)) if heard is None else nullcontext(heard) as told:
+    with progress(what, float(count)) as told:
         told(begun)
         if missing:
             fresh = [item for item in missing if item not in crashed]

@@ -8,8 +8,7 @@ import osqp
 from scipy.sparse import csc_matrix
 
 from ftqp.core.checks import FloatArray
-from ftqp.qp.adapters.backend import Claim, QPBuffers, optional
-from ftqp.qp.adapters.polished_backend import PolishedBackend
+from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers, optional
 
 NO_BOUND = 1e30
 """OSQP's infinity; a bound that is really infinite spoils its duality gap."""
@@ -31,13 +30,8 @@ class OsqpSettings:
     Attributes:
         tolerance: Absolute tolerance of the residuals, > 0 (``eps_abs``; ``eps_rel`` is 0). A larger one is
             faster and coarser.
-        max_iterations: The most iterations of a solve, all attempts together, >= 1. A smaller cap bounds the
-            time of a solve and gives up more often. (``max_iter``)
-        polish: Whether an answer that is not solved after ``polish_after`` iterations is made exact, as
-            ``ftqp.qp.adapters.polished_backend`` does. False leaves OSQP to itself; its own polishing is not
-            used, because it writes to stdout when it finds nothing to polish.
-        polish_after: Iterations before that, >= 1. A larger number leaves more answers to OSQP alone and
-            takes longer where bounds are active.
+        max_iterations: The most iterations of a solve, and of the cold one that follows a warm one in vain,
+            >= 1. A smaller cap bounds the time of a solve and gives up more often. (``max_iter``)
         rho: The ADMM step at a cold start, > 0 (``rho``). A larger one weighs the constraints more beside the
             objective.
         sigma: The ADMM regularisation, > 0 (``sigma``). A larger one is better conditioned and slower.
@@ -52,8 +46,6 @@ class OsqpSettings:
 
     tolerance: float = 1e-9
     max_iterations: int = 2_000
-    polish: bool = True
-    polish_after: int = 200
     rho: float = 0.1
     sigma: float = 1e-6
     alpha: float = 1.6
@@ -62,23 +54,20 @@ class OsqpSettings:
     time_limit: float | None = optional(1e-3)
 
 
-class Osqp(PolishedBackend):
-    """OSQP on a full pattern set up once, [I; A; C] and the upper triangle of H; later only values change."""
+class Osqp(Backend):
+    """OSQP on a full pattern set up once, [I; A; C] and the upper triangle of H; later only values change.
+
+    Its own polishing is not used, because it writes to stdout when it finds nothing to polish.
+    """
 
     package = "osqp"
     settings_type = OsqpSettings
 
     def __init__(self, settings: OsqpSettings) -> None:
-        super().__init__(
-            "osqp",
-            first_cap=settings.polish_after,
-            cap=settings.max_iterations,
-            polish=settings.polish,
-            time_limit=settings.time_limit,
-        )
+        super().__init__("osqp")
         self._settings = settings
 
-    def _set_up(self, qp: QPBuffers) -> None:
+    def _prepare(self, qp: QPBuffers) -> None:
         n, k = qp.n, len(qp.rows)
         # Column j of [I; A; C] has its one in row j and is full below the box; sorted, so values need no
         # permutation.
@@ -93,16 +82,16 @@ class Osqp(PolishedBackend):
         starts = np.concatenate(([0], np.cumsum(np.arange(1, n + 1))))
         triangle = csc_matrix(((rows == columns).astype(float), rows, starts), shape=(n, n))
         chosen = self._settings
+        limit = {} if chosen.time_limit is None else {"time_limit": chosen.time_limit}
         model = osqp.OSQP(algebra="builtin")
         model.setup(
             triangle, np.zeros(n), constraints, -np.ones(n + k), np.ones(n + k), verbose=False,
             eps_abs=chosen.tolerance, eps_rel=0.0, max_iter=chosen.max_iterations, polishing=False,
             rho=chosen.rho, sigma=chosen.sigma, alpha=chosen.alpha, check_termination=chosen.check_every,
-            eps_prim_inf=chosen.infeasibility_tolerance,
+            eps_prim_inf=chosen.infeasibility_tolerance, **limit,
         )  # fmt: skip
         # The compiled solver inside: OSQP's Python wrapper around it costs 10 us a tick.
         self._solver: Any = model._solver
-        self._native, self._native_cap = model.settings, chosen.max_iterations
         self._values, self._rows = values.reshape(-1), values[:, 1:].T
         self._triangle = rows * n + columns
         self._H_values: FloatArray = np.empty(len(rows))
@@ -111,17 +100,8 @@ class Osqp(PolishedBackend):
         self._least, self._greatest = np.full(n + k, -NO_BOUND), np.full(n + k, NO_BOUND)
         self._zero_x, self._zero_y = np.zeros(n), np.zeros(n + k)
 
-    def _answer(self, qp: QPBuffers, cold: bool, cap: int) -> Claim:
+    def _run(self, qp: QPBuffers, cold: bool) -> Claim:
         solver = self._solver
-        limit = self._settings.time_limit
-        if limit is not None:
-            left = self._seconds_left(limit)
-            if self.overran:
-                return Claim.FAILED
-            self._native.time_limit = left
-        if cap != self._native_cap or limit is not None:
-            self._native.max_iter = self._native_cap = cap
-            solver.update_settings(self._native)
         np.maximum(qp.lower, self._least, out=self._lower)
         np.minimum(qp.upper, self._greatest, out=self._upper)
         self._rows[...] = qp.rows

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from proxsuite import proxqp
 
-from ftqp.qp.adapters.backend import Claim, QPBuffers
-from ftqp.qp.adapters.polished_backend import PolishedBackend
+from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 
 WARM = proxqp.InitialGuess.WARM_START_WITH_PREVIOUS_RESULT
 COLD = proxqp.InitialGuess.NO_INITIAL_GUESS
@@ -25,13 +24,9 @@ class ProxqpSettings:
         tolerance: Absolute tolerance of primal and dual residual and of the duality gap, > 0 (``eps_abs``,
             ``eps_duality_gap_abs``; the relative ones are 0). A larger one is faster and coarser. The gap is
             always checked: without it a warm start may stop at the old answer.
-        max_iterations: The most outer iterations of a solve, all attempts together, >= 1 (``max_iter``;
-            ProxQP's own 10,000 run for minutes on an infeasible QP). A smaller cap bounds the time and gives
-            up more often.
-        polish: Whether an answer that is not solved after ``polish_after`` iterations is made exact, as
-            ``ftqp.qp.adapters.polished_backend`` does. False leaves ProxQP to itself.
-        polish_after: Outer iterations before that, >= 1. A larger number leaves more answers to ProxQP alone
-            and takes longer where bounds are active.
+        max_iterations: The most outer iterations of a solve, and of the cold one that follows a warm one in
+            vain, >= 1 (``max_iter``; ProxQP's own 10,000 run for minutes on an infeasible QP). A smaller cap
+            bounds the time and gives up more often.
         max_inner_iterations: The most inner iterations in one outer one, >= 1 (``max_iter_in``).
         infeasibility_tolerance: The tolerance of ProxQP's certificate of infeasibility, > 0
             (``eps_primal_inf``). A larger one says "infeasible" sooner; its own 1e-4 calls solvable QPs
@@ -40,28 +35,21 @@ class ProxqpSettings:
 
     tolerance: float = 1e-9
     max_iterations: int = 200
-    polish: bool = True
-    polish_after: int = 20
     max_inner_iterations: int = 50
     infeasibility_tolerance: float = 1e-7
 
 
-class Proxqp(PolishedBackend):
+class Proxqp(Backend):
     """ProxQP's dense solver with the box apart, initialised once, then updated."""
 
     package = "proxsuite"
     settings_type = ProxqpSettings
 
     def __init__(self, settings: ProxqpSettings) -> None:
-        super().__init__(
-            "proxqp",
-            first_cap=settings.polish_after,
-            cap=settings.max_iterations,
-            polish=settings.polish,
-        )
+        super().__init__("proxqp")
         self._settings = settings
 
-    def _set_up(self, qp: QPBuffers) -> None:
+    def _prepare(self, qp: QPBuffers) -> None:
         n, m, p = qp.n, qp.m, qp.p
         solver = proxqp.dense.QP(n, m, p, True)
         chosen = self._settings
@@ -77,17 +65,15 @@ class Proxqp(PolishedBackend):
         solver.init(
             np.eye(n), np.zeros(n), rows[:m], np.zeros(m), rows[m:], -one[:p], one[:p], -one[:n], one[:n]
         )
-        solver.settings.initial_guess, self._cold, self._native_cap = COLD, True, chosen.max_iterations
+        solver.settings.initial_guess, self._cold = COLD, True
         self._solver, self._native = solver, solver.settings
         results = solver.results
         # Views of ProxQP's own memory, which has the box last.
         self._x, self._y, self._info = results.x, results.y, results.info
         self._z, self._z_box = results.z[:p], results.z[p:]
 
-    def _answer(self, qp: QPBuffers, cold: bool, cap: int) -> Claim:
+    def _run(self, qp: QPBuffers, cold: bool) -> Claim:
         solver, info = self._solver, self._info
-        if cap != self._native_cap:
-            self._native.max_iter = self._native_cap = cap
         if cold is not self._cold:
             self._native.initial_guess = COLD if cold else WARM
             self._cold = cold

@@ -10,8 +10,7 @@ from scipy.sparse import csc_matrix
 
 from ftqp.core.checks import positive
 from ftqp.core.errors import InputError, MissingPackage, unknown
-from ftqp.qp.adapters.backend import Claim, QPBuffers
-from ftqp.qp.adapters.polished_backend import PolishedBackend
+from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 
 OTHER_SOLVERS = (
     "copt", "cvxopt", "ecos", "gurobi", "highs", "hpipm", "jaxopt_osqp", "kvxopt", "mosek", "nppro", "pdhcg",
@@ -51,7 +50,7 @@ def solver_names() -> tuple[str, ...]:
     return tuple(sorted(qpsolvers.available_solvers))
 
 
-class Qpsolvers(PolishedBackend):
+class Qpsolvers(Backend):
     """One of qpsolvers' solvers, called anew at every solve.
 
     ``tolerance`` and ``max_iterations`` are translated for clarabel, daqp, osqp, piqp, proxqp and scs, which
@@ -63,24 +62,20 @@ class Qpsolvers(PolishedBackend):
     package = "qpsolvers"
 
     def __init__(self, solver: str, given: Mapping[str, Any]) -> None:
-        own = dict(given)
-        polish = own.pop("polish", True)
-        if not isinstance(polish, bool):
-            raise InputError(f"qpsolvers:{solver}.polish is {polish!r}, expected true or false")
-        super().__init__(f"qpsolvers:{solver}", first_cap=0, cap=0, polish=polish, unsolved=Claim.FAILED)
+        super().__init__(f"qpsolvers:{solver}")
         if solver not in qpsolvers.available_solvers:
             known = {*_DIALECTS, *OTHER_SOLVERS}
             if solver in known:
                 raise MissingPackage(f"backend {self.name!r}", solver, f'pip install "qpsolvers[{solver}]"')
             raise unknown("solver", solver, "qpsolvers", sorted({*known, *qpsolvers.available_solvers}))
         self._solver = solver
-        self._native = _translated(self.name, solver, own)
+        self._native = _translated(self.name, solver, given)
         self._sparse = solver in qpsolvers.sparse_solvers and solver not in qpsolvers.dense_solvers
 
-    def _set_up(self, qp: QPBuffers) -> None:
+    def _prepare(self, qp: QPBuffers) -> None:
         """Nothing to keep: qpsolvers sets its solvers up at every call."""
 
-    def _answer(self, qp: QPBuffers, cold: bool, cap: int) -> Claim:
+    def _run(self, qp: QPBuffers, cold: bool) -> Claim:
         equal = qp.l == qp.u
         fixed = np.flatnonzero(equal)
         below = np.flatnonzero(~equal & (qp.l > -np.inf))
@@ -100,7 +95,7 @@ class Qpsolvers(PolishedBackend):
             raise InputError(f"{self.name} refused the settings {self._native}: {error}") from error
         except (qpsolvers.QPError, ValueError, ArithmeticError, AssertionError):
             return Claim.FAILED
-        if solution.x is None:
+        if solution.x is None or not solution.found:
             return Claim.FAILED
         qp.x[:] = solution.x
         qp.multipliers[:] = 0.0
@@ -112,7 +107,7 @@ class Qpsolvers(PolishedBackend):
         if solution.z is not None and len(solution.z) == len(h):
             qp.z[below] -= solution.z[: len(below)]
             qp.z[above] += solution.z[len(below) :]
-        return Claim.SOLVED if solution.found else Claim.MAX_ITERATIONS
+        return Claim.SOLVED
 
 
 def _translated(name: str, solver: str, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 import tomllib
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from ftqp.app.campaign.episode_study import RAISED, Campaign, EpisodeWork
 from ftqp.app.schema.campaign_file import CampaignFile
@@ -15,23 +15,15 @@ def broken_laws(
     judged: Literal["exactly", "in physics", "beside a rival"] = "exactly",
     calm: float | None = None,
 ) -> dict[str, str]:
-    """The laws that a scenario breaks, each with a sentence that says when, where and by how much.
+    """The laws that a scenario, the text of a TOML file, breaks, each with a sentence that says how.
 
-    Args:
-        text: The scenario as a TOML file has it; files are relative to the working directory.
-        judged: As in the table ``[campaign]``.
-        calm: As in the table ``[campaign]`` [s].
+    Files are relative to the working directory; ``judged`` and ``calm`` are keys of the table ``[campaign]``.
     """
     campaign = {"episodes": 1, "judged": judged, "calm": calm}
     content = {"campaign": campaign, "scenario": tomllib.loads(text), "vary": {}}
     tables = read(CampaignFile, content, "the scenario cannot be judged:")
     work = EpisodeWork(campaign=Campaign(name="scenario", tables=tables, text=text, folder=Path()))
-    return broken_by(work, tables.scenario)
-
-
-def broken_by(work: EpisodeWork, content: dict[str, Any]) -> dict[str, str]:
-    """The same for the tables of an episode; an exception counts as a law of its own name."""
-    row = work.row_of(0, content)
+    row = work.row_of(0, tables.scenario)
     if row["outcome"] == RAISED:
         return {row["sentences"].partition(":")[0]: row["sentences"]}
     if row["outcome"] == "refused":
