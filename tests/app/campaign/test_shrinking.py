@@ -7,8 +7,6 @@ import pytest
 from tests.app.conftest import invoke
 
 from ftqp.app.campaign.judged_scenario import broken_laws
-from ftqp.app.commands.campaign_shrinking import shrunk
-from ftqp.core.errors import ScenarioError
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 
 STUDY = """
@@ -38,64 +36,6 @@ velocity = 0.5
 "planner.scheme" = ["rmp"]
 "path.radius" = { uniform = [0.051, 0.052] }
 """
-
-
-def content():
-    return {
-        "robot": {"name": "panda", "payload": {"mass": 1.0}},
-        "faults": [{"joint": 1, "at": 0.123456}, {"joint": 4, "at": 0.5}],
-        "path": {"kind": "line", "duration": 3.0},
-        "planner": {"dt": 0.01, "scheme": "rmp", "task": {"rows": "pose", "mode": "hard"}},
-        "start": {"q": [0.123456, 0.2, 0.3]},
-    }
-
-
-def run(broken, vary=None, **options):
-    asked = []
-
-    def counted(tables):
-        asked.append(json.loads(json.dumps(tables)))
-        return broken(tables)
-
-    return shrunk(content(), vary or {}, counted, **options), asked
-
-
-def test_what_does_not_matter_is_left_out_and_what_does_is_kept():
-    def broken(tables):
-        shows = any(fault.get("joint") == 4 for fault in tables.get("faults", ()))
-        return ("failed", None) if shows and "path" in tables else None
-
-    found, asked = run(broken)
-    assert found.content == {"faults": [{"joint": 4}], "path": {}}
-    assert (found.keys, found.keys_before) == (1, 13)
-    assert found.tried == len(asked)
-
-
-def test_numbers_lose_their_digits_as_far_as_the_law_stays_broken():
-    found, _ = run(lambda t: ("x", None) if 0.12 <= t.get("start", {}).get("q", [0])[0] <= 0.13 else None)
-    assert found.content["start"]["q"] == [0.12, 0.2, 0.3]
-
-
-def test_another_law_is_not_the_same():
-    def broken(tables):
-        return ("first", None) if "payload" in tables.get("robot", {}) else ("second", None)
-
-    found, _ = run(broken)
-    assert found.content == {"robot": {"payload": {}}}
-
-
-def test_run_ends_soon_after_the_law_was_broken_and_drawn_values_become_the_first():
-    found, _ = run(
-        lambda t: ("x", 0.5) if "path" in t and "scheme" in t.get("planner", {}) else None,
-        vary={"planner.scheme": ["mvn", "rmp"]},
-    )
-    assert found.content["simulation"]["duration"] == 0.7
-    assert found.content["planner"]["scheme"] == "mvn"
-
-
-def test_no_more_scenarios_are_run_than_asked_for():
-    found, asked = run(lambda t: ("x", None), most=5)
-    assert found.tried == len(asked) == 5
 
 
 @pytest.fixture
@@ -133,13 +73,6 @@ def test_planted_defect_is_shrunk_to_a_scenario_and_a_test_that_fails_until_it_i
     exec(compile((tmp_path / "small" / "test_failed_planted_1.py").read_text(), "test", "exec"), test)
     with pytest.raises(AssertionError):
         test["test_failed_planted_1_holds"]()
-
-
-def test_written_test_passes_once_the_defect_is_mended(tmp_path):
-    assert broken_laws(STUDY.partition("[scenario.robot]")[2].join(["[robot]", ""]).partition("[vary]")[0]
-                       .replace("scenario.", "")) == {}  # fmt: skip
-    with pytest.raises(ScenarioError):
-        broken_laws("[robot]\nname = 3")
 
 
 def test_episode_that_breaks_no_law_has_nothing_to_shrink(tmp_path):
