@@ -182,7 +182,6 @@ def test_broken_law_ends_with_1_and_names_the_episode(study, tmp_path, monkeypat
         (('"planner.dt"', '"planner.dtt"'), "planner.dtt is not a key of [planner] (did you mean 'dt'?)"),
         (("[0.005, 0.01]", "[-1.0, 0.0]"), "draws no scenario: none of its first 6 episodes can be run"),
         (('"planner.dt"', '"sensors.faults.1.at"'), "entry 1 of faults, which the scenario does not have"),
-        (("scenario.robot", "robot"), "robot is not a key of a campaign; it has description, campaign"),
         (("scenario.robot", "robot"), "tables stand below [scenario], here as [scenario.robot]"),
     ],
 )

@@ -146,7 +146,6 @@ def test_arm_without_redundancy_and_one_with_rows_of_its_own_are_told_so() -> No
             ("panda", "--tip", "hand"),
             "panda is a robot of the catalog, which has its tip; leave",
         ),
-        (("panda", "--out", __file__ + "/x"), "is not a folder"),
     ],
 )
 def test_bad_input_exits_2_with_one_sentence(arguments: tuple[str, ...], sentence: str) -> None:

@@ -189,8 +189,6 @@ def test_a_recording_of_no_planner_is_explained_without_units(tmp_path: Path) ->
     [
         (("--tick", "51"), "expected one of 0 to 50; the nearest recorded one is 50"),
         (("--tick", "-1"), "the nearest recorded one is 0"),
-        (("--tick", "3", "--backend", "daqpp"), "did you mean 'daqp'"),
-        (("--tick", "3", "--backends", "daqp,osqpp"), "did you mean 'osqp'"),
     ],
 )
 def test_wrong_choices_are_said_in_words(file: Path, arguments: tuple[str, ...], message: str) -> None:

@@ -81,7 +81,6 @@ def test_a_planner_begins_with_it_doubted_as_a_stated_bandwidth(tmp_path):
         (lambda c: c["joints"]["panda_joint2"].update(lag=["42", 1]) or c, "lag of panda_joint2 is"),
         (lambda c: c["joints"]["panda_joint2"].update(lag=[0.04, -1.0]) or c, "its standard deviation"),
         (lambda c: c["joints"]["panda_joint2"].update(unit="deg") or c, "unit of panda_joint2 is 'deg'"),
-        (lambda c: c["joints"]["panda_joint2"].update(noise=None) or c, "noise of panda_joint2 is None"),
     ],
 )
 def test_a_strange_file_is_refused_in_a_sentence(tmp_path, change, sentence):

@@ -17,11 +17,8 @@ DT = 2e-3
     ("given", "sentence"),
     [
         ({"scheme": "mvm"}, r"'mvm' is not a scheme \(did you mean 'mvn'\?\); there are mvn, "),
-        ({"level": "acceleraton"}, r"level is 'acceleraton' \(did you mean 'acceleration'\?\), expected"),
-        ({"bounds": "viabilty"}, r"'viabilty' is not a bound conversion \(did you mean 'viability'\?\)"),
-        ({"backend": "dapq"}, r"'dapq' is not a backend of ftqp \(did you mean 'daqp'\?\); it has"),
         ({"dt": 0.0}, "dt is 0, expected a finite number > 0 s"),
-        ({"dt": "fast"}, "dt is 'fast', expected a number in s"),
+        ({"dt": 1e-9}, "dt is .* s, expected at least 1e-06 s"),
         ({"posture": [0.0, 1.0]}, r"posture has shape \(2,\), expected \(nv,\) = \(7,\)"),
         ({"dt": 0.2}, r"kv is 20, but with dt = 0.2 s the feedback is unstable; expected kv < 10"),
         ({"dt": 0.2, "level": "velocity"}, r"kp is 10, but with dt = 0.2 s the feedback is unstable;"),
@@ -54,8 +51,6 @@ def test_robot_without_acceleration_limit_is_refused_with_the_joints_and_the_rem
 @pytest.mark.parametrize(("q", "v", "sentence"), [
     (np.zeros(6), None, r"q has shape \(6,\), expected \(nv,\) = \(7,\)"),
     (np.full(7, np.nan), None, "q contains NaN at index 0"),
-    (np.zeros(7), np.zeros(8), r"v has shape \(8,\), expected \(nv,\) = \(7,\)"),
-    (np.zeros(7), [0.0] * 6 + [np.inf], "v is infinite at index 6"),
 ])  # fmt: skip
 def test_reset_refuses_a_wrong_state(panda, q, v, sentence):
     with pytest.raises(InputError, match=sentence):
@@ -186,15 +181,10 @@ GOOD = (ftqp.StepStatus.OK, ftqp.StepStatus.RELAXED)
     ("change", "sentence"),
     [
         ({"q": np.zeros(6)}, r"q has shape \(6,\), expected \(nv,\) = \(7,\)"),
-        ({"q": None}, r"q has shape \(\), expected a vector"),
-        ({"v": np.zeros(8)}, r"v has shape \(8,\), expected \(nv,\) = \(7,\)"),
         ({"v": [0.0] * 6 + ["fast"]}, "v is not an array of numbers"),
         ({"target": np.eye(4)}, r"target is ndarray, expected ftqp\.Target"),
         ({"target": None}, r"step got no target; its second argument is the measured velocity"),
-        ({"tau": np.zeros(6)}, r"tau has shape \(6,\), expected \(7,\)"),
-        ({"tip": np.eye(3)}, r"tip has shape \(3, 3\), expected \(4, 4\)"),
         ({"_": 3}, r"step got 3 behind its target, expected nothing; give tau, tip and ticks by name"),
-        ({"tau": np.full(7, np.nan), "tip": np.eye(3)}, r"tip has shape \(3, 3\), expected \(4, 4\)"),
     ],
 )
 def test_programmers_mistake_raises_and_the_next_step_is_untouched(panda, home, change, sentence):
