@@ -67,16 +67,3 @@ def test_arrays_of_the_caller_are_left_alone_and_results_are_the_callers():
 def test_wrong_argument_is_refused_with_one_sentence(change, sentence):
     with pytest.raises(InputError, match=sentence):
         ftqp.resolve_rates(**{"J": J, "xdot": XDOT, **change})
-
-
-def test_wrong_rule_and_threshold_are_refused():
-    with pytest.raises(InputError, match=r"damping rule is 'exact'.*expected one of bound, bound_2"):
-        ftqp.damping_factor(J, XDOT, 1.0, "exact")
-    with pytest.raises(InputError, match="damping rule is 'x'"):
-        ftqp.Damping(rule="x")
-    with pytest.raises(InputError, match="sigma_min is 0, expected"):
-        ftqp.approximate_pinv(np.eye(6), 0.0)
-    with pytest.raises(InputError, match="the upper right block of J_wrist is not zero but up to 1"):
-        ftqp.approximate_pinv(np.ones((6, 7)))
-    with pytest.raises(InputError, match=r"J_wrist has shape \(6, 3\)"):
-        ftqp.approximate_pinv(np.ones((6, 3)))

@@ -92,17 +92,6 @@ def test_a_strange_file_is_refused_in_a_sentence(tmp_path, change, sentence):
     assert sentence in str(refused.value) and "ftqp connect" in str(refused.value)
 
 
-def test_what_is_no_file_or_cannot_be_written_is_refused(tmp_path):
-    with pytest.raises(ftqp.InputError, match="cannot be read as what was learned of servos: No such file"):
-        ftqp.Drive(known=tmp_path / "none.json")
-    with pytest.raises(ftqp.InputError, match="is a folder, a device or a file of more"):
-        ftqp.Drive(known=tmp_path)
-    with pytest.raises(ftqp.InputError, match="cannot be written: No such file or directory; name a file in"):
-        servos().save(tmp_path / "none" / "arm.json")
-    with pytest.raises(ftqp.InputError, match="known of the drive is 3, expected a file"):
-        ftqp.Drive(known=3)
-
-
 def test_the_file_of_another_arm_and_what_excludes_it_are_refused():
     with pytest.raises(ftqp.InputError, match=r"was learned of panda with joints panda_joint1.*connect the"):
         ftqp.Planner(ftqp.robots.load("iiwa14"), drive=ftqp.Drive(known=servos()))
