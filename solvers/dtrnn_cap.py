@@ -104,6 +104,6 @@ if __name__ == "__main__":
     parser.add_argument("--count", type=int, default=200, help="QPs a row (200)")
     study.on_record(
         parser.parse_args(), "Feasible QPs on which the network ends at its cap", measured, tables,
-        ("How often a planner meets such a QP: of the recorded ones of arms `dtrnn` solves all "
-         "([the study](study_dtrnn.md)).",),
+        ("How often a planner meets such a QP: of the recorded ones of arms `dtrnn-fast` solves all "
+         "([accuracy](compare_accuracy.md)).",),
     )  # fmt: skip

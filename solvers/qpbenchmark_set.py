@@ -54,8 +54,7 @@ class QpbenchmarkSet(qpbenchmark.TestSet):
             "healthy and failed joints. Dense, strictly convex but for rounding, with bounds on the joints, "
             "infeasible ones left out. qpbenchmark solves each cold, through qpsolvers: its times hold "
             "conversions and the set-up, which are most of them for QPs that take microseconds, and a mean "
-            "shifted by 10 s is an arithmetic one here. compare_speed.py has the times of set-up, cold and "
-            "warm solves by themselves."
+            "shifted by 10 s is an arithmetic one here."
         )
 
     @property

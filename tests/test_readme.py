@@ -3,17 +3,12 @@
 import contextlib
 import io
 import re
-import tomllib
 from pathlib import Path
 
 import pytest
 
 import ftqp
 from ftqp.app.commands.cli import app
-from ftqp.app.output.console import ExitCode
-from ftqp.control.task import schemes
-from ftqp.control.task.task import MODES
-from ftqp.faults.kinds import KINDS
 
 ROOT = Path(__file__).parents[1]
 LINK = (
@@ -193,53 +188,6 @@ def test_the_lines_of_a_notebook_run_and_print_a_result(shown, monkeypatch):
     assert lines[0] == "Result" and "completed in 2001 steps" in lines[1]
 
 
-def first_column(page, title=None):
-    """The code words in the first column of the tables of a page, or of one of its sections."""
-    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
-    section = text if title is None else text.split(f"\n## {title}\n")[1].split("\n## ")[0]
-    cells = re.findall(r"^\| (`[^|]*`.*?) \|", section, re.M)
-    return [word for cell in cells for word in re.findall(r"`(\w+)", cell)]
-
-
-def test_the_table_of_statuses_has_every_status_once():
-    words = [word for word in first_column("troubleshooting.md") if word.isupper()]
-    assert sorted(words) == sorted(ftqp.StepStatus.__members__)
-
-
-def test_the_table_of_faults_has_every_fault_once():
-    title = "What the planner does about each fault"
-    assert sorted(first_column("failures.md", title)) == sorted(kind.__name__ for kind in KINDS.values())
-
-
-def test_the_table_of_schemes_has_every_criterion_once():
-    criteria = set(schemes.names()) - set(schemes.closed_forms())
-    assert sorted(first_column("choosing.md", "Scheme")) == sorted(criteria)
-
-
-def test_every_closed_form_is_named():
-    text = (ROOT / "docs" / "choosing.md").read_text(encoding="utf-8")
-    assert all(f"`{name}`" in text for name in schemes.closed_forms())
-
-
-def test_the_tables_of_modes_and_bounds_name_each_of_them():
-    text = (ROOT / "docs" / "choosing.md").read_text(encoding="utf-8")
-    modes = re.findall(r"^\| [^|`]* \| `(\w+)`", text.split("## Task mode")[1].split("\n## ")[0], re.M)
-    limits = re.findall(r"^\| [^|`]* \| `(\w+)`", text.split("## Bounds")[1].split("\n## ")[0], re.M)
-    assert sorted(modes) == sorted(MODES)
-    assert sorted(limits) == sorted(ftqp.bounds.names())
-
-
-def test_the_table_of_backends_names_each_of_them():
-    assert set(first_column("choosing.md", "Backend")) >= {
-        name for name in ftqp.qp.backend_names() if not name.startswith("qpsolvers:")
-    }
-
-
-def test_the_table_of_extras_has_every_extra_once():
-    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert sorted(first_column("start.md", "Install")) == sorted(extras["optional-dependencies"])
-
-
 def test_every_command_is_shown_with_an_example():
     text = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8").split("\nA scenario is")[0]
     lines = re.findall(r"^    (ftqp .*?)(?:  |$)", text, re.M)
@@ -247,10 +195,3 @@ def test_every_command_is_shown_with_an_example():
     text = text.replace(" | ", "\n    ftqp ")
     shown = set(re.findall(r"^    ftqp (\w+)", text, re.M))
     assert shown == {one.name or one.callback.__name__ for one in app.registered_commands}
-
-
-def test_every_exit_code_is_in_the_table():
-    text = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
-    (cells,) = re.findall(r"\| exit code \|.*\n\|-.*\n((?:\|.*\n)+)", text)
-    codes = [int(code) for cell in re.findall(r"^\| ([\d, ]+) \|", cells, re.M) for code in cell.split(",")]
-    assert codes == [int(code) for code in ExitCode]

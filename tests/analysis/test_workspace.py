@@ -99,15 +99,6 @@ def test_joint_lengths_and_component_boxes_change_the_measures(arm, task):
     assert (apart["Ravg"] <= product["Ravg"] + 1e-6).all() and apart["Ravg"][0, 3] < product["Ravg"][0, 3]
 
 
-def test_arms_of_more_joints_are_mapped(arm):
-    four = ftqp.robots.load("planar", lengths=(1.0, 0.8, 0.6, 0.5), continuous=True)
-    task = workspace_task(four, (1.2, 0.8), configurations=20, steps=10, screen=False)
-    found = map_chunk(task, np.array([[0.5, -1.0], [5.0, 5.0]]))
-    assert found["configurations"].tolist() == [20, 0]
-    assert found["R100"].shape == (2, 5) and np.isnan(found["R100"][1]).all()
-    assert (found["Ravg"][0] > 0.0).all()
-
-
 def test_report_says_what_was_counted_and_is_saved(arm, tmp_path):
     report = workspace(arm, GOAL, grid=6, configurations=4, steps=5)
     table = report.table()

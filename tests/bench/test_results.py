@@ -7,7 +7,7 @@ import pytest
 from bench.results import README, ROOT, folder
 
 SHOWN = {
-    README: ("compare_accuracy", "compare_speed", "study_dtrnn"),
+    README: ("compare_accuracy",),
     ROOT / "docs/evidence/speed.md": ("bench_step", "bench_memory", "bench_first_use", "bench_batch"),
 }
 

@@ -42,12 +42,3 @@ def test_what_makes_no_sense_is_refused_in_a_sentence(
 ) -> None:
     done = ran(f"benchmarks/{script}.py", *arguments)
     assert done.returncode == 2 and done.stdout == "" and said in done.stderr
-
-
-@pytest.mark.long
-def test_every_kind_of_step_has_its_tail(tmp_path: Path) -> None:
-    rows = json.loads(told("benchmarks/bench_kinds_of_step.py", "--quick", "--json", "--out", tmp_path))[
-        "rows"
-    ]
-    assert {"nothing", "plain", "beside a scene", "N-1", "N-1, waits"} <= {row["kind"] for row in rows}
-    assert all(0.0 < row["p50"] <= row["p999"] <= row["max"] for row in rows)

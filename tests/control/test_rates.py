@@ -51,42 +51,19 @@ def test_arrays_of_the_caller_are_left_alone_and_results_are_the_callers():
     ("change", "sentence"),
     [
         ({"J": np.ones((7, 8))}, r"J has shape \(7, 8\), expected \(m, n\) with at most 6 rows"),
-        ({"J": np.ones(6)}, r"J has shape \(6,\)"),
         ({"J": np.full((6, 8), np.nan)}, "J contains NaN at index 0, 0"),
-        ({"xdot": np.ones(5)}, r"xdot has shape \(5,\), expected \(m,\) = \(6,\)"),
-        ({"xdot": np.full(6, np.inf)}, "xdot is infinite at index 0"),
         ({"locked": ("j2",)}, "locked holds 'j2', but a Jacobian has no joint names"),
-        ({"locked": (8,)}, "locked holds 8, expected 0-based columns 0 to 7"),
         ({"locked": (-1,)}, "locked holds -1"),
         ({"locked": (1, 1)}, "locked holds 1 twice"),
         ({"locked": range(8)}, "all 8 joints are locked; nothing is left to move"),
-        ({"J": np.zeros((6, 8))}, "J is zero in all columns of free joints"),
-        ({"locked": (1, 2), "locked_rates": [1.0]}, r"locked_rates has shape \(1,\), expected \(2,\)"),
         ({"method": "dsl"}, r"method is 'dsl' \(did you mean 'dls'\?\), expected one of pinv, dls"),
         ({"method": "dls"}, "method='dls' needs limits"),
         ({"limits": 1.0}, "limits and damping go with method='dls' only"),
         ({"method": "dls", "limits": 0.0}, "the rate limit is 0, expected a finite number > 0 rad/s"),
-        ({"method": "dls", "limits": np.zeros(8)}, "the rate limit of joint 0 is 0"),
-        ({"method": "dls", "limits": np.ones(3)}, r"limits has shape \(3,\)"),
         ({"method": "dls", "limits": 1.0, "weights": np.ones(8)}, "weights go with method='pinv' only"),
         ({"weights": np.ones(7)}, "weights have 7 entries, expected one a joint: 8"),
-        ({"weights": -np.ones(8)}, "weight 0 is -1, expected a finite number > 0"),
-        ({"characteristic_length": 0.0}, "characteristic_length is 0"),
     ],
 )
 def test_wrong_argument_is_refused_with_one_sentence(change, sentence):
     with pytest.raises(InputError, match=sentence):
         ftqp.resolve_rates(**{"J": J, "xdot": XDOT, **change})
-
-
-def test_wrong_rule_and_threshold_are_refused():
-    with pytest.raises(InputError, match=r"damping rule is 'exact'.*expected one of bound, bound_2"):
-        ftqp.damping_factor(J, XDOT, 1.0, "exact")
-    with pytest.raises(InputError, match="damping rule is 'x'"):
-        ftqp.Damping(rule="x")
-    with pytest.raises(InputError, match="sigma_min is 0, expected"):
-        ftqp.approximate_pinv(np.eye(6), 0.0)
-    with pytest.raises(InputError, match="the upper right block of J_wrist is not zero but up to 1"):
-        ftqp.approximate_pinv(np.ones((6, 7)))
-    with pytest.raises(InputError, match=r"J_wrist has shape \(6, 3\)"):
-        ftqp.approximate_pinv(np.ones((6, 3)))

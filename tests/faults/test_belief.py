@@ -184,11 +184,3 @@ def test_free_swinging_joint_needs_the_inertia_of_the_robot():
     ):
         belief.report(FreeSwinging(0))
     assert belief.faults == {} and not belief.needs_dynamics
-
-
-def test_a_range_of_which_one_position_is_left_is_no_range(belief):
-    end = float(PANDA.limits.q_max[3])
-    for empty in (end, end + 0.1):
-        with pytest.raises(InputError, match="the range left of panda_joint4 is empty"):
-            belief.report(Degraded(3, q_min=empty))
-    assert belief.faults == {}

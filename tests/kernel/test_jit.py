@@ -131,26 +131,7 @@ def test_rounding_stays_as_written_whoever_calls():
     assert called(2.3) == 6.0, "reordered, the large numbers would cancel and 6.9 be left"
 
 
-def test_parts_of_the_kernel_pass_their_tests_as_plain_python():
-    folder = ROOT / "tests" / "kernel" / "plain_python"
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(folder)],
-        cwd=ROOT,
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT / "src")},
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, (done.stdout + done.stderr)[-4000:]
-    counted = re.search(r"(\d+) passed", done.stdout)
-    assert counted is not None and int(counted[1]) >= 15 and "skipped" not in done.stdout
-
-
-FILES = (
-    "maths/test_side_by_side.py",
-    "layout/test_record.py::test_every_field_is_the_same_place_to_compiled_code_and_to_plain_python",
-    "rows/test_joint_intervals.py",
-    "test_jit.py::test_rounding_stays_as_written_whoever_calls",
-)
+FILES = ("rows/test_joint_intervals.py", "test_jit.py::test_rounding_stays_as_written_whoever_calls")
 
 
 @pytest.mark.slow

@@ -118,15 +118,6 @@ def test_zhang7_has_the_published_check_values() -> None:
     assert np.linalg.svd(J, compute_uv=False)[-1] == pytest.approx(0.346779, abs=1e-6)
 
 
-def test_iiwa14_has_the_joint_centres_of_its_data_sheet() -> None:
-    robot = catalog.load("iiwa14")
-    alpha = np.deg2rad([-90.0, 90.0, 90.0, -90.0, -90.0, 90.0, 0.0])
-    d = [0.36, 0.0, 0.42, 0.0, 0.40, 0.0, 0.126]
-    table = Robot.from_dh([(0.0, length, 0.0, twist) for length, twist in zip(d, alpha, strict=True)])
-    for q in np.random.default_rng(5).uniform(-2.0, 2.0, (10, 7)):
-        assert np.abs(robot.pose(q) - table.pose(q)).max() < 1e-12
-
-
 def test_panda_has_the_modified_table_of_its_maker() -> None:
     half = np.pi / 2
     table = [
@@ -145,22 +136,6 @@ def test_panda_has_the_modified_table_of_its_maker() -> None:
     assert robot.tip == "panda_link8"
     for q in np.random.default_rng(5).uniform(-2.0, 2.0, (10, 7)):
         assert np.abs(robot.pose(q) - arm.pose(q)).max() < 1e-12
-
-
-@needs_robot_data
-def test_panda_equals_its_urdf() -> None:
-    assert ROBOT_DATA is not None
-    fingers = ["panda_finger_joint1", "panda_finger_joint2"]
-    urdf = Robot.from_urdf(ROBOT_DATA / "panda_description/urdf/panda.urdf", "panda_hand_tcp", fingers)
-    robot = catalog.load("panda")
-    assert urdf.joints == robot.joints
-    for field in ("q_min", "q_max", "v_max", "tau_max"):
-        assert getattr(urdf.limits, field).tolist() == getattr(robot.limits, field).tolist()
-    assert np.abs(urdf.chain.mass - robot.chain.mass).max() < 1e-12
-    assert np.abs(urdf.chain.com - robot.chain.com).max() < 1e-12
-    assert np.abs(urdf.chain.inertia - robot.chain.inertia).max() < 1e-12
-    for q in np.random.default_rng(5).uniform(robot.limits.q_min, robot.limits.q_max, (20, 7)):
-        assert np.abs(urdf.pose(q) - robot.pose(q)).max() < 1e-9
 
 
 @needs_robot_data

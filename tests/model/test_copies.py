@@ -6,7 +6,6 @@ from tests.arm_at import arm_at
 
 import ftqp
 from ftqp.core.errors import ModelError
-from ftqp.core.pose import rotation_x, transform
 from ftqp.model.robot import Robot
 
 LOAD = ftqp.Payload(1.5, com=(0.02, -0.03, 0.1), inertia=np.diag([0.01, 0.02, 0.015]))
@@ -43,22 +42,10 @@ def test_load_adds_its_own_kinetic_energy_and_weight():
 
 
 PANDA = ftqp.robots.load("panda")
-PLACE = transform(rotation_x(0.4), np.array([0.05, 0.0, 0.1]))
-
-FRICTION = '<dynamics damping="0.6" friction="0.25"/>'
 
 
 def notes(robot):
     return [finding.sentence for finding in robot.findings if finding.about == "friction"]
-
-
-def test_tip_moves_and_masses_and_length_stay():
-    tool = PANDA.with_tip(PLACE, "gripper")
-    assert tool.tip == "gripper"
-    np.testing.assert_allclose(tool.pose(Q), PANDA.pose(Q) @ PLACE, atol=1e-12)
-    assert tool.length == PANDA.length
-    np.testing.assert_allclose(arm_at(tool, Q).M, arm_at(PANDA, Q).M, atol=1e-12)
-    assert PANDA.tip == "panda_hand_tcp"
 
 
 def test_friction_is_data_of_the_robot_and_its_viscous_part_a_torque():
@@ -77,16 +64,6 @@ def test_friction_is_data_of_the_robot_and_its_viscous_part_a_torque():
             for k, torque in ((5, "13"), (6, "15.7"), (7, "18.3"))
         ),
     ]
-
-
-def test_urdf_friction_is_read_and_said(two_joints):
-    robot = Robot.from_urdf(two_joints(joint=FRICTION))
-    assert robot.viscous.tolist() == [0.6, 0.0]
-    assert robot.coulomb.tolist() == [0.25, 0.0]
-    assert notes(robot)[0].startswith(
-        "joint friction is known: viscous 0 to 0.6 N m s/rad, Coulomb 0 to 0.25"
-    )
-    assert Robot.from_urdf(two_joints()).viscous.tolist() == [0.0, 0.0]
 
 
 @pytest.mark.parametrize(

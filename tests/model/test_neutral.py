@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from tests.arm_at import arm_at
 
 import ftqp
 from ftqp.core.errors import InputError
@@ -97,54 +96,6 @@ def test_keyframe_home_of_an_mjcf_is_neutral_unless_it_is_singular_or_out_of_ran
     assert start(9.0)[0] != 0.3
 
 
-SIX = [
-    (0.0, 0.2, "0 0 1"), (0.0, 0.2, "0 1 0"), (0.0, 0.2, "0 1 0"), (0.2, 0.0, "1 0 0"), (0.2, 0.0, "0 1 0"),
-    (0.2, 0.0, "1 0 0"),
-]  # fmt: skip
-"""Where the joints of an arm whose zero is singular stand, x and z, and their axes."""
-
-
-def with_narrow_joint(kind, low, high, place):
-    """That arm with one more joint of a small range, before the joint of that number."""
-    rows = [(x, z, axis, "revolute", -2.0, 2.0) for x, z, axis in SIX]
-    rows.insert(place, (0.05, 0.0, "1 0 0", kind, low, high))
-    parts = ['<robot name="narrow"><link name="l0"/>']
-    for i, (x, z, axis, joint, a, b) in enumerate(rows, 1):
-        parts.append(
-            f'<link name="l{i}"><inertial><mass value="1"/><inertia ixx=".01" iyy=".01" izz=".01" ixy="0" '
-            f'ixz="0" iyz="0"/></inertial></link><joint name="j{i}" type="{joint}"><parent link="l{i - 1}"/>'
-            f'<child link="l{i}"/><origin xyz="{x} 0 {z}"/><axis xyz="{axis}"/>'
-            f'<limit lower="{a}" upper="{b}" velocity="1" effort="60"/></joint>'
-        )
-    return Robot.from_urdf("".join(parts) + "</robot>")
-
-
-@pytest.mark.parametrize("place", [0, 3, 6])
-@pytest.mark.parametrize(
-    ("low", "high"),
-    [
-        (0.0, 0.02),
-        (0.0, 0.049),
-        (-0.01, 0.01),
-        (0.001, 0.004),
-        (0.05, 0.1),
-        (-0.06, 0.0),
-        (0.3, 0.33),
-        (0.0, 0.1),
-    ],
-)
-@pytest.mark.parametrize("kind", ["prismatic", "revolute"])
-def test_a_joint_with_hardly_any_range_does_not_spoil_the_search(kind, low, high, place):
-    robot = with_narrow_joint(kind, low, high, place)
-    arm = [i for i in range(7) if i != place]
-    J = robot.jacobian(robot.neutral)[:, arm] * np.r_[1, 1, 1, [robot.length] * 3][:, None]
-    assert np.linalg.svd(J, compute_uv=False)[-1] > 0.2 * robot.length
-    load = np.abs(robot.bias(robot.neutral, 0 * robot.neutral)) / robot.limits.tau_max
-    assert load.max() <= 1.0
-    share = (robot.neutral - robot.limits.q_min) / (robot.limits.q_max - robot.limits.q_min)
-    assert (np.abs(share - 0.5) < 0.45).all()
-
-
 POSE = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -160,14 +111,3 @@ def test_every_lock_is_fatal_without_redundancy_and_none_said_where_the_task_is_
     assert puma.possible
     assert len(puma.fatal) == 6
     assert not locks(ftqp.robots.load("planar(4)"), POSE).possible
-
-
-def test_share_that_is_left_is_that_of_fresh_postures():
-    """Against other samples and the kernel's Jacobian."""
-    robot, generator, count = ftqp.robots.load("panda"), np.random.default_rng(5), 0
-    scale = np.array([1.0] * 3 + [robot.length] * 3)[:, None]
-    for _ in range(400):
-        J = arm_at(robot, generator.uniform(robot.limits.q_min, robot.limits.q_max)).J
-        rest = np.delete(scale * J, 3, axis=1)
-        count += np.linalg.svd(rest, compute_uv=False)[-1] >= 0.02 * robot.length
-    assert count / 400 == pytest.approx(locks(robot, POSE).left["panda_joint4"], abs=0.1)

@@ -6,7 +6,6 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from ftqp.core.errors import ModelError
 from ftqp.model import catalog
 from ftqp.model.limits import within_branch
 from ftqp.model.robot import Robot
@@ -55,13 +54,6 @@ def test_given_limits_replace_those_of_the_file_and_of_the_model(two_joints: Urd
     assert robot.model.upperPositionLimit.tolist() == [0.5, 0.6]
 
 
-def test_pinocchio_model_handed_in_is_not_changed() -> None:
-    model = catalog.load("planar6").model.copy()
-    before = model.copy()
-    Robot.from_pinocchio(model, "tip", ["j3"], limits={"v_max": 0.1}, gravity=(0.0, 0.0, 1.0))
-    assert model == before
-
-
 def test_branch_limits_narrow_a_range_and_never_widen_it() -> None:
     puma = catalog.load("puma560")
     found = within_branch(puma, {"j3": (-1.4, np.inf), 1: (-99.0, 0.5)})
@@ -89,17 +81,8 @@ def test_held_joint_leaves_the_inertia_matrix_of_the_others_as_it_is() -> None:
     assert held.chain.mass.sum() == pytest.approx(robot.chain.mass.sum())
 
 
-PLANAR, PANDA = catalog.load("planar6").model, catalog.load("panda").model
 MIMIC = """<robot name="m"><link name="base"/><link name="one"/><link name="two"/>
 <joint name="a" type="revolute"><parent link="base"/><child link="one"/><axis xyz="0 0 1"/>
 <limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
 <joint name="b" type="revolute"><parent link="one"/><child link="two"/><axis xyz="0 0 1"/>
 <limit lower="-1" upper="1" velocity="1" effort="1"/><mimic joint="a"/></joint></robot>"""
-
-
-def test_several_tips_without_a_choice_are_listed() -> None:
-    model = PLANAR.copy()
-    model.addFrame(pin.Frame("camera", 3, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
-    with pytest.raises(ModelError, match=r"2 possible tips; .* tip=, or several with tips=.*: tip, camera"):
-        Robot.from_pinocchio(model)
-    assert Robot.from_pinocchio(model, "camera").joints == ("j1", "j2", "j3")

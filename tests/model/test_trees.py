@@ -5,9 +5,8 @@ import json
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.model.random_robots import order_in, positions_in, random_robot, random_tree
+from tests.model.random_robots import order_in, positions_in, random_robot
 
-import ftqp
 from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
 from ftqp.kernel.entry.session import ArmSession
@@ -125,46 +124,6 @@ def test_a_urdf_gives_the_same_robot_back(count: int) -> None:
         assert close(again.bias(turned, speed)[of], robot.bias(q, v))
 
 
-def test_joints_on_the_way_to_no_tip_are_held() -> None:
-    rng = np.random.default_rng(1)
-    model, tips = random_tree(rng, 14)
-    assert len(tips) > 2
-    robot = Robot.from_pinocchio(
-        model, tips=tips[:2], limits={"q_min": -3.0, "q_max": 3.0, "v_max": 1.0, "a_max": 1.0}
-    )
-    ways = [list(model.supports[model.frames[model.getFrameId(tip)].parentJoint])[1:] for tip in tips[:2]]
-    moving = {str(model.names[i]) for way in ways for i in way}
-    assert set(robot.joints) == moving
-    full = pin.neutral(model)
-    assert close(robot.pose(np.zeros(robot.nv), tips[1]), frame_of(model, tips[1], full).homogeneous)
-    assert robot.chain.mass.sum() == pytest.approx(
-        sum(model.inertias[i].mass for i in range(1, 15)) - _fixed_mass(model, moving)
-    )
-
-
-def _fixed_mass(model: pin.Model, moving: set[str]) -> float:
-    """Mass of what hangs on held joints alone, and so on the base."""
-    at_base = [
-        i
-        for i in range(1, model.njoints)
-        if not any(str(model.names[j]) in moving for j in list(model.supports[i])[1:])
-    ]
-    return sum(model.inertias[i].mass for i in at_base)
-
-
-def test_a_new_tip_and_a_load_leave_the_other_arm_alone() -> None:
-    robot = catalog.load("dual_panda")
-    T = np.eye(4)
-    T[2, 3] = 0.1
-    longer, loaded = robot.with_tip(T, "stick"), robot.with_payload(ftqp.Payload(2.0))
-    assert longer.tips == ("stick", "right_hand")
-    assert close(longer.pose(robot.neutral), robot.pose(robot.neutral) @ T)
-    assert close(longer.pose(robot.neutral, "right_hand"), robot.pose(robot.neutral, "right_hand"))
-    heavier = loaded.chain.mass - robot.chain.mass
-    assert heavier[6] == pytest.approx(2.0)
-    assert np.abs(np.delete(heavier, 6)).max() == 0.0
-
-
 def test_dual_panda_is_two_pandas() -> None:
     one, two = catalog.load("panda"), catalog.load("dual_panda", apart=0.8)
     assert two.tips == ("left_hand", "right_hand")
@@ -212,27 +171,6 @@ def test_a_planar_base_moves_all_that_stands_on_it(count: int) -> None:
     turn = np.eye(count + 3)
     turn[:2, :2] = T[:2, :2]  # the planar joint's velocities are along the base's own axes
     assert close(based.mass_matrix(np.concatenate([base, q])), turn @ M @ turn.T)
-
-
-def test_a_planar_base_has_the_limits_that_it_is_given() -> None:
-    panda = catalog.load("panda")
-    based = panda.on_planar_base(
-        v_max=[1.0, 0.5, 2.0], a_max=[2.0, 3.0, 4.0], q_range=[[0.0, 5.0], [-1.0, 1.0]], inertial=BASE
-    )
-    assert based.is_serial
-    assert based.limits.q_min[:3].tolist() == [0.0, -1.0, -np.inf]
-    assert based.limits.q_max[:3].tolist() == [5.0, 1.0, np.inf]
-    assert based.limits.v_max[:3].tolist() == [1.0, 0.5, 2.0]
-    assert based.limits.a_max[:3].tolist() == [2.0, 3.0, 4.0]
-    assert np.isinf(based.limits.tau_max[:3]).all()
-    assert based.neutral.tolist() == [2.5, 0.0, 0.0, *panda.neutral]
-    assert based.continuous.tolist() == [False, False, True, *[False] * 7]
-    assert not [f for f in based.findings if "base_" in f.sentence]
-    wide = panda.on_planar_base(v_max=1.0, a_max=1.0, inertial=BASE)
-    assert wide.limits.q_max[:2].tolist() == [10.0, 10.0]
-    for field in ("q_min", "q_max", "v_max", "a_max", "tau_max"):
-        assert getattr(based.limits, field)[3:].tolist() == getattr(panda.limits, field).tolist()
-    assert np.array_equal(Robot.from_urdf(based.to_urdf()).limits.q_max, based.limits.q_max)
 
 
 UNALIGNED_CONTINUOUS = """<robot name="c"><link name="base"/><link name="one"><inertial><mass value="1"/>

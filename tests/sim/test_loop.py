@@ -7,12 +7,11 @@ import pytest
 
 from ftqp.control.paths import Circle, Line
 from ftqp.control.planner.status import StepStatus
-from ftqp.core.errors import FtqpError, InputError
+from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.kernel.layout.enums import OK, STOPPED, STOPPING
 from ftqp.sim.leader import SAMPLED, ClockTargets
 from ftqp.sim.log.log_file import load_log
-from ftqp.sim.log.log_rows import RowSink
 from ftqp.sim.loop import Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 
@@ -194,48 +193,3 @@ def test_log_in_memory_has_the_same_arrays_as_the_file(fake, panda, path, tmp_pa
         np.testing.assert_array_equal(kept[name], file[name])
     assert kept.metadata.items() <= file.metadata.items()
     assert kept.metadata["state"] == "finished"
-
-
-class Full(RowSink):
-    """A sink that takes so many writes."""
-
-    def __init__(self, writes):
-        self.writes, self.states, self.rows = writes, [], 0
-
-    def write(self, first, rows):
-        if self.writes == 0:
-            raise FtqpError("the disk is full")
-        self.writes -= 1
-        self.rows += len(rows)
-
-    def annotate(self, metadata):
-        self.states.append((metadata.get("state"), self.rows))
-
-    def close(self):
-        pass
-
-
-@pytest.mark.parametrize(("writes", "states"), [(0, [("failed", 0)]), (1, [("finished", 51)])])
-def test_finished_is_said_only_when_every_row_is_kept(fake, panda, path, monkeypatch, writes, states):
-    sink = Full(writes)
-    monkeypatch.setattr("ftqp.sim.loop.LogWriter", lambda *_: sink)
-    simulation = Simulation(fake(panda), path, q=panda.neutral, log="somewhere")
-    if writes:
-        assert simulation.run().completed
-    else:
-        with pytest.raises(FtqpError, match="the disk is full"):
-            simulation.run()
-    assert sink.states == states
-
-
-def test_rows_are_on_file_half_a_second_later(fake, panda, path, tmp_path, monkeypatch):
-    now, seen = [0], []
-
-    def before(k):
-        now[0] += 100_000_000
-        seen.append(len(load_log(tmp_path)))
-
-    monkeypatch.setattr("ftqp.sim.log.tick_recorder.clock.now", lambda: now[0])
-    Simulation(fake(panda, before=before), path, q=panda.neutral, log=tmp_path / "log.npy").run()
-    assert all(k - rows <= 6 for k, rows in enumerate(seen))
-    assert len(load_log(tmp_path)) == 51

@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 from comparison.accuracy import Outcome, outcome
-from comparison.dtrnn_study import METHODS
-from comparison.dtrnn_study_report import EXPECTED, OBJECTIVES
 from comparison.truth import Fact
 
 from ftqp.qp import Claim
@@ -18,16 +16,11 @@ from ftqp.qp import Claim
 ROOT = Path(__file__).resolve().parents[2]
 SEQUENCES = ["panda-healthy", "panda-infeasible"]
 JUDGED = ["active_set", "daqp-fast", "osqp-fast", "quadprog"]
-TIMED = ["active_set", "daqp-fast", "proxqp-fast", "qpsolvers:daqp"]
 ON_BOTH = ["--sequences", ",".join(SEQUENCES), "--backends"]
 RUNS = {
     "compare_accuracy": ["--quick", *ON_BOTH, ",".join([*JUDGED, "qpsolvers:gurobi"])],
-    "compare_speed": ["--quick", *ON_BOTH, ",".join(TIMED)],
     "compare_semidefinite": ["--quick"],
-    "study_dtrnn": ["--quick"],
 }
-WITHIN = 0.2
-"""How far iterations may be from the expected ones, as a share."""
 
 
 def script(name: str, *arguments: str) -> subprocess.CompletedProcess[str]:
@@ -54,9 +47,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[dict[str, 
     ("name", "parts"),
     [
         ("compare_accuracy", ("Claims about", "Limitations", "Versions", "Could not take part")),
-        ("compare_speed", ("One solve [us]", "panda-infeasible", "Limitations", "Settings")),
         ("compare_semidefinite", ()),
-        ("study_dtrnn", ("Iterations on the square", "Certificates", "Settings", "Limitations", "Versions")),
     ],
 )
 def test_results_are_written_as_json_and_markdown(runs: Any, name: str, parts: tuple[str, ...]) -> None:
@@ -95,31 +86,6 @@ def test_a_claim_is_judged_by_residual_and_fact(
     claim: Claim, residual: float, fact: Fact, expected: Outcome
 ) -> None:
     assert outcome(claim, residual, fact) is expected
-
-
-@pytest.mark.parametrize(("method", "start"), list(EXPECTED))
-@pytest.mark.parametrize("objective", ["RMP", "DLSM"])
-def test_iterations_on_the_square_are_those_of_the_spec(
-    runs: Any, method: str, start: str, objective: str
-) -> None:
-    wanted = ("square", method, start, objective)
-    keys = ("part", "method", "start", "objective")
-    (cell,) = (c for c in runs["study_dtrnn"][0]["cells"] if tuple(c.get(k) for k in keys) == wanted)
-    expected = EXPECTED[method, start][OBJECTIVES.index(objective)]
-    assert isinstance(expected, tuple)
-    assert cell["median"] == pytest.approx(expected[0], rel=WITHIN)
-    assert cell["max"] == pytest.approx(expected[2], rel=WITHIN)
-    assert cell["capped"] == 0
-
-
-def test_every_method_of_the_network_is_right_about_infeasibility(runs: Any) -> None:
-    found = [cell for cell in runs["study_dtrnn"][0]["cells"] if cell["part"] == "recorded"]
-    assert {cell["method"] for cell in found} >= set(METHODS)
-    assert sum(cell["infeasible"] for cell in found) > 0
-    for cell in found:
-        assert cell["false_alarms"] == cell["called_solved"] == 0
-        assert cell["found"] == cell["infeasible"]
-        assert cell["solvable"] + cell["infeasible"] == cell["count"]
 
 
 def test_every_qp_of_the_study_of_the_cap_has_a_solution_and_some_end_at_the_cap() -> None:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.core.small_picture import curves_svg, html_table, strips_svg
 
 PANDA = ftqp.robots.load("panda")
 PNG = b"\x89PNG"
@@ -72,16 +71,3 @@ def test_what_a_notebook_shows_has_a_small_picture(result):
         assert thing._repr_html_().count("<svg") == 1
     assert "and 82 more" in result.log._repr_html_() and "at most" in result.log.error_svg()
     assert "<svg" not in replace(result, log=None)._repr_html_()
-
-
-def test_small_pictures_leave_out_what_is_no_number():
-    x = np.array([0.0, 1.0, 2.0, 3.0])
-    drawn = curves_svg([(x, np.array([0.0, np.nan, 1.0, np.inf]))], "a < b")
-    assert drawn.count("nan") == drawn.count("inf") == 0 and "a &lt; b" in drawn
-    assert len(drawn.split('points="')[1].split('"')[0].split()) == 2
-    assert curves_svg([], "") == strips_svg(np.zeros((0, 3), dtype=bool), "") == ""
-    assert strips_svg(np.array([[1, 1, 0], [0, 0, 0]], dtype=bool), "").count("<rect") == 3
-
-
-def test_names_in_a_table_are_text():
-    assert "<script>" not in html_table("<script>", ("<b>",), [("<i>", 1)], "<u>")

@@ -56,14 +56,6 @@ def test_plan_comes_back_as_it_was_written(made, file) -> None:
     assert [entry.name for entry in file.parent.iterdir()] == ["plan.npz"]
 
 
-def test_plan_without_its_robot_says_how_to_give_it_one(file) -> None:
-    found = load_plan(file)
-    with pytest.raises(InputError, match=r"read without its robot, planar\(3\).*plan.of\(robot\)"):
-        found.continue_after("j1", 0.0)
-    with pytest.raises(InputError, match="path is given without the robot"):
-        load_plan(file, path=PATH)
-
-
 def test_plan_for_another_robot_or_path_is_refused(file) -> None:
     with pytest.raises(InputError, match="the plan is for another robot"):
         load_plan(file, catalog.load("planar", count=4))
@@ -101,14 +93,6 @@ def test_damaged_file_is_refused_in_one_sentence(file, change, sentence) -> None
     change(file)
     with pytest.raises(InputError, match=sentence):
         load_plan(file)
-
-
-def test_file_that_cannot_be_written_is_refused_in_one_sentence(made, tmp_path) -> None:
-    with pytest.raises(InputError, match=r"has to end in \.npz; name it plan\.npz"):
-        made.save(tmp_path / "plan.txt")
-    (tmp_path / "folder.npz").mkdir()
-    with pytest.raises(InputError, match="cannot be written"):
-        made.save(tmp_path / "folder.npz")
 
 
 def test_plan_is_for_its_path_whatever_the_last_bits_of_the_path_are(tmp_path) -> None:

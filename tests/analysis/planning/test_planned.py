@@ -117,17 +117,6 @@ def test_two_joints_to_spare_survive_more_than_with_least_motion() -> None:
         plan(arm, task, q0, "constant")
 
 
-def test_progress_is_told_to_its_end() -> None:
-    told: dict[str, tuple[int, int]] = {}
-
-    def hear(done: int, total: int, what: str) -> None:
-        assert done >= told.get(what, (0, 0))[0]
-        told[what] = (done, total)
-
-    plan(ARM, TASK, settings=PlanSettings(waypoints=10, spacing=0.3), progress=hear)
-    assert set(told) == {"nodes", "locks"} and all(done == total for done, total in told.values())
-
-
 def test_path_outside_the_limits_is_refused_with_sample_and_joint() -> None:
     arm = catalog.load("planar", lengths=(1, 1, 1)).with_limits(
         q_min=(-0.5, -2.6, -2.6), q_max=(0.5, 2.6, 2.6)

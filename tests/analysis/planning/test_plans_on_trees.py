@@ -67,13 +67,6 @@ def test_what_is_left_after_a_lock_is_said_of_all_joints(planned, lock):
     assert options[0].q[0] == pytest.approx(q, abs=1e-6)
 
 
-def test_a_plan_of_the_other_arm_is_refused_in_a_sentence(planned):
-    with pytest.raises(ftqp.InputError, match="the plan is for another robot"):
-        ftqp.Planner(DUAL.with_first_tip(RIGHT), plan=planned)
-    with pytest.raises(ftqp.InputError, match=r"q0 has shape \(7,\), expected"):
-        plan(DUAL, line(LEFT), DUAL.neutral[:7])
-
-
 @pytest.mark.parametrize("frame", [LEFT, RIGHT])
 def test_postures_move_the_arm_to_the_frame_and_leave_the_others(frame):
     near = DUAL.neutral + 0.05
@@ -89,8 +82,3 @@ def test_postures_move_the_arm_to_the_frame_and_leave_the_others(frame):
         assert DUAL.pose(one.q, frame) == pytest.approx(goal, abs=1e-9)
         assert (one.q[others] == near[others]).all()
         assert one.q[DUAL.joint(fault.joint)] == near[DUAL.joint(fault.joint)]
-
-
-def test_bodies_beside_the_way_are_not_looked_at_by_half():
-    with pytest.raises(ftqp.InputError, match="clear_of looks at the whole of dual_panda"):
-        ftqp.postures(DUAL, DUAL.pose(DUAL.neutral), clear_of=ftqp.Planner(DUAL, clearance=ftqp.Clearance()))

@@ -1,18 +1,14 @@
 """Plans by the speed of the self-motion."""
 
 import numpy as np
-import pytest
-from planar_arms import Q0, START, TASK, survives
+from planar_arms import Q0, TASK, survives
 from planar_arms import UNIT as ARM
 
 from ftqp.analysis.planning.plan_case import PlanCase, PlanSettings, planning_study
-from ftqp.analysis.planning.planned import gradient_plan, plan
+from ftqp.analysis.planning.planned import plan
 from ftqp.analysis.planning.self_motion_speeds import constant_plan, spline_plan
 from ftqp.analysis.planning.survival_labels import survivals
 from ftqp.analysis.survival.continuing import track
-from ftqp.analysis.survival.task_path import task_path
-from ftqp.control.paths import Line
-from ftqp.core.errors import InputError
 
 STUDY = planning_study(TASK, 0.1)
 FEW = PlanSettings(thetas=tuple(np.linspace(-1.0, 1.0, 11)), evaluations=40)
@@ -44,14 +40,6 @@ def test_interrupted_search_of_splines_keeps_the_best_so_far() -> None:
 
     q, _ = spline_plan(case(told=interrupt), Q0[None])
     assert coverage_of(q) >= coverage_of(constant_plan(case(), Q0[None])[0])
-
-
-def test_path_that_no_speed_follows_is_refused_with_its_sample() -> None:
-    far = task_path(ARM, Line(START, (3.0, 0.0, 0.0), duration=10.0), dt=0.1, rows="position")
-    with pytest.raises(InputError, match=r"follows the path beyond sample \d+ \(t = "):
-        constant_plan(case(task=far), Q0[None])
-    with pytest.raises(InputError, match=r"beyond sample \d+"):
-        gradient_plan(case(task=far), Q0)
 
 
 def test_corridor_ends_where_the_closed_form_says_that_a_joint_is_lost() -> None:

@@ -128,16 +128,3 @@ def test_several_locks_need_more_than_a_loss_of_rank() -> None:
     assert other.rank < 1e-12
     assert other.collinear < 1e-12
     assert other.rest > 1e-2
-
-
-def test_at_the_goal_nothing_is_commanded() -> None:
-    robot = links(1, 1, 1)
-    q = np.array([0.3, 0.5, 0.7])
-    assert rest_test(robot, q, ["j1"], robot.pose(q)).rest == 0.0
-
-
-def test_singular_configuration_passes_no_test() -> None:
-    found = rest_test(links(1, 1, 1), np.zeros(3), ["j1"], (1.0, 1.0))
-    assert found.full_rank < 1e-12
-    assert np.isnan(found.rest)
-    assert not found.passes()

@@ -125,13 +125,6 @@ def test_grid_finds_all_rests_of_the_closed_form(joint: int) -> None:
     assert total > 10
 
 
-def test_rests_outside_joint_limits_are_left_out() -> None:
-    free, limited = links(1, 1, 1), catalog.load("planar", lengths=(1, 1, 1))
-    value = np.deg2rad(45.0)
-    assert len(rest_configurations(free, (1.5, 1.5), "j2", value)) == 2
-    assert rest_configurations(limited, (1.5, 1.5), "j2", value) == []  # they need joint 3 at 157.5 degrees
-
-
 def test_joint_that_never_moves_the_tip_is_left_out() -> None:
     robot = catalog.load("panda").with_limits(q_min=-np.inf, q_max=np.inf)
     goal = (0.5, 0.1, 0.4)

@@ -7,7 +7,6 @@ import pytest
 from ftqp.analysis.survival.continuing import continuation_study, task_session, track
 from ftqp.analysis.survival.task_path import task_errors, task_path
 from ftqp.control.paths import Line
-from ftqp.core.errors import InputError
 from ftqp.kernel.layout.enums import Survival
 from ftqp.model import catalog
 
@@ -141,13 +140,3 @@ def test_axis_rows_have_the_jacobian_of_their_error() -> None:
     assert np.allclose(
         e[0], scale * task_errors(task.rows, True, task.goals[:1], PANDA.pose(tilted)[None])[0]
     )
-
-
-def test_unreachable_paths_are_refused() -> None:
-    far = task_path(PANDA, Line(PANDA.pose(Q0), (0.9, 0.0, 0.0), duration=4.0), dt=0.05)
-    with pytest.raises(InputError, match=r"cannot follow the path beyond sample \d+ of 80"):
-        track(far, Q0)
-    away = TASK.goals.copy()
-    away[:, 0, 3] += 3.0
-    with pytest.raises(InputError, match="no start of panda reaches the first sample"):
-        track(task_path(PANDA, away, dt=0.05), Q0)

@@ -134,8 +134,3 @@ def test_no_posture_at_a_sample_survives_more_than_its_upper_bound() -> None:
     assert found.upper_bound is not None and len(found.upper_bound) == len(found.waypoints) == 4
     reached = coverage(PANDA, TASK, MOTION, stride=1).survived.sum(axis=0)[found.waypoints]
     assert (found.upper_bound >= reached).all() and found.upper_bound.max() <= 7
-
-
-def test_picture_of_a_report_is_written(tmp_path) -> None:
-    file = REPORT.figure(tmp_path / "map.png")
-    assert file.read_bytes()[:4] == b"\x89PNG"

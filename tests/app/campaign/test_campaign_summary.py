@@ -26,13 +26,6 @@ def row(number, drawn, outcome="sound", **values):
     }
 
 
-def test_values_are_told_by_size_and_words_by_letter():
-    rows = [row(k, {"dt": [0.01, 0.002, 0.005][k % 3], "name": "ba"[k % 2]}) for k in range(12)]
-    found = summary("x", rows)["by_key"]
-    assert list(found["dt"]) == ["0.002", "0.005", "0.01"] and list(found["name"]) == ["a", "b"]
-    assert found["dt"]["0.005"]["episodes"] == 4
-
-
 def test_many_numbers_are_told_by_ranges_with_as_many_episodes_each():
     rows = [row(k, {"at": 0.01 * k, "q": [k]}, "broken" if k > 90 else "sound") for k in range(100)]
     found = summary("x", rows)["by_key"]
@@ -94,10 +87,6 @@ def test_failures_are_told_by_arm_joint_and_instant_and_those_without_a_motion_a
 def watched(**values):
     zero = dict.fromkeys(OF_DETECTORS, 0) | {"healthy_time": 3600.0, "delay": None, "found_as": ""}
     return zero | values
-
-
-def test_episodes_without_a_detector_say_nothing():
-    assert detector_summary([dict.fromkeys(OF_DETECTORS)]) is None
 
 
 def test_hours_without_a_false_alarm_bound_their_rate():

@@ -21,7 +21,6 @@ PROMISED = {
         (["pnada", "-o", "new"], "'pnada' is not a robot, scenario or file of ftqp .did you mean 'panda'"),
         (["panda", "-o", "/proc/x3"], "/proc/x3 cannot be made: .*; give a place that is writable with -o"),
         (["panda", "--page", "/proc/x3.html"], "/proc/x3.html cannot be made: .* with --page"),
-        (["panda", "--target", "mips", "-o", "new"], "'mips' is not a target of ftqp build; it has host"),
         (["panda", "-o", "here"], "folder here is there already"),
         (["panda", "-o", "no/such"], "folder .*no is missing"),
         (["panda", "--set", "planner.dt=0.01", "-o", "new"], "panda is a robot, no scenario"),

@@ -61,12 +61,6 @@ def test_page_says_what_was_broken_where_and_by_which_command_it_runs_alone(fold
     assert "false alarms an hour" in page
 
 
-def test_campaign_without_its_rows_still_has_its_tables(folder, tmp_path):
-    (folder / "results.sqlite").unlink()
-    assert report(folder, "-o", tmp_path / "page.html")[0] == 0
-    assert "robot.name" in (tmp_path / "page.html").read_text()
-
-
 def test_page_is_made_of_the_rows_and_says_what_is_missing_and_what_was_given_up(folder, tmp_path):
     with ResultsFile(folder, kind="campaign", key="x", columns=COLUMNS) as results:
         results.crash([63], "the worker died")
@@ -80,23 +74,3 @@ def test_page_is_made_of_the_rows_and_says_what_is_missing_and_what_was_given_up
     (folder / "summary.json").unlink()
     assert report(folder, "-o", tmp_path / "again.html")[0] == 0
     assert (tmp_path / "again.html").read_text() == page
-
-
-@pytest.mark.parametrize(
-    ("file", "text", "message"),
-    [
-        ("summary.json", "{", "is not a summary of ftqp, or is damaged"),
-        (
-            "results.sqlite",
-            "no database at all, but long enough to be one" * 30,
-            "is not as `ftqp campaign` writes it, or is damaged",
-        ),
-    ],
-)
-def test_folder_that_is_no_campaign_is_refused_with_a_sentence(folder, tmp_path, file, text, message):
-    for beside in folder.glob("results.sqlite-*"):
-        beside.unlink()
-    (folder / file).write_text(text)
-    code, errors = report(folder, "-o", tmp_path / "page.html")
-    assert code == 2 and message in errors
-    assert not (tmp_path / "page.html").exists()

@@ -6,17 +6,14 @@ import signal
 import sqlite3
 import tomllib
 from contextlib import closing
-from dataclasses import replace
 
 import pytest
 from tests.app.conftest import invoke
 
 from ftqp.app.campaign import episode_study
 from ftqp.app.campaign.kept_campaign import command_of, kept_campaign
-from ftqp.app.commands import campaign_episodes
 from ftqp.app.commands.viewing import shown
 from ftqp.app.run import runs
-from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
 from ftqp.sim import loop
@@ -93,12 +90,6 @@ def test_any_episode_is_run_alone_by_its_number(study, tmp_path):
     for number in (-1, 10**9):
         code, _, errors = campaign(study, "--replay", number, "--out", tmp_path / "s")
         assert code == 2 and f"episode {number} is none of short, expected 0 to 999999999" in errors
-
-
-def test_episode_beyond_those_of_the_file_is_the_one_that_more_episodes_would_have(study, tmp_path):
-    _, out, _ = campaign(study, "--replay", 8, "--out", tmp_path / "r", "--json")
-    campaign(study, "--out", tmp_path / "c", "--episodes", 9)
-    assert json.loads(out)["drawn"] == json.loads(rows(tmp_path / "c")[8][1])
 
 
 def test_command_in_the_report_runs_the_episode_again(study, tmp_path, monkeypatch):
@@ -188,16 +179,10 @@ def test_broken_law_ends_with_1_and_names_the_episode(study, tmp_path, monkeypat
     ("change", "message"),
     [
         (("episodes = 6", "episodes = 0"), "campaign.episodes"),
-        (("episodes = 6", "episodes = 1000000000"), "campaign.episodes"),
-        (("[0.005, 0.01]", "[]"), "vary.planner.dt is [], expected a list of at least one value"),
         (('"planner.dt"', '"planner.dtt"'), "planner.dtt is not a key of [planner] (did you mean 'dt'?)"),
         (("[0.005, 0.01]", "[-1.0, 0.0]"), "draws no scenario: none of its first 6 episodes can be run"),
         (('"planner.dt"', '"sensors.faults.1.at"'), "entry 1 of faults, which the scenario does not have"),
-        (("seed = 5", "seeed = 5"), "did you mean 'seed'"),
-        (("scenario.robot", "robot"), "robot is not a key of a campaign; it has description, campaign"),
         (("scenario.robot", "robot"), "tables stand below [scenario], here as [scenario.robot]"),
-        (("scenario.robot", "robott"), "robott is not a key of a campaign; it has description, campaign, "),
-        (('{ joint = "any" }', "{ uniform = [3, 1] }"), "low <= high"),
     ],
 )
 def test_campaign_that_contradicts_itself_is_refused_before_anything_is_made(
@@ -207,36 +192,6 @@ def test_campaign_that_contradicts_itself_is_refused_before_anything_is_made(
     code, _, errors = campaign(study, "--out", tmp_path / "c")
     assert code == 2 and message in errors
     assert not (tmp_path / "c").exists()
-
-
-def test_campaign_whose_first_episode_has_an_arm_that_cannot_be_is_run(study, tmp_path):
-    load = '{ name = "srs7", payload = { mass = 1.0 } }'
-    study.write_text(STUDY + f'"robot" = [{{ name = "planar" }}, {load}]')
-    made = [episode_study.load_campaign(str(study), [f"campaign.seed={seed}"]) for seed in range(8)]
-    seed = next(k for k in range(8) if _arm_cannot_be(made[k]))
-    code, out, errors = campaign(study, "--out", tmp_path / "c", "--set", f"campaign.seed={seed}", "--json")
-    assert code == 0, errors
-    facts = json.loads(out)
-    assert facts["refusals"][0]["episode"] == 0 and "srs7 has no masses" in facts["refusals"][0]["sentences"]
-    assert facts["sound"] > 0
-
-
-def _arm_cannot_be(made):
-    """Whether the first episode has no arm."""
-    try:
-        made.drawn(0)
-    except InputError:
-        return True
-    return False
-
-
-def test_episode_that_was_given_up_is_named_and_the_campaign_is_not_called_done(study, tmp_path, monkeypatch):
-    run = campaign_episodes.run_study
-    monkeypatch.setattr(
-        campaign_episodes, "run_study", lambda *a, **k: replace(run(*a, **k), crashed={1: "the worker died"})
-    )
-    code, out, _ = campaign(study, "--episodes", 1, "--out", tmp_path / "c")
-    assert code == 1 and "episode 1 was given up: the worker died" in out and "--replay 1" in out
 
 
 def test_interrupt_within_an_episode_leaves_no_row_of_half_an_episode(study, tmp_path, monkeypatch):
@@ -262,13 +217,6 @@ def test_interrupt_within_an_episode_leaves_no_row_of_half_an_episode(study, tmp
     assert campaign(study, "--out", tmp_path / "whole", "--jobs", 1)[0] == 0
     assert rows(tmp_path / "c")[: len(kept)] == kept
     assert rows(tmp_path / "c") == rows(tmp_path / "whole")
-
-
-def test_difference_that_is_told_is_not_the_number_of_episodes(study, tmp_path):
-    campaign(study, "--out", tmp_path / "c", "--episodes", 1)
-    changed = ("--set", "scenario.path.radius=0.07")
-    code, _, errors = campaign(study, "--out", tmp_path / "c", "--episodes", 2, *changed)
-    assert code == 2 and "episodes = " not in errors and "radius = 0.05" in errors and "0.07" in errors
 
 
 def test_results_of_an_arm_whose_file_was_changed_meanwhile_are_refused(study, tmp_path):

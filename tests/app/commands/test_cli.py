@@ -147,10 +147,6 @@ def test_backend_or_its_profile_and_scheme_replace_those_of_the_scenario(short: 
         assert (summary["backend"], summary["scheme"]) == (expected, "rmp")
 
 
-def test_check_without_scenario_lists_the_bundled_ones() -> None:
-    assert "panda-circle" in invoke("check").stdout
-
-
 def test_a_fault_that_never_happens_is_a_warning_before_and_said_after(short: Path, tmp_path: Path) -> None:
     late = short.read_text(encoding="utf-8").replace("at = 0.2", "at = 30")
     short.write_text(late, encoding="utf-8")
@@ -176,20 +172,6 @@ def test_backends_tell_licence_and_state() -> None:
     rows = {row["name"]: row for row in json.loads(invoke("backends", "--json").stdout)["backends"]}
     assert rows["active_set"]["state"] == "ready"
     assert "GPL" in rows["quadprog"]["licence"]
-
-
-def test_schemes_tell_gains_with_defaults() -> None:
-    rows = {row["name"]: row for row in json.loads(invoke("schemes", "--json").stdout)["schemes"]}
-    assert rows["dlsm"]["gains"].startswith("alpha = 0.995")
-    assert rows["singularity_robust"]["gains"] == "rule = row, limit"
-    assert rows["approximate_pseudoinverse"]["gains"] == "threshold = 0.1"
-    assert rows["pseudoinverse"]["gains"] == ""
-    assert all(row["what"] for row in rows.values())
-
-
-def test_robots_are_those_of_the_catalog() -> None:
-    rows = json.loads(invoke("robots", "--json").stdout)["robots"]
-    assert [row["name"] for row in rows] == list(ftqp.robots.names())
 
 
 def _heed_interrupts() -> None:

@@ -1,7 +1,6 @@
 """What ``ftqp doctor`` finds, and what it says to do."""
 
 import json
-from importlib.metadata import PackageNotFoundError
 
 from tests.app.conftest import invoke
 
@@ -49,25 +48,3 @@ def test_a_kernel_that_is_not_built_is_a_fault_with_a_remedy(monkeypatch, tmp_pa
     assert checks["kernel"]["remedy"]
     monkeypatch.setattr(library, "PLAIN", True)
     assert "NUMBA_DISABLE_JIT" in found()[2]["kernel"]["found"]
-
-
-def test_what_is_only_on_the_path_says_so(monkeypatch):
-    def none(name):
-        raise PackageNotFoundError(name)
-
-    monkeypatch.setattr(doctor, "requires", none)
-    code, _, checks = found()
-    assert code == 0 and checks["package"]["state"] == "missing"
-
-
-def test_a_library_that_a_slim_system_lacks_is_said_in_one_sentence(monkeypatch):
-    def lacking(*_, **__):
-        raise ImportError("libgomp.so.1: cannot open shared object file: No such file or directory")
-
-    monkeypatch.setattr(doctor.ftqp.robots, "load", lacking)
-    code, _, checks = found()
-    assert code == 1 and checks["trial"]["remedy"].endswith("apt install libgomp1")
-    monkeypatch.setattr(doctor, "_trial", lacking)
-    said = invoke("doctor")
-    assert said.exit_code == 2 and "Traceback" not in said.stderr
-    assert said.stderr.startswith("error: libgomp.so.1 is not on this machine")

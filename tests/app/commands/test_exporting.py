@@ -13,7 +13,6 @@ import ftqp
 from ftqp.app.run import runs
 from ftqp.core.extras import remedy_for_extra
 from ftqp.model import catalog
-from ftqp.sim.log.log_writer import checksum
 
 pytest.importorskip("rosbags", reason='needs the extra "ros": pip install -e ".[ros]"')
 reader = pytest.importorskip("mcap.reader", reason="needs mcap, which the extra 'dev' brings")
@@ -91,12 +90,6 @@ def test_bag_of_a_run_has_its_frames_and_its_arm(run):
     assert list(robot.joints) == log.metadata["joints"]
 
 
-def test_arm_of_a_run_is_written_as_urdf(run, tmp_path):
-    code, out, _ = ftqp_command("export", run, "--format", "urdf", "-o", tmp_path / "a.urdf", "--json")
-    assert code == 0 and "ticks" not in json.loads(out)
-    assert list(ftqp.Robot.from_urdf(tmp_path / "a.urdf").joints) == ftqp.load_log(run).metadata["joints"]
-
-
 def test_robot_of_the_catalog_is_written_as_urdf(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert ftqp_command("export", "iiwa14", "--format", "urdf")[0] == 0
@@ -124,9 +117,7 @@ def test_sliding_joint_is_written(tmp_path):
     [
         (("panda", "--format", "csv"), "panda is a robot, no run"),
         (("pandaa", "--format", "urdf"), "did you mean 'panda'"),
-        (("nowhere/run", "--format", "csv"), "is not a run or robot"),
         ((".", "--format", "csv"), "does not exist; expected a log.npy"),
-        (("panda", "--format", "bag"), "'bag' is not a format of ftqp export"),
     ],
 )
 def test_what_cannot_be_exported_is_said(tmp_path, monkeypatch, arguments, message):
@@ -134,19 +125,6 @@ def test_what_cannot_be_exported_is_said(tmp_path, monkeypatch, arguments, messa
     code, out, errors = ftqp_command("export", *arguments)
     assert code == 2 and message in errors and out == ""
     assert os.listdir(tmp_path) == []
-
-
-def test_run_cut_short_and_of_another_version_is_written_and_noted(run, tmp_path):
-    data = (run / "log.npy").read_bytes()
-    (tmp_path / "log.npy").write_bytes(data)
-    about = json.loads((run / "log.json").read_text())
-    about["metadata"]["versions"]["ftqp"], about["metadata"]["state"] = "99.0", "running"
-    (tmp_path / "log.json").write_text(json.dumps({**about, "checksum": checksum(about)}))
-    code, out, errors = ftqp_command("export", tmp_path, "--format", "mcap", "--json")
-    notes = json.loads(out)["notes"]
-    assert code == 0 and len(notes) == 2
-    assert "its log says 'running'" in notes[0] and "ftqp 99.0" in notes[1]
-    assert all(note in errors for note in notes)
 
 
 def test_trajectory_that_ends_in_motion_is_noted(tmp_path):

@@ -1,7 +1,6 @@
 """ftqp inspect: what it says of an arm, in which form, and what it draws."""
 
 import json
-import re
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -95,22 +94,6 @@ def test_bodies_are_listed_with_how_much_larger_they_are(tmp_path: Path) -> None
     assert "Built too near to each other to be kept apart: iiwa_joint_7 and iiwa_joint_5." in said
 
 
-def test_limits_of_acceleration_and_jerk_are_those_of_the_file(tmp_path: Path) -> None:
-    file = tmp_path / "crane.urdf"
-    first = URDF.replace('velocity="1.5"', 'velocity="1.5" acceleration="3" deceleration="2" jerk="40"')
-    file.write_text(first, encoding="utf-8")
-    found = facts(file, "--tip", "hand")
-    a, b = found["joints"]
-    assert (a["a_max"], a["j_max"], b["a_max"], b["j_max"]) == (2.0, 40.0, 10.0, None)
-    assert found["limits_from"]["a_max"] == "file, for some joints of the rule v_max / 0.2 s"
-    both = first.replace('velocity="2"', 'velocity="2" acceleration="5"')
-    file.write_text(both, encoding="utf-8")
-    assert facts(file, "--tip", "hand")["limits_from"]["a_max"] == "file"
-    said = invoke(file, "--tip", "hand", "--no-figures").stdout
-    assert "j_max" in said and "a by torque" in said
-    assert "limits of acceleration 3, deceleration 2" in " ".join(said.split())
-
-
 def test_acceleration_by_torque_is_what_pinocchio_moves_with_it() -> None:
     """At the heaviest posture no torque is left over, and nowhere is there less."""
     robot = ftqp.robots.load("panda")
@@ -163,7 +146,6 @@ def test_arm_without_redundancy_and_one_with_rows_of_its_own_are_told_so() -> No
             ("panda", "--tip", "hand"),
             "panda is a robot of the catalog, which has its tip; leave",
         ),
-        (("panda", "--out", __file__ + "/x"), "is not a folder"),
     ],
 )
 def test_bad_input_exits_2_with_one_sentence(arguments: tuple[str, ...], sentence: str) -> None:
@@ -189,27 +171,6 @@ def test_survival_says_where_each_joint_can_be_lost() -> None:
     assert 0.0 <= found["pose"]["any_joint"] <= min(found["pose"]["per_joint"].values())
 
 
-def test_several_tips_are_given_with_commas_and_the_first_is_judged(tmp_path: Path) -> None:
-    file = tmp_path / "dual.urdf"
-    file.write_text(ftqp.robots.load("dual_panda").to_urdf(), encoding="utf-8")
-    found = facts(file, "--tip", "left_hand,right_hand")
-    assert (found["tip"], found["tips"]) == ("left_hand", ["left_hand", "right_hand"])
-    assert (len(found["joints"]), found["base_to_tip"], found["redundancy"]["pose"]) == (14, 7, 1)
-
-
-def test_a_folder_of_a_robots_name_hides_no_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As ``ftqp build panda-circle -o panda`` leaves one; nothing is written where no picture is wanted."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "panda").mkdir()
-    result = invoke("panda", "--no-figures")
-    assert result.exit_code == 0 and "Picture" not in result.stdout
-    assert [path.name for path in tmp_path.rglob("*")] == ["panda"]
-    (tmp_path / "arm").mkdir()
-    assert "'arm' is a folder, expected a file" in invoke("arm").stderr
-    drawn = invoke("panda").stdout.strip().splitlines()[-1]
-    assert drawn.startswith("Picture: runs/inspect-panda-") and "--no-figures draws none" in drawn
-
-
 def test_a_tip_that_is_still_to_be_chosen_is_asked_for_by_the_option_that_chooses_it(tmp_path: Path) -> None:
     file = tmp_path / "crane.urdf"
     more = '<link name="eye"/><joint name="d" type="fixed"><parent link="two"/><child link="eye"/></joint>'
@@ -227,24 +188,6 @@ def test_a_joint_that_cannot_move_is_held_by_the_option_that_is_named(tmp_path: 
     refused = invoke(file, "--no-figures")
     assert refused.exit_code == 2 and "hold it with --locked a" in refused.stderr
     assert invoke(file, "--locked", "a", "--no-figures").exit_code == 0
-
-
-@pytest.mark.parametrize("masses", [True, False])
-def test_an_arm_whose_file_has_no_torque_limits_is_told_of_once(tmp_path: Path, masses: bool) -> None:
-    text = URDF.replace('effort="40"', 'effort="0"').replace('effort="10"', 'effort="0"')
-    if not masses:
-        text = re.sub("<inertial>.*?</inertial>", "", text, flags=re.DOTALL)
-    (tmp_path / "crane.urdf").write_text(text, encoding="utf-8")
-    result = invoke(tmp_path / "crane.urdf", "--no-figures")
-    assert result.exit_code == 0
-    assert (result.stdout + result.stderr).count("torque limit is known") == 1
-
-
-def test_what_a_lock_leaves_is_of_the_tip_that_the_joint_moves():
-    found = facts("dual_panda")
-    left = {joint["name"]: joint["left_when_locked"]["pose"] for joint in found["joints"]}
-    assert abs(left["left_joint4"] - left["right_joint4"]) < 0.05 and left["right_joint4"] < 0.8
-    assert found["by_tip"]["right_hand"]["joints"] == [f"right_joint{k}" for k in range(1, 8)]
 
 
 def test_who_mimics_whom_is_said_and_only_motors_count_as_joints_to_spare(tmp_path):

@@ -13,8 +13,6 @@ from tests.app.conftest import invoke
 import ftqp
 from ftqp.app.commands import reporting
 from ftqp.control.planner.planner import Planner
-from ftqp.core.errors import MissingPackage
-from ftqp.core.extras import remedy_for_extra
 from ftqp.model import catalog
 from ftqp.sim.log.log_writer import checksum
 from ftqp.sim.loop import Simulation
@@ -121,15 +119,6 @@ def test_several_runs_stand_side_by_side(told: Path, run_of: Any, tmp_path: Path
     assert page.tags.count("svg") == 2 + 5 + 5
 
 
-@pytest.mark.slow
-def test_runs_of_two_arms_are_not_drawn_into_one_figure(told: Path, tmp_path: Path, still: None) -> None:
-    panda = catalog.load("panda")
-    path = ftqp.paths.Line(panda.pose(panda.neutral), (0.01, 0.0, 0.0), duration=0.1)
-    Simulation(Planner(panda, dt=0.01), path, q=panda.neutral, log=tmp_path / "p.npy").run()
-    assert asked(told, tmp_path / "p.npy", "-o", tmp_path / "page.html").exit_code == 0
-    assert "How far the tip of each run" not in (tmp_path / "page.html").read_text(encoding="utf-8")
-
-
 def test_what_files_say_stays_text(tmp_path: Path, still: None) -> None:
     evil = "<script>alert(1)</script>"
     robot = catalog.load("planar6")
@@ -167,57 +156,9 @@ def test_what_is_no_run_is_refused_in_one_sentence(source: str, said: str, tmp_p
     assert not (tmp_path / "page.html").exists()
 
 
-def changed(told: Path, folder: Path, statement: str) -> None:
-    """A copy of the run's log, with something done to it."""
-    (folder / "log.npy").write_bytes((told / "log.npy").read_bytes())
-    about = json.loads((told / "log.json").read_text())
-    statement(about)
-    write(folder / "log.json", about)
-
-
 def write(file: Path, about: dict[str, Any]) -> None:
     """What is said of a log, with the checksum that a program would have put there."""
     file.write_text(json.dumps({**about, "checksum": checksum(about)}))
-
-
-def test_what_is_odd_about_a_log_and_what_is_not_installed_is_said_on_its_page(
-    told: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def missing(*_: object, **__: object) -> str:
-        raise MissingPackage("the replay", "viser", remedy_for_extra("viz"))
-
-    replaying = pytest.importorskip("ftqp.viz.live.recording", reason="needs viser", exc_type=MissingPackage)
-    monkeypatch.setattr(replaying, "replay", missing)
-    changed(
-        told, tmp_path, lambda about: about["metadata"].update(state="running", versions={"ftqp": "0.0.7"})
-    )
-    result = asked(tmp_path, "-o", tmp_path / "page.html", "--json")
-    assert result.exit_code == 0
-    assert "viser" in json.loads(result.stdout)["notes"][0]
-    page = (tmp_path / "page.html").read_text(encoding="utf-8")
-    assert "There is no replay" in page
-    assert "This log is cut short" in page and "made by ftqp 0.0.7" in page
-
-
-@pytest.mark.parametrize(
-    ("statement", "said"),
-    [
-        (lambda about: about.update(format=99), "a newer ftqp may read it"),
-        (lambda about: about["metadata"].pop("limits"), "does not say limits of its run"),
-    ],
-)
-def test_log_of_which_no_page_can_be_made_is_refused(
-    told: Path, tmp_path: Path, statement: str, said: str
-) -> None:
-    changed(told, tmp_path, statement)
-    result = asked(tmp_path, "-o", tmp_path / "page.html")
-    assert result.exit_code == 2 and said in result.output
-
-
-def test_folder_of_several_runs_names_them(told: Path, tmp_path: Path) -> None:
-    result = asked(told.parent, "-o", tmp_path / "page.html")
-    assert result.exit_code == 2
-    assert "it holds the runs told" in " ".join(result.output.split())
 
 
 def test_report_that_exists_is_not_overwritten(told: Path, tmp_path: Path) -> None:

@@ -41,7 +41,6 @@ def folder(tmp_path):
         (["--speed", "nan"], "speed is nan"),
         (["--meshes", "pretty"], "it has collision, visual, none"),
         (["--record", "{}/there.html"], "exists, and nothing is overwritten"),
-        (["--record", "{}/no/such.html"], "is not a folder"),
         (["--backend", "abacus"], "abacus"),
         (["iiwa-moving-base-locked"], "has a moving base"),
         (["--port", "99999"], "99999"),

@@ -79,24 +79,6 @@ def test_every_wrong_name_is_told_at_once(short: Path) -> None:
     assert len(caught.value.errors) == 6
 
 
-@pytest.mark.parametrize(
-    ("schemes", "backends", "said"),
-    [
-        ("", None, "--schemes is '', expected names"),
-        ("mvn,,rmp", None, "--schemes is 'mvn,,rmp', expected names"),
-        (None, "{name=", "--backends: "),
-        (None, "{ tolerance = 1.0 }", "--backends: "),
-        (None, "nothing.toml", "--backends: "),
-        (None, "{name=9" + "9" * 5000 + "}", "--backends: "),
-    ],
-)
-def test_what_names_nothing_is_a_sentence(
-    short: Path, schemes: str | None, backends: str | None, said: str
-) -> None:
-    with pytest.raises(ScenarioError, match=said):
-        combinations([str(short)], backends=backends, schemes=schemes)
-
-
 def test_a_backend_that_is_not_installed_says_why_and_the_rest_runs(short: Path, without_daqp: None) -> None:
     found = combinations([str(short)], backends="active_set,daqp", schemes=None)
     assert [c.setup is None for c in found] == [False, True]

@@ -98,20 +98,6 @@ def test_a_run_that_breaks_off_is_told_and_the_rest_runs(
     assert second["completed"] is True
 
 
-def test_a_run_cut_short_while_drawing_keeps_its_summary(
-    short: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(log: Any, folder: Path) -> Any:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(comparison.runs, "_figures", interrupted)
-    result = invoke(short, "--schemes", "mvn,rmp", "--out", tmp_path / "out")
-    assert result.exit_code == 130
-    first, second = json.loads((tmp_path / "out" / "comparison.json").read_text())["runs"]
-    assert (first["steps"], first["reason"]) == (51, comparison.CUT_SHORT)
-    assert (second["ran"], second["reason"]) == (False, comparison.NOT_BEGUN)
-
-
 def _heed_interrupts() -> None:
     """Ctrl-C means something to the child even if the tests run in the background, where shells ignore it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -144,21 +130,3 @@ def test_ctrl_c_keeps_finished_runs_and_shows_what_there_is(short: Path, tmp_pat
     assert second["steps"] == len(ftqp.load_log(log.parent))
     assert "interrupted at" in stdout
     assert (out / "short-mvn-active_set" / "summary.json").exists()
-
-
-def test_scenarios_of_the_same_arm_and_path_are_drawn_in_one_figure(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
-    monkeypatch.setattr("ftqp.viz.figures.run_figures.save_figures", lambda *_: [])  # those of each run
-    longer = SHORT.replace("duration = 0.5", "duration = 0.6")
-    assert longer != SHORT
-    never = SHORT + 'announced = "never"\n'
-    for name, text in {"told": SHORT, "never": never, "longer": longer}.items():
-        (tmp_path / f"{name}.toml").write_text(text)
-    out = tmp_path / "out"
-    result = invoke(*(tmp_path / f"{name}.toml" for name in ("told", "never", "longer")), "--out", out)
-    assert result.exit_code == 0, result.output
-    pictures, text = list((out / "figures").glob("*.png")), (out / "comparison.md").read_text()
-    assert {picture.name.rsplit("-", 1)[0] for picture in pictures} == {"told+never", "longer"}
-    assert len(pictures) == 10 and all(f"(figures/{picture.name})" in text for picture in pictures)

@@ -11,7 +11,7 @@ from deployed_library import compare, difference, fuzz, library, replayed, repla
 from tests.telescope import telescope
 
 import ftqp
-from ftqp.app.deployment.arm_file import HEAD, arm_file, small_capacity
+from ftqp.app.deployment.arm_file import HEAD, arm_file
 from ftqp.app.deployment.built_folder import TEXTS
 from ftqp.app.deployment.headers import arm_header, fingerprint
 from ftqp.control.planner.status import StepStatus
@@ -178,18 +178,6 @@ def test_the_file_says_what_arm_it_is_and_the_planner_where_its_tip_is(panda):
     panda.step()
     assert panda.call("tip", pose.ctypes.data_as(ctypes.c_void_p)) == 0
     np.testing.assert_allclose(pose.reshape(4, 4), PANDA.pose(PANDA.neutral), atol=1e-12)
-
-
-def test_null_and_misaligned_memory_are_numbers(panda, panda_file):
-    null = ctypes.c_void_p(None)
-    assert panda.code.ftqp_step(null, null, null, null, 1) == MISTAKES["NULL"]
-    assert panda.call("open", null, ctypes.c_size_t(5)) == MISTAKES["NULL"]
-    assert panda.open() == 0 and panda.reset() == 0
-    assert panda.call("step", null, null, null, 1) == MISTAKES["NULL"]
-    assert panda.call("report", null) == panda.call("reset", null, null) == MISTAKES["NULL"]
-    assert not panda.code.ftqp_q(null) and np.isnan(panda.code.ftqp_error(null))
-    panda.at += 8
-    assert panda.open() == MISTAKES["MISALIGNED"]
 
 
 def test_a_file_that_is_not_the_arms_is_refused_by_a_number_with_a_text(panda, panda_file):
@@ -405,17 +393,6 @@ def test_a_copy_of_the_memory_goes_on_from_the_same_state(panda):
 def test_a_planner_that_needs_python_is_refused_in_a_sentence(given, sentence):
     with pytest.raises(ftqp.InputError, match=sentence):
         ftqp.Planner(PANDA, level="velocity", **given).deployable()
-
-
-@pytest.mark.parametrize(("joints", "most"), [(3, 8), (8, 8), (9, 16), (32, 32), (33, 64)])
-def test_a_small_library_has_room_for_whole_blocks_of_joints(joints, most):
-    assert small_capacity(joints) == most
-
-
-def test_a_small_file_is_of_a_record_of_its_own_size():
-    memory = ftqp.Planner(PANDA).deployable()
-    sizes = {capacity: HEAD.unpack(arm_file(memory, 7, capacity)[: HEAD.size])[6] for capacity in (8, 16, 64)}
-    assert sizes[8] < sizes[16] / 1.2 < sizes[64] / 4.0
 
 
 @pytest.mark.slow

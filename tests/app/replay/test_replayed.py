@@ -9,7 +9,6 @@ import pytest
 from tests.app.conftest import invoke
 
 import ftqp
-from ftqp.core.extras import remedy_for_extra
 from ftqp.qp import Recorder, Recording
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 
@@ -50,15 +49,6 @@ def test_run_records_every_qp_and_says_where(file: Path) -> None:
 
 
 @pytest.mark.long
-def test_recording_does_not_change_the_run(file: Path, tmp_path: Path) -> None:
-    scenario = file.parent / "scenario.toml"
-    assert invoke("run", "--no-figures", scenario, "--out", tmp_path / "plain").exit_code == 0
-    first, second = ftqp.load_log(file.parent), ftqp.load_log(tmp_path / "plain")
-    np.testing.assert_allclose(first["q"], second["q"], rtol=0.0, atol=1e-9)
-    assert (first["status"] == second["status"]).all()
-
-
-@pytest.mark.long
 def test_run_keeps_the_ticks_that_the_scenario_asks_for(short: Path, tmp_path: Path) -> None:
     choices = ("recording.begin=0.1", "recording.end=0.31", "recording.every=4", "recording.limit=3")
     sets = [word for choice in choices for word in ("--set", choice)]
@@ -68,17 +58,6 @@ def test_run_keeps_the_ticks_that_the_scenario_asks_for(short: Path, tmp_path: P
     assert result.exit_code == 0, result.output
     assert Recording.load(tmp_path / "q.npz").tick.tolist() == [22, 26, 30]
     assert "3 older ones did not fit into memory" in result.stdout
-
-
-@pytest.mark.long
-def test_run_that_records_nothing_says_so_and_writes_no_file(short: Path, tmp_path: Path) -> None:
-    result = invoke(
-        *("run", "--no-figures", short, "--set", "recording.begin=9.0"),
-        *("--out", tmp_path / "out", "--record-qps", tmp_path / "q.npz"),
-    )
-    assert result.exit_code == 0, result.output
-    assert "recorded no QP" in result.stdout
-    assert not (tmp_path / "q.npz").exists()
 
 
 @pytest.mark.parametrize(
@@ -210,8 +189,6 @@ def test_a_recording_of_no_planner_is_explained_without_units(tmp_path: Path) ->
     [
         (("--tick", "51"), "expected one of 0 to 50; the nearest recorded one is 50"),
         (("--tick", "-1"), "the nearest recorded one is 0"),
-        (("--tick", "3", "--backend", "daqpp"), "did you mean 'daqp'"),
-        (("--tick", "3", "--backends", "daqp,osqpp"), "did you mean 'osqp'"),
     ],
 )
 def test_wrong_choices_are_said_in_words(file: Path, arguments: tuple[str, ...], message: str) -> None:
@@ -219,15 +196,3 @@ def test_wrong_choices_are_said_in_words(file: Path, arguments: tuple[str, ...],
     assert result.exit_code == 2
     assert message in result.stderr
     assert set(json.loads(result.stdout)) == {"error", "errors"}
-
-
-def test_a_missing_package_is_named_with_its_remedy(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "ftqp.qp.adapters._osqp", None)
-    monkeypatch.setitem(__import__("sys").modules, "osqp", None)
-    monkeypatch.delitem(__import__("sys").modules, "ftqp.qp.adapters._osqp")
-    result = invoke("replay", file, "--tick", 3, "--backend", "osqp")
-    assert result.exit_code == 2
-    assert remedy_for_extra("solvers") in result.stderr
-    rows = answer(file, "--tick", 3, "--backends", "osqp,daqp")["backends"]
-    assert [row["status"] for row in rows] == ["SOLVED", None, "SOLVED"]
-    assert "'osqp' is not installed" in rows[1]["verdict"]

@@ -69,17 +69,6 @@ def test_a_run_in_parts_sums_up_all_its_ticks(tmp_path: Path) -> None:
     assert "part = 15.0" in scenario and "keep = 2" in scenario
 
 
-def test_figures_of_a_long_run_show_its_end(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    drawn: list[Any] = []
-    monkeypatch.setattr(runs, "DRAWN", 20_000)
-    monkeypatch.setattr(runs, "_figures", lambda log, folder: drawn.append(log) or ())
-    runs.run(setup(path=ROUND | {"laps": 2.0}), tmp_path / "run")
-    assert 10 < len(drawn[0]) < 40 and drawn[0]["t"][-1] == 1.0
-    assert "the figures show the last" in capsys.readouterr().err
-
-
 def test_two_runs_into_one_folder_do_not_meet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first, second = setup(), setup()
     folder = runs.free_folder(tmp_path / "out", "x")

@@ -11,8 +11,8 @@ from tests.app.conftest import setup_of
 
 import ftqp
 from ftqp.app.run import runs
-from ftqp.app.scenario.document import Document, bundled
-from ftqp.app.scenario.setup import load, resolve, validated
+from ftqp.app.scenario.document import bundled
+from ftqp.app.scenario.setup import load
 from ftqp.control import paths
 from ftqp.model import catalog
 from ftqp.model.payload import Payload
@@ -267,19 +267,6 @@ def test_singular_scenario_finishes_on_its_line(
         load("modular11-singular", ["planner.task.mode=slack"]), tmp_path / "time", drawn=False
     ).summary
     assert slack["reference"] == "time" and slack["max_off_path"] > 5.0 * facts["max_off_path"]
-
-
-def test_blocked_path_is_told_and_ends_the_run(tmp_path: Path) -> None:
-    rolls = [{"kind": "locked", "joint": f"j{k}", "at": 0.0, "mode": "instant"} for k in (1, 3, 5, 9, 11)]
-    scenario = load("modular11-singular")
-    content = scenario.content
-    content["faults"] = [*content["faults"], *rolls]
-    found = Document(name="test", origin="test", folder=Path.cwd(), content=content)
-    ended = runs.run(resolve(found, validated(found)), tmp_path / "out", drawn=False)
-    assert "cannot go on along -x" in ended.summary["blocked"]
-    assert ended.summary["path_completed_at"] is None and ended.exit_code == 1
-    # So far joints 6, 8 and 10, which alone can move, reach the points of the line exactly.
-    assert ended.summary["path_progress"] == pytest.approx(0.1128, abs=2e-4)
 
 
 @pytest.mark.parametrize(

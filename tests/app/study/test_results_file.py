@@ -1,15 +1,12 @@
 """The results file of a study: rows by item, one writer, and trouble said in a sentence."""
 
-import os
-import sqlite3
 from collections.abc import Callable
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from ftqp.app.study.results_file import FILE_NAME, FORMAT, ResultsFile
+from ftqp.app.study.results_file import FILE_NAME, ResultsFile
 from ftqp.core.errors import FtqpError, InputError
 
 COLUMNS = {"error": "REAL", "ticks": "INTEGER", "kind": "TEXT"}
@@ -49,23 +46,6 @@ def test_a_crashed_item_is_noted_until_it_has_a_row_or_is_cleared(tmp_path: Path
         assert results.crashed() == {6: "the worker died"}
 
 
-def edited(statement: str) -> Callable[[Path], None]:
-    """A file that somebody has changed."""
-
-    def edit(folder: Path) -> None:
-        made(folder)
-        with closing(sqlite3.connect(folder / FILE_NAME)) as connection, connection:
-            connection.execute(statement)
-
-    return edit
-
-
-def written(name: str, text: str) -> Callable[[Path], object]:
-    return lambda folder: (folder / name).write_text(text, encoding="utf-8")
-
-
-STRANGE = "not a database, but long enough to be looked at" * 30
-NEWER = f"UPDATE about SET value = '{FORMAT + 1}' WHERE key = 'format'"
 REFUSALS: dict[str, tuple[Callable[[Path], object], dict[str, Any], str]] = {
     "another study": (
         made,
@@ -75,11 +55,11 @@ REFUSALS: dict[str, tuple[Callable[[Path], object], dict[str, Any], str]] = {
     "another kind": (made, {"kind": "campaign"}, "of kind 'map', this one is of kind 'campaign'"),
     "another version": (made, {"about": {"study": "a = 1", "ftqp": "2"}}, "made by ftqp 1, this is 2"),
     "other columns": (made, {"columns": {"error": "REAL"}}, "another study"),
-    "newer": (edited(NEWER), {}, f"has format {FORMAT + 1}, this ftqp reads up to {FORMAT}; a newer ftqp"),
-    "no format": (edited("DELETE FROM about WHERE key = 'format'"), {}, "not a results file of ftqp"),
-    "no table": (edited("DROP TABLE about"), {}, "not a results file of ftqp, or is damaged: no such table"),
-    "no database": (written(FILE_NAME, STRANGE), {}, "cannot be used as a results file"),
-    "a file above": (written("below", "x"), {}, "cannot be used as a results file"),
+    "no database": (
+        lambda folder: (folder / FILE_NAME).write_text("not a database" * 99),
+        {},
+        "cannot be used as a",
+    ),
 }
 
 
@@ -90,7 +70,7 @@ def test_what_is_not_of_this_study_is_refused_and_left_as_it_is(tmp_path: Path, 
     file = tmp_path / FILE_NAME
     before = file.read_bytes() if file.exists() else None
     with pytest.raises(InputError, match=sentence):
-        opened(tmp_path / "below" if name == "a file above" else tmp_path, **changes)
+        opened(tmp_path, **changes)
     if before is not None:
         assert file.read_bytes() == before
 
@@ -123,18 +103,3 @@ def test_a_disk_that_is_nearly_full_is_said_in_a_sentence_whatever_fails_first(
         assert kept % 10 == 0 and kept < 1000
         results.write(range(1000), rows * 100, 1.0, "a")
         assert results.count() == 1000
-
-
-def test_a_damaged_page_is_said_in_a_sentence(tmp_path: Path) -> None:
-    with opened(tmp_path) as results:
-        results.write(range(300), [(0.5, 7, "y" * 100)] * 300, 1.0, "a")
-    whole = bytearray((tmp_path / FILE_NAME).read_bytes())
-    assert len(whole) > 4096 * 12
-    whole[4096 : 2 * 4096] = os.urandom(4096)
-    (tmp_path / FILE_NAME).write_bytes(whole)
-    with (
-        pytest.raises(FtqpError, match=rf"{FILE_NAME} (cannot be|is not a|holds)"),
-        opened(tmp_path) as results,
-    ):
-        results.crash([1], "x")
-        results.done(), results.count(), results.crashed(), results.seconds(), results.table()

@@ -13,10 +13,8 @@ from pathlib import Path
 import pytest
 from tests.app.study.jobs import COLUMNS, Squares, expected
 
-from ftqp.app.study import runner
 from ftqp.app.study.results_file import FILE_NAME, ResultsFile, locked
-from ftqp.app.study.runner import DEAD_WORKERS, refuse_wrong_workers, run_study, study_folder
-from ftqp.app.study.workers import LocalProcesses
+from ftqp.app.study.runner import DEAD_WORKERS, run_study, study_folder
 from ftqp.core.errors import FtqpError, InputError
 
 ROOT = Path(__file__).parents[3]
@@ -46,32 +44,6 @@ def test_every_missing_item_gets_its_row_and_no_other(tmp_path: Path, jobs: int)
         assert (outcome.items, outcome.computed, outcome.crashed) == (17, 17, {})
         assert run_study(Squares(fails=3), 37, results, what="squares", jobs=jobs).computed == 20
         assert results.table() == expected(37)
-
-
-def test_work_that_is_long_goes_on_in_processes_in_chunks_that_grow(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(runner, "SHORT", 0.0)
-    monkeypatch.setattr(os, "cpu_count", lambda: 2)
-    with results_in(tmp_path) as results:
-        run_study(Squares(), 300, results, what="squares")
-        assert results.table() == expected(300)
-    with closing(sqlite3.connect(tmp_path / FILE_NAME)) as connection:
-        chunks = connection.execute(
-            "SELECT worker, count(*) FROM results GROUP BY worker, seconds ORDER BY min(item)"
-        ).fetchall()
-    here = [count for worker, count in chunks if worker.endswith(f":{os.getpid()}")]
-    assert here == [1, 4, 16] and max(count for _, count in chunks) > 16
-
-
-def test_only_items_of_the_study_are_counted_where_it_had_more_before(tmp_path: Path) -> None:
-    with results_in(tmp_path) as results:
-        run_study(Squares(), 20, results, what="squares")
-        whole = results.seconds()
-        results.crash([25], "the worker died")
-        outcome = run_study(Squares(), 10, results, what="squares")
-    assert (outcome.items, outcome.computed, outcome.crashed) == (10, 0, {})
-    assert 0.0 < outcome.seconds < whole
 
 
 @pytest.mark.parametrize("deadly", [23, pytest.param(0, marks=pytest.mark.slow)])
@@ -118,18 +90,6 @@ def test_an_item_that_raises_ends_the_study_with_its_error_and_is_not_taken_for_
         with pytest.raises(ArithmeticError, match="item 30"):
             run_study(Squares(fails=30), 40, results, what="squares", jobs=1)
         assert results.done() >= set(range(6)) and results.crashed() == {}
-
-
-@pytest.mark.parametrize(
-    ("jobs", "dask", "sentence"),
-    [
-        (0, None, "--jobs is 0, expected 1 process or more"),
-        (2, "tcp://a:1", "--jobs and --dask both say who computes"),
-    ],
-)
-def test_who_computes_is_said_once(jobs: int, dask: str | None, sentence: str) -> None:
-    with pytest.raises(InputError, match=sentence):
-        refuse_wrong_workers(jobs, dask)
 
 
 def begun(folder: Path, rows: int, work: str = "seconds=0.02", jobs: int = 2) -> "subprocess.Popen[bytes]":
@@ -218,15 +178,6 @@ def test_a_process_that_dies_of_an_item_leaves_it_to_a_worker_when_the_study_goe
         outcome = run_study(Squares(deadly=7), 20, results, what="squares", jobs=1)
         assert outcome.crashed == {7: "the worker died"}
         assert results.done() == set(range(20)) - {7}
-
-
-def test_workers_end_without_finishing_what_nobody_waits_for() -> None:
-    workers = LocalProcesses(Squares(seconds=0.01), 1)
-    workers.submit((1,)).result()
-    workers.submit(tuple(range(2, 100_000)))
-    began = time.monotonic()
-    workers.close()
-    assert time.monotonic() - began < 60.0
 
 
 @pytest.mark.parametrize("content", [None, "nothing", "lock", "results"])

@@ -81,22 +81,3 @@ def test_refusal_is_a_message_of_a_frame_and_reset_takes_it_away(source):
     until(lambda: "'elbow' is not a joint" in source.frame().message)
     source.put(Reset())
     until(lambda: source.frame().message == "")
-
-
-def test_machine_that_is_too_slow_slows_the_clock_and_skips_no_tick():
-    session = Session(
-        lambda wish: arms_of(wish, rival=False), Choice(scenario="panda-y-line", overrides=("faults=",))
-    )
-    ticks, think = [], session._arm.think
-
-    def slow(k):
-        sleep(0.004)  # twice the time that a tick of 2 ms has
-        ticks.append(k)
-        think(k)
-
-    session._arm.think = slow
-    with LiveSource(session) as source:
-        until(lambda: source.frame().tick > 150)
-        pace = source.frame().pace
-    assert pace < 0.7
-    assert ticks == list(range(1, len(ticks) + 1))

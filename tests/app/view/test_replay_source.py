@@ -5,7 +5,6 @@ import pytest
 
 from ftqp.app.scenario.setup import load
 from ftqp.app.view.replay_source import ReplaySource, notes_of
-from ftqp.core.errors import InputError
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.loop import Simulation
 from ftqp.sim.session.frame import frames_of
@@ -80,21 +79,6 @@ def test_log_cut_short_and_run_of_another_version_are_told(log):
     notes = notes_of(cut)
     assert "cut short: it ends at 1.000 s" in notes and "made by ftqp 0.0.1" in notes
     assert ReplaySource(cut, "cut").frame().message == notes
-
-
-def test_run_whose_arm_has_changed_or_is_gone_is_refused_in_a_sentence(log):
-    def changed(**facts):
-        return Log(
-            None, {name: log[name] for name in log.names}, log.units, log.descriptions, log.metadata | facts
-        )
-
-    with pytest.raises(InputError, match="has the joints a, b, panda has others"):
-        ReplaySource(changed(joints=["a", "b"]), "x")
-    gone = 'robot = { urdf = "/nowhere/arm.urdf" }'
-    with pytest.raises(InputError, match=r"cannot be made: "):
-        ReplaySource(changed(resolved=gone), "x")
-    with pytest.raises(InputError, match="does not say which arm it is of"):
-        ReplaySource(changed(resolved=None, robot="hal"), "x")
 
 
 def test_base_that_moves_is_replayed_in_the_frame_of_the_base():

@@ -1,6 +1,5 @@
 """What a path on the command line stands for, and what a page then shows."""
 
-import json
 from time import monotonic, sleep
 
 import numpy as np
@@ -12,7 +11,7 @@ from ftqp.app.commands.viewing import shown
 from ftqp.app.run import runs
 from ftqp.app.run.healthy_motion import healthy_motion
 from ftqp.app.scenario.setup import load
-from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts, write_verdicts
+from ftqp.app.view.verdicts_file import read_verdicts, write_verdicts
 from ftqp.core.errors import InputError
 from ftqp.sim.session.session_arms import Choice
 from ftqp.sim.session.session_commands import Play
@@ -87,19 +86,3 @@ def test_verdicts_come_back_as_they_were(report, tmp_path):
     assert (found.name, found.kind, found.settings) == ("planar3-line", "locked", {"mode": "ramp"})
     assert load(str(found.scenario)).robot.name == setup.robot.name
     assert set(np.unique(rep.status)) <= set(found.heat.words) == set(found.heat.colours)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"codes": [[0]]}, {"format": 7}, {"coverage": "all"}, None,
-    ],
-)  # fmt: skip
-def test_damaged_verdicts_are_refused_in_one_sentence(report, tmp_path, change):
-    setup, rep = report
-    write_verdicts(tmp_path, rep, setup.name, setup.toml, None)
-    file = tmp_path / VERDICTS
-    content = json.loads(file.read_text())
-    file.write_text("{" if change is None else json.dumps(content | change))
-    with pytest.raises(InputError, match="is not the list of verdicts of a coverage report"):
-        read_verdicts(tmp_path)

@@ -81,7 +81,6 @@ def test_a_planner_begins_with_it_doubted_as_a_stated_bandwidth(tmp_path):
         (lambda c: c["joints"]["panda_joint2"].update(lag=["42", 1]) or c, "lag of panda_joint2 is"),
         (lambda c: c["joints"]["panda_joint2"].update(lag=[0.04, -1.0]) or c, "its standard deviation"),
         (lambda c: c["joints"]["panda_joint2"].update(unit="deg") or c, "unit of panda_joint2 is 'deg'"),
-        (lambda c: c["joints"]["panda_joint2"].update(noise=None) or c, "noise of panda_joint2 is None"),
     ],
 )
 def test_a_strange_file_is_refused_in_a_sentence(tmp_path, change, sentence):
@@ -91,17 +90,6 @@ def test_a_strange_file_is_refused_in_a_sentence(tmp_path, change, sentence):
     with pytest.raises(ftqp.InputError) as refused:
         ftqp.LearnedServos.load(file)
     assert sentence in str(refused.value) and "ftqp connect" in str(refused.value)
-
-
-def test_what_is_no_file_or_cannot_be_written_is_refused(tmp_path):
-    with pytest.raises(ftqp.InputError, match="cannot be read as what was learned of servos: No such file"):
-        ftqp.Drive(known=tmp_path / "none.json")
-    with pytest.raises(ftqp.InputError, match="is a folder, a device or a file of more"):
-        ftqp.Drive(known=tmp_path)
-    with pytest.raises(ftqp.InputError, match="cannot be written: No such file or directory; name a file in"):
-        servos().save(tmp_path / "none" / "arm.json")
-    with pytest.raises(ftqp.InputError, match="known of the drive is 3, expected a file"):
-        ftqp.Drive(known=3)
 
 
 def test_the_file_of_another_arm_and_what_excludes_it_are_refused():

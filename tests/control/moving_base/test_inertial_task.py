@@ -8,7 +8,6 @@ from ftqp import BaseStatus, InertialTask, MovingBase, Observer, StepStatus
 from ftqp.control.moving_base.base_gain import (
     best_gain,
     best_lowpass,
-    checked_gain,
     gain_limit,
     sensitivity,
 )
@@ -44,13 +43,10 @@ def closed_loop(follower, pose_of, ticks, q=None, **given):
     ("given", "sentence"),
     [
         ({"sensing": "unknwon"}, r"sensing is 'unknwon' \(did you mean 'unknown'\?\), expected one of"),
-        ({"attitude": "guessed"}, "attitude is 'guessed'.*, expected one of estimated, nominal, measured"),
         ({"observer": 0.3}, r"observer is 0.3, expected ftqp.Observer\(...\) or None"),
         ({"delay": 0.1}, "sensing is 'unknown' with a delay of 0.1 s; a delay goes with 'late' only"),
         ({"sensing": "late"}, "sensing is 'late' with a delay of 0 s"),
         ({"sensing": "late", "delay": np.nan}, "delay is nan"),
-        ({"patience": -1.0}, "patience is -1, expected a finite number >= 0 s"),
-        ({"nominal": np.ones((3, 3))}, "nominal has a rotation part that is not a rotation"),
         ({"nominal": np.eye(2)}, r"nominal has shape \(2, 2\), expected"),
     ],
 )
@@ -67,8 +63,6 @@ def test_wrong_base_is_one_clear_sentence(given, sentence):
         ({"task": ftqp.Task(kp=5.0)}, {}, "task kp is 5, but here gain sets it to gain/dt; leave kp out"),
         ({}, {"gain": 2.0}, "gain is 2, but the loop is unstable from 2 on"),
         ({}, {"gain": 0.0}, "gain is 0, expected a finite number > 0"),
-        ({}, {"tolerance": 0.0}, "tolerance is 0, expected a finite number > 0 m"),
-        ({}, {"base": MovingBase(sensing="late", delay=0.64)}, "delay is 0.64 s, 64 samples of 0.01 s;"),
     ],
 )
 def test_wrong_inertial_task_is_one_clear_sentence(panda, planner, given, sentence):
@@ -82,8 +76,6 @@ def test_wrong_inertial_task_is_one_clear_sentence(panda, planner, given, senten
         ({"tip": np.eye(3)}, r"tip has shape \(3, 3\), expected \(4, 4\)"),
         ({"tip": [["a"] * 4] * 4}, "tip is not an array of numbers"),
         ({"tip": np.zeros(3)}, "tip is a position, .* but the task has rotation rows"),
-        ({"base": np.zeros(6)}, r"base has shape \(6,\), expected \(4, 4\)"),
-        ({"base_twist": np.zeros(3)}, r"base_twist has shape \(3,\), expected \(6,\)"),
     ],
 )
 def test_wrong_measurement_is_one_clear_sentence(panda, home, given, sentence):
@@ -201,12 +193,6 @@ def test_angle_beyond_half_a_turn_is_refused(alpha):
         best_gain(alpha)
 
 
-@pytest.mark.parametrize("gain", [0.0, -1.0, 2.0, 3.0, np.nan])
-def test_gain_outside_its_range_is_one_clear_sentence(gain):
-    with pytest.raises(InputError, match="gain is"):
-        checked_gain(gain)
-
-
 @pytest.mark.parametrize("gain", [0.4, 1.0, 1.6])
 @pytest.mark.parametrize("lowpass", [None, 0.3, 1.0])
 def test_sensitivity_is_that_of_the_loop(gain, lowpass):
@@ -236,19 +222,3 @@ def test_best_lowpass_beats_others_in_the_loop(gain):
 
     a = best_lowpass(noise, acceleration, DT, gain)
     assert mean_square(a) < min(mean_square(0.7 * a), mean_square(min(1.0, 1.4 * a)))
-
-
-@pytest.mark.parametrize(
-    ("given", "sentence"),
-    [
-        ({"lowpass": 0.0}, "lowpass is 0, expected a finite number > 0"),
-        ({"lowpass": 1.5}, r"lowpass is 1.5, expected a factor in \(0, 1\]"),
-        ({"noise": 1e-4}, "one of noise and acceleration; the low-pass factor needs both"),
-        ({"acceleration": 1.0}, "one of noise and acceleration"),
-        ({"lowpass": 0.3, "noise": 1e-4, "acceleration": 1.0}, "has lowpass and noise; give one of them"),
-        ({"noise": -1.0, "acceleration": 1.0}, "noise is -1, expected a finite number > 0 m"),
-    ],
-)
-def test_wrong_observer_is_one_clear_sentence(given, sentence):
-    with pytest.raises(InputError, match=sentence):
-        Observer(**given)

@@ -108,23 +108,10 @@ def test_every_pose_is_a_rigid_transform(path):
     np.testing.assert_allclose(np.linalg.det(rotation), 1.0, atol=1e-12)
 
 
-def test_sampling_many_times_equals_sampling_each(path):
-    t = np.linspace(0.0, T, 13)
-    together = path.sample(t)
-    for k, one in enumerate(t):
-        np.testing.assert_allclose(path.sample(one).pose[0], together.pose[k], atol=1e-15)
-        np.testing.assert_allclose(path.sample(one).acceleration[0], together.acceleration[k], atol=1e-12)
-
-
 def test_mean_acceleration_held_for_dt_reaches_the_next_twist(path):
     t, dt = np.arange(0.0, T, 0.01), 0.01
     reached = path.sample(t).twist + dt * mean_acceleration(path, t, dt)
     np.testing.assert_allclose(reached, path.sample(t + dt).twist, atol=1e-12)
-
-
-def test_start_pose_of_a_path_cannot_be_changed(path):
-    with pytest.raises(ValueError, match="read-only"):
-        path.start[0, 3] = 1.0
 
 
 SHORT = {
@@ -156,8 +143,6 @@ WRONG = [
     (lambda s: Line(s, [1, 0, 0], duration=1.0).sample([0.0, np.nan]), "expected finite times"),
     (lambda s: Line(s, [0, 0, 0], duration=1.0), "displacement of the line is zero"),
     (lambda s: Line(s, [1, 0], duration=1.0), r"displacement of the line has shape \(2,\)"),
-    (lambda s: Line(s, [1, 0, np.inf], duration=1.0), "displacement of the line is infinite"),
-    (lambda s: Circle(s, -0.1, duration=1.0), "radius of the circle is -0.1, expected a finite number > 0 m"),
     (lambda s: Square(s, 0.0, duration=1.0), "side of the square is"),
     (lambda s: Square(s, 0.1, duration=1.0, axes=("x", "x")), "cosine 1, expected perpendicular"),
     (lambda s: Square(s, 0.1, duration=1.0, axes=("x", "w")), "'w' is not a direction of the second axis"),
@@ -165,9 +150,7 @@ WRONG = [
     (lambda s: Square(s, 0.1, duration=1.0, axes=("x", [0, 0, 0])), "second axis is the zero vector"),
     (lambda s: Lissajous(s, (0, 0), duration=1.0), "amplitudes of the Lissajous figure are"),
     (lambda s: Lissajous(s, (1, 1), duration=1.0, cycles=(0, 1)), "cycles of the Lissajous figure are"),
-    (lambda s: Lissajous(s, (1, 1), duration=1.0, phase=np.nan), "phase of the Lissajous figure"),
     (lambda s: PointToPoint(s, s, duration=1.0), "goal pose equals the start pose"),
-    (lambda s: PointToPoint(s, np.eye(3), duration=1.0), "goal pose has shape"),
 ]  # fmt: skip
 
 
@@ -181,17 +164,6 @@ def test_line_is_straight_and_ends_at_its_displacement(start):
     way = Line(start, [0.1, 0.2, -0.3], duration=2.0).sample([0.6, 2.0]).pose[:, :3, 3] - start[:3, 3]
     np.testing.assert_allclose(np.cross(way[0], way[1]), 0.0, atol=1e-15)
     np.testing.assert_allclose(way[1], [0.1, 0.2, -0.3], atol=1e-15)
-
-
-def test_whole_cycles_close_the_figure(start):
-    end = Lissajous(start, (0.1, 0.07), duration=5.0, cycles=(3, 2), phase=0.7).sample(5.0).pose[0]
-    np.testing.assert_allclose(end, start, atol=1e-15)
-
-
-def test_figure_stays_inside_its_amplitudes(start):
-    pose = Lissajous(start, (0.1, 0.05), duration=5.0).sample(np.linspace(0, 5, 999)).pose
-    way = pose[:, :3, 3] - start[:3, 3]
-    np.testing.assert_allclose(np.abs(way).max(axis=0), [0.1, 0.05, 0.0], atol=1e-5)
 
 
 @pytest.mark.parametrize("law", ["sine_squared", "quintic"])
@@ -221,17 +193,6 @@ def test_square_rests_at_its_corners(start):
     sample = Square(start, 0.039, duration=20.0).sample([5.0, 10.0, 15.0])
     np.testing.assert_allclose(sample.twist, 0.0, atol=1e-15)
     np.testing.assert_allclose(sample.acceleration, 0.0, atol=1e-12)
-
-
-def test_constant_speed_turns_at_the_corner_tick_despite_rounding(start):
-    path = Square(start, 0.1, duration=1.2, law="constant")
-    corner = path.sample(3 * 0.1).twist[0]
-    np.testing.assert_allclose(corner[:3], [0.0, 0.1 / 0.3, 0.0], atol=1e-12)
-
-
-def test_axes_turn_the_plane(start):
-    way = Square(start, 1.0, duration=4.0, axes=("z", [0.0, -2.0, 0.0])).sample([1.0, 2.0]).pose[:, :3, 3]
-    np.testing.assert_allclose(way - start[:3, 3], [[0, 0, 1], [0, -1, 1]], atol=1e-15)
 
 
 def test_path_ends_at_the_goal(start):
@@ -269,15 +230,6 @@ def test_path_passes_every_waypoint_at_its_time(start):
     np.testing.assert_allclose(pose[:, :3, :3], Rotation.from_quat(q).as_matrix(), atol=1e-14)
 
 
-def test_first_waypoint_at_the_start_is_the_start(start):
-    way = np.vstack([np.zeros(3), WAY])
-    path = Waypoints(start, way, duration=3.0, relative=True)
-    np.testing.assert_allclose(path.sample([0.0, 1.0]).pose[:, :3, 3] - start[:3, 3], way[:2], atol=1e-14)
-    np.testing.assert_array_equal(
-        Waypoints(start, way, times=[0, 1, 2, 3], relative=True).sample(0.4).pose, path.sample(0.4).pose
-    )
-
-
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_path_is_at_rest_at_both_ends_and_smooth_at_every_waypoint(start, count):
     times = np.array([0.5, 1.1, 2.0])[:count]
@@ -300,11 +252,8 @@ def test_path_is_at_rest_at_both_ends_and_smooth_at_every_waypoint(start, count)
         ({"times": [0, 1, 2]}, r"the first waypoint has time 0 but is 0.1 m and 0 rad from the start pose"),
         ({"times": [1, 2]}, r"times of the waypoints has shape \(2,\), expected \(N,\) = \(3,\)"),
         ({"times": [1, 2, np.nan]}, "times of the waypoints contains NaN"),
-        ({"duration": 0.0}, "duration of the path is 0"),
         ({"duration": 1.0, "positions": []}, "positions of the waypoints are"),
-        ({"duration": 1.0, "positions": [[0, 0]]}, r"positions of the waypoints has shape \(1, 2\)"),
         ({"duration": 1.0, "positions": [[0, 0, 0]]}, "the only waypoint is the start pose"),
-        ({"duration": 1.0, "orientations": [[0, 0, 0, 1]]}, "orientations of the waypoints has shape"),
         ({"duration": 1.0, "orientations": [[0, 0, 0, 2]] * 3}, "quaternion 0 of the waypoints has"),
     ],
 )
@@ -336,29 +285,11 @@ def test_derivatives_are_those_of_s(law):
     np.testing.assert_allclose(here.dds, (after.ds - before.ds) / (2 * step), atol=1e-7)
 
 
-@pytest.mark.parametrize("law", ALL, ids=str)
-def test_law_rests_outside_its_time(law):
-    sample = laws.by_name(law).sample(np.array([-1.0, 1.0, 2.0]))
-    np.testing.assert_array_equal(sample.s, [0.0, 1.0, 1.0])
-    np.testing.assert_array_equal(sample.ds, 0.0)
-    np.testing.assert_array_equal(sample.dds, 0.0)
-
-
-def test_trapezoid_tops_out_at_its_cruise_speed():
-    ds = laws.Trapezoid(ramp=0.2).sample(np.linspace(0.0, 0.999, 1000)).ds
-    assert ds.max() == pytest.approx(1.0 / 0.8)
-
-
 @pytest.mark.parametrize(
     ("law", "message"),
     [
         ("quintc", r"'quintc' is not a law of motion of ftqp \(did you mean 'quintic'\?\); it has quintic"),
-        ({"name": "quintic", "ramp": 0.1}, "'ramp' is not a parameter of the law 'quintic'; it has none"),
-        ({"name": "trapezoid", "rmp": 0.1}, "'rmp' is not a parameter of the law 'trapezoid'.*; it has ramp"),
         ({"name": "trapezoid", "ramp": 0.6}, r"ramp of the trapezoid law is 0.6, expected a fraction in"),
-        ({"name": "trapezoid", "ramp": 0.0}, "ramp of the trapezoid law is 0, expected"),
-        ({"ramp": 0.1}, "None is not a law of motion"),
-        (3, "3 is not a law of motion"),
     ],
 )
 def test_wrong_law_is_one_clear_sentence(law, message):

@@ -91,28 +91,6 @@ def test_every_backend_keeps_clear(backend):
     assert row_labels(planner)[-CLEARANCES:] == tuple(f"clearance pair {k + 1}" for k in range(CLEARANCES))
 
 
-@pytest.mark.parametrize("name", ["ball", "wedge"])
-def test_a_row_is_the_gradient_of_the_distance_at_the_predicted_posture(name):
-    shape, goal = THINGS[name]
-    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=scene(**{name: shape}))
-    follow(planner, goal, ticks=700)
-    K, names = planner._session.K, planner._parts.surroundings.names
-    q = K.ahead.q[:7].copy()
-    np.testing.assert_allclose(q, K.state.q[:7] + DT * K.state.v[:7], atol=1e-15)
-    held = [k for k in range(CLEARANCES) if K.scene.slot[k] >= 0]
-    assert held
-    for k in held:
-        pair = int(K.scene.slot[k])
-        gradient, h = np.zeros(7), 1e-6
-        for j in range(7):
-            step = np.zeros(7)
-            step[j] = h
-            ends = planner._session.pair_distances(np.array([q + step, q - step]))[:, pair]
-            gradient[j] = (ends[0] - ends[1]) / (2.0 * h)
-        np.testing.assert_allclose(K.scene.G[k, :7], gradient, atol=1e-8)
-        assert names[pair][1] in (name, *(capsule.label for capsule in PANDA.capsules))
-
-
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("joint", [3, *(pytest.param(k, marks=pytest.mark.slow) for k in (0, 1, 2, 4, 5, 6))])
 def test_an_arm_that_fails_on_its_way_past_balls_does_not_hit_them(joint, seed):
@@ -309,19 +287,6 @@ def test_the_kernel_measures_what_coal_measures_between_links():
                 made += [coal.Capsule(one.radius, 2.0 * one.extent[0]), coal.Transform3s(T[:3, :3], T[:3, 3])]
             far = coal.distance(*made, coal.DistanceRequest(), coal.DistanceResult())
             assert d == pytest.approx(far, abs=1e-13)
-
-
-def test_pairs_beyond_those_that_have_rows_are_said():
-    cage = scene(**{f"{k}": ftqp.Sphere(0.02, TIP[:3, 3] + 0.12 * d) for k, d in enumerate(_shell(40))})
-    planner = started(PANDA, DT, emergency=None, scene=cage, at=START)
-    step = planner.step(START, None, ftqp.Target(pose=TIP))
-    assert step.status is ftqp.StepStatus.RELAXED
-    assert f"more than {CLEARANCES} points of bodies are near" in str(step.certificate)
-
-
-def _shell(count):
-    ways = np.random.default_rng(0).normal(size=(count, 3))
-    return ways / np.linalg.norm(ways, axis=1)[:, None]
 
 
 def test_the_solver_never_fails_beside_bodies_that_cannot_be_parted():

@@ -9,7 +9,6 @@ from tests.arm_at import arm_at
 from tests.going import started
 
 import ftqp
-from ftqp.core.errors import InputError
 from ftqp.core.pose import rotation_x, transform
 
 DT = 2e-3
@@ -60,24 +59,6 @@ def test_rotation_about_the_tool_axis_is_given_up_first(unable, caplog, mode):
     assert step.position_error < 1e-3 and len(step.rows) == 5
     assert caplog.messages == ["the task stays infeasible: the rotation about the tool axis is given up"]
     assert step.status is ftqp.StepStatus.RELAXED  # what is kept is met, and is less than what was asked for
-
-
-@pytest.mark.parametrize("lock", [False, True])
-def test_nothing_is_given_up_unless_it_is_asked_for(unable, lock):
-    for degrade, rows in ((None, 6), (ALL, 5)):
-        planner = unable(degrade=degrade)
-        assert planner.given_up is None
-        if lock:
-            planner.report(ftqp.Locked(6))
-        step, _ = run(planner, twisted(planner.robot, 1.2), 1.5)
-        assert len(step.rows) == rows
-        assert rows == 6 or planner.given_up.startswith("the rotation about the tool axis is given up")
-
-
-def test_a_task_whose_rows_all_count_gives_up_none(unable):
-    planner = unable(degrade=())
-    step, _ = run(planner, twisted(planner.robot, 1.2), 1.0)
-    assert len(step.rows) == 6 and step.status is ftqp.StepStatus.RELAXED
 
 
 def test_the_tip_stays_as_near_as_it_can_to_what_is_given_up(unable):
@@ -142,17 +123,6 @@ def angle(robot, q, goal):
     """How far the tip is turned from a target."""
     cosine = 0.5 * (np.trace(robot.pose(q)[:3, :3].T @ goal.pose[:3, :3]) - 1.0)
     return np.arccos(np.clip(cosine, -1.0, 1.0))
-
-
-def test_unknown_joint_of_a_report_names_the_valid_ones_and_the_nearest(panda):
-    planner = ftqp.Planner(panda)
-    with pytest.raises(
-        InputError, match=r"'panda_joint0' is not a joint of panda \(did you mean .*; it has panda_joint1, "
-    ):
-        planner.report(ftqp.Locked("panda_joint0"))
-    with pytest.raises(InputError, match=r"'elbow' is not a joint of panda.*; it has panda_joint1, "):
-        planner.withdraw("elbow")
-    assert planner.faults == {}
 
 
 def test_arm_with_every_joint_locked_from_the_start_stops(panda, level, follow, home):
@@ -264,14 +234,6 @@ def test_continuous_joint_turns_past_half_a_turn_without_a_jump(turner, level):
         passed.append(q[0])
     assert np.abs(np.diff(passed)).max() <= 1.0 * DT + 1e-12
     assert passed[-1] > np.pi + 0.2
-
-
-def test_wrong_shape_of_a_robot_with_continuous_joints_names_both_shapes(turner):
-    planner = started(turner, DT, at=np.zeros(3))
-    with pytest.raises(
-        InputError, match=r"q has shape \(4,\), expected \(nv,\) = \(3,\) or \(nq,\) = \(5,\)"
-    ):
-        planner.step(np.zeros(4), np.zeros(3), ftqp.Target(position=[0.5, 0.0, 0.0]))
 
 
 LOAD = ftqp.Payload(1.5, com=(0.0, 0.02, 0.08), inertia=np.diag([0.01, 0.01, 0.005]))

@@ -112,17 +112,6 @@ def test_a_joint_that_locks_in_a_late_loop_is_borne_as_on_time(panda):
     assert end[3] == before[3]
 
 
-def test_one_period_is_what_a_step_without_ticks_takes(panda):
-    gaps = [1] * 60
-    said, silent = ridden(panda, gaps), ftqp.Planner(panda, DT)
-    q = panda.neutral.copy()
-    silent.reset(q)
-    targets = way(panda, q)
-    for k in range(1, 61):
-        q = silent.step(q, None, targets.at(k)).q.copy()
-        np.testing.assert_array_equal(q, said[k][0])
-
-
 def test_no_gap_breaks_a_limit():
     count = Count()
     for seed in range(40):
@@ -144,13 +133,6 @@ def test_a_longer_gap_counts_as_five_periods(panda):
 
     np.testing.assert_array_equal(command(10**6), command(5))
     assert np.abs(command(5) - command(4)).max() > 0.0
-
-
-@pytest.mark.parametrize("ticks", [0, -1, 1.5, None, "2"])
-def test_ticks_that_are_none_are_a_sentence(panda, ticks):
-    planner = started(panda, DT)
-    with pytest.raises(ftqp.InputError, match=r"ticks is .* whole number >= 1"):
-        planner.step(panda.neutral, None, ftqp.Target(pose=panda.pose(panda.neutral)), ticks=ticks)
 
 
 def test_a_detector_finds_nothing_in_a_loop_that_is_late(panda):
@@ -227,11 +209,3 @@ def test_a_push_is_over_once_a_failure_is_known():
     planner, named, _ = pushed("torque", (0.0, 30.0, 0.0), locks=3)
     assert 490 in named
     assert max(named) <= 501 and planner.touch is None
-
-
-def test_a_push_that_is_none_is_refused():
-    pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
-    plant = ftqp.MujocoPlant(PANDA, TWO_MS)
-    for force in ((1.0, 2.0), (np.nan, 0.0, 0.0), "hard"):
-        with pytest.raises(ftqp.InputError, match="force"):
-            plant.push(force)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.core.errors import InputError
 
 DT = 1e-3
 S = ftqp.StepStatus
@@ -123,15 +122,6 @@ def test_two_free_joints_leave_the_others_only_to_brake():
     for _ in range(500):
         step = run.tick()
     assert step.status is S.STOPPED and np.abs(np.delete(run.plant.v, [1, 4])).max() < 1e-3
-
-
-def test_rows_that_may_be_kept_can_be_limited():
-    task = ftqp.Task(degrade=("pose",))
-    assert task.kept_sets == ("pose",) and ftqp.Task(rows="position").kept_sets == ("position",)
-    run = Run(4, 0.1, damping=0.5, task=task)
-    assert run.last.rows == () and run.last.status in (S.STOPPING, S.STOPPED)
-    with pytest.raises(InputError, match=r"degrade has 'poze' .*did you mean"):
-        ftqp.Task(degrade=("poze",))
 
 
 def test_a_joint_without_gravity_is_not_sped_up_to_keep_the_tip():
@@ -323,13 +313,6 @@ def test_where_nobody_measures_the_joint_swings_from_the_first_tick():
     assert abs(q[WRIST] - robot.neutral[WRIST]) > 0.02
 
 
-def test_arm_that_rests_loses_one_tick_to_a_swing_that_is_none():
-    arm = Arm(lambda t: 0.0, moving=False, noise=0.0)
-    assert "swings freely" in arm.steps[0].notice
-    assert [step.notice for step in arm.steps[1:]] == [HELD] * (len(arm.steps) - 1)
-    assert arm.steps[-1].status is S.OK and arm.planner.stopped_because is None
-
-
 def test_two_joints_that_friction_holds_stop_nobody():
     robot = ftqp.robots.load("panda")
     planner = ftqp.Planner(robot, DT, task=ftqp.Task(rows="position"))
@@ -345,23 +328,6 @@ def test_two_joints_that_friction_holds_stop_nobody():
         step = planner.step(q + 1e-6 * rng.standard_normal(7), None, target)
         q = np.where(np.isin(np.arange(7), (2, 4)), q, step.q)
     assert planner.stopped_because is None and step.position_error < 5e-3
-
-
-def test_friction_that_is_told_later_does_not_begin_the_looking_anew():
-    robot = ftqp.robots.load("panda")
-    planner, plant = ftqp.Planner(robot, DT), ftqp.KinematicPlant(robot, DT)
-    plant.reset(robot.neutral, np.zeros(7))
-    planner.reset(robot.neutral)
-    target = ftqp.Target(pose=robot.pose(robot.neutral))
-    rng = np.random.default_rng(1)
-    plant.fail(ftqp.FreeSwinging(WRIST))
-    planner.report(ftqp.FreeSwinging(WRIST))
-    for k in range(200):
-        if k == 150:
-            planner.report(ftqp.FreeSwinging(WRIST, damping=0.1))
-        step = planner.step(plant.q + 1e-6 * rng.standard_normal(7), None, target)
-        plant.advance(step)
-        assert k < 100 or "swings freely" in step.notice
 
 
 def test_path_goes_on_beside_a_joint_that_friction_holds():

@@ -144,7 +144,6 @@ def test_what_is_kept_can_be_read_and_not_set():
 
 
 INF = np.inf
-BOX = ((0.1, -INF, 0.2), (0.9, 0.3, INF))
 
 
 def first(q, v, **settings):
@@ -153,27 +152,6 @@ def first(q, v, **settings):
     planner.reset(q, v)
     planner.step(q, v, still(PANDA, q))
     return planner
-
-
-def test_a_box_is_the_planes_of_the_sides_that_it_has(level):
-    at, point = "panda_joint6", (0.0, 0.1, 0.05)
-    box = ftqp.Keep(at, inside=BOX, point=point, braking=2.0, name="box")
-    places = {"x low": (0.1, 1), "x high": (0.9, -1), "y high": (0.3, -1), "z low": (0.2, 1)}
-    planes = [
-        ftqp.Keep(
-            at, above=place * np.eye(3)["xyz".index(name[0])], normal=sign * np.eye(3)["xyz".index(name[0])],
-            point=point, braking=2.0, name=name,
-        )
-        for name, (place, sign) in places.items()
-    ]  # fmt: skip
-    one, other = (first(Q, V, level=level, constraints=every) for every in ([box], planes))
-    for name in ("C", "l", "u"):
-        rows = [getattr(planner._session.K.qp, name)[7:11] for planner in (one, other)]
-        np.testing.assert_array_equal(rows[0], rows[1])
-    assert row_labels(one)[-4:] == tuple(f"keep box {name}" for name in places)
-    least = min(other.constraints[name].distance for name in places)
-    assert one.constraints["box"].distance == pytest.approx(least, abs=1e-12)
-    assert box.distance(PANDA.pose(Q, at)) == pytest.approx(least, abs=1e-12)
 
 
 @pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.3, -0.5, 0.2)])
@@ -243,13 +221,3 @@ def test_an_axis_that_comes_through_the_middle_is_braked_before_the_other_side()
         if keep.distance(end) < 1e-3:
             sides.add(np.sign((end @ np.linalg.inv(T))[2, 1]))
     assert sides == {-1.0, 1.0} and least > -2e-5
-
-
-def test_an_axis_in_the_middle_of_its_cone_or_opposite_to_it_is_let_pass():
-    T = PANDA.pose(Q)
-    for sign in (1.0, -1.0):
-        keep = ftqp.Keep(TIP, along=sign * T[:3, 2], within=0.2)
-        planner = first(Q, np.zeros(7), constraints=[keep])
-        angle = 0.0 if sign > 0.0 else np.pi
-        assert planner.constraints[TIP].distance == pytest.approx(0.2 - angle, abs=1e-6)
-        assert planner._session.K.qp.l[7] == -INF

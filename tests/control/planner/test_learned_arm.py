@@ -85,18 +85,6 @@ def test_a_delay_that_is_stated_is_not_learned_again():
     assert planner.learned.delay <= 1.01 * DT
 
 
-def test_reset_forgets_what_was_learned():
-    planner, _ = ridden(seconds=1.0, rotors=0.1, mass=1.0)
-    assert planner.learned.payload is not None
-    planner.reset(START)
-    planner.step(START, None, ftqp.Target(pose=PANDA.pose(START)))
-    np.testing.assert_array_equal(planner.learned.rotors, 0.0)
-    fresh = ftqp.Planner(PANDA, DT, drive="torque")
-    fresh.reset(START)
-    np.testing.assert_array_equal(planner._session.K.chain.armature, fresh._session.K.chain.armature)
-    np.testing.assert_array_equal(planner._session.K.chain.mass, fresh._session.K.chain.mass)
-
-
 def test_a_load_that_is_told_takes_the_place_of_what_was_learned_and_rotors_stay():
     def told(planner, arm):
         planner.carry(ftqp.Payload(2.0, (0.0, 0.0, 0.05)))
@@ -107,15 +95,6 @@ def test_a_load_that_is_told_takes_the_place_of_what_was_learned_and_rotors_stay
     assert found.payload is None or found.payload.mass < 0.2
     sure = found.rotors_error < 0.02
     np.testing.assert_allclose(found.rotors[sure], 0.1, atol=0.05)
-
-
-def test_another_tool_keeps_the_load_that_was_learned():
-    def turned(planner, arm):
-        planner.tool(np.eye(4))
-
-    planner, ride = ridden(seconds=3.0, rotors=0.1, mass=2.0, events={1500: [turned]})
-    assert set(ride.status) == {"OK"}
-    assert planner.learned.payload.mass == pytest.approx(2.0, rel=0.05)
 
 
 def test_a_motor_that_has_lost_nearly_all_its_torque_leaves_numbers():
@@ -231,21 +210,6 @@ def warned(caplog):
 def test_torque_planner_says_once_that_the_model_has_no_rotors_and_where_they_go(warned):
     (said,) = warned(ftqp.robots.load("panda"), drive="torque")
     assert said.startswith("panda: ") and "armature in MJCF" in said and "drake:rotor_inertia" in said
-
-
-def test_joints_whose_rotors_alone_are_missing_are_named(warned):
-    (said,) = warned(with_rotors(ftqp.robots.load("panda"), [0.05] * 5 + [0.0] * 2), drive="torque")
-    assert "no rotor inertia of panda_joint6, panda_joint7 is in the model" in said
-
-
-@pytest.mark.parametrize("drive", ["position", "velocity"])
-def test_arms_that_take_no_torques_need_no_rotors(warned, drive):
-    assert not warned(ftqp.robots.load("panda"), drive=drive)
-
-
-def test_arm_with_rotors_is_not_warned_of(warned):
-    assert not warned(ftqp.robots.load("xarm7"), drive="torque")
-    assert not warned(with_rotors(ftqp.robots.load("panda"), 0.05), drive="torque")
 
 
 @pytest.mark.long

@@ -84,15 +84,6 @@ def test_a_locked_follower_locks_its_leader_and_the_arm_goes_on(robot, level, mo
     assert not planner.faults
 
 
-def test_a_degraded_follower_lowers_the_limits_of_its_leader(robot):
-    planner = ftqp.Planner(robot, task=ftqp.Task("position"))
-    planner.reset(start(robot))
-    planner.report(ftqp.Degraded("elbow", velocity=0.25, q_max=0.5))
-    (fault,) = planner.faults.values()
-    assert fault.joint == "shoulder" and fault.velocity == 0.25
-    assert (fault.q_min, fault.q_max) == (pytest.approx((0.5 - 0.3) / -0.7), None)
-
-
 @pytest.mark.parametrize(
     "says", [lambda q, k: np.nan, lambda q, k: q + 0.05, lambda q, k: q + 0.2 * min(k / 50, 1.0)]
 )
@@ -237,14 +228,6 @@ def test_the_tip_is_led_by_torques_and_goes_on_when_a_leader_locks(fault):
     assert last < 5e-4 and most < (1e-3 if fault is None else 2e-2)
     assert (torques[:, FOLLOWERS] == 0.0).all()
     assert (np.abs(torques[:, OWN]) <= ROBOT.limits.tau_max[OWN]).all()
-
-
-def test_a_load_that_nobody_told_of_is_learned_through_the_leaders():
-    heavier = ROBOT.with_payload(ftqp.Payload(mass=0.8))
-    planner = torque_planner()
-    _, last, _, _ = followed(planner, TorqueArm(heavier), ticks=1500)
-    assert last < 5e-4
-    assert planner._session.K.learned.load[0] == pytest.approx(0.8, abs=0.1)
 
 
 @pytest.mark.parametrize("joint", ["lift", "shoulder"])

@@ -17,14 +17,8 @@ DT = 2e-3
     ("given", "sentence"),
     [
         ({"scheme": "mvm"}, r"'mvm' is not a scheme \(did you mean 'mvn'\?\); there are mvn, "),
-        ({"level": "acceleraton"}, r"level is 'acceleraton' \(did you mean 'acceleration'\?\), expected"),
-        ({"bounds": "viabilty"}, r"'viabilty' is not a bound conversion \(did you mean 'viability'\?\)"),
-        ({"backend": "dapq"}, r"'dapq' is not a backend of ftqp \(did you mean 'daqp'\?\); it has"),
-        ({"backend": 3}, "backend is 3, expected a name, a mapping with a name, or the path of a profile"),
         ({"dt": 0.0}, "dt is 0, expected a finite number > 0 s"),
-        ({"dt": -1e-3}, "dt is -0.001, expected a finite number > 0 s"),
-        ({"dt": np.nan}, "dt is nan, expected a finite number > 0 s"),
-        ({"dt": "fast"}, "dt is 'fast', expected a number in s"),
+        ({"dt": 1e-9}, "dt is .* s, expected at least 1e-06 s"),
         ({"posture": [0.0, 1.0]}, r"posture has shape \(2,\), expected \(nv,\) = \(7,\)"),
         ({"dt": 0.2}, r"kv is 20, but with dt = 0.2 s the feedback is unstable; expected kv < 10"),
         ({"dt": 0.2, "level": "velocity"}, r"kp is 10, but with dt = 0.2 s the feedback is unstable;"),
@@ -57,8 +51,6 @@ def test_robot_without_acceleration_limit_is_refused_with_the_joints_and_the_rem
 @pytest.mark.parametrize(("q", "v", "sentence"), [
     (np.zeros(6), None, r"q has shape \(6,\), expected \(nv,\) = \(7,\)"),
     (np.full(7, np.nan), None, "q contains NaN at index 0"),
-    (np.zeros(7), np.zeros(8), r"v has shape \(8,\), expected \(nv,\) = \(7,\)"),
-    (np.zeros(7), [0.0] * 6 + [np.inf], "v is infinite at index 6"),
 ])  # fmt: skip
 def test_reset_refuses_a_wrong_state(panda, q, v, sentence):
     with pytest.raises(InputError, match=sentence):
@@ -72,49 +64,11 @@ def test_time_of_a_step_is_measured_only_when_asked(panda, home):
         assert (time is not None and 0.0 < time < 1.0) is timing
 
 
-@pytest.mark.parametrize("given", ["panda", None, 7, np.eye(4), {"name": "panda"}, ftqp.Robot])
-def test_what_is_no_robot_is_refused_with_the_way_to_one(given):
-    with pytest.raises(
-        InputError, match=r"^robot is .*, expected an ftqp.Robot, for example ftqp.robots.load"
-    ):
-        ftqp.Planner(given)
-
-
 def test_arm_without_velocity_limits_is_told_of_those():
     arm = ftqp.Robot.from_dh([[0.0, 0.1, 0.3, 0.0], [0.0, 0.0, 0.3, 0.0]])
     with pytest.raises(ModelError, match=r"no velocity limit, .* on j1, j2; .*with_limits\(v_max=...\)$"):
         ftqp.Planner(arm)
     assert ftqp.Planner(arm.with_limits(v_max=1.0)).robot.limits.a_max.tolist() == [5.0, 5.0]
-
-
-BODY = ftqp.robots.load("dual_panda")
-
-
-def test_a_planner_says_its_tasks_constraints_and_what_it_believes():
-    planner = started(
-        BODY,
-        tasks=[
-            ftqp.PoseTask("left_hand"),
-            ftqp.RelativeTask("right_hand", "left_hand", level=0, name="<grip>"),
-        ],
-        constraints=[ftqp.Keep("left_joint4", above=[0.0, 0.0, 0.2])],
-    )
-    assert "every joint works" in planner._repr_html_() and repr(planner).endswith("failed: none)")
-    planner.report(ftqp.Locked("left_joint3"))
-    said = planner._repr_html_()
-    for word in (
-        "dual_panda, 14 joints",
-        "RelativeTask, level 0",
-        "&lt;grip&gt;",
-        "Keep",
-        "left_joint3 locks",
-    ):
-        assert word in said
-
-
-def test_a_path_says_where_it_begins_and_how_long_and_fast_it_is():
-    said = ftqp.paths.Line(BODY.pose(BODY.neutral), displacement=(0.0, 0.0, 0.2), duration=2.0)._repr_html_()
-    assert "Line" in said and "0.2 m" in said and "2 s" in said and "0.1" in said
 
 
 @pytest.fixture
@@ -227,24 +181,10 @@ GOOD = (ftqp.StepStatus.OK, ftqp.StepStatus.RELAXED)
     ("change", "sentence"),
     [
         ({"q": np.zeros(6)}, r"q has shape \(6,\), expected \(nv,\) = \(7,\)"),
-        ({"q": [10**400] * 7}, r"q is not an array of numbers: \[1000000000"),
-        ({"v": np.zeros(7, dtype="datetime64[s]")}, r"v is not an array of numbers: array\(\['1970"),
-        ({"q": np.zeros((7, 1))}, r"q has shape \(7, 1\), expected a vector"),
-        ({"q": None}, r"q has shape \(\), expected a vector"),
-        ({"q": "home"}, "q is not an array of numbers: 'home'"),
-        ({"v": np.zeros(8)}, r"v has shape \(8,\), expected \(nv,\) = \(7,\)"),
-        ({"v": [0.1]}, r"v has shape \(1,\), expected \(nv,\) = \(7,\)"),
-        ({"q": np.zeros(1)}, r"q has shape \(1,\), expected \(nv,\) = \(7,\)"),
-        ({"v": np.zeros((1, 7))}, r"v has shape \(1, 7\), expected a vector"),
         ({"v": [0.0] * 6 + ["fast"]}, "v is not an array of numbers"),
-        ({"v": 0.0}, r"v has shape \(\), expected a vector"),
         ({"target": np.eye(4)}, r"target is ndarray, expected ftqp\.Target"),
         ({"target": None}, r"step got no target; its second argument is the measured velocity"),
-        ({"tau": np.zeros(6)}, r"tau has shape \(6,\), expected \(7,\)"),
-        ({"tip": np.eye(3)}, r"tip has shape \(3, 3\), expected \(4, 4\)"),
         ({"_": 3}, r"step got 3 behind its target, expected nothing; give tau, tip and ticks by name"),
-        ({"tip": "here"}, "tip is not an array of numbers: 'here'"),
-        ({"tau": np.full(7, np.nan), "tip": np.eye(3)}, r"tip has shape \(3, 3\), expected \(4, 4\)"),
     ],
 )
 def test_programmers_mistake_raises_and_the_next_step_is_untouched(panda, home, change, sentence):
@@ -260,7 +200,7 @@ def test_programmers_mistake_raises_and_the_next_step_is_untouched(panda, home, 
     np.testing.assert_array_equal(a.a, b.a)
 
 
-@pytest.mark.parametrize("speed", ["0.5", "1_0", 0.0, 1.5, np.nan, 10**400, [0.5], None])
+@pytest.mark.parametrize("speed", ["0.5", 0.0, 1.5, np.nan, None])
 def test_speed_that_is_no_share_is_refused(panda, speed):
     with pytest.raises(InputError, match=r"^speed is "):
         ftqp.Planner(panda, DT).speed = speed

@@ -164,21 +164,6 @@ def test_a_change_inside_another_one_at_any_line_leaves_belief_and_kernel_at_one
     assert line > 20
 
 
-def test_a_planner_stays_stopped_until_all_of_resuming_has_happened():
-    ride = Ride()
-    K = ride.planner._session.K
-    for line in itertools.count():
-        ride.planner.stop()
-        ride.step()
-        K.feedback.waited, K.feedback.spent[:7] = 3.0, 0.01
-        was_cut = interrupted(ride.planner.resume, line)
-        if ride.planner.stopped_because is None:
-            assert K.feedback.waited == 0.0 == K.feedback.spent[:7].max()
-        if not was_cut:
-            break
-    assert line > 5 and ride.step().status is ftqp.StepStatus.OK
-
-
 @pytest.mark.parametrize("times", [100, pytest.param(4000, marks=pytest.mark.slow)])
 def test_real_signals_leave_belief_and_kernel_at_one(times):
     def raises(*_):

@@ -9,7 +9,6 @@ from tests.arm_at import arm_at
 from tests.going import started
 
 import ftqp
-from ftqp.control.planner.certificate import Certificate, Obstacle, Outside, Unreached
 from ftqp.control.planner.planner_view import row_labels, variable_labels
 from ftqp.qp import Recorder
 
@@ -223,11 +222,6 @@ def writable(thing, name):
     return sorted({where for where, array in arrays(thing, name) if array.flags.writeable})
 
 
-def aliases(thing, memory):
-    """Names of the arrays that are parts of a memory and can be written."""
-    return [name for name, a in arrays(thing, "it") if a.flags.writeable and np.shares_memory(a, memory)]
-
-
 def test_nothing_of_a_step_can_be_written(drive):
     planner, target = ride(drive)
     step = planner.step(PANDA.neutral, None, target)
@@ -250,25 +244,6 @@ def test_a_step_cannot_be_given_other_numbers(name):
         setattr(step, name, np.ones(7))
 
 
-def test_no_public_array_reaches_the_memory_of_a_planner():
-    planner, target = ride(detector=ftqp.Detector())
-    for _ in range(3):
-        planner.step(PANDA.neutral, None, target)
-    memory = planner._session._memory.view(np.uint8)
-    assert aliases(planner, memory) == [] == aliases(planner._out, memory)
-    path = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), radius=0.05, duration=4.0)
-    scaled = ftqp.Planner(PANDA, MILLISECOND, task=ftqp.Task(mode="scaled"))
-    follower = ftqp.PathFollower(scaled, path)
-    follower.reset(PANDA.neutral)
-    follower.step(PANDA.neutral, np.zeros(7))
-    assert (
-        writable(follower.target, "target") == [] == aliases(follower, scaled._session._memory.view(np.uint8))
-    )
-    slow = ftqp.Planner(PANDA, MILLISECOND, level="velocity")
-    task = ftqp.InertialTask(slow)
-    assert not any(a.flags.writeable for a in (task.base_pose, task.error, task.setpoint))
-
-
 @pytest.mark.parametrize("kind", ["planner", "scheme", "robot", "targets"])
 def test_what_is_given_to_many_is_frozen(kind):
     planner, _ = ride(posture=PANDA.neutral)
@@ -279,39 +254,6 @@ def test_what_is_given_to_many_is_frozen(kind):
         "targets": ftqp.Targets(np.stack([np.eye(4)] * 3)),
     }
     assert writable(things[kind], kind) == []
-
-
-Z = Unreached(direction="z", amount=-0.25, unit="m/s2")
-RX = Unreached(direction="rx", amount=1e-3, unit="rad/s2")
-ELBOW = Obstacle(joint="elbow", limit="upper position", weight=1.0)
-WRIST = Obstacle(joint="wrist", limit="locked", weight=0.5)
-
-
-@pytest.mark.parametrize(
-    ("unreached", "obstacles", "sentence"),
-    [
-        (
-            (Z, RX),
-            (ELBOW, WRIST),
-            "the task misses z by -0.25 m/s2, rx by +0.001 rad/s2; "
-            "in the way: elbow at upper position, wrist at locked",
-        ),
-        ((), (ELBOW,), "the task misses nothing; in the way: elbow at upper position"),
-    ],
-)
-def test_certificate_is_a_sentence_of_directions_and_joints(unreached, obstacles, sentence):
-    assert str(Certificate(unreached=unreached, obstacles=obstacles)) == sentence
-
-
-def test_certificate_says_which_joints_are_outside_and_what_a_lock_has_thrown():
-    beyond = Outside(joint="elbow", limit="upper position", amount=0.05, unit="rad")
-    outside = Certificate(unreached=(), obstacles=(), outside=(beyond,))
-    assert str(outside) == "outside: elbow beyond upper position by 0.05 rad"
-    both = Certificate(unreached=(Z,), obstacles=(), outside=(beyond,), jump=0.25, without_bound="singular")
-    assert str(both) == (
-        "the task misses z by -0.25 m/s2; in the way: the arm cannot move that way (singular); "
-        "outside: elbow beyond upper position by 0.05 rad; 25% of the jump at the lock was made"
-    )
 
 
 @pytest.mark.parametrize("side", ["upper", "lower"])
@@ -394,14 +336,6 @@ def test_relaxed_beside_a_free_swinging_joint_says_what_is_done_instead_of_the_t
     assert step.status is ftqp.StepStatus.RELAXED
     assert step.certificate.instead == (step.notice,)
     assert str(step.certificate).startswith("panda_joint4 swings freely: ")
-
-
-def test_torques_beyond_their_limits_and_rows_that_were_given_up_are_named():
-    weak, gone = (
-        "torques exceed their limits by up to 3.2 N m",
-        "rows of the task were given up, x, y are kept",
-    )
-    assert str(Certificate(unreached=(), obstacles=(ELBOW,), instead=(weak, gone))) == f"{weak}; {gone}"
 
 
 JOINT, NOISE = 1, 1e-4

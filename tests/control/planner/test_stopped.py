@@ -129,11 +129,6 @@ def test_lost_sensor_of_a_torque_arm_asks_for_all_brakes_where_they_close_togeth
         assert step.brakes.sum() == count and arm.planner.stopped_because is not None
 
 
-def test_unknown_brakes_are_refused_with_the_names_that_there_are():
-    with pytest.raises(ftqp.InputError, match=r"brakes of the drive is 'some'.* one of each, all, none"):
-        ftqp.Drive(brakes="some")
-
-
 def test_joint_that_runs_against_its_command_is_still_seen(robot):
     """It moved one way at 80 % of its limit while its command went the other way at 60 %."""
     arm = Arm(robot, "torque", emergency=None)
@@ -235,16 +230,6 @@ def test_stop_comes_after_that_many_rising_samples(panda, home, level, follow, s
     statuses = [s.status for s in follow(planner, running_away(home), samples + 3)]
     first = next(k for k, s in enumerate(statuses) if s in (STOPPING, STOPPED))
     assert first == samples  # sample 0 has nothing to rise from
-
-
-def test_error_below_its_threshold_or_falling_does_not_stop(panda, home, level, follow):
-    target = ftqp.Target(pose=home)
-    target.position[2] += 0.1  # beyond the threshold, but falling
-    statuses = {s.status for s in follow(ftqp.Planner(panda, TWO_MS, level=level), target, 40)}
-    assert not statuses & {STOPPING, STOPPED}
-    creeping = running_away(home, speed=0.01, start=0.0)
-    planner = ftqp.Planner(panda, TWO_MS, level=level, task=ftqp.Task(kp=0.0, kv=0.0))
-    assert not {s.status for s in follow(planner, creeping, 500)} & {STOPPING, STOPPED}
 
 
 def test_rotation_error_stops_too(panda, home, level, follow):

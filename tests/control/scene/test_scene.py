@@ -7,11 +7,6 @@ import ftqp
 from ftqp.core.errors import InputError
 
 
-def test_a_clearance_in_millimetres_is_refused():
-    with pytest.raises(InputError, match=r"keep is 20 m, expected at most 3 m; are these millimetres\?"):
-        ftqp.Clearance(keep=20)
-
-
 def test_a_scene_is_a_mapping_of_what_stands_there():
     scene = ftqp.Scene()
     scene.add("table", ftqp.Box((1.0, 0.6, 0.04), (0.5, 0.0, 0.3)))
@@ -34,22 +29,16 @@ def test_a_scene_is_a_mapping_of_what_stands_there():
         (lambda: ftqp.Box((0.1, 0.2), (0, 0, 0)), r"size has shape \(2,\), expected \(3,\)"),
         (lambda: ftqp.Box((0.1, 0.2, 0.0)), "size is 0"),
         (lambda: ftqp.Box((400.0, 200.0, 10.0)), "are these millimetres"),
-        (lambda: ftqp.Sphere(-0.1), "radius is -0.1"),
         (lambda: ftqp.Sphere(0.1, (0.0, np.nan, 0.0)), "place"),
         (lambda: ftqp.Sphere(0.1, np.diag([1.0, 2.0, 1.0, 1.0])), "not a rotation"),
-        (lambda: ftqp.Cylinder(0.1, np.inf), "length"),
         (lambda: ftqp.HalfSpace((0, 0, 0), (0, 0, 0)), "expected a direction"),
         (lambda: ftqp.Hull(), "expected one of them"),
-        (lambda: ftqp.Hull(np.eye(3), mesh="part.stl"), "expected one of them"),
         (lambda: ftqp.Hull(np.eye(3)), "have no body between them"),
-        (lambda: ftqp.Hull([1.0, 2.0]), r"expected \(N, 3\)"),
         (lambda: ftqp.Hull(200.0 * np.eye(4)[:, :3]), "are these millimetres"),
         (lambda: ftqp.Hull(mesh="nowhere.stl"), "'nowhere.stl' is no file"),
         (lambda: ftqp.Hull(mesh=3), "mesh '3' is no file"),
         (lambda: ftqp.Hull(mesh=__file__), r"or is no mesh \([^\n]*\)"),
         (lambda: ftqp.Hull(np.eye(4)[:, :3], scale=2.0), "scale is 2.0 beside corners"),
-        (lambda: ftqp.Hull([[np.nan, 0, 0], *np.eye(3)]), "contains NaN"),
-        (lambda: ftqp.Hull(mesh="nowhere.stl", scale=0.0), "scale is 0"),
         (lambda: ftqp.Capsule((0, 0, 0), (0, 0, 500.0), 0.1), "are these millimetres"),
         (lambda: ftqp.Capsule((0, 0, 0), (0, 0, 1.0), 0.1, frame=3), "frame is 3"),
         (lambda: ftqp.Clearance(keep=0.01, stop=0.02), "expected stop < keep"),
@@ -58,7 +47,6 @@ def test_a_scene_is_a_mapping_of_what_stands_there():
         (lambda: ftqp.Clearance(ignore=["hand"]), "expected pairs of names"),
         (lambda: ftqp.Clearance(ignore=[("a", "b", "c")]), "expected pairs of names"),
         (lambda: ftqp.Scene().add("", ftqp.Sphere(0.1)), "expected a word"),
-        (lambda: ftqp.Scene().add("ball", "sphere"), "expected a shape such as"),
         (lambda: ftqp.Scene().remove("ball"), "there is no 'ball' in the scene"),
         (lambda: ftqp.Scene().move("ball", (0, 0, 0)), "there is no 'ball' in the scene"),
     ],
@@ -149,11 +137,6 @@ def test_a_mesh_stands_for_its_hull(tmp_path):
         ftqp.Scene.from_urdf(tmp_path / "cell.urdf")
 
 
-def test_a_urdf_in_which_nothing_stands_is_refused():
-    with pytest.raises(InputError, match="has no collision geometry"):
-        ftqp.Scene.from_urdf('<robot name="cell"><link name="world"/></robot>')
-
-
 MJCF = """<mujoco model="cell"><compiler angle="degree"/>
 <default><default class="visual"><geom contype="0" conaffinity="0"/></default></default>
 <asset><mesh name="wedge" vertex="0 0 0  0.3 0 0  0 0.1 0  0 0 0.2"/></asset>
@@ -186,21 +169,6 @@ def test_a_cell_is_read_from_an_mjcf_as_mujoco_sees_it():
     wedge = scene["wedge"]
     inside = wedge.place[:3, :3].T @ (corner - wedge.place[:3, 3])
     assert np.linalg.norm(wedge.shape.corners - inside, axis=1).min() < 1e-6
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("<mujoco><worldbody/></mujoco>", "has no geom that collides"),
-        ('<mujoco><worldbody><geom type="box" size="1 1"/></worldbody></mujoco>', "was refused by MuJoCo"),
-        ('<mujoco><worldbody><geom type="sphere" size="250"/></worldbody></mujoco>', "are these millimetres"),
-        ("<robot/>", "expected <mujoco>"),
-    ],
-)
-def test_an_mjcf_that_is_no_cell_is_refused(text, said):
-    pytest.importorskip("mujoco")
-    with pytest.raises(InputError, match=said):
-        ftqp.Scene.from_mjcf(text)
 
 
 def test_pairs_that_an_srdf_lets_touch_are_those_of_the_capsules_of_their_links():

@@ -1,6 +1,5 @@
 """Building: what an edit compiles anew, and what is left when it is interrupted, raced or impossible."""
 
-import json
 import os
 import signal
 import subprocess
@@ -119,46 +118,3 @@ def test_folder_that_cannot_be_written_costs_one_sentence(tmp_path: Path) -> Non
     )  # fmt: skip
     assert done.returncode == 1 and "Traceback" not in done.stderr
     assert done.stderr.startswith("the kernel is not built: ") and done.stderr.count("\n") == 1
-
-
-@pytest.mark.slow
-@pytest.mark.long
-def test_what_links_may_come_while_the_rest_is_compiled(tmp_path: Path) -> None:
-    code = (
-        "import sys\n"
-        "from ftqp.kernel.compiled import library\n"
-        "library.BUILDING = True\n"
-        "from ftqp.kernel.building import store\n"
-        "from ftqp.kernel.building.__main__ import main\n"
-        "from ftqp.kernel.entry import table\n"
-        "table.PARTS['first'] = table.PARTS['first'][:1]\n"
-        "linkers, read = store.linkers, sys.stdin.read\n"
-        "store.linkers = list\n"
-        "def comes(): store.linkers = linkers; return read()\n"
-        "sys.stdin.read = comes\n"
-        f"sys.exit(main(['--part', 'first', '--after-stdin', '--out', {str(tmp_path / 'out')!r}, "
-        f"'--store', {str(tmp_path / 's')!r}]))"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "PYTHONPATH": str(SOURCE)},
-        input="pip is done",
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    (library,) = json.loads((tmp_path / "out" / MANIFEST).read_text())["libraries"]
-    assert list(library["entries"]) == ["ftqp_write_target"]
-
-
-@pytest.mark.slow
-def test_object_files_that_somebody_has_changed_are_not_linked(tiny: Any) -> None:
-    store = tiny.source.parent / "store"
-    assert tiny.build(tiny.summed) == 2 and not list(store.glob("*.parts"))
-    for path in store.glob("*.o"):
-        path.write_bytes(path.read_bytes() + b"\0")
-    assert tiny.build(tiny.summed) == 2, "what differs from its hash is compiled anew"
-    for path in store.glob("*.json"):
-        path.write_bytes(b"cos\nsystem\n(S'false'\ntR.")
-    assert tiny.build(tiny.summed) == 2, "what is no JSON of an object file is compiled anew"

@@ -6,11 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from ftqp.kernel.compiled.library import MANIFEST, NoLibrary, fingerprint, library_in
-from ftqp.kernel.layout.enums import JOINTS
 
 
 @pytest.fixture
@@ -49,15 +47,6 @@ def test_whole_library_is_loaded(copy: tuple[Path, Path]) -> None:
 
 def test_no_folder_is_a_kernel_that_is_not_built(tmp_path: Path) -> None:
     assert problem((tmp_path / "none", tmp_path)) == "the kernel is not built"
-
-
-def test_library_for_a_better_processor_is_not_loaded(
-    copy: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("ftqp.kernel.compiled.library._features", dict)
-    said(copy[0], machine="x86_64", of_level="x86-64-v3")
-    monkeypatch.setattr("platform.machine", lambda: "x86_64")
-    assert "this processor does not have all that" in problem(copy) and "x86-64-v3" in problem(copy)
 
 
 def test_library_that_is_older_than_its_source_is_not_loaded(copy: tuple[Path, Path]) -> None:
@@ -118,9 +107,3 @@ def test_library_that_is_not_what_it_should_be_is_not_loaded(
 ) -> None:
     spoil(copy[0])
     assert reason in problem(copy)
-
-
-def test_functions_of_a_copy_compute(copy: tuple[Path, Path], ready: Any) -> None:
-    function = library_in(*copy).function(ready.summed)
-    record = np.zeros(1, np.dtype([("x", np.float64, (JOINTS,)), ("sum", np.float64)]))
-    assert function is not None and function(record.ctypes.data, 8) == 8 + JOINTS and record["sum"][0] == 0.0

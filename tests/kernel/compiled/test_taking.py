@@ -34,12 +34,6 @@ def test_numbers_are_copied_bit_by_bit_as_far_as_there_is_room(taken: Taken, num
     assert taken(np.array(numbers, dtype=float)) == (len(numbers), numbers[:ROOM])
 
 
-def test_every_c_contiguous_shape_is_taken_row_by_row(taken: Taken) -> None:
-    A = np.arange(12.0).reshape(3, 4)
-    for source in (A, A.reshape(2, 3, 2), A[1:], A[:0], np.zeros((0, 3)), np.zeros((3, 0))):
-        assert taken(source) == (source.size, source.ravel().tolist())
-
-
 def test_numbers_are_taken_from_the_first_one_asked_for(taken: Taken) -> None:
     A = np.arange(12.0).reshape(3, 4)
     for source in (A, memoryview(A)):
@@ -53,14 +47,6 @@ def test_another_number_of_dimensions_is_refused(taken: Taken) -> None:
     for source in (A, A.reshape(4, 4), memoryview(A), memoryview(A.reshape(4, 4))):
         assert taken(source, dimensions=np.ndim(source))[0] == 16
         assert taken(source, dimensions=3 - np.ndim(source)) == (BAD_BUFFER, [])
-
-
-@pytest.mark.parametrize("shape", [(2, 8), (8, 2), (1, 16), (16, 1)])
-def test_two_dimensions_are_those_of_a_square_matrix(taken: Taken, shape: tuple[int, int]) -> None:
-    A = np.arange(16.0).reshape(shape)
-    for source in (A, memoryview(A)):
-        assert taken(source, dimensions=2) == (BAD_BUFFER, [])
-        assert taken(source)[0] == 16
 
 
 def test_what_is_no_contiguous_float64_is_refused(taken: Taken) -> None:
@@ -90,16 +76,3 @@ def test_what_is_no_contiguous_float64_is_refused(taken: Taken) -> None:
         memoryview(A)[::2],
     ):
         assert taken(source) == (BAD_BUFFER, [])
-
-
-def test_released_view_is_refused(taken: Taken) -> None:
-    view = memoryview(np.arange(3.0))
-    view.release()
-    assert taken(view) == (BAD_BUFFER, [])
-
-
-@pytest.mark.parametrize("count", [0, 1, 5])
-def test_no_more_than_asked_for_is_written(taken: Taken, count: int) -> None:
-    numbers = np.arange(1.0, 6.0)
-    for source in (numbers, memoryview(numbers)):
-        assert taken(source, count) == (5, numbers[:count].tolist())

@@ -1,86 +1,12 @@
 """Encoders that repeat their number: which are looked through, which count as frozen, and which work."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 import ftqp
-from ftqp.kernel.feedback import repeats
-from ftqp.kernel.layout.enums import POSITION_DRIVE, TORQUE_DRIVE, VELOCITY_DRIVE
 
 DT = 1e-3
-KINDS = {"position": POSITION_DRIVE, "velocity": VELOCITY_DRIVE, "torque": TORQUE_DRIVE}
 PLANAR = ftqp.robots.load("planar", count=3)
-
-
-class Encoder:
-    """What is known of one encoder; ``look`` at samples while the reference moves at some speed."""
-
-    def __init__(self, drive="torque", sigma=0.0):
-        names = ("same", "moved", "increment", "way", "restless", "raw", "v_hat")
-        self.loop = SimpleNamespace(
-            **{name: np.zeros(1) for name in names}, held=np.zeros(1, int), age=np.zeros(1, int),
-            kind=KINDS[drive], sigma=sigma, stiffness=80.0, M=np.full((1, 1), 0.005),
-        )  # fmt: skip
-        self.state, self.limits = SimpleNamespace(dt=DT), SimpleNamespace(tau_max=np.full(1, 12.0))
-
-    def look(self, samples, speeds):
-        """What ``held`` becomes, sample by sample; the observer follows the samples a little late."""
-        found = []
-        for sample, v in zip(samples, np.broadcast_to(speeds, len(samples)), strict=True):
-            last = self.loop.raw[0]
-            repeats.look_at_repeats(self.state, self.limits, self.loop, 0, sample, v)
-            self.loop.v_hat[0] += 0.3 * ((sample - last) / DT - self.loop.v_hat[0])
-            found.append(int(self.loop.held[0]))
-        return found
-
-
-@pytest.mark.parametrize("drive", list(KINDS))
-@pytest.mark.parametrize(
-    ("quantum", "top"), [(1e-6, 2.0), (1e-5, 0.02), (1e-4, 0.3), (1e-3, 1e-3), (1e-3, 2.0)]
-)
-def test_quantised_encoder_of_a_joint_that_starts_runs_creeps_and_reverses_is_believed(drive, quantum, top):
-    t = DT * np.arange(4000)
-    speeds = top * np.sin(3.0 * t) * np.minimum(t, 1.0)
-    places = np.cumsum(speeds) * DT
-    lagging = np.concatenate([np.zeros(8), places[:-8]])  # behind its reference, as servos are
-    assert not any(Encoder(drive).look(np.round(lagging / quantum) * quantum, speeds))
-
-
-@pytest.mark.parametrize(
-    ("drive", "restless", "held", "at_last"),
-    [("torque", False, 1, 2), ("torque", True, 1, 2), ("velocity", False, 1, 1), ("velocity", True, 1, 2),
-     ("position", False, 0, 0)],
-)  # fmt: skip
-def test_moving_encoder_that_freezes_is_looked_through_at_its_second_repeat(drive, restless, held, at_last):
-    """It counts as frozen in a torque drive, and where it never repeated its number at rest."""
-    encoder = Encoder(drive)
-    rng = np.random.default_rng(0)
-    encoder.look(1e-7 * rng.standard_normal(90) if restless else np.zeros(90), 1e-9)
-    speeds = np.minimum(0.45, 10.0 * DT * np.arange(300))
-    places = np.cumsum(speeds) * DT
-    assert not any(encoder.look(places, speeds))
-    found = encoder.look(np.full(40, places[-1]), 0.45)
-    assert found[0] == 0 and found[1] == held and found[-1] == at_last
-    if at_last == 2:
-        assert found.index(2) * DT < 0.01, "20 rad/s2 behind a stiffness of 80 1/s are 3 mrad"
-    assert encoder.look([places[-1] + 0.01], 0.45) == [0], "a number that changes is believed again"
-
-
-def test_joint_that_sticks_keeps_the_feedback_that_brings_it_loose():
-    """At rest until the reference is 15 mrad ahead, from rest and at speeds at which joints stick."""
-    encoder = Encoder()
-    for speed in (0.02, 0.05, 0.09):
-        ticks = int(0.015 / (speed * DT))
-        assert not any(encoder.look(np.full(ticks, encoder.loop.raw[0]), speed))
-        assert not any(encoder.look(encoder.loop.raw[0] + 1e-4 * np.arange(1, 21), speed))
-
-
-def test_stated_noise_below_the_steps_of_the_encoder_does_not_make_it_frozen():
-    quantum, v = 1e-3, 0.02
-    places = v * DT * np.arange(4000)
-    assert not any(Encoder(sigma=1e-5).look(np.round(places / quantum) * quantum, v)[200:])
 
 
 class Standing:

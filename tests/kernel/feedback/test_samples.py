@@ -5,7 +5,6 @@ import pytest
 from tests.going import started
 
 import ftqp
-from ftqp.kernel.layout.hypotheses import FROZEN_SAMPLES
 
 ROBOT = ftqp.robots.load("planar", count=3)
 LIMITS = ROBOT.limits
@@ -69,18 +68,6 @@ def test_a_sample_is_believed_up_to_what_speed_acceleration_and_noise_allow(join
         assert np.array_equal(np.asarray(arm.loop.seen[:3])[others], sample[others])
 
 
-def test_a_moving_joint_is_expected_where_its_command_leads():
-    for share, believed in ((0.99, 0), (1.1, 1)):  # the observed speed, which counts too, is almost the same
-        arm = Arm(speed=0.3)
-        for _ in range(8):
-            arm.tick()
-        joint = int(np.argmax(np.abs(arm.v)))
-        assert abs(arm.v[joint]) > 0.02
-        back = -np.sign(arm.v[joint]) * share * room(arm, joint, 1)
-        arm.tick(arm.off(joint, back + arm.dt * arm.v[joint] - (arm.q - arm.loop.good[:3])[joint]))
-        assert arm.loop.bad[joint] == believed
-
-
 def test_a_joint_whose_speed_limit_is_lowered_is_still_believed_at_the_speed_that_it_has():
     arm = Arm(speed=0.4, emergency=None)
     for _ in range(8):
@@ -110,21 +97,6 @@ def test_patience_ends_after_twenty_milliseconds_of_bad_samples(bad):
         assert arm.loop.bad[1] == 0 and arm.planner.stopped_because is None
 
 
-@pytest.mark.parametrize(("good", "stops"), [(2, True), (3, False)])
-def test_a_good_sample_makes_up_for_a_fifth_of_a_bad_one(good, stops):
-    """Of 10.5 ticks of patience 10 - good/5 + 1 are spent in the end."""
-    arm = Arm(dt=0.002)
-    arm.tick()
-    for sample in (*[arm.off(0, np.nan)] * 10, *[None] * good, arm.off(0, np.nan)):
-        assert arm.planner.stopped_because is None
-        arm.tick(sample)
-    assert (arm.planner.stopped_because is not None) == stops
-    if not stops:
-        for _ in range(60):
-            arm.tick()
-        assert arm.loop.spent[0] == 0.0
-
-
 @pytest.mark.parametrize("what", ["v", "tip"])
 def test_what_else_is_not_finite_costs_patience_too(what):
     arm = Arm(dt=0.002)
@@ -141,27 +113,6 @@ def test_what_else_is_not_finite_costs_patience_too(what):
         assert arm.loop.refused == 1
         assert step.status is ftqp.StepStatus.INVALID_INPUT or arm.planner.stopped_because is not None
     assert "v, tau or the tip" in arm.planner.stopped_because
-
-
-@pytest.mark.parametrize("sigma", [SIGMA, 1e-6, 0.0])
-def test_a_noisy_sensor_that_repeats_its_number_is_frozen_once_its_joint_should_have_moved(sigma):
-    """From the fifth repeated number on, by six standard deviations; where the noise is unknown, never."""
-    arm = Arm(sigma=sigma, speed=0.06, emergency=None)
-    for _ in range(8):
-        arm.tick()
-    joint = int(np.argmax(np.abs(arm.v)))
-    stuck, frozen = arm.q[joint], 0
-    for k in range(16):
-        moved = k * arm.dt * abs(arm.v[joint])
-        q = arm.q.copy()
-        q[joint] = stuck
-        arm.tick(q)
-        expected = sigma > 0.0 and k >= FROZEN_SAMPLES and moved > 6.0 * sigma
-        assert arm.loop.bad[joint] == expected, k
-        frozen += expected
-        if frozen == 2:
-            break
-    assert frozen == (2 if sigma else 0)
 
 
 @pytest.mark.parametrize("drive", ["position", "velocity"])
@@ -233,15 +184,6 @@ def test_within_its_error_band_a_joint_asks_for_no_brake_nor_outside_while_nothi
             q[joint] = ROBOT.neutral[joint] + min(0.6 * dt * k, most)
             step = planner.step(q, None, target)
             assert not step.brakes.any()
-
-
-def test_a_joint_that_comes_back_into_its_error_band_is_counted_anew():
-    dt = 0.004
-    planner, target = stopped(dt)
-    q, away = ROBOT.neutral.copy(), [*np.linspace(0.0, 0.0199, 12), *([0.021] * 4 + [0.0195]) * 6]
-    for beside in away:
-        q[1] = ROBOT.neutral[1] + beside
-        assert not planner.step(q, None, target).brakes.any()
 
 
 def test_a_joint_that_is_known_to_have_failed_asks_for_nothing():

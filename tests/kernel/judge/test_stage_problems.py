@@ -233,32 +233,3 @@ def test_a_bound_that_would_hold_is_left_to_the_active_set(side, joint):
     for name, value in answer(K).items():
         assert np.array_equal(value, answer(untouched)[name]), name
     assert K.qp.warm > 0 and not straight(K), "a limit that held is looked at first"
-
-
-@pytest.mark.parametrize(
-    ("field", "index", "value"),
-    [
-        ("b", 2, np.nan),
-        ("b", 2, np.inf),
-        ("A", (1, 3), np.nan),
-        ("g", 4, np.nan),
-        ("g", 4, -np.inf),
-        ("H_diagonal", 1, 0.0),
-        ("H_diagonal", 1, -1.0),
-        ("H_diagonal", 1, np.nan),
-        ("lb", 5, np.nan),
-        ("ub", 5, np.nan),
-        ("ub", 0, -2e3),
-        ("soft", 0, np.nan),
-    ],
-)
-def test_what_has_no_answer_gets_none(field, index, value):
-    K = posed(2)
-    getattr(K.qp, field)[index] = value
-    assert not straight(K)
-
-
-def test_hard_rows_that_depend_on_each_other_are_left_to_the_active_set():
-    K = posed(3, m=3, soft=0.0)
-    K.qp.A[2] = K.qp.A[0] + K.qp.A[1]
-    assert not straight(K)

@@ -2,7 +2,6 @@
 
 import logging
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -46,28 +45,11 @@ def test_a_log_s_column_of_claims_lists_every_one():
     assert codes == list(range(len(Claim)))
 
 
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "theory" / "feedback.md"
-
-
 def test_times_are_those_of_the_rows_and_above_zero():
     counted = list(Hypothesis)[:HYPOTHESES]
     assert tuple(row.torque for row in counted) == TORQUE_TIMES
     assert tuple(row.servo for row in counted) == SERVO_TIMES
     assert min(*TORQUE_TIMES, *SERVO_TIMES) > 0.0
-
-
-def test_a_row_has_times_or_a_number_of_samples():
-    assert all((row.samples > 0) != (min(row.torque, row.servo) > 0.0) for row in Hypothesis)
-
-
-@pytest.mark.parametrize("row", Hypothesis, ids=lambda row: row.name)
-def test_the_page_has_the_row_with_its_times_and_who_chose_them(row):
-    name = row.name.lower().replace("_", " ")
-    line = next(line for line in PAGE.read_text().splitlines() if line.startswith(f"| {name} |"))
-    cells = [cell.strip() for cell in line.strip("|").split("|")]
-    times = f"{1e3 * row.torque:g} ms" + (f", {1e3 * row.servo:g} ms" if row.servo != row.torque else "")
-    assert cells[2] == (f"{row.samples} samples" if row.samples else times)
-    assert cells[4] == row.chosen
 
 
 @pytest.mark.skipif(not level(), reason="no built kernel is in use")

@@ -6,17 +6,13 @@ from itertools import permutations
 
 import numpy as np
 import pytest
-from session_ticks import Ticks
 
 import ftqp
 from ftqp.core.errors import InputError
-from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.entry.session import Session, rooms
-from ftqp.kernel.jit import COMPILED, jit
+from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.record import KINDS, dtype
 from ftqp.kernel.layout.rows import (
     HOLD,
-    HOLDING,
     KEEP,
     ROW_KINDS,
     TORQUE,
@@ -26,98 +22,11 @@ from ftqp.kernel.layout.rows import (
     kind_of,
 )
 from ftqp.kernel.layout.structures import sections
-from ftqp.kernel.rows.constraint_rows import add_constraints
-from ftqp.kernel.rows.failed_joints import sort_joints
-
-LAYOUTS = {
-    "record": dtype("record", 8),
-    "arm": dtype("arm", 8),
-    "path": dtype("path", 8),
-    "base": dtype("base", 8),
-    "joints": dtype("joints", 8),
-    "reduced problem": dtype("reduced", 8),
-    "QP alone": dtype("standalone"),
-}
-
-
-def places(dtype, before=""):
-    """Every field, with its rooms before it, and its type."""
-    for name in dtype.names:
-        kind = dtype[name]
-        if kind.names is None:
-            yield before + name, kind
-        else:
-            yield from places(kind, before + name + ".")
-
-
-def readers(dtype):
-    """Source of a function that reads the first and last number of every field, and of one that writes."""
-    reads, writes = [], []
-    for k, (place, kind) in enumerate(places(dtype)):
-        ends = [""] if not kind.shape else [f"[{', '.join('0' * len(kind.shape))}]"]
-        if kind.shape:
-            ends.append(f"[{', '.join(str(size - 1) for size in kind.shape)}]")
-        for j, end in enumerate(ends):
-            reads.append(f"    out[{2 * k + j}] = K.{place}{end}")
-            writes.append(f"    K.{place}{end} = out[{2 * k + j}]")
-    return "def read(K, out):\n" + "\n".join(reads), "def write(K, out):\n" + "\n".join(writes)
-
-
-def numbered(dtype):
-    """Memory in which every field has numbers of its own."""
-    memory = np.zeros(1, dtype)
-    for k, (place, _) in enumerate(places(dtype)):
-        view = memory
-        for part in place.split("."):
-            view = view[part]
-        view[...] = 1000 * k + np.arange(view.size).reshape(view.shape)
-    return memory
-
-
-@pytest.mark.skipif(not COMPILED, reason="this run is without compilation")
-@pytest.mark.parametrize(
-    "name", [pytest.param("record", marks=pytest.mark.slow), "path", "base", "reduced problem"]
-)
-def test_every_field_is_the_same_place_to_compiled_code_and_to_plain_python(name):
-    dtype = LAYOUTS[name]
-    made = {}
-    for source in readers(dtype):
-        exec(source, made)
-    count = 2 * sum(1 for _ in places(dtype))
-    memory, plain, compiled = numbered(dtype), np.zeros(count), np.zeros(count)
-    made["read"](rooms(memory), plain)
-    jit(made["read"])(rooms(memory), compiled)
-    assert np.array_equal(plain, compiled)
-    assert len(set(plain[::2])) == count // 2  # each first number is a field's own
-
-    by_python, by_compiled = np.zeros(1, dtype), np.zeros(1, dtype)
-    made["write"](rooms(by_python), plain)
-    jit(made["write"])(rooms(by_compiled), plain)
-    assert by_python.tobytes() == by_compiled.tobytes() != bytes(dtype.itemsize)
-
-
-@pytest.mark.parametrize("joints", [1, 7, 64])
-def test_one_class_of_records_holds_every_arm(joints):
-    assert Session(joints).K.state.q.shape == (64,)
 
 
 def test_more_joints_than_any_class_holds_are_refused():
     with pytest.raises(InputError, match="65 joints, expected at most 64"):
         Session(65)
-
-
-def starts(dtype, begin=0):
-    """Every field's type and its first byte."""
-    for name in dtype.names:
-        kind, offset = dtype.fields[name][:2]
-        yield kind, begin + offset
-        yield from starts(kind, begin + offset) if kind.names else ()
-
-
-def test_arrays_of_a_record_begin_lines_of_the_cache():
-    found = list(starts(dtype("record", 32)))
-    assert len(found) > 350
-    assert all(offset % 64 == 0 for kind, offset in found if kind.itemsize >= 64)
 
 
 @pytest.mark.parametrize(
@@ -169,62 +78,6 @@ def test_a_line_gives_its_fields_with_their_shape_and_one_that_is_none_is_refuse
 
 
 PANDA = ftqp.robots.load("panda")
-Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
-V = np.array([0.3, -0.2, 0.1, 0.25, -0.4, 0.2, 0.35])
-DT = 0.002
-
-
-def constrained(level, codes=(), robot=PANDA):
-    """The record of a moving arm with all its rows of C; what is beyond them was NaN before."""
-    K = Ticks(robot, DT, level=level, torque_limits=robot.has_inertia).K
-    K.state.q[:7], K.state.v[:7] = Q, V
-    for joint, code in codes:
-        K.faults.code[joint] = code
-        K.faults.friction[joint] = 0.5
-    sort_joints(K.faults, K.chain)
-    forward_kinematics(K, K.state)
-    if level == "acceleration":
-        motion(K, K.state)
-    for field in (K.qp.C, K.qp.l, K.qp.u):
-        field[...] = np.nan
-    add_constraints(K)
-    return K
-
-
-def test_counts_labels_and_owners_agree_with_the_rows_that_are_filled(level):
-    K = constrained(level)
-    filled = int(K.qp.nc)
-    labels = constraint_labels(PANDA.joints, True)
-    assert filled == len(labels) == int(K.cascade.p)
-    assert np.isfinite(K.qp.C[:filled, :7]).all()
-    assert not np.isnan(K.qp.l[:filled]).any() and not np.isnan(K.qp.u[:filled]).any()
-    assert np.isnan(K.qp.C[filled:]).all() and np.isnan(K.qp.l[filled:]).all()
-    owners = constraint_owners(PANDA.joints, True)
-    assert [kind for kind, _, _ in owners[filled:]] == [HOLDING] * 7, "behind those of every tick"
-    for label, (kind, joint, _) in zip(labels, owners, strict=False):
-        assert label == kind.label(PANDA.joints[joint]) and label.startswith(kind.prefix)
-        assert label.removeprefix(kind.prefix) == PANDA.joints[joint]
-
-
-@pytest.mark.parametrize(("level", "scale"), [("acceleration", 1.0), ("velocity", DT)])
-def test_a_torque_row_limits_the_joint_that_owns_it(level, scale):
-    K = constrained(level)
-    M, h = K.kinematics.M[:7, :7], K.kinematics.h[:7]
-    before = M @ V if level == "velocity" else np.zeros(7)
-    owners = constraint_owners(PANDA.joints, True)
-    assert [row for row, (kind, _, _) in enumerate(owners) if kind is TORQUE] == [*range(7)]
-    for row, (_, joint, _) in enumerate(owners[:7]):
-        assert np.array_equal(K.qp.C[row, :7], M[joint])
-        tau_max = PANDA.limits.tau_max[joint]
-        ends = scale * (np.array([-tau_max, tau_max]) - h[joint]) + before[joint]
-        assert [K.qp.l[row], K.qp.u[row]] == pytest.approx(ends, rel=1e-12)
-
-
-def test_an_arm_without_masses_has_no_rows_that_need_them():
-    assert constraint_owners(PANDA.joints, False) == ()
-    assert constraint_labels(PANDA.joints, False, {"keep": ["a", "b"]}) == ("keep a", "keep b")
-    K = constrained("velocity", robot=ftqp.robots.load("srs7"))
-    assert K.qp.nc == 0 and np.isnan(K.qp.l).all()
 
 
 def test_rows_that_a_planner_asks_for_stand_behind_those_of_joints():

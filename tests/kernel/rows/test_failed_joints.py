@@ -2,24 +2,10 @@
 
 import numpy as np
 import pytest
-from records import empty_record
 from session_ticks import Ticks, hessian
 
 import ftqp
 from ftqp.kernel.entry.session import ArmSession
-from ftqp.kernel.layout.enums import (
-    BRAKING,
-    FREE,
-    HEALTHY,
-    INSTANT,
-    LOCKED,
-    MEASURED,
-    JointCode,
-)
-from ftqp.kernel.rows.failed_joints import (
-    lock_rate,
-    sort_joints,
-)
 
 DT = 0.002
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
@@ -27,33 +13,6 @@ V = np.array([0.3, -0.2, 0.1, 0.25, -0.4, 0.2, 0.35])
 OK = ftqp.StepStatus.OK
 OPEN = {"q_min": -np.inf, "q_max": np.inf, "v_max": 1e3, "a_max": 1e5, "tau_max": np.inf}
 TASK = ftqp.Task(rows="position", mode="hard")
-
-
-def listed(codes):
-    """The record of an arm whose joints have those fault codes, its joints sorted."""
-    K = empty_record()
-    K.chain.n = len(codes)
-    K.faults.code[: len(codes)] = codes
-    K.faults.order[:] = -1
-    sort_joints(K.faults, K.chain)
-    return K
-
-
-def test_joints_are_listed_by_what_they_can_do_each_once_and_in_rising_order():
-    rng = np.random.default_rng(5)
-    for _ in range(400):
-        n = int(rng.integers(1, 9))
-        codes = rng.choice([int(code) for code in JointCode], n, p=[0.4, 0.12, 0.12, 0.2, 0.1, 0.06])
-        faults = listed(codes).faults
-        order, working, movable = faults.order[:n], int(faults.working), int(faults.movable)
-        assert sorted(order) == list(range(n)) and np.all(faults.order[n:] == -1)
-        assert 0 <= working <= movable <= n
-        for part, members in (
-            (order[:working], {HEALTHY}),
-            (order[working:movable], {FREE}),
-            (order[movable:], {BRAKING, LOCKED, INSTANT, MEASURED}),
-        ):
-            assert set(codes[part]) <= members and np.all(np.diff(part) > 0)
 
 
 def target(robot):
@@ -161,16 +120,6 @@ def test_task_reset_keeps_the_velocity_of_the_tip(rows):
     assert np.abs(v[H] - expected).max() < 1e-6 * np.abs(expected).max()
 
 
-def test_task_reset_of_an_arm_with_too_few_joints_is_the_nearest_and_does_not_let_rounding_grow():
-    slow = 0.1 * V * (np.arange(7) != 1)
-    kept = [0, 2, 4, 5, 6]
-    v, J, _ = instantly_locked("task", "pose", slow, ftqp.Locked(1))
-    expected = slow[kept] - np.linalg.pinv(J[:, kept]) @ (J[:, 3] * -slow[3])
-    assert np.abs(v[kept] - expected).max() < 1e-9
-    moved, _, _ = instantly_locked("task", "pose", np.nextafter(slow, 1.0), ftqp.Locked(1))
-    assert np.abs(moved - v).max() < 1e-14
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("reset", ["momentum", "task"])
 @pytest.mark.parametrize("name", ["panda", "iiwa14", "planar6"])
@@ -224,15 +173,6 @@ def test_a_lock_ramp_stops_within_the_range_where_the_acceleration_limit_can(sid
     assert v[4] == 0.0 and step.outside == ()
 
 
-def test_a_lock_ramp_is_as_asked_where_there_is_room():
-    assert lock_rate(0.5, 1.0, 2.0, 8.0, DT) == 2.0
-    assert lock_rate(-0.5, np.inf, 0.3, 8.0, DT) == 0.3
-    assert lock_rate(2.0, 0.5, 1.0, 8.0, 1e-9) == pytest.approx(4.0)
-    assert lock_rate(2.0, 0.01, 1.0, 8.0, DT) == 8.0 == lock_rate(2.0, -0.1, 1.0, 8.0, DT)
-    assert lock_rate(2.0, 0.01, 9.0, 8.0, DT) == 9.0
-    assert lock_rate(0.0, 0.0, 1.0, 8.0, DT) == 8.0 == lock_rate(2.0, DT, 1.0, 8.0, DT), "no room is left"
-
-
 @pytest.mark.parametrize("start", [0.35, -0.4, 1e-9, 0.003])
 def test_a_ramp_ends_exactly_at_rest_and_stays_there(level, start):
     robot = ftqp.robots.load("panda")
@@ -255,17 +195,6 @@ def test_a_ramp_ends_exactly_at_rest_and_stays_there(level, start):
     assert held is not None
     most, *others = sorted(off, reverse=True)
     assert most < 4e-15 and max(others) < 1e-15  # once: rounding of what was sent until then
-
-
-@pytest.mark.parametrize(("speed", "code"), [(0.0, LOCKED), (-7e-22, LOCKED), (1e-9, BRAKING)])
-def test_a_joint_that_stands_but_for_rounding_is_locked_at_once(speed, code):
-    robot = ftqp.robots.load("panda")
-    ticks = Ticks(robot, DT, ftqp.Locked(2), task=TASK)
-    v = np.zeros(7)
-    v[2] = speed
-    ticks.reset(Q, v)
-    ticks.tick(Q, v, ftqp.Target(position=robot.pose(Q)[:3, 3]))
-    assert ticks.K.faults.code[2] == code
 
 
 TICK = 1e-3
@@ -302,22 +231,3 @@ def strays(joint, at=700):
 def test_the_tip_strays_no_more_than_twice_what_the_joints_need_at_full_acceleration(joint):
     worst, bound = strays(joint)
     assert 0.0 < worst < 2.0 * bound + 2e-5, (worst, bound)
-
-
-def test_it_ends_where_the_target_stands():
-    planner = ftqp.Planner(PANDA, TICK)
-    q = PANDA.neutral.copy()
-    planner.reset(q)
-    T = PANDA.pose(q)
-    for k in range(3000):
-        target = T.copy()
-        target[1, 3] += 0.1 * min(k * TICK, 0.5)
-        if k == 400:
-            stopped = q[0]
-            planner.report(ftqp.Locked(0))
-        step = planner.step(q, None, ftqp.Target(pose=target))
-        q = step.q.copy()
-        if k >= 400:
-            q[0] = stopped
-    assert planner._session.K.task.owes == 0
-    assert np.abs(step.v).max() < 1e-6 and step.position_error < 1e-5

@@ -2,18 +2,15 @@
 
 import numpy as np
 import pytest
-from records import believe, chain_record, empty_record
+from records import chain_record
 from scipy.spatial.transform import Rotation
 
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.layout import enums
-from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.rows.inertial_target import (
     follow_base,
-    is_rank_deficient,
-    reduce_by_lead,
 )
 
 DT = 0.01
@@ -134,49 +131,3 @@ def test_late_twist_is_extrapolated_over_the_delay():
         follower.tick(q, goal, base=base(then), twist=[*mean, 0.0, 0.0, 0.0])
     np.testing.assert_allclose(follower.base.pose[:3, 3], base(29)[:3, 3], atol=1e-14)
     np.testing.assert_allclose(follower.base.twist[:3], a * 29.5 * DT, atol=1e-13)
-
-
-def test_base_that_is_not_seen_is_held_for_its_patience_and_then_lost(rng):
-    follower = Follower(observer=1.0)
-    q, goal = follower.robot.neutral, ftqp.Target(pose=np.eye(4))
-    arm, base = follower.robot.pose(q), pose(rng)
-    assert not follower.tick(q, goal)[0]
-    assert follower.tick(q, goal, tip=base @ arm)[0]
-    bad = base @ arm
-    bad[1, 3] = np.nan
-    for _ in range(5):
-        valid, seen, _ = follower.tick(q, goal, tip=bad)
-        assert valid and follower.base.stale == 1
-        np.testing.assert_allclose(seen, np.linalg.inv(base), atol=1e-13)
-    assert not follower.tick(q, goal)[0]
-    assert follower.tick(q, goal, tip=base @ arm)[0] and follower.base.stale == 0
-
-
-def test_lead_of_the_set_point_narrows_the_interval_but_never_empties_it():
-    K, base = empty_record(), Memory("base").fields
-    K.chain.n, K.state.dt = 7, DT
-    K.limits.v_max[:7] = 1.0
-    K.qp.lb[:7], K.qp.ub[:7] = -0.8, 0.8
-    base.setpoint[:7] = DT * np.array([0.0, 0.5, -0.5, 1.5, -1.5, 9.0, -9.0])
-    believe(K, {0: codes.LOCKED})
-    reduce_by_lead(K.state, K.faults, K.limits, K.qp, base)
-    np.testing.assert_allclose(K.qp.ub[:7], [0.8, 0.5, 0.8, -0.5, 0.8, -0.8, 0.8])
-    np.testing.assert_allclose(K.qp.lb[:7], [-0.8, -0.8, -0.5, -0.8, 0.5, -0.8, 0.8])
-
-
-@pytest.mark.parametrize("threshold", [0.01, 0.1, 0.3])
-@pytest.mark.parametrize("code", [codes.LOCKED, codes.FREE])
-def test_rank_is_deficient_exactly_when_the_smallest_singular_value_is_below_the_threshold(
-    rng, threshold, code
-):
-    """Of the joints that work: one that swings free does not move the tip as it is asked to."""
-    K = empty_record()
-    K.chain.n, K.task.m, K.task.length = 7, 6, 0.25
-    believe(K, {3: code})
-    for _ in range(20):
-        A = rng.standard_normal((6, 7)) * 10.0 ** rng.uniform(-2, 0)
-        K.qp.A[:6, :7] = A
-        smallest = np.linalg.svd(np.delete(A, 3, axis=1), compute_uv=False)[-1]
-        assert bool(is_rank_deficient(K.faults, K.task, K.qp, K.scratch, threshold)) == (
-            smallest / 0.25 < threshold
-        )

@@ -275,28 +275,6 @@ def test_bounds_never_cross_whatever_the_state(q, v, dt, level, conversion, q_ma
         assert np.all(np.isfinite(lb)) and np.all(np.isfinite(ub))
 
 
-def test_a_failed_joint_has_no_limits_of_its_own():
-    K = joints(PLANAR6, 0.01)
-    believe(K, {0: codes.FREE, 1: codes.LOCKED})
-    K.qp.lb[1] = K.qp.ub[1] = -0.3
-    lb, ub = interval(K, 7.0, 3.0)
-    assert lb[0] == -np.inf and ub[0] == np.inf
-    assert lb[1] == ub[1] == -0.3
-    assert np.all(np.isfinite(ub[2:]))
-
-
-def test_each_end_names_the_limit_that_set_it():
-    K = joints({**PLANAR6, "v_max": 0.1}, 0.01)
-    interval(K, 0.2, 0.0)
-    assert K.limits.upper_by[0] == codes.BY_ACCELERATION == K.limits.lower_by[0]
-    interval(K, 0.2, 0.09)
-    assert K.limits.upper_by[0] == codes.BY_VELOCITY and K.limits.lower_by[0] == codes.BY_ACCELERATION
-    interval(K, 0.4449, 0.0)
-    assert K.limits.upper_by[0] == codes.BY_POSITION
-    interval(K, 0.0091, 0.0)
-    assert K.limits.lower_by[0] == codes.BY_POSITION
-
-
 def by_formula(level, v, d, v_max, a_max, dt):
     """The upper end within the limits as its docstring has it, with no way around the root, (64,)."""
     if level == codes.VELOCITY:

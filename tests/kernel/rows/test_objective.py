@@ -7,7 +7,6 @@ from records import believe, chain_record
 from session_ticks import Ticks, hessian
 
 import ftqp
-from ftqp.control.following.path_intervals import path_table
 from ftqp.control.task.task import axis_frame, row_indices
 from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.entry.session import ArmSession, Memory
@@ -82,32 +81,6 @@ def test_a_continuous_joint_returns_to_its_posture_the_short_way():
     ticks.reset(q)
     ticks.tick(q, np.zeros(12), ftqp.Target(pose=robot.pose(q)))
     assert abs(ticks.K.qp.g[i] - 16.0 * 2.0 * np.sin(0.5 * (2.0 * np.pi - 6.0))) < 1e-12
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("scheme", ["mvn", "rmp"])
-def test_drive_is_where_the_null_space_comes_to_rest(level, scheme):
-    """With a path that rests, of one row, the joints take the velocity of the drive; a locked joint stays."""
-    robot = ftqp.robots.load("panda")
-    planner = ftqp.Planner(
-        robot, 2e-3, level=level, scheme=scheme, task=ftqp.Task(rows=("x",), kp=0.0, mode="scaled")
-    )
-    planner.report(ftqp.Locked(0, mode="instant"))
-    planner.reset(robot.neutral)
-    drive = 0.02 * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
-    memory = Memory("path", path_table(ftqp.paths.Hold(robot.pose(robot.neutral), duration=9.0)))
-    lead = planner.lead(memory)
-    memory.fields.rate, memory.fields.limit = -1.0, 1.0
-    memory.fields.drive[:7], memory.fields.driven = drive, 1
-    q, v = robot.neutral.copy(), np.zeros(7)
-    for _ in range(1000):
-        step = lead.step(q, v, (), None, None)
-        v = step.v.copy()
-        planner.reset(q, v)  # the posture's pull stays zero
-    J = lead.rows()[2]
-    free = np.arange(1, 7)
-    along = v[free] @ drive[free] / (drive[free] @ drive[free])
-    assert v[0] == 0.0 and 0.3 < along < 1.1 and np.abs(J @ v)[0] < 0.02
 
 
 PANDA = ftqp.robots.load("panda")

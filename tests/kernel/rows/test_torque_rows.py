@@ -147,24 +147,6 @@ def test_commands_are_those_with_rows_in_every_tick(level, settings, events):
     assert np.abs(own[:, 21:] - other[:, 21:]).max() < 1e-4
 
 
-@pytest.mark.parametrize("settings", [{"scheme": "mke"}, {"task": ftqp.Task(mode="lexicographic")}])
-def test_what_needs_the_rows_has_them_in_every_tick(settings):
-    planner = ftqp.Planner(ftqp.robots.load("panda"), DT, emergency=None, **settings)
-    _, _, rows = driven(planner, every_tick=False, ticks=20)
-    assert rows.all()
-
-
-def test_external_solver_is_given_the_rows_in_every_tick():
-    robot = ftqp.robots.load("panda").with_limits(tau_max=WEAK)
-    task = ftqp.Task(rows="position")
-    own, _, rows = driven(ftqp.Planner(robot, DT, emergency=None, task=task), every_tick=False, ticks=150)
-    other, _, always = driven(
-        ftqp.Planner(robot, DT, emergency=None, task=task, backend="daqp"), every_tick=False, ticks=150
-    )
-    assert always.all() and not rows.all()
-    assert np.abs(own[:, :7] - other[:, :7]).max() < 1e-6
-
-
 IIWA = ftqp.robots.load("iiwa14")
 NEAR = np.array([0.0, 0.02, 0.0, -1.2, 0.0, 1.0, 0.0])
 """Joint 2 near zero: with it locked the tip can hardly move one way."""

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import TARGET_SIZE, Mistake
 
 ROBOT = ftqp.robots.load("panda")
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
@@ -136,20 +134,3 @@ def test_a_row_that_a_trajectory_does_not_have_is_a_clean_error(planner, fed_cop
     with pytest.raises(ftqp.InputError, match=r"make a new Target|take targets\.at"):
         planner.step(Q, V, targets)
     check(planner, fed_copies, Q, V, aim)
-
-
-@pytest.fixture(scope="module")
-def stepped():
-    """The entry point itself, on a session that has not been reset."""
-    session = Session(7)
-    session.K.chain.n = session.K.chain.nq = 7
-    return session, session.bind("step")
-
-
-def test_no_more_numbers_are_copied_than_a_record_holds(stepped):
-    session, step = stepped
-    K = session.K
-    K.state.is_reset = 1
-    guard = {name: session.field("state", name).copy() for name in ("v_command", "q", "tau")}
-    assert step(np.full(10_000, 7.0), np.full(10_000, 7.0), np.zeros(TARGET_SIZE), 0) == Mistake.WRONG_SHAPE
-    assert all(np.array_equal(session.field("state", name), value) for name, value in guard.items())

@@ -30,13 +30,6 @@ def test_torques_that_act_later_are_put_beside_their_positions() -> None:
     np.testing.assert_allclose(pieces.q, pieces.tau, atol=1e-4)
 
 
-def test_no_piece_lies_across_a_gap() -> None:
-    t = np.concatenate([np.arange(0.0, 2.0, 0.002), np.arange(3.0, 5.0, 0.002)])
-    pieces = pieces_of(wave(t))
-    assert pieces.left_out == pytest.approx(1.0, abs=0.01)
-    assert not ((pieces.t > 1.99) & (pieces.t < 3.01)).any()
-
-
 def test_samples_that_are_too_rare_are_refused() -> None:
     with pytest.raises(ftqp.InputError, match="has 10 samples a second, expected 33 at least"):
         pieces_of(wave(np.arange(0.0, 20.0, 0.1)))
@@ -48,7 +41,6 @@ def test_samples_that_are_too_rare_are_refused() -> None:
         ([0.0, 0.1, 0.1] * 4, np.zeros((12, 2)), "t of the log does not rise from row 1"),
         (np.arange(12.0), np.full((12, 2), np.nan), "q of the log is not finite at row 0"),
         (np.arange(12.0), np.zeros((11, 2)), r"expected \(K,\), \(K, nv\) and \(K, nv\)"),
-        (np.arange(12.0), np.zeros(12), r"q of the log has shape \(12,\), expected \(K, nv\)"),
         (np.arange(3.0), np.zeros((3, 2)), "the log has 3 samples"),
         (np.arange(12.0), "positions", "q of the log is no array of numbers"),
     ],
@@ -81,12 +73,3 @@ def test_a_load_is_linear_in_mass_moments_and_inertia(panda: ftqp.Robot, motion:
     added = torques(panda.with_payload(load), at) - torques(panda, at)
     columns = KINDS["load"].columns(panda, at, added)
     np.testing.assert_allclose(columns @ unknown, added, atol=1e-10)
-
-
-def test_offsets_change_torques_by_their_derivative(panda: ftqp.Robot, motion: Any) -> None:
-    at, step = _at(motion), 1e-6
-    columns = KINDS["offsets"].columns(panda, at, np.zeros_like(at.q))
-    for j in range(panda.nv):
-        moved = at._replace(q=at.q + step * np.eye(panda.nv)[j])
-        slope = (torques(panda, moved) - torques(panda, at)) / step
-        np.testing.assert_allclose(columns[:, :, j], slope, atol=1e-3)

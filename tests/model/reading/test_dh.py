@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from ftqp.core.errors import InputError, ModelError
+from ftqp.core.errors import InputError
 from ftqp.core.pose import rotation_x, rotation_z, transform
 from ftqp.model.robot import Robot
 from ftqp.model.serial import Inertial
@@ -66,8 +66,3 @@ def test_masses_are_given_in_the_frames_of_the_table(convention: str) -> None:
 def test_wrong_tables_are_named(keywords: dict[str, object], message: str) -> None:
     with pytest.raises(InputError, match=message):
         Robot.from_dh(**{"table": TABLE, "limits": LIMITS, **keywords})  # type: ignore[arg-type]
-
-
-def test_table_of_33_rows_is_refused() -> None:
-    with pytest.raises(ModelError, match="65 joints move"):
-        Robot.from_dh(np.zeros((65, 4)), limits=LIMITS)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 
-import numpy as np
 import pytest
 
 from ftqp.core.errors import ModelError
@@ -50,11 +49,6 @@ def test_loop_and_nothing_are_refused(text: str, message: str) -> None:
         Robot.from_urdf(text, "two")
 
 
-def test_tip_may_be_a_link_or_a_joint(two_joints: Urdf) -> None:
-    by_link, by_joint = Robot.from_urdf(two_joints(), "two"), Robot.from_urdf(two_joints(), "b")
-    assert by_link.pose([0.1, 0.2]).tolist() == by_joint.pose([0.1, 0.2]).tolist()
-
-
 def test_figures_of_the_file_arrive_to_the_last_bit(two_joints: Urdf) -> None:
     text = two_joints(origin="0.1 0.2 0.30000000000000004", mass="2.0000000000000004")
     robot = Robot.from_urdf(text)
@@ -93,10 +87,6 @@ def test_smallest_of_what_bounds_the_acceleration_is_taken(two_joints: Urdf, mor
     assert all(f"the smallest, {least:g}, is taken" in f.sentence for f in said)
 
 
-def test_jerk_limit_is_read_and_infinite_where_there_is_none(two_joints: Urdf) -> None:
-    assert read(two_joints, 'jerk="40"').limits.j_max.tolist() == [40.0, np.inf]
-
-
 @pytest.mark.parametrize("key", ["acceleration", "deceleration", "drake:acceleration", "jerk"])
 @pytest.mark.parametrize("value", ["0", "-1", "nan", "fast", "", "1_000", "٣"])
 def test_limit_that_is_none_is_refused_with_its_joint_and_attribute(
@@ -105,16 +95,6 @@ def test_limit_that_is_none_is_refused_with_its_joint_and_attribute(
     message = rf"joint 'a' has the limit {key}='{value}', expected a number > 0"
     with pytest.raises(ModelError, match=message):
         read(two_joints, f'{key}="{value}"')
-
-
-def test_guess_names_the_joints_and_what_their_torques_allow(two_joints: Urdf) -> None:
-    robot = read(two_joints, 'acceleration="3"')
-    (guess,) = (f for f in robot.findings if f.about == "a_max")
-    assert "no acceleration limit is known for b; a_max = v_max / 0.2 s is taken: b 10 (torque allows" in str(
-        guess
-    )
-    assert guess.severity is Severity.NOTE
-    assert "no acceleration limit is known; " in str(read(two_joints, "", kinematics_only=True).findings)
 
 
 def test_guess_that_the_torques_cannot_keep_up_with_is_a_warning(two_joints: Urdf) -> None:

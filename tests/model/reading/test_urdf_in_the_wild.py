@@ -88,13 +88,6 @@ def test_an_arm_with_masses_whose_file_has_no_torque_limits_loads_and_is_refused
     assert not said(Robot.from_urdf(arm((limit,) * 3), limits={"tau_max": 60.0}), "no torque limit is known")
 
 
-@pytest.mark.parametrize("places", PLACES[:2])
-def test_a_torque_limit_of_0_beside_others_is_refused_where_masses_make_torques_count(places):
-    with pytest.raises(ModelError, match=r"zero torque limit.*limits=\{'tau_max'"):
-        Robot.from_urdf(arm(at(places, SILENT[0])))
-    assert Robot.from_urdf(arm(at(places, SILENT[0])), kinematics_only=True).nv == 3
-
-
 # --- ranges that nobody wrote
 
 
@@ -113,15 +106,6 @@ def test_a_missing_range_is_named_and_its_remedy_leads_to_an_arm_that_moves(plac
     assert (robot.limits.q_max[list(places)] == 1.5).all()
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_range_of_0_to_0_is_a_joint_that_cannot_move(kind):
-    text = arm(at((1,), 'lower="0" upper="0" velocity="1" effort="50"'), (kind,) * 3)
-    with pytest.raises(
-        ModelError, match=r"'j2' cannot move: both limits are 0; hold it with locked=\['j2'\]"
-    ):
-        Robot.from_urdf(text)
-
-
 @pytest.mark.parametrize(
     ("limit", "low", "high", "side"),
     [
@@ -134,14 +118,6 @@ def test_a_side_that_is_missing_is_0_as_in_ros_and_a_warning_says_so(limit, low,
     (one,) = said(robot, f"no {side} limit")
     assert one.severity is Severity.WARNING and "'q_min'" in one.sentence and "'q_max'" in one.sentence
     assert (robot.limits.q_min[1], robot.limits.q_max[1]) == (low, high)
-
-
-def test_a_continuous_joint_and_one_that_is_held_or_follows_need_no_range():
-    bare = 'velocity="1" effort="50"'
-    assert Robot.from_urdf(arm(at((0,), bare), ("continuous", "revolute", "revolute"))).nv == 3
-    assert Robot.from_urdf(arm(at((1,), bare)), locked=["j2"]).nv == 2
-    led = Robot.from_urdf(arm(at((2,), bare), inside=("", "", '<mimic joint="j2" multiplier="0.5"/>')))
-    np.testing.assert_allclose(led.limits.q_max, [2.0, 2.0, 1.0])
 
 
 # --- what ROS' own reader takes
@@ -201,13 +177,6 @@ def test_soft_limits_within_the_range_are_a_warning_whose_remedy_keeps_them(writ
 
 
 @pytest.mark.parametrize(
-    "written", ["", 'soft_lower_limit="-2" soft_upper_limit="2"', 'soft_lower_limit="0" soft_upper_limit="0"']
-)
-def test_soft_limits_that_limit_nothing_are_not_mentioned(written):
-    assert not said(Robot.from_urdf(arm(inside=(SOFT.format(written),) * 3)), "soft limits")
-
-
-@pytest.mark.parametrize(
     ("limit", "kind", "word"),
     [
         ('lower="-170" upper="170" velocity="1" effort="50"', "revolute", "degrees"),
@@ -243,15 +212,3 @@ def test_a_tip_that_is_still_to_be_chosen_is_a_question():
         Robot.from_urdf(two)
     assert "unsafe" not in str(caught.value) and len(caught.value.findings) == 1
     assert Robot.from_urdf(two, tip="camera").tip == "camera"
-
-
-def test_findings_of_a_robot_that_was_just_read_are_logged_once(caplog):
-    soft = SOFT.format('soft_lower_limit="-1.25" soft_upper_limit="1.25"')
-    text = arm(inside=(soft, "", "")).replace('"probe"', '"logged once"')
-    with caplog.at_level("WARNING", "ftqp"):
-        for _ in range(2):
-            robot = Robot.from_urdf(text)
-        robot.with_limits(v_max=0.5)
-        Planner(robot)
-    (one,) = [record for record in caplog.records if "soft limits" in record.getMessage()]
-    assert one.levelname == "WARNING" and one.getMessage().startswith("logged once: ")

@@ -1,9 +1,7 @@
 """The rules that hold for every backend, shown on a solver whose answers are written beforehand."""
 
 import numpy as np
-import pytest
 
-from ftqp import InputError
 from ftqp.qp import Backend, Claim, QPBuffers
 
 
@@ -68,11 +66,6 @@ def test_bad_data_never_reach_the_solver_and_make_the_next_solve_cold():
         getattr(qp, part)[:] = before
     solver.solve(cold=False)
     assert solver.asked == [True, True]
-
-
-def test_solving_before_setup_is_a_programming_error():
-    with pytest.raises(InputError, match="before setup"):
-        Scripted().solve(cold=True)
 
 
 def test_flat_is_the_problem_in_the_documented_order():

@@ -33,14 +33,9 @@ def test_a_backend_is_made_from_a_name_a_mapping_or_itself():
     ("spec", "sentence"),
     [
         ("dqap", "'dqap' is not a backend of ftqp (did you mean 'daqp'?)"),
-        ({"name": "osqp", "eps_abs": 1.0}, "'eps_abs' is not a setting of backend 'osqp'"),
-        ({"name": "proxqp", "max_iteration": 3}, "did you mean 'max_iterations'?"),
-        ({"name": "active_set", "tolerance": 1.0}, "'tolerance' is not a setting of backend 'active_set'"),
         ({"tolerance": 1.0}, "has no name"),
         ({"name": 3}, "has no name"),
         (3, "backend is 3, expected a name"),
-        ("qpsolvers:dapq", "'dapq' is not a solver of qpsolvers (did you mean 'daqp'?)"),
-        ("qpsolvers:", "'' is not a solver of qpsolvers"),
         ("nothing.toml", "nothing.toml cannot be read (No such file"),
         (Path("/"), "cannot be read"),
         ({"name": "qpsolvers:osqp", "max_iterations": 0}, "qpsolvers:osqp.max_iterations is 0"),
@@ -99,22 +94,6 @@ def test_a_profile_becomes_a_backend(tmp_path):
     assert backend(path).name == backend(str(path)).name == "daqp"
 
 
-@pytest.mark.parametrize(
-    ("content", "sentence"),
-    [
-        (b"tolerance = 1e-9\n", "has no name"),
-        (b"name = \n", "is not valid TOML"),
-        (b"name = 'daqp'\ntolerance = 0x" + b"f" * 500, "tolerance is"),
-        (b"\xff\xfe\x00", "is not valid TOML"),
-    ],
-)
-def test_a_wrong_profile_is_refused_in_one_sentence(tmp_path, content, sentence):
-    path = tmp_path / "wrong.toml"
-    path.write_bytes(content)
-    with pytest.raises(InputError, match=sentence):
-        backend(path)
-
-
 @dataclass(frozen=True, kw_only=True)
 class Some:
     tolerance: float = 1e-9
@@ -129,12 +108,6 @@ class Some:
         ({"tolerence": 1.0}, "'tolerence' is not a setting of backend 'some' (did you mean 'tolerance'?)"),
         ({"tolerance": 0.0}, "some.tolerance is 0, expected a finite number > 0"),
         ({"tolerance": float("nan")}, "some.tolerance is nan"),
-        ({"tolerance": "1e-9"}, "some.tolerance is '1e-9', expected a number"),
-        ({"tolerance": None}, "some.tolerance is None, expected a number"),
-        ({"shift": -1.0}, "some.shift is -1, expected a finite number >= 0"),
-        ({"cap": 0}, "some.cap is 0, expected a whole number from 1 to"),
-        ({"cap": 2.5}, "some.cap is 2.5, expected a whole number from 1 to"),
-        ({"cap": True}, "some.cap is True, expected a number"),
         ({"verbose": 1}, "some.verbose is 1, expected true or false"),
     ],
 )

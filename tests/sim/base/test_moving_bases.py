@@ -82,8 +82,6 @@ def test_recording_is_linear_between_samples_and_held_outside():
     [
         (lambda: Step("x", np.nan), "size of the step is nan"),
         (lambda: Step("x", 1.0, rate=0.0), "rate of the step is 0"),
-        (lambda: Step("x", 1.0, at=-1.0), "time of the step is -1"),
-        (lambda: Sinusoid("x", 1.0, frequency=0.0), "frequency is 0"),
         (lambda: Sinusoid("x", "much", frequency=1.0), "amplitude is 'much'"),
         (lambda: RandomMotion("x", 1.0, corner=1.0, generator=7), "generator is int, expected numpy.random"),
         (lambda: Recorded([0.0, 0.0], {"x": [1.0, 2.0]}), "times of a recorded disturbance do not rise"),
@@ -105,11 +103,6 @@ def test_mean_twist_carries_every_pose_into_the_next(base, name):
         np.testing.assert_allclose(turn @ motion.pose[k, :3, :3], motion.pose[k + 1, :3, :3], atol=1e-12)
         moved = motion.pose[k, :3, 3] + dt * motion.twist[k, :3]
         np.testing.assert_allclose(moved, motion.pose[k + 1, :3, 3], atol=1e-14)
-
-
-def test_deviations_of_one_coordinate_add_up():
-    motion = BaseMotion(Platform(), [Step("track", 0.1), Step("track", 0.2)], 0.1, 2)
-    np.testing.assert_allclose(motion.eta[:, 0], 0.3)
 
 
 def test_unknown_coordinate_names_the_valid_ones():
@@ -190,24 +183,3 @@ def test_sensors_hide_the_truth_and_repeat_for_their_seed(panda):
     ]
     np.testing.assert_array_equal(ends[0], ends[1])
     assert np.abs(ends[0] - ends[2]).max() > 1e-5
-
-
-def test_world_of_another_planner_is_refused(panda):
-    planner, other = (ftqp.Planner(panda, DT, level="velocity") for _ in range(2))
-    world = MovingWorld(InertialTask(other), Platform(), ())
-    path = Hold(panda.pose(panda.neutral), duration=1.0)
-    with pytest.raises(InputError, match="the world's inertial task has another planner than the simulation"):
-        Simulation(planner, path, q=panda.neutral, world=world)
-
-
-def test_nothing_measured_is_refused(panda):
-    planner = ftqp.Planner(panda, DT, level="velocity")
-    with pytest.raises(InputError, match="end_point is false, but with sensing 'unknown'"):
-        MovingWorld(InertialTask(planner), FreeBase(), (), end_point=False)
-
-
-def test_world_without_a_run_cannot_be_sensed(panda):
-    planner = ftqp.Planner(panda, DT, level="velocity")
-    world = MovingWorld(InertialTask(planner), FreeBase(), ())
-    with pytest.raises(InputError, match="the world has no run; call reset"):
-        world.sense(0, panda.neutral)

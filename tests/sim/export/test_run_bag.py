@@ -1,10 +1,7 @@
 """A run as a bag, read back by mcap and mcap-ros2-support, which share no code with rosbags."""
 
-import gc
 import os
-import tracemalloc
 from collections import defaultdict
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +13,6 @@ from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
 from ftqp.sim.export.run_bag import write_bag
 from ftqp.sim.log.log_file import open_log
-from ftqp.sim.log.signals import Column
 
 pytest.importorskip("rosbags", reason='needs the extra "ros": pip install -e ".[ros]"')
 reader = pytest.importorskip("mcap.reader", reason="needs mcap, which the extra 'dev' brings")
@@ -239,46 +235,3 @@ def test_ctrl_c_leaves_nothing(write, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         exported(file, tmp_path / "bag", told=stop)
     assert set(os.listdir(tmp_path)) == {"log.npy", "log.json"}
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda s, n: ([Column("t", "s", "time"), Column("x", "-", "x")], n[:, :2]), "has no signals q, v"),
-        (lambda s, n: (s, n[:0]), "has no rows yet"),
-        (lambda s, n: (s, n - (np.arange(len(s)) == 0)), "has a time outside 0 to"),
-        (lambda s, n: (s, n + np.where(np.arange(len(s)) == 0, np.nan, 0.0)), "has a time outside 0 to"),
-    ],
-)
-def test_log_that_no_bag_can_hold_is_refused(write, tmp_path, change, message):
-    file, _ = write(*change(signals(), numbers(signals(), 5)))
-    with pytest.raises(InputError, match=message):
-        exported(file, tmp_path / "bag")
-    assert set(os.listdir(tmp_path)) == {"log.npy", "log.json"}
-
-
-@pytest.fixture
-def small_heap():
-    """What tests before have left does not count: the larger the heap, the rarer a full collection."""
-    gc.freeze()
-    gc.collect()
-    yield
-    gc.unfreeze()
-
-
-@pytest.mark.slow
-def test_memory_does_not_grow_with_the_log(write, tmp_path, small_heap):
-    few = signals(sensed=(), base=())
-    peaks = []
-    for repeated in (3, 9):
-        table = np.tile(numbers(few), (repeated, 1))
-        table[:, 0] = DT * np.arange(len(table))
-        file, _ = write(few, table)
-        del table
-        tracemalloc.start()
-        exported(file, tmp_path / f"bag{repeated}")
-        peaks.append(tracemalloc.get_traced_memory()[1])
-        tracemalloc.stop()
-        Path(file).unlink()
-    size = sum(x.stat().st_size for x in (tmp_path / "bag9").iterdir())
-    assert peaks[1] - peaks[0] < 0.2 * size

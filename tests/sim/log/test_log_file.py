@@ -97,14 +97,6 @@ def test_killed_process_leaves_a_readable_log(tmp_path):
     assert log.metadata["dt"] == 0.01
 
 
-def test_write_takes_the_place_of_one_that_was_interrupted(tmp_path):
-    with LogWriter(tmp_path / "l.npy", COLUMNS, {}) as log:
-        log.write(0, rows(0, 3))
-        log.write(0, rows(0, 3))
-        log.write(3, rows(3, 1))
-    np.testing.assert_array_equal(load_log(tmp_path / "l.npy")["q.a"], [0, 1, 2, 3])
-
-
 def test_existing_file_is_never_overwritten(tmp_path):
     write(tmp_path / "l.npy", 1)
     with pytest.raises(InputError, match="exists already; choose another folder"):
@@ -115,11 +107,6 @@ def test_existing_file_is_never_overwritten(tmp_path):
     (tmp_path / "link.npy").symlink_to(tmp_path / "elsewhere")
     with pytest.raises(InputError, match="exists already; choose another folder"):
         LogWriter(tmp_path / "link.npy", COLUMNS, {})
-
-
-def test_file_that_cannot_be_made_is_an_input_error(tmp_path):
-    with pytest.raises(InputError, match="cannot be made"):
-        LogWriter(tmp_path / "none" / "l.npy", COLUMNS, {})
 
 
 def test_full_disk_is_an_error(tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ftqp.core.errors import FtqpError, InputError
-from ftqp.sim.log import log_file, log_writer
+from ftqp.sim.log import log_writer
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.log_writer import LogParts, LogWriter, PartedLog, log_files
 from ftqp.sim.log.signals import Column
@@ -81,14 +81,6 @@ def test_signals_that_are_not_asked_for_are_not_loaded(tmp_path):
         load_log(tmp_path, begin=-1.0)
 
 
-def test_a_log_larger_than_the_memory_is_refused_with_the_remedy(tmp_path, monkeypatch):
-    written(tmp_path)
-    monkeypatch.setattr(log_file, "physical_memory", lambda: 2000.0)
-    with pytest.raises(InputError, match="load a portion of it with begin and end"):
-        load_log(tmp_path)
-    assert len(load_log(tmp_path, begin=1.0, end=2.0)) == 11
-
-
 def test_a_missing_part_is_said(tmp_path):
     written(tmp_path)
     (tmp_path / "log-00003.npy").unlink()
@@ -156,9 +148,3 @@ def test_a_disk_that_is_full_in_the_middle_keeps_all_parts_before(tmp_path):
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     log.close()
     np.testing.assert_array_equal(load_log(tmp_path)["q.a"], np.arange(60))
-
-
-@pytest.mark.parametrize("given", [{"rows": 0}, {"rows": 5, "keep": 0}])
-def test_parts_without_rows_are_refused(tmp_path, given):
-    with pytest.raises(InputError, match="expected 1 or more"):
-        LogParts(path=tmp_path / "log.npy", **given)

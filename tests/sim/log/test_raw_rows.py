@@ -5,18 +5,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from ftqp.control.paths import Circle
-from ftqp.control.planner.planner import Planner
-from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
-from ftqp.kernel.layout.flat_arrays import BLOCK_FIELDS, BLOCK_SCALARS
+from ftqp.faults.kinds import FreeSwinging, Locked
 from ftqp.model import catalog
 from ftqp.sim.base.moving_world import Platform
 from ftqp.sim.leader import ClockLeader, ClockTargets
 from ftqp.sim.log.log_arrays import Log, MemoryRows
-from ftqp.sim.log.raw_rows import PER_JOINT, RawLayout, across, table
+from ftqp.sim.log.raw_rows import PER_JOINT, RawLayout, table
 from ftqp.sim.log.signals import base_columns, columns
 from ftqp.sim.log.tick_recorder import TickRecorder
-from ftqp.sim.loop import MEMORY, Simulation
-from ftqp.sim.schedule import FaultEvent, Schedule
 
 COUNT = 40
 EQUAL = ("position_error", "rotation_error", "scale", "status", "qp_status", "qp_iterations", "qp_residual",
@@ -34,15 +30,6 @@ def drawn(layout, seed=0):
         if name in layout.fields:
             raw[:, layout.fields[name]] = np.round(raw[:, layout.fields[name]])
     return raw
-
-
-def test_places_of_the_kernel_s_blocks_are_those_of_the_fields():
-    layout = RawLayout(7)
-    places = dict(zip(BLOCK_FIELDS, layout.places().tolist(), strict=True))
-    assert places.pop("scalars") == layout.fields[BLOCK_SCALARS[0]].start
-    assert places == {name: layout.fields[name].start for name in places}
-    for k, name in enumerate(BLOCK_SCALARS):
-        assert layout.fields[name].start == layout.scalars.start + k
 
 
 def test_columns_of_a_block_are_those_of_its_rows_by_other_means():
@@ -83,11 +70,6 @@ def test_columns_of_a_moving_base_follow():
     np.testing.assert_array_equal(log["base"][:, :3], base[:, :, 3])
     np.testing.assert_array_equal(log["disturbance"], raw[:, layout.fields["eta"]])
     np.testing.assert_array_equal(log["base_status"], raw[:, layout.fields["base_status"]][:, 0])
-
-
-def test_error_of_a_path_at_rest_is_all_across():
-    error = np.array([[3.0, 4.0, 0.0], [3.0, 4.0, 0.0]])
-    np.testing.assert_allclose(across(error, np.array([[1e-10, 0.0, 0.0], [2.0, 0.0, 0.0]])), [5.0, 4.0])
 
 
 DT = 0.01
@@ -136,18 +118,3 @@ def test_block_of_raw_rows_gives_the_log_of_its_ticks(made, panda):
         np.testing.assert_array_equal(slow.log[name], fast.log[name])
     assert set(fast.log["truth.panda_joint4"]) == {FreeSwinging.number}
     assert set(fast.log["belief.panda_joint3"]) == {Locked.number}
-
-
-def test_log_without_measures_of_singularity_is_the_same_otherwise(panda, start):
-    logs = []
-    for singularities in (True, False):
-        planner, path = Planner(panda, DT), Circle(start, 0.05, duration=0.5)
-        schedule = Schedule([FaultEvent(0.2, Degraded(1, velocity=0.5), announced=0.2)])
-        made = Simulation(
-            planner, path, q=panda.neutral, schedule=schedule, log=MEMORY, singularities=singularities
-        )
-        logs.append(made.run().log)
-    whole, lean = logs
-    assert np.isfinite(whole["sigma_min"]).all() and np.isnan(lean["sigma_min"]).all()
-    for name in set(whole.names) - {"sigma_min", "manipulability", "condition", "step_time"}:
-        np.testing.assert_array_equal(whole[name], lean[name])

@@ -3,9 +3,6 @@
 import csv
 import json
 import os
-import subprocess
-import sys
-import textwrap
 
 import numpy as np
 import pytest
@@ -112,41 +109,3 @@ def test_ctrl_c_leaves_nothing(run, tmp_path, kind):
     with open_log(run[0]) as rows, pytest.raises(KeyboardInterrupt):
         getattr(table_files, f"write_{kind}")(rows, tmp_path / f"l.{kind}", stop)
     assert os.listdir(tmp_path) == []
-
-
-@pytest.mark.parametrize("name", ["../x", "a b.c", "1.x", "about", "signals"])
-def test_signal_that_ftqp_does_not_write_is_refused(tmp_path, name):
-    with LogWriter(tmp_path / "l.npy", [Column("t", "s", "time"), Column(name, "-", "x")], {}) as log:
-        log.write(0, np.zeros((2, 2)))
-    for write in ("to_npz", "to_mat"):
-        with pytest.raises(InputError, match="signal"):
-            getattr(load_log(tmp_path / "l.npy"), write)(tmp_path / "l.out")
-
-
-def test_log_too_long_for_mat_is_refused_before_anything_is_written(run, tmp_path, monkeypatch):
-    monkeypatch.setattr(table_files, "LARGEST_VARIABLE", 1000)
-    with pytest.raises(InputError, match="write NPZ or CSV"):
-        load_log(run[0]).to_mat(tmp_path / "l.mat")
-    assert os.listdir(tmp_path) == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["csv", "npz"])
-def test_memory_does_not_grow_with_the_log(tmp_path, kind):
-    names = [Column(f"q.{k}", "rad", "position") for k in range(60)]
-    numbers = np.random.default_rng(1).integers(0, 9, (BLOCK, 60)) * 0.5
-    with LogWriter(tmp_path / "l.npy", names, {}) as log:
-        for k in range(30):  # 29 MB of rows
-            log.write(k * BLOCK, numbers)
-    code = textwrap.dedent(f"""
-        import resource
-        from ftqp.sim.log.log_file import open_log
-        from ftqp.sim.log.table_files import write_{kind}
-        with open_log({str(tmp_path / "l.npy")!r}) as rows:
-            next(rows.blocks())
-            before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-            write_{kind}(rows, {str(tmp_path / "l.out")!r})
-            print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
-    """)
-    grown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert int(grown) < 12_000

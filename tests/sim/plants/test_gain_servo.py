@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.core.errors import InputError
 from ftqp.sim.plants.gain_servo import Gains, GainServo, Gear
 
 ARM = ftqp.robots.load("panda")
@@ -82,19 +81,3 @@ def test_arm_in_physics_droops_by_its_weight_over_the_stiffness():
     assert np.abs(plant.v).max() < 1e-4
     assert droop == pytest.approx(ARM.bias(plant.q, NONE) / (3600.0 * mass()), abs=1e-5)
     assert droop.max() > 0.005
-
-
-@pytest.mark.parametrize(
-    ("gains", "message"),
-    [
-        ({"bandwidth": -1.0}, "bandwidth of the servo"),
-        ({"damping": 0.0}, "damping of the servo"),
-        ({"delay": -1.0}, "delay of the servo"),
-        ({"backlash": -1e-3}, "backlash of the servo"),
-    ],
-)
-def test_wrong_gains_are_refused(gains, message):
-    with pytest.raises(InputError, match=message):
-        GainServo(ARM, "position", Gains(**gains), H)
-    with pytest.raises(InputError, match="expected numbers > 0"):
-        GainServo(ARM, "position", Gains(bandwidth={ARM.joints[0]: 5.0}), H)

@@ -124,19 +124,6 @@ def test_what_befell_a_joint_is_over_with_its_next_fault_and_with_a_reset(panda,
     np.testing.assert_array_equal(waved(MujocoPlant(panda, DT), 200), waved(plant, 200))
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: Runaway(0, 0), "direction of a runaway joint is 0, expected 1 or -1"),
-        (lambda: Weakened(0, -0.1), "share of a weakened motor"),
-        (lambda: Misread(0, bias=np.inf), "bias of a misread encoder is inf"),
-    ],
-)
-def test_wrong_hidden_faults_are_refused_with_a_sentence(make, message):
-    with pytest.raises(InputError, match=message):
-        make()
-
-
 def test_torque_arm_has_no_servo_to_mislead(panda):
     plant = MujocoPlant(panda, DT, JointServo(panda, "torque"))
     with pytest.raises(InputError, match="no servo that could misread"):

@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ftqp.core.errors import InputError
 from ftqp.sim.plants.joint_servo import JointServo
 from ftqp.sim.plants.plant import Arm
 
@@ -62,9 +61,3 @@ def test_demand_of_a_torque_arm_is_what_is_sent(panda, state):
     tau, _, _, _, servo = asked(panda, "torque", state, limit)
     np.testing.assert_array_equal(servo.demand, state[2])
     assert tau[1] == 0.0 and servo.demand[1] != 0.0
-
-
-def test_state_of_another_size_is_refused(panda):
-    servo = JointServo(panda)
-    with pytest.raises(InputError, match=r"expected \(nv,\) = \(7,\) numbers each"):
-        servo.torques(np.zeros(6), np.zeros(7), np.ones(7), np.zeros(7))

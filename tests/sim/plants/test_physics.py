@@ -260,8 +260,3 @@ def test_a_scenario_s_scene_stands_in_its_physics_too(tmp_path):
     plant.reset(q, np.zeros(7))
     plant._physics.step()
     assert plant.contact_force > 0.0
-
-
-def test_what_is_no_scene_is_refused():
-    with pytest.raises(ftqp.InputError, match=r"scene is 'a table', expected an ftqp\.Scene or None"):
-        ftqp.MujocoPlant(PANDA, 1e-3, scene="a table")

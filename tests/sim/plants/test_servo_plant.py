@@ -7,8 +7,7 @@ import pytest
 from tests.telescope import telescope
 
 import ftqp
-from ftqp.core.errors import InputError
-from ftqp.faults.kinds import FreeSwinging, Locked
+from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
 from ftqp.sim.plants.servo_plant import ServoPlant
 
@@ -110,21 +109,3 @@ def test_a_joint_that_mimics_another_goes_and_stands_with_it(drive):
     plant.repair("elbow")
     plant.advance(SimpleNamespace(q=q, v=v))
     assert plant.q[3] > stood[3]
-
-
-@pytest.mark.parametrize(
-    ("make", "sentence"),
-    [
-        (lambda r: ServoPlant(r, DT, time_constant=0.0), "time constant of the servos is 0"),
-        (lambda r: ServoPlant(r, DT, drive="torque"), "torque"),
-        (lambda r: ServoPlant(r, DT, substeps=0), "substeps is 0, expected a whole number from 1"),
-        (lambda r: ServoPlant(r, 1.0, time_constant=0.1, substeps=2), "2 substeps of 0.5 s are unstable"),
-        (
-            lambda r: ServoPlant(r, DT).fail(FreeSwinging("j2")),
-            "plant 'servo' knows locked joints only, but j2",
-        ),
-    ],
-)
-def test_wrong_servo_is_one_clear_sentence(puma, make, sentence):
-    with pytest.raises(InputError, match=sentence):
-        make(puma)

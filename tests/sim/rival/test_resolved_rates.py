@@ -42,10 +42,3 @@ def test_it_keeps_its_limits_however_fast_the_path_is():
     assert (np.abs(a) <= limits.a_max * (1 + 1e-6)).all()
     assert ((done.q >= limits.q_min) & (done.q <= limits.q_max)).all()
     assert np.max(np.abs(done.v) / limits.v_max) == pytest.approx(1.0, abs=1e-6)
-
-
-def test_what_it_is_made_with_is_checked():
-    with pytest.raises(ftqp.InputError, match="gain"):
-        ResolvedRates(PANDA, DT, gain=0.0)
-    with pytest.raises(ftqp.InputError, match="one serial arm"):
-        ResolvedRates(ftqp.robots.load("dual_panda"), DT)

@@ -132,7 +132,6 @@ def test_detector_finds_what_nobody_tells():
         (Tell("maybe"), "'maybe' is no way to tell the planner"),
         (Tell("after", -1.0), "expected a number of seconds"),
         (Seek(1.0), "Only a replay"),
-        (Play("elbow", 1.0), "'elbow' is not a joint of panda"),
         (Play(2, -1.0), "ime of the fault"),
         (Use(robot="hal9000"), "hal9000"),
         (Use(scenario="/nowhere.toml"), "neither a file nor a bundled scenario"),
@@ -140,7 +139,6 @@ def test_detector_finds_what_nobody_tells():
         (Use(scheme="pseudoinverse", robot="iiwa14"), "level"),
         (Use(scenario="iiwa-moving-base-locked"), "has a moving base"),
         (Use(robot="zhang7", scheme="mtn"), "inertia"),
-        (Aim(np.ones((4, 4))), "is not a rotation"),
     ],
 )  # fmt: skip
 def test_order_that_cannot_be_done_is_answered_in_a_sentence_and_changes_nothing(command, said):
@@ -150,18 +148,6 @@ def test_order_that_cannot_be_done_is_answered_in_a_sentence_and_changes_nothing
     assert session.stage == 0 and facts.tick == expected.tick
     np.testing.assert_array_equal(facts.q, expected.q)
     np.testing.assert_array_equal(facts.truth, expected.truth)
-
-
-def test_whatever_goes_wrong_in_a_choice_is_told_and_the_old_arm_goes_on():
-    def casting(wish):
-        if wish.robot == "iiwa14":
-            raise KeyError("of a package from elsewhere")
-        return arms_of(wish, rival=False)
-
-    session = Session(casting, Y_LINE)
-    facts = after(session, Use(robot="iiwa14"))
-    assert "could not be done" in facts.message and "from elsewhere" in facts.message
-    assert session.arms.robot.name == "panda" and after(session).tick > facts.tick
 
 
 def test_another_arm_begins_at_tick_zero_with_another_stage():
@@ -388,10 +374,3 @@ def test_a_stopped_arm_takes_a_way_out():
     after(session, TakeWay([way.kind for way in ways].index("halt")), seconds=0.02)
     assert session.frame.status not in ("STOPPED", "STOPPING")
     assert session.arms.arm.planner.stopped_because is None
-
-
-def test_ways_that_were_found_are_forgotten():
-    session = made()
-    assert after(session, LookForWays()).ways
-    assert not after(session, LookForWays(False)).ways
-    assert after(session, LookForWays()).ways and not after(session, Reset()).ways

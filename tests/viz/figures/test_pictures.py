@@ -34,18 +34,6 @@ def test_gap_stays_a_gap():
     assert not np.isnan(y[kept[(kept < 3000) | (kept >= 6000)]]).any()
 
 
-@pytest.mark.parametrize("count", [0, 1, 9])
-def test_the_legend_stands_below_the_panels(count):
-    figure = canvas.paper(10.0, 6.0, "a title")
-    figure.subplots(2, 3)
-    canvas.legend_below(figure, [canvas.Line2D([], [], label=f"curve number {k}") for k in range(count)])
-    figure.canvas.draw()
-    assert len(figure.legends) == (count > 0)
-    if count:
-        lowest = min(axes.get_tightbbox().y0 for axes in figure.axes)
-        assert 0.0 < figure.legends[0].get_window_extent().y1 <= lowest
-
-
 def arm_panels(drawn, folder, points=POINTS):
     q, limbs = np.array([0.5, 9.0, 0.2]), [[0, 1, 2, 3, 4]]
     up = np.array([0.0, 0.0, 1.0])
@@ -94,11 +82,6 @@ def test_the_arm_of_a_loop_is_drawn_six_times_and_its_tip_is_where_it_was(drawn,
     assert len(chains) == 6
     for chain, q in ((chains[0], motion[0]), (chains[-1], motion[-1])):
         assert np.allclose(chain[-1], view @ robot.pose(q)[:3, 3]) and np.allclose(chain[0], 0.0)
-
-
-def test_a_folder_that_is_missing_is_one_sentence(tmp_path):
-    with pytest.raises(ftqp.InputError, match="cannot be written"):
-        loop_picture.draw_loop(tmp_path / "no" / "a.png", "title", {"x": {"a": (T, T)}})
 
 
 def test_motions_after_failures_are_drawn_from_start_to_end_with_their_errors(drawn, tmp_path):

@@ -20,7 +20,7 @@ from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import MEMORY, Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors, Offset
-from ftqp.viz.figures import canvas, compared_runs, events
+from ftqp.viz.figures import compared_runs, events
 from ftqp.viz.figures import error_figures as errors
 from ftqp.viz.figures import joint_figures as joints
 from ftqp.viz.figures import run_figures as runs
@@ -103,47 +103,6 @@ def test_path_figure_names_units_faults_and_errors_and_draws_the_arm_five_times(
     assert len(arms) == 5
     last = panda_log["tip"][-1, [0, 2]]
     assert np.allclose([arms[-1].get_xdata()[-1], arms[-1].get_ydata()[-1]], 1e3 * last, atol=0.01)
-
-
-def test_no_legend_hides_a_path(panda_log, logs, drawn, tmp_path):
-    for log in (panda_log, logs["stops"]):
-        errors.draw_path(log, tmp_path / "a.png")
-    for figure in drawn:
-        figure.canvas.draw()
-        assert not [axes for axes in figure.axes if axes.get_legend()]
-        below = figure.legends[0].get_window_extent()
-        assert below.y1 <= min(axes.get_window_extent().y0 for axes in figure.axes)
-
-
-def test_joint_figure_shows_every_joint_within_its_limits(panda_log, drawn, tmp_path):
-    joints.draw_positions(panda_log, tmp_path / "a.png")
-    for expected in ("position [deg]", "panda_joint3: locked from 1 s", "panda_joint4: degraded from 0.5 s"):
-        assert expected in words(drawn[0])
-    panel = drawn[0].axes[1]
-    bottom, top = panel.get_ylim()
-    moved = np.degrees(panda_log["q.panda_joint2"])
-    assert bottom < moved.min() < moved.max() < top
-    assert top - bottom < 2.0 * max(np.ptp(moved), 6.1), "3 % of the range, or the motion with some room"
-    assert [text.get_text() for text in panel.texts] == ["−101", "101"], "the limits beside the bar"
-    np.testing.assert_allclose(panel.lines[0].get_ydata(), moved, atol=1e-12)
-
-
-def test_torque_at_the_brake_takes_the_place_of_that_of_the_motor(panda_log, drawn, tmp_path):
-    joints.draw_torques(panda_log, tmp_path / "a.png")
-    panel = drawn[0].axes[2]
-    (carried,) = [line for line in panel.lines if line.get_color() == canvas.WINE]
-    told = panda_log["t"] >= 1.2 - 1e-9
-    np.testing.assert_allclose(carried.get_ydata()[told], panda_log["tau_brake.panda_joint3"][told])
-    assert np.isnan(carried.get_ydata()[~told]).all()
-
-
-def test_ribbon_tells_truth_from_belief(panda_log, drawn, tmp_path):
-    runs.draw_statuses(panda_log, tmp_path / "a.png")
-    for expected in (
-        "panda_joint3, really", "panda_joint3, as the planner believes",
-        "panda_joint4, really and as believed", "OK: the task is followed and every limit is kept",
-    ):  # fmt: skip
-        assert expected in words(drawn[0])
 
 
 def test_arm_without_inertia_has_no_torque_figure(panda_log):
@@ -253,26 +212,6 @@ def test_errors_of_all_runs_share_one_logarithmic_panel(logs, drawn, tmp_path):
     stop = logs["stops"]["t"][np.argmax(logs["stops"]["status"] >= 4)]
     assert said[3].endswith(f"stopped at {stop:.4g} s")
     np.testing.assert_allclose(axes.lines[2].get_ydata()[-50:], 1e3 * logs["mtn"]["position_error"][-50:])
-
-
-def test_a_curve_hidden_by_another_is_wider_than_it(logs, drawn, tmp_path):
-    some = {key: logs[key] for key in ("one", "same", "mtn")}
-    compared_runs.draw_errors(some, "x", tmp_path / "a.png")
-    (axes,) = drawn[0].axes
-    one, same, mtn = (line.get_linewidth() for line in axes.lines[:3])
-    assert one > same == mtn
-    assert "coincide" in axes.get_title(loc="right")
-
-
-def test_every_run_has_a_panel_of_velocities_with_the_same_axes(logs, drawn, tmp_path):
-    compared_runs.draw_velocities(logs, "the square", tmp_path / "a.png")
-    panels = [axes for axes in drawn[0].axes if axes.lines]
-    assert [axes.get_title().split(":")[0] for axes in panels] == list(logs)
-    assert len({axes.get_ylim() for axes in panels}) == 1
-    assert len({axes.get_xlim() for axes in panels}) == 1
-    assert panels[0].get_ylabel() == "velocity [deg/s]"
-    np.testing.assert_allclose(panels[2].lines[3].get_ydata(), np.degrees(logs["mtn"]["v"][:, 3]))
-    assert legend(drawn[0])[:6] == [f"j{i}" for i in range(1, 7)]
 
 
 def test_what_a_detector_finds_is_marked_and_who_was_told_not_said_where_runs_differ(logs, drawn, tmp_path):

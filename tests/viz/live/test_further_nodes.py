@@ -6,11 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tests.viz.live.stepped_source import SteppedSource
-from tests.viz.live.still_source import StillSource
 from tests.viz.live.tape import messages_of
 from tests.viz.live.test_live_page import controls, use
 
-import ftqp
 from ftqp.app.scenario.setup import load
 from ftqp.app.view.replay_source import ReplaySource
 from ftqp.sim.loop import MEMORY
@@ -19,7 +17,6 @@ from ftqp.sim.session.session_commands import Place, Reset
 from ftqp.viz.live.further_nodes import amount, further_table
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.recording import recording
-from ftqp.viz.live.scene import FURTHER, OVERLAYS
 
 SCENARIO = """
 [robot]
@@ -63,34 +60,6 @@ def scenario(tmp_path):
     file = tmp_path / "several.toml"
     file.write_text(SCENARIO, encoding="utf-8")
     return str(file)
-
-
-def test_live_page_shows_marks_planes_and_distances(scenario):
-    source = SteppedSource(scenario)
-    with Page(source, port=0) as page:
-        assert page.refresh()
-        scene, frame = page._scene, source.frame()
-        elbow, look, posture, wall, cell, cup = frame.further
-        assert elbow.place[2] == 0.6 and abs(elbow.place[0]) < 1.0
-        assert look.place == (0.6, 0.1, 0.0) and posture.place is None
-        assert wall.normal == (0.0, -1.0, 0.0) and wall.value > 0.0
-        assert cell.corners == (-0.5, -0.4, -np.inf, 0.7, np.inf, 1.2) and cell.place is cell.normal is None
-        assert (cup.shape, cup.unit, cup.corners) == ("cone", "rad", None)
-        page._panel.show(frame)
-        for words in ("elbow", "deg off", "mm from the plane", "mm from the sides", "deg from the cone"):
-            assert words in page._panel._further.content
-        assert scene.overlays == (*OVERLAYS, FURTHER)
-        scene.choose(FURTHER, False)
-        assert not any(node.visible for node in scene._overlays[FURTHER])
-        scene.show(frame)
-        texts = [node.text for node in scene._further._labels.values()]
-        assert f"wall: {amount(wall)}" in texts and len(texts) == 4 and f"cell: {amount(cell)}" in texts
-        square = next(node for node in scene._further.nodes if node.name.endswith("plane3"))
-        assert square.position[1] == pytest.approx(0.2)
-        room = next(node for node in scene._further.nodes if node.name.endswith("box4"))
-        size = np.ptp(room.vertices, axis=0)
-        assert (size[0], room.position[0]) == pytest.approx((1.2, 0.1), abs=1e-6)
-        assert room.position[2] + 0.5 * size[2] == pytest.approx(1.2, abs=1e-6) and size.min() > 0.3
 
 
 def test_targets_of_tasks_have_handles_that_move_them_until_reset(scenario):
@@ -189,81 +158,6 @@ def test_a_box_is_put_in_the_way_and_dragged_until_reset(scenario):
         use(controls(page)["a box in the way"], False)
         page.refresh()
         assert not any(one.solid for one in source.frame().further)
-
-
-AROUND = """
-[robot]
-name = "panda"
-[path]
-kind = "circle"
-radius = 0.05
-duration = 0.2
-[[scene]]
-kind = "box"
-name = "shelf"
-size = [0.4, 0.6, 0.02]
-place = [0.7, 0.1, 0.2]
-rpy = [0.0, 0.0, 1.5707963267948966]
-[[scene]]
-kind = "capsule"
-a = [0.6, -0.6, 0.3]
-b = [0.6, -0.6, 0.9]
-radius = 0.02
-[[scene]]
-kind = "cylinder"
-radius = 0.05
-length = 0.6
-place = [-0.5, 0.5, 0.3]
-[[scene]]
-kind = "half_space"
-point = [0.0, 0.0, -0.05]
-[[scene]]
-kind = "sphere"
-radius = 0.05
-place = [0.5, 0.6, 0.4]
-"""
-
-
-def test_what_stands_around_is_shown_where_it_stands_live_and_replayed(tmp_path):
-    (file := tmp_path / "around.toml").write_text(AROUND, encoding="utf-8")
-    source = SteppedSource(str(file))
-    with Page(source, port=0) as page:
-        assert page.refresh()
-        facts, nodes = source.frame().further, page._scene._further._moving
-        assert [fact.name for fact in facts] == [
-            "shelf", "capsule", "cylinder", "half space", "sphere", "itself",
-        ]  # fmt: skip
-        sizes = [np.ptp(nodes[k].vertices, axis=0) for k in range(5)]
-        np.testing.assert_allclose(sizes[0], [0.4, 0.6, 0.02], atol=1e-6)
-        np.testing.assert_allclose(sizes[1], [0.04, 0.04, 0.64], atol=2e-3)
-        np.testing.assert_allclose(sizes[2], [0.1, 0.1, 0.6], atol=2e-3)
-        np.testing.assert_allclose(sizes[4], [0.1, 0.1, 0.1], atol=2e-3)
-        np.testing.assert_allclose(nodes[0].position, [0.7, 0.1, 0.2])
-        np.testing.assert_allclose(np.abs(nodes[0].wxyz), [np.sqrt(0.5), 0, 0, np.sqrt(0.5)], atol=1e-9)
-        planner = source.session.arms.arm.planner
-        planner.scene.move("sphere", (0.4, 0.7, 0.3))
-        page._scene.show(source.frame())
-        np.testing.assert_allclose(nodes[4].position, [0.4, 0.7, 0.3])
-        assert "mm clear" in page._panel._further.content
-    setup = load(str(file))
-    log = setup.simulation(log=MEMORY, metadata={"resolved": setup.toml}).run().log
-    shown = ReplaySource(log, "run", clock=lambda: 0.0).frame().further
-    assert [fact.solid for fact in shown[:4]] == [fact.solid for fact in facts[:4]] and shown[5].solid is None
-
-
-def test_arm_without_them_has_neither_nodes_nor_tab():
-    with Page(StillSource(ftqp.robots.load("panda")), port=0) as page:
-        assert page._scene.overlays == OVERLAYS and page._panel._further is None
-
-
-def test_controls_are_made_anew_where_the_tasks_are_others():
-    source = StillSource(ftqp.robots.load("panda"))
-    with Page(source, port=0) as page:
-        before = page._panel
-        source.number += 1
-        source.facts["further"] = (FurtherFact("<b>look</b>", 0.1, "rad"),)
-        assert page.refresh()
-        assert page._panel is not before and "&lt;b&gt;look&lt;/b&gt;" in page._panel._further.content
 
 
 @pytest.mark.parametrize(("fact", "words"), [

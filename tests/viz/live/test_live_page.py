@@ -7,19 +7,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.viz.live.stepped_source import SteppedSource
 from tests.viz.live.still_source import StillSource
 
 import ftqp
 from ftqp.control.planner.status import STATUSES
-from ftqp.sim.log.signals import CONDITIONS
-from ftqp.sim.session.session_commands import Aim, Break, Pause, Play, Repair, Reset, Seek, Speed, Tell, Use
+from ftqp.sim.session.session_commands import Aim, Break, Pause, Repair, Reset, Seek, Speed, Tell, Use
 from ftqp.viz.live import colours
 from ftqp.viz.live.heat_map import failure_map
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.panel import short_names
 from ftqp.viz.live.plots import History
-from ftqp.viz.live.scene import OVERLAYS, frame_names
 from ftqp.viz.live.stage import HeatMap
 from ftqp.viz.live.status_head import joint_table, status_head
 
@@ -122,58 +119,11 @@ def test_the_handle_of_the_target_leads_the_tip_and_its_end_gives_the_path_back(
     assert source.orders[-1] == Aim(None)
 
 
-def test_the_handle_goes_with_its_target_while_nobody_holds_it(panda):
-    source, page = panda
-    handle = page._scene.handles.tip
-    moved = source.frame().target.copy()
-    moved[:3, 3] += [0.1, 0.0, 0.05]
-    handle.follow(moved)
-    assert np.allclose(handle.control.position, moved[:3, 3])
-    asyncio.run(handle.control._impl_aux.update_cb[0](SimpleNamespace(target=handle.control, phase="start")))
-    handle.follow(source.frame().target)  # somebody holds it
-    assert np.allclose(handle.control.position, moved[:3, 3])
-
-
 def test_names_of_joints_lose_what_all_begin_with():
     assert short_names(["panda_joint1", "panda_joint2"]) == ["joint1", "joint2"]
     assert short_names(["j1", "j12"]) == ["j1", "j12"]
     assert short_names(["left_joint1", "right_joint1"]) == ["left_joint1", "right_joint1"]
     assert short_names(["elbow"]) == ["elbow"]
-
-
-def test_every_overlay_has_a_check_box_that_hides_it(panda):
-    _, page = panda
-    boxes = controls(page)
-    for overlay in OVERLAYS:
-        nodes = page._scene._overlays[overlay]
-        use(boxes[overlay], False)
-        assert not any(node.visible for node in nodes)
-        use(boxes[overlay], True)
-        if overlay != "rival":
-            assert all(node.visible for node in nodes)
-
-
-@pytest.mark.parametrize("name", ["panda", "modular11"])
-def test_each_condition_of_each_joint_is_seen_in_colour_table_and_head(name):
-    robot = ftqp.robots.load(name)
-    source = StillSource(robot)
-    with Page(source, port=0) as page:
-        for code, word in CONDITIONS.items():
-            for i, joint in enumerate(robot.joints):
-                truth = np.zeros(robot.nv, dtype=np.int64)
-                truth[i] = code
-                source.facts |= {"truth": truth, "belief": truth, "tick": source.facts["tick"] + 1}
-                assert page.refresh()
-                page._panel.show(source.frame())
-                barrel = page._server.scene.get_handle_by_name(
-                    frame_names("/arm-1", robot.chain.parent)[i] + f"/joint{i}"
-                )
-                assert tuple(barrel.color) == colours.joint_colour(
-                    code, False, bool(source.frame().near_limit[i])
-                )
-                listed = f"{joint}:{word}" if code else ""
-                assert shown(page)["faults"] == shown(page)["belief"] == listed
-                assert page._panel._table.content.count(f"</span>{word}</td>") >= 2
 
 
 def test_another_arm_leaves_no_node_and_no_control_behind():
@@ -231,34 +181,3 @@ def test_names_are_text_wherever_they_are_shown():
         assert "&lt;script&gt;" in text
     with Page(source, port=0) as page:
         assert page.refresh()
-
-
-HEAT = HeatMap(
-    joints=("a @ b", "c"), times=np.array([0.0, 0.5, 1.0]), codes=np.array([[0, 0, 2], [2, 0, 0]]),
-    words={0: "survived", 2: "position limit"}, colours={0: "#DCEFE6", 2: "#E69F00"}, coverage=4 / 6,
-)  # fmt: skip
-
-
-def test_a_failure_named_below_the_map_is_played():
-    source = StillSource(ftqp.robots.load("panda"), heat=HEAT)
-    with Page(source, port=0) as page:
-        use(controls(page)["failure"], "a @ b @ 0.9")
-        assert source.orders == [Play("a @ b", 1.0)]
-        use(controls(page)["failure"], "d @ 0.5")
-        assert len(source.orders) == 1
-
-
-def test_pictures_leave_nothing_behind_that_grows():
-    source = SteppedSource(seconds=0.002, overrides=["faults=[]", "path.duration=3"])
-    source.put(Break("panda_joint3"))
-    with Page(source, port=0) as page:
-        kept = page._server._websock_server._broadcast_buffer.message_from_id
-
-        def drawn(count):
-            for _ in range(count):
-                page.refresh()
-                page._panel.show(source.frame())
-                page._panel.plot()
-            return len(kept), page.nodes()
-
-        assert drawn(60) == drawn(60)

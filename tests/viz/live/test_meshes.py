@@ -83,12 +83,3 @@ def test_what_cannot_be_read_costs_the_meshes_and_not_the_picture(tmp_path, caps
     assert said.startswith("ftqp: two is drawn from its chain: ")
     assert reason in said
     assert said.count("\n") == 1
-
-
-@pytest.mark.parametrize("shape", ['<cylinder radius="x" length="1"/>', "<torus/>", ""])
-def test_what_is_no_geometry_is_left_out_and_a_mirrored_mesh_is_not(tmp_path, shape):
-    urdf = URDF.format(shape=shape)
-    assert [part.name for part in mesh_parts(arm(urdf), urdf)] == ["body0", "joint0", "joint1"]
-    (tmp_path / "one.stl").write_text(STL)
-    (file := tmp_path / "arm.urdf").write_text(URDF.format(shape='<mesh filename="one.stl" scale="-1 1 1"/>'))
-    assert "body1" in [part.name for part in mesh_parts(arm(file), file)]

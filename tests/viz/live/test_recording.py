@@ -7,7 +7,6 @@ import pytest
 from tests.viz.live.stepped_source import SteppedSource
 from tests.viz.live.tape import messages_of, turns_of
 
-from ftqp.core.errors import InputError
 from ftqp.core.pose import skew, transform
 from ftqp.sim.session.session_commands import Break
 from ftqp.viz.live.recording import picture_ticks, recording
@@ -86,9 +85,3 @@ def test_a_long_run_is_thinned_to_a_minute_of_pictures_unless_all_are_asked_for(
     assert len(picture_ticks(t, fps=30.0, longest=None)) == 18_001
     assert np.allclose(np.diff(t[picture_ticks(t[:5001], fps=30.0)])[:-1], 1.0 / 30.0, atol=1.1e-3)
     assert list(picture_ticks(t[:1])) == [0]
-
-
-def test_a_recording_without_frames_is_refused(frames):
-    source, _ = frames
-    with pytest.raises(InputError, match="at least one frame"):
-        recording([], source.stage().robot)
