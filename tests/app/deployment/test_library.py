@@ -157,7 +157,7 @@ def test_the_bill_says_what_was_built_from_what(built):
     bill = json.loads((built / "bill.json").read_text())
     assert bill["robot"] == "planar(3)" and bill["target"] == "host" and len(bill["kernel"]) == 24
     assert {"arm.ftqp", "arm.h", "include/ftqp.h", "include/ftqp.hpp", "lib/libftqp.a"} <= set(bill["files"])
-    assert any("ftqp_detect" in sentence for sentence in bill["left_out"])
+    assert any("ftqp_follow" in sentence for sentence in bill["left_out"])
 
 
 def test_calls_out_of_order_say_what_comes_first(panda):
