@@ -353,7 +353,7 @@ def test_a_wrong_argument_is_a_mistake_and_changes_nothing(panda):
         ("BAD_FAULT", ("report", fault_of(0, 3, torque=float("nan")))),
         ("BAD_FAULT", ("report", fault_of(0, 3, q_min=9.0))),
         ("NO_JOINT", ("withdraw", 7)), ("UNSUPPORTED", ("speed", ctypes.c_double(0.5))),
-        ("UNSUPPORTED", ("detect", None, 0)),
+        ("NULL", ("detect", None, 1)),
         ("BAD_LOAD", ("carry", numbers([-1.0, *np.zeros(12)]))),
         ("BAD_LOAD", ("carry", numbers([1.0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 3]))),
     ):  # fmt: skip
