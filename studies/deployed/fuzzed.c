@@ -7,7 +7,7 @@
 
 #include "ftqp.h"
 
-enum { HEAD = 128, RUNS_AT = 96 }; /* of a file: its head, and where that says how many runs follow */
+enum { HEAD = 120, RUNS_AT = 88 }; /* of a file: its head, and where that says how many runs follow */
 
 static uint64_t state;
 

@@ -67,9 +67,9 @@ def test_setting_or_deleting_names_what_does_it(name):
     with pytest.raises(AttributeError, match=rf"planner\.{name} cannot be deleted: .*{VERBS[name]}"):
         delattr(made, name)
     with pytest.raises(
-        AttributeError, match=r"detector\.patience cannot be set: .*ftqp\.Detector\(patience="
+        AttributeError, match=r"detector\.calibration cannot be set: .*ftqp\.Detector\(calibration="
     ):
-        ftqp.Detector().patience = 1.0
+        ftqp.Detector().calibration = None
 
 
 @pytest.mark.parametrize("name", ["kinematic", "mujoco"])

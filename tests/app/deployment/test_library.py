@@ -157,7 +157,7 @@ def test_the_bill_says_what_was_built_from_what(built):
     bill = json.loads((built / "bill.json").read_text())
     assert bill["robot"] == "planar(3)" and bill["target"] == "host" and len(bill["kernel"]) == 24
     assert {"arm.ftqp", "arm.h", "include/ftqp.h", "include/ftqp.hpp", "lib/libftqp.a"} <= set(bill["files"])
-    assert any("ftqp_detect" in sentence for sentence in bill["left_out"])
+    assert any("ftqp_follow" in sentence for sentence in bill["left_out"])
 
 
 def test_calls_out_of_order_say_what_comes_first(panda):
@@ -341,7 +341,7 @@ def test_a_wrong_argument_is_a_mistake_and_changes_nothing(panda):
         ("BAD_FAULT", ("report", fault_of(0, 3, torque=float("nan")))),
         ("BAD_FAULT", ("report", fault_of(0, 3, q_min=9.0))),
         ("NO_JOINT", ("withdraw", 7)), ("UNSUPPORTED", ("speed", ctypes.c_double(0.5))),
-        ("UNSUPPORTED", ("detect", None, 0)),
+        ("NULL", ("detect", None, 1)),
         ("BAD_LOAD", ("carry", numbers([-1.0, *np.zeros(12)]))),
         ("BAD_LOAD", ("carry", numbers([1.0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 3]))),
     ):  # fmt: skip

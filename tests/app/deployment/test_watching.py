@@ -5,7 +5,7 @@ import ctypes
 import numpy as np
 import pytest
 from deployed_library import library
-from tests.app.deployment.test_library import MISTAKES, Library, fault_of
+from tests.app.deployment.test_library import MISTAKES, Library
 
 import ftqp
 from ftqp.app.deployment.arm_file import arm_file
@@ -58,7 +58,7 @@ def test_findings_are_those_of_python(built):
     assert out[0].kinds == 1 and finding.kind == "locked"
     assert (out[0].onset, out[0].detected_at) == (finding.onset, finding.detected_at)
     assert out[0].probability == 1.0
-    assert arm.call("report", fault_of(LOCKED, 1)) == 0 and arm.call("withdraw", LOCKED) == 0
+    assert arm.call("watch", None) == 0 and arm.call("withdraw", LOCKED) == 0
     assert arm.call("detect", out, 7) == 0
 
 

@@ -29,9 +29,6 @@ PARTS: Final = ("detector", "path")
 """What may be asked for by name; a detector is in each."""
 NO_PATH: Final = "a path (ftqp_follow, ftqp_speed): targets are given by the program's own clock"
 NO_ESCAPE: Final = "ways out of a stall and bridges on the path: a path that cannot go on waits"
-ACTS_ON_NOTHING: Final = (
-    "what a planner does by itself about what it finds (ftqp_watch, ftqp_detect): report it"
-)
 MAKER: Final = "ftqp.kernel.building.deployed"
 
 
@@ -98,7 +95,6 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
         left_out = (
             *memory.left_out,
             NO_PATH if wanted.path is None else NO_ESCAPE,
-            ACTS_ON_NOTHING,
         )
         bill = _bill(wanted, library, left_out, made)
         (made / "bill.json").write_text(json.dumps(bill, indent=1) + "\n", encoding="utf-8")

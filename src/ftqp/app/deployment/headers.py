@@ -25,7 +25,7 @@ FIELDS = (
     "feedback.tau_sent", "feedback.kind", "state.a_command", "state.tau", "kinematics.has_dynamics",
     "feedback.speed", "task.position_error", "state.dt", "kinematics.R_tip", "kinematics.o_tip",
     "feedback.asks", "feedback.lost", "feedback.brakes", "watch.latched", "watch.reason", "feedback.spent",
-    "monitor.names", "monitor.news", "monitor.worst", "monitor.found", "monitor.found_at", "monitor.began",
+    "monitor.names", "monitor.worst", "monitor.found", "monitor.found_at", "monitor.began", "monitor.counted",
     "monitor.G", "monitor.G_lock", "monitor.G_free",
 )  # fmt: skip
 """Fields of the record that the C interface reads."""

@@ -17,8 +17,8 @@ class EpisodesTable(Table):
     judged: Literal["exactly", "in physics", "beside a rival"] = setting(
         "exactly",
         "'exactly' to rounding, for arms that do what they are told; 'in physics' with 2 % on "
-        "limits and 0.1 s to notice what happened; 'beside a rival' by what a user sees of the arm, with a "
-        "detector, without one, and led by damped least squares",
+        "limits and 0.1 s to notice what happened; 'beside a rival' by what a user sees of the arm, also "
+        "where it is led by damped least squares",
     )
     calm: float | None = setting(
         None,

@@ -147,11 +147,11 @@ def _integral(K: Any, i: int, y: float, heard: bool) -> float:
 
 
 @jit
-def take_samples(K: Any) -> None:
+def take_samples(K: Any, then: int) -> None:
     """Three poles for what was sent and what was measured; a sample that did not come went on as was sent."""
     M, feedback, p = K.monitor, K.feedback, K.monitor.pole
     if feedback.kind == TORQUE_DRIVE:
-        take_torques(K)
+        take_torques(K, then)
         return
     heard = K.state.unusable != NOTHING_HEARD
     for i in range(K.chain.n):

@@ -12,7 +12,6 @@ from typing import Any
 
 from ftqp.kernel.arm.dynamics import torques_of
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import NOTHING_HEARD
 
@@ -25,11 +24,11 @@ A_RADIAN = 50.0
 
 
 @jit
-def take_torques(K: Any) -> None:
-    """Three poles for the torque that led to a sample, and for the sample."""
+def take_torques(K: Any, then: int) -> None:
+    """Three poles for the torque that led to a sample, and for the sample; ``then`` it was taken."""
     M, feedback, p = K.monitor, K.feedback, K.monitor.pole
     heard = K.state.unusable != NOTHING_HEARD
-    before = slot(feedback, feedback.latency + 1)
+    before = then - 1 if then > 0 else feedback.span - 1
     for i in range(K.chain.n):
         u = K.past.tau[before, i] * M.unit[i] if heard else M.u[i]
         y = feedback.good[i] if feedback.age[i] == 0 else M.y[i] + K.state.dt * feedback.v_hat[i]

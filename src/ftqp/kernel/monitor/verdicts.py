@@ -63,10 +63,29 @@ def _others_move(K: Any) -> bool:
 
 
 @jit
+def _excess(K: Any, i: int) -> float:
+    """By so much more than noise and what friction may hold back a joint that is held is asked for."""
+    return float(min(EXCESS + BLURS * blur_of(K, i), MOST))
+
+
+@jit
+def _holds_still(K: Any, i: int) -> bool:
+    """Whether nothing can be said of joint i, which takes torques: the arm is stopped, and brakes hard."""
+    return bool(K.feedback.kind == TORQUE_DRIVE and K.watch.latched != 0)
+
+
+@jit
+def _is_near(K: Any, i: int) -> bool:
+    """Whether joint i, which takes torques, is where it should be: a loop that shakes is no lock."""
+    near = abs(K.state.q_command[i] - K.monitor.means[0, i]) < _excess(K, i)
+    return bool(K.feedback.kind == TORQUE_DRIVE and near)
+
+
+@jit
 def _is_locked(K: Any, i: int) -> bool:
     """Joint i has not gone where it was sent, stands, and stands out."""
     M = K.monitor
-    if M.G_lock[i] <= M.level or not _others_move(K):
+    if M.G_lock[i] <= M.level or not _others_move(K) or _holds_still(K, i) or _is_near(K, i):
         return False
     for j in range(K.chain.n):
         if works(K, j) and M.G_lock[j] > M.G_lock[i]:
@@ -81,7 +100,7 @@ def _has_no_motor(K: Any, i: int) -> bool:
     too_fast = abs(M.v[i]) > (1.0 + OVERSPEED) * K.limits.v_max[i]
     if M.settles > 0 or M.G_free[i] <= M.level or M.rests[i] or abs(M.v[i]) <= MOVES or too_fast:
         return False
-    if K.feedback.touched > 0 or K.feedback.lasting[TOUCHED, 0] > 0:
+    if K.feedback.touched > 0 or K.feedback.lasting[TOUCHED, 0] > 0 or _holds_still(K, i):
         return False
     for j in range(K.chain.n):
         if M.found[j] == IS_FREE or (j != i and ALONE * M.G[j] > M.G_free[i]):

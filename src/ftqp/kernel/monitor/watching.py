@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from ftqp.kernel.feedback.learned_inertia import is_known
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import BESIDE
@@ -29,14 +28,14 @@ FORGETS = 3.0
 
 
 @jit
-def _look(K: Any, i: int) -> None:
-    """One look at joint i."""
+def _look(K: Any, i: int, known: bool) -> None:
+    """One look at joint i; ``known``: what a torque arm has beside its model has been learned."""
     M = K.monitor
     observe_joint(K, i)
     residual(K, i)
     counts = works(K, i) and K.held.on == 0 and M.blind[i] == 0 and K.feedback.thrown == 0.0
     by_torque = K.feedback.kind == TORQUE_DRIVE
-    if by_torque and not is_known(K.state, K.learned):  # a load of which nobody told is learned first
+    if by_torque and not known:  # a load of which nobody told is learned first
         M.settles = max(M.settles, 1)
     if counts and not (by_torque and M.rests[i] and M.peak_v[i] > SLOW):  # a brake may hold one that stands
         learn_servo(K, i)
@@ -79,7 +78,7 @@ def _is_seen(K: Any, then: int) -> bool:
 
 
 @part_jit
-def watch_servos(K: Any, first: bool, then: int) -> None:
+def watch_servos(K: Any, first: bool, then: int, known: bool) -> None:
     """Learns from the sample, and judges the joints whose turn it is."""
     M, n = K.monitor, K.chain.n
     if first:
@@ -93,7 +92,7 @@ def watch_servos(K: Any, first: bool, then: int) -> None:
     if not M.sees:
         begin_filters(K)
         return
-    take_samples(K)
+    take_samples(K, then)
     if M.settles > 0:
         M.settles -= 1
         if M.settles == 0:
@@ -112,7 +111,7 @@ def watch_servos(K: Any, first: bool, then: int) -> None:
     if M.count == 0 and K.chain.has_inertia:
         feel_servos(K)
     for i in range(M.count, n, M.every):
-        _look(K, i)
+        _look(K, i, known)
     if K.held.on:
         forget_evidence(K)
     elif arm_is_held(K):

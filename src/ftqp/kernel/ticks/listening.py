@@ -3,7 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.feedback.held import watch_arm
-from ftqp.kernel.feedback.learned_inertia import learn
+from ftqp.kernel.feedback.learned_inertia import is_known, learn
 from ftqp.kernel.feedback.monitor import monitor
 from ftqp.kernel.feedback.observer import feel, observe
 from ftqp.kernel.feedback.reference import leave_margin
@@ -59,7 +59,7 @@ def listen(K: Any, q: Any, reference: Any, tau: Any) -> int:
     believe(K)
     watch_arm(K, first)
     observe(K, first)
-    watch_servos(K, first, slot(feedback, feedback.latency))
+    watch_servos(K, first, slot(feedback, feedback.latency), is_known(K.state, K.learned))
     if feedback.kind == TORQUE_DRIVE:
         if not K.held.on:
             learn(K, told, first)

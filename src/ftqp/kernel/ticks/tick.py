@@ -14,7 +14,7 @@ from ftqp.kernel.calm.metric import outlook
 from ftqp.kernel.feedback.gap import measure_gap, stand_by, wait
 from ftqp.kernel.feedback.held import watch_arm
 from ftqp.kernel.feedback.lead_bound import keep_near
-from ftqp.kernel.feedback.learned_inertia import learn
+from ftqp.kernel.feedback.learned_inertia import is_known, learn
 from ftqp.kernel.feedback.monitor import monitor
 from ftqp.kernel.feedback.observer import feel, observe
 from ftqp.kernel.feedback.reference import leave_margin, refer, take_jump
@@ -116,7 +116,7 @@ def _see(K: Any) -> bool:
     watch_arm(K, first)
     observe(K, first)
     if K.monitor.on or K.monitor.names:
-        watch_servos(K, first, slot(feedback, feedback.latency))
+        watch_servos(K, first, slot(feedback, feedback.latency), is_known(K.state, K.learned))
     if feedback.kind == TORQUE_DRIVE:
         if not K.held.on:
             learn(K, told, first)

@@ -51,7 +51,8 @@ typedef struct Head {
 /* What a planner begins with; behind it lie, each from a line of the cache on, the parts below. */
 struct ftqp {
     uint64_t open;
-    int32_t joints, samples, status, unused;
+    int32_t joints, samples, status;
+    uint32_t noticed; /* what was found when ftqp_watch was asked last, as one number */
     uint64_t record, given, arm, path, table, table_bytes, free, rows, faults, work, bytes;
     double shares[2];
 };
@@ -156,13 +157,22 @@ static int fill(ftqp *p, const unsigned char *file, const Head *head) {
 
 static void write_whole(ftqp *p, uint64_t offset, int64_t number) { memcpy(field(p, offset), &number, sizeof number); }
 
+/* What is found now, as one number. */
+static uint32_t findings(const ftqp *p) {
+    uint32_t sum = 0;
+    for (int i = 0; i < p->joints; i++) sum = sum * 31 + (uint32_t)whole(p, p->record, MONITOR_FOUND + 8 * (uint64_t)i);
+    return sum;
+}
+
 /* What was found of a joint is forgotten: it is another's to say what becomes of it. */
 static void forget(ftqp *p, int joint) {
     const uint64_t at = 8 * (uint64_t)joint;
     write_whole(p, MONITOR_FOUND + at, 0);
+    write_whole(p, MONITOR_COUNTED + at, 0);
     write_whole(p, FEEDBACK_LOST + at, 0);
     field(p, FEEDBACK_SPENT)[joint] = 0.0;
     field(p, MONITOR_G)[joint] = field(p, MONITOR_G_LOCK)[joint] = field(p, MONITOR_G_FREE)[joint] = 0.0;
+    p->noticed = findings(p);
 }
 
 /* Whether a chain has so many joints, each of which hangs on an earlier one. */
@@ -252,6 +262,7 @@ int ftqp_reset(ftqp *p, const double *q, const double *v) {
     p->status = FTQP_NOT_RESET;
     if (p->table_bytes) ftqp_begin(p);
     const int64_t begun = KERNEL(start)(AT(part(p, p->record)), AT(part(p, p->given)), AT(own.q), AT(own.v));
+    p->noticed = findings(p);
     return begun < 0 || is_within(p, own.q, own.v) ? (int)begun : FTQP_BEYOND_LIMITS;
 }
 
@@ -371,8 +382,8 @@ int ftqp_withdraw(ftqp *p, int joint) {
     if (code) return code;
     if (joint < 0 || joint >= p->joints) return FTQP_NO_JOINT;
     const int leader = leader_of(p, joint);
-    forget(p, leader);
-    if (((const ftqp_fault *)part(p, p->faults))[leader].kind == KERNEL_WORKS) return 0;
+    const int64_t found = whole(p, p->record, MONITOR_FOUND + 8 * (uint64_t)leader);
+    if (!found && ((const ftqp_fault *)part(p, p->faults))[leader].kind == KERNEL_WORKS) return 0;
     const ftqp_fault healthy = ftqp_fault_of(leader, KERNEL_WORKS);
     believe(p, &healthy);
     return 0;
@@ -547,10 +558,9 @@ int ftqp_watch(ftqp *p, const double *tau) {
     (void)tau;
     if (!whole(p, p->record, MONITOR_NAMES)) return FTQP_UNSUPPORTED;
     if (p->status < 0) return FTQP_NOT_RESET;
-    if (whole(p, p->record, MONITOR_NEWS)) {
-        write_whole(p, MONITOR_NEWS, 0);
-        return 2;
-    }
+    const uint32_t before = p->noticed;
+    p->noticed = findings(p);
+    if (p->noticed != before) return 2;
     return *field(p, MONITOR_WORST) > SUSPECTS ? 1 : 0;
 }
 

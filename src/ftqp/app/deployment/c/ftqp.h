@@ -225,12 +225,12 @@ double ftqp_dt(const ftqp *p);
 /* A sentence for a status or a mistake; never NULL. */
 const char *ftqp_status_name(int status);
 
-/* What the last step noticed by itself: 0 nothing, 1 a suspicion, 2 a joint was found to have failed, or to work
-   after all; FTQP_UNSUPPORTED of planners made with detector=False. tau is not looked at and may be NULL. Nothing
-   follows from a finding by itself: report it, by ftqp_report. */
+/* What the planner has noticed by itself since it was asked last: 0 nothing, 1 a suspicion, 2 a joint was found to
+   have failed, or to work after all; FTQP_UNSUPPORTED of planners made with detector=False. tau is not looked at and
+   may be NULL. The planner counts on what it finds; ftqp_withdraw takes it back. */
 int ftqp_watch(ftqp *p, const double *tau);
 
-/* What was found and not reported, at most so many: how many. */
+/* What it has found, at most so many: how many. */
 int ftqp_detect(ftqp *p, ftqp_finding *out, int most);
 
 static inline ftqp_fault ftqp_fault_of(int joint, int kind) {

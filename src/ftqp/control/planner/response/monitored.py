@@ -56,7 +56,7 @@ def seen_of(session: Session, n: int) -> Callable[[str], Any]:
 
     def seen(name: str) -> Any:
         M = K.monitor
-        return {
+        reads: dict[str, Callable[[], Any]] = {
             "worst": lambda: worst,
             "watch": lambda: np.array([M.worst > SUSPECTS]),
             "suspect": lambda: np.array([M.suspect]),
@@ -72,7 +72,8 @@ def seen_of(session: Session, n: int) -> Callable[[str], Any]:
             "hop": lambda: nothing,
             "speed": lambda: np.abs(M.v[:n]),
             "asked": lambda: np.abs(K.state.v_command[:n]),
-        }[name]()
+        }
+        return reads[name]()
 
     return seen
 
