@@ -25,7 +25,7 @@ from bench.results import add_out, appendix, circumstances, preamble, stem, told
 from bench.tables import Table, exponent, quantity
 
 import ftqp
-from ftqp.sim.log.log_writer import FILE_NAME, log_files
+from ftqp.sim.log.log_writer import FILE_NAME, beside, log_files
 
 HOUR = 3600.0
 PERIOD = 0.5
@@ -140,12 +140,12 @@ class Watched:
     def look(self, out: Path, resident: float) -> None:
         """Take in the parts that are finished and were not looked at."""
         for file in log_files(out):
-            if file.name != FILE_NAME and file.name not in self.seen:
+            if file.name != FILE_NAME and file.name not in self.seen and beside(file).exists():
                 self.seen.add(file.name)
                 try:
                     self.take(file, out, resident)
                 except ftqp.InputError:
-                    if file.exists():  # else it was deleted meanwhile, as one of more than are kept
+                    if file.exists() and beside(file).exists():  # else it is one of more than are kept
                         raise
 
     def take(self, file: Path, out: Path, resident: float) -> None:

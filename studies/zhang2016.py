@@ -126,9 +126,10 @@ def sweep():
     thetas = np.array(list(SWEEP))
     q, _ = tracks(task, np.tile(Q0, (len(thetas), 1)), thetas[:, None])
     found = survivals(task, q, 4)
+    energy = (np.diff(q, axis=1) ** 2).sum(axis=(1, 2)) / task.dt
     return [
         {"theta": theta, "coverage": float(c), "energy": float(e), "within": bool(inside)}
-        for theta, c, e, inside in zip(SWEEP, found.coverage, found.energy, found.excess <= 1e-9, strict=True)
+        for theta, c, e, inside in zip(SWEEP, found.coverage, energy, found.excess <= 1e-9, strict=True)
     ]
 
 

@@ -148,4 +148,4 @@ def test_helpers_pass_their_tests_as_compiled_code():
     )  # fmt: skip
     assert done.returncode == 0, (done.stdout + done.stderr)[-4000:]
     counted = re.search(r"(\d+) passed", done.stdout)
-    assert counted is not None and int(counted[1]) >= 30 and "skipped" not in done.stdout, done.stdout[-500:]
+    assert counted is not None and int(counted[1]) >= 26 and "skipped" not in done.stdout, done.stdout[-500:]

@@ -112,34 +112,6 @@ def test_a_cluster_computes_what_one_process_does(tmp_path: Path, address: str) 
 
 
 @pytest.mark.slow
-def test_a_killed_worker_and_a_killed_client_lose_nothing_and_repeat_nothing(
-    tmp_path: Path, address: str
-) -> None:
-    process = _begun(tmp_path, address, 60)
-    victim = {worker for worker in _workers(tmp_path / "out")[6:]}.pop()
-    os.kill(int(victim.rpartition(":")[2]), signal.SIGKILL)
-    seen = len(_workers(tmp_path / "out"))
-    while len(_workers(tmp_path / "out")) < seen + 40 and process.poll() is None:
-        time.sleep(0.05)
-    process.kill()
-    assert process.wait() == -signal.SIGKILL
-    with _results(tmp_path / "out") as results:
-        before = results.done()
-        assert 100 <= len(before) < 300
-        outcome = run_study(Squares(), 300, results, what="squares", dask=address)
-        assert outcome.computed == 300 - len(before)
-        assert results.table() == expected(300)
-
-
-@pytest.mark.slow
-def test_an_item_that_kills_every_worker_is_noted(tmp_path: Path, address: str) -> None:
-    with _results(tmp_path) as results:
-        outcome = run_study(Squares(deadly=5), 8, results, what="squares", dask=address)
-        assert outcome.crashed == {5: "the worker died"}
-        assert results.done() == set(range(8)) - {5}
-
-
-@pytest.mark.slow
 def test_a_map_of_a_workspace_has_the_same_bits_on_a_cluster(tmp_path: Path, address: str) -> None:
     changes = ["map.grid=8", "map.configurations=4", "map.steps=5"]
     options = [part for change in changes for part in ("--set", change)]
@@ -172,3 +144,32 @@ def test_a_scheduler_that_does_not_answer_is_bad_input(address: str, monkeypatch
     monkeypatch.setattr("ftqp.app.study.dask_cluster.TIMEOUT", 1.0)
     with pytest.raises(InputError, match=r"no Dask scheduler answers at .*; start one with: dask scheduler"):
         DaskCluster(Squares(), address)
+
+
+@pytest.mark.slow
+def test_a_killed_worker_and_a_killed_client_lose_nothing_and_repeat_nothing(
+    tmp_path: Path, address: str
+) -> None:
+    process = _begun(tmp_path, address, 60)
+    victim = {worker for worker in _workers(tmp_path / "out")[6:]}.pop()
+    os.kill(int(victim.rpartition(":")[2]), signal.SIGKILL)
+    seen = len(_workers(tmp_path / "out"))
+    while len(_workers(tmp_path / "out")) < seen + 40 and process.poll() is None:
+        time.sleep(0.05)
+    process.kill()
+    assert process.wait() == -signal.SIGKILL
+    with _results(tmp_path / "out") as results:
+        before = results.done()
+        assert 100 <= len(before) < 300
+        outcome = run_study(Squares(), 300, results, what="squares", dask=address)
+        assert outcome.computed == 300 - len(before)
+        assert results.table() == expected(300)
+
+
+@pytest.mark.slow
+def test_an_item_that_kills_every_worker_is_noted(tmp_path: Path, address: str) -> None:
+    """The last test here: what is left of the workers may take minutes to begin anew."""
+    with _results(tmp_path) as results:
+        outcome = run_study(Squares(deadly=5), 8, results, what="squares", dask=address)
+        assert outcome.crashed == {5: "the worker died"}
+        assert results.done() == set(range(8)) - {5}
