@@ -185,7 +185,8 @@ def test_xarm7_equals_its_urdf_with_exact_right_angles() -> None:
 
 def test_unknown_robot_names_the_nearest() -> None:
     with pytest.raises(
-        InputError, match=r"'pandas' is not a robot of the catalog \(did you mean 'panda'\?\)"
+        InputError,
+        match=r"'pandas' is not a robot of the catalog \(did you mean 'panda'\?\).*from_urdf",
     ):
         catalog.load("pandas")
 
