@@ -104,12 +104,15 @@ def test_the_loop_in_mujoco_finds_the_brake_that_nobody_announced(shown, integra
          [r"\[.*\] \[.*\]", "OK True", r"1\.0", r"0\.000 mm off", r"StepStatus.OK .*"]),
         ("teleoperation.md", [ftqp.TargetStatus.STALE.value, f"{ftqp.PathStatus.DONE.value} "]),
         ("batches.md", []),
+        ("mujoco-plant.md", [r"OK \{'panda_joint3': Locked.*"]),
         pytest.param("planning.md", [r".*\d"], marks=pytest.mark.slow),
         pytest.param("evidence/zhang2016.md", [".*coverage=0.8832.*", ".*coverage=1.0000.*", ".*"],
                      marks=pytest.mark.slow),
     ],
 )  # fmt: skip
 def test_the_lines_of_a_page_run_and_say_what_it_tells(shown, page, says):
+    if page == "mujoco-plant.md":
+        pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
     lines = shown(f"docs/{page}")
     assert len(lines) == len(says)
     assert all(re.fullmatch(pattern, line) for pattern, line in zip(says, lines, strict=True)), lines
