@@ -314,6 +314,19 @@ def test_arm_that_takes_something_else_than_its_planner_sends_is_refused(panda, 
         )
 
 
+def test_arm_of_another_period_or_of_another_type_is_refused(panda):
+    path = Circle(panda.pose(START), 0.1, duration=1.0)
+    for plant, says in (
+        (
+            MujocoPlant(panda, 2.0 * DT),
+            "a command every .* s, but the planner .* the same dt",
+        ),
+        ("mujoco", "plant is 'mujoco', expected a plant"),
+    ):
+        with pytest.raises(InputError, match=says):
+            Simulation(Planner(panda, DT), path, q=START, plant=plant)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -323,6 +336,8 @@ def test_arm_that_takes_something_else_than_its_planner_sends_is_refused(panda, 
         (lambda r: JointServo(r, bandwidth=-1.0), "bandwidth of the servo is -1"),
         (lambda r: JointServo(r, "torque", takes_velocity=False), "is for drive 'position'"),
         (lambda r: TrueArm(mass_scale=0.0), "mass_scale is 0"),
+        (lambda r: TrueArm(payload=0.5), "payload is 0.5, expected an ftqp.Payload"),
+        (lambda r: MujocoPlant(r, DT, "torque"), "servo is 'torque', expected a servo"),
         (lambda r: TrueArm(end_stops=-0.1), "end_stops is -0.1"),
         (lambda r: MujocoPlant(r, DT, true=TrueArm(coulomb={"j9": 1.0})), "'j9' is not a joint of panda"),
         (lambda r: MujocoPlant(r, DT, true=TrueArm(coulomb={0: -1.0})), "coulomb of 0 is -1"),
