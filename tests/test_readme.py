@@ -164,10 +164,13 @@ def test_the_logs_of_a_long_run_are_read_by_its_lines(tmp_path, monkeypatch):
     panda = ftqp.robots.load("panda")
     path = ftqp.paths.Line(panda.pose(panda.neutral), displacement=(0.0, 0.05, 0.0), duration=1.0)
     ftqp.Simulation(ftqp.Planner(panda, 1e-3), path, q=panda.neutral, log="runs/day/log.npy").run()
-    (code,) = pieces_of("long-runs.md")
+    (code,) = pieces_of("real-time.md")
     said: dict = {}
-    exec(compile(code.replace("86000.0", "0.5").replace("86060.0", "1.0"), "long-runs.md", "exec"), said)
+    exec(compile(code.replace("86000.0", "0.5").replace("86060.0", "1.0"), "real-time.md", "exec"), said)
     assert len(said["log"]["t"]) > 100
+    (code,) = pieces_of("command-line.md")
+    exec(compile(code.replace("runs/circle", "runs/day"), "command-line.md", "exec"), said)
+    assert said["log"]["q"].shape[1] == 7 and (tmp_path / "circle.csv").is_file()
 
 
 def test_the_planner_of_every_choice_is_made():

@@ -117,7 +117,7 @@ NEEDS: Final[dict[str, tuple[str, ...]]] = {
     "`planner.ways_out`": ("serial", "branches", "mimic joints"),
     "`MujocoPlant`": ("serial", "branches", "mimic joints"),
     "`ServoPlant`": ("serial", "branches", "mimic joints"),
-    "a free-swinging joint that is told": ("serial",),
+    "a free-swinging joint that is reported": ("serial",),
     "`approximate_pseudoinverse`": ("serial",),
     "`ftqp.postures`, `ftqp.analysis.plan`": ("serial", "branches"),
 }
