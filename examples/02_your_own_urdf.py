@@ -1,7 +1,6 @@
 """Your own robot from a URDF: `python 02_your_own_urdf.py my_arm.urdf --tip tool0`.
 
-Without a file a small arm with seven joints is written to a temporary one. The end effector reaches the end
-of its line although a joint locks.
+Without a file a small arm is made. The end effector reaches the end of its line although a joint locks.
 """
 
 import argparse

@@ -1,6 +1,6 @@
 """A joint without motor and brake swings freely under gravity.
 
-The remaining joints lead the arm to where that joint can rest. No torque is asked of it.
+The remaining joints lead the arm to where it can rest. No torque is asked of the failed joint.
 """
 
 import argparse

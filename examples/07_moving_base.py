@@ -1,6 +1,6 @@
 """An arm on a swaying base keeps its tool in its place, also when a joint locks.
 
-The base carries the arm about by a hand's breadth, and is only seen through the measured pose of the tool.
+The base carries the arm about by a hand's breadth, and is seen only through the tool's measured pose.
 """
 
 import argparse

@@ -1,7 +1,6 @@
 """An arm with three of eleven joints locked goes through a singularity.
 
-The path waits while the arm unfolds, and the end effector stays on the line. With targets by the clock it
-does not.
+The path waits while the arm unfolds, and the end effector stays on the line.
 """
 
 import argparse

@@ -1,7 +1,6 @@
 """An arm loses a joint while an operator drives it, and goes home all the same.
 
 The joystick's messages end, the end effector comes to rest, and the arm goes home with six of seven joints.
-It says what it misses.
 """
 
 import argparse

@@ -1,7 +1,6 @@
 """A tool goes round a circle and looks at one place meanwhile, also when a joint locks.
 
-How far its axis points past the place on average: without the soft task `AxisTask`, with it, and with it
-after a lock.
+How far its axis points past the place: without the soft task `AxisTask`, with it, and after a lock.
 """
 
 import argparse

@@ -1,7 +1,7 @@
 """Two arms carry a bar, and a joint of the left one locks.
 
-The grip is a task before that of the bar (`RelativeTask` on level 0), so that the bar gives way and the
-grip holds. With a target for each hand the grip slips.
+The grip is a task before that of the bar (`RelativeTask` on level 0): the bar gives way, and the grip
+holds.
 """
 
 import argparse

@@ -1,8 +1,7 @@
 """A joint of Canadarm2 locks while its hand moves by 1.5 m; each of the seven is tried.
 
-Every line is finished with the remaining six joints. It is a simulation with published lengths, ranges and
-speeds, not the flight software: base and links are rigid, there is no load, and the lock is reported at
-once.
+Every line is finished with the remaining six joints. A simulation with published figures, not the flight
+software: base and links are rigid, there is no load, and the lock is reported at once.
 """
 
 import argparse

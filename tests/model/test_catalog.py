@@ -188,6 +188,10 @@ def test_unknown_robot_names_the_nearest() -> None:
         InputError, match=r"'pandas' is not a robot of the catalog \(did you mean 'panda'\?\)"
     ):
         catalog.load("pandas")
+    with pytest.raises(
+        InputError, match=r"; an arm of your own is read from its file, ftqp\.Robot\.from_urdf"
+    ):
+        catalog.load("gen3")
 
 
 def test_unknown_option_names_the_valid_ones() -> None:

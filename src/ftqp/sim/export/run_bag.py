@@ -1,15 +1,16 @@
 """A run as a ROS 2 bag: what Foxglove, PlotJuggler, RViz and ``ros2 bag play`` show.
 
-- ``/joint_states``, ``sensor_msgs/JointState``: what the joints really did; efforts are measured motor torques
-  where the log has them.
+- ``/joint_states``, ``sensor_msgs/JointState``: what the joints really did; efforts are measured motor
+  torques where the log has them.
 - ``/joint_command``: positions and velocities that were sent, for the end of the step, and motor torques.
 - ``/joint_measured``, ``/joint_reference``: what the planner was given, and its own state; where sensors or a
   drive make a difference.
-- ``/target``, ``/tip``, ``geometry_msgs/PoseStamped``: in the frame ``base``, or ``world`` where the base moves.
+- ``/target``, ``/tip``, ``geometry_msgs/PoseStamped``: in the frame ``base``, or ``world`` where
+  the base moves.
 - ``/tf``: ``base``, a link behind each joint, the tip. ``/robot_description``, latched: the arm as a URDF.
 - ``/ftqp/status``, ``std_msgs/String``: the status in words, where it changes.
-- ``/ftqp/step``, ``ftqp_msgs/Step``, defined in the file: errors, slack, residual, iterations, step time, belief
-  and truth of each joint, errors of soft tasks and distances of kept points by name.
+- ``/ftqp/step``, ``ftqp_msgs/Step``, defined in the file: errors, slack, residual, iterations, step time,
+  belief and truth of each joint, errors of soft tasks and distances of kept points by name.
 """
 
 from collections.abc import Callable
