@@ -150,6 +150,11 @@ class Rollout:
     first_bad: IntArray
     trace: FloatArray
 
+    def __repr__(self) -> str:
+        ticks = self.counts.sum(axis=0)
+        said = ", ".join(f"{n} {status.name}" for n, status in zip(ticks, StepStatus, strict=True) if n)
+        return f"Rollout({len(self.q)} arms; ticks: {said or 'none'})"
+
     def share(self, status: StepStatus) -> FloatArray:
         """The share of its ticks that each arm ended in a status, (B,).
 

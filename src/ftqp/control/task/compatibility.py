@@ -125,8 +125,8 @@ NEEDS: Final[dict[str, tuple[str, ...]]] = {
 
 A joint that swings freely is led by what all links of one chain sweep and where its stops are, which on a
 tree, or through a joint that another one drags along, is another study. ``approximate_pseudoinverse`` is a
-formula for arms with a spherical wrist. A body that floats has no motor that could give torque or hold it, and
-a scheme without a QP has no rows for its momentum. Plans and postures are of one chain at a time.
+formula for arms with a spherical wrist. A body that floats has no motor that could give torque or hold it,
+and a scheme without a QP has no rows for its momentum. Plans and postures are of one chain at a time.
 """
 
 

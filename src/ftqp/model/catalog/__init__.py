@@ -45,7 +45,7 @@ def load(name: str, **options: Any) -> "Robot":
     if short:
         name, options = "planar", {"count": int(short[1]), **options}
     if name not in CATALOG:
-        remedy = "an arm of your own is read from its file, ftqp.Robot.from_urdf(file, tip=...)"
+        remedy = "others are read by ftqp.Robot.from_urdf(file, tip=...)"
         raise unknown("robot", name, "the catalog", names(), remedy)
     from ftqp.model.catalog.arms import WITH_OPTIONS, arm_of_file  # pinocchio takes a while to load
 
