@@ -520,7 +520,9 @@ class Robot:
         several arms may come back in another order. Limits of acceleration and jerk are written as in URDF
         1.2, those of acceleration and rotor inertias as Drake's extensions, too; older tools skip them.
         Gravity, ``neutral``, ``default_rows`` and ``length`` are no part of a URDF: hand them to
-        ``from_urdf``.
+        ``from_urdf``. For tools that do not read Drake's extension the arm has no rotors: give MuJoCo its
+        ``armature`` by hand. MuJoCo refuses arms without masses, and the thin rods of ``planar`` and
+        ``planar6``.
 
         Raises:
             InputError: A name cannot stand in XML.

@@ -58,7 +58,8 @@ class Connection:
     limits, and comes back. The planner learns the servos meanwhile, and keeps what it has learned. It stops
     the arm at once, and ``fault`` says why, where a joint does not follow, moves the other way, goes much too
     far (degrees, millimetres), where the samples of another one follow (columns are swapped), where the arm
-    moves though it is sent to stay, and where the planner finds a failure or is stopped.
+    moves though it is sent to stay, and where the planner finds a failure or is stopped. The true lag,
+    friction and droop lie within three of the standard deviations that it says.
 
     Args:
         planner: The planner that is led, on drive ``position``; it is reset.
