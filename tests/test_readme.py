@@ -95,6 +95,28 @@ def test_the_loop_in_mujoco_finds_the_brake_that_nobody_announced(shown, integra
     assert found is not None and 1.0 < float(found[1]) < 25.0, line
 
 
+def test_the_two_functions_of_a_stranger_make_the_first_motion_and_follow(tmp_path, monkeypatch, capsys):
+    """With an arm whose joints go a share of the way to what they are sent in each period."""
+    monkeypatch.chdir(tmp_path)
+    said: dict = {}
+    exec(compile(pieces_of("connect-your-robot.md")[0], "connect-your-robot.md", "exec"), said)
+    panda = ftqp.robots.load("panda")
+    arm, periods = [panda.neutral.copy()], iter(range(7000))
+
+    def send(command):
+        arm[0] = arm[0] + 0.15 * (command - arm[0])
+        next(periods)
+
+    planner = said["begin"](panda, lambda: arm[0], send)
+    assert (tmp_path / "arm.json").is_file() and "panda_joint7 lags by" in capsys.readouterr().out
+    pose = panda.pose(panda.neutral)
+    pose[:3, 3] += [0.0, 0.03, 0.0]
+    with pytest.raises(StopIteration):
+        said["follow"](planner, ftqp.Target(pose=pose), lambda: arm[0], send)
+    assert abs(panda.pose(arm[0]) - pose).max() < 1e-4
+    assert capsys.readouterr().out.splitlines()[-1].strip() == ftqp.StepStatus.OK.value
+
+
 @pytest.mark.parametrize(
     ("page", "says"),
     [
@@ -165,10 +187,13 @@ def test_the_logs_of_a_long_run_are_read_by_its_lines(tmp_path, monkeypatch):
     panda = ftqp.robots.load("panda")
     path = ftqp.paths.Line(panda.pose(panda.neutral), displacement=(0.0, 0.05, 0.0), duration=1.0)
     ftqp.Simulation(ftqp.Planner(panda, 1e-3), path, q=panda.neutral, log="runs/day/log.npy").run()
-    (code,) = pieces_of("long-runs.md")
+    (code,) = pieces_of("real-time.md")
     said: dict = {}
-    exec(compile(code.replace("86000.0", "0.5").replace("86060.0", "1.0"), "long-runs.md", "exec"), said)
+    exec(compile(code.replace("86000.0", "0.5").replace("86060.0", "1.0"), "real-time.md", "exec"), said)
     assert len(said["log"]["t"]) > 100
+    (code,) = pieces_of("command-line.md")
+    exec(compile(code.replace("runs/circle", "runs/day"), "command-line.md", "exec"), said)
+    assert said["log"]["q"].shape[1] == 7 and (tmp_path / "circle.csv").is_file()
 
 
 def test_the_planner_of_every_choice_is_made():

@@ -22,7 +22,7 @@ FILES = [
     (b"<robot></robt>", "is not well-formed XML"),
     (b"<robot>&x;</robot>", "is not well-formed XML"),
     (b"{'robot': 1}", "is not well-formed XML"),
-    (b"<mujoco/>", "has the root element <mujoco>, expected <robot>"),
+    (b"<mujoco/>", "expected <robot>; such a file is read by ftqp.Robot.from_mjcf"),
     (b"<html><body/></html>", "has the root element <html>, expected <robot>"),
     (BOMB.encode(), "declares a document type or an entity, which no URDF needs"),
     (b'<!DOCTYPE robot SYSTEM "file:///etc/passwd"><robot/>', "declares a document type or an entity"),

@@ -71,6 +71,7 @@ def test_missing_file_names_the_nearest_file(refused: Callable[..., str], good: 
     ("source", "said"),
     [
         ("panda_circle", "neither a file nor a bundled scenario (did you mean 'panda-circle'?)"),
+        ("runs/none", "runs/none is neither a file nor a bundled scenario"),
         ("", "is a folder, expected a scenario file"),
         ("/dev/null", "is not a regular file"),
         ("a\0b", "cannot be read"),

@@ -124,7 +124,7 @@ def test_sliding_joint_is_written(tmp_path):
     [
         (("panda", "--format", "csv"), "panda is a robot, no run"),
         (("pandaa", "--format", "urdf"), "did you mean 'panda'"),
-        (("nowhere/run", "--format", "csv"), "is not a run or robot"),
+        (("nowhere/run", "--format", "csv"), "`ftqp run SCENARIO --out FOLDER` makes a run"),
         ((".", "--format", "csv"), "does not exist; expected a log.npy"),
         (("panda", "--format", "bag"), "'bag' is not a format of ftqp export"),
     ],

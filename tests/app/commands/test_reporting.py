@@ -202,7 +202,7 @@ def test_what_is_odd_about_a_log_and_what_is_not_installed_is_said_on_its_page(
 @pytest.mark.parametrize(
     ("statement", "said"),
     [
-        (lambda about: about.update(format=99), "a newer ftqp may read it"),
+        (lambda about: about.update(format=99), "has format 99, this ftqp reads 3; read it with the version"),
         (lambda about: about["metadata"].pop("limits"), "does not say limits of its run"),
     ],
 )

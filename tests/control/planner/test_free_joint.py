@@ -132,6 +132,10 @@ def test_rows_that_may_be_kept_can_be_limited():
     assert run.last.rows == () and run.last.status in (S.STOPPING, S.STOPPED)
     with pytest.raises(InputError, match=r"degrade has 'poze' .*did you mean"):
         ftqp.Task(degrade=("poze",))
+    with pytest.raises(InputError, match=r"expected the largest set first: \('pose', 'position'\)"):
+        ftqp.Task(degrade=("position", "pose"))
+    with pytest.raises(InputError, match="degrade is 'pose', expected several names"):
+        ftqp.Task(degrade="pose")  # type: ignore[arg-type]
 
 
 def test_a_joint_without_gravity_is_not_sped_up_to_keep_the_tip():
