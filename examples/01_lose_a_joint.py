@@ -1,6 +1,6 @@
-"""A Panda draws a circle, its third joint locks half-way, and it finishes the circle.
+"""A Panda finishes its circle although its third joint locks half-way.
 
-You will see the tip's error stay far below a millimetre: six joints are enough once the planner knows.
+The error of the end effector stays far below a millimetre: six joints are enough once the planner knows.
 """
 
 import argparse

@@ -1,7 +1,6 @@
 """Your own robot from a URDF: `python 02_your_own_urdf.py my_arm.urdf --tip tool0`.
 
-Without a file, a small seven-joint arm is written to a temporary one. You will see the tip reach the end
-of its line although a joint locks half-way.
+Without a file a small arm is made. The end effector reaches the end of its line although a joint locks.
 """
 
 import argparse

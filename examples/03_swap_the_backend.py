@@ -1,6 +1,6 @@
-"""The same run with another QP solver: one word changes, the motion does not.
+"""Another QP solver: one word changes, the motion does not.
 
-You will see by how much the final configurations of three solvers differ from that of the built-in one.
+How far the final configurations of three solvers are from that of the built-in one.
 """
 
 import argparse

@@ -1,7 +1,6 @@
-"""A joint without motor and brake swings under gravity: the others lead the arm to where it can rest.
+"""A joint without motor and brake swings freely under gravity.
 
-You will see how far the tip strays meanwhile, that no torque is asked of the failed joint, and how far that
-swings.
+The remaining joints lead the arm to where it can rest. No torque is asked of the failed joint.
 """
 
 import argparse

@@ -1,7 +1,7 @@
 """A line that is too fast for the arm, in three modes of the task.
 
-You will see how far each ends up from the straight line: `slack` and `lexicographic` come as near to the
-speed as they can and drift to the side, `scaled` slows down and stays on the line.
+`slack` and `lexicographic` come as near to the speed as they can and drift; `scaled` slows down and stays
+on the line.
 """
 
 import argparse

@@ -1,6 +1,6 @@
 """A QP without a robot: minimise 1/2 x'Hx + g'x with Ax = b and lb <= x <= ub.
 
-You will see the solution's cost, its worst residual, and the multiplier of the bound that is active.
+The solution's cost, its worst residual, and the multiplier of the bound that is active.
 """
 
 import argparse

@@ -1,7 +1,6 @@
-"""An arm on a base that sways keeps its tool where it is in space, and goes on doing so when a joint locks.
+"""An arm on a swaying base keeps its tool in its place, also when a joint locks.
 
-You will see the tool held to micrometres although the base carries it about by a hand's breadth: the base is
-only seen through the measured pose of the tool.
+The base carries the arm about by a hand's breadth, and is seen only through the tool's measured pose.
 """
 
 import argparse

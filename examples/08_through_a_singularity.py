@@ -1,7 +1,6 @@
-"""An arm with three of eleven joints locked goes through a singularity on a straight line.
+"""An arm with three of eleven joints locked goes through a singularity.
 
-You will see the path wait while the arm unfolds, and the tip stay on the line within a millimetre; with
-targets by the clock the nearest motion leaves it.
+The path waits while the arm unfolds, and the end effector stays on the line.
 """
 
 import argparse

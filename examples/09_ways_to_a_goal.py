@@ -1,7 +1,6 @@
 """An arm loses a joint while an operator drives it, and goes home all the same.
 
-You will see the tip follow a joystick until its messages end, come to rest by itself, and the arm then go
-to its home posture with six of seven joints, and say what it misses.
+The joystick's messages end, the end effector comes to rest, and the arm goes home with six of seven joints.
 """
 
 import argparse

@@ -1,7 +1,7 @@
-"""A joint locks, nobody notices, and the controller goes on: with and without learning from the tip.
+"""A joint locks unreported: a law that learns from the end effector, and one that does not.
 
-You will see the law of Goel et al. 2005 come to rest far from its goal, while the same law that learns which
-joint does nothing gets as near as the other joints can. With --all, every case of the paper.
+The law of Goel et al. 2005 rests far from its goal; one that learns which joint does nothing gets as near
+as it can. With --all, every case of the paper.
 """
 
 import argparse

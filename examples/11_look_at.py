@@ -1,7 +1,6 @@
-"""A tool that follows a circle by its position alone looks at one place meanwhile, also when a joint locks.
+"""A tool goes round a circle and looks at one place meanwhile, also when a joint locks.
 
-You will see how far its axis points past the place on average: without the soft task `AxisTask`, with it, and
-with it on an arm whose third joint locks after a quarter of the way. The tool stays on its circle in each.
+How far its axis points past the place: without the soft task `AxisTask`, with it, and after a lock.
 """
 
 import argparse

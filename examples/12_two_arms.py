@@ -1,8 +1,7 @@
-"""Two arms carry a bar along a line, and a joint of the left one locks on the way.
+"""Two arms carry a bar, and a joint of the left one locks.
 
-You will see how far the grip slips and how far the bar is from its place: with the grip as a task before
-that of the bar, `RelativeTask` on level 0, healthy and with a lock; and for comparison with a target of its
-own for each hand, as two planners would do it. With the grip the bar gives way where both cannot be done.
+The grip is a task before that of the bar (`RelativeTask` on level 0): the bar gives way, and the grip
+holds.
 """
 
 import argparse

@@ -1,7 +1,6 @@
-"""A Panda on a base that drives takes its tool to a place two metres away, and a drive of the base fails.
+"""A Panda on a mobile base takes its tool two metres away, and a drive of the base locks.
 
-You will see how far the tool is from its place: healthy, with the base's x locked on the way, and with the
-elbow locked on the way. Base and arm are joints of one robot: what works makes up for what does not.
+Base and arm are joints of one robot, and what works makes up for what does not.
 """
 
 import argparse

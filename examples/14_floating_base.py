@@ -1,7 +1,7 @@
-"""An arm on a satellite moves its tool along a line in space, and a joint locks on the way.
+"""An arm on a satellite moves its tool along a line, and a joint locks.
 
-You will see how far the tool is from its place in space, and how far the arm turns the satellite: for a
-planner that counts on the reaction, healthy and with a lock, and for one that takes its base to stand still.
+The planner counts on the reaction that turns the satellite. One that takes its base to stand still misses
+the line.
 """
 
 import argparse

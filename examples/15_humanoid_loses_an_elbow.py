@@ -1,8 +1,7 @@
-"""A humanoid lifts a tray with both hands and looks at it, and an elbow locks on the way.
+"""A humanoid lifts a tray with both hands and looks at it, and an elbow locks.
 
-You will see how far the tray is from its place and how far the head looks past the left hand: healthy, with
-the left elbow locked, and with the waist locked as well. The waist makes up for the elbow; without it the
-robot comes to rest short of the place, its head included. It needs Talos: pip install -e ".[robots]".
+The waist makes up for the elbow; without it the robot comes to rest short of the place. It needs Talos: pip
+install -e ".[robots]".
 """
 
 import argparse

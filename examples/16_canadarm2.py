@@ -1,10 +1,7 @@
-"""A joint of Canadarm2 locks while the arm moves its hand by 1.5 m; each of the seven is tried in turn.
+"""A joint of Canadarm2 locks while its hand moves by 1.5 m; each of the seven is tried.
 
-A wrist joint of the station's 17 m arm drew current and did not move, and the arm waited for a spacewalk from
-27 May to 30 June of 2026. You will see that each of the seven lines is finished with the six joints that are
-left, how far the hand strays from it, and which lock costs most. It is a simulation with published lengths,
-ranges and speeds, not the flight software: the base stands, the arm is rigid and does what it is told, no
-load is carried, nothing is in the way, and the planner knows of the lock at once.
+Every line is finished with the remaining six joints. A simulation with published figures, not the flight
+software: base and links are rigid, there is no load, and the lock is reported at once.
 """
 
 import argparse

@@ -1,8 +1,6 @@
-"""A wrist locks, and the elbow swings into a post that it was clear of; with a scene it does not.
+"""A wrist locks, and the elbow would swing into a post; with a scene it does not.
 
-You will see how far the arm is from the post and how far its tool is from its line: healthy, with a locked
-joint and a planner that knows of no post, and with one that was given it. Where nobody looks, a planner that
-makes up for a failure moves the elbow.
+A planner that makes up for a failure moves the elbow. Give it a scene where something stands in the way.
 """
 
 import argparse

@@ -3,12 +3,16 @@
 import contextlib
 import io
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
 
 import ftqp
 from ftqp.app.commands.cli import app
+from ftqp.control.task import schemes
+from ftqp.control.task.task import MODES
+from ftqp.faults.kinds import KINDS
 
 ROOT = Path(__file__).parents[1]
 LINK = (
@@ -90,23 +94,46 @@ def test_the_loop_in_mujoco_finds_the_brake_that_nobody_announced(shown, integra
     assert found is not None and 1.0 < float(found[1]) < 25.0, line
 
 
+def test_the_two_functions_of_a_stranger_make_the_first_motion_and_follow(tmp_path, monkeypatch, capsys):
+    """With an arm whose joints go a share of the way to what they are sent in each period."""
+    monkeypatch.chdir(tmp_path)
+    said: dict = {}
+    exec(compile(pieces_of("connect-your-robot.md")[0], "connect-your-robot.md", "exec"), said)
+    panda = ftqp.robots.load("panda")
+    arm, periods = [panda.neutral.copy()], iter(range(7000))
+
+    def send(command):
+        arm[0] = arm[0] + 0.15 * (command - arm[0])
+        next(periods)
+
+    planner = said["begin"](panda, lambda: arm[0], send)
+    assert (tmp_path / "arm.json").is_file() and "panda_joint7 lags by" in capsys.readouterr().out
+    pose = panda.pose(panda.neutral)
+    pose[:3, 3] += [0.0, 0.03, 0.0]
+    with pytest.raises(StopIteration):
+        said["follow"](planner, ftqp.Target(pose=pose), lambda: arm[0], send)
+    assert abs(panda.pose(arm[0]) - pose).max() < 1e-4
+    assert capsys.readouterr().out.splitlines()[-1].strip() == ftqp.StepStatus.OK.value
+
+
 @pytest.mark.parametrize(
     ("page", "says"),
     [
         ("how-to/pick-and-place.md", [ftqp.GoToStatus.REACHED.value] * 6),
-        ("how-to/gripper-and-tool.md", [r"Robot\('panda', .*"]),
-        ("how-to/mobile-base.md", [r"0\.000 mm off", r"StepStatus.OK .*"]),
-        ("how-to/two-arms.md", ["OK True", r"1\.0"]),
-        ("teleoperation.md", [ftqp.TargetStatus.STALE.value]),
-        ("time-scaling.md", [f"{ftqp.PathStatus.DONE.value} "]),
+        ("how-to/gripper-and-tool.md", [r"Robot\('panda', .*", r"\[0\.10.* None"]),
+        ("how-to/several-tasks.md",
+         [r"\[.*\] \[.*\]", "OK True", r"1\.0", r"0\.000 mm off", r"StepStatus.OK .*"]),
+        ("teleoperation.md", [ftqp.TargetStatus.STALE.value, f"{ftqp.PathStatus.DONE.value} "]),
         ("batches.md", []),
-        ("how-to/identify.md", [r"\[0\.10.* None"]),
+        ("mujoco-plant.md", [r"StepStatus.OK \{'panda_joint3': Locked.*"]),
         pytest.param("planning.md", [r".*\d"], marks=pytest.mark.slow),
         pytest.param("evidence/zhang2016.md", [".*coverage=0.8832.*", ".*coverage=1.0000.*", ".*"],
                      marks=pytest.mark.slow),
     ],
 )  # fmt: skip
 def test_the_lines_of_a_page_run_and_say_what_it_tells(shown, page, says):
+    if page == "mujoco-plant.md":
+        pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
     lines = shown(f"docs/{page}")
     assert len(lines) == len(says)
     assert all(re.fullmatch(pattern, line) for pattern, line in zip(says, lines, strict=True)), lines
@@ -159,10 +186,13 @@ def test_the_logs_of_a_long_run_are_read_by_its_lines(tmp_path, monkeypatch):
     panda = ftqp.robots.load("panda")
     path = ftqp.paths.Line(panda.pose(panda.neutral), displacement=(0.0, 0.05, 0.0), duration=1.0)
     ftqp.Simulation(ftqp.Planner(panda, 1e-3), path, q=panda.neutral, log="runs/day/log.npy").run()
-    (code,) = pieces_of("long-runs.md")
+    (code,) = pieces_of("real-time.md")
     said: dict = {}
-    exec(compile(code.replace("86000.0", "0.5").replace("86060.0", "1.0"), "long-runs.md", "exec"), said)
+    exec(compile(code.replace("86000.0", "0.5").replace("86060.0", "1.0"), "real-time.md", "exec"), said)
     assert len(said["log"]["t"]) > 100
+    (code,) = pieces_of("command-line.md")
+    exec(compile(code.replace("runs/circle", "runs/day"), "command-line.md", "exec"), said)
+    assert said["log"]["q"].shape[1] == 7 and (tmp_path / "circle.csv").is_file()
 
 
 def test_the_planner_of_every_choice_is_made():
@@ -173,19 +203,57 @@ def test_the_planner_of_every_choice_is_made():
     assert said["planner"].task.mode == "scaled" and said["planner"].backend == "active_set"
 
 
-def test_the_lines_of_several_tasks_run(capsys):
-    page = (ROOT / "docs/how-to/several-tasks.md").read_text("utf-8")
-    (code,) = re.findall(r"```python\n(.*?)```", page, re.S)
+def test_the_lines_of_several_tasks_leave_a_task_out(capsys):
     said: dict = {}
-    exec(compile(code, "several-tasks.md", "exec"), said)
+    exec(compile(pieces_of("how-to/several-tasks.md")[0], "several-tasks.md", "exec"), said)
     assert said["planner"].tasks["elbow"].weight == 0.0 and len(capsys.readouterr().out) > 10
 
 
-def test_the_lines_of_a_notebook_run_and_print_a_result(shown, monkeypatch):
-    matplotlib = pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
-    matplotlib.use("Agg")
-    lines = shown("docs/how-to/notebook.md")
-    assert lines[0] == "Result" and "completed in 2001 steps" in lines[1]
+def first_column(page, title=None):
+    """The code words in the first column of the tables of a page, or of one of its sections."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    section = text if title is None else text.split(f"\n## {title}\n")[1].split("\n## ")[0]
+    cells = re.findall(r"^\| (`[^|]*`.*?) \|", section, re.M)
+    return [word for cell in cells for word in re.findall(r"`(\w+)", cell)]
+
+
+def test_the_table_of_statuses_has_every_status_once():
+    words = [word for word in first_column("troubleshooting.md") if word.isupper()]
+    assert sorted(words) == sorted(ftqp.StepStatus.__members__)
+
+
+def test_the_table_of_faults_has_every_fault_once():
+    title = "What the planner does about each fault"
+    assert sorted(first_column("failures.md", title)) == sorted(kind.__name__ for kind in KINDS.values())
+
+
+def test_the_table_of_schemes_has_every_criterion_once():
+    criteria = set(schemes.names()) - set(schemes.closed_forms())
+    assert sorted(first_column("choosing.md", "Scheme")) == sorted(criteria)
+
+
+def test_every_closed_form_is_named():
+    text = (ROOT / "docs" / "choosing.md").read_text(encoding="utf-8")
+    assert all(f"`{name}`" in text for name in schemes.closed_forms())
+
+
+def test_the_tables_of_modes_and_bounds_name_each_of_them():
+    text = (ROOT / "docs" / "choosing.md").read_text(encoding="utf-8")
+    modes = re.findall(r"^\| [^|`]* \| `(\w+)`", text.split("## Task mode")[1].split("\n## ")[0], re.M)
+    limits = re.findall(r"^\| [^|`]* \| `(\w+)`", text.split("## Bounds")[1].split("\n## ")[0], re.M)
+    assert sorted(modes) == sorted(MODES)
+    assert sorted(limits) == sorted(ftqp.bounds.names())
+
+
+def test_the_table_of_backends_names_each_of_them():
+    assert set(first_column("choosing.md", "Backend")) >= {
+        name for name in ftqp.qp.backend_names() if not name.startswith("qpsolvers:")
+    }
+
+
+def test_the_table_of_extras_has_every_extra_once():
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert sorted(first_column("start.md", "Install")) == sorted(extras["optional-dependencies"])
 
 
 def test_every_command_is_shown_with_an_example():

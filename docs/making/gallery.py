@@ -47,15 +47,15 @@ def page(printed: dict[str, list[str]]) -> str:
     lines = [
         "# Gallery",
         "",
-        "Every picture is made by the program beside it, with `--figure FILE`. "
-        "The page is made by `python docs/making/gallery.py`.",
+        "Seventeen programs, one idea each. Copy the one that is nearest to your task. "
+        "`--figure FILE` draws its picture, `python docs/making/gallery.py` this page.",
     ]
     for example in examples():
         story = ast.get_docstring(ast.parse(example.read_text(encoding="utf-8"))) or ""
         title, _, rest = story.partition("\n")
         name = example.stem
         lines += ["", f"## {title.rstrip('.')}", "", " ".join(rest.split()), ""]
-        lines += [f"![{title}](gallery/{name}.png)", ""]
+        lines += [f"![Picture of {example.name}](gallery/{name}.png)", ""]
         lines += [f"[examples/{example.name}](../examples/{example.name}) prints:", ""]
         lines += [f"    {line}" for line in printed[name]]
     return "\n".join(lines) + "\n"

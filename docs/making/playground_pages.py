@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 ASKED = "FTQP_PLAYGROUND"
 PAGES = {"panda": "panda-circle", "canadarm2": "canadarm2-wrist"}
 """Names of the pages and the scenarios in them."""
-PLACE = "playground.md"
+PLACE = "view.md"
 HOME, BEFORE = "index.md", "## Three commands"
 """The site's first page, and the part of it before which a visitor may break a joint."""
 FRAME = (

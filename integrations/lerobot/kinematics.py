@@ -47,6 +47,11 @@ class RobotKinematics:
     ) -> None:
         self.robot = ftqp.Robot.from_urdf(urdf_path, target_frame_name, acceleration=acceleration)
         self.joint_names = list(self.robot.joints if joint_names is None else joint_names)
+        if missing := [name for name in self.robot.joints if name not in self.joint_names]:
+            raise ftqp.InputError(
+                f"joint_names lacks {', '.join(missing)} on the way to {target_frame_name}; it has "
+                f"{', '.join(self.joint_names)}"
+            )
         self._order = [self.joint_names.index(name) for name in self.robot.joints]
         self.planner = ftqp.Planner(
             self.robot,
@@ -106,4 +111,10 @@ class RobotKinematics:
 
     def _angles(self, degrees: np.ndarray) -> np.ndarray:
         """The arm's joints in the order of the model [rad]."""
-        return np.deg2rad(np.asarray(degrees, dtype=float)[self._order])
+        given = np.asarray(degrees, dtype=float)
+        if given.ndim != 1 or len(given) <= max(self._order):
+            raise ftqp.InputError(
+                f"joint angles have shape {given.shape}, expected one number for each of "
+                f"{', '.join(self.joint_names)} [deg]"
+            )
+        return np.deg2rad(given[self._order])

@@ -106,3 +106,14 @@ def test_joints_come_in_the_order_of_lerobot_and_an_arm_moved_by_hand_begins_whe
     moved = q + 30.0
     sent = kinematics.inverse_kinematics(moved[::-1], other.forward_kinematics(moved))
     assert np.abs(sent[::-1] - moved).max() < 0.5
+
+
+def test_names_and_angles_that_are_missing_are_said(adapter, urdf):
+    with pytest.raises(
+        ftqp.InputError, match="joint_names lacks wrist_roll on the way to grip; it has shoulder"
+    ):
+        adapter(urdf, "grip", NAMES[:4])
+    with pytest.raises(
+        ftqp.InputError, match=r"joint angles have shape \(3,\), expected one number for each of"
+    ):
+        adapter(urdf, "grip", NAMES).forward_kinematics(START[:3])

@@ -93,7 +93,7 @@ USES = {
     "`planner.ways_out`": lambda robot, q: stepped(robot, q).ways_out(),
     "`MujocoPlant`": lambda robot, q: ftqp.MujocoPlant(robot, DT),
     "`ServoPlant`": lambda robot, q: ServoPlant(robot, DT),
-    "a free-swinging joint that is told": lambda robot, q: stepped(robot, q).report(
+    "a free-swinging joint that is reported": lambda robot, q: stepped(robot, q).report(
         ftqp.FreeSwinging(motor(robot))
     ),
     "`approximate_pseudoinverse`": spherical,

@@ -160,9 +160,12 @@ def test_xarm7_equals_its_urdf_with_exact_right_angles() -> None:
 
 def test_unknown_robot_names_the_nearest() -> None:
     with pytest.raises(
-        InputError, match=r"'pandas' is not a robot of the catalog \(did you mean 'panda'\?\)"
+        InputError,
+        match=r"'pandas' is not a robot of the catalog \(did you mean 'panda'\?\).*from_urdf",
     ):
         catalog.load("pandas")
+    with pytest.raises(InputError, match=r"; others are read by ftqp\.Robot\.from_urdf"):
+        catalog.load("gen3")
 
 
 def test_unknown_option_names_the_valid_ones() -> None:

@@ -71,3 +71,20 @@ def test_what_a_notebook_shows_has_a_small_picture(result):
         assert thing._repr_html_().count("<svg") == 1
     assert "and 82 more" in result.log._repr_html_() and "at most" in result.log.error_svg()
     assert "<svg" not in replace(result, log=None)._repr_html_()
+
+
+def test_what_a_console_shows_says_what_it_is(result):
+    path = ftqp.paths.Line(PANDA.pose(PANDA.neutral), displacement=(0.0, 0.05, 0.0), duration=1.0)
+    assert re.fullmatch(
+        r"Line\(begins at 0\.3069, 0, 0\.4869 m, lasts 1 s, is long 0\.05 m, .*\)", repr(path)
+    )
+    targets = ftqp.Targets(path.sample([0.0, 0.5, 1.0]).pose)
+    assert repr(targets.at(2)) == "Targets(3 poses, turned to number 2)"
+    arms = ftqp.batch.rollout(ftqp.Planner(PANDA), np.repeat(PANDA.neutral[None], 2, axis=0), targets=targets)
+    assert repr(arms).startswith("Rollout(2 arms; ticks: ") and "SCALED" not in repr(arms)
+
+
+def test_a_log_is_a_table_of_pandas(result):
+    table = result.log.to_pandas()
+    assert table.index.name == "t" and len(table) == len(result.log)
+    assert np.array_equal(table["q.panda_joint1"], result.log["q.panda_joint1"])

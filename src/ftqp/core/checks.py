@@ -16,6 +16,13 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 LARGEST = 1e300
 """No number of a file is larger than this, so that sums and products of some are finite."""
+FULL_TURN = 2.0 * np.pi
+"""What is farther beyond a joint's range [rad] was written in degrees. A convention."""
+
+
+def perhaps_degrees(away: float) -> str:
+    """A question for one who puts a joint so far beyond its range [rad]; empty where that may be meant."""
+    return "; are these degrees?" if away > FULL_TURN else ""
 
 
 def array(

@@ -112,7 +112,7 @@ def nearest(got: str, valid: Iterable[str]) -> str:
     return f" (did you mean {close[0]!r}?)" if close else ""
 
 
-def unknown(kind: str, got: object, owner: str, valid: Iterable[str]) -> InputError:
+def unknown(kind: str, got: object, owner: str, valid: Iterable[str], remedy: str = "") -> InputError:
     """The error for an unknown name: names the valid ones and the nearest.
 
     Args:
@@ -120,8 +120,10 @@ def unknown(kind: str, got: object, owner: str, valid: Iterable[str]) -> InputEr
         got: The name that was handed in.
         owner: Whose names these are, for example ``panda``.
         valid: The valid names.
+        remedy: What else to do, the end of the sentence.
     """
     names = list(valid)
     return InputError(
         f"{got!r:.80} is not a {kind} of {owner}{nearest(str(got), names)}; it has {', '.join(names)}"
+        f"{remedy and '; '}{remedy}"
     )

@@ -112,7 +112,7 @@ def base_limits(v_max: Any, a_max: Any, q_range: Any, tau_max: Any) -> JointLimi
     if q_range is None or isinstance(q_range, (int, float)):
         far = ROOM if q_range is None else positive("q_range", q_range, "m")
         q_range = [[-far, far], [-far, far]]
-    room = array("q_range", q_range, (2, 2), "(2, 2), lowest and highest x, then y, or one number")
+    room = array("q_range", q_range, (2, 2), "one number, or lowest and highest of x and of y")
     ends = np.vstack([room, [-np.inf, np.inf]])
     return JointLimits.of(3, q_min=ends[:, 0], q_max=ends[:, 1], v_max=v_max, a_max=a_max, tau_max=tau_max)
 

@@ -107,8 +107,10 @@ class Robot:
                   larger one lets the arm brake later and harder. None takes ``v_max / RISE_TIME``, and a
                   finding says so.
                 - ``neutral``: A configuration inside the limits, (nv,) [rad or m], or the name of one that
-                  the model keeps. None takes a posture that the model names, or a regular one in the middle
-                  of the range, see ``ftqp.model.neutral.neutral_posture``.
+                  the model keeps. None takes the one that the model names ``home`` (or ``neutral``,
+                  ``ready``, ``default``, ``half_sitting``: a keyframe of MJCF, a ``group_state`` of the
+                  SRDF next to the URDF), else zero or mid-range where that is regular and the motors hold
+                  it, else the best of 300 postures round the middle, the same every time.
                 - ``default_rows``: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
                 - ``length``: The characteristic length, > 0 [m]. A larger one makes rotation count more
                   beside position. None takes a sixth of the reach.
@@ -183,7 +185,11 @@ class Robot:
 
         Positions are those of MuJoCo's ``qpos`` and poses those in its world. The arm is what moves the tip;
         the rest of a scene stands where the file has it, a free base too. What moves the arm beside the
-        motors of its joints, such as ``gravcomp``, springs, tendons and loops, is a finding.
+        motors of its joints is a finding with the element's name, for ftqp knows nothing of it: ``gravcomp``,
+        springs, tendons, loops, actuators at sites, a medium with a density, a range that is switched off.
+        Of a body with an ``inertial`` no mesh is read. Keyframes of the whole scene are postures of the arm.
+        An equality of joints that is not linear, and a ball joint on the way to the tip, are refused; hold
+        such a joint by ``locked``.
 
         MJCF has no limits of velocity or acceleration: give ``limits={"v_max": ...}``. Those of torque are
         the ``actuatorfrcrange`` of a joint, or what its actuators give together, whatever is less: their
@@ -514,7 +520,9 @@ class Robot:
         several arms may come back in another order. Limits of acceleration and jerk are written as in URDF
         1.2, those of acceleration and rotor inertias as Drake's extensions, too; older tools skip them.
         Gravity, ``neutral``, ``default_rows`` and ``length`` are no part of a URDF: hand them to
-        ``from_urdf``.
+        ``from_urdf``. For tools that do not read Drake's extension the arm has no rotors: give MuJoCo its
+        ``armature`` by hand. MuJoCo refuses arms without masses, and the thin rods of ``planar`` and
+        ``planar6``.
 
         Raises:
             InputError: A name cannot stand in XML.

@@ -4,6 +4,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
+from math import isclose
 from pathlib import Path as File
 from typing import Any, final
 
@@ -275,6 +276,12 @@ class Simulation:
             if isinstance(event.fault, FreeSwinging) and event.told is not None:
                 robot.refuse_tree(SWINGS)
         self._plant = KinematicPlant(robot, planner.dt, planner.level) if plant is None else plant
+        instance("plant", self._plant, Plant, "a plant, for example ftqp.MujocoPlant(robot, dt, servo)")
+        if self._plant.dt is not None and not isclose(self._plant.dt, planner.dt):
+            raise InputError(
+                f"the plant takes a command every {self._plant.dt:g} s, but the planner makes one every "
+                f"{planner.dt:g} s; give both the same dt"
+            )
         if self._plant.drive is not None and self._plant.drive != planner.drive.kind:
             raise InputError(
                 f"the plant takes {_INTERFACES[self._plant.drive]}, but the planner was made for an arm that "

@@ -117,6 +117,7 @@ def test_sliding_joint_is_written(tmp_path):
     [
         (("panda", "--format", "csv"), "panda is a robot, no run"),
         (("pandaa", "--format", "urdf"), "did you mean 'panda'"),
+        (("nowhere/run", "--format", "csv"), "`ftqp run SCENARIO --out FOLDER` makes a run"),
         ((".", "--format", "csv"), "does not exist; expected a log.npy"),
     ],
 )

@@ -47,11 +47,11 @@ def test_rotors_and_load_of_a_log_are_said_and_kept(file: Path, tmp_path: Path) 
     np.testing.assert_allclose(again.coulomb, 0.3, atol=0.05)
 
 
-def test_a_person_reads_a_table_and_what_is_not_told(file: Path) -> None:
+def test_a_person_reads_a_table_and_what_is_not_shown(file: Path) -> None:
     result = asked(file, "--robot", "panda")
     assert result.exit_code == 0, result.output
-    assert "A load of 1." in result.output and "not told" in result.output
-    assert "the motion does not tell the encoder offset of panda_joint1" in result.output
+    assert "A load of 1." in result.output and "not shown" in result.output
+    assert "the motion does not show the encoder offset of panda_joint1" in result.output
     assert "8 s of motion are little" in result.output
 
 

@@ -304,6 +304,16 @@ def test_wrong_input_is_refused_with_one_sentence(study, given, sentence):
         ftqp.batch.rollout(**({"planner": planner, "q": q, "targets": targets} | given))
 
 
+def test_starts_in_degrees_are_noticed_and_a_share_is_of_a_status(study, caplog):
+    planner, targets, q = study
+    done = ftqp.batch.rollout(planner, q, targets=targets)
+    assert "degrees" not in caplog.text
+    with pytest.raises(InputError, match=r"status is 'OK', expected an ftqp\.StepStatus"):
+        done.share("OK")
+    ftqp.batch.rollout(planner, np.rad2deg(planner.robot.neutral), targets=targets)
+    assert "arm 0 starts with panda_joint2 at -45, beyond its range" in caplog.text
+
+
 def test_planners_that_are_not_compiled_as_a_whole_are_refused(study):
     planner, targets, q = study
     for settings, sentence in (

@@ -158,6 +158,21 @@ def test_a_wrong_sign_is_named(start):
     assert np.abs(arm.q - start).max() < 0.15 or arm.seconds < 0.3
 
 
+@pytest.mark.parametrize(
+    ("full_turn", "said"),
+    [
+        (360.0, r"as degrees from 0 to 360 all joints are inside: .*np.radians\(\(q \+ 180\) % 360 - 180\)"),
+        (2.0 * np.pi, r"a turn less or more, all joints are inside: hand over angles from -pi to pi"),
+    ],
+)
+def test_angles_that_begin_at_zero_are_named(full_turn, said):
+    """As Kinova's API gives them."""
+    panda = ftqp.robots.load("panda")
+    q = np.mod(panda.neutral / (2.0 * np.pi), 1.0) * full_turn
+    with pytest.raises(ftqp.InputError, match=said):
+        ftqp.connect(ftqp.Planner(panda, 2e-3), q)
+
+
 def test_degrees_are_named():
     with pytest.raises(ftqp.InputError, match=r"q puts roll at 51.* as degrees all joints are inside"):
         ftqp.connect(made(), np.degrees(START))
@@ -249,8 +264,8 @@ def test_what_cannot_be_connected_is_refused_in_a_sentence():
         ftqp.connect(made("velocity"), START)
     with pytest.raises(ftqp.InputError, match="seconds is 1, expected at least"):
         ftqp.connect(made(), START, seconds=1.0)
-    with pytest.raises(ftqp.InputError, match=r"q puts lift at 4, far outside its range .* order of the col"):
-        ftqp.connect(made(), [0.0, 4.0, 0.0, 2.6])
+    with pytest.raises(ftqp.InputError, match=r"q puts lift at 3, far outside its range .* order of the col"):
+        ftqp.connect(made(), [0.0, 3.0, 0.0, 2.6])
     first = ftqp.connect(made(), START)
     with pytest.raises(ftqp.InputError, match="100% of the motion is still to come"):
         first.save("arm.json")

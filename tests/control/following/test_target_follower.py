@@ -172,6 +172,13 @@ def test_wrong_arguments_are_refused_in_a_sentence():
         follower.step(HOME, np.zeros(7), ftqp.Target(position=START[:3, 3]))
 
 
+def test_a_dead_man_time_in_milliseconds_is_noticed(caplog):
+    ftqp.TargetFollower(ftqp.Planner(PANDA), dead_man=0.5)
+    assert not caplog.records
+    ftqp.TargetFollower(ftqp.Planner(PANDA), dead_man=200)
+    assert "a dead_man of 200 s lets the tip go on for 100 m" in caplog.text
+
+
 def test_speed_scales_the_twist_of_an_operator():
     follower = follower_of()
     follower.planner.speed = 0.5

@@ -130,3 +130,5 @@ def test_torque_arm_has_no_servo_to_mislead(panda):
         plant.suffer(Misread(JOINT, bias=0.1))
     with pytest.raises(InputError, match="panda_joint4"):
         plant.suffer(Jammed("panda_joint44"))
+    with pytest.raises(InputError, match="fault is of type Degraded, expected Runaway"):
+        plant.suffer(Degraded(JOINT))

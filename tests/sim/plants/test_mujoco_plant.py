@@ -314,6 +314,19 @@ def test_arm_that_takes_something_else_than_its_planner_sends_is_refused(panda, 
         )
 
 
+def test_arm_of_another_period_or_of_another_type_is_refused(panda):
+    path = Circle(panda.pose(START), 0.1, duration=1.0)
+    for plant, says in (
+        (
+            MujocoPlant(panda, 2.0 * DT),
+            "a command every .* s, but the planner .* the same dt",
+        ),
+        ("mujoco", "plant is 'mujoco', expected a plant"),
+    ):
+        with pytest.raises(InputError, match=says):
+            Simulation(Planner(panda, DT), path, q=START, plant=plant)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [

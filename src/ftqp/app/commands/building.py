@@ -70,6 +70,11 @@ def build(
     name, planner, q, path = _planner_of(source, tip, overrides or ())
     if "path" in (parts or ()) and path is None:
         raise InputError(f"{name} is a robot and has no path; build a scenario, or leave --with path out")
+    if "path" in (parts or ()) and planner.task.mode != "scaled":
+        raise InputError(
+            f"a path waits only in mode 'scaled', not {planner.task.mode!r}; give "
+            "--set planner.task.mode=scaled, or leave --with path out"
+        )
     say(f"compiling the planner of {name} for {target}; the first time takes minutes, later ones seconds")
     with progress(f"{name} for {target}", 1.0), tempfile.TemporaryDirectory() as aside:
         wanted = Wanted(

@@ -32,7 +32,6 @@ app = typer.Typer(
     epilog="Start with: ftqp demo",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 

@@ -53,7 +53,9 @@ def _of_robot(name: str, form: str, output: Path | None) -> dict[str, Any]:
     from ftqp.model import catalog
 
     if name.partition("(")[0] not in catalog.names():
-        raise unknown("run or robot", name, "ftqp", catalog.names())
+        raise unknown(
+            "run or robot", name, "ftqp", catalog.names(), "`ftqp run SCENARIO --out FOLDER` makes a run"
+        )
     if form != "urdf":
         raise InputError(f"{name} is a robot, no run; it goes with --format urdf alone")
     robot = catalog.load(name)

@@ -140,7 +140,7 @@ def _write_motion(
     from ftqp.sim.torque_logs import write_motion
 
     if file is None or file.suffix.lower() != ".csv" or file.exists():
-        raise InputError(f"-o is {file}, expected a new .csv file for the motion")
+        raise InputError(f"-o is {file}, expected a new .csv file for the motion, for example -o motion.csv")
     if rehearsal is not None and arm.setup is None:
         raise InputError("--rehearse takes what is true of the arm from a scenario; name one by --motion")
     dt = 0.001 if arm.setup is None else arm.setup.planner.dt
@@ -241,7 +241,7 @@ def _told(found: "FittedArm", kinds: list[str]) -> Told:
 
 def _number(value: float, error: float, untold: bool) -> str:
     """A value with its standard error."""
-    return "not told" if untold else f"{value:.3g} ± {error:.1g}"
+    return "not shown" if untold else f"{value:.3g} ± {error:.1g}"
 
 
 def _notes(found: "FittedArm", kinds: list[str], logs: list["TorqueLog"]) -> list[str]:
@@ -252,9 +252,9 @@ def _notes(found: "FittedArm", kinds: list[str], logs: list["TorqueLog"]) -> lis
     for name in (kind for kind in kinds if kind != LOAD):
         silent = [joint for joint, no in zip(joints, found.untold[name], strict=True) if no]
         if silent:
-            notes.append(f"the motion does not tell the {KINDS[name].about} of {', '.join(silent)}")
+            notes.append(f"the motion does not show the {KINDS[name].about} of {', '.join(silent)}")
     if LOAD in kinds and found.untold[LOAD][0]:
-        notes.append("the motion does not tell the load's mass; turn the wrist and move faster")
+        notes.append("the motion does not show the load's mass; turn the wrist and move faster")
     seconds = sum(float(log.t[-1] - log.t[0]) for log in logs) - found.left_out
     if found.left_out:
         notes.append(f"{found.left_out:.2g} s lie in gaps between samples and were left out")

@@ -43,6 +43,7 @@ IN_THE_SHELL = (
     (r"locked=\['([^']*)'\]", r"--locked \1"),
 )
 """How a remedy that names an argument of Python is spelled in the shell."""
+ANOTHER = "another arm is read from its file, for example arm.urdf --tip tool0"
 PICTURE = Path("figures") / "arm.png"
 LIMITS = ("q_min", "q_max", "v_max", "a_max", "j_max", "tau_max")
 NUMBERS = (*LIMITS, "a by torque", "neutral", "gravity", "of tau_max")
@@ -54,7 +55,7 @@ def robot_of(source: str, tips: list[str], locked: list[str], *, holds: bool = F
     known = source.partition("(")[0] in catalog.names()
     if not file.is_file() and file.suffix.lower() not in MODELS and (known or not file.exists()):
         if not known:
-            raise unknown("robot or file", source, "ftqp", catalog.names())
+            raise unknown("robot or file", source, "ftqp", catalog.names(), ANOTHER)
         if tips or locked:
             raise InputError(
                 f"{source} is a robot of the catalog, which has its tip; leave --tip, --locked out"
@@ -80,7 +81,8 @@ def arm_of(source: str, tip: str | None, overrides: Sequence[str] = ()) -> "tupl
             raise InputError(f"{source} is a robot, no scenario, so that --set has nothing to change")
         return robot_of(source, [] if tip is None else [tip], []), None
     if not Path(source).suffix and not Path(source).exists() and source not in document.bundled():
-        raise unknown("robot, scenario or file", source, "ftqp", [*catalog.names(), *document.bundled()])
+        valid = [*catalog.names(), *document.bundled()]
+        raise unknown("robot, scenario or file", source, "ftqp", valid, ANOTHER)
     if tip is not None:
         raise InputError(f"{source} is a scenario, whose [robot] has the tip; leave --tip out")
     setup = load(source, overrides)

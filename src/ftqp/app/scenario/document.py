@@ -98,11 +98,13 @@ def _text(path: Path, kind: str) -> str:
 
 def _not_found(path: Path, kind: str) -> str:
     names = list(bundled(kind))
+    named = path.parent == Path()  # else it is meant as a file
     beside = [str(p) for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
-    near = get_close_matches(str(path.with_suffix("")), names, n=1, cutoff=0.4)
+    near = get_close_matches(str(path.with_suffix("")), names, n=1, cutoff=0.4) if named else []
     near = near or get_close_matches(str(path), beside, n=1, cutoff=0.6)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
-    return f"{path} is neither a file nor a bundled {kind}{hint}; bundled are {', '.join(names)}"
+    listed = f"; bundled are {', '.join(names)}" if named else ""
+    return f"{path} is neither a file nor a bundled {kind}{hint}{listed}"
 
 
 def _parsed(text: str, origin: str) -> dict[str, Any]:
@@ -115,6 +117,11 @@ def _parsed(text: str, origin: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
+        if text.lstrip().startswith("<"):
+            raise ScenarioError(
+                f"{origin} is XML, expected TOML; a scenario names the file of its robot: "
+                '[robot] urdf = "arm.urdf", or mjcf'
+            ) from error
         raise ScenarioError(f"{origin} is not valid TOML: {error}") from error
     except (RecursionError, ValueError) as error:
         raise ScenarioError(

@@ -13,7 +13,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.status import StepStatus
 from ftqp.control.planner.target import Targets
-from ftqp.core.checks import BoolArray, FloatArray, IntArray
+from ftqp.core.checks import FULL_TURN, BoolArray, FloatArray, IntArray, instance
 from ftqp.core.errors import InputError
 from ftqp.core.one_engine import check_engine
 from ftqp.core.quiet import quiet
@@ -150,12 +150,18 @@ class Rollout:
     first_bad: IntArray
     trace: FloatArray
 
+    def __repr__(self) -> str:
+        ticks = self.counts.sum(axis=0)
+        said = ", ".join(f"{n} {status.name}" for n, status in zip(ticks, StepStatus, strict=True) if n)
+        return f"Rollout({len(self.q)} arms; ticks: {said or 'none'})"
+
     def share(self, status: StepStatus) -> FloatArray:
         """The share of its ticks that each arm ended in a status, (B,).
 
         Args:
             status: Which, for example ``ftqp.StepStatus.OK``.
         """
+        instance("status", status, StepStatus, "an ftqp.StepStatus, for example ftqp.StepStatus.OK")
         total = np.maximum(self.counts.sum(axis=1), 1)
         result: FloatArray = self.counts[:, list(StepStatus).index(status)] / total
         return result
@@ -244,6 +250,7 @@ def rollout(
     check_engine(engine)
     what_ifs = planner.what_ifs()
     starts, speeds = _starts(planner, q, v, faults)
+    _warn_of_degrees(planner.robot, starts)
     arms, ticks = len(starts), len(targets)
     step = _whole("every", every) if every is not None else 0
     _look_at_memory(memory(planner, arms, ticks, step), arms)
@@ -295,6 +302,19 @@ def _starts(planner: Planner, q: Any, v: Any, faults: Any) -> tuple[FloatArray, 
     if v.shape not in ((n,), q.shape):
         raise InputError(f"v has shape {v.shape}, expected {q.shape} as q, or ({n},) for all arms alike")
     return np.ascontiguousarray(q), np.ascontiguousarray(np.broadcast_to(v, q.shape))
+
+
+def _warn_of_degrees(robot: Robot, starts: FloatArray) -> None:
+    """One warning where an arm starts farther beyond its range than anybody means."""
+    away = np.maximum(robot.limits.q_min - starts, starts - robot.limits.q_max)
+    found = np.argwhere(away > FULL_TURN)
+    if len(found):
+        arm, joint = found[0]
+        _LOG.warning(
+            "%s: arm %d starts with %s at %.4g, beyond its range %.4g to %.4g; are these degrees?",
+            robot.name, arm, robot.joints[joint], starts[arm, joint], robot.limits.q_min[joint],
+            robot.limits.q_max[joint],
+        )  # fmt: skip
 
 
 def _numbers(name: str, value: Any) -> FloatArray:

@@ -58,7 +58,8 @@ class Connection:
     limits, and comes back. The planner learns the servos meanwhile, and keeps what it has learned. It stops
     the arm at once, and ``fault`` says why, where a joint does not follow, moves the other way, goes much too
     far (degrees, millimetres), where the samples of another one follow (columns are swapped), where the arm
-    moves though it is sent to stay, and where the planner finds a failure or is stopped.
+    moves though it is sent to stay, and where the planner finds a failure or is stopped. The true lag,
+    friction and droop lie within three of the standard deviations that it says.
 
     Args:
         planner: The planner that is led, on drive ``position``; it is reset.
@@ -352,15 +353,34 @@ def _refuse_outside(robot: Robot, q: FloatArray) -> None:
     if (beyond <= OUTSIDE).all():
         return
     i, turns = int(np.argmax(beyond)), ~robot.chain.prismatic
-    scaled = np.where(turns, q / DEGREES, q)
-    inside = abs(q[i]) > TURN and bool(((scaled >= low - OUTSIDE) & (scaled <= high + OUTSIDE))[turns].all())
-    remedy = (
-        "as degrees all joints are inside: hand over radians, np.radians(q), and if the arm takes degrees, "
-        "too, send np.degrees(step.q)"
-        if inside
-        else "look at units, zeros, signs and the order of the columns, robot.joints"
-    )
+    scaled, degrees = q / DEGREES, abs(q[i]) > TURN
+
+    def inside(angles: FloatArray) -> bool:
+        return bool(((angles >= low - OUTSIDE) & (angles <= high + OUTSIDE))[turns].all())
+
+    if degrees and inside(scaled):
+        remedy = (
+            "as degrees all joints are inside: hand over radians, np.radians(q), and if the arm takes "
+            "degrees, too, send np.degrees(step.q)"
+        )
+    elif degrees and inside(_within_half_a_turn(scaled)):
+        remedy = (
+            "as degrees from 0 to 360 all joints are inside: hand over radians from -pi to pi, "
+            "np.radians((q + 180) % 360 - 180), and send degrees if the arm takes them"
+        )
+    elif turns[i] and inside(_within_half_a_turn(q)):
+        remedy = (
+            "a turn less or more, all joints are inside: hand over angles from -pi to pi, "
+            "(q + np.pi) % (2 * np.pi) - np.pi"
+        )
+    else:
+        remedy = "look at units, zeros, signs and the order of the columns, robot.joints"
     raise InputError(
         f"q puts {robot.joints[i]} at {q[i]:.4g}, far outside its range {low[i]:.4g} to {high[i]:.4g}; "
         f"{remedy}"
     )
+
+
+def _within_half_a_turn(angles: FloatArray) -> FloatArray:
+    """The same angles from -pi to pi [rad]."""
+    return (angles + np.pi) % TURN - np.pi

@@ -123,6 +123,9 @@ class GoTo:
                 "a GoTo needs exactly one of pose, q and way; pose is of the tip, q of all joints, way one "
                 "of planner.ways_out()"
             )
+        instance(
+            "limits", limits, TipLimits | None, "ftqp.TipLimits(...), ftqp.TipLimits(speed=0.25), or None"
+        )
         self._planner = planner
         self._tolerance = positive("tolerance", tolerance, "m or rad")
         self._rotation_tolerance = positive("rotation_tolerance", rotation_tolerance, "rad")

@@ -8,7 +8,7 @@ import numpy as np
 
 from ftqp.control.inverse_kinematics.passable import HELD
 from ftqp.control.planner.planner_view import PlannerView
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, perhaps_degrees
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.thresholds import AT_REST
@@ -66,7 +66,7 @@ def posture_inside(robot: Robot, q: Any) -> FloatArray:
         if not low <= goal[i] <= high and not robot.continuous[i]:
             raise InputError(
                 f"q puts {joint} at {goal[i]:.6g}, outside its limits {low:.6g} to {high:.6g}; "
-                "choose a posture inside them"
+                "choose a posture inside them" + perhaps_degrees(max(low - goal[i], goal[i] - high))
             )
     return goal
 

@@ -10,7 +10,7 @@ import numpy as np
 from ftqp.control.following.led_tip import TipTracker
 from ftqp.control.planner.given_arrays import not_a_target
 from ftqp.control.planner.planner import Planner
-from ftqp.control.planner.start import in_millimetres
+from ftqp.control.planner.start import in_millimetres, in_milliseconds
 from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
@@ -72,7 +72,10 @@ class TargetFollower:
             raise InputError(f"limits are {limits!r:.60}, expected ftqp.TipLimits(...) or None")
         self._planner = planner
         self._dead_man = positive("dead_man", dead_man, "s")
-        self._led = TipTracker(planner, TipLimits() if limits is None else limits)
+        limits = TipLimits() if limits is None else limits
+        if said := in_milliseconds(planner.robot, limits.speed, self._dead_man):
+            _LOG.warning("%s: %s", planner.robot.name, said)
+        self._led = TipTracker(planner, limits)
         self._turns = any(row.startswith("r") for row in planner.task_rows)
         self._nowhere = Target(pose=np.eye(4))
         self._nowhere.pose[:] = np.nan

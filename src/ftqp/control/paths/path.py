@@ -83,19 +83,28 @@ class Path(ABC):
                 f"duration of the path is {self._duration:g} s, expected more than {TIME_SLACK:g} s"
             )
 
+    def _about(self, at: PathSample) -> dict[str, str]:
+        """Where it begins, how long and how fast it is."""
+        speed, turn = np.linalg.norm(at.twist[:, :3], axis=1), np.linalg.norm(at.twist[:, 3:], axis=1)
+        length = float(np.linalg.norm(np.diff(at.pose[:, :3, 3], axis=0), axis=1).sum())
+        return {
+            "begins at": ", ".join(f"{x:.4g}" for x in self._start[:3, 3].round(6) + 0.0) + " m",
+            "lasts": f"{self._duration:g} s",
+            "is long": f"{length:.4g} m",
+            "is at most as fast as": f"{speed.max():.3g} m/s",
+            "turns at most": f"{turn.max():.3g} rad/s",
+        }
+
+    @final
+    def __repr__(self) -> str:
+        about = self._about(self.sample(np.linspace(0.0, self._duration, DRAWN)))
+        return f"{type(self).__name__}({', '.join(f'{what} {how}' for what, how in about.items())})"
+
     @final
     def _repr_html_(self) -> str:
-        """Where it begins, how long and how fast it is, for notebooks."""
+        """The same as a table with a picture, for notebooks."""
         at = self.sample(np.linspace(0.0, self._duration, DRAWN))
-        speed = np.linalg.norm(at.twist[:, :3], axis=1)
-        length = float(np.linalg.norm(np.diff(at.pose[:, :3, 3], axis=0), axis=1).sum())
-        rows = [
-            ("begins at", ", ".join(f"{x:.4g}" for x in self._start[:3, 3]) + " m"),
-            ("lasts", f"{self._duration:g} s"),
-            ("is long", f"{length:.4g} m"),
-            ("is at most as fast as", f"{speed.max():.3g} m/s"),
-            ("turns at most", f"{np.linalg.norm(at.twist[:, 3:], axis=1).max():.3g} rad/s"),
-        ]
+        rows = list(self._about(at).items())
         tip = at.pose[:, :3, 3]
         across, up = np.sort(np.argsort(np.ptp(tip, axis=0), kind="stable")[1:])
         says = f"the tip's way, {'xyz'[across]} to the right and {'xyz'[up]} up"

@@ -21,7 +21,7 @@ from ftqp.control.task.soft_tasks import (
     SoftTask,
     direction,
 )
-from ftqp.core.checks import FloatArray, array, frozen, sized
+from ftqp.core.checks import FloatArray, array, frozen, perhaps_degrees, sized
 from ftqp.core.errors import InputError
 from ftqp.core.pose import has_last_row, is_rotation_matrix, transform
 from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION
@@ -346,7 +346,7 @@ def _write(one: RunningTask, robot: Robot) -> None:
                 if not least <= place <= most:
                     raise InputError(
                         f"{robot.joints[m]} of {task.label} is {place:g}, expected a place within its "
-                        f"limits, {least:g} to {most:g}"
+                        f"limits, {least:g} to {most:g}{perhaps_degrees(max(least - place, place - most))}"
                     )
                 i = robot.chain.lead[m]  # where its leader has to be for it
                 terms.share[at, i] = 1.0

@@ -11,7 +11,7 @@ from ftqp.control.planner.mounted_robot import weight_sentence
 from ftqp.control.planner.stages import Stage
 from ftqp.control.planner.step import Step
 from ftqp.control.task.task import ROW_SETS
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, perhaps_degrees
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import HEALTHY, SETS, TARGET_POSE, TARGET_TWIST
 from ftqp.kernel.layout.rows import COMPONENTS
@@ -85,10 +85,6 @@ class Degrading:
 
 
 _LOG = logging.getLogger("ftqp")
-FULL_TURN = 2.0 * np.pi
-"""A start that is farther beyond a range [rad] was written in degrees. A convention."""
-
-
 FAR = 0.05
 """A first target that is farther from the tip [m] is no beginning of a motion from where the arm is. A
 convention: the default of the emergency stop's threshold."""
@@ -155,7 +151,7 @@ def _beyond(robot: Robot, q: FloatArray) -> list[str]:
     said = ", ".join(
         f"{robot.joints[k]} {q[k]:.4g} ({limits.q_min[k]:.4g} to {limits.q_max[k]:.4g})" for k in far
     )
-    degrees = "; are these degrees?" if any(away[k] > FULL_TURN for k in far) else ""
+    degrees = perhaps_degrees(float(away.max()))
     return [f"the start is beyond the range of {said}, which the arm is led back into first{degrees}"]
 
 
@@ -180,6 +176,17 @@ def in_millimetres(robot: Robot, place: FloatArray) -> str:
     return (
         f"the target is {away:.4g} m from the base of an arm that reaches {reach:.2g} m; targets are in m, "
         "and this looks like millimetres: multiply it by 0.001"
+    )
+
+
+def in_milliseconds(robot: Robot, speed: float, dead_man: float) -> str:
+    """To be said of a dead-man time in which the tip may go farther than the arm reaches; else empty."""
+    reach, way = robot.length / LENGTH_FRACTION, speed * dead_man
+    if not way > reach:
+        return ""
+    return (
+        f"a dead_man of {dead_man:g} s lets the tip go on for {way:.3g} m without its operator, farther than "
+        f"the arm reaches, {reach:.2g} m; it is in s, 0.2 is usual"
     )
 
 

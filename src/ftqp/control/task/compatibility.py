@@ -117,11 +117,17 @@ NEEDS: Final[dict[str, tuple[str, ...]]] = {
     "`planner.ways_out`": ("serial", "branches", "mimic joints"),
     "`MujocoPlant`": ("serial", "branches", "mimic joints"),
     "`ServoPlant`": ("serial", "branches", "mimic joints"),
-    "a free-swinging joint that is told": ("serial",),
+    "a free-swinging joint that is reported": ("serial",),
     "`approximate_pseudoinverse`": ("serial",),
     "`ftqp.postures`, `ftqp.analysis.plan`": ("serial", "branches"),
 }
-"""What serves which of them; the others are refused in a sentence, by what they ask for."""
+"""What serves which of them; the others are refused in a sentence, by what they ask for.
+
+A joint that swings freely is led by what all links of one chain sweep and where its stops are, which on a
+tree, or through a joint that another one drags along, is another study. ``approximate_pseudoinverse`` is a
+formula for arms with a spherical wrist. A body that floats has no motor that could give torque or hold it,
+and a scheme without a QP has no rows for its momentum. Plans and postures are of one chain at a time.
+"""
 
 
 def broken_rule(**chosen: str) -> tuple[Rule, str] | None:

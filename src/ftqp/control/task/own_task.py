@@ -84,7 +84,7 @@ class LeastSquares(OwnTask):
             written. x is the joint acceleration, or velocity at the velocity level. It is tried once when a
             planner is made, at the neutral posture at rest. A tick in which it raises or gives numbers that
             are not finite goes on without the task; ``step.tasks[name].failed`` says why, and the first
-            time a warning does.
+            time a warning does. One that takes longer than a tick is named once on the logger ``ftqp``.
     """
 
     rows: int

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ftqp.control.task.task import DEFAULT_GAINS
-from ftqp.core.checks import array, frozen
+from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.pose import pose
 from ftqp.core.setting import REQUIRED, setting
@@ -144,6 +144,10 @@ def _bits(task: SoftTask, rows: Any, names: bool) -> int:
     return sum(1 << COMPONENTS.index(row) for row in rows)
 
 
+def _place_of(task: "PositionTask | CentreOfMass") -> FloatArray:
+    return array(f"target of {task.label}", task.target, (3,), "x, y, z")
+
+
 def _rows_of(task: SoftTask, rows: Any) -> str:
     if not isinstance(rows, str) or not rows or set(rows) - set(AXES) or len(set(rows)) < len(rows):
         raise InputError(f"rows of {task.label} is {rows!r:.60}, expected some of x, y, z, for example 'z'")
@@ -237,7 +241,7 @@ class PositionTask(SoftTask):
         _rows_of(self, self.rows)
         object.__setattr__(self, "point", frozen(array("point", self.point, (3,), "(3,)")))
         if self.target is not None:
-            object.__setattr__(self, "target", frozen(array("target", self.target, (3,), "(3,)")))
+            object.__setattr__(self, "target", frozen(_place_of(self)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -301,7 +305,7 @@ class CentreOfMass(SoftTask):
         SoftTask.__post_init__(self)
         _rows_of(self, self.rows)
         if self.target is not None:
-            object.__setattr__(self, "target", frozen(array("target", self.target, (3,), "(3,)")))
+            object.__setattr__(self, "target", frozen(_place_of(self)))
 
 
 @dataclass(frozen=True, slots=True)

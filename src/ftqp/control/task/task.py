@@ -128,12 +128,17 @@ class Task:
         positive("rotation_tolerance", self.rotation_tolerance, "rad")
         if not 1e-12 <= positive("slack", self.slack) <= 1.0:
             raise InputError(f"slack is {self.slack:g}, expected a share in [1e-12, 1]")
+        if isinstance(self.degrade, str):
+            raise InputError(f"degrade is {self.degrade!r:.60}, expected several names: ('pose', 'position')")
         for name in self.degrade or ():
             if name not in ROW_SETS:
                 raise InputError(
                     f"degrade has {name!r}{nearest(str(name), ROW_SETS)}, "
                     f"expected names among {', '.join(ROW_SETS)}"
                 )
+        given = tuple(self.degrade or ())
+        if given != (largest_first := tuple(sorted(given, key=lambda name: -len(ROW_SETS[name])))):
+            raise InputError(f"degrade is {given}, expected the largest set first: {largest_first}")
         if not array("axis", self.axis, (3,)).any():
             raise InputError("axis is zero, expected the direction of the tool in the tip frame")
 

@@ -107,7 +107,8 @@ class Calibration:
         names = {field.name for field in fields(cls)}
         if not isinstance(content, dict) or content.get("format") != FORMAT or not names <= content.keys():
             raise InputError(
-                f"{path} is no calibration of format {FORMAT}; make a new one with ftqp.Detector.calibrate"
+                f"{path} is no calibration of format {FORMAT}; make a new one from runs of the healthy arm, "
+                "`ftqp calibrate RUN --out FILE` or ftqp.Detector.calibrate"
             )
         values = {name: content[name] for name in names}
         _refuse_strange(path, values)

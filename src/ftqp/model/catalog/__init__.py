@@ -45,7 +45,8 @@ def load(name: str, **options: Any) -> "Robot":
     if short:
         name, options = "planar", {"count": int(short[1]), **options}
     if name not in CATALOG:
-        raise unknown("robot", name, "the catalog", names())
+        remedy = "others are read by ftqp.Robot.from_urdf(file, tip=...)"
+        raise unknown("robot", name, "the catalog", names(), remedy)
     from ftqp.model.catalog.arms import WITH_OPTIONS, arm_of_file  # pinocchio takes a while to load
 
     build = WITH_OPTIONS.get(name, lambda: arm_of_file(name))

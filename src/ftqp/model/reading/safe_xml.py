@@ -21,6 +21,10 @@ KNOWN = {"xml": "http://www.w3.org/XML/1998/namespace", "drake": DRAKE}
 """Prefixes that mean something where a file does not declare them, too."""
 
 
+READERS = {"robot": "from_urdf", "mujoco": "from_mjcf"}
+"""Which method of a robot reads a file with this root element."""
+
+
 def xml_of(source: Any, kind: str, root: str) -> tuple[str, ElementTree.Element, Path | None]:
     """The XML of a robot, read as ROS and pinocchio read it.
 
@@ -35,7 +39,11 @@ def xml_of(source: Any, kind: str, root: str) -> tuple[str, ElementTree.Element,
     except (expat.ExpatError, ValueError) as error:
         raise InputError(f"{label} is not well-formed XML: {error}; correct it there") from error
     if tree.tag != root:
-        raise InputError(f"{label} has the root element <{tree.tag!s:.60}>, expected <{root}>")
+        reader = READERS.get(tree.tag)
+        raise InputError(
+            f"{label} has the root element <{tree.tag!s:.60}>, expected <{root}>"
+            f"{f'; such a file is read by ftqp.Robot.{reader}' if reader else ''}"
+        )
     for element in tree.iter():
         if _is_xacro(element):
             raise InputError(f"{label} is a xacro that was not expanded; run 'xacro FILE > robot.urdf' first")

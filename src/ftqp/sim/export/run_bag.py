@@ -1,4 +1,17 @@
-"""A run as a ROS 2 bag: what Foxglove, PlotJuggler, RViz and ``ros2 bag play`` show."""
+"""A run as a ROS 2 bag: what Foxglove, PlotJuggler, RViz and ``ros2 bag play`` show.
+
+- ``/joint_states``, ``sensor_msgs/JointState``: what the joints really did; efforts are measured motor
+  torques where the log has them.
+- ``/joint_command``: positions and velocities that were sent, for the end of the step, and motor torques.
+- ``/joint_measured``, ``/joint_reference``: what the planner was given, and its own state; where sensors or a
+  drive make a difference.
+- ``/target``, ``/tip``, ``geometry_msgs/PoseStamped``: in the frame ``base``, or ``world`` where
+  the base moves.
+- ``/tf``: ``base``, a link behind each joint, the tip. ``/robot_description``, latched: the arm as a URDF.
+- ``/ftqp/status``, ``std_msgs/String``: the status in words, where it changes.
+- ``/ftqp/step``, ``ftqp_msgs/Step``, defined in the file: errors, slack, residual, iterations, step time,
+  belief and truth of each joint, errors of soft tasks and distances of kept points by name.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -280,10 +293,7 @@ TEXT = "std_msgs/msg/String"
 def write_bag(rows: LogRows, folder: str | Path, robot: Robot | None = None, told: Told = silent) -> int:
     """All ticks of a run in a new bag, a folder with ``metadata.yaml`` and an MCAP file.
 
-    Topics: ``/joint_states`` (what the joints really did), ``/joint_command``, ``/target``, ``/tip``,
-    ``/ftqp/step`` and, with a robot, ``/tf`` at every tick; ``/ftqp/status`` where the status changes; with a
-    robot ``/robot_description`` once, kept for those who come later. ``/joint_measured`` and
-    ``/joint_reference`` are there where the log has them.
+    Topics are those of the list above; those of a robot are there where one is given.
     """
     ticks, about, sent = Ticks(rows), rows.metadata, 0
     with whole_folder(folder) as part, RosBag(part, {STEP: step_definition()}) as bag:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ftqp.core.checks import FloatArray, frozen, seen
-from ftqp.core.errors import unknown
+from ftqp.core.errors import MissingPackage, unknown
 from ftqp.core.picture import Picture, painted
 from ftqp.core.small_picture import curves_svg, html_table
 from ftqp.sim.log.log_rows import LogRows, RowSink, RunFacts, whole_numbers
@@ -170,6 +170,18 @@ class Log:
             InputError: the file exists already or cannot be made.
         """
         write_csv(self.rows, path)
+
+    def to_pandas(self) -> Any:
+        """All signals as a ``pandas.DataFrame``, one row per step with the time [s] as its index.
+
+        Raises:
+            MissingPackage: pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError as error:
+            raise MissingPackage("a table of pandas", "pandas", "pip install pandas") from error
+        return pandas.DataFrame(self._signals).set_index("t")
 
     def to_npz(self, path: str | Path) -> None:
         """Write all signals to a new NPZ file, an array a group: ``q`` is (K, nv), ``t`` is (K,).

@@ -151,7 +151,11 @@ def _part(file: Path) -> tuple[RunFacts, tuple[Column, ...], FloatArray]:
         if about["checksum"] != checksum(about):
             raise ValueError("not as ftqp wrote it")
         if about["format"] != FORMAT:
-            raise InputError(f"{file} has format {about['format']}; a newer ftqp may read it")
+            raise InputError(
+                f"{file} has format {about['format']!r:.20}, this ftqp reads {FORMAT}; read it with the "
+                "version that wrote it, which its .json names, and export it there: "
+                "`ftqp export RUN --format npz`"
+            )
         columns = tuple(Column(**column) for column in about["columns"])
         table = np.load(file, mmap_mode="r")
         if table.shape[1:] != (len(columns),) or table.dtype != "<f8":

@@ -114,6 +114,11 @@ class KinematicPlant(Plant):
         """The impacts of free-swinging joints on their end stops since the last reset."""
         return tuple(self._impacts)
 
+    @property
+    def dt(self) -> float:
+        """The period of the commands that it takes [s]."""
+        return self._dt
+
     def reset(self, q: FloatArray, v: FloatArray) -> None:
         self._faults.clear()
         self._impacts.clear()

@@ -59,9 +59,9 @@ class MujocoPlant(Plant):
     """
 
     __slots__ = (
-        "_brakes", "_closes_in", "_closing", "_coulomb", "_delivered", "_high", "_is_odd", "_latest", "_led",
-        "_limit", "_low", "_misread", "_physics", "_pushed", "_read", "_rng", "_robot", "_seed", "_servo",
-        "_started", "_stuck", "_substeps", "_viscous",
+        "_brakes", "_closes_in", "_closing", "_coulomb", "_delivered", "_dt", "_high", "_is_odd", "_latest",
+        "_led", "_limit", "_low", "_misread", "_physics", "_pushed", "_read", "_rng", "_robot", "_seed",
+        "_servo", "_started", "_stuck", "_substeps", "_viscous",
     )  # fmt: skip
 
     def __init__(
@@ -76,6 +76,8 @@ class MujocoPlant(Plant):
         scene: Scene | None = None,
     ) -> None:
         instance("robot", robot, Robot, "an ftqp.Robot, for example planner.robot")
+        instance("servo", servo, JointServo | GainServo | None, "a servo, ftqp.JointServo(robot, 'torque')")
+        instance("true", true, TrueArm | None, "an ftqp.TrueArm or None")
         instance("scene", scene, Scene | None, "an ftqp.Scene or None")
         robot.refuse_floating("plant 'mujoco', whose motors would hold it, needs")
         if not robot.has_inertia:
@@ -89,7 +91,8 @@ class MujocoPlant(Plant):
         true = TrueArm() if true is None else true
         self._substeps, self._latest, self._seed = substeps, int(true.jitter * substeps), seed
         self._rng = np.random.default_rng(seed)
-        step = positive("dt", dt, "s") / substeps
+        self._dt = positive("dt", dt, "s")
+        step = self._dt / substeps
         geoms = [] if scene is None else [*_bodies(robot), *_things(scene)]
         self._physics = Physics(true.chain(robot), step, geoms)
         self._closes_in = round(true.brake_delay / step)
@@ -142,6 +145,11 @@ class MujocoPlant(Plant):
     def contact_force(self) -> float:
         """The largest force between the arm and what stands around it in the last time step [N]."""
         return self._physics.contact_force
+
+    @property
+    def dt(self) -> float:
+        """The period of the commands that it takes [s]."""
+        return self._dt
 
     @property
     def drive(self) -> str:
@@ -212,8 +220,9 @@ class MujocoPlant(Plant):
             fault: What happens, and to which joint.
 
         Raises:
-            InputError: unknown joint, or an encoder of a servo that a torque arm has not.
+            InputError: No hidden fault, unknown joint, or an encoder of a servo that a torque arm has not.
         """
+        instance("fault", fault, HiddenFault, "Runaway, Weakened, Jammed or Misread; fail takes others")
         i = self._motor_of(fault.joint)
         if isinstance(fault, Misread) and self.drive == "torque":
             raise InputError(

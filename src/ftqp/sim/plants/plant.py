@@ -56,6 +56,11 @@ class Plant(ABC):
         return None
 
     @property
+    def dt(self) -> float | None:
+        """The period of the commands that the arm takes [s]; None where it says none."""
+        return None
+
+    @property
     def tolerance(self) -> float:
         """How far a joint that a brake holds may creep in a run [rad or m]."""
         return 0.0
@@ -121,6 +126,7 @@ class PlantAround(Plant):
     q = property(attrgetter("_plant.q"))
     v = property(attrgetter("_plant.v"))
     drive = property(attrgetter("_plant.drive"))
+    dt = property(attrgetter("_plant.dt"))
     tolerance = property(attrgetter("_plant.tolerance"))
     motors = property(attrgetter("_plant.motors"))
     failure = property(attrgetter("_plant.failure"))

@@ -86,6 +86,11 @@ class ServoPlant(Plant):
         return seen(self._set)
 
     @property
+    def dt(self) -> float:
+        """The period of the commands that it takes [s]."""
+        return self._dt
+
+    @property
     def drive(self) -> str | None:
         """What the servos take; None for increments, for which any planner fits."""
         return self._drive

@@ -6,7 +6,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, non_negative, positive
+from ftqp.core.checks import FloatArray, instance, non_negative, positive
 from ftqp.core.errors import InputError
 from ftqp.core.setting import setting
 from ftqp.model.chain import Chain
@@ -60,6 +60,7 @@ class TrueArm:
     end_stops: float | None = setting(None, unit="rad or m", least=0.0)
 
     def __post_init__(self) -> None:
+        instance("payload", self.payload, Payload | None, "an ftqp.Payload, ftqp.Payload(mass=0.5), or None")
         positive("mass_scale", self.mass_scale)
         non_negative("brake_delay", self.brake_delay, "s")
         if non_negative("jitter", self.jitter) > MOST_JITTER:

@@ -1,0 +1,62 @@
+"""What a newcomer reads is short, and uses the terms of the field, which docs/making/glossary.toml lists."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tests.docs.test_site import in_nav
+
+ROOT = Path(__file__).parents[1]
+GLOSSARY = tomllib.loads((ROOT / "docs" / "making" / "glossary.toml").read_text(encoding="utf-8"))
+OTHERS = ("reference", "theory/", "evidence/", "contributing", "changelog", "history", "security")
+PAGES = [ROOT / "docs" / page for page in in_nav() if not page.startswith(("index", *OTHERS))]
+PAGES.append(ROOT / "README.md")
+"""Pages of the navigation that are written for users."""
+MOST_WORDS, MOST_WORDS_IN_ALL, MOST_IN_A_SENTENCE = 1_600, 25_000, 40
+
+
+def plain(file: Path) -> str:
+    """The running text of a page, without code, addresses and marks."""
+    text = file.read_text(encoding="utf-8")
+    text = re.sub(r"^```.*?^```$|^ {4}[^\n]*$|!\[[^\]]*\]\([^)]*\)|<[^>]*>", "", text, flags=re.M | re.S)
+    text = re.sub(r"`[^`\n]*`", "x", text)
+    return re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text)
+
+
+def sentences(text: str) -> list[str]:
+    """Sentences, and the cells of tables, each of which stands for itself."""
+    parts = re.split(r"\n\s*\n|^#+.*$|^\s*(?:[-*]|\d+\.) |\|", text, flags=re.M)
+    return [one for part in parts for one in re.split(r"(?<=[.!?:;])\s+", " ".join(part.split())) if one]
+
+
+@pytest.mark.parametrize("file", PAGES, ids=lambda file: file.relative_to(ROOT).as_posix())
+def test_a_page_is_short_and_so_are_its_sentences(file):
+    assert len(file.read_text(encoding="utf-8").split()) <= MOST_WORDS
+    long = [one for one in sentences(plain(file)) if len(one.split()) > MOST_IN_A_SENTENCE]
+    assert not long
+
+
+def test_the_pages_that_a_user_reads_are_few_words_in_all():
+    assert sum(len(file.read_text(encoding="utf-8").split()) for file in PAGES) <= MOST_WORDS_IN_ALL
+
+
+def wrong_words(text: str) -> list[str]:
+    """Words of a text in whose place the glossary has others."""
+    found = []
+    for word, better in GLOSSARY["instead_of"].items():
+        for hit in re.finditer(rf"\b(?:{word})\b", text, re.I):
+            around = text[max(0, hit.start() - 30) : hit.end() + 30]
+            if not any(allowed in around for allowed in GLOSSARY["allowed"]):
+                found.append(f"{' '.join(around.split())!r}: {better} in place of {hit[0]!r}")
+    return found
+
+
+@pytest.mark.parametrize("file", PAGES, ids=lambda file: file.relative_to(ROOT).as_posix())
+def test_a_page_uses_the_terms_of_the_field(file):
+    assert not wrong_words(plain(file))
+
+
+def test_another_word_for_a_term_is_found():
+    assert len(wrong_words("The tip is told of a dead joint.")) == 3
