@@ -21,7 +21,7 @@ from typing import Any
 
 from ftqp.core.picture import PAINTERS
 
-__version__ = "0.1.0"
+__version__ = "0.4.0"
 _HOMES = {
     one.asname: (line.module, one.name)
     for line in parse(get_data(__name__, "__init__.pyi") or b"").body
