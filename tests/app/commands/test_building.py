@@ -30,6 +30,7 @@ PROMISED = {
             "'paths' is not a part of ftqp build .*; it has detector, path",
         ),
         (["panda", "--with", "path", "-o", "new"], "panda is a robot and has no path"),
+        (["panda-circle", "--with", "path", "-o", "new"], "give --set planner.task.mode=scaled"),
         (["panda-circle", "--with", "path", "-o", "new"], "scaled"),
         (["panda", "--tip", "panda_hand", "-o", "new"], "panda is a robot of the catalog, which has its tip"),
         (
