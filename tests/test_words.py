@@ -12,7 +12,9 @@ GLOSSARY = tomllib.loads((ROOT / "docs" / "making" / "glossary.toml").read_text(
 READ = [page for page in in_nav() if not page.startswith(("reference", "theory/", "evidence/"))]
 """Pages of the navigation that a person wrote for users."""
 PROJECT = {"contributing.md", "changelog.md", "history.md", "security.md"}
-PAGES = [ROOT / "README.md" if page == "index.md" else ROOT / "docs" / page for page in READ if page not in PROJECT]
+PAGES = [
+    ROOT / "README.md" if page == "index.md" else ROOT / "docs" / page for page in READ if page not in PROJECT
+]
 MOST_WORDS, MOST_WORDS_IN_ALL, MOST_IN_A_SENTENCE = 1_600, 25_000, 40
 
 
