@@ -1,7 +1,7 @@
-"""A joint locks unreported: a law that learns from the end effector, and one that does not.
+"""A joint locks unreported: a law that adapts to the end effector's motion, and one that does not.
 
-The law of Goel et al. 2005 rests far from its goal; one that learns which joint does nothing gets as near
-as it can. With --all, every case of the paper.
+The law of Goel et al. 2005 rests far from its goal. One that identifies which joint does nothing gets as
+near as it can. With --all, every case of the paper.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""A wrist locks, and the elbow would swing into a post; with a scene it does not.
+"""A wrist locks, and the elbow would move into a post; with a scene it does not.
 
 A planner that makes up for a failure moves the elbow. Give it a scene where something stands in the way.
 """
