@@ -111,7 +111,7 @@ def test_encoder_that_is_off_by_a_turn_is_healthy_and_one_that_is_off_by_less_is
 
 
 def test_counts_are_by_group_and_over_all(setup):
-    one = {"healthy": True} | dict.fromkeys(("ftqp", "detector", "rival"), seen(setup, stopped="why"))
+    one = {"healthy": True} | dict.fromkeys(("ftqp", "rival"), seen(setup, stopped="why"))
     rows = counted([({"event": "hold"}, one), ({"event": "nothing"}, one)], ["event"])
     assert [(row["name"], row["episodes"], row["ftqp"]["stopped"]) for row in rows] == [
         ("hold", 1, 1),
@@ -148,11 +148,11 @@ def test_episode_of_strangers_is_drawn_from_its_number(strangers):
 
 
 @pytest.mark.slow
-def test_two_episodes_of_strangers_are_run_by_all_three_and_judged(strangers):
+def test_two_episodes_of_strangers_are_run_by_both_and_judged(strangers):
     work = EpisodeWork(campaign=strangers)
     for number in (5, 13):
         row = work.row_of(number, strangers.drawn(number)[0])
         assert row["outcome"] in ("sound", "broken"), row["sentences"]
         found = json.loads(row["beside"])
-        assert all(np.isfinite(found[who]["off"]) for who in ("ftqp", "detector", "rival"))
+        assert all(np.isfinite(found[who]["off"]) for who in ("ftqp", "rival"))
         assert (row["outcome"] == "broken") == bool(row["sentences"])

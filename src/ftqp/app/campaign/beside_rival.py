@@ -1,4 +1,4 @@
-"""Episodes judged by what a user sees of the arm: ftqp, ftqp with a detector, and damped least squares."""
+"""Episodes judged by what a user sees of the arm: ftqp, and damped least squares."""
 
 import copy
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -18,8 +18,8 @@ from ftqp.sim.loop import LONGEST, MEMORY
 from ftqp.sim.plants.plant import Command, Plant, PlantAround
 from ftqp.sim.rival import ResolvedRates, Rival, ride
 
-WHO: Final = ("ftqp", "detector", "rival")
-"""Who leads the arm of an episode: ftqp as its campaign makes it, with a detector, and least squares."""
+WHO: Final = ("ftqp", "rival")
+"""Who leads the arm of an episode: ftqp as its campaign makes it, and least squares."""
 GAIN: Final = 5.0
 """Feedback of the rival, K [1/s]: with a lag T of 0.12 s, about the longest that is drawn, its loop has the
 damping ratio 1/(2 sqrt(K T)) = 0.65."""
@@ -250,13 +250,6 @@ def ideal_tables(content: Mapping[str, Any]) -> dict[str, Any]:
     return ideal
 
 
-def with_detector(content: Mapping[str, Any]) -> dict[str, Any]:
-    """The same scenario with a detector, as by default."""
-    tables = copy.deepcopy(dict(content))
-    tables.setdefault("planner", {}).setdefault("detector", {})
-    return tables
-
-
 def beside(made: Callable[[dict[str, Any]], Setup], content: Mapping[str, Any]) -> dict[str, Any]:
     """What everybody makes of an episode, and of what kind it is; ``made`` makes its setup of tables."""
     setup = made(copy.deepcopy(dict(content)))
@@ -268,8 +261,6 @@ def beside(made: Callable[[dict[str, Any]], Setup], content: Mapping[str, Any]) 
     led = led_by_ftqp(setup)
     found: dict[str, Any] = {"healthy": events.healthy, "seconds": float(led.t[-1]), "ticks": len(led.t) - 1}
     found["ftqp"] = judged(setup, events, led, ideal)
-    other = made(with_detector(content))
-    found["detector"] = judged(other, events, led_by_ftqp(other), ideal)
     found["rival"] = judged(setup, events, led_by_rival(made(copy.deepcopy(dict(content)))), ideal)
     return found
 
