@@ -26,6 +26,7 @@ class ServoArm:
         self.rng = np.random.default_rng(seed)
         self.past = deque([self.q.copy()] * (latency + 1), maxlen=latency + 1)
         self.push = np.zeros(len(q))
+        self.dry = np.zeros(len(q))  # what friction takes of an acceleration at most [rad/s2]
 
     def measured(self):
         q = self.past[0].copy()
@@ -45,7 +46,8 @@ class ServoArm:
 
     def advance(self, a, h):
         a = np.where(self.braked, np.clip(-self.v / h, -200.0, 200.0), a)
-        self.v = self.v + h * a
+        v = self.v + h * a
+        self.v = np.sign(v) * np.maximum(np.abs(v) - h * self.dry, 0.0)
         self.q = self.q + h * self.v
 
 

@@ -12,6 +12,7 @@ from tests.laws.test_held_arm import stranger
 from tests.servo_arm import ServoArm
 
 import ftqp
+from ftqp.control.drive.learned_servos import LearnedServos
 from ftqp.model import catalog
 
 PANDA = catalog.load("panda")
@@ -155,6 +156,50 @@ def test_a_lock_soon_after_the_start_of_a_fast_motion_is_found(joint):
         if p.faults:
             break
     assert set(p.faults) == {PANDA.joints[joint]} and k < 400
+
+
+@pytest.mark.parametrize("joint", [1, 4])
+@pytest.mark.parametrize("dry", [0.03, 0.06])
+def test_a_joint_that_dry_friction_holds_is_healthy(joint, dry, tmp_path):
+    """Nobody knows how a soft servo sticks until it has moved; its lead grows until it comes loose."""
+    robot = stranger(tmp_path)
+    arm = arm_of(robot, FAST, 25.0)
+    arm.dry[joint] = dry * 25.0**2
+    motion = Motion(robot, arm, FAST, 4.0, task=POSITION)
+    assert motion.planner.stopped_because is None and not motion.planner.findings
+
+
+@pytest.mark.parametrize("wn", [20.0, 38.0])
+def test_a_belief_moves_no_command_faster_than_its_joint_may_go(wn):
+    """What was learned of the lag came into the command of a joint near its limit, at 2.7 times it."""
+    top, angle, v, sent = PANDA.limits.v_max[0], 0.0, 0.0, []
+    p, arm = started(PANDA, dt=FAST, drive=ftqp.Drive(takes_velocity=False)), arm_of(PANDA, FAST, wn)
+    for k in range(1500):
+        v = min(0.9 * top, 8.0 * k * FAST)
+        angle += FAST * v
+        q = PANDA.neutral + angle * (np.arange(7) == 0)
+        step = p.step(arm.measured(), None, ftqp.Target(pose=PANDA.pose(q)))
+        sent.append(step.q[0])
+        arm.command(step)
+    assert np.abs(np.diff(sent)).max() < 1.1 * top * FAST
+
+
+def test_a_command_is_not_led_against_its_acceleration():
+    """A rotor below zero, which noise may teach, drew it back, and threw it forth where the joint braked."""
+    n = PANDA.nv
+    values, deviations = np.zeros((n, 6)), np.full((n, 6), 1e-6)
+    values[:, 1] = -2e-3
+    known = LearnedServos(
+        robot=PANDA.name, joints=PANDA.joints, units=("rad",) * n, values=values, deviations=deviations,
+        droop=np.zeros(n), droop_error=np.zeros(n), noise=np.zeros(n), way=np.ones(n),
+    )  # fmt: skip
+    p, arm = started(PANDA, dt=FAST, drive=ftqp.Drive(known=known)), arm_of(PANDA, FAST, 250.0)
+    for k in range(200):
+        q = PANDA.neutral + 2.0 * (k * FAST) ** 2 * (np.arange(7) == 0)
+        step = p.step(arm.measured(), None, ftqp.Target(pose=PANDA.pose(q)))
+        arm.command(step)
+        if step.reference.a[0] > 0.4:
+            assert step.q[0] > step.reference.q[0] - 5e-4
 
 
 @pytest.mark.parametrize("dt", [FAST, SLOW])

@@ -148,7 +148,7 @@ def test_episode_of_strangers_is_drawn_from_its_number(strangers):
 
 
 @pytest.mark.slow
-def test_two_episodes_of_strangers_are_run_by_all_three_and_judged(strangers):
+def test_two_episodes_of_strangers_are_run_by_both_and_judged(strangers):
     work = EpisodeWork(campaign=strangers)
     for number in (5, 13):
         row = work.row_of(number, strangers.drawn(number)[0])

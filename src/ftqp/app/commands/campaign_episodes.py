@@ -101,9 +101,9 @@ def _laws(facts: dict[str, Any]) -> Table:
 def _beside(rows: list[dict[str, Any]]) -> list[str | Table]:
     """The tables of what ftqp and damped least squares made of the same episodes."""
     words = (
-        "Each cell is of ftqp / damped least squares. Finished: the tip ends within "
-        "10 mm and 0.1 rad of its target, no stop is latched, and no joint that obeys was faster than 1.02 "
-        "times its limit or more than 0.02 rad out of its range. A leap: after a hold a joint is faster than "
+        "Each cell of two is of ftqp / damped least squares. Finished: the tip ends within 10 mm and 0.1 rad "
+        "of its target, no stop is latched, and no joint that obeys was faster than 1.02 times its limit "
+        "or more than 0.02 rad out of its range. A leap: after a hold a joint is faster than "
         "1.1 times the larger of its limit and its speed before. Accused: a healthy joint is believed to "
         "have failed, or its brake is asked for. Stops are of arms without a failure. Locks count if the "
         "joint would have gone 20 mrad within 2 s."
@@ -127,12 +127,13 @@ def _line_beside(row: dict[str, Any]) -> tuple[str, ...]:
         values = [row[who][name] for who in WHO]
         return " / ".join("-" if value is None else form.format(scale * value) for value in values)
 
-    own = row["ftqp"]  # the rival names nobody and stops nobody
-    late = "-" if own["after"] is None else f"{own['after']:.2f}"
+    ftqp = row["ftqp"]  # the rival names nobody and stops nobody
+    late = "-" if ftqp["after"] is None else f"{ftqp['after']:.2f}"
     return (
         row["name"], f"{row['episodes']}", cell("finished"), cell("broken"), cell("leapt"),
-        *(f"{n}" for n in (own["accused"], row["healthy"], own["stopped"], own["locks"], own["found"])), late,
-        cell("off", "{:.1f}", 1e3), cell("fast", "{:.2f}"),
+        f"{ftqp['accused']}", f"{row['healthy']}", f"{ftqp['stopped']}", f"{ftqp['locks']}",
+        f"{ftqp['found']}", late, cell("off", "{:.1f}", 1e3),
+        cell("fast", "{:.2f}"),
     )  # fmt: skip
 
 

@@ -32,6 +32,8 @@ MEAN_LAG = 0.0
 """A servo of which nothing is known lags by so much [s] in the mean."""
 TOLD_SHARE = 0.1
 """A bandwidth is told to so much."""
+STICKS = 30.0
+"""Dry friction takes so much of a rotor's acceleration [rad/s2]: behind a servo of 4 Hz, all that is open."""
 LEAST_TORQUE = 50.0
 """The torque limit of a joint that has none [N m or N], a unit of its weight."""
 CHANGES, LEAST_FRICTION = 0.3, 0.05
@@ -67,6 +69,7 @@ def prior(drive: Drive, joints: int, lead: float, late: float) -> tuple[FloatArr
         mean[:, 0] = late + (0.0 if drive.takes_velocity else lags)
         doubt[:, 0] = TOLD_SHARE * lags
         doubt[:, 1] = 0.25 * lags**2  # 1/w^2
+        doubt[:, 2] = np.minimum(0.25 * STICKS * lags**2, most[2])
     elif lead > 0.0:
         mean[:, 0] = lead + late
     return mean, doubt

@@ -79,7 +79,7 @@ cannot be kept apart, the excess costs more than any way to rest."""
 MOST_TICKS = 5
 """A gap of more periods counts as one of so many. A convention: until then an arm that holds its last command
 is at most five periods of motion behind it, which samples may be (``python studies/late_loops.py``)."""
-SERVO_PRIOR: Final = (0.07, 0.004, 0.004, 0.05, 0.05, 0.05)
+SERVO_PRIOR: Final = (0.07, 0.004, 0.05, 0.05, 0.05, 0.05)
 """Standard deviations of what a servo may have before anything is known of it, lag [s], rotor over stiffness
 [s2], friction, droop, and droop by weight and by inertia [rad or m]; a servo of 3 Hz lags by 0.1 s."""
 SPEED_SERVO_PRIOR: Final = (0.07, 0.016, 0.05, 0.05, 0.2, 0.2)

@@ -16,7 +16,7 @@ from ftqp.kernel.layout.enums import TORQUE_DRIVE
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import GEAR, LEAST_SHIFT, MOST_SHIFT
 from ftqp.kernel.maths.elementary import sqrt
-from ftqp.kernel.monitor.servos import direction, noise_of, variance
+from ftqp.kernel.monitor.servos import creep_of, direction, noise_of, variance
 
 
 @jit
@@ -47,7 +47,7 @@ def weigh(K: Any, i: int, counts: bool) -> None:
     if M.G_lock[i] == 0.0:
         M.anchor[i] = M.means[0, i]
     # a motor that is off: the torque that its motion would need, m a + f + b + s g + i M a, is none
-    M.phi[0], M.phi[1], M.phi[2] = 0.0, M.a[i], direction(M.v[i])
+    M.phi[0], M.phi[1], M.phi[2] = 0.0, M.a[i], direction(M.v[i], creep_of(K, i))
     M.phi[3], M.phi[4], M.phi[5] = 1.0, M.weight[i], M.inertia[i]
     torque = M.weight[i] if K.feedback.kind == TORQUE_DRIVE else 0.0
     for r in range(SERVO):

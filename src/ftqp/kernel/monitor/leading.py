@@ -113,7 +113,8 @@ def blend(K: Any) -> None:
 def way_of(K: Any, i: int) -> float:
     """How far what is sent to joint i may go in this tick; the gate lets no more through."""
     top = max(min(K.limits.v_max[i], UNLIMITED), abs(K.state.v_command[i]), abs(K.gate.v[i]))
-    return float(K.state.dt * (top + LONGEST * K.limits.a_max[i]))
+    ahead = min(max(K.monitor.used[i, 0], K.monitor.told_lead[i]), LONGEST) if K.monitor.sees else LONGEST
+    return float(K.state.dt * (top + ahead * abs(K.state.a_command[i])))
 
 
 @jit
@@ -125,7 +126,7 @@ def lead_joint(K: Any, i: int, bounded: bool) -> None:
     want = q + told
     if M.sees:
         use = M.used[i]
-        more = use[0] * state.v_command[i] - told + use[1] * state.a_command[i] + use[3]
+        more = use[0] * state.v_command[i] - told + max(use[1], 0.0) * state.a_command[i] + use[3]
         want += certain(more + use[4] * M.weight[i], M.unsure[i])
     asked = want
     if bounded:

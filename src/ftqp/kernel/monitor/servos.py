@@ -48,8 +48,9 @@ FRICTION, DROOP = 2, 3
 """The parameters f and b."""
 IDEAL = (1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5)
 """What is left open of a joint whose samples were its commands to the last bit while it moved."""
-SLOW = 0.02
-"""Slower than this [rad/s or m/s] dry friction may hold a joint to either side."""
+SLOW, STILL = 0.02, 3.0
+"""Slower than this [rad/s or m/s] where speeds are taken, or where positions are than gears play and so many
+standard deviations of the speed that is seen, a joint may be held by dry friction to either side."""
 EITHER = 4.0 / 3.0
 """What friction holds is between -f and f: so many f^2 are the variance of twice that, if all are alike."""
 UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
@@ -229,9 +230,18 @@ def observe_joint(K: Any, i: int) -> None:
 
 
 @jit
-def direction(v: float) -> float:
+def creep_of(K: Any, i: int) -> float:
+    """Slower than this joint i may stand: it goes no farther than gears do while the filters look at it."""
+    if K.monitor.fades > 0.0:
+        return SLOW
+    w = K.monitor.w
+    return float(GEAR * w / 3.0 + STILL * sqrt(0.1875 * w * w * w * K.state.dt * noise_of(K, i)))
+
+
+@jit
+def direction(v: float, slow: float) -> float:
     """sgn(v), smooth where dry friction may hold a joint to either side."""
-    return v / sqrt(v * v + SLOW * SLOW)
+    return v / sqrt(v * v + slow * slow)
 
 
 @jit
@@ -269,11 +279,13 @@ def residual(K: Any, i: int) -> None:
     S = phi' P phi + 4 sigma^2 w dt + (missed act)^2, and f^2 + var f where the joint hardly moves.
     """
     M, n = K.monitor, K.chain.n
-    phi, theta, v, a = M.phi, M.theta[i], M.v[i], M.a[i]
-    phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = v, a, direction(v), 1.0, M.weight[i], M.inertia[i]
+    phi, theta, v, a, slow = M.phi, M.theta[i], M.v[i], M.a[i], creep_of(K, i)
+    phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = v, a, direction(v, slow), 1.0, M.weight[i], M.inertia[i]
     if M.fades > 0.0:
         _forget_older(M.slow[i], phi, 1.0 if M.S[i] == 0.0 else M.fades)
         v, a = phi[0], phi[1]
+    elif min(abs(v), M.peak_v[i]) < slow:  # it may be held to either side
+        phi[FRICTION] = 0.0
     by_torque = K.feedback.kind == TORQUE_DRIVE
     r = M.u_f[2, i] - (M.weight[i] if by_torque else M.y_f[2, i])
     for k in range(SERVO):
@@ -290,13 +302,13 @@ def residual(K: Any, i: int) -> None:
     friction = friction * friction + M.P[i, FRICTION, FRICTION]
     if M.fades > 0.0:
         spread += _stuck(M, i) * friction
-    elif abs(v) < SLOW:
+    elif phi[FRICTION] == 0.0:
         spread += friction
     if M.settles == 0:  # what was asked for, not how a joint falls
         phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])
         phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
-    if M.fades == 0.0:
-        phi[2] = direction(phi[0])  # nor is the noise of a joint that stands a motion against friction
+    if phi[FRICTION] != 0.0 and M.fades == 0.0:
+        phi[FRICTION] = direction(phi[0], slow)
     M.r[i], M.spread[i] = r, spread
     M.S[i] = spread + variance(M.P[i], phi, 0)
     M.z[i] = r / sqrt(M.S[i])
@@ -312,7 +324,7 @@ def learn_servo(K: Any, i: int) -> None:
         gain[r] = 0.0
         for c in range(SERVO):
             gain[r] += P[r, c] * phi[c]
-    stuck = M.fades > 0.0 and phi[FRICTION] == 0.0  # what holds a joint is no measure of its friction
+    stuck = phi[FRICTION] == 0.0  # what holds a joint is no measure of its friction
     for r in range(SERVO):
         if not (stuck and r == FRICTION):
             theta[r] += share * gain[r] * M.r[i]
