@@ -2,8 +2,9 @@
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial, update_wrapper
+from itertools import count
 from pathlib import Path as File
 from threading import get_ident
 from types import FrameType
@@ -17,8 +18,8 @@ from ftqp.control.inverse_kinematics.passable import MotionValidity, Walled
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.arm_loop import Learned, learned
 from ftqp.control.planner.assembly import Assembly, Deployable
-from ftqp.control.planner.configuration import NUMBERS, Configuration, Draft, write_call
 from ftqp.control.planner.constraint_list import Constraint, Constraints
+from ftqp.control.planner.draft import Draft, write_call
 from ftqp.control.planner.given_arrays import (
     converted_tick,
     is_row,
@@ -30,9 +31,12 @@ from ftqp.control.planner.given_arrays import (
 )
 from ftqp.control.planner.lead import Blocks, Lead, with_error_to
 from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
+from ftqp.control.planner.mounted_robot import BrakingReserve, MountedRobot, braking_reserve, warn_of_weight
 from ftqp.control.planner.planner_view import PlannerView, planner_html
+from ftqp.control.planner.response.monitored import MonitorResponse
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import settled
+from ftqp.control.planner.stages import Tick
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.task_list import TaskList
@@ -48,11 +52,14 @@ from ftqp.core.checks import FloatArray, array, frozen, positive
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import Fixed
+from ftqp.faults.belief import Belief
 from ftqp.faults.detection.detector import Detector
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
+from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.entry.session import Memory, Session
 from ftqp.kernel.layout.enums import NEWS, RELAXED
+from ftqp.kernel.layout.record import load_chain
 from ftqp.model.capsules import Capsule
 from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
@@ -60,6 +67,8 @@ from ftqp.qp.adapters.backend import Backend
 
 P = ParamSpec("P")
 R = TypeVar("R")
+NUMBERS = count()
+"""Of configurations: none occurs twice, so that a number says which one it is."""
 ANEW = "the planner was laid out for it; make another one, ftqp.Planner(robot, {name}=...)"
 """What to do about an attribute that a planner was made with."""
 
@@ -102,6 +111,54 @@ def _refuse_inside(name: str, me: int, owner: int, other: str, frame: FrameType)
         "planner.step is called inside planner.step, by a function that it asks; let that only fill "
         "in its arrays, and step another planner to look ahead"
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Configuration:
+    """All that a planner was told; it never changes, another one takes its place."""
+
+    number: int  # Its own, which the call that writes it into the record leaves beside that
+    belief: Belief  # Which joints have failed
+    arm: MountedRobot  # The arm with its load and tool
+    reserve: BrakingReserve | None  # The deceleration that its motors have; None where torque is not limited
+    # Where the arm begins, q and v, (nv,) each; None before the first ``reset``
+    start: tuple[FloatArray, FloatArray] | None = None
+    speed: float = 1.0  # How fast the arm is led, in (0, 1] of full speed
+    # What else the last change brings about, as often as it is called; None is nothing
+    then: Callable[[], None] | None = None
+
+    def tell(self, K: Any, orders: Orders, before: "Configuration | None") -> None:
+        """Write what differs from the configuration before into a record, ``speed`` aside."""
+        if before is not None and before.arm is not self.arm:
+            if before.arm.payload is not self.arm.payload:
+                K.learned.load[:] = 0.0  # it is what is told now
+            load_chain(K, **self.arm.unloaded.chain.constants())
+            orders.carry(self.arm.load)
+        believes = before is None or before.belief is not self.belief
+        if believes:
+            self.belief.write(orders, None if before is None else before.belief)
+            orders.believed()
+        if before is None or believes or before.reserve is not self.reserve:
+            orders.count_on(None if self.reserve is None else self.reserve.samples)
+        if self.start is not None and (before is None or before.start is not self.start):
+            orders.start(*self.start)
+
+    def tells_as(self, before: "Configuration") -> bool:
+        """Whether nothing but ``speed`` differs of what a record is told."""
+        parts = ("belief", "arm", "reserve", "start")
+        return all(getattr(self, part) is getattr(before, part) for part in parts)
+
+    def weakened(self, before: "Configuration") -> list[int]:
+        """Joints that are now said to have less torque, of an arm whose weight is known."""
+        robot, was = self.arm.robot, before.belief.faults
+        return [
+            robot.joint(joint)
+            for joint, fault in self.belief.faults.items()
+            if robot.has_inertia
+            and was.get(joint) != fault
+            and "tau_max" in fault.shares
+            and getattr(fault, fault.shares["tau_max"]) < 1.0
+        ]
 
 
 class Planner:
@@ -161,7 +218,7 @@ class Planner:
         "_number", "_out", "_parts", "_rest", "_said", "_session", "_tick",
     )  # fmt: skip
     _applied: Configuration | None
-    _begin: Callable[..., int] | None
+    _begin: Tick | None
     _inside: tuple[int, str, FrameType] | None
     _known: dict[int, Configuration]
 
@@ -249,7 +306,8 @@ class Planner:
         self._session, self._loop = parts.session, parts.loop
         self._out, self._said, self._rest = parts.out, parts.said, parts.rest
         self._at_rest = np.zeros(robot.nv)
-        told = Configuration.first(robot, given.limits_torque)
+        reserve = braking_reserve(robot) if given.limits_torque else None
+        told = Configuration(next(NUMBERS), Belief(robot), MountedRobot(robot), reserve)
         self._number, self._known = np.array([told.number]), {told.number: told}
         self._applied = None
         told.tell(self._session.K, parts.orders, None)
@@ -467,9 +525,18 @@ class Planner:
             InputError: This is no payload, or a robot without masses.
         """
         limited = self._given.limits_torque
-        self._change(lambda told: told.carrying(payload, limited))
+
+        def loaded(told: Configuration) -> Configuration:
+            arm = told.arm.carrying(payload)
+            load = None if payload is None else arm.load
+            reserve = braking_reserve(arm.unloaded, load) if limited else None
+            return replace(told, arm=arm, reserve=reserve)
+
+        self._change(loaded)
         if payload is not None:
-            self._configuration.warn_of_weight(self._session.K)
+            K, n = self._session.K, self.robot.nv
+            q = K.state.q_command[:n] if K.state.is_reset else None
+            warn_of_weight(self.robot, q, K.limits.tau_max[:n])
 
     @guarded("tool")
     def tool(self, T: Any) -> None:
@@ -671,7 +738,7 @@ class Planner:
                     self._rest.tell(self._out)
                 return self._out
             if code >= NEWS:
-                self._parts.respond()
+                self._respond()
                 self._said.code = code - NEWS
                 return self._out
         if isinstance(target, Mapping):
@@ -679,6 +746,12 @@ class Planner:
         if _ is not None or not isinstance(target, Target | Targets) or not is_row(target.row):
             raise not_a_target(target, _)
         return self._led(None, q, v, (target.packed, target.row), tau, tip, ticks=ticks)
+
+    def _respond(self) -> None:
+        """Act upon what the monitor has found in this tick."""
+        response = self._parts.response
+        if isinstance(response, MonitorResponse):
+            response.respond()
 
     def ways_out(self, home: Any = None) -> tuple[WayOut, ...]:
         """Where the arm can go from here with the joints that work, tried in thought, what is clear first.
@@ -766,7 +839,7 @@ class Planner:
         if code < 0:
             raise mistake(code, q, v, self.robot.nv, self.robot.nq)
         if code >= NEWS:
-            self._parts.respond()
+            self._respond()
             code -= NEWS
         out, said = self._out, self._said
         said.code = code
