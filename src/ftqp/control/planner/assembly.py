@@ -283,6 +283,11 @@ class Assembly:
         """Whether Python has no part in a tick."""
         return self.solver.is_compiled and not self.given.timing and not self.asking
 
+    def respond(self) -> None:
+        """Act upon what the monitor has found in this tick."""
+        if isinstance(self.response, MonitorResponse):
+            self.response.respond()
+
     def kept_clear(self) -> CollisionModel:
         """What the planner keeps clear of; InputError where it is nothing."""
         if self.surroundings is None:

@@ -33,10 +33,8 @@ from ftqp.control.planner.lead import Blocks, Lead, with_error_to
 from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
 from ftqp.control.planner.mounted_robot import BrakingReserve, MountedRobot, braking_reserve, warn_of_weight
 from ftqp.control.planner.planner_view import PlannerView, planner_html
-from ftqp.control.planner.response.monitored import MonitorResponse
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import settled
-from ftqp.control.planner.stages import Tick
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.task_list import TaskList
@@ -218,7 +216,7 @@ class Planner:
         "_number", "_out", "_parts", "_rest", "_said", "_session", "_tick",
     )  # fmt: skip
     _applied: Configuration | None
-    _begin: Tick | None
+    _begin: Callable[..., int] | None
     _inside: tuple[int, str, FrameType] | None
     _known: dict[int, Configuration]
 
@@ -738,7 +736,7 @@ class Planner:
                     self._rest.tell(self._out)
                 return self._out
             if code >= NEWS:
-                self._respond()
+                self._parts.respond()
                 self._said.code = code - NEWS
                 return self._out
         if isinstance(target, Mapping):
@@ -746,12 +744,6 @@ class Planner:
         if _ is not None or not isinstance(target, Target | Targets) or not is_row(target.row):
             raise not_a_target(target, _)
         return self._led(None, q, v, (target.packed, target.row), tau, tip, ticks=ticks)
-
-    def _respond(self) -> None:
-        """Act upon what the monitor has found in this tick."""
-        response = self._parts.response
-        if isinstance(response, MonitorResponse):
-            response.respond()
 
     def ways_out(self, home: Any = None) -> tuple[WayOut, ...]:
         """Where the arm can go from here with the joints that work, tried in thought, what is clear first.
@@ -839,7 +831,7 @@ class Planner:
         if code < 0:
             raise mistake(code, q, v, self.robot.nv, self.robot.nq)
         if code >= NEWS:
-            self._respond()
+            self._parts.respond()
             code -= NEWS
         out, said = self._out, self._said
         said.code = code
