@@ -59,10 +59,10 @@ REFUSED = [
     # maps
     (lambda: mapped((4.0, 0.0)), "goal .* is 4 m from joint 1, expected between 0 and 3 m"),
     (lambda: mapped((1.5, 1.5), steps=2.5), "steps is 2.5"),
-    (lambda: mapped((1.5, 1.5), length="way"), "length is 'way'"),
+    (lambda: mapped((1.5, 1.5), jobs=0), "jobs is 0"),
     (lambda: in_space((0.5, 0.0, 0.5), grid=1), "grid is 1"),
     (lambda: in_space((0.5, 0.0, 0.5), plane="zx"), "plane is 'zx'"),
-    (lambda: in_space((0.5, 0.0, 0.5), horizon=3.0), "are for planar arms"),
+    (lambda: workspace(PANDA, (0.5, 0.0, 0.5)), "is not a planar arm"),
     (lambda: in_space((9.0, 0.0, 0.0)), "expected a goal inside the workspace"),
     (lambda: analysis.survival_map(PANDA, rows="tool"), "tool"),
     # tasks

@@ -266,7 +266,7 @@ class TestWorkspace:
     def test_a_short_horizon_makes_f_low(self, task):
         """A likely cause of the low F in print: joint 1 fails at once on the self-motion of (-0.9, 1.8)."""
         q = np.concatenate(task.links.configurations(np.array([-0.9, 1.8]), 2000, 0))
-        low, high = task.boxes[0][0][0]
+        low, high = task.box[0][0]
         q = q[(np.mod(q[:, 0] - low, 2.0 * np.pi) <= high - low)]
         _, _, facts = task.study().runs(q, np.full(len(q), 1), horizon=100.0, success=1e-2)
         shares = [100.0 * np.mean(facts[:, 1] <= T) for T in (10.0, 20.0, 50.0, 100.0)]

@@ -11,7 +11,7 @@ from ftqp.analysis.goals import goal_study
 from ftqp.analysis.manifolds.joint_ranges import ranges_of
 from ftqp.analysis.outcomes.unaware_law import weights_inverse
 from ftqp.analysis.planar_links import PlanarLinks, spread_evenly
-from ftqp.core.checks import BoolArray, FloatArray, IntArray, array, frozen, instance, positive, whole_number
+from ftqp.core.checks import BoolArray, FloatArray, IntArray, array, frozen, instance, whole_number
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.law_study import Intervals, LawStudy
 from ftqp.kernel.layout.enums import CORRECT, UNRESOLVED
@@ -62,8 +62,6 @@ class SpatialTask:
 
     asks: ClassVar[bool] = True
     suspects: ClassVar[None] = None
-    length: ClassVar[str] = "cartesian"
-    options: ClassVar[dict[str, float]] = {}
 
     @property
     def unit(self) -> float:
@@ -71,9 +69,9 @@ class SpatialTask:
         return 6.0 * self.robot.length / self.robot.nv
 
     @property
-    def boxes(self) -> list[list[Intervals]]:
-        """The one box of the joints' values with which the goal stays within reach."""
-        return [[interval.intervals for interval in self.ranges]]
+    def box(self) -> list[Intervals]:
+        """For each joint the values with which the goal stays within reach."""
+        return [interval.intervals for interval in self.ranges]
 
     @property
     def circular(self) -> list[bool]:
@@ -180,9 +178,6 @@ def measures_of(R: FloatArray, F: FloatArray) -> dict[str, FloatArray]:
     return found
 
 
-Length = Literal["cartesian", "joint"]
-Box = Literal["product", "per_component"]
-
 CELLS = 720
 """Locked values of a joint that are looked at for ends other than the goal."""
 INSET = 0.05
@@ -191,8 +186,6 @@ NEAR = 5.0
 """Cells to either side of a value with a miss that are suspects, too: basins shrink before they vanish."""
 PROBES = 64
 """Configurations of the other joints that each of them is tried with."""
-SUCCESS = 1e-2
-"""The |e| that counts as correct within a horizon [mean link lengths]."""
 
 
 @final
@@ -209,11 +202,7 @@ class WorkspaceTask:
         configurations: Configurations of each part of a point's self-motion.
         steps: Equal parts of a line to the goal.
         screen: Whether failures at values from which every trial went to the goal are taken as correct.
-        horizon: Within which |e| must fall below 0.01 mean link lengths [s]; None asks where runs end.
-        gain: K_e [1/s].
-        v_max: The largest commanded speed of the tip [m/s].
-        length: Whether shares are of the tip's way or of the joints'.
-        boxes: For each box, for each joint, the values with which the goal stays within reach [rad].
+        box: For each joint the values with which the goal stays within reach [rad].
         suspects: For each joint, locked values from which not every trial went to the goal [rad]; None where
             all failures are simulated.
         seed: Moves quasi-random configurations.
@@ -227,11 +216,7 @@ class WorkspaceTask:
     configurations: int
     steps: int
     screen: bool
-    horizon: float | None
-    gain: float
-    v_max: float
-    length: Length
-    boxes: list[list[Intervals]]
+    box: list[Intervals]
     suspects: list[Intervals] | None
     seed: int
 
@@ -251,14 +236,6 @@ class WorkspaceTask:
         """The nodes of a line at which joints fail."""
         return np.arange(self.steps + 1)
 
-    @property
-    def options(self) -> dict[str, float]:
-        """What a run is asked beside its start."""
-        if self.horizon is None:
-            return {}
-        clock = {"gain": self.gain, "v_max": self.v_max / self.links.scale}
-        return {"horizon": self.horizon, "success": SUCCESS, **clock}
-
     def starts(self, some: FloatArray) -> Iterator[FloatArray]:
         """The configurations at each of some points, (C, n) [rad]."""
         for point in some.reshape(-1, 2):
@@ -274,12 +251,7 @@ def workspace_task(
     configurations: int = 90,
     steps: int = 100,
     screen: bool = True,
-    horizon: float | None = None,
-    length: Length = "cartesian",
-    box: Box = "product",
     W: Any = None,
-    gain: float = 1.0,
-    v_max: float | None = None,
     seed: int = 0,
 ) -> WorkspaceTask:
     """What all points of the map of a planar arm share; see ``workspace`` for the arguments.
@@ -292,8 +264,6 @@ def workspace_task(
     whole_number("grid", grid, 2, int(MOST_POINTS**0.5))
     for name, value in (("configurations", configurations), ("steps", steps)):
         whole_number(name, value, 1, MOST_PARTS)
-    _one_of("length", length, get_args(Length))
-    _one_of("box", box, get_args(Box))
     M = weights_inverse(W, robot.nv)
     links = PlanarLinks.of(robot)
     if links is None:
@@ -310,25 +280,12 @@ def workspace_task(
             f"goal {point.tolist()} is {distance:.4g} m from joint 1, expected between {links.inner():.4g} "
             f"and {links.reach:.4g} m; choose a goal inside the workspace"
         )
-    local = links.local(point)
-    boxes = [links.ranges(local)] if box == "product" else links.boxes(local)
-    limit = np.inf if v_max is None else positive("v_max", v_max, "m/s")
     task = WorkspaceTask(
         joints=robot.joints, links=links, M=frozen(M), goal=frozen(point), grid=int(grid),
         configurations=int(configurations), steps=int(steps), screen=bool(screen),
-        horizon=None if horizon is None else positive("horizon", horizon, "s"),
-        gain=positive("gain", gain, "1/s"), v_max=limit, length=length, boxes=boxes,
-        suspects=None, seed=seed,
+        box=links.ranges(links.local(point)), suspects=None, seed=seed,
     )  # fmt: skip
-    if not screen or horizon is not None:
-        return task
-    return replace(task, suspects=_suspects(task))
-
-
-def _one_of(name: str, got: Any, valid: tuple[str, ...]) -> None:
-    """Refuses a word that is none of the valid ones."""
-    if got not in valid:
-        raise InputError(f"{name} is {got!r}, expected {' or '.join(repr(word) for word in valid)}")
+    return replace(task, suspects=_suspects(task)) if screen else task
 
 
 def points(task: WorkspaceTask | SpatialTask) -> FloatArray:
@@ -372,19 +329,13 @@ COUNTS = ("configurations", "failed", "runs", "unresolved")
 
 def _point(task: WorkspaceTask | SpatialTask, law: LawStudy, starts: FloatArray) -> dict[str, Any]:
     """Measures and counts of one point, of the configurations at it."""
-    asks, by_joints = task.asks, task.length == "joint"
     inside, failed, q, within = law.lines(
-        starts, task.steps, task.boxes, circular=task.circular, by_joints=by_joints, keep=asks
+        starts, task.steps, task.box, circular=task.circular, keep=task.asks
     )
     F, runs, unresolved = np.ones_like(inside), 0, 0
-    if asks:
+    if task.asks:
         weight = np.ones(q.shape[:2])
-        if by_joints:
-            way = np.linalg.norm(np.diff(q, axis=1), axis=2)
-            weight[:, 0], weight[:, 1:] = 0.0, way
-            weight[:, :-1] += way
-        else:
-            weight[:, (0, -1)] = 0.5
+        weight[:, (0, -1)] = 0.5
         good, nodes = ~failed, task.nodes
         ok, runs, unresolved = _after_failures(task, law, q[good][:, nodes], within[good][:, nodes])
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -406,11 +357,11 @@ def _after_failures(
         for i, intervals in enumerate(task.suspects):
             asked[:, :, i] &= _in_any(q[:, :, i], intervals)
     line, node, joint = np.nonzero(asked)
-    endings, _, _ = law.runs(q[line, node], 1 << joint, **task.options)
+    endings, _, _ = law.runs(q[line, node], 1 << joint)
     ok = np.ones(within.shape, dtype=np.bool_)
     ok[line, node, joint] = endings == CORRECT
     ok[:, :, n] = ok[:, :, :n].all(axis=2)
-    return ok, len(endings), 0 if "horizon" in task.options else int((endings == UNRESOLVED).sum())
+    return ok, len(endings), int((endings == UNRESOLVED).sum())
 
 
 def _in_any(angle: FloatArray, intervals: Intervals) -> BoolArray:
@@ -431,13 +382,11 @@ def _suspects(task: WorkspaceTask) -> list[Intervals]:
     for i in range(n):
         ends = [
             end
-            for box in task.boxes
-            for low, high in box[i]
+            for low, high in task.box[i]
             if high - low > width
             for end in (low + INSET * width, high - INSET * width)
         ]
-        inside = [_in_any(centre, box[i]) for box in task.boxes]
-        values = np.concatenate([centre[np.any(inside, axis=0)], ends])
+        values = np.concatenate([centre[_in_any(centre, task.box[i])], ends])
         starts = np.tile(others, (len(values), 1))
         starts[:, i] = np.repeat(values, PROBES)
         endings, _, _ = study.runs(starts, np.full(len(starts), 1 << i))

@@ -148,31 +148,13 @@ class PlanarLinks:
         q1 = np.arctan2(wy, wx) - np.arctan2(l2 * np.sin(q2), l1 + l2 * np.cos(q2))
         return np.column_stack([q1, q2, psi - q1 - q2])
 
-    def _curve(
-        self, part: tuple[float, float, float, FloatArray], count: int
-    ) -> tuple[FloatArray, FloatArray]:
-        """Parameters and unwrapped configurations of a round, (count + 1,) and (count + 1, 3)."""
-        t = np.linspace(0.0, TURN, count + 1)
-        return t, np.unwrap(self._at(part, np.where(t < TURN, t, 0.0)), axis=0)
-
     def _spread(self, part: tuple[float, float, float, FloatArray], count: int) -> FloatArray:
         """Configurations at equal arc lengths, (count, 3)."""
-        t, q = self._curve(part, SAMPLES)
+        t = np.linspace(0.0, TURN, SAMPLES + 1)
+        q = np.unwrap(self._at(part, np.where(t < TURN, t, 0.0)), axis=0)
         length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
         wanted = length[-1] * (np.arange(count) + OFFSET) / count
         return self._at(part, np.interp(wanted, length, t))
-
-    def boxes(self, goal: FloatArray) -> list[list[Intervals]]:
-        """The box of each component of the self-motion at the goal; one where there are not three joints."""
-        if len(self.link) != 3:
-            return [self.ranges(goal)]
-        boxes: list[list[Intervals]] = []
-        for part in self._parts(goal):
-            _, q = self._curve(part, 8 * SAMPLES)
-            around = np.abs(q[-1] - q[0]) > np.pi
-            low, high = np.where(around, 0.0, q.min(axis=0)), np.where(around, TURN, q.max(axis=0))
-            boxes.append([((float(a), float(b)),) for a, b in zip(low, high, strict=True)])
-        return boxes
 
     def _projected(self, point: FloatArray, count: int, seed: int) -> FloatArray:
         """Quasi-random configurations brought onto the point by Newton steps, those that arrive, (k, n)."""

@@ -10,8 +10,6 @@ import numpy as np
 from ftqp.analysis.map_chunks import (
     COUNTS,
     MEASURES,
-    Box,
-    Length,
     Plane,
     SpatialTask,
     WorkspaceTask,
@@ -149,12 +147,7 @@ def workspace(
     configurations: int = 90,
     steps: int = 100,
     screen: bool = True,
-    horizon: float | None = None,
-    length: Length = "cartesian",
-    box: Box = "product",
     W: Any = None,
-    gain: float = 1.0,
-    v_max: float | None = None,
     jobs: int | None = None,
     seed: int = 0,
     rows: Any = None,
@@ -175,15 +168,8 @@ def workspace(
         steps: Equal parts of a line, >= 1; more finds shorter stretches out of reach.
         screen: Whether failures are taken as correct at locked values from which every one of 64 trials went
             to the goal; without it all are simulated, which takes ten times as long.
-        horizon: |e| must fall below a hundredth of the mean link within this time [s]; None, the default,
-            asks where the motion ends.
-        length: Whether shares are of the way of the tip, or of that of the joints.
-        box: Whether joints may be in the ranges of different components of the goal's self-motion, or all in
-            those of one.
         W: Weights of the joint rates, (nv, nv) or its diagonal (nv,), positive definite; None is the
             identity.
-        gain: K_e of the law, > 0 [1/s]; it counts with a horizon only.
-        v_max: The largest commanded speed of the tip, > 0 [m/s]; it counts with a horizon only.
         jobs: Threads; None takes one for each core. The result does not depend on it.
         seed: Moves quasi-random configurations, of arms of more than three joints, and trials.
         rows: ``"position"``, ``"pose"`` or names of task rows, for arms in space: configurations come from
@@ -201,12 +187,7 @@ def workspace(
     task: WorkspaceTask | SpatialTask
     if rows is None:
         task = workspace_task(
-            robot, goal, grid=grid, configurations=configurations, steps=steps, screen=screen,
-            horizon=horizon, length=length, box=box, W=W, gain=gain, v_max=v_max, seed=seed,
-        )  # fmt: skip
-    elif horizon is not None or length != "cartesian" or box != "product" or v_max is not None:
-        raise InputError(
-            "horizon, length, box and v_max are for planar arms only; leave them out beside rows"
+            robot, goal, grid=grid, configurations=configurations, steps=steps, screen=screen, W=W, seed=seed
         )
     else:
         task = spatial_task(

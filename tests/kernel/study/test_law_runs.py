@@ -254,7 +254,7 @@ def led(q, goal, parts):
 
 
 def test_nodes_are_those_of_least_norm_rates_and_on_the_line():
-    _, failed, nodes, within = line_study(END).lines(BEGIN[None], 20, [[WHOLE] * 3], keep=True)
+    _, failed, nodes, within = line_study(END).lines(BEGIN[None], 20, [WHOLE] * 3, keep=True)
     assert not failed[0] and within.all() and np.abs(nodes[0] - led(BEGIN, END, 20)).max() < 1e-6
     tips = np.exp(1j * np.cumsum(nodes[0], axis=1)).sum(axis=1)
     assert np.abs(tips - np.linspace(tips[0], complex(*END), 21)).max() < 1e-9
@@ -269,7 +269,7 @@ def test_lines_of_an_arm_in_space_keep_the_rotation_of_the_goal():
     q, left, _ = study.limited.solutions(panda.neutral[None], goals=begin[None])
     assert left[0] < 1e-9
     law = LawStudy(study.free, np.eye(7), 6.0 * panda.length / 7)
-    _, failed, nodes, _ = law.lines(q, 10, [[WHOLE] * 7], keep=True)
+    _, failed, nodes, _ = law.lines(q, 10, [WHOLE] * 7, keep=True)
     assert not failed[0]
     for k, node in enumerate(nodes[0]):
         expected = begin.copy()
@@ -280,27 +280,25 @@ def test_lines_of_an_arm_in_space_keep_the_rotation_of_the_goal():
 def test_a_line_is_the_same_in_every_company():
     rng = np.random.default_rng(2)
     starts, law = rng.uniform(-np.pi, np.pi, (11, 3)), line_study(END)
-    boxes = [[((-1.0, 1.5),), WHOLE, ((-2.0, -0.5), (0.5, 2.0))]]
-    inside, _, nodes, _ = law.lines(starts, 7, boxes, keep=True)
+    box = [((-1.0, 1.5),), WHOLE, ((-2.0, -0.5), (0.5, 2.0))]
+    inside, _, nodes, _ = law.lines(starts, 7, box, keep=True)
     for k in (0, 5, 10):
-        one = law.copy().lines(starts[k : k + 1], 7, boxes, keep=True)
+        one = law.copy().lines(starts[k : k + 1], 7, box, keep=True)
         assert np.array_equal(one[0][0], inside[k]) and np.array_equal(one[2][0], nodes[k])
 
 
-@pytest.mark.parametrize("by_joints", [False, True])
-def test_a_line_is_inside_for_the_share_of_its_length_and_any_of_two_boxes_will_do(by_joints):
+def test_a_line_is_inside_for_the_share_of_its_length():
     way = led(BEGIN, END, 60)
     ends, moves = way[[0, 20, 40, 60]], np.diff(way, axis=0)
     joint = int(np.flatnonzero((moves > 0.0).all(axis=0) | (moves < 0.0).all(axis=0))[0])
 
-    def box(first, last):
+    def interval(first, last):
         low, high = sorted((ends[first][joint], ends[last][joint]))
-        return [((low, high),) if i == joint else WHOLE for i in range(3)]
+        return low, high
 
-    lengths = np.linalg.norm(moves, axis=1) if by_joints else np.ones(60)
-    shares = lengths.reshape(3, 20).sum(axis=1) / lengths.sum()
-    for boxes, share in (([box(0, 1)], shares[0]), ([box(0, 1), box(2, 3)], shares[0] + shares[2])):
-        inside, failed, nodes, _ = line_study(END).lines(BEGIN[None], 60, boxes, by_joints=by_joints)
+    for intervals, share in (((interval(0, 1),), 1.0 / 3.0), ((interval(0, 1), interval(2, 3)), 2.0 / 3.0)):
+        box = [intervals if i == joint else WHOLE for i in range(3)]
+        inside, failed, nodes, _ = line_study(END).lines(BEGIN[None], 60, box)
         assert not failed[0] and len(nodes) == 0
         expected = [share if i in (joint, 3) else 1.0 for i in range(4)]
         assert inside[0] == pytest.approx(expected, abs=0.02)
@@ -309,17 +307,17 @@ def test_a_line_is_inside_for_the_share_of_its_length_and_any_of_two_boxes_will_
 def test_values_count_modulo_a_turn_where_they_are_said_to():
     way = led(BEGIN, END, 10)
     low, high = way.min(axis=0) - 0.1, way.max(axis=0) + 0.1
-    shifted = [[((a + 2.0 * np.pi, b + 2.0 * np.pi),) for a, b in zip(low, high, strict=True)]]
+    shifted = [((a + 2.0 * np.pi, b + 2.0 * np.pi),) for a, b in zip(low, high, strict=True)]
     law = line_study(END)
     assert law.lines(BEGIN[None], 10, shifted)[0][0] == pytest.approx([1.0, 1.0, 1.0, 1.0])
     inside = law.lines(BEGIN[None], 10, shifted, circular=[True, False, True])[0][0]
     assert inside == pytest.approx([1.0, 0.0, 1.0, 0.0])
-    empty = law.lines(BEGIN[None], 10, [[(), WHOLE, WHOLE]])[0][0]
+    empty = law.lines(BEGIN[None], 10, [(), WHOLE, WHOLE])[0][0]
     assert empty == pytest.approx([0.0, 1.0, 1.0, 0.0]), "no value is inside"
 
 
 def test_a_line_through_a_singularity_is_said_to_have_failed():
     bent = np.arccos(0.75)
-    _, failed, _, _ = line_study((3.5, 0.0)).lines(np.array([[bent, -bent, -bent], BEGIN]), 5, [[WHOLE] * 3])
+    _, failed, _, _ = line_study((3.5, 0.0)).lines(np.array([[bent, -bent, -bent], BEGIN]), 5, [WHOLE] * 3)
     assert failed.all()
-    assert not line_study(END).lines(np.array([[bent, -bent, -bent], BEGIN]), 5, [[WHOLE] * 3])[1].any()
+    assert not line_study(END).lines(np.array([[bent, -bent, -bent], BEGIN]), 5, [WHOLE] * 3)[1].any()

@@ -34,15 +34,13 @@ from ftqp.app.study.runner import Outcome, refuse_wrong_workers, run_study, stud
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import FtqpError, InputError, MissingPackage, ModelError, ScenarioError
 from ftqp.core.pose import transform
-from ftqp.core.setting import REQUIRED, keys_of, setting
+from ftqp.core.setting import REQUIRED, setting
 from ftqp.model.chain import frame_id
 from ftqp.model.posture import places
 from ftqp.model.robot import Robot
 
-PLANAR = ("screen", "horizon", "length", "box", "gain", "v_max")
-"""Keys that go with planar arms, that is, without rows ..."""
 SPATIAL = ("orientation", "plane", "instants")
-"""... and those that need rows."""
+"""Keys that need rows."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,30 +68,17 @@ class MapTable(Section):
     screen: bool = setting(
         True, "whether failures that no trial found dangerous are taken as harmless, not simulated"
     )
-    horizon: float | None = setting(
-        None, "the tip must be there within, > 0; without it, at last", unit="s", above=0.0
-    )
-    length: str = setting(
-        "cartesian", "whether shares are of the tip's way or of the joints'", choices=("cartesian", "joint")
-    )
-    box: str = setting(
-        "product",
-        "whether the ranges of all components of the goal's self-motion count together",
-        choices=("product", "per_component"),
-    )
     weights: tuple[tuple[float, ...], ...] | None = setting(
         None, "W, weights of the joint rates in the controller, (nv, nv); the identity if absent"
     )
-    gain: float = setting(1.0, "of the controller, > 0", unit="1/s", above=0.0)
-    v_max: float | None = setting(None, "largest speed of the tip, > 0", unit="m/s", above=0.0)
     seed: int = setting(0, "moves quasi-random postures, >= 0", least=0.0)
 
     def __post_init__(self) -> None:
         if self.rows is None:
             if unfit := [key for key in SPATIAL if getattr(self, key) is not None]:
                 raise InputError(f"has {', '.join(unfit)} without rows, which an arm in space needs")
-        elif unfit := [key for key in PLANAR if getattr(self, key) != keys_of(MapTable)[key].default]:
-            raise InputError(f"has {', '.join(unfit)} beside rows; they go with planar arms, without rows")
+        elif not self.screen:
+            raise InputError("has screen beside rows; it goes with planar arms, without rows")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -226,8 +211,7 @@ def _task(robot: Robot, table: MapTable) -> WorkspaceTask | SpatialTask:
     """What all starts share."""
     common: dict[str, Any] = {key: getattr(table, key) for key in ("grid", "configurations", "steps", "seed")}
     if table.rows is None:
-        planar = {key: getattr(table, key) for key in PLANAR}
-        return workspace_task(robot, table.goal, W=table.weights, **common, **planar)
+        return workspace_task(robot, table.goal, screen=table.screen, W=table.weights, **common)
     goal: Any = table.goal
     if table.orientation is not None:
         goal = transform(quaternion_rotation(table.orientation), np.array(table.goal))

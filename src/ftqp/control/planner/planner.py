@@ -2,8 +2,9 @@
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial, update_wrapper
+from itertools import count
 from pathlib import Path as File
 from threading import get_ident
 from types import FrameType
@@ -17,8 +18,8 @@ from ftqp.control.inverse_kinematics.passable import MotionValidity, Walled
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.arm_loop import Learned, learned
 from ftqp.control.planner.assembly import Assembly, Deployable
-from ftqp.control.planner.configuration import NUMBERS, Configuration, Draft, write_call
 from ftqp.control.planner.constraint_list import Constraint, Constraints
+from ftqp.control.planner.draft import Draft, write_call
 from ftqp.control.planner.given_arrays import (
     converted_tick,
     is_row,
@@ -30,6 +31,7 @@ from ftqp.control.planner.given_arrays import (
 )
 from ftqp.control.planner.lead import Blocks, Lead, with_error_to
 from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
+from ftqp.control.planner.mounted_robot import BrakingReserve, MountedRobot, braking_reserve, warn_of_weight
 from ftqp.control.planner.planner_view import PlannerView, planner_html
 from ftqp.control.planner.response.detector import Detector
 from ftqp.control.planner.rollout_setup import RolloutSetup
@@ -49,10 +51,13 @@ from ftqp.core.checks import FloatArray, array, frozen, positive
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import Fixed
+from ftqp.faults.belief import Belief
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
+from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.entry.session import Memory, Session
 from ftqp.kernel.layout.enums import NEWS, RELAXED
+from ftqp.kernel.layout.record import load_chain
 from ftqp.model.capsules import Capsule
 from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
@@ -60,6 +65,8 @@ from ftqp.qp.adapters.backend import Backend
 
 P = ParamSpec("P")
 R = TypeVar("R")
+NUMBERS = count()
+"""Of configurations: none occurs twice, so that a number says which one it is."""
 ANEW = "the planner was laid out for it; make another one, ftqp.Planner(robot, {name}=...)"
 """What to do about an attribute that a planner was made with."""
 
@@ -102,6 +109,54 @@ def _refuse_inside(name: str, me: int, owner: int, other: str, frame: FrameType)
         "planner.step is called inside planner.step, by a function that it asks; let that only fill "
         "in its arrays, and step another planner to look ahead"
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Configuration:
+    """All that a planner was told; it never changes, another one takes its place."""
+
+    number: int  # Its own, which the call that writes it into the record leaves beside that
+    belief: Belief  # Which joints have failed
+    arm: MountedRobot  # The arm with its load and tool
+    reserve: BrakingReserve | None  # The deceleration that its motors have; None where torque is not limited
+    # Where the arm begins, q and v, (nv,) each; None before the first ``reset``
+    start: tuple[FloatArray, FloatArray] | None = None
+    speed: float = 1.0  # How fast the arm is led, in (0, 1] of full speed
+    # What else the last change brings about, as often as it is called; None is nothing
+    then: Callable[[], None] | None = None
+
+    def tell(self, K: Any, orders: Orders, before: "Configuration | None") -> None:
+        """Write what differs from the configuration before into a record, ``speed`` aside."""
+        if before is not None and before.arm is not self.arm:
+            if before.arm.payload is not self.arm.payload:
+                K.learned.load[:] = 0.0  # it is what is told now
+            load_chain(K, **self.arm.unloaded.chain.constants())
+            orders.carry(self.arm.load)
+        believes = before is None or before.belief is not self.belief
+        if believes:
+            self.belief.write(orders, None if before is None else before.belief)
+            orders.believed()
+        if before is None or believes or before.reserve is not self.reserve:
+            orders.count_on(None if self.reserve is None else self.reserve.samples)
+        if self.start is not None and (before is None or before.start is not self.start):
+            orders.start(*self.start)
+
+    def tells_as(self, before: "Configuration") -> bool:
+        """Whether nothing but ``speed`` differs of what a record is told."""
+        parts = ("belief", "arm", "reserve", "start")
+        return all(getattr(self, part) is getattr(before, part) for part in parts)
+
+    def weakened(self, before: "Configuration") -> list[int]:
+        """Joints that are now said to have less torque, of an arm whose weight is known."""
+        robot, was = self.arm.robot, before.belief.faults
+        return [
+            robot.joint(joint)
+            for joint, fault in self.belief.faults.items()
+            if robot.has_inertia
+            and was.get(joint) != fault
+            and "tau_max" in fault.shares
+            and getattr(fault, fault.shares["tau_max"]) < 1.0
+        ]
 
 
 class Planner:
@@ -249,7 +304,8 @@ class Planner:
         self._session, self._loop = parts.session, parts.loop
         self._out, self._said, self._rest = parts.out, parts.said, parts.rest
         self._at_rest = np.zeros(robot.nv)
-        told = Configuration.first(robot, given.limits_torque)
+        reserve = braking_reserve(robot) if given.limits_torque else None
+        told = Configuration(next(NUMBERS), Belief(robot), MountedRobot(robot), reserve)
         self._number, self._known = np.array([told.number]), {told.number: told}
         self._applied = None
         told.tell(self._session.K, parts.orders, None)
@@ -467,9 +523,18 @@ class Planner:
             InputError: This is no payload, or a robot without masses.
         """
         limited = self._given.limits_torque
-        self._change(lambda told: told.carrying(payload, limited))
+
+        def loaded(told: Configuration) -> Configuration:
+            arm = told.arm.carrying(payload)
+            load = None if payload is None else arm.load
+            reserve = braking_reserve(arm.unloaded, load) if limited else None
+            return replace(told, arm=arm, reserve=reserve)
+
+        self._change(loaded)
         if payload is not None:
-            self._configuration.warn_of_weight(self._session.K)
+            K, n = self._session.K, self.robot.nv
+            q = K.state.q_command[:n] if K.state.is_reset else None
+            warn_of_weight(self.robot, q, K.limits.tau_max[:n])
 
     @guarded("tool")
     def tool(self, T: Any) -> None:

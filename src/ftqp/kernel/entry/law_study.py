@@ -115,30 +115,26 @@ class LawStudy:
         self,
         starts: FloatArray,
         steps: int,
-        boxes: Sequence[Sequence[Intervals]],
+        box: Sequence[Intervals],
         *,
         circular: Any = True,
-        by_joints: bool = False,
         keep: bool = False,
     ) -> tuple[FloatArray, BoolArray, FloatArray, BoolArray]:
         """Shares inside (C, n + 1), failed (C,), nodes (C, steps + 1, n) and whether inside there.
 
-        Of lines from configurations, (C, n), in equal parts; each box has intervals for each joint, whose
-        values count modulo one turn where it is ``circular``. Lengths are those of the tip's way, or with
-        ``by_joints`` of the joints'. Without ``keep`` nodes come back empty.
+        Of lines from configurations, (C, n), in equal parts; the box has intervals for each joint, whose
+        values count modulo one turn where it is ``circular``. Without ``keep`` nodes come back empty.
         """
         L, count, n = self._rooms(), len(starts), self._session.nv
         turns = np.broadcast_to(circular, n).astype(np.int64)
-        L.boxes, L.by_joints = len(boxes), by_joints
-        L.intervals = max(len(intervals) for box in boxes for intervals in box)
-        box_of = np.full((len(boxes), n, L.intervals, 2), -10.0)
-        for b, box in enumerate(boxes):
-            for i, intervals in enumerate(box):
-                for k, (low, high) in enumerate(intervals):
-                    full = high - low >= (2.0 * np.pi if turns[i] else np.inf)
-                    box_of[b, i, k] = 0.0 if full else 0.5 * (low + high), 0.5 * (high - low)
-                    if full:
-                        box_of[b, i, k, 1] = 20.0 if turns[i] else 1e300
+        L.intervals = max(len(intervals) for intervals in box)
+        box_of = np.full((n, L.intervals, 2), -10.0)
+        for i, intervals in enumerate(box):
+            for k, (low, high) in enumerate(intervals):
+                full = high - low >= (2.0 * np.pi if turns[i] else np.inf)
+                box_of[i, k] = 0.0 if full else 0.5 * (low + high), 0.5 * (high - low)
+                if full:
+                    box_of[i, k, 1] = 20.0 if turns[i] else 1e300
         kept = count if keep else 0
         starts = np.ascontiguousarray(starts)
         inside, failed = np.zeros((count, n + 1)), np.zeros(count, np.int64)

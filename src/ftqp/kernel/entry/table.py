@@ -251,10 +251,10 @@ study_runs study.law_runs nogil
     calls drive(S, L, starts, locked, first, last, endings, ends, facts, trace)
 study_lines study.law_lines nogil
     takes S:study L:law count parts keep starts:f8[count,S.chain.n]
-          boxes:f8[L.boxes,S.chain.n,L.intervals,2] turns:i8[S.chain.n] inside:f8[count,S.chain.n+1]
+          box:f8[S.chain.n,L.intervals,2] turns:i8[S.chain.n] inside:f8[count,S.chain.n+1]
           failed:i8[count] q:f8[count*keep,parts+1,S.chain.n] within:i1[count*keep,parts+1,S.chain.n+1]
           first last
-    calls lines(S, L, starts, parts, boxes, turns, inside, failed, q, within, first, last)
+    calls lines(S, L, starts, parts, box, turns, inside, failed, q, within, first, last)
 continuations entry.study_entries nogil
     takes S:study C:continuation k samples keep bounded goals:f8[samples,GOAL_SIZE] q:f8[k,S.chain.n] at:i8[k]
           failed:i8[k,FAILED_JOINTS] speed:f8[k,FAILED_JOINTS] facts:f8[k,FACTS] path:f8[samples,S.chain.n]

@@ -236,7 +236,7 @@ law  Runs and lines of the point-to-point law, eight configurations side by side
     horizon success slowness per_speed spacing  f8
     most  i8  steps before a run goes on by another method
     plain  i8  M is the identity
-    moves rows by_joints boxes intervals  i8
+    moves rows intervals  i8
     run steps  i8[WIDTH]
     moving  i8[N]
     M  f8[N,N]  the inverse of the weights

@@ -1,4 +1,4 @@
-"""Straight lines of the tip of a healthy arm, eight at once, and how far the joints stay in boxes."""
+"""Straight lines of the tip of a healthy arm, eight at once, and how far the joints stay in a box."""
 
 from math import pi
 from typing import Any, Final
@@ -75,14 +75,14 @@ def _onto(S: Any, L: Any, left: float) -> Any:
 
 
 @jit
-def _margin(L: Any, boxes: Any, turns: Any, box: int, i: int, q: Any) -> Any:
+def _margin(L: Any, box: Any, turns: Any, i: int, q: Any) -> Any:
     """How far q_i is inside the intervals of a box, (middle, half width) each; < 0 outside [rad or m]."""
     best = several(L.zero, 0) + OUTSIDE
     for k in range(L.intervals):
-        away = q - boxes[box, i, k, 0]
+        away = q - box[i, k, 0]
         if turns[i]:
             away = away - 2.0 * pi * floor(away * (0.5 / pi) + 0.5)
-        best = larger(best, boxes[box, i, k, 1] - abs(away))
+        best = larger(best, box[i, k, 1] - abs(away))
     return best
 
 
@@ -99,21 +99,15 @@ def _share_outside(before: Any, now: Any) -> Any:
 
 
 @jit
-def _account(S: Any, L: Any, boxes: Any, turns: Any, weight: Any, first: bool) -> None:
+def _account(S: Any, L: Any, box: Any, turns: Any, weight: Any, first: bool) -> None:
     """The margins at a node into ``margin``, and the length outside since the last one."""
     n = S.chain.n
-    common = several(L.zero, 0) + OUTSIDE
-    for box in range(L.boxes):
-        of_all = several(L.zero, 0) - OUTSIDE
-        for i in range(n):
-            of_all = smaller(of_all, _margin(L, boxes, turns, box, i, several(L.q, i * WIDTH)))
-        common = larger(common, of_all)
+    of_all = several(L.zero, 0) - OUTSIDE
     for i in range(n + 1):
-        at, now = i * WIDTH, common
+        at, now = i * WIDTH, of_all
         if i < n:
-            now = _margin(L, boxes, turns, 0, i, several(L.q, at))
-            for box in range(1, L.boxes):
-                now = larger(now, _margin(L, boxes, turns, box, i, several(L.q, at)))
+            now = _margin(L, box, turns, i, several(L.q, at))
+            of_all = smaller(of_all, now)
         if not first:
             outside = weight * _share_outside(several(L.margin, at), now)
             put(L.outside, at, several(L.outside, at) + outside)
@@ -122,14 +116,14 @@ def _account(S: Any, L: Any, boxes: Any, turns: Any, weight: Any, first: bool) -
 
 @jit
 def eight_lines(
-    S: Any, L: Any, starts: Any, first: int, last: int, K: int, boxes: Any, turns: Any, inside: Any,
+    S: Any, L: Any, starts: Any, first: int, last: int, K: int, box: Any, turns: Any, inside: Any,
     failed: Any, q: Any, within: Any,
 ) -> None:  # fmt: skip
     """Up to eight lines from starts to the goal in K equal parts; rotations are those of the goal all along.
 
-    ``boxes``: the intervals of each box and joint as (middle, half width), (boxes, n, intervals, 2);
+    ``box``: the intervals of each joint as (middle, half width), (n, intervals, 2);
     ``turns``: whether a joint counts modulo one turn. Out: ``inside``, the share of the length with joint i,
-    and at last all joints, in the boxes, (C, n + 1); ``failed``, whether a line ended at a singularity, (C,);
+    and at last all joints, in the box, (C, n + 1); ``failed``, whether a line ended at a singularity, (C,);
     where somebody asks, ``q`` and ``within`` at the nodes, (C, K + 1, n) and (C, K + 1, n + 1).
     """
     n, m, count = S.chain.n, S.study.m, last - first
@@ -150,7 +144,7 @@ def eight_lines(
     for at in range(0, m * WIDTH, WIDTH):
         put(L.wanted, at, several(L.way, at) / (length + TINY))
     part, total = length * (1.0 / K), several(L.zero, 0)
-    _account(S, L, boxes, turns, part, True)
+    _account(S, L, box, turns, part, True)
     _keep(S, L, 0, first, last, q, within)
     weigh(S, L)
     pace = _led_rates(S, L, L.k1)
@@ -159,15 +153,8 @@ def eight_lines(
             put(L.trial, at, several(L.q, at))
         _substeps(S, L, part, pace, seats)
         pace = _onto(S, L, (K - 1.0 - k) / K)
-        weight = part
-        if L.by_joints:
-            turned = several(L.zero, 0)
-            for at in range(0, size, WIDTH):
-                move = several(L.q, at) - several(L.trial, at)
-                turned = turned + move * move
-            weight = sqrt(turned)
-        total = total + weight
-        _account(S, L, boxes, turns, weight, False)
+        total = total + part
+        _account(S, L, box, turns, part, False)
         _keep(S, L, k + 1, first, last, q, within)
     values(S, L, L.q, seats)
     arrived = towards_goal(S, L) < (OFF * L.unit) ** 2
@@ -196,9 +183,9 @@ def _keep(S: Any, L: Any, k: int, first: int, last: int, q: Any, within: Any) ->
 
 @jit
 def lines(
-    S: Any, L: Any, starts: Any, parts: int, boxes: Any, turns: Any, inside: Any, failed: Any, q: Any,
+    S: Any, L: Any, starts: Any, parts: int, box: Any, turns: Any, inside: Any, failed: Any, q: Any,
     within: Any, first: int, last: int,
 ) -> None:  # fmt: skip
     """Lines ``first`` to ``last - 1`` of a healthy arm, each in so many parts."""
     for at in range(first, last, WIDTH):
-        eight_lines(S, L, starts, at, min(at + WIDTH, last), parts, boxes, turns, inside, failed, q, within)
+        eight_lines(S, L, starts, at, min(at + WIDTH, last), parts, box, turns, inside, failed, q, within)
