@@ -70,6 +70,7 @@ def complaints(folder, code: dict[str, str]) -> str:
     )
 
 
+@pytest.mark.slow
 def test_python_that_texts_show_passes_mypy(tmp_path):
     code = {}
     for file in TEXTS:

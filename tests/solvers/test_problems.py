@@ -38,6 +38,7 @@ def test_infeasible_qps_are_proven_to_be(everything: dict[str, Recording]) -> No
     assert count > 80
 
 
+@pytest.mark.slow
 def test_script_makes_the_recorded_sequences_again(tmp_path: Path) -> None:
     chosen = ["planar6-infeasible", "puma560-near-singular"]
     script = [sys.executable, str(FOLDER / "record.py"), "--quick", "--out", str(tmp_path), "--only", *chosen]
