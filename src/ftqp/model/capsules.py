@@ -20,7 +20,7 @@ LARGEST = 100.0
 WORLD = "universe"
 """The frame of bodies that do not move, as pinocchio calls it."""
 STICKS_OUT = 1e-4
-"""Corners of a body may stick out of its capsule by so much [m], as published capsules are rounded to that."""
+"""Corners of a body may stick out of its capsule by so much [m]: published capsules are rounded."""
 THICKNESS = 0.05
 """Radius of an estimated capsule, as a share of the reach: a Panda's links have 0.06 to 0.1. A convention."""
 

@@ -151,8 +151,7 @@ def found_mesh(shape: Collision) -> Path:
 
 
 def around(points: FloatArray) -> list[tuple[FloatArray, FloatArray, float, FloatArray]]:
-    """Ends and radius of the capsule of least volume around some points that was found, or of two, and what
-    is inside."""
+    """Ends, radius and inside of the capsule of least volume around some points, or of two."""
     hull = ConvexHull(points)
     one = _smallest(points)
     if _volume(one) <= SPLIT * hull.volume:

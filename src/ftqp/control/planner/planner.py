@@ -57,8 +57,8 @@ from ftqp.faults.detection.detector import Detector
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.orders import Orders
-from ftqp.kernel.entry.way_session import WaySession
 from ftqp.kernel.entry.session import Memory, Session
+from ftqp.kernel.entry.way_session import WaySession
 from ftqp.kernel.layout.enums import NEWS, RELAXED
 from ftqp.kernel.layout.record import load_chain
 from ftqp.model.capsules import Capsule
@@ -436,8 +436,13 @@ class Planner:
         return WaySession(self._session, 0 if around is None else around.whole)
 
     @property
+    def avoids(self) -> bool:
+        """Whether bodies are kept apart, or points and axes where they may be."""
+        return bool(self._parts.keeps) or bool(self.watched_pairs)
+
+    @property
     def watched_pairs(self) -> tuple[tuple[str, str], ...]:
-        """The bodies of each pair that are kept apart, by name; a body stands once for each of its ends, too."""
+        """The bodies of each pair that are kept apart, by name, those of ends of bodies as well."""
         return () if self._parts.surroundings is None else self._parts.surroundings.names
 
     def session(self) -> Session:

@@ -134,7 +134,7 @@ class Layout:
             counts = ends
 
     def _lay_bodies(self, capsules: Sequence[Capsule]) -> None:
-        """Write the corners of convex bodies in capsules, of simpler ones around them where there are many."""
+        """Write the corners of bodies in capsules, of simpler ones around them where there are many."""
         room = self._room
         known = {at: one.corners for at, one in enumerate(capsules) if one.corners is not None}
         end, room.hull_of[:] = 0, 0

@@ -1,4 +1,4 @@
-"""The session of a search for a way of the joints: a planner's arm and scene as they are now, and its memory."""
+"""The session of a search for ways: a planner's arm and scene as they are now, and its memory."""
 
 from typing import Any, Final, NamedTuple, final
 

@@ -41,9 +41,9 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     found  i8  the number of them at which there was a way
     shortening  i8  so many are spent on that at most
     most  i8  so many are spent on the trees at most
-    starts most_starts posed clear  i8  Newton starts, at most, those that came to the goal, and are clear
+    starts most_starts posed clear  i8  Newton starts, at most, that came to the goal, and are clear
     first second  i8  of the sequence of random numbers
-    tree joining new last grown vain  i8  of the trees: which grows, whether it joins, its last nodes, how often
+    tree joining new last grown vain  i8  which tree grows, whether it joins, its last nodes
     places  i8  of the way
     count  i8[2]  nodes of the trees
     has_goal  i8  the goal is a pose, whose postures are looked for

@@ -1,8 +1,8 @@
-"""The distance of two convex bodies by their farthest points along directions (Gilbert, Johnson, Keerthi 1988).
+"""The distance of two convex bodies by their farthest points along directions.
 
 Bodies of an arm are the hulls of their corners, or lines that a radius is taken off later; so are balls and
 capsules around them. A simplex of differences of points comes nearer to the origin until no point does.
-Source: Ericson 2005, "Real-Time Collision Detection", 5.1.5 and 9.5.
+Source: Gilbert, Johnson and Keerthi 1988; Ericson 2005, "Real-Time Collision Detection", 5.1.5 and 9.5.
 """
 
 from math import inf, sqrt
@@ -11,7 +11,17 @@ from typing import Any
 from ftqp.kernel.arm.kinematics import point_of
 from ftqp.kernel.jit import exact_jit, jit
 from ftqp.kernel.layout.scene_room import BOX, CYLINDER, HULL, SEGMENT
-from ftqp.kernel.maths.vectors import Vector, minus, plus, rotated, rotated_back, three, times, write
+from ftqp.kernel.maths.vectors import (
+    Vector,
+    minus,
+    plus,
+    rotated,
+    rotated_back,
+    three,
+    three_from,
+    times,
+    write,
+)
 
 ROUNDS = 32
 """So many points are looked for at most; four to eight are usual."""
@@ -113,9 +123,8 @@ def _on_triangle(a: Vector, b: Vector, c: Vector) -> Vector:
 @exact_jit
 def _mixed(Y: Any, at: int, i: int, j: int, k: int, s: float, t: float, u: float) -> Vector:
     """A point of a simplex, or of one of the bodies, from its shares."""
-    x = plus(plus(times(s, (Y[i, at], Y[i, at + 1], Y[i, at + 2])), times(t, (Y[j, at], Y[j, at + 1], Y[j, at + 2]))),
-             times(u, (Y[k, at], Y[k, at + 1], Y[k, at + 2])))  # fmt: skip
-    return x
+    a, b = times(s, three_from(Y[i], at)), times(t, three_from(Y[j], at))
+    return plus(plus(a, b), times(u, three_from(Y[k], at)))
 
 
 @exact_jit
@@ -129,7 +138,7 @@ def _is_outside(Y: Any, i: int, j: int, k: int, other: int) -> bool:
 
 @exact_jit
 def _nearest_of_simplex(Y: Any, k: int) -> tuple[bool, int, int, int, float, float, float]:
-    """Whether the origin is inside k corners, and else up to three of them with their shares in the nearest."""
+    """Whether the origin is inside k corners; else up to three of them and their shares."""
     if k == 1:
         return False, 0, 0, 0, 1.0, 0.0, 0.0
     if k == 2:

@@ -27,7 +27,6 @@ from ftqp.kernel.layout.ways_room import STRETCHES
 from ftqp.kernel.maths.nearest_points import of_segment_and_hull, of_segments, to_body
 from ftqp.kernel.maths.side_by_side import joint_sines
 from ftqp.kernel.maths.vectors import (
-    Vector,
     between,
     cross,
     inner,
@@ -44,7 +43,7 @@ from ftqp.kernel.scene.hulls import depth_below, distance_of_hulls, radii_of_pai
 FINE = 0.25
 """An edge is known to this share of what is kept ..."""
 FINEST = 1e-4
-"""... or to this [m], where less is kept. Conventions: a proof that is twice as fine takes twice the looks."""
+"""... or to this [m], where less is kept. Conventions: one twice as fine takes twice the looks."""
 WIDEST = 0.3
 """Stretches in which a body may go farther than this are halved at once [m]. A guess."""
 PATIENT = 150
@@ -53,14 +52,13 @@ problems (``python benchmarks/ft_mbm.py``)."""
 AT_LIMIT = 1e-9
 """Joints may be beyond their limits by this [rad or m]. Rounding."""
 LIMIT_MET, EFFORT_MET, KEEP_MET, BALL_MET = PAIRS, 2 * PAIRS, 3 * PAIRS, 4 * PAIRS
-"""What ``obstruction`` adds to the number of a joint, of what is kept and of a body, and one more; the number
-of a pair stands alone."""
+"""What ``obstruction`` adds to one more than the number of a joint, of what is kept and of a body."""
 BALLS_ARE = np.dtype(np.float64)
 
 
 @jit
 def _holding_share(K: Any, most: float) -> int:
-    """One more than the joint whose motor needs more than this share to hold the arm at rest; 0 where none."""
+    """One more than the joint whose motor needs more than this share to hold the arm; 0 where none."""
     W, chain, ahead = K.ways, K.chain, K.ahead
     g = three(chain.gravity)
     for j in range(chain.n):
@@ -266,7 +264,7 @@ def _met(K: Any, q: Any) -> int:
 
 @jit
 def obstruction(K: Any, q: Any) -> int:
-    """What stands in the way of a posture: 0 nothing, one more than the number of a pair, or see ``LIMIT_MET``."""
+    """What stands in the way of a posture: 0 nothing, a pair and 1, or see ``LIMIT_MET``."""
     W = K.ways
     for c in range(W.bodies):
         W.moved[c] = 0.0
@@ -277,8 +275,7 @@ def obstruction(K: Any, q: Any) -> int:
 
 @part_jit
 def proven(K: Any, c: Any, size: float) -> float:
-    """Up to where a way q = c0 + c1 s + c2 s^2 from s = 0 to its size is free; a little less than it may be
-    known where it takes too many looks."""
+    """Up to where a way q = c0 + c1 s + c2 s^2 from s = 0 to its size is free, as far as that is known."""
     W, n = K.ways, K.chain.n
     stretch, q, top = W.stretch, W.q, 1
     fine, last = max(FINE * W.share * W.keep, FINEST), W.looks + PATIENT

@@ -1,4 +1,4 @@
-"""From places to a motion: corners rounded where that is free, then as fast as limits allow, then jerk bounded.
+"""From places to a motion: corners rounded where that is free, then as fast as can be, with bounded jerk.
 
 The rounded way is q(s) = c0 + c1 s + c2 s^2 piece by piece, with a continuous tangent. With x = s'^2 and
 u = s'' limits are linear, |q' u + q'' x| <= a_max and |q'| sqrt(x) <= v_max; in a piece q'' is constant and
@@ -30,7 +30,7 @@ from ftqp.kernel.search.trees import add_goal, add_node, gap, grow, shorten
 ROUND = 0.35
 """Corners are cut from so far away at most [rad or m]. A guess."""
 SHARP = 1e-4
-"""Corners that could be cut from no farther away than this stay as they are, and the arm rests there [rad]."""
+"""Corners that can be cut from no farther away than this [rad] stay as they are: the arm rests there."""
 FINE = 0.02
 """Longest interval of time scaling [rad or m]. A guess."""
 SPEED, ACCELERATION = 0.999, 0.99
@@ -121,7 +121,7 @@ def _cut_into_intervals(K: Any) -> bool:
         total += W.size_of[p]
     fine = max(FINE, total / (0.5 * INTERVALS))
     for p in range(W.pieces):
-        m = max(4, int(ceil(W.size_of[p] / fine))) if W.size_of[p] > 0.0 else 0
+        m = max(4, ceil(W.size_of[p] / fine)) if W.size_of[p] > 0.0 else 0
         if g + m > INTERVALS:
             return False
         for i in range(m):
@@ -190,11 +190,11 @@ def sample(K: Any, table: Any, raw: Any) -> None:
 def _begin_sampling(K: Any) -> None:
     """How many ticks the motion takes; none where it cannot be timed."""
     W, T = K.ways, scale_time(K)
-    if T == inf:
+    if inf == T:
         W.stage = NO_WAY
         return
     W.window = max(1, int(2.0 * W.rise / W.dt + 0.5))
-    W.ticks = int(ceil(T / W.dt)) + W.window + 1
+    W.ticks = ceil(T / W.dt) + W.window + 1
 
 
 @jit
@@ -226,14 +226,14 @@ def _prove_next(K: Any, table: Any) -> None:
         W.stage, W.is_free, W.share = READY, 0, 1.0
     else:
         W.window //= 2
-        W.ticks = int(ceil(W.time[W.grid] / W.dt)) + W.window + 1
+        W.ticks = ceil(W.time[W.grid] / W.dt) + W.window + 1
         W.stage = SAMPLING
     W.share = 1.0
 
 
 @jit
 def think(K: Any, looks: int, table: Any, raw: Any, rows: int) -> int:
-    """Search for about so many looks; the stage. Tables with room for ``ticks`` are to be lent for SAMPLING."""
+    """Search for about so many looks; the stage. SAMPLING needs tables of ``ticks`` rows."""
     W = K.ways
     stop = W.looks + looks
     while W.looks < stop:

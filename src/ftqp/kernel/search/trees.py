@@ -110,7 +110,7 @@ def add_node(K: Any, tree: int, q: Any, parent: int) -> int:
 
 @jit
 def _turn_error(K: Any, T: Any, e: Any) -> None:
-    """The way of the tip's attitude from that of a pose, times a length; of its z axis alone along the pose."""
+    """The turn of the tip from a pose, times a length; of its z axis alone along the axes of the pose."""
     W, R = K.ways, K.ahead.R_tip
     if W.has_axis:
         tip, goal = (R[2], R[5], R[8]), (T[2], T[6], T[10])
@@ -291,7 +291,7 @@ def free_share(K: Any, a: Any, b: Any) -> float:
 
 @jit
 def step_towards(K: Any, a: Any, place: Any, b: Any) -> int:
-    """b becomes a place on the way from a to another, an edge away at most: 0 not free, 2 that place, else 1."""
+    """b becomes a place on the way from a to another: 0 where that is not free, 2 the other one, else 1."""
     W, n = K.ways, K.chain.n
     far, reach = gap(a, place, n), STRIDE if W.tube else REACH
     share = 1.0 if far <= reach else reach / far
@@ -299,9 +299,12 @@ def step_towards(K: Any, a: Any, place: Any, b: Any) -> int:
         b[j] = a[j] + share * (place[j] - a[j])
     if far <= SAME:
         return 0
-    if W.tube and share < 1.0:
-        if not _led_back(K, b) or gap(b, place, n) > far - 0.05 * reach or gap(a, b, n) > 2.0 * reach:
-            return 0
+    if (
+        W.tube
+        and share < 1.0
+        and (not _led_back(K, b) or gap(b, place, n) > far - 0.05 * reach or gap(a, b, n) > 2.0 * reach)
+    ):
+        return 0
     known = free_share(K, a, b)
     if known < CAPPED or (known < 1.0 and W.tube):
         return 0
@@ -339,7 +342,7 @@ def _join(K: Any, a: int, b: int) -> None:
 
 @jit
 def add_goal(K: Any, q: Any) -> int:
-    """Add a goal posture, or say what stands there, see ``obstruction``; a straight way that is free is the way."""
+    """Add a goal posture, or say what stands there; a straight way to it that is free is the way."""
     W = K.ways
     met = obstruction(K, q)
     if met != 0 or W.stage != GROWING or is_full(K):
@@ -352,7 +355,7 @@ def add_goal(K: Any, q: Any) -> int:
 
 @jit
 def _try_start(K: Any) -> None:
-    """One Newton start for a posture of the goal: at the arm, then farther and farther from it; some anywhere."""
+    """One Newton start for a posture of the goal: at the arm, then farther from it; some anywhere."""
     W, n, q = K.ways, K.chain.n, K.ways.drawn
     k = W.starts
     W.starts = k + 1
@@ -375,10 +378,10 @@ def _try_start(K: Any) -> None:
 def grow(K: Any) -> None:
     """One piece of a search: a start, an edge of one tree, or of the other one towards it."""
     W, n = K.ways, K.chain.n
-    if W.has_goal and W.starts < W.most_starts:
-        if W.count[1] == 0 or W.grown >= PER_START * (W.starts - PER_START):
-            _try_start(K)
-            return
+    is_due = W.count[1] == 0 or W.grown >= PER_START * (W.starts - PER_START)
+    if W.has_goal and W.starts < W.most_starts and is_due:
+        _try_start(K)
+        return
     if W.count[1] == 0 or W.looks >= W.most or is_full(K):
         W.stage = NO_WAY
         return
@@ -414,8 +417,7 @@ def grow(K: Any) -> None:
 
 @jit
 def _walk(K: Any, a: Any, b: Any) -> int:
-    """Steps from a to b into ``walk``: how many, the last one is b, or 0 where it ends before; without a tube
-    it is one edge."""
+    """Steps from a to b into ``walk``: how many, the last one is b, or 0 where it ends before."""
     W, n = K.ways, K.chain.n
     if not W.tube:
         copy(W.walk[0], b, n)
@@ -439,7 +441,7 @@ def _length_of(Q: Any, first: int, last: int, n: int) -> float:
 
 @part_jit
 def shorten(K: Any) -> None:
-    """One try to make the way shorter: two places drawn on it, in a tube its corners, are joined if that is free."""
+    """One try to make the way shorter: two places drawn on it are joined if that is free."""
     W, n, Q, a, b = K.ways, K.chain.n, K.ways.place, K.ways.begin, K.ways.finish
     k = W.places
     if k <= 2 or W.looks >= W.until or W.vain >= VAIN:
