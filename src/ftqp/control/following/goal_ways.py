@@ -87,9 +87,10 @@ class GoalWays:
             return self._said
         if not self.found:
             return f"no other posture found in {self.starts} starts"
-        many = f"{self.found} posture{'s' * (self.found > 1)} of the goal found in {self.starts} starts"
+        many = f"{self.found} posture{'s' * (self.found > 1)}"
         if self._worth == 0:
-            return f"{many}, and the path goes on from none"
+            return f"{many} found in {self.starts} starts, and the path goes on from none"
+        many = f"{many} of the goal found in {self.starts} starts"
         further = "no further" if self.taken else "no"
         return f"{many}, and {further} way to {'them' if self.found > 1 else 'it'}"
 

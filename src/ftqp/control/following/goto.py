@@ -325,7 +325,7 @@ class GoTo:
             self._ticks = self._view.ticks
         if self._status is not GoToStatus.MOVING or step.code == HELD:
             return
-        if self._leg is self._joints and self._joints.is_thinking:
+        if self._leg is self._joints and self._joints.is_on_way:
             self._approach.begin()
             return
         commanded, measured = self._distances(step)

@@ -97,6 +97,14 @@ class JointTracker:
         return self._ways is not None
 
     @property
+    def is_on_way(self) -> bool:
+        """Whether a way is being looked for, or its motion is played and not over."""
+        if self._plays:
+            stuck = self._tries >= TRIES and self._stood > STUCK
+            return not stuck and self._t < (len(self._motion.table) - 1) * self.planner.dt
+        return self.is_thinking
+
+    @property
     def looks(self) -> int:
         """Postures that were looked at for the present way."""
         return 0 if self._ways is None else int(self._ways.W.looks)

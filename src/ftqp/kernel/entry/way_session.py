@@ -13,6 +13,8 @@ from ftqp.kernel.layout.ways_room import POSES, WayStage
 
 ROOMS: Final = ("chain", "scene", "keeps")
 """What is copied of a planner's record."""
+SURELY: Final = 0.9
+"""Motors that hold an arm in any posture with this share of their limits are strong enough. A convention."""
 LIMIT, EFFORT, KEEP, BALL = "limit", "effort", "keep", "ball"
 """What may stand in the way of a posture beside two bodies."""
 
@@ -68,18 +70,21 @@ class WaySession:
 
     def _may_be_too_heavy(self) -> bool:
         """Whether any posture may ask more of a motor than it has; joints that slide may."""
-        chain, W, n = self.K.chain, self.W, self.n
-        most = np.zeros(n)
+        chain, n = self.K.chain, self.n
+        slides, parent = np.array(chain.prismatic[:n]), chain.parent[:n].tolist()
+        lead, mass = chain.lead[:n].tolist(), chain.mass[:n].tolist()
+        limits = self.W
+        ends = np.maximum(np.abs(limits.q_min[:n]), np.abs(limits.q_max[:n]))
+        spans = (chain.span[:n] + np.where(slides, ends, 0.0)).tolist()
+        levers, ratios, most = chain.lever[:n].tolist(), np.abs(chain.ratio[:n]).tolist(), [0.0] * n
         for k in range(n):
-            far, j = float(chain.lever[k]), k
+            far, j = levers[k], k
             while j >= 0:
-                lever = 1.0 if chain.prismatic[j] else far
-                most[chain.lead[j]] += abs(chain.ratio[j]) ** (chain.lead[j] != j) * chain.mass[k] * lever
-                far += float(chain.span[j])
-                if chain.prismatic[j]:
-                    far += float(np.abs([W.q_min[j], W.q_max[j]]).max())
-                j = int(chain.parent[j])
-        return bool((most * np.linalg.norm(chain.gravity) > 0.9 * W.tau_max[:n]).any())
+                ratio = 1.0 if lead[j] == j else ratios[j]
+                most[lead[j]] += ratio * mass[k] * (1.0 if slides[j] else far)
+                far += spans[j]
+                j = parent[j]
+        return bool((np.array(most) * np.linalg.norm(chain.gravity) > SURELY * limits.tau_max[:n]).any())
 
     def _choose_pairs(self) -> None:
         """Pairs of whole bodies, and of the ends of those that half-spaces are apart from."""

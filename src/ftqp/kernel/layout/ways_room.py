@@ -26,10 +26,11 @@ class WayStage(IntEnum):
     GROWING = 0
     SHORTENING = 1
     ROUNDING = 2
-    SAMPLING = 3
-    PROVING = 4
-    READY = 5
-    NO_WAY = 6
+    PACING = 3
+    SAMPLING = 4
+    PROVING = 5
+    READY = 6
+    NO_WAY = 7
 
 
 TEXT: Final = """
@@ -57,7 +58,7 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     near_pose  i8  the pose of the tube that is nearest to the tip
     capped  i8  an edge was given up for its many looks
     chunk  i8  so many ticks of the motion are proven at once
-    corner pieces grid ticks window checked is_free  i8  of timing: what is done so far
+    corner pieces grid paced ticks window checked is_free  i8  of timing: what is done so far
     keep  f8  how far bodies are apart [m]
     share  f8  of that which counts now
     effort  f8  share of the torque limits that may hold the arm
@@ -89,6 +90,8 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     parent  i8[2,NODES]
     place  f8[PLACES,N]  the way
     walk  f8[POSES,N]  memory: the way that is tried in place of a part
+    normal one other  f8[3]  memory: of a pair
+    row  f8[N]  memory
     q end near drawn begin finish gone  f8[N]  memory
     line  f8[3,N]  memory: c0, c1, c2 of an edge
     stretch  f8[STRETCHES,2]  memory: begin and end of those of an edge
@@ -105,6 +108,7 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     piece  i8[INTERVALS]  which it is part of, ...
     s ds  f8[INTERVALS]  ... from where, and for how long
     rests  i8[INTERVALS]  the arm rests at its begin
+    top  f8[INTERVALS]  the largest s'^2 with which bodies come near no faster than they may
     alpha beta gamma  f8[4*N+4]  memory: limits alpha u + beta x <= gamma
 """
 WAYS: Final = sections(TEXT, vars(scene_room) | globals() | {"KEEPS": KEEPS})

@@ -263,12 +263,12 @@ def distance_of_pair(K: Any, p: int, n: Any, near: Any, far: Any) -> float:
     Where convex bodies in the capsules are known it is theirs, unless they meet.
     """
     scene = K.scene
-    d = _distance_of_capsules(K, p, n, near, far)
-    return _refined(K, p, d, n, near, far) if refines(scene, scene.first[p], scene.second[p]) else d
+    d = distance_of_capsules(K, p, n, near, far)
+    return refined_distance(K, p, d, n, near, far) if refines(scene, scene.first[p], scene.second[p]) else d
 
 
 @jit
-def _refined(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> float:
+def refined_distance(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> float:
     """The distance of the hulls of pair p, whose capsules are at d, and its points; d where they meet."""
     scene = K.scene
     c, other = scene.first[p], scene.second[p]
@@ -287,7 +287,7 @@ def _refined(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> float:
 
 
 @jit
-def _distance_of_capsules(K: Any, p: int, n: Any, near: Any, far: Any) -> float:
+def distance_of_capsules(K: Any, p: int, n: Any, near: Any, far: Any) -> float:
     """The distance of the capsules of pair p; n, and ``near`` and ``far`` on their axes."""
     scene = K.scene
     c, other = scene.first[p], scene.second[p]
@@ -349,6 +349,12 @@ def _place_of(scene: Any, p: int, spare: float) -> int:
 
 
 @jit
+def approach_speed(scene: Any, x: float, brake: float, dt: float) -> float:
+    """How fast bodies may come nearer that have x left [m/s]; negative where they are to part."""
+    return max(scene.gain * x, -PARTING) if x < 0.0 else min(scene.gain * x, braking_velocity(x, brake, dt))
+
+
+@jit
 def _pose(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> None:
     """The row of a pair, if it may hold the arm back in this tick, and when it is to be looked at again."""
     scene, state, chain, faults, limits = K.scene, K.state, K.chain, K.faults, K.limits
@@ -370,7 +376,7 @@ def _pose(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> None:
         brake += abs(row[j]) * limits.a_brake[j]
     brake = max(scene.share * brake, LEAST_BRAKE)
     rate, x = moving - towards, d - scene.keep
-    may = max(scene.gain * x, -PARTING) if x < 0.0 else min(scene.gain * x, braking_velocity(x, brake, dt))
+    may = approach_speed(scene, x, brake, dt)
     spare = rate + may
     if p == scene.nearest:
         scene.closing = 1 if rate < -STILL else 0

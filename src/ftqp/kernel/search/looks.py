@@ -97,7 +97,7 @@ def pose_arm(K: Any, q: Any) -> None:
 
 
 @jit
-def _place_bodies(K: Any) -> None:
+def place_bodies(K: Any) -> None:
     """The ends and middles of all capsules that are looked at."""
     scene, W = K.scene, K.ways
     for c in range(W.bodies):
@@ -157,37 +157,47 @@ def _comes_near(K: Any, c: int, o: int, r: float) -> bool:
 
 
 @jit
-def _is_pair_near(K: Any, k: int) -> bool:
-    """Whether pair k comes nearer than it may, with what its bodies have moved."""
+def _room_of(K: Any, k: int) -> float:
+    """How near the bodies of pair k may come, with what they have moved [m]."""
     scene, W = K.scene, K.ways
-    p = W.pair[k]
+    p, allow = W.pair[k], W.allow[k]
+    r = (W.share * allow if allow > 0.0 else allow) + W.moved[scene.first[p]]
+    return r + (W.moved[scene.second[p]] if scene.second[p] >= 0 else 0.0)
+
+
+@jit
+def are_capsules_near(K: Any, k: int) -> bool:
+    """Whether the capsules of pair k come nearer than the bodies may, with what they have moved."""
+    scene, W = K.scene, K.ways
+    p, r = W.pair[k], _room_of(K, k)
     c, other = scene.first[p], scene.second[p]
-    allow = W.allow[k]
-    r = (W.share * allow if allow > 0.0 else allow) + W.moved[c]
     m = three(W.middle[c])
-    if other >= 0:
-        r += W.moved[other]
-        x, far = minus(m, three(W.middle[other])), W.girth[c] + W.girth[other] + r
-        if far < 0.0 or inner(x, x) > far * far:
-            return False
-        s, t = of_segments(three(scene.a[c]), three(scene.b[c]), three(scene.a[other]), three(scene.b[other]))
-        x = minus(
-            between(three(scene.a[c]), three(scene.b[c]), s),
-            between(three(scene.a[other]), three(scene.b[other]), t),
-        )
-        far = scene.wide[c] + scene.wide[other] + r
-        if far < 0.0 or inner(x, x) > far * far:
-            return False
-    else:
-        o = -1 - other
-        far = W.girth[c] + r
+    if other < 0:
+        o, far = -1 - other, W.girth[c] + r
         for i in range(3):
             if abs(m[i] - scene.place[o, i]) - W.around[o, i] > far:
                 return False
-        if not _comes_near(K, c, o, scene.wide[c] + r):
-            return False
-    if allow < 0.0 or not refines(scene, c, other):
+        return _comes_near(K, c, o, scene.wide[c] + r)
+    x, far = minus(m, three(W.middle[other])), W.girth[c] + W.girth[other] + r
+    if far < 0.0 or inner(x, x) > far * far:
+        return False
+    a, b, e, f = three(scene.a[c]), three(scene.b[c]), three(scene.a[other]), three(scene.b[other])
+    s, t = of_segments(a, b, e, f)
+    x = minus(between(a, b, s), between(e, f, t))
+    far = scene.wide[c] + scene.wide[other] + r
+    return far >= 0.0 and inner(x, x) <= far * far
+
+
+@jit
+def is_pair_near(K: Any, k: int) -> bool:
+    """Whether pair k comes nearer than it may, with what its bodies have moved."""
+    scene, p = K.scene, K.ways.pair[k]
+    c, other = scene.first[p], scene.second[p]
+    if not are_capsules_near(K, k):
+        return False
+    if K.ways.allow[k] < 0.0 or not refines(scene, c, other):
         return True
+    r = _room_of(K, k)
     if other < 0 and scene.solid[-1 - other] == HALF_SPACE:
         height, _ = depth_below(K, c, -1 - other)
         return height <= r
@@ -252,11 +262,11 @@ def _met(K: Any, q: Any) -> int:
     for t in range(K.keeps.count):
         if _kept_distance(K, t) <= W.keep_allow[t] + W.keep_moved[t]:
             return KEEP_MET + t + 1
-    _place_bodies(K)
-    if W.met > 0 and _is_pair_near(K, W.met - 1):
+    place_bodies(K)
+    if W.met > 0 and is_pair_near(K, W.met - 1):
         return W.met
     for k in range(W.pairs):
-        if _is_pair_near(K, k):
+        if is_pair_near(K, k):
             W.met = k + 1
             return k + 1
     return _balls_met(K) if scene.cloud > 0 else 0
@@ -378,7 +388,7 @@ def know_surroundings(K: Any, q: Any, gaps: Any) -> None:
     for o in range(scene.obstacles):
         _box_around(K, o)
     pose_arm(K, q)
-    _place_bodies(K)
+    place_bodies(K)
     for k in range(W.pairs):
         W.allow[k] = min(W.keep, gaps[W.pair[k]] - FINEST)
     for t in range(keeps.count):

@@ -12,11 +12,13 @@ Source: Pham and Pham 2018.
 from math import ceil, inf, sqrt
 from typing import Any
 
+from ftqp.kernel.arm.kinematics import fold_row
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.ways_room import (
     GROWING,
     INTERVALS,
     NO_WAY,
+    PACING,
     PIECES,
     PROVING,
     READY,
@@ -24,15 +26,37 @@ from ftqp.kernel.layout.ways_room import (
     SAMPLING,
     SHORTENING,
 )
-from ftqp.kernel.search.looks import know_surroundings, obstruction, passes, proven
+from ftqp.kernel.scene.clearance import (
+    LEAST_BRAKE,
+    add_gradient,
+    approach_speed,
+    distance_of_capsules,
+    refined_distance,
+)
+from ftqp.kernel.scene.hulls import refines
+from ftqp.kernel.search.looks import (
+    are_capsules_near,
+    know_surroundings,
+    obstruction,
+    passes,
+    place_bodies,
+    pose_arm,
+    proven,
+)
 from ftqp.kernel.search.trees import add_goal, add_node, gap, grow, shorten
 
 ROUND = 0.35
 """Corners are cut from so far away at most [rad or m]. A guess."""
 SHARP = 1e-4
 """Corners that can be cut from no farther away than this [rad] stay as they are: the arm rests there."""
-FINE = 0.02
+FINE = 0.04
 """Longest interval of time scaling [rad or m]. A guess."""
+FAR, BY_HULLS = 0.3, 0.1
+"""Pairs whose capsules are farther apart than the first [m] do not slow the motion down; nearer than the
+second it is known by hulls how far they are. Guesses."""
+APPROACH, CREEP = 0.8, 0.01
+"""Bodies come near with this share of what a planner's rows allow, or with the second [m/s], if that is
+more. Guesses (``python benchmarks/ft_mbm.py``)."""
 SPEED, ACCELERATION = 0.999, 0.99
 """Shares of v_max and a_max that the motion uses: what is left corrects errors at full speed."""
 PROOF = 0.5
@@ -57,7 +81,8 @@ def round_corner(K: Any) -> None:
     """The leg to the next place, and its corner cut as far as that is free."""
     W, n, Q, i, k = K.ways, K.chain.n, K.ways.place, K.ways.corner, K.ways.pieces
     if i >= W.places - 1 or k + 2 >= PIECES:
-        W.stage = NO_WAY if i < W.places - 1 else SAMPLING
+        is_done = i >= W.places - 1 and _cut_into_intervals(K)
+        W.stage, W.paced = PACING if is_done else NO_WAY, 0
         return
     leg, last = gap(Q[i], Q[i + 1], n), i + 2 >= W.places
     after = 0.0 if last else gap(Q[i + 1], Q[i + 2], n)
@@ -94,7 +119,7 @@ def _limits(K: Any, i: int) -> tuple[int, float]:
             if end == 0 and abs(d1) > NONE:
                 v = W.speed * SPEED * W.v_max[j] / d1
                 top = min(top, v * v)
-    return k, top
+    return k, min(top, W.top[i])
 
 
 @jit
@@ -140,8 +165,6 @@ def _cut_into_intervals(K: Any) -> bool:
 def scale_time(K: Any) -> float:
     """Times of the way from rest to rest: the duration [s]; infinite where there is none."""
     W = K.ways
-    if not _cut_into_intervals(K):
-        return inf
     x, g = W.x, W.grid
     x[g] = 0.0
     for i in range(g - 1, -1, -1):
@@ -164,6 +187,65 @@ def scale_time(K: Any) -> float:
     return float(W.time[g])
 
 
+@jit
+def _begin_sampling(K: Any) -> None:
+    """How many ticks the motion takes; none where it cannot be timed."""
+    W, T = K.ways, scale_time(K)
+    if inf == T:
+        W.stage = NO_WAY
+        return
+    W.window = max(1, int(2.0 * W.rise / W.dt + 0.5))
+    W.ticks = ceil(T / W.dt) + W.window + 1
+
+
+@jit
+def _slow_down(K: Any, k: int, i: int) -> None:
+    """Let pair k of bodies come near no faster in interval i than the rows of a planner let them."""
+    W, scene, chain = K.ways, K.scene, K.chain
+    p, n, near, far = W.pair[k], W.normal, W.one, W.other
+    d = distance_of_capsules(K, p, n, near, far)
+    if d < BY_HULLS and refines(scene, scene.first[p], scene.second[p]):
+        W.looks += 1
+        d = refined_distance(K, p, d, n, near, far)
+    add_gradient(K, p, n, near, far, W.row)
+    if chain.mimics:
+        fold_row(chain, W.row)
+    rate = brake = 0.0
+    for j in range(chain.n):
+        rate += (
+            W.row[j] * (W.c[W.piece[i], 1, j] + 2.0 * W.s[i] * W.c[W.piece[i], 2, j]) if W.free[j] else 0.0
+        )
+        brake += abs(W.row[j]) * W.a_max[j] if W.free[j] else 0.0
+    if rate < 0.0:
+        may = approach_speed(scene, d - scene.keep, max(scene.share * brake, LEAST_BRAKE), W.dt)
+        v = max(APPROACH * may, CREEP) / -rate
+        W.top[i] = min(W.top[i], v * v)
+
+
+@part_jit
+def pace_next(K: Any) -> None:
+    """How fast bodies may come near to each other in the next interval."""
+    W, i, n = K.ways, K.ways.paced, K.chain.n
+    if i >= W.grid:
+        W.stage = SAMPLING
+        _begin_sampling(K)
+        return
+    W.top[i], W.paced = inf, i + 1
+    if W.pairs == 0:
+        return
+    W.looks += 1
+    c, s = W.c[W.piece[i]], W.s[i]
+    for j in range(n):
+        W.q[j] = c[0, j] + s * (c[1, j] + s * c[2, j])
+    pose_arm(K, W.q)
+    place_bodies(K)
+    for b in range(W.bodies):
+        W.moved[b] = FAR
+    for k in range(W.pairs):
+        if are_capsules_near(K, k):
+            _slow_down(K, k, i)
+
+
 @part_jit
 def sample(K: Any, table: Any, raw: Any) -> None:
     """Places at every tick, the mean over ``window`` ticks of what the times say."""
@@ -184,17 +266,6 @@ def sample(K: Any, table: Any, raw: Any) -> None:
             total += raw[min(k, count - 1), j] - raw[max(k - w, 0), j]
             table[k, j] = total / w
         table[W.ticks - 1, j] = raw[count - 1, j]
-
-
-@jit
-def _begin_sampling(K: Any) -> None:
-    """How many ticks the motion takes; none where it cannot be timed."""
-    W, T = K.ways, scale_time(K)
-    if inf == T:
-        W.stage = NO_WAY
-        return
-    W.window = max(1, int(2.0 * W.rise / W.dt + 0.5))
-    W.ticks = ceil(T / W.dt) + W.window + 1
 
 
 @jit
@@ -243,8 +314,8 @@ def think(K: Any, looks: int, table: Any, raw: Any, rows: int) -> int:
             shorten(K)
         elif W.stage == ROUNDING:
             round_corner(K)
-            if W.stage == SAMPLING:
-                _begin_sampling(K)
+        elif W.stage == PACING:
+            pace_next(K)
         elif W.stage == SAMPLING:
             if rows < W.ticks:
                 break
