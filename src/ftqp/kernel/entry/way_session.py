@@ -5,9 +5,9 @@ from typing import Any, Final, NamedTuple, final
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.entry.session import Call, Session, bound, in_line, rooms
+from ftqp.kernel.entry.session import Call, Session, bound, rooms
 from ftqp.kernel.layout.enums import HEALTHY
-from ftqp.kernel.layout.record import memory
+from ftqp.kernel.layout.record import in_line, memory
 from ftqp.kernel.layout.scene_room import HALF_SPACE, PAIRS
 from ftqp.kernel.layout.ways_room import POSES, WayStage
 

@@ -142,9 +142,9 @@ def _nearest_of_simplex(Y: Any, k: int) -> tuple[bool, int, int, int, float, flo
     if k == 1:
         return False, 0, 0, 0, 1.0, 0.0, 0.0
     if k == 2:
-        a, u = three(Y[0]), _less(three(Y[1]), three(Y[0]))
-        uu = _dot(u, u)
-        t = min(max(-_dot(u, a) / uu, 0.0), 1.0) if uu > 0.0 else 0.0
+        a, way = three(Y[0]), _less(three(Y[1]), three(Y[0]))
+        square = _dot(way, way)
+        t = min(max(-_dot(way, a) / square, 0.0), 1.0) if square > 0.0 else 0.0
         return False, 0, 1, 1, 1.0 - t, t, 0.0
     inside, least = k == 4, inf
     found = (0, 1, 2, 1.0, 0.0, 0.0)
