@@ -53,7 +53,7 @@ def test_a_fit_contains_every_corner_and_is_no_balloon(seed):
     points = rng.normal(size=(80, 3)) * 0.05 * stretch + rng.normal(size=3)
     made = around(points)
     assert outside(points, made) < 1e-9
-    volume = sum(np.pi * r * r * (np.linalg.norm(b - a) + 4 / 3 * r) for a, b, r in made)
+    volume = sum(np.pi * r * r * (np.linalg.norm(b - a) + 4 / 3 * r) for a, b, r, _ in made)
     assert volume < 4.0 * ConvexHull(points).volume
 
 

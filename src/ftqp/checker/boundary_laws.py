@@ -104,7 +104,16 @@ class Placed(NamedTuple):
 
 
 def _body(arm: ModelFile, run: Trace, body: Body) -> Placed:
-    """A link, a capsule along its own z axis."""
+    """A link: the hull of its corners, or a capsule along its own z axis."""
+    if len(body.corners_at_zero):
+        middle = body.corners_at_zero.mean(axis=0)
+        at_zero = np.eye(4)
+        at_zero[:3, 3] = middle
+        moved = body.joint >= 0
+        T = arm.poses(run.q, body.joint, at_zero) if moved else np.broadcast_to(at_zero, (len(run.q), 4, 4))
+        corners = body.corners_at_zero - middle
+        reach = float(np.linalg.norm(corners, axis=1).max())
+        return Placed(hull_of_corners(corners), T[:, :3, :3], T[:, :3, 3], reach)
     if body.joint < 0:
         ends = np.broadcast_to(np.array(body.ends_at_zero), (len(run.q), 2, 3))
     else:

@@ -78,6 +78,8 @@ class Body:
     # Where its ends are while all joints are at 0, in the base frame, (2, 3) [m]
     ends_at_zero: Sequence[Sequence[float]]
     radius: float  # [m]
+    # Of the convex body inside, the same; none of a link that is its capsule, (V, 3) [m]
+    corners_at_zero: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 @final

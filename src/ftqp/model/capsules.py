@@ -19,6 +19,8 @@ LARGEST = 100.0
 """A body longer than this [m] was written in millimetres. A convention."""
 WORLD = "universe"
 """The frame of bodies that do not move, as pinocchio calls it."""
+STICKS_OUT = 1e-4
+"""Corners of a body may stick out of its capsule by so much [m]: published capsules are rounded."""
 THICKNESS = 0.05
 """Radius of an estimated capsule, as a share of the reach: a Panda's links have 0.06 to 0.1. A convention."""
 
@@ -51,6 +53,8 @@ class Capsule:
         frame: The frame, link or joint of a robot that it moves with; None is the world, for a scene.
         name: What it is called; None is its frame.
         estimated: Whether it was guessed from where the joints are, and from nothing that is known of links.
+        corners: Of the convex body inside that it stands for, (k, 3) [m], in the same frame. Of a body of an
+            arm distances are then those of this hull. None: the capsule is the body.
     """
 
     a: Any = setting(REQUIRED, "one end of its line", of=Three, unit="m")
@@ -59,6 +63,7 @@ class Capsule:
     frame: str | None = setting(None, "of a body of the arm, the frame, link or joint that it moves with")
     name: str | None = setting(None, CALLED)
     estimated: bool = False
+    corners: Any = None
 
     def __post_init__(self) -> None:
         for end in ("a", "b"):
@@ -69,10 +74,25 @@ class Capsule:
             raise InputError(
                 f"a and b are {length:g} m apart, expected at most {LARGEST:g} m; are these millimetres?"
             )
+        if self.corners is not None:
+            self._take_corners()
         for word in ("frame", "name"):
             value = getattr(self, word)
             if value is not None and not (isinstance(value, str) and value):
                 raise InputError(f"{word} is {value!r:.60}, expected a word such as 'panda_link5', or None")
+
+    def _take_corners(self) -> None:
+        """The corners, none of which may stick out."""
+        points = array("corners", self.corners, (max(len(np.atleast_1d(self.corners)), 1), 3), "(k, 3)")
+        way = self.b - self.a
+        along = np.clip((points - self.a) @ way / max(float(way @ way), 1e-24), 0.0, 1.0)
+        out = np.linalg.norm(points - self.a - along[:, None] * way, axis=1) - self.radius
+        if out.max() > STICKS_OUT:
+            raise InputError(
+                f"corner {int(np.argmax(out))} sticks {1e3 * out.max():.3g} mm out of the capsule, expected "
+                "all corners inside; make its radius larger"
+            )
+        object.__setattr__(self, "corners", frozen(points))
 
     @property
     def label(self) -> str:

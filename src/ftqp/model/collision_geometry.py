@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import combinations, pairwise
+from itertools import combinations, pairwise, product
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -57,7 +57,7 @@ def _of(shape: Collision) -> list[Capsule]:
     T = shape.place
     if shape.kind == "mesh":
         points = vertices(shape) @ T[:3, :3].T + T[:3, 3]
-        return [Capsule(a, b, r, frame=shape.link) for a, b, r in around(points)]
+        return [Capsule(a, b, r, frame=shape.link, corners=inside) for a, b, r, inside in around(points)]
     z, middle = T[:3, 2], T[:3, 3]
     if shape.kind == "box":
         edges = np.array(shape.size)
@@ -65,6 +65,8 @@ def _of(shape: Collision) -> list[Capsule]:
         others = np.delete(edges, long)
         radius = 0.5 * float(np.linalg.norm(others))
         half = 0.5 * max(edges[long], 0.0) * T[:3, long]
+        corners = np.array(list(product((-0.5, 0.5), repeat=3))) * edges @ T[:3, :3].T + middle
+        return [Capsule(middle - half, middle + half, radius, frame=shape.link, corners=corners)]
     else:
         radius = shape.size[0]
         half = 0.5 * (shape.size[1] if len(shape.size) > 1 else 0.0) * z
@@ -148,22 +150,22 @@ def found_mesh(shape: Collision) -> Path:
     )
 
 
-def around(points: FloatArray) -> list[tuple[FloatArray, FloatArray, float]]:
-    """Ends and radius of the capsule of least volume around some points that was found, or of two."""
+def around(points: FloatArray) -> list[tuple[FloatArray, FloatArray, float, FloatArray]]:
+    """Ends, radius and inside of the capsule of least volume around some points, or of two."""
     hull = ConvexHull(points)
     one = _smallest(points)
     if _volume(one) <= SPLIT * hull.volume:
-        return [one]
+        return [(*one, points)]
     middle, along = 0.5 * (one[0] + one[1]), np.linalg.svd(points - points.mean(axis=0))[2]
-    best = [one]
+    best, inside = [one], [points]
     for axis in along:
         parts = _halves(hull, axis, float(middle @ axis))
         if parts is None:
             continue
         two = [_smallest(part) for part in parts]
         if sum(map(_volume, two)) < min(SAVES * _volume(one), sum(map(_volume, best))):
-            best = two
-    return best
+            best, inside = two, parts
+    return [(*capsule, part) for capsule, part in zip(best, inside, strict=True)]
 
 
 def _halves(hull: Any, axis: FloatArray, at: float) -> list[FloatArray] | None:

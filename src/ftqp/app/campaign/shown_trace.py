@@ -85,6 +85,7 @@ def bodies(log: Log) -> list[Body]:
             joint=index[one["joint"]],
             ends_at_zero=one["ends_at_zero"],
             radius=one["radius"],
+            corners_at_zero=np.array(one.get("corners_at_zero", np.zeros((0, 3)))),
         )
         for one in log.metadata.get("bodies", [])
     ]

@@ -5,9 +5,9 @@ from typing import Any, Final, final
 import numpy as np
 
 from ftqp.control.following.ahead import PathLookahead
+from ftqp.control.following.goal_ways import GoalWays
 from ftqp.control.following.led_joints import JointTracker
 from ftqp.control.following.on_the_spot import SelfMotionPlanner
-from ftqp.control.following.other_ways import GoalPosturePlanner
 from ftqp.control.following.path_tube import PathTube
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
@@ -44,13 +44,11 @@ class Reconfiguration:
         self._way: list[FloatArray] = []
         self.leads = self.done = self.failed = self._waits = False
 
-    def _thoughts(self) -> GoalPosturePlanner | SelfMotionPlanner:
+    def _thoughts(self) -> GoalWays | SelfMotionPlanner:
         """What thinks of ways: near the path, or of any."""
         if self._tube is not None:
             return SelfMotionPlanner(self._planner, self._ahead, self._tube)
-        ways = GoalPosturePlanner(
-            self._planner, self._ahead.pose, reach=lambda q: self._ahead.reached(q, ways.search)
-        )
+        ways = GoalWays(self._planner, self._ahead.pose, reach=lambda q: self._ahead.reached(q, ways.search))
         return ways
 
     @property
@@ -79,8 +77,11 @@ class Reconfiguration:
             return
         self._ways.think()
         if self._ways.is_ready:
-            self._way = list(self._ways.take())
-            self._joints.aim(self._way.pop(0))
+            if isinstance(self._ways, GoalWays):
+                self._joints.seek(self._ways.take())
+            else:
+                self._way = list(self._ways.take())
+                self._joints.aim(self._way.pop(0))
             self.leads, self._waits = True, False
         elif self._ways.is_over:
             self.failed = True

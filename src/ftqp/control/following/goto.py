@@ -5,6 +5,7 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.following.goal_ways import GoalWays
 from ftqp.control.following.goto_status import (
     HELD_BACK,
     ONLY_THE_TIP,
@@ -20,7 +21,6 @@ from ftqp.control.following.goto_status import (
 from ftqp.control.following.led_frame import FrameOfTip
 from ftqp.control.following.led_joints import JointTracker
 from ftqp.control.following.led_tip import TipTracker
-from ftqp.control.following.other_ways import GoalPosturePlanner
 from ftqp.control.planner.joint_motion import EXACT
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
@@ -131,7 +131,7 @@ class GoTo:
         self._rotation_tolerance = positive("rotation_tolerance", rotation_tolerance, "rad")
         rise_time = positive("rise_time", rise_time, "s")
         self._tip: TipTracker | None = None
-        self._others: GoalPosturePlanner | None = None
+        self._others: GoalWays | None = None
         self._to_posture = pose is None
         if task is not None and pose is None:
             raise InputError(f"task={task!r:.60} goes to a pose; give pose=..., or leave task out")
@@ -143,13 +143,15 @@ class GoTo:
             self._view = self._tip.view
             self._joints = JointTracker(planner, self._view.command.q, rise_time)
             if not straight and isinstance(self._tip.frame, FrameOfTip):
-                self._others = GoalPosturePlanner(planner, self._pose)
+                self._others = GoalWays(planner, self._pose)
         else:
             if limits is not None:
                 raise InputError("limits are those of the tip's way to a pose; for a posture leave them out")
             instance("way", way, WayOut | None, "one of planner.ways_out()")
             goal = posture_inside(planner.robot, q) if way is None else way.places[-1]
             self._joints = JointTracker(planner, goal, rise_time)
+            if way is None and not straight:
+                self._joints.seek(goal)
             self._view = self._joints.view
             rest = np.zeros(len(goal))
             self._pose = frozen(self._view.tip_at(JointState(goal, rest, rest)).pose)
@@ -275,7 +277,9 @@ class GoTo:
             return "; ".join([with_reason(self._status.value, self._planner.stopped_because), *self._missed])
         heavy = self._joints.too_heavy
         weak = [] if heavy is None else [f"{heavy} is too weak to hold the arm farther on"]
-        said = [*self._missed, *(weak if self._to_posture else [self.note])]
+        blocked = self._joints.blocked
+        why = weak + ([] if blocked is None else [blocked])
+        said = [*self._missed, *(why if self._to_posture else [self.note])]
         return f"{self._status.value}: {'; '.join(said)}" if said else self._status.value
 
     @property
@@ -299,6 +303,9 @@ class GoTo:
     def note(self) -> str:
         """What is being done, and what was looked for, in a sentence."""
         others = self._others
+        if self._to_posture and self._status is GoToStatus.MOVING and self._joints.is_thinking:
+            looks = self._joints.looks // HUNDRED * HUNDRED
+            return f"the straight way is not free, and one round is looked for: {looks} looks so far"
         if self._to_posture or self._status in (GoToStatus.HALTED, GoToStatus.REACHED):
             return self._status.value
         if others is not None and self._is_on_other_way:
@@ -320,6 +327,9 @@ class GoTo:
             self._begin()
             self._ticks = self._view.ticks
         if self._status is not GoToStatus.MOVING or step.code == HELD:
+            return
+        if self._leg is self._joints and self._joints.is_on_way:
+            self._approach.begin()
             return
         commanded, measured = self._distances(step)
         approach, speed = self._approach, fastest(self._view)
@@ -359,9 +369,9 @@ class GoTo:
             _LOG.info("the straight way comes no nearer to its goal; other postures of it are looked for")
         others.think()
         if others.is_ready and (self._settling or self._gives_up_for(others.seconds)):
-            self._way = list(others.take())
             _LOG.info("the joints go to another posture of the goal")
-            self._begin_leg()
+            self._joints.seek(others.take())
+            self._begin_on(self._joints)
             return True
         return self._settling and not others.is_over
 
@@ -373,11 +383,15 @@ class GoTo:
         """Go to the next place of another way, or, behind the last one, straight on to the goal."""
         if self._way:
             self._joints.aim(self._way.pop(0))
-            self._leg = self._joints
+            self._begin_on(self._joints)
         else:
             assert self._tip is not None
-            self._leg = self._tip
             self._tip.begin()
+            self._begin_on(self._tip)
+
+    def _begin_on(self, leg: TipTracker | JointTracker) -> None:
+        """Let one of both lead from now on."""
+        self._leg = leg
         self._least = np.inf
         self._approach.begin()
         self._settling = self._turned_back = False

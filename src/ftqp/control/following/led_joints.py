@@ -1,16 +1,37 @@
-"""A planner led by a motion of the joints to a posture."""
+"""A planner led by a motion of the joints to a posture, straight or round what is in between."""
 
-from typing import Any, final
+from typing import Any, Final, final
 
+import numpy as np
+
+from ftqp.control.following.ways import Ways
 from ftqp.control.planner.joint_motion import JointMotion
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import HELD, INVALID_INPUT, STOPPED, STOPPING
+from ftqp.kernel.layout.ways_room import WayStage
 
 OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT, HELD)
 """Codes of steps that are no part of the motion, which begins anew after them."""
+LOOKS_A_SECOND: Final = 50_000
+"""Looks at postures for the time between two ticks [1/s], which take a sixth of a processor
+(``python benchmarks/ft_mbm.py``)."""
+AT_ONCE: Final = 4
+"""So many times as many in the first tick, where the arm rests and the straight way is asked for. A guess."""
+WAITS, STANDS = 2e-3, 1e-2
+"""A command that is farther than this from its motion [rad or m], as something holds it back, slows it down;
+where it is as far as the second, the motion stands."""
+HURRY: Final = 0.05
+"""The pace of the motion changes from rest to full in so much time at least [s]."""
+STUCK: Final = 0.5
+"""A motion that has stood for so long is planned anew [s]. A guess."""
+TRIES: Final = 4
+"""So many times at most."""
+RESTS, SETTLES = 1e-4, 0.3
+"""A command so near to where it was to come to rest is there [rad or m]; held off, it is after so long
+[s]. Conventions."""
 
 
 @final
@@ -18,7 +39,10 @@ class JointTracker:
     """The planner's steps along a jerk-limited motion of the joints that work.
 
     It is planned from the last command, anew at the very tick at which the belief in a joint or a limit
-    changes, or ``planner.pace``, so that position and velocity go on without a jump.
+    changes, or ``planner.pace``, so that position and velocity go on without a jump. Where a way is sought,
+    it is straight if that is proven free; else the arm comes to rest, a way round is looked for, a little in
+    every tick, and its motion is played. It waits where the planner holds it back, and what is left of it is
+    proven anew when the scene changes.
     """
 
     def __init__(
@@ -35,21 +59,55 @@ class JointTracker:
         self._motion = JointMotion(self.view, planner.robot, planner.dt, planner.level, rise_time)
         self._motion.goal = goal
         self._lead = planner.lead(self._motion.memory, meant)
-        self._t = 0.0
+        self._looks = max(10, round(LOOKS_A_SECOND * planner.dt))
+        self._t, self._rise_time = 0.0, rise_time
         self._whole = whole
-        self._begun, self._belief, self._speed = -1, b"", 1.0
+        self._begun, self._belief, self._speed, self._scene = -1, b"", 1.0, -1
+        self._aim(goal, seeks=False)
+
+    def _aim(self, goal: FloatArray, seeks: bool) -> None:
+        self._goal, self._seeks, self._tries = goal, seeks, 0
+        self._left = 0
+        self._motion.goal = goal
+        self.begin()
 
     def begin(self) -> None:
         """Let the next step begin at the arm."""
         self._begun = -1
         self._motion.forget()
+        self._ways: Ways | None = None
+        self._proof: Ways | None = None
+        self._rest: FloatArray | None = None
+        self._plays, self._rate, self._stood = False, 1.0, 0.0
+        self.blocked: str | None = None
         if self._whole:
             self.view.keep_rows()
 
     def aim(self, goal: FloatArray) -> None:
-        """Go to another posture from the next step on."""
-        self._motion.goal = goal
-        self.begin()
+        """Go straight to another posture from the next step on."""
+        self._aim(goal, seeks=False)
+
+    def seek(self, goal: FloatArray) -> None:
+        """Go to another posture from the next step on, round what is in between."""
+        self._aim(goal, seeks=True)
+
+    @property
+    def is_thinking(self) -> bool:
+        """Whether a way is being looked for, and the arm stands meanwhile."""
+        return self._ways is not None
+
+    @property
+    def is_on_way(self) -> bool:
+        """Whether a way is being looked for, or its motion is played and not over."""
+        if self._plays:
+            stuck = self._tries >= TRIES and self._stood > STUCK
+            return not stuck and self._t < (len(self._motion.table) - 1) * self.planner.dt
+        return self.is_thinking
+
+    @property
+    def looks(self) -> int:
+        """Postures that were looked at for the present way."""
+        return 0 if self._ways is None else int(self._ways.W.looks)
 
     @property
     def too_heavy(self) -> str | None:
@@ -63,19 +121,124 @@ class JointTracker:
 
     def way_from(self, q: FloatArray) -> FloatArray:
         """From joint positions to the goal, (nv,) [rad or m]; for a continuous joint the short way round."""
-        return self._motion.way_from(q)
+        return self._motion.way_from(q, self._goal)
 
     def step(self, q: Any, v: Any, tau: Any, tip: Any) -> Step:
         """A step on the way; see ``Planner.step``."""
         view = self.view
         if view.is_reset:
             belief, speed = view.belief, self.planner.pace
-            if self._begun != view.ticks or self._belief != belief or self._speed != speed:
-                self._belief, self._speed, self._t = belief, speed, 0.0
-                self._motion.plan(speed)
-            self._motion.write(self._t)
+            paced = self._speed == speed or self._plays  # what is played goes at another pace
+            if self._begun != view.ticks or self._belief != belief or not paced:
+                self._belief, self._speed = belief, speed
+                self._plan()
+            elif self._seeks:
+                self._think()
+            self._pace()
+            self._motion.write(self._t, self._rate)
         step = self._lead.step(q, v, (), tau, tip)
-        self._t += self.planner.dt
-        off = step.code in OFF_TASK or self._motion.is_left_at(self._t)
+        self._t += self._rate * self.planner.dt
+        off = step.code in OFF_TASK or (not self._plays and self._motion.is_left_at(self._t))
         self._begun = -1 if off else view.ticks
         return step
+
+    def _plan(self) -> None:
+        """Plan from the command: straight, and as soon as that is known not to be free, to rest."""
+        self._left += 1
+        goes_on = self.blocked is not None or self._left > TRIES  # as near as it gets
+        self._ways = self._proof = self._rest = None
+        self._plays, self._rate, self._t = False, 1.0, 0.0
+        self._motion.goal = self._goal
+        self._scene = self._scene_now
+        self._motion.plan(self._speed)
+        if not self._seeks or goes_on or not self.planner.avoids:
+            return
+        command = self.view.command
+        ways = Ways(self.planner, command.q, rise_time=self._rise_time)
+        self.blocked = ways.start_blocked or ways.looks_at(
+            np.where(self.view.working, command.q + self._motion.way_from(command.q), command.q)
+        )
+        if self.blocked is not None:
+            return
+        ways.prove_again(np.ascontiguousarray(self._motion.places()), 0)
+        ways.think(AT_ONCE * self._looks)
+        self._proof = ways
+        self._judge_proof()
+        if self._proof is not None and not command.v.any():
+            self._turn_round()
+
+    def _think(self) -> None:
+        """Think of a way, or prove what is left of the motion, for a tick."""
+        if self._proof is not None:
+            self._proof.think(self._looks)
+            self._judge_proof()
+        elif self._ways is not None:
+            self._look_round()
+        elif self._scene != self._scene_now and self.blocked is None:
+            self._scene = self._scene_now
+            self._prove_rest()
+
+    def _judge_proof(self) -> None:
+        """Go on where the motion is proven free, else come to rest and look for a way round."""
+        assert self._proof is not None
+        if not self._proof.is_thinking:
+            is_free, self._proof = self._proof.is_free, None
+            if not is_free:
+                self._turn_round()
+
+    def _prove_rest(self) -> None:
+        """The scene has changed: prove what is left of the motion anew."""
+        if not self._plays:
+            self._begun = -1
+            self._plan()
+            return
+        ways = Ways(self.planner, self.view.command.q, rise_time=self._rise_time)
+        ways.prove_again(self._motion.table, min(int(self._t / self.planner.dt), len(self._motion.table) - 1))
+        self._proof = ways
+
+    def _turn_round(self) -> None:
+        """Come to rest, and look for a way from there meanwhile."""
+        self._plays, self._rate, self._t, self._proof = False, 1.0, 0.0, None
+        self._rest = self._motion.halt()
+        goal = self._rest + self._motion.way_from(self._rest, self._goal)
+        self._ways = Ways(self.planner, self._rest, goals=[goal], rise_time=self._rise_time, seed=self._tries)
+
+    def _look_round(self) -> None:
+        """Think of the way for a tick, and play it where the arm rests at its begin."""
+        ways, rest = self._ways, self._rest
+        assert ways is not None and rest is not None
+        if self._scene != self._scene_now:
+            self._scene = self._scene_now
+            self._turn_round()
+            return
+        ways.think(self._looks)
+        if ways.stage is WayStage.NO_WAY:
+            self.blocked = ways.sentence
+            self._ways, self._t = None, 0.0
+            self._motion.goal = self._goal
+            self._motion.plan(self._speed)
+        elif ways.stage is WayStage.READY:
+            off = float(np.abs(self.view.command.q - rest).max())
+            if off > WAITS:
+                self._turn_round()
+            elif not self._motion.moves_at(self._t if off <= RESTS else self._t - SETTLES):
+                self._ways, self._t, self._plays = None, 0.0, True
+                self._motion.follow(ways.motion)
+
+    def _pace(self) -> None:
+        """Let a motion that is played wait for an arm that is held back."""
+        if not self._plays:
+            return
+        dt, off = self.planner.dt, self._motion.off_at(self._t)
+        top = min(self.planner.pace / self._speed, 1.0)
+        wanted = min(max((STANDS - off) / (STANDS - WAITS), 0.0), top)
+        self._rate = min(max(wanted, self._rate - dt / HURRY), self._rate + dt / HURRY)
+        self._stood = self._stood + dt if self._rate < 0.05 else 0.0
+        if self._stood > STUCK and self._tries < TRIES:
+            self._tries, self._stood = self._tries + 1, 0.0
+            self._turn_round()
+
+    @property
+    def _scene_now(self) -> int:
+        scene = self.planner.scene
+        return 0 if scene is None else int(scene.version[0])

@@ -6,9 +6,8 @@ from typing import Any, Final, NamedTuple, final
 import numpy as np
 
 from ftqp.control.following.ahead import PathLookahead
-from ftqp.control.following.joint_tree import passing
 from ftqp.control.following.path_tube import PathTube
-from ftqp.control.inverse_kinematics.passable import HELD
+from ftqp.control.inverse_kinematics.passable import HELD, passing
 from ftqp.control.inverse_kinematics.posture_search import PostureSearch
 from ftqp.control.planner.planner import Planner
 from ftqp.core.checks import FloatArray

@@ -1,6 +1,6 @@
 """Where an arm may stand and pass: its motors hold it, kept points are on their sides, the scene is clear."""
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from typing import Any, Final, Protocol, final
 
 import numpy as np
@@ -20,6 +20,12 @@ NEARER: Final = 1e-3
 may go away from there. A convention, far below what anybody keeps."""
 SPACING: Final = 0.1
 """Places of a way that are looked at are nearer to each other than this in every joint [rad or m]."""
+
+
+AT_ONCE: Final = 8
+"""Places that are looked at in one piece."""
+Pieces = Generator[None, None, bool]
+"""Thinking that yields after each piece and ends with an answer."""
 
 
 class Walled(Protocol):
@@ -119,3 +125,18 @@ class MotionValidity:
         """Whether the arm may be at each place, (k,)."""
         good: BoolArray = (self.effort(places) <= effort) & (self.room(places) > 0.0)
         return good
+
+
+def passing(passable: MotionValidity, begin: FloatArray, end: FloatArray, effort: float) -> Pieces:
+    """Look at the straight way of the joints, a few places at a time: whether it is passable.
+
+    Its end counts, its begin does not.
+    """
+    count = max(1, int(np.ceil(float(np.abs(end - begin).max()) / passable.spacing)))
+    share = (np.arange(count) + 1.0)[:, None] / count
+    for k in range(0, count, AT_ONCE):
+        if not passable.at(begin + share[k : k + AT_ONCE] * (end - begin), effort).all():
+            return False
+        if k + AT_ONCE < count:
+            yield
+    return True

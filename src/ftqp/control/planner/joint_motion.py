@@ -31,6 +31,8 @@ SPEED_SHARE, ACCELERATION_SHARE = 0.999, 0.99
 LEAST_ACCELERATION = 0.05
 """Share of a_max that the motion uses even where gravity leaves less, so that it ends."""
 
+STRAIGHT = 1e-6
+"""A motion no farther from a straight line than this is straight [rad or m]. A convention."""
 PLACES = 17
 """Whether motors hold the arm is looked at in so many places of a motion, ..."""
 FINER = 10
@@ -67,6 +69,7 @@ class JointMotion:
         self._slow: FloatArray = np.zeros(0)
         self._rise_time = rise_time
         self._motion: Motion | None = None
+        self._table: tuple[FloatArray, FloatArray] | None = None
         self._working = np.zeros(0, dtype=np.int64)
         self._looked_at = b""
         self.goal: FloatArray = np.zeros(robot.nv)
@@ -86,16 +89,42 @@ class JointMotion:
         poles = 1.5 if self._accelerates else 1.0
         return poles * float(np.log(max(off / EXACT, 1.0))) / self._bandwidth
 
-    def way_from(self, q: FloatArray) -> FloatArray:
-        """From joint positions to the goal, (nv,) [rad or m]; for a continuous joint the short way round."""
-        way = self.goal - q
+    def way_from(self, q: FloatArray, goal: FloatArray | None = None) -> FloatArray:
+        """From joint positions to a goal, (nv,) [rad or m]; for a continuous joint the short way round."""
+        way = (self.goal if goal is None else goal) - q
         turns = self._robot.continuous
         return np.where(turns, np.remainder(way + np.pi, 2.0 * np.pi) - np.pi, way)
 
-    def plan(self, speed: float = 1.0) -> None:
-        """Plan the motion from the last command to the goal."""
+    def follow(self, table: FloatArray) -> None:
+        """Let the motion go through a place at every tick, (ticks, nv) [rad or m], to the last."""
+        self._later, self._table = None, (table, np.gradient(table, self._dt, axis=0))
+        self._working = np.flatnonzero(self._view.working)
+        self.goal, self.too_heavy = table[-1].copy(), None
+
+    def halt(self) -> FloatArray:
+        """Plan to come to rest from the last command: where, (nv,) [rad or m]."""
+        end: FloatArray = self._view.command.q
+        self.plan(goes=False)
+        if self._motion is not None:
+            end[self._working] = self._motion.at(self._motion.duration).q
+        return end
+
+    def places(self, count: int = PLACES) -> FloatArray:
+        """Places of the motion, (count, nv) [rad or m]: the ends where it is straight."""
+        places = np.tile(self._view.command.q, (count, 1))
+        if self._motion is not None:
+            times = np.linspace(0.0, self._motion.duration, count)
+            places[:, self._working] = [self._motion.at(float(t)).q for t in times]
+        straight = np.linspace(places[0], places[-1], count)
+        along = (places - places[0]) @ (places[-1] - places[0])
+        length = max(float(along[-1]), 1e-24)
+        straight = places[0] + (along / length)[:, None] * (places[-1] - places[0])
+        return places[[0, -1]] if np.abs(places - straight).max() <= STRAIGHT else places
+
+    def plan(self, speed: float = 1.0, *, goes: bool = True) -> None:
+        """Plan the motion from the last command to the goal, or to where it comes to rest soonest."""
         command, limits, robot = self._view.command, self._view.limits, self._robot
-        self._later = None
+        self._later = self._table = None
         working = np.flatnonzero(self._view.working)
         if self._motion is None or len(working) != len(self._working):
             self._motion = Motion(len(working)) if len(working) else None
@@ -112,6 +141,9 @@ class JointMotion:
         v_max = speed * SPEED_SHARE * limits.v[working]
         jerk = np.minimum(robot.limits.a_max / self._rise_time, robot.limits.j_max)[working]
         jerk *= ACCELERATION_SHARE
+        if not goes:
+            self._motion.brake(start, a_max, jerk)
+            return
         self._motion.plan(start, goal, v_max, a_max, jerk)
         if not self._may_be_too_heavy(limits.tau[working]):
             return
@@ -153,21 +185,50 @@ class JointMotion:
         last: FloatArray = between[max(0, int(held.sum()) - 1), at]
         return last
 
-    def write(self, t: float) -> None:
-        """Let the kernel read the motion at a time [s] since it was planned, and what it asks until then."""
-        if self._motion is None:
+    def write(self, t: float, rate: float = 1.0) -> None:
+        """Let the kernel read the motion at a time [s] since it was planned, and what it asks until then.
+
+        Its time goes on by ``rate`` times that of the clock.
+        """
+        if self._motion is None and self._table is None:
             return
         (q, v, x), at, dt = self._out, self._working, self._dt
-        now, then = self._at(t), self._at(t + dt)
-        q[at], v[at] = now.q, now.v
-        x[at] = (then.v - now.v) / dt if self._accelerates else (then.q - now.q) / dt
+        now, then = self._at(t), self._at(t + rate * dt)
+        q[at], v[at] = now.q, rate * now.v
+        x[at] = rate * (then.v - now.v) / dt if self._accelerates else (then.q - now.q) / dt
 
     def _at(self, t: float) -> State:
         """The motion at a time [s]; the last one is kept, as it is asked for again in the next tick."""
-        assert self._motion is not None
         if self._later is None or self._later[0] != t:
-            self._later = t, self._motion.at(t)
+            assert self._motion is not None or self._table is not None
+            found = self._motion.at(t) if self._table is None and self._motion is not None else self._row(t)
+            self._later = t, found
         return self._later[1]
+
+    def _row(self, t: float) -> State:
+        """What the table has at a time [s]."""
+        assert self._table is not None
+        q, v = self._table
+        k, at = t / self._dt, self._working
+        i = min(int(k), len(q) - 2)
+        share = min(k - i, 1.0)
+        rows = [one[i, at] + share * (one[i + 1, at] - one[i, at]) for one in (q, v)]
+        return State(rows[0], rows[1], np.zeros(len(at)))
+
+    @property
+    def table(self) -> FloatArray:
+        """The places that are followed, (ticks, nv) [rad or m]."""
+        assert self._table is not None
+        return self._table[0]
+
+    def moves_at(self, t: float) -> bool:
+        """Whether the motion that was planned is not over at a time [s]."""
+        return self._motion is not None and t < self._motion.duration
+
+    def off_at(self, t: float) -> float:
+        """How far the command is from where the motion is at a time [s] since it was planned [rad or m]."""
+        at = self._working
+        return float(np.abs(self._view.command.q[at] - self._at(t).q).max(initial=0.0))
 
     def is_left_at(self, t: float) -> bool:
         """Whether the command is not where the motion is at a time [s] since it was planned."""

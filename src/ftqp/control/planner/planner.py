@@ -56,6 +56,7 @@ from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.entry.session import Memory, Session
+from ftqp.kernel.entry.way_session import WaySession
 from ftqp.kernel.layout.enums import NEWS, RELAXED
 from ftqp.kernel.layout.record import load_chain
 from ftqp.model.capsules import Capsule
@@ -426,6 +427,21 @@ class Planner:
         """
         view = self.view()
         return MotionValidity(self.robot, view.limits.tau, view.working, self._parts.keeps, self, walled)
+
+    def way_session(self) -> WaySession:
+        """The arm, its limits and what stands around it as believed now, for a search for ways."""
+        around = self._parts.surroundings
+        return WaySession(self._session, 0 if around is None else around.whole)
+
+    @property
+    def avoids(self) -> bool:
+        """Whether bodies are kept apart, or points and axes where they may be."""
+        return bool(self._parts.keeps) or bool(self.watched_pairs)
+
+    @property
+    def watched_pairs(self) -> tuple[tuple[str, str], ...]:
+        """The bodies of each pair that are kept apart, by name, those of ends of bodies as well."""
+        return () if self._parts.surroundings is None else self._parts.surroundings.names
 
     def session(self) -> Session:
         """A copy of all that the planner knows, for studies of what is in it."""

@@ -6,10 +6,10 @@ from typing import final
 import numpy as np
 
 from ftqp.control.scene.placed_shapes import CLOUD, Clearance, Content, Placed
-from ftqp.control.scene.solid_shapes import KINDS, HalfSpace, Hull, Sphere, fitting
+from ftqp.control.scene.solid_shapes import KINDS, HalfSpace, Hull, Sphere, fitting, simpler
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.scene_room import CAPSULES, CLOUD_BODIES, NEAREST, PAIRS, SEGMENT
+from ftqp.kernel.layout.scene_room import BODY_CORNERS, CAPSULES, CLOUD_BODIES, NEAREST, PAIRS, SEGMENT
 from ftqp.model.capsules import Capsule
 from ftqp.model.followers import coupled_places
 from ftqp.model.frames import mount_of
@@ -76,6 +76,7 @@ class Layout:
             room.body[at], T = mount_of(self._robot, capsule.frame or "universe")
             room.end_a[at], room.end_b[at] = (T[:3, :3] @ end + T[:3, 3] for end in (capsule.a, capsule.b))
             room.wide[at] = capsule.radius
+        self._lay_bodies(capsules)
         self._place(before)
         self._lay_hulls()
         self._measure_ways(capsules)
@@ -127,9 +128,24 @@ class Layout:
             ends = [count + len(part) for count, part in zip(counts, parts, strict=True)]
             corner, edge, face = counts
             room.corner[corner : ends[0]] = parts.corners
+            room.corners_of[at] = corner, ends[0]
             room.edge[edge : ends[1]], room.edges_of[at] = parts.edges + corner, (edge, ends[1])
             room.face[face : ends[2]], room.faces_of[at] = parts.faces, (face, ends[2])
             counts = ends
+
+    def _lay_bodies(self, capsules: Sequence[Capsule]) -> None:
+        """Write the corners of bodies in capsules, of simpler ones around them where there are many."""
+        room = self._room
+        known = {at: one.corners for at, one in enumerate(capsules) if one.corners is not None}
+        end, room.hull_of[:] = 0, 0
+        if sum(map(len, known.values())) > BODY_CORNERS:
+            most = max(BODY_CORNERS // len(known), 4)
+            known = {at: simpler(corners, most) for at, corners in known.items()}
+        for at, corners in known.items():
+            T = mount_of(self._robot, capsules[at].frame or "universe")[1]
+            room.hull_of[at] = end, end + len(corners)
+            room.hull_corner[end : end + len(corners)] = corners @ T[:3, :3].T + T[:3, 3]
+            end += len(corners)
 
     def _bodies(self) -> list[Capsule]:
         """The capsules, and behind them the two ends of each, where there is more than balls.
@@ -140,7 +156,8 @@ class Layout:
         capsules = list(self._whole)
         round_only = all(isinstance(placed.shape, Sphere) for placed in self._content.placed.values())
         for one in tuple(capsules):
-            ends = () if round_only or np.array_equal(one.a, one.b) else (one.a, one.b)
+            known = one.corners is not None  # and then its corners are what is nearest
+            ends = () if round_only or known or np.array_equal(one.a, one.b) else (one.a, one.b)
             self._ends.append(tuple(range(len(capsules), len(capsules) + len(ends))))
             capsules += [Capsule(end, end, one.radius, frame=one.frame, name=one.label) for end in ends]
         return capsules
@@ -206,7 +223,8 @@ class Layout:
         chain, limits, room = self._robot.chain, self._robot.limits, self._room
         extents = [
             max(float(np.linalg.norm(end)) for end in (room.end_a[c], room.end_b[c]))
-            for c in range(len(capsules))
+            + (0.0 if one.corners is None else one.radius)
+            for c, one in enumerate(capsules)
         ]
         spans = np.linalg.norm(chain.translation, axis=1)
         farthest = np.maximum(np.abs(limits.q_min), np.abs(limits.q_max))

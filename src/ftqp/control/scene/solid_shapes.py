@@ -228,6 +228,12 @@ class Hull:
 Shape = Sphere | Capsule | Box | Cylinder | HalfSpace | Hull
 
 
+def simpler(corners: FloatArray, most: int) -> FloatArray:
+    """The corners of a hull around some points that has so many at most, (k, 3) [m]."""
+    found: HullParts = import_module("ftqp.model.collision_geometry").hull_of(corners, most)
+    return found.corners
+
+
 def fitting(hulls: Sequence[HullParts]) -> list[HullParts]:
     """The hulls of a scene, or as simple ones around them as there is room for."""
     found, most = list(hulls), max(len(one.corners) for one in hulls)

@@ -264,6 +264,21 @@ self_speed_tracks entry.study_entries nogil
     takes S:study C:continuation k samples goals:f8[samples,GOAL_SIZE] speeds:f8[k,samples-1]
           q:f8[k,samples,S.chain.n] facts:f8[k,2] first last
     calls self_speed_tracks(S, C, goals, speeds, q, facts, first, last)
+begin_ways search.motion nogil
+    takes W:ways q:f8[W.chain.n] gaps:f8[pairs] pairs
+    calls begin_search(W, q, gaps)
+add_goal search.motion nogil
+    takes W:ways q:f8[W.chain.n]
+    calls goal_added(W, q)
+look search.motion nogil
+    takes W:ways q:f8[W.chain.n]
+    calls look_at(W, q)
+is_way_free search.motion nogil
+    takes W:ways a:f8[W.chain.n] b:f8[W.chain.n]
+    calls free_until(W, a, b)
+think search.motion nogil
+    takes W:ways looks table:f8[rows,W.chain.n] raw:f8[rows,W.chain.n] rows
+    calls think(W, looks, table, raw, rows)
 deployed_step ticks.steps c
     takes K:record G:given F:free q:f8[K.chain.n] v:f8[K.chain.n] target:f8[TARGET_SIZE] ticks
           work:f8[TARGET_SIZE+2*K.chain.n]

@@ -20,6 +20,7 @@ from ftqp.kernel.layout.other_records import ROWS as EQUALITIES
 from ftqp.kernel.layout.rows import CLEARANCES, constraint_capacity
 from ftqp.kernel.layout.scene_room import SCENE_ROOMS
 from ftqp.kernel.layout.structures import Fields, sections, structure
+from ftqp.kernel.layout.ways_room import WAYS
 
 TEXT: Final = f"""
 state  Measured state, as given and as the kernel uses it, and the command.
@@ -294,7 +295,9 @@ OF_ROOMS = {
 }
 """Records of rooms that begin lines of the cache: a planner's, that of an arm without a planner, and the
 rooms that faults are written into."""
-KINDS = (*OF_ROOMS, *OTHERS)
+BESIDE = {"study": (*OF_ROOMS["arm"], "ahead", "scene"), "ways": ("chain", "ahead", "scene", "keeps")}
+"""The rooms of a planner in records that have one of their own first."""
+KINDS = (*OF_ROOMS, *OTHERS, *WAYS)
 """All records by name."""
 LINE = 64
 """Bytes of a line of the cache, and of the widest register that is loaded at once."""
@@ -338,10 +341,10 @@ def dtype(kind: str, joints: int = JOINTS) -> np.dtype[Any]:
     """The type of a record by its name, with room for so many joints."""
     if kind in OF_ROOMS:
         return _on_lines([(name, _on_lines(ROOMS[name](joints))) for name in OF_ROOMS[kind]])
-    fields = OTHERS[kind](joints)
-    if kind == "study":  # its own room first: numba takes a record that begins as another one for that
-        rooms = {name: structure(ROOMS[name](joints)) for name in (*OF_ROOMS["arm"], "ahead", "scene")}
-        fields = [("study", structure(fields)), *rooms.items()]
+    fields = ({**OTHERS, **WAYS})[kind](joints)
+    if kind in BESIDE:  # its own room first: numba takes a record that begins as another one for that
+        rooms = {name: structure(ROOMS[name](joints)) for name in BESIDE[kind]}
+        fields = [(kind, structure(fields)), *rooms.items()]
     elif kind == "continuation":
         fields.append(("qp", structure(qp_fields(joints, TASK_ROWS, CLEARANCES))))
     elif kind == "standalone":

@@ -27,6 +27,8 @@ PAIRS = 1024
 HULL_CORNERS, HULL_EDGES, HULL_FACES = 512, 1024, 640
 """The most corners, edges and faces of all hulls around an arm. Conventions, which size memory: 64 boxes have
 512, 768 and 384."""
+BODY_CORNERS = 2048
+"""The most corners of the bodies of an arm. A convention, which sizes memory: a Panda's meshes have 1,000."""
 
 
 @numbered()
@@ -112,6 +114,7 @@ scene  What ``ftqp.kernel.scene`` knows: the arm as capsules, what is around, an
     nearest  i8  the pair that is nearest at the predicted posture
     closing  i8  its bodies close in
     crowded  i8  a row has found no slot
+    corners  i8  of ``simplex``
     stamp  i8  of the tick
     cloud  i8  so many balls, x, y, z and radius, lie at the address ``cloud_at``
     cloud_at  i8
@@ -155,6 +158,10 @@ scene  What ``ftqp.kernel.scene`` knows: the arm as capsules, what is around, an
     edge  i8[HULL_EDGES,2]  two rows of ``corner``
     corner  f8[HULL_CORNERS,3]
     face  f8[HULL_FACES,4]  the normal n and the offset d of n'x <= d in the hull's own frame
+    corners_of  i8[SHAPES,2]  first corner of a hull, and the one behind its last
+    hull_of  i8[CAPSULES,2]  the same of the convex body in a capsule, alike where only that is known
+    hull_corner  f8[BODY_CORNERS,3]  in the frame of the body
+    simplex  f8[4,10]  memory: w = x - y, x on the first body, y on the second, and the share of each corner
 ahead  Kinematics at the predicted posture: q + v dt, or q itself at the velocity level.
     q sine cosine  f8[N]
     R  f8[N,9]

@@ -42,6 +42,7 @@ from ftqp.kernel.maths.vectors import (
     write,
 )
 from ftqp.kernel.rows.joint_intervals import braking_velocity
+from ftqp.kernel.scene.hulls import depth_below, distance_of_hulls, nearest_points, radii_of_pair, refines
 
 VERSION_IS = np.dtype(np.int64)
 
@@ -257,7 +258,37 @@ def _between_axes(a: Vector, b: Vector, e: Vector, f: Vector, n: Any, near: Any,
 
 @jit
 def distance_of_pair(K: Any, p: int, n: Any, near: Any, far: Any) -> float:
-    """The distance of pair p; n points from the second to the first, ``near`` and ``far`` to their axes."""
+    """The distance of pair p; n points from the second to the first, ``near`` and ``far`` to both.
+
+    Where convex bodies in the capsules are known it is theirs, unless they meet.
+    """
+    scene = K.scene
+    d = distance_of_capsules(K, p, n, near, far)
+    return refined_distance(K, p, d, n, near, far) if refines(scene, scene.first[p], scene.second[p]) else d
+
+
+@jit
+def refined_distance(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> float:
+    """The distance of the hulls of pair p, whose capsules are at d, and its points; d where they meet."""
+    scene = K.scene
+    c, other = scene.first[p], scene.second[p]
+    if other < 0 and scene.solid[-1 - other] == HALF_SPACE:
+        height, lowest = depth_below(K, c, -1 - other)
+        write(near, 0, lowest)
+        write(far, 0, minus(lowest, times(height, three(n))))
+        return height
+    apart = distance_of_hulls(K, c, other, inf, 0.0)
+    if apart <= TOUCHING:
+        return d
+    nearest_points(scene, near, far)
+    x = minus(three(near), three(far))
+    write(n, 0, (x[0] / apart, x[1] / apart, x[2] / apart))
+    return apart - radii_of_pair(scene, c, other)
+
+
+@jit
+def distance_of_capsules(K: Any, p: int, n: Any, near: Any, far: Any) -> float:
+    """The distance of the capsules of pair p; n, and ``near`` and ``far`` on their axes."""
     scene = K.scene
     c, other = scene.first[p], scene.second[p]
     a, b = three(scene.a[c]), three(scene.b[c])
@@ -318,6 +349,12 @@ def _place_of(scene: Any, p: int, spare: float) -> int:
 
 
 @jit
+def approach_speed(scene: Any, x: float, brake: float, dt: float) -> float:
+    """How fast bodies may come nearer that have x left [m/s]; negative where they are to part."""
+    return max(scene.gain * x, -PARTING) if x < 0.0 else min(scene.gain * x, braking_velocity(x, brake, dt))
+
+
+@jit
 def _pose(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> None:
     """The row of a pair, if it may hold the arm back in this tick, and when it is to be looked at again."""
     scene, state, chain, faults, limits = K.scene, K.state, K.chain, K.faults, K.limits
@@ -339,7 +376,7 @@ def _pose(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> None:
         brake += abs(row[j]) * limits.a_brake[j]
     brake = max(scene.share * brake, LEAST_BRAKE)
     rate, x = moving - towards, d - scene.keep
-    may = max(scene.gain * x, -PARTING) if x < 0.0 else min(scene.gain * x, braking_velocity(x, brake, dt))
+    may = approach_speed(scene, x, brake, dt)
     spare = rate + may
     if p == scene.nearest:
         scene.closing = 1 if rate < -STILL else 0

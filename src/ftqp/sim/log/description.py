@@ -134,8 +134,8 @@ def _surroundings(planner: Planner) -> dict[str, Any]:
     """What stands around the arm, and its bodies, as whoever has the arm can find them.
 
     ``scene`` has the kind, extent [m] and pose of each thing, and the corners of a hull, ``bodies`` the
-    capsules: the joint that each moves with, None is none, and where its ends are while all joints are at 0,
-    in the base frame [m].
+    capsules: the joint that each moves with, None is none, and where its ends, and the corners of the convex
+    body inside if that is known, are while all joints are at 0, in the base frame [m].
     """
     robot, scene, clearance = planner.robot, planner.scene, planner.clearance
     assert scene is not None and clearance is not None
@@ -145,7 +145,10 @@ def _surroundings(planner: Planner) -> dict[str, Any]:
         T, joint = robot.pose(zero, one.frame), mount_of(robot, one.frame or "universe")[0]
         ends = [(T[:3, :3] @ end + T[:3, 3]).tolist() for end in (one.a, one.b)]
         at = robot.joints[joint] if joint >= 0 else None
-        bodies.append({"name": one.label, "joint": at, "ends_at_zero": ends, "radius": one.radius})
+        body = {"name": one.label, "joint": at, "ends_at_zero": ends, "radius": one.radius}
+        if one.corners is not None:
+            body["corners_at_zero"] = (one.corners @ T[:3, :3].T + T[:3, 3]).tolist()
+        bodies.append(body)
     things = [
         {
             "name": name,

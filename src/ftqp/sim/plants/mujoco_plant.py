@@ -324,7 +324,9 @@ def _bodies(robot: Robot) -> Iterator[Geom]:
         joint, T = mount_of(robot, one.frame or "universe")
         a, b = (T[:3, :3] @ end + T[:3, 3] for end in (one.a, one.b))
         size = {"size": (one.radius, 0.0, 0.0)}
-        if joint >= 0 and np.any(a != b):
+        if joint >= 0 and one.corners is not None:
+            yield Geom(joint, "hull", {}, one.corners @ T[:3, :3].T + T[:3, 3])
+        elif joint >= 0 and np.any(a != b):
             yield Geom(joint, "capsule", size | {"fromto": [*a, *b]})
         elif joint >= 0:
             yield Geom(joint, "sphere", size | {"pos": a})

@@ -1,0 +1,215 @@
+"""Ways of the joints round what is in between: one generator, in slices, for whoever leads an arm."""
+
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+from typing import Any, Final, final
+
+import numpy as np
+
+from ftqp.control.inverse_kinematics.passable import HELD
+from ftqp.control.inverse_kinematics.posture_search import goal_pose, task_rows
+from ftqp.control.planner.joint_motion import LEAST_ACCELERATION
+from ftqp.control.planner.planner import Planner
+from ftqp.control.references.jerk_limit import RISE_TIME
+from ftqp.control.task.task import axis_frame
+from ftqp.core.checks import FloatArray
+from ftqp.core.pose import transform
+from ftqp.kernel.entry.way_session import BALL, EFFORT, KEEP, LIMIT, Met
+from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.kernel.layout.ways_room import WayStage
+
+STARTS: Final = 600
+"""Newton starts for postures of a goal. 4,000 more brought no further clear posture in 1,373 cases."""
+MOST: Final = 400_000
+"""So many looks are spent on trees at most, about a second. A guess."""
+SHORTENING: Final = 1500
+"""So many looks are spent on making a way shorter. A guess: 3,000 shorten ways from 8.1 to 4.9 rad and take
+ten times the search."""
+TOLERANCE: Final = 1e-6
+"""How near a posture has to come to its goal [m]; far below every tolerance of a task."""
+TURN: Final = 2.0 * np.pi
+"""Goal postures are looked for within a turn of each joint from where it is. A convention."""
+
+
+@final
+class Ways:
+    """Thinks of a way of the joints to any of some goals, and of the motion along it.
+
+    It knows the arm and its scene as a planner believes them when it is made: limits that are left, joints
+    that have failed as constants, torque limits, the load. A change calls for another one. Edges are proven
+    free, not sampled. The motion is as fast as the limits allow, with limited jerk, and is proven again.
+
+    Args:
+        planner: Whose arm it is.
+        start: Where the joints begin, (nv,) [rad or m]; None is where they are commanded.
+        goals: Goal postures, (k, nv); more may come by ``add``.
+        goal: A pose of the tip, (4, 4), whose postures are looked for meanwhile; None: goals are postures.
+        goal_rows: The rows of it that count, as searches take them; None: those that the planner keeps.
+        tolerance: How near a posture comes to it, > 0 [m].
+        tube: Poses of a path, (k, 4, 4), that the tip stays near; None: it goes anywhere.
+        radius: By how much, in place [m] and in turning times the characteristic length [m].
+        rows: Which rows of them count.
+        rise_time: How long accelerations take to reach their limits, > 0 [s].
+        effort: The share of a torque limit that may hold the arm at rest.
+        seed: Of what is drawn: the same looks give the same way.
+
+    Attributes:
+        met: What stands in the way of the start, or of the goal posture that was added last.
+        start_blocked: What stands in the way of the start, in words; None where nothing does.
+
+    Source: docs/theory/round-obstacles.md.
+    """
+
+    def __init__(
+        self,
+        planner: Planner,
+        start: FloatArray | None = None,
+        *,
+        goals: Iterable[FloatArray] = (),
+        goal: Any = None,
+        goal_rows: Any = None,
+        tolerance: float = TOLERANCE,
+        tube: FloatArray | None = None,
+        radius: tuple[float, float] = (0.0, 0.0),
+        rows: Sequence[str] = COMPONENTS,
+        rise_time: float = RISE_TIME,
+        effort: float = HELD,
+        seed: int = 0,
+    ) -> None:
+        self._planner, self._session = planner, planner.way_session()
+        self.W = W = self._session.W
+        robot, n = planner.robot, planner.robot.nv
+        self._start = planner.view().command.q if start is None else start
+        W.effort, W.length, W.tolerance = effort, robot.length, tolerance
+        W.shortening, W.most, W.most_starts = SHORTENING, MOST, STARTS
+        W.first, W.second = 1 + 7919 * seed, 1 + 104729 * seed
+        W.dt, W.speed = planner.dt, planner.pace
+        W.a_max[:n] = np.maximum(W.a_max[:n], LEAST_ACCELERATION * robot.limits.a_max)
+        W.rise = max(rise_time, float((W.a_max[:n] / robot.limits.j_max)[W.free[:n] > 0].max(initial=0.0)))
+        W.low[:n] = np.maximum(W.q_min[:n], self._start - TURN)
+        W.high[:n] = np.minimum(W.q_max[:n], self._start + TURN)
+        if goal is not None:
+            self._aim(goal, planner.kept_rows if goal_rows is None else goal_rows)
+        if tube is not None:
+            self._session.hold_tube(tube, radius, _bits(rows))
+        self.met: Met | None = self._session.begin(self._start)
+        self.start_blocked = self.sentence_of(self.met)
+        self.stage = WayStage(int(W.stage))
+        for q in goals:
+            self.add(q)
+
+    def _aim(self, goal: Any, rows: Any) -> None:
+        """Let the goal be a pose of the tip."""
+        names, tool = task_rows(self._planner.robot, rows)
+        pose, chain, W = goal_pose(goal, names), self._session.K.chain, self.W
+        if tool:  # the axis of the tool is the z axis of the frame that is looked at
+            T = transform(axis_frame(self._planner.task.axis), np.zeros(3))
+            pose = pose @ T
+            chain.tip_rotation[:] = (chain.tip_rotation.reshape(3, 3) @ T[:3, :3]).ravel()
+        W.has_goal, W.has_axis, W.goal_rows, W.goal[:] = 1, tool, _bits(names), pose[:3].ravel()
+
+    def add(self, q: FloatArray) -> bool:
+        """A further goal posture, any time; whether the arm may stand there."""
+        goal = np.where(self._planner.view().working, q, self._start)
+        self.met = self._session.add(goal)
+        self.stage = WayStage(int(self.W.stage))
+        return self.met is None
+
+    def think(self, looks: int) -> WayStage:
+        """One slice of about so many looks at postures; what is done then."""
+        if self.is_thinking:
+            self.stage = self._session.think(looks)
+        return self.stage
+
+    @property
+    def is_thinking(self) -> bool:
+        """Whether there is more to think of."""
+        return self.stage not in (WayStage.READY, WayStage.NO_WAY)
+
+    @property
+    def has_way(self) -> bool:
+        """Whether there is a way, which may still become shorter."""
+        return self.stage not in (WayStage.GROWING, WayStage.NO_WAY)
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether the straight way of the joints is the way."""
+        return self.has_way and int(self.W.places) == 2
+
+    @property
+    def way(self) -> FloatArray:
+        """The places of the way, the start first, (k, nv) [rad or m]."""
+        return np.array(self.W.place[: int(self.W.places), : self._session.n])
+
+    @property
+    def motion(self) -> FloatArray:
+        """The places of every tick from rest to rest, (ticks, nv) [rad or m]; READY only."""
+        return self._session.table
+
+    @property
+    def is_free(self) -> bool:
+        """Whether the motion is proven free; READY only."""
+        return bool(self.W.is_free)
+
+    @property
+    def duration(self) -> float:
+        """How long the motion takes [s]; 0 while it is not known."""
+        return len(self.motion) * float(self.W.dt)
+
+    def passes(self, places: FloatArray) -> bool:
+        """Whether the straight ways from place to place, (k, nv), are proven free."""
+        return all(self._session.is_free(a, b) for a, b in pairwise(places))
+
+    def looks_at(self, q: FloatArray) -> str | None:
+        """What stands in the way of a posture, (nv,), in words; None where nothing does."""
+        self.met = self._session.look(q)
+        return self.sentence_of(self.met)
+
+    def prove_again(self, table: FloatArray, first: int) -> None:
+        """Prove what is left of a motion anew, from one of its ticks on, by ``think``."""
+        self._session.prove_again(table, first)
+        self.stage = WayStage.PROVING
+
+    @property
+    def starts(self) -> int:
+        """Newton starts for postures of the goal so far."""
+        return int(self.W.starts)
+
+    @property
+    def postures(self) -> tuple[int, int]:
+        """How many of them came to the goal, and how many of these are clear."""
+        return int(self.W.posed), int(self.W.clear)
+
+    @property
+    def sentence(self) -> str:
+        """What was looked for, where there is no way."""
+        posed, clear = self.postures
+        if self.start_blocked is not None or (not self.W.has_goal and self.met is not None):
+            return str(self.start_blocked or self.sentence_of(self.met))
+        if not self.W.has_goal or clear:
+            return f"no way round was found in {int(self.W.looks)} looks"
+        if not posed:
+            return f"no posture was found in {self.starts} starts"
+        return f"none of {posed} postures found in {self.starts} starts is clear"
+
+    def sentence_of(self, met: Met | None) -> str | None:
+        """What stands in the way of a posture, in words."""
+        robot = self._planner.robot
+        if met is None:
+            return None
+        if met.kind == LIMIT:
+            return f"{robot.joints[met.number]} is out of its range"
+        if met.kind == EFFORT:
+            return f"{robot.joints[met.number]} is too weak to hold the arm"
+        if met.kind == KEEP:
+            return "it is not on the side where it is kept"
+        keep = 1e3 * float(self.W.keep)
+        if met.kind == BALL:
+            return f"a body is nearer than {keep:.3g} mm to the cloud"
+        one, other = self._planner.watched_pairs[met.number]
+        return f"{one} is nearer than {keep:.3g} mm to {other}"
+
+
+def _bits(rows: Sequence[str]) -> int:
+    """Rows of a pose as the kernel takes them."""
+    return sum(1 << COMPONENTS.index(row) for row in rows)

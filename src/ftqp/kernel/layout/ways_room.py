@@ -1,0 +1,115 @@
+"""The room of a search for a way of the joints: what is asked, and its memory."""
+
+from enum import IntEnum
+from typing import TYPE_CHECKING, Final
+
+from ftqp.kernel.layout import scene_room
+from ftqp.kernel.layout.enums import numbered
+from ftqp.kernel.layout.rows import KEEPS
+from ftqp.kernel.layout.structures import sections
+
+if TYPE_CHECKING:
+    from ftqp.kernel.layout.enums import __getattr__ as __getattr__
+
+NODES, NODE_NUMBERS = 20_000, 140_000
+"""The most nodes of a tree, and the most numbers in them. Conventions, which size memory: 20,000 with seven
+joints."""
+PLACES, POSES, PIECES, INTERVALS, STRETCHES = 512, 256, 1024, 4800, 128
+"""The most places of a way, poses of a tube, pieces of a rounded way, intervals in time, and stretches of an
+edge that are still to be looked at. Conventions, which size memory."""
+
+
+@numbered()
+class WayStage(IntEnum):
+    """How far a search is."""
+
+    GROWING = 0
+    SHORTENING = 1
+    ROUNDING = 2
+    PACING = 3
+    SAMPLING = 4
+    PROVING = 5
+    READY = 6
+    NO_WAY = 7
+
+
+TEXT: Final = """
+ways  What a search for a way of the joints is asked, and its memory, see ``ftqp.kernel.search``.
+        The rooms ``chain``, ``ahead``, ``scene`` and ``keeps`` behind it are those of a planner.
+    stage  i8  a ``WayStage``
+    looks  i8  postures that were looked at
+    until  i8  the number of them at which shortening ends
+    found  i8  the number of them at which there was a way
+    shortening  i8  so many are spent on that at most
+    most  i8  so many are spent on the trees at most
+    starts most_starts posed clear  i8  Newton starts, at most, that came to the goal, and are clear
+    first second  i8  of the sequence of random numbers
+    tree joining new last grown vain  i8  which tree grows, whether it joins, its last nodes
+    places  i8  of the way
+    count  i8[2]  nodes of the trees
+    has_goal  i8  the goal is a pose, whose postures are looked for
+    has_axis  i8  of its orientation only the tool's z axis counts, as in the room ``study``
+    goal_rows rows  i8  a bit for each of x, y, z, rx, ry, rz: of the goal, of the tube
+    tube  i8  so many poses of a path that the tip stays near; 0: it goes anywhere
+    weighs  i8  torque limits count
+    pairs  i8  so many pairs of the scene are looked at
+    bodies  i8  capsules in them
+    met  i8  what was met last, see ``ftqp.kernel.search.looks.obstruction``
+    near_pose  i8  the pose of the tube that is nearest to the tip
+    capped  i8  an edge was given up for its many looks
+    chunk  i8  so many ticks of the motion are proven at once
+    corner pieces grid paced ticks window checked is_free  i8  of timing: what is done so far
+    keep  f8  how far bodies are apart [m]
+    share  f8  of that which counts now
+    effort  f8  share of the torque limits that may hold the arm
+    length  f8  what a radian of the tip counts [m]
+    tolerance  f8  of the goal [m]
+    dt rise speed  f8  of the motion: a tick, a_max over the largest jerk [s], share of the speed limits
+    before  f8  what is cut from the leg that comes
+    free  i8[N]  joints that work
+    low high  f8[N]  between which starts are drawn
+    q_min q_max v_max a_max tau_max  f8[N]
+    start  f8[N]
+    goal  f8[12]  rows of the goal's pose
+    tube_pose  f8[POSES,12]
+    radius  f8[2]  how far the tip may be from them [m], and in turning times ``length`` [m]
+    pair  i8[PAIRS]  pairs of the scene
+    allow  f8[PAIRS]  how far each is apart at least [m]: ``keep``, or less where the start has less
+    keep_allow  f8[KEEPS]  the same of what is kept
+    ball_allow  f8[CAPSULES]  the same of a body and the balls of a cloud
+    is_body  i8[CAPSULES]  a capsule is in a pair
+    sees_balls  i8[CAPSULES]  a body keeps clear of the balls
+    lever  f8[CAPSULES,N]  how far any point of a body goes with a joint at most
+    keep_lever  f8[KEEPS,N]  the same of what is kept
+    moved  f8[CAPSULES]  how far each may have gone in the stretch that is looked at
+    keep_moved  f8[KEEPS]
+    middle  f8[CAPSULES,3]
+    girth  f8[CAPSULES]  half the length of a capsule, and its radius
+    around  f8[OBSTACLES,3]  half the edges along W of a box around each
+    node  f8[2,NODE_NUMBERS]  the trees, n numbers a node
+    parent  i8[2,NODES]
+    place  f8[PLACES,N]  the way
+    walk  f8[POSES,N]  memory: the way that is tried in place of a part
+    normal one other  f8[3]  memory: of a pair
+    row  f8[N]  memory
+    q end near drawn begin finish gone  f8[N]  memory
+    line  f8[3,N]  memory: c0, c1, c2 of an edge
+    stretch  f8[STRETCHES,2]  memory: begin and end of those of an edge
+    e  f8[6]  the tip's error
+    A  f8[6,N]  and its Jacobian
+    M  f8[6,7]  memory
+    mass  f8[N]  memory: behind a joint
+    moment  f8[N,3]
+    torque  f8[N]
+    c  f8[PIECES,3,N]  pieces q = c0 + c1 s + c2 s^2 of the rounded way
+    size_of  f8[PIECES]  how long each is [rad or m]
+    x time  f8[INTERVALS+1]  s'^2 and the time at the begin of each interval
+    u  f8[INTERVALS]  s'' in it
+    piece  i8[INTERVALS]  which it is part of, ...
+    s ds  f8[INTERVALS]  ... from where, and for how long
+    rests  i8[INTERVALS]  the arm rests at its begin
+    top  f8[INTERVALS]  the largest s'^2 with which bodies come near no faster than they may
+    alpha beta gamma  f8[4*N+4]  memory: limits alpha u + beta x <= gamma
+"""
+WAYS: Final = sections(TEXT, vars(scene_room) | globals() | {"KEEPS": KEEPS})
+"""What gives its fields."""

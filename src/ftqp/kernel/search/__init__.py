@@ -1,0 +1,1 @@
+"""One search for all ways of the joints: looks, proven edges, trees, shortening, timing."""

@@ -1,0 +1,363 @@
+"""From places to a motion: corners rounded where that is free, then as fast as can be, with bounded jerk.
+
+The rounded way is q(s) = c0 + c1 s + c2 s^2 piece by piece, with a continuous tangent. With x = s'^2 and
+u = s'' limits are linear, |q' u + q'' x| <= a_max and |q'| sqrt(x) <= v_max; in a piece q'' is constant and
+q' linear, so that limits kept at both ends of an interval are kept within it. One pass back finds the largest
+x from which the rest can be gone, one pass on takes the largest u; their linear programmes of two unknowns
+are solved by elimination. The mean over 2 T then bounds the jerk by a_max/T, keeps v_max and a_max, and
+leaves the way by a_max T^2/6 at most: so the result is proven again.
+Source: Pham and Pham 2018.
+"""
+
+from math import ceil, inf, sqrt
+from typing import Any
+
+from ftqp.kernel.arm.kinematics import fold_row
+from ftqp.kernel.jit import jit, part_jit
+from ftqp.kernel.layout.ways_room import (
+    GROWING,
+    INTERVALS,
+    NO_WAY,
+    PACING,
+    PIECES,
+    PROVING,
+    READY,
+    ROUNDING,
+    SAMPLING,
+    SHORTENING,
+)
+from ftqp.kernel.scene.clearance import (
+    LEAST_BRAKE,
+    add_gradient,
+    approach_speed,
+    distance_of_capsules,
+    refined_distance,
+)
+from ftqp.kernel.scene.hulls import refines
+from ftqp.kernel.search.looks import (
+    are_capsules_near,
+    know_surroundings,
+    obstruction,
+    passes,
+    place_bodies,
+    pose_arm,
+    proven,
+)
+from ftqp.kernel.search.trees import add_goal, add_node, gap, grow, shorten
+
+ROUND = 0.35
+"""Corners are cut from so far away at most [rad or m]. A guess."""
+SHARP = 1e-4
+"""Corners that can be cut from no farther away than this [rad] stay as they are: the arm rests there."""
+FINE = 0.04
+"""Longest interval of time scaling [rad or m]. A guess."""
+FAR, BY_HULLS = 0.3, 0.1
+"""Pairs whose capsules are farther apart than the first [m] do not slow the motion down; nearer than the
+second it is known by hulls how far they are. Guesses."""
+APPROACH, CREEP = 0.8, 0.01
+"""Bodies come near with this share of what a planner's rows allow, or with the second [m/s], if that is
+more. Guesses (``python benchmarks/ft_mbm.py``)."""
+SPEED, ACCELERATION = 0.999, 0.99
+"""Shares of v_max and a_max that the motion uses: what is left corrects errors at full speed."""
+PROOF = 0.5
+"""The motion is proven with this share of what is kept: the mean leaves the way that was proven before."""
+CHORD = 1e-4
+"""A straight line stands for a piece of the motion that is no farther from it than this [rad or m], ..."""
+LONGEST = 32
+"""... of so many ticks at most. Conventions."""
+NONE = 1e-12
+"""Coefficients below this are none. Rounding."""
+
+
+@jit
+def _leg(Q: Any, i: int, n: int, j: int) -> float:
+    """Component j of the direction from place i to the next."""
+    size = gap(Q[i], Q[i + 1], n)
+    return (Q[i + 1, j] - Q[i, j]) / size if size > 0.0 else 0.0
+
+
+@part_jit
+def round_corner(K: Any) -> None:
+    """The leg to the next place, and its corner cut as far as that is free."""
+    W, n, Q, i, k = K.ways, K.chain.n, K.ways.place, K.ways.corner, K.ways.pieces
+    if i >= W.places - 1 or k + 2 >= PIECES:
+        is_done = i >= W.places - 1 and _cut_into_intervals(K)
+        W.stage, W.paced = PACING if is_done else NO_WAY, 0
+        return
+    leg, last = gap(Q[i], Q[i + 1], n), i + 2 >= W.places
+    after = 0.0 if last else gap(Q[i + 1], Q[i + 2], n)
+    d = min(0.5 * leg, 0.5 * after, ROUND)
+    for j in range(n):
+        way = _leg(Q, i, n, j)
+        W.c[k, 0, j], W.c[k, 1, j], W.c[k, 2, j] = Q[i, j] + W.before * way, way, 0.0
+    while d > SHARP:  # the parabola from d before the corner to d behind it
+        for j in range(n):
+            a, b = _leg(Q, i, n, j), _leg(Q, i + 1, n, j)
+            W.c[k + 1, 0, j], W.c[k + 1, 1, j], W.c[k + 1, 2, j] = Q[i + 1, j] - d * a, a, (b - a) / (4.0 * d)
+        if not W.tube and proven(K, W.c[k + 1], 2.0 * d) >= 2.0 * d:
+            break
+        d *= 0.5
+    d = d if d > SHARP else 0.0
+    W.size_of[k], W.size_of[k + 1], W.before = max(leg - W.before - d, 0.0), 2.0 * d, d
+    W.pieces, W.corner = k + (2 if d > 0.0 else 1), i + 1
+
+
+@jit
+def _limits(K: Any, i: int) -> tuple[int, float]:
+    """The limits in interval i as alpha u + beta x <= gamma: how many, and the largest x by v_max alone."""
+    W, p, k, top = K.ways, K.ways.piece[i], 0, inf
+    for end in range(2):
+        s = W.s[i] + (W.ds[i] if end else 0.0)
+        for j in range(K.chain.n):
+            if not W.free[j]:
+                continue
+            d1, d2, a = W.c[p, 1, j] + 2.0 * s * W.c[p, 2, j], 2.0 * W.c[p, 2, j], ACCELERATION * W.a_max[j]
+            u = d1 + (d2 * 2.0 * W.ds[i] if end else 0.0)
+            W.alpha[k], W.beta[k], W.gamma[k] = u, d2, a
+            W.alpha[k + 1], W.beta[k + 1], W.gamma[k + 1] = -u, -d2, a
+            k += 2
+            if end == 0 and abs(d1) > NONE:
+                v = W.speed * SPEED * W.v_max[j] / d1
+                top = min(top, v * v)
+    return k, min(top, W.top[i])
+
+
+@jit
+def _largest(W: Any, k: int, top: float) -> float:
+    """The largest x for which some u keeps k limits."""
+    for r in range(k):
+        if W.alpha[r] > NONE:
+            for w in range(k):
+                if W.alpha[w] < -NONE:  # (gamma_w - beta_w x)/alpha_w <= u <= (gamma_r - beta_r x)/alpha_r
+                    slope = W.beta[r] / W.alpha[r] - W.beta[w] / W.alpha[w]
+                    if slope > 1e-15:
+                        top = min(top, (W.gamma[r] / W.alpha[r] - W.gamma[w] / W.alpha[w]) / slope)
+        elif W.alpha[r] >= -NONE and W.beta[r] > NONE:
+            top = min(top, W.gamma[r] / W.beta[r])
+    return max(top, 0.0)
+
+
+@jit
+def _cut_into_intervals(K: Any) -> bool:
+    """Intervals of the pieces; the arm rests where two of them have a corner between them."""
+    W, g = K.ways, 0
+    total = 0.0
+    for p in range(W.pieces):
+        total += W.size_of[p]
+    fine = max(FINE, total / (0.5 * INTERVALS))
+    for p in range(W.pieces):
+        m = max(4, ceil(W.size_of[p] / fine)) if W.size_of[p] > 0.0 else 0
+        if g + m > INTERVALS:
+            return False
+        for i in range(m):
+            W.piece[g], W.s[g], W.ds[g], W.rests[g] = p, W.size_of[p] * i / m, W.size_of[p] / m, 0
+            if i == 0 and g > 0:
+                b = W.piece[g - 1]
+                for j in range(K.chain.n):
+                    turn = W.c[p, 1, j] - W.c[b, 1, j] - 2.0 * W.size_of[b] * W.c[b, 2, j]
+                    W.rests[g] += 1 if abs(turn) > 1e-6 else 0
+            g += 1
+    W.grid = g
+    return g > 0
+
+
+@part_jit
+def scale_time(K: Any) -> float:
+    """Times of the way from rest to rest: the duration [s]; infinite where there is none."""
+    W = K.ways
+    x, g = W.x, W.grid
+    x[g] = 0.0
+    for i in range(g - 1, -1, -1):
+        k, top = _limits(K, i)
+        W.alpha[k], W.beta[k], W.gamma[k] = 2.0 * W.ds[i], 1.0, x[i + 1]
+        W.alpha[k + 1], W.beta[k + 1], W.gamma[k + 1] = -2.0 * W.ds[i], -1.0, 0.0
+        x[i] = 0.0 if W.rests[i] > 0 else _largest(W, k + 2, top)
+    x[0] = W.time[0] = 0.0
+    for i in range(g):
+        k, _ = _limits(K, i)
+        u = (x[i + 1] - x[i]) / (2.0 * W.ds[i])
+        for r in range(k):
+            if W.alpha[r] > NONE:
+                u = min(u, (W.gamma[r] - W.beta[r] * x[i]) / W.alpha[r])
+        x[i + 1] = max(x[i] + 2.0 * W.ds[i] * u, 0.0)
+        pace = sqrt(x[i]) + sqrt(x[i + 1])
+        if pace <= 0.0:
+            return inf
+        W.u[i], W.time[i + 1] = (x[i + 1] - x[i]) / (2.0 * W.ds[i]), W.time[i] + 2.0 * W.ds[i] / pace
+    return float(W.time[g])
+
+
+@jit
+def _begin_sampling(K: Any) -> None:
+    """How many ticks the motion takes; none where it cannot be timed."""
+    W, T = K.ways, scale_time(K)
+    if inf == T:
+        W.stage = NO_WAY
+        return
+    W.window = max(1, int(2.0 * W.rise / W.dt + 0.5))
+    W.ticks = ceil(T / W.dt) + W.window + 1
+
+
+@jit
+def _slow_down(K: Any, k: int, i: int) -> None:
+    """Let pair k of bodies come near no faster in interval i than the rows of a planner let them."""
+    W, scene, chain = K.ways, K.scene, K.chain
+    p, n, near, far = W.pair[k], W.normal, W.one, W.other
+    d = distance_of_capsules(K, p, n, near, far)
+    if d < BY_HULLS and refines(scene, scene.first[p], scene.second[p]):
+        W.looks += 1
+        d = refined_distance(K, p, d, n, near, far)
+    add_gradient(K, p, n, near, far, W.row)
+    if chain.mimics:
+        fold_row(chain, W.row)
+    rate = brake = 0.0
+    for j in range(chain.n):
+        rate += (
+            W.row[j] * (W.c[W.piece[i], 1, j] + 2.0 * W.s[i] * W.c[W.piece[i], 2, j]) if W.free[j] else 0.0
+        )
+        brake += abs(W.row[j]) * W.a_max[j] if W.free[j] else 0.0
+    if rate < 0.0:
+        may = approach_speed(scene, d - scene.keep, max(scene.share * brake, LEAST_BRAKE), W.dt)
+        v = max(APPROACH * may, CREEP) / -rate
+        W.top[i] = min(W.top[i], v * v)
+
+
+@part_jit
+def pace_next(K: Any) -> None:
+    """How fast bodies may come near to each other in the next interval."""
+    W, i, n = K.ways, K.ways.paced, K.chain.n
+    if i >= W.grid:
+        W.stage = SAMPLING
+        _begin_sampling(K)
+        return
+    W.top[i], W.paced = inf, i + 1
+    if W.pairs == 0:
+        return
+    W.looks += 1
+    c, s = W.c[W.piece[i]], W.s[i]
+    for j in range(n):
+        W.q[j] = c[0, j] + s * (c[1, j] + s * c[2, j])
+    pose_arm(K, W.q)
+    place_bodies(K)
+    for b in range(W.bodies):
+        W.moved[b] = FAR
+    for k in range(W.pairs):
+        if are_capsules_near(K, k):
+            _slow_down(K, k, i)
+
+
+@part_jit
+def sample(K: Any, table: Any, raw: Any) -> None:
+    """Places at every tick, the mean over ``window`` ticks of what the times say."""
+    W, n, i = K.ways, K.chain.n, 0
+    T, w = W.time[W.grid], W.window
+    count = W.ticks - w + 1
+    for k in range(count):
+        t = min(k * W.dt, T)
+        while i + 1 < W.grid and W.time[i + 1] < t:
+            i += 1
+        h, p = t - W.time[i], W.piece[i]
+        s = W.s[i] + min(sqrt(W.x[i]) * h + 0.5 * W.u[i] * h * h, W.ds[i])
+        for j in range(n):
+            raw[k, j] = W.c[p, 0, j] + s * (W.c[p, 1, j] + s * W.c[p, 2, j])
+    for j in range(n):
+        total = w * raw[0, j]
+        for k in range(W.ticks):
+            total += raw[min(k, count - 1), j] - raw[max(k - w, 0), j]
+            table[k, j] = total / w
+        table[W.ticks - 1, j] = raw[count - 1, j]
+
+
+@jit
+def _is_straight(K: Any, table: Any, i: int, j: int) -> bool:
+    """Whether the motion between two ticks is as good as straight."""
+    for k in range(i + 1, j):
+        for c in range(K.chain.n):
+            if abs(table[k, c] - table[i, c] - (table[j, c] - table[i, c]) * (k - i) / (j - i)) > CHORD:
+                return False
+    return True
+
+
+@jit
+def _prove_next(K: Any, table: Any) -> None:
+    """Prove the next piece of the motion; the mean is halved where it is not free."""
+    W = K.ways
+    i, more = W.checked, W.chunk
+    if i >= W.ticks - 1:
+        W.stage, W.is_free, W.share = READY, 1, 1.0
+        return
+    while more > 1 and (i + more >= W.ticks or not _is_straight(K, table, i, i + more)):
+        more //= 2
+    W.share = PROOF
+    if gap(table[i], table[i + more], K.chain.n) == 0.0 or passes(K, table[i], table[i + more]) >= 1.0:
+        W.checked, W.chunk = i + more, min(2 * more, LONGEST)
+    elif W.capped and more > 1:
+        W.chunk = more // 2
+    elif W.window == 1:
+        W.stage, W.is_free, W.share = READY, 0, 1.0
+    else:
+        W.window //= 2
+        W.ticks = ceil(W.time[W.grid] / W.dt) + W.window + 1
+        W.stage = SAMPLING
+    W.share = 1.0
+
+
+@jit
+def think(K: Any, looks: int, table: Any, raw: Any, rows: int) -> int:
+    """Search for about so many looks; the stage. SAMPLING needs tables of ``ticks`` rows."""
+    W = K.ways
+    stop = W.looks + looks
+    while W.looks < stop:
+        if W.stage == GROWING:
+            grow(K)
+        elif W.stage == SHORTENING:
+            shorten(K)
+        elif W.stage == ROUNDING:
+            round_corner(K)
+        elif W.stage == PACING:
+            pace_next(K)
+        elif W.stage == SAMPLING:
+            if rows < W.ticks:
+                break
+            sample(K, table, raw)
+            W.stage, W.checked, W.chunk = PROVING, 0, LONGEST
+        elif W.stage == PROVING:
+            _prove_next(K, table)
+        else:
+            break
+    return int(W.stage)
+
+
+@jit
+def begin_search(K: Any, q: Any, gaps: Any) -> int:
+    """Begin at a posture: what stands in its way, see ``obstruction``."""
+    W = K.ways
+    W.stage, W.looks, W.starts, W.posed, W.clear, W.met = GROWING, 0, 0, 0, 0, 0
+    W.tree, W.joining, W.grown, W.places, W.share = 0, 0, 0, 0, 1.0
+    W.count[0] = W.count[1] = 0
+    for j in range(K.chain.n):
+        W.start[j] = q[j]
+    know_surroundings(K, q, gaps)
+    add_node(K, 0, q, -1)
+    met = obstruction(K, q)
+    if met != 0:
+        W.stage = NO_WAY
+    return met
+
+
+@jit
+def look_at(K: Any, q: Any) -> int:
+    """What stands in the way of a posture, see ``obstruction``."""
+    return obstruction(K, q)
+
+
+@jit
+def goal_added(K: Any, q: Any) -> int:
+    """Add a goal posture: what stands in its way, see ``obstruction``."""
+    return add_goal(K, q)
+
+
+@jit
+def free_until(K: Any, a: Any, b: Any) -> int:
+    """Whether the straight way from one posture to another is free."""
+    return 1 if passes(K, a, b) >= 1.0 else 0

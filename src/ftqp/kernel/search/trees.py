@@ -1,0 +1,482 @@
+"""Two trees that grow towards each other, postures of a goal that are found meanwhile, and shortening.
+
+The second tree has a root for each goal posture. Newton steps look for more of them, one start for every
+eight growths once there is one. In a tube each step is led back into it. What is spent is counted in looks at
+postures, and a slice ends between two pieces of work: slices of any size give the same way, bit for bit.
+Source: Kuffner and LaValle 2000; Berenson et al. 2009 for the tube.
+"""
+
+from math import acos, atan2, inf, sin, sqrt
+from typing import Any
+
+from ftqp.kernel.arm.kinematics import mimic_places
+from ftqp.kernel.jit import jit, part_jit
+from ftqp.kernel.layout.ways_room import (
+    GROWING,
+    NO_WAY,
+    NODE_NUMBERS,
+    NODES,
+    PLACES,
+    POSES,
+    ROUNDING,
+    SHORTENING,
+)
+from ftqp.kernel.maths.vectors import cross, inner, length
+from ftqp.kernel.search.looks import obstruction, passes, pose_arm
+
+REACH = 1.0
+"""Longest edge of a tree [rad or m]. A guess."""
+STRIDE, SPACING, SLACK = 0.1, 0.05, 2e-3
+"""In a tube an edge is no longer than the first [rad or m], the tip is looked at in places no farther apart
+than the second, and may leave the tube between them by the third [m]: a task's usual tolerance."""
+BALANCE = 1.0
+"""A tree that is so many times as large as the other waits. The longest of 70 searches took 115 ms without,
+and 37 with it."""
+PER_START = 8
+"""So many growths for one Newton start. A guess."""
+STEPS, LONGEST = 40, 0.7
+"""Newton steps of a start, and the longest of them [rad or m]. Guesses."""
+NEAREST, WIDER, EVERYWHERE = 0.02, 8.0, 4
+"""Starts are drawn so far about the arm, farther by the root of two each time, up to so many doublings; one
+in so many anywhere. Guesses."""
+CAPPED = 0.05
+"""An edge that was given up may stand for so much of itself or more. A guess."""
+VAIN, LESS = 60, 0.99
+"""Shortening ends after so many draws that have not brought the length below this share. Guesses."""
+SAME = 1e-9
+"""Places that are nearer than this are one [rad or m]. Rounding."""
+
+
+@jit
+def chance(W: Any) -> float:
+    """The next of a sequence of numbers between 0 and 1 (L'Ecuyer 1988)."""
+    W.first = (40014 * W.first) % 2147483563
+    W.second = (40692 * W.second) % 2147483399
+    return ((W.first + 2147483562 - W.second) % 2147483562) / 2147483562.0
+
+
+@jit
+def gap(a: Any, b: Any, n: int) -> float:
+    """How far two places are apart [rad or m]."""
+    s = 0.0
+    for j in range(n):
+        s += (a[j] - b[j]) * (a[j] - b[j])
+    return sqrt(s)
+
+
+@jit
+def copy(a: Any, b: Any, n: int) -> None:
+    """a <- b."""
+    for j in range(n):
+        a[j] = b[j]
+
+
+@jit
+def node_of(K: Any, tree: int, k: int) -> Any:
+    """A node of a tree, (n,)."""
+    n = K.chain.n
+    return K.ways.node[tree, k * n : (k + 1) * n]
+
+
+@jit
+def nearest_node(K: Any, tree: int, q: Any) -> int:
+    """The node that is nearest to a place."""
+    W, n = K.ways, K.chain.n
+    best, least, numbers = 0, inf, W.node[tree]
+    for k in range(W.count[tree]):
+        d, at = 0.0, k * n
+        for j in range(n):
+            d += (numbers[at + j] - q[j]) * (numbers[at + j] - q[j])
+        if d < least:
+            best, least = k, d
+    return best
+
+
+@jit
+def is_full(K: Any) -> bool:
+    """Whether a tree has no more room."""
+    most = min(NODES, NODE_NUMBERS // K.chain.n)
+    return bool(max(K.ways.count[0], K.ways.count[1]) >= most)
+
+
+@jit
+def add_node(K: Any, tree: int, q: Any, parent: int) -> int:
+    """Add a node; its number."""
+    W, k = K.ways, K.ways.count[tree]
+    copy(node_of(K, tree, k), q, K.chain.n)
+    W.parent[tree, k], W.count[tree] = parent, k + 1
+    return k
+
+
+@jit
+def _turn_error(K: Any, T: Any, e: Any) -> None:
+    """The turn of the tip from a pose, times a length; of its z axis alone along the axes of the pose."""
+    W, R = K.ways, K.ahead.R_tip
+    if W.has_axis:
+        tip, goal = (R[2], R[5], R[8]), (T[2], T[6], T[10])
+        turn = cross(goal, tip)
+        sine = length(turn)
+        f = W.length * (atan2(sine, inner(tip, goal)) / sine if sine > 0.0 else 1.0)
+        for k in range(3):
+            e[3 + k] = f * inner((T[k], T[4 + k], T[8 + k]), turn)
+        return
+    c = w0 = w1 = w2 = 0.0
+    for i in range(3):
+        r0, r1, r2 = R[3 * i], R[3 * i + 1], R[3 * i + 2]
+        d0 = r0 * T[0] + r1 * T[1] + r2 * T[2]
+        d1 = r0 * T[4] + r1 * T[5] + r2 * T[6]
+        d2 = r0 * T[8] + r1 * T[9] + r2 * T[10]
+        c += d0 if i == 0 else (d1 if i == 1 else d2)
+        w0 += 0.0 if i == 0 else (-d2 if i == 1 else d1)
+        w1 += d2 if i == 0 else (0.0 if i == 1 else -d0)
+        w2 += -d1 if i == 0 else (d0 if i == 1 else 0.0)
+    t = acos(min(max(0.5 * (c - 1.0), -1.0), 1.0))
+    f = W.length * (0.5 * t / sin(t) if 1e-6 < t < 3.14159 else (0.5 if t < 1.0 else 1.0))
+    e[3], e[4], e[5] = f * w0, f * w1, f * w2
+
+
+@jit
+def tip_error(K: Any, T: Any) -> None:
+    """The way of the tip from a pose, (6,): place, and turn times a length."""
+    e, o = K.ways.e, K.ahead.o_tip
+    for i in range(3):
+        e[i] = o[i] - T[4 * i + 3]
+    _turn_error(K, T, e)
+
+
+@jit
+def tip_rows(K: Any, T: Any) -> None:
+    """The Jacobian of ``tip_error`` over the joints that work, (6, n); other columns are zero."""
+    W, J = K.ways, K.ahead.J
+    for j in range(K.chain.n):
+        f = 1.0 if W.free[j] else 0.0
+        for i in range(3):
+            W.A[i, j] = f * J[i, j]
+            turn = J[3 + i, j]
+            if W.has_axis:
+                turn = T[i] * J[3, j] + T[4 + i] * J[4, j] + T[8 + i] * J[5, j]
+            W.A[3 + i, j] = f * W.length * turn
+
+
+@jit
+def _joint_step(W: Any, rows: int, j: int) -> float:
+    s = 0.0
+    for i in range(6):
+        s -= W.A[i, j] * W.M[i, 6] if rows >> i & 1 else 0.0
+    return s
+
+
+@jit
+def newton_step(K: Any, q: Any, rows: int, damping: float, longest: float) -> None:
+    """A damped Newton step in some rows, within limits: (A A' + damping) y = e, dq = -A'y.
+
+    A joint that stands at its limit and would go beyond is left out, and the step is made again.
+    """
+    W, n, M, held = K.ways, K.chain.n, K.ways.M, 0
+    for _ in range(3):
+        for i in range(6):
+            for k in range(i, 6):
+                s = 0.0
+                for j in range(n):
+                    s += 0.0 if held >> j & 1 else W.A[i, j] * W.A[k, j]
+                M[i, k] = s if rows >> i & 1 and rows >> k & 1 else 0.0
+            if rows >> i & 1:
+                M[i, i] += damping
+                M[i, 6] = W.e[i]
+            else:
+                M[i, i], M[i, 6] = 1.0, 0.0
+        for i in range(6):  # Cholesky, the upper triangle, the right side with it
+            for k in range(i, 7):
+                s = M[i, k]
+                for p in range(i):
+                    s -= M[p, i] * M[p, k]
+                M[i, k] = sqrt(max(s, 1e-18)) if k == i else s / M[i, i]
+        for i in range(5, -1, -1):
+            s = M[i, 6]
+            for k in range(i + 1, 6):
+                s -= M[i, k] * M[k, 6]
+            M[i, 6] = s / M[i, i]
+        most, more = 0.0, held
+        for j in range(n):
+            s = _joint_step(W, rows, j) if W.free[j] and not held >> j & 1 else 0.0
+            most = max(most, abs(s))
+            if (s > 0.0 and q[j] >= W.q_max[j]) or (s < 0.0 and q[j] <= W.q_min[j]):
+                more |= 1 << j
+        if more == held:
+            break
+        held = more
+    share = min(1.0, longest / most) if most > 0.0 else 0.0
+    for j in range(n):
+        if W.free[j] and not held >> j & 1:
+            q[j] = min(max(q[j] + share * _joint_step(W, rows, j), W.q_min[j]), W.q_max[j])
+    if K.chain.mimics:
+        mimic_places(K.chain, q)
+
+
+@part_jit
+def comes_to_goal(K: Any, q: Any) -> bool:
+    """Newton steps from q to the goal's pose; whether they get there, or end within the tolerance."""
+    W, last = K.ways, inf
+    for k in range(STEPS):
+        pose_arm(K, q)
+        W.looks += 1
+        tip_error(K, W.goal)
+        s = 0.0
+        for i in range(6):
+            s += W.e[i] * W.e[i] if W.goal_rows >> i & 1 else 0.0
+        if s < 1e-14 or (k == STEPS - 1 and s < W.tolerance * W.tolerance):
+            return True
+        if k > 12 and s > 0.8 * last and s > 1e-3:
+            return False
+        last = s if k % 4 == 0 else last
+        tip_rows(K, W.goal)
+        newton_step(K, q, W.goal_rows, 0.05 * s + 1e-12, LONGEST)
+    return False
+
+
+@jit
+def _outside(K: Any) -> float:
+    """How far the tip is outside the tube; ``e`` becomes what is to be taken back, from the nearest pose."""
+    W, o = K.ways, K.ahead.o_tip
+    best, least = 0, inf
+    for k in range(W.tube if W.tube > 1 else 0):
+        T, d = W.tube_pose[k], 0.0
+        for i in range(3):
+            d += (o[i] - T[4 * i + 3]) * (o[i] - T[4 * i + 3])
+        if d < least:
+            best, least = k, d
+    W.near_pose = best
+    tip_error(K, W.tube_pose[best])
+    out = 0.0
+    for p in range(2):
+        s = 0.0
+        for i in range(3 * p, 3 * p + 3):
+            W.e[i] = W.e[i] if W.rows >> i & 1 else 0.0
+            s += W.e[i] * W.e[i]
+        left = max(0.0, sqrt(s) - W.radius[p])
+        out = max(out, left)
+        for i in range(3 * p, 3 * p + 3):
+            W.e[i] *= 1.01 * left / sqrt(s) if s > 0.0 else 0.0
+    return out
+
+
+@jit
+def _led_back(K: Any, q: Any) -> bool:
+    """Lead q back into the tube, a little inside its wall; whether it got there."""
+    W = K.ways
+    for _ in range(10):
+        pose_arm(K, q)
+        W.looks += 1
+        if _outside(K) <= 1e-6:
+            return True
+        tip_rows(K, W.tube_pose[W.near_pose])
+        newton_step(K, q, W.rows, 1e-7, 0.3)
+    return False
+
+
+@part_jit
+def free_share(K: Any, a: Any, b: Any) -> float:
+    """The share of the straight way of the joints from a to b up to which it is free, and in the tube."""
+    W, n = K.ways, K.chain.n
+    if W.tube:
+        count = max(2, int(gap(a, b, n) / SPACING) + 1)
+        for k in range(1, count):
+            for j in range(n):
+                W.near[j] = a[j] + (b[j] - a[j]) * (k / count)
+            pose_arm(K, W.near)
+            if _outside(K) > SLACK:
+                return 0.0
+    return passes(K, a, b)
+
+
+@jit
+def step_towards(K: Any, a: Any, place: Any, b: Any) -> int:
+    """b becomes a place on the way from a to another: 0 where that is not free, 2 the other one, else 1."""
+    W, n = K.ways, K.chain.n
+    far, reach = gap(a, place, n), STRIDE if W.tube else REACH
+    share = 1.0 if far <= reach else reach / far
+    for j in range(n):
+        b[j] = a[j] + share * (place[j] - a[j])
+    if far <= SAME:
+        return 0
+    if (
+        W.tube
+        and share < 1.0
+        and (not _led_back(K, b) or gap(b, place, n) > far - 0.05 * reach or gap(a, b, n) > 2.0 * reach)
+    ):
+        return 0
+    known = free_share(K, a, b)
+    if known < CAPPED or (known < 1.0 and W.tube):
+        return 0
+    if known < 1.0:
+        for j in range(n):
+            b[j] = a[j] + known * (b[j] - a[j])
+        return 1
+    return 2 if share == 1.0 else 1
+
+
+@jit
+def _join(K: Any, a: int, b: int) -> None:
+    """The way from the start over node a of the first tree and b of the second to its goal."""
+    W, n = K.ways, K.chain.n
+    k, i = 0, a
+    while i >= 0:
+        k, i = k + 1, W.parent[0, i]
+    if k >= PLACES:
+        W.stage = NO_WAY
+        return
+    W.places, W.stage, i = k, SHORTENING, a
+    while i >= 0:
+        k -= 1
+        copy(W.place[k], node_of(K, 0, i), n)
+        i = W.parent[0, i]
+    i = b if gap(node_of(K, 0, a), node_of(K, 1, b), n) > SAME else W.parent[1, b]
+    while i >= 0:
+        if W.places >= PLACES:
+            W.stage = NO_WAY
+            return
+        copy(W.place[W.places], node_of(K, 1, i), n)
+        W.places, i = W.places + 1, W.parent[1, i]
+    W.found, W.until, W.vain = W.looks, W.looks + W.shortening, 0
+
+
+@jit
+def add_goal(K: Any, q: Any) -> int:
+    """Add a goal posture, or say what stands there; a straight way to it that is free is the way."""
+    W = K.ways
+    met = obstruction(K, q)
+    if met != 0 or W.stage != GROWING or is_full(K):
+        return met
+    k = add_node(K, 1, q, -1)
+    if not W.tube and free_share(K, node_of(K, 0, 0), node_of(K, 1, k)) >= 1.0:
+        _join(K, 0, k)
+    return 0
+
+
+@jit
+def _try_start(K: Any) -> None:
+    """One Newton start for a posture of the goal: at the arm, then farther from it; some anywhere."""
+    W, n, q = K.ways, K.chain.n, K.ways.drawn
+    k = W.starts
+    W.starts = k + 1
+    spread = 0.0 if k == 0 else NEAREST * 2.0 ** min(0.5 * k, WIDER)
+    anywhere = k % EVERYWHERE == EVERYWHERE - 1 or spread > 4.0
+    for j in range(n):
+        x = chance(W)
+        q[j] = W.start[j] + spread * (2.0 * x - 1.0)
+        if anywhere:
+            q[j] = W.low[j] + x * (W.high[j] - W.low[j])
+        q[j] = min(max(q[j], W.low[j]), W.high[j]) if W.free[j] else W.start[j]
+    if K.chain.mimics:
+        mimic_places(K.chain, q)
+    if comes_to_goal(K, q):
+        W.posed += 1
+        W.clear += 1 if add_goal(K, q) == 0 else 0
+
+
+@part_jit
+def grow(K: Any) -> None:
+    """One piece of a search: a start, an edge of one tree, or of the other one towards it."""
+    W, n = K.ways, K.chain.n
+    is_due = W.count[1] == 0 or W.grown >= PER_START * (W.starts - PER_START)
+    if W.has_goal and W.starts < W.most_starts and is_due:
+        _try_start(K)
+        return
+    if W.count[1] == 0 or W.looks >= W.most or is_full(K):
+        W.stage = NO_WAY
+        return
+    if W.joining == 0 and W.count[W.tree] > BALANCE * W.count[1 - W.tree] + 10:
+        W.tree = 1 - W.tree  # the one that finds it harder to grow
+    tree, other = W.tree, 1 - W.tree
+    if W.joining:  # the other tree goes on towards what this one has added
+        there = step_towards(K, node_of(K, other, W.last), node_of(K, tree, W.new), W.end)
+        if there:
+            W.last = add_node(K, other, W.end, W.last)
+        if there == 2:
+            if tree == 0:
+                _join(K, W.new, W.last)
+            else:
+                _join(K, W.last, W.new)
+        elif there == 0:
+            W.joining, W.tree = 0, other
+        return
+    W.grown += 1
+    for j in range(n):
+        x = chance(W)
+        W.drawn[j] = W.low[j] + x * (W.high[j] - W.low[j]) if W.free[j] else W.start[j]
+    if K.chain.mimics:
+        mimic_places(K.chain, W.drawn)
+    node = nearest_node(K, tree, W.drawn)
+    W.looks += 1
+    if step_towards(K, node_of(K, tree, node), W.drawn, W.end):
+        W.new = add_node(K, tree, W.end, node)
+        W.joining, W.last = 1, nearest_node(K, other, W.end)
+    else:
+        W.tree = other
+
+
+@jit
+def _walk(K: Any, a: Any, b: Any) -> int:
+    """Steps from a to b into ``walk``: how many, the last one is b, or 0 where it ends before."""
+    W, n = K.ways, K.chain.n
+    if not W.tube:
+        copy(W.walk[0], b, n)
+        return 1 if free_share(K, a, b) >= 1.0 else 0
+    copy(W.gone, a, n)
+    for m in range(POSES):
+        there = step_towards(K, W.gone, b, W.walk[m])
+        copy(W.gone, W.walk[m], n)
+        if there != 1:
+            return m + 1 if there == 2 else 0
+    return 0
+
+
+@jit
+def _length_of(Q: Any, first: int, last: int, n: int) -> float:
+    s = 0.0
+    for i in range(first, last):
+        s += gap(Q[i], Q[i + 1], n)
+    return s
+
+
+@part_jit
+def shorten(K: Any) -> None:
+    """One try to make the way shorter: two places drawn on it are joined if that is free."""
+    W, n, Q, a, b = K.ways, K.chain.n, K.ways.place, K.ways.begin, K.ways.finish
+    k = W.places
+    if k <= 2 or W.looks >= W.until or W.vain >= VAIN:
+        W.stage, W.corner, W.pieces, W.before = ROUNDING, 0, 0, 0.0
+        return
+    x, y = chance(W) * (k - 1), chance(W) * (k - 1)
+    x, y = min(x, y), max(x, y)
+    W.vain += 1
+    if chance(W) < 0.5 or W.tube:
+        x, y = float(int(x)), min(float(int(y)) + 1.0, k - 1.0)
+    i, j = int(x), min(int(y), k - 2)
+    if j <= i:
+        return
+    for c in range(n):
+        a[c], b[c] = Q[i, c] + (x - i) * (Q[i + 1, c] - Q[i, c]), Q[j, c] + (y - j) * (Q[j + 1, c] - Q[j, c])
+    before = _length_of(Q, i, j + 1, n) - gap(Q[i], a, n) - gap(b, Q[j + 1], n)
+    if gap(a, b, n) > 0.999 * before:
+        return
+    m, first, last = _walk(K, a, b), 1 if x > i else 0, 1 if y >= j + 1 else 0
+    shift = m + first - last - (j - i)
+    if m == 0 or k + shift > PLACES:
+        return
+    after = gap(a, W.walk[0], n) + _length_of(W.walk, 0, m - 1, n)
+    if after > 0.999 * before:
+        return
+    if shift > 0:
+        for p in range(k - 1, j, -1):
+            copy(Q[p + shift], Q[p], n)
+    elif shift < 0:
+        for p in range(j + 1, k):
+            copy(Q[p + shift], Q[p], n)
+    if first:
+        copy(Q[i + 1], a, n)
+    for p in range(m - last):
+        copy(Q[i + 1 + first + p], W.walk[p], n)
+    W.places = k + shift
+    if after < LESS * before:
+        W.vain = 0

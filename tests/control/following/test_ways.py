@@ -1,0 +1,168 @@
+"""Ways round obstacles: proven free, the same whatever the slices, from rest to rest within the limits."""
+
+import numpy as np
+import pytest
+from tests.going import go
+
+import ftqp
+from ftqp.control.following.ways import Ways
+from ftqp.kernel.layout.ways_room import WayStage
+
+PANDA = ftqp.robots.load("panda")
+DT = 4e-3
+LEFT, RIGHT = np.array([0.9, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8]), np.array([-0.9, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8])
+"""The hand on both sides of a wall."""
+
+
+def walled(start=LEFT, **given):
+    scene = ftqp.Scene()
+    scene.add("wall", ftqp.Box(size=(0.6, 0.04, 0.9), place=(0.6, 0.0, 0.45)))
+    planner = ftqp.Planner(PANDA, DT, scene=scene, **given)
+    planner.reset(start)
+    return planner, scene
+
+
+def thought(planner, looks=50, **goal):
+    ways = Ways(planner, LEFT, **goal)
+    while ways.is_thinking:
+        ways.think(looks)
+    return ways
+
+
+def least(planner, rows):
+    return min(float(d.min()) for d in planner.distances(np.array(rows)).values())
+
+
+def test_posture_behind_a_wall_is_gone_to_and_nothing_comes_nearer_than_is_kept():
+    planner, _ = walled()
+    assert least(planner, np.linspace(LEFT, RIGHT, 60)) < 0.0
+    goto = ftqp.GoTo(planner, q=RIGHT)
+    steps = go(goto, LEFT, longest=20.0)
+    assert goto.status is ftqp.GoToStatus.REACHED
+    assert np.abs(steps[-1].q - RIGHT).max() < 1e-6
+    assert least(planner, [step.q for step in steps]) > 0.5 * 0.02
+    assert {step.status for step in steps} <= {ftqp.StepStatus.OK, ftqp.StepStatus.RELAXED}
+
+
+def test_slices_of_any_size_give_the_same_way_bit_for_bit():
+    motions = [thought(walled()[0], looks, goals=[RIGHT]).motion for looks in (50, 150, 500)]
+    assert len(motions[0]) > 100
+    assert all(np.array_equal(motions[0], motion) for motion in motions[1:])
+
+
+def test_motion_begins_and_ends_at_rest_within_speed_acceleration_and_jerk():
+    planner, _ = walled()
+    ways = thought(planner, goals=[RIGHT])
+    assert ways.stage is WayStage.READY and ways.is_free
+    q, limits = ways.motion, planner.view().limits
+    v = np.diff(q, axis=0) / DT
+    a, jerk = np.diff(v, axis=0) / DT, np.diff(v, n=2, axis=0) / DT**2
+    assert (np.abs(v) <= limits.v).all()
+    assert (np.abs(a) <= limits.a * (1.0 + 1e-6)).all()
+    assert (np.abs(jerk) <= 1.02 * limits.a / 0.05).all()
+    np.testing.assert_allclose(q[[0, -1]], [LEFT, RIGHT], atol=1e-9)
+    assert np.abs(v[[0, -1]]).max() < 0.02
+    assert least(planner, q) > 0.5 * 0.02
+
+
+def test_locked_joint_stands_on_the_way_to_a_pose():
+    planner, _ = walled()
+    planner.report(ftqp.Locked("panda_joint3", mode="instant"))
+    ways = thought(planner, goal=PANDA.pose(RIGHT))
+    assert ways.stage is WayStage.READY
+    assert (ways.motion[:, 2] == LEFT[2]).all()
+    assert np.abs(PANDA.pose(ways.motion[-1]) - PANDA.pose(RIGHT)).max() < 1e-5
+
+
+def test_joint_that_fails_on_the_way_begins_anew_without_a_jump():
+    planner, _ = walled()
+    goto = ftqp.GoTo(planner, q=RIGHT)
+    steps = go(
+        goto, LEFT, longest=25.0, each=lambda k: k == 250 and planner.report(ftqp.Locked("panda_joint5"))
+    )
+    assert goto.done and least(planner, [step.q for step in steps]) > 0.5 * 0.02
+    assert goto.status in (ftqp.GoToStatus.REACHED, ftqp.GoToStatus.UNREACHABLE)
+    assert (np.abs(steps[-1].v) < 1e-3 * PANDA.limits.v_max).all()
+
+
+def test_wall_that_comes_meanwhile_is_gone_round():
+    planner, scene = walled()
+    scene.remove("wall")
+    goto = ftqp.GoTo(planner, q=RIGHT)
+
+    def each(k):
+        if k == 20:
+            scene.add("wall", ftqp.Box(size=(0.6, 0.04, 0.9), place=(0.6, 0.0, 0.45)))
+
+    steps = go(goto, LEFT, longest=25.0, each=each)
+    assert goto.status is ftqp.GoToStatus.REACHED
+    assert least(planner, [step.q for step in steps]) > 0.5 * 0.02
+
+
+def test_goal_inside_an_obstacle_names_it_and_the_arm_stays_clear():
+    inside = np.array([0.0, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8])
+    planner, _ = walled()
+    goto = ftqp.GoTo(planner, q=inside)
+    steps = go(goto, LEFT, longest=20.0)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE
+    assert "nearer than 20 mm to wall" in goto.sentence
+    assert least(planner, [step.q for step in steps]) > 0.5 * 0.02
+
+
+def test_goals_out_of_range_and_goals_that_are_no_numbers_are_refused():
+    planner, _ = walled()
+    beyond = RIGHT.copy()
+    beyond[5] = 4.2
+    with pytest.raises(ftqp.InputError, match="panda_joint6"):
+        ftqp.GoTo(planner, q=beyond)
+    with pytest.raises(ftqp.InputError, match="q contains NaN"):
+        ftqp.GoTo(planner, q=np.full(7, np.nan))
+
+
+def test_no_looks_and_no_joints_are_no_error():
+    planner, _ = walled()
+    ways = Ways(planner, LEFT, goals=[RIGHT])
+    assert ways.think(0) is WayStage.GROWING and int(ways.W.places) == 0
+    for joint in PANDA.joints:
+        planner.report(ftqp.Locked(joint, mode="instant"))
+    goto = ftqp.GoTo(planner, q=RIGHT)
+    steps = go(goto, LEFT)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE and np.array_equal(steps[-1].q, LEFT)
+
+
+def test_distances_of_bodies_with_corners_are_those_of_their_hulls_by_coal():
+    coal = pytest.importorskip("coal")
+    random = np.random.default_rng(3)
+    corners = random.normal(size=(2, 12, 3)) * [0.03, 0.05, 0.08]
+    bodies = [
+        ftqp.Capsule(
+            (0, 0, -0.2), (0, 0, 0.2), 0.25, frame=f"panda_joint{k}", name=f"body {k}", corners=points
+        )
+        for k, points in zip((4, 7), corners, strict=True)
+    ]
+    scene = ftqp.Scene()
+    scene.add("box", ftqp.Box((0.2, 0.3, 0.4), (0.4, 0.2, 0.3), rpy=(0.3, 0.2, 0.1)))
+    scene.add("cylinder", ftqp.Cylinder(0.1, 0.4, (-0.4, 0.3, 0.5), rpy=(0.5, 0.1, 0.0)))
+    robot = PANDA.with_capsules(bodies)
+    planner = ftqp.Planner(robot, DT, scene=scene, clearance=ftqp.Clearance(self_pairs=False))
+    shapes = {"box": coal.Box(0.2, 0.3, 0.4), "cylinder": coal.Cylinder(0.1, 0.4)}
+    hulls = {}
+    for body in bodies:
+        points = coal.StdVec_Vec3s()
+        for point in body.corners:
+            points.append(point)
+        hulls[body.label] = coal.Convex.convexHull(points, True, "Qt"), body.frame
+    for q in random.uniform(PANDA.limits.q_min, PANDA.limits.q_max, (20, 7)):
+        for (one, other), d in planner.distances(q).items():
+            hull, frame = hulls[one]
+            at = [robot.pose(q, frame), scene[other].place]
+            result = coal.DistanceResult()
+            places = [coal.Transform3s(T[:3, :3], T[:3, 3]) for T in at]
+            away = coal.distance(hull, places[0], shapes[other], places[1], coal.DistanceRequest(), result)
+            if away > 1e-6:
+                assert d == pytest.approx(away, abs=1e-5)
+
+
+def test_corners_outside_of_their_capsule_are_refused():
+    with pytest.raises(ftqp.InputError, match="corner 1 sticks 100 mm out"):
+        ftqp.Capsule((0, 0, 0), (0, 0, 0.1), 0.1, corners=[(0, 0, 0), (0.2, 0, 0)])
