@@ -131,7 +131,7 @@ def _line_beside(row: dict[str, Any]) -> tuple[str, ...]:
     late = "-" if own["after"] is None else f"{own['after']:.2f}"
     return (
         row["name"], f"{row['episodes']}", cell("finished"), cell("broken"), cell("leapt"),
-        *(f"{own['accused']}", f"{row['healthy']}", f"{own['stopped']}", f"{own['locks']}", f"{own['found']}"),
+        *(f"{x}" for x in (own["accused"], row["healthy"], own["stopped"], own["locks"], own["found"])),
         late,
         cell("off", "{:.1f}", 1e3), cell("fast", "{:.2f}"),
     )  # fmt: skip
