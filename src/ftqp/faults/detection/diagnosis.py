@@ -206,8 +206,8 @@ class Diagnosis:
 
     @property
     def touched(self) -> bool:
-        """Whether a force at the tip explains a suspicion, and no joint does: something pushes the arm."""
-        return self.watching and int(self._look("touched")[0]) >= TOUCHES
+        """Whether a force at the tip explains what is unusual, and no joint does: something pushes it."""
+        return int(self._look("touched")[0]) >= TOUCHES
 
     @property
     def isolated(self) -> Mapping[str, Finding]:

@@ -75,6 +75,12 @@ def _holds_still(K: Any, i: int) -> bool:
 
 
 @jit
+def _is_pushed(K: Any) -> bool:
+    """Whether something pushes the tip: three columns of J' explain more than one joint does."""
+    return bool(K.feedback.touched > 0 or K.feedback.lasting[TOUCHED, 0] > 0)
+
+
+@jit
 def _is_near(K: Any, i: int) -> bool:
     """Whether joint i, which takes torques, is where it should be: a loop that shakes is no lock."""
     near = abs(K.state.q_command[i] - K.monitor.means[0, i]) < _excess(K, i)
@@ -86,6 +92,8 @@ def _is_locked(K: Any, i: int) -> bool:
     """Joint i has not gone where it was sent, stands, and stands out."""
     M = K.monitor
     if M.G_lock[i] <= M.level or not _others_move(K) or _holds_still(K, i) or _is_near(K, i):
+        return False
+    if _is_pushed(K) and M.G_lock[i] < ALONE * M.level:  # a lock may look like a push, and lasts
         return False
     for j in range(K.chain.n):
         if works(K, j) and M.G_lock[j] > M.G_lock[i]:
@@ -100,7 +108,7 @@ def _has_no_motor(K: Any, i: int) -> bool:
     too_fast = abs(M.v[i]) > (1.0 + OVERSPEED) * K.limits.v_max[i]
     if M.settles > 0 or M.G_free[i] <= M.level or M.rests[i] or abs(M.v[i]) <= MOVES or too_fast:
         return False
-    if K.feedback.touched > 0 or K.feedback.lasting[TOUCHED, 0] > 0 or _holds_still(K, i):
+    if _is_pushed(K) or _holds_still(K, i):
         return False
     for j in range(K.chain.n):
         if M.found[j] == IS_FREE or (j != i and ALONE * M.G[j] > M.G_free[i]):
