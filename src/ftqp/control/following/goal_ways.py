@@ -1,6 +1,7 @@
 """Other ways to a pose than the straight one of the tip: postures of the goal to which there is a way."""
 
 from collections.abc import Callable, Generator, Iterator
+from contextlib import suppress
 from typing import Final, final
 
 import numpy as np
@@ -99,26 +100,25 @@ class GoalWays:
         planner, view = self._planner, self._view
         robot, works = planner.robot, int(view.working.sum())
         swings = any(isinstance(fault, FreeSwinging) for fault in planner.faults.values())
-        self.search = None
+        search: PostureSearch | None = None
         if not robot.chain.floating and robot.is_serial:
-            try:
-                self.search = PostureSearch(robot, self._pose, planner.kept_rows, planner.task.axis)
-            except InputError:
-                self.search = None
-        if self.search is None:
+            with suppress(InputError):
+                search = PostureSearch(robot, self._pose, planner.kept_rows, planner.task.axis)
+        self.search = search
+        if search is None:
             why = "arms with branches, and floating ones, go straight only"
         elif works == 0:
-            why = f"no joints work, and the goal has {self.search.m} rows"
+            why = f"no joints work, and the goal has {search.m} rows"
         else:
             why = "a joint swings freely" if swings else ""
-        if why:
+        if why or search is None:
             self._said = f"no other way was looked for: {why}"
             return
         yield
         if self._reach is None:
             yield from self._to_any_posture()
         else:
-            yield from self._to_worthy_postures(self.search, self._reach)
+            yield from self._to_worthy_postures(search, self._reach)
 
     def _to_any_posture(self) -> Iterator[None]:
         """Ways to the goal's postures, each search with other draws."""

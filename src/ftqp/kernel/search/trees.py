@@ -49,7 +49,7 @@ SAME = 1e-9
 
 @jit
 def chance(W: Any) -> float:
-    """The next of a sequence of numbers between 0 and 1 (L'Ecuyer 1988)."""
+    """The next of a sequence of numbers between 0 and 1 (two multiplicative generators, combined)."""
     W.first = (40014 * W.first) % 2147483563
     W.second = (40692 * W.second) % 2147483399
     return ((W.first + 2147483562 - W.second) % 2147483562) / 2147483562.0
