@@ -47,7 +47,7 @@ def times(planner: ftqp.Planner, seed: int) -> np.ndarray:
 def measured(name: str, rounds: int) -> dict[str, object]:
     """Medians and 99th percentiles of a planner without and with a detector."""
     robot, noise = ftqp.robots.load("panda"), ftqp.Noise(q=SIGMA)
-    alone = ftqp.Planner(robot, DT, noise=noise, **PLANNERS[name])
+    alone = ftqp.Planner(robot, DT, noise=noise, detector=False, **PLANNERS[name])
     watched = ftqp.Planner(robot, DT, noise=noise, detector=ftqp.Detector(), **PLANNERS[name])
     taken = [[times(planner, seed) for planner in (alone, watched)] for seed in range(rounds)]
     without, with_one = (np.concatenate(list(column)) for column in zip(*taken, strict=True))
