@@ -34,6 +34,8 @@ TOLD_SHARE = 0.1
 """A bandwidth is told to so much."""
 STICKS = 30.0
 """Dry friction takes so much of a rotor's acceleration [rad/s2]: behind a servo of 4 Hz, all that is open."""
+SHOWN = 0.0025
+"""Dry friction is open to what a joint goes at its limit in this time [s], an eighth of what evidence may be led."""
 LEAST_TORQUE = 50.0
 """The torque limit of a joint that has none [N m or N], a unit of its weight."""
 CHANGES, LEAST_FRICTION = 0.3, 0.05
@@ -95,6 +97,8 @@ def fill_monitor(
     limits = np.where(np.isfinite(robot.limits.tau_max), robot.limits.tau_max, LEAST_TORQUE)
     M.unit[:n] = 1.0 / (WEIGHS * limits)
     M.told[:n], M.doubt[:n] = prior(drive, n, lead, drive.latency)
+    if drive.kind == "position":  # else no lead that is safe would show that a joint stands
+        M.doubt[:n, 2] = np.minimum(M.doubt[:n, 2], SHOWN * robot.limits.v_max)
     if drive.kind == "torque":
         M.told[:n], M.doubt[:n] = 0.0, TORQUE_PRIOR
         M.doubt[:n, 1] = np.maximum(drive.doubt, LEAST_ROTOR) * M.unit[:n]
