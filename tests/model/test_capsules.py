@@ -37,7 +37,7 @@ def shape(inner, origin="0 0 0.1"):
 def outside(points, capsules):
     """By how much points stick out of all of some capsules [m]."""
     far = []
-    for a, b, r in capsules:
+    for a, b, r, *_ in capsules:
         way = b - a
         t = np.clip((points - a) @ way / max(float(way @ way), 1e-18), 0.0, 1.0)
         far.append(np.linalg.norm(points - a - t[:, None] * way, axis=1) - r)

@@ -147,7 +147,8 @@ def test_links_are_judged_by_their_meshes_where_the_file_has_some(tmp_path):
     pose = np.eye(4)
     pose[:3, 3] = at[:3]
     ball = replace(shown.things[0], pose=pose, extent=(0.0, 0.01, 0.0))
-    thin = [replace(body, radius=1e-3, ends_at_zero=[[0.0, 0.0, 5.0]] * 2) for body in shown.bodies]
+    ends, none = [[0.0, 0.0, 5.0]] * 2, np.zeros((0, 3))
+    thin = [replace(body, radius=1e-3, ends_at_zero=ends, corners_at_zero=none) for body in shown.bodies]
     small = replace(shown, bodies=thin, things=[ball], watched=[(thin[1].name, "ball")], keep=0.0)
     assert "touched" in verdict(arm, small).laws
     assert "touched" not in verdict(replace(arm, links=()), small).laws

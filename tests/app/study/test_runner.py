@@ -186,8 +186,8 @@ def test_folder_with_no_more_than_a_study_leaves_is_taken(tmp_path: Path, conten
     if content is not None:
         out.mkdir()
     if content == "lock":
-        locked(out, "rest").close()
-        with closing(locked(out, "rest")):
+        locked(out).close()
+        with closing(locked(out)):
             assert study_folder(out, "x") == out
     elif content == "results":
         (out / FILE_NAME).touch()
@@ -197,7 +197,7 @@ def test_folder_with_no_more_than_a_study_leaves_is_taken(tmp_path: Path, conten
 
 def test_folder_with_anything_else_is_refused(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").touch()
-    locked(tmp_path, "rest").close()
+    locked(tmp_path).close()
     with pytest.raises(InputError, match="exists, and nothing is overwritten"):
         study_folder(tmp_path, "x")
     with pytest.raises(InputError, match="exists, and nothing is overwritten"):
