@@ -37,7 +37,7 @@ def test_neighbour_of_a_motor_that_fails_on_the_same_axis_keeps_its_speed_limit(
             arm.dead = dead
         arm.command(planner.step(arm.measured(), None, target_at(path, k * DT)))
         fastest = max(fastest, float(np.max(np.abs(arm.v) / robot.limits.v_max)))
-    assert planner.faults == {}
+    assert set(planner.faults) <= {robot.joints[dead]}
     assert fastest < 1.0
 
 

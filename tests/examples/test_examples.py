@@ -60,9 +60,10 @@ def test_examples_are_numbered_without_a_gap():
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda e: e.stem)
-def test_example_is_short_and_says_what_you_will_see(example):
+def test_example_is_short_and_says_what_it_shows(example):
     text = example.read_text(encoding="utf-8")
-    assert len(text.splitlines()) < 60 and "You will see" in text.split('"""')[1]
+    title, _, shows = text.split('"""')[1].partition("\n\n")
+    assert len(text.splitlines()) < 60 and title.endswith(".") and 10 < len(shows.split()) < 60
 
 
 @pytest.mark.parametrize("name", [e.name for e in HERE])
