@@ -43,7 +43,9 @@ class World:
         self.robot, self.drive, self.sigma, self.drift = robot, drive, sigma, drift
         self.rng = np.random.default_rng(seed)
         noise = ftqp.Noise(q=sigma) if sigma and told else None
-        self.planner = ftqp.Planner(robot, DT, drive=drive, noise=noise, level=level)
+        # No torque moves anything here, which a detector would take for joints that have failed.
+        detector = False if drive == "torque" else None
+        self.planner = ftqp.Planner(robot, DT, drive=drive, noise=noise, level=level, detector=detector)
         self.q = robot.neutral.copy()
         self.planner.reset(self.q)
         self.target = ftqp.Target(pose=robot.pose(self.q))

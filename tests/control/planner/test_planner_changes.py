@@ -60,7 +60,7 @@ def agreement(planner, session=None):
         for limit in ("q_min", "q_max", "v_max", "a_max", "tau_max"):
             if getattr(K.limits, limit)[i] != getattr(expected.limits, limit)[i]:
                 found.append(f"{name}: {limit}")
-    if K.feedback.speed != planner.speed * planner._loop.caution:
+    if K.feedback.speed != planner.speed:
         found.append("speed")
     if bool(K.limits.dynamic) != (planner._given.dynamic or healthy.needs_dynamics):
         found.append("dynamic")
