@@ -264,19 +264,19 @@ self_speed_tracks entry.study_entries nogil
     takes S:study C:continuation k samples goals:f8[samples,GOAL_SIZE] speeds:f8[k,samples-1]
           q:f8[k,samples,S.chain.n] facts:f8[k,2] first last
     calls self_speed_tracks(S, C, goals, speeds, q, facts, first, last)
-begin_ways search.motion nogil
+begin_ways search.motion demo nogil
     takes W:ways q:f8[W.chain.n] gaps:f8[pairs] pairs
     calls begin_search(W, q, gaps)
-add_goal search.motion nogil
+add_goal search.motion demo nogil
     takes W:ways q:f8[W.chain.n]
     calls goal_added(W, q)
-look search.motion nogil
+look search.motion demo nogil
     takes W:ways q:f8[W.chain.n]
     calls look_at(W, q)
-is_way_free search.motion nogil
+is_way_free search.motion demo nogil
     takes W:ways a:f8[W.chain.n] b:f8[W.chain.n]
     calls free_until(W, a, b)
-think search.motion nogil
+think search.motion demo nogil
     takes W:ways looks table:f8[rows,W.chain.n] raw:f8[rows,W.chain.n] rows
     calls think(W, looks, table, raw, rows)
 deployed_step ticks.steps c
