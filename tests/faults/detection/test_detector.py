@@ -152,3 +152,7 @@ def test_what_is_no_fault_is_not_believed(detector):
     for strange in (SimpleNamespace(joint=2), "locked", None):
         with pytest.raises(InputError, match="is not a fault; expected"):
             detector.believe(strange)
+
+
+def test_detector_prints_how_often_it_may_be_wrong():
+    assert repr(ftqp.Detector(false_alarms_per_hour=0.01)) == "Detector(false_alarms_per_hour=0.01)"

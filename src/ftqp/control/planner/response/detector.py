@@ -132,6 +132,9 @@ class Detector:
         if robot is not None and dt is not None:
             self._build(robot, dt)
 
+    def __repr__(self) -> str:
+        return f"Detector(false_alarms_per_hour={self._false_alarms_per_hour:g})"
+
     def _build(self, robot: Robot, dt: float) -> None:
         """The record, for this arm."""
         instance("robot of the detector", robot, Robot, "an ftqp.Robot")
