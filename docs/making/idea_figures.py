@@ -66,7 +66,7 @@ def loop() -> Any:
     left, right, size = 1.3, 5.6, (2.3, 0.88)
     box(axes, (left, 5.75), size, "your target\na pose, each cycle")
     box(axes, (left, 4.4), size, "planner\none QP: joint motion", BLUE)
-    box(axes, (left, 3.05), size, "lead\nmakes up for the servo", BLUE)
+    box(axes, (left, 3.05), size, "compensation\nof lag and sag", BLUE)
     box(axes, (left, 1.75), size, "gate\nfinite, within limits", BLUE)
     box(axes, (left, 0.5), size, "servos\nof your arm")
     box(axes, (right, 0.5), size, "arm\na joint may fail", RED)
@@ -87,7 +87,7 @@ def loop() -> Any:
     arrow(axes, (far, 2.7), (near, 4.2))
     axes.text(4.05, 3.55, "where the\narm is", ha="center", va="center", size=11)
     arrow(axes, (far, 2.4), (near, 3.0))
-    axes.text(3.3, 2.35, "lag, droop,\nfriction", ha="center", va="center", size=11)
+    axes.text(3.3, 2.35, "lag, sag,\nfriction", ha="center", va="center", size=11)
     return figure
 
 
@@ -142,10 +142,10 @@ CASCADE = (
     ("SCALED", "the path is too fast", "goes along it more slowly", BLUE),
     ("RELAXED", "a limit is in the way", "makes the nearest motion", BLUE),
     ("LAGGING", "the arm is behind", "the path waits", BLUE),
-    ("HELD", "all joints stand", "waits to be let go", BLUE),
-    ("FALLBACK", "the solver has no answer", "makes a safe substitute", RED),
-    ("INVALID_INPUT", "a sample cannot be true", "goes on by what is expected", RED),
-    ("STOPPING", "waiting was in vain", "brakes within its limits", RED),
+    ("HELD", "all joints stand", "waits to be released", BLUE),
+    ("FALLBACK", "the solver has no answer", "comes to rest, within the box", RED),
+    ("INVALID_INPUT", "an impossible measurement", "goes on by what is expected", RED),
+    ("STOPPING", "an error grew, or no wait helped", "brakes within its limits", RED),
     ("STOPPED", "at rest", "holds, until you resume", RED),
 )
 """Status, what has happened, and what the arm does, from the task as asked to the stop."""
