@@ -135,7 +135,7 @@ REFUSED = [
     (lambda: analysis.Effectiveness(2, 0.1, noise=-1.0), "noise"),
     # robots with branches
     *(
-        (study, "needs one serial arm, but dual_panda has joints beside")
+        (study, "needs one serial arm, but dual_panda has joints off")
         for study in (
             lambda: analysis.self_motion(DUAL, THERE),
             lambda: analysis.structural_joints(DUAL),

@@ -68,7 +68,7 @@ def test_a_path_that_starts_354_mm_away_is_one_warning(caplog, led):
         planner.reset(PANDA.neutral)
         targets, tick = ftqp.Targets(path.sample(0.001 * np.arange(30)).pose), iter(range(30))
         run(lambda q: planner.step(q, None, targets.at(next(tick))))
-    (one,) = said(caplog, "from the tip")
+    (one,) = said(caplog, "from the end effector")
     assert "354 mm" in one.getMessage() and "GoTo" in one.getMessage()
 
 
@@ -77,7 +77,7 @@ def test_a_path_that_starts_where_the_arm_is_is_no_warning(caplog):
     follower = ftqp.PathFollower(planner, ftqp.paths.Circle(POSE, radius=0.05, duration=4.0))
     follower.reset(PANDA.neutral)
     run(lambda q: follower.step(q, None))
-    assert not said(caplog, "from the tip")
+    assert not said(caplog, "from the end effector")
 
 
 def test_a_scene_in_which_the_arm_stands_is_a_warning_that_names_both(caplog):

@@ -139,7 +139,7 @@ def test_arm_that_loses_a_joint_under_the_joystick_goes_home_with_the_others(pri
     joint, tip = said.split("off their goal are ")[1].split("; ")  # the reason goes before what it does
     assert stale == pytest.approx(1.18) and miss <= 1e-6
     assert joint == "panda_joint4 (locked) by 0.179 rad"
-    assert tip == "the tip is 87.4 mm and 0.179 rad from it"
+    assert tip == "the end effector is 87.4 mm and 0.179 rad from it"
 
 
 @pytest.mark.skipif(ROBOT_DATA is None, reason="example-robot-data is missing: pip install -e '.[robots]'")

@@ -84,7 +84,7 @@ def test_kind_of_fault_without_a_case_is_refused_by_every_consumer(how, tmp_path
     assert "is not a kind of failure of the checker; it has locked, free, degraded" in found["checker"]
     shown = found["shown"]
     assert shown["described"]["kind"] == shown["condition"] == shown["button"] == "sticky"
-    assert shown["words"] == "j2 sticks at 0.05 s; the planner is never told"
+    assert shown["words"] == "j2 sticks at 0.05 s; nobody reports it"
     assert shown["colours"] == ["#112233", "#445566"]
     assert all(shown[name] for name in ("moved", "figures", "page", "legend", "bag"))
 

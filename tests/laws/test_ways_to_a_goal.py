@@ -129,7 +129,7 @@ def test_arm_that_its_motors_cannot_hold_is_stopped_and_that_is_said(caplog):
     ended(goto, panda.neutral, 30.0)
     assert goto.status is ftqp.GoToStatus.HALTED
     assert caplog.messages[-1] == (
-        "the arm does not come to rest beside its goal, so its planner stops it; call resume() or reset() to "
+        "the arm does not come to rest near its goal, so its planner stops it; call resume() or reset() to "
         "go on"
     )
 
@@ -143,4 +143,4 @@ def test_joints_that_the_scheme_goes_on_moving_do_not_keep_a_pose_from_being_rea
     goto = ftqp.GoTo(planner, pose=panda.pose(panda.neutral))
     ended(goto, start, 20.0)
     assert goto.status is ftqp.GoToStatus.REACHED
-    assert goto.sentence == "the tip is at its goal, while the scheme goes on moving the joints"
+    assert goto.sentence == "the end effector is at its goal, while the scheme goes on moving the joints"

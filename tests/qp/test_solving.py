@@ -88,7 +88,7 @@ def test_wrong_calls_are_refused_in_one_sentence():
         solve({"H": 1})
     with pytest.raises(InputError, match="'tolerence' is not a setting of backend 'daqp'"):
         solve(qp, "daqp", tolerence=1e-3)
-    with pytest.raises(InputError, match="tolerance were given beside a backend that is not a name"):
+    with pytest.raises(InputError, match="tolerance were given together with a backend that is not a name"):
         solve(qp, {"name": "daqp"}, tolerance=1e-3)
     with pytest.raises(InputError, match="not a backend"):
         solve(qp, "none")

@@ -83,7 +83,7 @@ def test_a_joint_that_nobody_knows_of_swings_by_its_own_equation_of_motion():
 
 
 def test_a_planner_told_of_a_free_joint_and_a_run_that_would_tell_it_are_refused():
-    said = "a planner that is told of a free-swinging joint needs one serial arm, but dual_panda has joints"
+    said = "reporting a free-swinging joint needs one serial arm, but dual_panda has joints"
     planner = ftqp.Planner(DUAL, dt=DT)
     planner.reset(DUAL.neutral)
     with pytest.raises(ftqp.InputError, match=said):

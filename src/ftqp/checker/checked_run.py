@@ -34,7 +34,10 @@ LAWS: dict[str, tuple[Law, str]] = {
     "touched": (touched, "a body that it moves is nearer to another than it may be, by this [m]"),
     "torque": (torque, "carries more than its limit without need, by this share"),
     "failed": (failed, "is locked and has moved, or was sent to move, by this in all [rad or m]"),
-    "honesty": (honesty, "OK was claimed although the tip is farther than the tolerance, by this share"),
+    "honesty": (
+        honesty,
+        "OK was claimed although the end effector is farther than the tolerance, by this share",
+    ),
     "tasks": (
         tasks,
         "OK was claimed although a further task that counts is farther than the tolerance, by this share",

@@ -146,7 +146,7 @@ class Degraded:
             raise InputError(f"q_min {self.q_min:g} is not below q_max {self.q_max:g}")
 
 
-SWINGS = "a planner that is told of a free-swinging joint needs"
+SWINGS = "reporting a free-swinging joint needs"
 """The beginning of the sentence that refuses a robot with branches; one that is not told goes on."""
 
 Fault = Locked | FreeSwinging | Degraded

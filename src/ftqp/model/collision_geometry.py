@@ -145,7 +145,7 @@ def found_mesh(shape: Collision) -> Path:
         if path.is_file():
             return path
     raise InputError(
-        f"mesh {shape.file!r} of link {shape.link!r} was not found beside {shape.beside or 'the text'}; put "
+        f"mesh {shape.file!r} of link {shape.link!r} was not found next to {shape.beside or 'the text'}; put "
         "it there, or give the robot capsules of your own, robot.with_capsules([...])"
     )
 

@@ -423,7 +423,7 @@ class Robot:
         self.refuse_followers(what)
         if not self.is_serial:
             raise InputError(
-                f"{what} one serial arm, but {self.name} has joints beside the way to its tip {self.tip!r}; "
+                f"{what} one serial arm, but {self.name} has joints off the way to its tip {self.tip!r}; "
                 f"take robot.arm_to({self.tip!r}), or that of another frame"
             )
         self.refuse_floating(what)

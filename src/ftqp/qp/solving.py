@@ -43,7 +43,7 @@ def solve(
         if not isinstance(backend, str) or backend.endswith(".toml"):
             names = ", ".join(settings)
             raise InputError(
-                f"{names} were given beside a backend that is not a name; put them into that backend"
+                f"{names} were given together with a backend that is not a name; put them into that backend"
             )
         backend = {**settings, "name": backend}
     solver = backend_of(backend)

@@ -93,7 +93,7 @@ def test_joint_and_start_are_those_of_the_arm_that_was_drawn():
         ),
         ({"uniform": [1, 2], "times": "path.kind"}, "which is no number"),
         ({"uniform": [1, 2], "plus": "nowhere.x"}, "which is no number"),
-        ({"one_of": [1, 2], "plus": "path.duration"}, "beside one_of"),
+        ({"one_of": [1, 2], "plus": "path.duration"}, "together with one_of"),
         ({"start": 2.0}, "share of the range"),
         ({"start": True}, "share of the range"),
         ({"joint": 3}, 'expected "any"'),

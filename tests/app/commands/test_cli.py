@@ -14,7 +14,7 @@ import pytest
 from tests.app.conftest import SHORT, invoke
 
 import ftqp
-from ftqp.app.commands.demo import FINDS, OWN_TOLD, RIVAL_NEVER, RIVAL_TOLD
+from ftqp.app.commands.demo import FINDS, OWN_REPORTED, RIVAL_NEVER, RIVAL_REPORTED
 from ftqp.core.extras import remedy_for_extra
 
 COMMANDS = (
@@ -272,9 +272,9 @@ def test_demo_tells_of_the_brake(tmp_path: Path) -> None:
     for words in (
         "panda_joint3",
         "every joint limit was kept",
-        "its detector found it out after",
+        "the detector named it after",
         "completed",
-        "damped resolved rates, not told",
+        "damped resolved rates, not reported",
         "less than ftqp",
         "rivals.png",
         "ftqp report",
@@ -285,7 +285,7 @@ def test_demo_tells_of_the_brake(tmp_path: Path) -> None:
     assert ftqp.load_log(tmp_path / "out").metadata["faults"][0]["announced"] is None
     assert ftqp.load_log(tmp_path / "out" / "told").metadata["faults"][0]["announced"] == 2.2
     rows = re.findall(r"^(\w[\w, ]+?) +([\d.]+ [mu]m) +([\d.]+ [mu]m) +([\d.]+ [mu]m)$", said, re.M)
-    assert [name for name, *_ in rows] == [FINDS, OWN_TOLD, RIVAL_NEVER, RIVAL_TOLD]
+    assert [name for name, *_ in rows] == [FINDS, OWN_REPORTED, RIVAL_NEVER, RIVAL_REPORTED]
 
 
 @pytest.mark.slow
@@ -294,7 +294,7 @@ def test_demo_goes_on_with_a_box_and_a_goal(tmp_path: Path) -> None:
     assert "stays 20 mm from it, as asked" in said and "and run into it" in said
     ends = re.findall(r"([\d.]+ [mu]m) and ([\d.]+) degrees off", said)
     assert len(ends) == 2 and float(ends[0][1]) < 0.1 and float(ends[1][1]) > 30.0
-    assert "finds out (panda_joint1)" in said
+    assert "detects it (panda_joint1)" in said
     assert said.rstrip().endswith("ftqp view")
     assert ftqp.load_log(tmp_path / "out" / "box").metadata["faults"][0]["announced"] is None
 

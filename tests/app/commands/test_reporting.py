@@ -113,8 +113,8 @@ def test_several_runs_stand_side_by_side(told: Path, run_of: Any, tmp_path: Path
     assert asked(told, other, "-o", tmp_path / "page.html").exit_code == 0
     page = Reader((tmp_path / "page.html").read_text(encoding="utf-8"))
     words = "".join(page.texts)
-    assert "How far the tip of each run was from its target" in words
-    for expected in ("told", "other", "the planner is never told", "no replay here"):
+    assert "How far the end effector of each run was from its target" in words
+    for expected in ("told", "other", "nobody reports it", "no replay here"):
         assert expected in words
     assert page.tags.count("svg") == 2 + 5 + 5
 

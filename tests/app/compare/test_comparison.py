@@ -64,7 +64,7 @@ def test_csv_has_a_line_for_every_run_in_si_units(compared: tuple[Any, Path]) ->
 def test_markdown_has_the_table(compared: tuple[Any, Path]) -> None:
     text = (compared[1] / "comparison.md").read_text()
     assert "## short, scheme mvn" in text
-    assert "- j2 locks at 0.2 s; the planner is told at once" in text
+    assert "- j2 locks at 0.2 s; reported at once" in text
 
 
 def test_a_stopped_run_makes_the_exit_code_1(tmp_path: Path) -> None:

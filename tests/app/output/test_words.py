@@ -17,9 +17,9 @@ def test_every_exceeded_limit_is_named_with_its_excess() -> None:
 @pytest.mark.parametrize(
     ("kind", "announced", "sentence"),
     [
-        ("locked", 2.0, "j1 locks at 2 s; the planner is told at once"),
-        ("free_swinging", 2.5, "j1 swings freely at 2 s; the planner is told at 2.5 s"),
-        ("degraded", None, "j1 is degraded at 2 s; the planner is never told"),
+        ("locked", 2.0, "j1 locks at 2 s; reported at once"),
+        ("free_swinging", 2.5, "j1 swings freely at 2 s; reported at 2.5 s"),
+        ("degraded", None, "j1 is degraded at 2 s; nobody reports it"),
     ],
 )
 def test_fault_tells_what_when_and_who_knows(kind: str, announced: float | None, sentence: str) -> None:
@@ -72,7 +72,7 @@ def test_soft_tasks_and_kept_points_are_told_in_their_units() -> None:
     ("error", "sentence"),
     [
         (0.002, "servos were found to lag by 21 to 42 ms"),
-        (0.07, "nothing was learned of the servos, because no joint moved enough"),
+        (0.07, "nothing of the servos was estimated, because no joint moved enough"),
     ],
 )
 def test_lags_that_were_learned_are_said(error: float, sentence: str) -> None:

@@ -41,7 +41,7 @@ SENTENCES: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"faults": [LOCK | {"announced": "nevr"}]},
-        "faults[0].announced is 'nevr'; it is when the planner is told",
+        "faults[0].announced is 'nevr'; it is when it is reported",
     ),
     ({"faults": [LOCK | {"announced": 1.0}]}, "faults[0] is announced at 1 s, before it happens at 2 s"),
     ({"robot": {}}, "robot names no robot, expected exactly one of name, urdf, mjcf, dh"),

@@ -74,7 +74,7 @@ def test_a_planner_begins_with_it_doubted_as_a_stated_bandwidth(tmp_path):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (lambda c: c | {"format": 2}, "has format 2, expected what was learned of servos in format 1"),
+        (lambda c: c | {"format": 2}, "has format 2, expected estimates of servos in format 1"),
         (lambda c: [], "has format None, expected"),
         (lambda c: c | {"joints": {}}, "names no robot and its joints"),
         (lambda c: c["joints"]["panda_joint2"].pop("lag") and c, "lag of panda_joint2 is None, expected a"),
@@ -93,7 +93,9 @@ def test_a_strange_file_is_refused_in_a_sentence(tmp_path, change, sentence):
 
 
 def test_the_file_of_another_arm_and_what_excludes_it_are_refused():
-    with pytest.raises(ftqp.InputError, match=r"was learned of panda with joints panda_joint1.*connect the"):
+    with pytest.raises(
+        ftqp.InputError, match=r"was estimated on panda with joints panda_joint1.*connect the"
+    ):
         ftqp.Planner(ftqp.robots.load("iiwa14"), drive=ftqp.Drive(known=servos()))
     with pytest.raises(ftqp.InputError, match="bandwidth and known both say how the servos"):
         ftqp.Drive(known=servos(), bandwidth=94.0)

@@ -205,7 +205,7 @@ def test_path_through_what_is_out_of_reach_is_passed_by_within_what_it_may_be_le
     leader, q = round_a_hole(leave=5e-3)
     status, off, _, _ = went(leader, q, 20.0)
     assert status is STATUS.BLOCKED and off < 5e-3
-    assert "the tip within 5 mm of its path" in leader.blocked
+    assert "the end effector within 5 mm of its path" in leader.blocked
 
 
 def eleven_joints(**given):

@@ -254,13 +254,13 @@ def test_a_joint_that_is_said_to_have_failed_stands_and_is_said_to_be_unknown():
 
     first, _ = connected(planner, event=lock)
     assert first.fault is None and not first.learned.is_known[2]
-    assert any("Nothing was learned of roll, which hardly moved" in one for one in first.missing)
+    assert any("Nothing was estimated of roll, which hardly moved" in one for one in first.missing)
 
 
 def test_what_cannot_be_connected_is_refused_in_a_sentence():
     with pytest.raises(ftqp.InputError, match=r"planner is 'panda', expected an ftqp.Planner"):
         ftqp.connect("panda", START)
-    with pytest.raises(ftqp.InputError, match="drive is 'velocity', expected 'position': connect learns"):
+    with pytest.raises(ftqp.InputError, match="drive is 'velocity', expected 'position': connect estimates"):
         ftqp.connect(made("velocity"), START)
     with pytest.raises(ftqp.InputError, match="seconds is 1, expected at least"):
         ftqp.connect(made(), START, seconds=1.0)

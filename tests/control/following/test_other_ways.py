@@ -208,7 +208,7 @@ def test_tip_that_is_to_be_slow_goes_on_slowly_and_straight():
     goal[1, 3] -= 0.3
     goto = ftqp.GoTo(planner_at(start), pose=goal, limits=ftqp.TipLimits(speed=4e-3))
     steps = go(goto, start, longest=2.5)
-    assert goto.note == "the tip goes straight"
+    assert goto.note == "the end effector goes straight"
     moved = PANDA.pose(steps[-1].q)[:3, 3] - PANDA.pose(start)[:3, 3]
     assert np.linalg.norm(moved) < 0.011 and np.abs(moved[[0, 2]]).max() < 1e-5
 

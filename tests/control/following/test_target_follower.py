@@ -176,7 +176,7 @@ def test_a_dead_man_time_in_milliseconds_is_noticed(caplog):
     ftqp.TargetFollower(ftqp.Planner(PANDA), dead_man=0.5)
     assert not caplog.records
     ftqp.TargetFollower(ftqp.Planner(PANDA), dead_man=200)
-    assert "a dead_man of 200 s lets the tip go on for 100 m" in caplog.text
+    assert "a dead_man of 200 s lets the end effector go on for 100 m" in caplog.text
 
 
 def test_speed_scales_the_twist_of_an_operator():

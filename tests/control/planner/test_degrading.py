@@ -305,7 +305,7 @@ def test_load_that_is_too_heavy_is_said_once_and_the_arm_goes_on_within_its_limi
         planner.carry(ftqp.Payload(30.0, com=(0.0, 0.0, 0.1)))
     (record,) = caplog.records
     assert record.getMessage() == (
-        "panda: panda_joint6 needs 28.2 N m to hold the arm at rest here, beyond its limit of 12 N m, so the "
+        "panda: panda_joint6 needs 28.2 N m to hold the arm still here, beyond its limit of 12 N m, so the "
         "arm may sink; choose another posture, or correct the payload, the masses or "
         "robot.with_limits(tau_max=...)"
     )

@@ -92,8 +92,8 @@ def test_operator_is_told_of_every_change_once(caplog):
     with caplog.at_level(logging.WARNING, "ftqp"):
         Run(4, 0.5, damping=0.5)
     assert caplog.messages == [
-        "panda_joint5 swings freely: the others brake while it is decided what can be kept",
-        "panda_joint5 swings freely: tip held at its position, attitude given up",
+        "panda_joint5 swings freely: the remaining joints brake while it is decided what can be kept",
+        "panda_joint5 swings freely: end effector held at its position, attitude given up",
     ]
 
 
@@ -254,7 +254,7 @@ class Arm:
         return list(dict.fromkeys(step.notice for step in self.steps))
 
 
-HELD = "panda_joint5 has no motor: the others keep the task and make up for where it is seen to go"
+HELD = "panda_joint5 has no motor: the remaining joints keep the task and make up for its measured motion"
 
 
 def test_task_goes_on_beside_a_joint_that_friction_holds(level):

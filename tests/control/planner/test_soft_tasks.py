@@ -192,7 +192,7 @@ def test_targets_come_by_task_and_those_left_out_stay():
     planner = ftqp.Planner(PANDA, DT, tasks=[elbow])
     q, tip = PANDA.neutral, still(PANDA, PANDA.neutral)
     planner.reset(q)
-    with pytest.raises(InputError, match=r"target of the tip is no target so far"):
+    with pytest.raises(InputError, match=r"target of the end effector is no target so far"):
         planner.step(q, None, {"elbow": [0, 0, 0.5]})
     assert planner.tasks["elbow"].target == pytest.approx(frame(q, V, ELBOW)[0].translation)
     planner.step(q, None, {"tip": tip, "elbow": [0.0, 0.1, 0.5]})
@@ -239,7 +239,7 @@ def test_a_function_that_fails_leaves_its_task_out_of_the_tick_and_says_so(caplo
         assert step.tasks["posture"].failed is None
         kept[how] = step.copy()
     assert [record.message for record in caplog.records] == [
-        "fill raised RuntimeError: mine, so that 'own' was left out of the tick; this is told once"
+        "fill raised RuntimeError: mine, so that 'own' was left out of the tick; this is said once"
     ]
     what[0] = "Ctrl-C"
     with pytest.raises(KeyboardInterrupt):

@@ -34,8 +34,8 @@ def planner_of(*tasks, **more):
         ({"elbow": (0, 0.5)}, "target of elbow has shape"),
         ({"elbow": "high"}, "target of elbow"),
         ({RIGHT: ftqp.Target(position=np.zeros(3))}, "target of right_hand has no rotation, expected"),
-        ({LEFT: "home"}, "the target of the tip is str, expected"),
-        ({"elbow": (0, 0, 0.5)}, "the target of the tip is no target so far"),
+        ({LEFT: "home"}, "the target of the end effector is str, expected"),
+        ({"elbow": (0, 0, 0.5)}, "the target of the end effector is no target so far"),
     ],
 )
 def test_a_target_for_no_task_or_of_a_wrong_shape_raises_and_changes_nothing(targets, message):
@@ -107,7 +107,7 @@ def test_a_target_that_is_not_finite_is_left_out_and_told_until_another_one_come
     one.target = bad
     kept = planner.step(BODY.neutral, None, {}).copy()
     assert np.array_equal(one.target, before) and why in kept.tasks["more"].failed
-    assert len([record for record in caplog.records if "told once" in record.message]) == 1
+    assert len([record for record in caplog.records if "said once" in record.message]) == 1
     step = planner.step(BODY.neutral, None, {"more": before})
     assert step.tasks["more"].failed is None and kept.tasks["more"].failed is not None
 

@@ -38,7 +38,7 @@ def test_a_scene_is_a_mapping_of_what_stands_there():
         (lambda: ftqp.Hull(mesh="nowhere.stl"), "'nowhere.stl' is no file"),
         (lambda: ftqp.Hull(mesh=3), "mesh '3' is no file"),
         (lambda: ftqp.Hull(mesh=__file__), r"or is no mesh \([^\n]*\)"),
-        (lambda: ftqp.Hull(np.eye(4)[:, :3], scale=2.0), "scale is 2.0 beside corners"),
+        (lambda: ftqp.Hull(np.eye(4)[:, :3], scale=2.0), "scale is 2.0 together with corners"),
         (lambda: ftqp.Capsule((0, 0, 0), (0, 0, 500.0), 0.1), "are these millimetres"),
         (lambda: ftqp.Capsule((0, 0, 0), (0, 0, 1.0), 0.1, frame=3), "frame is 3"),
         (lambda: ftqp.Clearance(keep=0.01, stop=0.02), "expected stop < keep"),

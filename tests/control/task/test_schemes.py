@@ -229,7 +229,8 @@ def test_the_entry_and_the_keyword_are_the_same_to_the_last_bit(level):
 
 
 @pytest.mark.parametrize(("robot", "settings", "sentence"), [
-    (PANDA, {"torque_limits": False}, "TorqueLimits beside torque_limits=False, expected one of them; leave"),
+    (PANDA, {"torque_limits": False}, "TorqueLimits together with torque_limits=False, expected one of "
+    "them; leave"),
     (LIGHT, {}, "TorqueLimits, which need masses, and .* has none"),
     (PANDA.with_limits(tau_max=np.inf), {}, "and panda has no torque limit; leave them out or give"),
     (PANDA, {"constraints": LIMITS * 2}, "two things are called 'torque limits'"),

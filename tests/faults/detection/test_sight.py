@@ -53,7 +53,9 @@ def test_a_joint_that_is_not_to_move_shows_nothing():
 def test_the_sentence_says_what_shows_and_what_does_not():
     said = sight().sentence(0, "elbow", 0.0)
     assert (
-        said.startswith("elbow: ") and "mrad off" in said and "while it rests, as now, nothing shows" in said
+        said.startswith("elbow: ")
+        and "mrad off" in said
+        and "while it stands still, as now, nothing shows" in said
     )
     assert "with 0.5 rad/s." in sight().sentence(0, "elbow", -0.5)
     assert "Nothing is noticed of elbow yet" in sight(known=False).sentence(0, "elbow", 0.5)

@@ -112,7 +112,7 @@ def test_what_else_is_not_finite_costs_patience_too(what):
             step = arm.planner.step(arm.q, np.array([0.0, np.inf, 0.0]), arm.target)
         assert arm.loop.refused == 1
         assert step.status is ftqp.StepStatus.INVALID_INPUT or arm.planner.stopped_because is not None
-    assert "v, tau or the tip" in arm.planner.stopped_because
+    assert "v, tau or the end effector" in arm.planner.stopped_because
 
 
 @pytest.mark.parametrize("drive", ["position", "velocity"])

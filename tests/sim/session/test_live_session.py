@@ -209,7 +209,7 @@ def test_hand_leads_the_tip_and_gives_the_path_back():
     facts = after(session, Aim(pose), seconds=3.0)
     np.testing.assert_allclose(session.arms.robot.pose(facts.q), pose, atol=2e-3)
     np.testing.assert_array_equal(facts.target[:3, 3], pose[:3, 3])
-    assert "Led by hand" in facts.message
+    assert "Moved by hand" in facts.message
     facts = after(session, Aim(None), seconds=0.1)
     assert "Back to the path" in facts.message
     facts = after(session, seconds=5.0)

@@ -94,7 +94,7 @@ def test_path_figure_names_units_faults_and_errors_and_draws_the_arm_five_times(
     errors.draw_path(panda_log, tmp_path / "a.png")
     said = words(drawn[0])
     names = "panda|mvn scheme|desired|actual|the target [mm]|the target [deg]|time [s]|failed joint"
-    instants = "panda_joint3 fails (1 s)|planner is told|emergency stop above this|arm at 0, 0.5, "
+    instants = "panda_joint3 fails (1 s)|reported|emergency stop above this|arm at 0, 0.5, "
     for expected in f"{names}|{instants}|The arm from the side|The arm from above".split("|"):
         assert expected in said
     assert "panda_joint1" not in said
@@ -222,7 +222,7 @@ def test_what_a_detector_finds_is_marked_and_who_was_told_not_said_where_runs_di
     compared_runs.draw_errors({"told": told, "finds": finds}, "both", tmp_path / "errors.png")
     said = legend(drawn[0])
     assert "detector finds out at 1.25 s" in said
-    assert not any("never told" in text for text in said)
+    assert not any("never reported" in text for text in said)
     lines = [line for line in drawn[0].axes[0].lines if set(np.asarray(line.get_xdata())) == {1.25}]
     assert len(lines) == 1
 

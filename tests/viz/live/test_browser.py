@@ -106,7 +106,7 @@ def planner(source):
 
 
 def test_a_click_locks_a_joint_and_another_one_repairs_it(source, tab):
-    assert "Drag the arrows at the tip" in tab.inner_text("body")
+    assert "Drag the arrows at the end effector" in tab.inner_text("body")
     press(
         tab, "lock", 1, "d.faults.includes('panda_joint2:locked') && d.belief.includes('panda_joint2:locked')"
     )

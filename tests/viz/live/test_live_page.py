@@ -83,7 +83,7 @@ def test_every_button_of_every_joint_is_the_order_that_it_says(panda):
         ("time", "resume", Pause(False)),
         ("time", "reset", Reset()),
         ("speed", 0.3, Speed(0.3)),
-        ("tell planner", "never", Tell("never", 0.5)),
+        ("report failure", "never", Tell("never", 0.5)),
         ("robot", "iiwa14", Use(robot="iiwa14")),
         ("scenario", "panda-circle", Use(scenario="panda-circle")),
         ("scheme", "man", Use(scheme="man")),
@@ -142,7 +142,7 @@ def test_a_replay_has_a_slider_over_its_time_and_no_buttons_that_break():
     source = StillSource(ftqp.robots.load("panda"), live=False, duration=20.0)
     with Page(source, port=0) as page:
         found = controls(page)
-        assert not {"joint1", "robot", "tell planner", "drag the target"} & set(found)
+        assert not {"joint1", "robot", "report failure", "drag the target"} & set(found)
         use(found["t [s]"], 7.5)
         assert source.orders == [Seek(7.5)]
         source.facts |= {"t": 12.0, "tick": 12000}

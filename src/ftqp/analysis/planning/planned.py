@@ -259,7 +259,7 @@ def plan(
         rows: ``"pose"``, ``"position"``, ``"position_axis"`` for position and tool axis, or names of rows.
         dt: The time between samples [s]; None is a 400th of the path's duration.
         settings: The knobs of all methods; None takes the defaults.
-        optimise: What may change beside the start: ``"yaw"`` turns the tool about its own z axis, ``"base"``
+        optimise: What may change but the start: ``"yaw"`` turns the tool about its own z axis, ``"base"``
             moves the arm's base. The plan's goals are then those of the moved path.
         weights: What a lock of each joint counts, >= 0, by name or index, for example its failure rate or
             1 / MTBF; only their ratios matter, and joints that are left out do not count. None: all alike.

@@ -236,7 +236,7 @@ def _refuse_off_path(task: TaskPath, q: FloatArray) -> FloatArray:
         if error.max(initial=0.0) > tolerance:
             k = int(np.argmax(error > tolerance))
             raise InputError(
-                f"q does not follow the path: at sample {k} (t = {task.t[k]:.4g} s) the tip is "
+                f"q does not follow the path: at sample {k} (t = {task.t[k]:.4g} s) the end effector is "
                 f"{error[k]:.3g} {unit} off, expected at most {tolerance:g} {unit}; track the path first"
             )
     return J

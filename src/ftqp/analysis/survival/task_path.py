@@ -349,8 +349,8 @@ def _refuse_other_start(
     if np.abs(off).max() > START_TOLERANCE:
         k = int(np.abs(off).argmax())
         raise InputError(
-            f"the tip at q0 is {abs(off[k]):.4g} off in row {names[k]} at sample 0 of the path; expected q0 "
-            "at the start of the path"
+            f"the end effector at q0 is {abs(off[k]):.4g} off in row {names[k]} at sample 0 of the path; "
+            "expected q0 at the start of the path"
         )
 
 

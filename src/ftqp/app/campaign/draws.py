@@ -257,7 +257,7 @@ def _kind(key: str, what: Any) -> str:
             raise unknown("distribution", kind, f"vary.{key}", [*NUMBERS, *OTHERS])
         if kind not in NUMBERS and any(name in what for name in RELATED):
             raise InputError(
-                f"vary.{key} has times or plus beside {kind}, expected a distribution of numbers"
+                f"vary.{key} has times or plus together with {kind}, expected a distribution of numbers"
             )
     else:
         raise InputError(f"vary.{key} is {what!r:.60}, expected a list of values or a distribution")

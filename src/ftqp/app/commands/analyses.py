@@ -136,7 +136,8 @@ def coverage(
     task: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME", help="Of several tasks, the one whose frame is looked at; the tip if left out."
+            metavar="NAME",
+            help="Of several tasks, the one whose frame is looked at; the end effector if left out.",
         ),
     ] = None,
     bound: Annotated[
@@ -176,7 +177,8 @@ def plan(
         str, typer.Option(metavar="WHERE", help="free: the best start posture; given: the scenario's.")
     ] = "free",
     optimise: Annotated[
-        str | None, typer.Option(metavar="A,B", help="What may move beside the start: yaw of the tool, base.")
+        str | None,
+        typer.Option(metavar="A,B", help="What may move apart from the start: yaw of the tool, base."),
     ] = None,
     waypoints: Annotated[int | None, typer.Option(metavar="N", help="Of dp: parts of the path.")] = None,
     spacing: Annotated[

@@ -22,7 +22,7 @@ from ftqp.viz.pages.page import drawing, heading
 LISTED: Final = 200
 """Episodes that are listed at most."""
 HISTOGRAM: Final = (
-    "How many episodes had which largest distance of the tip from its target while OK was claimed."
+    "How many episodes had which largest distance of the end effector from its target while OK was claimed."
 )
 SHARES: Final = (
     "Of the values that were drawn: which share of the episodes broke a law (dot) and the shares that are "
@@ -101,12 +101,12 @@ def _laws(facts: dict[str, Any]) -> Table:
 def _beside(rows: list[dict[str, Any]]) -> list[str | Table]:
     """The tables of what ftqp and damped least squares made of the same episodes."""
     words = (
-        "Each cell of two is of ftqp / damped least squares. Finished: the tip ends within 10 mm and 0.1 rad "
-        "of its target, no stop is latched, and no joint that obeys was faster than 1.02 times its limit "
-        "or more than 0.02 rad out of its range. A leap: after a hold a joint is faster than "
-        "1.1 times the larger of its limit and its speed before. Accused: a healthy joint is believed to "
-        "have failed, or its brake is asked for. Stops are of arms without a failure. Locks count if the "
-        "joint would have gone 20 mrad within 2 s."
+        "Each cell of two is of ftqp / damped least squares. Finished: the end effector ends within 10 mm "
+        "and 0.1 rad of its target, no stop is latched, and no joint that obeys was faster than 1.02 times "
+        "its limit or more than 0.02 rad out of its range. A leap: after a hold a joint is faster than 1.1 "
+        "times the larger of its limit and its speed before. Accused: a healthy joint is believed to have "
+        "failed, or its brake is asked for. Stops are of arms without a failure. Locks count if the joint "
+        "would have gone 20 mrad within 2 s."
     )
     heads = (
         "", "episodes", "finished", "limits broken", "leaps", "accused", "of healthy arms", "stopped",
@@ -146,9 +146,9 @@ def _after_failures(found: dict[str, Any] | None) -> list[str | Table]:
         low, high = one["interval"] or (0.0, 1.0)
         rows.append((name, str(one["failures"]), str(one["finished"]), _percent(low), _percent(high)))
     words = (
-        "After a failure that the planner was told of, a search of the checker's own asks whether the joints "
-        "left can do the rest of the task. Of those that can, these were finished, the tip within its "
-        f"tolerance at the end; {found['stopped']} of the others were stopped and said so. The last line has "
+        "After a failure that was reported, a search of the checker's own asks whether the remaining joints "
+        "can do the rest of the task. Of those that can, these were finished, the end effector within its "
+        f"tolerance at the end; {found['stopped']} of the rest were stopped and said so. The last line has "
         "those for which the search found no motion, which proves nothing."
     )
     heads = ("failures", "feasible", "finished", "share, at least", "at most (95 %)")

@@ -161,8 +161,8 @@ def _told(first: "Connection") -> Told:
         noise = f"{1e3 * float(learned.noise[i]):.2g}" if learned.noise[i] > SCATTERS else "0"
         rows.append((joint, *(cells if known else ["not known", *["-"] * (len(cells) - 1)]), noise))
     seen = () if sight is None else (f"noticed [{thousandth}]", "lock after [ms]")
-    units = (f"{what} [{thousandth}]" for what in ("droop", "friction"))
+    units = (f"{what} [{thousandth}]" for what in ("sag", "friction"))
     heads = ("joint", "lag [ms]", "servo [Hz]", *units, *seen, f"noise [{thousandth}]")
-    title = f"{learned.robot}: what was learned of its servos, with standard deviations"
+    title = f"{learned.robot}: estimates of its servos, with standard deviations"
     notices = list(first.notices) if sight is None else [NOTICED]
     return [Table(title, heads, rows, heads[1:]), *notices, *first.missing]

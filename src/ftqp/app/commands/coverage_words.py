@@ -16,8 +16,8 @@ PAGE: Final = "report.html"
 HEAT_MAP, MOTION = "coverage.png", "motion.png"
 CAPTIONS: Final = {
     HEAT_MAP: "A row for each joint, the time of its failure from left to right. Green: survived.",
-    MOTION: "The arm at five instants, the last one darkest, and the tip's way in orange; below, each joint "
-    "with its limits shaded.",
+    MOTION: "The arm at five instants, the last one darkest, and the end effector's way in orange; below, "
+    "each joint with its limits shaded.",
 }
 NEEDED: Final = ("scenario", "robot", "coverage", "per_joint", "pairs", "reasons", "best_effort")
 """What the summary of a coverage result has at least."""
@@ -96,8 +96,8 @@ def _sentences(facts: dict[str, Any]) -> list[str]:
     near, turned = facts["worst_error"]
     if facts["coverage"] > 0.0:
         said.append(
-            f"After a survived failure the tip stays within {1e3 * near:.2g} mm and {turned:.2g} rad of its "
-            "path."
+            f"After a survived failure the end effector stays within {1e3 * near:.2g} mm and {turned:.2g} "
+            "rad of its path."
         )
     if facts["upper_bound"] is not None:
         least, joints = min(facts["upper_bound"]), len(facts["per_joint"])

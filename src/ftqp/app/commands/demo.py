@@ -21,8 +21,8 @@ from ftqp.sim.log.log_writer import FILE_NAME
 from ftqp.sim.rival import ResolvedRates, Ride, ride, strayed
 
 SCENARIO = "panda-unannounced"
-FINDS, OWN_TOLD = "ftqp, not told", "ftqp, told at once"
-RIVAL_NEVER, RIVAL_TOLD = "damped resolved rates, not told", "the same, told at once"
+FINDS, OWN_REPORTED = "ftqp, not reported", "ftqp, reported at once"
+RIVAL_NEVER, RIVAL_REPORTED = "damped resolved rates, not reported", "the same, reported at once"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,21 +71,22 @@ PICTURE = "rivals.png"
 
 
 def brake_story(folder: Path) -> StoryPart:
-    """The bundled scenario, a planner that is told, and a rival told and not."""
+    """The bundled scenario, the lock reported or not, to ftqp and to a rival."""
     setup = load(SCENARIO)
     (event,) = setup.schedule
     say(
         f"{setup.robot.name} goes round a circle in {setup.path.duration:g} s, in physics: servos, gravity, "
-        f"noisy encoders. At {event.at:g} s the brake of {event.fault.joint} closes, and nobody says so ..."
+        f"noisy encoders. At {event.at:g} s the brake of {event.fault.joint} closes, and nobody reports it "
+        "..."
     )
     alone = _run(setup, folder)
-    say("once more with a planner that is told, and with damped resolved rates, not told and told ...")
+    say("once more with the lock reported, and with damped resolved rates, not reported and reported ...")
     _run(load(SCENARIO, [TOLD]), folder / FOLDER)
-    rides = {name: ridden(setup, name == RIVAL_TOLD) for name in (RIVAL_NEVER, RIVAL_TOLD)}
+    rides = {name: ridden(setup, name == RIVAL_REPORTED) for name in (RIVAL_NEVER, RIVAL_REPORTED)}
     log = load_log(folder / FILE_NAME)
     errors = {
         FINDS: strayed(log),
-        OWN_TOLD: strayed(load_log(folder / FOLDER / FILE_NAME)),
+        OWN_REPORTED: strayed(load_log(folder / FOLDER / FILE_NAME)),
         **{name: one.error for name, one in rides.items()},
     }
     table = {name: errors_of(error, log["t"], event.at) for name, error in errors.items()}
@@ -116,13 +117,13 @@ def _story(
     (fault,) = facts["faults"]
     joint, others = fault["joint"], len(log.metadata["joints"]) - 1
     after = 1e3 * (fault["detected_at"] - fault["at"]) if fault["detected_at"] is not None else None
-    noticed = "did not find out" if after is None else f"found it out after {after:.0f} ms"
-    rival, told, own = table[RIVAL_NEVER], table[RIVAL_TOLD], table[FINDS]
+    noticed = "did not notice" if after is None else f"named it after {after:.0f} ms"
+    rival, told, own = table[RIVAL_NEVER], table[RIVAL_REPORTED], table[FINDS]
     width = max(map(len, table))
-    better = "less than ftqp" if told["after"] < table[OWN_TOLD]["after"] else "no less than ftqp"
+    better = "less than ftqp" if told["after"] < table[OWN_REPORTED]["after"] else "no less than ftqp"
     return [
-        f"At {fault['at']:g} s the brake of {joint} closed. Nobody told the planner; its detector {noticed}, "
-        f"and the other {others} joints took over.",
+        f"At {fault['at']:g} s the brake of {joint} closed. Nobody reported it; the detector {noticed}, "
+        f"and the remaining {others} joints took over.",
         f"The task: {words.ending(facts)}; {words.limits_sentence(facts['max_limit_violation'])}; the "
         f"busiest joint used {100 * _busiest(log):.0f} % of its speed; a command took "
         f"{facts['step_time_us']['p50']:.1f} us.",
@@ -135,11 +136,11 @@ def _story(
         ),
         "",
         "Damped resolved rates are what a good engineer writes without ftqp: measured joints are fed back,",
-        f"limits of speed and acceleration kept. Told of the lock, they stray {words.length(told['after'])}, "
-        f"{better}:",
-        "this lock needs nothing more. Not told, they lead the dead joint as if it worked, and stray "
+        "limits of speed and acceleration kept. If the lock is reported, they stray "
+        f"{words.length(told['after'])}, {better}:",
+        "this lock needs nothing more. If not, they command the locked joint as if it worked, and stray "
         f"{rival['after'] / own['after']:.1f}",
-        "times as far as ftqp, which finds out by itself. All joints: docs/evidence/well-wired.md",
+        "times as far as ftqp, which detects it. All joints: docs/evidence/well-wired.md",
         "",
         *([] if picture is None else [f"Picture of the arms: {picture}"]),
         f"Log and summary: {run.folder}",
@@ -177,7 +178,7 @@ def box_story(folder: Path) -> StoryPart:
     ends = "and run into it" if pushes["nearest"] <= 0.0 else f"{words.length(pushes['nearest'])} from it"
     lines = [
         "With a box where the elbow goes after the lock, six joints cannot keep the tool's pose and pass it:",
-        f"ftqp, not told, stays {words.length(keeps['nearest'])} from it, as asked, strays "
+        f"ftqp, not reported, stays {words.length(keeps['nearest'])} from it, as asked, strays "
         f"{words.length(keeps['after'])} and says so;",
         f"resolved rates know of no box, stray {words.length(pushes['after'])} {ends}.",
         f"Log and summary: {folder}",
@@ -202,7 +203,7 @@ the sampling period [s]."""
 
 
 def goal_story(folder: Path) -> StoryPart:
-    """ftqp, not told, on its way to the goal, and a rival that is told and goes straight on."""
+    """ftqp on its way to the goal, the lock not reported, and a rival that knows it and goes straight on."""
     setup = _across()
     say(f"and a goal across the workspace; the brake of {JOINT} closes soon after the start ...")
     leads = _led(setup)
@@ -214,12 +215,14 @@ def goal_story(folder: Path) -> StoryPart:
     lines = [
         f"A goal across the workspace; the brake of {JOINT} closes {BRAKES_AT:g} s after the start. Six "
         "joints reach the goal, but not straight on:",
-        f"ftqp, not told, finds out ({found}), looks for another posture, goes there, and ends {_ends(own)};",
-        f"resolved rates, told at once, go straight on and end {_ends(straight)}.",
-        "A planner of motions that is told can find such a way, too. Eight such goals, with pink and placo:",
+        f"ftqp, not reported, detects it ({found}), looks for another posture, goes there, and ends "
+        f"{_ends(own)};",
+        f"resolved rates, reported at once, go straight on and end {_ends(straight)}.",
+        "A motion planner to which it is reported can find such a way, too. Eight such goals, with pink and "
+        "placo:",
         "benchmarks/results/peers_in_physics.md",
     ]
-    return StoryPart(lines=lines, facts={"goal": {"ftqp, not told": own, "resolved rates, told": straight}})
+    return StoryPart(lines=lines, facts={"goal": {FINDS: own, "resolved rates, reported": straight}})
 
 
 def _across() -> Setup:

@@ -31,7 +31,7 @@ def export(
     output: Annotated[
         Path | None,
         typer.Option(
-            "-o", "--output", metavar="FILE", help="New file or folder; beside the log if left out."
+            "-o", "--output", metavar="FILE", help="New file or folder; next to the log if left out."
         ),
     ] = None,
     as_json: Json = False,

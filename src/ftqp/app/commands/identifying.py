@@ -224,13 +224,13 @@ def _told(found: "FittedArm", kinds: list[str]) -> Told:
         ]
         rows.append((joint, *cells, f"{found.before[i]:.3g} -> {found.left[i]:.3g}"))
     heads = [f"{KINDS[name].about} [{KINDS[name].unit}]" for name in each]
-    title = f"{found.robot.name} beside its model, with standard errors"
+    title = f"{found.robot.name} compared with its model, with standard errors"
     table = Table(title, ("joint", *heads, "unexplained [N m]"), rows)
     if LOAD not in kinds:
         return [table]
     mass, error, payload = float(found.load[0]), float(found.errors[LOAD][0]), found.payload
     if payload is None:
-        return [table, f"No load at the tip is told from none: {mass:.3f} kg, standard error {error:.3f}."]
+        return [table, f"No load shows at the end effector: {mass:.3f} kg, standard error {error:.3f}."]
     x, y, z = (1e3 * c for c in payload.com)
     return [
         table,
@@ -259,5 +259,5 @@ def _notes(found: "FittedArm", kinds: list[str], logs: list["TorqueLog"]) -> lis
     if found.left_out:
         notes.append(f"{found.left_out:.2g} s lie in gaps between samples and were left out")
     if seconds < SHORT:
-        notes.append(f"{seconds:.3g} s of motion are little; 20 s of `ftqp identify --motion` tell more")
+        notes.append(f"{seconds:.3g} s of motion are little; 20 s of `ftqp identify --motion` show more")
     return notes

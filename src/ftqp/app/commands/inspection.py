@@ -84,7 +84,7 @@ def arm_of(source: str, tip: str | None, overrides: Sequence[str] = ()) -> "tupl
         valid = [*catalog.names(), *document.bundled()]
         raise unknown("robot, scenario or file", source, "ftqp", valid, ANOTHER)
     if tip is not None:
-        raise InputError(f"{source} is a scenario, whose [robot] has the tip; leave --tip out")
+        raise InputError(f"{source} is a scenario, whose [robot] names the tip; leave --tip out")
     setup = load(source, overrides)
     return setup.robot, setup
 
@@ -358,8 +358,8 @@ def _sentences(found: dict[str, Any]) -> list[str]:
         lines.append(f"Task {task}: {_redundancy(found, task)}")
     if found["gravity_margin"] is not None:
         lines.append(
-            "'a by torque' is the acceleration that a motor can give beside gravity while the other joints "
-            "rest, at the heaviest of 100 random postures."
+            "'a by torque' is the acceleration that a motor can give in addition to gravity while the other "
+            "joints rest, at the heaviest of 100 random postures."
         )
     lines.append(
         "'left' is the share of 400 random postures at which a lock of the joint leaves the task regular."

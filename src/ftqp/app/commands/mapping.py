@@ -48,7 +48,7 @@ class MapTable(Section):
     """The goal, the starts, and what is asked of them."""
 
     goal: tuple[float, ...] = setting(
-        REQUIRED, "where the tip is to go, [x, y] or [x, y, z]", unit="m", count=(2, 3)
+        REQUIRED, "where the end effector is to go, [x, y] or [x, y, z]", unit="m", count=(2, 3)
     )
     rows: Literal["position", "pose"] | tuple[str, ...] | None = setting(
         None, "task rows of an arm in space, 'position', 'pose' or their names; planar arms if absent"
@@ -78,7 +78,7 @@ class MapTable(Section):
             if unfit := [key for key in SPATIAL if getattr(self, key) is not None]:
                 raise InputError(f"has {', '.join(unfit)} without rows, which an arm in space needs")
         elif not self.screen:
-            raise InputError("has screen beside rows; it goes with planar arms, without rows")
+            raise InputError("has screen together with rows; it goes with planar arms, without rows")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -314,7 +314,8 @@ def _told(study: WorkspaceStudy, facts: dict[str, Any]) -> Told:
         Table(title, ("measure", *joints), rows, joints),
         f"{facts['configurations']} ways to the goal, {facts['failed_lines']} of them end at a singularity; "
         f"{facts['runs']} motions after a failure, {facts['unresolved']} of them unresolved",
-        "R: the goal stays within reach; F: where it does, the tip gets there; C: both, on the whole way.",
+        "R: the goal stays within reach; F: where it does, the end effector gets there; C: both, on the "
+        "whole way.",
         "100: configurations with all of it; avg: their mean; sens: the best minus the worst.",
         *([f"{len(facts['crashed'])} starts killed their worker; {again}."] if facts["crashed"] else []),
         f"{facts['cpu_seconds']:.1f} s of processor time; files: {facts['folder']}",

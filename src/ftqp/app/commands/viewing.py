@@ -83,7 +83,7 @@ def shown(choice: Choice, *, speed: float = 1.0, rival: bool = True) -> Iterator
         if folder and not log_files(given):
             if (given / STUDY).is_file():
                 raise InputError(
-                    f"folder {given} holds a campaign, of which `ftqp report {given}` tells; to view an "
+                    f"folder {given} holds a campaign, which `ftqp report {given}` shows; to view an "
                     "episode, run it by the campaign's command with --replay N, and name its folder"
                 )
             raise InputError(
@@ -131,7 +131,7 @@ def usual() -> tuple[str, tuple[str, ...]]:
     """What is shown where nothing is named: a scenario, and what is changed of it."""
     if find_spec("mujoco") is not None:
         return IN_PHYSICS, SLOWER
-    say(f"note: without MuJoCo the arm does exactly what it is told; {remedy_for_extra('sim')} for physics")
+    say(f"note: without MuJoCo the arm follows its commands exactly; {remedy_for_extra('sim')} for physics")
     return WITHOUT, ()
 
 

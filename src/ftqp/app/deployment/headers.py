@@ -170,7 +170,8 @@ def arm_header(
     head = 64 * -(-HEAD_OF_PLANNER // 64)
     record = dtype("record", joints)
     lines = [
-        f"/* arm.h - {name}: {robot.name}, tip {robot.tip}. Made by ftqp build for the library beside it. */",
+        f"/* arm.h - {name}: {robot.name}, tip {robot.tip}. Made by ftqp build for the library next to it. "
+        "*/",
         "#ifndef FTQP_ARM_H", "#define FTQP_ARM_H", "", "#include <math.h>", "#include <stdint.h>", "",
         "/* Of what is said of the arm here; ftqp_open_for refuses an arm.ftqp of another one. */",
         f"#define FTQP_ARM_FINGERPRINT UINT64_C({fingerprint(planner):#018x})", "",

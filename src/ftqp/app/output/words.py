@@ -64,11 +64,11 @@ def fault_sentence(fault: Mapping[str, Any]) -> str:
     what = kind_of(fault["kind"]).happens
     told = fault["announced"]
     if told is None:
-        heard = "the planner is never told"
+        heard = "nobody reports it"
     elif told > fault["at"]:
-        heard = f"the planner is told at {told:g} s"
+        heard = f"reported at {told:g} s"
     else:
-        heard = "the planner is told at once"
+        heard = "reported at once"
     return f"{fault['joint']} {what} at {fault['at']:g} s; {heard}{found_sentence(fault)}"
 
 
@@ -121,7 +121,7 @@ def _learned_sentence(learned: Mapping[str, Any]) -> str:
     if "joints" in learned:
         lags = [one["lag"][0] for one in learned["joints"].values() if one["lag"][1] < UNKNOWN]
         if not lags:
-            return "nothing was learned of the servos, because no joint moved enough"
+            return "nothing of the servos was estimated, because no joint moved enough"
         return f"servos were found to lag by {1e3 * min(lags):.3g} to {1e3 * max(lags):.3g} ms"
     pairs = zip(learned["rotors"], learned["rotors_error"], strict=True)
     rotors = [rotor for rotor, error in pairs if abs(rotor) > 2.0 * error]
@@ -130,7 +130,7 @@ def _learned_sentence(learned: Mapping[str, Any]) -> str:
     parts += [f"dry friction of up to {friction:.2g} N m"] if friction > RUBS else []
     parts += [f"a load of {load['mass']:.3g} kg"] if load is not None else []
     what = " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts) or "nothing"
-    return f"beside its model the arm was found to have {what}"
+    return f"compared with its model the arm was found to have {what}"
 
 
 def _clear_sentence(name: str, one: Mapping[str, Any]) -> str:

@@ -29,8 +29,8 @@ def task_of(setup: Setup) -> TaskPath:
     if task.rows == "position_axis":
         if task.axis != ALONG_TOOL:
             raise ScenarioError(
-                f"{setup.name} has the tool axis {list(task.axis)}, expected [0, 0, 1]: turn the tip by "
-                "[robot.tool]"
+                f"{setup.name} has the tool axis {list(task.axis)}, expected [0, 0, 1]: turn the end "
+                "effector by [robot.tool]"
             )
         rows = "position_axis"
     return task_path(

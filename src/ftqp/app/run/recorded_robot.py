@@ -37,8 +37,8 @@ def recorded_robot(rows: LogRows) -> tuple[Robot | None, str]:
     off = _distance(rows, robot)
     if not off <= NEAR:
         return None, (
-            f"the tip of {robot.name} is {off:.3g} m from where {rows.title} has it; the arm has changed "
-            "since the run"
+            f"the end effector of {robot.name} is {off:.3g} m from where {rows.title} has it; the arm has "
+            "changed since the run"
         )
     return robot, ""
 

@@ -86,7 +86,7 @@ def _loaded(table: RobotTable, folder: File, limits: dict[str, Any]) -> Robot:
     if table.name is not None:
         options = table.options or {}
         if "name" in options:
-            raise InputError("options has name, which is the robot's own key beside them; leave it out")
+            raise InputError("options has name, which is the robot's own key, next to them; leave it out")
         return catalog.load(table.name, **options).with_limits(**limits)
     if table.dh is not None:
         return Robot.from_dh(table.dh, table.convention or "standard", limits=limits)

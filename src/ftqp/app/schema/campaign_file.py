@@ -16,7 +16,7 @@ class EpisodesTable(Table):
     seed: int = setting(0, "of all draws: another one gives other episodes, >= 0", least=0.0)
     judged: Literal["exactly", "in physics", "beside a rival"] = setting(
         "exactly",
-        "'exactly' to rounding, for arms that do what they are told; 'in physics' with 2 % on "
+        "'exactly' to rounding, for arms that follow exactly; 'in physics' with 2 % on "
         "limits and 0.1 s to notice what happened; 'beside a rival' by what a user sees of the arm, also "
         "where it is led by damped least squares",
     )

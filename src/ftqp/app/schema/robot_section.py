@@ -100,7 +100,7 @@ class RobotTable(Table):
     )
     limits: LimitsTable | None = setting(None, "limits that replace those of the model")
     payload: Options[Payload] | None = setting(None, "a load that the arm carries and knows of")
-    tool: ToolTable | None = setting(None, "a point on the tool to control in place of the tip")
+    tool: ToolTable | None = setting(None, "a point on the tool to control in place of the end effector")
     viscous: PerJoint = setting(
         None, "viscous friction in place of the model's, >= 0", unit="N m s/rad or N s/m", **EACH
     )

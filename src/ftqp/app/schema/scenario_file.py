@@ -100,13 +100,13 @@ class PlannerTable(Table):
     )
     bridges: bool = setting(
         False,
-        "whether a blocked path goes on from another posture, to which the tip leaves it, for reference = "
-        "'progress'",
+        "whether a blocked path goes on from another posture, to which the end effector leaves it, for "
+        "reference = 'progress'",
     )
     leave: float | None = setting(
         None,
-        "how far the tip may leave a blocked path to go on from another posture, for reference = 'progress'; "
-        "if absent, anywhere with bridges and not at all without",
+        "how far the end effector may leave a blocked path to go on from another posture, for reference = "
+        "'progress'; if absent, anywhere with bridges and not at all without",
         unit="m",
         least=0.0,
     )
@@ -232,7 +232,7 @@ class SimulationTable(Table):
         choices=("sampled", "mean"),
     )
     holds: tuple[HoldTable, ...] = setting((), "when all joints are held at once")
-    troubles: tuple[TroubleTable, ...] = setting((), "what befalls an arm in physics and nobody is told of")
+    troubles: tuple[TroubleTable, ...] = setting((), "what befalls an arm in physics and nobody reports")
     duration: float | None = setting(
         None, "end of the run, > 0; the path's duration if absent", unit="s", above=0.0
     )
@@ -262,7 +262,7 @@ class FaultTable(Table):
     joint: str | int = setting(REQUIRED, "a joint's name or its index from 0", least=0.0)
     at: float = setting(REQUIRED, "when it happens, >= 0", unit="s", least=0.0)
     announced: float | Literal["never"] | None = setting(
-        None, "when the planner is told (a time >= at, or 'never'); at once if absent", least=0.0
+        None, "when it is reported to the planner (a time >= at, or 'never'); at once if absent", least=0.0
     )
 
     def __post_init__(self) -> None:
@@ -308,7 +308,9 @@ class BaseTable(Table):
     gain: float = setting(1.0, "share of the error that a step removes, 0 < x < 2", above=0.0, below=2.0)
     observer: Options[Observer] | None = like(MovingBase, "observer")
     delay: float = like(MovingBase, "delay")
-    end_point: bool | None = setting(None, "whether the tip is measured; when the base is not, if absent")
+    end_point: bool | None = setting(
+        None, "whether the end effector is measured; when the base is not, if absent"
+    )
     noise: NoiseTable = setting(NoiseTable(), "noise of every measured pose")
     patience: float = like(MovingBase, "patience")
     anti_windup: bool = like(MovingBase, "anti_windup")
@@ -403,8 +405,8 @@ class PathTable(Table):
 
     reference: str | None = setting(
         None,
-        "'progress': the path waits for the arm, needs task mode scaled; 'time': the clock; 'goal': the tip "
-        "goes to the path's end on its own way; by the task mode if absent",
+        "'progress': the path waits for the arm, needs task mode scaled; 'time': the clock; 'goal': the end "
+        "effector goes to the path's end on its own way; by the task mode if absent",
         choices=("progress", "time", "goal"),
     )
     beyond_reach: bool = setting(False, "whether the path may lead farther than the stretched arm is long")
@@ -488,10 +490,10 @@ class Scenario(Table):
     robot: RobotTable = setting(REQUIRED, "the arm")
     planner: PlannerTable = setting(PlannerTable(), "how the next command is chosen")
     start: StartTable = setting(StartTable(), "the state at t = 0")
-    path: PathTable = setting(REQUIRED, "what the tip follows")
+    path: PathTable = setting(REQUIRED, "what the end effector follows")
     tasks: tuple[Options[SoftTask], ...] = setting(
         (),
-        "what other points and joints should do with what the tip's task leaves",
+        "what other points and joints should do with what the end effector's task leaves",
         kinds=KINDS,
         count=(0, TERMS),
     )
@@ -506,10 +508,12 @@ class Scenario(Table):
         (), "what stands around the arm, from which it keeps clear", kinds=WORDS, count=(0, OBSTACLES)
     )
     clearance: Options[Clearance] | None = setting(
-        None, "how far the arm keeps from itself and from the scene; as by default beside one if absent"
+        None,
+        "how far the arm keeps from itself and from the scene; as by default if there is one and this is "
+        "absent",
     )
     base: BaseTable | None = setting(None, "what carries the arm; it stands if absent")
-    faults: tuple[FaultTable, ...] = setting((), "what fails, and when the planner is told")
+    faults: tuple[FaultTable, ...] = setting((), "what fails, and when it is reported to the planner")
     simulation: SimulationTable = setting(SimulationTable(), "what stands for the world")
     sensors: Options[JointSensors] | None = setting(
         None, "what is measured of the joints; the planner is given the truth if absent"

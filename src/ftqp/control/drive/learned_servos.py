@@ -148,7 +148,7 @@ class LearnedServos:
         """
         if joints != self.joints:
             raise InputError(
-                f"known of the drive was learned of {self.robot} with joints {', '.join(self.joints)}, but "
+                f"known of the drive was estimated on {self.robot} with joints {', '.join(self.joints)}, but "
                 f"this robot has {', '.join(joints)}; {AGAIN}"
             )
 
@@ -185,20 +185,17 @@ class LearnedServos:
         if file.exists() and not (file.is_file() and file.stat().st_size <= LARGEST_FILE):
             raise InputError(
                 f"{path} is a folder, a device or a file of more than {LARGEST_FILE / 1e6:.0f} MB, expected "
-                f"what was learned of servos; {AGAIN}"
+                f"estimates of servos; {AGAIN}"
             )
         try:
             content = json.loads(file.read_text(encoding="utf-8"))
         except (OSError, ValueError, RecursionError) as error:
             reason = getattr(error, "strerror", None) or error
-            raise InputError(
-                f"{path} cannot be read as what was learned of servos: {reason}; {AGAIN}"
-            ) from error
+            raise InputError(f"{path} cannot be read as estimates of servos: {reason}; {AGAIN}") from error
         if not isinstance(content, dict) or content.get("format") != FORMAT:
             found = content.get("format") if isinstance(content, dict) else None
             raise InputError(
-                f"{path} has format {found!r:.20}, expected what was learned of servos in format {FORMAT}; "
-                f"{AGAIN}"
+                f"{path} has format {found!r:.20}, expected estimates of servos in format {FORMAT}; {AGAIN}"
             )
         joints = content.get("joints")
         if not isinstance(joints, dict) or not joints or not isinstance(content.get("robot"), str):

@@ -116,7 +116,7 @@ class Blockage:
         if ways != wanted:
             wanted = f"{wanted}, which takes a motion along {ways},"
         at = f"progress {self.progress:.3g} s of {self.duration:.3g} s"
-        text = f"the tip cannot go on along {wanted} at {at}: {held}"
+        text = f"the end effector cannot go on along {wanted} at {at}: {held}"
         return f"{text}; {self._searched}" if self._searched else text
 
 

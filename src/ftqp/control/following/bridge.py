@@ -59,7 +59,9 @@ class Reconfiguration:
     @property
     def sentence(self) -> str:
         """What is being done, or was looked for."""
-        within = f", the tip within {1e3 * self._leave:.3g} mm of its path" * bool(np.isfinite(self._leave))
+        within = f", the end effector within {1e3 * self._leave:.3g} mm of its path" * bool(
+            np.isfinite(self._leave)
+        )
         if self.leads and not self._waits:
             return f"the joints go to another posture, from which the path goes on{within}"
         if self.failed:

@@ -86,8 +86,9 @@ class Connection:
         instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot)")
         if planner.drive.kind != "position":
             raise InputError(
-                f"the planner's drive is {planner.drive.kind!r}, expected 'position': connect learns servos "
-                "on positions; a torque arm is learned while it moves (planner.learned) or by `ftqp identify`"
+                f"the planner's drive is {planner.drive.kind!r}, expected 'position': connect estimates "
+                "position servos; a torque arm is identified while it moves (planner.learned) or by `ftqp "
+                "identify`"
             )
         robot = planner.robot
         start = robot.angles(q)
@@ -281,8 +282,8 @@ class Connection:
             return ()
         if learned is None:
             return (
-                "The samples were the commands to the last bit, so that nothing was learned: hand over what "
-                "the arm measures, and not what was sent.",
+                "The samples were the commands to the last bit, so that nothing was estimated: hand over "
+                "what the arm measures, and not what was sent.",
             )
         return (*said_of_stated(self._planner, learned), *missing_of(self._planner, learned))
 

@@ -67,12 +67,12 @@ def missing_of(planner: Planner, learned: LearnedServos) -> list[str]:
         ),
         (
             learned.way >= MOVED,
-            "moved too slowly for a lag to show beside friction; it is learned once they move faster",
+            "moved too slowly to tell lag from friction; it is estimated once they move faster",
         ),
     ):
         names = [learned.joints[i] for i in np.flatnonzero(~learned.is_known & those)]
         if names:
-            said.append(f"Nothing was learned of {', '.join(names)}, which {what}.")
+            said.append(f"Nothing was estimated of {', '.join(names)}, which {what}.")
     if planner.noise.q == 0.0 and np.max(learned.noise) > SCATTERS:
         said.append(
             f"The noise of positions was not stated: ftqp.Noise(q={float(np.max(learned.noise)):.2g}) is "
@@ -80,7 +80,7 @@ def missing_of(planner: Planner, learned: LearnedServos) -> list[str]:
         )
     if not robot.has_inertia:
         said.append(
-            "The model has no masses: droop under the arm's weight is learned anew at every posture, and no "
+            "The model has no masses: sag under the arm's weight is estimated anew at every posture, and no "
             "torque limit is kept."
         )
     elif not np.isfinite(robot.limits.tau_max).all():

@@ -101,7 +101,7 @@ class GoTo:
     )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner")
-    pose: Fixed[FloatArray] = Fixed("_pose", "Where the tip shall rest, (4, 4); read-only.", MADE)
+    pose: Fixed[FloatArray] = Fixed("_pose", "Where the end effector shall rest, (4, 4); read-only.", MADE)
 
     def __init__(
         self,
@@ -120,8 +120,8 @@ class GoTo:
         instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot)")
         if sum(goal is not None for goal in (pose, q, way)) != 1:
             raise InputError(
-                "a GoTo needs exactly one of pose, q and way; pose is of the tip, q of all joints, way one "
-                "of planner.ways_out()"
+                "a GoTo needs exactly one of pose, q and way; pose is of the end effector, q of all joints, "
+                "way one of planner.ways_out()"
             )
         instance(
             "limits", limits, TipLimits | None, "ftqp.TipLimits(...), ftqp.TipLimits(speed=0.25), or None"
@@ -146,7 +146,9 @@ class GoTo:
                 self._others = GoalWays(planner, self._pose)
         else:
             if limits is not None:
-                raise InputError("limits are those of the tip's way to a pose; for a posture leave them out")
+                raise InputError(
+                    "limits are those of the end effector's way to a pose; for a posture leave them out"
+                )
             instance("way", way, WayOut | None, "one of planner.ways_out()")
             goal = posture_inside(planner.robot, q) if way is None else way.places[-1]
             self._joints = JointTracker(planner, goal, rise_time)
@@ -208,7 +210,9 @@ class GoTo:
         """
         view = self._view
         if target is not None and self._to_posture:
-            raise InputError("a posture takes all joints, so that there is no target beside it; leave it out")
+            raise InputError(
+                "a posture takes all joints, so that there is no target next to it; leave it out"
+            )
         if self._ticks != view.ticks or self._belief != view.belief:
             self._begin()  # a joint has failed or works again, or somebody else has led the planner
         leg = self._leg
@@ -258,7 +262,7 @@ class GoTo:
 
     @property
     def _who(self) -> str:
-        return "the tip" if self._tip is None else self._tip.frame.label
+        return "the end effector" if self._tip is None else self._tip.frame.label
 
     def _errors_at(self, q: FloatArray) -> tuple[float, float]:
         """How far what goes to the goal is from it with the joints at q [m], and its angle [rad]."""
@@ -420,7 +424,7 @@ class GoTo:
             self._status, self._only_the_tip = GoToStatus.REACHED, True
         elif self._tip is None or self._turned_back or self._least == np.inf:
             _LOG.warning(
-                "the arm does not come to rest beside its goal, so its planner stops it; call resume() or "
+                "the arm does not come to rest near its goal, so its planner stops it; call resume() or "
                 "reset() to go on"
             )
             self._planner.stop()

@@ -14,7 +14,7 @@ from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.model.robot import Robot
 
-ONLY_THE_TIP = "the tip is at its goal, while the scheme goes on moving the joints"
+ONLY_THE_TIP = "the end effector is at its goal, while the scheme goes on moving the joints"
 """The sentence of a pose that is reached where the joints do not come to rest."""
 PATIENCE = 1.0
 """An arm that comes no nearer and is slow for so long rests as near as it gets; its pace is taken over as

@@ -53,7 +53,7 @@ class FrameOfTip:
     @property
     def label(self) -> str:
         """The tip."""
-        return "the tip"
+        return "the end effector"
 
     def begin(self) -> None:
         """Nothing is remembered."""
@@ -68,8 +68,8 @@ class FrameOfTip:
             return self._planner.step(q, v, target, tau=tau, tip=tip)
         if not isinstance(beside, Mapping):
             raise InputError(
-                f"target is {type(beside).__name__}, but the tip is led; expected a table of targets of "
-                "other tasks, or None"
+                f"target is {type(beside).__name__}, but the end effector is led; expected a table of "
+                "targets of other tasks, or None"
             )
         return self._planner.step(q, v, {**beside, TIP: target}, tau=tau, tip=tip)
 

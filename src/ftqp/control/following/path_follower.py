@@ -52,7 +52,7 @@ class PathStatus(Enum):
     FOLLOWING = "the path is followed at its own speed"
     SCALED = "the path is followed more slowly, because its full speed would break a limit"
     ESCAPING = "the path has stalled; the joints are moving on the spot to find a way on"
-    BLOCKED = "the path is blocked; the tip waits on it until resume() or reset()"
+    BLOCKED = "the path is blocked; the end effector waits on it until resume() or reset()"
     DONE = "the path is finished"
     BRIDGING = "the path is blocked; another posture from which it goes on is looked for, or gone to"
     FEWER_ROWS = "the path is followed in fewer rows of its task, as all of them cannot be held"
@@ -63,10 +63,12 @@ def _leave(bridges: bool, leave: float | None) -> float:
     if leave is None:
         return inf if bridges else 0.0
     if isinstance(leave, bool) or not isinstance(leave, int | float | np.number) or not 0.0 <= leave <= inf:
-        raise InputError(f"leave is {leave!r:.60}, expected a length from 0 [m], how far the tip may go")
+        raise InputError(
+            f"leave is {leave!r:.60}, expected a length from 0 [m], how far the end effector may go"
+        )
     if bridges and leave == 0.0:
         raise InputError(
-            "bridges is True and leave 0, so that the tip could not go; give a length > 0 or None"
+            "bridges is True and leave 0, so that the end effector could not go; give a length > 0 or None"
         )
     return float(leave)
 

@@ -27,9 +27,9 @@ _LOG = logging.getLogger("ftqp")
 class TargetStatus(Enum):
     """How the target is followed; the value is the sentence for the operator."""
 
-    FOLLOWING = "the tip follows its target as fast as its limits allow"
+    FOLLOWING = "the end effector follows its target as fast as its limits allow"
     WAITING = "the arm stays behind; the reference waits for it within a leash"
-    STALE = "no fresh twist has come for the dead-man time; the tip comes to rest, or rests"
+    STALE = "no fresh twist has come for the dead-man time; the end effector comes to rest, or rests"
     INVALID = "the target is no pose; the arm brakes"
     HALTED = "the planner brakes or has stopped the arm"
 

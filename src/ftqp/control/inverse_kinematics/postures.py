@@ -141,7 +141,7 @@ def postures(
         tip = robot.tip if frame is None else frame
         if clear_of is not None:
             raise InputError(
-                f"clear_of looks at the whole of {robot.name}, but the joints beside the way to {tip!r} are "
+                f"clear_of looks at the whole of {robot.name}, but the joints off the way to {tip!r} are "
                 "held; leave it out, or make the planner of robot.arm_to(...)"
             )
         serial = robot.arm_to(tip)

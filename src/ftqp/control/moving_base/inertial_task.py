@@ -35,10 +35,10 @@ class BaseStatus(Enum):
     The position of a member is the kernel's code for it.
     """
 
-    TRACKING = "the tip follows its inertial target"
-    SATURATED = "the arm's limits keep the tip from its inertial target for the moment"
-    RANK_DEFICIENT = "the working joints cannot move the tip in every direction of the task"
-    UNREACHABLE = "the tip comes no closer: the inertial target is out of the arm's reach"
+    TRACKING = "the end effector follows its inertial target"
+    SATURATED = "the arm's limits keep the end effector from its inertial target for the moment"
+    RANK_DEFICIENT = "the working joints cannot move the end effector in every direction of the task"
+    UNREACHABLE = "the end effector comes no closer: the inertial target is out of the arm's reach"
     STALE = (
         "no valid measurement of base or tip; the last base pose is held for a moment, then the arm brakes"
     )
@@ -137,7 +137,7 @@ class InertialTask:
         "_base_pose", "Pose of the base when it was measured last, (4, 4) along I; read-only.", MADE
     )
     error: Fixed[FloatArray] = Fixed(
-        "_error", "From the tip to the target, (6,) along I [m, rad]; read-only.", MADE
+        "_error", "From the end effector to the target, (6,) along I [m, rad]; read-only.", MADE
     )
     setpoint: Fixed[FloatArray] = Fixed(
         "_setpoint", "Sum of the commands since the start, (nv,) [rad or m]; read-only.", MADE

@@ -107,7 +107,7 @@ class Path(ABC):
         rows = list(self._about(at).items())
         tip = at.pose[:, :3, 3]
         across, up = np.sort(np.argsort(np.ptp(tip, axis=0), kind="stable")[1:])
-        says = f"the tip's way, {'xyz'[across]} to the right and {'xyz'[up]} up"
+        says = f"the end effector's way, {'xyz'[across]} to the right and {'xyz'[up]} up"
         picture = curves_svg([(tip[:, across], tip[:, up])], says, true_to_scale=True)
         return html_table(type(self).__name__, (), rows, picture=picture)
 

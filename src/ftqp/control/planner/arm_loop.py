@@ -163,7 +163,7 @@ class ArmLoop:
             lost = np.flatnonzero(K.feedback.lost[: len(self._joints)])
             if len(lost) and all(K.feedback.held[i] == FROZEN and K.feedback.sigma == 0.0 for i in lost):
                 sentence = REPEATS
-            named = ", ".join(self._joints[i] for i in lost) or "v, tau or the tip"
+            named = ", ".join(self._joints[i] for i in lost) or "v, tau or the end effector"
         if reason in (StopReason.OVERLOAD, StopReason.SECOND_FREE):
             named = self._joints[self._named]
         names = () if self._around is None else self._around.names

@@ -77,7 +77,7 @@ class DeadlineMonitor:
         if self._slow[name] == SLOW_TIMES:
             _LOG.warning(
                 "fill of %s took %.3g ms of a tick of %.3g ms, so that the loop is late; make it quicker, "
-                "dt longer, or say step(..., ticks=) how many have passed; this is told once",
+                "dt longer, or say step(..., ticks=) how many have passed; this is said once",
                 name, 1e3 * took, 1e3 * self._dt,
             )  # fmt: skip
 
@@ -128,7 +128,7 @@ class OwnRows:
                 self._failed[name] = f"fill {why}, so that {name!r} was left out of the tick"
                 if name not in self._warned:
                     self._warned.add(name)
-                    _LOG.warning("%s; this is told once", self._failed[name])
+                    _LOG.warning("%s; this is said once", self._failed[name])
             else:
                 self._failed.pop(name, None)
 

@@ -22,10 +22,10 @@ STILL_SWING = 0.01
 STILL_DRIFT = 1e-3
 """... and one that drifts no faster than this rests [rad/s or m/s]."""
 HELD = {
-    Kept.NOTHING: "the task is given up, the others lead it to where it can rest",
-    Kept.POSE: "tip held at its pose",
-    Kept.POSITION_AXIS: "tip held at its position and axis, rotation about it given up",
-    Kept.POSITION: "tip held at its position, attitude given up",
+    Kept.NOTHING: "the task is given up, the remaining joints move it to where it can hang still",
+    Kept.POSE: "end effector held at its pose",
+    Kept.POSITION_AXIS: "end effector held at its position and axis, rotation about it given up",
+    Kept.POSITION: "end effector held at its position, attitude given up",
 }
 
 
@@ -118,33 +118,35 @@ def notice(parts: Any, joints: tuple[str, ...]) -> str | None:
     if isfinite(reach):
         clear += f", links go up to {max(1, ceil(reach)) / 10.0:.1f} m from where they were"
     if mode == DECIDE:
-        return f"{joint} swings freely: the others brake while it is decided what can be kept"
+        return f"{joint} swings freely: the remaining joints brake while it is decided what can be kept"
     if mode == HOLD:
         return f"{joint} swings freely: {HELD[Kept(int(parts['free_rows'][0]))]}"
     if mode == MAKE_UP:
-        return f"{joint} has no motor: the others keep the task and make up for where it is seen to go"
+        return f"{joint} has no motor: the remaining joints keep the task and make up for its measured motion"
     if mode == FOLLOW:
         return _drifting(joint, float(parts["drift"][0]), float(parts["drift_time"][0]))
     if hit is not None and hit.speed > 0.0 and not parts["contact"][i]:
-        others = "others move to soften it" if mode == ARREST else "the others hold still"
+        others = (
+            "the remaining joints move to soften it" if mode == ARREST else "the remaining joints hold still"
+        )
         return (
             f"{joint} swings freely and will hit its {hit.side} stop in {hit.time:.2f} s at {hit.speed:.1f} "
             f"rad/s ({hit.energy:.0f} J): {others}; {clear}"
         )
     if mode == ARREST:
-        return f"{joint} swings freely: others move to catch it; {clear}"
+        return f"{joint} swings freely: the remaining joints move to catch it; {clear}"
     if parts["contact"][i]:
-        return f"{joint} is at rest on its {'lower' if parts['contact'][i] > 0 else 'upper'} stop"
+        return f"{joint} lies still on its {'lower' if parts['contact'][i] > 0 else 'upper'} stop"
     swing = float(parts["swing"][0])
     if swing > STILL_SWING:
         undamped = parts["viscous"][i] == 0.0 and parts["coulomb"][i] == 0.0
         end = ", no friction: will not come to rest" if undamped else ""
         return f"{joint} is still swinging, +-{swing:.1g} rad{end}"
-    return f"{joint} hangs at rest"
+    return f"{joint} hangs still"
 
 
 def _drifting(joint: str, drift: float, time: float) -> str:
     if abs(drift) < STILL_DRIFT:
-        return f"{joint} has no gravity and rests: the others keep the task"
+        return f"{joint} has no gravity and stands still: the remaining joints keep the task"
     until = f": {time:.0f} s to its stop" if isfinite(time) else " and does not reach its stop"
     return f"{joint} has no gravity and drifts at {abs(drift):.1g} rad/s{until}"

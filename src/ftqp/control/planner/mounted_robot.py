@@ -106,7 +106,7 @@ def weight_sentence(robot: Robot, q: FloatArray, tau_max: FloatArray) -> str:
     if not tau[worst] > tau_max[worst]:
         return ""
     return (
-        f"{robot.joints[worst]} needs {tau[worst]:.3g} N m to hold the arm at rest here, beyond its limit of "
+        f"{robot.joints[worst]} needs {tau[worst]:.3g} N m to hold the arm still here, beyond its limit of "
         f"{tau_max[worst]:.3g} N m, so the arm may sink; choose another posture, or correct the payload, the "
         "masses or robot.with_limits(tau_max=...)"
     )
@@ -124,7 +124,7 @@ def warn_of_rotors(robot: Robot) -> None:
     if without:
         _LOG.warning(
             "%s: no rotor inertia%s is in the model, and behind a gear it can be most of what a joint "
-            "accelerates; it is learned while the arm moves, and better known from the start: give it by "
+            "accelerates; it is estimated while the arm moves, and better known from the start: give it by "
             "robot.with_rotors(...), armature in MJCF, or drake:rotor_inertia and drake:gear_ratio in URDF",
             robot.name,
             f" of {', '.join(without)}" if len(without) < robot.nv else "",

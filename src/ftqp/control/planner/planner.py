@@ -254,7 +254,7 @@ class Planner:
     )
     payload: Fixed[Payload | None] = Fixed(
         "_configuration.arm.payload",
-        "The load that is carried beside the robot's own bodies; None is none.",
+        "The load that is carried in addition to the robot's own bodies; None is none.",
         "planner.carry(payload) mounts a load, planner.carry(None) puts it down",
     )
     stopped_because: Fixed[str | None] = Fixed(

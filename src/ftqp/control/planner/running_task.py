@@ -221,7 +221,7 @@ class RunningTask:
         self._failed[self.name] = f"{what} {why}, so that the last one of {self.name!r} stays"
         if not self._warned:
             object.__setattr__(self, "_warned", True)
-            _LOG.warning("%s; this is told once", self._failed[self.name])
+            _LOG.warning("%s; this is said once", self._failed[self.name])
 
     def _write_pose(self, value: FloatArray) -> None:
         T, (goal, turn, rate, ahead) = value[:16].reshape(4, 4), self._goal

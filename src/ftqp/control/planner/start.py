@@ -185,8 +185,8 @@ def in_milliseconds(robot: Robot, speed: float, dead_man: float) -> str:
     if not way > reach:
         return ""
     return (
-        f"a dead_man of {dead_man:g} s lets the tip go on for {way:.3g} m without its operator, farther than "
-        f"the arm reaches, {reach:.2g} m; it is in s, 0.2 is usual"
+        f"a dead_man of {dead_man:g} s lets the end effector go on for {way:.3g} m without its operator, "
+        f"farther than the arm reaches, {reach:.2g} m; it is in s, 0.2 is usual"
     )
 
 
@@ -229,6 +229,7 @@ class Rest:
             "%s: %s",
             self._robot.name,
             in_millimetres(self._robot, target[[3, 7, 11]])
-            or f"the first target is {1e3 * away:.3g} mm from the tip, which goes straight there as fast as "
-            "its limits let it; begin where the arm is, or lead it by ftqp.GoTo or ftqp.TargetFollower",
+            or f"the first target is {1e3 * away:.3g} mm from the end effector, which goes straight there "
+            "as fast as its limits let it; begin where the arm is, or lead it by ftqp.GoTo or "
+            "ftqp.TargetFollower",
         )

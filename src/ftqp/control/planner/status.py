@@ -23,10 +23,12 @@ class StepStatus(Enum):
     STOPPING = "stop: every healthy joint is braking; call resume() or reset() to go on"
     STOPPED = "stop: the arm is at rest and holds its place; call resume() or reset() to go on"
     INVALID_INPUT = (
-        "a measurement or the target cannot be true and is not used; the arm goes on without the one for a "
-        "moment, and waits for the other at rest"
+        "a measurement or the target is impossible and is not used; the arm goes on without the measurement "
+        "for a moment, and stands still until the target is a possible one"
     )
-    HELD = "the whole arm is held, as by a protective stop; the planner waits, and goes on when it is let go"
+    HELD = (
+        "the whole arm is held, as by a protective stop; the planner waits, and goes on when it is released"
+    )
 
 
 STATUSES = tuple(StepStatus[status.name] for status in Status)
@@ -38,15 +40,17 @@ STOP_REASONS: Final[dict[StopReason, str | None]] = {
     StopReason.ERROR: "the task error was beyond its threshold and rose",
     StopReason.FALLBACKS: "no usable command was found for too long",
     StopReason.SENSOR: (
-        "what the sensor of {joint} says has been impossible for too long; call reset() once it is mended"
+        "the sensor of {joint} gave impossible samples for too long; call reset() once it is mended"
     ),
-    StopReason.DEVIATION: "the tip is too far from where it was sent; {joint} is farthest from its command",
+    StopReason.DEVIATION: (
+        "the end effector is too far from where it was sent; {joint} is farthest from its command"
+    ),
     StopReason.LAG: "the arm does not follow: {joint} is farthest from its command",
     StopReason.FREE_JOINT: "a joint swings freely, and nothing of the task can be kept",
     StopReason.OVERLOAD: "{joint} cannot hold the arm here with the torque that it has left",
     StopReason.SECOND_FREE: (
-        "{joint} seems to swing freely beside a joint that had failed before, which is not believed without "
-        "you; report it, or call resume() where it works"
+        "{joint} seems to swing freely next to a joint that failed before, which only you can confirm: "
+        "report it, or call resume() if it works"
     ),
     StopReason.SCENE: (
         "something stands in the scene that no body of the arm is watched against; the scene was changed in "

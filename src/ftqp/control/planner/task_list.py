@@ -54,16 +54,18 @@ def split(
     for one in tasks:
         if not isinstance(one, Task | SoftTask):
             raise InputError(
-                f"tasks has {type(one).__name__}, expected ftqp.Task (of the tip), PoseTask, RelativeTask, "
-                "PositionTask, AxisTask, CentreOfMass, PostureTask, JointTask or LeastSquares"
+                f"tasks has {type(one).__name__}, expected ftqp.Task (of the end effector), PoseTask, "
+                "RelativeTask, PositionTask, AxisTask, CentreOfMass, PostureTask, JointTask or LeastSquares"
             )
     for one in (one for one in tasks if is_of_tip(one, tip)):
         found, given = as_of_tip(one)
         of_tip.append(found)
     if len(of_tip) + (task is not None) > 1:
-        raise InputError("tasks has two of the tip, expected one ftqp.Task; give it in tasks or as task")
+        raise InputError(
+            "tasks has two of the end effector, expected one ftqp.Task; give it in tasks or as task"
+        )
     if len(soft) > TERMS:
-        raise InputError(f"tasks has {len(soft)} beside that of the tip, expected at most {TERMS}")
+        raise InputError(f"tasks has {len(soft)} next to that of the end effector, expected at most {TERMS}")
     held = len(held_rows(soft))
     if held > HELD_ROWS:
         raise InputError(
@@ -84,8 +86,8 @@ def as_of_tip(task: SoftTask) -> tuple[Task, Target | None]:
     assert isinstance(task, PoseTask | PositionTask)
     if task.weight != 1.0:
         raise InputError(
-            f"weight of {task.label} is {task.weight:g}, but it is the task of the tip, which goes before "
-            "all of level 2 and 3, counts 1 beside others on level 1 and has none; leave it out"
+            f"weight of {task.label} is {task.weight:g}, but it is the task of the end effector, which goes "
+            "before all of level 2 and 3, counts 1 next to others on level 1 and has none; leave it out"
         )
     rows = tuple(row for k, row in enumerate(COMPONENTS) if rows_of(task) & (1 << k))
     made = Task(rows, kp=task.kp, kv=task.kv)
@@ -128,7 +130,9 @@ def target_of_tip(value: Any) -> Any:
         found = Target(pose=np.eye(4))
         found.pose = value  # whatever it is by now is the world's doing
         return found
-    return Target(position=sized("target of the tip", value, (3,), "ftqp.Target(pose=...), (4, 4) or (3,)"))
+    return Target(
+        position=sized("target of the end effector", value, (3,), "ftqp.Target(pose=...), (4, 4) or (3,)")
+    )
 
 
 @final
@@ -258,7 +262,8 @@ class TaskList(Mapping[str, RunningTask]):
         if not isinstance(main, Target | Targets):
             what = "no target so far" if main is None else f"{type(main).__name__}"
             raise InputError(
-                f"the target of the tip is {what}, expected ftqp.Target(pose=...) under {self._robot.tip!r}"
+                f"the target of the end effector is {what}, expected ftqp.Target(pose=...) under "
+                f"{self._robot.tip!r}"
             )
         for one, target in others:
             one.write(target)

@@ -44,7 +44,7 @@ def turned(name: str, place: Any, rpy: Any) -> FloatArray:
     if rpy is None:
         return T
     if np.shape(place) != (3,):
-        raise InputError(f"rpy is given beside a whole pose, expected {name} (3,) beside it")
+        raise InputError(f"rpy is given together with a whole pose, expected it with {name} (3,)")
     roll, pitch, yaw = array("rpy", rpy, (3,), "(3,)")
     turn = rotation_z(yaw) @ rotation_exp(np.array([0.0, pitch, 0.0])) @ rotation_x(roll)
     return frozen(transform(turn, T[:3, 3]))
@@ -200,7 +200,8 @@ class Hull:
         points = self.corners
         if self.mesh is None and self.scale != 1.0:
             raise InputError(
-                f"scale is {self.scale!r:.20} beside corners, expected it beside a mesh; scale them yourself"
+                f"scale is {self.scale!r:.20} together with corners, expected it with a mesh; scale them "
+                "yourself"
             )
         if self.mesh is not None:
             fits = import_module("ftqp.model.collision_geometry")  # loads scipy, as the next one does

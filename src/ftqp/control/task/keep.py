@@ -103,8 +103,8 @@ class Keep:
             if getattr(self, name) is not None:
                 belongs = next(by for by, shape in SHAPES.items() if name in OWN[shape])
                 raise InputError(
-                    f"{self.label} has {name} beside {given[0]}, expected it only with {belongs}; leave it "
-                    "out"
+                    f"{self.label} has {name} together with {given[0]}, expected it only with {belongs}; "
+                    "leave it out"
                 )
         if self.shape == CONE and self.within is None:
             raise InputError(
@@ -203,7 +203,7 @@ class TorqueLimits:
         """
         if not wanted:
             raise InputError(
-                "constraints has TorqueLimits beside torque_limits=False, expected one of them; leave "
+                "constraints has TorqueLimits together with torque_limits=False, expected one of them; leave "
                 "torque_limits out to have torque limits, or TorqueLimits to have none"
             )
         if not robot.has_inertia:

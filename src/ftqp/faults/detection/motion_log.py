@@ -120,7 +120,7 @@ def motion_of(log: RecordedRun, joints: tuple[str, ...], dt: float, drive: str) 
             raise InputError(f"{log.title} has {name} {its}, but the detector has {own}; record such a run")
     if f"q_reference.{first}" not in log:
         raise InputError(
-            f"{log.title} does not keep the planner's reference beside what was measured; record the run "
+            f"{log.title} does not keep the planner's reference next to what was measured; record the run "
             "again, with sensors or plant 'mujoco'"
         )
     for whose in ("truth", "belief"):

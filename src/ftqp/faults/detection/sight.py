@@ -83,7 +83,7 @@ class Sight:
         speed = max(abs(asked), TYPICAL)
         after = self.lock_after(i, speed)
         lock = f"about {1e3 * after:.0f} ms after" if np.isfinite(after) else "not at all when"
-        rests = "; while it rests, as now, nothing shows" if abs(asked) < 0.01 * TYPICAL else ""
+        rests = "; while it stands still, as now, nothing shows" if abs(asked) < 0.01 * TYPICAL else ""
         per = "rad/s" if self.units[i] == "mrad" else "m/s"
         return (
             f"{joint}: {1e3 * self.least()[i]:.2g} {self.units[i]} off what its servo explains are noticed "

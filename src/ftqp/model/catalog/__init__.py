@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 CATALOG = {
     "canadarm2": "Canadarm2 of the space station, 7 joints, 17 m (Nguyen and Hughes 1994), kinematics only",
-    "dual_panda": "two Pandas beside each other on one base, 14 joints, two tips, with masses",
+    "dual_panda": "two Pandas next to each other on one base, 14 joints, two tips, with masses",
     "iiwa14": "KUKA LBR iiwa 14 R820, 7 joints, with masses",
     "modular11": "hyper-redundant arm of 11 alternating rolls and pitches (Bedrossian 1993), kinematics only",
     "panda": "Franka Emika Panda with its hand, 7 joints, with masses",

@@ -246,7 +246,9 @@ def _lengths(count: Any, lengths: Any) -> list[float]:
             raise InputError(f"count is {count!r}, expected a number of joints from 1 to {JOINTS}")
         return [REACH / number] * number
     if count is not None:
-        raise InputError(f"count is {count!r} beside lengths, which already say it; leave one of them out")
+        raise InputError(
+            f"count is {count!r} together with lengths, which already say it; leave one of them out"
+        )
     try:
         sizes = np.atleast_1d(np.asarray(lengths, dtype=np.float64))
     except (TypeError, ValueError, OverflowError):

@@ -142,7 +142,7 @@ KINDS: dict[str, Unknown] = {
     ),
     "offsets": Unknown("encoder offset", "rad", lambda s: OFFSET + 0.0 * s.tau, _turned, told=0.3),
     LOAD: Unknown(
-        "load at the tip", "kg, kg m, kg m2",
+        "load at the end effector", "kg, kg m, kg m2",
         lambda s: s.load * s.length ** np.array([0.0, 1, 1, 1, 2, 2, 2, 2, 2, 2]), _loads, size=10,
     ),
 }  # fmt: skip

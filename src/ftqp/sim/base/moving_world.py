@@ -178,7 +178,9 @@ class MovingWorld:
         self._sees_base = sensing != "unknown"
         self._sees_tip = not self._sees_base if end_point is None else end_point
         if not (self._sees_tip or self._sees_base):
-            raise InputError("end_point is false, but with sensing 'unknown' the tip is all that is measured")
+            raise InputError(
+                "end_point is false, but with sensing 'unknown' the end effector is all that is measured"
+            )
         self._disturbances = tuple(disturbances)
         self._arm = Arm(follower.planner.robot)
         self._late = round(follower.base.delay / follower.planner.dt)

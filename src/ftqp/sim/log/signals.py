@@ -66,8 +66,8 @@ class Column:
 
 
 _SCALARS = (
-    Column("position_error", "m", "distance from the tip to its target"),
-    Column("rotation_error", "rad", "angle between the tip and its target"),
+    Column("position_error", "m", "distance from the end effector to its target"),
+    Column("rotation_error", "rad", "angle between the end effector and its target"),
     Column("slack", "-", "norm of what the command leaves undone of the task, in the units of the task rows"),
     Column("scale", "-", "fraction of the demanded motion along the path, 1 unless the task is slowed"),
     Column("status", "-", f"status of the step: {named((s, k) for k, s in enumerate(StepStatus))}", True),
@@ -80,7 +80,7 @@ _SCALARS = (
     Column("manipulability", "-", "product of the singular values of that Jacobian"),
     Column("condition", "-", "largest by smallest singular value of that Jacobian"),
     Column("kappa", "-", "damping of a singularity-robust inverse, 0 where nothing is damped"),
-    Column("off_path", "m", "distance of the tip from its target across the direction of the path"),
+    Column("off_path", "m", "distance of the end effector from its target across the direction of the path"),
     Column("progress", "s", "path time reached"),
     Column("path_status", "-", f"where the path stands: {named(PATH_CODES.items(), 'no progress')}", True),
 )  # fmt: skip
@@ -96,7 +96,7 @@ def base_columns(coordinates: Sequence[str]) -> tuple[Column, ...]:
         Column(f"disturbance.{name}", "m" if name in slides else "rad", "true coordinate of the base")
         for name in coordinates
     ]
-    error = "true error of the tip along the inertial axes"
+    error = "true error of the end effector along the inertial axes"
     result += [Column(f"inertial_error.{axis}", "m", error) for axis in "xyz"]
     result += [Column(f"inertial_error.r{axis}", "rad", f"{error}, rotation vector") for axis in "xyz"]
     codes = named((status, code) for code, status in enumerate(BaseStatus))
@@ -147,10 +147,11 @@ def columns(joints: Sequence[str], prismatic: BoolArray, level: str) -> tuple[Co
         result += [Column(f"{group}.{joint}", "-", f"{whose}: {codes}", True) for joint in joints]
     for group, what in (("target", "desired"), ("tip", "actual")):
         result += [
-            Column(f"{group}.{axis}", "m", f"{what} position of the tip in the base frame") for axis in "xyz"
+            Column(f"{group}.{axis}", "m", f"{what} position of the end effector in the base frame")
+            for axis in "xyz"
         ]
         result += [
-            Column(f"{group}.q{axis}", "-", f"{what} orientation of the tip, unit quaternion")
+            Column(f"{group}.q{axis}", "-", f"{what} orientation of the end effector, unit quaternion")
             for axis in "xyzw"
         ]
     return (*result, *_SCALARS)

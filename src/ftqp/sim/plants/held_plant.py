@@ -37,7 +37,7 @@ class HeldPlant(PlantAround):
     def __init__(self, plant: Plant, robot: Robot, dt: float, holds: Sequence[Hold]) -> None:
         if plant.drive is None:
             raise InputError(
-                "this plant does exactly what it is told, so nothing can hold it; take plant 'servo' with a "
+                "this plant follows its commands exactly, so nothing can hold it; take plant 'servo' with a "
                 "base that stands, or 'mujoco'"
             )
         super().__init__(plant)

@@ -148,14 +148,14 @@ class SessionLeader(Leader):
     def sentence(self) -> str:
         """What there is to say beside the status of the step; empty without anything."""
         if self._hand is not None:
-            return f"Led by hand: {self._hand.status.value}."
+            return f"Moved by hand: {self._hand.status.value}."
         if self._out is not None:
             out = self._out
             said = out.sentence if out.done else out.status.value
             return f"On a way out: {said}; to path gives the path back."
         if self._back is not None:
             waits = self._back.done and self._detours == DETOURS
-            ending = "; Reset begins anew, or lead the tip by hand" if waits else ""
+            ending = "; Reset begins anew, or lead the end effector by hand" if waits else ""
             return f"Back to the path: {self._back.sentence}{ending}."
         blocked = self._path.standing.blocked
         return "" if blocked is None else f"The path does not go on: {blocked}."

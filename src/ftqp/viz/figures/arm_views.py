@@ -87,7 +87,7 @@ def postures(log: Log, rows: Sequence[int] | NDArray[np.intp]) -> Postures | Non
         Skeleton.from_facts(log.metadata["skeleton"]), log["t"][at], log["q"][at],
         failed=log["truth"][at] != HEALTHY, way=log["tip"][:, :3],
     )  # fmt: skip
-    if "base.x" in log:  # the tip of an arm on a moving base is logged where it is in space
+    if "base.x" in log:  # the end effector of an arm on a moving base is logged where it is in space
         base = log["base"][at]
         return replace(found, points=rotated(base[:, 3:], found.points) + base[:, None, :3])
     return found

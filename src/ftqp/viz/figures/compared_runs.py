@@ -231,7 +231,9 @@ def draw_rivals(log: Log, own: str, rivals: Sequence[Rival], path: str | Path, t
         Line2D([], [], color=colour, linewidth=3.0, label=_result(name, error, log))
         for name, _, error, colour in curves
     ]
-    handles += [Line2D([], [], color=GREY, linewidth=5.0, alpha=0.35, label="where the tip should go")]
+    handles += [
+        Line2D([], [], color=GREY, linewidth=5.0, alpha=0.35, label="where the end effector should go")
+    ]
     handles += [*arm_views.arm_handles(arms[0], GREY), *events.fault_handles(log), *events.found_handles(log)]
     legend_below(figure, handles)
     return save(figure, path)
@@ -282,4 +284,4 @@ def _draw_distances(axes: Axes, log: Log, curves: Sequence[tuple[str, FloatArray
     axes.set_xlim(*events.time_span(log))
     events.mark_faults(axes, log)
     events.mark_found(axes, log)
-    tidy(axes, "time [s]", "", "Distance of the tip from its target [mm]")
+    tidy(axes, "time [s]", "", "Distance of the end effector from its target [mm]")

@@ -49,9 +49,9 @@ def sentence(fault: dict[str, Any], *, told: bool = True) -> str:
     if not told:
         return f"{fault['joint']} {KINDS[fault['kind']].happens} at {fault['at']:g} s"
     if fault["announced"] is None:
-        heard = " (planner never told)"
+        heard = " (never reported)"
     elif told_later(fault):
-        heard = f" (planner told at {fault['announced']:g} s)"
+        heard = f" (reported at {fault['announced']:g} s)"
     else:
         heard = ""
     return f"{fault['joint']} {KINDS[fault['kind']].happens} at {fault['at']:g} s{heard}"
@@ -115,7 +115,7 @@ def fault_handles(log: Log, *others: Log) -> list[Line2D]:
         label = sentence(happened[0], told=alike) if len(happened) == 1 else _together(happened)
         result.append(Line2D([], [], color=RED, linewidth=1.2, label=label))
     if any(told_later(fault) for fault in happened):
-        result.append(Line2D([], [], color=BLUE, linewidth=1.2, linestyle=":", label="planner is told"))
+        result.append(Line2D([], [], color=BLUE, linewidth=1.2, linestyle=":", label="reported"))
     return result
 
 

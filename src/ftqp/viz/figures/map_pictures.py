@@ -23,8 +23,8 @@ from ftqp.viz.figures.canvas import (
 
 LETTERS = {
     "R": "share of the way on which the goal stays within reach",
-    "F": "share of that from which the tip gets there",
-    "C": "share of the whole way from which the tip gets there",
+    "F": "share of that from which the end effector gets there",
+    "C": "share of the whole way from which the end effector gets there",
 }
 """What each letter of a measure means."""
 KINDS = {
@@ -152,7 +152,7 @@ def draw_motions(
     handles = [
         Line2D([], [], color=BLUE, marker="o", label="at the failure"),
         Line2D([], [], color=RED, marker="o", label="in the end"),
-        Line2D([], [], color=ORANGE, label="the tip's way"),
+        Line2D([], [], color=ORANGE, label="the end effector's way"),
         Line2D([], [], color="black", marker="x", linestyle="none", label="goal"),
     ]
     legend_below(figure, handles)

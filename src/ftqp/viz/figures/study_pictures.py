@@ -94,7 +94,7 @@ def draw_ok_errors(path: str | Path, errors: Sequence[float], title: str) -> Pat
     axes.hist(logs, bins=np.linspace(low, max(high, low + 1.0), BINS + 1).tolist(), color=BLUE)
     ticks = np.arange(low, max(high, low + 1.0) + 0.5)
     axes.set_xticks(ticks.tolist(), [f"1e{int(tick)}" for tick in ticks])
-    tidy(axes, "largest error of the tip under OK [mm]", "episodes")
+    tidy(axes, "largest error of the end effector under OK [mm]", "episodes")
     return save(figure, path)
 
 

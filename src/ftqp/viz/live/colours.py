@@ -74,7 +74,7 @@ def hexadecimal(colour: Colour) -> str:
     return "#{:02x}{:02x}{:02x}".format(*colour)
 
 
-LED_OTHERWISE = "same arm, same failure, led by damped resolved rates with feedback"
+LED_OTHERWISE = "same arm, same failure, controlled by damped resolved rates with feedback"
 """What the rival of a page is."""
 
 
@@ -85,13 +85,15 @@ def legend(
     joints = [("dot", CONDITION[code], f"{word} joint") for code, word in CONDITIONS.items()]
     joints += [("dot", BRAKING, "braking joint"), ("dot", NEAR_LIMIT, "joint near its limit")]
     others = [
-        ("line", TRAIL, "way of the tip"),
+        ("line", TRAIL, "way of the end effector"),
         ("line", PATH, "path to follow"),
-        ("dot", TARGET, "target of the tip"),
+        ("dot", TARGET, "target of the end effector"),
         ("dot", RIVAL, f"rival: {rival}"),
     ]
     if ellipsoid:
-        others.append(("dot", ELLIPSOID, "ellipsoid: tip speeds that working joints can make"))
+        others.append(
+            ("dot", ELLIPSOID, "ellipsoid: speeds of the end effector that working joints can make")
+        )
     if further:
         others += [
             ("dot", MARK, "target of a soft task"),

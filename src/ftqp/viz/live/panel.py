@@ -33,8 +33,8 @@ NARROW = (
 """Labels and buttons leave room for four buttons in a row of a narrow panel."""
 INVITATION = (
     '<div style="font:13px/1.45 system-ui,sans-serif;color:#1b4f72;background:#eaf3fb;padding:4px 10px">'
-    "<b>Drag the arrows at the tip</b>, and the arm follows; <b>to path</b> gives it its path back. "
-    "Click <b>lock</b> beside a joint: nothing fails but what you break.{further}</div>"
+    "<b>Drag the arrows at the end effector</b>, and the arm follows; <b>to path</b> gives it its path back. "
+    "Click <b>lock</b> next to a joint: nothing fails but what you break.{further}</div>"
 )
 """What a visitor is told first, and what a page has beside that."""
 BOX = " Put <b>a box in the way</b> and drag it."
@@ -202,7 +202,7 @@ class Panel:
 
     def _tell(self, stage: Stage) -> None:
         """How the planner learns of what breaks."""
-        how = self._gui.add_dropdown("tell planner", TELLS, initial_value=stage.tell)
+        how = self._gui.add_dropdown("report failure", TELLS, initial_value=stage.tell)
         delay = self._gui.add_number(
             "after [s]", 0.5, min=0.0, max=60.0, step=0.1, visible=stage.tell == "after"
         )

@@ -131,7 +131,9 @@ class Plots:
 
         both = [_line("ftqp", healthy), _line("resolved rates", colours.hexadecimal(colours.RIVAL))]
         range_of_errors = {"distr": 3, "log": 10, "range": (LEAST_ERROR, 3e3)}
-        self._error = add(_errors(history), both, "error of the tip [mm]", range_of_errors, _decades(-3, 3))
+        self._error = add(
+            _errors(history), both, "error of the end effector [mm]", range_of_errors, _decades(-3, 3)
+        )
         gui.add_html(_NOTE)
         few = {"show": True, "live": False} if len(joints) <= len(LINES) else {"show": False}
         self._joints = add(

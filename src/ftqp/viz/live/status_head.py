@@ -17,10 +17,10 @@ def status_head(frame: Frame, title: str, joints: Sequence[str], ribbon: str) ->
     """Status, sentence, time, errors, what has failed, the last refusal, and the ribbon."""
     light = colours.hexadecimal(colours.STATUS.get(frame.status, colours.UNKNOWN))
     time = "paused" if frame.paused else f"{_short(frame.pace)} × real time"
-    facts = [f"{frame.t:.1f} s, {time}", f"tip error <b>{_length(frame.position_error)}</b>"]
+    facts = [f"{frame.t:.1f} s, {time}", f"error <b>{_length(frame.position_error)}</b>"]
     if frame.rival is not None and frame.truth.any():
         colour = colours.hexadecimal(colours.RIVAL)
-        told = "told" if frame.rival.told else "not told"
+        told = "reported" if frame.rival.told else "not reported"
         facts.append(
             f'<span style="color:{colour}">resolved rates, {told}: <b>{_length(frame.rival.error)}</b></span>'
         )

@@ -55,9 +55,9 @@ HURRY: Final = 0.15
 speed, and gathers speed by the same share of the smallest acceleration: by eye, and far from any limit."""
 WORDS = (Locked.button, Degraded.button, REPAIR)
 """Buttons of a joint: what a page without dynamics can show."""
-LED = "same arm, same failure, led by the same planner, which is never told"
+LED = "same arm, same failure, same planner, to which it is never reported"
 """What the second arm is."""
-NAMED = "never told"
+NAMED = "never reported"
 """The same beside it."""
 STUB: Final = """
 class PlannerWorker {  // in the place of the worker that speaks with a server
@@ -149,9 +149,9 @@ def _about(played: Played) -> str:
         '<div style="font:13px/1.5 system-ui,sans-serif;color:#222;padding:4px 10px">'
         "<p>This page holds ftqp's planner itself: the kernel that Python and C call, compiled for browsers "
         f"({len(played.wasm) / 1e3:.0f} kB). No server is asked. It plans every {1e3 * planner.dt:g} ms, and "
-        "the arm does what it is told, apart from what you break; there is no gravity in it.</p>"
-        "<p>Twice: the grey arm is told at once of what you break. The purple one is led by the same "
-        "planner, which is never told, and what its encoders say is all that it learns.</p>"
+        "the arm follows its commands exactly, apart from what you break; there is no gravity in it.</p>"
+        "<p>Twice: for the grey arm what you break is reported at once. The purple one has the same planner, "
+        "to which nothing is reported: it detects failures from the encoders alone.</p>"
         f"<p>Kernel <code>{escape(played.kernel)}</code>; <code>bill.json</code> of a library of the same "
         "kernel says the same.</p></div>"
     )

@@ -19,16 +19,16 @@ CAPTIONS: Final = {
     "it was off, on a scale on which every line is ten times the one below.",
     "tasks.png": "How far every soft task was from its target, every point that is kept on its side of a "
     "plane from that, and the arm from what stands around it.",
-    "joints.png": "Every joint's position. Each panel is scaled to the joint's motion; the bar beside it "
+    "joints.png": "Every joint's position. Each panel is scaled to the joint's motion; the bar next to it "
     "shows how much of its range that is.",
     "velocities.png": "Every joint's velocity; the bar shows how much of the speed limit was used.",
     "following.png": "How far every joint was from what had been sent to it.",
     "torques.png": "Every motor's torque, and what the brake of a locked joint carries in its place.",
     "status.png": "What the planner said of every step, what really failed, and what it believed.",
-    "base.png": "How far the tip was off in space while its base moved.",
+    "base.png": "How far the end effector was off in space while its base moved.",
 }
 """What is seen in each figure of a run, by the name of its file."""
-ERRORS: Final = "How far the tip of each run was from its target."
+ERRORS: Final = "How far the end effector of each run was from its target."
 STATUSES: Final = "What the planner of each run said of every step."
 _NUMBERS = re.compile(r"-?\d+\.\d{2,}")
 _PATHS = re.compile(r'(?<= )d="[^"]*"')

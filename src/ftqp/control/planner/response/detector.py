@@ -119,7 +119,7 @@ class Detector:
         if told := [name for name, value in zip(GONE, given, strict=True) if value is not None]:
             warnings.warn(
                 f"{' and '.join(told)} of a detector: no effect any more, since each joint is compared with "
-                "what is learned of it; leave it out",
+                "what is estimated of it; leave it out",
                 DeprecationWarning,
                 stacklevel=2,
             )

@@ -100,8 +100,8 @@ class Security:
         lost = [loss for loss in self.losses if not loss.survived]
         if not lost:
             return (
-                f"any one joint may lock, and the tip stays on its way for {self.horizon:g} s; as of "
-                f"{self.age:.2g} s ago"
+                f"any one joint may lock, and the end effector stays on its way for {self.horizon:g} s; as "
+                f"of {self.age:.2g} s ago"
             )
         said = [
             f"{loss.joint} (off by {1e3 * loss.position_error:.3g} mm and {loss.rotation_error:.2g} rad, "
@@ -117,7 +117,7 @@ def refuse_led(asked: NMinusOne, criterion: Any, scheme: str, plan: Any) -> None
         return
     if plan is not None:
         raise InputError(
-            "plan and n_minus_one both lead the null space; take NMinusOne(leads=False) beside it"
+            "plan and n_minus_one both lead the null space; take NMinusOne(leads=False) with the plan"
         )
     if not getattr(criterion, "norm_q", 0.0) > 0.0:
         raise InputError(

@@ -287,7 +287,7 @@ def _sentence(way: WayOut) -> str:
     """A way in words."""
     what = {
         "back": "go back the way that the joints have come",
-        "back by the tip": f"go back along the tip's way with {WORDS[way.rows]}",
+        "back by the tip": f"go back along the end effector's way with {WORDS[way.rows]}",
         "home": "go home with the joints that work",
         "halt": "go to a posture near by where the arm can stand for long",
         "stop": "stop and stand here",
@@ -297,7 +297,7 @@ def _sentence(way: WayOut) -> str:
     if not way.arrives:
         return f"{what}: it does not arrive"
     text = f"{what}, {way.time:.2g} s; motors then need {100.0 * way.effort:.0f} % of their limits, and "
-    text += f"the tip can still move in {WORDS[way.still]}"
+    text += f"the end effector can still move in {WORDS[way.still]}"
     if way.moment > 0.0:
         text += f"; the base bears up to {way.force:.3g} N and {way.moment:.3g} N m"
     if way.clear:
