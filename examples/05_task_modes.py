@@ -34,10 +34,10 @@ for mode in ("slack", "scaled", "lexicographic"):
     travelled = robot.pose(q)[:3, 3] - start[:3, 3]
     beside = np.linalg.norm(np.cross(travelled, direction))
     ways[mode] = (at @ direction, np.linalg.norm(np.cross(at, direction), axis=1))
-    print(f"{mode}: {1e3 * beside:.2f} mm beside the line, {1e3 * travelled @ direction:.0f} mm along it")
+    print(f"{mode}: {1e3 * beside:.2f} mm off the line, {1e3 * travelled @ direction:.0f} mm along it")
 
 if given.figure:
     from ftqp.viz.figures.loop_picture import draw_loop
 
     title, x_label = "A line that is too fast, in three modes", "along the line [mm]"
-    draw_loop(given.figure, title, {"beside the line [mm]": ways}, x_label=x_label)
+    draw_loop(given.figure, title, {"off the line [mm]": ways}, x_label=x_label)

@@ -53,4 +53,4 @@ if given.figure:
     names = {"scaled": "by progress", "slack": "by the clock"}
     curves = {names[mode]: (1e-2 * np.arange(len(beside[mode])), beside[mode]) for mode in names}
     title = "Three of eleven joints locked, through a singularity"
-    draw_loop(given.figure, title, {"beside the line [mm]": curves}, arm=(robot, motion))
+    draw_loop(given.figure, title, {"off the line [mm]": curves}, arm=(robot, motion))

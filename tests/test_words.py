@@ -1,5 +1,6 @@
 """What a newcomer reads is short, and uses the terms of the field, which docs/making/glossary.toml lists."""
 
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -42,13 +43,15 @@ def test_the_pages_that_a_user_reads_are_few_words_in_all():
     assert sum(len(file.read_text(encoding="utf-8").split()) for file in PAGES) <= MOST_WORDS_IN_ALL
 
 
-def wrong_words(text: str) -> list[str]:
-    """Words of a text in whose place the glossary has others."""
+def wrong_words(
+    text: str, words: dict[str, str] = GLOSSARY["instead_of"], also: tuple[str, ...] = ()
+) -> list[str]:
+    """Words of a text in whose place the glossary has others; ``also`` is what may stand besides."""
     found = []
-    for word, better in GLOSSARY["instead_of"].items():
+    for word, better in words.items():
         for hit in re.finditer(rf"\b(?:{word})\b", text, re.I):
             around = text[max(0, hit.start() - 30) : hit.end() + 30]
-            if not any(allowed in around for allowed in GLOSSARY["allowed"]):
+            if not any(allowed in around for allowed in (*GLOSSARY["allowed"], *also)):
                 found.append(f"{' '.join(around.split())!r}: {better} in place of {hit[0]!r}")
     return found
 
@@ -60,3 +63,28 @@ def test_a_page_uses_the_terms_of_the_field(file):
 
 def test_another_word_for_a_term_is_found():
     assert len(wrong_words("The tip is told of a dead joint.")) == 3
+
+
+def messages(file: Path) -> list[str]:
+    """Texts of several words that a file of the program can show, without docstrings and code."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    bare = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    texts = [
+        node.value
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in bare
+    ]
+    return [re.sub(r"`[^`\n]*`", "x", text) for text in texts if " " in text.strip()]
+
+
+SHOWN = [file for file in sorted((ROOT / "src" / "ftqp").rglob("*.py")) if "kernel" not in file.parts]
+
+
+def test_what_the_program_says_uses_the_terms_of_the_field():
+    words = {word: better for word, better in GLOSSARY["instead_of"].items() if word != "tips?"}
+    words |= GLOSSARY["in_messages"]
+    also = tuple(GLOSSARY["allowed_in_messages"])
+    texts = [(file.name, text) for file in SHOWN for text in messages(file)]
+    assert len(texts) > 3_000
+    found = [(name, wrong) for name, text in texts if (wrong := wrong_words(text, words, also))]
+    assert not found

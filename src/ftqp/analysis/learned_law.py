@@ -28,15 +28,16 @@ LEAST = 1e-9
 class Effectiveness:
     """The share of its commanded motion that each joint carries out: 1 healthy, 0 locked.
 
-    The tip moves by dx = J diag(theta) dq while dq is commanded, so a motion tells of those joints that were
-    commanded to move the tip. theta is estimated by a Kalman filter with a random walk; it is not bounded
-    within the filter, and ``theta`` bounds what it returns.
+    The end effector moves by dx = J diag(theta) dq while dq is commanded, so a motion tells of those joints
+    that were commanded to move the end effector. theta is estimated by a Kalman filter with a random walk; it
+    is not bounded within the filter, and ``theta`` bounds what it returns.
     Source: docs/theory/learned-jacobian.md.
 
     Args:
         joints: The number of joints.
         dt: The sampling period [s].
-        noise: Standard deviation of a measured position of the tip [m]. A larger one learns more slowly.
+        noise: Standard deviation of a measured position of the end effector [m]. A larger one learns more
+            slowly.
         drift: How far an effectiveness may move after a second, as a standard deviation. A larger one forgets
             sooner, and a fault is seen sooner after a long healthy motion.
 
@@ -69,7 +70,7 @@ class Effectiveness:
         Args:
             J: The Jacobian on the way, (m, nv) [m/rad].
             dq: What the joints were commanded to move by, (nv,) [rad].
-            dx: What the tip was seen to move by, (m,) [m].
+            dx: What the end effector was seen to move by, (m,) [m].
 
         Raises:
             InputError: A shape is another one, or a number is NaN or infinite.
@@ -96,21 +97,22 @@ NEAR_SINGULAR = 0.2
 
 @final
 class LearnedLaw:
-    """v = W^-1 J_e' (J_e W^-1 J_e')^-1 x' with J_e = J diag(theta), theta learned from the motion of the tip.
+    """v = W^-1 J_e' (J_e W^-1 J_e')^-1 x' with J_e = J diag(theta), theta learned from measured motion.
 
-    A joint that is seen not to move the tip loses its share of the work, so the others take it over, although
-    nobody said which joint has failed. Singular values below a fifth of the characteristic length are damped,
-    and the joints keep their limits of speed together. With ``learns=False`` it is the law of Goel et al.
-    2005 as it stands: theta stays 1, nothing is damped, speeds are not limited.
+    A joint that is seen not to move the end effector loses its share of the work, so the remaining joints
+    take it over, although nobody said which joint has failed. Singular values below a fifth of the
+    characteristic length are damped, and the joints keep their limits of speed together. With
+    ``learns=False`` it is the law of Goel et al. 2005 as it stands: theta stays 1, nothing is damped, speeds
+    are not limited.
     Source: docs/theory/learned-jacobian.md.
 
     Args:
         robot: The arm.
-        goal: Where the tip is to go: a point, (2,) or (3,) [m], or a pose, (4, 4).
+        goal: Where the end effector is to go: a point, (2,) or (3,) [m], or a pose, (4, 4).
         rows: The task rows, ``"position"``, ``"pose"`` or names of rows.
         W: Weights of the joint rates, (nv, nv) or their diagonal, (nv,); None is the identity.
         gain: K_e > 0 [1/s]. A larger one goes faster, up to the limits of speed.
-        v_max: The largest speed of the tip, > 0 [m/s]; None is none.
+        v_max: The largest speed of the end effector, > 0 [m/s]; None is none.
         dt: The sampling period, > 0 [s].
         noise: Standard deviation of the measured tip, >= 0 [m]. A larger one learns more slowly.
         learns: Whether theta is learned.
@@ -243,7 +245,7 @@ def learned_run(
 
     Args:
         robot: The arm.
-        goal: Where the tip is to go.
+        goal: Where the end effector is to go.
         q0: Where the arm starts, (nv,) [rad or m].
         locked: Names or 0-based indices of the locked joints.
         duration: How long, > 0 [s].

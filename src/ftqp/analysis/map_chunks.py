@@ -34,7 +34,7 @@ class SpatialTask:
         joints: Names of the joints.
         robot: The arm.
         rows: Names of the task rows.
-        pose: The goal, (4, 4); the tip has its orientation on all of a line, where rotation counts.
+        pose: The goal, (4, 4); the end effector has its orientation on all of a line, where rotation counts.
         goal: Its position, (3,) [m].
         M: The inverse of the weights, (n, n).
         grid: Nodes of the grid along each axis.
@@ -197,7 +197,7 @@ class WorkspaceTask:
         joints: Names of the joints.
         links: The arm.
         M: The inverse of the weights, (n, n).
-        goal: Where the tip is to go, (2,) [m].
+        goal: Where the end effector is to go, (2,) [m].
         grid: Nodes of the grid along each axis.
         configurations: Configurations of each part of a point's self-motion.
         steps: Equal parts of a line to the goal.

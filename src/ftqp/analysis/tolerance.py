@@ -208,7 +208,7 @@ EVALUATIONS = 24
 
 
 def fall_energy(robot: Robot, q: Any) -> dict[str, float]:
-    """The energy [J] with which each joint alone, the others held, falls from rest onto its stop.
+    """The energy [J] with which each joint alone, the remaining ones held, falls onto its stop.
 
     W_i = -int g_i dq_i from q_i downhill to the stop, friction left out; 0 where the joint swings back before
     it reaches the stop, and where it has none. A posture with little energy in it is a safer place to wait.

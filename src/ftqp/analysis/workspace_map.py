@@ -33,9 +33,9 @@ class WorkspaceReport:
     """The measures of a workspace in percent, (points, nv + 1); the last column is for any joint.
 
     R is the share of the straight line to the goal on which the goal stays within reach when a joint locks, F
-    the share of that part from which the law brings the tip to the goal though it does not know, and C the
-    share of the whole line with both. 100: share of the configurations with all of it; avg: mean over the
-    configurations; sens: largest minus smallest.
+    the share of that part from which the law brings the end effector to the goal though it does not know, and
+    C the share of the whole line with both. 100: share of the configurations with all of it; avg: mean over
+    the configurations; sens: largest minus smallest.
 
     Attributes:
         joints: Names of the joints.
@@ -154,15 +154,15 @@ def workspace(
     plane: Plane | None = "xz",
     instants: int = 4,
 ) -> WorkspaceReport:
-    """From which points a straight line to a goal survives a lock that nobody is told of.
+    """From which points a straight line to a goal survives a lock that nobody notices.
 
-    Every configuration at a point leads the tip straight to the goal; at every part of its line each joint is
-    taken to lock. The law does not know the limits of the joints.
+    Every configuration at a point leads the end effector straight to the goal; at every part of its line each
+    joint is taken to lock. The law does not know the limits of the joints.
     Source: goel2005, section 4, and docs/theory/after-a-failure.md.
 
     Args:
         robot: A planar arm of revolute joints, or with ``rows`` any arm.
-        goal: Where the tip is to go, (2,) or (3,) [m], or with ``rows`` a pose (4, 4).
+        goal: Where the end effector is to go, (2,) or (3,) [m], or with ``rows`` a pose (4, 4).
         grid: Nodes along each axis of a square as wide as the reach, >= 2; more is a finer map.
         configurations: Of each component of a point's self-motion, >= 1; more is a smoother measure.
         steps: Equal parts of a line, >= 1; more finds shorter stretches out of reach.
@@ -174,7 +174,8 @@ def workspace(
         seed: Moves quasi-random configurations, of arms of more than three joints, and trials.
         rows: ``"position"``, ``"pose"`` or names of task rows, for arms in space: configurations come from
             quasi-random starts, reach counts the limits of the joints, and failures are simulated at some
-            nodes of each line, never screened. Where rotation counts the tip has the goal's on all of a line.
+            nodes of each line, never screened. Where rotation counts the end effector has the goal's on all
+            of a line.
         plane: Of arms in space: the plane through the goal that is mapped; None maps all of the space.
         instants: Of arms in space: at how many nodes of a line failures are simulated, >= 1.
 

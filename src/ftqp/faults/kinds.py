@@ -1,4 +1,4 @@
-"""The kinds of joint fault that a planner can be told of.
+"""The kinds of joint fault that can be reported to a planner.
 
 A fault changes the bounds of a joint and never the size of the QP. This file is the one table of kinds:
 scenarios, logs, figures, the live page, campaigns and messages read what they need from the classes below and
@@ -39,14 +39,14 @@ class Locked:
 
     Args:
         joint: The joint's name or its 0-based index.
-        mode: How it comes to rest: by ``ramp`` it brakes at ``deceleration`` while the others compensate;
-            ``instant`` sets its velocity to zero at once, as in Jin et al. 2017, and the tip leaves its path
-            by more.
+        mode: How it comes to rest: by ``ramp`` it brakes at ``deceleration`` while the rest compensate;
+            ``instant`` sets its velocity to zero at once, as in Jin et al. 2017, and the end effector leaves
+            its path by more.
         deceleration: Braking of the ramp, > 0 [rad/s2 or m/s2]. A larger one stops the joint sooner and asks
-            more of the others at that moment. None is a quarter of the joint's acceleration limit.
-        reset: What the velocities of the others do at an ``instant`` lock: ``kinematic`` leaves them,
-            ``momentum`` changes them by a free impulse, ``task`` by the least jump that keeps the tip's
-            velocity.
+            more of the remaining joints at that moment. None is a quarter of the joint's acceleration limit.
+        reset: What the remaining joints' velocities do at an ``instant`` lock: ``kinematic`` leaves them,
+            ``momentum`` changes them by a free impulse, ``task`` by the least jump that keeps the end
+            effector's velocity.
     """
 
     kind: ClassVar[str] = "locked"
@@ -77,11 +77,12 @@ class FreeSwinging:
 
     Args:
         joint: The joint's name or its 0-based index.
-        damping: Viscous friction beside the robot's own, >= 0 [N m s/rad or N s/m]: tau = -damping v. The
+        damping: Viscous friction on top of the robot's own, >= 0 [N m s/rad or N s/m]: tau = -damping v. The
             more friction, the sooner the joint that is believed to swing comes to rest; an estimate that is
-            too high promises too calm a joint.
-        friction: Coulomb friction beside the robot's own, >= 0 [N m or N]. The more of it, the farther from
-            the posture in which it hangs the joint can rest; an estimate that is too high leaves it falling.
+            too high promises a joint that is too steady.
+        friction: Coulomb friction on top of the robot's own, >= 0 [N m or N]. The more of it, the farther
+            from the posture in which it hangs the joint can rest; an estimate that is too high leaves it
+            falling.
     """
 
     kind: ClassVar[str] = "free_swinging"

@@ -423,8 +423,8 @@ class Robot:
         self.refuse_followers(what)
         if not self.is_serial:
             raise InputError(
-                f"{what} one serial arm, but {self.name} has joints off the way to its tip {self.tip!r}; "
-                f"take robot.arm_to({self.tip!r}), or that of another frame"
+                f"{what} one serial arm, but {self.name} has joints off the way to its end effector "
+                f"{self.tip!r}; take robot.arm_to({self.tip!r}), or that of another frame"
             )
         self.refuse_floating(what)
 

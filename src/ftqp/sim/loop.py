@@ -210,14 +210,14 @@ class Result:
 
 @final
 class Simulation:
-    """A planner leads an arm along a path while joints fail.
+    """A planner moves an arm along a path while joints fail.
 
     At every tick k = 0 ... N, in this order: faults happen and are announced, target at t_k = k dt, sensors,
     planner's step, row of the log, plant moves on.
 
     Args:
         planner: the planner; it is reset to the start, and what it believes failed before stays believed.
-        path: what the tip is to follow.
+        path: what the end effector is to follow.
         q: start of the arm, (nv,) or (nq,) [rad or m].
         v: its start velocity, (nv,) [rad/s or m/s]; at rest without it.
         schedule: what fails when; nothing without it.

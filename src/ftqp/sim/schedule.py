@@ -30,7 +30,7 @@ class FaultEvent:
     Attributes:
         at: When it happens [s].
         fault: What happens, and to which joint.
-        announced: When the planner is told [s]; ``None`` at once, ``"never"`` not at all.
+        announced: When it is reported to the planner [s]; ``None`` at once, ``"never"`` not at all.
 
     Raises:
         InputError: No fault, a time that is negative or not finite, or an announcement before the fault.
@@ -70,7 +70,7 @@ class FaultEvent:
 
     @property
     def told(self) -> float | None:
-        """When the planner is told [s], or ``None`` if never."""
+        """When it is reported to the planner [s], or ``None`` if never."""
         if self.announced == "never":
             return None
         return self.at if self.announced is None else float(self.announced)
@@ -135,7 +135,7 @@ class Schedule:
         return _by_tick(((event.at, event) for event in self.events), dt)
 
     def announced(self, dt: float) -> dict[int, list[FaultEvent]]:
-        """The events by the tick at which the planner is told; those never announced are absent.
+        """The events by the tick at which they are reported; those never announced are absent.
 
         Args:
             dt: sampling period [s].

@@ -178,7 +178,7 @@ def test_what_a_plan_cannot_lead_is_refused(panda):
         ftqp.Planner(panda, plan=MadePlan(plan.q[:, :6], plan.t))
     with pytest.raises(InputError, match="follows a plan"):
         ftqp.Planner(panda, plan=plan).what_ifs()
-    with pytest.raises(InputError, match="a plan of another tip"):
+    with pytest.raises(InputError, match="a plan of another end effector"):
         ftqp.Planner(panda, plan=plan).tool(np.eye(4))
     with pytest.raises(InputError, match=r"call planner\.reset"):
         ftqp.Planner(panda).options()

@@ -18,7 +18,7 @@ COPIES = 4
 
 
 def joint_ranges(robot: Robot, pose: Any, rows: Any = "position") -> dict[str, CircularIntervals]:
-    """B_i, by joint name: the values of joint i with which the other joints can bring the tip to the goal.
+    """B_i, by joint name: the values of joint i with which the other joints reach the goal.
 
     After joint i alone has locked at a, the goal is within reach just where ``B[i].contains(a)``. With one
     joint to spare the ends are exact: extremes of all traced self-motions, solutions of f(q) = x, n_i = 0.
@@ -95,7 +95,7 @@ AT_END = 1e-9
 def reachable_after(
     robot: Robot, goal: Any, locked: Mapping[str | int, float], rows: Any = "position"
 ) -> bool:
-    """Whether the other joints can bring the tip to the goal when some are locked at given values.
+    """Whether the other joints can bring the end effector to the goal when some are locked at given values.
 
     The arm of the joints that are left is solved from 512 quasi-random starts within its limits. Where none
     arrives, the answer for one locked joint is that of ``joint_ranges``; for several locked joints False says

@@ -127,7 +127,7 @@ APART = 0.02
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Outcome:
-    """The end of a motion after a failure that nobody was told of.
+    """The end of a motion after a failure that nobody noticed.
 
     Attributes:
         kind: ``correct``: at rest at the goal; ``erroneous``: at rest elsewhere; ``none``: no rest, a limit

@@ -61,7 +61,7 @@ def basins(
 
     Args:
         robot: A planar arm of three revolute joints.
-        goal: Where the tip is to go, (2,) or (3,) [m].
+        goal: Where the end effector is to go, (2,) or (3,) [m].
         joint: The joint that is locked, by name or index.
         value: Where [rad].
         grid: Cells along each of the two joints that move, >= 2; the cost grows with its square.

@@ -36,7 +36,7 @@ from ftqp.model.robot import Robot
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Corridor:
-    """Postures beside a plan that survive at least what it survives.
+    """Postures next to a plan that survive at least what it survives.
 
     Attributes:
         samples: Of the plan, (K,).
@@ -255,7 +255,7 @@ class Plan(MotionOnPath):
         """How the arm finishes the path when a joint locks: configurations from that sample on, (K, nv).
 
         It is the continuation with which the plan was verified: the joint stays where it is from the last
-        sample at or before the time on, the others go on along the path.
+        sample at or before the time on, the remaining joints go on along the path.
 
         Args:
             joint: The joint that locks, by name or 0-based index.
@@ -295,7 +295,7 @@ class Plan(MotionOnPath):
 
         Args:
             q: Where the arm is, (nv,) [rad or m].
-            at: The time that the tip has reached on the path [s].
+            at: The time that the end effector has reached on the path [s].
             faults: What has failed.
 
         Raises:

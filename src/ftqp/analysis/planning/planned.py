@@ -266,7 +266,7 @@ def plan(
         progress: Called with what is done, of how much, and what is being done.
         scene: What stands around the arm, as it stands now: the plan keeps clear of it, and so must the arm
             after a failure. None is what the path was made with, or nothing.
-        clearance: How far the arm keeps from it and from itself; None is ``ftqp.Clearance()`` beside a scene.
+        clearance: How far the arm keeps from it and from itself; None is ``ftqp.Clearance()`` with a scene.
         frame: Of a robot with branches, the frame that follows the path, by its name; None is its first tip.
             The plan is that of ``robot.arm_to(frame)``, the other joints where ``neutral`` has them, and
             leads a planner of the robot whose first tip that is.

@@ -67,8 +67,8 @@ def coverage(
         dt: The time between samples of poses or points, > 0 [s], which must be given for them; a path of
             ``ftqp.paths`` has as many samples as the motion, and from a start 400 if none is given.
         stride: Every so many samples are verified, >= 1. A larger one is faster and coarser.
-        lock: ``instant``, or ``ramp``: the joint brakes with its deceleration while the others go on.
-        post: How the others go on: ``exact`` follows the path with as many joints as rows, ``qp`` takes one
+        lock: ``instant``, or ``ramp``: the joint brakes with its deceleration while the rest go on.
+        post: How the rest go on: ``exact`` follows the path with as many joints as rows, ``qp`` takes one
             bounded QP a sample, and ``planner`` drives an ``ftqp.Planner`` in closed loop, which takes some
             tenths of a second an instant. None is ``exact`` where it is possible, else ``qp``.
         rows: What of the task is to be kept after a failure; None is all of it. ``"position"`` gives rotation
@@ -87,10 +87,10 @@ def coverage(
         scene: What stands around the arm, as it stands now. A failure after which the arm comes nearer to it,
             or to itself, than is to be kept is not survived; ``qp`` and ``planner`` go round as far as the
             joints that are left can, ``exact`` has no choice. None is that of the path, or nothing.
-        clearance: How far the arm keeps; None is ``ftqp.Clearance()`` beside a scene.
+        clearance: How far the arm keeps; None is ``ftqp.Clearance()`` with a scene.
         threads: How many threads share the work; None is one a core.
         task: Of a robot with several tips, the frame that follows the path, by its name; None is its first
-            tip. Joints beside the way to it do not matter to this task, and are left out of the report;
+            tip. Joints off the way to it do not matter to this task, and are left out of the report;
             what the failure does to other tasks is not looked at.
         verified: Follows all pairs of the case that it is given and makes its report, as ``ftqp coverage``
             does with many processes; None does it here.

@@ -121,9 +121,9 @@ SENTENCES: Final = {
     Survival.SURVIVED: "The other joints finish the path.",
     Survival.LIMIT: "A joint meets its position limit.",
     Survival.VELOCITY: "The path can be followed, but a joint would have to be faster than its limit.",
-    Survival.SINGULAR: "The joints that are left become singular.",
-    Survival.SINGULAR_VELOCITY: "The joints that are left become singular; a speed limit is met first.",
-    Survival.NOT_CONVERGED: "No solution is found for the joints that are left.",
+    Survival.SINGULAR: "The remaining joints become singular.",
+    Survival.SINGULAR_VELOCITY: "The remaining joints become singular; a speed limit is met first.",
+    Survival.NOT_CONVERGED: "No solution is found for the remaining joints.",
     Survival.NOMINAL: "The motion itself is outside its limits at the failure.",
     Survival.ERROR: "The error leaves its tolerance.",
     Survival.STRUCTURAL: "This task can never do without the joint.",
@@ -165,7 +165,7 @@ class CoverageReport:
         waypoints: The samples of the upper bound, (waypoints,).
         fault: How joints fail: ``locked``, ``degraded`` or ``free_swinging``.
         lock: ``instant``, or ``ramp`` where joints brake first.
-        post: ``exact``, ``qp`` or ``planner``: how the others go on.
+        post: ``exact``, ``qp`` or ``planner``: how the remaining joints go on.
         tolerance: Errors of position and rotation within which ``qp`` and ``planner`` survive [m, rad].
     """
 
@@ -280,7 +280,7 @@ class CoverageReport:
         return float(median), float(high)
 
     def survives(self, joint: str | int, time: float) -> bool:
-        """Whether a failure of a joint at a time is survived, at both verified instants beside it.
+        """Whether a failure of a joint at a time is survived, at both verified instants next to it.
 
         Args:
             joint: Its name or index, or a name among ``names``.

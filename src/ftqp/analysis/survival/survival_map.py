@@ -30,7 +30,7 @@ class SurvivalMap:
     Attributes:
         robot: The arm.
         rows: Names of the task rows.
-        places: Where the tip is, (P, 3) [m].
+        places: Where the end effector is, (P, 3) [m].
         q: The postures there, (P, nv) [rad or m].
         lines: How many of the lines from each place the whole arm can follow, (P,).
         survived: How many of these it can follow with each joint locked where it is, (P, nv).
@@ -71,9 +71,9 @@ def survival_map(
 ) -> SurvivalMap:
     """At which share of its workspace an arm can go on when a joint locks.
 
-    From random postures within the limits the tip goes along straight lines, to and fro along each axis of
-    the base whose row counts, its orientation kept where it counts. A lock is survived at a place if all
-    lines that the whole arm can follow can be followed with the joint where it is.
+    From random postures within the limits the end effector goes along straight lines, to and fro along each
+    axis of the base whose row counts, its orientation kept where it counts. A lock is survived at a place if
+    all lines that the whole arm can follow can be followed with the joint where it is.
     Source: docs/theory/coverage.md, "The map of a workspace".
 
     Args:

@@ -237,9 +237,9 @@ def task_path(
         dt: The time between samples, > 0 [s]; None is a 400th of a path's duration, and for poses or points
             it must be given.
         q0: Where the arm starts, (nv,) [rad or m]; it must be at the first sample and within the limits.
-            Points of a task with rotation keep the orientation that the tip has there.
+            Points of a task with rotation keep the orientation that the end effector has there.
         scene: What stands around the arm, as it stands now; None is nothing.
-        clearance: How far the arm keeps from it and from itself; None is ``Clearance()`` beside a scene.
+        clearance: How far the arm keeps from it and from itself; None is ``Clearance()`` with a scene.
 
     Raises:
         InputError: The path is empty, too short or not finite, the rows do not fit it, the arm has too few

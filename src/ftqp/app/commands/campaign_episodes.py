@@ -110,7 +110,7 @@ def _beside(rows: list[dict[str, Any]]) -> list[str | Table]:
     )
     heads = (
         "", "episodes", "finished", "limits broken", "leaps", "accused", "of healthy arms", "stopped",
-        "locks", "found", "after [s]", "tip at the end [mm]", "fastest",
+        "locks", "found", "after [s]", "error at the end [mm]", "fastest",
     )  # fmt: skip
     tables: list[str | Table] = [words]
     for group in dict.fromkeys(row["group"] for row in rows):

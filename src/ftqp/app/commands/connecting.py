@@ -37,7 +37,8 @@ def connect(
         typer.Argument(metavar="SCENARIO|ROBOT|FILE", help="A scenario, a robot, or its URDF or MJCF."),
     ],
     tip: Annotated[
-        str | None, typer.Option(metavar="FRAME", help="The tip of a model; its only end if left out.")
+        str | None,
+        typer.Option(metavar="FRAME", help="The end effector of a model; its only end if left out."),
     ] = None,
     overrides: Overrides = None,
     seconds: Annotated[
@@ -46,11 +47,11 @@ def connect(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="A file of what was learned, for drive.known."),
+        typer.Option("-o", "--output", metavar="FILE", help="A file of the estimates, for drive.known."),
     ] = None,
     as_json: Json = False,
 ) -> ExitCode:
-    """Let a simulated arm make its first motion: what is learned of each servo, noticed, and missing.
+    """Let a simulated arm make its first motion: what is estimated of each servo, noticed, and missing.
 
     Your own arm makes it in your loop: ftqp.connect(planner, q), docs/connect-your-robot.md.
     """
@@ -94,7 +95,7 @@ def connect(
     if setup is None:
         say("note: a servo of 15 Hz without masses stood for the arm; a scenario says what is true of yours")
     if output is not None:
-        say(f"{output}: what was learned; a planner begins with it by drive.known")
+        say(f"{output}: estimates; a planner begins with them by drive.known")
     return ExitCode.DONE
 
 

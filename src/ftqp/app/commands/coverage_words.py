@@ -39,7 +39,7 @@ def coverage_told(facts: dict[str, Any]) -> list[str | Table]:
         *_sentences(facts),
         _by_joint(facts),
         Table("Of the motion and its failures", ("figure", "value"), _figures(facts), ("value",)),
-        "A failure counts as survived when the joints that are left follow the rest of the path within all "
+        "A failure counts as survived when the remaining joints follow the rest of the path within all "
         "limits of position and speed. It is computed, not measured: the arm's model is taken for exact, and "
         "the failure for known at once.",
     ]

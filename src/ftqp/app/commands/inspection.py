@@ -350,7 +350,8 @@ def _sentences(found: dict[str, Any]) -> list[str]:
     if len(found["by_tip"]) > 1:
         ways = "; ".join(f"{tip} by {len(one['joints'])} joints" for tip, one in found["by_tip"].items())
         lines.append(
-            f"Several tips: {ways}. What a lock leaves is that of the first tip which the joint moves."
+            f"Several tips: {ways}. What a lock leaves is that of the first end effector that the joint "
+            "moves."
         )
     for name, one in found["mimics"].items():
         lines.append(f"{name} mimics {one['joint']}: q = {one['ratio']:g} q + {one['offset']:g}.")

@@ -35,7 +35,7 @@ GIVEN = ("samples", "may_swing", "q_min", "q_max", "v_max")
 SHOWN = {
     "Q_REFERENCE": ("state.q_command", "double[n]: the planner's own positions"),
     "V_REFERENCE": ("state.v_command", "double[n]: the planner's own velocities"),
-    "ROTATION_ERROR": ("task.rotation_error", "double: of the measured tip [rad]"),
+    "ROTATION_ERROR": ("task.rotation_error", "double: of the measured end effector [rad]"),
     "ASKS_FOR_BRAKE": (
         "feedback.asks",
         "int64_t[n]: which joints are out of hand; ftqp_brakes says what to close",

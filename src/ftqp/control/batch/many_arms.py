@@ -170,7 +170,7 @@ class Rollout:
 def memory(
     planner: Planner, arms: int, ticks: int = 0, every: int | None = None, *, engine: str | None = None
 ) -> int:
-    """What a rollout takes beside its faults [bytes]; nothing is allocated.
+    """What a rollout takes on top of its faults [bytes]; nothing is allocated.
 
     Args:
         planner: As for ``rollout``.
@@ -202,11 +202,11 @@ def rollout(
 ) -> Rollout:
     """Drive many arms like this one through a trajectory, each from its start and with faults of its own.
 
-    Each arm does exactly what it is told, as on ``ftqp.KinematicPlant``: its command is its next state. The
+    Each arm follows its commands exactly, as on ``ftqp.KinematicPlant``: its command is its next state. The
     commands are those of ``planner.step`` to rounding, from a ``reset`` at the start on; every arm has the
     task, scheme, bounds, posture and believed faults of the planner, which does not change. A planner that
     was made without a posture has each arm return to its own start. An arm one of whose joints swings freely
-    without gravity, or that is told of more while one swings freely, is stepped by a planner.
+    without gravity, or of which more is reported while one swings freely, is stepped by a planner.
 
     Ctrl-C stops all threads within a moment and raises ``KeyboardInterrupt``; nothing is returned then.
 
@@ -215,10 +215,10 @@ def rollout(
         q: Starts, (B, nv) [rad or m], or one for all arms, (nv,). An arm whose start is not finite is left
             where it is, all its ticks count as INVALID_INPUT, and the other arms are driven all the same.
         v: Start velocities, (B, nv) or (nv,); None is rest.
-        targets: Where the tip should be at each tick, the same for every arm.
-        faults: What each arm is told, one entry an arm: ``None``, a fault (at tick 0), ``(fault, tick)``, or
-            a list of those. A tick after the end is never reached. None spares every arm. With one start for
-            all arms there are as many arms as entries.
+        targets: Where the end effector should be at each tick, the same for every arm.
+        faults: What is reported to each arm, one entry an arm: ``None``, a fault (at tick 0), ``(fault,
+            tick)``, or a list of those. A tick after the end is never reached. None spares every arm. With
+            one start for all arms there are as many arms as entries.
         every: After how many ticks q is kept in ``trace``; None keeps none.
         engine: Deprecated and without effect, as there is one engine, the compiled one; leave it out.
         threads: How many threads of the CPU share the arms out, >= 1; None is all cores. The result is the

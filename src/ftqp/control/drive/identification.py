@@ -25,10 +25,10 @@ LEAST = 2e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServoLag:
-    """What a log tells of a position servo.
+    """What a log shows of a position servo.
 
     Attributes:
-        lag: How late the joints are beside the latency of the samples [s].
+        lag: How late the joints are on top of the latency of the samples [s].
         deviation: Its standard deviation [s].
         drive: What to make the planner with: a servo on positions only gets its bandwidth and a lead; one
             that does not lag is taken for one that uses velocities, too, its bandwidth unknown.

@@ -78,8 +78,8 @@ class Noise:
 
     Attributes:
         q: Of joint positions, >= 0 [rad or m]. A larger one lets samples differ more from what is expected
-            and corrects the tip more slowly; where it is stated, a sensor that repeats its number while the
-            joint moves counts as frozen sooner. More than 0.05 is a warning on the logger ``ftqp``.
+            and corrects the end effector more slowly; where it is stated, a sensor that repeats its number
+            while the joint moves counts as frozen sooner. More than 0.05 is a warning on the logger ``ftqp``.
         tau: Of joint torques, >= 0 [N m or N].
 
     Raises:
@@ -108,31 +108,32 @@ class Drive:
             well, of ``velocity`` ``step.v``, and of ``torque`` ``step.tau``.
         bandwidth: Of the arm's own servo, > 0 [rad/s], or one of each joint, (nv,); None is unknown. On drive
             ``position`` the planner estimates each servo, and begins with this, believed to 10 %. On
-            ``velocity``, and where the tip is measured, a larger one lets the tip's error be taken back
-            faster, and stating more than the servo has makes the loop ring. Of several the slowest counts for
-            loops, and the fastest for ``lead``, so that no joint is sent farther ahead than it lags.
+            ``velocity``, and where the end effector is measured, a larger one lets the end effector's error
+            be taken back faster, and stating more than the servo has makes the loop ring. Of several the
+            slowest counts for loops, and the fastest for ``lead``, so that no joint is sent farther ahead
+            than it lags.
         takes_velocity: Whether the servo of a position arm is fed ``step.v``, too. One that is not lags by
             about 2/bandwidth.
         lead: How far ahead of the reference positions are sent until more is known of the servo, >= 0 [s];
             None is 2/bandwidth for a servo on positions only whose bandwidth is known, else 0.
         latency: How late samples are when ``step`` gets them, >= 0 [s]; it is rounded to whole ticks. A
             larger one lowers every loop's bandwidth; on drive ``position`` what is later than this counts as
-            lag. A torque arm that learns its inertia learns, too, that samples come up to five ticks later
+            lag. A torque arm that estimates its inertia finds, too, that samples come up to five ticks later
             than is said here.
         stiffness: Bandwidth of the loop around the reference of a torque arm, > 0 [1/s]; None is
             min(80, 0.24/(latency + dt)). A larger one holds better against friction and loads, and less well
             against a wrong model.
         inertia_error: How much rotor inertia the model of a torque arm's joint may lack, >= 0 [kg m2 or kg];
-            None is 0.3. Rotors, a load at the tip and dry friction are then learned while the arm moves. With
-            a larger one disturbances are fed forward more slowly until the rotors are known; 0 takes the
-            model as it is.
+            None is 0.3. Rotors, a load at the end effector and dry friction are then estimated while the arm
+            moves. With a larger one disturbances are fed forward more slowly until the rotors are known; 0
+            takes the model as it is.
         brakes: Which brakes the arm has. ``each``: one a joint, and ``step.brakes`` names those to close.
             ``all``: they close together, so that once one is asked for all are, the arm is stopped, and it
             goes on after ``reset`` only. ``none``: ``step.brakes`` names none, and a joint that is out of
             hand keeps its own loop; the arm is held by the motors that are left.
-        known: What was learned of the servos of a position arm, to begin with: a file that ``ftqp connect``
+        known: Estimates of the servos of a position arm, to begin with: a file that ``ftqp connect``
             or ``connection.save`` wrote, or ``planner.learned``; None is nothing. It says more than
-            ``bandwidth``, and is doubted as much as that; what has changed since is learned anew.
+            ``bandwidth``, and is doubted as much as that; what has changed since is estimated anew.
 
     Raises:
         InputError: An unknown kind, a number out of its range, or one that this kind has no use for.

@@ -35,7 +35,7 @@ AGAIN: Final = "connect the arm anew, ftqp.connect(planner, q) or `ftqp connect`
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LearnedServos:
-    """What is known of the servos of an arm that takes positions, as learned while it moved.
+    """What is known of the servos of an arm that takes positions, as estimated while it moved.
 
     u = y + lag v + rotor a + friction sgn(v) + offset + weight g(q) + inertia (M(q) a)
 
@@ -46,14 +46,14 @@ class LearnedServos:
         robot: The arm's name.
         joints: The joints' names, (nv,).
         units: The unit of each joint, ``rad`` or ``m``, (nv,).
-        values: Lag [s], rotor over stiffness [s2], dry friction over it, and droops: the constant one, that
+        values: Lag [s], rotor over stiffness [s2], dry friction over it, and sags: the constant one, that
             under the arm's weight and that under what its inertia takes [rad or m], (nv, 6).
         deviations: Their standard deviations, (nv, 6). Noise of samples that hides the accelerations draws
             the rotor towards zero, which its own does not tell.
         droop: How far each joint stands below what it is sent at the present posture, (nv,) [rad or m].
         droop_error: Its standard deviation, (nv,).
         noise: Standard deviation of the samples of each joint, (nv,) [rad or m].
-        way: How far each joint went while it was learned from, (nv,) [rad or m].
+        way: How far each joint went while it was estimated, (nv,) [rad or m].
 
     Source: docs/theory/monitor.md, "The model of a joint".
     """
@@ -144,7 +144,7 @@ class LearnedServos:
             joints: The names of its joints, (nv,).
 
         Raises:
-            InputError: They are not those that this was learned of.
+            InputError: They are not those of the estimates.
         """
         if joints != self.joints:
             raise InputError(

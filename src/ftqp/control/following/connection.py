@@ -52,17 +52,17 @@ STANDS: Final = (
 
 @final
 class Connection:
-    """Leads a planner through the first motion with an arm, and tells what it showed.
+    """Moves an arm for the first time, and says what that showed.
 
-    Every joint moves by some degrees, alone and then together with the others, at no more than 0.3 of its
-    limits, and comes back. The planner learns the servos meanwhile, and keeps what it has learned. It stops
+    Every joint moves by some degrees, alone and then all together, at no more than 0.3 of its
+    limits, and comes back. The planner estimates the servos meanwhile, and keeps the estimates. It stops
     the arm at once, and ``fault`` says why, where a joint does not follow, moves the other way, goes much too
     far (degrees, millimetres), where the samples of another one follow (columns are swapped), where the arm
     moves though it is sent to stay, and where the planner finds a failure or is stopped. The true lag,
-    friction and droop lie within three of the standard deviations that it says.
+    friction and sag lie within three of the standard deviations that it says.
 
     Args:
-        planner: The planner that is led, on drive ``position``; it is reset.
+        planner: The planner that it commands, on drive ``position``; it is reset.
         q: What is measured now of the arm at rest, (nv,) or (nq,) [rad or m].
         seconds: About how long it takes, 10 s if left out, and more for more than seven joints; longer
             motions are larger where joints are slow, and tell more [s].
@@ -262,7 +262,7 @@ class Connection:
 
     @property
     def learned(self) -> LearnedServos | None:
-        """What was learned of the servos; None of an arm whose samples are its commands."""
+        """The estimates of the servos; None of an arm whose samples are its commands."""
         found = self._planner.learned
         return found if isinstance(found, LearnedServos) else None
 
@@ -276,7 +276,7 @@ class Connection:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """What the planner should be told, or is told wrongly, a sentence each with its remedy."""
+        """What should be stated, or is stated wrongly, a sentence each with its remedy."""
         learned = self.learned
         if self._fault is not None:
             return ()
@@ -295,14 +295,14 @@ class Connection:
         return "\n".join((*learned, *self.notices, *self.missing))
 
     def save(self, path: str | Path) -> None:
-        """Write what was learned, for ``ftqp.Drive(known=path)``.
+        """Write the estimates, for ``ftqp.Drive(known=path)``.
 
         Args:
             path: The file; one that exists is replaced.
 
         Raises:
-            InputError: The motion is not over or was ended early, nothing was learned, or the file cannot be
-                written.
+            InputError: The motion is not over or was ended early, nothing was estimated, or the file cannot
+                be written.
         """
         if self._fault is not None:
             raise InputError(
@@ -325,7 +325,7 @@ class Connection:
 
 
 def connect(planner: Planner, q: Any, *, seconds: float | None = None) -> Connection:
-    """A first motion with an arm, by which its servos are learned and mistakes of wiring are found.
+    """A first motion with an arm, by which its servos are estimated and mistakes of wiring are found.
 
     ```
     first = ftqp.connect(planner, read())
@@ -336,7 +336,7 @@ def connect(planner: Planner, q: Any, *, seconds: float | None = None) -> Connec
     ```
 
     Args:
-        planner: The planner that is led, on drive ``position``; it is reset.
+        planner: The planner that it commands, on drive ``position``; it is reset.
         q: What is measured now of the arm at rest, (nv,) or (nq,) [rad or m].
         seconds: About how long it takes, 10 s if left out, and more for more than seven joints; longer
             motions are larger where joints are slow, and tell more [s].

@@ -59,33 +59,33 @@ HUNDRED = 100
 
 @final
 class GoTo:
-    """Leads a planner to a pose of the tip or to a posture of all joints, and lets the arm rest there.
+    """Moves an arm to a pose of its end effector or to a posture of all joints, where it rests.
 
     A posture is neared by a motion of the joints, as fast as the limits that are believed allow, a pose by a
-    straight motion of the tip; both with limited jerk, and both within every limit of the planner. When a
-    joint fails, the way is planned anew at the same tick from the position and velocity of the command: the
-    others go to their places, or the tip as near as it gets. Where the straight way to a pose ends before its
-    goal, postures of the goal are looked for, a little in every tick, and the joints go to the one that is
-    reached soonest. A goal that is not reached is told as ``UNREACHABLE`` together with the distance and with
-    what was looked for, once the arm rests. An arm that swings beside a pose goes back
+    straight motion of the end effector; both with limited jerk, and both within every limit of the planner.
+    When a joint fails, the way is planned anew at the same tick from the position and velocity of the
+    command: the others go to their places, or the end effector as near as it gets. Where the straight way to
+    a pose ends before its goal, postures of the goal are looked for, a little in every tick, and the joints
+    go to the one that is reached soonest. A goal that is not reached is ``UNREACHABLE`` together with the
+    distance and with what was looked for, once the arm rests. An arm that oscillates near a pose goes back
     to where it was nearest and its motors can hold it, and rests there; else the planner stops it.
 
     Args:
-        planner: The planner that is led; with any scheme, task and backend.
-        pose: Where the tip shall rest, (4, 4), for tasks with or without rotation rows.
+        planner: The planner that it commands; with any scheme, task and backend.
+        pose: Where the end effector shall rest, (4, 4), for tasks with or without rotation rows.
         q: Where the joints shall rest, (nv,) or (nq,) [rad or m], inside their limits.
         way: One of ``planner.ways_out()``, to whose places the joints go one after the other.
-        limits: How fast the tip moves to a pose; None is ``TipLimits()``. The joints' own limits set the
-            pace to a posture.
+        limits: How fast the end effector moves to a pose; None is ``TipLimits()``. The joints' own limits set
+            the pace to a posture.
         rise_time: How long the joints' accelerations take to reach their limits on the way to a posture, > 0
             [s]. A longer one is softer and later. A joint with a jerk limit ``j_max`` keeps that, too.
-        tolerance: How near the tip, or every joint, has to be to its goal, > 0 [m or rad].
-        rotation_tolerance: How near the attitude of the tip has to be to its goal, > 0 [rad].
-        straight: Whether the tip may go to a pose on its straight way only, for example because other ways
-            are not free; then no postures are looked for.
+        tolerance: How near the end effector, or every joint, has to be to its goal, > 0 [m or rad].
+        rotation_tolerance: How near the attitude of the end effector has to be to its goal, > 0 [rad].
+        straight: Whether the end effector may go to a pose on its straight way only, for example because
+            other ways are not free; then no postures are looked for.
         task: The further task whose frame goes to ``pose``, a ``PoseTask`` or ``PositionTask`` of the
-            planner's list, by its name; None is the tip. Its target is then this motion's, and no postures
-            are looked for.
+            planner's list, by its name; None is the end effector. Its target is then this motion's, and no
+            postures are looked for.
 
     Raises:
         InputError: Neither or both of pose and q, a wrong shape, a pose that is none, or a posture outside
@@ -203,7 +203,7 @@ class GoTo:
                 tip's target where another task is led. None leaves them as they are, and a tip that is not
                 led where it was.
             tau: The measured torque, (nv,) [N m or N], or None.
-            tip: The measured pose of the tip, (4, 4), or None to take that of the model.
+            tip: The measured pose of the end effector, (4, 4), or None to take that of the model.
 
         Raises:
             InputError: As ``Planner.step``, or a target on the way to a posture.
@@ -252,7 +252,7 @@ class GoTo:
 
     @property
     def position_error(self) -> float:
-        """How far the command is from the goal, which for a posture is where that puts the tip [m]."""
+        """How far the command is from the goal, for a posture from where that puts the end effector [m]."""
         return self._errors_at(self._view.command.q)[0]
 
     @property
@@ -274,7 +274,7 @@ class GoTo:
 
     @property
     def sentence(self) -> str:
-        """Where the arm stands and why, which joints miss their goal, and by how much the tip does."""
+        """Where the arm stands and why, which joints miss their goal, and how far off the end effector is."""
         if self._status is GoToStatus.REACHED:
             return ONLY_THE_TIP if self._only_the_tip else self._status.value
         if self._status is GoToStatus.HALTED:

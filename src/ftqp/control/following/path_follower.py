@@ -83,15 +83,16 @@ class PathFollower:
     with the decision progress'' of its own.
 
     Args:
-        planner: The planner that is led, made with ``Task(mode="scaled")``.
-        path: What the tip is to follow, in its own time; a rate of 1 is the path's own speed.
+        planner: The planner that it commands, made with ``Task(mode="scaled")``.
+        path: What the end effector is to follow, in its own time; a rate of 1 is the path's own speed.
         stall: When to break the symmetry of a posture that has stalled the path, and when to call the path
             blocked. None does neither: a path that cannot go on then waits without a verdict.
-        bridges: Whether a blocked path may be bridged: the tip then leaves it, the joints go to another
-            posture of the place where it was left, from which it goes on, and it does. Without, the tip
-            waits on the path. For processes that must not be left, such as welding, leave it off.
-        leave: How far the tip may leave the path meanwhile, from 0 [m]: it stays within so much of the part
-            that it has come, and its rotation within so much over the characteristic length. None is
+        bridges: Whether a blocked path may be bridged: the end effector then leaves it, the joints go to
+            another posture of the place where it was left, from which it goes on, and it does. Without, the
+            end effector waits on the path. For processes that must not be left, such as welding, leave it
+            off.
+        leave: How far the end effector may leave the path meanwhile, from 0 [m]: it stays within so much of
+            the part that it has come, and its rotation within so much over the characteristic length. None is
             anywhere with bridges and 0, not at all, without. The less it may, the fewer blocked paths go on.
 
     Raises:
@@ -178,7 +179,7 @@ class PathFollower:
             q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
             v: The measured velocity, (nv,) [rad/s or m/s], or None: the planner observes it from q.
             tau: The measured torque, (nv,) [N m or N], or None.
-            tip: The measured pose of the tip, (4, 4), or None to take that of the model.
+            tip: The measured pose of the end effector, (4, 4), or None to take that of the model.
         """
         if self._bridge is not None:
             return self._bridged(self._bridge, q, v, tau, tip)
@@ -230,7 +231,7 @@ class PathFollower:
 
     @property
     def blocked(self) -> str | None:
-        """Which way the tip cannot go on and what holds it, or None while the path is not blocked."""
+        """Which way the end effector cannot go on and what holds it; None while the path is not blocked."""
         if self._blockage is None:
             return None
         text = self._blockage.sentence

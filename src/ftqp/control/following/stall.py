@@ -18,9 +18,9 @@ class StallEscape:
 
     A posture that is exactly symmetric, such as a stretched arm, traps every first-order method: the
     self-motion that it needs has no gradient. The joints are therefore drawn along a pattern without
-    symmetry, of which the QP leaves what keeps the tip on its path. Without an escape such an arm waits for
-    ever (``docs/theory/path-progress.md``); the least error of the start, and so the noise of a real arm,
-    frees it as well. When no pattern helps, the path is called blocked, which nothing else does.
+    symmetry, of which the QP leaves what keeps the end effector on its path. Without an escape such an arm
+    waits for ever (``docs/theory/path-progress.md``); the least error of the start, and so the noise of a
+    real arm, frees it as well. When no pattern helps, the path is called blocked, which nothing else does.
 
     Attributes:
         below: A mean path rate below this counts as stalled, in (0, until), without unit. A larger one begins

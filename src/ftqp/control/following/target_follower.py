@@ -38,17 +38,17 @@ class TargetStatus(Enum):
 class TargetFollower:
     """Leads a planner to targets that may jump, or along the twists of an operator.
 
-    Between the target and the planner stands a reference of the tip with limits of speed, acceleration and
-    jerk. It begins at the arm, goes to a pose however far it jumps, or becomes as fast as a twist; and it
-    stays within a leash of 20 mm and 0.1 rad of the tip, so that nothing winds up where the arm cannot
-    follow. Limits, failed joints and singularities are the planner's matter as always.
+    Between the target and the planner stands a reference of the end effector with limits of speed,
+    acceleration and jerk. It begins at the arm, goes to a pose however far it jumps, or becomes as fast as a
+    twist; and it stays within a leash of 20 mm and 0.1 rad of the end effector, so that nothing winds up
+    where the arm cannot follow. Limits, failed joints and singularities are the planner's matter as always.
 
     A twist alone counts as fresh when its stamp is greater than every stamp before. After ``dead_man``
     without a fresh one the reference comes to rest with limited jerk, whatever the target says. Time is
     counted in steps: whoever calls ``step`` no more is beyond the reach of a dead-man time.
 
     Args:
-        planner: The planner that is led.
+        planner: The planner that it commands.
         limits: How fast the reference may move; None is ``TipLimits()``.
         dead_man: How long a twist counts without a fresh one, > 0 [s]. A longer one rides out longer gaps and
             goes on longer after a loss.
@@ -112,10 +112,10 @@ class TargetFollower:
         Args:
             q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
             v: The measured velocity, (nv,) [rad/s or m/s], or None: the planner observes it from q.
-            target: Where the tip should be, however far away, and how fast that moves; or a twist alone. The
-                target's acceleration is not used.
+            target: Where the end effector should be, however far away, and how fast that moves; or a twist
+                alone. The target's acceleration is not used.
             tau: The measured torque, (nv,) [N m or N], or None.
-            tip: The measured pose of the tip, (4, 4), or None to take that of the model.
+            tip: The measured pose of the end effector, (4, 4), or None to take that of the model.
         """
         if not isinstance(target, Target | Targets):
             raise not_a_target(target)

@@ -42,7 +42,7 @@ class TaskPaths:
     level 0 and 1 are followed as long as joints can, and where they cannot, all paths slow down together.
 
     Args:
-        planner: The planner that is led.
+        planner: The planner that it commands.
         paths: The path of each task, by its name: further tasks, ``PoseTask`` and ``PositionTask``, and the
             tip by the name of its frame. A path that is shorter than another ends first and rests.
         leash: Position error at which paths wait, > 0 [m]. A larger one lets tasks stay farther behind before
@@ -117,10 +117,10 @@ class TaskPaths:
         Args:
             q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
             v: The measured velocity, (nv,) [rad/s or m/s], or None.
-            target: What tasks without a path are to do: a table of targets, or the tip's target where it has
-                no path; None lets them keep their last. A tip that never had one is an error.
+            target: What tasks without a path are to do: a table of targets, or the end effector's target
+                where it has no path; None lets them keep their last. A tip that never had one is an error.
             tau: The measured torque, (nv,) [N m or N], or None.
-            tip: The measured pose of the tip, (4, 4), or None to take that of the model.
+            tip: The measured pose of the end effector, (4, 4), or None to take that of the model.
         """
         dt, before = self._planner.dt, self._rate
         wanted = self._planner.speed * float(np.clip((1.0 - self._worst[1]) / (1.0 - FREE), 0.0, 1.0))

@@ -125,7 +125,7 @@ class Posture:
         limit: From the joint that is nearest to an end of its range to that end [rad or m]; inf without
             limits. Joints that have failed do not count.
         sigma_min: The smallest singular value of the task's Jacobian over the joints that work, its angular
-            rows times the characteristic length [m]; 0 where the tip cannot move in all rows.
+            rows times the characteristic length [m]; 0 where the end effector cannot move in all rows.
         effort: The largest share of a torque limit that holds the arm there at rest; 0 without masses or
             torque limits. Above 0.98 it is not to be relied on.
         clearance: How far the arm is from what it must not meet [m]; inf where nothing is in the way.

@@ -86,14 +86,15 @@ def postures(
     clear_of: Surrounded | None = None,
     frame: str | None = None,
 ) -> Postures:
-    """Postures within the limits that put the tip at a pose, failed joints where they are.
+    """Postures within the limits that put the end effector at a pose, failed joints where they are.
 
     Many Newton steps from random starts find the branches; where joints are to spare, postures are then led
     along their self-motions away from limits. It takes some 10 ms, and up to 0.2 s where there is none.
 
     Args:
         robot: The arm, with its load and tool.
-        pose: Where the tip shall be, (4, 4), or a point, (2,) or (3,) [m], for rows without rotation.
+        pose: Where the end effector shall be, (4, 4), or a point, (2,) or (3,) [m], for rows without
+            rotation.
         faults: What has failed: locked joints stay where ``near`` has them, degraded ones keep what is left
             of their range, and of their torque for ``effort``. One fault or several; a joint that swings
             freely goes where gravity takes it and is refused.
@@ -108,7 +109,7 @@ def postures(
         clear_of: A planner of this arm with a scene: postures in which a body is nearer to another one than
             it keeps come last, and say so (``clearance``, ``is_held``).
         frame: Of a robot with branches, the frame that shall be there, by its name; None is its first tip.
-            Joints beside the way to it stay where ``near`` has them, or else ``neutral``.
+            Joints off the way to it stay where ``near`` has them, or else ``neutral``.
 
     Raises:
         InputError: A goal that does not fit the rows, an unknown joint or row, a joint that swings freely, a

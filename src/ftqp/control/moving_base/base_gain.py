@@ -32,7 +32,7 @@ below it is a filter any more."""
 def gain_limit(alpha: float) -> float:
     """The gain 2 cos(alpha) below which the loop is stable; 0 from 90 deg on.
 
-    With the attitude estimated from the tip alpha is 0, whatever the base does, and the limit is 2.
+    With the attitude estimated from the end effector alpha is 0, whatever the base does, and the limit is 2.
 
     Args:
         alpha: Angle between the true and the believed attitude of the base, at most pi [rad].
@@ -79,8 +79,8 @@ class Observer:
             1 takes the last sample as it is. None: 1.
         noise: Standard deviation of the measured tip position along each axis, > 0 [m]. A larger one filters
             more.
-        acceleration: Acceleration of the tip by the base that is to be followed, rms of each axis, > 0
-            [m/s2]. A larger one filters less.
+        acceleration: Acceleration of the end effector by the base that is to be followed, rms of each axis, >
+            0 [m/s2]. A larger one filters less.
         frozen: Whether dv is kept as it is after a step that limits have cut. It is off by default: the
             observer sees measured joint motion, so a limit does not wind it up, and freezing only makes dv
             older.

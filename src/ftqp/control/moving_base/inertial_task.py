@@ -40,7 +40,8 @@ class BaseStatus(Enum):
     RANK_DEFICIENT = "the working joints cannot move the end effector in every direction of the task"
     UNREACHABLE = "the end effector comes no closer: the inertial target is out of the arm's reach"
     STALE = (
-        "no valid measurement of base or tip; the last base pose is held for a moment, then the arm brakes"
+        "no valid measurement of base or end effector; the last base pose is held for a moment, then the "
+        "arm brakes"
     )
     HALTED = "the planner brakes or has stopped the arm"
 
@@ -53,9 +54,9 @@ class MovingBase:
     """What is known of a base that moves, and what is made of it.
 
     Args:
-        sensing: ``unknown`` when only the tip is measured in inertial space, ``known`` when the base's pose
-            or twist is given as it is, ``late`` when it is given or measured ``delay`` too late and has to be
-            extrapolated.
+        sensing: ``unknown`` when only the end effector is measured in inertial space, ``known`` when the
+            base's pose or twist is given as it is, ``late`` when it is given or measured ``delay`` too late
+            and has to be extrapolated.
         attitude: The attitude by which the error is turned into the base frame: ``estimated`` is that of T_b
             = T_E T_arm(q)^-1 (default), ``nominal`` is that of Holt and Desrochers 1994, which is stable
             below ``gain_limit`` of the deviation only, and ``measured`` is the one that was given.
@@ -108,9 +109,9 @@ class InertialTask:
 
     Every tick the inertial error e is turned into the base frame, and the planner's velocity becomes, where
     its limits, failed joints and scheme leave it, J v = R'(gain/dt e + V_target - V_base), V_base being the
-    twist of the tip by the base that was given or observed. The planner's gain kp becomes gain/dt. Path
-    scaling makes no sense here, as no path waits: use mode ``slack`` or ``hard``. The emergency stop counts
-    the inertial error too; ``emergency=None`` lets large disturbances pass.
+    twist of the end effector by the base that was given or observed. The planner's gain kp becomes gain/dt.
+    Path scaling makes no sense here, as no path waits: use mode ``slack`` or ``hard``. The emergency stop
+    counts the inertial error too; ``emergency=None`` lets large disturbances pass.
 
     Args:
         planner: The planner that is led, at the velocity level and without a kp of its own;
@@ -203,7 +204,7 @@ class InertialTask:
 
     @property
     def observed_twist(self) -> FloatArray:
-        """Twist of the tip by the base for the coming sample, known or observed, (6,) along I."""
+        """Twist of the end effector by the base for the coming sample, known or observed, (6,) along I."""
         return seen(self._state.twist)
 
     def reset(self, q: Any, v: Any = None) -> None:
@@ -237,9 +238,9 @@ class InertialTask:
         Args:
             q: The measured configuration, (nv,) or (nq,) [rad or m].
             v: The measured velocity, (nv,) [rad/s or m/s], or None: the planner observes it from q.
-            target: Where the tip should be, in the inertial frame I.
-            tip: The measured pose of the tip in I, (4, 4), or its position, (3,), for a task without rotation
-                rows; NaN and None count as not seen.
+            target: Where the end effector should be, in the inertial frame I.
+            tip: The measured pose of the end effector in I, (4, 4), or its position, (3,), for a task without
+                rotation rows; NaN and None count as not seen.
             base: The measured pose of the base in I, (4, 4); beside a tip only its attitude counts, with
                 ``measured``.
             base_twist: The twist of the base at its origin along I, (6,) [m/s, rad/s]: the mean over the

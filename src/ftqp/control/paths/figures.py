@@ -81,7 +81,7 @@ class Figure(Path):
 
 @final
 class Hold(Path):
-    """The tip keeps its start pose: p(t) = p0, R(t) = R0.
+    """The end effector keeps its start pose: p(t) = p0, R(t) = R0.
 
     It serves a base that moves, or a joint that fails at rest.
 
@@ -202,7 +202,7 @@ class Circle(Figure):
 
     Args:
         start: The start pose, (4, 4), the point of the circle farthest along a.
-        radius: The radius r, > 0 [m]. A larger one makes the tip faster in proportion.
+        radius: The radius r, > 0 [m]. A larger one makes the end effector faster in proportion.
         duration: How long the motion lasts, T, > 0 [s]. A longer one is slower: speeds fall with 1/T and
             accelerations with 1/T^2.
         law: How the way depends on the time: a name, a table, or a ``laws.Law``. Laws that begin and end at
@@ -254,7 +254,8 @@ class Lissajous(Figure):
 
     Args:
         start: The start pose, (4, 4), where the arm stands at time 0.
-        amplitudes: A_a and A_b, (2,), >= 0 and not both 0 [m]. Larger ones make the tip faster in proportion.
+        amplitudes: A_a and A_b, (2,), >= 0 and not both 0 [m]. Larger ones make the end effector faster in
+            proportion.
         cycles: How often each direction swings, n_a and n_b, (2,), > 0, without unit; whole numbers close the
             figure.
         phase: The phase d of the second direction [rad]; cycles (1, 2) with 0 give the figure eight.
@@ -318,7 +319,7 @@ class Square(Path):
 
     Args:
         start: The start pose and first corner, (4, 4).
-        side: The length of a side, > 0 [m]. A longer one makes the tip faster in proportion.
+        side: The length of a side, > 0 [m]. A longer one makes the end effector faster in proportion.
         duration: How long all four sides take, T, > 0 [s]. A longer one is slower.
         law: How the way along each side depends on the time: a name, a table, or a ``laws.Law``. Laws that
             begin and end at rest ask for higher peak speeds than ``constant``, which jumps.

@@ -27,17 +27,18 @@ LEAST_LOAD = 0.05
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Learned:
-    """What the arm has beside its model, as learned since ``reset``.
+    """What the arm has that its model lacks, as estimated since ``reset``.
 
     Attributes:
-        rotors: Inertia of each joint's rotor beside that of the model, (nv,) [kg m2 or kg]; negative where
+        rotors: Inertia of each joint's rotor on top of the model's, (nv,) [kg m2 or kg]; negative where
             the model has too much.
         rotors_error: Their standard deviations, (nv,); large for joints that were hardly accelerated.
         friction: Dry friction of each joint, (nv,) [N m or N], that of the model included, as it is not fed
             forward.
         delay: How much later samples come than the drive's ``latency`` says [s], as far as the arm has
             shaken, which alone tells.
-        payload: The load at the tip beside what the planner carries, as a point mass; None is none.
+        payload: The load at the end effector on top of what the planner carries, as a point mass; None is
+            none.
     """
 
     rotors: FloatArray

@@ -108,10 +108,10 @@ class Certificate:
         jump: The share of an instant lock's velocity jump that the other joints have made, 0 to 1; less than
             1 where the whole of it would break a speed limit or leave no room to stop.
         without_bound: What holds the arm back where no bound does: ``singular``, which is said where the
-            joints that work can hardly move the tip the way that is missing; ``calm``, the damping with which
-            an arm comes to rest; ``no answer`` of a solver; ``objective``, which outweighs a soft task. Empty
-            where a bound does, or nothing is missing.
-        instead: What else makes the step RELAXED, in sentences: what is done beside a joint that swings
+            joints that work can hardly move the end effector the way that is missing; ``calm``, the damping
+            with which an arm comes to rest; ``no answer`` of a solver; ``objective``, which outweighs a soft
+            task. Empty where a bound does, or nothing is missing.
+        instead: What else makes the step RELAXED, in sentences: what is done next to a joint that swings
             freely, rows of the task that were given up, torques beyond their limits.
     """
 

@@ -24,8 +24,8 @@ from ftqp.model.robot import Robot
 class Rows:
     """l <= C x <= u of one's own, at the price of a call in every step.
 
-    They go before the task of the tip, which gives way as its mode says. x is the joint acceleration, or the
-    velocity at the velocity level.
+    They go before the task of the end effector, which gives way as its mode says. x is the joint
+    acceleration, or the velocity at the velocity level.
 
     Args:
         rows: How many rows, 1 to 8, those of all ``Rows`` of a planner together.

@@ -186,26 +186,25 @@ class Planner:
         drive: What the arm takes: ``position``, ``velocity`` or ``torque``, or an ``ftqp.Drive`` or table
             that says more. On an arm that follows exactly all three give the same motion.
         noise: How noisy the measurements are; None is unknown.
-        detector: Detects failures that nobody reports, and makes the planner count on them. On drives
-            ``position`` and ``velocity`` that is so without a word, at 0.1 false alarms an hour; an
-            ``ftqp.Detector`` sets another rate, and nothing else, and with False the arm is guarded and no
-            joint is named. On ``torque`` None and False are none.
-        plan: One of ``ftqp.analysis.plan`` or ``load_plan``: its postures lead the null space, in the place
+        detector: Detects failures that nobody reports, and makes the planner count on them: None does so at
+            0.1 false alarms an hour, an ``ftqp.Detector`` at another rate. With False the arm is guarded, and
+            no joint is named.
+        plan: One of ``ftqp.analysis.plan`` or ``load_plan``: its postures lead the null space, instead
             of ``posture``; the scheme is ``rmp`` unless another is named.
-        tasks: That of the tip, if it is not given as ``task``, as ``ftqp.Task`` or as a ``PoseTask`` or
-            ``PositionTask`` of its frame, and up to 8 of further frames and joints, ``PoseTask``,
+        tasks: That of the end effector, if it is not given as ``task``, as ``ftqp.Task`` or as a ``PoseTask``
+            or ``PositionTask`` of its frame, and up to 8 of further frames and joints, ``PoseTask``,
             ``RelativeTask`` and others. Those on level 0 go before it, those on level 1 are as firm as it,
-            and the others share what these leave of the arm's freedom, as their weights say.
+            and the rest share what these leave of the arm's freedom, as their weights say.
         remember: For how long the way that the joints have come is kept for ``ways_out``, > 0 [s], the time
             not counted in which they stand; longer is coarser. None: not at all, which costs nothing.
         n_minus_one: Looks ahead at what the lock of each joint would cost, see ``security``, and leads the
             null space to where it costs least, by scheme ``rmp`` unless another is named; None does not.
-        constraints: What goes before the task of the tip: up to 8 sides of planes, boxes and cones that
-            points and axes are kept to, ``ftqp.Keep``, up to 8 rows of your own, ``ftqp.Rows``, and the
+        constraints: What goes before the task of the end effector: up to 8 sides of planes, boxes and cones
+            that points and axes are kept to, ``ftqp.Keep``, up to 8 rows of your own, ``ftqp.Rows``, and the
             torque limits that are there anyway, ``ftqp.TorqueLimits``.
         scene: What stands around the arm, an ``ftqp.Scene``; the arm keeps clear of it and of itself. None
             keeps clear of nothing, unless ``clearance`` is given.
-        clearance: How far it keeps, an ``ftqp.Clearance``; None is ``Clearance()`` beside a scene.
+        clearance: How far it keeps, an ``ftqp.Clearance``; None is ``Clearance()`` with a scene.
 
     Raises:
         InputError: A parameter is wrong, or two of them exclude each other.
@@ -264,7 +263,7 @@ class Planner:
     )
     pace: Fixed[float] = Fixed(
         "_loop.speed",
-        "How fast the arm is led, in (0, 1]: ``speed``.",
+        "How fast the arm goes, in (0, 1]: ``speed``.",
         "planner.speed = share asks for another one",
     )
 
@@ -377,7 +376,7 @@ class Planner:
 
     @property
     def disturbance(self) -> FloatArray:
-        """Torque that acts on the joints beside the model, as observed, (nv,) [N m or N]; a copy.
+        """Torque that acts on the joints and is not in the model, as observed, (nv,) [N m or N]; a copy.
 
         It is known of a torque arm only, 0 for failed joints, and NaN with another drive.
         """
@@ -385,11 +384,11 @@ class Planner:
 
     @property
     def learned(self) -> Learned | LearnedServos | None:
-        """What the planner has learned of the arm: of position servos, or beside the model of a torque arm.
+        """What the planner has estimated of the arm: of position servos, or what a torque arm's model lacks.
 
-        On drive ``position`` lag, droop, friction and noise of each joint with standard deviations, in
+        On drive ``position`` lag, sag, friction and noise of each joint with standard deviations, in
         numbers and ``sentences``; None before the arm has moved, and of one whose samples are its commands.
-        On drive ``torque`` rotors, friction and a load, since ``reset``: what is known by now may be told,
+        On drive ``torque`` rotors, friction and a load, since ``reset``: what is known by now may be stated,
         ``planner.carry(planner.learned.payload)``, ``robot.with_rotors(...)``; None before the first step,
         and with ``inertia_error=0``. None with drive ``velocity``.
         """
@@ -397,11 +396,11 @@ class Planner:
 
     @property
     def touch(self) -> FloatArray | None:
-        """The force that seems to push the tip of a torque arm, (3,) [N], along the base's axes.
+        """The force that seems to push the end effector of a torque arm, (3,) [N], along the base's axes.
 
-        A force at the tip shows up in many joints at once, a motor that does not obey in its own: where the
-        force explains what is unusual much better no joint is suspected. None while nothing pushes, with
-        another drive, and while a joint is known to have failed. What lasts longer than 1 s is a load.
+        A force at the end effector shows up in many joints at once, a motor that does not obey in its own:
+        where the force explains what is unusual much better no joint is suspected. None while nothing pushes,
+        with another drive, and while a joint is known to have failed. What lasts longer than 1 s is a load.
         """
         return self._loop.touch
 
@@ -423,7 +422,7 @@ class Planner:
         """What says where the arm may be, as believed now: its motors, kept points, itself and its scene.
 
         Args:
-            walled: What the tip is to stay in beside; None is anywhere.
+            walled: What the end effector is to stay in, too; None is anywhere.
         """
         view = self.view()
         return MotionValidity(self.robot, view.limits.tau, view.working, self._parts.keeps, self, walled)
@@ -449,7 +448,7 @@ class Planner:
 
     @property
     def plan_time(self) -> float | None:
-        """The time of the plan at which the tip is [s]; None without a plan."""
+        """The time of the plan at which the end effector is [s]; None without a plan."""
         return None if self._parts.leading is None else self._parts.leading.at
 
     @guarded("reset")
@@ -526,7 +525,7 @@ class Planner:
 
     @guarded("carry")
     def carry(self, payload: Payload | None) -> None:
-        """Count on this load at the tip from the next step on, in the place of the last one.
+        """Count on this load at the end effector from the next step on, instead of the last one.
 
         State, faults and the solver's memory stay; ``planner.robot`` is then the loaded arm, which brakes
         earlier. A load that it cannot hold where it is gets one warning on the logger ``ftqp``. This takes
@@ -566,7 +565,9 @@ class Planner:
             InputError: T is no pose, or a plan leads the planner, which is one of its own tip.
         """
         if self._parts.leading is not None:
-            raise InputError("the planner follows a plan of another tip; plan for robot.with_tip(T) instead")
+            raise InputError(
+                "the planner follows a plan of another end effector; plan for robot.with_tip(T) instead"
+            )
         self._change(lambda told: replace(told, arm=told.arm.holding(T)))
 
     @guarded("attach")
@@ -574,7 +575,7 @@ class Planner:
         """Keep more bodies clear that move with the arm: a tool, a load that sticks out.
 
         From the next step on they are kept clear of the scene and of the arm, as its links are. Their weight
-        counts only where ``carry`` was told of it, too.
+        counts only where ``carry`` has it, too.
 
         Args:
             name: What they are called together in statuses and certificates.
@@ -600,7 +601,7 @@ class Planner:
 
     @property
     def speed(self) -> float:
-        """How fast the arm is led, in (0, 1] of full speed; it may be changed at every step.
+        """How fast the arm goes, in (0, 1] of full speed; it may be changed at every step.
 
         A smaller number slows the path of a ``PathFollower`` down, and the way of a ``GoTo`` or a
         ``TargetFollower`` by as much, an operator's twist included. Targets that the user's own clock gives
@@ -719,12 +720,12 @@ class Planner:
                 of them is remembered.
             v: Measured velocity, (nv,) [rad/s or m/s], or None: the planner observes it from q, and looks at
                 a given one only to see whether it is finite.
-            target: Where the tip should be now; or ``targets.at(k)`` of a whole trajectory; or a table of
-                targets by task, ``{"tip": target, "elbow": position}``, in which a task that is left out
-                keeps its last one.
+            target: Where the end effector should be now; or ``targets.at(k)`` of a whole trajectory; or a
+                table of targets by task, ``{"tip": target, "elbow": position}``, in which a task that is left
+                out keeps its last one.
             _: Nothing; what follows is given by name.
             tau: Measured torque, (nv,) [N m or N]; it is checked to be finite.
-            tip: Measured pose of the tip, (4, 4), in place of the one of forward kinematics.
+            tip: Measured pose of the end effector, (4, 4), in place of the one of forward kinematics.
             ticks: How many ``dt`` have passed since the last step, >= 1: 1 in a loop that is on time. The
                 ticks that a late loop has missed are made up for first, up to four, so that the command is
                 where it would be and keeps every limit over the gap; more count as four.
@@ -791,7 +792,8 @@ class Planner:
 
         Args:
             leader: The memory of the path, the base or the motion; it stays the leader's own.
-            meant: Where the tip is meant to be meanwhile, (4, 4), for errors and statuses; None: as led.
+            meant: Where the end effector is meant to be meanwhile, (4, 4), for errors and statuses; None: as
+                led.
 
         Raises:
             InputError: They do not go together.
@@ -886,7 +888,7 @@ class Planner:
         return None if self._parts.watch is None else self._parts.watch.security
 
     def foresee(self, path: Path | None, at: float = 0.0) -> None:
-        """Say what the tip will follow, for ``n_minus_one``; a ``PathFollower`` says it by itself.
+        """Say what the end effector will follow, for ``n_minus_one``; a ``PathFollower`` says it by itself.
 
         Args:
             path: What it follows by the clock; None goes on with the target's twist.

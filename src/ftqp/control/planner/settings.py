@@ -214,7 +214,7 @@ def accepted(robot: Robot) -> Robot:
     instance("robot", robot, Robot, f"an ftqp.Robot, for example {EXAMPLE} or ftqp.Robot.from_urdf(file)")
     if robot.nv > JOINTS:
         raise ModelError(
-            f"{robot.name} has {robot.nv} joints between base and tip; ftqp drives at most {JOINTS}"
+            f"{robot.name} has {robot.nv} joints between base and end effector; ftqp drives at most {JOINTS}"
         )
     endless = [j for j, a in zip(robot.joints, robot.limits.a_max, strict=True) if not np.isfinite(a)]
     if endless:

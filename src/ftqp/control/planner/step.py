@@ -331,7 +331,7 @@ class Step:
 
     @property
     def tasks(self) -> TaskReports:
-        """How far each task was from its target before the step, by name; that of the tip by its frame's."""
+        """How far each task was from its target before it, by name; the end effector's by its frame's."""
         named = self._named
         names = tuple(name for name, _ in named.tasks)
         return TaskReports(names if named.tip is None else (named.tip, *names), named.tip, self._report)

@@ -22,7 +22,7 @@ _STILL: Final = np.zeros(6)
 
 
 class Target:
-    """Pose (or position), twist and acceleration that the tip should have now; or a twist alone.
+    """Pose (or position), twist and acceleration that the end effector should have now; or a twist alone.
 
     In a loop that makes its targets as it goes, ``planner.step(q, v, target.at(T, twist))`` rewrites one
     target instead of making a new one every tick. The arrays are views of one buffer, so that single numbers
@@ -30,10 +30,10 @@ class Target:
     none or whose last row is not 0 0 0 1 by the time of the step, is the world's doing: the step's status is
     INVALID_INPUT.
 
-    A twist alone, as a joystick gives it, says where the tip should go and not where it should be: an
-    ``ftqp.TargetFollower`` takes it. It needs the stamp of the message that it came from, as only a new stamp
-    tells a fresh twist from one that nobody has renewed. It need not be finite: what is not counts as not
-    renewed.
+    A twist alone, as a joystick gives it, says where the end effector should go and not where it should be:
+    an ``ftqp.TargetFollower`` takes it. It needs the stamp of the message that it came from, as only a new
+    stamp distinguishes a fresh twist from one that nobody has renewed. It need not be finite: what is not
+    counts as not renewed.
 
     Args:
         pose: (4, 4) homogeneous transform, or anything with ``.homogeneous``; tip in the base frame W.
@@ -43,7 +43,7 @@ class Target:
         stamp: time or number of the message of a twist alone, any number that grows with every message.
 
     Attributes:
-        pose: Where the tip should be, (4, 4).
+        pose: Where the end effector should be, (4, 4).
         position: The same without the rotation, (3,) [m]; a view into ``pose``.
         twist: (6,) [m/s], [rad/s].
         acceleration: (6,) [m/s2], [rad/s2].
@@ -131,7 +131,8 @@ class Target:
         so.
 
         Args:
-            pose: Where the tip should be, as for Target: (4, 4); of a target with a position only, (3,) [m].
+            pose: Where the end effector should be, as for Target: (4, 4); of a target with a position only,
+                (3,) [m].
             twist: (6,) linear [m/s] then angular [rad/s] along W; None is zero.
             acceleration: (6,), [m/s2], [rad/s2]; None is zero.
 
@@ -242,7 +243,7 @@ class Targets:
     """A whole trajectory of targets, packed once; ``targets.at(k)`` is what ``planner.step`` takes at tick k.
 
     Args:
-        pose: (K, 4, 4) homogeneous transforms of the tip in the base frame W.
+        pose: (K, 4, 4) homogeneous transforms of the end effector in the base frame W.
         twist: (K, 6) linear [m/s] then angular [rad/s] along W; None is zero.
         acceleration: (K, 6), [m/s2], [rad/s2]; None is zero.
 

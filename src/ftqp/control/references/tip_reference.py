@@ -26,7 +26,7 @@ curvature's change, and rounding leaves 1e-12 of it."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TipLimits:
-    """Limits of the reference that leads the tip to a goal; the arm's own limits hold beside them.
+    """Limits of the reference that leads to a goal; the arm's own limits hold, too.
 
     Args:
         speed: The largest linear speed, > 0 [m/s]. A larger one arrives sooner.

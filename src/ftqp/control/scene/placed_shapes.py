@@ -122,7 +122,7 @@ class Scene(Mapping[str, Placed]):
         Balls, boxes, cylinders and capsules are taken as they are, a mesh as its convex hull.
 
         Args:
-            source: The path of a file, or the XML itself; meshes are looked for beside the file.
+            source: The path of a file, or the XML itself; meshes are looked for next to the file.
 
         Raises:
             InputError: The file cannot be read, a mesh is missing or holds nothing, a size is one of

@@ -35,9 +35,9 @@ class Keep:
     """A point of the arm stays on its side of a plane or in a box, or an axis of it in a cone.
 
     One of ``above``, ``inside`` and ``along`` says which: the elbow stays above a table, the tool in its part
-    of the cell, a full cup nearly upright. It goes before the task of the tip, which gives way as its mode
-    says. Point and axis are those of the arm as the planner commands it; a link has a size, and an arm lags,
-    so that a plane has to keep a distance.
+    of the cell, a full cup nearly upright. It goes before the task of the end effector, which gives way as
+    its mode says. Point and axis are those of the arm as the planner commands it; a link has a size, and an
+    arm lags, so that a plane has to keep a distance.
 
     Args:
         frame: A frame, link or joint of the robot's model, whose origin is meant.
@@ -199,7 +199,7 @@ class TorqueLimits:
             wanted: The planner's ``torque_limits``.
 
         Raises:
-            InputError: The planner is told to leave torque limits out, or the arm has no masses or no limits.
+            InputError: The planner is to leave torque limits out, or the arm has no masses or no limits.
         """
         if not wanted:
             raise InputError(

@@ -121,13 +121,13 @@ def manipulability(gain: float = 0.1, rate: float = 4.0) -> Scheme:
     """A term to add to other schemes: it draws the null space up the gradient of the manipulability.
 
     The term is - gain x' d/dq log sqrt det(J J'), J of the joints that have not failed (times ``rate`` at the
-    acceleration level): beside ``mvn`` the null-space velocity tends to gain times the gradient.
+    acceleration level): next to ``mvn`` the null-space velocity tends to gain times the gradient.
 
     Args:
         gain: How fast the arm moves up the gradient, >= 0 [rad2/s]. A larger one leaves singular postures
             sooner and moves the joints more.
         rate: How fast the velocity approaches that, >= 0 [1/s], at the acceleration level only; give it the
-            ``gain`` of the ``mvn`` beside it.
+            ``gain`` of the ``mvn`` next to it.
     """
     gain, rate = non_negative("gain", gain, "rad2/s"), non_negative("rate", rate, "1/s")
     return Scheme(

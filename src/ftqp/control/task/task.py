@@ -54,7 +54,7 @@ class DirectionalDamping:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What the tip has to do, and what gives way when it cannot.
+    """What the end effector has to do, and what gives way when it cannot.
 
     Args:
         rows: What of the pose is followed: ``pose``, ``position``, ``position_axis`` (position and the
@@ -84,10 +84,10 @@ class Task:
             there without end.
         degrade: Which sets of rows may be kept in place of ``rows``, of ``pose``, ``position_axis`` and
             ``position``, the largest first: when a joint swings freely, the largest that can be kept, and
-            when the task stays infeasible for 0.2 s and comes no nearer, one after the other. The tip is
-            drawn to what is given up, and it is taken back as soon as it can be held; the status is RELAXED
-            meanwhile. None allows all that are part of ``rows`` while a joint swings freely, and gives up
-            none otherwise; ``()`` gives up none at all. It takes the kernel's own solver.
+            when the task stays infeasible for 0.2 s and comes no nearer, one after the other. The end
+            effector is drawn to what is given up, and it is taken back as soon as it can be held; the status
+            is RELAXED meanwhile. None allows all that are part of ``rows`` while a joint swings freely, and
+            gives up none otherwise; ``()`` gives up none at all. It takes the kernel's own solver.
         tolerance: The largest error of the measured tip's position that still counts as following the task,
             > 0 [m]. A larger one says OK and goes on at full speed where the arm lags farther behind.
         rotation_tolerance: The same of its rotation, > 0 [rad].
@@ -222,7 +222,7 @@ class EmergencyStop:
     Args:
         position: The position error beyond which a rising error counts, > 0 [m]. A larger one stops later;
             Jin et al. 2017 take 0.01, where the arm starts on its path. The default leaves room for poses
-            streamed without twists, behind which the tip lags.
+            streamed without twists, behind which the end effector lags.
         rotation: The rotation error beyond which a rising error counts, > 0 [rad]. A larger one stops later.
         samples: How many ticks in a row the error has to rise, >= 1. One stops at the first rise, as in Jin
             et al. 2017; more are calmer against noise and later by as many ticks.

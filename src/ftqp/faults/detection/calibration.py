@@ -32,7 +32,7 @@ class Calibration:
         sigma: Noise of the positions in the log [rad or m].
         quantum: Smallest step of the positions, 0 where there is none [rad or m].
         coulomb: Coulomb friction of each joint [N m or N].
-        viscous: Viscous friction of each joint beside the model's [N m s/rad or N s/m].
+        viscous: Viscous friction of each joint on top of the model's [N m s/rad or N s/m].
         hours: Length of the healthy motion [h].
     """
 

@@ -39,7 +39,7 @@ SETS = {
 """What is said where kinds cannot be told apart."""
 TOUCHES = 3
 """So many ticks in a row speak for a touch. A convention, because single ones flicker."""
-NO_TIP = ", or its encoder does not: no tip measurement to decide"
+NO_TIP = ", or its encoder does not: no measured pose decides"
 """What is added where the encoder may be frozen, too."""
 
 
@@ -190,7 +190,7 @@ class Diagnosis:
 
     @property
     def suspicion(self) -> float:
-        """z: the largest residual of any joint beside the largest healthy one; above 1 it is suspicious."""
+        """z: the largest residual as a share of the largest healthy one; above 1 it is suspicious."""
         return float(self._worst[0])
 
     @property
@@ -206,7 +206,7 @@ class Diagnosis:
 
     @property
     def touched(self) -> bool:
-        """Whether a force at the tip explains what is unusual, and no joint does: something pushes it."""
+        """Whether a force at the end effector explains what is unusual, and no joint does: it is pushed."""
         return int(self._look("touched")[0]) >= TOUCHES
 
     @property

@@ -14,7 +14,7 @@ DIGITS = 12
 
 
 class Commanded(NamedTuple):
-    """What the arm was told in one tick, in place of a planner's step.
+    """What the arm was sent in one tick, in place of a planner's step.
 
     Attributes:
         q: Reference at the end of the tick, (nv,) [rad or m].

@@ -177,19 +177,19 @@ SIGNIFICANT = 3.0
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FittedArm:
-    """What an arm has beside its model, with standard errors.
+    """What an arm has that its model lacks, with standard errors.
 
     Attributes:
         robot: The model that it was compared with.
         rotors: Inertia of rotors, (nv,) [kg m2 or kg]; negative where the model has too much.
         coulomb: Dry friction, (nv,) [N m or N].
-        viscous: Viscous friction beside that of the model, (nv,) [N m s/rad or N s/m].
+        viscous: Viscous friction on top of the model's, (nv,) [N m s/rad or N s/m].
         gains: Torque that the log says by what the motor gave, less 1, (nv,).
         offsets: True position less that of the log, (nv,) [rad or m].
         load: Mass [kg], first moments [kg m] (3) and moments of inertia [kg m2] (6: xx, xy, yy, xz, yz, zz)
             at the tip, about and along its axes, (10,).
         errors: Standard errors of all of these, by name.
-        untold: What the motion does not tell, by name, one flag each.
+        untold: What the motion does not show, by name, one flag each.
         left: What remains unexplained of each joint's torque, root mean square, (nv,) [N m or N].
         before: The same without any unknown.
         size: Root mean square of the torques themselves, (nv,) [N m or N].

@@ -55,7 +55,7 @@ class Recording:
         z_box: Multipliers of the bounds of x, (K, n); NaN where there is no answer.
         claim: What the solver said of its answer, a ``Claim`` each, (K,).
         iterations: Iterations of the solver, in its own counting, (K,).
-        cold: Whether the solver was told to forget the QP before, (K,).
+        cold: Whether the solver was asked to forget the QP before, (K,).
         tick: Number of the control tick, rising, (K,).
         time: Time of the tick, (K,) [s].
         variables: Names of x, for a planner's QP the joints, ``scale``, ``slack x``, ..., (n,).
@@ -244,7 +244,7 @@ class _Kept:
 class Recorder(Backend):
     """Forwards to another backend and keeps copies of the QPs, their answers and the solver's claims.
 
-    It changes no answer. When the memory is full the oldest QPs go: the last ones tell why a run ended as it
+    It changes no answer. When the memory is full the oldest QPs go: the last ones show why a run ended as it
     did. It keeps one run: a tick number that does not rise begins anew. QPs that no solver is asked to solve
     (NaN, crossed bounds; ticks of a stop) are not kept.
 

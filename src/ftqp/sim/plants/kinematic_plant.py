@@ -57,8 +57,8 @@ class KinematicPlant(Plant):
 
     A joint that follows another one is where its leader puts it, and fails with it.
 
-    Where a command agrees with that to 1e-9, it is followed bit by bit, so an arm whose planner was told at
-    once moves exactly as commanded.
+    Where a command agrees with that to 1e-9, it is followed bit by bit, so an arm whose failure was reported
+    at once moves exactly as commanded.
 
     Args:
         robot: the arm.

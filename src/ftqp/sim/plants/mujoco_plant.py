@@ -39,7 +39,8 @@ class MujocoPlant(Plant):
     * degraded: the motor has what is left of its torque, and the end stops move in to what is left of the
       range. Speed and acceleration are a servo's and not reduced.
 
-    The arm closes the brakes that the planner asks for. What befalls a joint beside faults, see ``suffer``.
+    The arm closes the brakes that the planner asks for. What befalls a joint apart from faults, see
+    ``suffer``.
 
     Args:
         robot: the arm as its planner and its servos know it.
@@ -203,7 +204,7 @@ class MujocoPlant(Plant):
         self._work(self._motor_of(joint))
 
     def push(self, force: Any) -> None:
-        """From now on something pushes the tip, until it is told otherwise or reset.
+        """From now on something pushes the end effector, until the next call or reset.
 
         Args:
             force: Along the axes of the base, (3,) [N]; zeros end it.

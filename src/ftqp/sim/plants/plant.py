@@ -52,7 +52,7 @@ class Plant(ABC):
 
     @property
     def drive(self) -> str | None:
-        """What the arm takes, one of `DRIVES`; None for an arm that does exactly what it is told."""
+        """What the arm takes, one of `DRIVES`; None for an arm that follows its commands exactly."""
         return None
 
     @property

@@ -31,13 +31,13 @@ class TrueArm:
     """What is true of an arm and unknown to its planner; each joint's entry by name, or one number for all.
 
     Args:
-        payload: a load at the tip beside that of the model; None is nothing.
+        payload: a load at the end effector on top of the model's; None is nothing.
         mass_scale: all masses and inertias are so many times those of the model, > 0.
-        rotors: inertia of rotors, as the joint feels it, beside that of the model, >= 0 [kg m2 or kg].
-        coulomb: dry friction beside that of the model, >= 0 [N m or N]; the joint sticks below it.
-        viscous: viscous friction beside that of the model, >= 0 [N m s/rad or N s/m].
+        rotors: inertia of rotors, as the joint feels it, on top of the model's, >= 0 [kg m2 or kg].
+        coulomb: dry friction on top of the model's, >= 0 [N m or N]; the joint sticks below it.
+        viscous: viscous friction on top of the model's, >= 0 [N m s/rad or N s/m].
         brake_delay: how long a brake takes to close, >= 0 [s]. Meanwhile a joint that fails coasts, and one
-            that the planner wants braked goes on as it is told.
+            that the planner wants braked goes on as it is sent.
         brake: torque that a closed brake holds, > 0, twice the torque limit where none is given [N m or N];
             with less than its load the joint slips.
         jitter: how late a command may come, as a share of the control period, 0 to 0.99: each but the first

@@ -269,7 +269,9 @@ def _draw_tips(axes: Axes, log: Log, curves: Sequence[tuple[str, FloatArray, Flo
         axes.plot(*way[-1, [first, second]], "o", color=colour, markersize=7.0, zorder=4)
     at = MILLIMETRES * (log["tip"][_first_row(log), :3] - log["target"][0, :3])
     axes.plot(*at[[first, second]], "X", color=RED, markersize=11.0, zorder=5)
-    tidy(axes, "", "", f"Where the tips went: {'xyz'[first]} and {'xyz'[second]} from the start [mm]")
+    tidy(
+        axes, "", "", f"Where the end effectors went: {'xyz'[first]} and {'xyz'[second]} from the start [mm]"
+    )
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.12)
     few_ticks(axes, 5, 7)

@@ -54,7 +54,7 @@ def draw_path(log: Log, path: str | Path) -> Path:
     The arm is left out where the log does not say where its joints sit.
     """
     arm = arm_views.postures(log, arm_views.instants(log))
-    title = f"The arm and the path of its tip: {events.heading(log)}"
+    title = f"The arm and the path of its end effector: {events.heading(log)}"
     figure = paper(12.0 if arm is None else 16.0, 6.4, title)
     ratios = (1.0, 1.1) if arm is None else (1.0, 1.0, 1.1)
     grid = figure.add_gridspec(2, len(ratios), width_ratios=ratios)
@@ -289,7 +289,7 @@ def draw_base(log: Log, path: str | Path) -> Path:
     slides = [log.units[f"disturbance.{name}"] == "m" for name in names]
     columns = (error[:, :3], DEGREES * error[:, 3:])
     unit, factor = _length_unit(columns[0])
-    figure = paper(11.0, 9.0, f"Tip held in inertial space: {events.heading(log)}")
+    figure = paper(11.0, 9.0, f"End effector held in inertial space: {events.heading(log)}")
     grid: Any = figure.subplots(4, 2, sharex=True)
     for side, (values, scale, axis_unit) in enumerate(((columns[0], factor, unit), (columns[1], 1.0, "deg"))):
         ends = _span_of([scale * values])

@@ -311,7 +311,7 @@ def degradations(log: Log, i: int) -> list[dict[str, Any]]:
 
 def bar_handle(what: str) -> Patch:
     """What the bars beside the panels mean, for a legend."""
-    label = f"bar beside: share of {what} in use"
+    label = f"bar: share of {what} in use"
     return Patch(facecolor=BLUE, edgecolor="#DDDDDD", linewidth=2.0, label=label)
 
 

@@ -22,7 +22,7 @@ HEIGHT = 480
 def view(what: Planner | Robot, q: Any = None, *, port: int = 8080) -> "View":
     """Open a page that shows a planner's arm, or a robot, and return what moves it.
 
-    Nothing runs beside your loop: call ``shown.show()`` in it as often as you like, and at most thirty times
+    Nothing runs next to your loop: call ``shown.show()`` in it as often as you like, and at most thirty times
     a second something is drawn. In a notebook the last line of a cell shows the page; elsewhere open
     ``shown.url``. Joints that the planner believes to have failed have their colours.
 

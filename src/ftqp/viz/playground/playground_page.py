@@ -60,7 +60,7 @@ LED = "same arm, same failure, same planner, to which it is never reported"
 NAMED = "never reported"
 """The same beside it."""
 STUB: Final = """
-class PlannerWorker {  // in the place of the worker that speaks with a server
+class PlannerWorker {  // instead of the worker that speaks with a server
   static queue = [];
   constructor() { PlannerWorker.last = this; }
   postMessage(said) {

@@ -15,8 +15,8 @@ from ftqp.viz.pages.page import drawing, folded, heading, paragraph, table
 from ftqp.viz.report.numbers import numbers
 
 CAPTIONS: Final = {
-    "path.png": "The arm at a few instants, the path that its tip should take (grey) and took, and how far "
-    "it was off, on a scale on which every line is ten times the one below.",
+    "path.png": "The arm at a few instants, the path that its end effector should take (grey) and took, and "
+    "how far it was off, on a scale on which every line is ten times the one below.",
     "tasks.png": "How far every soft task was from its target, every point that is kept on its side of a "
     "plane from that, and the arm from what stands around it.",
     "joints.png": "Every joint's position. Each panel is scaled to the joint's motion; the bar next to it "

@@ -36,7 +36,7 @@ ANEW: Final = "it was made with it; make another one, ftqp.Detector({name}=...)"
 class Detector:
     """How often a healthy arm may be accused, for ``ftqp.Planner(detector=...)``, and the monitor alone.
 
-    A planner detects failures without one, at 0.1 false alarms an hour. Beside another planner ``update`` is
+    A planner detects failures without one, at 0.1 false alarms an hour. Next to another planner ``update`` is
     called once a tick with what was measured, and with what was then sent.
 
     Args:
@@ -218,7 +218,7 @@ class Detector:
 
         Args:
             q: Measured positions, (nv,) [rad or m]; NaN where there is none.
-            v: Measured velocities; not looked at, since those of encoders tell nothing new. May be None.
+            v: Measured velocities; not looked at, since those of encoders say nothing new. May be None.
             tau: Measured torques; not looked at. May be None.
             command: The planner's step of this tick, or an ``ftqp.Commanded``: what a servo is then sent, and
                 the torques that are sent to an arm that takes them.
@@ -247,7 +247,7 @@ class Detector:
         return self._diagnosis
 
     def believe(self, fault: Fault) -> None:
-        """A planner believes in a fault: that joint is not diagnosed again, the others are.
+        """A planner believes in a fault: that joint is not diagnosed again, the remaining ones are.
 
         Args:
             fault: What it believes.

@@ -18,7 +18,7 @@ class NMinusOne:
     Attributes:
         horizon: How far it is looked ahead, > 0 [s]. A longer one sees losses sooner and takes more time.
         rate: How often, 1 to 200 [Hz]. A higher one takes more of a processor.
-        tolerance: The largest error of the tip with which a loss counts as survived, > 0 [m].
+        tolerance: The largest error of the end effector with which a loss counts as survived, > 0 [m].
         rotation_tolerance: The same of its rotation, > 0 [rad].
         leads: Whether the null space is led; else it is only looked.
         waits: Whether a step waits for what the thread computes, so that the same ticks have the same
@@ -57,9 +57,9 @@ class Loss:
 
     Attributes:
         joint: Its name.
-        survived: Whether the tip would stay within the tolerances to the end of the horizon, and nothing be
-            touched.
-        position_error: Largest error of the tip's position [m].
+        survived: Whether the end effector would stay within the tolerances to the end of the horizon, and
+            nothing be touched.
+        position_error: Largest error of the end effector's position [m].
         rotation_error: Largest error of its rotation [rad].
         clearance: Least distance of two bodies that are kept apart [m]; inf without any.
         after: After how long a step would not be OK any more [s]; the horizon where all would be.

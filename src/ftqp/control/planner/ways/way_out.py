@@ -73,7 +73,7 @@ class WayOut:
         clearance: The least distance on the way from what it must not meet [m]; inf where nothing is known.
         effort: The largest share of a torque limit that holds the arm at rest, at the end.
         limit: From the joint that is nearest to an end of its range, at the end of the way [rad or m].
-        still: What the tip can do from there in all directions with the joints that work: ``pose``,
+        still: What the end effector can do from there in all directions with the joints that work: ``pose``,
             ``position_axis``, ``position``, or nothing.
         near: Whether it comes too near to something.
         force: The largest force that the base bears on the way [N]; 0 of a model without masses.
