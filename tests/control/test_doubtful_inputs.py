@@ -107,3 +107,55 @@ def test_a_speed_of_80_rad_a_second_is_a_finding():
     found = PANDA.with_limits(v_max=80.0).findings
     assert any("looks like degrees a second" in one.sentence for one in found)
     assert not any("looks like" in one.sentence for one in PANDA.with_limits(v_max=3.0).findings)
+
+
+def test_a_path_in_millimetres_is_a_warning(caplog):
+    planner = ftqp.Planner(PANDA, task=ftqp.Task(mode="scaled"))
+    planner.reset(PANDA.neutral)
+    ftqp.PathFollower(planner, ftqp.paths.Circle(POSE, radius=0.05, duration=4.0))
+    assert not said(caplog, "millimetres")
+    ftqp.PathFollower(planner, ftqp.paths.Circle(POSE, radius=50.0, duration=4.0))
+    (one,) = said(caplog, "the path goes 99.69 m from the base of an arm that reaches 1.1 m")
+    assert "multiply it by 0.001" in one.getMessage()
+
+
+def test_a_tool_in_millimetres_is_a_warning(caplog):
+    planner, T = ftqp.Planner(PANDA), np.eye(4)
+    planner.reset(PANDA.neutral)
+    T[2, 3] = 0.12
+    planner.tool(T)
+    assert not said(caplog, "millimetres")
+    T[2, 3] = 120.0
+    planner.tool(T)
+    assert len(said(caplog, "the tool is 120 m long, at the end of an arm that reaches 1.1 m")) == 1
+
+
+@pytest.mark.parametrize(
+    "place", [(0.4, 0.0, 0.3), np.array([0.4, 0.0, 0.3]), (0.4, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0)]
+)
+def test_a_place_where_a_pose_is_expected_is_answered_with_how_to_make_one(place):
+    planner = ftqp.Planner(PANDA)
+    planner.reset(PANDA.neutral)
+    remedy = (
+        r"shape \(\d,\), expected \(4, 4\).* robot.pose\(q\) to keep its rotation, then T\[:3, 3\] = place"
+    )
+    for mistaken in (lambda: ftqp.GoTo(planner, pose=place), lambda: planner.tool(place)):
+        with pytest.raises(ftqp.InputError, match=remedy):
+            mistaken()
+
+
+def test_faults_without_their_times_are_answered_with_a_schedule():
+    planner, path = ftqp.Planner(PANDA), ftqp.paths.Circle(POSE, radius=0.05, duration=1.0)
+    with pytest.raises(
+        ftqp.InputError, match=r"schedule is .*list, expected ftqp.Schedule\(\[ftqp.FaultEvent\(1.0,"
+    ):
+        ftqp.Simulation(planner, path, q=PANDA.neutral, schedule=[ftqp.Locked(2)])
+
+
+def test_starts_of_a_batch_are_named_as_they_were_given():
+    planner = ftqp.Planner(PANDA, level="velocity")
+    targets = ftqp.Targets(np.array([POSE]), np.zeros((1, 6)))
+    with pytest.raises(
+        ftqp.InputError, match=r"q has shape \(6,\), expected \(B, nv\) = \(B, 7\), or \(nv,\)"
+    ):
+        ftqp.batch.rollout(planner, PANDA.neutral[:6], targets=targets)

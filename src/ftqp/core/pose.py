@@ -14,7 +14,13 @@ ORTHONORMAL_TOLERANCE = 1e-6
 
 def pose(value: Any, name: str = "pose") -> FloatArray:
     """A homogeneous transform (4, 4) from an array or anything with ``.homogeneous`` (pinocchio's SE3)."""
-    result = array(name, getattr(value, "homogeneous", value), (4, 4))
+    given = getattr(value, "homogeneous", value)
+    if isinstance(given, list | tuple | np.ndarray) and len(np.shape(given)) == 1:
+        raise InputError(
+            f"{name} has shape {np.shape(given)}, expected (4, 4), a rotation and a place: T = np.eye(4), or "
+            "robot.pose(q) to keep its rotation, then T[:3, 3] = place"
+        )
+    result = array(name, given, (4, 4))
     rotation = result[:3, :3]
     if not is_rotation_matrix(rotation):
         off = float(np.abs(rotation.T @ rotation - np.eye(3)).max())

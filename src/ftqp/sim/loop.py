@@ -269,6 +269,12 @@ class Simulation:
         robot = planner.robot
         if feed_forward not in FEED_FORWARDS:
             raise unknown("feed-forward", feed_forward, "a simulation", FEED_FORWARDS)
+        instance(
+            "schedule",
+            schedule,
+            Schedule | None,
+            "ftqp.Schedule([ftqp.FaultEvent(1.0, ftqp.Locked(2))]) or None",
+        )
         self._planner, self._path = planner, path
         self._schedule = Schedule() if schedule is None else schedule
         for event in self._schedule:

@@ -294,10 +294,11 @@ def _starts(planner: Planner, q: Any, v: Any, faults: Any) -> tuple[FloatArray, 
     """q and v of every arm, (B, nv), finite or not."""
     n = planner.robot.nv
     q = _numbers("q", q)
+    given = q.shape
     if q.ndim == 1:
         q = np.broadcast_to(q, (len(faults) if isinstance(faults, list | tuple) else 1, len(q)))
     if q.ndim != 2 or q.shape[1] != n:
-        raise InputError(f"q has shape {q.shape}, expected (B, nv) = (B, {n}), or (nv,) for all arms alike")
+        raise InputError(f"q has shape {given}, expected (B, nv) = (B, {n}), or (nv,) for all arms alike")
     v = np.zeros(n) if v is None else _numbers("v", v)
     if v.shape not in ((n,), q.shape):
         raise InputError(f"v has shape {v.shape}, expected {q.shape} as q, or ({n},) for all arms alike")

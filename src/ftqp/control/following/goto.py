@@ -22,9 +22,9 @@ from ftqp.control.following.led_frame import FrameOfTip
 from ftqp.control.following.led_joints import JointTracker
 from ftqp.control.following.led_tip import TipTracker
 from ftqp.control.planner.joint_motion import EXACT
+from ftqp.control.planner.mounted_robot import in_millimetres
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
-from ftqp.control.planner.start import in_millimetres
 from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.ways.way_out import WayOut

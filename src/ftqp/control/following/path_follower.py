@@ -1,5 +1,6 @@
 """Following a path by its progress: the path waits for the arm, and a stalled arm is led out of its trap."""
 
+import logging
 from collections.abc import Generator
 from enum import Enum
 from math import inf
@@ -15,6 +16,7 @@ from ftqp.control.following.path_intervals import path_table
 from ftqp.control.following.stall import StallEscape
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.start import path_in_millimetres
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, target_on
 from ftqp.core.checks import instance, seen
@@ -24,6 +26,7 @@ from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.layout.enums import HELD, OK, RELAXED, SCALED
 from ftqp.kernel.layout.thresholds import SCALED_FROM
 
+_LOG = logging.getLogger("ftqp")
 STANDS = 0.01
 """A mean rate below this is none: the path stands."""
 LIMITED = 0.5
@@ -126,6 +129,8 @@ class PathFollower:
         instance("path", path, Path, "a path of ftqp.paths, for example ftqp.paths.Circle(pose, 0.1)")
         if stall is not None and not isinstance(stall, StallEscape):
             raise InputError(f"stall is {stall!r:.60}, expected an ftqp.StallEscape or None")
+        if said := path_in_millimetres(planner.robot, path):
+            _LOG.warning("%s: %s", planner.robot.name, said)
         self._planner, self._path, self._stall = planner, path, stall
         self._leave = _leave(bridges, leave)
         memory = Memory("path", path_table(path))

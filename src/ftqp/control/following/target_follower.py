@@ -9,8 +9,9 @@ import numpy as np
 
 from ftqp.control.following.led_tip import TipTracker
 from ftqp.control.planner.given_arrays import not_a_target
+from ftqp.control.planner.mounted_robot import in_millimetres
 from ftqp.control.planner.planner import Planner
-from ftqp.control.planner.start import in_millimetres, in_milliseconds
+from ftqp.control.planner.start import in_milliseconds
 from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets

@@ -9,12 +9,15 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import pose
 from ftqp.kernel.entry.orders import NO_LOAD, Load, ReserveSamples
+from ftqp.model.build import LENGTH_FRACTION
 from ftqp.model.followers import coupled_columns, coupled_places
 from ftqp.model.payload import Payload
 from ftqp.model.posture import gravity_torques
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
+REACHES = 20.0
+"""A place farther from the base than so many reaches is probably in millimetres. A convention."""
 SAMPLES = 400
 """Random configurations that are looked at."""
 SPEED_SHARE = 0.5
@@ -49,7 +52,12 @@ class MountedRobot:
 
     def holding(self, T: Any) -> "MountedRobot":
         """The robot with another controlled point, (4, 4) in the frame of the bare robot's tip."""
-        return MountedRobot(self._bare, self.payload, None if T is None else pose(T, "T"))
+        place = None if T is None else pose(T, "T")
+        if place is not None and (
+            said := in_millimetres(self._bare, place[:3, 3], "the tool is {} m long, at the end")
+        ):
+            _LOG.warning("%s: %s", self._bare.name, said)
+        return MountedRobot(self._bare, self.payload, place)
 
 
 class BrakingReserve:
@@ -109,6 +117,18 @@ def weight_sentence(robot: Robot, q: FloatArray, tau_max: FloatArray) -> str:
         f"{robot.joints[worst]} needs {tau[worst]:.3g} N m to hold the arm still here, beyond its limit of "
         f"{tau_max[worst]:.3g} N m, so the arm may sink; choose another posture, or correct the payload, the "
         "masses or robot.with_limits(tau_max=...)"
+    )
+
+
+def in_millimetres(robot: Robot, place: FloatArray, what: str = "the target is {} m from the base") -> str:
+    """What is to be said of a place that is so far away that it must be in millimetres; empty of others."""
+    endless = robot.chain.prismatic & ~(np.isfinite(robot.limits.q_min) & np.isfinite(robot.limits.q_max))
+    reach, away = robot.length / LENGTH_FRACTION, float(np.linalg.norm(place))
+    if robot.chain.floating or endless.any() or not away > REACHES * reach:
+        return ""
+    return (
+        f"{what.format(f'{away:.4g}')} of an arm that reaches {reach:.2g} m; lengths are in m, "
+        "and this looks like millimetres: multiply it by 0.001"
     )
 
 

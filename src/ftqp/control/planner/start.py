@@ -6,8 +6,9 @@ from typing import Any, Final, final
 
 import numpy as np
 
+from ftqp.control.paths.path import Path
 from ftqp.control.planner.collision_model import CollisionModel
-from ftqp.control.planner.mounted_robot import weight_sentence
+from ftqp.control.planner.mounted_robot import in_millimetres, weight_sentence
 from ftqp.control.planner.stages import Stage
 from ftqp.control.planner.step import Step
 from ftqp.control.task.task import ROW_SETS
@@ -88,8 +89,8 @@ _LOG = logging.getLogger("ftqp")
 FAR = 0.05
 """A first target that is farther from the tip [m] is no beginning of a motion from where the arm is. A
 convention: the default of the emergency stop's threshold."""
-REACHES = 20.0
-"""A target farther from the base than so many reaches is probably in millimetres. A convention."""
+SAMPLES = 65
+"""So many places of a path are looked at."""
 
 
 class StartWatch:
@@ -167,16 +168,11 @@ def _within(distances: Mapping[tuple[str, str], Any]) -> list[str]:
     ]
 
 
-def in_millimetres(robot: Robot, place: FloatArray) -> str:
-    """What is to be said of a target that is so far away that it must be in millimetres; empty of others."""
-    endless = robot.chain.prismatic & ~(np.isfinite(robot.limits.q_min) & np.isfinite(robot.limits.q_max))
-    reach, away = robot.length / LENGTH_FRACTION, float(np.linalg.norm(place))
-    if robot.chain.floating or endless.any() or not away > REACHES * reach:
-        return ""
-    return (
-        f"the target is {away:.4g} m from the base of an arm that reaches {reach:.2g} m; targets are in m, "
-        "and this looks like millimetres: multiply it by 0.001"
-    )
+def path_in_millimetres(robot: Robot, path: Path) -> str:
+    """The same of the farthest of some samples of a path."""
+    places = path.sample(np.linspace(0.0, path.duration, SAMPLES)).pose[:, :3, 3]
+    away = np.linalg.norm(places, axis=1)
+    return in_millimetres(robot, places[np.argmax(away)], "the path goes {} m from the base")
 
 
 def in_milliseconds(robot: Robot, speed: float, dead_man: float) -> str:
