@@ -35,6 +35,14 @@ def test_many_numbers_are_told_by_ranges_with_as_many_episodes_each():
     assert next(iter(found["at"])) == "0 to 0.19"
 
 
+def test_numbers_of_few_episodes_are_in_ranges_and_those_that_repeat_are_not():
+    rows = [row(k, {"at": 0.123456789 * k, "joint": k % 6}) for k in range(12)]
+    found = summary("x", rows)["by_key"]
+    assert [value["episodes"] for value in found["at"].values()] == [2, 2, 3, 2, 3]
+    assert next(iter(found["at"])) == "0 to 0.1235"
+    assert list(found["joint"]) == ["0", "1", "2", "3", "4", "5"]
+
+
 def test_ticks_whose_answer_was_not_used_are_told_by_value():
     said = [{"OK": 190, "FALLBACK": 10}, {"OK": 97, "FALLBACK": 3}, {"STOPPED": 50}, None]
     rows = [

@@ -190,8 +190,9 @@ def _finished(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 OUTCOMES: Final = ("sound", "broken", "raised", "refused")
 MOST_VALUES: Final = 12
-"""A key with more values than this is not told value by value, but by ranges if they are numbers."""
+"""A key with more values than this is not listed value by value, but by ranges if they are numbers."""
 RANGES: Final = 5
+"""So many ranges; of fewer episodes numbers that hardly repeat are in ranges, too."""
 BY: Final = ("event", "drive", "leader", "arm")
 """Groups of bundles by which episodes beside a rival are counted."""
 SHOWN: Final = 10
@@ -280,9 +281,10 @@ def by_key(rows: Sequence[Row]) -> dict[str, dict[str, dict[str, int]]]:
         values: dict[str, list[Row]] = {}
         for value, row in pairs:
             values.setdefault(value if isinstance(value, str) else json.dumps(value), []).append(row)
-        if len(values) > MOST_VALUES:
-            if not all(isinstance(value, int | float) for value, _ in pairs):
-                continue
+        numbers = all(isinstance(value, int | float) for value, _ in pairs)
+        if len(values) > MOST_VALUES and not numbers:
+            continue
+        if len(values) > MOST_VALUES or (numbers and len(pairs) / 2 < len(values) > RANGES):
             values = _ranges(pairs)
         result[key] = {
             value: {"episodes": len(some), **counts(some), **_ticks(some)} for value, some in _sorted(values)
