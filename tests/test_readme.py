@@ -86,7 +86,7 @@ def test_the_lines_for_a_beginner_say_what_happens(shown):
     assert said[0] == f"0.000 s: {ftqp.StepStatus.OK.value} "
 
 
-@pytest.mark.parametrize("integrator", ["implicitfast", "RK4"])
+@pytest.mark.parametrize("integrator", ["implicitfast", "implicit", "Euler", "RK4"])
 def test_the_loop_in_mujoco_finds_the_brake_that_nobody_announced(shown, integrator):
     pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
     (line,) = shown("docs/connect-your-robot.md", integrator)

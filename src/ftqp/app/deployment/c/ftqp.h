@@ -35,7 +35,7 @@ enum {
     FTQP_STOPPING = 5,  /* a stop is latched and the arm brakes */
     FTQP_STOPPED = 6,   /* a stop is latched and the arm rests */
     FTQP_INVALID_INPUT = 7, /* what was measured or asked cannot be used; the command is safe */
-    FTQP_HELD = 8       /* the whole arm is held; the planner waits, and goes on when it is let go */
+    FTQP_HELD = 8       /* the whole arm is held; the planner waits, and goes on when it is released */
 };
 
 /* What ftqp_reset warns of. */
@@ -74,7 +74,7 @@ enum {
     FTQP_STOP_ERROR = 2,       /* the task error was too large and rose */
     FTQP_STOP_FALLBACKS = 3,   /* no usable command was found for too long */
     FTQP_STOP_SENSOR = 4,      /* a sensor has said impossible things for too long */
-    FTQP_STOP_DEVIATION = 5,   /* the tip is too far from where it was sent */
+    FTQP_STOP_DEVIATION = 5,   /* the end effector is too far from where it was sent */
     FTQP_STOP_LAG = 6,         /* the arm does not follow */
     FTQP_STOP_FREE_JOINT = 7,  /* a joint swings freely and nothing of the task can be kept */
     FTQP_STOP_OVERLOAD = 8,    /* a weak joint cannot hold the arm */
@@ -86,7 +86,7 @@ enum {
 /* A planner: memory of ftqp_size bytes that you own, aligned to FTQP_ALIGNMENT. */
 typedef struct ftqp ftqp;
 
-/* Where the tip should be now. */
+/* Where the end effector should be now. */
 typedef struct ftqp_target {
     double pose[16];        /* homogeneous transform by rows, tip in the base frame W */
     double twist[6];        /* linear, then angular, along W */
@@ -106,8 +106,8 @@ typedef struct ftqp_fault {
     int32_t mode;        /* locked: FTQP_RAMP brakes first, FTQP_INSTANT is at rest at once */
     int32_t reset;       /* instant: what the velocities of the other joints do */
     double deceleration; /* ramp: > 0; NaN is a quarter of the joint's acceleration limit */
-    double damping;      /* free-swinging: viscous friction beside the arm's own, >= 0 */
-    double friction;     /* free-swinging: Coulomb friction beside the arm's own, >= 0 */
+    double damping;      /* free-swinging: viscous friction on top of the arm's own, >= 0 */
+    double friction;     /* free-swinging: Coulomb friction on top of the arm's own, >= 0 */
     double velocity;     /* degraded: share of the speed limit that is left, in (0, 1] */
     double acceleration; /* degraded: share of the acceleration limit */
     double torque;       /* degraded: share of the torque limit */
@@ -121,7 +121,7 @@ typedef struct ftqp_load {
     double inertia[9]; /* about that, along the axes of the tip's frame, by rows; zeros are a point mass */
 } ftqp_load;
 
-/* What may have happened to a joint, bit by bit: more than one where they cannot be told apart. */
+/* What may have happened to a joint, bit by bit: more than one where they cannot be distinguished. */
 enum {
     FTQP_FOUND_LOCKED = 1, FTQP_FOUND_FREE_SWINGING = 2, FTQP_FOUND_DEGRADED = 4, FTQP_FOUND_RUNAWAY = 8,
     FTQP_FOUND_SENSOR_FROZEN = 16, FTQP_FOUND_SENSOR_BIASED = 32, FTQP_FOUND_SENSOR_DROPPED = 64
@@ -183,7 +183,7 @@ int ftqp_resume(ftqp *p);
 /* How fast the path is led, in (0, 1] of its own speed; FTQP_UNSUPPORTED in builds without one. */
 int ftqp_speed(ftqp *p, double share);
 
-/* Count on a load at the tip from the next step on, or on none, NULL. It takes a millisecond: call it at rest. */
+/* Count on a load at the end effector from the next step on; NULL is none. It takes a millisecond: call it at rest. */
 int ftqp_carry(ftqp *p, const ftqp_load *load);
 
 /* The command of the last step, n numbers each, valid until the next one; NULL of memory that holds no planner.
@@ -210,7 +210,7 @@ const char *ftqp_stop_reason_name(int reason);
 /* How far the measured tip was from its target before the last step [m]. */
 double ftqp_error(const ftqp *p);
 
-/* Where the tip of the planner's own positions was at the last step, into pose, 16 numbers by rows: 0, or a mistake. */
+/* The end effector of the planner's own positions at the last step, into pose, 16 numbers by rows: 0, or a mistake. */
 int ftqp_tip(const ftqp *p, double *pose);
 
 /* How many joints the arm has: or a mistake. */

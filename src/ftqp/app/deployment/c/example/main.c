@@ -1,4 +1,4 @@
-/* The tip goes along a line while a joint locks half-way; the arm is one that does what it is told. */
+/* The end effector goes along a line while a joint locks half-way; the arm follows its commands exactly. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -47,7 +47,7 @@ int main(int count, char **arguments) {
     if (code) return failed("ftqp_reset", code);
 
     ftqp_target target;
-    memcpy(target.pose, ftqp_arm_tip, sizeof target.pose); /* the pose of the tip at the neutral posture */
+    memcpy(target.pose, ftqp_arm_tip, sizeof target.pose); /* the pose at the neutral posture */
     memset(target.twist, 0, sizeof target.twist);
     memset(target.acceleration, 0, sizeof target.acceleration);
     target.has_rotation = FTQP_ARM_ROTATES;

@@ -1,4 +1,4 @@
-// The same in C++17: the tip holds its place while a joint locks and is repaired.
+// The same in C++17: the end effector holds its place while a joint locks and is repaired.
 #include <algorithm>
 #include <cstdio>
 #include <exception>
