@@ -25,9 +25,10 @@ from ftqp.control.planner.start import Degrading, Rest, StartWatch, allow
 from ftqp.control.planner.step import Step, parts_of_free
 from ftqp.control.planner.step_parts import StepHeader
 from ftqp.control.planner.task_list import TaskList, held_rows
+from ftqp.control.planner.ways.n_minus_one import Security
 from ftqp.control.planner.ways.security_watch import SecurityWatch
 from ftqp.control.planner.ways.way_out import Remembered
-from ftqp.control.scene.placed_shapes import Clearance
+from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.control.task.bounds import Bounds, Jin
 from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.keep import Keep
@@ -44,6 +45,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.orders import LIMITS, Orders
 from ftqp.kernel.entry.session import ArmSession, Memory, Session
@@ -169,6 +171,8 @@ class Assembly:
         stages: What the parts do in a planner's life, in their order.
         out: The step that the planner gives back.
         said: What the planner writes of each step.
+        tick: The tick that the clock leads now.
+        fast: The same where nothing else takes part in it.
     """
 
     def __init__(
@@ -202,7 +206,7 @@ class Assembly:
         self.tasks = TaskList(session, robot, soft, given.level, given.dt, given.target)
         self.said = StepHeader(int(session.K.cascade.status))
         self.out = Step(session, robot.joints, self.said, self.tasks.named(asked, around, task))
-        self.loop = ArmLoop(session, self.orders, robot.joints, around)
+        self.loop = ArmLoop(session, self.orders, robot, around)
         self.constraints = Constraints(session, robot, constraints, self.loop.stop)
         self.degrading = Degrading(session, task.kept_sets)
         self.rest = Rest(session, self.degrading, robot)
@@ -220,17 +224,19 @@ class Assembly:
             self.response, around, self.remembered, StartWatch(session.K, around),
         )  # fmt: skip
         self.stages: tuple[Stage, ...] = tuple(part.stage for part in parts if part is not None)
+        self.tick = self._ordinary = solver.tick(CLOCK)
+        self.fast: Tick | None = None
 
-        self._ordinary = solver.tick(CLOCK)
-
-    def ticks(self) -> tuple[Tick, Tick | None]:
-        """The tick that the clock leads now, and the same where nothing else takes part in it."""
+    def believe(self, belief: Belief) -> None:
+        """Let every part know which joints have failed; ``tick`` and ``fast`` are then those of that."""
+        for stage in self.stages:
+            if stage.believe is not None:
+                stage.believe(belief)
         free = None if self.free is None else self.free.tick
-        if free is not None:
-            return staged(free, FREE, self.stages), None
-        tick = staged(self._ordinary, CLOCK, self.stages)
-        alone = tick is self._ordinary and self.solver.is_compiled and not self.given.timing
-        return tick, tick if alone else None
+        tick = self._ordinary if free is None else free
+        self.tick = staged(tick, CLOCK if free is None else FREE, self.stages)
+        alone = self.tick is self._ordinary and self.solver.is_compiled and not self.given.timing
+        self.fast = self.tick if alone else None
 
     def led_tick(self, leader: Memory) -> Tick:
         """The tick that a path's progress, an inertial target or a motion of the joints leads."""
@@ -264,16 +270,65 @@ class Assembly:
         """Whether Python has no part in a tick."""
         return self.solver.is_compiled and not self.given.timing and not self.asking
 
-    def respond(self) -> None:
-        """Act upon what the monitor has found in this tick."""
-        if self.response is not None:
-            self.response.respond()
+    @property
+    def scene(self) -> Scene | None:
+        """What stands around the arm."""
+        return None if self.surroundings is None else self.surroundings.scene
+
+    @property
+    def clearance(self) -> Clearance | None:
+        """How far the arm keeps from that and from itself."""
+        return None if self.surroundings is None else self.surroundings.clearance
+
+    @property
+    def whole_bodies(self) -> int:
+        """How many of the capsules that are kept apart are bodies, and not ends of them."""
+        return 0 if self.surroundings is None else self.surroundings.whole
+
+    @property
+    def watched_pairs(self) -> tuple[tuple[str, str], ...]:
+        """The bodies of each pair that are kept apart, by name, those of ends of bodies as well."""
+        return () if self.surroundings is None else self.surroundings.names
+
+    @property
+    def pairs_left_out(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of the arm's own bodies that are built too near to each other to be kept apart."""
+        return () if self.surroundings is None else self.surroundings.left_out
+
+    @property
+    def diagnosis(self) -> Diagnosis | None:
+        """What the detector holds for likely."""
+        return None if self.response is None else self.response.diagnosis
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What the detector has found and the planner acted upon."""
+        return () if self.response is None else tuple(self.response.findings)
+
+    @property
+    def security(self) -> Security | None:
+        """What the lock of each joint would cost."""
+        return None if self.watch is None else self.watch.security
+
+    @property
+    def plan_time(self) -> float | None:
+        """The time of the plan at which the tip is [s]."""
+        return None if self.leading is None else self.leading.at
 
     def kept_clear(self) -> CollisionModel:
         """What the planner keeps clear of; InputError where it is nothing."""
         if self.surroundings is None:
             raise InputError("the planner keeps clear of nothing; give it a scene, Planner(robot, scene=...)")
         return self.surroundings
+
+    def refuse_looking_ahead(self, reserve: BrakingReserve | None) -> None:
+        """Refuse at once what ``n_minus_one`` would refuse when it looks ahead."""
+        try:
+            self.what_ifs(self.given.robot, {}, reserve)
+        except InputError as error:
+            raise InputError(
+                f"n_minus_one looks ahead in a batch: {error}; or leave n_minus_one out"
+            ) from error
 
     def what_ifs(
         self, robot: Robot, faults: dict[str, Fault], reserve: BrakingReserve | None

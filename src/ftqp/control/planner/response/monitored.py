@@ -163,12 +163,3 @@ class MonitorResponse:
         M.found[i] = self._said[i] = 0
         self._K.feedback.lost[i], self._K.feedback.spent[i] = 0, 0.0
         M.G[i] = M.G_lock[i] = M.G_free[i] = 0.0
-
-    def believed(self, fault: Fault) -> None:
-        """The planner believes what was found."""
-
-    def go_on(self) -> None:
-        """Go on after a stop; what was found stays found."""
-
-    def feel(self, tau: Any) -> None:
-        """Measured torques, which are not looked at."""
