@@ -13,6 +13,7 @@ import importlib
 import importlib.util
 import multiprocessing
 import os
+import pickle
 import platform
 import subprocess
 import sys
@@ -31,7 +32,6 @@ import numba
 import numpy as np
 from numba.core.errors import NumbaError
 
-from ftqp.kernel.building import kept_parts
 from ftqp.kernel.building.quicker import be_quicker
 from ftqp.kernel.compiled.library import (
     KERNEL,
@@ -183,7 +183,7 @@ class Store:
         if hasattr(os, "getuid") and (facts.st_uid not in (0, os.getuid()) or facts.st_mode & 0o022):
             raise CannotBuild(
                 f"{folder} belongs to another user, or others may write into it, and its files would be "
-                "linked; remove it, or give another folder by --store"
+                "read and linked; remove it, or give another folder by --store"
             )
 
     def object_file(self, key: str) -> Path:
@@ -193,21 +193,21 @@ class Store:
     def parts(self, key: str) -> list[Part] | None:
         """The parts that the unit of a key needs; ``None`` where it has to be compiled."""
         try:
-            said = (self._folder / f"{key}.json").read_bytes()
-            return kept_parts.read(self.object_file(key).read_bytes(), said)
-        except (OSError, ValueError, NumbaError):
+            said, parts = pickle.loads((self._folder / f"{key}.parts").read_bytes())
+            return list(parts) if said == fingerprint(self.object_file(key).read_bytes()) else None
+        except Exception:  # there is none, or it is damaged: it is compiled anew
             return None
 
     def keep(self, key: str, code: bytes, parts: list[Part]) -> None:
         """Keep an object file."""
-        put(self._folder / f"{key}.json", kept_parts.written(code, parts))
+        put(self._folder / f"{key}.parts", pickle.dumps((fingerprint(code), parts)))
         put(self.object_file(key), code)
 
     def sweep(self, keys: set[str]) -> None:
         """Remove what has not been used for a month and is of no use now."""
         oldest = max((self.object_file(key).stat().st_mtime for key in keys), default=0.0) - 30 * 86_400
         for path in self._folder.glob("*.*"):
-            if path.stem not in keys and path.suffix in (".o", ".json") and path.stat().st_mtime < oldest:
+            if path.stem not in keys and path.suffix in (".o", ".parts") and path.stat().st_mtime < oldest:
                 path.unlink(missing_ok=True)
 
     @contextlib.contextmanager
