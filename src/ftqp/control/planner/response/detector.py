@@ -61,34 +61,17 @@ class Detector:
     """
 
     __slots__ = (
-        "_calibration",
-        "_delay",
-        "_diagnosis",
-        "_drive",
-        "_dt",
-        "_false_alarms_per_hour",
-        "_listen",
-        "_noise",
-        "_q",
-        "_reference",
-        "_robot",
-        "_session",
-        "_tau",
+        "_calibration", "_delay", "_diagnosis", "_drive", "_dt", "_false_alarms_per_hour", "_listen",
+        "_noise", "_q", "_reference", "_robot", "_session", "_tau",
     )  # fmt: skip
 
-    robot: Fixed[Robot | None] = Fixed("_robot", "The arm; None where a planner will give it.", ANEW)
-    dt: Fixed[float | None] = Fixed(
-        "_dt", "The sampling period [s]; None where a planner will give it.", ANEW
-    )
-    drive: Fixed[Drive | None] = Fixed("_drive", "What the arm takes.", ANEW)
-    noise: Fixed[Noise | None] = Fixed("_noise", "Standard deviations of the measurements.", ANEW)
-    delay: Fixed[float | None] = Fixed("_delay", "How late samples are [s].", ANEW)
-    false_alarms_per_hour: Fixed[float] = Fixed(
-        "_false_alarms_per_hour", "How many false alarms an hour are allowed.", ANEW
-    )
-    calibration: Fixed[Calibration | None] = Fixed(
-        "_calibration", "What was found on healthy motion; None: nothing.", ANEW
-    )
+    robot: Fixed[Robot | None] = Fixed("_robot", remedy=ANEW)
+    dt: Fixed[float | None] = Fixed("_dt", remedy=ANEW)
+    drive: Fixed[Drive | None] = Fixed("_drive", remedy=ANEW)
+    noise: Fixed[Noise | None] = Fixed("_noise", remedy=ANEW)
+    delay: Fixed[float | None] = Fixed("_delay", remedy=ANEW)
+    false_alarms_per_hour: Fixed[float] = Fixed("_false_alarms_per_hour", remedy=ANEW)
+    calibration: Fixed[Calibration | None] = Fixed("_calibration", remedy=ANEW)
 
     settings: ClassVar[Settings] = {
         "bandwidths": Setting("has no effect any more", unit="1/s"),
