@@ -25,10 +25,9 @@ from ftqp.control.planner.start import Degrading, Rest, StartWatch, allow
 from ftqp.control.planner.step import Step, parts_of_free
 from ftqp.control.planner.step_parts import StepHeader
 from ftqp.control.planner.task_list import TaskList, held_rows
-from ftqp.control.planner.ways.n_minus_one import Security
 from ftqp.control.planner.ways.security_watch import SecurityWatch
 from ftqp.control.planner.ways.way_out import Remembered
-from ftqp.control.scene.placed_shapes import Clearance, Scene
+from ftqp.control.scene.placed_shapes import Clearance
 from ftqp.control.task.bounds import Bounds, Jin
 from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.keep import Keep
@@ -45,7 +44,6 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.detection.calibration import Calibration
-from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.orders import LIMITS, Orders
 from ftqp.kernel.entry.session import ArmSession, Memory, Session
@@ -269,51 +267,6 @@ class Assembly:
     def is_compiled(self) -> bool:
         """Whether Python has no part in a tick."""
         return self.solver.is_compiled and not self.given.timing and not self.asking
-
-    @property
-    def scene(self) -> Scene | None:
-        """What stands around the arm."""
-        return None if self.surroundings is None else self.surroundings.scene
-
-    @property
-    def clearance(self) -> Clearance | None:
-        """How far the arm keeps from that and from itself."""
-        return None if self.surroundings is None else self.surroundings.clearance
-
-    @property
-    def whole_bodies(self) -> int:
-        """How many of the capsules that are kept apart are bodies, and not ends of them."""
-        return 0 if self.surroundings is None else self.surroundings.whole
-
-    @property
-    def watched_pairs(self) -> tuple[tuple[str, str], ...]:
-        """The bodies of each pair that are kept apart, by name, those of ends of bodies as well."""
-        return () if self.surroundings is None else self.surroundings.names
-
-    @property
-    def pairs_left_out(self) -> tuple[tuple[str, str], ...]:
-        """Pairs of the arm's own bodies that are built too near to each other to be kept apart."""
-        return () if self.surroundings is None else self.surroundings.left_out
-
-    @property
-    def diagnosis(self) -> Diagnosis | None:
-        """What the detector holds for likely."""
-        return None if self.response is None else self.response.diagnosis
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """What the detector has found and the planner acted upon."""
-        return () if self.response is None else tuple(self.response.findings)
-
-    @property
-    def security(self) -> Security | None:
-        """What the lock of each joint would cost."""
-        return None if self.watch is None else self.watch.security
-
-    @property
-    def plan_time(self) -> float | None:
-        """The time of the plan at which the tip is [s]."""
-        return None if self.leading is None else self.leading.at
 
     def kept_clear(self) -> CollisionModel:
         """What the planner keeps clear of; InputError where it is nothing."""

@@ -196,18 +196,19 @@ class Planner:
         "planner.stop() stops the arm, planner.resume() lets it go on",
     )
     scene = part(
-        lambda parts: parts.scene, "What stands around the arm; None where it keeps clear of nothing."
+        lambda parts: None if parts.surroundings is None else parts.surroundings.scene,
+        "What stands around the arm; None where it keeps clear of nothing.",
     )
     clearance = part(
-        lambda parts: parts.clearance,
+        lambda parts: None if parts.surroundings is None else parts.surroundings.clearance,
         "How far it keeps from itself and from the scene; None where it keeps clear of nothing.",
     )
     pairs_left_out = part(
-        lambda parts: parts.pairs_left_out,
+        lambda parts: () if parts.surroundings is None else parts.surroundings.left_out,
         "Pairs of the arm's own bodies that are built too near to each other to be kept apart, by name.",
     )
     watched_pairs = part(
-        lambda parts: parts.watched_pairs,
+        lambda parts: () if parts.surroundings is None else parts.surroundings.names,
         "The bodies of each pair that are kept apart, by name, those of ends of bodies as well.",
     )
     task_rows = part(
@@ -226,16 +227,20 @@ class Planner:
         "``planner.carry(planner.learned.payload)``, ``robot.with_rotors(...)``; None before the first step, "
         "and with ``inertia_error=0``. None with drive ``velocity``.",
     )
-    diagnosis = part(lambda parts: parts.diagnosis, "What the detector holds for likely; None without one.")
+    diagnosis = part(
+        lambda parts: None if parts.response is None else parts.response.diagnosis,
+        "What the detector holds for likely; None without one.",
+    )
     findings = part(
-        lambda parts: parts.findings,
+        lambda parts: () if parts.response is None else tuple(parts.response.findings),
         "What the detector has found since ``reset`` and the planner acted upon, in order.",
     )
     plan_time = part(
-        lambda parts: parts.plan_time, "The time of the plan at which the tip is [s]; None without a plan."
+        lambda parts: None if parts.leading is None else parts.leading.at,
+        "The time of the plan at which the tip is [s]; None without a plan.",
     )
     security = part(
-        lambda parts: parts.security,
+        lambda parts: None if parts.watch is None else parts.watch.security,
         "What the lock of each joint would cost, as it was looked at last; None without ``n_minus_one``.",
     )
 
@@ -325,7 +330,8 @@ class Planner:
 
     def way_session(self) -> WaySession:
         """The arm, its limits and what stands around it as believed now, for a search for ways."""
-        return WaySession(self._session, self._parts.whole_bodies)
+        around = self._parts.surroundings
+        return WaySession(self._session, 0 if around is None else around.whole)
 
     @property
     def avoids(self) -> bool:
