@@ -10,7 +10,6 @@ import numpy as np
 from ftqp.control.drive.joint_drive import KINDS, Drive, Noise
 from ftqp.control.drive.loop_record import fill_loop
 from ftqp.control.drive.servo_prior import FALSE_ALARMS
-from ftqp.control.planner.response.monitored import seen_of
 from ftqp.core.checks import FloatArray, instance, non_negative, positive
 from ftqp.core.errors import InputError, unknown
 from ftqp.core.fixed import Fixed
@@ -143,7 +142,7 @@ class Detector:
         fill_loop(K, robot, dt, drive, noise, self._false_alarms_per_hour, self._calibration)
         self._q, self._reference, self._tau = np.zeros(n), np.zeros((3, n)), np.zeros(n)
         self._listen = bound("listen", session.memory, self._q, self._reference, self._tau)
-        self._diagnosis = Diagnosis(robot.joints, seen_of(session, n))
+        self._diagnosis = Diagnosis(robot.joints, K)
 
     def for_arm(
         self, robot: Robot, dt: float, *, drive: Any = None, noise: Noise | None = None,
