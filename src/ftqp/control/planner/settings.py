@@ -164,7 +164,7 @@ def planner_settings(
     scheme: Scheme | Resolver | str | Mapping[str, Any] | None = None,
     task: Task | None = None,
     bounds: Bounds | str | Mapping[str, Any] = "viability",
-    backend: str | Path | Mapping[str, Any] | Backend = IN_KERNEL,
+    backend: str | Path | Mapping[str, Any] | Backend = "active_set",
     posture: Any = None,
     torque_limits: bool = True,
     emergency: EmergencyStop | None = EmergencyStop(),  # noqa: B008  frozen

@@ -13,7 +13,8 @@ from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 
 Method = Literal["implicit", "94lvi", "e47"]
 Mode = Literal["product", "paper"]
-METHODS, MODES = get_args(Method), get_args(Mode)
+METHODS: tuple[str, ...] = get_args(Method)
+MODES: tuple[str, ...] = get_args(Mode)
 _CODES = {"94lvi": 0, "e47": 1, "implicit": 2}
 PRODUCT_TOLERANCE, PAPER_TOLERANCE = 1e-9, 1e-5
 PRODUCT_CAP, PAPER_CAP = 2000, 20_000
