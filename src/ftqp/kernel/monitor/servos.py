@@ -118,7 +118,8 @@ def begin_filters(K: Any) -> None:
         M.speed[i] = K.gate.speed[i]
         M.y[i] = M.anchor[i] = M.place[i] = y
         M.u[i] = u
-        M.total[i] = M.act[i] = M.weight[i] = M.inertia[i] = M.r[i] = M.S[i] = 0.0
+        M.total[i] = y * ((M.every - i % M.every) % M.every)  # samples that its first mean lacks
+        M.act[i] = M.weight[i] = M.inertia[i] = M.r[i] = M.S[i] = 0.0
         M.rests[i], M.blind[i] = 0, begins
         if not M.ideal:
             M.settles = max(M.settles, ticks_to_settle(K, i))
