@@ -36,7 +36,7 @@ help:
 	@echo "make bench      step, batches, memory, first use: measures them and rewrites docs/evidence/speed.md"
 	@echo "make kernel     builds the kernel anew where it is older than its source"
 	@echo "make bench-first-use   what building and a first planner cost"
-	@echo "make wheel      a wheel with the kernel built for two classes of processors, into dist/"
+	@echo "make wheel      a wheel with the kernel built for two classes of processors, into dist/; TARGET=aarch64-macos: for another machine"
 	@echo "make wheels     that wheel and all that it needs, into dist/wheels: for machines without a network"
 	@echo "make clean      removes the environment, caches and runs"
 
@@ -119,8 +119,9 @@ bench: $(VENV)/.has-dev
 bench-first-use: $(VENV)/.has-viz
 	$(BIN)/python benchmarks/bench_first_use.py
 
+# TARGET=aarch64-linux or aarch64-macos makes the wheel of another machine, for its usual class of processors.
 wheel: $(VENV)/.has-viz
-	FTQP_LEVELS=$(LEVELS) $(BIN)/python -m pip wheel --disable-pip-version-check --quiet --no-deps --wheel-dir dist .
+	FTQP_TARGET=$(TARGET) FTQP_LEVELS=$(if $(TARGET),,$(LEVELS)) $(BIN)/python -m pip wheel --disable-pip-version-check --quiet --no-deps --wheel-dir dist .
 
 # What is in the folder installs without a network: pip install --no-index --find-links dist/wheels "ftqp[viz,sim]"
 wheels: $(VENV)/.has-viz

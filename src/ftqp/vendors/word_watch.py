@@ -122,7 +122,7 @@ class Watch:
         self._brakes = dict(brakes or {})
         every = planner.dt if period is None else positive("period", period, "s")
         self._silent = ceil(SILENT * every / planner.dt - 1e-9)
-        self._needed = {
+        self._needed: dict[tuple[str, int | None], int] = {
             (name, i): max(ANSWERS, ceil(row.after / every - 1e-9))
             for name, word in self._table.words.items()
             for i, row in enumerate(word.rows)
