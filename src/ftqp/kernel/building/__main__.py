@@ -87,8 +87,8 @@ def _built(given: argparse.Namespace) -> int:
             with store.alone():
                 if _is_there(given, wanted, away):
                     return 0
-                own = away is None or is_this_machine(away)
-                classes = [target(name) if own else Target(away.triple, name) for name in levels]
+                triple = None if away is None or is_this_machine(away) else away.triple
+                classes = [target(name) if triple is None else Target(triple, name) for name in levels]
                 made = build(
                     given.out, wanted, classes, KERNEL, store, jobs=given.jobs, checked=not given.wheel,
                     ready=sys.stdin.read if given.after_stdin else None, away=away,
