@@ -68,9 +68,15 @@ class StandInBus:
     def sync_read(self, data_name, motors=None, *, normalize=True, num_retry=0):
         raise AssertionError("one answer has all that is read here")
 
-    def sync_write(self, data_name, goals):
-        for name, goal in goals.items():
-            self.servos[self.motors[name].id].put("goal", round(np.deg2rad(goal) / STEP) + 2048)
+    def sync_write(self, data_name, values, *, normalize=True):
+        for name, value in values.items():
+            servo = self.servos[self.motors[name].id]
+            if data_name == "Goal_Position":
+                servo.put("goal", round(np.deg2rad(value) / STEP) + 2048 if normalize else value)
+            elif value:
+                servo.switch_on()
+            else:
+                servo.put("torque", 0)
 
     def live(self, dt):
         for servo in self.servos.values():
@@ -293,7 +299,23 @@ def test_after_an_overload_the_other_servos_lead_the_gripper_to_what_the_angles_
     assert set(robot.kinematics.planner.faults) == {"wrist_flex"}
     assert sent != action and sent["gripper.pos"] == action["gripper.pos"]
     assert off < 3e-3
-    robot.repaired("wrist_flex")
+    servo = robot.bus.servos[4]
+    assert not robot.recover("wrist_flex") and set(robot.kinematics.planner.faults) == {"wrist_flex"}
+    servo.jammed = False
+    assert robot.recover("wrist_flex") and not robot.kinematics.planner.faults
+    assert servo.switched_on_far == [False, False] and servo.at("torque")
+
+
+def test_a_hot_servo_waits_for_a_person(robot):
+    robot.bus.servos[3].put("status", 0x04)
+    for _ in range(3):
+        robot.get_observation()
+    with pytest.raises(
+        ftqp.InputError, match=r"elbow_flex: find the cause.*then robot\.repaired\('elbow_flex'\)"
+    ):
+        robot.recover("elbow_flex")
+    robot.bus.servos[3].put("status", 0)
+    robot.repaired("elbow_flex")
     assert not robot.kinematics.planner.faults
 
 

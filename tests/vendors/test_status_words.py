@@ -100,7 +100,7 @@ UNDEFINED = {
     ("feetech", "status"): (0x10, 0x40, 0x80, 0xFF),
     ("cia402", "statusword"): (0x01, 0x47 & ~0x40 | 0x48, 0x10027, 0x63),
     ("cia402", "error_code"): (0x1000, 0x7400, 0x8200, 0xFF01),
-    ("universal_robots", "safety_status_bits"): (0x1000, 0x1001, -1),
+    ("universal_robots", "safety_status_bits"): (0, 0x1000, 0x1001, -1),
     ("universal_robots", "robot_mode"): (-2, 9, 255),
     ("universal_robots", "joint_mode"): (0, 241, 256),
     ("franka", "robot_mode"): ("reflex", "", 3),

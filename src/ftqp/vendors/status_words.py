@@ -87,7 +87,8 @@ class Word:
             return None if not all(places) else tuple(dict.fromkeys(one[0] for one in places))
         bits = tuple(i for i, row in enumerate(self.rows) if row.mask is None and row.fits(value))
         codes = tuple(i for i, row in enumerate(self.rows) if row.mask is not None and row.fits(value))
-        if self.form != "bits" and not codes:
+        must_fit = self.form != "bits" or any(row.well for row in self.rows)
+        if (must_fit and not codes + bits) or (self.form == "state" and not codes):
             return None
         if not isinstance(value, str):
             known = self.ignored

@@ -117,6 +117,34 @@ class SO101Ftqp(SOFollower):
         sent = {} if led is None else dict(zip(keys, map(float, led), strict=True))
         return super().send_action({**action, **sent})
 
+    def recover(self, joint: str) -> bool:
+        """Lead a servo out of its overload, at rest where it stands, once what blocked it has gone.
+
+        It is written to by ``sync_write``, which no servo answers: LeRobot's ``write`` raises at an overload.
+
+        Args:
+            joint: Its motor's name.
+
+        Returns:
+            Whether it works again, and is led again; else try later, or switch its power off and on.
+
+        Raises:
+            ftqp.InputError: Nothing stands of it, or a person has to look first; then ``repaired`` ends it.
+        """
+        first = self.watch.recover(joint).next
+        if first is None or first.by != "program":
+            raise ftqp.InputError(
+                f"{joint}: {'' if first is None else first.do}; then robot.repaired({joint!r})"
+            )
+        place = self.bus.sync_read("Present_Position", normalize=False)[joint]
+        for register, value in (("Torque_Enable", 0), ("Goal_Position", place), ("Torque_Enable", 1)):
+            self.bus.sync_write(register, {joint: value}, normalize=False)
+        self.bus.sync_read("Present_Position")
+        works = self.bus.status[joint] == 0
+        if works:
+            self.watch.withdraw(joint)
+        return works
+
     def repaired(self, joint: str) -> None:
         """A servo works again.
 
