@@ -40,7 +40,8 @@ class StandInBus:
     def __init__(self, port, motors, calibration):
         self.port, self.motors, self.calibration = port, motors, calibration
         self.servos = {motor.id: FakeServo("feetech") for motor in motors.values()}
-        self.port_handler = SimpleNamespace(clearPort=lambda: self.cleared.append(1))
+        serial = SimpleNamespace(reset_input_buffer=lambda: self.cleared.append(1))
+        self.port_handler = SimpleNamespace(ser=serial)
         self.sync_reader = SimpleNamespace(txRxPacket=self._ask, getData=self._data)
         self.cleared, self.missed = [], 0
 
@@ -329,10 +330,10 @@ def test_an_undefined_status_holds_the_arm(robot):
     assert all(abs(sent[key] - asked[key] + 10.0) < 0.1 for key in asked)
 
 
-def test_a_missed_answer_is_asked_for_anew_with_an_empty_input(robot):
+def test_a_missed_answer_is_asked_for_anew_and_every_question_with_an_empty_input(robot):
     robot.bus.missed = 2
     assert robot.get_observation()["gripper.pos"] == pytest.approx(12.0, abs=0.1)
-    assert len(robot.bus.cleared) == 2 and robot.bus.temperature["elbow_flex"] == 35
+    assert len(robot.bus.cleared) == 3 and robot.bus.temperature["elbow_flex"] == 35
     robot.bus.missed = 3
     with pytest.raises(ConnectionError, match=r"no whole answer from the servos .* after 3 tries"):
         robot.get_observation()

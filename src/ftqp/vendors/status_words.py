@@ -248,8 +248,8 @@ class Table:
     def decode(self, answer: bytes) -> dict[str, int]:
         """What one answer of a servo to a read of the whole ``block`` holds, by name.
 
-        Position and status belong together only if they come from one answer. After an answer that is
-        missed, empty the input before the next question: no answer says which question it is of.
+        Position and status belong together only if they come from one answer. Empty the input before each
+        question: no answer says which question it is of, and a late one would be taken for the next.
 
         Raises:
             InputError: A wrong length, or a table without a block.

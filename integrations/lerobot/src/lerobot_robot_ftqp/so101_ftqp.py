@@ -38,9 +38,10 @@ class StatusBus(FeetechMotorsBus):
         assert block is not None
         self._setup_sync_reader(list(ids), block["address"], block["length"])
         for _ in range(1 + num_retry):
+            # or a late answer is taken for that of this question; clearPort empties the output only
+            self.port_handler.ser.reset_input_buffer()
             if self._is_comm_success(self.sync_reader.txRxPacket()):
                 break
-            self.port_handler.clearPort()  # or a late answer is taken for that of the next question
         else:
             raise ConnectionError(f"no whole answer from the servos {list(ids)} after {num_retry + 1} tries")
         told = {
