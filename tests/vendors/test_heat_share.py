@@ -46,6 +46,17 @@ def test_it_is_given_back_three_kelvin_later_and_withdrawn_at_one():
     assert not planner.faults and spare.share == 1.0
 
 
+def test_what_somebody_withdraws_is_reported_again_while_it_is_hot():
+    planner, spare = spared()
+    for _ in range(30):
+        spare.look(60.0)
+    told = planner.faults[JOINT]
+    planner.withdraw(JOINT)
+    for _ in range(30):
+        spare.look(60.0)
+    assert planner.faults == {JOINT: told}
+
+
 @pytest.mark.parametrize(
     "fault", [ftqp.Locked(JOINT), ftqp.FreeSwinging(JOINT), ftqp.Degraded(JOINT, velocity=0.5)]
 )

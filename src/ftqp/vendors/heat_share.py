@@ -107,9 +107,11 @@ class Spare:
 
     def _report(self, value: float) -> Verdict | None:
         """Tell the planner where the share has moved far enough, and nothing else stands of the joint."""
+        present = self._planner.faults.get(self._joint)
+        if present is None:  # somebody has withdrawn what was told
+            self._told = 1.0
         moved = abs(self._share - self._told) >= LEAST_CHANGE - 1e-9
         ends = self._share in (1.0, self._still) and self._share != self._told
-        present = self._planner.faults.get(self._joint)
         mine = Degraded(self._joint, velocity=self._told, torque=self._told) if self._told < 1.0 else None
         if not (moved or ends) or self._since < ONCE_IN - 1e-9 or present != mine:
             return None
