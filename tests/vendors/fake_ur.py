@@ -13,11 +13,12 @@ import sys
 import threading
 import time
 
-VECTORS = set(
-    "actual_q actual_qd target_q target_qd target_qdd target_current target_moment actual_current "
-    "joint_control_output joint_temperatures actual_joint_voltage actual_TCP_pose actual_TCP_speed "
-    "actual_TCP_force target_TCP_pose target_TCP_speed ft_raw_wrench payload_inertia".split()
-)
+VECTORS = {
+    "actual_q", "actual_qd", "target_q", "target_qd", "target_qdd", "target_current", "target_moment",
+    "actual_current", "joint_control_output", "joint_temperatures", "actual_joint_voltage", "actual_TCP_pose",
+    "actual_TCP_speed", "actual_TCP_force", "target_TCP_pose", "target_TCP_speed", "ft_raw_wrench",
+    "payload_inertia",
+}  # fmt: skip
 WHOLE = {
     "robot_mode": "INT32", "safety_mode": "INT32", "safety_status": "INT32", "safety_status_bits": "UINT32",
     "robot_status_bits": "UINT32", "runtime_state": "UINT32", "joint_mode": "VECTOR6INT32",
