@@ -7,11 +7,12 @@ PYTEST ?= $(BIN)/python -m pytest
 JOBS   ?= 2
 MAKER   = $(BIN)/python -m ftqp.kernel.building
 # The classes of processors that a wheel is built for; elsewhere there is one for each architecture.
-LEVELS ?= $(if $(filter x86_64,$(shell uname -m)),"x86-64-v4,x86-64-v3")
+COMMA  := ,
+LEVELS ?= $(if $(filter x86_64,$(shell uname -m)),x86-64-v4$(COMMA)x86-64-v3)
 PYTHONS ?= python3.11 python3.12 python3.13
 # Two cases of each test of these that takes less than a third of a second or tells much. The rest (long runs, papers,
 # random episodes, commands, pictures, every compiled part) is for make test.
-QUICK  ?= -m "not slow and not long" --few 2 tests/core tests/faults tests/model tests/control tests/sim tests/robustness tests/qp tests/laws \
+QUICK  ?= -m "not slow and not long" --few 2 tests/core tests/faults tests/model tests/control tests/sim tests/robustness tests/qp tests/vendors tests/laws \
           $(addprefix tests/app/,scenario schema replay) $(addprefix tests/kernel/,layout rows arm judge maths) \
           tests/test_package.py tests/test_texts.py
 

@@ -85,6 +85,8 @@ class Kernel(BuildHookInterface):
         )
         if done.returncode == 130:
             raise KeyboardInterrupt
+        if done.returncode and os.environ.get("FTQP_TARGET"):
+            raise RuntimeError(f"no wheel for {target}: {done.stderr.strip()}")
         (self.app.display_info if done.returncode == 0 else self.app.display_warning)(done.stderr.strip())
         libraries = [] if editable else sorted(out.glob("kernel-*"))
         for file in [] if editable else [out / "manifest.json", *libraries]:

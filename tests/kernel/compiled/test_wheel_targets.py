@@ -3,6 +3,7 @@
 import importlib.util
 import json
 import os
+import platform
 import re
 import struct
 import subprocess
@@ -77,6 +78,17 @@ def test_an_unknown_target_is_refused_with_those_that_there_are() -> None:
     command = [sys.executable, "-m", "ftqp.kernel.building", "--target", "riscv64-linux"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2 and all(name in done.stderr for name in TARGETS)
+
+
+def test_make_builds_two_classes_of_processors_or_the_usual_one_of_a_target() -> None:
+    def asked(*given: str) -> str:
+        command = ["make", "-n", "wheel", *given]
+        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+
+    assert "FTQP_TARGET= FTQP_LEVELS=x86-64-v4,x86-64-v3 " in asked("LEVELS=x86-64-v4,x86-64-v3")
+    assert "FTQP_TARGET=aarch64-macos FTQP_LEVELS= " in asked("TARGET=aarch64-macos")
+    if platform.machine() == "x86_64":
+        assert "FTQP_TARGET= FTQP_LEVELS=x86-64-v4,x86-64-v3 " in asked()
 
 
 @pytest.fixture(scope="module")
