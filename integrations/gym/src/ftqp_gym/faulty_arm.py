@@ -135,8 +135,8 @@ class FaultyArm(gymnasium.Env):
             np.zeros(n, dtype=np.int64),
         )
         self.leads, self.status = self.layer == "tip", ""
-        self.target = self.robot.pose(q)
-        self.goal = self.target[:3, 3] + draw.uniform(-SPREAD, SPREAD, 3)
+        self.at = self.robot.pose(q)[:3, 3]
+        self.target, self.goal = self.at.copy(), self.at + draw.uniform(-SPREAD, SPREAD, 3)
         return self._seen(), self._info()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -146,24 +146,29 @@ class FaultyArm(gymnasium.Env):
             What is seen, reward, whether the point is reached, whether the time is over, and ``info``.
         """
         action = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)
+        way = self._way(action)
         for _ in range(self.ticks):
             self._fail()
-            self.plant.advance(self._led(action) if self.leads else self._sent(action))
+            self.plant.advance(self._led(way) if self.leads else self._sent(action))
             self.tick += 1
+        self.at = self.robot.pose(self.plant.q)[:3, 3]
         info = self._info()
         reached = info["left"] < REACHED
         return self._seen(), 10.0 * reached - info["left"], reached, self.tick >= self.last, info
 
-    def _led(self, action: Any) -> Any:
-        """The command of the planner, whose target goes as the action says."""
-        q = self.plant.q
-        at = self.robot.pose(q)[:3, 3]
+    def _way(self, action: Any) -> Any:
+        """How far an action moves the end effector in a tick [m]; nothing reads it in the layer `joints`."""
         if self.layer == "tip":
-            way = action * FASTEST * DT
-        else:
-            way = self.robot.pose(q + action * SHARE * self.robot.limits.v_max * DT)[:3, 3] - at
-        self.target[:3, 3] = at + np.clip(self.target[:3, 3] + way - at, -LEAD, LEAD)
-        command = self.planner.step(q, None, ftqp.Target(pose=self.target))
+            return action * FASTEST * DT
+        if self.layer == "joints":
+            return None
+        v = action * SHARE * self.robot.limits.v_max
+        return self.robot.pose(self.plant.q + v * DT)[:3, 3] - self.at
+
+    def _led(self, way: Any) -> Any:
+        """The command of the planner, whose target goes as the action says."""
+        self.target = self.at + np.clip(self.target + way - self.at, -LEAD, LEAD)
+        command = self.planner.step(self.plant.q, None, ftqp.Target(position=self.target))
         self.status = command.status.name
         return command
 
@@ -187,7 +192,7 @@ class FaultyArm(gymnasium.Env):
             if self.layer == "below":
                 self.leads = True
                 self.planner.reset(self.plant.q, self.plant.v)
-                self.target = self.robot.pose(self.plant.q)
+                self.target = self.robot.pose(self.plant.q)[:3, 3]
 
     def _checked(self, failure: Any) -> tuple[int, int, float] | None:
         """A failure given by hand."""
@@ -216,10 +221,9 @@ class FaultyArm(gymnasium.Env):
 
     def _seen(self) -> Any:
         q, space = self.plant.q, self.observation_space
-        left = self.goal - self.robot.pose(q)[:3, 3]
-        seen = np.concatenate([q, self.plant.v, left, np.eye(4)[self._believed()].ravel()])
+        seen = np.concatenate([q, self.plant.v, self.goal - self.at, np.eye(4)[self._believed()].ravel()])
         return np.clip(seen, space.low, space.high)
 
     def _info(self) -> dict[str, Any]:
-        left = float(np.linalg.norm(self.robot.pose(self.plant.q)[:3, 3] - self.goal))
+        left = float(np.linalg.norm(self.at - self.goal))
         return {"left": left, "failed": self.kind.copy(), "believed": self._believed(), "status": self.status}
