@@ -26,7 +26,7 @@ goal = [1.2, 0.9]
 grid = 5
 configurations = 3
 steps = 6
-screen = false
+instants = 2
 """
 
 
