@@ -27,7 +27,7 @@ def recorded_robot(rows: LogRows) -> tuple[Robot | None, str]:
     """
     try:
         robot = _made(rows)
-    except (FtqpError, ValueError, RecursionError) as error:
+    except (FtqpError, ValueError) as error:
         return None, f"the arm of {rows.title} cannot be made: {str(error).splitlines()[0]:.300}"
     if robot is None:
         return None, f"{rows.title} does not say which arm it is of"
