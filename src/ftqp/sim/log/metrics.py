@@ -241,8 +241,7 @@ class Extremes:
         finite = finite[np.isfinite(finite)]
         if len(finite):
             self._count += len(finite)
-            with np.errstate(over="ignore"):  # no run has such numbers; infinite is what their squares are
-                self._squares += float(np.sum(finite**2))
+            self._squares += float(np.sum(finite**2))
             self._largest = max(self._largest, float(finite.max()))
             self._smallest = min(self._smallest, float(finite.min()))
 
@@ -297,8 +296,7 @@ class Tally:
             self._inertial = {"position": Extremes(), "rotation": Extremes()}
         if not len(rows):
             return
-        known = np.clip(np.nan_to_num(rows["status"]), 0, len(STATUSES) - 1)  # of a damaged file, too
-        t, status = rows["t"], known.astype(np.int64)
+        t, status = rows["t"], rows["status"].astype(np.int64)
         self.count += len(rows)
         self._counts = self._counts + np.bincount(status, minlength=len(STATUSES))
         self._final = int(status[-1])
