@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ftqp import __version__
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import row_labels, variable_labels
@@ -28,7 +29,7 @@ from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.log.signals import ITSELF, TASKS
 from ftqp.sim.schedule import FaultEvent, Schedule
 
-PACKAGES = ("ftqp", "numpy", "scipy", "pin")
+PACKAGES = ("numpy", "scipy", "pin")
 KIND_OF = {kind: word for word, kind in KINDS.items()} | {LeastSquares: "least_squares"}
 """What a log calls the kinds of soft tasks."""
 
@@ -231,7 +232,7 @@ def versions() -> dict[str, str]:
 @cache
 def _installed() -> dict[str, str]:
     """The same, looked up once in a process: that takes milliseconds."""
-    found = {"python": platform.python_version()}
+    found = {"python": platform.python_version(), "ftqp": __version__}
     for package in PACKAGES:
         try:
             found[package] = metadata.version(package)
