@@ -139,10 +139,7 @@ class Campaign:
 
     @property
     def key(self) -> str:
-        """What tells it from every other campaign: a hash of its text, the files it names and the version.
-
-        Its length is no part of it.
-        """
+        """What tells it from every other campaign: a hash of its text, the files it names and the version."""
         content = plain(self.tables)
         del content["campaign"]["episodes"]
         text = json.dumps(content, sort_keys=True, default=str)

@@ -31,11 +31,7 @@ class Combination:
 def combinations(
     sources: Sequence[str], overrides: Iterable[str] = (), *, backends: str | None, schemes: str | None
 ) -> list[Combination]:
-    """Every run, by scenario, then scheme, then backend; what cannot take part says why.
-
-    A backend whose package is missing and a combination that its planner refuses are left out with a reason,
-    as long as something of the scenario can run.
-    """
+    """Every run, by scenario, then scheme, then backend; what cannot take part says why."""
     errors = _repeated("SCENARIO", sources)
     asked_schemes = _asked("--schemes", schemes, lambda spec: recipes.by_name(_value(spec)), errors)
     missing: dict[str | None, str] = {}

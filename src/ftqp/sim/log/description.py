@@ -256,11 +256,7 @@ def recorded(
     schedule: Schedule | None = None,
     metadata: Mapping[str, Any] | None = None,
 ) -> Recording:
-    """What ``recorder`` kept while ``planner`` was led along ``path``.
-
-    The metadata are those of a log and ``length``: the rows of rotations are multiplied by this
-    characteristic length [m], so that every row counts in metres.
-    """
+    """What ``recorder`` kept while ``planner`` was led along ``path``."""
     about = description(planner, Schedule() if schedule is None else schedule, path, planner.tick)
     length = planner.robot.length if planner.task.length is None else planner.task.length
     return recorder.recording(

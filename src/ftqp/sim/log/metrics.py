@@ -458,10 +458,7 @@ def _finite(value: float) -> float | None:
 
 
 def _faults(about: Mapping[str, Any]) -> dict[str, Any]:
-    """What failed and, with a detector, when it was found [s], as which kinds; and what was found wrongly.
-
-    A finding belongs to the fault of its joint that happened before it.
-    """
+    """What failed and, with a detector, when it was found [s], as which kinds; and what was found wrongly."""
     faults, found = [dict(fault) for fault in about.get("faults", [])], about.get("detections")
     if found is None:
         return {"faults": faults}
@@ -526,10 +523,7 @@ def is_sensed(log: Log) -> bool:
 
 
 def following_error(log: Log) -> FloatArray:
-    """What was sent for a tick minus where the joint truly was then, (K, nv) [rad or m].
-
-    It is 0 at the first tick, before anything was sent, and NaN for a joint that does not work.
-    """
+    """What was sent for a tick minus where the joint truly was then, (K, nv) [rad or m]."""
     return Following().add(log)
 
 

@@ -180,10 +180,7 @@ def further_columns(measured: Iterable[Measured]) -> tuple[Column, ...]:
 
 
 def names_in(rows: Container[str], about: Mapping[str, Any], group: str) -> list[str]:
-    """Names of what a log has a signal of, in the order of its soft tasks, or of its kept points.
-
-    A task of a pose has two: its name, and that with ``ROTATION`` behind it.
-    """
+    """Names of what a log has a signal of, in the order of its soft tasks, or of its kept points."""
     named = [one["name"] for one in about.get(FACTS[group], [])]
     every = dict.fromkeys(name for one in named for name in (one, one + ROTATION))
     return [name for name in every if f"{group}.{name}" in rows]
