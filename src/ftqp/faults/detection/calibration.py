@@ -13,8 +13,6 @@ from ftqp.core.errors import InputError
 
 FORMAT = 1
 """Version of the file."""
-LARGEST_FILE = 10_000_000
-"""Bytes that are read at most."""
 LARGEST = 1e9
 """No figure of a calibration is larger [-]. A convention: far beyond any, and far below where squares
 overflow."""
@@ -91,14 +89,9 @@ class Calibration:
             InputError: The file cannot be read, or is no calibration of this version.
         """
         file = Path(path)
-        if file.exists() and not (file.is_file() and file.stat().st_size <= LARGEST_FILE):
-            raise InputError(
-                f"{path} is no calibration, but a folder, a device or a file of more than "
-                f"{LARGEST_FILE / 1e6:.0f} MB; name the file that calibration.save(file) wrote"
-            )
         try:
             content = json.loads(file.read_text(encoding="utf-8"))
-        except (OSError, ValueError, RecursionError) as error:
+        except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
             raise InputError(
                 f"{path} cannot be read as a calibration: {reason}; make one with "
