@@ -227,7 +227,7 @@ def eleven_joints(**given):
 def test_arm_goes_back_along_its_path_to_where_a_self_motion_leads_on_within_half_an_inch():
     leader, q = eleven_joints()
     status, off, _, _ = went(leader, q, 40.0)
-    assert status is STATUS.BLOCKED and "on the spot were looked at" in leader.blocked
+    assert status is STATUS.BLOCKED and "no way on the spot leads there" in leader.blocked
     leader, q = eleven_joints(leave=0.5 * INCH)
     status, off, seen, moved = went(leader, q, 60.0)
     assert status is STATUS.DONE and STATUS.BRIDGING in seen

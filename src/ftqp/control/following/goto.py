@@ -143,7 +143,7 @@ class GoTo:
             self._view = self._tip.view
             self._joints = JointTracker(planner, self._view.command.q, rise_time)
             if not straight and isinstance(self._tip.frame, FrameOfTip):
-                self._others = GoalWays(planner, self._pose)
+                self._others = GoalWays(planner, self._pose, (self._tolerance, self._rotation_tolerance))
         else:
             if limits is not None:
                 raise InputError("limits are those of the tip's way to a pose; for a posture leave them out")

@@ -34,6 +34,11 @@ RESTS, SETTLES = 1e-4, 0.3
 [s]. Conventions."""
 
 
+def looks_per_tick(dt: float) -> int:
+    """Looks at postures between two ticks of so long [s]."""
+    return max(10, round(LOOKS_A_SECOND * dt))
+
+
 @final
 class JointTracker:
     """The planner's steps along a jerk-limited motion of the joints that work.
@@ -59,7 +64,7 @@ class JointTracker:
         self._motion = JointMotion(self.view, planner.robot, planner.dt, planner.level, rise_time)
         self._motion.goal = goal
         self._lead = planner.lead(self._motion.memory, meant)
-        self._looks = max(10, round(LOOKS_A_SECOND * planner.dt))
+        self._looks, self._within = looks_per_tick(planner.dt), dict[str, Any]()
         self._t, self._rise_time = 0.0, rise_time
         self._whole = whole
         self._begun, self._belief, self._speed, self._scene = -1, b"", 1.0, -1
@@ -85,10 +90,12 @@ class JointTracker:
 
     def aim(self, goal: FloatArray) -> None:
         """Go straight to another posture from the next step on."""
+        self._within = {}
         self._aim(goal, seeks=False)
 
-    def seek(self, goal: FloatArray) -> None:
-        """Go to another posture from the next step on, round what is in between."""
+    def seek(self, goal: FloatArray, **within: Any) -> None:
+        """Go to another posture from the next step on, round what is in between; in a tube, as ``Ways``."""
+        self._within = within
         self._aim(goal, seeks=True)
 
     @property
@@ -151,7 +158,9 @@ class JointTracker:
         self._motion.goal = self._goal
         self._scene = self._scene_now
         self._motion.plan(self._speed)
-        if not self._seeks or goes_on or not self.planner.avoids:
+        if self._within:
+            self._turn_round()
+        if self._within or not self._seeks or goes_on or not self.planner.avoids:
             return
         command = self.view.command
         ways = Ways(self.planner, command.q, rise_time=self._rise_time)
@@ -201,7 +210,14 @@ class JointTracker:
         self._plays, self._rate, self._t, self._proof = False, 1.0, 0.0, None
         self._rest = self._motion.halt()
         goal = self._rest + self._motion.way_from(self._rest, self._goal)
-        self._ways = Ways(self.planner, self._rest, goals=[goal], rise_time=self._rise_time, seed=self._tries)
+        self._ways = Ways(
+            self.planner,
+            self._rest,
+            goals=[goal],
+            rise_time=self._rise_time,
+            seed=self._tries,
+            **self._within,
+        )
 
     def _look_round(self) -> None:
         """Think of the way for a tick, and play it where the arm rests at its begin."""
@@ -214,9 +230,10 @@ class JointTracker:
         ways.think(self._looks)
         if ways.stage is WayStage.NO_WAY:
             self.blocked = ways.sentence
-            self._ways, self._t = None, 0.0
-            self._motion.goal = self._goal
-            self._motion.plan(self._speed)
+            self._ways = None
+            if not self._within:
+                self._motion.goal, self._t = self._goal, 0.0
+                self._motion.plan(self._speed)
         elif ways.stage is WayStage.READY:
             off = float(np.abs(self.view.command.q - rest).max())
             if off > WAITS:

@@ -200,7 +200,10 @@ def _begin_sampling(K: Any) -> None:
 
 @jit
 def _slow_down(K: Any, k: int, i: int) -> None:
-    """Let pair k of bodies come near no faster in interval i than the rows of a planner let them."""
+    """Let pair k of bodies come near no faster in interval i than the rows of a planner let them.
+
+    Nor as fast as they would if any one of the joints stopped dead there.
+    """
     W, scene, chain = K.ways, K.scene, K.chain
     p, n, near, far = W.pair[k], W.normal, W.one, W.other
     d = distance_of_capsules(K, p, n, near, far)
@@ -210,16 +213,18 @@ def _slow_down(K: Any, k: int, i: int) -> None:
     add_gradient(K, p, n, near, far, W.row)
     if chain.mimics:
         fold_row(chain, W.row)
-    rate = brake = 0.0
+    c, rate, brake = W.c[W.piece[i]], 0.0, 0.0
     for j in range(chain.n):
-        rate += (
-            W.row[j] * (W.c[W.piece[i], 1, j] + 2.0 * W.s[i] * W.c[W.piece[i], 2, j]) if W.free[j] else 0.0
-        )
+        W.drawn[j] = W.row[j] * (c[1, j] + 2.0 * W.s[i] * c[2, j]) if W.free[j] else 0.0
+        rate += W.drawn[j]
         brake += abs(W.row[j]) * W.a_max[j] if W.free[j] else 0.0
-    if rate < 0.0:
-        may = approach_speed(scene, d - scene.keep, max(scene.share * brake, LEAST_BRAKE), W.dt)
-        v = max(APPROACH * may, CREEP) / -rate
-        W.top[i] = min(W.top[i], v * v)
+    for j in range(-1, chain.n):  # with all joints, and without each
+        is_left = j < 0 or not W.free[j]
+        left = rate - (0.0 if is_left else W.drawn[j])
+        if left < 0.0:
+            most = max(scene.share * (brake - (0.0 if is_left else abs(W.row[j]) * W.a_max[j])), LEAST_BRAKE)
+            v = max(APPROACH * approach_speed(scene, d - scene.keep, most, W.dt), CREEP) / -left
+            W.top[i] = min(W.top[i], v * v)
 
 
 @part_jit
