@@ -1,10 +1,10 @@
 """Goals of MotionBenchMaker's Panda among boxes and cylinders, gone to by ``ftqp.GoTo`` and judged by meshes.
 
 Each problem is a start, a goal posture and a scene; the goal is taken as a posture, and as the pose of the
-tip there; then as the pose with each joint locked at the start, and with one locked half-way. An ideal arm
-goes where it is told. The true meshes, which coal measures every 20 ms, say how near it came, and an oracle
-that shares nothing with ftqp whether the pose can be reached with that lock at all. Problems and their
-licence: benchmarks/problems.
+tip there; then as the pose with each joint locked at the start, with one that brakes half-way, and with one
+that stops dead there. An ideal arm goes where it is told. The true meshes, which coal measures every 20 ms,
+say how near it came, and an oracle that shares nothing with ftqp whether the pose can be reached with that
+lock at all. Problems and their licence: benchmarks/problems.
 """
 
 import argparse
@@ -22,6 +22,7 @@ from ftqp.control.following.ways import Ways
 
 PROBLEMS = Path(__file__).parent / "problems/motion_bench_maker.json"
 TOLERANCES = 1e-3, 5e-3
+LOCKS = "locked at the start", "brakes half-way", "stops dead half-way"
 LONGEST = 40.0
 LOOKS = 50
 
@@ -36,8 +37,8 @@ def searched(planner, start, **goal):
     return None if first is None else (first, process_time() - t)
 
 
-def gone(motion, start, dt, lock=None, after=0):
-    """Every tick's posture until the arm is done, its longest tick [s], and how far a locked joint was moved.
+def gone(motion, start, dt, lock=None, after=0, mode="instant"):
+    """Every tick's posture, the longest tick [s], when a locked joint stood, how far it was moved then.
 
     Args:
         motion: What leads the arm.
@@ -45,22 +46,25 @@ def gone(motion, start, dt, lock=None, after=0):
         dt: The tick [s].
         lock: The number of the joint that locks; None: none does.
         after: After so many ticks.
+        mode: How it locks.
     """
-    q, v, rows, longest, moved = start.copy(), np.zeros(len(start)), [start], 0.0, 0.0
+    q, v, rows, longest, moved, stood = start.copy(), np.zeros(len(start)), [start], 0.0, 0.0, None
     for k in range(after + round(LONGEST / dt)):
         if lock is not None and k == after:
-            motion.planner.report(ftqp.Locked(lock, mode="instant"))
+            motion.planner.report(ftqp.Locked(lock, mode=mode))
         t = perf_counter()
         step = motion.step(q, v)
         longest = max(longest, perf_counter() - t)
         new, v = step.q.copy(), step.v.copy()
         if lock is not None and k >= after:
-            moved = max(moved, abs(new[lock] - q[lock]))
+            way = abs(new[lock] - q[lock])
+            stood = k if stood is None and way < 1e-9 else stood
+            moved = moved if stood is None else max(moved, way)
         q = new
         rows.append(q)
         if motion.done and k >= after:
             break
-    return np.array(rows), longest, moved
+    return np.array(rows), longest, stood, moved
 
 
 class Trial:
@@ -86,11 +90,11 @@ class Trial:
         planner.reset(self.start)
         return planner
 
-    def goes(self, kind, lock=None, after=0):
-        """What comes of ``GoTo``: a row of the table, and where the arm was in every tick."""
+    def goes(self, kind, *lock):
+        """What comes of ``GoTo``, see ``gone``: a row of the table, and where the arm was in every tick."""
         dt, posture = self.given.dt, kind == "posture"
         motion = ftqp.GoTo(self.planner(), **({"q": self.goal} if posture else {"pose": self.pose}))
-        rows, longest, moved = gone(motion, self.start, dt, lock, after)
+        rows, longest, stood, moved = gone(motion, self.start, dt, *lock)
         said = motion.status is ftqp.GoToStatus.REACHED
         off = self.independent.errors(rows[-1][None], self.pose)[0][0]
         there = (
@@ -100,6 +104,7 @@ class Trial:
             "reached": said, "false": said and not there, "moved": moved > 1e-9,
             "least": self.judge.least(self.things, rows[:: max(1, round(0.02 / dt))]),
             "time": len(rows) * dt, "longest": longest, "sentence": motion.sentence,
+            "stood": rows[stood or 0],
         }  # fmt: skip
         return row, rows
 
@@ -132,12 +137,12 @@ def main():
     parser.add_argument("--keep", type=float, default=0.002, help="the clearance that is kept [m]")
     parser.add_argument("--dt", type=float, default=0.004, help="the tick [s]")
     parser.add_argument("--starts", type=int, default=1000, help="of the oracle's inverse kinematics")
-    parser.add_argument("--locks", choices=["all", "start", "half-way", "none"], default="all")
+    parser.add_argument("--locks", choices=["all", "none", *LOCKS], default="all")
     given = parser.parse_args()
     judge = Judge()
     robot = judge.arm()
     arm = robot, judge, IndependentArm(robot)
-    found = {kind: [] for kind in ("posture", "pose", "locked at the start", "locked half-way")}
+    found = {kind: [] for kind in ("posture", "pose", *LOCKS)}
     ways = {"posture": [], "pose": []}
     problems = json.loads(PROBLEMS.read_text())[:: 5 if given.quick else 1]
     for number, problem in enumerate(problems):
@@ -150,13 +155,14 @@ def main():
             if not row["reached"]:
                 print(f"{kind} {trial.name}: {row['sentence']}", flush=True)
         half = len(gone_by) // 2
-        cases = [("locked at the start", lock, 0) for lock in range(robot.nv)]
-        cases.append(("locked half-way", number % robot.nv, half))
-        for kind, lock, after in cases:
-            if given.locks != "all" and not kind.endswith(given.locks):
+        one = number % robot.nv
+        cases = [(LOCKS[0], lock, 0, "instant") for lock in range(robot.nv)]
+        cases += [(LOCKS[1], one, half, "ramp"), (LOCKS[2], one, half, "instant")]
+        for kind, lock, after, mode in cases:
+            if given.locks not in ("all", kind):
                 continue
-            row, _ = trial.goes("pose", lock, after)
-            row["solved"] = trial.solved(gone_by[after], lock, given.starts)
+            row, _ = trial.goes("pose", lock, after, mode)
+            row["solved"] = trial.solved(row["stood"], lock, given.starts)
             found[kind].append(row)
             if (
                 row["reached"] != (row["solved"] == "yes")
@@ -165,7 +171,7 @@ def main():
                 or row["least"] <= 0.0
             ):
                 print(
-                    f"{trial.name}, joint {lock + 1} {kind}, oracle {row['solved']}, least "
+                    f"{trial.name}, joint {lock + 1} {kind}: oracle {row['solved']}, least "
                     f"{1e3 * row['least']:.1f} mm: {row['sentence']}",
                     flush=True,
                 )

@@ -309,8 +309,12 @@ class GoTo:
         if self._to_posture or self._status in (GoToStatus.HALTED, GoToStatus.REACHED):
             return self._status.value
         if others is not None and self._is_on_other_way:
+            if self._joints.is_thinking:
+                looks = self._joints.looks // HUNDRED * HUNDRED
+                said = "the joints cannot follow the straight way, and another one is looked for"
+                return f"{said}: {looks} looks so far"
             return f"the joints go to another posture of the goal: way {others.taken} of at most {TRIES}"
-        if others is None or not others.has_begun:
+        if others is None or not others.is_looking:
             return f"{self._who} goes straight"
         if others.is_over or self._status is not GoToStatus.MOVING:
             return others.sentence
@@ -328,9 +332,22 @@ class GoTo:
             self._ticks = self._view.ticks
         if self._status is not GoToStatus.MOVING or step.code == HELD:
             return
-        if self._leg is self._joints and self._joints.is_on_way:
+        joints, others = self._joints, self._others
+        if self._leg is joints and joints.is_on_way:
             self._approach.begin()
             return
+        if others is not None and self._leg is joints and joints.blocked and joints.searched:
+            others.give_up(joints.searched)
+        elif others is not None and self._leg is not joints and others.goes_straight is None:
+            others.think()
+            if others.goes_straight is False:
+                _LOG.info(
+                    "the joints cannot follow the straight way; other postures of the goal are looked for"
+                )
+                others.taken += 1
+                joints.seek(None, goal=self._pose, tolerance=others.tolerance)
+                self._begin_on(joints)
+                return
         commanded, measured = self._distances(step)
         approach, speed = self._approach, fastest(self._view)
         approach.look(speed, measured <= 1.0)
@@ -365,7 +382,7 @@ class GoTo:
         others = self._others
         if others is None or others.taken >= TRIES or others.is_over:
             return False
-        if not others.has_begun:
+        if not others.is_looking:
             _LOG.info("the straight way comes no nearer to its goal; other postures of it are looked for")
         others.think()
         if others.is_ready and (self._settling or self._gives_up_for(others.seconds)):

@@ -48,6 +48,10 @@ class JointTracker:
     it is straight if that is proven free; else the arm comes to rest, a way round is looked for, a little in
     every tick, and its motion is played. It waits where the planner holds it back, and what is left of it is
     proven anew when the scene changes.
+
+    Attributes:
+        blocked: Why there is no way; None while that is not known.
+        searched: What has looked for the last way.
     """
 
     def __init__(
@@ -64,7 +68,7 @@ class JointTracker:
         self._motion = JointMotion(self.view, planner.robot, planner.dt, planner.level, rise_time)
         self._motion.goal = goal
         self._lead = planner.lead(self._motion.memory, meant)
-        self._looks, self._within = looks_per_tick(planner.dt), dict[str, Any]()
+        self._looks, self._asked = looks_per_tick(planner.dt), dict[str, Any]()
         self._t, self._rise_time = 0.0, rise_time
         self._whole = whole
         self._begun, self._belief, self._speed, self._scene = -1, b"", 1.0, -1
@@ -81,6 +85,7 @@ class JointTracker:
         self._begun = -1
         self._motion.forget()
         self._ways: Ways | None = None
+        self.searched: Ways | None = None
         self._proof: Ways | None = None
         self._rest: FloatArray | None = None
         self._plays, self._rate, self._stood = False, 1.0, 0.0
@@ -90,13 +95,17 @@ class JointTracker:
 
     def aim(self, goal: FloatArray) -> None:
         """Go straight to another posture from the next step on."""
-        self._within = {}
+        self._asked = {}
         self._aim(goal, seeks=False)
 
-    def seek(self, goal: FloatArray, **within: Any) -> None:
-        """Go to another posture from the next step on, round what is in between; in a tube, as ``Ways``."""
-        self._within = within
-        self._aim(goal, seeks=True)
+    def seek(self, q: FloatArray | None, **asked: Any) -> None:
+        """Go to another posture from the next step on, round what is in between.
+
+        What else is asked of ``Ways``, a tube or a pose whose postures are the goals in place of one, is not
+        asked of a straight way, which is not gone then.
+        """
+        self._asked = asked
+        self._aim(self.view.command.q if q is None else q, seeks=True)
 
     @property
     def is_thinking(self) -> bool:
@@ -158,9 +167,9 @@ class JointTracker:
         self._motion.goal = self._goal
         self._scene = self._scene_now
         self._motion.plan(self._speed)
-        if self._within:
+        if self._asked:
             self._turn_round()
-        if self._within or not self._seeks or goes_on or not self.planner.avoids:
+        if self._asked or not self._seeks or goes_on or not self.planner.avoids:
             return
         command = self.view.command
         ways = Ways(self.planner, command.q, rise_time=self._rise_time)
@@ -209,14 +218,11 @@ class JointTracker:
         """Come to rest, and look for a way from there meanwhile."""
         self._plays, self._rate, self._t, self._proof = False, 1.0, 0.0, None
         self._rest = self._motion.halt()
-        goal = self._rest + self._motion.way_from(self._rest, self._goal)
-        self._ways = Ways(
-            self.planner,
-            self._rest,
-            goals=[goal],
-            rise_time=self._rise_time,
-            seed=self._tries,
-            **self._within,
+        goals = [self._rest + self._motion.way_from(self._rest, self._goal)]
+        if "goal" in self._asked:
+            self._goal, goals = self._rest.copy(), []
+        self._ways = self.searched = Ways(
+            self.planner, self._rest, goals=goals, rise_time=self._rise_time, seed=self._tries, **self._asked
         )
 
     def _look_round(self) -> None:
@@ -231,7 +237,7 @@ class JointTracker:
         if ways.stage is WayStage.NO_WAY:
             self.blocked = ways.sentence
             self._ways = None
-            if not self._within:
+            if not self._asked:
                 self._motion.goal, self._t = self._goal, 0.0
                 self._motion.plan(self._speed)
         elif ways.stage is WayStage.READY:
@@ -239,7 +245,7 @@ class JointTracker:
             if off > WAITS:
                 self._turn_round()
             elif not self._motion.moves_at(self._t if off <= RESTS else self._t - SETTLES):
-                self._ways, self._t, self._plays = None, 0.0, True
+                self._ways, self._t, self._plays, self._goal = None, 0.0, True, ways.way[-1]
                 self._motion.follow(ways.motion)
 
     def _pace(self) -> None:
