@@ -33,8 +33,8 @@ FARTHER: Final = 0.02
 anything is left, for all of it."""
 STARTS, PASSING_STARTS = 256, 8
 """Newton starts for postures of the place, and of each of those behind it that may be passed by. Guesses."""
-MOST: Final = 40_000
-"""So many looks are spent on a way in a tube at most. A guess."""
+MOST, SHORTENING = 40_000, 6000
+"""So many looks are spent on a way in a tube at most, and on making it shorter. Guesses."""
 BEST: Final = 0.9
 """Ways are looked for to postures that are worth this share of the best first. A convention."""
 KEPT: Final = 0.8
@@ -132,7 +132,7 @@ class Bridge:
         self.way: FloatArray | None = None
         self.leads = self.done = self._waits = False
         self._joints: JointTracker | None = None
-        self._at, self._least, self._waited = 0, np.inf, 0.0
+        self._at, self._least, self._waited, self._until = 0, np.inf, 0.0, 0
         self._begin()
 
     def _begin(self) -> None:
@@ -165,8 +165,11 @@ class Bridge:
         """What was looked for, and found."""
         if self._said:
             return self._said
-        where = "" if np.isinf(self._leave) else " on the spot" if self._leave == 0.0 else " near the path"
-        many = f"{self._found} posture{'s' * (self._found != 1)} found in {self.starts} starts"
+        many = f"{self._found} posture{'s' * (self._found != 1)}"
+        if self._leave == 0.0:
+            return f"{many} that can be reached on the spot were looked at, and the path goes on from none"
+        where = "" if np.isinf(self._leave) else " near the path"
+        many = f"{many} found in {self.starts} starts"
         if not self._worthy:
             return f"{many}, and the path goes on from none"
         return f"{many}, from {self._worthy} of them the path goes on, and no way{where} leads there"
@@ -253,12 +256,12 @@ class Bridge:
         if np.isinf(self._leave):
             return {}
         if self._leave == 0.0:
-            return {"tube": self._rest.poses[:1], "most": MOST}
+            return {"tube": self._view.tip.pose[None]}
         own = self._planner.task.length
         wide = KEPT * self._leave
         turns = wide / (self._planner.robot.length if own is None else own)
         poses = self._path.sample(np.linspace(0.0, self._path.duration, SAMPLES + 1)).pose
-        return {"tube": poses, "radius": (wide, turns), "most": MOST}
+        return {"tube": poses, "radius": (wide, turns), "most": MOST, "shortening": SHORTENING}
 
     def _thoughts(self) -> Iterator[None]:
         """All pieces of thinking."""
@@ -266,7 +269,11 @@ class Bridge:
         if self._said:
             return
         rest, count = self._rest, len(self._rest.poses) - 1
+        if self._leave == 0.0:
+            yield from self._explored()
+            return
         ways = Ways(self._planner, goal=rest.poses[0], path=rest.poses, leap=rest.leap)
+        self._until = self._looks
         yield
         found = yield from self._postures(ways, 0, STARTS)
         best = BEST * max((one.gain for one in found), default=0)
@@ -280,19 +287,55 @@ class Bridge:
                 behind += yield from self._postures(ways, place, PASSING_STARTS)
             yield from self._joined(behind)
 
+    def _left(self, ways: Ways) -> int:
+        """Looks that are left in this tick."""
+        return max(1, self._until - ways.looks)
+
+    def _pause(self, ways: Ways) -> Iterator[None]:
+        """End the tick where its looks are spent."""
+        if ways.looks >= self._until:
+            yield
+            self._until = ways.looks + self._looks
+
+    def _explored(self) -> Iterator[None]:
+        """Explore postures on the spot, up to the first from which all of the path can be followed.
+
+        The way leads there, or to the one from which it goes on farthest.
+        """
+        rest, count = self._rest, len(self._rest.poses) - 1
+        ways = Ways(self._planner, path=rest.poses, leap=rest.leap, **self._within)
+        self._until = self._looks
+        best, most = None, rest.worth * count
+        while ways.looks < (MOST if count == SAMPLES else MOST // 4) and most < count:
+            node = ways.explore(self._left(ways))
+            if node is not None:
+                ways.begin_following(ways.place(node), 0)
+                while not ways.follow(self._left(ways)):
+                    yield from self._pause(ways)
+                self._found += 1
+                best, most = (node, ways.followed) if ways.followed > most else (best, most)
+            yield from self._pause(ways)
+        if best is None:
+            return
+        ways.lead_to(best)
+        while ways.stage is WayStage.SHORTENING:
+            ways.think(self._looks)
+            yield
+        self.way = ways.way[1:]
+
     def _postures(self, ways: Ways, place: int, starts: int) -> Generator[None, None, list[_Posture]]:
         """Postures of a place from which the path goes on."""
         rest, before, known = self._rest, self.starts, list[_Posture]()
         ways.aim(rest.poses[place])
         while ways.starts < starts:
-            q = ways.find(self._looks)
+            q = ways.find(self._left(ways))
             self.starts = before + ways.starts
             if q is not None and not any(np.abs(one.q - q).max() < SAME for one in known):
                 ways.begin_following(q, place)
-                while not ways.follow(self._looks):
-                    yield
+                while not ways.follow(self._left(ways)):
+                    yield from self._pause(ways)
                 known.append(_Posture(q, place, ways.followed - place))
-            yield
+            yield from self._pause(ways)
         self._found += len(known)
         worthy = [one for one in known if one.gain > rest.worth * (len(rest.poses) - 1 - place)]
         self._worthy += len(worthy)
@@ -303,7 +346,7 @@ class Bridge:
         if not goals:
             return False
         ways = Ways(self._planner, goals=[one.q for one in goals], **self._within)
-        while ways.is_thinking and (self._leave > 0.0 or ways.stage <= WayStage.SHORTENING):
+        while ways.is_thinking:
             ways.think(self._looks)
             yield
         if not ways.has_way:

@@ -56,6 +56,7 @@ class Ways:
         rise_time: How long accelerations take to reach their limits, > 0 [s].
         effort: The share of a torque limit that may hold the arm at rest.
         most: So many looks are spent on trees at most.
+        shortening: So many are spent on making the way shorter.
         seed: Of what is drawn: the same looks give the same way.
 
     Attributes:
@@ -81,6 +82,7 @@ class Ways:
         rise_time: float = RISE_TIME,
         effort: float = HELD,
         most: int = MOST,
+        shortening: int = SHORTENING,
         seed: int = 0,
     ) -> None:
         self._planner, self._session = planner, planner.way_session()
@@ -89,7 +91,7 @@ class Ways:
         self._start = planner.view().command.q if start is None else start
         W.effort, W.length, W.most = effort, robot.length, most
         W.tolerance[:] = tolerance[0], robot.length * tolerance[1]
-        W.shortening, W.most_starts = SHORTENING, STARTS
+        W.shortening, W.most_starts = shortening, STARTS
         W.first, W.second = 1 + 7919 * seed, 1 + 104729 * seed
         W.dt, W.speed = planner.dt, planner.pace
         W.a_max[:n] = np.maximum(W.a_max[:n], LEAST_ACCELERATION * robot.limits.a_max)
@@ -130,6 +132,19 @@ class Ways:
     def find(self, looks: int) -> FloatArray | None:
         """A further clear posture of the goal, (nv,), within about so many looks; None: not found yet."""
         return self._session.find(looks)
+
+    def explore(self, looks: int) -> int | None:
+        """A further place that can be come to, by number, within about so many looks; None: not yet."""
+        node = self._session.explore(looks)
+        return None if node < 0 else node
+
+    def place(self, node: int) -> FloatArray:
+        """A place that was explored, (nv,) [rad or m]."""
+        return self._session.node(node)
+
+    def lead_to(self, node: int) -> None:
+        """Let there be a way to a place that was explored."""
+        self.stage = self._session.lead_to(node)
 
     def begin_following(self, q: FloatArray, first: int) -> None:
         """Let the path be followed from a posture at one of its poses."""
@@ -205,6 +220,11 @@ class Ways:
         """Prove what is left of a motion anew, from one of its ticks on, by ``think``."""
         self._session.prove_again(table, first)
         self.stage = WayStage.PROVING
+
+    @property
+    def looks(self) -> int:
+        """Postures that were looked at so far."""
+        return int(self.W.looks)
 
     @property
     def starts(self) -> int:

@@ -279,6 +279,12 @@ is_way_free search.motion demo nogil
 find_posture search.trees demo nogil
     takes W:ways looks
     calls find_posture(W, looks)
+explore search.trees demo nogil
+    takes W:ways looks
+    calls explore(W, looks)
+lead_to search.trees demo nogil
+    takes W:ways node
+    calls lead_to(W, node)
 follow_path search.trees demo nogil
     takes W:ways looks
     calls follow_path(W, looks)

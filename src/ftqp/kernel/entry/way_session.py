@@ -124,6 +124,18 @@ class WaySession:
         """Look for a clear posture of the goal, (nv,), for about so many looks; None: not found yet."""
         return self.W.drawn[: self.n].copy() if self._bind("find_posture")(looks) else None
 
+    def explore(self, looks: int) -> int:
+        """Grow the tree of the start alone for about so many looks: its next node; -1: none yet."""
+        return int(self._bind("explore")(looks))
+
+    def node(self, k: int) -> FloatArray:
+        """A node of that tree, (nv,)."""
+        return np.array(self.W.node[0, k * self.n : (k + 1) * self.n])
+
+    def lead_to(self, node: int) -> WayStage:
+        """Let the way be that to a node of that tree."""
+        return WayStage(self._bind("lead_to")(node))
+
     def follow(self, looks: int) -> bool:
         """Follow the path on for about so many looks; whether it ends."""
         return bool(self._bind("follow_path")(looks))

@@ -43,7 +43,7 @@ from ftqp.kernel.search.looks import (
     pose_arm,
     proven,
 )
-from ftqp.kernel.search.trees import add_goal, add_node, gap, grow, shorten
+from ftqp.kernel.search.trees import add_goal, add_node, gap, grow, is_in_tube, shorten
 
 ROUND = 0.35
 """Corners are cut from so far away at most [rad or m]. A guess."""
@@ -94,7 +94,8 @@ def round_corner(K: Any) -> None:
         for j in range(n):
             a, b = _leg(Q, i, n, j), _leg(Q, i + 1, n, j)
             W.c[k + 1, 0, j], W.c[k + 1, 1, j], W.c[k + 1, 2, j] = Q[i + 1, j] - d * a, a, (b - a) / (4.0 * d)
-        if not W.tube and proven(K, W.c[k + 1], 2.0 * d) >= 2.0 * d:
+        stays = W.tube == 0 or is_in_tube(K, W.c[k + 1], 2.0 * d, 2.0 * d)
+        if stays and proven(K, W.c[k + 1], 2.0 * d) >= 2.0 * d:
             break
         d *= 0.5
     d = d if d > SHARP else 0.0

@@ -287,18 +287,41 @@ def _led_back(K: Any, q: Any) -> bool:
 
 
 @part_jit
+def is_in_tube(K: Any, c: Any, size: float, far: float) -> bool:
+    """Whether the tip stays in the tube between the ends of a way c0 + c1 s + c2 s^2 that is so far."""
+    W, count = K.ways, max(2, int(far / SPACING) + 1)
+    for k in range(1, count):
+        s = size * k / count
+        for j in range(K.chain.n):
+            W.near[j] = c[0, j] + s * (c[1, j] + s * c[2, j])
+        pose_arm(K, W.near)
+        W.looks += 1
+        if _outside(K) > W.slack:
+            return False
+    return True
+
+
+@part_jit
 def free_share(K: Any, a: Any, b: Any) -> float:
     """The share of the straight way of the joints from a to b up to which it is free, and in the tube."""
     W, n = K.ways, K.chain.n
     if W.tube:
-        count = max(2, int(gap(a, b, n) / SPACING) + 1)
-        for k in range(1, count):
-            for j in range(n):
-                W.near[j] = a[j] + (b[j] - a[j]) * (k / count)
-            pose_arm(K, W.near)
-            if _outside(K) > W.slack:
-                return 0.0
+        for j in range(n):
+            W.line[0, j], W.line[1, j], W.line[2, j] = a[j], b[j] - a[j], 0.0
+        if not is_in_tube(K, W.line, 1.0, gap(a, b, n)):
+            return 0.0
     return passes(K, a, b)
+
+
+@jit
+def _draw(K: Any) -> None:
+    """Draw a place anywhere."""
+    W = K.ways
+    for j in range(K.chain.n):
+        x = chance(W)
+        W.drawn[j] = W.low[j] + x * (W.high[j] - W.low[j]) if W.free[j] else W.start[j]
+    if K.chain.mimics:
+        mimic_places(K.chain, W.drawn)
 
 
 @jit
@@ -327,21 +350,48 @@ def step_towards(K: Any, a: Any, place: Any, b: Any) -> int:
     return 2 if share == 1.0 else 1
 
 
+@part_jit
+def explore(K: Any, looks: int) -> int:
+    """Grow the first tree alone for about so many looks: the number of its next node; -1: none yet.
+
+    It goes on towards a place drawn anywhere as far as it gets, then towards another one.
+    """
+    W, stop = K.ways, K.ways.looks + looks
+    while W.looks < stop and not is_full(K):
+        if not W.joining:
+            _draw(K)
+            W.last = nearest_node(K, 0, W.drawn)
+        W.looks += 1
+        there = step_towards(K, node_of(K, 0, W.last), W.drawn, W.end)
+        W.joining = 1 if there == 1 else 0
+        if there:
+            W.last = add_node(K, 0, W.end, W.last)
+            return int(W.last)
+    return -1
+
+
 @jit
-def _join(K: Any, a: int, b: int) -> None:
-    """The way from the start over node a of the first tree and b of the second to its goal."""
-    W, n = K.ways, K.chain.n
-    k, i = 0, a
+def lead_to(K: Any, node: int) -> int:
+    """Let the way be that to a node of the first tree; the stage."""
+    W, n, k, i = K.ways, K.chain.n, 0, node
     while i >= 0:
         k, i = k + 1, W.parent[0, i]
-    if k >= PLACES:
-        W.stage = NO_WAY
-        return
-    W.places, W.stage, i = k, SHORTENING, a
+    W.places, W.stage = k, SHORTENING if k < PLACES else NO_WAY
+    i = node if k < PLACES else -1
     while i >= 0:
         k -= 1
         copy(W.place[k], node_of(K, 0, i), n)
         i = W.parent[0, i]
+    W.found, W.until, W.vain = W.looks, W.looks + W.shortening, 0
+    return int(W.stage)
+
+
+@jit
+def _join(K: Any, a: int, b: int) -> None:
+    """The way from the start over node a of the first tree and b of the second to its goal."""
+    W, n = K.ways, K.chain.n
+    if lead_to(K, a) == NO_WAY:
+        return
     i = b if gap(node_of(K, 0, a), node_of(K, 1, b), n) > SAME else W.parent[1, b]
     while i >= 0:
         if W.places >= PLACES:
@@ -349,7 +399,6 @@ def _join(K: Any, a: int, b: int) -> None:
             return
         copy(W.place[W.places], node_of(K, 1, i), n)
         W.places, i = W.places + 1, W.parent[1, i]
-    W.found, W.until, W.vain = W.looks, W.looks + W.shortening, 0
 
 
 @jit
@@ -422,7 +471,7 @@ def follow_path(K: Any, looks: int) -> int:
 @part_jit
 def grow(K: Any) -> None:
     """One piece of a search: a start, an edge of one tree, or of the other one towards it."""
-    W, n = K.ways, K.chain.n
+    W = K.ways
     is_due = W.count[1] == 0 or W.grown >= PER_START * (W.starts - PER_START)
     if W.has_goal and W.starts < W.most_starts and is_due:
         if _start_comes_to_goal(K):
@@ -447,11 +496,7 @@ def grow(K: Any) -> None:
             W.joining, W.tree = 0, other
         return
     W.grown += 1
-    for j in range(n):
-        x = chance(W)
-        W.drawn[j] = W.low[j] + x * (W.high[j] - W.low[j]) if W.free[j] else W.start[j]
-    if K.chain.mimics:
-        mimic_places(K.chain, W.drawn)
+    _draw(K)
     node = nearest_node(K, tree, W.drawn)
     W.looks += 1
     if step_towards(K, node_of(K, tree, node), W.drawn, W.end):
