@@ -120,11 +120,10 @@ def test_goals_out_of_range_and_goals_that_are_no_numbers_are_refused():
 
 
 def test_any_joint_may_stop_dead_on_the_way_and_the_others_brake_before_the_wall():
-    planner, scene = walled()
-    scene.add("shelf", ftqp.Box(size=(0.4, 0.8, 0.04), place=(0.6, 0.4, 0.15)))
+    planner, _ = walled(clearance=ftqp.Clearance(keep=2e-3, stop=0.0))
     motion = thought(planner, goals=[RIGHT]).motion
     v, limits = np.gradient(motion, DT, axis=0), planner.view().limits
-    for k in range(0, len(motion), 10):
+    for k in range(0, len(motion), 5):
         for joint in range(7):
             rest = np.where(np.arange(7) == joint, 0.0, v[k])
             end = motion[k] + rest * np.abs(rest) / (2.0 * limits.a)
