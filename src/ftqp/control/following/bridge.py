@@ -178,8 +178,11 @@ class Bridge:
         """Think for one tick, unless there is a way or no further one."""
         if self._leave > 0.0 and not self.is_of_now:
             self._begin()
-        if self.is_over or self.way is not None:
-            return
+        if not self.is_over and self.way is None:
+            self._think_on()
+
+    def _think_on(self) -> None:
+        """Think for one tick, and lead the joints where there is a way then."""
         self.is_over = next(self._pieces, False) is False and self.way is None
         if self.way is not None and self._leave > 0.0:
             if self._joints is None:

@@ -47,10 +47,11 @@ class StraightLine:
         """What is asked of ``Ways`` in its place."""
         return {"goal": self._pose, "tolerance": self._tolerance}
 
-    def think(self) -> None:
-        """Think for one tick, until it is known."""
+    def think(self) -> bool | None:
+        """Think for one tick, until it is known; whether they can follow it."""
         if self.goes is None and not self.refusal:
             next(self._pieces, None)
+        return self.goes
 
     def _thoughts(self) -> Iterator[None]:
         robot, view = self._planner.robot, self._view
