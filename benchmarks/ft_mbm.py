@@ -18,7 +18,7 @@ from peers.mesh_oracle import MeshOracle
 from peers.true_meshes import Judge, things_of
 
 import ftqp
-from ftqp.control.following.ways import Ways
+from ftqp.control.planner.ways.ways import Ways
 
 PROBLEMS = Path(__file__).parent / "problems/motion_bench_maker.json"
 TOLERANCES = 1e-3, 5e-3

@@ -5,7 +5,7 @@ import pytest
 from tests.going import go
 
 import ftqp
-from ftqp.control.following.ways import Ways
+from ftqp.control.planner.ways.ways import Ways
 from ftqp.kernel.layout.ways_room import WayStage
 
 PANDA = ftqp.robots.load("panda")
@@ -156,7 +156,7 @@ def test_path_is_followed_in_thought_up_to_the_wall():
         while not ways.follow(50):
             assert 0 <= ways.followed <= 100
         assert (ways.followed == 100) == free
-    assert np.abs(PANDA.pose(ways.W.follows[:7].copy())[:3, 3] - line[-1, :3, 3]).max() < 1e-6
+    assert np.abs(PANDA.pose(ways.at)[:3, 3] - line[-1, :3, 3]).max() < 1e-6
 
 
 def test_way_in_a_tube_keeps_the_tip_where_it_is():

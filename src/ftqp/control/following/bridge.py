@@ -6,12 +6,12 @@ from typing import Any, Final, NamedTuple, final
 import numpy as np
 
 from ftqp.control.following.led_joints import JointTracker, looks_per_tick
-from ftqp.control.following.ways import Ways
 from ftqp.control.inverse_kinematics.posture_search import SAME, task_rows
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
+from ftqp.control.planner.ways.ways import Ways
 from ftqp.control.references.jerk_limit import RISE_TIME
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError

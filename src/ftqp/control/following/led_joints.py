@@ -4,11 +4,11 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.following.ways import Ways
 from ftqp.control.planner.joint_motion import JointMotion
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
+from ftqp.control.planner.ways.ways import Ways
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import HELD, INVALID_INPUT, STOPPED, STOPPING
 from ftqp.kernel.layout.ways_room import WayStage

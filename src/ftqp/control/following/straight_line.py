@@ -6,9 +6,9 @@ from typing import final
 import numpy as np
 
 from ftqp.control.following.led_joints import looks_per_tick
-from ftqp.control.following.ways import Ways
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
+from ftqp.control.planner.ways.ways import Ways
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.core.pose import rotation_exp, rotation_vector

@@ -9,12 +9,11 @@ import numpy as np
 from ftqp.control.inverse_kinematics.passable import HELD
 from ftqp.control.inverse_kinematics.posture_search import goal_pose, task_rows
 from ftqp.control.planner.joint_motion import LEAST_ACCELERATION
-from ftqp.control.planner.planner import Planner
 from ftqp.control.references.jerk_limit import RISE_TIME
 from ftqp.control.task.task import axis_frame
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import transform
-from ftqp.kernel.entry.way_session import BALL, EFFORT, KEEP, LIMIT, Met
+from ftqp.kernel.entry.way_session import BALL, EFFORT, KEEP, LIMIT, Met, WaySession
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.kernel.layout.ways_room import WayStage
 
@@ -43,7 +42,7 @@ class Ways:
     free, not sampled. The motion is as fast as the limits allow, with limited jerk, and is proven again.
 
     Args:
-        planner: Whose arm it is.
+        planner: Whose arm it is, an ``ftqp.Planner``.
         start: Where the joints begin, (nv,) [rad or m]; None is where they are commanded.
         goals: Goal postures, (k, nv); more may come by ``add``.
         goal: A pose of the tip, (4, 4), whose postures are looked for meanwhile; None: goals are postures.
@@ -68,7 +67,7 @@ class Ways:
 
     def __init__(
         self,
-        planner: Planner,
+        planner: Any,
         start: FloatArray | None = None,
         *,
         goals: Iterable[FloatArray] = (),
@@ -85,10 +84,11 @@ class Ways:
         shortening: int = SHORTENING,
         seed: int = 0,
     ) -> None:
-        self._planner, self._session = planner, planner.way_session()
+        self._planner = planner
+        self._session: WaySession = planner.way_session()
         self.W = W = self._session.W
         robot, n = planner.robot, planner.robot.nv
-        self._start = planner.view().command.q if start is None else start
+        self._start: FloatArray = planner.view().command.q if start is None else start
         W.effort, W.length, W.most = effort, robot.length, most
         W.tolerance[:] = tolerance[0], robot.length * tolerance[1]
         W.shortening, W.most_starts = shortening, STARTS
@@ -153,6 +153,11 @@ class Ways:
     def follow(self, looks: int) -> bool:
         """Follow it on for about so many looks; whether it ends, as joints cannot go on or at its end."""
         return self._session.follow(looks)
+
+    @property
+    def at(self) -> FloatArray:
+        """Where the joints are there, (nv,) [rad or m]."""
+        return np.array(self.W.follows[: self._session.n])
 
     @property
     def followed(self) -> int:
