@@ -47,7 +47,7 @@ RESTLESS_PATIENCE = 5.0
 TRIES = 4
 """So many other ways are gone before the arm stays where it is."""
 
-HUNDRED = 100
+THOUSAND = 1000
 """Looks are told in steps of so many, so that what is told does not change in every tick. A convention."""
 
 
@@ -297,8 +297,8 @@ class GoTo:
     @property
     def note(self) -> str:
         """What is being done, and what was looked for, in a sentence."""
-        if self._status is GoToStatus.MOVING and self._joints.is_thinking:
-            looks = self._joints.looks // HUNDRED * HUNDRED
+        if self._status is GoToStatus.MOVING and self._leg is self._joints and self._joints.is_thinking:
+            looks = self._joints.looks // THOUSAND * THOUSAND
             cannot = "is not free" if self._to_posture else "cannot be gone"
             return f"the straight way {cannot}, and another one is looked for: {looks} looks so far"
         if self._to_posture or self._status in (GoToStatus.HALTED, GoToStatus.REACHED):

@@ -110,7 +110,7 @@ class JointTracker:
     @property
     def is_thinking(self) -> bool:
         """Whether a way is being looked for, and the arm stands meanwhile."""
-        return self._ways is not None
+        return self._ways is not None or ("goal" in self._asked and self._begun < 0 and not self._plays)
 
     @property
     def is_on_way(self) -> bool:
