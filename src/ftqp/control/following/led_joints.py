@@ -29,6 +29,8 @@ STUCK: Final = 0.5
 """A motion that has stood for so long is planned anew [s]. A guess."""
 TRIES: Final = 4
 """So many times at most."""
+BRAKES: Final = 2.0
+"""While joints that have failed brake, no way is looked for, so long in all at most [s]. A guess."""
 RESTS, SETTLES = 1e-4, 0.3
 """A command so near to where it was to come to rest is there [rad or m]; held off, it is after so long
 [s]. Conventions."""
@@ -76,7 +78,7 @@ class JointTracker:
 
     def _aim(self, goal: FloatArray, seeks: bool) -> None:
         self._goal, self._seeks, self._tries = goal, seeks, 0
-        self._left = 0
+        self._left, self._brakes, self._is_late = 0, BRAKES, False
         self._motion.goal = goal
         self.begin()
 
@@ -233,6 +235,14 @@ class JointTracker:
             self._scene = self._scene_now
             self._turn_round()
             return
+        if self._brakes > 0.0 and self.view.command.v[~self.view.working].any():
+            self._brakes -= self.planner.dt
+            self._is_late = True
+            return
+        if self._is_late:
+            self._is_late = False
+            self._turn_round()
+            return
         ways.think(self._looks)
         if ways.stage is WayStage.NO_WAY:
             self.blocked = ways.sentence
@@ -242,9 +252,11 @@ class JointTracker:
                 self._motion.plan(self._speed)
         elif ways.stage is WayStage.READY:
             off = float(np.abs(self.view.command.q - rest).max())
+            if self._motion.moves_at(self._t if off <= RESTS else self._t - SETTLES):
+                return
             if off > WAITS:
                 self._turn_round()
-            elif not self._motion.moves_at(self._t if off <= RESTS else self._t - SETTLES):
+            else:
                 self._ways, self._t, self._plays, self._goal = None, 0.0, True, ways.way[-1]
                 self._motion.follow(ways.motion)
 
