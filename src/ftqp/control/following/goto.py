@@ -328,6 +328,8 @@ class GoTo:
             return
         if line is not None and self._leg is joints and joints.blocked is not None:
             self._looked_for, self._taken = joints.blocked, TRIES
+            self._begin_leg()
+            return
         elif line is not None and line.goes is None and line.think() is False and self._goes_round():
             return
         commanded, measured = self._distances(step)

@@ -169,7 +169,7 @@ class JointTracker:
         self._motion.goal = self._goal
         self._scene = self._scene_now
         self._motion.plan(self._speed)
-        if self._asked:
+        if self._asked and self.blocked is None:
             self._turn_round()
         if self._asked or not self._seeks or goes_on or not self.planner.avoids:
             return
@@ -245,20 +245,26 @@ class JointTracker:
             return
         ways.think(self._looks)
         if ways.stage is WayStage.NO_WAY:
-            self.blocked = ways.sentence
-            self._ways = None
-            if not self._asked:
-                self._motion.goal, self._t = self._goal, 0.0
-                self._motion.plan(self._speed)
+            self._give_up(ways.sentence)
         elif ways.stage is WayStage.READY:
             off = float(np.abs(self.view.command.q - rest).max())
             if self._motion.moves_at(self._t if off <= RESTS else self._t - SETTLES):
                 return
-            if off > WAITS:
+            if off > WAITS and self._tries >= TRIES:
+                self._give_up("the arm does not come to rest")
+            elif off > WAITS:
+                self._tries += 1
                 self._turn_round()
             else:
                 self._ways, self._t, self._plays, self._goal = None, 0.0, True, ways.way[-1]
                 self._motion.follow(ways.motion)
+
+    def _give_up(self, why: str) -> None:
+        """There is no way: go straight as near as it gets, where a straight one was asked for."""
+        self.blocked, self._ways = why, None
+        if not self._asked:
+            self._motion.goal, self._t = self._goal, 0.0
+            self._motion.plan(self._speed)
 
     def _pace(self) -> None:
         """Let a motion that is played wait for an arm that is held back."""
