@@ -309,7 +309,7 @@ class Bridge:
         ways = Ways(self._planner, path=rest.poses, leap=rest.leap, **self._within)
         self._until = self._looks
         best, most = None, rest.worth * count
-        while ways.looks < (MOST if count == SAMPLES else MOST // 4) and most < count:
+        while ways.looks < (MOST if count == SAMPLES else MOST // 8) and most < count:
             node = ways.explore(self._left(ways))
             if node is not None:
                 ways.begin_following(ways.place(node), 0)
