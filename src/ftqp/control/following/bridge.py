@@ -33,6 +33,9 @@ FARTHER: Final = 0.02
 anything is left, for all of it."""
 STARTS, PASSING_STARTS = 256, 8
 """Newton starts for postures of the place, and of each of those behind it that may be passed by. Guesses."""
+EXPLORED: Final = 36_000
+"""So many looks are spent on postures on the spot, so that the verdict on a path comes within a second; an
+eighth of them where hardly anything is left. A guess."""
 MOST, SHORTENING = 40_000, 6000
 """So many looks are spent on a way in a tube at most, and on making it shorter. Guesses."""
 BEST: Final = 0.9
@@ -309,7 +312,7 @@ class Bridge:
         ways = Ways(self._planner, path=rest.poses, leap=rest.leap, **self._within)
         self._until = self._looks
         best, most = None, rest.worth * count
-        while ways.looks < (MOST if count == SAMPLES else MOST // 8) and most < count:
+        while ways.looks < (EXPLORED if count == SAMPLES else EXPLORED // 8) and most < count:
             node = ways.explore(self._left(ways))
             if node is not None:
                 ways.begin_following(ways.place(node), 0)
