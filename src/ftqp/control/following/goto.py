@@ -58,11 +58,12 @@ class GoTo:
     A posture is neared by a motion of the joints, as fast as the limits that are believed allow, a pose by a
     straight motion of the tip; both with limited jerk, and both within every limit of the planner. When a
     joint fails, the way is planned anew at the same tick from the position and velocity of the command: the
-    others go to their places, or the tip as near as it gets. Where the straight way to a pose ends before its
-    goal, postures of the goal are looked for, a little in every tick, and the joints go to the one that is
-    reached soonest. A goal that is not reached is told as ``UNREACHABLE`` together with the distance and with
-    what was looked for, once the arm rests. An arm that swings beside a pose goes back
-    to where it was nearest and its motors can hold it, and rests there; else the planner stops it.
+    others go to their places, or the tip as near as it gets. Where the joints cannot follow the straight way
+    to a pose, as is asked while the motion begins, or come no nearer on it, the arm comes to rest, postures
+    of the goal are looked for, a little in every tick, and the joints go to one to which there is a way. A
+    goal that is not reached is told as ``UNREACHABLE`` together with the distance and with what was looked
+    for, once the arm rests. An arm that swings beside a pose goes back to where it was nearest and its motors
+    can hold it, and rests there; else the planner stops it.
 
     Args:
         planner: The planner that is led; with any scheme, task and backend.
