@@ -23,7 +23,7 @@ from ftqp.control.planner.ways.ways import Ways
 PROBLEMS = Path(__file__).parent / "problems/motion_bench_maker.json"
 TOLERANCES = 1e-3, 5e-3
 LOCKS = "locked at the start", "brakes half-way", "stops dead half-way"
-LONGEST = 40.0
+LONGEST, RISE = 40.0, 0.05
 LOOKS = 50
 
 
@@ -105,6 +105,7 @@ class Trial:
             "least": self.judge.least(self.things, rows[:: max(1, round(0.02 / dt))]),
             "time": len(rows) * dt, "longest": longest, "sentence": motion.sentence,
             "stood": rows[stood or 0],
+            "jerk": (np.abs(np.diff(rows, n=3, axis=0)) / dt**3 / (self.robot.limits.a_max / RISE)).max(),
         }  # fmt: skip
         return row, rows
 
@@ -127,7 +128,9 @@ def told(kind, rows):
     print(
         f"{line}; touches {sum(row['least'] <= 0.0 for row in rows)}, least distance by meshes "
         f"{1e3 * min(row['least'] for row in rows):.1f} mm; false {sum(row['false'] for row in rows)}, "
-        f"locked joints moved {sum(row['moved'] for row in rows)}; there in {time[0]:.1f} {time[1]:.1f} s"
+        f"locked joints moved {sum(row['moved'] for row in rows)}; jerk beyond a_max/T in "
+        f"{sum(row['jerk'] > 1.02 for row in rows)}, up to {max(row['jerk'] for row in rows):.1f} times; "
+        f"there in {time[0]:.1f} {time[1]:.1f} s"
     )
 
 
