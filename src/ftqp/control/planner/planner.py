@@ -7,7 +7,7 @@ from threading import get_ident
 from types import FrameType
 from typing import Any, Concatenate, NoReturn, ParamSpec, TypeVar
 
-from ftqp.control.inverse_kinematics.passable import MotionValidity, Walled
+from ftqp.control.inverse_kinematics.passable import MotionValidity
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.assembly import Assembly, Deployable
 from ftqp.control.planner.configuration import Configuration, CurrentConfiguration
@@ -319,14 +319,10 @@ class Planner:
         """The planner's own state and belief, to be read: for what is built around it."""
         return PlannerView(self._session, self.robot)
 
-    def passable(self, walled: Walled | None = None) -> MotionValidity:
-        """What says where the arm may be, as believed now: its motors, kept points, itself and its scene.
-
-        Args:
-            walled: What the tip is to stay in beside; None is anywhere.
-        """
+    def passable(self) -> MotionValidity:
+        """What says where the arm may be, as believed now: its motors, kept points, itself and its scene."""
         view = self.view()
-        return MotionValidity(self.robot, view.limits.tau, view.working, self._parts.keeps, self, walled)
+        return MotionValidity(self.robot, view.limits.tau, view.working, self._parts.keeps, self)
 
     def way_session(self) -> WaySession:
         """The arm, its limits and what stands around it as believed now, for a search for ways."""
