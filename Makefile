@@ -7,11 +7,12 @@ PYTEST ?= $(BIN)/python -m pytest
 JOBS   ?= 2
 MAKER   = $(BIN)/python -m ftqp.kernel.building
 # The classes of processors that a wheel is built for; elsewhere there is one for each architecture.
-LEVELS ?= $(if $(filter x86_64,$(shell uname -m)),"x86-64-v4,x86-64-v3")
+COMMA  := ,
+LEVELS ?= $(if $(filter x86_64,$(shell uname -m)),x86-64-v4$(COMMA)x86-64-v3)
 PYTHONS ?= python3.11 python3.12 python3.13
 # Two cases of each test of these that takes less than a third of a second or tells much. The rest (long runs, papers,
 # random episodes, commands, pictures, every compiled part) is for make test.
-QUICK  ?= -m "not slow and not long" --few 2 tests/core tests/faults tests/model tests/control tests/sim tests/robustness tests/qp tests/laws \
+QUICK  ?= -m "not slow and not long" --few 2 tests/core tests/faults tests/model tests/control tests/sim tests/robustness tests/qp tests/vendors tests/laws \
           $(addprefix tests/app/,scenario schema replay) $(addprefix tests/kernel/,layout rows arm judge maths) \
           tests/test_package.py tests/test_texts.py
 
@@ -36,7 +37,7 @@ help:
 	@echo "make bench      step, batches, memory, first use: measures them and rewrites docs/evidence/speed.md"
 	@echo "make kernel     builds the kernel anew where it is older than its source"
 	@echo "make bench-first-use   what building and a first planner cost"
-	@echo "make wheel      a wheel with the kernel built for two classes of processors, into dist/"
+	@echo "make wheel      a wheel with the kernel built for two classes of processors, into dist/; TARGET=aarch64-macos: for another machine"
 	@echo "make wheels     that wheel and all that it needs, into dist/wheels: for machines without a network"
 	@echo "make clean      removes the environment, caches and runs"
 
@@ -119,8 +120,9 @@ bench: $(VENV)/.has-dev
 bench-first-use: $(VENV)/.has-viz
 	$(BIN)/python benchmarks/bench_first_use.py
 
+# TARGET=aarch64-linux or aarch64-macos makes the wheel of another machine, for its usual class of processors.
 wheel: $(VENV)/.has-viz
-	FTQP_LEVELS=$(LEVELS) $(BIN)/python -m pip wheel --disable-pip-version-check --quiet --no-deps --wheel-dir dist .
+	FTQP_TARGET=$(TARGET) FTQP_LEVELS=$(if $(TARGET),,$(LEVELS)) $(BIN)/python -m pip wheel --disable-pip-version-check --quiet --no-deps --wheel-dir dist .
 
 # What is in the folder installs without a network: pip install --no-index --find-links dist/wheels "ftqp[viz,sim]"
 wheels: $(VENV)/.has-viz

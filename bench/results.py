@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.contenders import Contender
+from ftqp import __version__
 from ftqp.core.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -97,7 +98,7 @@ def packages(names: Iterable[str]) -> dict[str, str]:
     found = {}
     for name in dict.fromkeys(names):
         try:
-            found[name] = version(name)
+            found[name] = __version__ if name == "ftqp" else version(name)
         except PackageNotFoundError:
             found[name] = "not there"
     return found

@@ -1,12 +1,11 @@
-"""Torque arms that work, and of whose rotors, friction or load nobody knows: does a detector name a joint?
+"""Torque arms that work, and of whose rotors, friction or load nobody knows: is a joint named?
 
-Arms in MuJoCo follow a circle at 1 kHz with a detector that is not calibrated. What they have beside their
-model is in their truth only; the noise of their encoders is stated. A finding is a false one. For
-comparison the same detectors look at joints that fail.
+Arms in MuJoCo follow a circle at 1 kHz. What they have beside their model is in their truth only; the noise
+of their encoders is stated. A finding is a false one. For comparison joints of the same arms fail.
 
     python studies/healthy_arms.py [--quick] [--out DIR] [--json]     needs pip install -e ".[sim]"
 
-Full study: two minutes on one core; ``--seeds 4 --cases 20`` takes twenty. Results go to ``studies/results``
+Full study: a minute on one core; ``--seeds 4 --cases 20`` takes ten. Results go to ``studies/results``
 unless --out says otherwise.
 """
 
@@ -57,9 +56,7 @@ def run(
     n, q, rng = robot.nv, robot.neutral, np.random.default_rng(seed)
     plant = ftqp.MujocoPlant(robot, DT, ftqp.JointServo(robot, "torque"), ftqp.TrueArm(**truth))
     plant.reset(q, np.zeros(n))
-    planner = ftqp.Planner(
-        robot, DT, drive="torque", noise=ftqp.Noise(q=noise) if noise else None, detector=ftqp.Detector()
-    )
+    planner = ftqp.Planner(robot, DT, drive="torque", noise=ftqp.Noise(q=noise) if noise else None)
     planner.reset(q)
     turned = np.linalg.qr(rng.standard_normal((3, 3)))[0]
     path = ftqp.paths.Circle(robot.pose(q), RADIUS, duration=SECONDS, axes=(turned[0], turned[1]))
@@ -141,5 +138,5 @@ if __name__ == "__main__":
     study.on_record(
         parser.parse_args(), "Torque arms that work",
         lambda given: {"rows": measured(given.quick, given.seeds, given.cases)}, tables,
-        ("Calibrated detectors, arms behind servos, faults of sensors: not looked at.",),
+        ("Calibrated arms, arms behind servos, faults of sensors: not looked at.",),
     )  # fmt: skip

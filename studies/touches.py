@@ -1,12 +1,12 @@
 """Something pushes the tip of a healthy arm, or one of its motors fails: is the one taken for the other?
 
-Arms in MuJoCo follow a circle, 1 kHz, encoder noise 1e-5 rad, with a detector that is not calibrated and
-without one. Something pushes the tip for 0.1 to 0.6 s, up to 10 to 80 N in a random direction; or, for
-comparison, a joint locks, swings freely or keeps half of its torque, and nobody says so.
+Arms in MuJoCo follow a circle, 1 kHz, encoder noise 1e-5 rad, and nothing of their drives is stated.
+Something pushes the tip for 0.1 to 0.6 s, up to 10 to 80 N in a random direction; or, for comparison, a joint
+locks, swings freely or keeps half of its torque, and nobody says so.
 
     python studies/touches.py [--quick] [--out DIR] [--json]     needs pip install -e ".[sim]"
 
-Full study: some minutes on one core. Results go to ``studies/results`` unless --out says otherwise.
+Full study: a minute on one core. Results go to ``studies/results`` unless --out says otherwise.
 """
 
 from typing import Any
@@ -20,7 +20,7 @@ from ftqp.sim.plants.hidden_faults import Weakened
 
 DT, SECONDS, RADIUS, NOISE = 0.001, 2.5, 0.1, 1e-5
 CASES = 20
-"""Pushes an arm, drive and detector, and as many faults."""
+"""Pushes of an arm and drive, and as many faults."""
 FAULTS = ("locked", "free", "half torque")
 
 
@@ -37,12 +37,10 @@ def drawn(rng: np.random.Generator, robot: ftqp.Robot, fault: bool) -> dict[str,
     return case
 
 
-def run(robot: ftqp.Robot, drive: str, detector: bool, case: dict[str, Any], seed: int) -> dict[str, Any]:
+def run(robot: ftqp.Robot, drive: str, case: dict[str, Any], seed: int) -> dict[str, Any]:
     """What the planner said of it."""
     n, rng = robot.nv, np.random.default_rng(seed)
-    planner = ftqp.Planner(
-        robot, DT, drive=drive, noise=ftqp.Noise(q=NOISE), detector=ftqp.Detector() if detector else None
-    )
+    planner = ftqp.Planner(robot, DT, drive=drive, noise=ftqp.Noise(q=NOISE))
     plant = ftqp.MujocoPlant(robot, DT, ftqp.JointServo(robot, drive))
     plant.reset(robot.neutral, np.zeros(n))
     planner.reset(robot.neutral)
@@ -91,30 +89,29 @@ def measured(quick: bool) -> list[dict[str, Any]]:
     for name in ("panda", "iiwa14")[: 1 if quick else None]:
         robot = ftqp.robots.load(name)
         for drive in ("torque", "position")[: 1 if quick else None]:
-            for detector in (True, False):
-                for fault in (False, True):
-                    rng = np.random.default_rng(11)
-                    for number in range(4 if quick else CASES):
-                        case = drawn(rng, robot, fault)
-                        told = run(robot, drive, detector, case, number)
-                        row = {"arm": name, "drive": drive, "detector": detector, "fault": fault, **told}
-                        row["right"] = [joint for joint, _ in told["found"]] == [case.get("joint")]
-                        if not fault and told["force"] is not None:
-                            row["off"] = float(np.linalg.norm(np.array(told["force"]) - case["force"]))
-                            row["size"] = float(np.linalg.norm(case["force"]))
-                        rows.append(row)
+            for fault in (False, True):
+                rng = np.random.default_rng(11)
+                for number in range(4 if quick else CASES):
+                    case = drawn(rng, robot, fault)
+                    told = run(robot, drive, case, number)
+                    row = {"arm": name, "drive": drive, "fault": fault, **told}
+                    row["right"] = [joint for joint, _ in told["found"]] == [case.get("joint")]
+                    if not fault and told["force"] is not None:
+                        row["off"] = float(np.linalg.norm(np.array(told["force"]) - case["force"]))
+                        row["size"] = float(np.linalg.norm(case["force"]))
+                    rows.append(row)
     return rows
 
 
 def tables(found: dict[str, Any]) -> list[Table]:
-    """By arm, drive and detector."""
+    """By arm and drive."""
     rows, lines = found["rows"], []
-    for key in dict.fromkeys((row["arm"], row["drive"], row["detector"]) for row in rows):
-        own = [row for row in rows if (row["arm"], row["drive"], row["detector"]) == key]
+    for key in dict.fromkeys((row["arm"], row["drive"]) for row in rows):
+        own = [row for row in rows if (row["arm"], row["drive"]) == key]
         pushes, faults = ([row for row in own if row["fault"] == fault] for fault in (False, True))
         off = [row["off"] / row["size"] for row in pushes if "off" in row]
         cells = (
-            *key[:2], "yes" if key[2] else "no", len(pushes), sum(row["touch"] is not None for row in pushes),
+            *key, len(pushes), sum(row["touch"] is not None for row in pushes),
             sum(bool(row["found"]) for row in pushes), sum(row["stopped"] is not None for row in pushes),
             f"{100.0 * float(np.median(off)):.0f} %" if off else "", len(faults),
             sum(row["touch"] is not None for row in faults), sum(row["right"] for row in faults),
@@ -122,7 +119,7 @@ def tables(found: dict[str, Any]) -> list[Table]:
         )  # fmt: skip
         lines.append(tuple(map(str, cells)))
     headings = (
-        "arm", "drive", "detector", "pushes", "said to be a push", "a joint is named", "arm stopped",
+        "arm", "drive", "pushes", "said to be a push", "a joint is named", "arm stopped",
         "force off by", "faults", "said to be a push", "right joint named", "another",
     )  # fmt: skip
     return [Table(title="Something pushes the tip, or a motor fails", headings=headings, rows=lines)]
@@ -132,5 +129,5 @@ if __name__ == "__main__":
     study.on_record(
         study.options(__doc__, "touches", "one arm and drive, four cases each").parse_args(),
         "Pushed, or failed?", lambda given: {"rows": measured(given.quick)}, tables,
-        ("Pushes of other links, contacts that stay, arms whose detector is calibrated: not looked at.",),
+        ("Pushes of other links, contacts that stay, calibrated arms: not looked at.",),
     )  # fmt: skip

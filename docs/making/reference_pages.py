@@ -38,6 +38,7 @@ MODULES = {
     "batch": ("ftqp.batch", "Many arms at once"),
     "analysis": ("ftqp.analysis", "Studies before the mission"),
     "qp": ("ftqp.qp", "QPs alone"),
+    "vendors": ("ftqp.vendors", "Status words of controllers and drives"),
     "dtrnn": ("ftqp.qp.dtrnn", "The recurrent network"),
 }
 """Pages for the public modules."""
@@ -54,6 +55,7 @@ def pages() -> dict[str, str]:
     """Every page of the reference by its place in the site."""
     made = {"reference/scenario.md": _scenario(), "reference/command-line.md": _command_line()}
     made["reference/tables.md"] = _tables()
+    made["reference/vendors.md"] = _vendors()
     for name, (title, _) in PARTS.items():
         names = [one for one in exported() if part_of(one) == name]
         made[f"reference/api/{name}.md"] = _listing(title, names)
@@ -159,6 +161,51 @@ def _tables() -> str:
         lines += ["", f"## {title}", "", f"What `{asked}` lists.", "", *_head(*head)]
         lines += [_row(f"`{name}`", *rest) for name, *rest in rows]
     return "\n".join(lines) + "\n"
+
+
+GOES_ON = {"yes": "yes", "no": "no", "held": "only beside a joint that is left at rest on purpose"}
+
+
+def _vendors() -> str:
+    """The tables of `ftqp.vendors`."""
+    tables = [ftqp.vendors.table(name) for name in ftqp.vendors.names()]
+    lines = [
+        "# Status words of vendors' controllers",
+        "",
+        "What `ftqp.vendors` makes of them, and how an arm comes back: [how to use it](../how-to/lerobot.md)."
+        " A value that no row has is unknown and pauses the arm. A question mark: it stands in no text of "
+        "the maker. Nothing here was tried on hardware.",
+        "",
+        *_head("name", "hardware", "do the remaining joints go on after a fault", "why"),
+        *(_row(f"`{one.name}`", one.title, GOES_ON[one.goes_on], one.evidence) for one in tables),
+    ]
+    for one in tables:
+        lines += ["", f"## {one.title}", "", f"`{one.name}`, made from: {one.version}."]
+        for key, word in one.words.items():
+            lines += [
+                "",
+                f"`{key}` is the {word.title}, of {'each joint' if word.of == 'joint' else 'the arm'}.",
+            ]
+            lines += ["", *_head("value", "meaning", "joint", "arm", "back to work")]
+            lines += [_meaning(row) for row in word.rows]
+        for key, steps in one.recovery.items():
+            told = [
+                f"{step.by}: {step.do}{f', not before {step.after:g} s' * bool(step.after)}" for step in steps
+            ]
+            lines += ["", f"*{key}*", "", *(f"{k}. {text}" for k, text in enumerate(told, 1))]
+        lines += ["", f"Temperature: {one.temperature}. Sources: {'; '.join(one.sources)}."]
+    return "\n".join(lines) + "\n"
+
+
+def _meaning(row: Any) -> str:
+    """A row of a table of status words."""
+    numbers = isinstance(row.values[0], int) and (row.mask != -1 or row.values[0] > 255)
+    values = [f"`{value:#x}`" if numbers else f"`{value}`" for value in row.values]
+    means = f"{row.means}{f', for {row.after:g} s' if row.after else ''}{' ?' if row.unsure else ''}"
+    of_joint = [row.joint, "sensor lost" if row.sensor else "", "see `Spare`" if row.heat else ""]
+    arm = "" if row.well else row.arm.replace("_", " ")
+    steps = f"*{row.recovery}*" if row.recovery else ""
+    return _row(", ".join(values), means, " and ".join(filter(None, of_joint)), arm, steps)
 
 
 def _command_line() -> str:

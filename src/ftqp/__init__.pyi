@@ -4,6 +4,7 @@ from typing import Any
 
 from ftqp import analysis as analysis
 from ftqp import qp as qp
+from ftqp import vendors as vendors
 from ftqp.app.scenario.setup import load as load_scenario  # noqa: F401  its home has another name
 from ftqp.control import batch as batch
 from ftqp.control import paths as paths

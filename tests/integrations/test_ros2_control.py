@@ -14,7 +14,7 @@ from ftqp.app.deployment.headers import arm_header
 
 yaml = pytest.importorskip("yaml", reason='needs PyYAML (pip install -e ".[docs]")')
 FOLDER = Path(__file__).parents[2] / "integrations" / "ros2_control"
-STRICT = ("-std=c++17", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1")
+STRICT = ("-std=c++17", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O0")
 CHECKED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 

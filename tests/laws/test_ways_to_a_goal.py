@@ -124,7 +124,7 @@ def test_arm_that_its_motors_cannot_hold_is_stopped_and_that_is_said(caplog):
     planner.carry(ftqp.Payload(30.0))
     goal = panda.pose(panda.neutral)
     goal[:3, 3] += 0.5
-    goto = ftqp.GoTo(planner, pose=goal)
+    goto = ftqp.GoTo(planner, pose=goal, straight=True)
     caplog.set_level(logging.WARNING, logger="ftqp")
     ended(goto, panda.neutral, 30.0)
     assert goto.status is ftqp.GoToStatus.HALTED

@@ -38,7 +38,7 @@ def three():
 
 @pytest.fixture(scope="module")
 def task(three):
-    return workspace_task(three, GOAL)
+    return workspace_task(three, GOAL, instants=0)
 
 
 @pytest.fixture(scope="module")
@@ -230,9 +230,6 @@ class TestWorkspace:
         assert mean["R100"] == pytest.approx([35.87, 54.46, 51.85, 17.95], abs=0.5)
         assert mean["Ravg"] == pytest.approx([56.35, 68.98, 69.66, 28.01], abs=0.5)
         assert mean["Rsens"] == pytest.approx([92.2, 78.2, 77.5, 82.1], abs=2.0)
-        assert (
-            (mean["F100"] == 100.0).all() and (mean["Favg"] == 100.0).all() and (mean["Fsens"] == 0.0).all()
-        )
 
     @pytest.mark.slow
     def test_how_many_samples_are_safe_and_how_many_have_a_chance(self, found):
@@ -243,12 +240,12 @@ class TestWorkspace:
 
     @pytest.mark.slow
     def test_any_failure_is_survived_only_beyond_and_around_the_goal(self, task, found):
-        safe = points(task)[found["R100"][:, 3] > 100.0 - 1e-9]
+        safe = points(task)[found["R100"][:, 3] > 100.0 - 1e-9, :2]
         distance, angle = np.hypot(*safe.T), np.degrees(np.arctan2(safe[:, 1], safe[:, 0]))
         assert ((distance > 2.24) & (distance < 3.0) & (angle > 20.0) & (angle < 70.0)).all()
 
     def test_the_two_points_in_print(self, task):
-        found = map_chunk(task, np.array([[2.0, -1.4], [-0.9, 1.8]]))
+        found = map_chunk(task, np.array([[2.0, -1.4, 0.0], [-0.9, 1.8, 0.0]]))
         assert found["R100"] == pytest.approx(
             np.array([[40.8, 70.8, 64.2, 16.9], [45.3, 63.6, 60.6, 14.2]]), abs=1.5
         )
@@ -258,22 +255,23 @@ class TestWorkspace:
 
     def test_claim_of_r100_at_100_percent_at_these_points_does_not_reproduce(self, task):
         """The paper states it for (2, -1.4), joint 2, and for (-0.9, 1.8), joint 1."""
-        found = map_chunk(task, np.array([[2.0, -1.4], [-0.9, 1.8]]))
+        found = map_chunk(task, np.array([[2.0, -1.4, 0.0], [-0.9, 1.8, 0.0]]))
         assert found["R100"][0, 1] < 75.0 and found["R100"][1, 0] < 50.0
-        first = np.concatenate(task.links.configurations(np.array([-0.9, 1.8]), 400, 0))[:, 0] / DEG % 360.0
+        (q,) = task.starts(np.array([-0.9, 1.8, 0.0]))
+        first = q[:, 0] / DEG % 360.0
         assert first.max() > 190.0  # joint 1 leaves its range, which ends at 114.3 degrees
 
-    def test_a_short_horizon_makes_f_low(self, task):
+    def test_a_short_horizon_makes_f_low(self, three, task):
         """A likely cause of the low F in print: joint 1 fails at once on the self-motion of (-0.9, 1.8)."""
-        q = np.concatenate(task.links.configurations(np.array([-0.9, 1.8]), 2000, 0))
-        low, high = task.box[0][0]
+        (q,) = workspace_task(three, GOAL, configurations=2000).starts(np.array([-0.9, 1.8, 0.0]))
+        ((low, high),) = task.ranges[0].intervals
         q = q[(np.mod(q[:, 0] - low, 2.0 * np.pi) <= high - low)]
         _, _, facts = task.study().runs(q, np.full(len(q), 1), horizon=100.0, success=1e-2)
         shares = [100.0 * np.mean(facts[:, 1] <= T) for T in (10.0, 20.0, 50.0, 100.0)]
         assert shares == pytest.approx([0.6, 10.0, 89.0, 97.0], abs=1.5)
 
     def test_failures_in_range_end_at_the_goal_by_brute_force(self, three):
-        task = workspace_task(three, GOAL, configurations=12, steps=25, screen=False)
+        task = workspace_task(three, GOAL, configurations=12, steps=25, instants=25)
         found = map_chunk(task, points(task)[::29])
         assert found["runs"].sum() > 20000
         wrong = 1.0 - np.nanmean(found["Favg"][:, :3]) / 100.0
@@ -281,7 +279,7 @@ class TestWorkspace:
 
     def test_reflection_in_the_line_to_the_goal_changes_nothing(self, task):
         some = points(task)[::101]
-        one, other = map_chunk(task, some), map_chunk(task, some[:, ::-1])
+        one, other = map_chunk(task, some), map_chunk(task, some[:, [1, 0, 2]])
         assert np.abs(one["Ravg"] - other["Ravg"]).max() < 0.5
         assert np.abs(one["R100"] - other["R100"]).max() < 3.0
         assert np.abs((one["R100"] - other["R100"]).mean(axis=0)).max() < 1.2

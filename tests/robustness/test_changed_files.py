@@ -41,7 +41,6 @@ goal = [1.0, 0.5]
 grid = 8
 configurations = 4
 steps = 5
-screen = false
 """
 PROFILE = 'name = "daqp"\ntolerance = 1e-9\nmax_iterations = 500\n'
 WAYPOINTS = "t,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,0.01,0,0,0,0,0,1\n2,0.02,0.01,0,0,0,0,1\n"

@@ -9,11 +9,9 @@ from ftqp.analysis.manifolds.joint_ranges import joint_ranges as joint_ranges
 from ftqp.analysis.manifolds.joint_ranges import reachable_after as reachable_after
 from ftqp.analysis.manifolds.manifold import Manifold as Manifold
 from ftqp.analysis.manifolds.manifold import self_motion as self_motion
-from ftqp.analysis.map_chunks import SpatialTask as SpatialTask
 from ftqp.analysis.map_chunks import WorkspaceTask as WorkspaceTask
 from ftqp.analysis.map_chunks import map_chunk as map_chunk
 from ftqp.analysis.map_chunks import points as points
-from ftqp.analysis.map_chunks import spatial_task as spatial_task
 from ftqp.analysis.map_chunks import workspace_task as workspace_task
 from ftqp.analysis.outcomes.after_failure import Outcome as Outcome
 from ftqp.analysis.outcomes.after_failure import outcome as outcome

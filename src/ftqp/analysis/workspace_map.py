@@ -11,11 +11,9 @@ from ftqp.analysis.map_chunks import (
     COUNTS,
     MEASURES,
     Plane,
-    SpatialTask,
     WorkspaceTask,
     map_chunk,
     points,
-    spatial_task,
     workspace_task,
 )
 from ftqp.core.checks import FloatArray, IntArray, frozen, whole_number
@@ -39,8 +37,8 @@ class WorkspaceReport:
 
     Attributes:
         joints: Names of the joints.
-        points: Where tasks begin, (P, 2) or (P, 3) [m].
-        goal: Where they end, (2,) or (3,) [m].
+        points: Where tasks begin, (P, 3) [m].
+        goal: Where they end, (3,) [m].
         R100: Configurations with R = 1.
         Ravg: Mean of R.
         Rsens: Spread of R.
@@ -72,12 +70,12 @@ class WorkspaceReport:
     unresolved: IntArray
 
     @classmethod
-    def of(cls, task: WorkspaceTask | SpatialTask, some: FloatArray, found: dict[str, FloatArray]) -> Self:
+    def of(cls, task: WorkspaceTask, some: FloatArray, found: dict[str, FloatArray]) -> Self:
         """The report of a task.
 
         Args:
             task: What was asked.
-            some: The points, (P, 2) or (P, 3) [m].
+            some: The points, (P, 3) [m].
             found: Their measures and counts as of ``map_chunk``.
         """
         counts = {name: frozen(np.asarray(found[name]).astype(np.int64)) for name in COUNTS}
@@ -146,55 +144,44 @@ def workspace(
     grid: int = 52,
     configurations: int = 90,
     steps: int = 100,
-    screen: bool = True,
     W: Any = None,
     jobs: int | None = None,
     seed: int = 0,
-    rows: Any = None,
+    rows: Any = "position",
     plane: Plane | None = "xz",
     instants: int = 4,
 ) -> WorkspaceReport:
     """From which points a straight line to a goal survives a lock that nobody notices.
 
-    Every configuration at a point leads the end effector straight to the goal; at every part of its line each
-    joint is taken to lock. The law does not know the limits of the joints.
+    Every configuration at a point leads the tip straight to the goal; at every part of its line each joint is
+    taken to lock. Reach counts the limits of the joints; the law does not know them.
     Source: goel2005, section 4, and docs/theory/after-a-failure.md.
 
     Args:
-        robot: A planar arm of revolute joints, or with ``rows`` any arm.
-        goal: Where the end effector is to go, (2,) or (3,) [m], or with ``rows`` a pose (4, 4).
+        robot: The arm.
+        goal: Where the tip is to go, (2,) or (3,) [m], or a pose (4, 4).
         grid: Nodes along each axis of a square as wide as the reach, >= 2; more is a finer map.
-        configurations: Of each component of a point's self-motion, >= 1; more is a smoother measure.
+        configurations: At a point, >= 1: of each of its self-motions, at equal arc lengths, where joints turn
+            without limits and one is to spare, else from so many quasi-random starts. More is smoother.
         steps: Equal parts of a line, >= 1; more finds shorter stretches out of reach.
-        screen: Whether failures are taken as correct at locked values from which every one of 64 trials went
-            to the goal; without it all are simulated, which takes ten times as long.
         W: Weights of the joint rates, (nv, nv) or its diagonal (nv,), positive definite; None is the
             identity.
         jobs: Threads; None takes one for each core. The result does not depend on it.
-        seed: Moves quasi-random configurations, of arms of more than three joints, and trials.
-        rows: ``"position"``, ``"pose"`` or names of task rows, for arms in space: configurations come from
-            quasi-random starts, reach counts the limits of the joints, and failures are simulated at some
-            nodes of each line, never screened. Where rotation counts the end effector has the goal's on all
-            of a line.
-        plane: Of arms in space: the plane through the goal that is mapped; None maps all of the space.
-        instants: Of arms in space: at how many nodes of a line failures are simulated, >= 1.
+        seed: Moves the quasi-random starts.
+        rows: ``"position"``, ``"pose"`` or names of task rows. Where rotation counts the tip has the goal's
+            on all of a line.
+        plane: The plane through the goal that is mapped, of rows with x, y and z; None maps all of the space.
+        instants: At how many nodes of a line failures are simulated, >= 0; at none, only R is said.
 
     Raises:
-        InputError: The goal is out of reach, W is not positive definite, a number is not positive, or the arm
-            is in space and no rows are given.
+        InputError: The goal is out of reach, W is not positive definite, or a number is not positive.
     """
     threads = thread_count() if jobs is None else jobs
     whole_number("jobs", threads, 1)
-    task: WorkspaceTask | SpatialTask
-    if rows is None:
-        task = workspace_task(
-            robot, goal, grid=grid, configurations=configurations, steps=steps, screen=screen, W=W, seed=seed
-        )
-    else:
-        task = spatial_task(
-            robot, goal, rows, grid=grid, configurations=configurations, steps=steps, plane=plane,
-            instants=instants, W=W, seed=seed,
-        )  # fmt: skip
+    task = workspace_task(
+        robot, goal, rows, grid=grid, configurations=configurations, steps=steps, plane=plane,
+        instants=instants, W=W, seed=seed,
+    )  # fmt: skip
     every = points(task)
     chunks = [every[k : k + CHUNK] for k in range(0, len(every), CHUNK)]
     with ThreadPoolExecutor(int(threads)) as pool:

@@ -1,6 +1,5 @@
 """Checks of arrays and numbers at construction time, each with one clear sentence."""
 
-from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from math import isfinite
 from types import UnionType
@@ -53,8 +52,8 @@ def array(
 def numbers(name: str, value: Any, expected: str = "") -> FloatArray:
     """``value`` as a fresh contiguous array of float64 of whatever shape; NaN and infinities pass.
 
-    Texts are refused, which numpy would read as numbers, ``1_000`` and digits of other scripts included, and
-    so are complex numbers and dates, which it would cut.
+    Texts are refused, which numpy would read as numbers, and so are complex numbers and dates, which it would
+    cut.
     """
     try:
         given = np.asarray(value)
@@ -69,21 +68,6 @@ def numbers(name: str, value: Any, expected: str = "") -> FloatArray:
 def is_number(value: Any, most: float = LARGEST) -> TypeGuard[float]:
     """Whether a value that was read from a file is a plain number and its size is one to compute with."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= most
-
-
-def beyond(content: Any, key: str = "") -> Iterator[str]:
-    """The dotted keys of whole numbers that are larger than any number of a file.
-
-    Python does not even write those of more than 4,300 digits, which files may have as hexadecimal ones.
-    """
-    if isinstance(content, Mapping):
-        for name, inner in content.items():
-            yield from beyond(inner, f"{key}.{name}" if key else str(name))
-    elif isinstance(content, list):
-        for at, inner in enumerate(content):
-            yield from beyond(inner, f"{key}[{at}]")
-    elif isinstance(content, int) and abs(content) > LARGEST:
-        yield key
 
 
 def shown(value: Any) -> str:

@@ -113,15 +113,7 @@ def nearest(got: str, valid: Iterable[str]) -> str:
 
 
 def unknown(kind: str, got: object, owner: str, valid: Iterable[str], remedy: str = "") -> InputError:
-    """The error for an unknown name: names the valid ones and the nearest.
-
-    Args:
-        kind: What the name should be, for example ``joint``.
-        got: The name that was handed in.
-        owner: Whose names these are, for example ``panda``.
-        valid: The valid names.
-        remedy: What else to do, the end of the sentence.
-    """
+    """The error for an unknown name: names the valid ones and the nearest."""
     names = list(valid)
     return InputError(
         f"{got!r:.80} is not a {kind} of {owner}{nearest(str(got), names)}; it has {', '.join(names)}"

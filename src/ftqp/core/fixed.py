@@ -1,5 +1,6 @@
 """Attributes that are set once: whoever sets one later is told how to get what was meant."""
 
+from collections.abc import Callable
 from operator import attrgetter
 from typing import Any, Generic, NoReturn, TypeVar, overload
 
@@ -14,14 +15,15 @@ class Fixed(Generic[T]):
     """An attribute that can be read and not be set.
 
     Args:
-        path: Where its object keeps it, dotted.
+        path: Where its object keeps it, dotted, or what reads it of the object.
         about: What it is, with its unit: the documentation of the attribute; without one it is what its
             class says of the argument of that name.
         remedy: What to do in place of setting it, in words; ``{name}`` is the attribute.
     """
 
-    def __init__(self, path: str, about: str = "", remedy: str = MADE) -> None:
-        self._read, self.__doc__, self._remedy = attrgetter(path), about, remedy
+    def __init__(self, path: str | Callable[[Any], T], about: str = "", remedy: str = MADE) -> None:
+        self._read = attrgetter(path) if isinstance(path, str) else path
+        self.__doc__, self._remedy = about, remedy
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name

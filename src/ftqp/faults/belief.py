@@ -2,7 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Self, final
+from typing import Any, Self, final
+
+import numpy as np
 
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import (
@@ -18,6 +20,7 @@ from ftqp.faults.kinds import (
 )
 from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.layout.other_records import IS_LOCKED_NOW, SWINGS_NOW
+from ftqp.kernel.layout.record import dtype
 from ftqp.model.robot import Robot
 
 SHARES = {"v_max": "velocity", "a_max": "acceleration", "tau_max": "torque"}
@@ -86,7 +89,7 @@ class Belief:
             was, fault = (None if before is None else before._faults.get(i)), self._faults.get(i)
             if before is not None and was == fault:
                 continue
-            orders.believe(i, {} if fault is None else _said(fault), isinstance(was, Locked))
+            orders.believe(_said(i, fault), isinstance(was, Locked))
 
     def _of_leader(self, fault: Fault) -> Fault:
         """The fault as it is of the joint whose motor it concerns."""
@@ -119,23 +122,32 @@ class Belief:
         return float(low), float(high)
 
 
-def _said(fault: Fault) -> dict[str, float]:
-    """A fault as it is told to the kernel, by the names of ``FAULT``."""
-    said = {SHARES[limit]: getattr(fault, share) for limit, share in fault.shares.items()}
+def _said(i: int, fault: Fault | None) -> Any:
+    """What the kernel is told of joint i, None that it works: a record of kind ``fault``, (1,)."""
+    memory = np.zeros(1, dtype("fault"))
+    said = memory[0]
+    said["joint"] = i
+    for share in SHARES.values():
+        said[share] = 1.0
+    for end in ("deceleration", "q_min", "q_max"):
+        said[end] = np.nan
+    if fault is None:
+        return memory
+    for limit, share in fault.shares.items():
+        said[SHARES[limit]] = getattr(fault, share)
     match fault:
         case Locked():
-            said |= {
-                "kind": IS_LOCKED_NOW,
-                "mode": MODES.index(fault.mode),
-                "reset": RESETS.index(fault.reset),
-            }
+            said["kind"], said["mode"] = IS_LOCKED_NOW, MODES.index(fault.mode)
+            said["reset"] = RESETS.index(fault.reset)
             if fault.deceleration is not None:
                 said["deceleration"] = fault.deceleration
         case FreeSwinging():
-            said |= {"kind": SWINGS_NOW, "damping": fault.damping, "friction": fault.friction}
+            said["kind"], said["damping"], said["friction"] = SWINGS_NOW, fault.damping, fault.friction
         case Degraded():
-            ends = {"q_min": fault.q_min, "q_max": fault.q_max}
-            said |= {name: end for name, end in ends.items() if end is not None}
+            for end in ("q_min", "q_max"):
+                value = getattr(fault, end)
+                if value is not None:
+                    said[end] = value
         case _:
             not_served(fault, "the planner")
-    return said
+    return memory

@@ -116,10 +116,7 @@ class FurtherMeasures:
         return np.array(list(least.values()))
 
     def places(self, q: FloatArray) -> dict[str, FloatArray]:
-        """Where the targets of the tasks are that have a place, by name, (3,) [m].
-
-        Along axes that do not count it is that of the point itself.
-        """
+        """Where the targets of the tasks are that have a place, by name, (3,) [m]."""
         found: dict[str, FloatArray] = {}
         poses, count = PlacedFrames(self._planner.robot, self._names), len(self._tasks)
         placed = poses.at(q)

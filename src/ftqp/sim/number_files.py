@@ -96,8 +96,6 @@ class TableFile:
 POSITION = ("x", "y", "z")
 ORIENTATION = ("qx", "qy", "qz", "qw")
 COLUMNS = ("t", *POSITION, *ORIENTATION)
-LARGEST_ARRAYS = 200_000_000
-"""Arrays of more than that are taken for a mistake [bytes]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,7 +138,7 @@ def waypoint_table(path: str | Path) -> WaypointTable:
 def _read_npz(given: TableFile) -> dict[str, FloatArray]:
     """Columns by name; stacked arrays are taken apart."""
     try:
-        found = npz_arrays(given.file, LARGEST_ARRAYS)
+        found = npz_arrays(given.file)
         arrays = {name: numbers(name, value) for name, value in found.items()}
     except ValueError as error:
         raise given.wrong(" is not an NPZ file of numbers") from error

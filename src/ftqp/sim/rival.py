@@ -152,10 +152,7 @@ class Ride:
 
 
 def strayed(log: Log) -> FloatArray:
-    """How far the tip of a run truly was from its target, (K,) [m].
-
-    The run's own ``position_error`` is what its planner saw, with the noise of its sensors.
-    """
+    """How far the tip of a run truly was from its target, (K,) [m]."""
     return np.asarray(np.linalg.norm(log["tip"][:, :3] - log["target"][:, :3], axis=1))
 
 

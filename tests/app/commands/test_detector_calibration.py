@@ -17,7 +17,7 @@ FRICTION = 0.3
 def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """A run of a healthy arm with friction, its torques measured, and the same again."""
     folders = [tmp_path_factory.mktemp("runs") / name for name in ("healthy", "again")]
-    settings = ["faults=", "sensors.torque_noise=0.1", "path.duration=25.0", "path.turns=6",
+    settings = ["faults=", "sensors.torque_noise=0.1", "path.duration=12.5", "path.turns=3",
                 "planner.dt=0.002", f"simulation.mujoco.coulomb={FRICTION}"]  # fmt: skip
     given = [part for one in settings for part in ("--set", one)]
     result = asked("run", "--no-figures", "panda-undetected", *given, "--out", folders[0])
@@ -28,7 +28,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 def test_a_run_keeps_torques_and_what_the_drive_asked_for(runs: list[Path]) -> None:
     log = ftqp.load_log(runs[0])
-    assert log["tau_measured"].shape == log["tau_demand"].shape == (12501, 7)
+    assert log["tau_measured"].shape == log["tau_demand"].shape == (6251, 7)
     apart = (log["tau_measured"] - log["tau_demand"])[100:]
     assert apart.std() == pytest.approx(0.1, rel=0.1)
     assert log.units["tau_demand.panda_joint1"] == "N m"

@@ -26,7 +26,7 @@ goal = [1.2, 0.9]
 grid = 5
 configurations = 3
 steps = 6
-screen = false
+instants = 2
 """
 
 
@@ -51,7 +51,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a map that was computed to its end."""
     folder = tmp_path_factory.mktemp("whole")
     (folder / "small.toml").write_text(SMALL, encoding="utf-8")
-    result = asked(folder / "small.toml", "--out", folder / "out", "--json")
+    result = asked(folder / "small.toml", "--out", folder / "out", "--jobs", 1, "--json")
     assert result.exit_code == 0, result.output
     (folder / "told.json").write_text(result.stdout, encoding="utf-8")
     return folder
@@ -74,12 +74,13 @@ def test_a_map_is_computed_summed_up_and_drawn(whole: Path, small: Path, out: Pa
     assert load_study(str(out / "study.toml")).key == study.key
 
 
+@pytest.mark.slow
 def test_a_map_goes_on_where_it_was(small: Path, out: Path) -> None:
     whole = rows(out)
     with closing(sqlite3.connect(out / FILE_NAME)) as connection:
         connection.execute("DELETE FROM results WHERE item % 3 = 1")
         connection.commit()
-    result = asked(small, "--out", out, "--json")
+    result = asked(small, "--out", out, "--jobs", 1, "--json")
     assert json.loads(result.stdout)["computed_now"] == len(range(1, len(whole), 3))
     assert rows(out) == whole
 

@@ -4,7 +4,6 @@ import ctypes
 
 import numpy as np
 import pytest
-from deployed_library import library
 from tests.app.deployment.test_library import MISTAKES, Library
 
 import ftqp
@@ -21,11 +20,6 @@ class Finding(ctypes.Structure):
         *((name, ctypes.c_int32) for name in ("joint", "kinds")),
         *((name, ctypes.c_double) for name in ("probability", "onset", "detected_at", "share")),
     )
-
-
-@pytest.fixture(scope="module")
-def built(tmp_path_factory):
-    return library("host", tmp_path_factory.mktemp("watching") / "built")
 
 
 @pytest.mark.long

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from ftqp.app.run.recorded_robot import notes_of
 from ftqp.app.scenario.setup import load
-from ftqp.app.view.replay_source import ReplaySource, notes_of
+from ftqp.app.view.replay_source import ReplaySource
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.loop import Simulation
 from ftqp.sim.session.frame import frames_of
@@ -72,11 +73,11 @@ def test_what_a_finished_run_cannot_do_is_said(source, command, said):
 
 
 def test_log_cut_short_and_run_of_another_version_are_told(log):
-    assert notes_of(log) == ""
+    assert notes_of(log.metadata, 1.0) == []
     cut = Log(None, {name: log[name] for name in log.names}, log.units, log.descriptions, log.metadata | {
         "state": "running", "versions": {"ftqp": "0.0.1"},
     })  # fmt: skip
-    notes = notes_of(cut)
+    notes = " ".join(notes_of(cut.metadata, 1.0))
     assert "cut short: it ends at 1.000 s" in notes and "made by ftqp 0.0.1" in notes
     assert ReplaySource(cut, "cut").frame().message == notes
 

@@ -292,9 +292,6 @@ def test_interrupt_stops_all_threads_within_a_moment():
         ({"faults": [(ftqp.Locked(0), 1.5)] + [None] * 10}, "fault of arm 0 is at tick 1.5, expected a"),
         ({"faults": [ftqp.Locked(9)] + [None] * 10}, "9"),
         ({"every": 0}, "every is 0, expected a whole number from 1"),
-        ({"engine": "jax"}, "engine 'jax' is gone; leave engine out, as the compiled one gives the same"),
-        ({"engine": "cuda"}, "engine is 'cuda', expected none; leave it out, there is one engine now"),
-        ({"engine": 3}, "engine is 3, expected none"),
         ({"planner": None}, "planner is of type NoneType, expected an ftqp.Planner"),
     ],
 )

@@ -51,7 +51,7 @@ def test_goal_outside_the_workspace_says_how_much_was_looked_at():
     goto = ftqp.GoTo(planner_at(PANDA.neutral), pose=goal)
     go(goto, PANDA.neutral, longest=30.0)
     assert goto.status is STATUS.UNREACHABLE
-    assert "no other posture found in 6" in goto.sentence and goto.sentence.endswith("starts")
+    assert goto.sentence.endswith("no posture was found in 600 starts")
 
 
 def test_all_joints_locked_is_unreachable_and_stands():
@@ -84,6 +84,22 @@ def test_second_failure_while_thinking_or_on_the_way_begins_anew(when):
     assert (np.abs(steps[-1].v) < 1e-3 * PANDA.limits.v_max).all()
     if goto.status is STATUS.REACHED:
         assert np.abs(PANDA.pose(steps[-1].q) - GOAL).max() < 5e-3
+
+
+def test_ways_are_looked_for_where_a_joint_that_brakes_has_come_to_rest():
+    goal = PANDA.pose(PANDA.neutral).copy()
+    goal[:3, 3] += [0.15, 0.35, -0.3]
+    goto, searches = ftqp.GoTo(planner_at(PANDA.neutral), pose=goal), []
+
+    def each(k):
+        if k == 75:
+            goto.planner.report(ftqp.Locked(4))
+        searched = goto._joints.searched
+        if searched is not None and searched not in searches:
+            searches.append(searched)
+
+    go(goto, PANDA.neutral, longest=15.0, each=each)
+    assert goto.status is STATUS.REACHED and 1 <= len(searches) <= 4
 
 
 @pytest.mark.slow

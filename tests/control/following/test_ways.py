@@ -5,7 +5,7 @@ import pytest
 from tests.going import go
 
 import ftqp
-from ftqp.control.following.ways import Ways
+from ftqp.control.planner.ways.ways import Ways
 from ftqp.kernel.layout.ways_room import WayStage
 
 PANDA = ftqp.robots.load("panda")
@@ -117,6 +117,60 @@ def test_goals_out_of_range_and_goals_that_are_no_numbers_are_refused():
         ftqp.GoTo(planner, q=beyond)
     with pytest.raises(ftqp.InputError, match="q contains NaN"):
         ftqp.GoTo(planner, q=np.full(7, np.nan))
+
+
+def test_any_joint_may_stop_dead_on_the_way_and_the_others_brake_before_the_wall():
+    planner, _ = walled(clearance=ftqp.Clearance(keep=2e-3, stop=0.0))
+    motion = thought(planner, goals=[RIGHT]).motion
+    v, limits = np.gradient(motion, DT, axis=0), planner.view().limits
+    for k in range(0, len(motion), 5):
+        for joint in range(7):
+            rest = np.where(np.arange(7) == joint, 0.0, v[k])
+            end = motion[k] + rest * np.abs(rest) / (2.0 * limits.a)
+            assert least(planner, [end]) > 0.0, (k, joint)
+
+
+def test_pose_just_out_of_reach_has_a_posture_within_the_tolerances_and_none_without():
+    arm = ftqp.robots.load("planar", lengths=(0.5, 0.3))
+    planner = ftqp.Planner(arm, DT)
+    planner.reset([0.3, 0.4])
+    goal = arm.pose([1.0, 0.0])
+    goal[:2, 3] *= 0.8005 / 0.8
+    for tolerance, postures in (((1e-3, 1.0), True), ((1e-6, 1.0), False)):
+        ways = Ways(planner, goal=goal, rows=("x", "y"), tolerance=tolerance)
+        while ways.is_thinking:
+            ways.think(500)
+        assert (ways.stage is WayStage.READY) == postures
+    assert ways.sentence == "no posture was found in 600 starts"
+
+
+def test_path_is_followed_in_thought_up_to_the_wall():
+    planner, scene = walled()
+    line = np.tile(PANDA.pose(LEFT), (101, 1, 1))
+    line[:, 1, 3] += np.linspace(0.0, PANDA.pose(RIGHT)[1, 3] - line[0, 1, 3], 101)
+    for free in (False, True):
+        if free:
+            scene.remove("wall")
+        ways = Ways(planner, path=line, leap=np.full(7, 0.3), rows="position")
+        ways.begin_following(LEFT, 0)
+        while not ways.follow(50):
+            assert 0 <= ways.followed <= 100
+        assert (ways.followed == 100) == free
+    assert np.abs(PANDA.pose(ways.at)[:3, 3] - line[-1, :3, 3]).max() < 1e-6
+
+
+def test_way_in_a_tube_keeps_the_tip_where_it_is():
+    planner = ftqp.Planner(PANDA, DT)
+    planner.reset(LEFT)
+    here = PANDA.pose(LEFT)
+    ways = Ways(planner, path=here[None], leap=np.ones(7), tube=here[None])
+    while (node := ways.explore(50)) is None or np.abs(ways.place(node) - LEFT).max() < 0.5:
+        assert ways.looks < 40_000
+    ways.lead_to(node)
+    while ways.is_thinking:
+        ways.think(50)
+    off = [np.linalg.norm(PANDA.pose(q)[:3, 3] - here[:3, 3]) for q in ways.motion[::10]]
+    assert max(off) < 2.5e-3 and np.abs(ways.motion[-1] - LEFT).max() > 0.45
 
 
 def test_no_looks_and_no_joints_are_no_error():

@@ -108,15 +108,18 @@ from ftqp.kernel.compiled import library
 library.BUILDING = True
 from ftqp.kernel.compiled.library import EntryPoint
 from ftqp.kernel.building.store import CannotBuild, Store, build
-from ftqp.kernel.compiled.making.emit import target
+from ftqp.kernel.building.wheel_targets import TARGETS
+from ftqp.kernel.compiled.making.emit import Target, target
 given = json.loads(sys.argv[1])
 wanted = [EntryPoint(name=n, module=given["module"], factory=n, signature=s, nogil=g)
           for n, s, g in given["wanted"]]
-where, source = target(), Path(given["source"])
+away, source = TARGETS.get(given["target"]), Path(given["source"])
+where = target() if away is None else Target(away.triple, next(iter(away.levels)))
 store = Store(Path(given["store"]))
 try:
     with store.alone():
-        print(build(Path(given["out"]), {where.cpu: wanted}, [where], source, store, jobs=1, checked=True))
+        out = Path(given["out"])
+        print(build(out, {where.cpu: wanted}, [where], source, store, jobs=1, checked=True, away=away))
 except CannotBuild as error:
     sys.exit(str(error))
 """
@@ -154,13 +157,14 @@ class Tiny:
         """A kernel that has loaded nothing yet."""
         return Kernel(self.source, self.built)
 
-    def building(self, *wanted: EntryPoint) -> "subprocess.Popen[str]":
+    def building(self, *wanted: EntryPoint, target: str = "") -> "subprocess.Popen[str]":
         """A process that builds its library, and says how many units were compiled."""
         given = {
             "module": self.module,
             "source": str(self.source),
             "out": str(self.built),
             "store": str(self.source.parent / "store"),
+            "target": target,
             "wanted": [(one.name, one.signature, one.nogil) for one in wanted],
         }
         path = os.pathsep.join([str(Path(ftqp.__file__).parents[1]), str(self.source)])
@@ -175,9 +179,9 @@ class Tiny:
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # workers of tests ignore Ctrl-C
         )
 
-    def build(self, *wanted: EntryPoint) -> int:
-        """Build its library: how many units were compiled."""
-        said, errors = (process := self.building(*wanted)).communicate()
+    def build(self, *wanted: EntryPoint, target: str = "") -> int:
+        """Build its library, or that for another system: how many units were compiled."""
+        said, errors = (process := self.building(*wanted, target=target)).communicate()
         assert process.returncode == 0, errors
         return int(said)
 

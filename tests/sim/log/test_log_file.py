@@ -57,16 +57,6 @@ def test_any_python_reads_the_rows_as_the_file_itself_says(tmp_path):
     np.testing.assert_array_equal(np.load(tmp_path / "log.npy"), rows(0, BLOCK + 4))
 
 
-@pytest.mark.parametrize("joints", [("j1", "J1"), ('"', '""'), ("a'b", "a b; DROP TABLE chunks"), ("ä", "")])
-def test_joints_may_be_called_anything(tmp_path, joints):
-    signals = [Column("t", "s", "time"), *(Column(f"q.{joint}", "rad", "position") for joint in joints)]
-    with LogWriter(tmp_path / "l.npy", signals, {"joints": joints}) as log:
-        log.write(0, np.array([[0.0, 1.0, 2.0]]))
-    log = load_log(tmp_path / "l.npy")
-    np.testing.assert_array_equal(log["q"], [[1.0, 2.0]])
-    assert log[f"q.{joints[1]}"] == 2.0
-
-
 @pytest.mark.long
 def test_killed_process_leaves_a_readable_log(tmp_path):
     path = tmp_path / "log.npy"

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from ftqp.control.paths import Circle
-from ftqp.core.errors import FtqpError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.log.log_arrays import Log, MemoryRows
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.metrics import (
-    Following,
     Quantiles,
     TalliedRows,
     failed_joint_motion,
@@ -150,46 +148,6 @@ def test_blocks_of_any_size_give_the_same_figures(run, size):
     whole, pieces = summary(log), kept.facts()
     assert whole.pop("rms_position_error") == pytest.approx(pieces.pop("rms_position_error"), rel=1e-14)
     assert pieces == whole
-
-
-def test_rows_that_could_not_be_kept_do_not_count(run):
-    _, log = run
-    (table,) = log.rows.blocks()
-
-    class Full(MemoryRows.__mro__[1]):
-        full = True
-
-        def write(self, first, rows):
-            if self.full:
-                raise FtqpError("the disk is full")
-
-        def annotate(self, metadata):
-            pass
-
-        def close(self):
-            pass
-
-    full = Full()
-    kept = TalliedRows(full, log.rows.columns, log.metadata)
-    with pytest.raises(FtqpError):
-        kept.write(0, table[:20])
-    full.full = False
-    kept.write(0, table[:30])
-    assert kept.facts()["steps"] == 30
-
-
-def test_following_error_goes_on_from_block_to_block():
-    class Rows(dict):
-        def __len__(self):
-            return len(self["q"])
-
-    q = np.arange(6.0)[:, None]
-    rows = {"q": q, "q_command": q + 1.25, "truth": np.zeros((6, 1))}
-    whole = following_error(Rows(rows))
-    following = Following()
-    parts = [following.add(Rows({key: value[k : k + 2] for key, value in rows.items()})) for k in (0, 2, 4)]
-    np.testing.assert_array_equal(np.concatenate(parts), whole)
-    assert following.largest(0) == 0.25
 
 
 def quantiles(values, pieces=3):

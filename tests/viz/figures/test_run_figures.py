@@ -1,8 +1,5 @@
 """Figures of a run: what they show and say of motion, faults, tasks, a moving base, and other runs."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from tests.viz.figures.conftest import legend, words
@@ -11,7 +8,6 @@ import ftqp
 from ftqp.control.paths import Circle, Hold, Square
 from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import InputError
-from ftqp.core.extras import remedy_for_extra
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.base.disturbances import Step
 from ftqp.sim.base.moving_world import MovingWorld, Platform
@@ -120,16 +116,6 @@ def test_empty_log_and_bad_folder_are_clear_sentences(panda_log, tmp_path):
         runs.save_figures(panda_log, tmp_path / "file" / "figures")
     with pytest.raises(InputError, match="cannot be written"):
         runs.draw_statuses(panda_log, tmp_path / "none" / "status.png")
-
-
-def test_missing_matplotlib_says_how_to_install_it():
-    script = (
-        "import sys; sys.modules['matplotlib.axes'] = None\n"
-        "from ftqp.core.errors import MissingPackage\n"
-        "try:\n    import ftqp.viz.figures.run_figures\nexcept MissingPackage as error:\n    print(error)"
-    )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert "matplotlib" in done.stdout and remedy_for_extra("viz") in done.stdout
 
 
 @pytest.fixture(scope="module")

@@ -8,11 +8,11 @@ from scipy.integrate import solve_ivp
 
 from ftqp.analysis.goals import GoalStudy, goal_study
 from ftqp.analysis.outcomes.unaware_law import UnawareLaw, weights_inverse
-from ftqp.analysis.planar_links import PlanarLinks
 from ftqp.analysis.rest.linearisation import reduced_jacobians
 from ftqp.analysis.rest.rest_curves import rests_at
 from ftqp.core.checks import FloatArray, IntArray, frozen, whole_number
 from ftqp.core.errors import InputError
+from ftqp.kernel.entry.law_study import LawStudy
 from ftqp.kernel.layout.enums import Ending
 from ftqp.model.robot import Robot
 
@@ -71,8 +71,7 @@ def basins(
     Raises:
         InputError: The arm is another one, there is no such joint, or a number is out of its range.
     """
-    links = PlanarLinks.of(robot)
-    if links is None or robot.nv != 3:
+    if robot.nv != 3 or robot.default_rows != ("x", "y") or robot.chain.prismatic.any():
         raise InputError(f"{robot.name} has no map of basins, expected a planar arm of three revolute joints")
     whole_number("grid", grid, 2)
     i = robot.joint(joint)
@@ -83,8 +82,8 @@ def basins(
     starts = np.empty((grid, grid, 3))
     starts[:, :, i] = value
     starts[:, :, first], starts[:, :, second] = angles[:, None], angles[None, :]
-    planar = links.study(M, links.local(study.pose[:2, 3]))
-    endings, ends, _ = planar.runs(starts.reshape(-1, 3), np.full(grid * grid, 1 << i))
+    law = LawStudy(study.free, M, 2.0 * robot.length)
+    endings, ends, _ = law.runs(starts.reshape(-1, 3), np.full(grid * grid, 1 << i))
     label, found, kinds = _labelled(endings, ends)
     share = np.array([np.mean(label == k) for k in range(len(found))])
     saddles, eigenvalues, ways = _saddles(study, M, i, value, (first, second))

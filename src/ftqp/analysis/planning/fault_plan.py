@@ -101,8 +101,6 @@ def _walk(
 
 FORMAT = 1
 """Version of the file's layout."""
-LARGEST = 2_000_000_000
-"""Bytes of the arrays of a file that is read; more is taken for a mistake."""
 
 
 def _content(arrays: Mapping[str, FloatArray]) -> str:
@@ -377,7 +375,7 @@ def load_plan(file: str | Path, robot: Robot | None = None, path: Any = None) ->
     if not file.is_file():
         raise InputError(f"plan {file} does not exist; `ftqp.analysis.plan(...).save(file)` makes one")
     try:
-        arrays, about = read_npz(file, LARGEST)
+        arrays, about = read_npz(file)
         if (version := about["format"]) != FORMAT:
             raise InputError(
                 f"plan {file} has format {version!r:.20}, this ftqp reads {FORMAT}; plan it again with "

@@ -90,11 +90,7 @@ def _is_visible(setup: Setup, log: Log, failure: Failure) -> bool:
 
 
 def detector_summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
-    """What all episodes with a detector come to; None where there is none.
-
-    Intervals hold at 95 %: of shares by Clopper and Pearson, of the rate of false alarms as of a Poisson
-    process, of which ``at_most`` is the upper end.
-    """
+    """What all episodes with a detector come to; None where there is none."""
     watched = [row for row in rows if row["healthy_time"] is not None]
     if not watched:
         return None
@@ -153,11 +149,7 @@ def rest_values(setup: Setup, rest: Rest | None) -> dict[str, Any]:
 
 
 def recovery_summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
-    """Of the failures whose rest a search calls feasible, how many are finished; None where nothing failed.
-
-    In all, and by arm, joint and instant; intervals hold at 95 %, by Clopper and Pearson. ``unproven`` are
-    failures after which the search found no motion, which is no proof that there is none.
-    """
+    """Of the failures whose rest a search calls feasible, how many are finished; None without any."""
     seen = [row for row in rows if row["rest_feasible"] is not None]
     if not seen:
         return None
@@ -268,10 +260,7 @@ def fallback_share(found: Mapping[str, int]) -> str:
 
 
 def by_key(rows: Sequence[Row]) -> dict[str, dict[str, dict[str, int]]]:
-    """The same for each value of the keys that were drawn from a few, and by ranges of those of many numbers.
-
-    ``ticks`` of them were judged, and in ``fallbacks`` of those the solver's answer was not used.
-    """
+    """The same for each value of the keys drawn from a few, and by ranges of those of many numbers."""
     groups: dict[str, list[tuple[Any, Row]]] = {}
     for row in rows:
         for key, value in json.loads(row["drawn"]).items():

@@ -128,10 +128,7 @@ def episode(
     folder: Path = Path(),
     bundles: Bundles = MappingProxyType({}),
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The scenario of an episode, and what was drawn for it, by key; of bundles by group.
-
-    The same seed and number give the same episode, whichever others are drawn.
-    """
+    """The scenario of an episode, and what was drawn for it, by key; of bundles by group."""
     rng = np.random.default_rng([seed, number])
     tables: dict[str, Any] = copy.deepcopy(dict(scenario))
     drawn: dict[str, Any] = {}

@@ -65,8 +65,6 @@ def _keys() -> frozenset[str]:
 
 def _hash(file: Path) -> str:
     try:
-        if not file.is_file():  # a pipe would keep its reader waiting
-            return ABSENT
         with file.open("rb") as content:
             return hashlib.file_digest(content, "sha256").hexdigest()
     except (OSError, ValueError):
@@ -141,10 +139,7 @@ class Campaign:
 
     @property
     def key(self) -> str:
-        """What tells it from every other campaign: a hash of its text, the files it names and the version.
-
-        Its length is no part of it.
-        """
+        """What tells it from every other campaign: a hash of its text, the files it names and the version."""
         content = plain(self.tables)
         del content["campaign"]["episodes"]
         text = json.dumps(content, sort_keys=True, default=str)

@@ -90,5 +90,5 @@ def _wanted(folder: Path, text: str) -> int:
         if file.is_file():
             text = file.read_text(encoding="utf-8")
         return int(tomllib.loads(text)["campaign"]["episodes"])
-    except (OSError, ValueError, KeyError, TypeError, OverflowError, RecursionError):
+    except (OSError, ValueError, KeyError, TypeError):
         return 0

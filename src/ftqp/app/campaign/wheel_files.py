@@ -11,11 +11,7 @@ PREFIX: Final = "wheel:"
 
 
 def located(value: Any) -> Any:
-    """The value, whatever it holds, with the paths of such files.
-
-    Raises:
-        FileNotFoundError: A package is not installed, or has no such file; carries the text of the value.
-    """
+    """The value, whatever it holds, with the paths of such files."""
     if isinstance(value, Mapping):
         return {key: located(inner) for key, inner in value.items()}
     if isinstance(value, list):

@@ -15,7 +15,6 @@ from ftqp.analysis import (
     reachable_after,
     rest_configurations,
 )
-from ftqp.analysis.planar_links import PlanarLinks
 from ftqp.app.output.console import ExitCode, Table, Told, answer, json_text, say
 from ftqp.app.run.runs import SUMMARY, make_folder, write
 from ftqp.app.scenario.setup import Setup
@@ -122,8 +121,10 @@ def _rests(setup: Setup, goal: FloatArray, values: dict[str, float]) -> list[dic
 
 def _picture(setup: Setup, goal: FloatArray, found: Outcome, learned: LearnedRun, folder: Path) -> str | None:
     """The picture's file, for planar arms; None, said in words, where nothing can draw."""
-    links = PlanarLinks.of(setup.robot)
-    if links is None:
+    chain = setup.robot.chain
+    offsets = np.vstack([chain.translation, chain.tip_translation])
+    straight = np.allclose(chain.rotation.reshape(-1, 3, 3), np.eye(3)) and np.allclose(offsets[1:, 1:], 0.0)
+    if not straight or chain.prismatic.any() or not setup.robot.is_serial:
         return None
     try:
         from ftqp.viz.figures.map_pictures import draw_motions
@@ -135,8 +136,7 @@ def _picture(setup: Setup, goal: FloatArray, found: Outcome, learned: LearnedRun
         "the law that learns": (learned.t, learned.path, learned.errors),
     }
     title = f"{setup.name}: a lock that nobody notices"
-    lengths = links.scale * links.link
-    return str(draw_motions(folder / PICTURE, title, lengths, motions, goal[:2, 3] - links.base))
+    return str(draw_motions(folder / PICTURE, title, offsets[1:, 0], motions, goal[:2, 3] - offsets[0, :2]))
 
 
 def _told(facts: dict[str, Any]) -> Told:

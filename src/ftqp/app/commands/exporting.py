@@ -6,7 +6,6 @@ from typing import Annotated, Any
 
 import typer
 
-from ftqp import __version__
 from ftqp.app.commands.options import Json
 from ftqp.app.output.console import ExitCode, answer, progress, say
 from ftqp.core.errors import InputError, unknown
@@ -72,11 +71,12 @@ def _urdf(text: str, file: Path, notes: list[str]) -> dict[str, Any]:
 
 def _of_run(source: Path, form: str, output: Path | None) -> dict[str, Any]:
     """A run in one of the formats."""
-    from ftqp.app.run.recorded_robot import recorded_robot
+    from ftqp.app.run.recorded_robot import notes_of, recorded_robot
     from ftqp.sim.log.log_file import open_log
 
     with open_log(source) as rows:
-        notes = _notes(rows.metadata)
+        end = float(next(rows.blocks(rows.count - 1))[0, rows.groups()["t"][0]]) if rows.count else 0.0
+        notes = notes_of(rows.metadata, end)
         folder = source if source.is_dir() else source.parent
         if form == "urdf":
             robot, why = recorded_robot(rows)
@@ -120,17 +120,6 @@ def _written(
     writers = {"csv": table_files.write_csv, "npz": table_files.write_npz, "mat": table_files.write_mat}
     writers[form](rows, file, told)
     return {}
-
-
-def _notes(metadata: Any) -> list[str]:
-    """What is unusual about a run."""
-    notes = []
-    state, by = metadata.get("state", "finished"), (metadata.get("versions") or {}).get("ftqp", __version__)
-    if state != "finished":
-        notes.append(f"the run is not complete, its log says {state!r:.40}; all ticks that it has are there")
-    if by != __version__:
-        notes.append(f"the log was written by ftqp {by!s:.40}, this is {__version__}")
-    return notes
 
 
 def _bytes(path: Path) -> int:

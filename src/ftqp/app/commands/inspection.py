@@ -106,10 +106,7 @@ def inspect(
     survival: bool = False,
     capsules: bool = False,
 ) -> ExitCode:
-    """Say what an arm is, draw it into ``folder``, if any; with ``survival`` also where locks are survived.
-
-    With ``capsules`` also of which bodies it is made, and how much larger they are than what they contain.
-    """
+    """Say what an arm is, draw it into ``folder``; with ``survival`` also where locks are survived."""
     robot = robot_of(source, tips, locked, holds=True)
     found = facts(robot, "file" if Path(source).is_file() else "catalog")
     if survival:

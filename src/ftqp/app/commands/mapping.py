@@ -15,11 +15,9 @@ from ftqp.analysis.goals import goal_study
 from ftqp.analysis.map_chunks import (
     COUNTS,
     MEASURES,
-    SpatialTask,
     WorkspaceTask,
     map_chunk,
     points,
-    spatial_task,
     workspace_task,
 )
 from ftqp.app.output.console import ExitCode, Table, Told, answer, json_text, say
@@ -39,9 +37,6 @@ from ftqp.model.chain import frame_id
 from ftqp.model.posture import places
 from ftqp.model.robot import Robot
 
-SPATIAL = ("orientation", "plane", "instants")
-"""Keys that need rows."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapTable(Section):
@@ -50,35 +45,28 @@ class MapTable(Section):
     goal: tuple[float, ...] = setting(
         REQUIRED, "where the end effector is to go, [x, y] or [x, y, z]", unit="m", count=(2, 3)
     )
-    rows: Literal["position", "pose"] | tuple[str, ...] | None = setting(
-        None, "task rows of an arm in space, 'position', 'pose' or their names; planar arms if absent"
+    rows: Literal["position", "pose"] | tuple[str, ...] = setting(
+        "position", "task rows, 'position', 'pose' or their names"
     )
     orientation: Quaternion | None = setting(
         None, "quaternion x, y, z, w of the goal, where rows count rotation"
     )
-    plane: Literal["xy", "xz", "yz", "space"] | None = setting(
-        None, "with rows: the plane through the goal that is mapped, xz if absent, or all of space"
+    plane: Literal["xy", "xz", "yz", "space"] = setting(
+        "xz",
+        "the plane through the goal that is mapped, or all of space; that of the rows, if they have two axes",
     )
-    instants: int | None = setting(
-        None, "with rows: nodes of a line at which failures are simulated, 4 if absent", least=1.0
+    instants: int = setting(
+        4, "nodes of a line at which failures are simulated, >= 0; at none, only R is said", least=0.0
     )
     grid: int = setting(52, "nodes of the square grid of starts along each axis, >= 2", least=2.0)
-    configurations: int = setting(90, "postures on each component of a self-motion, >= 1", least=1.0)
-    steps: int = setting(100, "equal parts of the straight line to the goal, >= 1", least=1.0)
-    screen: bool = setting(
-        True, "whether failures that no trial found dangerous are taken as harmless, not simulated"
+    configurations: int = setting(
+        90, "postures at a start, >= 1: of each self-motion that is traced, or quasi-random starts", least=1.0
     )
+    steps: int = setting(100, "equal parts of the straight line to the goal, >= 1", least=1.0)
     weights: tuple[tuple[float, ...], ...] | None = setting(
         None, "W, weights of the joint rates in the controller, (nv, nv); the identity if absent"
     )
     seed: int = setting(0, "moves quasi-random postures, >= 0", least=0.0)
-
-    def __post_init__(self) -> None:
-        if self.rows is None:
-            if unfit := [key for key in SPATIAL if getattr(self, key) is not None]:
-                raise InputError(f"has {', '.join(unfit)} without rows, which an arm in space needs")
-        elif not self.screen:
-            raise InputError("has screen together with rows; it goes with planar arms, without rows")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +91,7 @@ ANY = "any"
 class MapWork:
     """Computes the rows of some starts."""
 
-    task: WorkspaceTask | SpatialTask
+    task: WorkspaceTask
 
     @cached_property
     def _points(self) -> FloatArray:
@@ -125,7 +113,7 @@ class WorkspaceStudy:
     tables: WorkspaceFile
     text: str
     robot: Robot
-    task: WorkspaceTask | SpatialTask
+    task: WorkspaceTask
     places: FloatArray
 
     @property
@@ -150,20 +138,8 @@ class WorkspaceStudy:
         return digest.hexdigest()
 
     def arm_at_goal(self) -> FloatArray | None:
-        """The joints and the tip of the arm with its tip at the goal, (nv + 1, 2) or (nv + 2, 3) [m].
-
-        None where no configuration within the limits was found.
-        """
-        if isinstance(self.task, SpatialTask):
-            return self._spatial_arm(self.task)
-        links = self.task.links
-        q = links.configurations(links.local(self.task.goal), 1, 0)[0][0]
-        angle = np.cumsum(q)
-        steps = links.scale * links.link[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-        return np.asarray(links.base + np.vstack([np.zeros(2), np.cumsum(steps, axis=0)]))
-
-    def _spatial_arm(self, task: SpatialTask) -> FloatArray | None:
-        study = goal_study(self.robot, task.pose, list(task.rows))
+        """Joints and tip of the arm with its tip at the goal, (nv + 2, 3) [m]; None where none is found."""
+        study = goal_study(self.robot, self.task.pose, list(self.task.rows))
         q, left, _ = study.limited.solutions(study.starts(64, limited=True), bounded=True)
         good = np.flatnonzero(left < study.tolerance)
         if not good.size:
@@ -207,18 +183,16 @@ def _at(place: str, origin: str, error: FtqpError) -> ScenarioError:
     return ScenarioError(f"{origin} has errors:", [f"{place}: {finding}" for finding in findings])
 
 
-def _task(robot: Robot, table: MapTable) -> WorkspaceTask | SpatialTask:
+def _task(robot: Robot, table: MapTable) -> WorkspaceTask:
     """What all starts share."""
-    common: dict[str, Any] = {key: getattr(table, key) for key in ("grid", "configurations", "steps", "seed")}
-    if table.rows is None:
-        return workspace_task(robot, table.goal, screen=table.screen, W=table.weights, **common)
     goal: Any = table.goal
     if table.orientation is not None:
         goal = transform(quaternion_rotation(table.orientation), np.array(table.goal))
-    plane = None if table.plane == "space" else table.plane or "xz"
-    return spatial_task(
-        robot, goal, table.rows, plane=plane, instants=table.instants or 4, W=table.weights, **common
-    )
+    return workspace_task(
+        robot, goal, table.rows, grid=table.grid, configurations=table.configurations, steps=table.steps,
+        plane=None if table.plane == "space" else table.plane, instants=table.instants, W=table.weights,
+        seed=table.seed,
+    )  # fmt: skip
 
 
 STUDY, SUMMARY = "study.toml", "summary.json"
@@ -291,7 +265,7 @@ def _figures(study: WorkspaceStudy, found: dict[str, FloatArray], folder: Path) 
     except MissingPackage as error:
         say(f"note: {error}")
         return []
-    if study.places.shape[1] == 3 and study.tables.map.plane == "space":
+    if study.task.plane is None:
         say("note: a map of all of space is not drawn; its rows are in the results file")
         return []
     (folder / "figures").mkdir(exist_ok=True)

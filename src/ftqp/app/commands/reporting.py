@@ -1,7 +1,6 @@
 """``ftqp report``: runs, coverage results and campaigns as one page that opens without a network."""
 
 import os
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from ftqp.app.commands.campaign_episodes import campaign_parts
 from ftqp.app.commands.coverage_words import coverage_parts, read_coverage
 from ftqp.app.output import words
 from ftqp.app.output.console import ExitCode, answer, progress, say
-from ftqp.app.run.recorded_robot import recorded_robot
+from ftqp.app.run.recorded_robot import notes_of, recorded_robot, scenario_of
 from ftqp.app.run.runs import SUMMARY, write
 from ftqp.app.study.results_file import FILE_NAME as RESULTS
 from ftqp.core.errors import FtqpError, InputError, MissingPackage
@@ -33,7 +32,8 @@ def sentences(log: Log) -> list[str]:
     """What happened, a paragraph each."""
     about, facts = log.metadata, summary(log)
     facts["interrupted"] = about.get("state") == "interrupted"
-    said = [*_description(log), _who(about), *_cut(log)]
+    story = " ".join(str(scenario_of(about).get("description", "")).split())
+    said = [*([story] if story else []), _who(about), *notes_of(about, float(log["t"][-1]))]
     said += [f"{words.fault_sentence(fault)}." for fault in facts["faults"] if fault["at"] <= log["t"][-1]]
     if about.get("state", "finished") in ("finished", "interrupted"):
         said.append(f"The task: {words.ending(facts)}.")
@@ -43,17 +43,7 @@ def sentences(log: Log) -> list[str]:
         f"The brake of {joint} carried up to {top:.3g} {'N' if slides[joint] else 'N m'}, by the arm's model."
         for joint, top in carried(log).items()
     ]
-    return [*said, *_versions(about)]
-
-
-def _description(log: Log) -> list[str]:
-    """What the scenario says of itself."""
-    text = log.metadata.get("resolved")
-    try:
-        found = tomllib.loads(text).get("description") if isinstance(text, str) else None
-    except tomllib.TOMLDecodeError:
-        return []
-    return [" ".join(found.split())] if isinstance(found, str) and found.strip() else []
+    return said
 
 
 def _who(about: dict[str, Any]) -> str:
@@ -64,25 +54,6 @@ def _who(about: dict[str, Any]) -> str:
     backend = f", solver {about['backend']}" if about.get("backend") else ""
     planner = f"every {period:g} ms the planner commands joint {commanded}{scheme}{backend}"
     return f"The arm is {about['robot']}; {planner}."
-
-
-def _cut(log: Log) -> list[str]:
-    """That the log ends before the run did."""
-    state, end = log.metadata.get("state", "finished"), float(log["t"][-1])
-    if state in ("finished", "interrupted"):
-        return []
-    return [
-        f"This log is cut short: its last row is of {end:.4g} s, and the run did not end in order "
-        f"(its state is {state!s:.40}). What follows is what the log has."
-    ]
-
-
-def _versions(about: dict[str, Any]) -> list[str]:
-    """That another version made the run."""
-    made_by = (about.get("versions") or {}).get("ftqp")
-    if made_by in (None, __version__):
-        return []
-    return [f"The run was made by ftqp {made_by}; ftqp {__version__} made this report of it."]
 
 
 LARGEST: Final = 4_000_000

@@ -144,11 +144,7 @@ def table_width() -> int:
 
 @contextmanager
 def progress(what: str | Callable[[], str], total: float) -> Iterator[Callable[[float], None]]:
-    """A bar on stderr that appears once the work takes longer than a second and stderr is a terminal.
-
-    Yields:
-        A function that takes how much of ``total`` is done.
-    """
+    """A bar on stderr that appears once the work takes longer than a second and stderr is a terminal."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield lambda done: None

@@ -1,10 +1,13 @@
-"""The arm of a run, made anew from what its log says, and held against the log."""
+"""What a log says of its run: what to know before reading on, its scenario, and the arm, made anew."""
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from ftqp import __version__
 from ftqp.app.scenario.setup import arm_from
 from ftqp.app.schema.reading import read
 from ftqp.app.schema.robot_section import RobotTable
@@ -19,6 +22,26 @@ NEAR = 1e-6
 """The tip of the arm and that of the log may be so far apart [m]: the log's comes from compiled formulas."""
 
 
+def notes_of(about: Mapping[str, Any], end: float) -> list[str]:
+    """What to know of a log that ends then [s]: it was cut short, or made by another version."""
+    notes, state = [], about.get("state", "finished")
+    if state == "running":
+        notes.append(f"The log was cut short: it ends at {end:.3f} s, as far as it was written.")
+    elif state != "finished":
+        why = about.get("broken")
+        notes.append(f"The run was {state!s:.40} at {end:.3f} s{f': {why}' if why else ''}.")
+    made = (about.get("versions") or {}).get("ftqp", __version__)
+    if made != __version__:
+        notes.append(f"The run was made by ftqp {made!s:.40}, this is {__version__}.")
+    return notes
+
+
+def scenario_of(about: Mapping[str, Any]) -> dict[str, Any]:
+    """The tables of the scenario of a log; none where it has none."""
+    text = about.get("resolved")
+    return tomllib.loads(text) if isinstance(text, str) else {}
+
+
 def recorded_robot(rows: LogRows) -> tuple[Robot | None, str]:
     """The arm of a run and an empty text, or None and a sentence that says why it is not known.
 
@@ -27,7 +50,7 @@ def recorded_robot(rows: LogRows) -> tuple[Robot | None, str]:
     """
     try:
         robot = _made(rows)
-    except (FtqpError, ValueError, RecursionError) as error:
+    except (FtqpError, ValueError) as error:
         return None, f"the arm of {rows.title} cannot be made: {str(error).splitlines()[0]:.300}"
     if robot is None:
         return None, f"{rows.title} does not say which arm it is of"
@@ -45,11 +68,9 @@ def recorded_robot(rows: LogRows) -> tuple[Robot | None, str]:
 
 def _made(rows: LogRows) -> Robot | None:
     """The arm of the log's scenario, or else of the catalog; None where neither names it."""
-    text = rows.metadata.get("resolved")
-    if isinstance(text, str):
-        table = tomllib.loads(text).get("robot")
+    if scenario := scenario_of(rows.metadata):
         try:
-            given = read(RobotTable, table, "the robot has errors:", "robot")
+            given = read(RobotTable, scenario.get("robot"), "the robot has errors:", "robot")
         except ScenarioError as error:
             raise InputError("; ".join(error.errors)) from error
         return arm_from(given, Path())

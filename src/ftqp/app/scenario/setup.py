@@ -142,10 +142,7 @@ def _start(arm: Robot, q: Any, v: Any) -> tuple[FloatArray, FloatArray]:
 
 
 def shoulder(arm: Robot) -> tuple[FloatArray, float] | None:
-    """The point about which the arm reaches, (3,), and how far it reaches [m]; None where it slides along.
-
-    The height of the second joint along the axis of the first is no part of the reach.
-    """
+    """The point about which the arm reaches, (3,), and how far it reaches [m]; None where it slides along."""
     chain = arm.chain
     way = chain.way(chain.tip_joint)
     first = way[0]

@@ -102,10 +102,7 @@ def _box_beside(setup: Setup) -> Options[Any]:
 
 
 def _with_robot(found: document.Document, robot: Robot, name: str) -> document.Document:
-    """The scenario where it has this arm; else a circle of a twelfth of its reach, with its planner's solver.
-
-    What else a scenario says, its start, path, faults and loads, is of its own arm.
-    """
+    """The scenario where it has this arm; else a circle of a twelfth of its reach with its solver."""
     own = found.content.get("robot", {})
     if own == {"name": name}:
         return found

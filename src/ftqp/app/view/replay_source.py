@@ -1,6 +1,5 @@
 """A finished run, played from its log."""
 
-import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from math import isfinite
@@ -10,8 +9,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp import __version__
-from ftqp.app.run.recorded_robot import recorded_robot
+from ftqp.app.run.recorded_robot import notes_of, recorded_robot, scenario_of
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
@@ -39,7 +37,11 @@ class ReplaySource:
         self._log, self._clock = log, clock
         self._t = np.asarray(log["t"], dtype=np.float64)
         self._arm, self._lock = DrawnArm(robot_of(log)), Lock()
-        self._paused, self._speed, self._message = False, 1.0, notes_of(log)
+        self._paused, self._speed, self._message = (
+            False,
+            1.0,
+            " ".join(notes_of(log.metadata, float(log["t"][-1]))),
+        )
         self._at, self._since = float(self._t[0]), clock()
         facts = log.metadata
         self._stage = Stage(
@@ -49,7 +51,7 @@ class ReplaySource:
             scheme=str(facts.get("scheme", "")),
             backend=str(facts.get("backend", "")),
             path=way_of(log),
-            urdf=urdf_of(log),
+            urdf=scenario_of(facts).get("robot", {}).get("urdf"),
             live=False,
             duration=float(self._t[-1]),
         )
@@ -97,24 +99,6 @@ class ReplaySource:
         return min(self._at + gone, float(self._t[-1]))
 
 
-def notes_of(log: Log) -> str:
-    """What somebody who plays a log should know: it was cut short, or made by another version."""
-    notes = []
-    state = log.metadata.get("state")
-    if state == "running":
-        notes.append(
-            f"The log was cut short: it ends at {float(log['t'][-1]):.3f} s, as far as it was written."
-        )
-    elif state in ("interrupted", "broken", "failed"):
-        why = log.metadata.get("broken")
-        notes.append(f"The run was {state} at {float(log['t'][-1]):.3f} s{f': {why}' if why else ''}.")
-    versions = log.metadata.get("versions")
-    made: Any = versions.get("ftqp") if isinstance(versions, dict) else None
-    if made is not None and made != __version__:
-        notes.append(f"The run was made by ftqp {made}, this is {__version__}.")
-    return " ".join(notes)
-
-
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and isfinite(value)
 
@@ -125,13 +109,6 @@ def robot_of(log: Log) -> Robot:
     if robot is None:
         raise InputError(f"{why}; a run can be viewed while its arm can be made")
     return robot
-
-
-def urdf_of(log: Log) -> str | None:
-    """The URDF of a run's arm, for pictures; None of an arm without one."""
-    resolved = log.metadata.get("resolved")
-    urdf = tomllib.loads(resolved)["robot"].get("urdf") if isinstance(resolved, str) else None
-    return urdf if isinstance(urdf, str) else None
 
 
 def way_of(log: Log, count: int = 120) -> FloatArray | None:

@@ -15,7 +15,6 @@ from ftqp.control.planner.status import StepStatus
 from ftqp.control.planner.target import Targets
 from ftqp.core.checks import FULL_TURN, BoolArray, FloatArray, IntArray, instance
 from ftqp.core.errors import InputError
-from ftqp.core.one_engine import check_engine
 from ftqp.core.quiet import quiet
 from ftqp.faults.kinds import KINDS, Fault, FreeSwinging
 from ftqp.kernel.entry.rollouts import Batch, beliefs_of, drive
@@ -167,22 +166,15 @@ class Rollout:
         return result
 
 
-def memory(
-    planner: Planner, arms: int, ticks: int = 0, every: int | None = None, *, engine: str | None = None
-) -> int:
-    """What a rollout takes on top of its faults [bytes]; nothing is allocated.
+def memory(planner: Planner, arms: int, ticks: int = 0, every: int | None = None) -> int:
+    """What a rollout takes beside its faults [bytes]; nothing is allocated.
 
     Args:
         planner: As for ``rollout``.
         arms: How many.
         ticks: How many.
         every: As for ``rollout``.
-        engine: As for ``rollout``.
-
-    Raises:
-        InputError: Another engine.
     """
-    check_engine(engine)
     n = planner.robot.nv
     kept = ticks // every if every else 0
     return arms * 8 * (4 * n + 6 + len(StepStatus) + kept * n)
@@ -196,7 +188,6 @@ def rollout(
     *,
     faults: Any = None,
     every: int | None = None,
-    engine: str | None = None,
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Rollout:
@@ -220,7 +211,6 @@ def rollout(
             tick)``, or a list of those. A tick after the end is never reached. None spares every arm. With
             one start for all arms there are as many arms as entries.
         every: After how many ticks q is kept in ``trace``; None keeps none.
-        engine: Deprecated and without effect, as there is one engine, the compiled one; leave it out.
         threads: How many threads of the CPU share the arms out, >= 1; None is all cores. The result is the
             same with any number.
         progress: Called in this thread with the number of arms that are done and of all, now and then.
@@ -229,8 +219,8 @@ def rollout(
         What became of the arms, in their order.
 
     Raises:
-        InputError: A wrong shape, entry or number, a planner of another backend, another engine, or not
-            memory enough.
+        InputError: A wrong shape, entry or number, a planner of another backend, or not memory
+            enough.
 
     Example:
         >>> import numpy as np, ftqp
@@ -247,7 +237,6 @@ def rollout(
         raise InputError(f"planner is of type {type(planner).__name__}, expected an ftqp.Planner")
     if not isinstance(targets, Targets):
         raise InputError(f"targets is of type {type(targets).__name__}, expected ftqp.Targets(poses, twists)")
-    check_engine(engine)
     what_ifs = planner.what_ifs()
     starts, speeds = _starts(planner, q, v, faults)
     _warn_of_degrees(planner.robot, starts)

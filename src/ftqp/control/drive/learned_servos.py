@@ -1,7 +1,6 @@
 """What was learned of the position servos of an arm: in numbers, in sentences, and in a file."""
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from math import floor, isfinite, log10, pi
 from pathlib import Path
@@ -9,15 +8,13 @@ from typing import Any, Final, Self, final
 
 import numpy as np
 
-from ftqp.core.checks import BoolArray, FloatArray, array, is_number, read_only
-from ftqp.core.errors import InputError
+from ftqp.core.checks import BoolArray, FloatArray, array, read_only
+from ftqp.core.errors import InputError, reading
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import SERVO_PRIOR
 
 FORMAT: Final = 1
 """Version of the file."""
-LARGEST_FILE: Final = 1_000_000
-"""Bytes that are read at most."""
 PARAMETERS: Final = ("lag", "rotor", "friction", "offset", "weight", "inertia")
 """The columns of ``values``, by their names in the file."""
 FIGURES: Final = ("noise", "way")
@@ -181,68 +178,26 @@ class LearnedServos:
         Raises:
             InputError: The file cannot be read, or is none of this version.
         """
-        file = Path(path)
-        if file.exists() and not (file.is_file() and file.stat().st_size <= LARGEST_FILE):
-            raise InputError(
-                f"{path} is a folder, a device or a file of more than {LARGEST_FILE / 1e6:.0f} MB, expected "
-                f"estimates of servos; {AGAIN}"
-            )
-        try:
-            content = json.loads(file.read_text(encoding="utf-8"))
-        except (OSError, ValueError, RecursionError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise InputError(f"{path} cannot be read as estimates of servos: {reason}; {AGAIN}") from error
-        if not isinstance(content, dict) or content.get("format") != FORMAT:
-            found = content.get("format") if isinstance(content, dict) else None
-            raise InputError(
-                f"{path} has format {found!r:.20}, expected estimates of servos in format {FORMAT}; {AGAIN}"
-            )
-        joints = content.get("joints")
-        if not isinstance(joints, dict) or not joints or not isinstance(content.get("robot"), str):
-            raise InputError(f"{path} names no robot and its joints, expected both; {AGAIN}")
-        rows = [_Row.read(path, name, given) for name, given in joints.items()]
-        return cls(
-            robot=content["robot"], joints=tuple(joints), units=tuple(row.unit for row in rows),
-            values=np.array([row.values for row in rows]),
-            deviations=np.array([row.deviations for row in rows]),
-            droop=np.array([row.droop[0] for row in rows]),
-            droop_error=np.array([row.droop[1] for row in rows]),
-            **{key: np.array([row.figures[key] for row in rows]) for key in FIGURES},
-        )  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class _Row:
-    """One joint of a file."""
-
-    unit: str
-    values: list[float]
-    deviations: list[float]
-    droop: list[float]
-    figures: Mapping[str, float]
-
-    @classmethod
-    def read(cls, path: str | Path, name: str, given: Any) -> Self:
-        """A joint as the file has it."""
-        table = given if isinstance(given, dict) else {}
-        pairs: dict[str, Any] = {key: table.get(key) for key in (*PARAMETERS, "droop")}
-        for key, value in pairs.items():
-            good = isinstance(value, list) and len(value) == 2 and all(is_number(x, 1e6) for x in value)
-            if not good or value[1] < 0.0:
+        with reading(path, "a file with estimates of servos", AGAIN):
+            content = json.loads(Path(path).read_text(encoding="utf-8"))
+            if content["format"] != FORMAT:
                 raise InputError(
-                    f"{path}: {key} of {name} is {value!r:.60}, expected a number and its standard "
-                    f"deviation; {AGAIN}"
+                    f"{path} has format {content['format']!r:.20}, expected estimates of servos in "
+                    f"format {FORMAT}; {AGAIN}"
                 )
-        figures: dict[str, Any] = {key: table.get(key) for key in FIGURES}
-        for key, value in figures.items():
-            if not is_number(value, 1e6) or value < 0.0:
-                raise InputError(f"{path}: {key} of {name} is {value!r:.60}, expected a number >= 0; {AGAIN}")
-        if table.get("unit") not in UNITS:
-            raise InputError(
-                f"{path}: unit of {name} is {table.get('unit')!r:.20}, expected rad or m; {AGAIN}"
-            )
-        each = [pairs[key] for key in PARAMETERS]
-        return cls(table["unit"], [x[0] for x in each], [x[1] for x in each], pairs["droop"], figures)
+            names, rows = tuple(content["joints"]), content["joints"].values()
+            pairs = np.array([[row[key] for key in (*PARAMETERS, "droop")] for row in rows], dtype=np.float64)
+            figures = {key: np.array([row[key] for row in rows], dtype=np.float64) for key in FIGURES}
+            spread = [pairs[:, :, 1], *figures.values()]
+            units = tuple(row["unit"] for row in rows)
+            if not (np.isfinite(pairs).all() and all((part >= 0.0).all() for part in spread)):
+                raise ValueError("a number is none, or a standard deviation is negative")
+            if not set(units) <= set(UNITS):
+                raise ValueError("the unit of a joint is neither rad nor m")
+            return cls(
+                robot=str(content["robot"]), joints=names, units=units, values=pairs[:, :-1, 0],
+                deviations=pairs[:, :-1, 1], droop=pairs[:, -1, 0], droop_error=pairs[:, -1, 1], **figures,
+            )  # fmt: skip
 
 
 def known_from(given: Any) -> LearnedServos:

@@ -1,20 +1,16 @@
 """The verdict on a path that does not go on, in directions and joints."""
 
-from collections.abc import Generator
 from dataclasses import dataclass
-from typing import Any, Final, final
+from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.following.ahead import PathLookahead
-from ftqp.control.paths.path import Path
 from ftqp.control.planner.certificate import NEAR
 from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target
 from ftqp.core.checks import FloatArray
-from ftqp.faults.kinds import FreeSwinging
 from ftqp.kernel.layout.rows import COMPONENTS, ROW_KINDS
 
 SINGULAR = 0.03
@@ -27,10 +23,6 @@ ALONG_ONE = 0.98
 for a sentence to an operator: a convention."""
 LASTING = ("position", *(kind.name for kind in ROW_KINDS))
 """Limits of these kinds are named as what holds a joint."""
-FARTHER: Final = 0.02
-"""Fewer rows are worth it where the path goes on for this share of its rest with them, by convention."""
-PIECE: Final = 1e-3
-"""One piece of thinking for so much time between two ticks [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -129,32 +121,3 @@ def _named(direction: FloatArray, rows: tuple[str, ...]) -> str:
         f"{value:+.2f} {row}" for value, row in zip(direction, rows, strict=True) if abs(value) >= NOTICEABLE
     ]
     return f"({' '.join(parts)})"
-
-
-def fewer_rows_hold(
-    planner: Planner, path: Path, progress: float, given_up: int
-) -> Generator[None, None, int]:
-    """How many further sets of rows are to be given up so that a path goes on; 0 where that does not help.
-
-    It yields after each piece of thinking. The rest of the path is followed in thought in the rows of each
-    set, within limits.
-
-    Source: docs/theory/ways-out.md, "Fewer rows".
-    """
-    if any(isinstance(fault, FreeSwinging) for fault in planner.faults.values()):
-        return 0
-    for count, rows in enumerate(planner.task.kept_sets[given_up + 1 :], 1):
-        ahead = PathLookahead(planner, path, progress)
-        search = ahead.begin(rows)
-        yield
-        if search is None:
-            return 0
-        share = 0.0
-        for _, time, there in ahead.near(planner.view().command.q):
-            yield
-            if not there:
-                break
-            share = (time - progress) / (path.duration - progress)
-        if share > FARTHER:
-            return count
-    return 0

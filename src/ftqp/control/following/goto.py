@@ -5,7 +5,6 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.following.goal_ways import GoalWays
 from ftqp.control.following.goto_status import (
     HELD_BACK,
     ONLY_THE_TIP,
@@ -21,6 +20,7 @@ from ftqp.control.following.goto_status import (
 from ftqp.control.following.led_frame import FrameOfTip
 from ftqp.control.following.led_joints import JointTracker
 from ftqp.control.following.led_tip import TipTracker
+from ftqp.control.following.straight_line import StraightLine
 from ftqp.control.planner.joint_motion import EXACT
 from ftqp.control.planner.mounted_robot import in_millimetres
 from ftqp.control.planner.planner import Planner
@@ -44,17 +44,11 @@ SETTLED = 0.1
 
 RESTLESS_PATIENCE = 5.0
 """One that comes no nearer for so long and is not slow is led to where it rests [s]."""
-DOUBT = 0.2
-"""One that comes no nearer for so long begins to think of other ways [s]; so they are known when the straight
-one is given up."""
 TRIES = 4
 """So many other ways are gone before the arm stays where it is."""
-CREEPS = 3.0
-"""A straight way that would take so many times as long as another one, at its pace of the last second, is
-given up for that one."""
 
-HUNDRED = 100
-"""Starts are told in steps of so many, so that what is told does not change in every tick. A convention."""
+THOUSAND = 1000
+"""Looks are told in steps of so many, so that what is told does not change in every tick. A convention."""
 
 
 @final
@@ -62,13 +56,14 @@ class GoTo:
     """Moves an arm to a pose of its end effector or to a posture of all joints, where it rests.
 
     A posture is neared by a motion of the joints, as fast as the limits that are believed allow, a pose by a
-    straight motion of the end effector; both with limited jerk, and both within every limit of the planner.
-    When a joint fails, the way is planned anew at the same tick from the position and velocity of the
-    command: the others go to their places, or the end effector as near as it gets. Where the straight way to
-    a pose ends before its goal, postures of the goal are looked for, a little in every tick, and the joints
-    go to the one that is reached soonest. A goal that is not reached is ``UNREACHABLE`` together with the
-    distance and with what was looked for, once the arm rests. An arm that oscillates near a pose goes back
-    to where it was nearest and its motors can hold it, and rests there; else the planner stops it.
+    straight motion of the tip; both with limited jerk, and both within every limit of the planner. When a
+    joint fails, the way is planned anew at the same tick from the position and velocity of the command: the
+    others go to their places, or the tip as near as it gets. Where the joints cannot follow the straight way
+    to a pose, as is asked while the motion begins, or come no nearer on it, the arm comes to rest, postures
+    of the goal are looked for, a little in every tick, and the joints go to one to which there is a way. A
+    goal that is not reached is told as ``UNREACHABLE`` together with the distance and with what was looked
+    for, once the arm rests. An arm that swings beside a pose goes back to where it was nearest and its motors
+    can hold it, and rests there; else the planner stops it.
 
     Args:
         planner: The planner that it commands; with any scheme, task and backend.
@@ -95,9 +90,9 @@ class GoTo:
     """
 
     __slots__ = (
-        "_aim", "_approach", "_belief", "_counts", "_joints", "_least", "_leg", "_nearest", "_only_the_tip",
-        "_others", "_planner", "_pose", "_rotation_tolerance", "_settling", "_status", "_stopped", "_ticks",
-        "_tip", "_to_posture", "_tolerance", "_turned_back", "_view", "_way",
+        "_aim", "_approach", "_belief", "_counts", "_joints", "_least", "_leg", "_line", "_looked_for",
+        "_nearest", "_only_the_tip", "_planner", "_pose", "_rotation_tolerance", "_settling", "_status",
+        "_stopped", "_taken", "_ticks", "_tip", "_to_posture", "_tolerance", "_turned_back", "_view", "_way",
     )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner")
@@ -131,7 +126,7 @@ class GoTo:
         self._rotation_tolerance = positive("rotation_tolerance", rotation_tolerance, "rad")
         rise_time = positive("rise_time", rise_time, "s")
         self._tip: TipTracker | None = None
-        self._others: GoalWays | None = None
+        self._line: StraightLine | None = None
         self._to_posture = pose is None
         if task is not None and pose is None:
             raise InputError(f"task={task!r:.60} goes to a pose; give pose=..., or leave task out")
@@ -143,7 +138,7 @@ class GoTo:
             self._view = self._tip.view
             self._joints = JointTracker(planner, self._view.command.q, rise_time)
             if not straight and isinstance(self._tip.frame, FrameOfTip):
-                self._others = GoalWays(planner, self._pose)
+                self._line = StraightLine(planner, self._pose, (self._tolerance, self._rotation_tolerance))
         else:
             if limits is not None:
                 raise InputError(
@@ -180,8 +175,9 @@ class GoTo:
         if not self._to_posture:
             self._way.clear()
         self._leg.begin()
-        if self._others is not None:
-            self._others.forget()
+        self._taken, self._looked_for = 0, ""
+        if self._line is not None:
+            self._line.forget()
 
     def reset(self, q: Any, v: Any = None) -> None:
         """Begin anew at (q, v), see ``Planner.reset``.
@@ -306,20 +302,19 @@ class GoTo:
     @property
     def note(self) -> str:
         """What is being done, and what was looked for, in a sentence."""
-        others = self._others
-        if self._to_posture and self._status is GoToStatus.MOVING and self._joints.is_thinking:
-            looks = self._joints.looks // HUNDRED * HUNDRED
-            return f"the straight way is not free, and one round is looked for: {looks} looks so far"
+        if self._status is GoToStatus.MOVING and self._leg is self._joints and self._joints.is_thinking:
+            looks = self._joints.looks // THOUSAND * THOUSAND
+            cannot = "is not free" if self._to_posture else "cannot be gone"
+            return f"the straight way {cannot}, and another one is looked for: {looks} looks so far"
         if self._to_posture or self._status in (GoToStatus.HALTED, GoToStatus.REACHED):
             return self._status.value
-        if others is not None and self._is_on_other_way:
-            return f"the joints go to another posture of the goal: way {others.taken} of at most {TRIES}"
-        if others is None or not others.has_begun:
-            return f"{self._who} goes straight"
-        if others.is_over or self._status is not GoToStatus.MOVING:
-            return others.sentence
-        starts = others.starts // HUNDRED * HUNDRED
-        return f"the straight way comes no nearer, and another one is looked for: {starts} starts so far"
+        if self._is_on_other_way:
+            return f"the joints go to another posture of the goal: way {self._taken} of at most {TRIES}"
+        if self._looked_for:
+            return self._looked_for
+        if self._line is not None and self._line.refusal:
+            return f"no other way was looked for: {self._line.refusal}"
+        return f"{self._who} goes straight"
 
     def _judge(self, step: Step) -> None:
         """Reached, no nearer any more, stopped, or still on the way."""
@@ -332,8 +327,15 @@ class GoTo:
             self._ticks = self._view.ticks
         if self._status is not GoToStatus.MOVING or step.code == HELD:
             return
-        if self._leg is self._joints and self._joints.is_on_way:
+        joints, line = self._joints, self._line
+        if self._leg is joints and joints.is_on_way:
             self._approach.begin()
+            return
+        if line is not None and self._leg is joints and joints.blocked is not None:
+            self._looked_for, self._taken = joints.blocked, TRIES
+            self._begin_leg()
+            return
+        elif line is not None and line.goes is None and line.think() is False and self._goes_round():
             return
         commanded, measured = self._distances(step)
         approach, speed = self._approach, fastest(self._view)
@@ -346,15 +348,15 @@ class GoTo:
             self._least, self._nearest = distance, self._view.command.q
         tip = self._leg if isinstance(self._leg, TipTracker) else None
         held_back = tip is not None and not self._settling and tip.behind > HELD_BACK
-        if approach.is_nearer(distance, held_back):
+        if approach.is_nearer(distance):
             return
         if tip is not None and not self._settling and not held_back and tip.reference.twist.any():
             approach.rests_from_now()  # the reference is as slow as it is to be
         waited = approach.waited
-        if tip is not None and waited > DOUBT and measured > 1.0 and self._thinks():
-            return
         if tip is not None and not self._settling:
             if waited > PATIENCE or tip.frame.holds(step):
+                if measured > 1.0 and self._goes_round():
+                    return
                 self._settling = True  # the reference goes on and stands
                 approach.waits_from_now()
         elif tip is not None and tip.reference.twist.any():
@@ -364,24 +366,15 @@ class GoTo:
         elif waited > RESTLESS_PATIENCE:
             self._end_swing(approach.stayed > PATIENCE)
 
-    def _thinks(self) -> bool:
-        """Think of other ways for a tick; whether one is begun, or the verdict waits until there is one."""
-        others = self._others
-        if others is None or others.taken >= TRIES or others.is_over:
+    def _goes_round(self) -> bool:
+        """Let the joints go another way, if one may be looked for; whether they do."""
+        if self._line is None or self._line.refusal or self._taken >= TRIES:
             return False
-        if not others.has_begun:
-            _LOG.info("the straight way comes no nearer to its goal; other postures of it are looked for")
-        others.think()
-        if others.is_ready and (self._settling or self._gives_up_for(others.seconds)):
-            _LOG.info("the joints go to another posture of the goal")
-            self._joints.seek(others.take())
-            self._begin_on(self._joints)
-            return True
-        return self._settling and not others.is_over
-
-    def _gives_up_for(self, seconds: float) -> bool:
-        """Whether the straight way is given up for another one that takes so long [s]."""
-        return self._approach.waited > PATIENCE or self._approach.left > CREEPS * seconds
+        _LOG.info("the straight way cannot be gone; other postures of the goal are looked for")
+        self._taken += 1
+        self._joints.seek(None, **self._line.asked)
+        self._begin_on(self._joints)
+        return True
 
     def _begin_leg(self) -> None:
         """Go to the next place of another way, or, behind the last one, straight on to the goal."""

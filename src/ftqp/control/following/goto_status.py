@@ -17,8 +17,7 @@ from ftqp.model.robot import Robot
 ONLY_THE_TIP = "the end effector is at its goal, while the scheme goes on moving the joints"
 """The sentence of a pose that is reached where the joints do not come to rest."""
 PATIENCE = 1.0
-"""An arm that comes no nearer and is slow for so long rests as near as it gets; its pace is taken over as
-long, too [s]."""
+"""An arm that comes no nearer and is slow for so long rests as near as it gets [s]."""
 NEARER = 0.02
 """Share of the distance, and of the tolerance, that counts as coming nearer."""
 SLOW = 0.02
@@ -93,23 +92,18 @@ def _in_brackets(fault: Any) -> str:
 
 @final
 class ConvergenceMonitor:
-    """What a motion to a goal remembers of its distances, tick by tick.
+    """What a motion to a goal remembers of its distances, tick by tick."""
 
-    Attributes:
-        left: How long the rest of the way takes at the pace of the last second [s]; 0 while that is not
-            known, or the reference is not held back.
-    """
-
-    __slots__ = ("_best", "_dt", "_held", "_marked", "_per_mark", "_since", "_slow", "_there", "left")
+    __slots__ = ("_best", "_dt", "_since", "_slow", "_there")
 
     def __init__(self, dt: float) -> None:
-        self._dt, self._per_mark = dt, max(1, round(PATIENCE / dt))
+        self._dt = dt
         self.begin()
 
     def begin(self) -> None:
         """Another way begins."""
-        self._best, self.left, self._marked = np.inf, 0.0, np.inf
-        self._since = self._slow = self._there = self._held = 0
+        self._best = np.inf
+        self._since = self._slow = self._there = 0
 
     def rests_from_now(self) -> None:
         """Wait anew for the arm to come nearer, and to be slow."""
@@ -124,16 +118,8 @@ class ConvergenceMonitor:
         self._slow = self._slow + 1 if speed < SLOW else 0
         self._there = self._there + 1 if is_there else 0
 
-    def is_nearer(self, distance: float, held_back: bool) -> bool:
+    def is_nearer(self, distance: float) -> bool:
         """Whether a distance is less than all before, by enough; it is counted since when none was."""
-        self._held = self._held + 1 if held_back else 0
-        if not held_back:
-            self._marked, self.left = np.inf, 0.0
-        elif self._held % self._per_mark == 1 % self._per_mark:
-            gained = self._marked - distance
-            if np.isfinite(self._marked):
-                self.left = PATIENCE * distance / gained if gained > 0.0 else np.inf
-            self._marked = distance
         if distance < self._best - NEARER * min(self._best, 1.0 + distance) or self._best == np.inf:
             self._best, self._since = distance, 0
             return True

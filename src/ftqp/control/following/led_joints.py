@@ -4,11 +4,11 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.following.ways import Ways
 from ftqp.control.planner.joint_motion import JointMotion
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
+from ftqp.control.planner.ways.ways import Ways
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import HELD, INVALID_INPUT, STOPPED, STOPPING
 from ftqp.kernel.layout.ways_room import WayStage
@@ -29,9 +29,16 @@ STUCK: Final = 0.5
 """A motion that has stood for so long is planned anew [s]. A guess."""
 TRIES: Final = 4
 """So many times at most."""
+BRAKES: Final = 2.0
+"""While joints that have failed brake, no way is looked for, so long in all at most [s]. A guess."""
 RESTS, SETTLES = 1e-4, 0.3
 """A command so near to where it was to come to rest is there [rad or m]; held off, it is after so long
 [s]. Conventions."""
+
+
+def looks_per_tick(dt: float) -> int:
+    """Looks at postures between two ticks of so long [s]."""
+    return max(10, round(LOOKS_A_SECOND * dt))
 
 
 @final
@@ -43,6 +50,10 @@ class JointTracker:
     it is straight if that is proven free; else the arm comes to rest, a way round is looked for, a little in
     every tick, and its motion is played. It waits where the planner holds it back, and what is left of it is
     proven anew when the scene changes.
+
+    Attributes:
+        blocked: Why there is no way; None while that is not known.
+        searched: What has looked for the last way.
     """
 
     def __init__(
@@ -59,7 +70,7 @@ class JointTracker:
         self._motion = JointMotion(self.view, planner.robot, planner.dt, planner.level, rise_time)
         self._motion.goal = goal
         self._lead = planner.lead(self._motion.memory, meant)
-        self._looks = max(10, round(LOOKS_A_SECOND * planner.dt))
+        self._looks, self._asked = looks_per_tick(planner.dt), dict[str, Any]()
         self._t, self._rise_time = 0.0, rise_time
         self._whole = whole
         self._begun, self._belief, self._speed, self._scene = -1, b"", 1.0, -1
@@ -67,7 +78,7 @@ class JointTracker:
 
     def _aim(self, goal: FloatArray, seeks: bool) -> None:
         self._goal, self._seeks, self._tries = goal, seeks, 0
-        self._left = 0
+        self._left, self._brakes, self._is_late = 0, BRAKES, False
         self._motion.goal = goal
         self.begin()
 
@@ -76,6 +87,7 @@ class JointTracker:
         self._begun = -1
         self._motion.forget()
         self._ways: Ways | None = None
+        self.searched: Ways | None = None
         self._proof: Ways | None = None
         self._rest: FloatArray | None = None
         self._plays, self._rate, self._stood = False, 1.0, 0.0
@@ -85,16 +97,22 @@ class JointTracker:
 
     def aim(self, goal: FloatArray) -> None:
         """Go straight to another posture from the next step on."""
+        self._asked = {}
         self._aim(goal, seeks=False)
 
-    def seek(self, goal: FloatArray) -> None:
-        """Go to another posture from the next step on, round what is in between."""
-        self._aim(goal, seeks=True)
+    def seek(self, q: FloatArray | None, **asked: Any) -> None:
+        """Go to another posture from the next step on, round what is in between.
+
+        What else is asked of ``Ways``, a tube or a pose whose postures are the goals in place of one, is not
+        asked of a straight way, which is not gone then.
+        """
+        self._asked = asked
+        self._aim(self.view.command.q if q is None else q, seeks=True)
 
     @property
     def is_thinking(self) -> bool:
         """Whether a way is being looked for, and the arm stands meanwhile."""
-        return self._ways is not None
+        return self._ways is not None or ("goal" in self._asked and self._begun < 0 and not self._plays)
 
     @property
     def is_on_way(self) -> bool:
@@ -151,7 +169,9 @@ class JointTracker:
         self._motion.goal = self._goal
         self._scene = self._scene_now
         self._motion.plan(self._speed)
-        if not self._seeks or goes_on or not self.planner.avoids:
+        if self._asked and self.blocked is None:
+            self._turn_round()
+        if self._asked or not self._seeks or goes_on or not self.planner.avoids:
             return
         command = self.view.command
         ways = Ways(self.planner, command.q, rise_time=self._rise_time)
@@ -200,8 +220,12 @@ class JointTracker:
         """Come to rest, and look for a way from there meanwhile."""
         self._plays, self._rate, self._t, self._proof = False, 1.0, 0.0, None
         self._rest = self._motion.halt()
-        goal = self._rest + self._motion.way_from(self._rest, self._goal)
-        self._ways = Ways(self.planner, self._rest, goals=[goal], rise_time=self._rise_time, seed=self._tries)
+        goals = [self._rest + self._motion.way_from(self._rest, self._goal)]
+        if "goal" in self._asked:
+            self._goal, goals = self._rest.copy(), []
+        self._ways = self.searched = Ways(
+            self.planner, self._rest, goals=goals, rise_time=self._rise_time, seed=self._tries, **self._asked
+        )
 
     def _look_round(self) -> None:
         """Think of the way for a tick, and play it where the arm rests at its begin."""
@@ -211,19 +235,36 @@ class JointTracker:
             self._scene = self._scene_now
             self._turn_round()
             return
+        if self._brakes > 0.0 and self.view.command.v[~self.view.working].any():
+            self._brakes -= self.planner.dt
+            self._is_late = True
+            return
+        if self._is_late:
+            self._is_late = False
+            self._turn_round()
+            return
         ways.think(self._looks)
         if ways.stage is WayStage.NO_WAY:
-            self.blocked = ways.sentence
-            self._ways, self._t = None, 0.0
-            self._motion.goal = self._goal
-            self._motion.plan(self._speed)
+            self._give_up(ways.sentence)
         elif ways.stage is WayStage.READY:
             off = float(np.abs(self.view.command.q - rest).max())
-            if off > WAITS:
+            if self._motion.moves_at(self._t if off <= RESTS else self._t - SETTLES):
+                return
+            if off > WAITS and self._tries >= TRIES:
+                self._give_up("the arm does not come to rest")
+            elif off > WAITS:
+                self._tries += 1
                 self._turn_round()
-            elif not self._motion.moves_at(self._t if off <= RESTS else self._t - SETTLES):
-                self._ways, self._t, self._plays = None, 0.0, True
+            else:
+                self._ways, self._t, self._plays, self._goal = None, 0.0, True, ways.way[-1]
                 self._motion.follow(ways.motion)
+
+    def _give_up(self, why: str) -> None:
+        """There is no way: go straight as near as it gets, where a straight one was asked for."""
+        self.blocked, self._ways = why, None
+        if not self._asked:
+            self._motion.goal, self._t = self._goal, 0.0
+            self._motion.plan(self._speed)
 
     def _pace(self) -> None:
         """Let a motion that is played wait for an arm that is held back."""

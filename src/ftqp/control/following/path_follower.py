@@ -8,10 +8,8 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.following.ahead import PathLookahead
-from ftqp.control.following.blockage import PIECE, Blockage, fewer_rows_hold
-from ftqp.control.following.bridge import Reconfiguration
-from ftqp.control.following.on_the_spot import SelfMotionPlanner
+from ftqp.control.following.blockage import Blockage
+from ftqp.control.following.bridge import Bridge, fewer_rows_hold
 from ftqp.control.following.path_intervals import path_table
 from ftqp.control.following.stall import StallEscape
 from ftqp.control.paths.path import Path
@@ -150,8 +148,8 @@ class PathFollower:
         self._bridges, self._spots = MOST_BRIDGES if self._leave > 0.0 else 0, MOST_SPOTS
         self._pattern: int | None = None
         self._blockage: Blockage | None = None
-        self._bridge: Reconfiguration | None = None
-        self._spot: SelfMotionPlanner | None = None
+        self._bridge: Bridge | None = None
+        self._spot: Bridge | None = None
         self._fewer: Generator[None, None, int] | None = None
         self._has_asked: bool = False
         self.resume()
@@ -224,7 +222,7 @@ class PathFollower:
         """Where the path stands."""
         if self._state.progress >= self._duration:
             return PathStatus.DONE
-        if self._bridge is not None and not self._bridge.failed:
+        if self._bridge is not None and not self._bridge.is_over:
             return PathStatus.BRIDGING
         if self._blockage is not None:
             return PathStatus.BLOCKED
@@ -242,7 +240,7 @@ class PathFollower:
         text = self._blockage.sentence
         return text if self._bridge is None else f"{text}; {self._bridge.sentence}"
 
-    def _bridged(self, bridge: Reconfiguration, q: Any, v: Any, tau: Any, tip: Any) -> Step:
+    def _bridged(self, bridge: Bridge, q: Any, v: Any, tau: Any, tip: Any) -> Step:
         """A step while the path is blocked: the tip waits on it, or the joints go over a bridge."""
         if bridge.leads:
             step = bridge.step(q, v, tau, tip)
@@ -254,7 +252,7 @@ class PathFollower:
         step = self._lead.step(q, v, (), tau, tip)
         if step.code in ON_TASK:
             bridge.think()
-            if bridge.failed:
+            if bridge.is_over:
                 self._go_on_with_fewer_rows()
                 self._goes_on_unasked()
         return step
@@ -297,9 +295,7 @@ class PathFollower:
         if not self._may_look:
             return False
         if self._spot is None or not self._spot.is_of_now:
-            self._spot = SelfMotionPlanner(
-                self._planner, PathLookahead(self._planner, self._path, self.progress)
-            )
+            self._spot = Bridge(self._planner, self._path, self.progress, 0.0)
         self._spot.think()
         if self._spot.way is None:
             return False
@@ -317,7 +313,7 @@ class PathFollower:
         """Whether a motion on the spot may be looked for: not too many were gone."""
         return self._spots > 0
 
-    def _go_on_the_spot(self, spot: SelfMotionPlanner) -> None:
+    def _go_on_the_spot(self, spot: Bridge) -> None:
         """Draw the null space along a way on the spot; the path goes on behind its end."""
         drive = spot.drive(self._planner.dt)
         if drive is None:
@@ -335,7 +331,7 @@ class PathFollower:
             self._planner, self._lead, self._target, self.progress, self._duration, step, searched
         )
         if self._bridges > 0:
-            self._bridge = Reconfiguration(self._planner, self._path, self.progress, self._leave)
+            self._bridge = Bridge(self._planner, self._path, self.progress, self._leave)
         else:
             self._go_on_with_fewer_rows()
 
@@ -357,8 +353,7 @@ class PathFollower:
         if self._fewer is None:
             self._fewer = fewer_rows_hold(planner, self._path, self.progress, self._lead.given_up)
         try:
-            for _ in range(max(1, int(planner.dt / PIECE))):
-                next(self._fewer)
+            next(self._fewer)
         except StopIteration as found:
             self._has_asked = True
             for _ in range(found.value):

@@ -1,6 +1,6 @@
 """Where an arm may stand and pass: its motors hold it, kept points are on their sides, the scene is clear."""
 
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from typing import Any, Final, Protocol, final
 
 import numpy as np
@@ -18,25 +18,6 @@ feedback."""
 NEARER: Final = 1e-3
 """Bodies may be nearer than a planner keeps them by so much [m], so that an arm that rests as near as it gets
 may go away from there. A convention, far below what anybody keeps."""
-SPACING: Final = 0.1
-"""Places of a way that are looked at are nearer to each other than this in every joint [rad or m]."""
-
-
-AT_ONCE: Final = 8
-"""Places that are looked at in one piece."""
-Pieces = Generator[None, None, bool]
-"""Thinking that yields after each piece and ends with an answer."""
-
-
-class Walled(Protocol):
-    """What the tip is to stay in; an ``ftqp`` follower's tube about its path is."""
-
-    @property
-    def spacing(self) -> float:
-        """Places of a way that are looked at are nearer to each other than this [rad or m]."""
-
-    def room(self, places: FloatArray) -> FloatArray:
-        """How far the tip is from the walls, (k,) [m]; positive inside."""
 
 
 class Surrounded(Protocol):
@@ -52,12 +33,7 @@ class Surrounded(Protocol):
 
 @final
 class MotionValidity:
-    """Asks of places whether the arm may stand there; the one door for all who look ahead on a motion.
-
-    Attributes:
-        spacing: Places of a way that are looked at are nearer to each other than this [rad or m].
-        looks_around: Whether there is anything that the arm must not meet, or a side to be on.
-    """
+    """Asks of places whether the arm may stand there."""
 
     def __init__(
         self,
@@ -66,15 +42,11 @@ class MotionValidity:
         counts: BoolArray,
         keeps: Sequence[Keep] = (),
         surrounded: Surrounded | None = None,
-        walled: Walled | None = None,
     ) -> None:
         self._robot, self._keeps = robot, tuple(keeps)
-        self._walled = walled
-        self.spacing = SPACING if walled is None else walled.spacing
         kept = None if surrounded is None else surrounded.clearance
         self._surrounded = None if kept is None else surrounded
         self._least = 0.0 if kept is None else kept.keep - NEARER
-        self.looks_around = bool(self._keeps) or self._surrounded is not None or walled is not None
         self._limit = np.where(counts, tau_max, np.inf)
         self._weighs = robot.has_inertia and bool(np.isfinite(self._limit).any())
         self._arm = ArmSession(robot.chain.constants())
@@ -102,8 +74,8 @@ class MotionValidity:
     def room(self, places: FloatArray) -> FloatArray:
         """The same, less what bodies have to be apart: positive where the arm may be, (k,)."""
         kept, apart = self._kept(places), self._apart(places)
-        room = np.minimum(kept, apart - self._least)
-        return room if self._walled is None else np.minimum(room, self._walled.room(places))
+        room: FloatArray = np.minimum(kept, apart - self._least)
+        return room
 
     def _kept(self, places: FloatArray) -> FloatArray:
         """How far what is kept on its side is from the other, (k,)."""
@@ -125,18 +97,3 @@ class MotionValidity:
         """Whether the arm may be at each place, (k,)."""
         good: BoolArray = (self.effort(places) <= effort) & (self.room(places) > 0.0)
         return good
-
-
-def passing(passable: MotionValidity, begin: FloatArray, end: FloatArray, effort: float) -> Pieces:
-    """Look at the straight way of the joints, a few places at a time: whether it is passable.
-
-    Its end counts, its begin does not.
-    """
-    count = max(1, int(np.ceil(float(np.abs(end - begin).max()) / passable.spacing)))
-    share = (np.arange(count) + 1.0)[:, None] / count
-    for k in range(0, count, AT_ONCE):
-        if not passable.at(begin + share[k : k + AT_ONCE] * (end - begin), effort).all():
-            return False
-        if k + AT_ONCE < count:
-            yield
-    return True

@@ -108,9 +108,6 @@ SAME = 0.05
 STRIDE = 0.2
 """Longest step of a joint along a self-motion to larger margins [rad or m]: plain Newton steps come back from
 it."""
-DAMPED, FEW = 1e-2, 12
-"""Steps to the nearest posture are damped so much at first, in squares of the characteristic length, and
-there are so few of them."""
 ROOMY = 0.2
 """A posture with this share of half of every joint's range to its nearest limit is not led further from
 limits."""
@@ -199,67 +196,11 @@ class PostureSearch:
             self._keep(q[k], float(sigma[k]))
         return len(self.q) - known
 
-    def thin(self, count: int, v_max: FloatArray) -> None:
-        """Keep so many of the postures that were found, spread, the soonest among them."""
-        if len(self.q) > count:
-            chosen = _spread(self.q, int(np.argmin(self._times(v_max))), count)
-            self.q, self._sigma = self.q[chosen], self._sigma[chosen]
-
     def _times(self, v_max: FloatArray) -> FloatArray:
         """How long the slowest joint takes to each posture at full speed, (k,) [s]."""
         top = np.where(self._working, np.minimum(v_max, FASTEST), np.inf)
         times: FloatArray = (np.abs(self.q - self._near) / top).max(axis=1)
         return times
-
-    def along(self, q: FloatArray, pose: FloatArray) -> FloatArray | None:
-        """The posture that Newton steps reach from q at a pose near by, if it is within the limits."""
-        found, left, _ = self._session.solutions(q[None], (pose @ self._tool)[None], near=True)
-        return found[0] if self._good(found, left)[0] else None
-
-    def nearest(self, q: FloatArray, pose: FloatArray) -> tuple[FloatArray, bool]:
-        """The posture within the limits whose tip is nearest to a pose near by, and whether it is there.
-
-        Source: Levenberg and Marquardt's steps, Nocedal and Wright 2006, section 10.3.
-        """
-        for bounded in (False, True):
-            found, left, _ = self._session.solutions(
-                q[None], (pose @ self._tool)[None], bounded=bounded, near=not bounded
-            )
-            if self._good(found, left)[0] and np.abs(found[0] - q).max() < STRIDE:
-                return found[0], True
-        session, at, damping = self._session, self._working, DAMPED * self.robot.length**2
-        before = session.S.study.goal.copy()
-        session.aim(pose @ self._tool)
-        e, _, D, _ = session.values(q[None])
-        for _ in range(FEW):
-            J = D[0][:, at]
-            step = np.zeros(len(q))
-            step[at] = J.T @ np.linalg.solve(J @ J.T + damping * np.eye(self.m), e[0])
-            tried = np.clip(q + step, self._low, self._high)
-            tried[~at] = q[~at]
-            new, _, D_new, _ = session.values(tried[None])
-            if np.abs(step).max() < STRIDE and float(new[0] @ new[0]) < float(e[0] @ e[0]):
-                q, e, D, damping = tried, new, D_new, 0.3 * damping
-            else:
-                damping *= 5.0
-        session.S.study.goal[:] = before
-        return q, False
-
-    def sideways(
-        self, q: FloatArray, way: FloatArray, longest: float, slack: float = 0.0
-    ) -> FloatArray | None:
-        """What of a way a self-motion at a posture makes, (nv,) [rad or m]; None where there is none."""
-        at = self._working
-        A = self._session.values(q[None])[1][0][:, at]
-        _, sigma, V = np.linalg.svd(A)
-        V = V[int((sigma > slack).sum()) if slack > 0.0 else A.shape[0] :]
-        along = V.T @ (V @ way[at])
-        largest = float(np.abs(along).max(initial=0.0))
-        if not largest > 0.0:
-            return None
-        step = np.zeros(len(q))
-        step[at] = min(1.0, longest / largest) * along
-        return step
 
     def make_room(self, rounds: int = 1) -> bool:
         """Lead every posture so many steps along its self-motion, away from limits; whether one has moved.

@@ -1,6 +1,6 @@
 """The loop between a planner and its arm, as its user sees it: stops, their reasons, and the disturbance."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, final
 
@@ -104,12 +104,9 @@ def learned_servos(K: Any, robot: Robot) -> LearnedServos:
 class ArmLoop:
     """Stops and what is observed of the arm."""
 
-    def __init__(
-        self, session: Session, orders: Orders, joints: Sequence[str], around: CollisionModel | None
-    ) -> None:
-        self._session, self._orders = session, orders
-        self._joints, self._around = tuple(joints), around
-        self._speed = 1.0
+    def __init__(self, session: Session, orders: Orders, robot: Robot, around: CollisionModel | None) -> None:
+        self._session, self._orders, self._robot = session, orders, robot
+        self._joints, self._around = tuple(robot.joints), around
         self._named, self._why = 0, ""
 
     def stop(self, why: str = "") -> None:
@@ -121,20 +118,6 @@ class ArmLoop:
     def resume(self) -> bool:
         """Release a stop; False while a lost sensor, or the brake of the whole arm, forbids it."""
         return self._orders.resume()
-
-    @property
-    def speed(self) -> float:
-        """How fast the arm is led, in (0, 1] of full speed."""
-        return self._speed
-
-    @speed.setter
-    def speed(self, share: float) -> None:
-        self._speed = share
-        self._session.K.feedback.speed = share
-
-    def ask_for_brake(self, i: int) -> None:
-        """Let the brake of joint i be asked for from now on, if the arm has any; that of all stops it."""
-        self._orders.ask_for_brake(i)
 
     def find_overload(self, i: int, K: Any, orders: Orders) -> None:
         """Joint i cannot hold the arm with the torque that it has left: its brake is asked for, and a stop.
@@ -173,6 +156,11 @@ class ArmLoop:
         said = (reason is StopReason.ASKED and self._why) or sentence.format(joint=named, pair=pair)
         moving = int(K.feedback.moving)
         return f"{said}; {self._joints[moving - 1]} is not seen to rest" if moving > 0 else said
+
+    @property
+    def learned(self) -> Learned | LearnedServos | None:
+        """What was learned of the arm; None where nothing is learned, or before the first step."""
+        return learned(self._session, self._robot)
 
     @property
     def touch(self) -> FloatArray | None:

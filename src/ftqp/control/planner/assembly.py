@@ -169,6 +169,8 @@ class Assembly:
         stages: What the parts do in a planner's life, in their order.
         out: The step that the planner gives back.
         said: What the planner writes of each step.
+        tick: The tick that the clock leads now.
+        fast: The same where nothing else takes part in it.
     """
 
     def __init__(
@@ -202,7 +204,7 @@ class Assembly:
         self.tasks = TaskList(session, robot, soft, given.level, given.dt, given.target)
         self.said = StepHeader(int(session.K.cascade.status))
         self.out = Step(session, robot.joints, self.said, self.tasks.named(asked, around, task))
-        self.loop = ArmLoop(session, self.orders, robot.joints, around)
+        self.loop = ArmLoop(session, self.orders, robot, around)
         self.constraints = Constraints(session, robot, constraints, self.loop.stop)
         self.degrading = Degrading(session, task.kept_sets)
         self.rest = Rest(session, self.degrading, robot)
@@ -220,17 +222,19 @@ class Assembly:
             self.response, around, self.remembered, StartWatch(session.K, around),
         )  # fmt: skip
         self.stages: tuple[Stage, ...] = tuple(part.stage for part in parts if part is not None)
+        self.tick = self._ordinary = solver.tick(CLOCK)
+        self.fast: Tick | None = None
 
-        self._ordinary = solver.tick(CLOCK)
-
-    def ticks(self) -> tuple[Tick, Tick | None]:
-        """The tick that the clock leads now, and the same where nothing else takes part in it."""
+    def believe(self, belief: Belief) -> None:
+        """Let every part know which joints have failed; ``tick`` and ``fast`` are then those of that."""
+        for stage in self.stages:
+            if stage.believe is not None:
+                stage.believe(belief)
         free = None if self.free is None else self.free.tick
-        if free is not None:
-            return staged(free, FREE, self.stages), None
-        tick = staged(self._ordinary, CLOCK, self.stages)
-        alone = tick is self._ordinary and self.solver.is_compiled and not self.given.timing
-        return tick, tick if alone else None
+        tick = self._ordinary if free is None else free
+        self.tick = staged(tick, CLOCK if free is None else FREE, self.stages)
+        alone = self.tick is self._ordinary and self.solver.is_compiled and not self.given.timing
+        self.fast = self.tick if alone else None
 
     def led_tick(self, leader: Memory) -> Tick:
         """The tick that a path's progress, an inertial target or a motion of the joints leads."""
@@ -264,16 +268,20 @@ class Assembly:
         """Whether Python has no part in a tick."""
         return self.solver.is_compiled and not self.given.timing and not self.asking
 
-    def respond(self) -> None:
-        """Act upon what the monitor has found in this tick."""
-        if self.response is not None:
-            self.response.respond()
-
     def kept_clear(self) -> CollisionModel:
         """What the planner keeps clear of; InputError where it is nothing."""
         if self.surroundings is None:
             raise InputError("the planner keeps clear of nothing; give it a scene, Planner(robot, scene=...)")
         return self.surroundings
+
+    def refuse_looking_ahead(self, reserve: BrakingReserve | None) -> None:
+        """Refuse at once what ``n_minus_one`` would refuse when it looks ahead."""
+        try:
+            self.what_ifs(self.given.robot, {}, reserve)
+        except InputError as error:
+            raise InputError(
+                f"n_minus_one looks ahead in a batch: {error}; or leave n_minus_one out"
+            ) from error
 
     def what_ifs(
         self, robot: Robot, faults: dict[str, Fault], reserve: BrakingReserve | None

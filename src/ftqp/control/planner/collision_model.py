@@ -9,7 +9,7 @@ import numpy as np
 from ftqp.control.planner.scene_layout import FAR_AWAY, NEVER, Layout
 from ftqp.control.planner.stages import Stage
 from ftqp.control.scene.placed_shapes import CLOUD, Clearance, Content, Scene
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session, write_together
 from ftqp.kernel.layout.rows import CLEARANCES
@@ -183,6 +183,12 @@ class CollisionModel:
             room.cloud_at = self._session.lend(content.balls)
         self._know(laid)
         return [(self._session.memory["scene"], draft.memory["scene"])]
+
+    def distances_at(self, q: Any) -> dict[tuple[str, str], FloatArray]:
+        """The same at one posture, (nv,) or (nq,), a number each, or at several, (S, nv)."""
+        if np.ndim(q) == 2:
+            return self.distances(array("q", q, (len(q), self._robot.nv), "(S, nv)"))
+        return {names: d[0] for names, d in self.distances(self._robot.angles(q)[None]).items()}
 
     def distances(self, q: FloatArray) -> dict[tuple[str, str], FloatArray]:
         """The distance of every pair at some postures, (S,) [m] each, by their names."""

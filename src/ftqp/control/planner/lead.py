@@ -1,16 +1,29 @@
-"""Ways in for whoever leads a planner in place of the clock, and many ticks at once in closed loop."""
+"""Steps of a planner: those of the clock, of whoever leads in its place, and many at once in closed loop."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.planner.assembly import Assembly
+from ftqp.control.planner.given_arrays import (
+    converted_tick,
+    is_row,
+    made_up_for,
+    measured_tick,
+    mistake,
+    not_a_target,
+    whole_ticks,
+)
+from ftqp.control.planner.stages import Tick
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.step_parts import StepHeader
+from ftqp.control.planner.target import Target, Targets
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
+from ftqp.core.clock import now
 from ftqp.core.pose import rotation_exp, rotation_vector
 from ftqp.kernel.entry.session import Memory, Session
-from ftqp.kernel.layout.enums import BRAKING, HEALTHY, LAGGING, LOCKED, OK, RELAXED, TARGET_POSE
+from ftqp.kernel.layout.enums import BRAKING, HEALTHY, LAGGING, LOCKED, NEWS, OK, RELAXED, TARGET_POSE
 from ftqp.kernel.layout.thresholds import STILL_SAMPLES
 from ftqp.model.robot import Robot
 
@@ -31,25 +44,90 @@ def with_error_to(K: Any, said: StepHeader, step: Step, meant: FloatArray) -> St
 
 
 @final
+class Ticks:
+    """Steps of one planner, whoever leads them, of what a caller hands in.
+
+    Attributes:
+        at_rest: The velocity of an arm at rest, (nv,).
+    """
+
+    def __init__(self, parts: Assembly) -> None:
+        self._parts, self._timing = parts, parts.given.timing
+        self.at_rest = np.zeros(parts.given.robot.nv)
+
+    def target(self, given: Any, more: object = None) -> tuple[Any, int]:
+        """The packed target of a step, and its row; ``more`` is what stands behind it."""
+        if isinstance(given, Mapping):
+            given = self._parts.tasks.distributed(given)
+        if more is not None or not isinstance(given, Target | Targets) or not is_row(given.row):
+            raise not_a_target(given, more)
+        return given.packed, given.row
+
+    def make(
+        self, tick: Tick | None, q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any,
+        path: Memory | None = None, ticks: int = 1,
+    ) -> Step:  # fmt: skip
+        """A step of any leader, None the clock, with measured torques or tip, converted arrays and times."""
+        parts, at_rest = self._parts, self.at_rest
+        # a joint that swings freely leads in the place of a path, which stands
+        if path is not None and parts.free is not None and parts.free.leads:
+            held = parts.free.held_target(path)
+            if held is not None:
+                tick, target = None, (held, 0)
+        tick = parts.tick if tick is None else tick
+        began = now() if self._timing else 0
+        v = at_rest if v is None else v
+        if ticks != 1:
+            made_up_for(parts.orders, tick, target, whole_ticks(ticks), at_rest)
+        if tau is None and tip is None:
+            code = converted_tick(tick, q, v, target)
+        else:
+            code = measured_tick(parts.session, tick, q, v, target, tau, tip)
+        if code < 0:
+            raise mistake(code, q, v, parts.given.robot.nv, parts.given.robot.nq)
+        if code >= NEWS:
+            code = self.respond(code)
+        parts.said.code = code
+        if code == RELAXED or parts.rest.held:
+            parts.rest.tell(parts.out)
+        if self._timing:
+            parts.said.duration = (now() - began) * 1e-9
+        return parts.out
+
+    def respond(self, code: int) -> int:
+        """Act upon what the monitor has found in a tick: the tick's status."""
+        if self._parts.response is not None:
+            self._parts.response.respond()
+        return code - NEWS
+
+
+@final
 class Lead:
     """Ticks of one planner that somebody else leads: nothing of the planner is changed by them but its state.
 
+    Args:
+        make: Makes a step of a tick, as ``Ticks.make`` does.
+        parts: Those of the planner.
+        leader: The leader's own memory.
+        meant: Where the tip is meant to be meanwhile, (4, 4); None is as led.
+
     Attributes:
-        step: Makes a tick: (q, v, target as a tuple of what is left of the entry's arguments, tau, tip).
         memory: The leader's own memory.
         give_up: Gives up the next set of rows of the task; False where no more may be.
     """
 
     def __init__(
-        self,
-        step: Callable[[Any, Any, tuple[Any, ...], Any, Any], Step],
-        session: Session,
-        memory: Memory,
-        give_up: Callable[[], bool],
+        self, make: Callable[..., Step], parts: Assembly, leader: Memory, meant: FloatArray | None
     ) -> None:
-        self.step, self.give_up = step, give_up
-        self.memory = memory
-        self._session = session
+        self._make, self._tick, self.memory, self._meant = make, parts.led_tick(leader), leader, meant
+        self.give_up: Callable[[], bool] = parts.orders.give_up
+        self._path = leader if leader.kind == "path" else None
+        self._session, self._said = parts.session, parts.said
+
+    def step(self, q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
+        """Make a tick; ``target`` is what is left of the entry's arguments."""
+        out = self._make(self._tick, q, v, target, tau, tip, self._path)
+        return out if self._meant is None else with_error_to(self._session.K, self._said, out, self._meant)
 
     @property
     def given_up(self) -> int:
@@ -91,7 +169,7 @@ class Lead:
 class Blocks:
     """Ticks of one planner led by the clock, run in compiled code; each is what ``Planner.step`` does."""
 
-    def __init__(self, session: Session, tick: Callable[..., int], robot: Robot) -> None:
+    def __init__(self, session: Session, tick: Tick, robot: Robot) -> None:
         n = robot.nv
         self._K = session.K
         self._state = np.zeros(2 * n)

@@ -1,73 +1,36 @@
 """Planner: one arm, one task, one QP a tick."""
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial, update_wrapper
-from itertools import count
-from pathlib import Path as File
+from collections.abc import Callable, Sequence
+from functools import update_wrapper
 from threading import get_ident
 from types import FrameType
 from typing import Any, Concatenate, NoReturn, ParamSpec, TypeVar
 
-import numpy as np
-
-from ftqp.control.drive.joint_drive import Drive, Noise
-from ftqp.control.drive.learned_servos import LearnedServos
-from ftqp.control.inverse_kinematics.passable import MotionValidity, Walled
+from ftqp.control.inverse_kinematics.passable import MotionValidity
 from ftqp.control.paths.path import Path
-from ftqp.control.planner.arm_loop import Learned, learned
 from ftqp.control.planner.assembly import Assembly, Deployable
-from ftqp.control.planner.constraint_list import Constraint, Constraints
-from ftqp.control.planner.draft import Draft, write_call
-from ftqp.control.planner.given_arrays import (
-    converted_tick,
-    is_row,
-    made_up_for,
-    measured_tick,
-    mistake,
-    not_a_target,
-    whole_ticks,
-)
-from ftqp.control.planner.lead import Blocks, Lead, with_error_to
-from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
-from ftqp.control.planner.mounted_robot import BrakingReserve, MountedRobot, braking_reserve, warn_of_weight
+from ftqp.control.planner.configuration import Configuration, CurrentConfiguration
+from ftqp.control.planner.lead import Blocks, Lead, Ticks
+from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.planner.planner_view import PlannerView, planner_html
-from ftqp.control.planner.response.detector import Detector
 from ftqp.control.planner.rollout_setup import RolloutSetup
-from ftqp.control.planner.settings import settled
+from ftqp.control.planner.settings import Settings, planner_settings, takes
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.target import Target, Targets
-from ftqp.control.planner.task_list import TaskList
-from ftqp.control.planner.ways.n_minus_one import NMinusOne, Security
 from ftqp.control.planner.ways.way_out import WayOut, ways_out
-from ftqp.control.scene.placed_shapes import Clearance, Scene
-from ftqp.control.task.bounds import Bounds
-from ftqp.control.task.resolvers import Resolver
-from ftqp.control.task.scheme import Scheme
-from ftqp.control.task.soft_tasks import SoftTask
-from ftqp.control.task.task import EmergencyStop, Task
-from ftqp.core.checks import FloatArray, array, frozen, positive
-from ftqp.core.clock import now
+from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import Fixed
-from ftqp.faults.belief import Belief
-from ftqp.faults.detection.diagnosis import Diagnosis, Finding
-from ftqp.faults.kinds import Fault, FreeSwinging, Locked
-from ftqp.kernel.entry.orders import Orders
+from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import Memory, Session
 from ftqp.kernel.entry.way_session import WaySession
 from ftqp.kernel.layout.enums import NEWS, RELAXED
-from ftqp.kernel.layout.record import load_chain
 from ftqp.model.capsules import Capsule
 from ftqp.model.payload import Payload
-from ftqp.model.robot import Robot
-from ftqp.qp.adapters.backend import Backend
 
 P = ParamSpec("P")
 R = TypeVar("R")
-NUMBERS = count()
-"""Of configurations: none occurs twice, so that a number says which one it is."""
+T = TypeVar("T")
 ANEW = "the planner was laid out for it; make another one, ftqp.Planner(robot, {name}=...)"
 """What to do about an attribute that a planner was made with."""
 
@@ -112,52 +75,19 @@ def _refuse_inside(name: str, me: int, owner: int, other: str, frame: FrameType)
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Configuration:
-    """All that a planner was told; it never changes, another one takes its place."""
+def given(read: Callable[[Settings], T]) -> Fixed[T]:
+    """An attribute that a planner was made with."""
+    return Fixed(lambda planner: read(planner._given), remedy=ANEW)
 
-    number: int  # Its own, which the call that writes it into the record leaves beside that
-    belief: Belief  # Which joints have failed
-    arm: MountedRobot  # The arm with its load and tool
-    reserve: BrakingReserve | None  # The deceleration that its motors have; None where torque is not limited
-    # Where the arm begins, q and v, (nv,) each; None before the first ``reset``
-    start: tuple[FloatArray, FloatArray] | None = None
-    speed: float = 1.0  # How fast the arm is led, in (0, 1] of full speed
-    # What else the last change brings about, as often as it is called; None is nothing
-    then: Callable[[], None] | None = None
 
-    def tell(self, K: Any, orders: Orders, before: "Configuration | None") -> None:
-        """Write what differs from the configuration before into a record, ``speed`` aside."""
-        if before is not None and before.arm is not self.arm:
-            if before.arm.payload is not self.arm.payload:
-                K.learned.load[:] = 0.0  # it is what is told now
-            load_chain(K, **self.arm.unloaded.chain.constants())
-            orders.carry(self.arm.load)
-        believes = before is None or before.belief is not self.belief
-        if believes:
-            self.belief.write(orders, None if before is None else before.belief)
-            orders.believed()
-        if before is None or believes or before.reserve is not self.reserve:
-            orders.count_on(None if self.reserve is None else self.reserve.samples)
-        if self.start is not None and (before is None or before.start is not self.start):
-            orders.start(*self.start)
+def told(read: Callable[[Configuration], T], about: str, remedy: str) -> Fixed[T]:
+    """An attribute of what a planner was told last."""
+    return Fixed(lambda planner: read(planner._told.now), about, remedy)
 
-    def tells_as(self, before: "Configuration") -> bool:
-        """Whether nothing but ``speed`` differs of what a record is told."""
-        parts = ("belief", "arm", "reserve", "start")
-        return all(getattr(self, part) is getattr(before, part) for part in parts)
 
-    def weakened(self, before: "Configuration") -> list[int]:
-        """Joints that are now said to have less torque, of an arm whose weight is known."""
-        robot, was = self.arm.robot, before.belief.faults
-        return [
-            robot.joint(joint)
-            for joint, fault in self.belief.faults.items()
-            if robot.has_inertia
-            and was.get(joint) != fault
-            and "tau_max" in fault.shares
-            and getattr(fault, fault.shares["tau_max"]) < 1.0
-        ]
+def part(read: Callable[[Assembly], T], about: str, remedy: str = "it is read, and follows it") -> Fixed[T]:
+    """An attribute of a planner's parts."""
+    return Fixed(lambda planner: read(planner._parts), about, remedy)
 
 
 class Planner:
@@ -212,106 +142,127 @@ class Planner:
     """
 
     __slots__ = (
-        "__weakref__", "_applied", "_at_rest", "_begin", "_fast", "_given", "_inside", "_known", "_loop",
-        "_number", "_out", "_parts", "_rest", "_said", "_session", "_tick",
+        "__weakref__", "_at_rest", "_begin", "_given", "_inside", "_out", "_parts", "_rest", "_said",
+        "_session", "_ticks", "_told",
     )  # fmt: skip
-    _applied: Configuration | None
     _begin: Callable[..., int] | None
     _inside: tuple[int, str, FrameType] | None
-    _known: dict[int, Configuration]
 
-    robot: Fixed[Robot] = Fixed(
-        "_configuration.arm.robot",
-        "The arm as it is fitted now, with its load and tool.",
-        "planner.carry(payload) mounts a load, planner.tool(T) a tool; for another arm make another planner",
-    )
-    dt: Fixed[float] = Fixed("_given.dt", remedy=ANEW)
-    level: Fixed[str] = Fixed("_given.level", remedy=ANEW)
-    task: Fixed[Task] = Fixed("_given.task", remedy=ANEW)
-    tasks: Fixed[TaskList] = Fixed(
-        "_parts.tasks",
+    dt = given(lambda settings: settings.dt)
+    level = given(lambda settings: settings.level)
+    task = given(lambda settings: settings.task)
+    scheme = given(lambda settings: settings.scheme)
+    bounds = given(lambda settings: settings.bounds)
+    emergency = given(lambda settings: settings.emergency)
+    posture = given(lambda settings: settings.posture)
+    drive = given(lambda settings: settings.drive)
+    noise = given(lambda settings: settings.noise)
+    backend = given(lambda settings: settings.backend)
+    plan = given(lambda settings: settings.plan)
+    tasks = part(
+        lambda parts: parts.tasks,
         "The further tasks by name; their weights and targets may be changed between steps.",
         ANEW,
     )
-    constraints: Fixed[Constraints] = Fixed(
-        "_parts.constraints",
+    constraints = part(
+        lambda parts: parts.constraints,
         "Points that are kept on their side of a plane, and rows of your own, by name.",
         ANEW,
     )
-    scheme: Fixed[Scheme | Resolver] = Fixed("_given.scheme", remedy=ANEW)
-    bounds: Fixed[Bounds] = Fixed("_given.bounds", remedy=ANEW)
-    emergency: Fixed[EmergencyStop | None] = Fixed("_given.emergency", remedy=ANEW)
-    posture: Fixed[FloatArray | None] = Fixed("_given.posture", remedy=ANEW)
-    drive: Fixed[Drive] = Fixed("_given.drive", remedy=ANEW)
-    noise: Fixed[Noise] = Fixed("_given.noise", remedy=ANEW)
-    backend: Fixed[str] = Fixed("_given.backend", remedy=ANEW)
-    plan: Fixed[LeadingPlan | None] = Fixed("_given.plan", remedy=ANEW)
-    faults: Fixed[dict[str, Fault]] = Fixed(
-        "_configuration.belief.faults",
+    robot = told(
+        lambda told: told.arm.robot,
+        "The arm as it is fitted now, with its load and tool.",
+        "planner.carry(payload) mounts a load, planner.tool(T) a tool; for another arm make another planner",
+    )
+    faults = told(
+        lambda told: told.belief.faults,
         "The faults believed now, by joint name; a copy.",
         "planner.report(fault) believes one more, planner.withdraw(joint) one less",
     )
-    payload: Fixed[Payload | None] = Fixed(
-        "_configuration.arm.payload",
+    payload = told(
+        lambda told: told.arm.payload,
         "The load that is carried in addition to the robot's own bodies; None is none.",
         "planner.carry(payload) mounts a load, planner.carry(None) puts it down",
     )
-    stopped_because: Fixed[str | None] = Fixed(
-        "_loop.stopped_because",
+    pace = told(
+        lambda told: told.speed,
+        "How fast the arm is led, in (0, 1]: ``speed``.",
+        "planner.speed = share asks for another one",
+    )
+    stopped_because = part(
+        lambda parts: parts.loop.stopped_because,
         "Why a stop is latched, in a sentence that names the joint; None while none is.",
         "planner.stop() stops the arm, planner.resume() lets it go on",
     )
-    pace: Fixed[float] = Fixed(
-        "_loop.speed",
-        "How fast the arm goes, in (0, 1]: ``speed``.",
-        "planner.speed = share asks for another one",
+    scene = part(
+        lambda parts: None if parts.surroundings is None else parts.surroundings.scene,
+        "What stands around the arm; None where it keeps clear of nothing.",
+    )
+    clearance = part(
+        lambda parts: None if parts.surroundings is None else parts.surroundings.clearance,
+        "How far it keeps from itself and from the scene; None where it keeps clear of nothing.",
+    )
+    pairs_left_out = part(
+        lambda parts: () if parts.surroundings is None else parts.surroundings.left_out,
+        "Pairs of the arm's own bodies that are built too near to each other to be kept apart, by name.",
+    )
+    watched_pairs = part(
+        lambda parts: () if parts.surroundings is None else parts.surroundings.names,
+        "The bodies of each pair that are kept apart, by name, those of ends of bodies as well.",
+    )
+    task_rows = part(
+        lambda parts: parts.task_rows, "The rows of the pose that the task has, of x, y, z, rx, ry, rz."
+    )
+    given_up = part(
+        lambda parts: parts.degrading.given_up,
+        "What of the task is given up now, as it cannot be held, in a sentence; None while all counts.",
+    )
+    learned = part(
+        lambda parts: parts.loop.learned,
+        "What the planner has estimated of the arm: of position servos, or what a torque arm's model lacks."
+        " On drive ``position`` lag, sag, friction and noise of each joint with standard deviations, in "
+        "numbers and ``sentences``; None before the arm has moved, and of one whose samples are commands. "
+        "On drive ``torque`` rotors, friction and a load, since ``reset``: what is known by now may be "
+        "stated, "
+        "``planner.carry(planner.learned.payload)``, ``robot.with_rotors(...)``; None before the first step, "
+        "and with ``inertia_error=0``. None with drive ``velocity``.",
+    )
+    diagnosis = part(
+        lambda parts: None if parts.response is None else parts.response.diagnosis,
+        "What the detector holds for likely; None without one.",
+    )
+    findings = part(
+        lambda parts: () if parts.response is None else tuple(parts.response.findings),
+        "What the detector has found since ``reset`` and the planner acted upon, in order.",
+    )
+    plan_time = part(
+        lambda parts: None if parts.leading is None else parts.leading.at,
+        "The time of the plan at which the end effector is [s]; None without a plan.",
+    )
+    security = part(
+        lambda parts: None if parts.watch is None else parts.watch.security,
+        "What the lock of each joint would cost, as it was looked at last; None without ``n_minus_one``.",
     )
 
-    def __init__(
-        self,
-        robot: Robot,
-        dt: float = 1e-3,
-        *,
-        level: str = "acceleration",
-        scheme: Scheme | Resolver | str | Mapping[str, Any] | None = None,
-        task: Task | None = None,
-        bounds: Bounds | str | Mapping[str, Any] = "viability",
-        backend: str | File | Mapping[str, Any] | Backend = "active_set",
-        posture: Any = None,
-        torque_limits: bool = True,
-        emergency: EmergencyStop | None = EmergencyStop(),  # noqa: B008  frozen
-        timing: bool = False,
-        branch_limits: Mapping[str | int, Any] | None = None,
-        drive: Drive | str | Mapping[str, Any] = "position",
-        noise: Noise | None = None,
-        detector: Detector | bool | None = None,
-        plan: LeadingPlan | None = None,
-        tasks: Sequence[Task | SoftTask] | None = None,
-        constraints: Sequence[Constraint] | None = None,
-        scene: Scene | None = None,
-        clearance: Clearance | None = None,
-        remember: float | None = None,
-        n_minus_one: NMinusOne | None = None,
-    ) -> None:
-        given = self._given = settled(
-            robot, dt, level=level, scheme=scheme, task=task, bounds=bounds, backend=backend, posture=posture,
-            torque_limits=torque_limits, emergency=emergency, timing=timing, branch_limits=branch_limits,
-            drive=drive, noise=noise, detector=detector, plan=plan, tasks=tasks, constraints=constraints,
-            scene=scene, clearance=clearance, remember=remember, n_minus_one=n_minus_one,
-        )  # fmt: skip
-        robot, self._inside = given.robot, None
-        parts = self._parts = Assembly(given, self._believe, self._disbelieve, self.what_ifs)
-        self._session, self._loop = parts.session, parts.loop
-        self._out, self._said, self._rest = parts.out, parts.said, parts.rest
-        self._at_rest = np.zeros(robot.nv)
-        reserve = braking_reserve(robot) if given.limits_torque else None
-        told = Configuration(next(NUMBERS), Belief(robot), MountedRobot(robot), reserve)
-        self._number, self._known = np.array([told.number]), {told.number: told}
-        self._applied = None
-        told.tell(self._session.K, parts.orders, None)
-        self._apply()
-        if n_minus_one is not None:
-            self._refuse_looking_ahead()
+    @takes(planner_settings)
+    def __init__(self, given: Settings) -> None:
+        self._given, self._inside, self._begin = given, None, None
+        self._parts = parts = Assembly(
+            given,
+            lambda fault: self._told.believe(fault),
+            lambda joint: self._told.disbelieve(joint),
+            self.what_ifs,
+        )
+        self._session, self._out, self._said, self._rest = parts.session, parts.out, parts.said, parts.rest
+        self._ticks = Ticks(parts)
+        self._at_rest = self._ticks.at_rest
+        self._told = CurrentConfiguration(parts, self._let)
+        if given.n_minus_one is not None:
+            parts.refuse_looking_ahead(self._told.now.reserve)
+
+    def _let(self, tick: Callable[..., int] | None) -> None:
+        """Steps may call this tick at once; None: what the planner was told is looked at first."""
+        self._begin = tick
 
     def __repr__(self) -> str:
         failed = ", ".join(self.faults)
@@ -324,21 +275,6 @@ class Planner:
         """What it was made with and what it believes, for notebooks."""
         return planner_html(self)
 
-    @property
-    def scene(self) -> Scene | None:
-        """What stands around the arm; None where it keeps clear of nothing."""
-        return None if self._parts.surroundings is None else self._parts.surroundings.scene
-
-    @property
-    def clearance(self) -> Clearance | None:
-        """How far it keeps from itself and from the scene; None where it keeps clear of nothing."""
-        return None if self._parts.surroundings is None else self._parts.surroundings.clearance
-
-    @property
-    def pairs_left_out(self) -> tuple[tuple[str, str], ...]:
-        """Pairs of the arm's own bodies that are built too near to each other to be kept apart, by name."""
-        return () if self._parts.surroundings is None else self._parts.surroundings.left_out
-
     def distances(self, q: Any) -> dict[tuple[str, str], FloatArray]:
         """The distance of each pair of bodies that are kept apart [m], by their names.
 
@@ -349,25 +285,12 @@ class Planner:
         Raises:
             InputError: A wrong shape, or a planner without a scene.
         """
-        known = self._parts.kept_clear()
-        if np.ndim(q) == 2:
-            return known.distances(array("q", q, (len(q), self.robot.nv), "(S, nv)"))
-        return {names: d[0] for names, d in known.distances(self.robot.angles(q)[None]).items()}
-
-    @property
-    def task_rows(self) -> tuple[str, ...]:
-        """The rows of the pose that the task has, of x, y, z, rx, ry, rz."""
-        return self._parts.task_rows
+        return self._parts.kept_clear().distances_at(q)
 
     @property
     def kept_rows(self) -> str | tuple[str, ...]:
         """The rows that are asked for now: ``position_axis``, or names, as searches take them."""
         return "position_axis" if self._session.K.task.tool_rows else self.task_rows
-
-    @property
-    def given_up(self) -> str | None:
-        """What of the task is given up now, as it cannot be held, in a sentence; None while all counts."""
-        return self._parts.degrading.given_up
 
     @property
     def tick(self) -> int:
@@ -380,19 +303,7 @@ class Planner:
 
         It is known of a torque arm only, 0 for failed joints, and NaN with another drive.
         """
-        return self._loop.disturbance
-
-    @property
-    def learned(self) -> Learned | LearnedServos | None:
-        """What the planner has estimated of the arm: of position servos, or what a torque arm's model lacks.
-
-        On drive ``position`` lag, sag, friction and noise of each joint with standard deviations, in
-        numbers and ``sentences``; None before the arm has moved, and of one whose samples are its commands.
-        On drive ``torque`` rotors, friction and a load, since ``reset``: what is known by now may be stated,
-        ``planner.carry(planner.learned.payload)``, ``robot.with_rotors(...)``; None before the first step,
-        and with ``inertia_error=0``. None with drive ``velocity``.
-        """
-        return learned(self._session, self.robot)
+        return self._parts.loop.disturbance
 
     @property
     def touch(self) -> FloatArray | None:
@@ -402,30 +313,16 @@ class Planner:
         where the force explains what is unusual much better no joint is suspected. None while nothing pushes,
         with another drive, and while a joint is known to have failed. What lasts longer than 1 s is a load.
         """
-        return self._loop.touch
-
-    @property
-    def diagnosis(self) -> Diagnosis | None:
-        """What the detector holds for likely; None without one."""
-        return None if self._parts.response is None else self._parts.response.diagnosis
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """What the detector has found since ``reset`` and the planner acted upon, in order."""
-        return () if self._parts.response is None else tuple(self._parts.response.findings)
+        return self._parts.loop.touch
 
     def view(self) -> PlannerView:
         """The planner's own state and belief, to be read: for what is built around it."""
         return PlannerView(self._session, self.robot)
 
-    def passable(self, walled: Walled | None = None) -> MotionValidity:
-        """What says where the arm may be, as believed now: its motors, kept points, itself and its scene.
-
-        Args:
-            walled: What the end effector is to stay in, too; None is anywhere.
-        """
+    def passable(self) -> MotionValidity:
+        """What says where the arm may be, as believed now: its motors, kept points, itself and its scene."""
         view = self.view()
-        return MotionValidity(self.robot, view.limits.tau, view.working, self._parts.keeps, self, walled)
+        return MotionValidity(self.robot, view.limits.tau, view.working, self._parts.keeps, self)
 
     def way_session(self) -> WaySession:
         """The arm, its limits and what stands around it as believed now, for a search for ways."""
@@ -437,19 +334,9 @@ class Planner:
         """Whether bodies are kept apart, or points and axes where they may be."""
         return bool(self._parts.keeps) or bool(self.watched_pairs)
 
-    @property
-    def watched_pairs(self) -> tuple[tuple[str, str], ...]:
-        """The bodies of each pair that are kept apart, by name, those of ends of bodies as well."""
-        return () if self._parts.surroundings is None else self._parts.surroundings.names
-
     def session(self) -> Session:
         """A copy of all that the planner knows, for studies of what is in it."""
         return self._session.copy()
-
-    @property
-    def plan_time(self) -> float | None:
-        """The time of the plan at which the end effector is [s]; None without a plan."""
-        return None if self._parts.leading is None else self._parts.leading.at
 
     @guarded("reset")
     def reset(self, q: Any, v: Any = None) -> None:
@@ -465,10 +352,7 @@ class Planner:
         Raises:
             InputError: A wrong shape, or a number that is not finite.
         """
-        n = self.robot.nv
-        q = frozen(self.robot.angles(q))
-        v = frozen(np.zeros(n) if v is None else array("v", v, (n,), "(nv,)"))
-        self._change(lambda told: replace(told, start=(q, v)))
+        self._told.start(q, v)
 
     @guarded("report")
     def report(self, fault: Fault) -> None:
@@ -480,12 +364,9 @@ class Planner:
         Raises:
             InputError: An unknown joint, or not a fault.
         """
-        response = self._parts.response
-        self._change(
-            lambda told: replace(told, belief=told.belief.reported(fault)),
-            response and partial(response.told, fault),
-        )
+        self._told.report(fault)
 
+    @guarded("brake")
     def brake(self, joint: str | int) -> None:
         """Let the brake of a joint that swings freely be closed, and believe that it stands where it is.
 
@@ -497,15 +378,7 @@ class Planner:
         Raises:
             InputError: An unknown joint, or one that does not swing freely.
         """
-        i = self.robot.joint(joint)
-        name = self.robot.joints[i]
-        if not isinstance(self.faults.get(name), FreeSwinging):
-            raise InputError(
-                f"{name} is not believed to swing freely, so that no brake of it is asked for; report it as "
-                "ftqp.Locked if it stands"
-            )
-        self._loop.ask_for_brake(i)
-        self.report(Locked(name, mode="instant"))
+        self._told.brake(joint)
 
     @guarded("withdraw")
     def withdraw(self, joint: str | int) -> None:
@@ -517,11 +390,7 @@ class Planner:
         Raises:
             InputError: An unknown joint.
         """
-        response = self._parts.response
-        self._change(
-            lambda told: replace(told, belief=told.belief.without(joint)),
-            response and partial(response.forget, joint),
-        )
+        self._told.withdraw(joint)
 
     @guarded("carry")
     def carry(self, payload: Payload | None) -> None:
@@ -537,19 +406,7 @@ class Planner:
         Raises:
             InputError: This is no payload, or a robot without masses.
         """
-        limited = self._given.limits_torque
-
-        def loaded(told: Configuration) -> Configuration:
-            arm = told.arm.carrying(payload)
-            load = None if payload is None else arm.load
-            reserve = braking_reserve(arm.unloaded, load) if limited else None
-            return replace(told, arm=arm, reserve=reserve)
-
-        self._change(loaded)
-        if payload is not None:
-            K, n = self._session.K, self.robot.nv
-            q = K.state.q_command[:n] if K.state.is_reset else None
-            warn_of_weight(self.robot, q, K.limits.tau_max[:n])
+        self._told.carry(payload)
 
     @guarded("tool")
     def tool(self, T: Any) -> None:
@@ -564,11 +421,7 @@ class Planner:
         Raises:
             InputError: T is no pose, or a plan leads the planner, which is one of its own tip.
         """
-        if self._parts.leading is not None:
-            raise InputError(
-                "the planner follows a plan of another end effector; plan for robot.with_tip(T) instead"
-            )
-        self._change(lambda told: replace(told, arm=told.arm.holding(T)))
+        self._told.hold(T)
 
     @guarded("attach")
     def attach(self, name: str, shapes: Capsule | Sequence[Capsule]) -> None:
@@ -607,95 +460,16 @@ class Planner:
         ``TargetFollower`` by as much, an operator's twist included. Targets that the user's own clock gives
         to ``step`` are not changed by it.
         """
-        return self._configuration.speed
+        return self._told.now.speed
 
     @speed.setter
     @guarded("speed")
     def speed(self, share: float) -> None:
-        if not 0.0 < positive("speed", share) <= 1.0:
-            raise InputError(f"speed is {share:g}, expected a share of full speed in (0, 1]")
-        self._change(lambda told: replace(told, speed=float(share)))
-
-    def _believe(self, fault: Fault) -> None:
-        """Believe a fault that the detector has found, and let it look at the other joints."""
-        response = self._parts.response
-        self._change(
-            lambda told: replace(told, belief=told.belief.reported(fault)),
-            response and partial(response.believed, fault),
-        )
-
-    def _disbelieve(self, joint: str | int) -> None:
-        """Believe that a joint is healthy, as the detector has found."""
-        self._change(lambda told: replace(told, belief=told.belief.without(joint)))
-
-    @property
-    def _configuration(self) -> Configuration:
-        """What the planner was told last, by the number that its record was written with."""
-        return self._known[int(self._number[0])]
-
-    def _change(
-        self, change: Callable[[Configuration], Configuration], then: Callable[[], None] | None = None
-    ) -> None:
-        """Tell the planner something else: all is worked out first, then one compiled call writes it."""
-        written = False
-        while not written:
-            self._apply()
-            before = self._configuration
-            after = replace(change(before), number=next(NUMBERS), then=then)
-            draft = Draft.taken(self._parts.arm)
-            changes = self._worked_out(before, after, draft)
-            write = write_call(changes)
-            self._known[after.number] = after
-            self._begin = None  # until its parts have followed, steps look at what the planner was told
-            # as one expression: no signal handler comes between the look and the call
-            written = self._number[0] == before.number and write() == 0
-            draft.give_back()
-            self._known.pop((before if written else after).number, None)
-        self._apply()
-
-    def _worked_out(self, before: Configuration, after: Configuration, draft: Draft) -> list[tuple[Any, Any]]:
-        """What makes the record that of another configuration, its number included."""
-        changes = [(self._number, np.array([after.number]))]
-        if not after.tells_as(before):
-            if before.arm is not after.arm:
-                self._out.fill_in()  # steps that are kept stay with the arm that they had
-            draft.begin(self._session, self._parts.arm, self._parts.orders)
-            after.tell(draft.K, draft.orders, before)
-            if draft.K.state.is_reset:
-                for i in after.weakened(before):
-                    self._loop.find_overload(i, draft.K, draft.orders)
-            changes += draft.changes
-        if after.speed != before.speed:
-            changes.append((self._session.field("feedback", "speed"), np.array([after.speed])))
-        return changes
-
-    def _apply(self) -> None:
-        """Let the planner's parts follow what it was told as far as they have not; begun, it begins again."""
-        while self._applied is not self._configuration:
-            before, told = self._applied, self._configuration
-            if before is not None and before.arm is not told.arm:
-                for stage in self._parts.stages:
-                    if stage.mount is not None:
-                        stage.mount(told.arm.robot)
-            if before is None or before.belief is not told.belief:
-                for stage in self._parts.stages:
-                    if stage.believe is not None:
-                        stage.believe(told.belief)
-                self._tick, self._fast = self._parts.ticks()
-            if before is not None and before.speed != told.speed:
-                self._loop.speed = told.speed
-            if told.start is not None and (before is None or before.start is not told.start):
-                for stage in self._parts.stages:
-                    if stage.begin is not None:
-                        stage.begin(told.start[0], told.arm.robot, told.belief)
-            if told.then is not None:
-                told.then()
-            self._applied = told
-        self._begin = self._fast
+        self._told.lead_at(share)
 
     def stop(self) -> None:
         """Brake every healthy joint from the next step on and hold it, until ``resume`` or ``reset``."""
-        self._loop.stop()
+        self._parts.loop.stop()
 
     def resume(self) -> bool:
         """Go on from where the arm is after a stop, with the task as it is now.
@@ -703,10 +477,7 @@ class Planner:
         Returns:
             Whether the planner goes on; it does not while a lost sensor forbids it, and needs ``reset``.
         """
-        goes_on = self._loop.resume()
-        if goes_on and self._parts.response is not None:
-            self._parts.response.go_on()
-        return goes_on
+        return self._parts.loop.resume()
 
     # Each default by keyword only costs 15 ns before Python 3.13: hence an argument that ends those by place.
     def step(
@@ -742,24 +513,18 @@ class Planner:
         if tau is None and tip is None and _ is None and begin is not None and ticks == 1:
             try:
                 code = begin(q, self._at_rest if v is None else v, target.packed, target.row)
-            except (AttributeError, TypeError, ValueError, OverflowError) as error:
-                if isinstance(target, Mapping):
-                    return self.step(q, v, self._parts.tasks.distributed(target))
-                raise not_a_target(target) from error
-            if 0 <= code < NEWS:
+            except (AttributeError, TypeError, ValueError, OverflowError):
+                code = -1  # no target; what is below says so, or takes it for a table of them
+            if code >= NEWS:
+                code = self._ticks.respond(code)
+                self._said.code = code
+                return self._out
+            if code >= 0:
                 self._said.code = code
                 if code == RELAXED or self._rest.held:
                     self._rest.tell(self._out)
                 return self._out
-            if code >= NEWS:
-                self._parts.respond()
-                self._said.code = code - NEWS
-                return self._out
-        if isinstance(target, Mapping):
-            target = self._parts.tasks.distributed(target)
-        if _ is not None or not isinstance(target, Target | Targets) or not is_row(target.row):
-            raise not_a_target(target, _)
-        return self._led(None, q, v, (target.packed, target.row), tau, tip, ticks=ticks)
+        return self._led(None, q, v, self._ticks.target(target, _), tau, tip, ticks=ticks)
 
     def ways_out(self, home: Any = None) -> tuple[WayOut, ...]:
         """Where the arm can go from here with the joints that work, tried in thought, what is clear first.
@@ -798,75 +563,24 @@ class Planner:
         Raises:
             InputError: They do not go together.
         """
-        tick, path = self._parts.led_tick(leader), leader if leader.kind == "path" else None
-
-        def step(q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
-            out = self._led(tick, q, v, target, tau, tip, path)
-            return out if meant is None else with_error_to(self._session.K, self._said, out, meant)
-
-        return Lead(step, self._session, leader, self._parts.orders.give_up)
+        return Lead(self._led, self._parts, leader, meant)
 
     def blocks(self) -> Blocks | None:
         """The planner's ticks in closed loop without Python between them, for simulations.
 
         None where a foreign solver or a clock takes part in every tick.
         """
-        self._apply()
-        return Blocks(self._session, self._tick, self.robot) if self._parts.is_compiled else None
+        self._told.apply()
+        return Blocks(self._session, self._parts.tick, self.robot) if self._parts.is_compiled else None
 
     @guarded("step")
-    def _led(
-        self,
-        tick: Any,
-        q: Any,
-        v: Any,
-        target: tuple[Any, ...],
-        tau: Any,
-        tip: Any,
-        path: Memory | None = None,
-        ticks: int = 1,
-    ) -> Step:
-        """A step of any leader, None the clock, with measured torques or tip, converted arrays and times."""
-        self._apply()
+    def _led(self, *given: Any, **more: Any) -> Step:
+        """A step of any leader; see ``Ticks.make``."""
+        self._told.apply()
         self._begin = None  # so that another thread's step comes here, too, where it is refused
-        # a joint that swings freely leads in the place of a path, which stands
-        if path is not None and self._parts.free is not None and self._parts.free.leads:
-            held = self._parts.free.held_target(path)
-            if held is not None:
-                tick, target = None, (held, 0)
-        tick = self._tick if tick is None else tick
-        began = now() if self._given.timing else 0
-        v = self._at_rest if v is None else v
-        if ticks != 1:
-            made_up_for(self._parts.orders, tick, target, whole_ticks(ticks), self._at_rest)
-        if self._parts.response is not None:
-            self._parts.response.feel(tau)
-        if tau is None and tip is None:
-            code = converted_tick(tick, q, v, target)
-        else:
-            code = measured_tick(self._session, tick, q, v, target, tau, tip)
-        if code < 0:
-            raise mistake(code, q, v, self.robot.nv, self.robot.nq)
-        if code >= NEWS:
-            self._parts.respond()
-            code -= NEWS
-        out, said = self._out, self._said
-        said.code = code
-        if code == RELAXED or self._rest.held:
-            self._rest.tell(out)
-        if self._given.timing:
-            said.duration = (now() - began) * 1e-9
-        self._begin = self._fast
-        return out
-
-    def _refuse_looking_ahead(self) -> None:
-        """Refuse at once what ``n_minus_one`` would refuse when it looks ahead."""
-        try:
-            self._what_ifs()
-        except InputError as error:
-            raise InputError(
-                f"n_minus_one looks ahead in a batch: {error}; or leave n_minus_one out"
-            ) from error
+        step = self._ticks.make(*given, **more)
+        self._begin = self._parts.fast
+        return step
 
     def what_ifs(self) -> RolloutSetup:
         """What other arms like this one would begin with, for ``ftqp.batch``; nothing here changes.
@@ -876,16 +590,7 @@ class Planner:
         """
         if not self._session.K.state.is_reset:
             self._parts.tasks.refuse_without_target()
-        return self._what_ifs()
-
-    def _what_ifs(self) -> RolloutSetup:
-        told = self._configuration
-        return self._parts.what_ifs(self.robot, self.faults, told.reserve)
-
-    @property
-    def security(self) -> Security | None:
-        """What the lock of each joint would cost, as it was looked at last; None without ``n_minus_one``."""
-        return None if self._parts.watch is None else self._parts.watch.security
+        return self._parts.what_ifs(self.robot, self.faults, self._told.now.reserve)
 
     def foresee(self, path: Path | None, at: float = 0.0) -> None:
         """Say what the end effector will follow, for ``n_minus_one``; a ``PathFollower`` says it by itself.
@@ -904,8 +609,9 @@ class Planner:
             InputError: A foreign solver, a network, a closed form, a plan, further tasks, functions in
                 Python, a cloud of balls, or faults that it already believes in.
         """
-        self._apply()
-        return self._parts.deployable(self._configuration.belief, self._configuration.reserve)
+        self._told.apply()
+        told = self._told.now
+        return self._parts.deployable(told.belief, told.reserve)
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(

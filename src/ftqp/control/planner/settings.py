@@ -1,8 +1,12 @@
 """What a planner was asked for: every argument checked, named things made, and what follows from them."""
 
 import logging
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import update_wrapper
+from inspect import Parameter, signature
+from pathlib import Path
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -35,6 +39,8 @@ from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.registry import backend as make_backend
 
+P = ParamSpec("P")
+S = TypeVar("S")
 LEVELS = {level.name.lower(): level for level in Level}
 _LOG = logging.getLogger("ftqp")
 SHORTEST = 1e-6
@@ -131,17 +137,55 @@ class Settings:
             )
 
 
-def settled(
-    robot: Robot, dt: Any, *, level: str, scheme: Any, task: Any, bounds: Any, backend: Any, posture: Any,
-    torque_limits: bool, emergency: Any, timing: bool, branch_limits: Any, drive: Any, noise: Any,
-    detector: Any, plan: Any, tasks: Any, constraints: Any, scene: Any, clearance: Any, remember: Any,
-    n_minus_one: Any,
-) -> Settings:  # fmt: skip
-    """The arguments of a ``Planner``, checked in their order; see there."""
+def takes(
+    options: Callable[P, S],
+) -> Callable[[Callable[[Any, S], None]], Callable[Concatenate[Any, P], None]]:
+    """Makes a constructor of what a function has made of its arguments one of those arguments."""
+
+    def with_options(make: Callable[[Any, S], None]) -> Callable[Concatenate[Any, P], None]:
+        def begin(self: Any, /, *args: P.args, **kwargs: P.kwargs) -> None:
+            make(self, options(*args, **kwargs))
+
+        me, given = Parameter("self", Parameter.POSITIONAL_OR_KEYWORD), signature(options)
+        asked: Any = update_wrapper(begin, make)
+        asked.__signature__ = given.replace(
+            parameters=[me, *given.parameters.values()], return_annotation=None
+        )
+        return begin
+
+    return with_options
+
+
+def planner_settings(
+    robot: Robot,
+    dt: float = 1e-3,
+    *,
+    level: str = "acceleration",
+    scheme: Scheme | Resolver | str | Mapping[str, Any] | None = None,
+    task: Task | None = None,
+    bounds: Bounds | str | Mapping[str, Any] = "viability",
+    backend: str | Path | Mapping[str, Any] | Backend = "active_set",
+    posture: Any = None,
+    torque_limits: bool = True,
+    emergency: EmergencyStop | None = EmergencyStop(),  # noqa: B008  frozen
+    timing: bool = False,
+    branch_limits: Mapping[str | int, Any] | None = None,
+    drive: Drive | str | Mapping[str, Any] = "position",
+    noise: Noise | None = None,
+    detector: Detector | bool | None = None,
+    plan: LeadingPlan | None = None,
+    tasks: Sequence[Task | SoftTask] | None = None,
+    constraints: Sequence[Constraint] | None = None,
+    scene: Scene | None = None,
+    clearance: Clearance | None = None,
+    remember: float | None = None,
+    n_minus_one: NMinusOne | None = None,
+) -> Settings:
+    """The arguments of a ``Planner``, which explains them, checked in their order."""
     instance("n_minus_one", n_minus_one, NMinusOne | None, "an ftqp.NMinusOne or None")
     instance("detector", detector, Detector | bool | None, "an ftqp.Detector, False or None")
-    task, soft, target = split(getattr(robot, "tip", None), task, tasks)
-    constraints = listed(constraints)
+    of_tip, soft, target = split(getattr(robot, "tip", None), task, tasks)
+    asked = listed(constraints)
     instance("scene", scene, Scene | None, "an ftqp.Scene or None")
     instance("clearance", clearance, Clearance | None, "an ftqp.Clearance or None")
     if level not in LEVELS:
@@ -154,7 +198,7 @@ def settled(
     dt = positive("dt", dt, "s")
     if dt < SHORTEST:
         raise InputError(f"dt is {dt:g} s, expected at least {SHORTEST:g} s; no arm takes commands so often")
-    task = Task() if task is None else task
+    task = Task() if of_tip is None else of_tip
     instance("task", task, Task, 'an ftqp.Task or None, ftqp.Task(rows="position")')
     is_led = plan is not None or (n_minus_one is not None and n_minus_one.leads)
     made = schemes.by_name("rmp" if scheme is None and is_led else scheme)
@@ -183,11 +227,11 @@ def settled(
         )
     if plan is not None:
         _refuse_plan(made, criterion, posture)
-    refuse_without_effect(constraints, robot, torque_limits)
+    refuse_without_effect(asked, robot, torque_limits)
     if n_minus_one is not None:
         refuse_led(n_minus_one, criterion, made.name, plan)
     return Settings(
-        robot=robot, dt=dt, level=level, task=task, tasks=soft, target=target, constraints=constraints,
+        robot=robot, dt=dt, level=level, task=task, tasks=soft, target=target, constraints=asked,
         scheme=made, criterion=criterion, bounds=intervals, emergency=emergency, drive=taken, noise=noise,
         posture=posture, solver=solver, plan=plan, detector=detector, scene=scene, clearance=clearance,
         remember=remember, n_minus_one=n_minus_one, timing=timing,

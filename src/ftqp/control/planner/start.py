@@ -85,7 +85,6 @@ class Degrading:
         self._said = level
 
 
-_LOG = logging.getLogger("ftqp")
 FAR = 0.05
 """A first target that is farther from the tip [m] is no beginning of a motion from where the arm is. A
 convention: the default of the emergency stop's threshold."""

@@ -1,23 +1,19 @@
 """What a detector knows of healthy motion, in a file."""
 
 import json
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Self, final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array, is_number, read_only
-from ftqp.core.errors import InputError
+from ftqp.core.checks import FloatArray, array, as_number, read_only
+from ftqp.core.errors import InputError, reading
 
 FORMAT = 1
 """Version of the file."""
-LARGEST_FILE = 10_000_000
-"""Bytes that are read at most."""
-LARGEST = 1e9
-"""No figure of a calibration is larger [-]. A convention: far beyond any, and far below where squares
-overflow."""
+AGAIN = "make a new one from runs of the healthy arm, `ftqp calibrate RUN --out FILE` or detector.calibrate"
+"""The remedy for a file that is none."""
 
 
 @final
@@ -90,53 +86,15 @@ class Calibration:
         Raises:
             InputError: The file cannot be read, or is no calibration of this version.
         """
-        file = Path(path)
-        if file.exists() and not (file.is_file() and file.stat().st_size <= LARGEST_FILE):
-            raise InputError(
-                f"{path} is no calibration, but a folder, a device or a file of more than "
-                f"{LARGEST_FILE / 1e6:.0f} MB; name the file that calibration.save(file) wrote"
-            )
-        try:
-            content = json.loads(file.read_text(encoding="utf-8"))
-        except (OSError, ValueError, RecursionError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise InputError(
-                f"{path} cannot be read as a calibration: {reason}; make one with "
-                "detector.calibrate(log).calibration.save(file)"
-            ) from error
-        names = {field.name for field in fields(cls)}
-        if not isinstance(content, dict) or content.get("format") != FORMAT or not names <= content.keys():
-            raise InputError(
-                f"{path} is no calibration of format {FORMAT}; make a new one from runs of the healthy arm, "
-                "`ftqp calibrate RUN --out FILE` or ftqp.Detector.calibrate"
-            )
-        values = {name: content[name] for name in names}
-        _refuse_strange(path, values)
-        n = len(values["joints"])
-        return cls(
-            **values
-            | {
-                "joints": tuple(values["joints"]),
-                "coulomb": array("coulomb of the calibration", values["coulomb"], (n,)),
-                "viscous": array("viscous of the calibration", values["viscous"], (n,)),
-            }
-        )
-
-
-def _refuse_strange(path: str | Path, values: Mapping[str, Any]) -> None:
-    """Refuse what is of another kind than a calibration has; its arrays are looked at where they are made."""
-    for field in fields(Calibration):
-        value = values[field.name]
-        if field.name == "joints":
-            good = isinstance(value, list) and all(isinstance(name, str) for name in value)
-        elif field.type in (str, bool):
-            good = type(value) is field.type
-        elif field.type in (int, float):
-            good = is_number(value, LARGEST) and (field.type is float or isinstance(value, int))
-        else:
-            good = True
-        if not good:
-            raise InputError(
-                f"{path} is no calibration: its {field.name} is {value!r:.60}; make a new one with "
-                "ftqp.Detector.calibrate"
+        with reading(path, "a calibration", AGAIN):
+            found = json.loads(Path(path).read_text(encoding="utf-8"))
+            if found.get("format") != FORMAT:
+                raise InputError(f"{path} is no calibration of format {FORMAT}; {AGAIN}")
+            n = len(found["joints"])
+            return cls(
+                joints=tuple(map(str, found["joints"])),
+                drive=str(found["drive"]),
+                coulomb=array("coulomb of the calibration", found["coulomb"], (n,)),
+                viscous=array("viscous of the calibration", found["viscous"], (n,)),
+                **{key: as_number(key, found[key]) for key in ("dt", "sigma", "quantum", "hours")},
             )

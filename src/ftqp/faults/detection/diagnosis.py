@@ -10,53 +10,19 @@ import numpy as np
 from ftqp.core.errors import unknown
 from ftqp.faults.detection.sight import Sight
 from ftqp.kernel.layout.enums import FaultKind
-from ftqp.kernel.layout.thresholds import LEAST_SPEED
+from ftqp.kernel.layout.thresholds import LEAST_SPEED, SUSPECTS
 
 WORDS = {
     FaultKind.LOCKED: "does not move",
     FaultKind.FREE_SWINGING: "has no torque",
-    FaultKind.DEGRADED: "gives less torque than asked",
     FaultKind.RUNAWAY: "runs away with nearly all its torque",
     FaultKind.SENSOR_FROZEN: "has an encoder that repeats its number",
     FaultKind.SENSOR_BIASED: "has an encoder whose numbers have jumped",
     FaultKind.SENSOR_DROPPED: "has an encoder that gives no numbers",
 }
-"""What is said of a joint of which one kind is left."""
-SETS = {
-    frozenset({"locked", "free_swinging"}): (
-        "{joint} does not move: locked, or without torque and held by friction"
-    ),
-    frozenset({"locked", "free_swinging", "degraded"}): (
-        "{joint} does not move: locked, or with too little torque, or none, to overcome its friction"
-    ),
-    frozenset({"locked", "degraded"}): (
-        "{joint} does not move: locked, or with too little torque to overcome its friction"
-    ),
-    frozenset({"free_swinging", "degraded"}): (
-        "{joint} gives less torque than asked; the share cannot be seen while it needs so little"
-    ),
-}
-"""What is said where kinds cannot be told apart."""
+"""What is said of a joint by what was found of it."""
 TOUCHES = 3
 """So many ticks in a row speak for a touch. A convention, because single ones flicker."""
-NO_TIP = ", or its encoder does not: no measured pose decides"
-"""What is added where the encoder may be frozen, too."""
-
-
-def kinds_of(code: int) -> frozenset[str]:
-    """The names of the kinds in a set that compiled code wrote as a number."""
-    return frozenset(kind.name.lower() for kind in FaultKind if code & kind)
-
-
-def sentence_of(joint: str, kinds: frozenset[str], share: float | None) -> str:
-    """What an operator reads of a finding."""
-    if "sensor_frozen" in kinds and len(kinds) > 1:
-        return sentence_of(joint, kinds - {"sensor_frozen"}, share).removesuffix(".") + NO_TIP + "."
-    if len(kinds) > 1:
-        return SETS[kinds].format(joint=joint) + "."
-    kind = FaultKind[next(iter(kinds)).upper()]
-    part = f"; about {100.0 * share:.0f} % is left" if share is not None else ""
-    return f"{joint} {WORDS[kind]}{part}."
 
 
 @final
@@ -66,12 +32,10 @@ class Finding:
 
     Attributes:
         joint: Its name.
-        kinds: What it may be; more than one where they cannot be told apart.
+        kinds: What it is, one word of ``kind``.
         sentence: The same for an operator.
         onset: When it began, by estimate [s] since the reset.
         detected_at: When that was certain [s] since the reset.
-        share: Part of the torque that is left, for ``degraded`` alone; None where it cannot be seen.
-        size: Jump of a biased sensor [rad or m]; None of other kinds.
         withdrawn_at: When a planner saw that the joint moves after all [s] since the reset; None is never.
     """
 
@@ -80,68 +44,58 @@ class Finding:
     sentence: str
     onset: float
     detected_at: float
-    share: float | None = None
-    size: float | None = None
     withdrawn_at: float | None = None
 
     @property
-    def kind(self) -> str | None:
-        """The kind, or None where several are left."""
-        return next(iter(self.kinds)) if len(self.kinds) == 1 else None
+    def kind(self) -> str:
+        """The kind: ``locked``, ``free_swinging``, ``runaway`` or one that begins with ``sensor_``."""
+        return next(iter(self.kinds))
 
 
 @final
 class JointDiagnosis:
     """What is held of one joint; it follows its detector."""
 
-    __slots__ = ("_dt", "_i", "_look", "name")
+    __slots__ = ("_K", "_i", "name")
 
-    def __init__(self, name: str, index: int, look: Callable[[str], Any]) -> None:
+    def __init__(self, name: str, index: int, K: Any) -> None:
         self.name = name
-        self._i, self._look = index, look
-
-    def _ticks(self, name: str) -> float:
-        return float(self._look(name)[self._i]) * float(self._look("dt")[0])
+        self._i, self._K = index, K
 
     @property
     def z(self) -> float:
         """Its largest residual beside the largest healthy one; above 1 it is suspicious."""
-        return float(self._look("z")[self._i])
+        return float(self._K.monitor.G[self._i] / self._K.monitor.level)
 
     @property
     def kinds(self) -> Mapping[str, float]:
-        """The kinds that may be, each with the share of the last verdicts that spoke for it."""
-        found = int(self._look("kinds")[self._i])
-        tally = self._look("tally")[self._i]
-        if found:
-            return {name: 1.0 / len(kinds_of(found)) for name in sorted(kinds_of(found))}
-        if not int(self._look("watch")[0]):
-            return {}
-        return {
-            kind.name.lower(): float(tally[bit]) for bit, kind in enumerate(FaultKind) if tally[bit] > 0.05
-        }
+        """What was found of it, with the share of verdicts that spoke for it, which is all; else nothing."""
+        found = int(self._K.monitor.found[self._i])
+        return {FaultKind(found).name.lower(): 1.0} if found else {}
 
     @property
     def onset(self) -> float | None:
         """When its failure began, by estimate [s] since the reset; None of a joint that has not failed."""
-        return self._ticks("onset") if int(self._look("kinds")[self._i]) else None
+        M, i = self._K.monitor, self._i
+        return float(M.began[i]) * float(self._K.state.dt) if M.found[i] else None
 
     @property
     def age(self) -> float | None:
         """How long ago its failure was found [s]; None of a joint that has not failed."""
-        if not int(self._look("kinds")[self._i]):
+        M, dt = self._K.monitor, float(self._K.state.dt)
+        if not M.found[self._i]:
             return None
-        return float(self._look("ticks")[0]) * float(self._look("dt")[0]) - self._ticks("since")
+        return float(self._K.state.ticks) * dt - float(M.found_at[self._i]) * dt
 
     @property
     def speed(self) -> float:
-        """Mean speed of its samples over about the last 50 ticks [rad/s or m/s]; NaN while a sample is."""
-        return float(self._look("speed")[self._i])
+        """Speed of its samples [rad/s or m/s]; NaN while a sample is."""
+        return abs(float(self._K.monitor.v[self._i]))
 
     @property
     def asked(self) -> float:
-        """Mean speed of its reference over the last 50 ticks [rad/s or m/s]; 0 of one that went and came."""
-        return float(self._look("asked")[self._i])
+        """Speed of its reference [rad/s or m/s]."""
+        return abs(float(self._K.state.v_command[self._i]))
 
     @property
     def unobservable(self) -> str | None:
@@ -161,22 +115,18 @@ class Diagnosis:
 
     Args:
         names: The joints' names.
-        look: Gives a field of the detector's record as an array.
+        K: The rooms of the detector's record.
         sight: Says what a monitor of servos can notice now, None where it has seen nothing; None of a
             detector that knows of no servos.
     """
 
-    __slots__ = ("_joints", "_look", "_names", "_sight", "_worst")
+    __slots__ = ("_K", "_joints", "_names", "_sight")
 
     def __init__(
-        self,
-        names: tuple[str, ...],
-        look: Callable[[str], Any],
-        sight: Callable[[], Sight | None] | None = None,
+        self, names: tuple[str, ...], K: Any, sight: Callable[[], Sight | None] | None = None
     ) -> None:
-        self._names, self._look, self._sight = names, look, sight
-        self._worst = look("worst")
-        self._joints = MappingProxyType({name: JointDiagnosis(name, i, look) for i, name in enumerate(names)})
+        self._names, self._K, self._sight = names, K, sight
+        self._joints = MappingProxyType({name: JointDiagnosis(name, i, K) for i, name in enumerate(names)})
 
     def __repr__(self) -> str:
         said = "; ".join(found.sentence for found in self.isolated.values())
@@ -190,30 +140,30 @@ class Diagnosis:
 
     @property
     def suspicion(self) -> float:
-        """z: the largest residual as a share of the largest healthy one; above 1 it is suspicious."""
-        return float(self._worst[0])
+        """z: the largest residual of any joint beside the largest healthy one; above 1 it is suspicious."""
+        return float(self._K.monitor.worst)
 
     @property
     def watching(self) -> bool:
-        """Whether there is a suspicion, or was one less than 0.3 s ago."""
-        return bool(self._look("watch")[0] > 0)
+        """Whether there is a suspicion."""
+        return bool(self._K.monitor.worst > SUSPECTS)
 
     @property
     def suspect(self) -> str | None:
         """The joint that explains the residuals best, during a suspicion."""
-        i = int(self._look("suspect")[0])
+        i = int(self._K.monitor.suspect)
         return self._names[i] if self.watching and i >= 0 else None
 
     @property
     def touched(self) -> bool:
-        """Whether a force at the end effector explains what is unusual, and no joint does: it is pushed."""
-        return int(self._look("touched")[0]) >= TOUCHES
+        """Whether a force at the tip explains what is unusual, and no joint does: something pushes it."""
+        return int(self._K.feedback.touched) >= TOUCHES
 
     @property
     def isolated(self) -> Mapping[str, Finding]:
         """The joints that have failed."""
-        codes = self._look("kinds")
-        return {self._names[int(i)]: self._finding(int(i)) for i in np.flatnonzero(codes[: len(self._names)])}
+        codes = self._K.monitor.found[: len(self._names)]
+        return {self._names[i]: self._finding(i) for i in np.flatnonzero(codes).tolist()}
 
     @property
     def sight(self) -> Sight | None:
@@ -228,8 +178,7 @@ class Diagnosis:
         sight = self._sight()
         if sight is None:
             return ("Nothing can be said yet: no sample of a joint that moved was other than its command.",)
-        asked = self._look("asked")
-        return tuple(sight.sentence(i, name, float(asked[i])) for i, name in enumerate(self._names))
+        return tuple(sight.sentence(i, one.name, one.asked) for i, one in enumerate(self.joints.values()))
 
     def of(self, joint: str) -> JointDiagnosis:
         """What is held of one joint.
@@ -246,16 +195,12 @@ class Diagnosis:
 
     def _finding(self, i: int) -> Finding:
         """What was found of joint i."""
-        look, dt = self._look, float(self._look("dt")[0])
-        kinds, name = kinds_of(int(look("kinds")[i])), self._names[i]
-        share = float(look("share")[i]) if kinds == {"degraded"} else None
-        size = float(look("hop")[i]) if kinds == {"sensor_biased"} else None
+        M, dt, name = self._K.monitor, float(self._K.state.dt), self._names[i]
+        kind = FaultKind(int(M.found[i]))
         return Finding(
             joint=name,
-            kinds=kinds,
-            sentence=sentence_of(name, kinds, share),
-            onset=float(look("onset")[i]) * dt,
-            detected_at=float(look("since")[i]) * dt,
-            share=share,
-            size=size,
+            kinds=frozenset({kind.name.lower()}),
+            sentence=f"{name} {WORDS[kind]}.",
+            onset=float(M.began[i]) * dt,
+            detected_at=float(M.found_at[i]) * dt,
         )

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ftqp.core.clock import now
+from ftqp.kernel.building.wheel_targets import TARGETS, WheelTarget, is_this_machine
 from ftqp.kernel.compiled import library
 from ftqp.kernel.compiled.library import (
     BUILT,
@@ -43,6 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
         help="first: what the demo's first picture and a planner that is given targets need; demo: what the "
         "whole demo needs; all if absent",
     )
+    add("--target", default="", choices=("", *TARGETS), help="another system; this one's library if absent")
     add("--levels", default="", help="classes of processors, with commas between; this machine's if absent")
     add("--after-stdin", action="store_true", help="link once standard input ends, as pip brings what links")
     add("--wheel", action="store_true", help="the library is taken to be as new as the source it lies with")
@@ -65,28 +67,31 @@ def _built(given: argparse.Namespace) -> int:
     try:
         from ftqp.kernel.entry.table import PARTS
 
-        levels = [name for name in (given.levels or level_here() or "").split(",") if name]
-        known = LEVELS.get(platform.machine(), {})
+        away = TARGETS.get(given.target)
+        machine = platform.machine() if away is None else away.machine
+        known = LEVELS.get(machine, {})
+        usual = level_here() if away is None or is_this_machine(away) else next(iter(known))
+        levels = [name for name in (given.levels or usual or "").split(",") if name]
         if not levels or not set(levels) <= set(known):
-            return _told(
-                given, f"no class of processors is named for {platform.machine()} ({levels or known})"
-            )
+            return _told(given, f"no class of processors is named for {machine} ({levels or known})")
         wanted: dict[str, Any] = dict.fromkeys(levels, PARTS[given.part])
-        if _is_there(given, wanted):
+        if _is_there(given, wanted, away):
             return 0
         try:
             from ftqp.kernel.building.store import CannotBuild, Store, build
-            from ftqp.kernel.compiled.making.emit import target
+            from ftqp.kernel.compiled.making.emit import Target, target
         except (ImportError, AttributeError) as error:  # none, or one that is made otherwise inside
             return _told(given, f"building needs numba and llvmlite ({error})")
         try:
             store = Store(given.store)
             with store.alone():
-                if _is_there(given, wanted):
+                if _is_there(given, wanted, away):
                     return 0
+                triple = None if away is None or is_this_machine(away) else away.triple
+                classes = [target(name) if triple is None else Target(triple, name) for name in levels]
                 made = build(
-                    given.out, wanted, [target(name) for name in levels], KERNEL, store, jobs=given.jobs,
-                    checked=not given.wheel, ready=sys.stdin.read if given.after_stdin else None,
+                    given.out, wanted, classes, KERNEL, store, jobs=given.jobs, checked=not given.wheel,
+                    ready=sys.stdin.read if given.after_stdin else None, away=away,
                 )  # fmt: skip
         except CannotBuild as error:
             return _told(given, str(error))
@@ -97,13 +102,12 @@ def _built(given: argparse.Namespace) -> int:
     return 0
 
 
-def _is_there(given: argparse.Namespace, wanted: dict[str, Any]) -> bool:
+def _is_there(given: argparse.Namespace, wanted: dict[str, Any], away: WheelTarget | None) -> bool:
     """Whether the library is there and made from this code; of new comments its manifest is told."""
     try:
         said = json.loads((given.out / MANIFEST).read_bytes())
-        if {name: said[name] for name in platform_facts()} != platform_facts() or said["code"] != code_key(
-            KERNEL
-        ):
+        facts = platform_facts() | ({"target": ""} if away is None else away.facts)
+        if {name: said.get(name, "") for name in facts} != facts or said["code"] != code_key(KERNEL):
             return False
         found = {one["level"]: one["entries"] for one in said["libraries"]}
         there = all((given.out / one["file"]).is_file() for one in said["libraries"])

@@ -13,6 +13,7 @@ import importlib
 import importlib.util
 import multiprocessing
 import os
+import pickle
 import platform
 import subprocess
 import sys
@@ -31,8 +32,8 @@ import numba
 import numpy as np
 from numba.core.errors import NumbaError
 
-from ftqp.kernel.building import kept_parts
 from ftqp.kernel.building.quicker import be_quicker
+from ftqp.kernel.building.wheel_targets import WheelTarget
 from ftqp.kernel.compiled.library import (
     KERNEL,
     EntryPoint,
@@ -51,6 +52,7 @@ from ftqp.kernel.layout.enums import JOINTS
 GLUE = Path(emit.__file__).parents[1] / "glue.c"
 """Compiled beside the units whenever they are linked."""
 NO_LINKER = "neither ziglang nor cc is here to link it"
+NO_ZIG = "ziglang, which links a library for another machine, is not here"
 
 
 class CannotBuild(Exception):
@@ -183,7 +185,7 @@ class Store:
         if hasattr(os, "getuid") and (facts.st_uid not in (0, os.getuid()) or facts.st_mode & 0o022):
             raise CannotBuild(
                 f"{folder} belongs to another user, or others may write into it, and its files would be "
-                "linked; remove it, or give another folder by --store"
+                "read and linked; remove it, or give another folder by --store"
             )
 
     def object_file(self, key: str) -> Path:
@@ -193,21 +195,21 @@ class Store:
     def parts(self, key: str) -> list[Part] | None:
         """The parts that the unit of a key needs; ``None`` where it has to be compiled."""
         try:
-            said = (self._folder / f"{key}.json").read_bytes()
-            return kept_parts.read(self.object_file(key).read_bytes(), said)
-        except (OSError, ValueError, NumbaError):
+            said, parts = pickle.loads((self._folder / f"{key}.parts").read_bytes())
+            return list(parts) if said == fingerprint(self.object_file(key).read_bytes()) else None
+        except Exception:  # there is none, or it is damaged: it is compiled anew
             return None
 
     def keep(self, key: str, code: bytes, parts: list[Part]) -> None:
         """Keep an object file."""
-        put(self._folder / f"{key}.json", kept_parts.written(code, parts))
+        put(self._folder / f"{key}.parts", pickle.dumps((fingerprint(code), parts)))
         put(self.object_file(key), code)
 
     def sweep(self, keys: set[str]) -> None:
         """Remove what has not been used for a month and is of no use now."""
         oldest = max((self.object_file(key).stat().st_mtime for key in keys), default=0.0) - 30 * 86_400
         for path in self._folder.glob("*.*"):
-            if path.stem not in keys and path.suffix in (".o", ".json") and path.stat().st_mtime < oldest:
+            if path.stem not in keys and path.suffix in (".o", ".parts") and path.stat().st_mtime < oldest:
                 path.unlink(missing_ok=True)
 
     @contextlib.contextmanager
@@ -270,19 +272,23 @@ def compiled(
     return keys, made
 
 
-def linkers() -> list[list[str]]:
-    """The beginnings of the commands that may link a library on this machine, the best first."""
+def linkers(target: WheelTarget | None = None) -> list[list[str]]:
+    """The beginnings of the commands that may link a library for a target, or here, the best first."""
     zig = [[sys.executable, "-m", "ziglang", "cc"]] if importlib.util.find_spec("ziglang") else []
-    found = zig + [[name] for name in ("cc", "gcc", "clang") if which(name)]
-    free = {"Darwin": ["-undefined", "dynamic_lookup"], "Linux": []}.get(platform.system())
+    if target is None:
+        found = zig + [[name] for name in ("cc", "gcc", "clang") if which(name)]
+    else:
+        found = [[*one, "-target", target.zig] for one in zig]
+    system = platform.system() if target is None else target.system
+    free = {"Darwin": ["-undefined", "dynamic_lookup"], "Linux": []}.get(system)
     return [] if free is None else [[*one, "-shared", "-fPIC", "-O2", "-s", *free] for one in found]
 
 
-def linked(files: Sequence[Path]) -> bytes:
+def linked(files: Sequence[Path], target: WheelTarget | None = None) -> bytes:
     """The library of object files."""
-    said, found = "", linkers()
+    said, found = "", linkers(target)
     if not found:
-        raise CannotBuild(NO_LINKER)
+        raise CannotBuild(NO_LINKER if target is None else NO_ZIG)
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "kernel.so"
         for linker in found:
@@ -301,12 +307,13 @@ def linked(files: Sequence[Path]) -> bytes:
 def build(
     out: Path, wanted: dict[str, Sequence[EntryPoint]], targets: Sequence[Target], source: Path,
     store: Store, *, jobs: int, checked: bool, ready: Callable[[], object] | None = None,
+    away: WheelTarget | None = None,
 ) -> int:  # fmt: skip
     """Build a library for each class of processors and put them with their manifest into a folder."""
     if platform.system() not in ("Linux", "Darwin"):
         raise CannotBuild(f"nothing links it on {platform.system()}")
-    if ready is None and not linkers():
-        raise CannotBuild(NO_LINKER)
+    if ready is None and not linkers(away):
+        raise CannotBuild(NO_LINKER if away is None else NO_ZIG)
     before, made = code_key(source), 0
     libraries: list[dict[str, Any]] = []
     out.mkdir(parents=True, exist_ok=True)
@@ -316,7 +323,7 @@ def build(
         if ready is not None:
             ready()
             importlib.invalidate_caches()
-        code = linked([store.object_file(key) for key in keys.values()])
+        code = linked([store.object_file(key) for key in keys.values()], away)
         store.sweep(set(keys.values()))
         sha256 = fingerprint(code)
         file = f"kernel-{sha256[:12]}.so"
@@ -325,7 +332,8 @@ def build(
         put(out / file, code)
     if code_key(source) != before:
         raise CannotBuild("its source was changed while it was being built")
-    describe(out, libraries=libraries, files=file_key(source) if checked else "", code=before)
+    facts = {} if away is None else away.facts
+    describe(out, libraries=libraries, files=file_key(source) if checked else "", code=before, **facts)
     for path in out.glob("kernel-*.so"):
         if path.name not in {one["file"] for one in libraries}:
             path.unlink(missing_ok=True)

@@ -131,16 +131,6 @@ class EntryPoint:
     caller: str = "python"  # Or ``c``: then it is a function of int64_t that returns one
     alone: bool = False  # Whether it knows no robot, so that its loops may be long
 
-    def __post_init__(self) -> None:
-        if not self.name.isidentifier() or not self.name.isascii():
-            raise ValueError(f"name is {self.name!r}, expected a Python identifier")
-        if set(self.signature) - set("io"):
-            raise ValueError(f"signature of {self.name} is {self.signature!r}, expected letters i and o only")
-        if self.caller != "python" and "o" in self.signature:
-            raise ValueError(f"{self.name} is called by {self.caller}, so it takes no Python object")
-        if self.nogil and "o" in self.signature:
-            raise ValueError(f"{self.name} releases the interpreter, so it takes no Python object")
-
     def function(self, *joints: int) -> Callable[..., int]:
         """The Python function with its formulas, for records with room for so many joints; else the most."""
         factory: Callable[..., Callable[..., int]] = getattr(

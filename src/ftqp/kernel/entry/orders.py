@@ -112,14 +112,8 @@ class Orders:
             found = self._calls[name] = self._session.bind(name, *first)
         return found
 
-    def believe(self, joint: int, said: Mapping[str, float], goes_on: bool) -> None:
-        """Believe a fault of a joint, or that it works."""
-        fault = np.zeros(1, dtype("fault"))  # its own: a signal handler may tell something meanwhile
-        fault["joint"] = joint
-        fault["velocity"], fault["acceleration"], fault["torque"] = 1.0, 1.0, 1.0
-        fault["deceleration"], fault["q_min"], fault["q_max"] = np.nan, np.nan, np.nan
-        for name, value in said.items():
-            fault[name] = value
+    def believe(self, fault: Any, goes_on: bool) -> None:
+        """Believe what a record of kind ``fault``, (1,), says of a joint."""
         self._session.bind("believe", self.memory, fault)(int(goes_on))
 
     def believed(self) -> None:

@@ -276,6 +276,18 @@ look search.motion demo nogil
 is_way_free search.motion demo nogil
     takes W:ways a:f8[W.chain.n] b:f8[W.chain.n]
     calls free_until(W, a, b)
+find_posture search.trees demo nogil
+    takes W:ways looks
+    calls find_posture(W, looks)
+explore search.trees demo nogil
+    takes W:ways looks
+    calls explore(W, looks)
+lead_to search.trees demo nogil
+    takes W:ways node
+    calls lead_to(W, node)
+follow_path search.trees demo nogil
+    takes W:ways looks
+    calls follow_path(W, looks)
 think search.motion demo nogil
     takes W:ways looks table:f8[rows,W.chain.n] raw:f8[rows,W.chain.n] rows
     calls think(W, looks, table, raw, rows)

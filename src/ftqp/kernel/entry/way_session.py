@@ -120,6 +120,26 @@ class WaySession:
         """Whether the straight way of the joints is proven free."""
         return bool(self._bind("is_way_free", np.ascontiguousarray(a), np.ascontiguousarray(b))())
 
+    def find(self, looks: int) -> FloatArray | None:
+        """Look for a clear posture of the goal, (nv,), for about so many looks; None: not found yet."""
+        return self.W.drawn[: self.n].copy() if self._bind("find_posture")(looks) else None
+
+    def explore(self, looks: int) -> int:
+        """Grow the tree of the start alone for about so many looks: its next node; -1: none yet."""
+        return int(self._bind("explore")(looks))
+
+    def node(self, k: int) -> FloatArray:
+        """A node of that tree, (nv,)."""
+        return np.array(self.W.node[0, k * self.n : (k + 1) * self.n])
+
+    def lead_to(self, node: int) -> WayStage:
+        """Let the way be that to a node of that tree."""
+        return WayStage(self._bind("lead_to")(node))
+
+    def follow(self, looks: int) -> bool:
+        """Follow the path on for about so many looks; whether it ends."""
+        return bool(self._bind("follow_path")(looks))
+
     def think(self, looks: int) -> WayStage:
         """Search for about so many looks."""
         stage = self._think(looks)
@@ -142,12 +162,18 @@ class WaySession:
         """The places of every tick of the motion, (ticks, nv)."""
         return self._table[: int(self.W.ticks)]
 
-    def hold_tube(self, poses: FloatArray, radius: tuple[float, float], rows: int) -> None:
+    def hold_tube(self, poses: FloatArray, radius: tuple[float, float]) -> None:
         """Let the tip stay near poses, (k, 4, 4), by so much in place and in turning [m]."""
         W = self.W
         every = poses[np.linspace(0, len(poses) - 1, min(len(poses), POSES)).astype(int)]
         W.tube, W.tube_pose[: len(every)] = len(every), every[:, :3].reshape(-1, 12)
-        W.radius[:], W.rows = radius, rows
+        W.radius[:] = radius
+
+    def hold_path(self, poses: FloatArray, leap: FloatArray) -> None:
+        """A path, (k, 4, 4), from whose one pose to the next joints go so far at most, (nv,)."""
+        W = self.W
+        W.path, W.path_pose[: len(poses)] = len(poses), poses[:, :3].reshape(-1, 12)
+        W.leap[: self.n] = leap
 
     def _bind(self, name: str, *things: Any) -> Call:
         return bound(name, self.memory, *things)

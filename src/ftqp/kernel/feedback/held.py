@@ -16,6 +16,7 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import NOTHING_HEARD, POSITION_DRIVE, TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
 from ftqp.kernel.maths.elementary import is_finite
+from ftqp.kernel.monitor.servos import as_before
 
 LEARNS, CLIP, LEAST_NOISE, NOISIEST = 0.005, 25.0, 1e-11, 0.005
 """Share of a sample in the noise that is learned from third differences, whose variance is 20 times a
@@ -160,13 +161,16 @@ def _stands(K: Any, then: int, dt: float) -> bool:
 def hold(K: Any) -> None:
     """From now on the arm is held where it is: the reference rests where the arm was sent last.
 
-    What was suspected of joints since it stands is taken back, whatever it led to but a stop.
+    What was suspected of joints since it stands is taken back, whatever it led to but a stop, and so is what
+    their servos seemed to be.
     """
     held, feedback, faults, gate = K.held, K.feedback, K.faults, K.gate
     held.on, held.ahead = 1, EXCESS
     for k in range(faults.working):
         i = faults.order[k]
         held.at[i] = held.last[i]
+        if K.monitor.on and K.monitor.sees:
+            as_before(K.monitor, i)
         if feedback.kind != POSITION_DRIVE:
             gate.q[i] = held.at[i]
         else:

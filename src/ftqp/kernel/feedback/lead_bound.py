@@ -11,8 +11,9 @@ from typing import Any
 from ftqp.kernel.feedback.error_band import BAND_SIGMAS, BAND_TIME, ERROR_BAND
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.layout.enums import ACCELERATION, TORQUE_DRIVE, VIABILITY
+from ftqp.kernel.layout.enums import ACCELERATION, POSITION_DRIVE, TORQUE_DRIVE, VIABILITY
 from ftqp.kernel.layout.thresholds import UNLIMITED
+from ftqp.kernel.monitor.leading import seen_now, wanted
 from ftqp.kernel.rows.joint_intervals import braking, narrow, viability
 
 REST_TIME = 0.01
@@ -28,6 +29,9 @@ v_max/w."""
 @jit
 def beyond(K: Any, then: int, i: int, v: float) -> float:
     """How much farther than the bound the reference is ahead of joint i, < 0 where it is not; towards v."""
+    if K.monitor.on:
+        ahead = wanted(K, i) - seen_now(K, i)
+        return (ahead if v > 0.0 else -ahead) - K.monitor.room[i]
     off = K.past.q[then, i] - K.feedback.seen[i]
     top = min(K.limits.v_max[i], UNLIMITED)
     most = max(REST_TIME * top, LEAST) + BAND_TIME * abs(v)
@@ -57,12 +61,14 @@ def keep_near(K: Any) -> None:
     monitor looks at it; two are an arm that is held.
     """
     state, feedback, limits, faults = K.state, K.feedback, K.limits, K.faults
-    if K.monitor.on or not feedback.active or feedback.exact or K.held.on or limits.conversion != VIABILITY:
+    if K.monitor.on and (not K.monitor.sees or feedback.kind != POSITION_DRIVE):
+        return
+    if not feedback.active or feedback.exact or K.held.on or limits.conversion != VIABILITY:
         return
     then, dt, behind = slot(feedback, feedback.latency), state.dt, 0
     for k in range(faults.working):
         behind += 1 if _may_brake(K, then, faults.order[k]) else 0
-    if behind < min(2, faults.working):
+    if behind < (1 if K.monitor.on else min(2, faults.working)):
         return
     for k in range(faults.working):
         i = faults.order[k]

@@ -163,7 +163,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     P  f8[N,SERVO,SERVO]
     safe  f8[N,SERVO]  what was known when the evidence was last zero
     safe_P  f8[N,SERVO,SERVO]
-    missed  f8[N]  motion that the model misses [s]
+    missed tail  f8[N]  motion that the model misses [s], and the most of it that was seen lately
     way  f8[N]  motion that was learned from [0.05 rad or m]
     r spread S z z_old  f8[N]  the residual, noise and what is missed, its variance, r/sqrt(S), the last one
     G G_lock G_free anchor  f8[N]  evidence that a joint does not follow, stands, has no motor; since where

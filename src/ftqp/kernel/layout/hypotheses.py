@@ -12,66 +12,56 @@ from ftqp.kernel.layout.enums import numbered
 if TYPE_CHECKING:
     from ftqp.kernel.layout.enums import __getattr__ as __getattr__
 
-PHYSICS = "`ftqp campaign physics`"
-FREEZES = "`python studies/frozen_encoders.py`"
-TOUCHES = "`python studies/touches.py`"
-
 
 @numbered()
 class Hypothesis(IntEnum):
     """What may be the case with a joint, or with the arm; ``docs/theory/feedback.md`` says what is then done.
 
-    Times and numbers are guesses that the campaigns and studies named beside them have not contradicted; what
-    is supposed of the whole arm is counted at joint 0.
+    Each has how long it has to last on an arm that takes torques, and on one whose servos hold it [s]; the
+    runs that chose these times are named there. What is supposed of the whole arm is counted at joint 0.
     """
 
-    chosen: str  # Who chose the times, or the number
-    torque: float  # It has to last for so long on an arm that takes torques [s]
-    servo: float  # ... and for so long on one whose servos hold it [s]
-    samples: int  # So many samples, or verdicts, in a row in place of times
+    torque: float
+    servo: float
 
-    def __new__(
-        cls, number: int, chosen: str, torque: float, samples: int = 0, servo: float | None = None
-    ) -> "Hypothesis":
+    def __new__(cls, number: int, torque: float, servo: float | None = None) -> "Hypothesis":
         made = int.__new__(cls, number)
-        made._value_, made.chosen, made.torque, made.samples = number, chosen, torque, samples
-        made.servo = torque if servo is None else servo
+        made._value_, made.torque, made.servo = number, torque, torque if servo is None else servo
         return made
 
-    LEFT_BAND = 0, PHYSICS, 0.02
+    LEFT_BAND = 0, 0.02
     """A joint is outside its error band although the arm is being stopped."""
-    TOO_FAST = 1, PHYSICS, 0.01, 0, 0.1
+    TOO_FAST = 1, 0.01, 0.1
     """A joint is faster than its command and its limit by 20 % of that."""
-    SILENT = 2, PHYSICS, 0.003
+    SILENT = 2, 0.003
     """The motor of one joint alone explains the torques that are unusual: it does not give what is sent."""
-    OBEYS = 3, PHYSICS, 0.2
+    OBEYS = 3, 0.2
     """A joint that was left out has been where its own loop would have it."""
-    CLEARED = 4, PHYSICS, 0.05
+    CLEARED = 4, 0.05
     """The same for less long, which is enough where another joint is suspected."""
-    PREDICTED = 5, PHYSICS, 0.005
+    PREDICTED = 5, 0.005
     """A joint that was left out moves as it would if it obeyed, and not as if it did not."""
-    BOTH_OBEY = 6, PHYSICS, 0.2
+    BOTH_OBEY = 6, 0.2
     """Two joints on nearly one axis, which were made soft, are where their commands are."""
-    TOUCHED = 7, TOUCHES, 0.01
+    TOUCHED = 7, 0.01
     """A force at the tip explains the torques that are unusual, and no single motor does."""
-    ALONE_AGAIN = 8, TOUCHES, 0.1
+    ALONE_AGAIN = 8, 0.1
     """Nothing unusual is left of a touch."""
-    LAGS = 9, PHYSICS, 0.02
+    LAGS = 9, 0.02
     """A joint is outside its error band."""
-    FOLLOWS = 10, PHYSICS, 0.05
+    FOLLOWS = 10, 0.05
     """All errors are below half of what is tolerated."""
-    MOVES = 11, PHYSICS, 0.02
+    MOVES = 11, 0.02
     """A joint is seen to move although its command rests: a mean over so long."""
-    REPEATS = 12, FREEZES, 0.0, 2
-    """An encoder repeats its number although its joint was seen to move and should go on."""
-    FROZEN = 13, FREEZES, 0.0, 5
-    """It does so while the joint should have left the noise and what is normal for it."""
 
 
 HYPOTHESES: Final = int(Hypothesis.MOVES)
-"""So many are counted by ``ftqp.kernel.feedback.lasting``; the others by who computes their evidence."""
+"""So many are counted by ``ftqp.kernel.feedback.lasting``; the last by who computes its evidence."""
 TORQUE_TIMES: Final = tuple(row.torque for row in list(Hypothesis)[:HYPOTHESES])
 SERVO_TIMES: Final = tuple(row.servo for row in list(Hypothesis)[:HYPOTHESES])
 MEAN_TIME: Final = Hypothesis.MOVES.torque
-HELD_SAMPLES, FROZEN_SAMPLES = (row.samples for row in list(Hypothesis)[Hypothesis.REPEATS :])
-"""Times and numbers, as compiled code reads them."""
+"""Times, as compiled code reads them."""
+HELD_SAMPLES: Final = 2
+"""An encoder so often repeats its number although its joint was seen to move and should go on ..."""
+FROZEN_SAMPLES: Final = 5
+"""... or, so often, should have left the noise and what is normal for it."""

@@ -15,8 +15,8 @@ NODES, NODE_NUMBERS = 20_000, 140_000
 """The most nodes of a tree, and the most numbers in them. Conventions, which size memory: 20,000 with seven
 joints."""
 PLACES, POSES, PIECES, INTERVALS, STRETCHES = 512, 256, 1024, 4800, 128
-"""The most places of a way, poses of a tube, pieces of a rounded way, intervals in time, and stretches of an
-edge that are still to be looked at. Conventions, which size memory."""
+"""The most places of a way, poses of a tube or a path, pieces of a rounded way, intervals in time, and
+stretches of an edge that are still to be looked at. Conventions, which size memory."""
 
 
 @numbered()
@@ -63,7 +63,8 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     share  f8  of that which counts now
     effort  f8  share of the torque limits that may hold the arm
     length  f8  what a radian of the tip counts [m]
-    tolerance  f8  of the goal [m]
+    tolerance  f8[2]  of a pose, in place and in turning times ``length`` [m]
+    slack  f8  by how much an edge may leave the tube between places [m]
     dt rise speed  f8  of the motion: a tick, a_max over the largest jerk [s], share of the speed limits
     before  f8  what is cut from the leg that comes
     free  i8[N]  joints that work
@@ -72,6 +73,10 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     start  f8[N]
     goal  f8[12]  rows of the goal's pose
     tube_pose  f8[POSES,12]
+    path followed  i8  poses of the rest of a path, and the last of them that was come to from ``follows``
+    path_pose  f8[POSES,12]
+    leap  f8[N]  how far joints go from one of them to the next at most [rad or m]
+    follows  f8[N]  where the arm is there
     radius  f8[2]  how far the tip may be from them [m], and in turning times ``length`` [m]
     pair  i8[PAIRS]  pairs of the scene
     allow  f8[PAIRS]  how far each is apart at least [m]: ``keep``, or less where the start has less

@@ -118,17 +118,24 @@ def way_of(K: Any, i: int) -> float:
 
 
 @jit
-def lead_joint(K: Any, i: int, bounded: bool) -> None:
-    """What is sent to joint i, position and velocity."""
-    M, state, last = K.monitor, K.state, K.gate.sent[i]
-    q = state.q_command[i]
+def wanted(K: Any, i: int) -> float:
+    """u = q_r + x of joint i, which its lead may be too far for."""
+    M, state = K.monitor, K.state
     told = M.told_lead[i] * state.v_command[i]
-    want = q + told
+    want: float = state.q_command[i] + told
     if M.sees:
         use = M.used[i]
         more = use[0] * state.v_command[i] - told + max(use[1], 0.0) * state.a_command[i] + use[3]
         want += certain(more + use[4] * M.weight[i], M.unsure[i])
-    asked = want
+    return want
+
+
+@jit
+def lead_joint(K: Any, i: int, bounded: bool) -> None:
+    """What is sent to joint i, position and velocity."""
+    M, state, last = K.monitor, K.state, K.gate.sent[i]
+    q = state.q_command[i]
+    asked = want = wanted(K, i)
     if bounded:
         now, room = seen_now(K, i), M.room[i]
         if want > now + room:

@@ -27,6 +27,7 @@ from ftqp.kernel.layout.enums import (
     HEALTHY,
     IS_LOCKED,
     NOTHING_HEARD,
+    POSITION_DRIVE,
     TORQUE_DRIVE,
     VELOCITY_DRIVE,
 )
@@ -56,6 +57,9 @@ EITHER = 4.0 / 3.0
 UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
 """Of the motion of a healthy joint the model misses so much [s] before anything was learned, and between
 these."""
+REMEMBERS, FAR, QUICK = 5.0, 3.0, 6.0
+"""The largest residual is kept for so far a way [rad or m]. Where twice what is missed is so many times as
+much, it falls so many times as fast."""
 SETTLES, LAGS_TO_SETTLE = 0.1, 4.0
 """A joint that was let go is not judged, nor is its motor believed off where the arm was switched on, for
 so long [s] and so many times what it may lag: it goes where its load draws it."""
@@ -80,7 +84,7 @@ def forget_servos(K: Any) -> None:
     for i in range(K.chain.n):
         if M.found[i] != IS_LOCKED:  # a joint that is held is looked at further; sensors are believed again
             M.found[i] = 0
-        M.missed[i], M.way[i] = UNSURE, 0.0
+        M.missed[i], M.tail[i], M.way[i] = UNSURE, 0.0, 0.0
         M.droop[i] = M.unsure[i] = M.rotor[i] = 0.0
         M.blind[i] = 0
         for r in range(SERVO):
@@ -88,6 +92,15 @@ def forget_servos(K: Any) -> None:
             for c in range(SERVO):
                 M.P[i, r, c] = M.safe_P[i, r, c] = 0.0
             M.P[i, r, r] = M.safe_P[i, r, r] = M.doubt[i, r] * M.doubt[i, r]
+
+
+@rare_jit
+def as_before(M: Any, i: int) -> None:
+    """The servo of joint i is again what it was when nothing spoke against it."""
+    for r in range(SERVO):
+        M.theta[i, r] = M.safe[i, r]
+        for c in range(SERVO):
+            M.P[i, r, c] = M.safe_P[i, r, c]
 
 
 @jit
@@ -118,7 +131,8 @@ def begin_filters(K: Any) -> None:
         M.speed[i] = K.gate.speed[i]
         M.y[i] = M.anchor[i] = M.place[i] = y
         M.u[i] = u
-        M.total[i] = M.act[i] = M.weight[i] = M.inertia[i] = M.r[i] = M.S[i] = 0.0
+        M.total[i] = y * ((M.every - i % M.every) % M.every)  # samples that its first mean lacks
+        M.act[i] = M.weight[i] = M.inertia[i] = M.r[i] = M.S[i] = 0.0
         M.rests[i], M.blind[i] = 0, begins
         if not M.ideal:
             M.settles = max(M.settles, ticks_to_settle(K, i))
@@ -273,12 +287,22 @@ def _stuck(M: Any, i: int) -> float:
 
 
 @jit
+def _motion_beside(K: Any, i: int) -> float:
+    """The motion of which the model of joint i may miss a share: its own, and some of the others'."""
+    M, n, others = K.monitor, K.chain.n, 0.0
+    for j in range(n):
+        others += M.act[j]
+    moved: float = M.act[i] + 0.3 * (others - M.act[i]) / n + 0.01
+    return moved
+
+
+@jit
 def residual(K: Any, i: int) -> None:
     """r of joint i, and S, its variance: what is left open, noise, and what the model misses.
 
     S = phi' P phi + 4 sigma^2 w dt + (missed act)^2, and f^2 + var f where the joint hardly moves.
     """
-    M, n = K.monitor, K.chain.n
+    M = K.monitor
     phi, theta, v, a, slow = M.phi, M.theta[i], M.v[i], M.a[i], creep_of(K, i)
     phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = v, a, direction(v, slow), 1.0, M.weight[i], M.inertia[i]
     if M.fades > 0.0:
@@ -290,10 +314,7 @@ def residual(K: Any, i: int) -> None:
     r = M.u_f[2, i] - (M.weight[i] if by_torque else M.y_f[2, i])
     for k in range(SERVO):
         r -= phi[k] * theta[k]
-    others = 0.0
-    for j in range(n):
-        others += M.act[j]
-    miss = M.missed[i] * (M.act[i] + 0.3 * (others - M.act[i]) / n + 0.01)
+    miss = M.missed[i] * _motion_beside(K, i)
     if by_torque:
         spread = noise_of_torque(K, i) + OTHERWISE * OTHERWISE + A_RADIAN * A_RADIAN * miss * miss
     else:
@@ -312,6 +333,18 @@ def residual(K: Any, i: int) -> None:
     M.r[i], M.spread[i] = r, spread
     M.S[i] = spread + variance(M.P[i], phi, 0)
     M.z[i] = r / sqrt(M.S[i])
+
+
+@jit
+def _too_wide(K: Any, i: int) -> float:
+    """How fast what is missed of joint i may fall: faster where no residual came near it lately."""
+    M = K.monitor
+    moved = _motion_beside(K, i)
+    miss = M.missed[i] * moved
+    noise = sqrt(max(M.spread[i] - miss * miss, 0.0))
+    M.tail[i] *= 1.0 - min(abs(M.v[i]) * block_time(K) / REMEMBERS, 1.0)
+    M.tail[i] = max(M.tail[i], (abs(M.r[i]) - 2.0 * noise) / moved)
+    return QUICK if K.feedback.kind == POSITION_DRIVE and 2.0 * M.missed[i] > FAR * M.tail[i] else 1.0
 
 
 @jit
@@ -342,6 +375,6 @@ def learn_servo(K: Any, i: int) -> None:
             P[r, r] = max(P[r, r], min(P[r, r] + drift, most * most))  # never less: so sure is what was told
     if M.act[i] > 0.05:  # 5 % of the looks at a healthy joint are beyond two standard deviations
         beyond = 1.0 if abs(M.r[i]) > 2.0 * sqrt(M.spread[i]) else 0.0
-        change = (0.02 + 0.1 / (1.0 + M.way[i])) * (beyond - 0.05)
+        change = (0.02 + 0.1 / (1.0 + M.way[i])) * (beyond - 0.05 * _too_wide(K, i))
         M.missed[i] = min(max(M.missed[i] * (1.0 + change + 0.5 * change * change), SUREST), WORST)
     M.way[i] += v * block / 0.05

@@ -22,12 +22,11 @@ from ftqp.kernel.layout.enums import (
     TORQUE_DRIVE,
     VELOCITY_DRIVE,
 )
-from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.hypotheses import TOO_FAST, TOUCHED
 from ftqp.kernel.layout.thresholds import GEAR
 from ftqp.kernel.maths.elementary import is_finite
 from ftqp.kernel.monitor.evidence import blur_of, forget_evidence, stands
-from ftqp.kernel.monitor.servos import ticks_to_settle
+from ftqp.kernel.monitor.servos import as_before, ticks_to_settle
 
 MOVES = 0.05
 """A joint without motor is named where it is faster than this [rad/s or m/s]: what it does without shows."""
@@ -144,10 +143,7 @@ def _name(K: Any, i: int, kind: int) -> None:
     """Joint i has failed: its servo is again what it was before that, and all others are looked at anew."""
     M = K.monitor
     size = EXCESS + BLURS * blur_of(K, i) + FRICTIONS * max(M.theta[i, 2], 0.0)
-    for r in range(SERVO):
-        M.theta[i, r] = M.safe[i, r]
-        for c in range(SERVO):
-            M.P[i, r, c] = M.safe_P[i, r, c]
+    as_before(M, i)
     M.place[i] = (M.means[0, i] + M.means[1, i] + M.means[2, i]) / 3.0
     M.tell[i] = -min(size, MOST) if M.r[i] < 0.0 else min(size, MOST)
     M.found[i] = kind

@@ -43,7 +43,7 @@ from ftqp.kernel.search.looks import (
     pose_arm,
     proven,
 )
-from ftqp.kernel.search.trees import add_goal, add_node, gap, grow, shorten
+from ftqp.kernel.search.trees import add_goal, add_node, gap, grow, is_in_tube, shorten
 
 ROUND = 0.35
 """Corners are cut from so far away at most [rad or m]. A guess."""
@@ -94,7 +94,8 @@ def round_corner(K: Any) -> None:
         for j in range(n):
             a, b = _leg(Q, i, n, j), _leg(Q, i + 1, n, j)
             W.c[k + 1, 0, j], W.c[k + 1, 1, j], W.c[k + 1, 2, j] = Q[i + 1, j] - d * a, a, (b - a) / (4.0 * d)
-        if not W.tube and proven(K, W.c[k + 1], 2.0 * d) >= 2.0 * d:
+        stays = W.tube == 0 or is_in_tube(K, W.c[k + 1], 2.0 * d, 2.0 * d)
+        if stays and proven(K, W.c[k + 1], 2.0 * d) >= 2.0 * d:
             break
         d *= 0.5
     d = d if d > SHARP else 0.0
@@ -200,7 +201,10 @@ def _begin_sampling(K: Any) -> None:
 
 @jit
 def _slow_down(K: Any, k: int, i: int) -> None:
-    """Let pair k of bodies come near no faster in interval i than the rows of a planner let them."""
+    """Let pair k of bodies come near no faster in interval i than the rows of a planner let them.
+
+    Nor as fast as they would if any one of the joints stopped dead there.
+    """
     W, scene, chain = K.ways, K.scene, K.chain
     p, n, near, far = W.pair[k], W.normal, W.one, W.other
     d = distance_of_capsules(K, p, n, near, far)
@@ -210,16 +214,18 @@ def _slow_down(K: Any, k: int, i: int) -> None:
     add_gradient(K, p, n, near, far, W.row)
     if chain.mimics:
         fold_row(chain, W.row)
-    rate = brake = 0.0
+    c, rate, brake = W.c[W.piece[i]], 0.0, 0.0
     for j in range(chain.n):
-        rate += (
-            W.row[j] * (W.c[W.piece[i], 1, j] + 2.0 * W.s[i] * W.c[W.piece[i], 2, j]) if W.free[j] else 0.0
-        )
+        W.drawn[j] = W.row[j] * (c[1, j] + 2.0 * W.s[i] * c[2, j]) if W.free[j] else 0.0
+        rate += W.drawn[j]
         brake += abs(W.row[j]) * W.a_max[j] if W.free[j] else 0.0
-    if rate < 0.0:
-        may = approach_speed(scene, d - scene.keep, max(scene.share * brake, LEAST_BRAKE), W.dt)
-        v = max(APPROACH * may, CREEP) / -rate
-        W.top[i] = min(W.top[i], v * v)
+    for j in range(-1, chain.n):  # with all joints, and without each
+        is_left = j < 0 or not W.free[j]
+        left = rate - (0.0 if is_left else W.drawn[j])
+        if left < 0.0:
+            most = max(scene.share * (brake - (0.0 if is_left else abs(W.row[j]) * W.a_max[j])), LEAST_BRAKE)
+            v = max(APPROACH * approach_speed(scene, d - scene.keep, most, W.dt), CREEP) / -left
+            W.top[i] = min(W.top[i], v * v)
 
 
 @part_jit

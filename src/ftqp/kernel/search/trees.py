@@ -26,14 +26,16 @@ from ftqp.kernel.search.looks import obstruction, passes, pose_arm
 
 REACH = 1.0
 """Longest edge of a tree [rad or m]. A guess."""
-STRIDE, SPACING, SLACK = 0.1, 0.05, 2e-3
-"""In a tube an edge is no longer than the first [rad or m], the tip is looked at in places no farther apart
-than the second, and may leave the tube between them by the third [m]: a task's usual tolerance."""
+STRIDE, SPACING = 0.1, 0.05
+"""In a tube an edge is no longer than the first [rad or m], and the tip is looked at in places no farther
+apart than the second."""
 BALANCE = 1.0
 """A tree that is so many times as large as the other waits. The longest of 70 searches took 115 ms without,
 and 37 with it."""
 PER_START = 8
 """So many growths for one Newton start. A guess."""
+EXACT = 1e-14
+"""A squared error below this is none [m2]. Rounding."""
 STEPS, LONGEST = 40, 0.7
 """Newton steps of a start, and the longest of them [rad or m]. Guesses."""
 NEAREST, WIDER, EVERYWHERE = 0.02, 8.0, 4
@@ -213,23 +215,33 @@ def newton_step(K: Any, q: Any, rows: int, damping: float, longest: float) -> No
         mimic_places(K.chain, q)
 
 
+@jit
+def _squared(W: Any, rows: int, first: int) -> float:
+    """The square of the tip's error in three of its rows, as far as they count."""
+    s = 0.0
+    for i in range(first, first + 3):
+        s += W.e[i] * W.e[i] if rows >> i & 1 else 0.0
+    return s
+
+
 @part_jit
-def comes_to_goal(K: Any, q: Any) -> bool:
-    """Newton steps from q to the goal's pose; whether they get there, or end within the tolerance."""
+def comes_to(K: Any, q: Any, T: Any) -> bool:
+    """Newton steps from q to a pose in the goal's rows; whether they get there, or end within tolerances."""
     W, last = K.ways, inf
     for k in range(STEPS):
         pose_arm(K, q)
         W.looks += 1
-        tip_error(K, W.goal)
-        s = 0.0
-        for i in range(6):
-            s += W.e[i] * W.e[i] if W.goal_rows >> i & 1 else 0.0
-        if s < 1e-14 or (k == STEPS - 1 and s < W.tolerance * W.tolerance):
+        tip_error(K, T)
+        place, turn = _squared(W, W.goal_rows, 0), _squared(W, W.goal_rows, 3)
+        s = place + turn
+        if s < EXACT:
             return True
-        if k > 12 and s > 0.8 * last and s > 1e-3:
-            return False
+        if k == STEPS - 1 or (k > 12 and k % 4 == 0 and s > 0.8 * last):
+            within = place <= W.tolerance[0] * W.tolerance[0] and turn <= W.tolerance[1] * W.tolerance[1]
+            if within or s > 1e-3:
+                return within
         last = s if k % 4 == 0 else last
-        tip_rows(K, W.goal)
+        tip_rows(K, T)
         newton_step(K, q, W.goal_rows, 0.05 * s + 1e-12, LONGEST)
     return False
 
@@ -275,18 +287,41 @@ def _led_back(K: Any, q: Any) -> bool:
 
 
 @part_jit
+def is_in_tube(K: Any, c: Any, size: float, far: float) -> bool:
+    """Whether the tip stays in the tube between the ends of a way c0 + c1 s + c2 s^2 that is so far."""
+    W, count = K.ways, max(2, int(far / SPACING) + 1)
+    for k in range(1, count):
+        s = size * k / count
+        for j in range(K.chain.n):
+            W.near[j] = c[0, j] + s * (c[1, j] + s * c[2, j])
+        pose_arm(K, W.near)
+        W.looks += 1
+        if _outside(K) > W.slack:
+            return False
+    return True
+
+
+@part_jit
 def free_share(K: Any, a: Any, b: Any) -> float:
     """The share of the straight way of the joints from a to b up to which it is free, and in the tube."""
     W, n = K.ways, K.chain.n
     if W.tube:
-        count = max(2, int(gap(a, b, n) / SPACING) + 1)
-        for k in range(1, count):
-            for j in range(n):
-                W.near[j] = a[j] + (b[j] - a[j]) * (k / count)
-            pose_arm(K, W.near)
-            if _outside(K) > SLACK:
-                return 0.0
+        for j in range(n):
+            W.line[0, j], W.line[1, j], W.line[2, j] = a[j], b[j] - a[j], 0.0
+        if not is_in_tube(K, W.line, 1.0, gap(a, b, n)):
+            return 0.0
     return passes(K, a, b)
+
+
+@jit
+def _draw(K: Any) -> None:
+    """Draw a place anywhere."""
+    W = K.ways
+    for j in range(K.chain.n):
+        x = chance(W)
+        W.drawn[j] = W.low[j] + x * (W.high[j] - W.low[j]) if W.free[j] else W.start[j]
+    if K.chain.mimics:
+        mimic_places(K.chain, W.drawn)
 
 
 @jit
@@ -315,21 +350,48 @@ def step_towards(K: Any, a: Any, place: Any, b: Any) -> int:
     return 2 if share == 1.0 else 1
 
 
+@part_jit
+def explore(K: Any, looks: int) -> int:
+    """Grow the first tree alone for about so many looks: the number of its next node; -1: none yet.
+
+    It goes on towards a place drawn anywhere as far as it gets, then towards another one.
+    """
+    W, stop = K.ways, K.ways.looks + looks
+    while W.looks < stop and not is_full(K):
+        if not W.joining:
+            _draw(K)
+            W.last = nearest_node(K, 0, W.drawn)
+        W.looks += 1
+        there = step_towards(K, node_of(K, 0, W.last), W.drawn, W.end)
+        W.joining = 1 if there == 1 else 0
+        if there:
+            W.last = add_node(K, 0, W.end, W.last)
+            return int(W.last)
+    return -1
+
+
 @jit
-def _join(K: Any, a: int, b: int) -> None:
-    """The way from the start over node a of the first tree and b of the second to its goal."""
-    W, n = K.ways, K.chain.n
-    k, i = 0, a
+def lead_to(K: Any, node: int) -> int:
+    """Let the way be that to a node of the first tree; the stage."""
+    W, n, k, i = K.ways, K.chain.n, 0, node
     while i >= 0:
         k, i = k + 1, W.parent[0, i]
-    if k >= PLACES:
-        W.stage = NO_WAY
-        return
-    W.places, W.stage, i = k, SHORTENING, a
+    W.places, W.stage = k, SHORTENING if k < PLACES else NO_WAY
+    i = node if k < PLACES else -1
     while i >= 0:
         k -= 1
         copy(W.place[k], node_of(K, 0, i), n)
         i = W.parent[0, i]
+    W.found, W.until, W.vain = W.looks, W.looks + W.shortening, 0
+    return int(W.stage)
+
+
+@jit
+def _join(K: Any, a: int, b: int) -> None:
+    """The way from the start over node a of the first tree and b of the second to its goal."""
+    W, n = K.ways, K.chain.n
+    if lead_to(K, a) == NO_WAY:
+        return
     i = b if gap(node_of(K, 0, a), node_of(K, 1, b), n) > SAME else W.parent[1, b]
     while i >= 0:
         if W.places >= PLACES:
@@ -337,7 +399,6 @@ def _join(K: Any, a: int, b: int) -> None:
             return
         copy(W.place[W.places], node_of(K, 1, i), n)
         W.places, i = W.places + 1, W.parent[1, i]
-    W.found, W.until, W.vain = W.looks, W.looks + W.shortening, 0
 
 
 @jit
@@ -354,7 +415,7 @@ def add_goal(K: Any, q: Any) -> int:
 
 
 @jit
-def _try_start(K: Any) -> None:
+def _start_comes_to_goal(K: Any) -> bool:
     """One Newton start for a posture of the goal: at the arm, then farther from it; some anywhere."""
     W, n, q = K.ways, K.chain.n, K.ways.drawn
     k = W.starts
@@ -369,18 +430,52 @@ def _try_start(K: Any) -> None:
         q[j] = min(max(q[j], W.low[j]), W.high[j]) if W.free[j] else W.start[j]
     if K.chain.mimics:
         mimic_places(K.chain, q)
-    if comes_to_goal(K, q):
-        W.posed += 1
-        W.clear += 1 if add_goal(K, q) == 0 else 0
+    there = comes_to(K, q, W.goal)
+    W.posed += 1 if there else 0
+    return bool(there)
+
+
+@jit
+def find_posture(K: Any, looks: int) -> int:
+    """Look for a clear posture of the goal for about so many looks: whether ``drawn`` is one."""
+    W = K.ways
+    stop = W.looks + looks
+    while W.looks < stop and W.starts < W.most_starts:
+        if _start_comes_to_goal(K) and obstruction(K, W.drawn) == 0:
+            W.clear += 1
+            return 1
+    return 0
+
+
+@jit
+def follow_path(K: Any, looks: int) -> int:
+    """Follow the path from ``follows`` for about so many looks: whether it ends there."""
+    W, n = K.ways, K.chain.n
+    stop = W.looks + looks
+    while W.looks < stop:
+        if W.followed + 1 >= W.path:
+            return 1
+        copy(W.gone, W.follows, n)
+        if not comes_to(K, W.gone, W.path_pose[W.followed + 1]):
+            return 1
+        for j in range(n):
+            if W.free[j] and abs(W.gone[j] - W.follows[j]) > W.leap[j]:
+                return 1
+        if obstruction(K, W.gone) != 0:
+            return 1
+        copy(W.follows, W.gone, n)
+        W.followed += 1
+    return 0
 
 
 @part_jit
 def grow(K: Any) -> None:
     """One piece of a search: a start, an edge of one tree, or of the other one towards it."""
-    W, n = K.ways, K.chain.n
+    W = K.ways
     is_due = W.count[1] == 0 or W.grown >= PER_START * (W.starts - PER_START)
     if W.has_goal and W.starts < W.most_starts and is_due:
-        _try_start(K)
+        if _start_comes_to_goal(K):
+            W.clear += 1 if add_goal(K, W.drawn) == 0 else 0
         return
     if W.count[1] == 0 or W.looks >= W.most or is_full(K):
         W.stage = NO_WAY
@@ -401,11 +496,7 @@ def grow(K: Any) -> None:
             W.joining, W.tree = 0, other
         return
     W.grown += 1
-    for j in range(n):
-        x = chance(W)
-        W.drawn[j] = W.low[j] + x * (W.high[j] - W.low[j]) if W.free[j] else W.start[j]
-    if K.chain.mimics:
-        mimic_places(K.chain, W.drawn)
+    _draw(K)
     node = nearest_node(K, tree, W.drawn)
     W.looks += 1
     if step_towards(K, node_of(K, tree, node), W.drawn, W.end):

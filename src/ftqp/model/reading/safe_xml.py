@@ -14,9 +14,6 @@ DRAKE = "http://drake.mit.edu"
 """The namespace of Drake's extensions, which say what URDF has no word for."""
 MESHES = (".stl", ".obj", ".ply", ".glb", ".dae")
 """How names of meshes end."""
-ARCHIVES = (b"PK", b"\x1f\x8b", b"BZh", b"7z", b"Rar!", b"\xfd7zXZ", b"\x28\xb5\x2f\xfd")
-"""How archives and packed files begin: a zip of 10 MB can hold gigabytes."""
-
 KNOWN = {"xml": "http://www.w3.org/XML/1998/namespace", "drake": DRAKE}
 """Prefixes that mean something where a file does not declare them, too."""
 
@@ -123,13 +120,6 @@ def refuse_other_than_mesh(file: Path) -> None:
             f"mesh {str(file)!r:.200} is packed, or is no mesh (it ends in {file.suffix!r:.20}, expected one "
             f"of {kinds}); convert it to STL"
         )
-    try:
-        with file.open("rb") as opened:
-            begins = opened.read(8)
-    except OSError as error:
-        raise InputError(f"mesh {str(file)!r:.200} cannot be read: {error.strerror}") from error
-    if begins.startswith(ARCHIVES):
-        raise InputError(f"mesh {str(file)!r:.200} is an archive, expected a mesh; unpack it first")
 
 
 def postures_beside(urdf: Path) -> dict[str, dict[str, float]]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import daqp
 import numpy as np
 
-from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers, optional
+from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 
 EQUALITY = 5
 """DAQP's sense flag of a row that is always active and never leaves the working set."""
@@ -42,7 +42,7 @@ class DaqpSettings:
     dual_tolerance: float = 1e-12
     pivot_tolerance: float = 1e-8
     progress_tolerance: float = 1e-14
-    time_limit: float | None = optional(1e-3)
+    time_limit: float | None = None
 
 
 class Daqp(Backend):

@@ -1,6 +1,7 @@
 """The recurrent network inside the kernel, for QPs that are not a planner's, and its settings."""
 
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -8,10 +9,12 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.workspace import NO_TRACE, solve_networks
 from ftqp.kernel.layout.flat_arrays import memory_size
-from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers, choice, optional
+from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 
-METHODS = ("implicit", "94lvi", "e47")
-MODES = ("product", "paper")
+Method = Literal["implicit", "94lvi", "e47"]
+Mode = Literal["product", "paper"]
+METHODS: tuple[str, ...] = get_args(Method)
+MODES: tuple[str, ...] = get_args(Mode)
 _CODES = {"94lvi": 0, "e47": 1, "implicit": 2}
 PRODUCT_TOLERANCE, PAPER_TOLERANCE = 1e-9, 1e-5
 PRODUCT_CAP, PAPER_CAP = 2000, 20_000
@@ -44,13 +47,13 @@ class DtrnnSettings:
             product mode.
     """
 
-    method: str = choice(*METHODS)
-    mode: str = choice(*MODES)
-    tolerance: float | None = optional(PRODUCT_TOLERANCE)
-    max_iterations: int | None = optional(PRODUCT_CAP)
-    gamma: float | None = optional(GAMMA)
-    scaling: bool | None = optional(True)
-    newton: bool | None = optional(True)
+    method: Method = "implicit"
+    mode: Mode = "product"
+    tolerance: float | None = None
+    max_iterations: int | None = None
+    gamma: float | None = None
+    scaling: bool | None = None
+    newton: bool | None = None
 
     def __post_init__(self) -> None:
         """Check what no single field can."""

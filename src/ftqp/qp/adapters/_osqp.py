@@ -8,7 +8,7 @@ import osqp
 from scipy.sparse import csc_matrix
 
 from ftqp.core.checks import FloatArray
-from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers, optional
+from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 
 NO_BOUND = 1e30
 """OSQP's infinity; a bound that is really infinite spoils its duality gap."""
@@ -51,7 +51,7 @@ class OsqpSettings:
     alpha: float = 1.6
     check_every: int = 25
     infeasibility_tolerance: float = 1e-6
-    time_limit: float | None = optional(1e-3)
+    time_limit: float | None = None
 
 
 class Osqp(Backend):

@@ -7,7 +7,6 @@ import numpy as np
 
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, array, frozen
 from ftqp.core.errors import InputError
-from ftqp.core.one_engine import check_engine
 from ftqp.kernel.entry.workspace import solve_networks
 from ftqp.qp.adapters._dtrnn import Dtrnn, DtrnnSettings
 from ftqp.qp.adapters.backend import Claim, QPBuffers
@@ -161,7 +160,6 @@ def solve_batch(
     ub: Any = None,
     *,
     method: str = "implicit",
-    engine: str | None = None,
     **settings: Any,
 ) -> BatchSolution:
     """Solve B independent QPs of the same sizes, each from zero.
@@ -180,7 +178,6 @@ def solve_batch(
         lb: Lower bounds of x, (B, n), -inf is none, or None.
         ub: Upper bounds of x, (B, n), inf is none, or None.
         method: The iteration: ``implicit``, ``94lvi`` or ``e47``, see ``DtrnnSettings``.
-        engine: Deprecated and without effect, as there is one engine, the compiled one; leave it out.
         **settings: As of ``DtrnnSettings``: ``mode``, ``scaling``, ``newton``, ``gamma``, ``tolerance``,
             ``max_iterations``.
 
@@ -188,9 +185,8 @@ def solve_batch(
         The answers with the network's own claims; one call checks none of them by residuals.
 
     Raises:
-        InputError: Shapes that do not fit, a wrong setting, another engine, or H not symmetric.
+        InputError: Shapes that do not fit, a wrong setting, or H not symmetric.
     """
-    check_engine(engine)
     chosen = settings_of(DtrnnSettings, "dtrnn", {"method": method, **settings})
     problems, (n, m, p), count = _parts(H, g, A, b, C, l, u, lb, ub)
     solutions = np.full((count, 2 * n + m + p), np.nan)

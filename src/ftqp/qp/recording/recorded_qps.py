@@ -18,8 +18,6 @@ from ftqp.qp.problem import ANSWER, PARTS, QP
 
 FORMAT = 1
 """Version of the file's layout."""
-LARGEST = 4_000_000_000
-"""Bytes of the arrays of a file that is read; more is taken for a mistake."""
 
 SHAPES: dict[str, tuple[str, ...]] = {
     "H": ("n", "n"), "g": ("n",), "A": ("m", "n"), "b": ("m",), "C": ("p", "n"), "l": ("p",), "u": ("p",),
@@ -190,7 +188,7 @@ class Recording:
         if not file.is_file():
             raise InputError(f"recording {file} does not exist; `ftqp run --record-qps FILE` makes one")
         try:
-            arrays, about = read_npz(file, LARGEST)
+            arrays, about = read_npz(file)
             version = about.pop("format")
             if version == FORMAT:
                 return cls(**arrays, **about)  # type: ignore[arg-type]

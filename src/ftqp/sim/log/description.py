@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ftqp import __version__
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import row_labels, variable_labels
@@ -28,7 +29,7 @@ from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.log.signals import ITSELF, TASKS
 from ftqp.sim.schedule import FaultEvent, Schedule
 
-PACKAGES = ("ftqp", "numpy", "scipy", "pin")
+PACKAGES = ("numpy", "scipy", "pin")
 KIND_OF = {kind: word for word, kind in KINDS.items()} | {LeastSquares: "least_squares"}
 """What a log calls the kinds of soft tasks."""
 
@@ -231,7 +232,7 @@ def versions() -> dict[str, str]:
 @cache
 def _installed() -> dict[str, str]:
     """The same, looked up once in a process: that takes milliseconds."""
-    found = {"python": platform.python_version()}
+    found = {"python": platform.python_version(), "ftqp": __version__}
     for package in PACKAGES:
         try:
             found[package] = metadata.version(package)
@@ -255,11 +256,7 @@ def recorded(
     schedule: Schedule | None = None,
     metadata: Mapping[str, Any] | None = None,
 ) -> Recording:
-    """What ``recorder`` kept while ``planner`` was led along ``path``.
-
-    The metadata are those of a log and ``length``: the rows of rotations are multiplied by this
-    characteristic length [m], so that every row counts in metres.
-    """
+    """What ``recorder`` kept while ``planner`` was led along ``path``."""
     about = description(planner, Schedule() if schedule is None else schedule, path, planner.tick)
     length = planner.robot.length if planner.task.length is None else planner.task.length
     return recorder.recording(

@@ -241,8 +241,7 @@ class Extremes:
         finite = finite[np.isfinite(finite)]
         if len(finite):
             self._count += len(finite)
-            with np.errstate(over="ignore"):  # no run has such numbers; infinite is what their squares are
-                self._squares += float(np.sum(finite**2))
+            self._squares += float(np.sum(finite**2))
             self._largest = max(self._largest, float(finite.max()))
             self._smallest = min(self._smallest, float(finite.min()))
 
@@ -297,8 +296,7 @@ class Tally:
             self._inertial = {"position": Extremes(), "rotation": Extremes()}
         if not len(rows):
             return
-        known = np.clip(np.nan_to_num(rows["status"]), 0, len(STATUSES) - 1)  # of a damaged file, too
-        t, status = rows["t"], known.astype(np.int64)
+        t, status = rows["t"], rows["status"].astype(np.int64)
         self.count += len(rows)
         self._counts = self._counts + np.bincount(status, minlength=len(STATUSES))
         self._final = int(status[-1])
@@ -460,10 +458,7 @@ def _finite(value: float) -> float | None:
 
 
 def _faults(about: Mapping[str, Any]) -> dict[str, Any]:
-    """What failed and, with a detector, when it was found [s], as which kinds; and what was found wrongly.
-
-    A finding belongs to the fault of its joint that happened before it.
-    """
+    """What failed and, with a detector, when it was found [s], as which kinds; and what was found wrongly."""
     faults, found = [dict(fault) for fault in about.get("faults", [])], about.get("detections")
     if found is None:
         return {"faults": faults}
@@ -528,10 +523,7 @@ def is_sensed(log: Log) -> bool:
 
 
 def following_error(log: Log) -> FloatArray:
-    """What was sent for a tick minus where the joint truly was then, (K, nv) [rad or m].
-
-    It is 0 at the first tick, before anything was sent, and NaN for a joint that does not work.
-    """
+    """What was sent for a tick minus where the joint truly was then, (K, nv) [rad or m]."""
     return Following().add(log)
 
 

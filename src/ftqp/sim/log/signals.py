@@ -16,10 +16,6 @@ from ftqp.core.errors import InputError
 from ftqp.faults.kinds import KINDS
 from ftqp.qp.problem import SolveStatus
 
-LONGEST_NAME = 200
-"""Letters that the name of a signal has at most."""
-
-
 HEALTHY = 0
 """Code of a joint that works in the columns ``truth`` and ``belief``; a kind of fault has its ``number``."""
 CONDITIONS = {HEALTHY: "healthy"} | {kind.number: name.replace("_", "-") for name, kind in KINDS.items()}
@@ -56,13 +52,6 @@ class Column:
     unit: str  # SI, or ``-`` without unit
     description: str  # one sentence for a reader of the file
     integer: bool = False  # whether the values are whole numbers (codes and counts)
-
-    def __post_init__(self) -> None:
-        if len(self.name) > LONGEST_NAME:
-            raise InputError(
-                f"signal {self.name[:30]!r}... has a name of {len(self.name)} letters, expected at most "
-                f"{LONGEST_NAME}; give the joint a shorter name"
-            )
 
 
 _SCALARS = (
@@ -192,10 +181,7 @@ def further_columns(measured: Iterable[Measured]) -> tuple[Column, ...]:
 
 
 def names_in(rows: Container[str], about: Mapping[str, Any], group: str) -> list[str]:
-    """Names of what a log has a signal of, in the order of its soft tasks, or of its kept points.
-
-    A task of a pose has two: its name, and that with ``ROTATION`` behind it.
-    """
+    """Names of what a log has a signal of, in the order of its soft tasks, or of its kept points."""
     named = [one["name"] for one in about.get(FACTS[group], [])]
     every = dict.fromkeys(name for one in named for name in (one, one + ROTATION))
     return [name for name in every if f"{group}.{name}" in rows]

@@ -100,7 +100,7 @@ def write_npz(rows: LogRows, path: str | Path, told: Told = silent) -> None:
     ``about`` is a JSON text with the names, units and sentences of the signals of each group, and with the
     log's metadata.
     """
-    groups = _groups(rows)
+    groups = rows.groups()
     with whole_file(path) as part, zipfile.ZipFile(part, "x", zipfile.ZIP_DEFLATED) as archive:
         whole = rows.whole()
         for done, (name, places) in enumerate(groups.items(), 1):
@@ -133,7 +133,7 @@ def write_mat(rows: LogRows, path: str | Path, told: Told = silent) -> None:
     """
     from scipy.io import savemat  # slow to load
 
-    groups = _groups(rows)
+    groups = rows.groups()
     largest = 8 * rows.count * max(len(places) for places in groups.values())
     if largest > LARGEST_VARIABLE:
         raise InputError(
@@ -153,11 +153,3 @@ def write_mat(rows: LogRows, path: str | Path, told: Told = silent) -> None:
             content[name] = np.concatenate([empty, *(b[:, places] for b in rows.blocks())]).astype(kind)
             told(done / len(groups))
         savemat(part, content, appendmat=False, long_field_names=True)
-
-
-def _groups(rows: LogRows) -> dict[str, list[int]]:
-    groups = rows.groups()
-    for name in (ABOUT, "signals", "units", "metadata"):
-        if name in groups:
-            raise InputError(f"{rows.title} has a signal {name!r}, which ftqp does not write; rename it")
-    return groups

@@ -122,14 +122,7 @@ class GainServo:
         self._queue.append((self._now + self._late, *sent))
 
     def torques(self, q: FloatArray, v: FloatArray, limit: FloatArray, tau: FloatArray) -> None:
-        """Put the torques at the joints at the true state into ``tau``.
-
-        Args:
-            q: True joint positions, (nv,) [rad or m].
-            v: True joint velocities, (nv,) [rad/s or m/s].
-            limit: Largest torque of every motor, 0.0 where it is off, (nv,) [N m or N].
-            tau: Torques at the joints, (nv,) [N m or N]; overwritten.
-        """
+        """Put the torques at the joints at the true state into ``tau``."""
         while self._queue and self._queue[0][0] <= self._now:
             _, self._q, sent_v, self._sent = self._queue.popleft()
             self._v = sent_v if self._gains.takes_velocity or self.drive == "velocity" else self._zero

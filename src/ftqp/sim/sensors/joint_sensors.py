@@ -67,12 +67,7 @@ class SensorFault(ABC):
 
     @abstractmethod
     def spoil(self, reading: Reading, joints: slice) -> None:
-        """Change the reading of ``joints``, which is without this fault.
-
-        Args:
-            reading: what is measured.
-            joints: whose reading is wrong.
-        """
+        """Change the reading of ``joints``, which is without this fault."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

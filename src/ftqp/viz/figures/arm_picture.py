@@ -52,13 +52,7 @@ def draw_arm(
     q: FloatArray,
     limbs: Sequence[Sequence[int]],
 ) -> Path:
-    """Draw an arm at one posture to a PNG file.
-
-    ``points`` are the places of joints and tip, (n + 1, 3) [m], ``axes`` the unit axes of the joints, (n, 3),
-    ``up`` is the direction against gravity, (3,), and ``ranges`` holds the least and the greatest position of
-    every joint, (n, 2), infinite where there is no limit; ``q`` is the posture, (n,) [rad or m], and
-    ``limbs`` are the lines through base, joints and tip, as ``Chain.limbs`` has them.
-    """
+    """Draw an arm at one posture to a PNG file."""
     whole = np.vstack([np.zeros(3), points])
     across = _widest(whole, up)
     views = [("from the side", across, up), ("from above", across, np.cross(up, across))]

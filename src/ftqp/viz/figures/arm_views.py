@@ -120,11 +120,7 @@ def draw_views(
     figure: Figure, grid: Any, motions: Sequence[Postures], *, targets: FloatArray,
     colours: Sequence[str] = ("black",), ways: Sequence[str] = (ORANGE,),
 ) -> None:  # fmt: skip
-    """Draw arms from where they are seen best, in the first column, of two rows, of the figure's grid.
-
-    Without a grid the views stand side by side. The first motion is on top. ``targets`` are where the tip
-    should have been, (K, 3) [m]; ``colours`` are those of the arms, ``ways`` those of the ways of their tips.
-    """
+    """Draw arms from where they are seen best, in the first column, of two rows, of the figure's grid."""
     views, (scale, unit) = planes(*motions), _unit(*motions)
     for row, plane in enumerate(views):
         axes: Axes = (

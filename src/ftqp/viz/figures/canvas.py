@@ -85,10 +85,7 @@ def thinned(*signals: FloatArray, bins: int) -> NDArray[np.intp]:
 
 
 def curve(axes: Axes, t: FloatArray, y: FloatArray, **style: Any) -> None:
-    """Draw a signal over time, with about two points a pixel.
-
-    Times (K,) rise; NaN in ``y``, (K,), is a gap.
-    """
+    """Draw a signal over time, with about two points a pixel."""
     kept = thinned(y, bins=_pixels(axes))
     axes.plot(t[kept], y[kept], **style)
 
@@ -157,10 +154,7 @@ def tidy(axes: Axes, x_label: str, y_label: str, title: str = "") -> None:
 
 
 def shade_beyond(axes: Axes, low: float | None, high: float | None, values: Any) -> None:
-    """Shade what lies beyond the limits and choose the range so that they are seen.
-
-    ``values`` is what is drawn, in the unit of the limits; None is no limit.
-    """
+    """Shade what lies beyond the limits and choose the range so that they are seen."""
     finite = np.asarray(values, dtype=np.float64)
     finite = finite[np.isfinite(finite)]
     ends = [

@@ -39,11 +39,7 @@ from ftqp.viz.figures.run_figures import STATUS_COLOURS, spells
 
 
 def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, title: str) -> list[Path]:
-    """Draw runs of one arm and path as PNG files into ``folder``, which is made if it is missing.
-
-    Logs are by the label of their run; empty ones are left out. The files are errors, velocities,
-    accelerations, torques (where the arm has inertia) and statuses, and their names begin with ``name``.
-    """
+    """Draw runs of one arm and path as PNG files into ``folder``, which is made if it is missing."""
     drawn = {label: log for label, log in logs.items() if len(log)}
     if not drawn:
         return []

@@ -49,10 +49,7 @@ HAIR = 0.1
 
 
 def draw_path(log: Log, path: str | Path) -> Path:
-    """Draw the arm, its path and the error to a PNG file.
-
-    The arm is left out where the log does not say where its joints sit.
-    """
+    """Draw the arm, its path and the error to a PNG file."""
     arm = arm_views.postures(log, arm_views.instants(log))
     title = f"The arm and the path of its end effector: {events.heading(log)}"
     figure = paper(12.0 if arm is None else 16.0, 6.4, title)

@@ -119,11 +119,7 @@ Motion = tuple[FloatArray, FloatArray, FloatArray]
 def draw_motions(
     path: str | Path, title: str, lengths: FloatArray, motions: dict[str, Motion], goal: FloatArray
 ) -> Path:
-    """Draw planar arms on their ways, a panel each, and below it the error over time, to a PNG file.
-
-    ``lengths`` are those of the links, (n,) [m], motions are by the heading of their panel, and the goal is
-    (2,) [m].
-    """
+    """Draw planar arms on their ways, a panel each, and below it the error over time, to a PNG file."""
     figure = paper(3.9 * len(motions), 6.4, title)
     grid = figure.add_gridspec(2, len(motions), height_ratios=(2.6, 1.0))
     reach = float(np.sum(lengths))

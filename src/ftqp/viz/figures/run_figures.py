@@ -123,12 +123,7 @@ DRAWINGS = {
 
 
 def save_figures(log: Log, folder: str | Path) -> list[Path]:
-    """Draw all figures of a run as PNG files into ``folder``, which is made if it is missing.
-
-    Existing files of the same names are replaced. The order is path, tasks (of a planner with soft tasks or
-    kept points), joints, velocities, following (of an arm with a drive or sensors), torques (of an arm with
-    inertia), status, base (of a run on a moving base).
-    """
+    """Draw all figures of a run as PNG files into ``folder``, which is made if it is missing."""
     if not len(log):
         raise InputError(f"log {log.path} has no rows, expected at least one to draw")
     for name in ("truth", "belief"):

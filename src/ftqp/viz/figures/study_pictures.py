@@ -83,10 +83,7 @@ Shares = Mapping[str, Sequence[tuple[str, int, int, tuple[float, float]]]]
 
 
 def draw_ok_errors(path: str | Path, errors: Sequence[float], title: str) -> Path:
-    """Draw how many episodes had which largest error of the tip while OK was claimed.
-
-    ``errors`` holds that of each episode [m].
-    """
+    """Draw how many episodes had which largest error of the tip while OK was claimed."""
     logs = np.log10(np.maximum(np.array(errors, dtype=np.float64), LEAST)) + 3.0
     figure = paper(9.0, 3.2, title)
     axes = figure.add_subplot()

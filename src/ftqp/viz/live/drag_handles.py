@@ -70,10 +70,7 @@ class DragHandles:
             self.tip = None
 
     def drag_marks(self, marks: Mapping[int, FloatArray], moved: Callable[[int, FloatArray], None]) -> None:
-        """Put a handle at the target of each soft task that has a place, and at each thing around the arm.
-
-        ``marks`` are by their number in a frame, (3,) [m]; ``moved`` is told that and a new position.
-        """
+        """Put a handle at the target of each soft task that has a place, and at each thing around the arm."""
         self.release_marks()
         for k, position in marks.items():
 

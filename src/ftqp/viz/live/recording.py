@@ -29,11 +29,7 @@ WAY = 240
 
 
 def picture_ticks(t: FloatArray, fps: float = 30.0, longest: float | None = LONGEST) -> IntArray:
-    """The rows of a log that make up a recording.
-
-    Times ``t`` are (K,) and rise [s]. Of a run with more than ``longest`` seconds of pictures fewer a second
-    are kept, the last one always; None keeps all.
-    """
+    """The rows of a log that make up a recording."""
     if len(t) == 0:
         raise InputError("a log without rows has no pictures; expected one row or more")
     if not fps > 0.0:
@@ -54,11 +50,7 @@ def recording(
     title: str = "",
     parts: Sequence[Part] | None = None,
 ) -> str:
-    """A whole page that plays the frames, each for as long as the times of the frames say.
-
-    There is at least one frame, in the order of their times; ``picture_ticks`` says which of a log are
-    needed. ``path`` is (k, 3) in the base's frame [m], and without ``parts`` the arm is what its chain gives.
-    """
+    """A whole page that plays the frames, each for as long as the times of the frames say."""
     coming = iter(frames)
     first = next(coming, None)
     if first is None:

@@ -28,14 +28,7 @@ TRIES = 100
 
 
 def open_server(host: str = LOOPBACK, port: int = 8080) -> Any:
-    """A server of pages, already listening.
-
-    Any other ``host`` than that of this machine opens the page to the network. A ``port`` of 0 is any free
-    one; where it is in use, the next free one is taken.
-
-    Raises:
-        InputError: The address is none of this machine, or no port is free.
-    """
+    """A server of pages, already listening."""
     # A browser that opens a connection and drops it is no error; websockets prints a traceback for it.
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
     with _silent():

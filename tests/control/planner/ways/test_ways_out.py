@@ -230,14 +230,31 @@ def test_a_way_of_eight_times_what_is_remembered_leads_back():
 
 def test_way_that_comes_too_near_to_the_scene_is_not_clear_and_the_others_are_tried_in_it():
     scene = ftqp.Scene()
-    scene.add("post", ftqp.Cylinder(radius=0.05, length=1.2, place=(0.26, 0.2, 0.6)))
-    planner = started(PANDA, DT, scene=scene, remember=5.0, at=HOME)
     beyond = HOME + np.array([1.4, 0.3, 0.0, 0.6, 0.0, 0.0, 0.0])
+    scene.add("ball", ftqp.Sphere(radius=0.1, place=tuple(PANDA.pose(beyond)[:3, 3])))
+    planner = started(PANDA, DT, scene=scene, remember=5.0, at=HOME)
     ways = planner.ways_out(home=beyond)
     home = by_kind(ways)["home"]
     assert ways[-1] is home and not home.clear and ways[0].clear
     assert 0.015 < home.clearance < 1.0 or home.near
     assert all(0.0 < way.clearance < 1.0 for way in ways if way.clear)
+
+
+def test_way_home_leads_round_a_wall_and_is_gone_without_touching_it():
+    here, home = (
+        np.array([0.9, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8]),
+        np.array([-0.9, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8]),
+    )
+    scene = ftqp.Scene()
+    scene.add("wall", ftqp.Box(size=(0.6, 0.04, 0.9), place=(0.6, 0.0, 0.45)))
+    planner = started(PANDA, DT, scene=scene, at=here)
+    way = by_kind(planner.ways_out(home=home))["home"]
+    assert way.clear and len(way.places) > 1 and np.abs(way.places[-1] - home).max() < 1e-9
+    goto = ftqp.GoTo(planner, way=way)
+    steps = go(goto, here, longest=40.0)
+    assert goto.status is ftqp.GoToStatus.REACHED
+    rows = np.array([step.q for step in steps])
+    assert min(float(d.min()) for d in planner.distances(rows).values()) > 0.015
 
 
 def test_way_is_reached_though_the_failed_joint_came_to_rest_somewhat_beside_where_it_was_foretold():

@@ -10,7 +10,6 @@ import numpy as np
 from ftqp.control.drive.joint_drive import KINDS, Drive, Noise
 from ftqp.control.drive.loop_record import fill_loop
 from ftqp.control.drive.servo_prior import FALSE_ALARMS
-from ftqp.control.planner.response.monitored import seen_of
 from ftqp.core.checks import FloatArray, instance, non_negative, positive
 from ftqp.core.errors import InputError, unknown
 from ftqp.core.fixed import Fixed
@@ -61,34 +60,17 @@ class Detector:
     """
 
     __slots__ = (
-        "_calibration",
-        "_delay",
-        "_diagnosis",
-        "_drive",
-        "_dt",
-        "_false_alarms_per_hour",
-        "_listen",
-        "_noise",
-        "_q",
-        "_reference",
-        "_robot",
-        "_session",
-        "_tau",
+        "_calibration", "_delay", "_diagnosis", "_drive", "_dt", "_false_alarms_per_hour", "_listen",
+        "_noise", "_q", "_reference", "_robot", "_session", "_tau",
     )  # fmt: skip
 
-    robot: Fixed[Robot | None] = Fixed("_robot", "The arm; None where a planner will give it.", ANEW)
-    dt: Fixed[float | None] = Fixed(
-        "_dt", "The sampling period [s]; None where a planner will give it.", ANEW
-    )
-    drive: Fixed[Drive | None] = Fixed("_drive", "What the arm takes.", ANEW)
-    noise: Fixed[Noise | None] = Fixed("_noise", "Standard deviations of the measurements.", ANEW)
-    delay: Fixed[float | None] = Fixed("_delay", "How late samples are [s].", ANEW)
-    false_alarms_per_hour: Fixed[float] = Fixed(
-        "_false_alarms_per_hour", "How many false alarms an hour are allowed.", ANEW
-    )
-    calibration: Fixed[Calibration | None] = Fixed(
-        "_calibration", "What was found on healthy motion; None: nothing.", ANEW
-    )
+    robot: Fixed[Robot | None] = Fixed("_robot", remedy=ANEW)
+    dt: Fixed[float | None] = Fixed("_dt", remedy=ANEW)
+    drive: Fixed[Drive | None] = Fixed("_drive", remedy=ANEW)
+    noise: Fixed[Noise | None] = Fixed("_noise", remedy=ANEW)
+    delay: Fixed[float | None] = Fixed("_delay", remedy=ANEW)
+    false_alarms_per_hour: Fixed[float] = Fixed("_false_alarms_per_hour", remedy=ANEW)
+    calibration: Fixed[Calibration | None] = Fixed("_calibration", remedy=ANEW)
 
     settings: ClassVar[Settings] = {
         "bandwidths": Setting("has no effect any more", unit="1/s"),
@@ -160,7 +142,7 @@ class Detector:
         fill_loop(K, robot, dt, drive, noise, self._false_alarms_per_hour, self._calibration)
         self._q, self._reference, self._tau = np.zeros(n), np.zeros((3, n)), np.zeros(n)
         self._listen = bound("listen", session.memory, self._q, self._reference, self._tau)
-        self._diagnosis = Diagnosis(robot.joints, seen_of(session, n))
+        self._diagnosis = Diagnosis(robot.joints, K)
 
     def for_arm(
         self, robot: Robot, dt: float, *, drive: Any = None, noise: Noise | None = None,

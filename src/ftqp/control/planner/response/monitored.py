@@ -15,7 +15,7 @@ from ftqp.faults.detection.sight import Sight
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import HEALTHY, IS_FREE
-from ftqp.kernel.layout.thresholds import GEAR, SUSPECTS
+from ftqp.kernel.layout.thresholds import GEAR
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
@@ -23,8 +23,6 @@ SENSORS: Final = frozenset({"sensor_frozen", "sensor_biased", "sensor_dropped"})
 OTHERS, AT_REST = 0.3, 0.01
 """Of a joint that stands the model misses as much as of this share of the others' motion, and of such a speed
 [rad/s or m/s], as ``ftqp.kernel.monitor.servos.residual`` has it."""
-KINDS: Final = 7
-"""So many kinds of failures can be found."""
 POLES = 3.0
 """Time constants by which three poles in a row are late."""
 
@@ -50,34 +48,6 @@ def sight_of(K: Any, robot: Robot) -> Sight | None:
     )
 
 
-def seen_of(session: Session, n: int) -> Callable[[str], Any]:
-    """What a diagnosis of n joints reads of a record, by its names."""
-    K, worst, nothing = session.K, session.field("monitor", "worst"), np.zeros(n)
-
-    def seen(name: str) -> Any:
-        M = K.monitor
-        reads: dict[str, Callable[[], Any]] = {
-            "worst": lambda: worst,
-            "watch": lambda: np.array([M.worst > SUSPECTS]),
-            "suspect": lambda: np.array([M.suspect]),
-            "touched": lambda: np.array([K.feedback.touched]),
-            "z": lambda: M.G[:n] / M.level,
-            "kinds": lambda: M.found[:n],
-            "onset": lambda: M.began[:n],
-            "since": lambda: M.found_at[:n],
-            "tally": lambda: np.zeros((n, KINDS)),
-            "ticks": lambda: np.array([K.state.ticks]),
-            "dt": lambda: np.array([K.state.dt]),
-            "share": lambda: nothing,
-            "hop": lambda: nothing,
-            "speed": lambda: np.abs(M.v[:n]),
-            "asked": lambda: np.abs(K.state.v_command[:n]),
-        }
-        return reads[name]()
-
-    return seen
-
-
 @final
 class MonitorResponse:
     """Believes what the monitor of the servos has found, and takes it back when the joint follows again.
@@ -98,7 +68,7 @@ class MonitorResponse:
         self.findings: list[Finding] = []
         self._K, self._robot, self._loop = session.K, robot, loop
         self._report, self._withdraw = report, withdraw
-        self.diagnosis = Diagnosis(robot.joints, seen_of(session, robot.nv), lambda: sight_of(self._K, robot))
+        self.diagnosis = Diagnosis(robot.joints, session.K, lambda: sight_of(self._K, robot))
         self._said = np.zeros(robot.nv, dtype=int)
 
     @property
@@ -163,12 +133,3 @@ class MonitorResponse:
         M.found[i] = self._said[i] = 0
         self._K.feedback.lost[i], self._K.feedback.spent[i] = 0, 0.0
         M.G[i] = M.G_lock[i] = M.G_free[i] = 0.0
-
-    def believed(self, fault: Fault) -> None:
-        """The planner believes what was found."""
-
-    def go_on(self) -> None:
-        """Go on after a stop; what was found stays found."""
-
-    def feel(self, tau: Any) -> None:
-        """Measured torques, which are not looked at."""

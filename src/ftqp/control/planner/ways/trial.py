@@ -8,7 +8,6 @@ import numpy as np
 from ftqp.control.inverse_kinematics.passable import HELD, MotionValidity
 from ftqp.control.planner.joint_motion import JointMotion
 from ftqp.control.planner.planner_view import JointState, PlannerView
-from ftqp.control.planner.target import Target
 from ftqp.control.references.jerk_limit import RISE_TIME, Motion, State
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import FALLBACK, INVALID_INPUT, STOPPED, STOPPING
@@ -110,23 +109,6 @@ class Trial:
             if not arrives:
                 break
         return self._judged(trace, arrives, later)
-
-    def tip(self, poses: Sequence[FloatArray], standing: int) -> FloatArray | None:
-        """The joints as the tip goes along poses, one a tick, with the twin's own task, (k, nv) [rad or m].
-
-        It stands at the first one before. None where a tick fails.
-        """
-        twin = self._twin
-        twin.reset(self._start.q, self._start.v)
-        (q, v, _), view, target = self._start, self._view, Target(pose=poses[0])
-        trace = [q]
-        for k in range(standing + len(poses)):
-            target.pose[:] = poses[max(0, k - standing)]
-            if twin.step(q, v, target).code in OFF:
-                return None
-            q, v, _ = view.command
-            trace.append(q)
-        return np.array(trace)
 
     def _rests_within(self, off: float, motion: JointMotion) -> bool:
         """Whether the joints that work rest so near to the motion's goal."""

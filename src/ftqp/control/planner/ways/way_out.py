@@ -1,9 +1,6 @@
 """Ways out of where an arm is stuck, each tried in thought: back, home, or to where it can stand."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
-from itertools import pairwise
 from typing import Any, Final, final
 
 import numpy as np
@@ -13,6 +10,7 @@ from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.control.planner.ways.trial import Trial, Tried, corners, halt_posture, thinned
+from ftqp.control.planner.ways.ways import Ways
 from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, frozen, positive
 from ftqp.core.errors import InputError
@@ -20,6 +18,7 @@ from ftqp.core.quiet import quiet
 from ftqp.faults.kinds import FreeSwinging, Locked
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.thresholds import SINGULAR_FROM
+from ftqp.kernel.layout.ways_room import WayStage
 from ftqp.model.robot import Robot
 
 OFF_RECORD: Final = 0.03
@@ -31,16 +30,15 @@ MANY: Final = 200
 """... or farther, so that there are not many more than these."""
 LONGEST: Final = 60
 """Places of a way at most."""
-BACK_SPEED: Final = 0.3
-"""The tip goes back so fast [m/s] where it is led, and turns at three times as many rad/s."""
-STAND: Final = 0.4
-"""A moving arm comes to rest for so long before the tip is led back [s]."""
+LEAP: Final = 0.3
+"""Where the joints follow the tip's way, none goes farther from one place to the next [rad or m]. A guess."""
+ROUND, SLICE = 60_000, 500
+"""So many looks at postures are spent on a way home round what is in between at most, 0.15 s or so, and in a
+slice. Guesses."""
 TIP_BACK: Final = 0.01
 """The tip is back within this of where its way began [m] ..."""
 TURNED_BACK: Final = 0.05
 """... and this [rad]: the defaults of a task's tolerances, so that it counts as being there, exactly then."""
-TWICE: Final = 2.0
-"""Where it was led and ended farther away than so many times that, its joints are not tried. A convention."""
 HANGS: Final = 0.02
 """A joint that swings freely and is slower than this rests [rad/s or m/s]: its brake can be closed."""
 WORDS: Final = {
@@ -53,8 +51,6 @@ WORDS: Final = {
 TRIAL_DT: Final = 8e-3
 """Sampling period of planners for trials [s], if that is longer than the planner's own: motions of joints
 with limited jerk are the same at both, and a trial takes an eighth of the time."""
-Twins = Callable[[str | None], Any]
-"""Makes a planner for trials, with the task's own rows or fewer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -128,7 +124,9 @@ def ways_out(planner: Any, make: type[Any], came: FloatArray | None, home: Any) 
     passable = planner.passable()
     hang = _hanging(planner, view)
     with quiet():
-        found = _found(planner, partial(_twin, planner, make, hang), view, passable, came, belongs, hang)
+        twin = _twin(planner, make, hang)
+        twin.reset(view.command.q, view.command.v)
+        found = _found(planner, twin, view, passable, came, belongs, hang)
     return tuple(sorted(found, key=lambda way: not way.clear))
 
 
@@ -140,12 +138,12 @@ def _hanging(planner: Any, view: PlannerView) -> tuple[str, ...]:
     return tuple(free) if rests and planner.drive.brakes == "each" else ()
 
 
-def _twin(planner: Any, make: type[Any], hang: tuple[str, ...], rows: str | None) -> Any:
-    """A planner for trials: this one with a slower clock, and the task's own rows or fewer."""
+def _twin(planner: Any, make: type[Any], hang: tuple[str, ...]) -> Any:
+    """A planner for trials: this one with a slower clock."""
     own = planner.task
     twin = make(
         planner.robot, max(planner.dt, TRIAL_DT), level=planner.level, bounds=planner.bounds, emergency=None,
-        task=Task(rows=own.rows if rows is None else rows, length=own.length, axis=own.axis),
+        task=Task(rows=own.rows, length=own.length, axis=own.axis),
         torque_limits=bool(np.isfinite(planner.view().limits.tau).any()),
         constraints=[one.given for one in planner.constraints.values()],
         scene=planner.scene, clearance=planner.clearance,
@@ -157,7 +155,7 @@ def _twin(planner: Any, make: type[Any], hang: tuple[str, ...], rows: str | None
 
 def _found(
     planner: Any,
-    twins: Twins,
+    twin: Any,
     view: PlannerView,
     passable: MotionValidity,
     came: FloatArray | None,
@@ -166,7 +164,6 @@ def _found(
 ) -> list[WayOut]:
     """All ways, in their order."""
     start, limits, working = view.command, view.limits, view.working
-    twin = twins(None)
     trial = Trial(twin, start, passable)
     found: list[WayOut] = []
     failed = tuple(planner.faults)
@@ -184,8 +181,7 @@ def _found(
         add("back", back, trial.joints(list(back)))
         if not working.all():
             for rows in planner.task.kept_sets:
-                own = twin if rows == (planner.task.rows or "pose") else twins(rows)
-                done = _back_by_tip(own, start, passable, came, rows)
+                done = _back_by_tip(twin, trial, start, came, rows)
                 if done is not None:
                     add("back by the tip", *done, rows=rows)
                     if found[-1].clear:
@@ -193,7 +189,8 @@ def _found(
     stand = np.where(working, np.clip(_resting(start, limits.a), limits.q_min, limits.q_max), start.q)
     if not only_stops:  # as far as is known
         place = np.where(working, np.clip(home, limits.q_min, limits.q_max), start.q)
-        add("home", place[None], trial.joints([place]))
+        way = _round(twin, stand, place)
+        add("home", way, trial.joints(list(way)))
         rest = halt_posture(start, stand, passable, view, twin.robot)
         add("halt", rest[None], trial.joints([rest]))
     add("stop", stand[None], trial.joints([stand]))
@@ -205,37 +202,43 @@ def _resting(start: JointState, a: FloatArray) -> FloatArray:
     return start.q + start.v * np.abs(start.v) / (2.0 * np.maximum(a, 1e-9))
 
 
+def _round(twin: Any, stand: FloatArray, place: FloatArray) -> FloatArray:
+    """The places of a way to a posture, (k, nv), round what is in between; itself where none is found."""
+    if not twin.avoids:
+        return place[None]
+    ways = Ways(twin, stand, goals=[place], most=ROUND)
+    while ways.stage in (WayStage.GROWING, WayStage.SHORTENING):
+        ways.think(SLICE)
+    return ways.way[1:] if ways.has_way else place[None]
+
+
 def _back_by_tip(
-    twin: Any, start: JointState, passable: MotionValidity, came: FloatArray, rows: str
+    twin: Any, trial: Trial, start: JointState, came: FloatArray, rows: str
 ) -> tuple[FloatArray, Tried] | None:
     """The places of the way along the tip's, as the joints that are left follow it, and what they come to.
 
-    None where the tip ends farther from the begin of its way than the task's tolerance, in the rows kept.
+    None where the tip does not come back to the begin of its way, in the rows kept.
     """
     view, joints = twin.view(), np.vstack([came, start.q])[::-1]
-    poses = view.poses(joints)
-    way = [0.0]
-    for one, two in pairwise(poses):
-        cosine = 0.5 * (np.trace(one[:3, :3].T @ two[:3, :3]) - 1.0)
-        turned = float(np.arccos(np.clip(cosine, -1.0, 1.0))) / 3.0 if rows != "position" else 0.0
-        way.append(way[-1] + max(float(np.linalg.norm(two[:3, 3] - one[:3, 3])), turned))
-    if way[-1] <= 0.0:
+    way = np.append(0.0, np.cumsum(np.abs(np.diff(joints, axis=0)).max(axis=1)))
+    s = np.linspace(0.0, way[-1], MANY + 1)
+    poses = view.poses(np.array([np.interp(s, way, column) for column in joints.T]).T)
+    leap = np.full(len(start.q), LEAP)
+    ways = Ways(twin, start.q, rows=rows, path=poses, leap=leap, tolerance=(TIP_BACK, TURNED_BACK))
+    led, k = [start.q], 0
+    while k < MANY:  # places that cannot be come to are passed by
+        ways.begin_following(led[-1], k)
+        while not ways.follow(1):
+            led.append(ways.at)
+        k = ways.followed + 1
+    if ways.followed < MANY:
         return None
-    count = max(2, int(np.ceil(1.9 * way[-1] / (BACK_SPEED * twin.dt))))
-    s = np.linspace(0.0, 1.0, count)
-    s = way[-1] * (10.0 * s**3 - 15.0 * s**4 + 6.0 * s**5)  # from rest to rest
-    between = np.array([np.interp(s, way, column) for column in joints.T]).T
-    goals = [*view.poses(between), *[poses[-1]] * int(STAND / twin.dt)]
-    trial = Trial(twin, start, passable)
-    led = trial.tip(goals, int(STAND / twin.dt))
-    if led is None or not _is_back(view, led[-1], poses[-1], rows, TWICE):
-        return None
-    places = corners(led, OFF_RECORD / 3.0)[1 : LONGEST + 1]
+    places = corners(np.array(led), OFF_RECORD / 3.0)[1 : LONGEST + 1]
     tried = trial.joints(list(places))
     return (places, tried) if _is_back(view, tried.q[-1], poses[-1], rows) else None
 
 
-def _is_back(view: PlannerView, q: FloatArray, begin: FloatArray, rows: str, slack: float = 1.0) -> bool:
+def _is_back(view: PlannerView, q: FloatArray, begin: FloatArray, rows: str) -> bool:
     """Whether the tip is where its way began, in the rows kept."""
     end = view.poses(q[None])[0]
     lean = float(np.arccos(np.clip(end[:3, 2] @ begin[:3, 2], -1.0, 1.0)))
@@ -243,7 +246,7 @@ def _is_back(view: PlannerView, q: FloatArray, begin: FloatArray, rows: str, sla
     turned = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
     off = {"position": 0.0, "position_axis": lean, "pose": turned}[rows]
     away = float(np.linalg.norm(end[:3, 3] - begin[:3, 3]))
-    return away <= slack * TIP_BACK and off <= slack * TURNED_BACK
+    return away <= TIP_BACK and off <= TURNED_BACK
 
 
 def _way(

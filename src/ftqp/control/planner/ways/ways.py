@@ -1,6 +1,6 @@
 """Ways of the joints round what is in between: one generator, in slices, for whoever leads an arm."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import Any, Final, final
 
@@ -9,17 +9,19 @@ import numpy as np
 from ftqp.control.inverse_kinematics.passable import HELD
 from ftqp.control.inverse_kinematics.posture_search import goal_pose, task_rows
 from ftqp.control.planner.joint_motion import LEAST_ACCELERATION
-from ftqp.control.planner.planner import Planner
 from ftqp.control.references.jerk_limit import RISE_TIME
 from ftqp.control.task.task import axis_frame
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import transform
-from ftqp.kernel.entry.way_session import BALL, EFFORT, KEEP, LIMIT, Met
+from ftqp.kernel.entry.way_session import BALL, EFFORT, KEEP, LIMIT, Met, WaySession
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.kernel.layout.ways_room import WayStage
 
 STARTS: Final = 600
 """Newton starts for postures of a goal. 4,000 more brought no further clear posture in 1,373 cases."""
+SLACK: Final = 2e-3
+"""Between places the tip leaves a tube by this at most [m], or by a tenth of how wide it is where that is
+less: a task's usual tolerance."""
 MOST: Final = 400_000
 """So many looks are spent on trees at most, about a second. A guess."""
 SHORTENING: Final = 1500
@@ -40,17 +42,20 @@ class Ways:
     free, not sampled. The motion is as fast as the limits allow, with limited jerk, and is proven again.
 
     Args:
-        planner: Whose arm it is.
+        planner: Whose arm it is, an ``ftqp.Planner``.
         start: Where the joints begin, (nv,) [rad or m]; None is where they are commanded.
         goals: Goal postures, (k, nv); more may come by ``add``.
         goal: A pose of the tip, (4, 4), whose postures are looked for meanwhile; None: goals are postures.
-        goal_rows: The rows of it that count, as searches take them; None: those that the planner keeps.
-        tolerance: How near a posture comes to it, > 0 [m].
+        rows: The rows of poses that count, as searches take them; None: those that the planner keeps.
+        tolerance: How near a posture comes to a pose in place [m], and in turning [rad], > 0.
         tube: Poses of a path, (k, 4, 4), that the tip stays near; None: it goes anywhere.
-        radius: By how much, in place [m] and in turning times the characteristic length [m].
-        rows: Which rows of them count.
+        radius: By how much, in place [m] and in turning [rad].
+        path: Poses of a path, (k, 4, 4), that postures are followed along.
+        leap: How far joints go from one of them to the next at most, (nv,) [rad or m].
         rise_time: How long accelerations take to reach their limits, > 0 [s].
         effort: The share of a torque limit that may hold the arm at rest.
+        most: So many looks are spent on trees at most.
+        shortening: So many are spent on making the way shorter.
         seed: Of what is drawn: the same looks give the same way.
 
     Attributes:
@@ -62,51 +67,102 @@ class Ways:
 
     def __init__(
         self,
-        planner: Planner,
+        planner: Any,
         start: FloatArray | None = None,
         *,
         goals: Iterable[FloatArray] = (),
         goal: Any = None,
-        goal_rows: Any = None,
-        tolerance: float = TOLERANCE,
+        rows: Any = None,
+        tolerance: tuple[float, float] = (TOLERANCE, TOLERANCE),
         tube: FloatArray | None = None,
         radius: tuple[float, float] = (0.0, 0.0),
-        rows: Sequence[str] = COMPONENTS,
+        path: FloatArray | None = None,
+        leap: FloatArray | None = None,
         rise_time: float = RISE_TIME,
         effort: float = HELD,
+        most: int = MOST,
+        shortening: int = SHORTENING,
         seed: int = 0,
     ) -> None:
-        self._planner, self._session = planner, planner.way_session()
+        self._planner = planner
+        self._session: WaySession = planner.way_session()
         self.W = W = self._session.W
         robot, n = planner.robot, planner.robot.nv
-        self._start = planner.view().command.q if start is None else start
-        W.effort, W.length, W.tolerance = effort, robot.length, tolerance
-        W.shortening, W.most, W.most_starts = SHORTENING, MOST, STARTS
+        self._start: FloatArray = planner.view().command.q if start is None else start
+        W.effort, W.length, W.most = effort, robot.length, most
+        W.tolerance[:] = tolerance[0], robot.length * tolerance[1]
+        W.shortening, W.most_starts = shortening, STARTS
         W.first, W.second = 1 + 7919 * seed, 1 + 104729 * seed
         W.dt, W.speed = planner.dt, planner.pace
         W.a_max[:n] = np.maximum(W.a_max[:n], LEAST_ACCELERATION * robot.limits.a_max)
         W.rise = max(rise_time, float((W.a_max[:n] / robot.limits.j_max)[W.free[:n] > 0].max(initial=0.0)))
         W.low[:n] = np.maximum(W.q_min[:n], self._start - TURN)
         W.high[:n] = np.minimum(W.q_max[:n], self._start + TURN)
+        self._tool = np.eye(4)
+        if goal is not None or tube is not None or path is not None:
+            self._choose_rows(planner.kept_rows if rows is None else rows)
         if goal is not None:
-            self._aim(goal, planner.kept_rows if goal_rows is None else goal_rows)
+            self.aim(goal)
         if tube is not None:
-            self._session.hold_tube(tube, radius, _bits(rows))
+            W.slack = min(SLACK, 0.1 * radius[0]) if radius[0] > 0.0 else SLACK
+            self._session.hold_tube(tube @ self._tool, (radius[0], robot.length * radius[1]))
+        if path is not None and leap is not None:
+            self._session.hold_path(path @ self._tool, leap)
         self.met: Met | None = self._session.begin(self._start)
         self.start_blocked = self.sentence_of(self.met)
         self.stage = WayStage(int(W.stage))
         for q in goals:
             self.add(q)
 
-    def _aim(self, goal: Any, rows: Any) -> None:
-        """Let the goal be a pose of the tip."""
-        names, tool = task_rows(self._planner.robot, rows)
-        pose, chain, W = goal_pose(goal, names), self._session.K.chain, self.W
+    def _choose_rows(self, rows: Any) -> None:
+        """Let these rows of poses count."""
+        self._names, tool = task_rows(self._planner.robot, rows)
+        W, chain = self.W, self._session.K.chain
+        W.has_axis, W.rows = tool, sum(1 << COMPONENTS.index(name) for name in self._names)
+        W.goal_rows = W.rows
         if tool:  # the axis of the tool is the z axis of the frame that is looked at
-            T = transform(axis_frame(self._planner.task.axis), np.zeros(3))
-            pose = pose @ T
+            self._tool = T = transform(axis_frame(self._planner.task.axis), np.zeros(3))
             chain.tip_rotation[:] = (chain.tip_rotation.reshape(3, 3) @ T[:3, :3]).ravel()
-        W.has_goal, W.has_axis, W.goal_rows, W.goal[:] = 1, tool, _bits(names), pose[:3].ravel()
+
+    def aim(self, goal: Any) -> None:
+        """Let the goal be a pose of the tip, and starts for its postures begin anew."""
+        self.W.has_goal, self.W.starts = 1, 0
+        self.W.goal[:] = (goal_pose(goal, self._names) @ self._tool)[:3].ravel()
+
+    def find(self, looks: int) -> FloatArray | None:
+        """A further clear posture of the goal, (nv,), within about so many looks; None: not found yet."""
+        return self._session.find(looks)
+
+    def explore(self, looks: int) -> int | None:
+        """A further place that can be come to, by number, within about so many looks; None: not yet."""
+        node = self._session.explore(looks)
+        return None if node < 0 else node
+
+    def place(self, node: int) -> FloatArray:
+        """A place that was explored, (nv,) [rad or m]."""
+        return self._session.node(node)
+
+    def lead_to(self, node: int) -> None:
+        """Let there be a way to a place that was explored."""
+        self.stage = self._session.lead_to(node)
+
+    def begin_following(self, q: FloatArray, first: int) -> None:
+        """Let the path be followed from a posture at one of its poses."""
+        self.W.followed, self.W.follows[: len(q)] = first, q
+
+    def follow(self, looks: int) -> bool:
+        """Follow it on for about so many looks; whether it ends, as joints cannot go on or at its end."""
+        return self._session.follow(looks)
+
+    @property
+    def at(self) -> FloatArray:
+        """Where the joints are there, (nv,) [rad or m]."""
+        return np.array(self.W.follows[: self._session.n])
+
+    @property
+    def followed(self) -> int:
+        """The pose of the path that was come to."""
+        return int(self.W.followed)
 
     def add(self, q: FloatArray) -> bool:
         """A further goal posture, any time; whether the arm may stand there."""
@@ -171,6 +227,11 @@ class Ways:
         self.stage = WayStage.PROVING
 
     @property
+    def looks(self) -> int:
+        """Postures that were looked at so far."""
+        return int(self.W.looks)
+
+    @property
     def starts(self) -> int:
         """Newton starts for postures of the goal so far."""
         return int(self.W.starts)
@@ -208,8 +269,3 @@ class Ways:
             return f"a body is nearer than {keep:.3g} mm to the cloud"
         one, other = self._planner.watched_pairs[met.number]
         return f"{one} is nearer than {keep:.3g} mm to {other}"
-
-
-def _bits(rows: Sequence[str]) -> int:
-    """Rows of a pose as the kernel takes them."""
-    return sum(1 << COMPONENTS.index(row) for row in rows)

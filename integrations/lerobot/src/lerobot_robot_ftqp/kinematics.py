@@ -8,7 +8,7 @@ planner: the angles that it returns keep the joints' ranges, speeds and accelera
     kinematics.report_overload("wrist_flex")          # the servo has switched itself off, or is blocked
     kinematics.repaired("wrist_flex")
 
-It was written against the interface of LeRobot 0.3 and tried against a stand-in of it, not on a robot.
+It has the interface of LeRobot 0.6, and was tried against a stand-in of it, not on a robot.
 """
 
 from collections.abc import Sequence
@@ -64,11 +64,12 @@ class RobotKinematics:
             emergency=None,
         )
         self._sent: np.ndarray | None = None
+        self._observed: np.ndarray | None = None
         self.step: Any = None
 
     def forward_kinematics(self, joint_pos_deg: np.ndarray) -> np.ndarray:
         """Pose of the link, (4, 4) [m], at joint angles [deg]; a gripper's entry counts nothing."""
-        return self.robot.pose(self._angles(joint_pos_deg))
+        return self.robot.pose(self.angles(joint_pos_deg))
 
     def inverse_kinematics(
         self,
@@ -85,7 +86,8 @@ class RobotKinematics:
             position_weight: Beside it the orientation counts by ``orientation_weight`` over this.
             orientation_weight: 0 leaves the orientation free.
         """
-        q = self._angles(current_joint_pos)
+        q = self.angles(current_joint_pos if self._observed is None else self._observed)
+        self._observed = None
         if self._sent is None or np.abs(q - self._sent).max() > FARTHEST:
             self.planner.reset(q)
         self.planner.tasks["orientation"].weight = orientation_weight / position_weight
@@ -95,6 +97,21 @@ class RobotKinematics:
         result = np.array(current_joint_pos, dtype=float)
         result[self._order] = np.rad2deg(self._sent)
         return result
+
+    def observe(self, joint_pos_deg: np.ndarray) -> None:
+        """Say what is measured, where the next call is handed the last command instead.
+
+        LeRobot's processors do so with ``initial_guess_current_joints=False``; without this an arm that
+        does not follow would be taken for one that does.
+
+        Args:
+            joint_pos_deg: Measured joint angles [deg].
+        """
+        self._observed = np.array(joint_pos_deg, dtype=float)
+
+    def reset(self) -> None:
+        """Begin anew where the arm is at the next call; no processor of LeRobot's says so by itself."""
+        self._sent = self._observed = None
 
     def report_overload(self, joint: str) -> None:
         """A servo has switched itself off at its overload, or is blocked: the others go on without it."""
@@ -109,7 +126,7 @@ class RobotKinematics:
         """How the last call ended, in words."""
         return "nothing has been asked yet" if self.step is None else str(self.step.status.value)
 
-    def _angles(self, degrees: np.ndarray) -> np.ndarray:
+    def angles(self, degrees: np.ndarray) -> np.ndarray:
         """The arm's joints in the order of the model [rad]."""
         given = np.asarray(degrees, dtype=float)
         if given.ndim != 1 or len(given) <= max(self._order):
