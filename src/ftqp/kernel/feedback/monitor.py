@@ -41,7 +41,7 @@ def _brake_and_stop(watch: Any, feedback: Any, i: int) -> None:
 def watch_torques(K: Any) -> None:
     """The joints of a torque arm whose motors seem not to give what is sent, and those that do again."""
     feedback = K.feedback
-    suspect = unusual(K.state, K.faults, K.limits, feedback, K.chain)
+    suspect = unusual(K)
     if is_known(K.state, K.learned):
         if K.faults.working == K.chain.n:
             feel_touch(K, NOISE_LEVELS)
