@@ -54,8 +54,8 @@ RECOVERY = 0.2
 """A good sample takes back this share of what a bad one costs."""
 SILENCE, BLIND = 1.0, 0.3
 """For so long [s] an arm waits for samples when none of its joints says a number: that is the line, and no
-sensor's fault; and one that takes torques, which no servo holds: a Panda without friction was thirteen times
-as fast as it may after a second."""
+sensor's fault; and one that takes torques, which no servo holds, so that what its model misses grows as a
+pendulum falls."""
 
 
 @jit
