@@ -14,7 +14,8 @@ NOISE, AT = 5e-5, 1000
 def ridden(gap, frozen=False, quantum=0.0, noise=NOISE, seconds=3.0, robot=PANDA):
     """The planner, the fastest joint as a share of its limit, the tip's last error [m], and what was said.
 
-    It ends where all brakes are asked for. No sample comes for ``gap`` ticks, or all are the last one, of an arm with rotors of which nobody told.
+    It ends where all brakes are asked for. No sample comes for ``gap`` ticks, or all are the last one, of an
+    arm with rotors of which nobody told.
     """
     rng = np.random.default_rng(3)
     planner = ftqp.Planner(robot, DT, drive="torque")
