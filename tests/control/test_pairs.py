@@ -55,8 +55,8 @@ def test_pair_of_which_one_was_held_for_a_moment_follows_again():
 
 @pytest.mark.long
 @pytest.mark.parametrize("elbow", [-0.9, -1.6])
-def test_pair_of_a_healthy_arm_learns_its_rotors_while_it_is_soft_and_goes_on(elbow):
-    """Weak motors with rotors that nobody told of, on nearly one axis, look like motors that fail."""
+def test_pair_of_a_healthy_arm_learns_its_rotors_and_is_not_suspected(elbow):
+    """Weak motors with rotors that nobody told of, on nearly one axis, had looked like motors that fail."""
     pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
     dt, n, noise = 1e-3, 7, 4e-5
     robot = ftqp.robots.load("panda").with_limits(tau_max=[45.0] * 4 + [9.0] * 3)
@@ -68,14 +68,12 @@ def test_pair_of_a_healthy_arm_learns_its_rotors_while_it_is_soft_and_goes_on(el
     planner = ftqp.Planner(robot, dt, drive="torque", noise=stated, task=task)
     planner.reset(q)
     path = ftqp.paths.Circle(robot.pose(q), 0.05, duration=3.5, axes=("x", "y"))
-    said, softened = set(), False
+    said = set()
     for k in range(3500):
         measured = plant.q + noise * rng.standard_normal(n)
         step = planner.step(measured, None, target_at(path, k * dt))
-        softened = softened or bool(planner._session.K.feedback.softened)
         said.add(step.status.name)
         plant.advance(step)
-    assert softened
     assert said == {"OK"}
     factors = planner.learned.rotors[[0, 2]] / 0.27  # a factor of two is enough, also after the slow end
     assert np.all((factors > 0.5) & (factors < 2.0))

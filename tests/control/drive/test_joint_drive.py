@@ -99,7 +99,7 @@ def test_noise_asks_for_as_much_acceleration_as_a_simulated_observer_says(x):
 
 
 def test_observer_of_a_torque_arm_is_so_slow_that_noise_alone_does_not_jolt_it():
-    drive = Drive(kind="torque")
+    drive = Drive(kind="torque", stiffness=80.0)
 
     def pole(q, **given):
         return drive.gains(1e-3, ftqp.Noise(q=q), 0.9, **given)["pole"]

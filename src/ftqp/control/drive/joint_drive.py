@@ -33,7 +33,10 @@ HOLD_UNKNOWN, HOLD_MOST, HOLD_DELAY = 10.0, 50.0, 0.3
 """Position loop around a velocity arm: where its servo is not known and at most [1/s], and as a share of the
 inverse of the delay ..."""
 STIFFNESS_MOST, STIFFNESS_DELAY = 80.0, 0.24
-"""... and the loop around a torque arm, at most [1/s] and as that share."""
+"""... and the loop around a torque arm, at most [1/s] and as that share ..."""
+STIFFNESS_UNSURE = 40.0
+"""... and at most where its model may lack rotors and samples may come later than stated: what 5 ms and one
+tick at 1 kHz leave of it. Nothing tells that a loop has room for more but that it shakes, too late."""
 
 OBSERVER = 200.0
 """Bandwidth of the observer of position and velocity arms [1/s] ..."""
@@ -121,8 +124,8 @@ class Drive:
             lag. A torque arm that estimates its inertia finds, too, that samples come up to five ticks later
             than is said here.
         stiffness: Bandwidth of the loop around the reference of a torque arm, > 0 [1/s]; None is
-            min(80, 0.24/(latency + dt)). A larger one holds better against friction and loads, and less well
-            against a wrong model.
+            min(40, 0.24/(latency + dt)), or 80 in place of 40 with ``inertia_error`` 0. A larger one holds
+            better against friction and loads, and less well against a wrong model.
         inertia_error: How much rotor inertia the model of a torque arm's joint may lack, >= 0 [kg m2 or kg];
             None is 0.3. Rotors, a load at the end effector and dry friction are then estimated while the arm
             moves. With a larger one disturbances are fed forward more slowly until the rotors are known; 0
@@ -246,7 +249,8 @@ class Drive:
             a_max: The smallest acceleration limit of the arm's joints [rad/s2 or m/s2].
         """
         delay = (self.ticks(dt) + 1) * dt
-        w = min(STIFFNESS_MOST, STIFFNESS_DELAY / delay) if self.stiffness is None else self.stiffness
+        most = STIFFNESS_UNSURE if self.learns else STIFFNESS_MOST
+        w = min(most, STIFFNESS_DELAY / delay) if self.stiffness is None else self.stiffness
         if self.kind == "torque":
             own = 0.5 * w
         elif self.slowest is None:
@@ -259,7 +263,7 @@ class Drive:
         if lead is None:
             lead = 2.0 / self.fastest if self.fastest is not None and not self.takes_velocity else 0.0
         observer = observer_of(w, SHAKEN * a_max, noise.q * sqrt(dt)) if self.kind == "torque" else OBSERVER
-        felt = NOISE_OF_D * noise.q * observer**2 * sqrt(observer * dt)
+        felt = NOISE_OF_D * observer**2 * sqrt(observer * dt)
         return {
             "kappa": min(own, KAPPA_DELAY / delay, KAPPA_MOST, rattles),
             "hold": min(hold, HOLD_DELAY / delay, HOLD_MOST),

@@ -91,6 +91,8 @@ def measure_gap(K: Any) -> None:
     gap = max(position / feedback.tolerance, rotation / feedback.rotation_tolerance)
     feedback.tip_gap = gap
     feedback.gap = max(gap, _joint_gap(K.state, K.faults, feedback, K.chain, K.past))
+    if feedback.silent > feedback.patience:  # of an arm that rests its model knows best
+        feedback.gap = max(feedback.gap, 1.0)
     beyond = position > watch.stop_position or rotation > watch.stop_rotation
     feedback.far = feedback.far + 1 if beyond else 0
     if feedback.far >= DEVIATION_SAMPLES and watch.latched == 0:

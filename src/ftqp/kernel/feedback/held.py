@@ -11,7 +11,7 @@ from typing import Any
 
 from ftqp.kernel.arm.kinematics import mimic_places
 from ftqp.kernel.feedback.lasting import drop
-from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.feedback.samples import is_blind, slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import NOTHING_HEARD, POSITION_DRIVE, TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
@@ -22,6 +22,8 @@ LEARNS, CLIP, LEAST_NOISE, NOISIEST = 0.005, 25.0, 1e-11, 0.005
 """Share of a sample in the noise that is learned from third differences, whose variance is 20 times a
 sample's; what counts of one is at most so many times what was learned, and so much [rad2]; a joint whose
 encoder scatters by more than the last one [rad or m] has a sensor that fails."""
+FIRST = 197
+"""What is learned of a torque arm's so many first samples is their mean, as of the later ones."""
 FILTER = 0.006
 """Time constant [s] of the speed that samples show ..."""
 STANDS, STANDS_SIGMAS = 0.012, 3.0
@@ -83,7 +85,6 @@ def _begin(K: Any, then: int) -> None:
         held.speed[i] = v
         held.usual[i] = 0.0
         held.older[0, i] = held.older[1, i] = held.last[i]
-        held.sigma[i] = K.feedback.sigma
         held.begun[i], held.at[i], held.near[i] = K.past.q[then, i], held.last[i], held.last[i]
         held.went[i] = 0.0 if abs(v) < should else (JUST if v > 0.0 else -JUST)
 
@@ -100,7 +101,10 @@ def _learn_noise(K: Any, i: int, sample: float) -> None:
     held, stated = K.held, K.feedback.sigma
     d = sample - 3.0 * (held.last[i] - held.older[0, i]) - held.older[1, i]
     known = held.sigma[i] * held.sigma[i]
-    known += LEARNS * (min(d * d / 20.0, CLIP * known + LEAST_NOISE) - known)
+    share, most = LEARNS, CLIP * known + LEAST_NOISE
+    if K.feedback.kind == TORQUE_DRIVE and held.sees < FIRST:  # its loop passes noise on from the first tick
+        share, most = 1.0 / (3.0 + held.sees), NOISIEST * NOISIEST
+    known += share * (min(d * d / 20.0, most) - known)
     held.sigma[i] = max(min(sqrt(known), NOISIEST), stated)
     held.older[1, i], held.older[0, i], held.last[i] = held.older[0, i], held.last[i], sample
 
@@ -148,6 +152,7 @@ def _stands(K: Any, then: int, dt: float) -> bool:
         held.asked[i] = 1.0 if just or far else 0.0
         asked += 1 if (just or far) and K.chain.lead[i] == i else 0
         moved += 1 if just and K.chain.lead[i] == i and feedback.bad[i] == 0 else 0
+    held.sees = min(held.sees + 1, FIRST)
     held.still += dt
     if not all_stand:
         held.still = 0.0
@@ -247,9 +252,12 @@ def watch_arm(K: Any, first: bool) -> None:
         if held.sees or first:
             held.alone = 0
             _forget(held, K.chain.n)
+        if first:
+            for i in range(K.chain.n):
+                held.sigma[i] = feedback.sigma
         return
     held.since += K.state.dt
-    if K.state.unusable == NOTHING_HEARD:
+    if K.state.unusable == NOTHING_HEARD or is_blind(feedback):
         return
     then, dt = slot(feedback, feedback.latency), held.since
     held.since = 0.0

@@ -13,6 +13,7 @@ from typing import Any
 
 from ftqp.kernel.arm.dynamics import torques_of
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion, moves, point_column
+from ftqp.kernel.feedback.doubt import TORQUE_NOISE, bounded_limit
 from ftqp.kernel.feedback.learned_delay import hear_delay
 from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.samples import slot
@@ -24,32 +25,23 @@ from ftqp.kernel.maths.vectors import cross, inner, plus, three, times
 
 SENSE = 0.02
 """Slower than this [rad/s or m/s] a joint's dry friction is less than its whole."""
-TORQUE_NOISE = 0.01
-"""Share of a joint's torque limit that the equation misses for other reasons."""
 STANDS_STILL = 0.005
 """A joint with friction that is seen, and is to be, slower than this [rad/s or m/s] says nothing of its
 rotor: friction holds it, and its accelerations are noise, which the loop passes on to its torques. Twice the
 speed that noise of 5e-5 rad makes of one that stands."""
 AT_REST = 1e-3
 """Slower than this [rad/s or m/s] an arm is taken to begin at rest."""
-LEAST_LIMIT, UNBOUNDED = 1e-6, 1e3
-"""Torque limits beyond these [N m or N] count as these where shares of them are noise, because some arms have
-none, and some motors have lost theirs."""
 EXPERIENCED = 600
 """After so many estimates a push is no load that has not been learned yet: loads of 1 to 3 kg are, in the
 campaigns, within some tenths of that."""
 
 
+NOISY = 2.0
+"""... and slower than so many standard deviations of the noise of its speed its sense is not known: torques
+answer that noise, and would be taken for friction."""
 NOISE_TIME = 0.1
 """The noise of the samples is measured in the mean over this time [s]: a hundred samples at 1 kHz, which know
 it to a tenth."""
-
-
-@jit
-def bounded_limit(limits: Any, i: int) -> float:
-    """The torque limit of joint i of which shares are taken [N m or N]."""
-    limit: float = min(max(limits.tau_max[i], LEAST_LIMIT), UNBOUNDED)
-    return limit
 
 
 @jit
@@ -67,6 +59,13 @@ def is_heard(K: Any, i: int) -> bool:
 def sense(v: float) -> float:
     """The sense of a motion, in [-1, 1]: v/0.02, bounded."""
     return min(max(v / SENSE, -1.0), 1.0)
+
+
+@jit
+def _seen_sense(K: Any, i: int) -> float:
+    """The sense in which joint i is seen to move, as far as noise lets it be seen, in [-1, 1]."""
+    slow = max(SENSE, NOISY * K.held.sigma[i] * K.feedback.failed_noise)
+    return min(max(K.feedback.v_hat[i] / slow, -1.0), 1.0)
 
 
 @jit
@@ -111,7 +110,7 @@ def hear(K: Any) -> None:
             learned.one[k] = one
         learned.begun = one
     for i in range(K.chain.n):
-        q, tau, sign = feedback.seen[i], past.tau[before, i], sense(feedback.v_hat[i])
+        q, tau, sign = feedback.seen[i], past.tau[before, i], _seen_sense(K, i)
         if first:
             for k in range(POLES):
                 learned.q[k, i], learned.tau[k, i], learned.sense[k, i] = q, 0.0, 0.0

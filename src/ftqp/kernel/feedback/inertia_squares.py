@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.feedback.inertia_equations import bounded_limit
+from ftqp.kernel.feedback.doubt import bounded_limit
 from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
 

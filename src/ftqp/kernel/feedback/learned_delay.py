@@ -11,7 +11,7 @@ shakes, because there y is large and nothing else that the model lacks has the p
 Source: docs/theory/feedback.md, "Samples that come later than stated".
 """
 
-from math import floor
+from math import floor, sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit
@@ -21,9 +21,9 @@ from ftqp.kernel.layout.thresholds import STANDS
 SLOWLY = 0.2
 """Share of the difference by which the slow means follow at each estimate: what changes within 25 ms is
 looked at, and not what a motion asks for."""
-SHAKES = 2.0
+SHAKES, BY_NOISE = 2.0, 20.0
 """A joint tells something where its acceleration is farther than this from its slow mean [rad/s2 or m/s2],
-twenty times what noise alone may make of it: noise goes through the loop into the torques, too, and would
+and so many times what noise alone makes of it: noise goes through the loop into the torques, too, and would
 look like a delay of 1/(2 w). Chosen by `ftqp campaign wrong-model`."""
 UNSURE = 3.0
 """An equation that misses more than any delay explains and so many times what is taken for noise says
@@ -42,6 +42,9 @@ an arm shakes it, too, and is no delay. By convention half, where it explains mo
 QUIET = 100
 """So many estimates in a row, half a second, in which the arm moves and nothing shakes say that the delay is
 right."""
+KNOWN_AFTER = 50
+"""So many estimates, a quarter of a second, tell what the model lacks from a delay, and from a motor that
+fails."""
 SETTLES = 8
 """So many estimates after a change the filters hold torques of both delays: eight of their time constants."""
 
@@ -78,7 +81,10 @@ def hear_delay(K: Any, i: int, off: float, weight: float) -> None:
     learned.off_mean[i] += SLOWLY * y
     learned.a_mean[i] += SLOWLY * a
     learned.slope_mean[i] += SLOWLY * (learned.slope[i] - learned.slope_mean[i])
-    if learned.until_later > 0 or weight <= 0.0 or abs(a) < SHAKES or K.feedback.unresponsive[i]:
+    shakes = max(SHAKES, BY_NOISE * learned.felt * sqrt(learned.noise[i]))
+    if learned.until_later > 0 or weight <= 0.0 or abs(a) < shakes or K.feedback.unresponsive[i]:
+        return
+    if learned.estimates < KNOWN_AFTER:
         return
     learned.shook = 1
     far = max(abs(y) - 2.0 * LATER * abs(x), 0.0)
@@ -114,9 +120,9 @@ def _is_believed(K: Any) -> bool:
 
 @jit
 def follow_delay(K: Any) -> None:
-    """Another number of ticks counts once it is likely."""
+    """Another number of ticks counts once it is likely; what shakes before the rotors are known is theirs."""
     learned = K.learned
-    if _is_believed(K):
+    if learned.estimates < KNOWN_AFTER or _is_believed(K):
         return
     if learned.until_later > 0:
         learned.until_later -= 1

@@ -10,9 +10,10 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.arm.dynamics import join
-from ftqp.kernel.feedback.inertia_equations import SENSE, bounded_limit, hear, take
+from ftqp.kernel.feedback.doubt import bounded_limit
+from ftqp.kernel.feedback.inertia_equations import SENSE, hear, take
 from ftqp.kernel.feedback.inertia_squares import solve
-from ftqp.kernel.feedback.learned_delay import follow_delay, forget_delay
+from ftqp.kernel.feedback.learned_delay import KNOWN_AFTER, follow_delay, forget_delay
 from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.touch import adopt
@@ -25,8 +26,6 @@ STUCK = 0.25
 """A joint slower than this share of ``SENSE`` sticks, if it should move."""
 PUSHED_TIME = 0.5
 """Its friction is then taken for more and more, up to ``PUSHED`` of its torque limit within this time [s]."""
-KNOWN_AFTER = 50
-"""So many estimates, a quarter of a second, tell the model's errors from a motor that fails."""
 AT_LAST = 1.0
 """After this time [s] they count as told apart."""
 LEAST_MASS = 1e-3

@@ -10,7 +10,7 @@ from typing import Any
 from ftqp.kernel.feedback.error_band import error_band
 from ftqp.kernel.feedback.lasting import lasts
 from ftqp.kernel.feedback.learned_inertia import is_known
-from ftqp.kernel.feedback.pairs import NOISE_LEVELS, is_soft, soften
+from ftqp.kernel.feedback.pairs import NOISE_LEVELS, is_soft, partner, soften
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.touch import feel_touch, is_push
 from ftqp.kernel.feedback.unresponsive import leave_out, may_suspect, unusual, watch
@@ -41,7 +41,7 @@ def _brake_and_stop(watch: Any, feedback: Any, i: int) -> None:
 def watch_torques(K: Any) -> None:
     """The joints of a torque arm whose motors seem not to give what is sent, and those that do again."""
     feedback = K.feedback
-    suspect = unusual(K.state, K.faults, K.limits, feedback, K.chain)
+    suspect = unusual(K)
     if is_known(K.state, K.learned):
         if K.faults.working == K.chain.n:
             feel_touch(K, NOISE_LEVELS)
@@ -69,6 +69,15 @@ def watch_torques(K: Any) -> None:
 
 
 @jit
+def _is_thrown(K: Any, i: int) -> bool:
+    """Whether the joint on joint i's axis has failed, so that this one has little inertia to hold against."""
+    if K.feedback.kind != TORQUE_DRIVE or K.faults.working == K.chain.n:
+        return False
+    other = partner(K.feedback, K.chain, i)
+    return bool(other >= 0 and K.faults.code[other] != HEALTHY)
+
+
+@jit
 def watch_motion(K: Any) -> None:
     """The joints that are out of hand, whatever the drive: out of their bands in a stop, or too fast.
 
@@ -86,7 +95,7 @@ def watch_motion(K: Any) -> None:
             far = K.monitor.G[i] > K.monitor.level
         else:
             far = abs(feedback.seen[i] - past.q[then, i]) > error_band(feedback, past, i)
-        out = K.watch.latched != 0 and far
+        out = K.watch.latched != 0 and far and not _is_thrown(K, i)
         fast = abs(feedback.v_hat[i]) > OVERSPEED * top[i] + max(top[i], abs(past.v[then, i]))
         if out or fast:
             feedback.any_counted = 1

@@ -86,7 +86,7 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
     feedback.q_now[i], feedback.v_now[i] = q, v
     if healthy and not feedback.unresponsive[i]:
         pace = K.learned.slowness[i] * (soft_share(feedback, i) if is_soft(feedback, i) else 1.0)
-        if feedback.thrown == 0.0:  # an impact is no disturbance that lasts
+        if feedback.thrown == 0.0 and not feedback.bad[i]:  # an impact is no disturbance that lasts
             feedback.d_slow[i] += pace * (feedback.d_hat[i] - feedback.d_slow[i])
     else:
         feedback.d_slow[i] = 0.0

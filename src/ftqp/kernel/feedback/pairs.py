@@ -3,6 +3,7 @@
 from math import sqrt
 from typing import Any
 
+from ftqp.kernel.feedback.doubt import doubt
 from ftqp.kernel.feedback.error_band import error_band
 from ftqp.kernel.feedback.lasting import lasts
 from ftqp.kernel.jit import jit, rare_jit
@@ -52,8 +53,9 @@ def heeds(state: Any, limits: Any, feedback: Any, past: Any, j: int) -> bool:
 
 
 @jit
-def _missing(limits: Any, feedback: Any, chain: Any) -> int:
+def _missing(K: Any) -> int:
     """The joint whose motor alone explains what has been unusual for a while, or -1."""
+    limits, feedback, chain = K.limits, K.feedback, K.chain
     M, missing = feedback.M, feedback.missing
     worst, most, total = -1, 0.0, 0.0
     for i in range(chain.n):
@@ -63,10 +65,8 @@ def _missing(limits: Any, feedback: Any, chain: Any) -> int:
             worst, most = i, energy
     if worst < 0 or most < ALONE * total or abs(missing[worst]) < LACKING * limits.tau_max[worst]:
         return -1
-    noise = 0.0
-    for j in range(chain.n):
-        noise += M[worst, j] * M[worst, j]
-    return worst if abs(missing[worst]) > NOISE_LEVELS * feedback.missing_noise * sqrt(noise) else -1
+    far = NOISE_LEVELS * sqrt(doubt(K, worst, feedback.missing_noise))
+    return worst if abs(missing[worst]) > far else -1
 
 
 @rare_jit
@@ -78,7 +78,7 @@ def soften(K: Any) -> None:
     """
     feedback, faults = K.feedback, K.faults
     if faults.working == K.chain.n and not feedback.touched:
-        suspect = _missing(K.limits, feedback, K.chain)
+        suspect = _missing(K)
         other = partner(feedback, K.chain, suspect) if suspect >= 0 else -1
         if other >= 0:
             if not feedback.softened:

@@ -4,9 +4,10 @@ What is normal is learned: the smallest step between two samples, how far the re
 encoder repeats its number, and whether the number ever repeats while the joint rests.
 """
 
+from math import log
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FROZEN, LOOKED_THROUGH, POSITION_DRIVE, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import FROZEN_SAMPLES, HELD_SAMPLES
 from ftqp.kernel.layout.thresholds import FROZEN_SIGMAS
@@ -39,6 +40,8 @@ FAR_INCREMENTS = 4.0
 """... and so many times the encoder's smallest step ..."""
 FAR_WAYS = 3.0
 """... and so many times as far as it normally does."""
+RAREST = 0.01
+"""The least chance of a repeat that is believed, as a line may repeat a sample now and then."""
 RESTING = 1e-3
 """A reference slower than this [rad/s or m/s] rests. A convention: a tick of 1 ms then moves it less than
 encoders show."""
@@ -85,6 +88,20 @@ def all_repeat_oddly(K: Any, then: int) -> bool:
         if any_of(moved > _normally(several(feedback.increment, at), several(feedback.way, at))):
             return True
     return False
+
+
+@rare_jit
+def no_arm_repeats_so(K: Any) -> bool:
+    """Of an arm whose numbers all repeat: whether those of one that stands would not, so that the line fails.
+
+    Samples that scatter by sigma and have the step d are alike at most d/sigma times. Evidence is as that of
+    the monitor: the logarithms of these chances, as often as each number has come again.
+    """
+    feedback, evidence = K.feedback, 0.0
+    for i in range(K.chain.n):
+        chance = (feedback.increment[i] + LEAST) / max(K.held.sigma[i], LEAST)
+        evidence -= (feedback.same[i] + 1.0) * log(min(max(chance, RAREST), 1.0))
+    return evidence > K.monitor.level
 
 
 @jit

@@ -12,6 +12,7 @@ from ftqp.kernel.feedback.repeats import (
     learn_block,
     look_at_repeats,
     never_repeats,
+    no_arm_repeats_so,
     repeat_oddly,
 )
 from ftqp.kernel.jit import jit, rare_jit
@@ -29,7 +30,7 @@ from ftqp.kernel.layout.enums import (
     TORQUE_DRIVE,
 )
 from ftqp.kernel.layout.thresholds import FASTEST
-from ftqp.kernel.maths.elementary import any_of, has_last_row, is_finite, larger, whole_turns
+from ftqp.kernel.maths.elementary import any_of, has_last_row, is_finite, larger, smaller, whole_turns
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, several
 
 SPEED_SHARE = 1.3
@@ -37,6 +38,8 @@ SPEED_SHARE = 1.3
 SIGMAS = 8.5
 """6 sqrt(2) standard deviations of a sample, because the test looks at the difference of two: noise alone
 exceeds six twice in 1e9 samples."""
+COARSEST = 5e-3
+"""No encoder has larger steps [rad or m]."""
 ROOM = 1e-4
 """Room [rad or m] that is left whatever else is known."""
 FREE_SPEED = 15.0
@@ -49,9 +52,10 @@ NEAR_END = 5e-3
 """... and to be so near to it [rad or m], beside what it goes in two ticks."""
 RECOVERY = 0.2
 """A good sample takes back this share of what a bad one costs."""
-SILENCE = 1.0
+SILENCE, BLIND = 1.0, 0.3
 """For so long [s] an arm waits for samples when none of its joints says a number: that is the line, and no
-sensor's fault."""
+sensor's fault; and one that takes torques, which no servo holds, so that what its model misses grows as a
+pendulum falls."""
 
 
 @jit
@@ -59,6 +63,13 @@ def slot(feedback: Any, ago: int) -> int:
     """Where the ring keeps the tick that was ``ago`` ticks before this one."""
     index = feedback.now - ago
     return index if index >= 0 else index + feedback.span
+
+
+@jit
+def is_blind(feedback: Any) -> bool:
+    """Whether a torque arm hears nothing: no servo holds it, and its model alone says where it goes."""
+    blind: bool = feedback.silent > 0.0 and feedback.kind == TORQUE_DRIVE
+    return blind
 
 
 @rare_jit
@@ -111,12 +122,13 @@ def begin(K: Any) -> None:
 
 @jit
 def _is_possible(
-    state: Any, faults: Any, limits: Any, feedback: Any, i: int, sample: float, v: float
+    state: Any, faults: Any, limits: Any, feedback: Any, sigma: float, i: int, sample: float, v: float
 ) -> bool:
     """|q_m - q_good - t v_r| <= 1.3 v_max dt + a_max t^2 + 8.5 sigma + 1e-4, t the time since q_good.
 
-    Or with the speed that was observed in the place of v_r: a joint that does not obey is seen, too. After
-    an impact at the end of a range it is 30 rad/s in the place of v_max for 100 ms.
+    sigma was stated or learned, whatever is more, and an encoder's step goes beside it. Or with the speed
+    that was observed in the place of v_r: a joint that does not obey is seen, too. After an impact at the
+    end of a range it is 30 rad/s in the place of v_max for 100 ms.
     """
     dt = state.dt
     if not is_finite(sample):
@@ -131,7 +143,8 @@ def _is_possible(
         top = max(top, FASTEST)
     if not top < inf:
         return True
-    room = SPEED_SHARE * top * dt + limits.a_max[i] * t * t + SIGMAS * feedback.sigma + ROOM
+    room = SPEED_SHARE * top * dt + limits.a_max[i] * t * t + SIGMAS * sigma + ROOM
+    room += min(feedback.increment[i], COARSEST)
     way = sample - feedback.good[i]
     return abs(way - t * v) <= room or abs(way - t * feedback.v_hat[i]) <= room  # as sent, or as it was seen
 
@@ -213,16 +226,18 @@ def _listen(K: Any, then: int) -> None:
             break
         news = news or any_of(off > 0.0)
         put(feedback.angle, at, sample)
-    if news or not K.monitor.on or feedback.exact or state.unusable == NOTHING_HEARD:
+    by_torque = feedback.kind == TORQUE_DRIVE
+    if news or not (K.monitor.on or by_torque) or feedback.exact or state.unusable == NOTHING_HEARD:
         feedback.silent = 0.0
-    elif not is_finite(state.q[0]) or all_repeat_oddly(K, then):
+    elif not is_finite(state.q[0]) or (no_arm_repeats_so(K) if by_torque else all_repeat_oddly(K, then)):
         feedback.silent += state.dt
 
 
 @jit
 def _unless_silent(feedback: Any) -> float:
     """What a sample that cannot be used costs of patience: nothing for a while where none came at all."""
-    return 0.0 if 0.0 < feedback.silent < SILENCE else 1.0
+    most = BLIND if feedback.kind == TORQUE_DRIVE else SILENCE
+    return 0.0 if 0.0 < feedback.silent < most else 1.0
 
 
 @jit
@@ -236,7 +251,8 @@ def _cost(K: Any, i: int, possible: bool) -> float:
         feedback.lost[i] = 0
         feedback.spent[i] = 0.0
     if feedback.lost[i] != 0 or not possible:
-        return 1.0 if is_finite(K.state.q[i]) else _unless_silent(feedback)
+        heard = is_finite(K.state.q[i]) and not is_blind(feedback)
+        return 1.0 if heard else _unless_silent(feedback)
     if feedback.held[i] == FROZEN and feedback.silent == 0.0:
         return 1.0 if feedback.sigma > 0.0 or never_repeats(feedback, i) else IN_DOUBT
     return 0.0
@@ -256,17 +272,20 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
         feedback.seen[i] = past.q[then, i] + (feedback.offset[i] if healthy else 0.0)
         feedback.refused += 1
         return
-    possible = _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
+    sigma = max(feedback.sigma, K.held.sigma[i])
+    possible = _is_possible(state, K.faults, K.limits, feedback, sigma, i, sample, v)
     if feedback.unheard > 0.0 and feedback.silent == 0.0:
         feedback.moved[i] = 0.0  # nothing is learned of a joint that said nothing
     if not possible and feedback.wide == 0.0 and _struck(K):
         feedback.wide = feedback.thrown = IMPACT_TIME
-        possible = _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
+        possible = _is_possible(state, K.faults, K.limits, feedback, sigma, i, sample, v)
     if healthy or feedback.sigma > 0.0:
         look_at_repeats(state, K.limits, feedback, i, sample, v)
+    if feedback.held[i] == LOOKED_THROUGH and not possible and not is_blind(feedback):
+        feedback.held[i] = FROZEN  # a joint that follows cannot be there any more
     cost = _cost(K, i, possible)
     held = feedback.held[i] == LOOKED_THROUGH
-    bad = cost > 0.0 or not is_finite(sample) or feedback.silent > feedback.patience
+    bad = cost > 0.0 or not is_finite(sample) or feedback.silent > feedback.patience or is_blind(feedback)
     feedback.bad[i] = 1 if bad or held else 0
     judged = K.monitor.on and K.monitor.names and K.monitor.sees and feedback.silent == 0.0
     judged = judged and (K.monitor.found[i] != 0 or (healthy and K.chain.lead[i] == i))
@@ -287,7 +306,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
 
 
 @jit
-def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, at: int, then: int) -> bool:
+def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, sigma: Any, at: int, then: int) -> bool:
     """The samples of the joints from ``at`` on, taken as they are; False where one needs a closer look.
 
     They are taken where all were good a tick ago, all are possible now, as ``_is_possible`` has it, and none
@@ -301,7 +320,8 @@ def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, at: int, t
     dt = state.dt
     sample, v, q = several(state.q, at), several(past.v[then], at), several(past.q[then], at)
     top = larger(larger(several(limits.v_max, at), abs(v)), abs(several(feedback.v_hat, at)))
-    fixed = SIGMAS * feedback.sigma + ROOM
+    fixed = SIGMAS * larger(several(sigma, at), feedback.sigma) + ROOM
+    fixed += smaller(several(feedback.increment, at), COARSEST)
     room = SPEED_SHARE * dt * top + dt * dt * several(limits.a_max, at) + fixed
     off = abs(sample - several(feedback.good, at) - dt * v)
     if not all_of((off <= room) & (abs(sample) < inf)):
@@ -315,6 +335,23 @@ def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, at: int, t
     put(feedback.offset, at, sample - q)
     put(feedback.spent, at, larger(several(feedback.spent, at) - RECOVERY * dt, 0.0))
     return True
+
+
+@rare_jit
+def _begin_again(K: Any, then: int) -> None:
+    """A torque arm is heard again: it goes on from where it is, and is not drawn to where it was sent."""
+    feedback, past, gate = K.feedback, K.past, K.gate
+    for k in range(K.faults.working):
+        i = K.faults.order[k]
+        if feedback.bad[i]:
+            continue
+        off, v = feedback.seen[i] - past.q[then, i], past.v[then, i]
+        gate.q[i] += off
+        K.state.q_command[i] = gate.q[i]
+        for s in range(feedback.span):
+            past.q[s, i] += off
+        feedback.offset[i] = 0.0
+        feedback.q_hat[i], feedback.v_hat[i] = feedback.seen[i] - K.state.dt * v, v
 
 
 @jit
@@ -349,9 +386,11 @@ def believe(K: Any) -> None:
     for at in range(0, K.chain.n, WIDTH):
         silent = ~(abs(several(state.q, at)) < inf)  # a sensor that says no number says no speed, either
         elsewhere = elsewhere or not all_of((abs(several(state.v, at)) < inf) | silent)
-        if not together or not _believe_block(state, K.limits, feedback, past, at, then):
+        if not together or not _believe_block(state, K.limits, feedback, past, K.held.sigma, at, then):
             for i in range(at, min(at + WIDTH, n)):
                 _believe_joint(K, i, then)
+    if feedback.unheard > feedback.patience and feedback.silent == 0.0 and feedback.kind == TORQUE_DRIVE:
+        _begin_again(K, then)
     feedback.spent_elsewhere = _spend(
         state,
         K.watch,

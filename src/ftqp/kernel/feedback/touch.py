@@ -3,6 +3,7 @@
 from math import sqrt
 from typing import Any
 
+from ftqp.kernel.feedback.doubt import noise_of_missing
 from ftqp.kernel.feedback.lasting import lasts
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.hypotheses import ALONE_AGAIN, TOUCHED
@@ -91,7 +92,7 @@ def feel_touch(K: Any, noise_levels: float) -> None:
     if size < HALF * SLIGHT and not feedback.touched:
         feedback.lasting[TOUCHED, 0] = 0
         return
-    pushed = is_push(K, feedback.missing) and not _is_noise(feedback, K.chain.n, noise_levels)
+    pushed = is_push(K, feedback.missing) and not _is_noise(K, noise_levels)
     if lasts(K.state, feedback, TOUCHED, 0, pushed) and not feedback.touched:
         feedback.touched = 1
         feedback.strongest = 0.0
@@ -116,13 +117,11 @@ def adopt(K: Any) -> None:
 
 
 @jit
-def _is_noise(feedback: Any, n: int, levels: float) -> bool:
+def _is_noise(K: Any, levels: float) -> bool:
     """Whether no joint's torque stands out of its noise."""
-    M = feedback.M
-    for i in range(n):
-        noise = 0.0
-        for j in range(n):
-            noise += M[i, j] * M[i, j]
-        if abs(feedback.missing[i]) > levels * feedback.missing_noise * sqrt(noise):
+    feedback = K.feedback
+    for i in range(K.chain.n):
+        noise = noise_of_missing(K, i, feedback.missing_noise)
+        if feedback.missing[i] * feedback.missing[i] > levels * levels * noise:
             return False
     return True

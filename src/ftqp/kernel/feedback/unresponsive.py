@@ -3,6 +3,7 @@
 from math import sqrt
 from typing import Any
 
+from ftqp.kernel.feedback.doubt import doubt
 from ftqp.kernel.feedback.error_band import part_with
 from ftqp.kernel.feedback.lasting import has_lasted, lasts
 from ftqp.kernel.feedback.observer import advanced, corrected, plausible, predicted
@@ -126,12 +127,14 @@ def _observe_own(state: Any, limits: Any, feedback: Any, past: Any, learned: Any
 
 
 @jit
-def unusual(state: Any, faults: Any, limits: Any, feedback: Any, chain: Any) -> int:
+def unusual(K: Any) -> int:
     """The joint whose motor alone explains what is unusual, (M d)_i less what is usual there, or -1.
 
-    rho_j^2/M_jj >= 0.8 sum_i rho_i^2/M_ii and |rho_j| >= 0.03 tau_max and 4 standard deviations of its noise.
-    While the tip is touched what is usual stays. A joint that mimics another has no motor.
+    rho_j^2/M_jj >= 0.8 sum_i rho_i^2/M_ii and |rho_j| >= 0.03 tau_max and 4 standard deviations of what a
+    healthy joint may seem to lack. While the tip is touched what is usual stays. A joint that mimics another
+    has no motor.
     """
+    state, faults, limits, feedback, chain = K.state, K.faults, K.limits, K.feedback, K.chain
     n = chain.n
     M, d, usual, unresponsive = feedback.M, feedback.d_hat, feedback.usual, feedback.unresponsive
     worst, most, total, found = -1, 0.0, 0.0, 0.0
@@ -162,10 +165,7 @@ def unusual(state: Any, faults: Any, limits: Any, feedback: Any, chain: Any) -> 
         return -1
     if most < ALONE * total or abs(found) < MISSING_SHARE * limits.tau_max[worst]:
         return -1
-    noise = 0.0
-    for j in range(n):
-        noise += feedback.M[worst, j] * feedback.M[worst, j]
-    return worst if abs(found) > NOISE_LEVELS * feedback.felt_noise * sqrt(noise) else -1
+    return worst if abs(found) > NOISE_LEVELS * sqrt(doubt(K, worst, feedback.felt_noise)) else -1
 
 
 @jit

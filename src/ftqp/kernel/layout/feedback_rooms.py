@@ -47,7 +47,8 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     stiffness  f8  bandwidth of a torque arm's loop [1/s]
     pole pole_failed  f8  of the observer
     sigma  f8  noise of the samples
-    patience failed_noise felt_noise missing_noise  f8
+    patience  f8
+    failed_noise felt_noise missing_noise  f8  what observers make of the noise of samples, whose unit is 1
     tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed  f8
     waited spent_elsewhere  f8
     speed_margin  f8  share of the speed limits that is left to servos
@@ -114,7 +115,7 @@ gate  What ``ftqp.kernel.feedback.gate`` keeps for itself: what was last let thr
     tau  f8[N]  the torques
 held  What ``ftqp.kernel.feedback.held`` keeps of the arm as a whole: it stands although it should move.
     on  i8  the whole arm is held
-    sees  i8  the samples before this one are known
+    sees  i8  so many samples before this one are known, as far as is counted
     alone  i8  the joint that should have moved stayed behind when others were let go: no evidence
     stood  f8  for how long all joints have stood
     still  f8  the same, whatever they were sent
