@@ -28,7 +28,7 @@ ENDINGS = {
     "modular11-singular": (True, 2e-3),
     "panda-circle": (True, 2e-6),
     "panda-degraded": (True, 3e-3),
-    "panda-detected": (True, 9e-3),
+    "panda-detected": (True, 4e-3),
     "panda-free-swinging": (True, 2e-6),
     "panda-glitches": (True, 1e-3),
     "panda-mujoco-brake": (True, 2e-3),
@@ -52,7 +52,7 @@ ENDINGS = {
 
 RELAXED = (
     "iiwa-out-of-reach", "panda-degraded", "panda-mujoco-free", "planar3-identified", "iiwa-x-line",
-    "panda-y-line", "zhang7-short", "panda-detected", "panda-mujoco-brake", "panda-mujoco-payload",
+    "panda-y-line", "zhang7-short", "panda-mujoco-brake", "panda-mujoco-payload",
     "panda-unannounced",
 )  # fmt: skip
 """Those that complete their task though now and then a limit keeps them from it."""

@@ -93,9 +93,9 @@ def found_sentence(fault: Mapping[str, Any]) -> str:
     if "detected_at" not in fault:
         return ""
     if fault["detected_at"] is None:
-        return ", and does not find out"
+        return ", and the planner does not detect it"
     after = 1e3 * (fault["detected_at"] - fault["at"])
-    return f", and finds {fault['detected_as'].replace('_', ' ')} after {after:.0f} ms"
+    return f", and the planner detects it as {fault['detected_as'].replace('_', ' ')} after {after:.0f} ms"
 
 
 def limits_sentence(violation: Mapping[str, float]) -> str:

@@ -164,9 +164,10 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     P  f8[N,SERVO,SERVO]
     safe  f8[N,SERVO]  what was known when the evidence was last zero
     safe_P  f8[N,SERVO,SERVO]
-    missed tail  f8[N]  motion that the model misses [s], and the most of it that was seen lately
+    missed sharp tail  f8[N]  motion that the model misses [s]; believed sooner; the most that was seen lately
     way  f8[N]  motion that was learned from [0.05 rad or m]
     r spread S z z_old  f8[N]  the residual, noise and what is missed, its variance, r/sqrt(S), the last one
+    S_sharp z_sharp z_sharp_old  f8[N]  the same with ``sharp``: what a lock is judged by
     G G_lock G_free anchor  f8[N]  evidence that a joint does not follow, stands, has no motor; since where
     rests blind  i8[N]  it has not moved lately; ticks until its samples count again
     found found_at  i8[N]  what was found, a set of kinds, and the tick

@@ -26,13 +26,18 @@ def _sum(G: Any, i: int, gain: float, top: float) -> None:
 
 
 @jit
+def _gain(kappa: float, z: float, z_old: float) -> float:
+    """kappa (mu z - mu^2/2), with the shift mu that the last look had."""
+    shift = min(max(abs(z_old), LEAST_SHIFT), MOST_SHIFT)
+    return float(kappa * (shift * (z if z_old > 0.0 else -z) - 0.5 * shift * shift))
+
+
+@jit
 def weigh(K: Any, i: int, counts: bool) -> None:
     """The sums of joint i after a look; where it does not count only what contradicts does."""
     M, theta, P, z = K.monitor, K.monitor.theta[i], K.monitor.P[i], K.monitor.z[i]
-    gain = 0.0
-    if counts:
-        shift = min(max(abs(M.z_old[i]), LEAST_SHIFT), MOST_SHIFT)
-        gain = M.kappa * (shift * (z if M.z_old[i] > 0.0 else -z) - 0.5 * shift * shift)
+    gain = _gain(M.kappa, z, M.z_old[i]) if counts else 0.0
+    sharp = _gain(M.kappa, M.z_sharp[i], M.z_sharp_old[i]) if counts else 0.0
     _sum(M.G, i, gain, M.top)
     if M.G[i] == 0.0:  # where it was last zero a change began: what was learned since is taken back
         if M.found[i] == 0:
@@ -43,7 +48,7 @@ def weigh(K: Any, i: int, counts: bool) -> None:
                 M.safe_P[i, r, c] = P[r, c]
     d = M.means[0, i] - M.anchor[i]  # a joint that stands has not moved since
     blur = 4.0 * noise_of(K, i) / M.every + GEAR * GEAR
-    _sum(M.G_lock, i, gain - 0.5 * d * d / blur, M.top)
+    _sum(M.G_lock, i, sharp - 0.5 * d * d / blur, M.top)
     if M.G_lock[i] == 0.0:
         M.anchor[i] = M.means[0, i]
     # a motor that is off: the torque that its motion would need, m a + f + b + s g + i M a, is none
@@ -56,7 +61,7 @@ def weigh(K: Any, i: int, counts: bool) -> None:
     doubt = M.spread[i] + unsure * unsure + variance(P, M.phi, 1)
     clear = gain if M.r[i] * M.r[i] > 9.0 * doubt else min(gain, 0.0)
     _sum(M.G_free, i, clear - 0.5 * M.kappa * torque * torque / doubt, M.top)
-    M.z_old[i] = z
+    M.z_old[i], M.z_sharp_old[i] = z, M.z_sharp[i]
 
 
 @jit

@@ -61,7 +61,7 @@ def aim(K: Any, i: int) -> None:
     phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = speed, 0.0, 1.0, 1.0, g, 0.0
     room = (max(theta[0], 0.0) + K.state.dt) * speed + max(theta[1], 0.0) * K.limits.a_max[i]
     room += sqrt(variance(P, phi, 0)) + max(theta[2], 0.0) + 4.0 * sqrt(noise_of(K, i) / M.every)
-    room = max(room, SHOWS * top, min(MOST_SHIFT * sqrt(M.S[i]), SHOWS_MOST * top))
+    room = max(room, SHOWS * top, min(MOST_SHIFT * sqrt(M.S_sharp[i]), SHOWS_MOST * top))
     if K.feedback.servo < inf:
         room = min(room, max(LAGS * top / K.feedback.servo, TOLD_LEAST * top))
     M.room[i] = room

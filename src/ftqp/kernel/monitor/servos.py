@@ -59,7 +59,7 @@ UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
 these."""
 REMEMBERS, FAR, QUICK = 5.0, 3.0, 6.0
 """The largest residual is kept for so far a way [rad or m]. Where twice what is missed is so many times as
-much, it falls so many times as fast."""
+much, what a lock is judged by falls so many times as fast."""
 SETTLES, LAGS_TO_SETTLE = 0.1, 4.0
 """A joint that was let go is not judged, nor is its motor believed off where the arm was switched on, for
 so long [s] and so many times what it may lag: it goes where its load draws it."""
@@ -84,7 +84,8 @@ def forget_servos(K: Any) -> None:
     for i in range(K.chain.n):
         if M.found[i] != IS_LOCKED:  # a joint that is held is looked at further; sensors are believed again
             M.found[i] = 0
-        M.missed[i], M.tail[i], M.way[i] = UNSURE, 0.0, 0.0
+        M.missed[i] = M.sharp[i] = UNSURE
+        M.tail[i] = M.way[i] = 0.0
         M.droop[i] = M.unsure[i] = M.rotor[i] = 0.0
         M.blind[i] = 0
         for r in range(SERVO):
@@ -142,12 +143,12 @@ def begin_filters(K: Any) -> None:
         for k in range(4):
             M.means[k, i] = y
         M.v[i] = M.a[i] = M.peak_v[i] = M.peak_a[i] = 0.0
-        M.G[i] = M.G_lock[i] = M.G_free[i] = M.z_old[i] = 0.0
+        M.G[i] = M.G_lock[i] = M.G_free[i] = M.z_old[i] = M.z_sharp_old[i] = 0.0
         if M.ideal:
             for r in range(SERVO):
                 M.theta[i, r] = M.used[i, r] = 0.0
                 M.P[i, r, r] = IDEAL[r] * IDEAL[r]
-            M.missed[i] = SUREST
+            M.missed[i] = M.sharp[i] = SUREST
 
 
 @jit
@@ -314,7 +315,8 @@ def residual(K: Any, i: int) -> None:
     r = M.u_f[2, i] - (M.weight[i] if by_torque else M.y_f[2, i])
     for k in range(SERVO):
         r -= phi[k] * theta[k]
-    miss = M.missed[i] * _motion_beside(K, i)
+    moved = _motion_beside(K, i)
+    miss, sharp = M.missed[i] * moved, M.sharp[i] * moved
     if by_torque:
         spread = noise_of_torque(K, i) + OTHERWISE * OTHERWISE + A_RADIAN * A_RADIAN * miss * miss
     else:
@@ -333,18 +335,38 @@ def residual(K: Any, i: int) -> None:
     M.r[i], M.spread[i] = r, spread
     M.S[i] = spread + variance(M.P[i], phi, 0)
     M.z[i] = r / sqrt(M.S[i])
+    M.S_sharp[i] = M.S[i] if by_torque else M.S[i] - miss * miss + sharp * sharp
+    M.z_sharp[i] = r / sqrt(M.S_sharp[i])
 
 
 @jit
-def _too_wide(K: Any, i: int) -> float:
-    """How fast what is missed of joint i may fall: faster where no residual came near it lately."""
-    M = K.monitor
-    moved = _motion_beside(K, i)
-    miss = M.missed[i] * moved
-    noise = sqrt(max(M.spread[i] - miss * miss, 0.0))
+def _missed(rho: float, rate: float, beyond: float, quick: float) -> float:
+    """rho after a look: it rises by exp(0.95 rate) where that was beyond, and falls elsewhere."""
+    change = rate * (beyond - 0.05 * quick)
+    return float(min(max(rho * (1.0 + change + 0.5 * change * change), SUREST), WORST))
+
+
+@jit
+def _believe_missed(K: Any, i: int) -> None:
+    """What the model misses of joint i: 5 % of the looks at a healthy joint are beyond two deviations.
+
+    Sharply, behind position drives: six times as fast less, where nothing near it was seen lately.
+    """
+    M, moved = K.monitor, _motion_beside(K, i)
+    rate, r = 0.02 + 0.1 / (1.0 + M.way[i]), abs(M.r[i])
+    if K.feedback.kind != POSITION_DRIVE:
+        M.missed[i] = M.sharp[i] = _missed(
+            M.missed[i], rate, 1.0 if r > 2.0 * sqrt(M.spread[i]) else 0.0, 1.0
+        )
+        return
+    miss, sharp = M.missed[i] * moved, M.sharp[i] * moved
+    noise = max(M.spread[i] - miss * miss, 0.0)
     M.tail[i] *= 1.0 - min(abs(M.v[i]) * block_time(K) / REMEMBERS, 1.0)
-    M.tail[i] = max(M.tail[i], (abs(M.r[i]) - 2.0 * noise) / moved)
-    return QUICK if K.feedback.kind == POSITION_DRIVE and 2.0 * M.missed[i] > FAR * M.tail[i] else 1.0
+    M.tail[i] = max(M.tail[i], (r - 2.0 * sqrt(noise)) / moved)
+    quick = QUICK if 2.0 * M.sharp[i] > FAR * M.tail[i] else 1.0
+    beyond = 1.0 if r > 2.0 * sqrt(noise + sharp * sharp) else 0.0
+    M.missed[i] = _missed(M.missed[i], rate, 1.0 if r > 2.0 * sqrt(M.spread[i]) else 0.0, 1.0)
+    M.sharp[i] = min(_missed(M.sharp[i], rate, beyond, quick), M.missed[i])
 
 
 @jit
@@ -352,7 +374,7 @@ def learn_servo(K: Any, i: int) -> None:
     """One look of the filter of joint i, whose row is in ``phi``."""
     M, block = K.monitor, block_time(K)
     phi, theta, P, gain, v = M.phi, M.theta[i], M.P[i], M.gain, abs(M.v[i])
-    share = min(1.0, TAUGHT / max(abs(M.z[i]), 1e-9)) / M.S[i]
+    share = min(1.0, TAUGHT / max(abs(M.z_sharp[i]), 1e-9)) / M.S[i]
     for r in range(SERVO):
         gain[r] = 0.0
         for c in range(SERVO):
@@ -373,8 +395,6 @@ def learn_servo(K: Any, i: int) -> None:
                 drift, most, creep = A_RADIAN * A_RADIAN * drift, M.doubt[i, r], TORQUE_CREEP
             drift += creep * creep * block if r == DROOP else 0.0
             P[r, r] = max(P[r, r], min(P[r, r] + drift, most * most))  # never less: so sure is what was told
-    if M.act[i] > 0.05:  # 5 % of the looks at a healthy joint are beyond two standard deviations
-        beyond = 1.0 if abs(M.r[i]) > 2.0 * sqrt(M.spread[i]) else 0.0
-        change = (0.02 + 0.1 / (1.0 + M.way[i])) * (beyond - 0.05 * _too_wide(K, i))
-        M.missed[i] = min(max(M.missed[i] * (1.0 + change + 0.5 * change * change), SUREST), WORST)
+    if M.act[i] > 0.05:
+        _believe_missed(K, i)
     M.way[i] += v * block / 0.05
