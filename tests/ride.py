@@ -72,10 +72,11 @@ DRIVES = {
 
 
 def wired(robot, drive, latency=0, sigma=0.0, mass=0.0, friction=0.0, level="acceleration", seed=0, **more):
+    stiffness = more.pop("stiffness", None)
     stated, takes, wn = DRIVES[drive]
     stated = ftqp.Drive(
         kind=stated.kind, bandwidth=stated.bandwidth, takes_velocity=stated.takes_velocity,
-        latency=latency * DT,
+        latency=latency * DT, stiffness=stiffness,
     )  # fmt: skip
     planner = ftqp.Planner(robot, DT, drive=stated, level=level, noise=ftqp.Noise(q=sigma), **more)
     options = {"latency": latency, "sigma": sigma, "seed": seed}

@@ -69,15 +69,17 @@ def test_a_brake_that_nobody_told_is_seen_and_ends_at_rest(drive, joint):
     assert ride.rest < 1e-2
 
 
-def test_a_torque_arm_withstands_a_push():
+@pytest.mark.parametrize(("stiffness", "off"), [(None, 4e-3), (80.0, 1.5e-3)])
+def test_a_torque_arm_withstands_a_push(stiffness, off):
+    """The loop is stiffer where that is stated: by itself it leaves room for rotors that the model lacks."""
     robot = ftqp.robots.load("panda")
-    planner, arm = wired(robot, "torque")
+    planner, arm = wired(robot, "torque", stiffness=stiffness)
     push = {
         1000: [lambda planner, arm: arm.push.__setitem__(1, 25.0)],
         1200: [lambda planner, arm: arm.push.__setitem__(1, 0.0)],
     }
     ride = Ride(robot, planner, arm, circle(robot, START, 0.1, 4.0), 2.0, push)
-    assert set(ride.status) == {"OK"} and ride.error.max() < 1.5e-3
+    assert set(ride.status) == {"OK"} and ride.error.max() < off
 
 
 @pytest.mark.parametrize("drive", ["position"])

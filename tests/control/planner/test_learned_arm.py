@@ -148,7 +148,7 @@ def test_what_was_learned_just_before_a_failure_is_taken_back():
     def look(planner, arm):
         seen["after"] = planner.learned.rotors.copy()
 
-    events = {k: [note] for k in range(990, 1440)} | {1590: [brake], 1600: [tell], 1605: [look]}
+    events = {k: [note] for k in range(990, 1440)} | {1590: [brake], 1600: [tell], 1602: [look]}
     _, ride = ridden(seconds=2.0, rotors=0.1, events=events)
     assert ride.status[-1] in ("OK", "RELAXED")
     assert not np.array_equal(seen["after"], seen["before"])

@@ -4,7 +4,7 @@ What is normal is learned: the smallest step between two samples, how far the re
 encoder repeats its number, and whether the number ever repeats while the joint rests.
 """
 
-from math import log
+from math import ceil, e
 from typing import Any
 
 from ftqp.kernel.jit import jit, rare_jit
@@ -95,13 +95,23 @@ def no_arm_repeats_so(K: Any) -> bool:
     """Of an arm whose numbers all repeat: whether those of one that stands would not, so that the line fails.
 
     Samples that scatter by sigma and have the step d are alike at most d/sigma times. Evidence is as that of
-    the monitor: the logarithms of these chances, as often as each number has come again.
+    the monitor: the product of these chances, as often as each number has come again, is below exp(-level).
     """
-    feedback, evidence = K.feedback, 0.0
+    feedback, chances, enough = K.feedback, 1.0, 1.0
+    for _ in range(
+        int(ceil(K.monitor.level))
+    ):  # without exp() and log(), which a library would ask the system for
+        enough /= e
     for i in range(K.chain.n):
         chance = (feedback.increment[i] + LEAST) / max(K.held.sigma[i], LEAST)
-        evidence -= (feedback.same[i] + 1.0) * log(min(max(chance, RAREST), 1.0))
-    return evidence > K.monitor.level
+        chance = min(max(chance, RAREST), 1.0)
+        for _ in range(feedback.same[i] + 1):
+            chances *= chance
+            if chances < enough:
+                return True
+            if chance == 1.0:
+                break
+    return False
 
 
 @jit
