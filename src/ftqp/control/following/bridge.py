@@ -6,7 +6,7 @@ from typing import Any, Final, NamedTuple, final
 import numpy as np
 
 from ftqp.control.following.led_joints import JointTracker, looks_per_tick
-from ftqp.control.inverse_kinematics.posture_search import SAME, task_rows
+from ftqp.control.inverse_kinematics.posture_search import SAME, may_have, task_rows
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
@@ -90,6 +90,8 @@ def fewer_rows_hold(
     view, looks = planner.view(), looks_per_tick(planner.dt)
     rest = rest_of(path, progress, view.limits.v)
     for count, rows in enumerate(planner.task.kept_sets[given_up + 1 :], 1):
+        if not may_have(planner.robot, rows):
+            continue
         ways = Ways(planner, rows=rows, path=rest.poses, leap=rest.leap)
         ways.begin_following(view.command.q, 0)
         while not ways.follow(looks):

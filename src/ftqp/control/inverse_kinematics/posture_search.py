@@ -53,6 +53,16 @@ def row_names(robot: Robot, rows: Any) -> tuple[str, ...]:
     return names
 
 
+def may_have(robot: Robot, rows: str) -> bool:
+    """Whether an arm can be asked for a set of rows: it moves in space for a tool axis, and has joints enough."""
+    own = (
+        ROW_SETS[rows] if rows == "position_axis" else [n for n in ROW_SETS[rows] if n in robot.default_rows]
+    )
+    return robot.nv >= len(own) > 0 and (
+        rows != "position_axis" or set(COMPONENTS) <= set(robot.default_rows)
+    )
+
+
 def task_rows(robot: Robot, rows: Any) -> tuple[tuple[str, ...], bool]:
     """Names of task rows, and whether they are those of a position and a tool axis."""
     axis = isinstance(rows, str) and rows == "position_axis"

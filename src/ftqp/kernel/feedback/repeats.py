@@ -98,9 +98,7 @@ def no_arm_repeats_so(K: Any) -> bool:
     the monitor: the product of these chances, as often as each number has come again, is below exp(-level).
     """
     feedback, chances, enough = K.feedback, 1.0, 1.0
-    for _ in range(
-        int(ceil(K.monitor.level))
-    ):  # without exp() and log(), which a library would ask the system for
+    for _ in range(ceil(K.monitor.level)):  # a library asks no system for exp() and log()
         enough /= e
     for i in range(K.chain.n):
         chance = (feedback.increment[i] + LEAST) / max(K.held.sigma[i], LEAST)
