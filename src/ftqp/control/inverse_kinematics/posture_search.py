@@ -54,7 +54,7 @@ def row_names(robot: Robot, rows: Any) -> tuple[str, ...]:
 
 
 def may_have(robot: Robot, rows: str) -> bool:
-    """Whether an arm can be asked for a set of rows: it has the joints, and moves in space for a tool axis."""
+    """Whether an arm has the joints for a set of rows, and moves in space for a tool axis."""
     own = (
         ROW_SETS[rows] if rows == "position_axis" else [n for n in ROW_SETS[rows] if n in robot.default_rows]
     )
