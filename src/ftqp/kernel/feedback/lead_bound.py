@@ -1,6 +1,7 @@
 """The lead has a bound: the reference never runs away from a joint that does not follow it.
 
-What counts is how far the reference is ahead of the sample of its time, beside how far off it usually is.
+What counts is how far the reference is ahead of the sample of its time, beside how far off it usually is;
+behind position drives, how far the command would lead, beside what its servo explains.
 Where that would exceed the bound the joint brakes, and what is sent goes no farther.
 Source: docs/theory/feedback.md, "A whole arm that is held".
 """
@@ -57,8 +58,9 @@ def keep_near(K: Any) -> None:
     """The end of a joint's interval where its lead would exceed the bound, which goes with the joint.
 
     The law is that of the ends of ranges, for the speed and the way beside those of the joint; it brakes a
-    reference that runs away, and never turns it back. One joint that stays behind alone has failed, and the
-    monitor looks at it; two are an arm that is held.
+    reference that runs away, and never turns it back. Behind position drives the bound is that of the
+    command's lead, and every joint keeps to it, so that the others take over from one that does not follow.
+    Of other arms one joint that stays behind alone has failed, and is looked at; two are an arm that is held.
     """
     state, feedback, limits, faults = K.state, K.feedback, K.limits, K.faults
     if K.monitor.on and (not K.monitor.sees or feedback.kind != POSITION_DRIVE):
