@@ -65,6 +65,33 @@ def test_a_healthy_arm_is_neither_stopped_nor_accused(servo, dt, drive, tmp_path
     assert not motion.planner.faults and not motion.planner.findings
 
 
+class CoarseArm(ServoArm):
+    """Encoders of 4,096 steps a turn, and friction that holds each joint 3 mrad off: all repeat at first."""
+
+    def __init__(self, q, dt, **options):
+        super().__init__(q, dt, **options)
+        self.dry = np.full(len(q), 3e-3 * self.wn**2)
+        self.seen = set()
+
+    def measured(self):
+        return np.round(super().measured() * 4096 / (2 * np.pi)) * (2 * np.pi) / 4096
+
+    def command(self, step):
+        self.seen.add(step.status)
+        super().command(step)
+
+
+@pytest.mark.parametrize("dt", [0.002, SLOW])
+@pytest.mark.parametrize("sigma", [0.0, 1e-5])
+def test_numbers_of_coarse_encoders_that_all_repeat_are_no_dead_line(sigma, dt, tmp_path):
+    robot = stranger(tmp_path)
+    arm = CoarseArm(posture(robot), dt, takes="position only", wn=40.0, sigma=sigma)
+    motion = Motion(robot, arm, dt, 4.0, drive=ftqp.Drive(takes_velocity=False))
+    assert ftqp.StepStatus.INVALID_INPUT not in arm.seen
+    assert motion.planner.stopped_because is None and not motion.planner.faults
+    assert motion.error[-1] < 5e-3
+
+
 @pytest.mark.parametrize("servo", ["4 Hz", "10 Hz"])
 def test_a_learned_servo_is_led_nearly_as_one_that_was_told(servo):
     wn = SERVOS[servo]

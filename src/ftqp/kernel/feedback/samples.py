@@ -229,7 +229,7 @@ def _listen(K: Any, then: int) -> None:
     by_torque = feedback.kind == TORQUE_DRIVE
     if news or not (K.monitor.on or by_torque) or feedback.exact or state.unusable == NOTHING_HEARD:
         feedback.silent = 0.0
-    elif not is_finite(state.q[0]) or (no_arm_repeats_so(K) if by_torque else all_repeat_oddly(K, then)):
+    elif not is_finite(state.q[0]) or ((by_torque or all_repeat_oddly(K, then)) and no_arm_repeats_so(K)):
         feedback.silent += state.dt
 
 
