@@ -328,9 +328,12 @@ def test_a_sensor_that_begins_anew_after_a_turn_is_followed(turn):
 
 def test_a_joint_that_is_a_turn_off_from_the_start_is_not_followed():
     p, (_, targets) = started(PANDA, dt=FAST), circles(PANDA, FAST, 1.0)
+    arm = arm_of(PANDA, FAST, 63.0)
     for k in range(100):
-        step = p.step(PANDA.neutral + 2.0 * np.pi * (np.arange(7) == 2), None, targets.at(k))
-    assert p.stopped_because is not None and PANDA.joints[2] in p.stopped_because
+        step = p.step(arm.measured() + 2.0 * np.pi * (np.arange(7) == 2), None, targets.at(k))
+        arm.command(step)
+    assert list(p.faults) == [PANDA.joints[2]]
+    assert "encoder whose numbers have jumped" in p.findings[0].sentence
     assert np.abs(step.q - PANDA.neutral).max() < 1e-2
 
 
