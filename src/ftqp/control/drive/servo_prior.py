@@ -115,9 +115,9 @@ def forget_servos(K: Any, joints: int) -> None:
     """Let nothing be known of the servos until the next reset, whatever was told or learned of them."""
     M = K.monitor
     mean, doubt = prior(Drive(), joints, 0.0, float(K.feedback.latency) * float(K.state.dt))
-    M.theta[:joints] = M.safe[:joints] = mean
+    M.theta[:joints] = M.safe[:, :joints] = mean
     for i in range(joints):
-        M.P[i] = M.safe_P[i] = np.diag(doubt[i] ** 2)
+        M.P[i] = M.safe_P[:, i] = np.diag(doubt[i] ** 2)
 
 
 def tell_servos(K: Any, learned: LearnedServos) -> None:

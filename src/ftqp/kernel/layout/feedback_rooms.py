@@ -162,8 +162,9 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     theta told  f8[N,SERVO]  what is known of the servo now, and what was told of it
     doubt  f8[N,SERVO]  standard deviations of what was told
     P  f8[N,SERVO,SERVO]
-    safe  f8[N,SERVO]  what was known when the evidence was last zero
-    safe_P  f8[N,SERVO,SERVO]
+    safe  f8[2,N,SERVO]  what was known when the evidence was zero, the last time and a while before
+    safe_P  f8[2,N,SERVO,SERVO]
+    safe_at  i8[N]  the tick of the last time
     missed sharp tail  f8[N]  motion that the model misses [s]; believed sooner; the most that was seen lately
     way  f8[N]  motion that was learned from [0.05 rad or m]
     r spread S z z_old  f8[N]  the residual, noise and what is missed, its variance, r/sqrt(S), the last one

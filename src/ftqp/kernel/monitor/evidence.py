@@ -18,6 +18,9 @@ from ftqp.kernel.layout.thresholds import GEAR, LEAST_SHIFT, MOST_SHIFT
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.monitor.servos import creep_of, direction, noise_of, variance
 
+HIDES = 0.2
+"""A fault may be learned as a droop for so long [s], as servos take to stop, before evidence rises."""
+
 
 @jit
 def _sum(G: Any, i: int, gain: float, top: float) -> None:
@@ -42,10 +45,12 @@ def weigh(K: Any, i: int, counts: bool) -> None:
     if M.G[i] == 0.0:  # where it was last zero a change began: what was learned since is taken back
         if M.found[i] == 0:
             M.began[i] = K.state.ticks
-        for r in range(SERVO):
-            M.safe[i, r] = theta[r]
-            for c in range(SERVO):
-                M.safe_P[i, r, c] = P[r, c]
+        if (K.state.ticks - M.safe_at[i]) * K.state.dt > HIDES:
+            M.safe_at[i] = K.state.ticks
+            for r in range(SERVO):
+                M.safe[1, i, r], M.safe[0, i, r] = M.safe[0, i, r], theta[r]
+                for c in range(SERVO):
+                    M.safe_P[1, i, r, c], M.safe_P[0, i, r, c] = M.safe_P[0, i, r, c], P[r, c]
     d = M.means[0, i] - M.anchor[i]  # a joint that stands has not moved since
     blur = 4.0 * noise_of(K, i) / M.every + GEAR * GEAR
     _sum(M.G_lock, i, sharp - 0.5 * d * d / blur, M.top)

@@ -89,19 +89,23 @@ def forget_servos(K: Any) -> None:
         M.droop[i] = M.unsure[i] = M.rotor[i] = 0.0
         M.blind[i] = 0
         for r in range(SERVO):
-            M.theta[i, r] = M.safe[i, r] = M.used[i, r] = M.told[i, r]
+            M.theta[i, r] = M.used[i, r] = M.told[i, r]
             for c in range(SERVO):
-                M.P[i, r, c] = M.safe_P[i, r, c] = 0.0
-            M.P[i, r, r] = M.safe_P[i, r, r] = M.doubt[i, r] * M.doubt[i, r]
+                M.P[i, r, c] = 0.0
+            M.P[i, r, r] = M.doubt[i, r] * M.doubt[i, r]
+            for k in range(2):
+                M.safe[k, i, r] = M.theta[i, r]
+                for c in range(SERVO):
+                    M.safe_P[k, i, r, c] = M.P[i, r, c]
 
 
 @rare_jit
 def as_before(M: Any, i: int) -> None:
-    """The servo of joint i is again what it was when nothing spoke against it."""
+    """The servo of joint i is again what it was a while before anything spoke against it."""
     for r in range(SERVO):
-        M.theta[i, r] = M.safe[i, r]
+        M.theta[i, r] = M.safe[1, i, r]
         for c in range(SERVO):
-            M.P[i, r, c] = M.safe_P[i, r, c]
+            M.P[i, r, c] = M.safe_P[1, i, r, c]
 
 
 @jit

@@ -31,7 +31,7 @@ from ftqp.kernel.monitor.servos import as_before, ticks_to_settle
 MOVES = 0.05
 """A joint without motor is named where it is faster than this [rad/s or m/s]: what it does without shows."""
 ALONE = 2.0
-"""A push is in many joints, a motor that is off in one: the evidence against it is so many times as much."""
+"""A push or a hold is in many joints, a fault in one: the evidence against it is so many times as much."""
 EXCESS, BLURS, FRICTIONS, MOST = 0.002, 12.0, 2.0, 0.015
 """A joint that is held is asked for so much more [rad or m], beside noise and what dry friction may hold
 back, at most for so much, so that it shows when it is held no more, ..."""
@@ -92,12 +92,14 @@ def _is_locked(K: Any, i: int) -> bool:
     M = K.monitor
     if M.G_lock[i] <= M.level or not _others_move(K) or _holds_still(K, i) or _is_near(K, i):
         return False
-    if _is_pushed(K) and M.G_lock[i] < ALONE * M.level:  # a lock may look like a push, and lasts
-        return False
+    others = 0.0
     for j in range(K.chain.n):
-        if works(K, j) and M.G_lock[j] > M.G_lock[i]:
-            return False
-    return True
+        if j != i and works(K, j):
+            others += M.G_lock[j]
+            if M.G_lock[j] > M.G_lock[i]:
+                return False
+    common = _is_pushed(K) or ALONE * others > M.G_lock[i]  # a lock may look like a push or a hold, and lasts
+    return bool(M.G_lock[i] >= ALONE * M.level or not common)
 
 
 @jit
