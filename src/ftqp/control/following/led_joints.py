@@ -123,6 +123,11 @@ class JointTracker:
         return self.is_thinking
 
     @property
+    def goes_straight(self) -> bool:
+        """Whether the tip goes straight, as far as is known."""
+        return self.searched is not None and self.searched.goes_straight
+
+    @property
     def looks(self) -> int:
         """Postures that were looked at for the present way."""
         return 0 if self._ways is None else int(self._ways.W.looks)
@@ -257,7 +262,7 @@ class JointTracker:
                 self._turn_round()
             else:
                 self._ways, self._t, self._plays, self._goal = None, 0.0, True, ways.way[-1]
-                self._motion.follow(ways.motion)
+                self._motion.follow(ways.motion, is_free=ways.is_free)
 
     def _give_up(self, why: str) -> None:
         """There is no way: go straight as near as it gets, where a straight one was asked for."""

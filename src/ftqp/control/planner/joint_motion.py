@@ -10,6 +10,7 @@ from ftqp.control.references.jerk_limit import ENDLESS, RISE_TIME, Motion, State
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.layout.thresholds import AT_REST
+from ftqp.kernel.layout.ways_room import PROOF
 from ftqp.model.robot import Robot
 
 EXACT = 1e-6
@@ -95,8 +96,12 @@ class JointMotion:
         turns = self._robot.continuous
         return np.where(turns, np.remainder(way + np.pi, 2.0 * np.pi) - np.pi, way)
 
-    def follow(self, table: FloatArray) -> None:
-        """Let the motion go through a place at every tick, (ticks, nv) [rad or m], to the last."""
+    def follow(self, table: FloatArray, *, is_free: bool) -> None:
+        """Let the motion go through a place at every tick, (ticks, nv) [rad or m], to the last.
+
+        Bodies may come as near as the proof that it ``is_free`` lets them.
+        """
+        self._joints.spared = 1.0 - PROOF if is_free else 0.0
         self._later, self._table = None, (table, np.gradient(table, self._dt, axis=0))
         self._working = np.flatnonzero(self._view.working)
         self.goal, self.too_heavy = table[-1].copy(), None
@@ -125,6 +130,7 @@ class JointMotion:
         """Plan the motion from the last command to the goal, or to where it comes to rest soonest."""
         command, limits, robot = self._view.command, self._view.limits, self._robot
         self._later = self._table = None
+        self._joints.spared = 0.0
         working = np.flatnonzero(self._view.working)
         if self._motion is None or len(working) != len(self._working):
             self._motion = Motion(len(working)) if len(working) else None

@@ -163,11 +163,11 @@ def solve_by_network(K: Any, memory: Any, warm: int, prepared: int) -> int:
 @jit
 def step_on_joints(K: Any, joints: Any) -> int:
     """The tick, solved in the kernel whatever the planner's mode and solver, which are put back."""
-    task, cascade, qp = K.task, K.cascade, K.qp
-    mode, external = task.mode, cascade.external
-    task.mode, cascade.external = SLACK, 0
+    task, cascade, qp, scene = K.task, K.cascade, K.qp, K.scene
+    mode, external, keep = task.mode, cascade.external, scene.keep
+    task.mode, cascade.external, scene.keep = SLACK, 0, (1.0 - joints.spared) * keep
     code = run_cascade(K, prepare_on_joints(K, joints), SOLVED)
-    task.mode, cascade.external = mode, external
+    task.mode, cascade.external, scene.keep = mode, external, keep
     qp.warm = 0
     if code == OK:
         size = worst = 0.0
