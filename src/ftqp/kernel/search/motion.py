@@ -54,7 +54,7 @@ SHARP = 1e-4
 FINE, MANY = 0.04, 16
 """Longest interval of time scaling [rad or m], and the fewest of a way. Guesses."""
 CLOSER, SHORTEST = 0.5, 0.004
-"""An interval ends where bodies have used up this share of what they may come nearer, but is no shorter than
+"""An interval ends where bodies may have used up this share of what they may come nearer, but is no shorter than
 the second [rad or m]. Guesses."""
 FAR, BY_HULLS = 0.3, 0.1
 """Pairs whose capsules are farther apart than the first [m] do not slow the motion down; nearer than the
@@ -214,19 +214,21 @@ def _slow_down(K: Any, k: int, i: int) -> None:
     add_gradient(K, p, n, near, far, W.row)
     if chain.mimics:
         fold_row(chain, W.row)
-    c, rate, brake, x = W.c[W.piece[i]], 0.0, 0.0, d - PROOF * scene.keep
+    c, rate, most, brake, x = W.c[W.piece[i]], 0.0, 0.0, 0.0, d - PROOF * scene.keep
     for j in range(chain.n):
         W.drawn[j] = W.row[j] * (c[1, j] + 2.0 * W.s[i] * c[2, j]) if W.free[j] else 0.0
         rate += W.drawn[j]
+        most += abs(W.drawn[j])
         brake += abs(W.row[j]) * W.a_max[j] if W.free[j] else 0.0
+    if most > NONE:
+        W.ds[i] = min(W.ds[i], max(CLOSER * x / most, SHORTEST))
     for j in range(-1, chain.n):  # with all joints, and without each
         is_left = j < 0 or not W.free[j]
         left = rate - (0.0 if is_left else W.drawn[j])
         if left < 0.0:
-            most = max(scene.share * (brake - (0.0 if is_left else abs(W.row[j]) * W.a_max[j])), LEAST_BRAKE)
-            v = max(APPROACH * approach_speed(scene, x, most, W.dt), CREEP) / -left
+            by = max(scene.share * (brake - (0.0 if is_left else abs(W.row[j]) * W.a_max[j])), LEAST_BRAKE)
+            v = max(APPROACH * approach_speed(scene, x, by, W.dt), CREEP) / -left
             W.top[i] = min(W.top[i], v * v)
-            W.ds[i] = min(W.ds[i], max(CLOSER * x / -left, SHORTEST))
 
 
 @jit

@@ -164,10 +164,11 @@ def solve_by_network(K: Any, memory: Any, warm: int, prepared: int) -> int:
 def step_on_joints(K: Any, joints: Any) -> int:
     """The tick, solved in the kernel whatever the planner's mode and solver, which are put back."""
     task, cascade, qp, scene = K.task, K.cascade, K.qp, K.scene
-    mode, external, keep = task.mode, cascade.external, scene.keep
-    task.mode, cascade.external, scene.keep = SLACK, 0, (1.0 - joints.spared) * keep
+    mode, external, keep, gain = task.mode, cascade.external, scene.keep, scene.gain
+    task.mode, cascade.external = SLACK, 0
+    scene.keep, scene.gain = (1.0 - joints.spared) * keep, gain / (1.0 - joints.spared)
     code = run_cascade(K, prepare_on_joints(K, joints), SOLVED)
-    task.mode, cascade.external, scene.keep = mode, external, keep
+    task.mode, cascade.external, scene.keep, scene.gain = mode, external, keep, gain
     qp.warm = 0
     if code == OK:
         size = worst = 0.0
