@@ -71,6 +71,7 @@ class JointMotion:
         self._rise_time = rise_time
         self._motion: Motion | None = None
         self._table: tuple[FloatArray, FloatArray] | None = None
+        self._bounds: tuple[FloatArray, FloatArray, FloatArray] | None = None
         self._working = np.zeros(0, dtype=np.int64)
         self._looked_at = b""
         self.goal: FloatArray = np.zeros(robot.nv)
@@ -114,6 +115,33 @@ class JointMotion:
             end[self._working] = self._motion.at(self._motion.duration).q
         return end
 
+    def joined(self, table: FloatArray, t: float) -> tuple[FloatArray, int] | None:
+        """A motion from where this one is at a time [s] into one from its end, without a rest; None: none.
+
+        It goes into ``table``, (ticks, nv), so far on as this one would take to its rest. The places of every
+        tick are returned, from that of the tick before on, and how many of them come before ``table``.
+        """
+        dt, at = self._dt, self._working
+        if self._motion is None or self._bounds is None:
+            return None
+        k = int(np.ceil((self.duration - t) / dt))
+        if t < dt or not 1 <= k < len(table) - 2:
+            return None
+        before, here, behind = table[k - 1 : k + 2, at]
+        v, a = (behind - before) / (2.0 * dt), (behind - 2.0 * here + before) / dt**2
+        motion, start, count = Motion(len(at)), self._motion.at(t), 0
+        for _ in range(2):  # the second time so that it takes whole ticks
+            if not motion.plan(start, here, *self._bounds, goal_v=v, goal_a=a, least=count * dt):
+                return None
+            count = int(np.ceil(motion.duration / dt - EXACT))
+        if count > 2 * k or motion.duration > count * dt + EXACT:
+            return None
+        rows = np.tile(table[k], (count + 1, 1))
+        rows[0, at] = self._motion.at(t - dt).q
+        for i in range(count):
+            rows[i + 1, at] = motion.at(i * dt).q
+        return np.vstack([rows, table[k:]]), len(rows)
+
     def places(self, count: int = PLACES) -> FloatArray:
         """Places of the motion, (count, nv) [rad or m]: the ends where it is straight."""
         places = np.tile(self._view.command.q, (count, 1))
@@ -147,6 +175,7 @@ class JointMotion:
         v_max = speed * SPEED_SHARE * limits.v[working]
         jerk = np.minimum(robot.limits.a_max / self._rise_time, robot.limits.j_max)[working]
         jerk *= ACCELERATION_SHARE
+        self._bounds = v_max, a_max, jerk
         if not goes:
             self._motion.brake(start, a_max, jerk)
             return
