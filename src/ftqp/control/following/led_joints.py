@@ -126,7 +126,7 @@ class JointTracker:
     @property
     def goes_straight(self) -> bool:
         """Whether the tip goes straight, as far as is known."""
-        return self.searched is not None and self.searched.goes_straight
+        return "straight" in self._asked if self.searched is None else self.searched.goes_straight
 
     @property
     def looks(self) -> int:

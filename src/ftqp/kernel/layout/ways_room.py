@@ -19,7 +19,7 @@ PLACES, POSES, PIECES, INTERVALS, STRETCHES = 512, 256, 1024, 4800, 128
 stretches of an edge that are still to be looked at. Conventions, which size memory."""
 
 PROOF: Final = 0.5
-"""The motion is proven with this share of what is kept: the mean leaves the way that was proven before."""
+"""The motion is proven with this share of what is kept at least: the mean leaves the way that was proven."""
 
 
 @numbered()

@@ -199,6 +199,13 @@ def _begin_sampling(K: Any) -> None:
 
 
 @jit
+def _proof(K: Any) -> float:
+    """The share of what is kept with which the motion is proven: no nearer than where the arm is stopped."""
+    scene = K.scene
+    return max(PROOF, scene.halt / scene.keep) if K.ways.pairs > 0 else PROOF
+
+
+@jit
 def _slow_down(K: Any, k: int, i: int) -> None:
     """Let pair k of bodies come near no faster in interval i than the rows of a planner let them.
 
@@ -214,7 +221,7 @@ def _slow_down(K: Any, k: int, i: int) -> None:
     add_gradient(K, p, n, near, far, W.row)
     if chain.mimics:
         fold_row(chain, W.row)
-    c, rate, most, brake, x = W.c[W.piece[i]], 0.0, 0.0, 0.0, d - PROOF * scene.keep
+    c, rate, most, brake, x = W.c[W.piece[i]], 0.0, 0.0, 0.0, d - _proof(K) * scene.keep
     for j in range(chain.n):
         W.drawn[j] = W.row[j] * (c[1, j] + 2.0 * W.s[i] * c[2, j]) if W.free[j] else 0.0
         rate += W.drawn[j]
@@ -344,7 +351,7 @@ def _prove_next(K: Any, table: Any) -> None:
         return
     while more > 1 and (i + more >= W.ticks or not _is_straight(K, table, i, i + more)):
         more //= 2
-    W.share = PROOF
+    W.share = _proof(K)
     if gap(table[i], table[i + more], K.chain.n) == 0.0 or passes(K, table[i], table[i + more]) >= 1.0:
         W.checked, W.chunk = i + more, min(2 * more, LONGEST)
     elif W.capped and more > 1:

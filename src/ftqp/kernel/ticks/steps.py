@@ -166,7 +166,8 @@ def step_on_joints(K: Any, joints: Any) -> int:
     task, cascade, qp, scene = K.task, K.cascade, K.qp, K.scene
     mode, external, keep, gain = task.mode, cascade.external, scene.keep, scene.gain
     task.mode, cascade.external = SLACK, 0
-    scene.keep, scene.gain = (1.0 - joints.spared) * keep, gain / (1.0 - joints.spared)
+    scene.keep = max((1.0 - joints.spared) * keep, min(scene.halt, keep))
+    scene.gain = gain / (1.0 - joints.spared)
     code = run_cascade(K, prepare_on_joints(K, joints), SOLVED)
     task.mode, cascade.external, scene.keep, scene.gain = mode, external, keep, gain
     qp.warm = 0
