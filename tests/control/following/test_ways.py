@@ -22,7 +22,7 @@ def moved(x=0.0, y=0.0, z=0.0):
 
 
 def commands(goto, each=lambda k: None):
-    """Commands of all ticks, with three more of the start, and their speed, acceleration and jerk as shares."""
+    """Commands of all ticks behind three of the start, and shares of speed, acceleration and jerk."""
     rows = np.array([LEFT] * 4 + [step.q for step in go(goto, LEFT, longest=25.0, each=each)])
     limits = PANDA.limits
     tops = limits.v_max, limits.a_max, limits.a_max / 0.05

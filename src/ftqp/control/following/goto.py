@@ -59,11 +59,12 @@ class GoTo:
     """Moves an arm to a pose of its end effector or to a posture of all joints, where it rests.
 
     A posture is neared by a motion of the joints, as fast as the limits that are believed allow, a pose by a
-    straight motion of the tip; both with limited jerk, and both within every limit of the planner. When a
-    joint fails, the way is planned anew at the same tick from the position and velocity of the command: the
+    straight motion of the tip; both with limited jerk, and both within every limit of the planner. Beside a
+    scene, or what is kept, both are one timed motion of the joints that is proven free before it begins. When
+    a joint fails, the way is planned anew at the same tick from the position and velocity of the command: the
     others go to their places, or the tip as near as it gets. Where the joints cannot follow the straight way
-    to a pose, as is asked while the motion begins, or come no nearer on it, the arm comes to rest, postures
-    of the goal are looked for, a little in every tick, and the joints go to one to which there is a way. A
+    to a pose, or come no nearer on it, postures of the goal are looked for, a little in every tick, while the
+    arm comes to rest, and the joints go to one to which there is a way. A
     goal that is not reached is told as ``UNREACHABLE`` together with the distance and with what was looked
     for, once the arm rests. An arm that swings beside a pose goes back to where it was nearest and its motors
     can hold it, and rests there; else the planner stops it.
@@ -327,10 +328,10 @@ class GoTo:
     @property
     def note(self) -> str:
         """What is being done, and what was looked for, in a sentence."""
-        joints = self._joints
-        goes_straight = joints.goes_straight and self._leg is joints
-        if self._status is GoToStatus.MOVING and self._leg is joints and joints.is_thinking and not goes_straight:
-            looks = self._joints.looks // THOUSAND * THOUSAND
+        joints, leads_joints = self._joints, self._leg is self._joints
+        goes_straight, thinks = leads_joints and joints.goes_straight, leads_joints and joints.is_thinking
+        if self._status is GoToStatus.MOVING and thinks and not goes_straight:
+            looks = joints.looks // THOUSAND * THOUSAND
             cannot = "is not free" if self._to_posture else "cannot be gone"
             return f"the straight way {cannot}, and another one is looked for: {looks} looks so far"
         if self._to_posture or self._status in (GoToStatus.HALTED, GoToStatus.REACHED):

@@ -116,10 +116,6 @@ class WaySession:
         """What stands in the way of a posture, (nv,)."""
         return self._said(self._bind("look", np.ascontiguousarray(q))())
 
-    def is_free(self, a: FloatArray, b: FloatArray) -> bool:
-        """Whether the straight way of the joints is proven free."""
-        return bool(self._bind("is_way_free", np.ascontiguousarray(a), np.ascontiguousarray(b))())
-
     def find(self, looks: int) -> FloatArray | None:
         """Look for a clear posture of the goal, (nv,), for about so many looks; None: not found yet."""
         return self.W.drawn[: self.n].copy() if self._bind("find_posture")(looks) else None

@@ -45,7 +45,7 @@ from ftqp.kernel.search.looks import (
     pose_arm,
     proven,
 )
-from ftqp.kernel.search.trees import add_goal, add_node, follow_line, gap, grow, is_in_tube, shorten
+from ftqp.kernel.search.trees import add_node, follow_line, gap, grow, is_in_tube, shorten
 
 ROUND = 0.35
 """Corners are cut from so far away at most [rad or m]. A guess."""
@@ -54,8 +54,8 @@ SHARP = 1e-4
 FINE, MANY = 0.04, 16
 """Longest interval of time scaling [rad or m], and the fewest of a way. Guesses."""
 CLOSER, SHORTEST = 0.5, 0.004
-"""An interval ends where bodies may have used up this share of what they may come nearer, but is no shorter than
-the second [rad or m]. Guesses."""
+"""An interval ends where bodies may have used up this share of what they may come nearer, but is no shorter
+than the second [rad or m]. Guesses."""
 FAR, BY_HULLS = 0.3, 0.1
 """Pairs whose capsules are farther apart than the first [m] do not slow the motion down; nearer than the
 second it is known by hulls how far they are. Guesses."""
@@ -410,21 +410,3 @@ def begin_search(K: Any, q: Any, gaps: Any) -> int:
     if met != 0:
         W.stage = NO_WAY
     return met
-
-
-@jit
-def look_at(K: Any, q: Any) -> int:
-    """What stands in the way of a posture, see ``obstruction``."""
-    return obstruction(K, q)
-
-
-@jit
-def goal_added(K: Any, q: Any) -> int:
-    """Add a goal posture: what stands in its way, see ``obstruction``."""
-    return add_goal(K, q)
-
-
-@jit
-def free_until(K: Any, a: Any, b: Any) -> int:
-    """Whether the straight way from one posture to another is free."""
-    return 1 if passes(K, a, b) >= 1.0 else 0

@@ -1,7 +1,6 @@
 """Ways of the joints round what is in between: one generator, in slices, for whoever leads an arm."""
 
 from collections.abc import Iterable
-from itertools import pairwise
 from typing import Any, Final, final
 
 import numpy as np
@@ -130,10 +129,10 @@ class Ways:
         """Poses of the tip straight from the start to a pose, (k, 4, 4)."""
         now, share = self._planner.view().poses(self._start[None])[0], np.linspace(0.0, 1.0, LINE + 1)
         turn = rotation_vector(goal[:3, :3] @ now[:3, :3].T)
-        turns = np.array([rotation_exp(k * turn) for k in share]) @ now[:3, :3]
-        return np.array([
-            transform(R, now[:3, 3] + k * (goal[:3, 3] - now[:3, 3])) for R, k in zip(turns, share, strict=True)
-        ])
+        line = np.tile(now, (LINE + 1, 1, 1))
+        line[:, :3, 3] += share[:, None] * (goal[:3, 3] - now[:3, 3])
+        line[:, :3, :3] = [rotation_exp(k * turn) @ now[:3, :3] for k in share]
+        return line
 
     def _choose_rows(self, rows: Any) -> None:
         """Let these rows of poses count."""
@@ -209,11 +208,6 @@ class Ways:
         return self.stage not in (WayStage.FOLLOWING, WayStage.GROWING, WayStage.NO_WAY)
 
     @property
-    def is_straight(self) -> bool:
-        """Whether the straight way of the joints is the way."""
-        return self.has_way and int(self.W.places) == 2
-
-    @property
     def goes_straight(self) -> bool:
         """Whether the tip goes straight to the goal, as far as is known."""
         return bool(self.W.straight)
@@ -232,15 +226,6 @@ class Ways:
     def is_free(self) -> bool:
         """Whether the motion is proven free; READY only."""
         return bool(self.W.is_free)
-
-    @property
-    def duration(self) -> float:
-        """How long the motion takes [s]; 0 while it is not known."""
-        return len(self.motion) * float(self.W.dt)
-
-    def passes(self, places: FloatArray) -> bool:
-        """Whether the straight ways from place to place, (k, nv), are proven free."""
-        return all(self._session.is_free(a, b) for a, b in pairwise(places))
 
     def looks_at(self, q: FloatArray) -> str | None:
         """What stands in the way of a posture, (nv,), in words; None where nothing does."""
