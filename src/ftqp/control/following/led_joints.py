@@ -19,8 +19,8 @@ LOOKS_A_SECOND: Final = 50_000
 """Looks at postures for the time between two ticks [1/s], which take a sixth of a processor
 (``python benchmarks/ft_mbm.py``)."""
 AT_ONCE: Final = 4
-"""So many times as many in the first tick, where the straight way is asked for, and while the arm brakes: the
-sooner there is a motion, the faster the arm still is when it goes over into it. A guess."""
+"""So many times as many while the arm brakes: the sooner there is a motion, the faster the arm still is when
+it goes over into it. A guess."""
 WAITS, STANDS = 2e-3, 1e-2
 """A command that is farther than this from its motion [rad or m], as something holds it back, slows it down;
 where it is as far as the second, the motion stands."""
@@ -48,9 +48,9 @@ class JointTracker:
 
     It is planned from the last command, anew at the very tick at which the belief in a joint or a limit
     changes, or ``planner.pace``, so that position and velocity go on without a jump. Where a way is sought,
-    it is straight if that is proven free; else the arm comes to rest, a way round is looked for, a little in
-    every tick, and its motion is played. It waits where the planner holds it back, and what is left of it is
-    proven anew when the scene changes.
+    the arm comes to rest, the way is looked for, a little in every tick, straight first, and its motion is
+    played. It waits where the planner holds it back, and what is left of it is proven anew when the scene
+    changes.
 
     Attributes:
         blocked: Why there is no way; None while that is not known.
@@ -104,8 +104,7 @@ class JointTracker:
     def seek(self, q: FloatArray | None, **asked: Any) -> None:
         """Go to another posture from the next step on, round what is in between.
 
-        What else is asked of ``Ways``, a tube or a pose whose postures are the goals in place of one, is not
-        asked of a straight way, which is not gone then.
+        What else is ``asked`` of ``Ways`` may be a tube, or a pose whose postures are the goals.
         """
         self._asked = asked
         self._aim(self.view.command.q if q is None else q, seeks=True)
@@ -167,7 +166,7 @@ class JointTracker:
         return step
 
     def _plan(self) -> None:
-        """Plan from the command: straight, and as soon as that is known not to be free, to rest."""
+        """Plan from the command: straight, or to rest while a way is looked for."""
         self._left += 1
         goes_on = self.blocked is not None or self._left > TRIES  # as near as it gets
         self._ways = self._proof = self._rest = None
@@ -175,42 +174,22 @@ class JointTracker:
         self._motion.goal = self._goal
         self._scene = self._scene_now
         self._motion.plan(self._speed)
-        if self._asked and self.blocked is None:
-            self._turn_round()
-        if self._asked or not self._seeks or goes_on or not self.planner.avoids:
-            return
-        command = self.view.command
-        ways = Ways(self.planner, command.q, rise_time=self._rise_time)
-        self.blocked = ways.start_blocked or ways.looks_at(
-            np.where(self.view.working, command.q + self._motion.way_from(command.q), command.q)
-        )
-        if self.blocked is not None:
-            return
-        ways.prove_again(np.ascontiguousarray(self._motion.places()), 0)
-        ways.think(AT_ONCE * self._looks)
-        self._proof = ways
-        self._judge_proof()
-        if self._proof is not None and not command.v.any():
+        if self.blocked is None and (self._asked or (self._seeks and self.planner.avoids and not goes_on)):
             self._turn_round()
 
     def _think(self) -> None:
         """Think of a way, or prove what is left of the motion, for a tick."""
         if self._proof is not None:
             self._proof.think(self._looks)
-            self._judge_proof()
+            if not self._proof.is_thinking:
+                is_free, self._proof = self._proof.is_free, None
+                if not is_free:
+                    self._turn_round()
         elif self._ways is not None:
             self._look_round()
         elif self._scene != self._scene_now and self.blocked is None:
             self._scene = self._scene_now
             self._prove_rest()
-
-    def _judge_proof(self) -> None:
-        """Go on where the motion is proven free, else come to rest and look for a way round."""
-        assert self._proof is not None
-        if not self._proof.is_thinking:
-            is_free, self._proof = self._proof.is_free, None
-            if not is_free:
-                self._turn_round()
 
     def _prove_rest(self) -> None:
         """The scene has changed: prove what is left of the motion anew."""

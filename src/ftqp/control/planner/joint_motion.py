@@ -32,8 +32,6 @@ SPEED_SHARE, ACCELERATION_SHARE = 0.999, 0.99
 LEAST_ACCELERATION = 0.05
 """Share of a_max that the motion uses even where gravity leaves less, so that it ends."""
 
-STRAIGHT = 1e-6
-"""A motion no farther from a straight line than this is straight [rad or m]. A convention."""
 PLACES = 17
 """Whether motors hold the arm is looked at in so many places of a motion, ..."""
 FINER = 10
@@ -141,18 +139,6 @@ class JointMotion:
         for i in range(count):
             rows[i + 1, at] = motion.at(i * dt).q
         return np.vstack([rows, table[k:]]), len(rows)
-
-    def places(self, count: int = PLACES) -> FloatArray:
-        """Places of the motion, (count, nv) [rad or m]: the ends where it is straight."""
-        places = np.tile(self._view.command.q, (count, 1))
-        if self._motion is not None:
-            times = np.linspace(0.0, self._motion.duration, count)
-            places[:, self._working] = [self._motion.at(float(t)).q for t in times]
-        straight = np.linspace(places[0], places[-1], count)
-        along = (places - places[0]) @ (places[-1] - places[0])
-        length = max(float(along[-1]), 1e-24)
-        straight = places[0] + (along / length)[:, None] * (places[-1] - places[0])
-        return places[[0, -1]] if np.abs(places - straight).max() <= STRAIGHT else places
 
     def plan(self, speed: float = 1.0, *, goes: bool = True) -> None:
         """Plan the motion from the last command to the goal, or to where it comes to rest soonest."""

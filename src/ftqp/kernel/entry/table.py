@@ -270,9 +270,6 @@ begin_ways search.motion demo nogil
 add_goal search.trees demo nogil
     takes W:ways q:f8[W.chain.n]
     calls add_goal(W, q)
-look search.looks demo nogil
-    takes W:ways q:f8[W.chain.n]
-    calls obstruction(W, q)
 find_posture search.trees demo nogil
     takes W:ways looks
     calls find_posture(W, looks)

@@ -112,10 +112,6 @@ class WaySession:
         """Add a goal posture, (nv,); what stands in its way, and then it is none."""
         return self._said(self._bind("add_goal", np.ascontiguousarray(q))())
 
-    def look(self, q: FloatArray) -> Met | None:
-        """What stands in the way of a posture, (nv,)."""
-        return self._said(self._bind("look", np.ascontiguousarray(q))())
-
     def find(self, looks: int) -> FloatArray | None:
         """Look for a clear posture of the goal, (nv,), for about so many looks; None: not found yet."""
         return self.W.drawn[: self.n].copy() if self._bind("find_posture")(looks) else None

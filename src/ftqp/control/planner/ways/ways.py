@@ -209,8 +209,8 @@ class Ways:
 
     @property
     def goes_straight(self) -> bool:
-        """Whether the tip goes straight to the goal, as far as is known."""
-        return bool(self.W.straight)
+        """Whether the tip, or all joints, go straight to the goal, as far as is known."""
+        return bool(self.W.straight) or (self.has_way and int(self.W.places) == 2)
 
     @property
     def way(self) -> FloatArray:
@@ -226,11 +226,6 @@ class Ways:
     def is_free(self) -> bool:
         """Whether the motion is proven free; READY only."""
         return bool(self.W.is_free)
-
-    def looks_at(self, q: FloatArray) -> str | None:
-        """What stands in the way of a posture, (nv,), in words; None where nothing does."""
-        self.met = self._session.look(q)
-        return self.sentence_of(self.met)
 
     def prove_again(self, table: FloatArray, first: int) -> None:
         """Prove what is left of a motion anew, from one of its ticks on, by ``think``."""
