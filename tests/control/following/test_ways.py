@@ -138,6 +138,17 @@ def test_joint_that_fails_on_the_way_begins_anew_without_a_jump():
     assert (np.abs(steps[-1].v) < 1e-3 * PANDA.limits.v_max).all()
 
 
+def test_joint_that_is_locked_elsewhere_is_named_where_the_others_have_gone_to_a_posture():
+    planner, _ = walled()
+    planner.report(ftqp.Locked("panda_joint7", mode="instant"))
+    goal = LEFT + np.array([0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.4])
+    goto = ftqp.GoTo(planner, q=goal)
+    steps = go(goto, LEFT)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE
+    assert "panda_joint7 (locked) by 0.4 rad" in goto.sentence
+    assert np.abs(steps[-1].q - goal)[:6].max() < 1e-6
+
+
 def test_wall_that_comes_meanwhile_is_gone_round():
     planner, scene = walled()
     scene.remove("wall")

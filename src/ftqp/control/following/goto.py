@@ -97,7 +97,7 @@ class GoTo:
         "_ahead", "_aim", "_approach", "_asked", "_belief", "_counts", "_joints", "_least", "_leg", "_limits",
         "_looked_for", "_nearest", "_only_the_tip", "_planner", "_pose", "_refusal", "_rotation_tolerance",
         "_settling", "_status", "_stopped", "_taken", "_ticks", "_tip", "_to_posture", "_tolerance",
-        "_turned_back", "_view", "_way",
+        "_turned_back", "_view",
     )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner")
@@ -153,7 +153,9 @@ class GoTo:
             instance("way", way, WayOut | None, "one of planner.ways_out()")
             goal = posture_inside(planner.robot, q) if way is None else way.places[-1]
             self._joints = JointTracker(planner, goal, rise_time)
-            if way is None and not straight:
+            if way is not None and len(way.places) > 1:
+                self._joints.seek(goal, places=way.places)
+            elif way is None and not straight:
                 self._joints.seek(goal)
             self._view = self._joints.view
             rest = np.zeros(len(goal))
@@ -163,9 +165,6 @@ class GoTo:
         self._counts = np.ones(planner.robot.nv, dtype=np.bool_)
         if way is not None:  # which says where joints that had failed stand, and not where they shall
             self._counts = self._view.working | ~np.isin(planner.robot.joints, way.failed)
-        self._way: list[FloatArray] = [] if way is None else list(way.places)
-        if self._way:
-            self._joints.aim(self._way.pop(0))
         self._approach = ConvergenceMonitor(planner.dt)
         self._begin()
 
@@ -178,8 +177,6 @@ class GoTo:
         self._settling = self._turned_back = self._only_the_tip = False
         self._aim, self._nearest = self._pose, np.zeros(0)
         self._leg: TipTracker | JointTracker = self._joints if self._tip is None else self._tip
-        if not self._to_posture:
-            self._way.clear()
         self._leg.begin()
         self._taken, self._looked_for = 0, ""
         self._ahead: Ways | None = None
@@ -361,7 +358,7 @@ class GoTo:
             return
         if self._asked is not None and self._leg is joints and joints.blocked is not None:
             self._looked_for, self._taken = joints.blocked, TRIES
-            self._begin_leg()
+            self._go_straight()
             return
         if self._leg is not joints and self._cannot_go_straight() and self._goes_round():
             return
@@ -416,15 +413,11 @@ class GoTo:
         self._begin_on(self._joints)
         return True
 
-    def _begin_leg(self) -> None:
-        """Go to the next place of another way, or, behind the last one, straight on to the goal."""
-        if self._way:
-            self._joints.aim(self._way.pop(0))
-            self._begin_on(self._joints)
-        else:
-            assert self._tip is not None
-            self._tip.begin()
-            self._begin_on(self._tip)
+    def _go_straight(self) -> None:
+        """Let the tip go straight on to the goal."""
+        assert self._tip is not None
+        self._tip.begin()
+        self._begin_on(self._tip)
 
     def _begin_on(self, leg: TipTracker | JointTracker) -> None:
         """Let one of both lead from now on."""
@@ -440,12 +433,9 @@ class GoTo:
 
     def _rest(self, measured: float) -> None:
         """The verdict on an arm at rest, so many tolerances from where it was led."""
-        if self._way or self._is_on_other_way:
-            if measured > 1.0 and not self._failed_are_off:
-                self._way.clear()
-            if self._way or not self._to_posture:
-                self._begin_leg()
-                return
+        if self._is_on_other_way:
+            self._go_straight()
+            return
         there = measured <= 1.0 and self._aim is self._pose
         self._status = GoToStatus.REACHED if there else GoToStatus.UNREACHABLE
 

@@ -30,6 +30,8 @@ STUCK: Final = 0.5
 """A motion that has stood for so long is planned anew [s]. A guess."""
 TRIES: Final = 4
 """So many times at most."""
+SAME: Final = 1e-6
+"""Places nearer to each other than this are one [rad or m]. A convention."""
 BRAKES: Final = 2.0
 """While joints that have failed brake, no way is looked for, so long in all at most [s]. A guess."""
 RESTS, SETTLES = 1e-4, 0.3
@@ -104,7 +106,8 @@ class JointTracker:
     def seek(self, q: FloatArray | None, **asked: Any) -> None:
         """Go to another posture from the next step on, round what is in between.
 
-        What else is ``asked`` of ``Ways`` may be a tube, or a pose whose postures are the goals.
+        What else is ``asked`` of ``Ways`` may be a tube, a pose whose postures are the goals, or places to
+        go to before it, one after the other.
         """
         self._asked = asked
         self._aim(self.view.command.q if q is None else q, seeks=True)
@@ -119,7 +122,7 @@ class JointTracker:
         """Whether a way is being looked for, or its motion is played and not over."""
         if self._plays:
             stuck = self._tries >= TRIES and self._stood > STUCK
-            return not stuck and self._t < (len(self._motion.table) - 1) * self.planner.dt
+            return not stuck and self._motion.moves_at(self._t)
         return self.is_thinking
 
     @property
@@ -205,12 +208,27 @@ class JointTracker:
         """Come to rest, and look for a way from there meanwhile."""
         self._plays, self._rate, self._t, self._proof = False, 1.0, 0.0, None
         self._rest = self._motion.halt()
-        goals = [self._rest + self._motion.way_from(self._rest, self._goal)]
-        if "goal" in self._asked:
+        goals, asked = [self._rest + self._motion.way_from(self._rest, self._goal)], dict(self._asked)
+        if "goal" in asked:
             self._goal, goals = self._rest.copy(), []
+        elif "places" in asked:
+            asked["places"], goals = self._left_of(asked["places"]), []
         self._ways = self.searched = Ways(
-            self.planner, self._rest, goals=goals, rise_time=self._rise_time, seed=self._tries, **self._asked
+            self.planner, self._rest, goals=goals, rise_time=self._rise_time, seed=self._tries, **asked
         )
+
+    def _left_of(self, places: FloatArray) -> FloatArray:
+        """The places that are left, from the nearest on where some were gone, with failed joints at rest."""
+        rest = self._rest
+        assert rest is not None
+        first = int(np.abs(places - rest).max(axis=1).argmin()) if self._left > 1 else 0
+        found, last = [], rest
+        for place in places[first:]:
+            step = np.where(self.view.working, self._motion.way_from(last, place), 0.0)
+            if np.abs(step).max() > SAME:
+                last = last + step
+                found.append(last)
+        return np.array(found).reshape(-1, len(rest))
 
     def _look_round(self) -> None:
         """Think of the way for a tick, and play it where the arm rests at its begin."""
@@ -261,13 +279,15 @@ class JointTracker:
 
     def _play(self, ways: Ways, table: FloatArray, t: float) -> None:
         """Play the motion that was found, from a time on [s]."""
-        self._ways, self._t, self._plays, self._goal = None, t, True, ways.way[-1]
+        self._ways, self._t, self._plays = None, t, True
+        if "goal" in self._asked:
+            self._goal = ways.way[-1]
         self._motion.follow(table, is_free=ways.is_free)
 
     def _give_up(self, why: str) -> None:
         """There is no way: go straight as near as it gets, where a straight one was asked for."""
         self.blocked, self._ways = why, None
-        if not self._asked:
+        if not self._asked or "places" in self._asked:
             self._motion.goal, self._t = self._goal, 0.0
             self._motion.plan(self._speed)
 

@@ -82,6 +82,8 @@ class JointMotion:
     @property
     def duration(self) -> float:
         """How long the motion takes from where it was planned [s]."""
+        if self._table is not None:
+            return (len(self._table[0]) - 1) * self._dt
         return 0.0 if self._motion is None else self._motion.duration
 
     def decay(self, off: float) -> float:
@@ -244,7 +246,7 @@ class JointMotion:
 
     def moves_at(self, t: float) -> bool:
         """Whether the motion that was planned is not over at a time [s]."""
-        return self._motion is not None and t < self._motion.duration
+        return t < self.duration
 
     def off_at(self, t: float) -> float:
         """How far the command is from where the motion is at a time [s] since it was planned [rad or m]."""

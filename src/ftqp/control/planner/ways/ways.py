@@ -48,6 +48,7 @@ class Ways:
         planner: Whose arm it is, an ``ftqp.Planner``.
         start: Where the joints begin, (nv,) [rad or m]; None is where they are commanded.
         goals: Goal postures, (k, nv); more may come by ``add``.
+        places: Places to go to one after the other, (k, nv), as the way; None: it is looked for.
         goal: A pose of the tip, (4, 4), whose postures are looked for meanwhile; None: goals are postures.
         rows: The rows of poses that count, as searches take them; None: those that the planner keeps.
         tolerance: How near a posture comes to a pose in place [m], and in turning [rad], > 0.
@@ -76,6 +77,7 @@ class Ways:
         start: FloatArray | None = None,
         *,
         goals: Iterable[FloatArray] = (),
+        places: FloatArray | None = None,
         goal: Any = None,
         rows: Any = None,
         tolerance: tuple[float, float] = (TOLERANCE, TOLERANCE),
@@ -121,6 +123,8 @@ class Ways:
             self._session.hold_path(path @ self._tool, leap)
         self.met: Met | None = self._session.begin(self._start)
         self.start_blocked = self.sentence_of(self.met)
+        if places is not None:
+            self._session.go_along(places)
         self.stage = WayStage(int(W.stage))
         for q in goals:
             self.add(q)
@@ -209,8 +213,9 @@ class Ways:
 
     @property
     def goes_straight(self) -> bool:
-        """Whether the tip, or all joints, go straight to the goal, as far as is known."""
-        return bool(self.W.straight) or (self.has_way and int(self.W.places) == 2)
+        """Whether the tip goes straight to a pose, or all joints to a posture, as far as is known."""
+        W = self.W
+        return bool(W.straight) or (not W.has_goal and self.has_way and int(W.places) == 2)
 
     @property
     def way(self) -> FloatArray:
