@@ -14,6 +14,21 @@ LEFT, RIGHT = np.array([0.9, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8]), np.array([-0.9, 0.
 """The hand on both sides of a wall."""
 
 
+def moved(x=0.0, y=0.0, z=0.0):
+    """The pose of the tip on the left, moved along W."""
+    pose = PANDA.pose(LEFT).copy()
+    pose[:3, 3] += x, y, z
+    return pose
+
+
+def commands(goto, each=lambda k: None):
+    """Commands of all ticks behind three of the start, and shares of speed, acceleration and jerk."""
+    rows = np.array([LEFT] * 4 + [step.q for step in go(goto, LEFT, longest=25.0, each=each)])
+    limits = PANDA.limits
+    tops = limits.v_max, limits.a_max, limits.a_max / 0.05
+    return rows, *(np.abs(np.diff(rows, n=k + 1, axis=0)) / DT ** (k + 1) / tops[k] for k in range(3))
+
+
 def walled(start=LEFT, **given):
     scene = ftqp.Scene()
     scene.add("wall", ftqp.Box(size=(0.6, 0.04, 0.9), place=(0.6, 0.0, 0.45)))
@@ -44,9 +59,12 @@ def test_posture_behind_a_wall_is_gone_to_and_nothing_comes_nearer_than_is_kept(
     assert {step.status for step in steps} <= {ftqp.StepStatus.OK, ftqp.StepStatus.RELAXED}
 
 
-def test_slices_of_any_size_give_the_same_way_bit_for_bit():
-    motions = [thought(walled()[0], looks, goals=[RIGHT]).motion for looks in (50, 150, 500)]
-    assert len(motions[0]) > 100
+@pytest.mark.parametrize("goal", [
+    {"goals": [RIGHT]}, {"goal": PANDA.pose(RIGHT)}, {"goal": moved(-0.2, 0.1), "straight": ftqp.TipLimits()},
+])  # fmt: skip
+def test_slices_of_any_size_give_the_same_way_bit_for_bit(goal):
+    motions = [thought(walled()[0], looks, **goal).motion for looks in (50, 150, 500)]
+    assert len(motions[0]) > 50
     assert all(np.array_equal(motions[0], motion) for motion in motions[1:])
 
 
@@ -63,6 +81,41 @@ def test_motion_begins_and_ends_at_rest_within_speed_acceleration_and_jerk():
     np.testing.assert_allclose(q[[0, -1]], [LEFT, RIGHT], atol=1e-9)
     assert np.abs(v[[0, -1]]).max() < 0.02
     assert least(planner, q) > 0.5 * 0.02
+
+
+@pytest.mark.parametrize("keep", [2e-3, 2e-2])
+@pytest.mark.parametrize("goal", [{"q": RIGHT}, {"pose": PANDA.pose(RIGHT)}, {"pose": moved(-0.2, -0.3)}])
+def test_commands_beside_a_wall_keep_speed_acceleration_and_jerk_by_their_differences(goal, keep):
+    planner, _ = walled(clearance=ftqp.Clearance(keep=keep, stop=0.0))
+    goto = ftqp.GoTo(planner, **goal)
+    rows, v, a, jerk = commands(goto)
+    assert goto.status is ftqp.GoToStatus.REACHED, goto.sentence
+    assert v.max() <= 1.0 and a.max() <= 0.99 + 1e-6 and jerk.max() <= 1.02
+    assert least(planner, rows) > 0.5 * keep
+
+
+def test_tip_goes_straight_beside_a_wall_as_fast_as_it_may_and_no_faster():
+    limits, goal = ftqp.TipLimits(speed=0.2, acceleration=1.0), moved(-0.2, 0.1)
+    goto, notes = ftqp.GoTo(walled()[0], pose=goal, limits=limits), set()
+    rows, *_ = commands(goto, lambda k: notes.add(goto.note))
+    assert goto.status is ftqp.GoToStatus.REACHED and notes == {"the end effector goes straight"}
+    p = np.array([PANDA.pose(q)[:3, 3] for q in rows])
+    along = (goal[:3, 3] - p[0]) / np.linalg.norm(goal[:3, 3] - p[0])
+    off = (p - p[0]) - np.outer((p - p[0]) @ along, along)
+    assert np.linalg.norm(off, axis=1).max() < 1e-3
+    v = np.linalg.norm(np.diff(p, axis=0), axis=1) / DT
+    assert 0.18 < v.max() <= 0.202
+    assert np.linalg.norm(np.diff(p, n=2, axis=0), axis=1).max() / DT**2 <= 1.05
+
+
+def test_lock_on_the_way_is_gone_on_from_at_speed_and_without_a_jump():
+    planner, _ = walled()
+    goto = ftqp.GoTo(planner, pose=moved(-0.2, 0.1))
+    rows, v, _, jerk = commands(goto, lambda k: k == 80 and planner.report(ftqp.Locked(6, mode="instant")))
+    assert goto.status is ftqp.GoToStatus.REACHED, goto.sentence
+    assert np.delete(jerk, 6, axis=1).max() <= 1.02
+    assert v[83:-90].max(axis=1).min() > 0.03
+    assert len(rows) > 200 and (rows[84:, 6] == rows[84, 6]).all()
 
 
 def test_locked_joint_stands_on_the_way_to_a_pose():
@@ -83,6 +136,17 @@ def test_joint_that_fails_on_the_way_begins_anew_without_a_jump():
     assert goto.done and least(planner, [step.q for step in steps]) > 0.5 * 0.02
     assert goto.status in (ftqp.GoToStatus.REACHED, ftqp.GoToStatus.UNREACHABLE)
     assert (np.abs(steps[-1].v) < 1e-3 * PANDA.limits.v_max).all()
+
+
+def test_joint_that_is_locked_elsewhere_is_named_where_the_others_have_gone_to_a_posture():
+    planner, _ = walled()
+    planner.report(ftqp.Locked("panda_joint7", mode="instant"))
+    goal = LEFT + np.array([0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.4])
+    goto = ftqp.GoTo(planner, q=goal)
+    steps = go(goto, LEFT)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE
+    assert "panda_joint7 (locked) by 0.4 rad" in goto.sentence
+    assert np.abs(steps[-1].q - goal)[:6].max() < 1e-6
 
 
 def test_wall_that_comes_meanwhile_is_gone_round():
@@ -171,6 +235,27 @@ def test_way_in_a_tube_keeps_the_tip_where_it_is():
         ways.think(50)
     off = [np.linalg.norm(PANDA.pose(q)[:3, 3] - here[:3, 3]) for q in ways.motion[::10]]
     assert max(off) < 2.5e-3 and np.abs(ways.motion[-1] - LEFT).max() > 0.45
+
+
+def test_ways_on_the_spot_are_found_exactly_where_a_curve_of_the_self_motion_joins_both_postures():
+    random, seen = np.random.default_rng(5), set()
+    for _ in range(2):
+        here = random.uniform(PANDA.limits.q_min + 0.2, PANDA.limits.q_max - 0.2)
+        pose, planner = PANDA.pose(here), ftqp.Planner(PANDA, DT)
+        planner.reset(here)
+        curves = [curve.q for curve in ftqp.analysis.self_motion(PANDA, pose)]
+        for posture in ftqp.postures(PANDA, pose, near=here, count=6):
+            if np.abs(posture.q - here).max() < 0.2:
+                continue
+            joins = [
+                all((np.abs(q - end).max(axis=1) < 0.06).any() for end in (here, posture.q)) for q in curves
+            ]
+            ways = Ways(planner, here, goals=[posture.q], tube=pose[None], most=20_000)
+            while ways.is_thinking:
+                ways.think(500)
+            assert ways.has_way == any(joins)
+            seen.add(any(joins))
+    assert seen == {True, False}
 
 
 def test_no_looks_and_no_joints_are_no_error():

@@ -18,9 +18,9 @@ from ftqp.control.following.goto_status import (
     posture_inside,
 )
 from ftqp.control.following.led_frame import FrameOfTip
-from ftqp.control.following.led_joints import JointTracker
+from ftqp.control.following.led_joints import JointTracker, looks_per_tick
 from ftqp.control.following.led_tip import TipTracker
-from ftqp.control.following.straight_line import StraightLine
+from ftqp.control.inverse_kinematics.posture_search import task_rows
 from ftqp.control.planner.joint_motion import EXACT
 from ftqp.control.planner.mounted_robot import in_millimetres
 from ftqp.control.planner.planner import Planner
@@ -28,6 +28,7 @@ from ftqp.control.planner.planner_view import JointState
 from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.ways.way_out import WayOut
+from ftqp.control.planner.ways.ways import Ways
 from ftqp.control.references.jerk_limit import RISE_TIME
 from ftqp.control.references.tip_reference import TipLimits
 from ftqp.core.checks import FloatArray, frozen, instance, positive
@@ -35,8 +36,10 @@ from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import pose as checked_pose
 from ftqp.core.pose import rotation_vector
+from ftqp.faults.kinds import FreeSwinging
 from ftqp.kernel.layout.enums import HELD, STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST
+from ftqp.kernel.layout.ways_room import WayStage
 
 _LOG = logging.getLogger("ftqp")
 SETTLED = 0.1
@@ -56,11 +59,12 @@ class GoTo:
     """Moves an arm to a pose of its end effector or to a posture of all joints, where it rests.
 
     A posture is neared by a motion of the joints, as fast as the limits that are believed allow, a pose by a
-    straight motion of the tip; both with limited jerk, and both within every limit of the planner. When a
-    joint fails, the way is planned anew at the same tick from the position and velocity of the command: the
+    straight motion of the tip; both with limited jerk, and both within every limit of the planner. Beside a
+    scene, or what is kept, both are one timed motion of the joints that is proven free before it begins. When
+    a joint fails, the way is planned anew at the same tick from the position and velocity of the command: the
     others go to their places, or the tip as near as it gets. Where the joints cannot follow the straight way
-    to a pose, as is asked while the motion begins, or come no nearer on it, the arm comes to rest, postures
-    of the goal are looked for, a little in every tick, and the joints go to one to which there is a way. A
+    to a pose, or come no nearer on it, postures of the goal are looked for, a little in every tick, while the
+    arm comes to rest, and the joints go to one to which there is a way. A
     goal that is not reached is told as ``UNREACHABLE`` together with the distance and with what was looked
     for, once the arm rests. An arm that swings beside a pose goes back to where it was nearest and its motors
     can hold it, and rests there; else the planner stops it.
@@ -90,9 +94,10 @@ class GoTo:
     """
 
     __slots__ = (
-        "_aim", "_approach", "_belief", "_counts", "_joints", "_least", "_leg", "_line", "_looked_for",
-        "_nearest", "_only_the_tip", "_planner", "_pose", "_rotation_tolerance", "_settling", "_status",
-        "_stopped", "_taken", "_ticks", "_tip", "_to_posture", "_tolerance", "_turned_back", "_view", "_way",
+        "_ahead", "_aim", "_approach", "_asked", "_belief", "_counts", "_joints", "_least", "_leg", "_limits",
+        "_looked_for", "_nearest", "_only_the_tip", "_planner", "_pose", "_refusal", "_rotation_tolerance",
+        "_settling", "_status", "_stopped", "_taken", "_ticks", "_tip", "_to_posture", "_tolerance",
+        "_turned_back", "_view",
     )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner")
@@ -126,7 +131,8 @@ class GoTo:
         self._rotation_tolerance = positive("rotation_tolerance", rotation_tolerance, "rad")
         rise_time = positive("rise_time", rise_time, "s")
         self._tip: TipTracker | None = None
-        self._line: StraightLine | None = None
+        self._limits = TipLimits() if limits is None else limits
+        self._asked: dict[str, Any] | None = None  # of other ways
         self._to_posture = pose is None
         if task is not None and pose is None:
             raise InputError(f"task={task!r:.60} goes to a pose; give pose=..., or leave task out")
@@ -134,11 +140,11 @@ class GoTo:
             self._pose = frozen(checked_pose(pose, "pose"))
             if said := in_millimetres(planner.robot, self._pose[:3, 3]):
                 _LOG.warning("%s: %s", planner.robot.name, said)
-            self._tip = TipTracker(planner, TipLimits() if limits is None else limits, task, whole=True)
+            self._tip = TipTracker(planner, self._limits, task, whole=True)
             self._view = self._tip.view
             self._joints = JointTracker(planner, self._view.command.q, rise_time)
             if not straight and isinstance(self._tip.frame, FrameOfTip):
-                self._line = StraightLine(planner, self._pose, (self._tolerance, self._rotation_tolerance))
+                self._asked = {"goal": self._pose, "tolerance": (self._tolerance, self._rotation_tolerance)}
         else:
             if limits is not None:
                 raise InputError(
@@ -147,7 +153,9 @@ class GoTo:
             instance("way", way, WayOut | None, "one of planner.ways_out()")
             goal = posture_inside(planner.robot, q) if way is None else way.places[-1]
             self._joints = JointTracker(planner, goal, rise_time)
-            if way is None and not straight:
+            if way is not None and len(way.places) > 1:
+                self._joints.seek(goal, places=way.places)
+            elif way is None and not straight:
                 self._joints.seek(goal)
             self._view = self._joints.view
             rest = np.zeros(len(goal))
@@ -157,9 +165,6 @@ class GoTo:
         self._counts = np.ones(planner.robot.nv, dtype=np.bool_)
         if way is not None:  # which says where joints that had failed stand, and not where they shall
             self._counts = self._view.working | ~np.isin(planner.robot.joints, way.failed)
-        self._way: list[FloatArray] = [] if way is None else list(way.places)
-        if self._way:
-            self._joints.aim(self._way.pop(0))
         self._approach = ConvergenceMonitor(planner.dt)
         self._begin()
 
@@ -172,12 +177,30 @@ class GoTo:
         self._settling = self._turned_back = self._only_the_tip = False
         self._aim, self._nearest = self._pose, np.zeros(0)
         self._leg: TipTracker | JointTracker = self._joints if self._tip is None else self._tip
-        if not self._to_posture:
-            self._way.clear()
         self._leg.begin()
         self._taken, self._looked_for = 0, ""
-        if self._line is not None:
-            self._line.forget()
+        self._ahead: Ways | None = None
+        self._refusal = None if self._asked is None else self._refused
+        planner = self._planner
+        if self._asked is not None and not self._refusal and planner.avoids and not planner.tasks:
+            self._leg = self._joints
+            self._joints.seek(None, straight=self._limits, **self._asked)
+
+    @property
+    def _refused(self) -> str:
+        """Why no way of the joints is looked for; empty where one is."""
+        planner = self._planner
+        if planner.robot.chain.floating or not planner.robot.is_serial:
+            return "arms with branches, and floating ones, go straight only"
+        if not self._view.working.any():
+            return "no joints work"
+        if any(isinstance(fault, FreeSwinging) for fault in planner.faults.values()):
+            return "a joint swings freely"
+        try:
+            task_rows(planner.robot, planner.kept_rows)
+        except InputError as error:
+            return str(error)
+        return ""
 
     def reset(self, q: Any, v: Any = None) -> None:
         """Begin anew at (q, v), see ``Planner.reset``.
@@ -302,18 +325,20 @@ class GoTo:
     @property
     def note(self) -> str:
         """What is being done, and what was looked for, in a sentence."""
-        if self._status is GoToStatus.MOVING and self._leg is self._joints and self._joints.is_thinking:
-            looks = self._joints.looks // THOUSAND * THOUSAND
+        joints, leads_joints = self._joints, self._leg is self._joints
+        goes_straight, thinks = leads_joints and joints.goes_straight, leads_joints and joints.is_thinking
+        if self._status is GoToStatus.MOVING and thinks and not goes_straight:
+            looks = joints.looks // THOUSAND * THOUSAND
             cannot = "is not free" if self._to_posture else "cannot be gone"
             return f"the straight way {cannot}, and another one is looked for: {looks} looks so far"
         if self._to_posture or self._status in (GoToStatus.HALTED, GoToStatus.REACHED):
             return self._status.value
-        if self._is_on_other_way:
+        if self._is_on_other_way and not goes_straight:
             return f"the joints go to another posture of the goal: way {self._taken} of at most {TRIES}"
         if self._looked_for:
             return self._looked_for
-        if self._line is not None and self._line.refusal:
-            return f"no other way was looked for: {self._line.refusal}"
+        if self._refusal:
+            return f"no other way was looked for: {self._refusal}"
         return f"{self._who} goes straight"
 
     def _judge(self, step: Step) -> None:
@@ -327,15 +352,15 @@ class GoTo:
             self._ticks = self._view.ticks
         if self._status is not GoToStatus.MOVING or step.code == HELD:
             return
-        joints, line = self._joints, self._line
+        joints = self._joints
         if self._leg is joints and joints.is_on_way:
             self._approach.begin()
             return
-        if line is not None and self._leg is joints and joints.blocked is not None:
+        if self._asked is not None and self._leg is joints and joints.blocked is not None:
             self._looked_for, self._taken = joints.blocked, TRIES
-            self._begin_leg()
+            self._go_straight()
             return
-        elif line is not None and line.goes is None and line.think() is False and self._goes_round():
+        if self._leg is not joints and self._cannot_go_straight() and self._goes_round():
             return
         commanded, measured = self._distances(step)
         approach, speed = self._approach, fastest(self._view)
@@ -366,25 +391,33 @@ class GoTo:
         elif waited > RESTLESS_PATIENCE:
             self._end_swing(approach.stayed > PATIENCE)
 
+    def _cannot_go_straight(self) -> bool:
+        """Think for a tick of whether joints can follow the straight way; true once, where they cannot."""
+        if self._asked is None or self._refusal or self._taken:
+            return False
+        if self._ahead is None:
+            self._ahead = Ways(self._planner, straight=self._limits, **self._asked)
+        ways = self._ahead
+        if ways.stage is WayStage.FOLLOWING:
+            ways.think(looks_per_tick(self._planner.dt))
+            return not ways.goes_straight
+        return False
+
     def _goes_round(self) -> bool:
         """Let the joints go another way, if one may be looked for; whether they do."""
-        if self._line is None or self._line.refusal or self._taken >= TRIES:
+        if self._asked is None or self._refusal or self._taken >= TRIES:
             return False
         _LOG.info("the straight way cannot be gone; other postures of the goal are looked for")
         self._taken += 1
-        self._joints.seek(None, **self._line.asked)
+        self._joints.seek(None, **self._asked)
         self._begin_on(self._joints)
         return True
 
-    def _begin_leg(self) -> None:
-        """Go to the next place of another way, or, behind the last one, straight on to the goal."""
-        if self._way:
-            self._joints.aim(self._way.pop(0))
-            self._begin_on(self._joints)
-        else:
-            assert self._tip is not None
-            self._tip.begin()
-            self._begin_on(self._tip)
+    def _go_straight(self) -> None:
+        """Let the tip go straight on to the goal."""
+        assert self._tip is not None
+        self._tip.begin()
+        self._begin_on(self._tip)
 
     def _begin_on(self, leg: TipTracker | JointTracker) -> None:
         """Let one of both lead from now on."""
@@ -400,12 +433,9 @@ class GoTo:
 
     def _rest(self, measured: float) -> None:
         """The verdict on an arm at rest, so many tolerances from where it was led."""
-        if self._way or self._is_on_other_way:
-            if measured > 1.0 and not self._failed_are_off:
-                self._way.clear()
-            if self._way or not self._to_posture:
-                self._begin_leg()
-                return
+        if self._is_on_other_way:
+            self._go_straight()
+            return
         there = measured <= 1.0 and self._aim is self._pose
         self._status = GoToStatus.REACHED if there else GoToStatus.UNREACHABLE
 

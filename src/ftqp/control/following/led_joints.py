@@ -19,7 +19,8 @@ LOOKS_A_SECOND: Final = 50_000
 """Looks at postures for the time between two ticks [1/s], which take a sixth of a processor
 (``python benchmarks/ft_mbm.py``)."""
 AT_ONCE: Final = 4
-"""So many times as many in the first tick, where the arm rests and the straight way is asked for. A guess."""
+"""So many times as many while the arm brakes: the sooner there is a motion, the faster the arm still is when
+it goes over into it. A guess."""
 WAITS, STANDS = 2e-3, 1e-2
 """A command that is farther than this from its motion [rad or m], as something holds it back, slows it down;
 where it is as far as the second, the motion stands."""
@@ -29,6 +30,8 @@ STUCK: Final = 0.5
 """A motion that has stood for so long is planned anew [s]. A guess."""
 TRIES: Final = 4
 """So many times at most."""
+SAME: Final = 1e-6
+"""Places nearer to each other than this are one [rad or m]. A convention."""
 BRAKES: Final = 2.0
 """While joints that have failed brake, no way is looked for, so long in all at most [s]. A guess."""
 RESTS, SETTLES = 1e-4, 0.3
@@ -47,9 +50,9 @@ class JointTracker:
 
     It is planned from the last command, anew at the very tick at which the belief in a joint or a limit
     changes, or ``planner.pace``, so that position and velocity go on without a jump. Where a way is sought,
-    it is straight if that is proven free; else the arm comes to rest, a way round is looked for, a little in
-    every tick, and its motion is played. It waits where the planner holds it back, and what is left of it is
-    proven anew when the scene changes.
+    the arm comes to rest, the way is looked for, a little in every tick, straight first, and its motion is
+    played. It waits where the planner holds it back, and what is left of it is proven anew when the scene
+    changes.
 
     Attributes:
         blocked: Why there is no way; None while that is not known.
@@ -103,8 +106,8 @@ class JointTracker:
     def seek(self, q: FloatArray | None, **asked: Any) -> None:
         """Go to another posture from the next step on, round what is in between.
 
-        What else is asked of ``Ways``, a tube or a pose whose postures are the goals in place of one, is not
-        asked of a straight way, which is not gone then.
+        What else is ``asked`` of ``Ways`` may be a tube, a pose whose postures are the goals, or places to
+        go to before it, one after the other.
         """
         self._asked = asked
         self._aim(self.view.command.q if q is None else q, seeks=True)
@@ -119,8 +122,13 @@ class JointTracker:
         """Whether a way is being looked for, or its motion is played and not over."""
         if self._plays:
             stuck = self._tries >= TRIES and self._stood > STUCK
-            return not stuck and self._t < (len(self._motion.table) - 1) * self.planner.dt
+            return not stuck and self._motion.moves_at(self._t)
         return self.is_thinking
+
+    @property
+    def goes_straight(self) -> bool:
+        """Whether the tip goes straight, as far as is known."""
+        return "straight" in self._asked if self.searched is None else self.searched.goes_straight
 
     @property
     def looks(self) -> int:
@@ -161,7 +169,7 @@ class JointTracker:
         return step
 
     def _plan(self) -> None:
-        """Plan from the command: straight, and as soon as that is known not to be free, to rest."""
+        """Plan from the command: straight, or to rest while a way is looked for."""
         self._left += 1
         goes_on = self.blocked is not None or self._left > TRIES  # as near as it gets
         self._ways = self._proof = self._rest = None
@@ -169,42 +177,22 @@ class JointTracker:
         self._motion.goal = self._goal
         self._scene = self._scene_now
         self._motion.plan(self._speed)
-        if self._asked and self.blocked is None:
-            self._turn_round()
-        if self._asked or not self._seeks or goes_on or not self.planner.avoids:
-            return
-        command = self.view.command
-        ways = Ways(self.planner, command.q, rise_time=self._rise_time)
-        self.blocked = ways.start_blocked or ways.looks_at(
-            np.where(self.view.working, command.q + self._motion.way_from(command.q), command.q)
-        )
-        if self.blocked is not None:
-            return
-        ways.prove_again(np.ascontiguousarray(self._motion.places()), 0)
-        ways.think(AT_ONCE * self._looks)
-        self._proof = ways
-        self._judge_proof()
-        if self._proof is not None and not command.v.any():
+        if self.blocked is None and (self._asked or (self._seeks and self.planner.avoids and not goes_on)):
             self._turn_round()
 
     def _think(self) -> None:
         """Think of a way, or prove what is left of the motion, for a tick."""
         if self._proof is not None:
             self._proof.think(self._looks)
-            self._judge_proof()
+            if not self._proof.is_thinking:
+                is_free, self._proof = self._proof.is_free, None
+                if not is_free:
+                    self._turn_round()
         elif self._ways is not None:
             self._look_round()
         elif self._scene != self._scene_now and self.blocked is None:
             self._scene = self._scene_now
             self._prove_rest()
-
-    def _judge_proof(self) -> None:
-        """Go on where the motion is proven free, else come to rest and look for a way round."""
-        assert self._proof is not None
-        if not self._proof.is_thinking:
-            is_free, self._proof = self._proof.is_free, None
-            if not is_free:
-                self._turn_round()
 
     def _prove_rest(self) -> None:
         """The scene has changed: prove what is left of the motion anew."""
@@ -220,12 +208,27 @@ class JointTracker:
         """Come to rest, and look for a way from there meanwhile."""
         self._plays, self._rate, self._t, self._proof = False, 1.0, 0.0, None
         self._rest = self._motion.halt()
-        goals = [self._rest + self._motion.way_from(self._rest, self._goal)]
-        if "goal" in self._asked:
+        goals, asked = [self._rest + self._motion.way_from(self._rest, self._goal)], dict(self._asked)
+        if "goal" in asked:
             self._goal, goals = self._rest.copy(), []
+        elif "places" in asked:
+            asked["places"], goals = self._left_of(asked["places"]), []
         self._ways = self.searched = Ways(
-            self.planner, self._rest, goals=goals, rise_time=self._rise_time, seed=self._tries, **self._asked
+            self.planner, self._rest, goals=goals, rise_time=self._rise_time, seed=self._tries, **asked
         )
+
+    def _left_of(self, places: FloatArray) -> FloatArray:
+        """The places that are left, from the nearest on where some were gone, with failed joints at rest."""
+        rest = self._rest
+        assert rest is not None
+        first = int(np.abs(places - rest).max(axis=1).argmin()) if self._left > 1 else 0
+        found, last = [], rest
+        for place in places[first:]:
+            step = np.where(self.view.working, self._motion.way_from(last, place), 0.0)
+            if np.abs(step).max() > SAME:
+                last = last + step
+                found.append(last)
+        return np.array(found).reshape(-1, len(rest))
 
     def _look_round(self) -> None:
         """Think of the way for a tick, and play it where the arm rests at its begin."""
@@ -243,11 +246,13 @@ class JointTracker:
             self._is_late = False
             self._turn_round()
             return
-        ways.think(self._looks)
+        ways.think(AT_ONCE * self._looks if self._motion.moves_at(self._t) else self._looks)
         if ways.stage is WayStage.NO_WAY:
             self._give_up(ways.sentence)
         elif ways.stage is WayStage.READY:
             off = float(np.abs(self.view.command.q - rest).max())
+            if self._motion.off_at(self._t) <= RESTS and self._joins(ways):
+                return
             if self._motion.moves_at(self._t if off <= RESTS else self._t - SETTLES):
                 return
             if off > WAITS and self._tries >= TRIES:
@@ -256,13 +261,33 @@ class JointTracker:
                 self._tries += 1
                 self._turn_round()
             else:
-                self._ways, self._t, self._plays, self._goal = None, 0.0, True, ways.way[-1]
-                self._motion.follow(ways.motion)
+                self._play(ways, ways.motion, 0.0)
+
+    def _joins(self, ways: Ways) -> bool:
+        """Go over from braking into the motion that was found, without a rest, where that is proven free."""
+        joined = self._motion.joined(ways.motion, self._t)
+        if joined is None or not ways.is_free:
+            return False
+        table, new = joined
+        proof = Ways(self.planner, table[1], rise_time=self._rise_time)
+        proof.prove_again(table[: new + 1], 1)
+        proof.think(self._looks)
+        if proof.is_thinking or not proof.is_free:
+            return False
+        self._play(ways, table, self.planner.dt)
+        return True
+
+    def _play(self, ways: Ways, table: FloatArray, t: float) -> None:
+        """Play the motion that was found, from a time on [s]."""
+        self._ways, self._t, self._plays = None, t, True
+        if "goal" in self._asked:
+            self._goal = ways.way[-1]
+        self._motion.follow(table, is_free=ways.is_free)
 
     def _give_up(self, why: str) -> None:
         """There is no way: go straight as near as it gets, where a straight one was asked for."""
         self.blocked, self._ways = why, None
-        if not self._asked:
+        if not self._asked or "places" in self._asked:
             self._motion.goal, self._t = self._goal, 0.0
             self._motion.plan(self._speed)
 

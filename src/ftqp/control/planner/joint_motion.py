@@ -10,6 +10,7 @@ from ftqp.control.references.jerk_limit import ENDLESS, RISE_TIME, Motion, State
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.layout.thresholds import AT_REST
+from ftqp.kernel.layout.ways_room import PROOF
 from ftqp.model.robot import Robot
 
 EXACT = 1e-6
@@ -31,8 +32,6 @@ SPEED_SHARE, ACCELERATION_SHARE = 0.999, 0.99
 LEAST_ACCELERATION = 0.05
 """Share of a_max that the motion uses even where gravity leaves less, so that it ends."""
 
-STRAIGHT = 1e-6
-"""A motion no farther from a straight line than this is straight [rad or m]. A convention."""
 PLACES = 17
 """Whether motors hold the arm is looked at in so many places of a motion, ..."""
 FINER = 10
@@ -70,6 +69,7 @@ class JointMotion:
         self._rise_time = rise_time
         self._motion: Motion | None = None
         self._table: tuple[FloatArray, FloatArray] | None = None
+        self._bounds: tuple[FloatArray, FloatArray, FloatArray] | None = None
         self._working = np.zeros(0, dtype=np.int64)
         self._looked_at = b""
         self.goal: FloatArray = np.zeros(robot.nv)
@@ -82,6 +82,8 @@ class JointMotion:
     @property
     def duration(self) -> float:
         """How long the motion takes from where it was planned [s]."""
+        if self._table is not None:
+            return (len(self._table[0]) - 1) * self._dt
         return 0.0 if self._motion is None else self._motion.duration
 
     def decay(self, off: float) -> float:
@@ -95,8 +97,12 @@ class JointMotion:
         turns = self._robot.continuous
         return np.where(turns, np.remainder(way + np.pi, 2.0 * np.pi) - np.pi, way)
 
-    def follow(self, table: FloatArray) -> None:
-        """Let the motion go through a place at every tick, (ticks, nv) [rad or m], to the last."""
+    def follow(self, table: FloatArray, *, is_free: bool) -> None:
+        """Let the motion go through a place at every tick, (ticks, nv) [rad or m], to the last.
+
+        Bodies may come as near as the proof that it ``is_free`` lets them.
+        """
+        self._joints.spared = 1.0 - PROOF if is_free else 0.0
         self._later, self._table = None, (table, np.gradient(table, self._dt, axis=0))
         self._working = np.flatnonzero(self._view.working)
         self.goal, self.too_heavy = table[-1].copy(), None
@@ -109,22 +115,38 @@ class JointMotion:
             end[self._working] = self._motion.at(self._motion.duration).q
         return end
 
-    def places(self, count: int = PLACES) -> FloatArray:
-        """Places of the motion, (count, nv) [rad or m]: the ends where it is straight."""
-        places = np.tile(self._view.command.q, (count, 1))
-        if self._motion is not None:
-            times = np.linspace(0.0, self._motion.duration, count)
-            places[:, self._working] = [self._motion.at(float(t)).q for t in times]
-        straight = np.linspace(places[0], places[-1], count)
-        along = (places - places[0]) @ (places[-1] - places[0])
-        length = max(float(along[-1]), 1e-24)
-        straight = places[0] + (along / length)[:, None] * (places[-1] - places[0])
-        return places[[0, -1]] if np.abs(places - straight).max() <= STRAIGHT else places
+    def joined(self, table: FloatArray, t: float) -> tuple[FloatArray, int] | None:
+        """A motion from where this one is at a time [s] into one from its end, without a rest; None: none.
+
+        It goes into ``table``, (ticks, nv), so far on as this one would take to its rest. The places of every
+        tick are returned, from that of the tick before on, and how many of them come before ``table``.
+        """
+        dt, at = self._dt, self._working
+        if self._motion is None or self._bounds is None:
+            return None
+        k = int(np.ceil((self.duration - t) / dt))
+        if t < dt or not 1 <= k < len(table) - 2:
+            return None
+        before, here, behind = table[k - 1 : k + 2, at]
+        v, a = (behind - before) / (2.0 * dt), (behind - 2.0 * here + before) / dt**2
+        motion, start, count = Motion(len(at)), self._motion.at(t), 0
+        for _ in range(2):  # the second time so that it takes whole ticks
+            if not motion.plan(start, here, *self._bounds, goal_v=v, goal_a=a, least=count * dt):
+                return None
+            count = int(np.ceil(motion.duration / dt - EXACT))
+        if count > 2 * k or motion.duration > count * dt + EXACT:
+            return None
+        rows = np.tile(table[k], (count + 1, 1))
+        rows[0, at] = self._motion.at(t - dt).q
+        for i in range(count):
+            rows[i + 1, at] = motion.at(i * dt).q
+        return np.vstack([rows, table[k:]]), len(rows)
 
     def plan(self, speed: float = 1.0, *, goes: bool = True) -> None:
         """Plan the motion from the last command to the goal, or to where it comes to rest soonest."""
         command, limits, robot = self._view.command, self._view.limits, self._robot
         self._later = self._table = None
+        self._joints.spared = 0.0
         working = np.flatnonzero(self._view.working)
         if self._motion is None or len(working) != len(self._working):
             self._motion = Motion(len(working)) if len(working) else None
@@ -141,6 +163,7 @@ class JointMotion:
         v_max = speed * SPEED_SHARE * limits.v[working]
         jerk = np.minimum(robot.limits.a_max / self._rise_time, robot.limits.j_max)[working]
         jerk *= ACCELERATION_SHARE
+        self._bounds = v_max, a_max, jerk
         if not goes:
             self._motion.brake(start, a_max, jerk)
             return
@@ -223,7 +246,7 @@ class JointMotion:
 
     def moves_at(self, t: float) -> bool:
         """Whether the motion that was planned is not over at a time [s]."""
-        return self._motion is not None and t < self._motion.duration
+        return t < self.duration
 
     def off_at(self, t: float) -> float:
         """How far the command is from where the motion is at a time [s] since it was planned [rad or m]."""

@@ -54,13 +54,20 @@ class Motion:
         jerk: FloatArray,
         *,
         goal_v: FloatArray | None = None,
+        goal_a: FloatArray | None = None,
+        least: float = 0.0,
     ) -> bool:
-        """Plan the motion to a place, and say whether there is one; else the motion brakes to rest."""
+        """Plan the motion to a place, and say whether there is one; else the motion brakes to rest.
+
+        It ends with a velocity and an acceleration, and takes as long as ``least`` [s] or longer.
+        """
         top = np.minimum(v_max, ENDLESS)
         end = np.zeros(len(goal)) if goal_v is None else np.clip(goal_v, -TOUCHING * top, TOUCHING * top)
         given = self._input
         given.control_interface = ruckig.ControlInterface.Position
         given.target_position = goal.tolist()
+        given.target_acceleration = np.zeros(len(goal)).tolist() if goal_a is None else goal_a.tolist()
+        given.minimum_duration = least if least > 0.0 else None
         if self._planned(state, end, top, a_max, jerk):
             return True
         self.brake(state, a_max, jerk)
@@ -72,6 +79,7 @@ class Motion:
         """Plan the change to a velocity, wherever it happens."""
         given = self._input
         given.control_interface = ruckig.ControlInterface.Velocity
+        given.target_acceleration, given.minimum_duration = [0.0] * len(state.q), None
         end = np.zeros(len(state.q)) if velocity is None else velocity
         if not self._planned(state, end, np.full(len(end), ENDLESS), a_max, jerk):
             self._standing = State(state.q.copy(), np.zeros(len(end)), np.zeros(len(end)))

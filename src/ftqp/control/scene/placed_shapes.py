@@ -25,7 +25,8 @@ class Clearance:
     """How far an arm keeps from itself and from what stands around it.
 
     Args:
-        keep: Bodies are kept so far apart, > 0 [m]. Larger is safer and leaves less of the task.
+        keep: Bodies are kept so far apart, > 0 [m]; on a motion of ``ftqp.GoTo`` that is proven free half of
+            it, or ``stop`` if that is more. Larger is safer and leaves less of the task.
         stop: An arm that is nearer than this to something and still comes nearer is stopped, >= 0 [m].
         gain: How fast a body may come near: no faster than so many times what is left of its way to ``keep``,
             > 0 [1/s]. A larger one comes nearer faster, and brakes later and harder.

@@ -267,15 +267,9 @@ self_speed_tracks entry.study_entries nogil
 begin_ways search.motion demo nogil
     takes W:ways q:f8[W.chain.n] gaps:f8[pairs] pairs
     calls begin_search(W, q, gaps)
-add_goal search.motion demo nogil
+add_goal search.trees demo nogil
     takes W:ways q:f8[W.chain.n]
-    calls goal_added(W, q)
-look search.motion demo nogil
-    takes W:ways q:f8[W.chain.n]
-    calls look_at(W, q)
-is_way_free search.motion demo nogil
-    takes W:ways a:f8[W.chain.n] b:f8[W.chain.n]
-    calls free_until(W, a, b)
+    calls add_goal(W, q)
 find_posture search.trees demo nogil
     takes W:ways looks
     calls find_posture(W, looks)

@@ -112,13 +112,12 @@ class WaySession:
         """Add a goal posture, (nv,); what stands in its way, and then it is none."""
         return self._said(self._bind("add_goal", np.ascontiguousarray(q))())
 
-    def look(self, q: FloatArray) -> Met | None:
-        """What stands in the way of a posture, (nv,)."""
-        return self._said(self._bind("look", np.ascontiguousarray(q))())
-
-    def is_free(self, a: FloatArray, b: FloatArray) -> bool:
-        """Whether the straight way of the joints is proven free."""
-        return bool(self._bind("is_way_free", np.ascontiguousarray(a), np.ascontiguousarray(b))())
+    def go_along(self, places: FloatArray) -> None:
+        """Let the way lead from the start through places, (k, nv)."""
+        W = self.W
+        W.place[1 : len(places) + 1, : self.n] = places
+        W.place[0], W.places, W.stage = W.start, len(places) + 1, WayStage.ROUNDING
+        W.corner, W.pieces, W.before = 0, 0, 0.0
 
     def find(self, looks: int) -> FloatArray | None:
         """Look for a clear posture of the goal, (nv,), for about so many looks; None: not found yet."""

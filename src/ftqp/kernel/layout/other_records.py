@@ -73,6 +73,7 @@ joints  A motion of the joints that is followed, see ``ftqp.kernel.rows.objectiv
     q v  f8[N]  where each joint should be now
     x  f8[N]  its mean acceleration, or velocity, until the next tick
     demand  f8[N]  what the QP is asked for
+    spared  f8  of the distance that is kept, as the motion is proven to keep the rest of it: a share
 fault  A fault as it is told, the layout of ``ftqp_fault`` in C; NaN for what is not said.
     joint  i4
     kind  i4  WORKS_STILL, IS_LOCKED_NOW or SWINGS_NOW

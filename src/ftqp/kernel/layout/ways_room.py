@@ -18,19 +18,23 @@ PLACES, POSES, PIECES, INTERVALS, STRETCHES = 512, 256, 1024, 4800, 128
 """The most places of a way, poses of a tube or a path, pieces of a rounded way, intervals in time, and
 stretches of an edge that are still to be looked at. Conventions, which size memory."""
 
+PROOF: Final = 0.5
+"""The motion is proven with this share of what is kept at least: the mean leaves the way that was proven."""
+
 
 @numbered()
 class WayStage(IntEnum):
     """How far a search is."""
 
-    GROWING = 0
-    SHORTENING = 1
-    ROUNDING = 2
-    PACING = 3
-    SAMPLING = 4
-    PROVING = 5
-    READY = 6
-    NO_WAY = 7
+    FOLLOWING = 0
+    GROWING = 1
+    SHORTENING = 2
+    ROUNDING = 3
+    PACING = 4
+    SAMPLING = 5
+    PROVING = 6
+    READY = 7
+    NO_WAY = 8
 
 
 TEXT: Final = """
@@ -59,6 +63,7 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     capped  i8  an edge was given up for its many looks
     chunk  i8  so many ticks of the motion are proven at once
     corner pieces grid paced ticks window checked is_free  i8  of timing: what is done so far
+    straight  i8  the way is that of the tip along the path
     keep  f8  how far bodies are apart [m]
     share  f8  of that which counts now
     effort  f8  share of the torque limits that may hold the arm
@@ -67,6 +72,9 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     slack  f8  by how much an edge may leave the tube between places [m]
     dt rise speed  f8  of the motion: a tick, a_max over the largest jerk [s], share of the speed limits
     before  f8  what is cut from the leg that comes
+    fine  f8  longest interval of time scaling [rad or m]
+    cut  f8  so much of the piece ``paced`` is cut into intervals [rad or m]
+    tip_speed tip_acceleration  f8[2]  of a straight way, linear and angular
     free  i8[N]  joints that work
     low high  f8[N]  between which starts are drawn
     q_min q_max v_max a_max tau_max  f8[N]
@@ -114,7 +122,8 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     s ds  f8[INTERVALS]  ... from where, and for how long
     rests  i8[INTERVALS]  the arm rests at its begin
     top  f8[INTERVALS]  the largest s'^2 with which bodies come near no faster than they may
-    alpha beta gamma  f8[4*N+4]  memory: limits alpha u + beta x <= gamma
+    tip_rate  f8[INTERVALS+1,2]  the tip's way, linear and angular, by that of the joints at its begin
+    alpha beta gamma  f8[4*N+12]  memory: limits alpha u + beta x <= gamma
 """
 WAYS: Final = sections(TEXT, vars(scene_room) | globals() | {"KEEPS": KEEPS})
 """What gives its fields."""

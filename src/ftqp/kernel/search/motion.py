@@ -15,11 +15,13 @@ from typing import Any
 from ftqp.kernel.arm.kinematics import fold_row
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.ways_room import (
+    FOLLOWING,
     GROWING,
     INTERVALS,
     NO_WAY,
     PACING,
     PIECES,
+    PROOF,
     PROVING,
     READY,
     ROUNDING,
@@ -43,14 +45,17 @@ from ftqp.kernel.search.looks import (
     pose_arm,
     proven,
 )
-from ftqp.kernel.search.trees import add_goal, add_node, gap, grow, is_in_tube, shorten
+from ftqp.kernel.search.trees import add_node, follow_line, gap, grow, is_in_tube, shorten
 
 ROUND = 0.35
 """Corners are cut from so far away at most [rad or m]. A guess."""
 SHARP = 1e-4
 """Corners that can be cut from no farther away than this [rad] stay as they are: the arm rests there."""
-FINE = 0.04
-"""Longest interval of time scaling [rad or m]. A guess."""
+FINE, MANY = 0.04, 16
+"""Longest interval of time scaling [rad or m], and the fewest of a way. Guesses."""
+CLOSER, SHORTEST = 0.5, 0.004
+"""An interval ends where bodies may have used up this share of what they may come nearer, but is no shorter
+than the second [rad or m]. Guesses."""
 FAR, BY_HULLS = 0.3, 0.1
 """Pairs whose capsules are farther apart than the first [m] do not slow the motion down; nearer than the
 second it is known by hulls how far they are. Guesses."""
@@ -59,8 +64,6 @@ APPROACH, CREEP = 0.8, 0.01
 more. Guesses (``python benchmarks/ft_mbm.py``)."""
 SPEED, ACCELERATION = 0.999, 0.99
 """Shares of v_max and a_max that the motion uses: what is left corrects errors at full speed."""
-PROOF = 0.5
-"""The motion is proven with this share of what is kept: the mean leaves the way that was proven before."""
 CHORD = 1e-4
 """A straight line stands for a piece of the motion that is no farther from it than this [rad or m], ..."""
 LONGEST = 32
@@ -76,13 +79,25 @@ def _leg(Q: Any, i: int, n: int, j: int) -> float:
     return (Q[i + 1, j] - Q[i, j]) / size if size > 0.0 else 0.0
 
 
+@jit
+def _give_up(W: Any) -> None:
+    """There is no motion along the way: of a straight one of the tip, look for another."""
+    W.stage, W.straight, W.places = GROWING if W.straight else NO_WAY, 0, 0
+
+
 @part_jit
 def round_corner(K: Any) -> None:
     """The leg to the next place, and its corner cut as far as that is free."""
     W, n, Q, i, k = K.ways, K.chain.n, K.ways.place, K.ways.corner, K.ways.pieces
     if i >= W.places - 1 or k + 2 >= PIECES:
-        is_done = i >= W.places - 1 and _cut_into_intervals(K)
-        W.stage, W.paced = PACING if is_done else NO_WAY, 0
+        if i < W.places - 1 or k == 0:
+            _give_up(W)
+            return
+        W.stage, W.paced, W.grid, W.cut = PACING, 0, 0, 0.0
+        total = 0.0
+        for p in range(k):
+            total += W.size_of[p]
+        W.fine = max(min(FINE, total / MANY), total / (0.5 * INTERVALS))
         return
     leg, last = gap(Q[i], Q[i + 1], n), i + 2 >= W.places
     after = 0.0 if last else gap(Q[i + 1], Q[i + 2], n)
@@ -120,6 +135,14 @@ def _limits(K: Any, i: int) -> tuple[int, float]:
             if end == 0 and abs(d1) > NONE:
                 v = W.speed * SPEED * W.v_max[j] / d1
                 top = min(top, v * v)
+    for part in range(2 if W.straight else 0):
+        a, first, last = W.tip_acceleration[part], W.tip_rate[i, part], W.tip_rate[i + 1, part]
+        bend = (last - first) / W.ds[i]
+        for end in range(2):
+            u = last + 2.0 * bend * W.ds[i] if end else first
+            W.alpha[k], W.beta[k], W.gamma[k] = u, bend, a
+            W.alpha[k + 1], W.beta[k + 1], W.gamma[k + 1] = -u, -bend, a
+            k += 2
     return k, min(top, W.top[i])
 
 
@@ -136,30 +159,6 @@ def _largest(W: Any, k: int, top: float) -> float:
         elif W.alpha[r] >= -NONE and W.beta[r] > NONE:
             top = min(top, W.gamma[r] / W.beta[r])
     return max(top, 0.0)
-
-
-@jit
-def _cut_into_intervals(K: Any) -> bool:
-    """Intervals of the pieces; the arm rests where two of them have a corner between them."""
-    W, g = K.ways, 0
-    total = 0.0
-    for p in range(W.pieces):
-        total += W.size_of[p]
-    fine = max(FINE, total / (0.5 * INTERVALS))
-    for p in range(W.pieces):
-        m = max(4, ceil(W.size_of[p] / fine)) if W.size_of[p] > 0.0 else 0
-        if g + m > INTERVALS:
-            return False
-        for i in range(m):
-            W.piece[g], W.s[g], W.ds[g], W.rests[g] = p, W.size_of[p] * i / m, W.size_of[p] / m, 0
-            if i == 0 and g > 0:
-                b = W.piece[g - 1]
-                for j in range(K.chain.n):
-                    turn = W.c[p, 1, j] - W.c[b, 1, j] - 2.0 * W.size_of[b] * W.c[b, 2, j]
-                    W.rests[g] += 1 if abs(turn) > 1e-6 else 0
-            g += 1
-    W.grid = g
-    return g > 0
 
 
 @part_jit
@@ -193,17 +192,25 @@ def _begin_sampling(K: Any) -> None:
     """How many ticks the motion takes; none where it cannot be timed."""
     W, T = K.ways, scale_time(K)
     if inf == T:
-        W.stage = NO_WAY
+        _give_up(W)
         return
     W.window = max(1, int(2.0 * W.rise / W.dt + 0.5))
     W.ticks = ceil(T / W.dt) + W.window + 1
 
 
 @jit
+def _proof(K: Any) -> float:
+    """The share of what is kept with which the motion is proven: no nearer than where the arm is stopped."""
+    scene = K.scene
+    return max(PROOF, scene.halt / scene.keep) if K.ways.pairs > 0 else PROOF
+
+
+@jit
 def _slow_down(K: Any, k: int, i: int) -> None:
     """Let pair k of bodies come near no faster in interval i than the rows of a planner let them.
 
-    Nor as fast as they would if any one of the joints stopped dead there.
+    Nor as fast as they would if any one of the joints stopped dead there. The interval ends before they have
+    come much nearer.
     """
     W, scene, chain = K.ways, K.scene, K.chain
     p, n, near, far = W.pair[k], W.normal, W.one, W.other
@@ -214,42 +221,92 @@ def _slow_down(K: Any, k: int, i: int) -> None:
     add_gradient(K, p, n, near, far, W.row)
     if chain.mimics:
         fold_row(chain, W.row)
-    c, rate, brake = W.c[W.piece[i]], 0.0, 0.0
+    c, rate, most, brake, x = W.c[W.piece[i]], 0.0, 0.0, 0.0, d - _proof(K) * scene.keep
     for j in range(chain.n):
         W.drawn[j] = W.row[j] * (c[1, j] + 2.0 * W.s[i] * c[2, j]) if W.free[j] else 0.0
         rate += W.drawn[j]
+        most += abs(W.drawn[j])
         brake += abs(W.row[j]) * W.a_max[j] if W.free[j] else 0.0
+    if most > NONE:
+        W.ds[i] = min(W.ds[i], max(CLOSER * x / most, SHORTEST))
     for j in range(-1, chain.n):  # with all joints, and without each
         is_left = j < 0 or not W.free[j]
         left = rate - (0.0 if is_left else W.drawn[j])
         if left < 0.0:
-            most = max(scene.share * (brake - (0.0 if is_left else abs(W.row[j]) * W.a_max[j])), LEAST_BRAKE)
-            v = max(APPROACH * approach_speed(scene, d - scene.keep, most, W.dt), CREEP) / -left
+            by = max(scene.share * (brake - (0.0 if is_left else abs(W.row[j]) * W.a_max[j])), LEAST_BRAKE)
+            v = max(APPROACH * approach_speed(scene, x, by, W.dt), CREEP) / -left
             W.top[i] = min(W.top[i], v * v)
+
+
+@jit
+def _slow_tip(K: Any, i: int) -> None:
+    """How fast the tip goes on its straight way in interval i, and its limit of speed there."""
+    W, J, c = K.ways, K.ahead.J, K.ways.c[K.ways.piece[i]]
+    for part in range(2):
+        size = 0.0
+        for r in range(3 * part, 3 * part + 3):
+            w = 0.0
+            for j in range(K.chain.n):
+                w += J[r, j] * (c[1, j] + 2.0 * W.s[i] * c[2, j]) if W.free[j] else 0.0
+            size += w * w
+        W.tip_rate[i, part] = W.tip_rate[i + 1, part] = sqrt(size)
+        v = W.speed * W.tip_speed[part] / max(sqrt(size), NONE)
+        W.top[i] = min(W.top[i], v * v)
+
+
+@jit
+def _next_interval(K: Any) -> bool:
+    """Begin the next interval where the last one ends; the arm rests at a corner between two pieces."""
+    W, i = K.ways, K.ways.grid
+    while W.paced < W.pieces and W.size_of[W.paced] - W.cut <= NONE:
+        W.paced, W.cut = W.paced + 1, 0.0
+    p = W.paced
+    if p >= W.pieces or i >= INTERVALS:
+        return False
+    size = W.size_of[p]
+    W.piece[i], W.s[i], W.rests[i], W.top[i], W.ds[i] = p, W.cut, 0, inf, W.fine
+    is_straight = True
+    for j in range(K.chain.n):
+        is_straight = is_straight and W.c[p, 2, j] == 0.0
+    if is_straight:
+        W.ds[i] = min(W.fine, 0.25 * size)
+    if W.cut == 0.0 and i > 0:
+        b = W.piece[i - 1]
+        for j in range(K.chain.n):
+            turn = W.c[p, 1, j] - W.c[b, 1, j] - 2.0 * W.size_of[b] * W.c[b, 2, j]
+            W.rests[i] += 1 if abs(turn) > 1e-6 else 0
+    return True
 
 
 @part_jit
 def pace_next(K: Any) -> None:
-    """How fast bodies may come near to each other in the next interval."""
-    W, i, n = K.ways, K.ways.paced, K.chain.n
-    if i >= W.grid:
+    """The next interval, and how fast bodies, and the tip on a straight way, may be in it."""
+    W, i, n = K.ways, K.ways.grid, K.chain.n
+    if not _next_interval(K):
+        if W.paced < W.pieces or i == 0:
+            _give_up(W)
+            return
         W.stage = SAMPLING
         _begin_sampling(K)
         return
-    W.top[i], W.paced = inf, i + 1
-    if W.pairs == 0:
-        return
-    W.looks += 1
     c, s = W.c[W.piece[i]], W.s[i]
     for j in range(n):
         W.q[j] = c[0, j] + s * (c[1, j] + s * c[2, j])
-    pose_arm(K, W.q)
-    place_bodies(K)
-    for b in range(W.bodies):
-        W.moved[b] = FAR
-    for k in range(W.pairs):
-        if are_capsules_near(K, k):
-            _slow_down(K, k, i)
+    if W.pairs > 0 or W.straight:
+        W.looks += 1
+        pose_arm(K, W.q)
+    if W.straight:
+        _slow_tip(K, i)
+    if W.pairs > 0:
+        place_bodies(K)
+        for b in range(W.bodies):
+            W.moved[b] = FAR
+        for k in range(W.pairs):
+            if are_capsules_near(K, k):
+                _slow_down(K, k, i)
+    left = W.size_of[W.paced] - W.cut
+    W.ds[i] = left if left < 1.5 * W.ds[i] else W.ds[i]
+    W.cut, W.grid = W.cut + W.ds[i], i + 1
 
 
 @part_jit
@@ -294,11 +351,13 @@ def _prove_next(K: Any, table: Any) -> None:
         return
     while more > 1 and (i + more >= W.ticks or not _is_straight(K, table, i, i + more)):
         more //= 2
-    W.share = PROOF
+    W.share = _proof(K)
     if gap(table[i], table[i + more], K.chain.n) == 0.0 or passes(K, table[i], table[i + more]) >= 1.0:
         W.checked, W.chunk = i + more, min(2 * more, LONGEST)
     elif W.capped and more > 1:
         W.chunk = more // 2
+    elif W.window == 1 and W.straight:
+        _give_up(W)
     elif W.window == 1:
         W.stage, W.is_free, W.share = READY, 0, 1.0
     else:
@@ -314,7 +373,9 @@ def think(K: Any, looks: int, table: Any, raw: Any, rows: int) -> int:
     W = K.ways
     stop = W.looks + looks
     while W.looks < stop:
-        if W.stage == GROWING:
+        if W.stage == FOLLOWING:
+            follow_line(K)
+        elif W.stage == GROWING:
             grow(K)
         elif W.stage == SHORTENING:
             shorten(K)
@@ -338,7 +399,7 @@ def think(K: Any, looks: int, table: Any, raw: Any, rows: int) -> int:
 def begin_search(K: Any, q: Any, gaps: Any) -> int:
     """Begin at a posture: what stands in its way, see ``obstruction``."""
     W = K.ways
-    W.stage, W.looks, W.starts, W.posed, W.clear, W.met = GROWING, 0, 0, 0, 0, 0
+    W.stage, W.looks, W.starts, W.posed, W.clear, W.met = FOLLOWING if W.straight else GROWING, 0, 0, 0, 0, 0
     W.tree, W.joining, W.grown, W.places, W.share = 0, 0, 0, 0, 1.0
     W.count[0] = W.count[1] = 0
     for j in range(K.chain.n):
@@ -349,21 +410,3 @@ def begin_search(K: Any, q: Any, gaps: Any) -> int:
     if met != 0:
         W.stage = NO_WAY
     return met
-
-
-@jit
-def look_at(K: Any, q: Any) -> int:
-    """What stands in the way of a posture, see ``obstruction``."""
-    return obstruction(K, q)
-
-
-@jit
-def goal_added(K: Any, q: Any) -> int:
-    """Add a goal posture: what stands in its way, see ``obstruction``."""
-    return add_goal(K, q)
-
-
-@jit
-def free_until(K: Any, a: Any, b: Any) -> int:
-    """Whether the straight way from one posture to another is free."""
-    return 1 if passes(K, a, b) >= 1.0 else 0

@@ -350,6 +350,12 @@ def step_towards(K: Any, a: Any, place: Any, b: Any) -> int:
     return 2 if share == 1.0 else 1
 
 
+@jit
+def _round(W: Any) -> None:
+    """The way stands: its corners come next."""
+    W.stage, W.corner, W.pieces, W.before = ROUNDING, 0, 0, 0.0
+
+
 @part_jit
 def explore(K: Any, looks: int) -> int:
     """Grow the first tree alone for about so many looks: the number of its next node; -1: none yet.
@@ -406,7 +412,7 @@ def add_goal(K: Any, q: Any) -> int:
     """Add a goal posture, or say what stands there; a straight way to it that is free is the way."""
     W = K.ways
     met = obstruction(K, q)
-    if met != 0 or W.stage != GROWING or is_full(K):
+    if met != 0 or W.stage > GROWING or is_full(K):
         return met
     k = add_node(K, 1, q, -1)
     if not W.tube and free_share(K, node_of(K, 0, 0), node_of(K, 1, k)) >= 1.0:
@@ -448,24 +454,51 @@ def find_posture(K: Any, looks: int) -> int:
 
 
 @jit
+def _follows(K: Any) -> bool:
+    """Follow the path from ``follows`` to its next pose; whether the joints come there."""
+    W, n = K.ways, K.chain.n
+    if W.followed + 1 >= W.path:
+        return False
+    copy(W.gone, W.follows, n)
+    if not comes_to(K, W.gone, W.path_pose[W.followed + 1]):
+        return False
+    for j in range(n):
+        if W.free[j] and abs(W.gone[j] - W.follows[j]) > W.leap[j]:
+            return False
+    if W.straight:
+        if passes(K, W.follows, W.gone) < 1.0:
+            return False
+    elif obstruction(K, W.gone) != 0:
+        return False
+    copy(W.follows, W.gone, n)
+    W.followed += 1
+    return True
+
+
+@jit
 def follow_path(K: Any, looks: int) -> int:
     """Follow the path from ``follows`` for about so many looks: whether it ends there."""
-    W, n = K.ways, K.chain.n
-    stop = W.looks + looks
-    while W.looks < stop:
-        if W.followed + 1 >= W.path:
+    stop = K.ways.looks + looks
+    while K.ways.looks < stop:
+        if not _follows(K):
             return 1
-        copy(W.gone, W.follows, n)
-        if not comes_to(K, W.gone, W.path_pose[W.followed + 1]):
-            return 1
-        for j in range(n):
-            if W.free[j] and abs(W.gone[j] - W.follows[j]) > W.leap[j]:
-                return 1
-        if obstruction(K, W.gone) != 0:
-            return 1
-        copy(W.follows, W.gone, n)
-        W.followed += 1
     return 0
+
+
+@part_jit
+def follow_line(K: Any) -> None:
+    """Follow the straight way of the tip to its next pose: it is the way, or another one is looked for."""
+    W, n = K.ways, K.chain.n
+    if W.followed == 0:
+        copy(W.follows, W.start, n)
+        copy(W.place[0], W.start, n)
+    if _follows(K):
+        copy(W.place[W.followed], W.follows, n)
+    elif W.followed + 1 >= W.path:
+        W.places, W.found = W.path, W.looks
+        _round(W)
+    else:
+        W.stage, W.straight = GROWING, 0
 
 
 @part_jit
@@ -536,7 +569,7 @@ def shorten(K: Any) -> None:
     W, n, Q, a, b = K.ways, K.chain.n, K.ways.place, K.ways.begin, K.ways.finish
     k = W.places
     if k <= 2 or W.looks >= W.until or W.vain >= VAIN:
-        W.stage, W.corner, W.pieces, W.before = ROUNDING, 0, 0, 0.0
+        _round(W)
         return
     x, y = chance(W) * (k - 1), chance(W) * (k - 1)
     x, y = min(x, y), max(x, y)

@@ -163,11 +163,13 @@ def solve_by_network(K: Any, memory: Any, warm: int, prepared: int) -> int:
 @jit
 def step_on_joints(K: Any, joints: Any) -> int:
     """The tick, solved in the kernel whatever the planner's mode and solver, which are put back."""
-    task, cascade, qp = K.task, K.cascade, K.qp
-    mode, external = task.mode, cascade.external
+    task, cascade, qp, scene = K.task, K.cascade, K.qp, K.scene
+    mode, external, keep, gain = task.mode, cascade.external, scene.keep, scene.gain
     task.mode, cascade.external = SLACK, 0
+    scene.keep = max((1.0 - joints.spared) * keep, min(scene.halt, keep))
+    scene.gain = gain / (1.0 - joints.spared)
     code = run_cascade(K, prepare_on_joints(K, joints), SOLVED)
-    task.mode, cascade.external = mode, external
+    task.mode, cascade.external, scene.keep, scene.gain = mode, external, keep, gain
     qp.warm = 0
     if code == OK:
         size = worst = 0.0

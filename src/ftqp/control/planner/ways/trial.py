@@ -8,10 +8,12 @@ import numpy as np
 from ftqp.control.inverse_kinematics.passable import HELD, MotionValidity
 from ftqp.control.planner.joint_motion import JointMotion
 from ftqp.control.planner.planner_view import JointState, PlannerView
+from ftqp.control.planner.ways.ways import Ways
 from ftqp.control.references.jerk_limit import RISE_TIME, Motion, State
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import FALLBACK, INVALID_INPUT, STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST
+from ftqp.kernel.layout.ways_room import WayStage
 from ftqp.model.robot import Robot
 
 OFF = (FALLBACK, STOPPING, STOPPED, INVALID_INPUT)
@@ -22,7 +24,9 @@ AS_GOOD_AS_THERE = 1e-4
 """One that is so near to it, and rests, is not tried any longer [rad or m]: what is left is the decay of an
 error. By convention, a tenth of the former."""
 TAIL = 1.0
-"""So much longer than planned a leg may take [s]."""
+"""So much longer than planned a motion may take [s]."""
+SLICE: Final = 500
+"""Looks at postures at once. A convention."""
 BORNE_AT = 25
 """What the base bears on a motion is looked at in so many places."""
 LOOKED_AT = 0.05
@@ -79,36 +83,34 @@ class Trial:
         self._view = twin.view()
 
     def joints(self, places: Sequence[FloatArray]) -> Tried:
-        """Go to places one after the other, resting at each, as ``GoTo`` does."""
-        twin = self._twin
+        """Go to a place, or come to rest and go through several in one motion, as ``GoTo`` does."""
+        twin, view = self._twin, self._view
         twin.reset(self._start.q, self._start.v)
-        view = self._view
         motion = JointMotion(view, twin.robot, twin.dt, twin.level)
         lead = twin.lead(motion.memory)
-        (q, v, a), dt = self._start, twin.dt
-        trace, arrives, later = [self._start], True, 0.0
-        for place in places:
-            motion.goal = place
-            motion.plan()
-            t, since = 0.0, 0.0
-            longest = motion.duration + TAIL
-            while since < longest and arrives:
+        ways = Ways(twin, motion.halt(), places=np.array(places)) if len(places) > 1 else None
+        while ways is not None and ways.is_thinking:
+            ways.think(SLICE)
+        (q, v, a), trace, arrives = self._start, [self._start], True
+        for brakes in (True, False)[ways is None :]:
+            if not brakes:
+                motion.goal = places[-1]
+                if ways is not None and ways.stage is WayStage.READY:
+                    motion.follow(ways.motion, is_free=ways.is_free)
+                else:
+                    motion.plan()
+            t, longest = 0.0, motion.duration + (0.0 if brakes else TAIL)
+            while t < longest and arrives:
                 motion.write(t)
                 step = lead.step(q, v, (), None, None)
-                t, since = t + dt, since + dt
+                t += twin.dt
                 q, v, a = view.command
                 trace.append(JointState(q, v, a))
                 arrives = step.code not in OFF
-                if motion.is_left_at(t):
-                    motion.plan()
-                    t = 0.0
-                elif t >= motion.duration and self._rests_within(AS_GOOD_AS_THERE, motion):
+                if t >= motion.duration and self._rests_within(AS_GOOD_AS_THERE, motion):
                     break
-            later += motion.decay(self._off(motion))
-            arrives = arrives and self._rests_within(ARRIVED, motion)
-            if not arrives:
-                break
-        return self._judged(trace, arrives, later)
+        later = motion.decay(self._off(motion))
+        return self._judged(trace, arrives and self._rests_within(ARRIVED, motion), later)
 
     def _rests_within(self, off: float, motion: JointMotion) -> bool:
         """Whether the joints that work rest so near to the motion's goal."""

@@ -9,7 +9,7 @@ from ftqp.control.inverse_kinematics.passable import HELD, MotionValidity
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
-from ftqp.control.planner.ways.trial import Trial, Tried, corners, halt_posture, thinned
+from ftqp.control.planner.ways.trial import SLICE, Trial, Tried, corners, halt_posture, thinned
 from ftqp.control.planner.ways.ways import Ways
 from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, frozen, positive
@@ -32,9 +32,8 @@ LONGEST: Final = 60
 """Places of a way at most."""
 LEAP: Final = 0.3
 """Where the joints follow the tip's way, none goes farther from one place to the next [rad or m]. A guess."""
-ROUND, SLICE = 60_000, 500
-"""So many looks at postures are spent on a way home round what is in between at most, 0.15 s or so, and in a
-slice. Guesses."""
+ROUND = 60_000
+"""So many looks are spent on a way home round what is in between at most, 0.15 s or so. A guess."""
 TIP_BACK: Final = 0.01
 """The tip is back within this of where its way began [m] ..."""
 TURNED_BACK: Final = 0.05

@@ -1,7 +1,6 @@
 """Ways of the joints round what is in between: one generator, in slices, for whoever leads an arm."""
 
 from collections.abc import Iterable
-from itertools import pairwise
 from typing import Any, Final, final
 
 import numpy as np
@@ -10,9 +9,10 @@ from ftqp.control.inverse_kinematics.passable import HELD
 from ftqp.control.inverse_kinematics.posture_search import goal_pose, task_rows
 from ftqp.control.planner.joint_motion import LEAST_ACCELERATION
 from ftqp.control.references.jerk_limit import RISE_TIME
+from ftqp.control.references.tip_reference import TipLimits
 from ftqp.control.task.task import axis_frame
 from ftqp.core.checks import FloatArray
-from ftqp.core.pose import transform
+from ftqp.core.pose import rotation_exp, rotation_vector, transform
 from ftqp.kernel.entry.way_session import BALL, EFFORT, KEEP, LIMIT, Met, WaySession
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.kernel.layout.ways_room import WayStage
@@ -29,6 +29,9 @@ SHORTENING: Final = 1500
 ten times the search."""
 TOLERANCE: Final = 1e-6
 """How near a posture has to come to its goal [m]; far below every tolerance of a task."""
+LINE, LEAP = 60, 0.3
+"""The straight way of the tip is followed in so many places, and from one to the next joints go this far at
+most [rad or m]. Guesses."""
 TURN: Final = 2.0 * np.pi
 """Goal postures are looked for within a turn of each joint from where it is. A convention."""
 
@@ -45,11 +48,14 @@ class Ways:
         planner: Whose arm it is, an ``ftqp.Planner``.
         start: Where the joints begin, (nv,) [rad or m]; None is where they are commanded.
         goals: Goal postures, (k, nv); more may come by ``add``.
+        places: Places to go to one after the other, (k, nv), as the way; None: it is looked for.
         goal: A pose of the tip, (4, 4), whose postures are looked for meanwhile; None: goals are postures.
         rows: The rows of poses that count, as searches take them; None: those that the planner keeps.
         tolerance: How near a posture comes to a pose in place [m], and in turning [rad], > 0.
         tube: Poses of a path, (k, 4, 4), that the tip stays near; None: it goes anywhere.
         radius: By how much, in place [m] and in turning [rad].
+        straight: Limits of the tip, ``ftqp.TipLimits``, with which it goes straight to the goal where the
+            joints can follow that; None: the way is that of the joints.
         path: Poses of a path, (k, 4, 4), that postures are followed along.
         leap: How far joints go from one of them to the next at most, (nv,) [rad or m].
         rise_time: How long accelerations take to reach their limits, > 0 [s].
@@ -71,11 +77,13 @@ class Ways:
         start: FloatArray | None = None,
         *,
         goals: Iterable[FloatArray] = (),
+        places: FloatArray | None = None,
         goal: Any = None,
         rows: Any = None,
         tolerance: tuple[float, float] = (TOLERANCE, TOLERANCE),
         tube: FloatArray | None = None,
         radius: tuple[float, float] = (0.0, 0.0),
+        straight: TipLimits | None = None,
         path: FloatArray | None = None,
         leap: FloatArray | None = None,
         rise_time: float = RISE_TIME,
@@ -106,13 +114,29 @@ class Ways:
         if tube is not None:
             W.slack = min(SLACK, 0.1 * radius[0]) if radius[0] > 0.0 else SLACK
             self._session.hold_tube(tube @ self._tool, (radius[0], robot.length * radius[1]))
+        if straight is not None and goal is not None:
+            path, leap = self._line_to(goal), np.full(n, LEAP)
+            W.straight, W.rise = 1, max(float(W.rise), straight.rise_time)
+            W.tip_speed[:] = straight.speed, straight.turn
+            W.tip_acceleration[:] = straight.acceleration, straight.turn_acceleration
         if path is not None and leap is not None:
             self._session.hold_path(path @ self._tool, leap)
         self.met: Met | None = self._session.begin(self._start)
         self.start_blocked = self.sentence_of(self.met)
+        if places is not None:
+            self._session.go_along(places)
         self.stage = WayStage(int(W.stage))
         for q in goals:
             self.add(q)
+
+    def _line_to(self, goal: FloatArray) -> FloatArray:
+        """Poses of the tip straight from the start to a pose, (k, 4, 4)."""
+        now, share = self._planner.view().poses(self._start[None])[0], np.linspace(0.0, 1.0, LINE + 1)
+        turn = rotation_vector(goal[:3, :3] @ now[:3, :3].T)
+        line = np.tile(now, (LINE + 1, 1, 1))
+        line[:, :3, 3] += share[:, None] * (goal[:3, 3] - now[:3, 3])
+        line[:, :3, :3] = [rotation_exp(k * turn) @ now[:3, :3] for k in share]
+        return line
 
     def _choose_rows(self, rows: Any) -> None:
         """Let these rows of poses count."""
@@ -185,12 +209,13 @@ class Ways:
     @property
     def has_way(self) -> bool:
         """Whether there is a way, which may still become shorter."""
-        return self.stage not in (WayStage.GROWING, WayStage.NO_WAY)
+        return self.stage not in (WayStage.FOLLOWING, WayStage.GROWING, WayStage.NO_WAY)
 
     @property
-    def is_straight(self) -> bool:
-        """Whether the straight way of the joints is the way."""
-        return self.has_way and int(self.W.places) == 2
+    def goes_straight(self) -> bool:
+        """Whether the tip goes straight to a pose, or all joints to a posture, as far as is known."""
+        W = self.W
+        return bool(W.straight) or (not W.has_goal and self.has_way and int(W.places) == 2)
 
     @property
     def way(self) -> FloatArray:
@@ -206,20 +231,6 @@ class Ways:
     def is_free(self) -> bool:
         """Whether the motion is proven free; READY only."""
         return bool(self.W.is_free)
-
-    @property
-    def duration(self) -> float:
-        """How long the motion takes [s]; 0 while it is not known."""
-        return len(self.motion) * float(self.W.dt)
-
-    def passes(self, places: FloatArray) -> bool:
-        """Whether the straight ways from place to place, (k, nv), are proven free."""
-        return all(self._session.is_free(a, b) for a, b in pairwise(places))
-
-    def looks_at(self, q: FloatArray) -> str | None:
-        """What stands in the way of a posture, (nv,), in words; None where nothing does."""
-        self.met = self._session.look(q)
-        return self.sentence_of(self.met)
 
     def prove_again(self, table: FloatArray, first: int) -> None:
         """Prove what is left of a motion anew, from one of its ticks on, by ``think``."""
