@@ -28,6 +28,29 @@ def test_a_loop_shows_its_steps_and_what_its_planner_believes():
         assert shown.frame() is before
 
 
+def test_the_way_that_an_arm_is_to_go_is_a_ghost_and_stays_one_while_it_is_the_same():
+    q = PANDA.neutral
+    way = np.stack([q, q + 0.3, q + 0.5])
+    with View(PANDA, port=0) as shown:
+        shown.show(q, way=way)
+        (ghost,) = ways = shown.frame().ways
+        assert ghost.kind == "way round" and ghost.price == f"{0.5 * 7**0.5:.1f} rad"
+        assert np.allclose(ghost.joints[-1], PANDA.pose(way[-1]))
+        assert np.allclose(ghost.tips[[0, -1]], [PANDA.pose(way[k])[:3, 3] for k in (0, -1)])
+        named = [
+            node for node in shown._page._server.scene._handle_from_node_name if node.endswith("ways/0/tip")
+        ]
+        assert len(named) == 1
+        shown._due = 0.0
+        shown.show(q + 0.1, way=way.copy())
+        assert shown.frame().ways is ways
+        shown._due = 0.0
+        shown.show(q + 0.2)
+        assert shown.frame().ways == ()
+        with pytest.raises(ftqp.InputError, match="way has shape"):
+            shown.show(q, way=way[:, :6])
+
+
 def test_a_robot_is_shown_in_any_configuration_and_has_no_clock():
     with View(PANDA, PANDA.neutral + 0.1, port=0) as shown:
         assert np.allclose(shown.frame().q, PANDA.neutral + 0.1)
