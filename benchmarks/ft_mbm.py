@@ -176,7 +176,11 @@ class Trial:
     def goes(self, kind, *lock):
         """What comes of ``GoTo``, see ``gone``: a row of the table, and where the arm was in every tick."""
         dt, posture = self.given.dt, kind == "posture"
-        motion = ftqp.GoTo(self.planner(), **({"q": self.goal} if posture else {"pose": self.pose}))
+        goal = {"q": self.goal} if posture else {"pose": self.pose}
+        try:
+            motion = ftqp.GoTo(self.planner(), **goal)
+        except ftqp.InputError as refused:  # a goal posture that is out of range
+            return {"sentence": str(refused)}, self.start[None]
         rows, longest, stood, moved = gone(motion, self.start, dt, *lock)
         said = motion.status is ftqp.GoToStatus.REACHED
         off = self.independent.errors(rows[-1][None], self.pose)[0][0]
@@ -234,27 +238,26 @@ def among_solved(rows):
 
 def told_ways(kind, rows):
     """Lines of the table of searches: every peer, and how it compares with ftqp on the same problems."""
-    own = np.percentile([row["ftqp"]["seconds"][0] for row in rows], [50, 95])
+    ways = [row["ftqp"] for row in rows if row["ftqp"]["length"] is not None]
+    own = np.percentile([one["seconds"][0] for one in ways], [50, 95])
     for name in rows[0]:
         found = [row[name] for row in rows]
         done = [one for one in found if one["length"] is not None]
-        first = np.percentile([one["seconds"][0] for one in found], [50, 95])
+        first = np.percentile([one["seconds"][0] for one in done], [50, 95])
         line = (
             f"way {kind}, {name:9s} found {len(done)} of {len(found)}; first way {1e3 * first[0]:.1f} "
             f"{1e3 * first[1]:.1f} ms of the processor"
         )
         if name == "ftqp":
-            ready = 1e3 * np.percentile([one["seconds"][1] for one in found], [50, 95])
+            ready = 1e3 * np.percentile([one["seconds"][1] for one in done], [50, 95])
             line += f", motion {ready[0]:.1f} {ready[1]:.1f} ms"
         else:
             line += f", {first[0] / own[0]:.2f} and {first[1] / own[1]:.2f} times ftqp's"
-        if done:
-            line += (
-                f"; {np.median([one['length'] for one in done]):.1f} rad; touches "
-                f"{sum(one['least'] <= 0.0 for one in done)}, least distance by meshes "
-                f"{1e3 * min(one['least'] for one in done):.1f} mm"
-            )
-        print(line)
+        print(
+            f"{line}; {np.median([one['length'] for one in done]):.1f} rad; touches "
+            f"{sum(one['least'] <= 0.0 for one in done)}, least distance by meshes "
+            f"{1e3 * min(one['least'] for one in done):.1f} mm"
+        )
 
 
 def told_straight(kind, rows):
@@ -299,6 +302,9 @@ class Tables:
         self.straight["pose"].append(trial.straight())
         for kind in ("posture", "pose"):
             row, gone_by = trial.goes(kind)
+            if "reached" not in row:
+                print(f"{kind} {trial.name} refused: {row['sentence']}", flush=True)
+                continue
             self.found[kind].append(row)
             if not row["reached"] or row["false"] or row["least"] <= 0.0:
                 print(f"{kind} {trial.name}, {1e3 * row['least']:.1f} mm: {row['sentence']}", flush=True)
