@@ -58,6 +58,18 @@ def test_a_robot_is_shown_in_any_configuration_and_has_no_clock():
         assert not {"time", "joint1"} & {getattr(one, "label", None) for one in inputs}
 
 
+def test_what_stands_around_the_arm_of_a_planner_is_drawn():
+    scene = ftqp.Scene()
+    scene.add("wall", ftqp.Box(size=(0.5, 0.06, 0.7), place=(0.6, 0.0, 0.35)))
+    planner = ftqp.Planner(PANDA, dt=1e-3, scene=scene)
+    planner.reset(PANDA.neutral)
+    with ftqp.view(planner, port=0) as shown:
+        (wall,) = (one for one in shown.frame().further if one.name == "wall")
+        assert wall.solid.kind == "box" and wall.solid.extent == (0.25, 0.03, 0.35)
+        to = planner.distances(PANDA.neutral)
+        assert wall.value == pytest.approx(min(float(d) for pair, d in to.items() if "wall" in pair))
+
+
 def test_what_is_neither_planner_nor_robot_is_refused():
     with pytest.raises(ftqp.InputError, match="a planner or a robot, got ndarray"):
         ftqp.view(np.zeros(7))

@@ -10,8 +10,10 @@ from ftqp.control.planner.step import Step
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
-from ftqp.sim.session.frame import DrawnArm, Frame, Ghost, placed
+from ftqp.sim.further_measures import FurtherMeasures
+from ftqp.sim.session.frame import DrawnArm, Frame, FurtherFact, Ghost, placed
 from ftqp.sim.session.session_commands import Command
+from ftqp.sim.session.watched_arm import facts_at
 from ftqp.viz.live.live_page import PICTURES, Page
 from ftqp.viz.live.stage import Stage
 
@@ -54,6 +56,7 @@ class View:
         self._planner = what if isinstance(what, Planner) else None
         self.robot = what.robot if isinstance(what, Planner) else what
         self._drawn, self._due, self._k = DrawnArm(self.robot), -np.inf, 0
+        self._measures = None if self._planner is None else FurtherMeasures(self._planner)
         self._lead(None)
         self._frame = self._framed(self.robot.neutral if q is None else self.robot.angles(q), None)
         self._page = Page(self, port=port)
@@ -148,7 +151,9 @@ class View:
 
     def _framed(self, q: FloatArray, step: Any) -> Frame:
         """The picture at a configuration, (nv,), after a step or without one."""
-        planner, drawn = self._planner, self._drawn
+        planner, drawn, further = self._planner, self._drawn, tuple[FurtherFact, ...]()
+        if planner is not None and self._measures is not None:
+            further = facts_at(planner, self._measures, q)
         codes = drawn.codes({} if planner is None else planner.faults)
         return drawn.frame(
             tick=self._k,
@@ -162,4 +167,5 @@ class View:
             position_error=0.0 if step is None else step.position_error,
             rotation_error=0.0 if step is None else step.rotation_error,
             ways=self._ghosts,
+            further=further,
         )
