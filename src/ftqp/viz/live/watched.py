@@ -112,7 +112,8 @@ class View:
     def _lead(self, way: Any) -> None:
         """Keep the ghost of a way, made anew where it is another one."""
         if way is None or not np.size(way):
-            self._led, self._ghosts = np.zeros((0, self.robot.nv)), ()
+            self._led = np.zeros((0, self.robot.nv))
+            self._ghosts: tuple[Ghost, ...] = ()
             return
         places = array("way", way, (*np.shape(way)[:1], self.robot.nv), "(k, nv)")
         if np.array_equal(places, self._led):
