@@ -97,10 +97,8 @@ class View:
         """
         self._k += 1
         self._lead(way)
-        now = monotonic()
-        if now < self._due:
+        if monotonic() < self._due:
             return
-        self._due = now + 1.0 / PICTURES
         if step is None:
             self._frame = self._framed(self._frame.q, None)
         elif isinstance(step, Step):
@@ -108,6 +106,7 @@ class View:
         else:
             self._frame = self._framed(self.robot.angles(step), None)
         self._page.refresh()
+        self._due = monotonic() + 1.0 / PICTURES  # however long that took, the loop has as long for itself
 
     def _lead(self, way: Any) -> None:
         """Keep the ghost of a way, made anew where it is another one."""
