@@ -24,24 +24,12 @@ class MeshOracle:
     def __init__(self, arm, judge, things, keep):
         self.arm, self.model, self.data, self.keep = arm, judge.model, judge.model.createData(), keep
         self.low, self.high = arm.low, arm.high
-        self.geometry = pin.GeometryModel()
-        for one in judge.bodies:
-            self._add(one.name, one.parentJoint, one.geometry.convex, one.placement)
-        for k, (shape, T) in enumerate(things):
-            self._add(f"thing {k}", 0, shape, pin.SE3(T.getRotation(), T.getTranslation()))
-        count = len(judge.bodies)
-        pairs = [
-            (i, count + k) for i in range(count) if judge.bodies[i].parentJoint for k in range(len(things))
-        ]
-        for i, j in pairs + judge.pairs:
-            self.geometry.addCollisionPair(pin.CollisionPair(i, j))
+        self.geometry = judge.scene_with(things)
         self.asked = pin.GeometryData(self.geometry)
-
-    def _add(self, name, joint, shape, place):
-        self.geometry.addGeometryObject(pin.GeometryObject(name, joint, place, shape))
+        self.found = None
 
     def solves(self, start, pose, failed, starts, tolerances, seed=0):
-        """Whether there is a way: "yes", or what was not found."""
+        """Whether there is a way: "yes", or what was not found; the nearest clear posture is ``found``."""
         self._allow(start)
         free = np.array([j not in failed for j in range(len(start))])
         random = np.random.default_rng(seed)
@@ -51,6 +39,7 @@ class MeshOracle:
         clear = [q for q in postures[np.argsort(np.abs(postures - start).max(axis=1))] if not self._meets(q)]
         if not clear:
             return "no clear posture"
+        self.found = clear[0]
         return "yes" if self._joins(start, clear[:MOST], free, random) else "no way"
 
     def _allow(self, start):

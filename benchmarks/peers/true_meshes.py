@@ -1,4 +1,4 @@
-"""The true meshes of the Panda and what is around it, measured by coal; they know nothing of ftqp's bodies.
+"""The true meshes of the Panda and what is around it, measured by coal; they know nothing of ftqp.
 
 The meshes are those of the package example-robot-data, the fingers left out.
 """
@@ -10,11 +10,10 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-import ftqp
-from ftqp.model.collision_geometry import around
-
 SHARE = Path(pin.__file__).parents[4] / "share"
 FOLDER = SHARE / "example-robot-data/robots"
+URDF = FOLDER / "panda_description/urdf/panda.urdf"
+SRDF = FOLDER / "panda_description/srdf/panda.srdf"
 NEVER = [("panda_hand", f"panda_link{k}") for k in (5, 6, 7)]
 BOX = 2
 
@@ -23,7 +22,7 @@ class Judge:
     """The true meshes: how near the arm is to a scene and to itself."""
 
     def __init__(self):
-        urdf, share = str(FOLDER / "panda_description/urdf/panda.urdf"), [str(SHARE), str(FOLDER)]
+        urdf, share = str(URDF), [str(SHARE), str(FOLDER)]
         model = pin.buildModelFromUrdf(urdf)
         geometry = pin.buildGeomFromUrdf(model, urdf, pin.GeometryType.COLLISION, package_dirs=share)
         held = [model.getJointId(name) for name in model.names if "finger" in name]
@@ -33,7 +32,7 @@ class Judge:
         self.names = [one.name.rsplit("_", 1)[0] for one in self.bodies]
         for one in self.bodies:
             one.geometry.buildConvexRepresentation(False)
-        srdf = ElementTree.parse(FOLDER / "panda_description/srdf/panda.srdf").getroot()
+        srdf = ElementTree.parse(SRDF).getroot()
         rows = srdf.findall("disable_collisions")
         never = {frozenset((row.get("link1"), row.get("link2"))) for row in rows}
         never |= {frozenset(pair) for pair in NEVER}
@@ -44,53 +43,35 @@ class Judge:
             if frozenset((self.names[i], self.names[j])) not in never
         ]
 
-    def arm(self):
-        """The Panda of the catalog, its bodies those of the meshes."""
-        bodies = []
-        for name, one in zip(self.names, self.bodies, strict=True):
-            T = one.placement
-            corners = np.array(one.geometry.vertices()) @ T.rotation.T + T.translation
-            frame = f"panda_joint{one.parentJoint}" if one.parentJoint else "universe"
-            bodies += [
-                ftqp.Capsule(a, b, r + 1e-5, frame=frame, name=name, corners=inside)
-                for a, b, r, inside in around(corners)
-            ]
-        return ftqp.robots.load("panda").with_capsules(bodies)
+    def scene_with(self, things):
+        """The meshes and what is around, and the pairs that may not meet."""
+        geometry, count = pin.GeometryModel(), len(self.bodies)
+        for one in self.bodies:
+            body = one.geometry.convex
+            geometry.addGeometryObject(pin.GeometryObject(one.name, one.parentJoint, one.placement, body))
+        for k, (shape, T) in enumerate(things):
+            place = pin.SE3(T.getRotation(), T.getTranslation())
+            geometry.addGeometryObject(pin.GeometryObject(f"thing {k}", 0, place, shape))
+        moving = [i for i in range(count) if self.bodies[i].parentJoint]
+        for pair in [(i, count + k) for i in moving for k in range(len(things))] + self.pairs:
+            geometry.addCollisionPair(pin.CollisionPair(*pair))
+        return geometry
 
     def least(self, things, postures):
         """The least distance at some postures [m]."""
-        least, ask, got = np.inf, coal.DistanceRequest(), coal.DistanceResult()
+        geometry = self.scene_with(things)
+        asked, least = pin.GeometryData(geometry), np.inf
         for q in postures:
-            pin.forwardKinematics(self.model, self.data, q)
-            at = [self.data.oMi[one.parentJoint] * one.placement for one in self.bodies]
-            at = [coal.Transform3s(T.rotation, T.translation) for T in at]
-            pairs = [
-                (one.geometry.convex, T, *thing)
-                for one, T in zip(self.bodies, at, strict=True)
-                if one.parentJoint
-                for thing in things
-            ]
-            pairs += [
-                (self.bodies[i].geometry.convex, at[i], self.bodies[j].geometry.convex, at[j])
-                for i, j in self.pairs
-            ]
-            for pair in pairs:
-                got.clear()
-                least = min(least, coal.distance(*pair, ask, got))
+            nearest = pin.computeDistances(self.model, self.data, geometry, asked, q)
+            least = min(least, asked.distanceResults[nearest].min_distance)
         return least
 
 
-def things_of(problem):
-    """The scene of a problem, and the same for coal."""
-    scene, things = ftqp.Scene(), []
-    for k, (kind, *row) in enumerate(problem["bodies"]):
-        place, size = np.eye(4), np.array(row[6:])
-        place[:3, :3], place[:3, 3] = pin.exp3(np.array(row[3:6], float)), row[:3]
-        if kind == BOX:
-            scene.add(f"box {k}", ftqp.Box(2.0 * size, place))
-            shape = coal.Box(*(2.0 * size))
-        else:
-            scene.add(f"cylinder {k}", ftqp.Cylinder(size[1], 2.0 * size[0], place))
-            shape = coal.Cylinder(size[1], 2.0 * size[0])
-        things.append((shape, coal.Transform3s(place[:3, :3], place[:3, 3])))
-    return scene, things
+def things_of(bodies):
+    """Boxes and cylinders of a problem, and where they are."""
+    things = []
+    for kind, *row in bodies:
+        R, size = pin.exp3(np.array(row[3:6], float)), np.array(row[6:])
+        shape = coal.Box(*(2.0 * size)) if kind == BOX else coal.Cylinder(size[1], 2.0 * size[0])
+        things.append((shape, coal.Transform3s(R, np.array(row[:3], float))))
+    return things

@@ -40,7 +40,7 @@ def page() -> str:
     lines = [
         "# Gallery",
         "",
-        "Seventeen programs, one idea each. Copy the one that is nearest to your task. Each prints three "
+        "Eighteen programs, one idea each. Copy the one that is nearest to your task. Each prints three "
         "numbers; `--figure FILE` draws its picture, and `python docs/making/gallery.py` this page.",
     ]
     for example in examples():

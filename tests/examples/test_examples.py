@@ -142,6 +142,12 @@ def test_arm_that_loses_a_joint_under_the_joystick_goes_home_with_the_others(pri
     assert tip == "the end effector is 87.4 mm and 0.179 rad from it"
 
 
+def test_arm_that_loses_a_joint_on_its_way_round_a_wall_finds_another_way(printed):
+    thought, time, wall = (number(line) for line in printed["18_round_an_obstacle.py"])
+    assert 0.0 < thought < 1.0 and 1.2 < time < 20.0 and wall >= 20.0
+    assert printed["18_round_an_obstacle.py"][1].startswith("the arm rests at its goal")
+
+
 @pytest.mark.skipif(ROBOT_DATA is None, reason="example-robot-data is missing: pip install -e '.[robots]'")
 def test_waist_of_a_humanoid_makes_up_for_its_elbow(printed):
     healthy, elbow, stiff = (number(line) for line in printed[HUMANOID])

@@ -150,6 +150,32 @@ def test_the_capsules_of_the_catalog_contain_the_maker_s_meshes(table, folder):
         assert outside(points, [(np.array(a), np.array(b), r)]) < 1e-4
 
 
+def test_bodies_of_another_model_of_the_arm_are_taken_to_the_joints_that_move_them():
+    boxes = {k: shape('<box size="0.05 0.06 0.2"/>') for k in range(4)}
+    bare, maker = (ftqp.Robot.from_urdf(urdf(given), tip="l3") for given in ({}, boxes))
+    taken = bare.with_capsules(maker)
+    assert {one.frame for one in taken.capsules} == {"universe", *bare.joints}
+    assert all(len(one.corners) == 8 for one in taken.capsules)
+    scene = ftqp.Scene()
+    scene.add("ball", ftqp.Sphere(0.05, (0.3, 0.1, 0.2)))
+    q = np.random.default_rng(1).uniform(-1.0, 1.0, (20, bare.nv))
+    one, two = (ftqp.Planner(robot, scene=scene).distances(q) for robot in (maker, taken))
+    assert len(one) == len(two) > 0
+    for far, same in zip(one.values(), two.values(), strict=True):
+        assert np.allclose(far, same, atol=1e-9)
+
+
+def test_bodies_of_another_arm_are_refused_by_the_joint():
+    panda = ftqp.robots.load("panda")
+    with pytest.raises(ftqp.InputError, match="moves with 'iiwa_joint_1', which panda has not"):
+        panda.with_capsules(ftqp.robots.load("iiwa14"))
+    moved = urdf({1: shape('<sphere radius="0.1"/>')})
+    longer = moved.replace('xyz="0 0 0.3"', 'xyz="0 0 0.4"')
+    assert longer != moved
+    with pytest.raises(ftqp.InputError, match="off that of"):
+        ftqp.Robot.from_urdf(moved, tip="l3").with_capsules(ftqp.Robot.from_urdf(longer, tip="l3"))
+
+
 def test_bodies_go_along_with_a_base_and_two_arms_have_two_of_each():
     inertial = Inertial(mass=60.0, com=np.zeros(3), inertia=np.eye(3))
     robot = ftqp.robots.load("panda").on_planar_base(v_max=1.0, a_max=1.0, inertial=inertial)

@@ -196,6 +196,40 @@ def estimated(robot: Any) -> tuple[Capsule, ...]:
     return named_apart(found)
 
 
+ALIKE = 1e-3
+"""Joints of two models of one arm are not farther apart than this [m, and entries of rotations]."""
+
+
+def bodies_of(other: Any, robot: Any) -> tuple[Capsule, ...]:
+    """The capsules of another model of the same arm, each in the frame of the joint that it moves with."""
+    there, here = np.zeros(other.nv), np.zeros(robot.nv)
+    found = []
+    for one in other.capsules:
+        T, joint = np.eye(4), WORLD
+        if one.frame != WORLD:
+            T, frames = other.pose(there, one.frame), other.model.frames
+            joint = other.model.names[frames[other.model.getFrameId(one.frame)].parentJoint]
+        if joint != WORLD:
+            if joint not in robot.joints:
+                raise InputError(
+                    f"{one.label} of {other.name} moves with {joint!r}, which {robot.name} has not; expected "
+                    f"a model of the same arm, with the joints {', '.join(robot.joints)}"
+                )
+            own = robot.pose(here, joint)
+            off = float(np.abs(other.pose(there, joint) - own).max())
+            if off > ALIKE:
+                raise InputError(
+                    f"{joint!r} of {other.name} is {off:.3g} m or rad off that of {robot.name} where all "
+                    "joints are at 0; expected a model of the same arm"
+                )
+            T = np.linalg.inv(own) @ T
+        R, p = T[:3, :3], T[:3, 3]
+        corners = None if one.corners is None else one.corners @ R.T + p
+        a, b = R @ one.a + p, R @ one.b + p
+        found.append(replace(one, a=a, b=b, frame=joint, name=one.label, corners=corners))
+    return named_apart(found)
+
+
 def carried(shapes: Shapes, joint: str) -> Shapes:
     """The bodies of an arm that is put on a base: what stood still moves with the last joint of the base."""
     return tuple(

@@ -17,7 +17,7 @@ from ftqp.core.pose import pose as checked_pose
 from ftqp.model import audit
 from ftqp.model.audit import UNKNOWN_TORQUE, Finding, Severity, friction_findings, rotor_findings
 from ftqp.model.build import Shape, Wishes, robot_fields, write_friction, write_limits
-from ftqp.model.capsules import WORLD, Capsule, Shapes, carried, checked
+from ftqp.model.capsules import WORLD, Capsule, Shapes, bodies_of, carried, checked
 from ftqp.model.chain import Chain, chain_of, configuration_of, frame_id, positions_of
 from ftqp.model.followers import coupled_columns, coupled_limits, coupled_places, coupled_square, followers_of
 from ftqp.model.frames import way_to
@@ -683,16 +683,17 @@ class Robot:
         named_frame(self.model, frame)
         return self._remade(self.model, frame, *(tip for tip in self.tips if tip != frame))
 
-    def with_capsules(self, capsules: Iterable[Capsule]) -> Self:
+    def with_capsules(self, capsules: Iterable[Capsule] | Self) -> Self:
         """This robot with other bodies, for distances.
 
         Args:
-            capsules: Rods with round ends, each with the ``frame`` that it moves with.
+            capsules: Rods with round ends, each with the ``frame`` that it moves with. Or another model of
+                the same arm, as its maker's URDF with meshes: its bodies are taken, hulls of meshes included.
 
         Raises:
-            InputError: This is no list of capsules with frames of this robot.
+            InputError: This is no list of capsules with frames of this robot, or a model of another arm.
         """
-        given = checked(capsules)
+        given = bodies_of(capsules, self) if isinstance(capsules, Robot) else checked(capsules)
         for one in given:
             if one.frame != WORLD:
                 named_frame(self.model, one.frame)

@@ -4,6 +4,9 @@ import pickle
 
 import numpy as np
 import pytest
+from tests.analysis.planar_arms import PATH as UNIT_PATH
+from tests.analysis.planar_arms import Q0 as UNIT_START
+from tests.analysis.planar_arms import UNIT
 
 import ftqp
 from ftqp.analysis.planning.plan_case import PlanSettings
@@ -57,6 +60,47 @@ def test_a_failure_after_which_the_arm_comes_too_near_is_not_survived():
     with pytest.raises(NotSurvived, match="TOO_NEAR") as lost:
         seeing.continue_after(int(joint), float(seeing.t[k]))
     assert least(lost.value.q) >= KEEP > seeing.clearance[joint, k]
+
+
+def test_where_a_path_is_lost_its_end_is_come_to_by_a_way_round_or_the_search_says_what_it_looked_for():
+    seeing = coverage(PANDA, TASK, MOTION, stride=40, scene=SCENE, clearance=CLEAR)
+    led = 0
+    for joint, k in np.argwhere(~seeing.survived):
+        time = float(seeing.t[k])
+        try:
+            motion = seeing.way_round(int(joint), time)
+        except NotSurvived as lost:
+            assert "of its end no posture was found in 600 starts" in str(lost)
+            continue
+        with pytest.raises(NotSurvived) as lost:
+            seeing.continue_after(int(joint), time)
+        assert motion[0] == pytest.approx(lost.value.q[-1], abs=1e-9)
+        assert (motion[:, joint] == motion[0, joint]).all() and least(motion[::10]) > 0.5 * KEEP
+        off = np.linalg.inv(TASK.goals[-1]) @ PANDA.pose(motion[-1])
+        assert np.linalg.norm(off[:3, 3]) < 2e-3
+        led += 1
+    assert led > 3
+    joint, k = np.argwhere(seeing.survived)[0]
+    with pytest.raises(InputError, match="is survived on the path"):
+        seeing.way_round(int(joint), float(seeing.t[k]))
+
+
+def test_a_path_through_a_body_is_refused_by_the_names_of_what_meets():
+    scene = ftqp.Scene()
+    scene.add("crate", ftqp.Box((0.1, 0.1, 0.3), PANDA.pose(Q0)[:3, 3]))
+    with pytest.raises(InputError, match=r"at sample 0 .* to crate\)"):
+        plan(PANDA, TASK, scene=scene, clearance=CLEAR)
+
+
+def test_a_plan_that_finds_no_way_along_its_path_tells_where_one_leads_on_off_it():
+    scene, clear = ftqp.Scene(), ftqp.Clearance(keep=KEEP, self_pairs=False)
+    scene.add("ball", ftqp.Sphere(0.06, (0.411, -0.691, 0.0)))
+    settings = PlanSettings(waypoints=16, spacing=0.15)
+    given = {"rows": "position", "dt": 0.1, "settings": settings, "scene": scene, "clearance": clear}
+    with pytest.raises(InputError, match=r"off the path a way round of .* part the path at t = 5 s"):
+        plan(UNIT, UNIT_PATH, UNIT_START, **given)
+    behind = UNIT_PATH.sample(np.arange(5.0, 10.01, 0.1)).pose
+    assert plan(UNIT, behind, **given).coverage > 0.0
 
 
 def test_rows_lead_the_arm_round_what_it_would_meet():

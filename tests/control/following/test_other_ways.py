@@ -161,11 +161,14 @@ def test_way_leads_round_a_wall_that_the_straight_way_cannot_pass():
         goto = ftqp.GoTo(planner, pose=there, straight=straight)
         steps = go(goto, start, longest=20.0)
         assert goto.status is (STATUS.UNREACHABLE if straight else STATUS.REACHED)
+        assert (goto.way is None) is straight
         rows = np.array([step.q for step in steps])
         apart = np.min(list(planner.distances(rows).values()), axis=0)
         first = min(d.min() for d in planner.distances(start[None]).values())
         assert apart.min() > min(first, 0.02) - 2e-3
     assert np.abs(PANDA.pose(steps[-1].q) - there).max() < 1e-3
+    assert len(goto.way) > 2 and np.abs(PANDA.pose(goto.way[-1]) - there).max() < 5e-3
+    assert np.abs(rows - goto.way[0]).max(axis=1).min() < 1e-3
 
 
 def test_postures_that_come_too_near_to_a_scene_are_last_and_not_held():

@@ -97,3 +97,12 @@ def test_motions_after_failures_are_drawn_from_start_to_end_with_their_errors(dr
     np.testing.assert_array_equal(error.lines[0].get_ydata(), np.exp(-t))
     assert np.ptp(stands.lines[-2].get_xydata(), axis=0).max() == 0.0
     assert legend(drawn[0])[:2] == ["at the failure", "in the end"]
+
+
+def test_edges_of_what_stands_around_an_arm_are_drawn_behind_it(drawn, tmp_path):
+    edges = [((0.5, 0.0, 0.0), (0.5, 0.0, 1.0)), ((0.5, 0.0, 1.0), (0.5, 1.0, 1.0))]
+    arm = ftqp.robots.load("panda")
+    panels = {"error [mm]": {"a": (T, T)}}
+    view = loop(drawn, tmp_path, panels, arm=(arm, np.tile(arm.neutral, (9, 1))), edges=edges)[0]
+    assert np.allclose(view.lines[0].get_xydata(), np.array(edges[0]) @ loop_picture.OBLIQUE.T)
+    assert np.allclose(view.lines[1].get_xydata(), np.array(edges[1]) @ loop_picture.OBLIQUE.T)

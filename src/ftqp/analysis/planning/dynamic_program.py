@@ -14,6 +14,7 @@ from ftqp.analysis.planning.nodes import curve_nodes, sampled_nodes
 from ftqp.analysis.planning.plan_case import PlanCase, speeds
 from ftqp.analysis.planning.survival_labels import node_labels, unreached
 from ftqp.analysis.survival.task_path import TaskPath
+from ftqp.analysis.survival.way_round import DT, way_round
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.errors import InputError
 
@@ -100,17 +101,17 @@ def _within(scaled: FloatArray, box: FloatArray) -> FloatArray:
 
 def farthest_waypoint(
     nodes: Sequence[FloatArray], starts: BoolArray, reach: FloatArray, turning: BoolArray
-) -> int:
-    """The last waypoint that any way from the starts gets to."""
+) -> tuple[int, IntArray]:
+    """The last waypoint that any way from the starts gets to, and its nodes that one gets to."""
     at = np.flatnonzero(starts)
     for k in range(len(nodes) - 1):
         if not len(at) or not len(nodes[k + 1]):
-            return k
+            return k, at
         ahead = np.unique(_pairs(nodes[k][at], nodes[k + 1], reach, turning)[1])
         if not len(ahead):
-            return k
+            return k, at
         at = ahead
-    return len(nodes) - 1
+    return len(nodes) - 1, at
 
 
 LEAST_MARGIN = 0.01
@@ -152,7 +153,7 @@ def grid_plan(case: PlanCase) -> GridPlan:
     first = 0 if q0 is not None else int(np.argmin(ways.values[0]))
     if not np.isfinite(ways.values[0][first]):
         starts = np.arange(len(nodes[0])) == 0 if q0 is not None else np.ones(len(nodes[0]), dtype=np.bool_)
-        last = farthest_waypoint(nodes, starts, task.dt * farthest, study.turning)
+        last, at = farthest_waypoint(nodes, starts, task.dt * farthest, study.turning)
         remedies = [
             *(["raise share"] if settings.share < 1.0 else []),
             "give the path more time",
@@ -161,6 +162,7 @@ def grid_plan(case: PlanCase) -> GridPlan:
         raise InputError(
             f"no way along the path is found beyond t = {task.t[last]:g} s that joints of {study.robot.name} "
             f"follow at {settings.share:g} of their speed; {', '.join(remedies[:-1])}, or {remedies[-1]}"
+            + _round(task, last, nodes, at, ways)
         )
     way = ways.from_node(first)
     kept = [survives[k][way[k]] for k in range(task.N)]
@@ -169,6 +171,26 @@ def grid_plan(case: PlanCase) -> GridPlan:
         coverage=float(np.mean(kept * case.weights)),
         bound=np.array([labels.sum(axis=1).max() for labels in survives], dtype=np.float64),
         nodes=sum(len(found) for found in nodes),
+    )
+
+
+MOST_GOALS = 32
+"""So many postures behind a gap are looked for a way to, the nearest ones. A guess."""
+
+
+def _round(task: TaskPath, last: int, nodes: Sequence[FloatArray], at: IntArray, ways: Ways) -> str:
+    """Whether joints could come to a posture there from which the path goes on, off the path, in words."""
+    ahead = nodes[last][np.isfinite(ways.values[last])]
+    if not len(ahead) or not len(at):
+        return ""
+    start = nodes[last][at[0]]
+    goals = ahead[np.argsort(np.abs(ahead - start).max(axis=1), kind="stable")[:MOST_GOALS]]
+    motion, looked = way_round(task, start, goals=goals)
+    if motion is None:
+        return f"; off the path {looked}"
+    return (
+        f"; off the path a way round of {DT * len(motion):.1f} s leads on: part the path at "
+        f"t = {task.t[last]:g} s, plan both parts, and go from one to the other, ftqp.GoTo(planner, q=...)"
     )
 
 

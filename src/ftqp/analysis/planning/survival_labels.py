@@ -11,6 +11,7 @@ from ftqp.analysis.planning.plan_case import PlanCase, in_parts
 from ftqp.analysis.survival.continuing import continuation_study, locks_survived
 from ftqp.analysis.survival.coverage import FOLLOWED
 from ftqp.analysis.survival.task_path import TaskPath
+from ftqp.analysis.survival.way_round import nearest_bodies
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.enums import SURVIVED
@@ -30,9 +31,11 @@ def unreached(study: GoalStudy, task: TaskPath, k: int) -> InputError:
     reached = q[left <= study.tolerance]
     inside = reached[(reached >= limits.q_min).all(axis=1) & (reached <= limits.q_max).all(axis=1)]
     if len(inside) and not task.clear(inside).any():
+        far = task.clearances(inside)
         return InputError(
-            f"{robot.name} comes too near to something at {where}: {1e3 * task.clearances(inside).max():.3g} "
-            f"mm at most, expected {1e3 * _keep(task):g} mm; move the path or what stands there"
+            f"{robot.name} comes too near to something at {where}: {1e3 * far.max():.3g} mm at most "
+            f"({nearest_bodies(task, inside[far.argmax()])}), expected {1e3 * _keep(task):g} mm; move the "
+            "path or what stands there"
         )
     if not len(reached):
         return InputError(
@@ -55,8 +58,9 @@ def refuse_near(task: TaskPath, q: FloatArray, which: str) -> None:
     if task.around is not None and far[k] < _keep(task) - OUTSIDE:
         at = "" if len(q) == 1 else f" at sample {k}"
         raise InputError(
-            f"{which} comes too near to something{at}: {1e3 * far[k]:.3g} mm, expected at least "
-            f"{1e3 * _keep(task):g} mm; start elsewhere, move the path, or ask for less, "
+            f"{which} comes too near to something{at}: {1e3 * far[k]:.3g} mm "
+            f"({nearest_bodies(task, q[k])}), expected at least {1e3 * _keep(task):g} mm; start elsewhere, "
+            "move the path, or ask for less, "
             "ftqp.Clearance(keep=...)"
         )
 

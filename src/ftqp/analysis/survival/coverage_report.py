@@ -9,10 +9,12 @@ import numpy as np
 
 from ftqp.analysis.survival.failure_instants import Pairs
 from ftqp.analysis.survival.task_path import TaskPath
+from ftqp.analysis.survival.way_round import way_round
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, positive
 from ftqp.core.errors import FtqpError, InputError, unknown
 from ftqp.core.picture import painted
 from ftqp.core.small_picture import html_table, strips_svg
+from ftqp.faults.kinds import Degraded, Locked
 from ftqp.kernel.layout.enums import Survival
 from ftqp.model.robot import Robot
 
@@ -107,13 +109,16 @@ class NotSurvived(FtqpError):
         reason: Survival,
         q: FloatArray,
         errors: tuple[float, float] | None = None,
+        looked: str | None = None,
     ) -> None:
         self.joint, self.time, self.until, self.reason, self.q = joint, time, until, reason, q
         self.errors = errors
         best = "" if errors is None else "; the best effort to its end is off by {:.3g} m and {:.3g} rad"
         super().__init__(
             f"the path cannot be finished when {joint!r} locks at t = {time:g} s ({reason.name}); it can be "
-            f"followed until t = {until:g} s" + best.format(*(errors or ()))
+            f"followed until t = {until:g} s"
+            + best.format(*(errors or ()))
+            + ("" if looked is None else f"; of its end {looked}")
         )
 
 
@@ -369,6 +374,51 @@ class CoverageReport:
                 q=motion[: last - k + 1],
                 errors=(float(best.position[0]), float(best.rotation[0])),
             )
+        return motion
+
+    def way_round(self, joint: str | int, time: float) -> FloatArray:
+        """How the other joints come to the end of the path, leaving it, where a failure is not survived.
+
+        From where the path is lost the search of ``ftqp.GoTo`` looks for a way to its last pose, within the
+        tolerances, round what stands around; the joint that has failed stands, or is as slow as it is.
+
+        Args:
+            joint: Its name or index, or a name among ``names``.
+            time: From 0 to before the end of the path [s].
+
+        Returns:
+            The joints in every millisecond from rest to rest, (ticks, nv) [rad or m].
+
+        Raises:
+            InputError: As of ``continue_after``, or the failure is survived on the path.
+            NotSurvived: No way round was found either; the message says what was looked for.
+        """
+        try:
+            self.continue_after(joint, time)
+        except NotSurvived as lost:
+            return self._round(self._row(joint), lost)
+        raise InputError(
+            f"a failure of {joint!r} at t = {time:g} s is survived on the path; take continue_after"
+        )
+
+    def _round(self, row: int, lost: NotSurvived) -> FloatArray:
+        """The way from where the path is lost to its end."""
+        share = self._pairs.share
+        motion, looked = way_round(
+            self.task,
+            lost.q[-1],
+            faults=[
+                Locked(i, mode="instant") if share is None else Degraded(i, velocity=share)
+                for i in self.failures[row]
+            ],
+            pose=self.task.goals[-1],
+            tolerance=self.tolerance,
+        )
+        if motion is None:
+            raise NotSurvived(
+                joint=lost.joint, time=lost.time, until=lost.until, reason=lost.reason, q=lost.q,
+                errors=lost.errors, looked=looked,
+            ) from None  # fmt: skip
         return motion
 
     def mission_survival(self, mtbf: Mapping[str | int, float]) -> MissionSurvival:

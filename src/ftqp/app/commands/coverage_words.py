@@ -99,6 +99,12 @@ def _sentences(facts: dict[str, Any]) -> list[str]:
             f"After a survived failure the end effector stays within {1e3 * near:.2g} mm and {turned:.2g} "
             "rad of its path."
         )
+    led = [name for name, seconds in facts.get("way_round", {}).items() if seconds is not None]
+    if led:
+        said.append(
+            f"Where {', '.join(led)} first cannot be done without, a way round off the path still leads to "
+            f"its end, in {max(facts['way_round'][name] for name in led):.1f} s at most."
+        )
     if facts["upper_bound"] is not None:
         least, joints = min(facts["upper_bound"]), len(facts["per_joint"])
         if least < joints:

@@ -13,10 +13,11 @@ from ftqp import __version__
 from ftqp.analysis import CoverageReport, coverage
 from ftqp.analysis.planning.fault_plan import Plan
 from ftqp.analysis.survival.coverage import CoverageCase
-from ftqp.analysis.survival.coverage_report import SENTENCES
+from ftqp.analysis.survival.coverage_report import SENTENCES, NotSurvived
 from ftqp.analysis.survival.failure_instants import Pairs
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.analysis.survival.tolerable_joints import Bound
+from ftqp.analysis.survival.way_round import DT
 from ftqp.app.commands.coverage_words import HEAT_MAP, MOTION, PAGE, coverage_told, write_page
 from ftqp.app.output.console import ExitCode, answer, json_text, say
 from ftqp.app.run.healthy_motion import healthy_motion, motion_of_task
@@ -230,7 +231,18 @@ def facts_of(found: Subject, rep: CoverageReport) -> dict[str, Any]:
         "upper_bound": None if rep.upper_bound is None else rep.upper_bound.tolist(),
         "reasons": {name: _reason(rep, row) for row, name in enumerate(shares)},
         "best_effort": {name: _worst(best[row]) for row, name in enumerate(shares)},
+        "way_round": {name: _round(rep, row) for row, name in enumerate(shares) if lost[row].any()},
     }
+
+
+def _round(rep: CoverageReport, row: int) -> float | None:
+    """How long a way round takes where this failure is first not survived [s]; None without one."""
+    if rep.post == "planner":
+        return None
+    try:
+        return DT * len(rep.way_round(rep.names[row], float(rep.t[int(np.argmin(rep.survived[row]))])))
+    except NotSurvived:
+        return None
 
 
 def _reason(rep: CoverageReport, row: int) -> str | None:

@@ -280,6 +280,12 @@ class GoTo:
         return self._errors_at(self._view.command.q)[1]
 
     @property
+    def way(self) -> FloatArray | None:
+        """Places of the way round that was found, from where the arm stood, (k, nv) [rad or m]; or None."""
+        found = self._joints.searched
+        return found.way if found is not None and found.has_way else None
+
+    @property
     def _who(self) -> str:
         return "the end effector" if self._tip is None else self._tip.frame.label
 

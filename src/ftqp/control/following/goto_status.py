@@ -41,7 +41,7 @@ class GoToStatus(Enum):
 def missed_by(position: float, rotation: float, tolerances: tuple[float, float]) -> str:
     """By how much a frame misses its goal, in words; empty where it does not."""
     parts = (
-        (position > tolerances[0], f"{1e3 * position:.3g} mm"),
+        (position > tolerances[0], f"{1e3 * position:.3g} mm" if position < 1.0 else f"{position:.3g} m"),
         (rotation > tolerances[1], f"{rotation:.3g} rad"),
     )
     return " and ".join(text for misses, text in parts if misses)

@@ -203,7 +203,8 @@ class Scene(Mapping[str, Placed]):
             )
         if len(placed) >= SHAPES:
             raise InputError(
-                f"the scene has {SHAPES} shapes, and no room for {name!r}; put several into one box"
+                f"the scene has {SHAPES} shapes, and no room for {name!r}; put several into one box, or "
+                "small ones as balls into a cloud, scene.update(balls)"
             )
         self._change(placed | {name: Placed(shape, shape.place, STANDS)}, self.balls)
 

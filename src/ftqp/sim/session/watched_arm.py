@@ -4,6 +4,7 @@ from typing import final
 
 import numpy as np
 
+from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.running_task import RunningTask
 from ftqp.control.planner.ways.way_out import WayOut
 from ftqp.control.task.soft_tasks import PoseTask, RelativeTask
@@ -24,6 +25,15 @@ CARRIED = 0.2
 """Things of a scene are carried so fast [m/s]: an arm at rest can flee from that. A convention."""
 APART = 1e-6
 """A joint farther from its command than this was repaired elsewhere than its planner thinks [rad or m]."""
+
+
+def facts_at(planner: Planner, measures: FurtherMeasures, q: FloatArray) -> tuple[FurtherFact, ...]:
+    """Soft tasks, kept points and things around at a posture, (nv,)."""
+    if not len(measures) or not np.isfinite(q).all():
+        return ()
+    values = zip(measures.all, measures.at(q).tolist(), strict=True)
+    named = {f"{one.group}.{one.name}": value for one, value in values}
+    return further_facts(further_about(planner, q), named)
 
 
 @final
@@ -244,18 +254,9 @@ class WatchedArm:
             rotation_error=step.rotation_error,
             step_time_us=MICROSECONDS * self._made.elapsed,
             rival=rival,
-            further=self._further(plant.q),
+            further=facts_at(self._player.planner, self._measures, plant.q),
             ways=self._ghosts,
         )
-
-    def _further(self, q: FloatArray) -> tuple[FurtherFact, ...]:
-        """Soft tasks, kept points and things around at a posture, (nv,)."""
-        measures = self._measures
-        if not len(measures) or not np.isfinite(q).all():
-            return ()
-        values = zip(measures.all, measures.at(q).tolist(), strict=True)
-        named = {f"{one.group}.{one.name}": value for one, value in values}
-        return further_facts(further_about(self._player.planner, q), named)
 
     def _ghost(self, way: WayOut, start: FloatArray) -> Ghost:
         """A way out as a picture needs it."""

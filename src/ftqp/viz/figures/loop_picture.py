@@ -32,6 +32,7 @@ def draw_loop(
     styles: Mapping[str, str] | None = None,
     arm: tuple[Robot, Any] | None = None,
     fault: tuple[float, str] | None = None,
+    edges: Any = None,
 ) -> Path:
     """Draw a motion that a loop of yours has made to a PNG file.
 
@@ -45,6 +46,7 @@ def draw_loop(
             certain ones; curves of a panel that begin with the same two words share a colour. None: by order.
         arm: The robot and its configurations, (K, nv): it is drawn at six instants. None: no arm.
         fault: When a joint failed, and how that is called; a line in every panel. None: no line.
+        edges: Of what stands around the arm, their ends in the base's frame, (K, 2, 3) [m]. None: nothing.
 
     Raises:
         InputError: The file cannot be written.
@@ -55,7 +57,7 @@ def draw_loop(
     else:
         parts: Any = figure.subfigures(1, 2, width_ratios=[4.2, 5.8])
         before, beside = parts
-        _draw_arm(before, *arm)
+        _draw_arm(before, *arm, np.zeros((0, 2, 3)) if edges is None else np.asarray(edges))
     axes = np.atleast_1d(beside.subplots(len(panels), 1, sharex=True))
     for panel, (label, lines) in zip(axes, panels.items(), strict=True):
         _draw_curves(panel, lines, fault, styles)
@@ -93,7 +95,7 @@ def _family(name: str) -> str:
     return " ".join(name.replace(",", " ").split()[:2])
 
 
-def _draw_arm(figure: Figure, robot: Robot, q: Any) -> None:
+def _draw_arm(figure: Figure, robot: Robot, q: Any, edges: Any) -> None:
     """The arm at its instants, the first faint, with the way of its tip; obliquely where it is not flat."""
     motion = np.asarray(q, dtype=np.float64)
     frame = frame_id(robot.model, robot.tip)
@@ -103,6 +105,8 @@ def _draw_arm(figure: Figure, robot: Robot, q: Any) -> None:
     flat = np.ptp(np.vstack([*arms, way])[:, 2]) < 1e-6
     view = np.eye(3)[:2] if flat else OBLIQUE
     panel = figure.subplots()
+    for edge in edges:
+        panel.plot(*(edge @ view.T).T, color=RED, linewidth=1.0)
     for k, points in enumerate(arms):
         share, at = (k + 1) / INSTANTS, points @ view.T
         for limb in robot.chain.limbs:

@@ -7,11 +7,13 @@ import numpy as np
 
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
-from ftqp.sim.session.frame import DrawnArm, Frame, placed
+from ftqp.sim.further_measures import FurtherMeasures
+from ftqp.sim.session.frame import DrawnArm, Frame, FurtherFact, Ghost, placed
 from ftqp.sim.session.session_commands import Command
+from ftqp.sim.session.watched_arm import facts_at
 from ftqp.viz.live.live_page import PICTURES, Page
 from ftqp.viz.live.stage import Stage
 
@@ -54,6 +56,8 @@ class View:
         self._planner = what if isinstance(what, Planner) else None
         self.robot = what.robot if isinstance(what, Planner) else what
         self._drawn, self._due, self._k = DrawnArm(self.robot), -np.inf, 0
+        self._measures = None if self._planner is None else FurtherMeasures(self._planner)
+        self._lead(None)
         self._frame = self._framed(self.robot.neutral if q is None else self.robot.angles(q), None)
         self._page = Page(self, port=port)
 
@@ -79,21 +83,22 @@ class View:
         """The address of the page, which only this machine reaches."""
         return self._page.url
 
-    def show(self, step: Any = None) -> None:
+    def show(self, step: Any = None, *, way: Any = None) -> None:
         """Draw the arm, if the last picture is a thirtieth of a second old.
 
         Args:
             step: A step of the planner, or a configuration, (nv,) or (nq,) [rad or m]; None draws what there
                 is again, with what the planner now believes.
+            way: Places that the joints are to go to, (k, nv) [rad or m], as ``GoTo.way`` has them: the end
+                effector's way there is drawn, and the arm at its end as a ghost. None: no ghost.
 
         Raises:
             InputError: The shape is another one, or a number is NaN or infinite.
         """
         self._k += 1
-        now = monotonic()
-        if now < self._due:
+        self._lead(way)
+        if monotonic() < self._due:
             return
-        self._due = now + 1.0 / PICTURES
         if step is None:
             self._frame = self._framed(self._frame.q, None)
         elif isinstance(step, Step):
@@ -101,6 +106,25 @@ class View:
         else:
             self._frame = self._framed(self.robot.angles(step), None)
         self._page.refresh()
+        self._due = monotonic() + 1.0 / PICTURES  # however long that took, the loop has as long for itself
+
+    def _lead(self, way: Any) -> None:
+        """Keep the ghost of a way, made anew where it is another one."""
+        if way is None or not np.size(way):
+            self._led = np.zeros((0, self.robot.nv))
+            self._ghosts: tuple[Ghost, ...] = ()
+            return
+        places = array("way", way, (*np.shape(way)[:1], self.robot.nv), "(k, nv)")
+        if np.array_equal(places, self._led):
+            return
+        self._led = places.copy()
+        price, drawn = f"{np.linalg.norm(np.diff(places, axis=0), axis=1).sum():.1f} rad", self._drawn
+        self._ghosts = (
+            Ghost(
+                kind="way round", clear=True, price=price, sentence=f"way round: {price}", q=self._led,
+                joints=drawn.joints(places[-1]), tips=drawn.tips(places),
+            ),
+        )  # fmt: skip
 
     def close(self) -> None:
         """End the page."""
@@ -127,7 +151,9 @@ class View:
 
     def _framed(self, q: FloatArray, step: Any) -> Frame:
         """The picture at a configuration, (nv,), after a step or without one."""
-        planner, drawn = self._planner, self._drawn
+        planner, drawn, further = self._planner, self._drawn, tuple[FurtherFact, ...]()
+        if planner is not None and self._measures is not None:
+            further = facts_at(planner, self._measures, q)
         codes = drawn.codes({} if planner is None else planner.faults)
         return drawn.frame(
             tick=self._k,
@@ -140,4 +166,6 @@ class View:
             status=0 if step is None else step.code,
             position_error=0.0 if step is None else step.position_error,
             rotation_error=0.0 if step is None else step.rotation_error,
+            ways=self._ghosts,
+            further=further,
         )
