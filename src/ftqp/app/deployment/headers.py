@@ -12,7 +12,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import STOP_REASONS, StepStatus
 from ftqp.control.task.task import row_indices
 from ftqp.kernel.entry.orders import LIMITS
-from ftqp.kernel.layout.enums import JOINTS, Brakes, DriveKind, FaultKind, StopReason
+from ftqp.kernel.layout.enums import JOINTS, NEWS, Brakes, DriveKind, FaultKind, StopReason
 from ftqp.kernel.layout.flat_arrays import COLUMNS
 from ftqp.kernel.layout.record import dtype
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, SUSPECTS
@@ -24,9 +24,8 @@ FIELDS = (
     "feedback.q_sent", "feedback.v_sent",
     "feedback.tau_sent", "feedback.kind", "state.a_command", "state.tau", "kinematics.has_dynamics",
     "feedback.speed", "task.position_error", "state.dt", "kinematics.R_tip", "kinematics.o_tip",
-    "feedback.asks", "feedback.lost", "feedback.brakes", "watch.latched", "watch.reason", "feedback.spent",
-    "monitor.names", "monitor.worst", "monitor.found", "monitor.found_at", "monitor.began", "monitor.counted",
-    "monitor.G", "monitor.G_lock", "monitor.G_free",
+    "feedback.asks", "feedback.lost", "feedback.brakes", "watch.latched", "watch.reason",
+    "monitor.names", "monitor.worst", "monitor.found", "monitor.found_at", "monitor.began",
 )  # fmt: skip
 """Fields of the record that the C interface reads."""
 PATH = ("progress", "rate", "end")
@@ -80,6 +79,7 @@ def layout_header(joints: int = JOINTS) -> str:
         "MOST_SAMPLES": SAMPLES,
         "OUTSIDE_FROM": OUTSIDE_FROM,
         "SUSPECTS": SUSPECTS,
+        "NEWS": NEWS,
         "STOPPED_AS_ASKED": int(StopReason.ASKED),
         "TORQUE_DRIVE": int(DriveKind.TORQUE),
         **{f"{kind.name}_BRAKES": int(kind) for kind in Brakes},

@@ -106,6 +106,7 @@ def start(K: Any, given: Any, q: Any, v: Any) -> None:
         gate.sent[i] = q[i] + K.monitor.told_lead[i] * v[i]
         gate.v[i] = gate.speed[i] = state.v_command[i] = state.v[i] = v[i]
         state.a_command[i] = 0.0
+        K.monitor.counted[i] = K.monitor.found[i]
         K.criteria.posture[i] = given.posture[i] if given.has_posture else q[i]
     if K.chain.mimics:
         for places in (state.q, state.q_command, gate.q, gate.sent):

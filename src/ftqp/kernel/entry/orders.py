@@ -116,6 +116,14 @@ class Orders:
         """Believe what a record of kind ``fault``, (1,), says of a joint."""
         self._session.bind("believe", self.memory, fault)(int(goes_on))
 
+    def respond(self, joint: int) -> int:
+        """What becomes of a joint by what the monitor says of it, see ``believed.respond``."""
+        return self._call("respond", self.memory)(joint)
+
+    def forget_finding(self, joint: int) -> None:
+        """Forget what was found of a joint."""
+        self._call("forget_finding")(joint)
+
     def believed(self) -> None:
         """What begins anew after faults were told."""
         self._call("believed", self.memory)()

@@ -173,6 +173,12 @@ follow_plan rows.plan_posture
 believe commands.believed first c
     takes K:record G:given fault:fault goes_on
     calls believe(K.faults, K.limits, G, fault, goes_on)
+respond commands.believed first c
+    takes K:record G:given joint
+    calls respond(K, G, joint)
+forget_finding commands.believed first c
+    takes K:record joint
+    calls forget_finding(K, joint)
 believed commands.believed first c
     takes K:record G:given
     calls begin_to_believe(K, G)

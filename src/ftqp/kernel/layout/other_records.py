@@ -17,6 +17,8 @@ STARTS = 5
 """Postures from which a rest posture is looked for."""
 WORKS_STILL, IS_LOCKED_NOW, SWINGS_NOW = 0, 1, 2
 """What becomes of a joint that a planner is told of: it works, within limits that may be lower, or not."""
+LEFT_ALONE, DOUBTED = 3, 4
+"""What else may become of one of which something was found."""
 
 WIDTH: Final = 8
 """Configurations of a law side by side: as many as a block of joints has in ``side_by_side``."""

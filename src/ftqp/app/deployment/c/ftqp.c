@@ -23,6 +23,8 @@ _Static_assert(sizeof(ftqp_target) == NUMBERS * sizeof(double), "ftqp_target is 
 int64_t KERNEL(deployed_step)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(believe)(int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(believed)(int64_t, int64_t);
+int64_t KERNEL(respond)(int64_t, int64_t, int64_t);
+int64_t KERNEL(forget_finding)(int64_t, int64_t);
 int64_t KERNEL(sample_reserve)(int64_t, int64_t, int64_t);
 int64_t KERNEL(count_on)(int64_t, int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(hold_up)(int64_t, int64_t, int64_t);
@@ -155,8 +157,6 @@ static int fill(ftqp *p, const unsigned char *file, const Head *head) {
     return 0;
 }
 
-static void write_whole(ftqp *p, uint64_t offset, int64_t number) { memcpy(field(p, offset), &number, sizeof number); }
-
 /* What is found now, as one number. */
 static uint32_t findings(const ftqp *p) {
     uint32_t sum = 0;
@@ -166,12 +166,7 @@ static uint32_t findings(const ftqp *p) {
 
 /* What was found of a joint is forgotten: it is another's to say what becomes of it. */
 static void forget(ftqp *p, int joint) {
-    const uint64_t at = 8 * (uint64_t)joint;
-    write_whole(p, MONITOR_FOUND + at, 0);
-    write_whole(p, MONITOR_COUNTED + at, 0);
-    write_whole(p, FEEDBACK_LOST + at, 0);
-    field(p, FEEDBACK_SPENT)[joint] = 0.0;
-    field(p, MONITOR_G)[joint] = field(p, MONITOR_G_LOCK)[joint] = field(p, MONITOR_G_FREE)[joint] = 0.0;
+    if (whole(p, p->record, MONITOR_NAMES)) KERNEL(forget_finding)(AT(part(p, p->record)), joint);
     p->noticed = findings(p);
 }
 
@@ -266,18 +261,8 @@ int ftqp_reset(ftqp *p, const double *q, const double *v) {
     return begun < 0 || is_within(p, own.q, own.v) ? (int)begun : FTQP_BEYOND_LIMITS;
 }
 
-int ftqp_step(ftqp *p, const double *q, const double *v, const ftqp_target *target, int ticks) {
-    const int code = is_open(p);
-    if (code) return code;
-    if (q == NULL || target == NULL) return FTQP_NULL;
-    if (ticks < 1) return FTQP_BAD_TICKS;
-    Inputs own;
-    copy_inputs(p, &own, q, v, target);
-    const int64_t status = KERNEL(deployed_step)(
-        AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->free)), AT(own.q), AT(own.v), AT(&own.target), ticks,
-        AT(part(p, p->work)));
-    if (status >= 0) p->status = (int32_t)status;
-    return (int)status;
+static void count_on(ftqp *p) {
+    KERNEL(count_on)(AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->rows)), p->samples, AT(p->shares));
 }
 
 static int same_number(double a, double b) { return a == b || (isnan(a) && isnan(b)); }
@@ -287,6 +272,47 @@ static int same(const ftqp_fault *a, const ftqp_fault *b) {
            same_number(a->deceleration, b->deceleration) && a->damping == b->damping &&
            a->friction == b->friction && a->velocity == b->velocity && a->acceleration == b->acceleration &&
            a->torque == b->torque && same_number(a->q_min, b->q_min) && same_number(a->q_max, b->q_max);
+}
+
+/* Believe what has been accepted: 0 where that was believed before. */
+static int believe(ftqp *p, const ftqp_fault *fault) {
+    ftqp_fault *now = (ftqp_fault *)part(p, p->faults) + fault->joint;
+    if (same(fault, now)) return 0;
+    const int64_t goes_on = now->kind == FTQP_LOCKED;
+    ftqp_fault told = *fault;
+    told.kind = fault->kind == FTQP_LOCKED          ? KERNEL_LOCKED
+                : fault->kind == FTQP_FREE_SWINGING ? KERNEL_SWINGS
+                                                    : KERNEL_WORKS;
+    *now = *fault;
+    KERNEL(believe)(AT(part(p, p->record)), AT(part(p, p->given)), AT(&told), goes_on);
+    KERNEL(believed)(AT(part(p, p->record)), AT(part(p, p->given)));
+    count_on(p);
+    return 1;
+}
+
+/* The status of a step, after which what was found is counted on. */
+static int responded(ftqp *p, int64_t status) {
+    if (status >= NEWS)
+        for (int i = 0; i < p->joints; i++) {
+            const int64_t becomes = KERNEL(respond)(AT(part(p, p->record)), AT(part(p, p->given)), i);
+            if (becomes > KERNEL_SWINGS) continue;
+            const ftqp_fault fault = ftqp_fault_of(i, (int)becomes);
+            believe(p, &fault);
+        }
+    if (status >= 0) p->status = (int32_t)(status % NEWS);
+    return status >= 0 ? p->status : (int)status;
+}
+
+int ftqp_step(ftqp *p, const double *q, const double *v, const ftqp_target *target, int ticks) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (q == NULL || target == NULL) return FTQP_NULL;
+    if (ticks < 1) return FTQP_BAD_TICKS;
+    Inputs own;
+    copy_inputs(p, &own, q, v, target);
+    return responded(p, KERNEL(deployed_step)(
+        AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->free)), AT(own.q), AT(own.v), AT(&own.target), ticks,
+        AT(part(p, p->work))));
 }
 
 static int is_share(double share) { return share > 0.0 && share <= 1.0; }
@@ -344,25 +370,6 @@ static int accepted(const ftqp *p, const ftqp_fault *told, ftqp_fault *fault) {
     return 0;
 }
 
-static void count_on(ftqp *p) {
-    KERNEL(count_on)(AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->rows)), p->samples, AT(p->shares));
-}
-
-/* Believe what has been accepted. */
-static void believe(ftqp *p, const ftqp_fault *fault) {
-    ftqp_fault *now = (ftqp_fault *)part(p, p->faults) + fault->joint;
-    const int64_t goes_on = now->kind == FTQP_LOCKED;
-    ftqp_fault told = *fault;
-    told.kind = fault->kind == FTQP_LOCKED          ? KERNEL_LOCKED
-                : fault->kind == FTQP_FREE_SWINGING ? KERNEL_SWINGS
-                                                    : KERNEL_WORKS;
-    *now = *fault;
-    KERNEL(believe)(AT(part(p, p->record)), AT(part(p, p->given)), AT(&told), goes_on);
-    KERNEL(believed)(AT(part(p, p->record)), AT(part(p, p->given)));
-    count_on(p);
-    forget(p, fault->joint);
-}
-
 int ftqp_report(ftqp *p, const ftqp_fault *fault) {
     ftqp_fault told;
     int code = is_open(p);
@@ -370,9 +377,9 @@ int ftqp_report(ftqp *p, const ftqp_fault *fault) {
     if (fault == NULL) return FTQP_NULL;
     code = accepted(p, fault, &told);
     if (code) return code;
-    if (same(&told, (const ftqp_fault *)part(p, p->faults) + told.joint)) return 0;
-    believe(p, &told);
-    if (told.torque < 1.0 && whole(p, p->record, CHAIN_HAS_INERTIA))
+    const int news = believe(p, &told);
+    forget(p, told.joint);
+    if (news && told.torque < 1.0 && whole(p, p->record, CHAIN_HAS_INERTIA))
         KERNEL(hold_up)(AT(part(p, p->record)), AT(part(p, p->arm)), told.joint);
     return 0;
 }
@@ -382,10 +389,9 @@ int ftqp_withdraw(ftqp *p, int joint) {
     if (code) return code;
     if (joint < 0 || joint >= p->joints) return FTQP_NO_JOINT;
     const int leader = leader_of(p, joint);
-    const int64_t found = whole(p, p->record, MONITOR_FOUND + 8 * (uint64_t)leader);
-    if (!found && ((const ftqp_fault *)part(p, p->faults))[leader].kind == KERNEL_WORKS) return 0;
     const ftqp_fault healthy = ftqp_fault_of(leader, KERNEL_WORKS);
     believe(p, &healthy);
+    forget(p, leader);
     return 0;
 }
 
@@ -419,11 +425,9 @@ int ftqp_follow(ftqp *p, const double *q, const double *v, int ticks) {
 #ifdef FTQP_WITH_PATH
     Inputs own;
     copy_inputs(p, &own, q, v, NULL);
-    const int64_t status = KERNEL(deployed_follow)(
+    return responded(p, KERNEL(deployed_follow)(
         AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->free)), AT(part(p, p->path)), AT(part(p, p->table)),
-        (int64_t)(p->table_bytes / SIZE_OF_INTERVAL), AT(own.q), AT(own.v), ticks, AT(part(p, p->work)));
-    if (status >= 0) p->status = (int32_t)status;
-    return (int)status;
+        (int64_t)(p->table_bytes / SIZE_OF_INTERVAL), AT(own.q), AT(own.v), ticks, AT(part(p, p->work))));
 #else
     (void)v;
     return FTQP_UNSUPPORTED;
