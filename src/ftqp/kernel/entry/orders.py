@@ -158,6 +158,14 @@ class Orders:
         """Count on a load at the tip."""
         self._session.bind("carry", self._arm.memory, self.memory, load.memory)()
 
+    def hold(self, place: FloatArray) -> None:
+        """Control the point at a pose, (4, 4), in the frame of the robot's own tip."""
+        self._session.bind("hold", self.memory, np.ascontiguousarray(place))()
+
+    def aim(self, task: int, target: FloatArray) -> None:
+        """Let the goal of a further task be that of a packed target, (28,) or more."""
+        self._call("aim", self.memory)(task, target.ctypes.data)
+
     def give_up(self) -> bool:
         """Whether the next set of rows of the task was given up; False where no more may be."""
         return bool(self._call("give_up")())

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from ftqp.kernel.layout import enums
+from ftqp.kernel.layout import enums, scene_room
 from ftqp.kernel.layout.structures import sections
 
 FAILED_JOINTS = 2
@@ -108,6 +108,9 @@ given  What a planner was made with, as far as what it is told later needs it.
     body_inertia  f8[6]
     q_min q_max v_max a_max tau_max coulomb  f8[N]  limits and friction of the healthy arm
     posture  f8[N]
+    begins  i8[TERMS]  of a further task: 1 where its goal is where the arm begins, -1 where nobody sets it
+    mount  f8[TERMS,9]  rotation of its frame in that of ``terms.body``
+    onto  f8[TERMS,12]  the frame that its goal is told in, in that of ``terms.other``, by rows
 free  Work memory beside a joint that swings freely: the plan, the gain, and the rollout on its way.
     plan  f8[SEGMENTS,N]  a factor of a_max for each segment and joint, or BRAKE
     base_q base_v  f8[N]  the state that trials begin from
@@ -263,5 +266,5 @@ batch  How many arms and ticks there are, and where the arrays of all arms lie.
 standalone  What a solver alone has beside its QP.
     centre g_given diagonal_given  f8[VARIABLES]
 """
-OTHERS: Final = sections(TEXT, vars(enums) | globals())
+OTHERS: Final = sections(TEXT, vars(enums) | vars(scene_room) | globals())
 """What gives the fields of each."""

@@ -33,6 +33,11 @@ int64_t KERNEL(stop)(int64_t, int64_t);
 int64_t KERNEL(resume)(int64_t);
 int64_t KERNEL(carry)(int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(torques)(int64_t);
+int64_t KERNEL(ask_for_brake)(int64_t, int64_t);
+int64_t KERNEL(hold)(int64_t, int64_t, int64_t);
+int64_t KERNEL(aim)(int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(aim_joints)(int64_t, int64_t, int64_t);
+int64_t KERNEL(move_thing)(int64_t, int64_t, int64_t, int64_t);
 
 _Static_assert(FTQP_FOUND_SENSOR_DROPPED == FOUND_SENSOR_DROPPED && FTQP_FOUND_LOCKED == FOUND_LOCKED, "as the kernel's");
 
@@ -181,10 +186,28 @@ static int is_chain(const ftqp *p, uint64_t at) {
     return 1;
 }
 
+#if defined(FTQP_LEVEL) && defined(__x86_64__)
+#include <cpuid.h>
+
+/* Whether processor and system have the instructions of x86-64-v3 or v4. */
+static int is_enough(void) {
+    const unsigned fma = 1u << 12, saved = 1u << 27, avx2 = 1u << 5, bmi2 = 1u << 8, avx512 = 0xD0030000u;
+    unsigned a, b, c, d, low, high;
+    if (!__get_cpuid(1, &a, &b, &c, &d) || (c & (fma | saved)) != (fma | saved)) return 0;
+    __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    if (!__get_cpuid_count(7, 0, &a, &b, &c, &d) || (b & (avx2 | bmi2)) != (avx2 | bmi2)) return 0;
+    if ((low & 0x6u) != 0x6u) return 0;
+    return FTQP_LEVEL < 4 || ((b & avx512) == avx512 && (low & 0xE6u) == 0xE6u);
+}
+#else
+static int is_enough(void) { return 1; }
+#endif
+
 int ftqp_open(ftqp *p, const void *file, size_t bytes) {
     Head head;
     if (p == NULL) return FTQP_NULL;
     if ((uintptr_t)p % FTQP_ALIGNMENT) return FTQP_MISALIGNED;
+    if (!is_enough()) return FTQP_PROCESSOR;
     int code = read_head(file, bytes, &head);
     if (code) return code;
     memset(p, 0, sizeof *p);
@@ -482,6 +505,106 @@ int ftqp_carry(ftqp *p, const ftqp_load *load) {
     return 0;
 }
 
+/* What the kernel says of numbers that it was told. */
+static int told(int64_t code) {
+    const int said[] = {0, FTQP_NO_POSE, FTQP_UNSUPPORTED};
+    return code < 0 || code > 2 ? FTQP_INTERNAL : said[code];
+}
+
+int ftqp_tool(ftqp *p, const double *T) {
+    const double none[16] = {1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0};
+    const int code = is_open(p);
+    return code ? code : told(KERNEL(hold)(AT(part(p, p->record)), AT(part(p, p->given)), AT(T == NULL ? none : T)));
+}
+
+int ftqp_brake(ftqp *p, int joint) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (joint < 0 || joint >= p->joints) return FTQP_NO_JOINT;
+    if (((const ftqp_fault *)part(p, p->faults))[joint].kind != FTQP_FREE_SWINGING) return FTQP_NOT_FREE;
+    ftqp_fault stands = ftqp_locked(joint);
+    stands.mode = FTQP_INSTANT;
+    KERNEL(ask_for_brake)(AT(part(p, p->record)), joint);
+    return ftqp_report(p, &stands);
+}
+
+int ftqp_has(const ftqp *p, int what) {
+    const int code = is_open(p);
+    if (code) return code;
+    switch (what) {
+        case FTQP_HAS_DETECTOR: return whole(p, p->record, MONITOR_NAMES) != 0;
+        case FTQP_HAS_PATH: return p->table_bytes != 0;
+        case FTQP_HAS_TASKS: return whole(p, p->record, TERMS_OWN) != 0;
+        case FTQP_HAS_THINGS: return whole(p, p->record, SCENE_OBSTACLES) != 0;
+        case FTQP_HAS_MASSES: return whole(p, p->record, CHAIN_HAS_INERTIA) != 0;
+        case FTQP_HAS_FREE_JOINTS: return whole(p, p->given, GIVEN_MAY_SWING) != 0;
+        case FTQP_HAS_GOALS: return 0;
+        default: return FTQP_UNSUPPORTED;
+    }
+}
+
+int ftqp_tasks(const ftqp *p) {
+    const int code = is_open(p);
+    return code ? code : (int)whole(p, p->record, TERMS_OWN);
+}
+
+/* 0 where the planner has such a task. */
+static int is_task(const ftqp *p, int task) {
+    const int count = ftqp_tasks(p);
+    return count < 0 ? count : task < 0 || task >= count ? FTQP_NO_TASK : 0;
+}
+
+int ftqp_aim(ftqp *p, int task, const ftqp_target *target) {
+    const int code = is_task(p, task);
+    if (code) return code;
+    if (target == NULL) return FTQP_NULL;
+    return told(KERNEL(aim)(AT(part(p, p->record)), AT(part(p, p->given)), task, AT(target)));
+}
+
+int ftqp_aim_joints(ftqp *p, int task, const double *q) {
+    const int code = is_task(p, task);
+    if (code) return code;
+    if (q == NULL) return FTQP_NULL;
+    return told(KERNEL(aim_joints)(AT(part(p, p->record)), task, AT(q)));
+}
+
+int ftqp_weight(ftqp *p, int task, double weight) {
+    const int code = is_task(p, task);
+    if (code) return code;
+    const int is_equation = whole(p, p->record, TERMS_HARD + 8 * (uint64_t)task) != 0;
+    if (!(weight >= 0.0 && isfinite(weight)) || (is_equation && weight > 0.0 && weight != 1.0)) return FTQP_BAD_WEIGHT;
+    field(p, TERMS_WEIGHT)[task] = weight;
+    return 0;
+}
+
+int ftqp_task_error(const ftqp *p, int task, double *error) {
+    const int code = is_task(p, task);
+    if (code) return code;
+    if (error == NULL) return FTQP_NULL;
+    if (p->status < 0) return FTQP_NOT_RESET;
+    if (whole(p, p->record, TERMS_KIND + 8 * (uint64_t)task) == JOINT_PLACES) return FTQP_UNSUPPORTED;
+    memcpy(error, field(p, TERMS_ERROR) + 6 * task, 6 * sizeof *error);
+    return 0;
+}
+
+int ftqp_things(const ftqp *p) {
+    const int code = is_open(p);
+    return code ? code : (int)whole(p, p->record, SCENE_OBSTACLES);
+}
+
+int ftqp_move(ftqp *p, int thing, const double *pose, const double *twist) {
+    const double none[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    const int count = ftqp_things(p);
+    if (count < 0) return count;
+    if (thing < 0 || thing >= count) return FTQP_NO_THING;
+    if (pose == NULL) return FTQP_NULL;
+    return told(KERNEL(move_thing)(AT(part(p, p->record)), thing, AT(pose), AT(twist == NULL ? none : twist)));
+}
+
+double ftqp_clearance(const ftqp *p) {
+    return is_open(p) || p->status < 0 || !whole(p, p->record, SCENE_PAIRS) ? (double)NAN : *field(p, SCENE_DISTANCE);
+}
+
 const double *ftqp_q(const ftqp *p) { return is_open(p) ? NULL : field(p, FEEDBACK_Q_SENT); }
 
 const double *ftqp_v(const ftqp *p) { return is_open(p) ? NULL : field(p, FEEDBACK_V_SENT); }
@@ -626,6 +749,12 @@ const char *ftqp_status_name(int status) {
         case FTQP_BAD_SPEED: return "the speed is not in (0, 1], a share of the path's own";
         case FTQP_OTHER_ARM: return "the arm's file is of another arm than arm.h; take both from one build";
         case FTQP_BAD_LENGTH: return "an array has another length than the arm has joints";
+        case FTQP_NO_TASK: return "the planner has no such further task; see arm.h";
+        case FTQP_NO_THING: return "nothing of that number stood in the scene when it was built; see arm.h";
+        case FTQP_NO_POSE: return "these numbers are no pose, or not finite; the last one stays";
+        case FTQP_BAD_WEIGHT: return "the weight is below 0 or not finite, or, on level 0, neither 0 nor 1";
+        case FTQP_NOT_FREE: return "that joint is not believed to swing freely; report it as locked if it stands";
+        case FTQP_PROCESSOR: return "this processor lacks instructions that the library uses; build it for a lower class, --cpu";
         case FTQP_UNSUPPORTED: return "this build, or this arm, does not have that; see bill.json";
         case FTQP_INTERNAL: return "compiled code has failed, which is a defect of ftqp; please report it";
         default: return "no status of ftqp";
