@@ -235,8 +235,6 @@ int main(int count, char **arguments) {
     using diagnostic_msgs::msg::DiagnosticArray;
     const auto &all = arm.controller.get_node()->published<DiagnosticArray>("/diagnostics");
     expect(all.count > 5 && all.last.status.at(0).values.at(5 + 3).value == "found locked", "and so it is told on /diagnostics");
-    arm.jammed = -1;
-    arm.sent[3] = arm.q[3];
 
     arm.q[1] = NAN;
     arm.run(0.001, &goal);
