@@ -103,8 +103,8 @@ def main(arguments=None):
         demo = of_the_demo(Path(folder) / "built")
     print(f"| C, the episode of `ftqp demo brake` | {row(demo)} | | |")
     print(
-        f"Before the finding {demo['before']:.2f} us at the median, after it {demo['after']:.2f} us; the step that "
-        f"finds the joint and answers {demo['reaction']:.0f} us."
+        f"Before the finding {demo['before']:.2f} us at the median, after it {demo['after']:.2f} us; "
+        f"the step that finds the joint and answers takes {demo['reaction']:.0f} us."
     )
 
 
