@@ -231,7 +231,12 @@ def whole_library(folder):
     """Build a library with all that it can have: the folder that ``ftqp build`` writes."""
     robot = ftqp.robots.load("panda")
     task = ftqp.Task(mode="scaled")
-    planner = ftqp.Planner(robot, drive="torque", task=task, detector=ftqp.Detector())
+    scene = ftqp.Scene()
+    scene.add("ball", ftqp.Sphere(radius=0.05, place=(0.0, 0.9, 0.3)))
+    tasks = [ftqp.PostureTask(), ftqp.PoseTask("panda_joint4")]
+    planner = ftqp.Planner(
+        robot, drive="torque", task=task, detector=ftqp.Detector(), scene=scene, tasks=tasks
+    )
     path = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.1, duration=2.0)
     named = {"planner": planner, "name": "panda", "target": "host", "cpu": None, "embed": False}
     build_folder(Wanted(**named, folder=folder, path=path))

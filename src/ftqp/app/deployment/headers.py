@@ -15,7 +15,7 @@ from ftqp.kernel.entry.orders import LIMITS
 from ftqp.kernel.layout.enums import JOINTS, NEWS, Brakes, DriveKind, FaultKind, StopReason
 from ftqp.kernel.layout.flat_arrays import COLUMNS
 from ftqp.kernel.layout.record import dtype
-from ftqp.kernel.layout.scene_room import TermKind
+from ftqp.kernel.layout.scene_room import SHAPES, TERMS, TermKind
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, SUSPECTS
 
 CHAIN = ("n", "floating", "tip_joint", "parent", "lead")
@@ -26,8 +26,9 @@ FIELDS = (
     "feedback.tau_sent", "feedback.kind", "state.a_command", "state.tau", "kinematics.has_dynamics",
     "feedback.speed", "task.position_error", "state.dt", "kinematics.R_tip", "kinematics.o_tip",
     "feedback.asks", "feedback.lost", "feedback.brakes", "watch.latched", "watch.reason",
-    "terms.own", "terms.kind", "terms.hard", "terms.weight", "terms.error", "scene.obstacles", "scene.pairs",
-    "scene.distance", "monitor.names", "monitor.worst", "monitor.found", "monitor.found_at", "monitor.began",
+    "terms.own", "terms.body", "terms.other", "terms.kind", "terms.hard", "terms.weight", "terms.error",
+    "scene.obstacles", "scene.pairs", "scene.distance", "monitor.names", "monitor.worst", "monitor.found",
+    "monitor.found_at", "monitor.began",
 )  # fmt: skip
 """Fields of the record that the C interface reads."""
 PATH = ("progress", "rate", "end")
@@ -83,6 +84,8 @@ def layout_header(joints: int = JOINTS) -> str:
         "SUSPECTS": SUSPECTS,
         "NEWS": NEWS,
         "JOINT_PLACES": int(TermKind.JOINTS),
+        "MOST_TASKS": TERMS,
+        "MOST_THINGS": SHAPES,
         "STOPPED_AS_ASKED": int(StopReason.ASKED),
         "TORQUE_DRIVE": int(DriveKind.TORQUE),
         **{f"{kind.name}_BRAKES": int(kind) for kind in Brakes},

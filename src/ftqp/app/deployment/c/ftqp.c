@@ -203,6 +203,18 @@ static int is_enough(void) {
 static int is_enough(void) { return 1; }
 #endif
 
+/* Whether tasks and things are as many as there is room for, and tasks are of joints that there are. */
+static int is_furnished(const ftqp *p) {
+    const int64_t tasks = whole(p, p->record, TERMS_OWN), things = whole(p, p->record, SCENE_OBSTACLES);
+    if (tasks < 0 || tasks > MOST_TASKS || things < 0 || things > MOST_THINGS) return 0;
+    for (int64_t t = 0; t < tasks; t++) {
+        const uint64_t at = 8 * (uint64_t)t;
+        const int64_t body = whole(p, p->record, TERMS_BODY + at), other = whole(p, p->record, TERMS_OTHER + at);
+        if (body < -1 || body >= p->joints || other < -1 || other >= p->joints) return 0;
+    }
+    return 1;
+}
+
 int ftqp_open(ftqp *p, const void *file, size_t bytes) {
     Head head;
     if (p == NULL) return FTQP_NULL;
@@ -216,7 +228,7 @@ int ftqp_open(ftqp *p, const void *file, size_t bytes) {
     code = fill(p, file, &head);
     if (code) return code;
     if (!is_chain(p, p->record + RECORD_CHAIN) || !is_chain(p, p->arm + ARM_CHAIN)) return FTQP_DAMAGED;
-    if (whole(p, p->given, GIVEN_SAMPLES) != p->samples) return FTQP_DAMAGED;
+    if (!is_furnished(p) || whole(p, p->given, GIVEN_SAMPLES) != p->samples) return FTQP_DAMAGED;
     ftqp_fault *faults = part(p, p->faults);
     for (int i = 0; i < p->joints; i++) {
         faults[i] = ftqp_fault_of(i, KERNEL_WORKS);
