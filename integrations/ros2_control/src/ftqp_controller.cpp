@@ -134,8 +134,6 @@ CallbackReturn FtqpController::on_configure(const rclcpp_lifecycle::State &) {
                      rate, 1.0 / dt_);
         return CallbackReturn::FAILURE;
     }
-    lead_ = Lead({given_.max_linear_velocity, given_.max_linear_acceleration},
-                 {given_.max_angular_velocity, given_.max_angular_acceleration}, dt_);
     if (given_.things.size() > static_cast<std::size_t>(planner_->things())) {
         RCLCPP_ERROR(logger, "things has %zu names, expected at most %d, as arm_file has; see its arm.h", given_.things.size(),
                      planner_->things());
@@ -284,6 +282,9 @@ void FtqpController::hear_fault(const diagnostic_msgs::msg::KeyValue &message) {
 
 CallbackReturn FtqpController::on_activate(const rclcpp_lifecycle::State &) {
     const auto logger = get_node()->get_logger();
+    given_ = listener_->get_params();  // what may be changed is taken over here, where memory may be asked for
+    lead_ = Lead({given_.max_linear_velocity, given_.max_linear_acceleration},
+                 {given_.max_angular_velocity, given_.max_angular_acceleration}, dt_);
     const auto places = [](const auto &interfaces, const std::vector<std::string> &names, std::vector<std::size_t> &found) {
         found.clear();
         for (const auto &name : names)
