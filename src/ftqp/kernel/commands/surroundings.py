@@ -65,12 +65,12 @@ def _begin(K: Any, t: int) -> None:
     for k in range(6):
         terms.rate[t, k] = terms.rate_change[t, k] = 0.0
     if terms.kind[t] == MASS:
-        total, c = 0.0, (0.0, 0.0, 0.0)
+        total, centre = 0.0, (0.0, 0.0, 0.0)
         for i in range(chain.n):
             total += chain.mass[i]
         for i in range(chain.n):
-            c = plus(c, times(chain.mass[i] / total, point_of(kinematics, i, chain.com[i])))
-        write(terms.goal[t], 0, c)
+            centre = plus(centre, times(chain.mass[i] / total, point_of(kinematics, i, chain.com[i])))
+        write(terms.goal[t], 0, centre)
         return
     body, other = terms.body[t], terms.other[t]
     p = point_of(kinematics, body, terms.place[t])
