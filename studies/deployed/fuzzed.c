@@ -79,7 +79,7 @@ static void any_calls(ftqp *p, int count) {
             case 8: ftqp_watch(p, draw(2) ? v : NULL); break;
             case 9: ftqp_tip(p, draw(2) ? numbers : NULL), ftqp_joints(p), ftqp_drive(p), (void)ftqp_dt(p); break;
             case 12: ftqp_tool(p, draw(3) ? numbers : NULL); break;
-            case 13: ftqp_brake(p, (int)draw(70) - 2), ftqp_has(p, (int)draw(10) - 1); break;
+            case 13: ftqp_brake(p, (int)draw(70) - 2), ftqp_has(p, (int)draw(10) - 1), ftqp_believed(p, (int)draw(70) - 2); break;
             case 14: ftqp_aim(p, what, draw(9) ? &target : NULL), ftqp_task_error(p, what, draw(9) ? error : NULL); break;
             case 15: ftqp_aim_joints(p, what, draw(9) ? q : NULL), ftqp_weight(p, what, odd()); break;
             case 16: ftqp_move(p, what, draw(9) ? numbers : NULL, draw(2) ? v : NULL), (void)ftqp_clearance(p); break;

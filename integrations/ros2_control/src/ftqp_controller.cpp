@@ -369,12 +369,10 @@ void FtqpController::obey(const Order &order) {
             lead_.jog({order.twist[0], order.twist[1], order.twist[2]}, {order.twist[3], order.twist[4], order.twist[5]});
             break;
         case Order::Kind::fault:
-            if (ftqp_report(planner_->get(), &order.fault) == 0)
-                conditions_[static_cast<std::size_t>(order.fault.joint)] =
-                    order.fault.kind == FTQP_LOCKED ? "locked" : order.fault.kind == FTQP_DEGRADED ? "degraded" : "free_swinging";
+            (void)ftqp_report(planner_->get(), &order.fault);
             break;
         case Order::Kind::withdraw:
-            if (ftqp_withdraw(planner_->get(), order.joint) == 0) conditions_[static_cast<std::size_t>(order.joint)] = "healthy";
+            (void)ftqp_withdraw(planner_->get(), order.joint);
             break;
         case Order::Kind::stop:
             planner_->stop();
@@ -435,11 +433,12 @@ void FtqpController::take_word(std::size_t i, double word) {
     counted_[i] = word;
 }
 
-// What the planner has found by itself since the last step, or taken back, and counts on.
-void FtqpController::see_findings() {
-    if (ftqp_watch(planner_->get(), nullptr) != 2) return;
-    for (auto &condition : conditions_)
-        if (std::string_view(condition).substr(0, 5) == "found") condition = "healthy";
+// What is believed of each joint, and whether the planner has found that by itself.
+void FtqpController::look_at_joints() {
+    static constexpr const char *believed[] = {"healthy", "locked", "free_swinging", "degraded"};
+    for (std::size_t i = 0; i < conditions_.size(); i++)
+        conditions_[i] = believed[planner_->believed(static_cast<int>(i))];
+    if (!planner_->has(FTQP_HAS_DETECTOR)) return;
     const int count = ftqp_detect(planner_->get(), found_.data(), static_cast<int>(found_.size()));
     for (int k = 0; k < count; k++) {
         const auto &one = found_[static_cast<std::size_t>(k)];
@@ -469,7 +468,6 @@ return_type FtqpController::update(const rclcpp::Time &, const rclcpp::Duration 
         return return_type::ERROR;
     }
     is_new_tool_ = false;
-    see_findings();
     send();
     if (since_status_ * given_.status_rate >= 1.0) publish(status);
     return return_type::OK;
@@ -484,6 +482,7 @@ void FtqpController::send() {
 }
 
 void FtqpController::publish(int status) {
+    look_at_joints();
     if (status_->trylock()) {
         since_status_ = 0.0;
         fill(status_->msg_, status);

@@ -180,7 +180,8 @@ def test_what_is_wrong_with_an_order_is_a_number_with_a_sentence_and_changes_not
         (-39, ("move", -1, numbers(shifted), None)), (-20, ("move", 0, None, None)),
         (-40, ("move", 0, numbers(stretched), None)), (-40, ("move", 0, numbers(shifted), numbers(unknown))),
         (-40, ("tool", numbers(stretched))), (-40, ("tool", numbers(unknown))),
-        (-42, ("brake", 2)), (-29, ("brake", 9)), (-20, ("task_error", 1, None)),
+        (-29, ("believed", 7)), (-29, ("believed", -1)), (-42, ("brake", 2)), (-29, ("brake", 9)),
+        (-20, ("task_error", 1, None)),
     ):  # fmt: skip
         assert arm.call(*arguments) == code, arguments
         assert len(arm.code.ftqp_status_name(code)) > 15

@@ -15,6 +15,9 @@ DRIVE = ftqp.Drive(kind="torque", inertia_error=0.0)
 LOCKED, TICKS, STUCK = 3, 1200, 900
 
 
+KINDS = {"locked": 1, "free_swinging": 2, "degraded": 3}
+
+
 class Finding(ctypes.Structure):
     _fields_ = (
         *((name, ctypes.c_int32) for name in ("joint", "kinds")),
@@ -110,6 +113,8 @@ def test_what_is_made_of_a_finding_is_what_python_makes_of_it(built, story, kind
         step = planner.step(measured, None, targets.at(k))
         assert arm.step(measured, targets.packed[k]) == step.code, k
         np.testing.assert_array_equal(np.array(arm.call("q")[:7]), step.q, err_msg=str(k))
+        kinds = [0 if one not in planner.faults else KINDS[planner.faults[one].kind] for one in PANDA.joints]
+        assert [arm.call("believed", i) for i in range(7)] == kinds, k
         seen |= {finding.kind for finding in planner.findings}
         statuses.add(step.status.name)
         q = arm_does(q, step.q.copy(), k)

@@ -54,7 +54,7 @@ private:
 
     void read();
     void take_word(std::size_t i, double word);
-    void see_findings();
+    void look_at_joints();
     void fill(Status &message, int status) const;
     void obey(const Order &order);
     void follow();

@@ -430,6 +430,13 @@ int ftqp_withdraw(ftqp *p, int joint) {
     return 0;
 }
 
+int ftqp_believed(const ftqp *p, int joint) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (joint < 0 || joint >= p->joints) return FTQP_NO_JOINT;
+    return ((const ftqp_fault *)part(p, p->faults))[leader_of(p, joint)].kind;
+}
+
 int ftqp_stop(ftqp *p) {
     const int code = is_open(p);
     return code ? code : (int)KERNEL(stop)(AT(part(p, p->record)), STOPPED_AS_ASKED);

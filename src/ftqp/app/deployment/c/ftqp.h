@@ -191,6 +191,9 @@ int ftqp_report(ftqp *p, const ftqp_fault *fault);
 /* Believe the joint to be healthy again. */
 int ftqp_withdraw(ftqp *p, int joint);
 
+/* What is believed of a joint, by report or by finding: 0 it works, FTQP_LOCKED and others; or a mistake. */
+int ftqp_believed(const ftqp *p, int joint);
+
 /* Brake every healthy joint from the next step on and hold it, until ftqp_resume or ftqp_reset. */
 int ftqp_stop(ftqp *p);
 

@@ -92,6 +92,7 @@ public:
     double progress() const noexcept { return ftqp_progress(get()); }
 
     void report(const ftqp_fault &fault) { check(ftqp_report(get(), &fault)); }
+    int believed(int joint) const { return checked(ftqp_believed(get(), joint)); }
     void withdraw(int joint) { check(ftqp_withdraw(get(), joint)); }
     void stop() { check(ftqp_stop(get())); }
     bool resume() { return checked(ftqp_resume(get())) == 1; }

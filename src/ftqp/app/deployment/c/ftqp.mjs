@@ -70,6 +70,7 @@ export class Planner {
     this.#check(this.c.ftqp_report(this.p, this.faultAt));
   }
 
+  believed(joint) { return this.#check(this.c.ftqp_believed(this.p, joint)); }
   withdraw(joint) { this.#check(this.c.ftqp_withdraw(this.p, joint)); }
   stop() { this.#check(this.c.ftqp_stop(this.p)); }
   resume() { return this.#check(this.c.ftqp_resume(this.p)) === 1; }
