@@ -9,6 +9,7 @@ from tests.app.deployment.test_library import MISTAKES, Library, fault_of, numbe
 import ftqp
 from ftqp.app.deployment.arm_file import arm_file
 from ftqp.app.deployment.headers import arm_header
+from ftqp.app.scenario.setup import load
 
 PANDA = ftqp.robots.load("panda")
 DT, TICKS = 1e-3, 600
@@ -203,3 +204,23 @@ def test_a_brake_that_is_closed_is_that_of_python(built):
         step = both.step(targets.at(k))
         assert both.arm.call("brakes", None) == step.brakes.sum()
     assert step.brakes[4]
+
+
+def test_two_arms_carry_a_bar_as_in_python(built):
+    """The bundled scenario, whose second arm keeps its place on the first: a joint locks half-way."""
+    setup = load("dual-panda-bar")
+    planner, n, dt = setup.planner, setup.robot.nv, setup.planner.dt
+    arm = Library(built, arm_file(planner.deployable(), n))
+    motion = setup.path.sample(np.arange(400) * dt)
+    targets = ftqp.Targets(motion.pose, motion.twist, motion.acceleration)
+    q = setup.q.copy()
+    planner.reset(q)
+    assert arm.open() == arm.reset(q) == 0 and arm.call("tasks") == 1
+    for k in range(400):
+        if k == 200:
+            planner.report(ftqp.Locked(3))
+            assert arm.call("report", fault_of(3, 1)) == 0
+        step = planner.step(q, None, targets.at(k))
+        assert arm.step(q, targets.packed[k]) == step.code
+        np.testing.assert_array_equal(np.array(arm.call("q")[:n]), step.q, err_msg=str(k))
+        q = step.q.copy()
