@@ -45,9 +45,10 @@ class Configuration:
     def tell(self, K: Any, orders: Orders, before: "Configuration | None") -> None:
         """Write what differs from the configuration before into a record, ``speed`` aside."""
         if before is not None and before.arm is not self.arm:
-            if before.arm.payload is not self.arm.payload:
+            if before.arm.place is not self.arm.place:
+                orders.hold(np.eye(4) if self.arm.place is None else self.arm.place)
+            else:
                 orders.carry(self.arm.load)
-            orders.hold(self.arm.place)
         believes = before is None or before.belief is not self.belief
         if believes:
             self.belief.write(orders, None if before is None else before.belief)
