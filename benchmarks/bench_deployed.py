@@ -13,6 +13,7 @@ import numpy as np
 
 import ftqp
 from ftqp.app.deployment.built_folder import Wanted, build_folder
+from ftqp.app.scenario.setup import load
 from ftqp.core.clock import now
 
 HERE = Path(__file__).with_name("deployed")
@@ -20,20 +21,39 @@ STEPS = 20_000
 LEVELS = ("velocity", "acceleration")
 
 
-def in_c(planner, folder, way):
-    """What the program says of the steps of a planner."""
+def program(planner, folder, source):
+    """A program over the library of a planner."""
     build_folder(Wanted(planner=planner, name="panda", target="host", cpu=None, embed=False, folder=folder))
-    program = folder / "timed"
+    made = folder / "timed"
     flags = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", f"-I{folder / 'include'}", f"-I{folder}"]
     subprocess.run(
-        ["gcc", *flags, HERE / "timed.c", folder / "lib" / "libftqp.a", "-lm", "-lpthread", "-o", program],
+        ["gcc", *flags, HERE / source, folder / "lib" / "libftqp.a", "-lm", "-lpthread", "-o", made],
         check=True,
     )
-    steps = str(STEPS if way == "free" else 5_000)
-    done = subprocess.run(
-        [program, folder / "arm.ftqp", steps, way], capture_output=True, text=True, check=True
-    )
-    return json.loads(done.stdout)
+    return made
+
+
+def in_c(planner, folder, way):
+    """What the program says of the steps of a planner."""
+    command = [
+        program(planner, folder, "timed.c"),
+        folder / "arm.ftqp",
+        str(STEPS if way == "free" else 5_000),
+        way,
+    ]
+    return json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+
+
+def of_the_demo(folder):
+    """The same of the front page's episode, `ftqp demo brake`: a joint locks, and nobody reports it."""
+    setup = load("panda-unannounced")
+    made = program(setup.planner, folder, "episode.c")
+    log = setup.simulation(log="memory").run().log
+    motion = setup.path.sample(np.minimum(log["t"], setup.path.duration))
+    targets = ftqp.Targets(motion.pose, motion.twist, motion.acceleration).packed
+    (folder / "episode").write_bytes(np.hstack([log["q_measured"], targets]).astype("<f8").tobytes())
+    command = [made, folder / "arm.ftqp", folder / "episode"]
+    return json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
 
 
 def in_python(planner):
@@ -79,6 +99,13 @@ def main(arguments=None):
             print(f"| C, {level} level, {way} | {row(c)} | {beside} |", flush=True)
         p = in_python(ftqp.Planner(ftqp.robots.load("panda"), level=level))
         print(f"| Python, {level} level, free | {row(p)} | | |", flush=True)
+    with tempfile.TemporaryDirectory() as folder:
+        demo = of_the_demo(Path(folder) / "built")
+    print(f"| C, the episode of `ftqp demo brake` | {row(demo)} | | |")
+    print(
+        f"Before the finding {demo['before']:.2f} us at the median, after it {demo['after']:.2f} us; "
+        f"the step that finds the joint and answers takes {demo['reaction']:.0f} us."
+    )
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 """The planner without Python: whether what ``ftqp build`` makes gives Python's commands, and bears anything.
 
-Random arms of 3 to 32 joints go along random ways, fail, are repaired, stopped, reset, loaded and late, in
-Python; the library replays what they were told and given. ``--fuzz N`` gives it N changed files and calls in
-any order, with the sanitizers of gcc.
+Random arms of 3 to 32 joints go along random ways, fail, are repaired, stopped, reset, loaded, given tools
+and late, among things that move, in Python; the library replays what they were told and given. ``--fuzz N``
+gives it N changed files and calls in any order, with the sanitizers of gcc.
 
 Run it: python studies/deployed_library.py --target host --episodes 1000 (a minute or two)
 """
@@ -41,7 +41,7 @@ TRIALS = 8
 """How often rounding is tried on this machine."""
 MORE = 3.0
 """By how much another processor may differ more than those trials do, which are few."""
-END, RESET, STEP, REPORT, WITHDRAW, STOP, RESUME, CARRY = range(8)
+END, RESET, STEP, REPORT, WITHDRAW, STOP, RESUME, CARRY, TOOL, MOVE = range(10)
 KINDS = {"locked": 1, "free_swinging": 2, "degraded": 3}
 
 
@@ -138,9 +138,18 @@ def drawn_planner(rng):
     return planner, f"{robot.name} {level} {scheme} {mode} {drive}"
 
 
+def tool(rng):
+    """A pose near the frame that it is in."""
+    T = np.eye(4)
+    angle = float(rng.uniform(-1.0, 1.0))
+    T[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    T[:3, 3] = rng.uniform(-0.05, 0.05, 3)
+    return T
+
+
 def run(seed, capacity=JOINTS):
     """An episode in Python; None of an arm for which a library of this capacity has no room."""
-    rng = np.random.default_rng(seed)
+    rng, beside = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     while True:
         try:
             planner, name = drawn_planner(rng)
@@ -200,6 +209,17 @@ def run(seed, capacity=JOINTS):
             planner.carry(ftqp.Payload(mass=mass, com=com, inertia=inertia) if mass else None)
             add([CARRY, mass, *com, *inertia.ravel()])
             answer(0.0)
+        if beside.random() < 0.02:
+            T = tool(beside)
+            planner.tool(T)
+            add([TOOL, *T.ravel()])
+            answer(0.0)
+        if planner.scene and beside.random() < 0.05:
+            T, twist = tool(beside), beside.uniform(-0.3, 0.3, 6)
+            T[:3, 3] = 2.0 * T[:3, 3] + planner.scene["ball"].place[:3, 3]
+            planner.scene.move("ball", T, twist)
+            add([MOVE, 0, *T.ravel(), *twist])
+            answer(0.0)
         gap = int(rng.integers(2, 7)) if rng.random() < 0.1 else 1
         k += gap
         target = targets.at(k).packed[k].copy()
@@ -231,7 +251,12 @@ def whole_library(folder):
     """Build a library with all that it can have: the folder that ``ftqp build`` writes."""
     robot = ftqp.robots.load("panda")
     task = ftqp.Task(mode="scaled")
-    planner = ftqp.Planner(robot, drive="torque", task=task, detector=ftqp.Detector())
+    scene = ftqp.Scene()
+    scene.add("ball", ftqp.Sphere(radius=0.05, place=(0.0, 0.9, 0.3)))
+    tasks = [ftqp.PostureTask(), ftqp.PoseTask("panda_joint4")]
+    planner = ftqp.Planner(
+        robot, drive="torque", task=task, detector=ftqp.Detector(), scene=scene, tasks=tasks
+    )
     path = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.1, duration=2.0)
     named = {"planner": planner, "name": "panda", "target": "host", "cpu": None, "embed": False}
     build_folder(Wanted(**named, folder=folder, path=path))
@@ -307,7 +332,8 @@ def felt(episode, command, folder):
     answers = np.array(episode.answers)
     sent = np.add.outer(np.array(episode.commands), np.arange(n))
     lengths = {
-        RESET: 2 * n, STEP: n + 30, REPORT: 12, WITHDRAW: 1, STOP: 0, RESUME: 0, CARRY: 13,
+        RESET: 2 * n, STEP: n + 30, REPORT: 12, WITHDRAW: 1, STOP: 0, RESUME: 0, CARRY: 13, TOOL: 16,
+        MOVE: 23,
     }  # fmt: skip
     for _ in range(TRIALS):
         stream, at = np.array(episode.stream), 0

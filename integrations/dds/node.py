@@ -119,7 +119,12 @@ class DiagnosticStatus(IdlStruct, typename=named("diagnostic_msgs", "DiagnosticS
     values: sequence[KeyValue] = field(default_factory=list)
 
 
-HEARD = {"target": PoseStamped, "fault": KeyValue, "withdraw": String}
+@dataclass
+class Bool(IdlStruct, typename=named("std_msgs", "Bool")):
+    data: bool = False
+
+
+HEARD = {"target": PoseStamped, "fault": KeyValue, "withdraw": String, "stop": Bool}
 SAID = {"status": DiagnosticStatus}
 
 
@@ -226,11 +231,25 @@ class Node:
     def _hear_withdraw(self, message):
         self.planner.withdraw(message.data)
 
+    def _hear_stop(self, message):
+        if message.data:
+            self.planner.stop()
+        elif not self.planner.resume():
+            raise ValueError("a lost sensor, or the arm's brake, forbids to go on")
+
     def _say(self, step):
-        name = step.status.name
-        values = [KeyValue("tip_error", f"{step.position_error:.6g}")]
-        values += [KeyValue(joint, fault.kind) for joint, fault in self.planner.faults.items()]
-        level = 2 if name in FAILS else 1 if name in WARNS else 0
+        name, planner = step.status.name, self.planner
+        found = {one.joint for one in planner.findings if one.withdrawn_at is None}
+        values = [
+            KeyValue("tip_error", f"{step.position_error:.6g}"),
+            KeyValue("stopped_because", planner.stopped_because or ""),
+            KeyValue("brakes", str(int(step.brakes.sum()))),
+        ]
+        values += [
+            KeyValue(joint, f"found {fault.kind}" if joint in found else fault.kind)
+            for joint, fault in planner.faults.items()
+        ]
+        level = 2 if name in FAILS else 1 if name in WARNS or planner.faults else 0
         self.status.write(DiagnosticStatus(level, self.name, step.status.value, "", values))
 
 

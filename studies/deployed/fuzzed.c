@@ -65,7 +65,9 @@ static void any_calls(ftqp *p, int count) {
         if (!draw(2)) fault.damping = odd();
         fault.mode = (int)draw(4) - 1, fault.reset = (int)draw(5) - 1;
         ftqp_load load = {odd(), {odd(), 0.0, 0.1}, {odd(), 0.0, 0.0, 0.0, odd(), 0.0, 0.0, 0.0, odd()}};
-        switch (draw(16)) {
+        double error[6];
+        const int what = (int)draw(4) - 1;
+        switch (draw(22)) {
             case 0: ftqp_reset(p, draw(9) ? q : NULL, draw(2) ? v : NULL); break;
             case 1: ftqp_report(p, draw(9) ? &fault : NULL); break;
             case 2: ftqp_withdraw(p, (int)draw(70) - 2); break;
@@ -76,6 +78,11 @@ static void any_calls(ftqp *p, int count) {
             case 7: ftqp_detect(p, NULL, (int)draw(3)); break;
             case 8: ftqp_watch(p, draw(2) ? v : NULL); break;
             case 9: ftqp_tip(p, draw(2) ? numbers : NULL), ftqp_joints(p), ftqp_drive(p), (void)ftqp_dt(p); break;
+            case 12: ftqp_tool(p, draw(3) ? numbers : NULL); break;
+            case 13: ftqp_brake(p, (int)draw(70) - 2), ftqp_has(p, (int)draw(10) - 1), ftqp_believed(p, (int)draw(70) - 2); break;
+            case 14: ftqp_aim(p, what, draw(9) ? &target : NULL), ftqp_task_error(p, what, draw(9) ? error : NULL); break;
+            case 15: ftqp_aim_joints(p, what, draw(9) ? q : NULL), ftqp_weight(p, what, odd()); break;
+            case 16: ftqp_move(p, what, draw(9) ? numbers : NULL, draw(2) ? v : NULL), (void)ftqp_clearance(p); break;
             case 11: ftqp_brakes(p, NULL), ftqp_stop_reason_name(ftqp_stop_reason(p)); break;
             case 10: ftqp_follow(p, draw(2) ? q : NULL, v, (int)draw(4)), ftqp_begin(p), (void)ftqp_progress(p); break;
             default: {

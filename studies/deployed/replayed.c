@@ -5,7 +5,7 @@
 
 #include "ftqp.h"
 
-enum { END, RESET, STEP, REPORT, WITHDRAW, STOP, RESUME, CARRY, SAID = 12, LOAD = 13, NUMBERS = 29 };
+enum { END, RESET, STEP, REPORT, WITHDRAW, STOP, RESUME, CARRY, TOOL, MOVE, SAID = 12, LOAD = 13, POSE = 16, NUMBERS = 29 };
 
 static int get(double *numbers, size_t count) { return fread(numbers, sizeof *numbers, count, stdin) == count; }
 
@@ -63,6 +63,14 @@ int main(int count, char **arguments) {
                 if (!get(numbers, LOAD)) return 4;
                 memcpy(&load, numbers, sizeof load);
                 answer = ftqp_carry(p, load.mass > 0.0 ? &load : NULL);
+                break;
+            case TOOL:
+                if (!get(numbers, POSE)) return 4;
+                answer = ftqp_tool(p, numbers);
+                break;
+            case MOVE:
+                if (!get(numbers, 1 + POSE + 6)) return 4;
+                answer = ftqp_move(p, (int)numbers[0], numbers + 1, numbers + 1 + POSE);
                 break;
             default: return 5;
         }

@@ -26,5 +26,7 @@ while (at < stream.length) {
   if (op === 5) out.push(told(() => planner.stop()));
   if (op === 6) out.push(told(() => planner.resume()));
   if (op === 7) { const load = get(13); out.push(told(() => planner.carry(load[0] > 0 ? { mass: load[0], com: load.subarray(1, 4), inertia: load.subarray(4) } : null))); }
+  if (op === 8) { const T = get(16); out.push(told(() => planner.tool(T))); }
+  if (op === 9) { const [thing, ...rest] = get(23); out.push(told(() => planner.move(thing, rest.slice(0, 16), rest.slice(16)))); }
 }
 fs.writeSync(1, new Uint8Array(new Float64Array(out).buffer));

@@ -148,7 +148,11 @@ def test_a_node_in_another_process_goes_where_it_is_told_and_says_what_has_faile
         at = heard(network.joints, lambda found: np.abs(tip(found.position) - place).max() < 1e-4)
         assert at.name == list(PANDA.joints)
         network.said["withdraw"].write(node.String("panda_joint3"))
-        heard(network.status, lambda found: len(found.values) == 1)
+        heard(network.status, lambda found: "panda_joint3" not in values(found) and found.level == 0)
+        network.said["stop"].write(node.Bool(True))
+        heard(network.status, lambda found: "stop" in values(found)["stopped_because"] and found.level == 2)
+        network.said["stop"].write(node.Bool(False))
+        heard(network.status, lambda found: not values(found)["stopped_because"])
 
 
 def tip(position):
@@ -188,6 +192,6 @@ def test_the_controller_behind_dds_of_another_vendor_is_led_over_the_wire(node, 
         network.said["target"].write(message_to(node, pose[:3, 3] + [-0.02, 0.03, 0.0], pose))
         heard(network.status, lambda found: values(found)["panda_joint3"] == "locked")
         at = heard(network.status, lambda found: float(values(found)["tip_error"]) < 1e-4)
-        assert at.level == 0 and at.message != "waits for a target"
+        assert at.level == 1 and at.message != "waits for a target"
         network.said["withdraw"].write(node.String("panda_joint3"))
         heard(network.status, lambda found: values(found)["panda_joint3"] == "healthy")

@@ -22,7 +22,10 @@ CHECKED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 def panda(built, tmp_path_factory):  # noqa: F811
     """A folder with a Panda's file and header."""
     folder = tmp_path_factory.mktemp("panda")
-    planner = ftqp.Planner(ftqp.robots.load("panda"))
+    scene = ftqp.Scene()
+    scene.add("ball", ftqp.Sphere(radius=0.05, place=(0.0, 9.0, 0.0)))
+    clear = ftqp.Clearance(self_pairs=False)
+    planner = ftqp.Planner(ftqp.robots.load("panda"), scene=scene, clearance=clear)
     file = arm_file(planner.deployable(), 7)
     (folder / "arm.ftqp").write_bytes(file)
     (folder / "arm.h").write_text(arm_header(planner, "panda", file, embedded=False))
@@ -44,7 +47,7 @@ def test_the_controller_follows_loses_a_joint_stops_and_keeps_every_limit(built,
     )  # fmt: skip
     done = subprocess.run([program, panda / "arm.ftqp"], capture_output=True, text=True, check=False)
     assert done.returncode == 0 and "NO " not in done.stdout, done.stdout + done.stderr
-    assert len(re.findall("^yes", done.stdout, re.M)) >= 18
+    assert len(re.findall("^yes", done.stdout, re.M)) >= 27
 
 
 def test_parameters_of_the_stand_in_are_those_of_the_file():

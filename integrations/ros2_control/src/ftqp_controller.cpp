@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <exception>
 #include <sstream>
+#include <string_view>
 
 #include "hardware_interface/types/hardware_interface_type_values.hpp"
 #include "pluginlib/class_list_macros.hpp"
@@ -21,7 +22,11 @@ namespace {
 constexpr double LATE = 0.01;        // share by which the loop's period may differ from the planner's
 constexpr int THROTTLED = 1000;      // milliseconds between two warnings of a kind
 constexpr std::size_t ROOM = 160;    // letters of a text in the status, so that nothing is allocated in the loop
-constexpr std::size_t FIRST_JOINT = 2;  // of the values of the status, behind error and late ticks
+constexpr std::size_t FIRST_JOINT = 5;  // of the values of the status, behind those of the whole arm
+constexpr const char *OF_ARM[FIRST_JOINT] = {"tip_error", "late_ticks", "stopped_because", "brakes", "clearance"};
+constexpr double DIAGNOSTICS = 1.0;     // seconds between two messages on /diagnostics, as is usual there
+// What a drive says in JOINT/fault_interface.
+enum : int { WELL = 0, LOCKED = 1, FREE = 2, WEAK = 3, SENSOR = 4 };
 
 void put(std::string &text, const char *form, double value) {
     char digits[32];
@@ -102,7 +107,10 @@ InterfaceConfiguration FtqpController::command_interface_configuration() const {
 }
 
 InterfaceConfiguration FtqpController::state_interface_configuration() const {
-    return {interface_configuration_type::INDIVIDUAL, names(hardware_interface::HW_IF_POSITION)};
+    std::vector<std::string> wanted = names(hardware_interface::HW_IF_POSITION);
+    if (!given_.fault_interface.empty())
+        for (const auto &name : names(given_.fault_interface)) wanted.push_back(name);
+    return {interface_configuration_type::INDIVIDUAL, wanted};
 }
 
 CallbackReturn FtqpController::on_configure(const rclcpp_lifecycle::State &) {
@@ -126,10 +134,17 @@ CallbackReturn FtqpController::on_configure(const rclcpp_lifecycle::State &) {
                      rate, 1.0 / dt_);
         return CallbackReturn::FAILURE;
     }
-    lead_ = Lead({given_.max_linear_velocity, given_.max_linear_acceleration},
-                 {given_.max_angular_velocity, given_.max_angular_acceleration}, dt_);
+    if (given_.things.size() > static_cast<std::size_t>(planner_->things())) {
+        RCLCPP_ERROR(logger, "things has %zu names, expected at most %d, as arm_file has; see its arm.h", given_.things.size(),
+                     planner_->things());
+        return CallbackReturn::FAILURE;
+    }
     q_.assign(n, 0.0);
+    word_.assign(n, WELL);
+    counted_.assign(n, WELL);
     conditions_.assign(n, "healthy");
+    found_.resize(n);
+    brakes_.assign(n, 0);
     subscribe();
     return CallbackReturn::SUCCESS;
 }
@@ -155,17 +170,42 @@ void FtqpController::subscribe() {
         order.kind = message.data ? Order::Kind::stop : Order::Kind::resume;
         tell(order);
     });
+    tool_ = node->create_subscription<geometry_msgs::msg::PoseStamped>(
+        "~/tool", qos, [this](const geometry_msgs::msg::PoseStamped &message) {
+            Order order;
+            order.kind = Order::Kind::tool;
+            if (read_place(message, order)) tell(order);
+        });
+    load_ = node->create_subscription<geometry_msgs::msg::InertiaStamped>(
+        "~/load", qos, [this](const geometry_msgs::msg::InertiaStamped &message) { hear_load(message); });
+    things_.clear();
+    for (std::size_t k = 0; k < given_.things.size(); k++)
+        things_.push_back(node->create_subscription<geometry_msgs::msg::PoseStamped>(
+            "~/things/" + given_.things[k], qos, [this, k](const geometry_msgs::msg::PoseStamped &message) {
+                Order order;
+                order.kind = Order::Kind::thing;
+                order.joint = static_cast<int>(k);
+                if (in_base(message.header.frame_id) && read_place(message, order)) tell(order);
+            }));
     status_ = std::make_unique<realtime_tools::RealtimePublisher<Status>>(node->create_publisher<Status>("~/status", qos));
     status_->lock();
     Status &message = status_->msg_;
     message.name = node->get_name();
+    message.hardware_id = given_.arm_file;
     message.message.reserve(ROOM);
     message.values.resize(FIRST_JOINT + given_.joints.size());
-    message.values[0].key = "tip_error";
-    message.values[1].key = "late_ticks";
+    for (std::size_t k = 0; k < FIRST_JOINT; k++) message.values[k].key = OF_ARM[k];
     for (std::size_t i = 0; i < given_.joints.size(); i++) message.values[FIRST_JOINT + i].key = given_.joints[i];
+    const Status empty = message;
     for (auto &value : message.values) value.value.reserve(ROOM);
     status_->unlock();
+    diagnostics_ = std::make_unique<realtime_tools::RealtimePublisher<Diagnostics>>(
+        node->create_publisher<Diagnostics>("/diagnostics", qos));
+    diagnostics_->lock();
+    diagnostics_->msg_.status.assign(1, empty);
+    diagnostics_->msg_.status[0].message.reserve(ROOM);
+    for (auto &value : diagnostics_->msg_.status[0].values) value.value.reserve(ROOM);
+    diagnostics_->unlock();
 }
 
 void FtqpController::tell(const Order &order) {
@@ -191,16 +231,27 @@ int FtqpController::joint_of(const std::string &name) const {
 
 void FtqpController::hear_pose(const geometry_msgs::msg::PoseStamped &message) {
     if (!in_base(message.header.frame_id)) return;
-    const auto &[position, orientation] = message.pose;
     Order order;
     order.kind = Order::Kind::pose;
+    if (read_place(message, order)) tell(order);
+}
+
+bool FtqpController::read_place(const geometry_msgs::msg::PoseStamped &message, Order &order) const {
+    const auto &[position, orientation] = message.pose;
     order.place = {position.x, position.y, position.z};
     order.turn = {orientation.w, orientation.x, orientation.y, orientation.z};
-    if (!std::isfinite(norm(order.place)) || !normalise(order.turn)) {
-        RCLCPP_WARN_THROTTLE(get_node()->get_logger(), *get_node()->get_clock(), THROTTLED,
-                             "a target is no pose: numbers must be finite and the quaternion of length 1");
-        return;
-    }
+    if (std::isfinite(norm(order.place)) && normalise(order.turn)) return true;
+    RCLCPP_WARN_THROTTLE(get_node()->get_logger(), *get_node()->get_clock(), THROTTLED,
+                         "a message is no pose: numbers must be finite and the quaternion of length 1");
+    return false;
+}
+
+// About the centre of mass, along the axes of the arm's own tip, as geometry_msgs/Inertia has it; a mass of 0 puts it down.
+void FtqpController::hear_load(const geometry_msgs::msg::InertiaStamped &message) {
+    const auto &I = message.inertia;
+    Order order;
+    order.kind = Order::Kind::load;
+    order.load = {I.m, {I.com.x, I.com.y, I.com.z}, {I.ixx, I.ixy, I.ixz, I.ixy, I.iyy, I.iyz, I.ixz, I.iyz, I.izz}};
     tell(order);
 }
 
@@ -231,6 +282,9 @@ void FtqpController::hear_fault(const diagnostic_msgs::msg::KeyValue &message) {
 
 CallbackReturn FtqpController::on_activate(const rclcpp_lifecycle::State &) {
     const auto logger = get_node()->get_logger();
+    given_ = listener_->get_params();  // what may be changed is taken over here, where memory may be asked for
+    lead_ = Lead({given_.max_linear_velocity, given_.max_linear_acceleration},
+                 {given_.max_angular_velocity, given_.max_angular_acceleration}, dt_);
     const auto places = [](const auto &interfaces, const std::vector<std::string> &names, std::vector<std::size_t> &found) {
         found.clear();
         for (const auto &name : names)
@@ -241,6 +295,12 @@ CallbackReturn FtqpController::on_activate(const rclcpp_lifecycle::State &) {
     if (!places(state_interfaces_, names(hardware_interface::HW_IF_POSITION), reads_) ||
         !places(command_interfaces_, names(sent_interface()), writes_)) {
         RCLCPP_ERROR(logger, "not every joint has the interfaces position (state) and %s (command)", sent_interface());
+        return CallbackReturn::ERROR;
+    }
+    words_.clear();
+    if (!given_.fault_interface.empty() && !places(state_interfaces_, names(given_.fault_interface), words_)) {
+        RCLCPP_ERROR(logger, "not every joint has the interface %s (state), which fault_interface names",
+                     given_.fault_interface.c_str());
         return CallbackReturn::ERROR;
     }
     for (std::size_t i = 0; i < q_.size(); i++) q_[i] = state_interfaces_[reads_[i]].get_value();
@@ -257,6 +317,8 @@ CallbackReturn FtqpController::on_activate(const rclcpp_lifecycle::State &) {
     target_.pose[0] = target_.pose[5] = target_.pose[10] = target_.pose[15] = target_.has_rotation = 1.0;
     follows_ = waits_ = false;
     since_target_ = since_status_ = 0.0;
+    std::fill(word_.begin(), word_.end(), static_cast<double>(WELL));
+    counted_ = word_;
     late_ = 0;
     rest();
     return CallbackReturn::SUCCESS;
@@ -287,7 +349,7 @@ void FtqpController::rest() {
 
 void FtqpController::follow() {
     since_target_ = 0.0;
-    if (follows_) return;
+    if (follows_ || is_new_tool_) return;
     std::array<double, 16> tip{};
     if (!waits_ || ftqp_tip(planner_->get(), tip.data())) return;  // stopped otherwise, or before the first step
     if (!planner_->resume()) return;
@@ -307,12 +369,10 @@ void FtqpController::obey(const Order &order) {
             lead_.jog({order.twist[0], order.twist[1], order.twist[2]}, {order.twist[3], order.twist[4], order.twist[5]});
             break;
         case Order::Kind::fault:
-            if (ftqp_report(planner_->get(), &order.fault) == 0)
-                conditions_[static_cast<std::size_t>(order.fault.joint)] =
-                    order.fault.kind == FTQP_LOCKED ? "locked" : order.fault.kind == FTQP_DEGRADED ? "degraded" : "free_swinging";
+            (void)ftqp_report(planner_->get(), &order.fault);
             break;
         case Order::Kind::withdraw:
-            if (ftqp_withdraw(planner_->get(), order.joint) == 0) conditions_[static_cast<std::size_t>(order.joint)] = "healthy";
+            (void)ftqp_withdraw(planner_->get(), order.joint);
             break;
         case Order::Kind::stop:
             planner_->stop();
@@ -324,15 +384,78 @@ void FtqpController::obey(const Order &order) {
             planner_->stop();
             waits_ = true;
             break;
+        case Order::Kind::thing: {
+            double pose[16];
+            write_pose(order.place, order.turn, pose);
+            (void)ftqp_move(planner_->get(), order.joint, pose, nullptr);
+            break;
+        }
+        case Order::Kind::tool: {
+            double T[16];
+            write_pose(order.place, order.turn, T);
+            if (ftqp_status(planner_->get()) == FTQP_STOPPED) is_new_tool_ = ftqp_tool(planner_->get(), T) == 0;
+            break;
+        }
+        case Order::Kind::load:
+            if (ftqp_status(planner_->get()) == FTQP_STOPPED)
+                (void)ftqp_carry(planner_->get(), order.load.mass == 0.0 ? nullptr : &order.load);
+            break;
+    }
+}
+
+// What is measured, and what drives say of themselves; a joint whose sensor is lost gives no number.
+void FtqpController::read() {
+    for (std::size_t i = 0; i < q_.size(); i++) q_[i] = state_interfaces_[reads_[i]].get_value();
+    for (std::size_t i = 0; i < words_.size(); i++) {
+        const double word = state_interfaces_[words_[i]].get_value();
+        if (word == word_[i] && word != counted_[i]) take_word(i, word);
+        word_[i] = word;
+        if (counted_[i] == SENSOR) q_[i] = std::nan("");
+    }
+}
+
+// What a drive has said in two periods. That it is well again withdraws nothing: that is a person's to say, ~/withdraw.
+void FtqpController::take_word(std::size_t i, double word) {
+    const int joint = static_cast<int>(i);
+    Order order;
+    order.kind = Order::Kind::fault;
+    order.fault = word == FREE ? ftqp_free_swinging(joint) : word == WEAK ? ftqp_degraded(joint) : ftqp_locked(joint);
+    order.fault.velocity = order.fault.acceleration = order.fault.torque = word == WEAK ? given_.weak_share : 1.0;
+    if (word == LOCKED || word == FREE || word == WEAK) {
+        if (word == FREE && !planner_->has(FTQP_HAS_FREE_JOINTS)) order.fault = ftqp_locked(joint);
+        obey(order);
+    } else if (word != WELL && word != SENSOR) {
+        RCLCPP_WARN_THROTTLE(get_node()->get_logger(), *get_node()->get_clock(), THROTTLED,
+                             "the drive of %s says %g in %s, expected 0 to 4", given_.joints[i].c_str(), word,
+                             given_.fault_interface.c_str());
+        return;
+    }
+    counted_[i] = word;
+}
+
+// What is believed of each joint, and whether the planner has found that by itself.
+void FtqpController::look_at_joints() {
+    static constexpr const char *believed[] = {"healthy", "locked", "free_swinging", "degraded"};
+    for (std::size_t i = 0; i < conditions_.size(); i++)
+        conditions_[i] = believed[planner_->believed(static_cast<int>(i))];
+    if (!planner_->has(FTQP_HAS_DETECTOR)) return;
+    const int count = ftqp_detect(planner_->get(), found_.data(), static_cast<int>(found_.size()));
+    for (int k = 0; k < count; k++) {
+        const auto &one = found_[static_cast<std::size_t>(k)];
+        conditions_[static_cast<std::size_t>(one.joint)] = one.kinds & FTQP_FOUND_LOCKED          ? "found locked"
+                                                           : one.kinds & FTQP_FOUND_FREE_SWINGING ? "found free_swinging"
+                                                           : one.kinds & FTQP_FOUND_RUNAWAY       ? "found running away"
+                                                                                                  : "found without sensor";
     }
 }
 
 return_type FtqpController::update(const rclcpp::Time &, const rclcpp::Duration &period) {
-    for (std::size_t i = 0; i < q_.size(); i++) q_[i] = state_interfaces_[reads_[i]].get_value();
+    read();
     const int ticks = std::clamp(static_cast<int>(std::lround(period.seconds() / dt_)), 1, FTQP_MOST_TICKS);
     late_ += ticks - 1;
     since_target_ += period.seconds();
     since_status_ += period.seconds();
+    since_diagnostics_ += period.seconds();
     for (Order order; orders_.pop(order);) obey(order);
     if (follows_ && given_.target_timeout > 0.0 && since_target_ > given_.target_timeout) rest();
     if (follows_) {
@@ -344,6 +467,7 @@ return_type FtqpController::update(const rclcpp::Time &, const rclcpp::Duration 
         RCLCPP_ERROR_THROTTLE(get_node()->get_logger(), *get_node()->get_clock(), THROTTLED, "%s", ftqp_status_name(status));
         return return_type::ERROR;
     }
+    is_new_tool_ = false;
     send();
     if (since_status_ * given_.status_rate >= 1.0) publish(status);
     return return_type::OK;
@@ -358,15 +482,31 @@ void FtqpController::send() {
 }
 
 void FtqpController::publish(int status) {
-    if (!status_->trylock()) return;
-    since_status_ = 0.0;
-    Status &message = status_->msg_;
-    message.level = waits_ || status == FTQP_OK ? Status::OK : status >= FTQP_FALLBACK ? Status::ERROR : Status::WARN;
+    look_at_joints();
+    if (status_->trylock()) {
+        since_status_ = 0.0;
+        fill(status_->msg_, status);
+        status_->unlockAndPublish();
+    }
+    if (since_diagnostics_ >= DIAGNOSTICS && diagnostics_->trylock()) {
+        since_diagnostics_ = 0.0;
+        fill(diagnostics_->msg_.status[0], status);
+        diagnostics_->msg_.header.stamp = get_node()->now();
+        diagnostics_->unlockAndPublish();
+    }
+}
+
+void FtqpController::fill(Status &message, int status) const {
+    message.level = waits_ || status == FTQP_OK ? Status::OK : status >= FTQP_FALLBACK && status != FTQP_HELD ? Status::ERROR : Status::WARN;
+    for (const char *condition : conditions_)
+        if (message.level == Status::OK && std::string_view(condition) != "healthy") message.level = Status::WARN;
     message.message.assign(waits_ ? "waits for a target" : ftqp_status_name(status));
     put(message.values[0].value, "%.6g", follows_ ? planner_->error() : 0.0);
     put(message.values[1].value, "%.0f", static_cast<double>(late_));
+    message.values[2].value.assign(waits_ ? "" : planner_->stop_reason() ? planner_->stopped_because() : "");
+    put(message.values[3].value, "%.0f", static_cast<double>(planner_->brakes()));
+    put(message.values[4].value, "%.4g", planner_->clearance());
     for (std::size_t i = 0; i < q_.size(); i++) message.values[FIRST_JOINT + i].value.assign(conditions_[i]);
-    status_->unlockAndPublish();
 }
 
 }  // namespace ftqp_controller

@@ -37,7 +37,8 @@ void expect(bool holds, const char *what) {
 
 struct Arm {
     FtqpController controller;
-    double q[N] = {}, sent[N] = {}, v[N] = {};
+    double q[N] = {}, sent[N] = {}, v[N] = {}, word[N] = {};
+    int jammed = -1;  // a joint that stands although nobody says so
     double worst_speed = 0.0, worst_acceleration = 0.0;
     std::mt19937 random{1};
     bool late = false;
@@ -48,6 +49,8 @@ struct Arm {
         params = {};
         params.arm_file = file;
         params.base_frame = "base";
+        params.fault_interface = "fault";
+        params.things = {"ball"};
         params.joints.assign(ftqp_arm_joints, ftqp_arm_joints + N);
         controller.init("ftqp", rate);
         const auto found = controller.on_configure({});
@@ -57,6 +60,7 @@ struct Arm {
         for (int i = N - 1; i >= 0; i--) {  // in another order than the controller's
             commands.emplace_back(std::string(ftqp_arm_joints[i]) + "/" + interface, &sent[i]);
             states.emplace_back(std::string(ftqp_arm_joints[i]) + "/position", &q[i]);
+            states.emplace_back(std::string(ftqp_arm_joints[i]) + "/fault", &word[i]);
         }
         for (int i = 0; i < N; i++) q[i] = sent[i] = ftqp_arm_neutral[i];
         controller.assign_interfaces(std::move(commands), std::move(states));
@@ -79,6 +83,10 @@ struct Arm {
             allocated += allocations - before;
             expect_quietly(found == controller_interface::return_type::OK);
             for (int i = 0; i < N; i++) {
+                if (i == jammed) {
+                    v[i] = 0.0;
+                    continue;
+                }
                 const double speed = (sent[i] - q[i]) / period;
                 worst_speed = std::max(worst_speed, std::fabs(speed) / ftqp_arm_v_max[i]);
                 if (ticks == 1)
@@ -98,6 +106,7 @@ struct Arm {
     }
     const DiagnosticStatus &status() const { return controller.get_node()->published<DiagnosticStatus>("~/status").last; }
     double error() const { return std::atof(status().values[0].value.c_str()); }
+    const std::string &condition(int joint) const { return status().values[static_cast<std::size_t>(5 + joint)].value; }
 };
 
 PoseStamped pose_at(double dx, double dy, double dz) {
@@ -137,7 +146,7 @@ int main(int count, char **arguments) {
     arm.allocated = 0;
     arm.run(2.8, &goal);
     expect(arm.allocated == 0, "the loop allocates nothing");
-    expect(arm.status().values[2 + 2].value == "locked" && arm.v[2] == 0.0, "a joint that locked stands, and the status names it");
+    expect(arm.condition(2) == "locked" && arm.v[2] == 0.0, "a joint that locked stands, and the status names it");
     expect(arm.error() < 1e-4, "the tip goes on without it, in a loop with late periods");
     std::printf("     tip error %.2e m, %s late ticks\n", arm.error(), arm.status().values[1].value.c_str());
     arm.late = false;
@@ -173,7 +182,59 @@ int main(int count, char **arguments) {
     for (const char *words : {"", "broken", "locked mode=", "degraded velocity=x", "degraded velocity=0", "degraded torque=nan"})
         arm.tell("~/fault", KeyValue{ftqp_arm_joints[0], words});
     arm.run(0.3, &goal);
-    expect(std::fabs(arm.q[0] - before) < 1e-3 && arm.status().values[2].value == "healthy", "what makes no sense changes nothing");
+    expect(std::fabs(arm.q[0] - before) < 1e-3 && arm.condition(0) == "healthy", "what makes no sense changes nothing");
+
+    arm.tell("~/stop", std_msgs::msg::Bool{true});
+    arm.run(1.0);
+    std::printf("     clearance %s m\n", arm.status().values[4].value.c_str());
+    arm.tell("~/things/ball", pose_at(0.0, 0.3, 0.0));
+    arm.run(0.2);
+    expect(std::fabs(std::atof(arm.status().values[4].value.c_str()) - 0.1) < 0.1, "a thing that was moved is seen");
+    arm.tell("~/things/ball", pose_at(0.0, 9.0, 0.0));
+    geometry_msgs::msg::InertiaStamped load;
+    load.inertia.m = 0.5;
+    load.inertia.com = {0.0, 0.0, 0.05};
+    arm.tell("~/load", load);
+    PoseStamped tool;
+    tool.pose.position = {0.0, 0.0, 0.1};
+    arm.tell("~/tool", tool);
+    arm.run(0.01);
+    arm.tell("~/stop", std_msgs::msg::Bool{false});
+    goal = pose_at(0.1 * ftqp_arm_tip[2], 0.1 * ftqp_arm_tip[6], 0.1 * ftqp_arm_tip[10]);
+    arm.run(2.0, &goal);
+    expect(arm.error() < 1e-4, "a tool and a load are counted on");
+
+    arm.word[4] = 1.0;
+    arm.run(0.001, &goal);
+    arm.word[4] = 0.0;
+    arm.run(0.2, &goal);
+    expect(arm.condition(4) == "healthy", "what a drive says once is not believed");
+    arm.word[4] = 1.0;
+    arm.run(0.3, &goal);
+    expect(arm.condition(4) == "locked", "a drive that says that its joint is locked is believed");
+    arm.word[4] = 0.0;
+    arm.run(0.2, &goal);
+    expect(arm.condition(4) == "locked", "and not taken back because it no longer says so");
+    arm.tell("~/withdraw", std_msgs::msg::String{ftqp_arm_joints[4]});
+    arm.word[5] = 3.0;
+    arm.run(0.2, &goal);
+    expect(arm.condition(5) == "degraded" && arm.status().level == DiagnosticStatus::WARN, "a weak drive is spared");
+    arm.word[5] = 9.0;
+    arm.run(0.2, &goal);
+    expect(arm.condition(5) == "degraded", "a word that nobody knows changes nothing");
+    std::printf("     %s\n", rclcpp::Logger::said().c_str());
+    arm.word[5] = 0.0;
+    arm.tell("~/withdraw", std_msgs::msg::String{ftqp_arm_joints[5]});
+
+    arm.jammed = 3;
+    for (int k = 0; k < 8 && arm.condition(3) == "healthy"; k++) {
+        goal = pose_at(0.0, k % 2 ? 0.1 : -0.1, 0.05 * k);
+        arm.run(1.0, &goal);
+    }
+    expect(arm.condition(3) == "found locked", "a joint that stands unannounced is found, named and counted on");
+    using diagnostic_msgs::msg::DiagnosticArray;
+    const auto &all = arm.controller.get_node()->published<DiagnosticArray>("/diagnostics");
+    expect(all.count > 5 && all.last.status.at(0).values.at(5 + 3).value == "found locked", "and so it is told on /diagnostics");
 
     arm.q[1] = NAN;
     arm.run(0.001, &goal);

@@ -12,6 +12,8 @@ PROMISED = {
     "size", "open", "reset", "step", "report", "withdraw", "stop", "resume", "speed", "carry", "q", "v", "a",
     "tau", "status", "error", "status_name", "detect", "watch", "follow", "progress", "begin",
     "tip", "joints", "drive", "dt", "open_for", "brakes", "stop_reason", "stop_reason_name",
+    "aim", "aim_joints", "believed", "brake", "clearance", "has", "move", "task_error", "tasks", "things",
+    "tool", "weight",
 }  # fmt: skip
 
 

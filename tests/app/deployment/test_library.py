@@ -296,6 +296,16 @@ int main(int, char **arguments) {
     std::vector<int> few(2), enough(FTQP_ARM_JOINTS);
     refused([&] { p.brakes(few); });
     assert(p.reset(q) && p.reset(q.data()) && p.reset(right, nullptr) && p.brakes(enough) == 0);
+    assert(p.has(FTQP_HAS_DETECTOR) && !p.has(FTQP_HAS_GOALS) && p.tasks() == 0 && p.things() == 0);
+    std::array<double, 16> T{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.1, 0, 0, 0, 1};
+    p.tool(T);
+    p.own_tip();
+    try {
+        p.aim(0, target);
+        assert(!"there is no such task");
+    } catch (const ftqp_cpp::Mistake &mistake) {
+        assert(mistake.code() == FTQP_NO_TASK);
+    }
     p.stop();
     assert(p.stop_reason() == FTQP_STOP_ASKED && std::string(p.stopped_because()) == "ftqp_stop was called");
     q[0] = 180.0;
@@ -387,7 +397,7 @@ def test_a_copy_of_the_memory_goes_on_from_the_same_state(panda):
     [
         ({"backend": "daqp"}, "expected the backend 'active_set'"),
         ({"scheme": "pseudoinverse"}, "no other solver|scheme"),
-        ({"tasks": [ftqp.PostureTask()]}, "further tasks"),
+        ({"constraints": [ftqp.Rows(1, lambda *_: None, name="mine")]}, "a library in C"),
     ],
 )
 def test_a_planner_that_needs_python_is_refused_in_a_sentence(given, sentence):

@@ -4,7 +4,7 @@ import ctypes
 
 import numpy as np
 import pytest
-from tests.app.deployment.test_library import MISTAKES, Library
+from tests.app.deployment.test_library import MISTAKES, Library, fault_of
 
 import ftqp
 from ftqp.app.deployment.arm_file import arm_file
@@ -13,6 +13,9 @@ PANDA = ftqp.robots.load("panda")
 DT, NOISE = 1e-3, ftqp.Noise(q=1e-5, tau=0.05)
 DRIVE = ftqp.Drive(kind="torque", inertia_error=0.0)
 LOCKED, TICKS, STUCK = 3, 1200, 900
+
+
+KINDS = {"locked": 1, "free_swinging": 2, "degraded": 3}
 
 
 class Finding(ctypes.Structure):
@@ -54,6 +57,70 @@ def test_findings_are_those_of_python(built):
     assert out[0].probability == 1.0
     assert arm.call("watch", None) == 0 and arm.call("withdraw", LOCKED) == 0
     assert arm.call("detect", out, 7) == 0
+
+
+def stands_then_works(q, sent, k):
+    """The elbow stands for a while."""
+    return np.where((np.arange(7) == LOCKED) & (400 <= k < 900), q, sent)
+
+
+def all_stand_then_work(q, sent, k):
+    return q if 400 <= k < 900 else sent
+
+
+def one_stands_then_another(q, sent, k):
+    stand = [LOCKED] * (k >= 400) + [1] * (k >= 1000)
+    return np.where(np.isin(np.arange(7), stand), q, sent)
+
+
+def encoder_is_lost(q, sent, k):
+    found = sent.copy()
+    found[LOCKED] += np.nan if k >= 500 else 0.0
+    return found
+
+
+STORIES = {
+    "weak, stands, works again": (stands_then_works, {5: ftqp.Degraded(LOCKED, velocity=0.5)}, "locked"),
+    "all are held and let go": (all_stand_then_work, {}, None),
+    "two stand": (one_stands_then_another, {}, "locked"),
+    "an encoder gives no numbers": (encoder_is_lost, {}, None),
+    "stands, and is reported later": (stands_then_works, {700: ftqp.Locked(LOCKED)}, "locked"),
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", ["position", "torque"])
+@pytest.mark.parametrize("story", STORIES)
+def test_what_is_made_of_a_finding_is_what_python_makes_of_it(built, story, kind):
+    """Joints stand, work again or lose their encoders unannounced: commands are Python's to the last bit."""
+    arm_does, told, named = STORIES[story]
+    planner = ftqp.Planner(PANDA, DT, drive=kind, noise=NOISE)
+    arm = Library(built, arm_file(planner.deployable(), 7))
+    rng, q = np.random.default_rng(1), PANDA.neutral.copy()
+    path = ftqp.paths.Circle(PANDA.pose(q), radius=0.12, duration=2.0)
+    motion = path.sample(np.arange(1500) * DT)
+    targets = ftqp.Targets(motion.pose, motion.twist, motion.acceleration)
+    planner.reset(q)
+    assert arm.open() == arm.reset(q) == 0
+    seen, statuses = set(), set()
+    for k in range(1500):
+        if k in told:
+            fault = told[k]
+            planner.report(fault)
+            left = {"velocity": fault.velocity} if fault.kind == "degraded" else {}
+            assert arm.call("report", fault_of(LOCKED, 3 if left else 1, **left)) == 0
+        measured = q + rng.normal(0.0, NOISE.q, 7)
+        step = planner.step(measured, None, targets.at(k))
+        assert arm.step(measured, targets.packed[k]) == step.code, k
+        np.testing.assert_array_equal(np.array(arm.call("q")[:7]), step.q, err_msg=str(k))
+        kinds = [0 if one not in planner.faults else KINDS[planner.faults[one].kind] for one in PANDA.joints]
+        assert [arm.call("believed", i) for i in range(7)] == kinds, k
+        seen |= {finding.kind for finding in planner.findings}
+        statuses.add(step.status.name)
+        q = arm_does(q, step.q.copy(), k)
+    assert named is None or named in seen, seen
+    assert ("HELD" in statuses) == (story == "all are held and let go")
+    assert (arm.call("stop_reason") != 0) == (planner.stopped_because is not None)
 
 
 @pytest.mark.long

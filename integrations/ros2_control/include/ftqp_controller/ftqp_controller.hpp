@@ -8,12 +8,14 @@
 #include <vector>
 
 #include "controller_interface/controller_interface.hpp"
+#include "diagnostic_msgs/msg/diagnostic_array.hpp"
 #include "diagnostic_msgs/msg/diagnostic_status.hpp"
 #include "diagnostic_msgs/msg/key_value.hpp"
 #include "ftqp.hpp"
 #include "ftqp_controller/ftqp_controller_parameters.hpp"
 #include "ftqp_controller/lead.hpp"
 #include "ftqp_controller/orders.hpp"
+#include "geometry_msgs/msg/inertia_stamped.hpp"
 #include "geometry_msgs/msg/pose_stamped.hpp"
 #include "geometry_msgs/msg/twist_stamped.hpp"
 #include "rclcpp/rclcpp.hpp"
@@ -36,6 +38,7 @@ public:
 
 private:
     using Status = diagnostic_msgs::msg::DiagnosticStatus;
+    using Diagnostics = diagnostic_msgs::msg::DiagnosticArray;
 
     std::vector<std::string> names(const std::string &interface) const;
     const char *sent_interface() const;
@@ -46,7 +49,13 @@ private:
     void hear_pose(const geometry_msgs::msg::PoseStamped &message);
     void hear_twist(const geometry_msgs::msg::TwistStamped &message);
     void hear_fault(const diagnostic_msgs::msg::KeyValue &message);
+    void hear_load(const geometry_msgs::msg::InertiaStamped &message);
+    bool read_place(const geometry_msgs::msg::PoseStamped &message, Order &order) const;
 
+    void read();
+    void take_word(std::size_t i, double word);
+    void look_at_joints();
+    void fill(Status &message, int status) const;
     void obey(const Order &order);
     void follow();
     void rest();
@@ -61,10 +70,14 @@ private:
     Lead lead_;
     ftqp_target target_{};
     std::vector<double> q_;
-    std::vector<std::size_t> reads_, writes_;   // where a joint's interfaces are
+    std::vector<std::size_t> reads_, writes_, words_;  // where a joint's interfaces are
     std::vector<const char *> conditions_;      // what is believed of a joint
+    std::vector<double> word_, counted_;        // what its drive said last, and what of it was acted upon
+    std::vector<ftqp_finding> found_;
+    std::vector<int> brakes_;
     bool follows_ = false, waits_ = false;      // a target leads; the arm rests because none does
-    double since_target_ = 0.0, since_status_ = 0.0;
+    bool is_new_tool_ = false;                  // since the last step
+    double since_target_ = 0.0, since_status_ = 0.0, since_diagnostics_ = 0.0;
     std::int64_t late_ = 0;
 
     rclcpp::Subscription<geometry_msgs::msg::PoseStamped>::SharedPtr pose_;
@@ -72,7 +85,11 @@ private:
     rclcpp::Subscription<diagnostic_msgs::msg::KeyValue>::SharedPtr fault_;
     rclcpp::Subscription<std_msgs::msg::String>::SharedPtr withdraw_;
     rclcpp::Subscription<std_msgs::msg::Bool>::SharedPtr stop_;
+    rclcpp::Subscription<geometry_msgs::msg::PoseStamped>::SharedPtr tool_;
+    rclcpp::Subscription<geometry_msgs::msg::InertiaStamped>::SharedPtr load_;
+    std::vector<rclcpp::Subscription<geometry_msgs::msg::PoseStamped>::SharedPtr> things_;
     std::unique_ptr<realtime_tools::RealtimePublisher<Status>> status_;
+    std::unique_ptr<realtime_tools::RealtimePublisher<Diagnostics>> diagnostics_;
 };
 
 // A fault from words such as "locked", "locked mode=instant", "free_swinging damping=0.2" or

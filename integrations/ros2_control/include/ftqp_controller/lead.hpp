@@ -72,6 +72,20 @@ inline Quaternion quaternion_of(const double *pose) {
     return q;
 }
 
+// A pose, 16 numbers by rows, of a place and a turn.
+inline void write_pose(const Vector &place, const Quaternion &turn, double *pose) {
+    const auto &[w, x, y, z] = turn;
+    const double R[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+                         2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+                         2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)};
+    for (std::size_t i = 0; i < 3; i++) {
+        for (std::size_t k = 0; k < 3; k++) pose[4 * i + k] = R[3 * i + k];
+        pose[4 * i + 3] = place[i];
+        pose[12 + i] = 0.0;
+    }
+    pose[15] = 1.0;
+}
+
 // The greatest speed and acceleration of the target, of its place [m/s, m/s2] or its orientation [rad/s, rad/s2].
 struct Pace {
     double speed, acceleration;
@@ -116,20 +130,14 @@ public:
     }
 
     void write(ftqp_target &target) const {
-        const auto &[w, x, y, z] = turn_;
-        const double R[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-                             2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-                             2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)};
+        write_pose(place_, turn_, target.pose);
         for (std::size_t i = 0; i < 3; i++) {
-            for (std::size_t k = 0; k < 3; k++) target.pose[4 * i + k] = R[3 * i + k];
-            target.pose[4 * i + 3] = place_[i];
-            target.pose[12 + i] = 0.0;
             target.twist[i] = velocity_[i];
             target.twist[3 + i] = spin_[i];
             target.acceleration[i] = acceleration_[i];
             target.acceleration[3 + i] = spin_up_[i];
         }
-        target.pose[15] = target.has_rotation = 1.0;
+        target.has_rotation = 1.0;
     }
 
 private:

@@ -12,12 +12,13 @@ namespace ftqp_controller {
 
 // One thing that the loop is told.
 struct Order {
-    enum class Kind { pose, twist, fault, withdraw, stop, resume } kind = Kind::stop;
-    std::array<double, 3> place{};           // of a pose [m]
-    std::array<double, 4> turn{1, 0, 0, 0};  // of a pose: w, x, y, z
+    enum class Kind { pose, twist, fault, withdraw, stop, resume, tool, load, thing } kind = Kind::stop;
+    std::array<double, 3> place{};           // of a pose, a tool or a thing [m]
+    std::array<double, 4> turn{1, 0, 0, 0};  // the same: w, x, y, z
     std::array<double, 6> twist{};           // linear, then angular, along the base frame
     ftqp_fault fault{};
-    int joint = 0;
+    ftqp_load load{};  // no mass: none
+    int joint = 0;     // or the number of a thing
 };
 
 // Callbacks of one node that are not reentrant come one after the other, so that there is one writer.

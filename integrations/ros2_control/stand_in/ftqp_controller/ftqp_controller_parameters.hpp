@@ -7,12 +7,12 @@
 #include "rclcpp_lifecycle/lifecycle_node.hpp"
 namespace ftqp_controller {
 struct Params {
-    std::vector<std::string> joints;
-    std::string arm_file, base_frame;
+    std::vector<std::string> joints, things;
+    std::string arm_file, base_frame, fault_interface;
     double target_timeout = 0.5;
     double max_linear_velocity = 0.25, max_linear_acceleration = 1.0;
     double max_angular_velocity = 1.0, max_angular_acceleration = 4.0;
-    double status_rate = 10.0;
+    double status_rate = 10.0, weak_share = 0.5;
 };
 class ParamListener {
 public:

@@ -9,12 +9,17 @@
 #include <string>
 #include <utility>
 
+#include "std_msgs/msg/header.hpp"
+
 namespace rclcpp {
 
 class Time {
 public:
     explicit Time(std::int64_t nanoseconds = 0) : nanoseconds_(nanoseconds) {}
     double seconds() const { return 1e-9 * static_cast<double>(nanoseconds_); }
+    operator builtin_interfaces::msg::Time() const {
+        return {static_cast<std::int32_t>(nanoseconds_ / 1000000000), static_cast<std::uint32_t>(nanoseconds_ % 1000000000)};
+    }
 
 private:
     std::int64_t nanoseconds_;

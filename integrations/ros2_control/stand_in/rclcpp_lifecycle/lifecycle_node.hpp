@@ -18,6 +18,7 @@ public:
     const char *get_name() const { return name_.c_str(); }
     rclcpp::Logger get_logger() const { return {}; }
     rclcpp::Clock::SharedPtr get_clock() const { return clock_; }
+    rclcpp::Time now() const { return rclcpp::Time(); }
 
     template <class Message, class Callback>
     std::shared_ptr<rclcpp::Subscription<Message>> create_subscription(const std::string &topic, const rclcpp::QoS &,

@@ -28,6 +28,7 @@ TARGETS: Final = ("host", "x86-64-v3", "aarch64", "wasm32")
 PARTS: Final = ("detector", "path")
 """What may be asked for by name; a detector is in each."""
 NO_PATH: Final = "a path (ftqp_follow, ftqp_speed): targets are given by the program's own clock"
+NO_GOALS: Final = "ways to a goal and ways out (ftqp.GoTo): the program says where the end effector should be"
 NO_ESCAPE: Final = "ways out of a stall and bridges on the path: a path that cannot go on waits"
 MAKER: Final = "ftqp.kernel.building.deployed"
 
@@ -95,6 +96,7 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
         left_out = (
             *memory.left_out,
             NO_PATH if wanted.path is None else NO_ESCAPE,
+            NO_GOALS,
         )
         bill = _bill(wanted, library, left_out, made)
         (made / "bill.json").write_text(json.dumps(bill, indent=1) + "\n", encoding="utf-8")

@@ -12,9 +12,10 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import STOP_REASONS, StepStatus
 from ftqp.control.task.task import row_indices
 from ftqp.kernel.entry.orders import LIMITS
-from ftqp.kernel.layout.enums import JOINTS, Brakes, DriveKind, FaultKind, StopReason
+from ftqp.kernel.layout.enums import JOINTS, NEWS, Brakes, DriveKind, FaultKind, StopReason
 from ftqp.kernel.layout.flat_arrays import COLUMNS
 from ftqp.kernel.layout.record import dtype
+from ftqp.kernel.layout.scene_room import SHAPES, TERMS, TermKind
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, SUSPECTS
 
 CHAIN = ("n", "floating", "tip_joint", "parent", "lead")
@@ -24,9 +25,10 @@ FIELDS = (
     "feedback.q_sent", "feedback.v_sent",
     "feedback.tau_sent", "feedback.kind", "state.a_command", "state.tau", "kinematics.has_dynamics",
     "feedback.speed", "task.position_error", "state.dt", "kinematics.R_tip", "kinematics.o_tip",
-    "feedback.asks", "feedback.lost", "feedback.brakes", "watch.latched", "watch.reason", "feedback.spent",
-    "monitor.names", "monitor.worst", "monitor.found", "monitor.found_at", "monitor.began", "monitor.counted",
-    "monitor.G", "monitor.G_lock", "monitor.G_free",
+    "feedback.asks", "feedback.lost", "feedback.brakes", "watch.latched", "watch.reason",
+    "terms.own", "terms.body", "terms.other", "terms.kind", "terms.hard", "terms.weight", "terms.error",
+    "scene.obstacles", "scene.pairs", "scene.distance", "monitor.names", "monitor.worst", "monitor.found",
+    "monitor.found_at", "monitor.began",
 )  # fmt: skip
 """Fields of the record that the C interface reads."""
 PATH = ("progress", "rate", "end")
@@ -80,6 +82,10 @@ def layout_header(joints: int = JOINTS) -> str:
         "MOST_SAMPLES": SAMPLES,
         "OUTSIDE_FROM": OUTSIDE_FROM,
         "SUSPECTS": SUSPECTS,
+        "NEWS": NEWS,
+        "JOINT_PLACES": int(TermKind.JOINTS),
+        "MOST_TASKS": TERMS,
+        "MOST_THINGS": SHAPES,
         "STOPPED_AS_ASKED": int(StopReason.ASKED),
         "TORQUE_DRIVE": int(DriveKind.TORQUE),
         **{f"{kind.name}_BRAKES": int(kind) for kind in Brakes},
@@ -147,18 +153,32 @@ def fingerprint(planner: Planner) -> int:
 def _arm(planner: Planner) -> list[str]:
     """What a program may build upon: another arm says something else."""
     robot, limits = planner.robot, planner.robot.limits
-    joints = ", ".join(f'"{PLAIN.sub("_", joint)}"' for joint in robot.joints)
     rows = row_indices(planner.task.rows or robot.default_rows)
     return [
         f"#define FTQP_ARM_JOINTS {robot.nv}",
         f"#define FTQP_ARM_DT {planner.dt!r} /* s */",
         f'#define FTQP_ARM_DRIVE "{planner.drive.kind}" /* what is to be sent to the arm */',
-        f"static const char *const ftqp_arm_joints[] = {{{joints}}};",
+        _names("joints", robot.joints),
         _array("ftqp_arm_neutral", robot.neutral),
         _array("ftqp_arm_tip", robot.pose(robot.neutral).ravel()),
         f"#define FTQP_ARM_ROTATES {int(max(rows) >= 3)} /* has_rotation of a target */",
         *(_array(f"ftqp_arm_{limit}", getattr(limits, limit)) for limit in LIMITS),
+        *(
+            line
+            for what, names in (("tasks", planner.tasks), ("things", planner.scene or ()))
+            if names
+            for line in (f"#define FTQP_ARM_{what.upper()} {len(names)}", _names(what, names))
+        ),
     ]
+
+
+def _names(what: str, names: Iterable[str]) -> str:
+    """An array of names."""
+    return f"static const char *const ftqp_arm_{what}[] = {{{', '.join(_text(name) for name in names)}}};"
+
+
+def _text(name: str) -> str:
+    return f'"{PLAIN.sub("_", name)}"'
 
 
 def arm_header(

@@ -15,6 +15,7 @@ from ftqp.core.errors import InputError
 from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import FROZEN, DriveKind, StopReason
+from ftqp.kernel.layout.other_records import DOUBTED
 from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
 
@@ -128,11 +129,17 @@ class ArmLoop:
         if orders.hold_up(i) and K.watch.reason == StopReason.OVERLOAD:
             self._named = i
 
-    def doubt_free(self, i: int) -> None:
-        """Stop the arm: joint i seems to swing freely beside another that failed, which is not believed."""
-        if not self._session.K.watch.latched:
+    def respond(self, i: int) -> int:
+        """What becomes of joint i by what the monitor says of it now; the arm may be stopped for it."""
+        was = self._session.K.watch.latched
+        does = self._orders.respond(i)
+        if does == DOUBTED and not was:
             self._named = i
-            self._orders.stop(StopReason.SECOND_FREE)
+        return does
+
+    def forget_finding(self, i: int) -> None:
+        """Forget what was found of joint i."""
+        self._orders.forget_finding(i)
 
     @property
     def stopped_because(self) -> str | None:

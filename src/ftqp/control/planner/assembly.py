@@ -201,7 +201,7 @@ class Assembly:
         if given.keeps_clear:
             around = CollisionModel(session, robot, given.scene, given.clearance or Clearance())
             self.surroundings = around
-        self.tasks = TaskList(session, robot, soft, given.level, given.dt, given.target)
+        self.tasks = TaskList(session, self.orders, robot, soft, given.level, given.dt, given.target)
         self.said = StepHeader(int(session.K.cascade.status))
         self.out = Step(session, robot.joints, self.said, self.tasks.named(asked, around, task))
         self.loop = ArmLoop(session, self.orders, robot, around)
@@ -308,16 +308,11 @@ class Assembly:
         if self.leading is not None:
             raise InputError("this planner follows a plan, which a library in C does not; leave the plan out")
         refuse_asking(self.asking, "a library in C", "leave {them} out")
-        if self.tasks:
-            raise InputError(
-                f"the planner has further tasks ({', '.join(self.tasks)}), which no library in C has; leave "
-                "them out"
-            )
         if belief.faults:
             raise InputError(
                 "this planner already believes in faults; build a healthy one, and report them to it"
             )
-        stays = "changes of the scene, which stays as it was when the library was built"
+        new = "new things in the scene: those that stood there when the library was built can be moved"
         copy = self.session.copy()
         copy.K.state.is_reset = 0
         memory, n = self.orders.on(copy).memory, self.given.robot.nv
@@ -328,5 +323,5 @@ class Assembly:
             given=memory,
             arm=self.orders.arm,
             states=rows[:, : 2 * n].copy(),
-            left_out=() if self.surroundings is None else (stays,),
+            left_out=() if self.surroundings is None else (new,),
         )

@@ -18,7 +18,6 @@ from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.entry.session import WORD, ArmSession, Call, Session, bound
-from ftqp.kernel.layout.record import load_chain
 from ftqp.model.payload import Payload
 
 NUMBERS = count()
@@ -46,10 +45,10 @@ class Configuration:
     def tell(self, K: Any, orders: Orders, before: "Configuration | None") -> None:
         """Write what differs from the configuration before into a record, ``speed`` aside."""
         if before is not None and before.arm is not self.arm:
-            if before.arm.payload is not self.arm.payload:
-                K.learned.load[:] = 0.0  # it is what is told now
-            load_chain(K, **self.arm.unloaded.chain.constants())
-            orders.carry(self.arm.load)
+            if before.arm.place is not self.arm.place:
+                orders.hold(np.eye(4) if self.arm.place is None else self.arm.place)
+            else:
+                orders.carry(self.arm.load)
         believes = before is None or before.belief is not self.belief
         if believes:
             self.belief.write(orders, None if before is None else before.belief)
@@ -222,7 +221,7 @@ class CurrentConfiguration:
         def loaded(told: Configuration) -> Configuration:
             arm = told.arm.carrying(payload)
             load = None if payload is None else arm.load
-            reserve = braking_reserve(arm.unloaded, load) if limited else None
+            reserve = braking_reserve(arm.bare, load) if limited else None
             return replace(told, arm=arm, reserve=reserve)
 
         self._change(loaded)

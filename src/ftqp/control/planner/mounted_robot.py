@@ -32,32 +32,32 @@ class MountedRobot:
 
     Attributes:
         robot: The robot as it is fitted.
-        unloaded: The same without the load.
+        bare: The robot with neither load nor tool.
+        place: The controlled point in the frame of its tip, (4, 4); None is that tip.
         payload: The load; None is none.
         load: The same as the kernel is told of it.
     """
 
-    __slots__ = ("_bare", "_place", "load", "payload", "robot", "unloaded")
+    __slots__ = ("bare", "load", "payload", "place", "robot")
 
     def __init__(self, bare: Robot, payload: Payload | None = None, place: FloatArray | None = None) -> None:
-        self._bare, self._place, self.payload = bare, place, payload
-        self.unloaded = bare if place is None else bare.with_tip(place, f"{bare.tip} tool")
+        self.bare, self.place, self.payload = bare, place, payload
         robot = bare if payload is None else bare.with_payload(payload)
         self.robot = robot if place is None else robot.with_tip(place, f"{robot.tip} tool")
         self.load = NO_LOAD if payload is None else Load(payload.mass, payload.com, payload.inertia)
 
     def carrying(self, payload: Payload | None) -> "MountedRobot":
         """The robot with another load."""
-        return MountedRobot(self._bare, payload, self._place)
+        return MountedRobot(self.bare, payload, self.place)
 
     def holding(self, T: Any) -> "MountedRobot":
         """The robot with another controlled point, (4, 4) in the frame of the bare robot's tip."""
         place = None if T is None else pose(T, "T")
         if place is not None and (
-            said := in_millimetres(self._bare, place[:3, 3], "the tool is {} m long, at the end")
+            said := in_millimetres(self.bare, place[:3, 3], "the tool is {} m long, at the end")
         ):
-            _LOG.warning("%s: %s", self._bare.name, said)
-        return MountedRobot(self._bare, self.payload, place)
+            _LOG.warning("%s: %s", self.bare.name, said)
+        return self if place is self.place else MountedRobot(self.bare, self.payload, place)
 
 
 class BrakingReserve:

@@ -606,7 +606,7 @@ class Planner:
         """What this planner is without Python, for ``ftqp build``; nothing here changes.
 
         Raises:
-            InputError: A foreign solver, a network, a closed form, a plan, further tasks, functions in
+            InputError: A foreign solver, a network, a closed form, a plan, functions in
                 Python, a cloud of balls, or faults that it already believes in.
         """
         self._told.apply()

@@ -24,11 +24,14 @@ from ftqp.control.task.soft_tasks import (
 from ftqp.core.checks import FloatArray, array, frozen, perhaps_degrees, sized
 from ftqp.core.errors import InputError
 from ftqp.core.pose import has_last_row, is_rotation_matrix, transform
-from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION
-from ftqp.model.frames import centre_of_mass, mount_of
+from ftqp.kernel.entry.orders import Orders
+from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION, TARGET_SIZE
+from ftqp.model.frames import mount_of
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
+TARGETS_GIVEN_LATER = (PoseTask, RelativeTask, PositionTask, CentreOfMass, PostureTask)
+"""Kinds of tasks whose target may be where the arm begins."""
 STILL = np.zeros(12)
 """Twist and acceleration of a target that does not move."""
 NOT_FINITE: Final = "is not finite"
@@ -78,20 +81,23 @@ class RunningTask:
     """
 
     __slots__ = (
-        "_at", "_failed", "_goal", "_mount", "_nv", "_other", "_terms", "_turns", "_warned", "given", "name",
+        "_at", "_failed", "_goal", "_mount", "_nv", "_orders", "_other", "_terms", "_turns", "_warned",
+        "given", "name",
     )  # fmt: skip
 
     def __init__(
-        self, terms: Any, at: int, task: SoftTask, name: str, robot: Robot, failed: dict[str, str]
-    ) -> None:
-        mounts = _mounts(terms, at, task, robot)
+        self, terms: Any, at: int, task: SoftTask, name: str, robot: Robot, failed: dict[str, str],
+        orders: Orders,
+    ) -> None:  # fmt: skip
+        mounts = _mounts(terms, orders.given, at, task, robot)
         slots = (("_terms", terms), ("_at", at), ("given", task), ("name", name), ("_nv", robot.nv))
         turns = bool(rows_of(task) >> 3)
-        views = terms.goal[at], terms.turn[at].reshape(3, 3), terms.rate[at], terms.rate_change[at]
+        views = terms.goal[at], terms.rate[at], terms.rate_change[at]
         for slot, value in (
             *slots,
             ("_mount", mounts[0]),
             ("_other", mounts[1]),
+            ("_orders", orders),
             ("_turns", turns),
             ("_goal", views),
             ("_failed", failed),
@@ -108,7 +114,8 @@ class RunningTask:
     _mount: FloatArray
     _other: FloatArray
     _turns: bool
-    _goal: tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+    _goal: tuple[FloatArray, FloatArray, FloatArray]
+    _orders: Orders
     _failed: dict[str, str]
     _warned: bool
 
@@ -195,7 +202,9 @@ class RunningTask:
         if not isfinite(found.sum()):
             return NOT_FINITE
         if isinstance(self.given, AxisTask) and self.given.along is not None:
-            return direction(what, found) if found.any() else NO_DIRECTION
+            if not found.any():
+                return NO_DIRECTION
+            direction(what, found)
         return found
 
     def write(self, value: FloatArray | str) -> None:
@@ -209,10 +218,14 @@ class RunningTask:
         if isinstance(self.given, PostureTask | JointTask):
             terms.q_goal[at, : self._nv] = value
         elif isinstance(self.given, PoseTask | RelativeTask):
-            self._write_pose(value)
+            self._orders.aim(at, value)
         elif value.shape == (9,):
-            goal, _, rate, ahead = self._goal
+            goal, rate, ahead = self._goal
             goal[:], rate[:3], ahead[:3] = value[:3], value[3:6], value[6:]
+        elif isinstance(self.given, AxisTask):
+            row = np.zeros(TARGET_SIZE)
+            row[[3, 7, 11]] = value
+            self._orders.aim(at, row)
         else:
             terms.goal[at] = value
 
@@ -222,14 +235,6 @@ class RunningTask:
         if not self._warned:
             object.__setattr__(self, "_warned", True)
             _LOG.warning("%s; this is said once", self._failed[self.name])
-
-    def _write_pose(self, value: FloatArray) -> None:
-        T, (goal, turn, rate, ahead) = value[:16].reshape(4, 4), self._goal
-        if isinstance(self.given, RelativeTask):
-            T = self._other @ T
-        goal[:] = T[:3, 3]
-        np.matmul(T[:3, :3], self._mount[:3, :3].T, out=turn)
-        rate[:], ahead[:] = value[16:22], value[22:28]
 
     def error(self, robot: Robot, q: FloatArray) -> FloatArray:
         """How far a task of joints is from its places, (k,) [rad or m]; of one's own what it says, (1,).
@@ -241,31 +246,6 @@ class RunningTask:
         if isinstance(self.given, OwnTask):
             return np.array([float(self.given.error(robot, q))])
         return joints_off(robot, joints_of(self.given, robot), self.target, q)
-
-    def begin(self, robot: Robot, loaded: Robot, q: FloatArray) -> None:
-        """Put a target that nobody has given where the arm is.
-
-        Args:
-            robot: The arm.
-            loaded: The arm with what it carries, whose centre of mass counts.
-            q: Its posture, (nv,) [rad or m].
-        """
-        task, terms, at = self.given, self._terms, self._at
-        if getattr(task, "target", self) is not None:
-            return
-        match task:
-            case PoseTask():
-                self.write(np.concatenate([robot.pose(q, task.frame).ravel(), STILL]))
-            case RelativeTask():
-                T = np.linalg.solve(robot.pose(q, task.to), robot.pose(q, task.frame))
-                self.write(np.concatenate([T.ravel(), STILL]))
-            case PositionTask():
-                T = robot.pose(q, task.frame)
-                terms.goal[at] = T[:3, :3] @ task.point + T[:3, 3]
-            case CentreOfMass():
-                terms.goal[at] = centre_of_mass(loaded, q)
-            case PostureTask():
-                terms.q_goal[at, : robot.nv] = q
 
     def __repr__(self) -> str:
         return f"RunningTask({self.name!r}, weight={self.weight:g})"
@@ -293,7 +273,7 @@ def _moving_place(value: Target | Targets) -> FloatArray:
     return np.concatenate([row[[3, 7, 11]], row[16:19], row[22:25]])
 
 
-def _mounts(terms: Any, at: int, task: SoftTask, robot: Robot) -> tuple[FloatArray, FloatArray]:
+def _mounts(terms: Any, given: Any, at: int, task: SoftTask, robot: Robot) -> tuple[FloatArray, FloatArray]:
     """Poses of the frame of a task, and of the frame that its goal moves with, in those of their joints."""
     frame, other = getattr(task, "frame", None), None
     if isinstance(task, RelativeTask):
@@ -302,6 +282,10 @@ def _mounts(terms: Any, at: int, task: SoftTask, robot: Robot) -> tuple[FloatArr
         other = task.towards
     terms.body[at], mount = (-1, np.eye(4)) if frame is None else mount_of(robot, frame)
     terms.other[at], on_other = (-1, np.eye(4)) if other is None else mount_of(robot, other)
+    given.mount[at], given.onto[at] = mount[:3, :3].ravel(), on_other[:3].ravel()
+    begins = isinstance(task, TARGETS_GIVEN_LATER) and task.target is None
+    has_none = isinstance(task, OwnTask) or (isinstance(task, AxisTask) and other is not None)
+    given.begins[at] = -1 if has_none else int(begins)
     if frame is not None and terms.body[at] == terms.other[at]:
         what = "does not move with any joint" if other is None else f"does not move against {other!r}"
         raise InputError(f"frame {frame!r} of {task.label} {what}")

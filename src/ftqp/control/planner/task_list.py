@@ -28,7 +28,7 @@ from ftqp.control.task.soft_tasks import (
 from ftqp.control.task.task import Task, checked_gains, row_indices
 from ftqp.core.checks import FloatArray, frozen, sized
 from ftqp.core.errors import InputError
-from ftqp.faults.belief import Belief
+from ftqp.kernel.entry.orders import Orders
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import COMPONENTS, HELD_ROWS, Asked
 from ftqp.kernel.layout.scene_room import BEFORE_SCHEME, BESIDE_TIP, TERMS
@@ -147,6 +147,7 @@ class TaskList(Mapping[str, RunningTask]):
     def __init__(
         self,
         session: Session,
+        orders: Orders,
         robot: Robot,
         tasks: Sequence[SoftTask],
         level: str,
@@ -169,7 +170,7 @@ class TaskList(Mapping[str, RunningTask]):
             terms.shares[at], terms.required[at] = STANDS.get(task.level, 0), task.counts
             terms.rows[at] = rows_of(task)
             terms.kp[at], terms.kv[at] = checked_gains(task, level, dt, f" of {name}")
-            found[name] = RunningTask(terms, at, task, name, robot, self._failed)
+            found[name] = RunningTask(terms, at, task, name, robot, self._failed, orders)
         terms.count = terms.own = len(tasks)
         terms.shared = sum(task.level == TIPS for task in tasks)
         self._by_name = MappingProxyType(found)
@@ -274,11 +275,9 @@ class TaskList(Mapping[str, RunningTask]):
         """Errors are those of the arm as it is fitted now."""
         self._fitted = robot
 
-    def _begin(self, q: FloatArray, fitted: Robot, _: Belief) -> None:
-        """Targets that nobody has given are where the arm is, and none was left out so far."""
+    def _begin(self, *_: object) -> None:
+        """None was left out so far."""
         self._failed.clear()
-        for one in self._by_name.values():
-            one.begin(self._robot, fitted, q)
 
 
 def _refuse_contradictions(tasks: Sequence[SoftTask]) -> None:

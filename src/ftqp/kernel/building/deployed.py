@@ -121,9 +121,10 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
         glue = str(Path(folder) / "ftqp.o")
         shared = [] if given.target == "wasm32" else ["-fPIC", "-fvisibility=hidden"]
         include = [f"-I{given.source}", f"-I{given.layout}"]
-        has = [name for name in ("path",) if getattr(given, name)]
+        has = [f"WITH_{name.upper()}" for name in ("path",) if getattr(given, name)]
+        has += [f"LEVEL={level}" for level in (3, 4) if processor.cpu == f"x86-64-v{level}"]
         _zig(
-            "cc", "-target", wanted.zig, *WARNINGS, *(f"-DFTQP_WITH_{name.upper()}" for name in has), *shared,
+            "cc", "-target", wanted.zig, *WARNINGS, *(f"-DFTQP_{name}" for name in has), *shared,
             *include, "-c", given.source / "ftqp.c", "-o", glue,
         )  # fmt: skip
         files = _linked(given, wanted, [glue, *objects])

@@ -24,7 +24,7 @@ from ftqp.kernel.layout.enums import (
     TORQUE_DRIVE,
     VELOCITY,
 )
-from ftqp.kernel.layout.other_records import IS_LOCKED_NOW, SWINGS_NOW
+from ftqp.kernel.layout.other_records import DOUBTED, IS_LOCKED_NOW, LEFT_ALONE, SWINGS_NOW, WORKS_STILL
 
 WINDOW = 0.05
 """Motion that is looked at as a whole [s]. A convention: a joint that falls has gone 12 mrad by then."""
@@ -165,26 +165,39 @@ def begin_to_believe(K: Any, given: Any) -> None:
 
 
 @rare_jit
-def believe_found(K: Any, given: Any) -> None:
-    """Count on what the monitor has found, or taken back, from the next tick on; the joint stands already."""
+def respond(K: Any, given: Any, i: int) -> int:
+    """What becomes of joint i by what the monitor says of it now, what is known of it by others aside.
+
+    WORKS_STILL where a finding is taken back, IS_LOCKED_NOW, SWINGS_NOW; LEFT_ALONE where nothing is new, or
+    the arm is stopped because of its sensor; DOUBTED where it seems to swing beside another that has failed,
+    and the arm is stopped.
+    """
+    found, last = K.monitor.found[i], K.monitor.counted[i]
     K.monitor.news = 0
-    for i in range(K.chain.n):
-        found, code = K.monitor.found[i], K.faults.code[i]
-        sensor = found == IS_BIASED or found == IS_DROPPED or found == IS_FROZEN
-        if found != 0 and found != IS_FREE and code == HEALTHY and not (sensor and K.watch.latched):
-            K.faults.lock_rate[i] = LOCK_SHARE * given.a_max[i]
-            K.faults.code[i] = BRAKING
-        elif found == IS_FREE and code == HEALTHY and K.monitor.counted[i] == 0:
-            if K.faults.working < K.chain.n:  # as planner.report does not believe it, either
-                if K.watch.latched == 0:
-                    latch(K.watch, STOPPED_BY_SECOND_FREE)
-            else:
-                K.faults.code[i] = MEASURED
-                K.faults.friction[i], K.faults.coulomb[i] = 0.0, given.coulomb[i]
-        elif found == 0 and K.monitor.counted[i] != 0:
-            K.faults.code[i] = HEALTHY
-        K.monitor.counted[i] = found
-    begin_to_believe(K, given)
+    K.monitor.counted[i] = found
+    if found == last:
+        return LEFT_ALONE
+    if found == 0:
+        return WORKS_STILL
+    if (found == IS_BIASED or found == IS_DROPPED or found == IS_FROZEN) and K.watch.latched:
+        return LEFT_ALONE
+    if found != IS_FREE:
+        return IS_LOCKED_NOW
+    for j in range(K.chain.n):
+        if K.faults.code[j] != HEALTHY:
+            if K.watch.latched == 0:
+                latch(K.watch, STOPPED_BY_SECOND_FREE)
+            return DOUBTED
+    return SWINGS_NOW if given.may_swing else IS_LOCKED_NOW
+
+
+@jit
+def forget_finding(K: Any, i: int) -> None:
+    """What was found of joint i, and that its sensor was lost: another says what becomes of it."""
+    M = K.monitor
+    M.found[i] = M.counted[i] = 0
+    K.feedback.lost[i], K.feedback.spent[i] = 0, 0.0
+    M.G[i] = M.G_lock[i] = M.G_free[i] = 0.0
 
 
 MARGIN = 1.3

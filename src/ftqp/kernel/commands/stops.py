@@ -8,6 +8,7 @@ import numpy as np
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, mimic, mimic_places, motion
 from ftqp.kernel.commands.believed import look_again, swing_as_foretold
+from ftqp.kernel.commands.surroundings import begin_terms
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.latches.settling import forget_settling, latch, restore
 from ftqp.kernel.layout.enums import (
@@ -106,6 +107,7 @@ def start(K: Any, given: Any, q: Any, v: Any) -> None:
         gate.sent[i] = q[i] + K.monitor.told_lead[i] * v[i]
         gate.v[i] = gate.speed[i] = state.v_command[i] = state.v[i] = v[i]
         state.a_command[i] = 0.0
+        K.monitor.counted[i] = K.monitor.found[i]
         K.criteria.posture[i] = given.posture[i] if given.has_posture else q[i]
     if K.chain.mimics:
         for places in (state.q, state.q_command, gate.q, gate.sent):
@@ -121,6 +123,7 @@ def start(K: Any, given: Any, q: Any, v: Any) -> None:
     if K.scene.pairs > 0:
         forget_distances(K.scene)
     restore(K.task, K.terms, K.qp)
+    begin_terms(K, given)
 
 
 @jit

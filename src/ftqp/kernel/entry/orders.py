@@ -116,6 +116,14 @@ class Orders:
         """Believe what a record of kind ``fault``, (1,), says of a joint."""
         self._session.bind("believe", self.memory, fault)(int(goes_on))
 
+    def respond(self, joint: int) -> int:
+        """What becomes of a joint by what the monitor says of it, see ``believed.respond``."""
+        return self._call("respond", self.memory)(joint)
+
+    def forget_finding(self, joint: int) -> None:
+        """Forget what was found of a joint."""
+        self._call("forget_finding")(joint)
+
     def believed(self) -> None:
         """What begins anew after faults were told."""
         self._call("believed", self.memory)()
@@ -149,6 +157,14 @@ class Orders:
     def carry(self, load: Load) -> None:
         """Count on a load at the tip."""
         self._session.bind("carry", self._arm.memory, self.memory, load.memory)()
+
+    def hold(self, place: FloatArray) -> None:
+        """Control the point at a pose, (4, 4), in the frame of the robot's own tip."""
+        self._session.bind("hold", self.memory, np.ascontiguousarray(place))()
+
+    def aim(self, task: int, target: FloatArray) -> None:
+        """Let the goal of a further task be that of a packed target, (28,) or more."""
+        self._call("aim", self.memory)(task, target.ctypes.data)
 
     def give_up(self) -> bool:
         """Whether the next set of rows of the task was given up; False where no more may be."""

@@ -173,6 +173,12 @@ follow_plan rows.plan_posture
 believe commands.believed first c
     takes K:record G:given fault:fault goes_on
     calls believe(K.faults, K.limits, G, fault, goes_on)
+respond commands.believed first c
+    takes K:record G:given joint
+    calls respond(K, G, joint)
+forget_finding commands.believed first c
+    takes K:record joint
+    calls forget_finding(K, joint)
 believed commands.believed first c
     takes K:record G:given
     calls begin_to_believe(K, G)
@@ -188,7 +194,7 @@ count_on commands.believed first c
 hold_up commands.stops first c
     takes K:record A:arm joint
     calls hold_up(K, A, joint)
-ask_for_brake commands.stops
+ask_for_brake commands.stops c
     takes K:record joint
     calls ask_for_brake(K.watch, K.feedback, joint)
 start commands.stops first c
@@ -203,6 +209,18 @@ resume commands.stops first c
 carry commands.believed first c
     takes K:record A:arm G:given payload:load
     calls carry(K, A, G, payload)
+hold commands.surroundings first c
+    takes K:record G:given place:f8[16]
+    calls hold(K.chain, G, place)
+aim commands.surroundings c
+    takes K:record G:given task target:f8[TARGET_SIZE]
+    calls aim(K.terms, G, task, target)
+aim_joints commands.surroundings c
+    takes K:record task q:f8[K.chain.n]
+    calls aim_joints(K.terms, task, K.chain.n, q)
+move_thing commands.surroundings c
+    takes K:record thing place:f8[16] twist:f8[6]
+    calls move_thing(K.scene, thing, place, twist)
 give_up latches.settling
     takes K:record
     calls give_up(K.task, K.terms, K.qp)

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from ftqp.kernel.layout import enums
+from ftqp.kernel.layout import enums, scene_room
 from ftqp.kernel.layout.structures import sections
 
 FAILED_JOINTS = 2
@@ -17,6 +17,8 @@ STARTS = 5
 """Postures from which a rest posture is looked for."""
 WORKS_STILL, IS_LOCKED_NOW, SWINGS_NOW = 0, 1, 2
 """What becomes of a joint that a planner is told of: it works, within limits that may be lower, or not."""
+LEFT_ALONE, DOUBTED = 3, 4
+"""What else may become of one of which something was found."""
 
 WIDTH: Final = 8
 """Configurations of a law side by side: as many as a block of joints has in ``side_by_side``."""
@@ -107,6 +109,9 @@ given  What a planner was made with, as far as what it is told later needs it.
     body_inertia  f8[6]
     q_min q_max v_max a_max tau_max coulomb  f8[N]  limits and friction of the healthy arm
     posture  f8[N]
+    begins  i8[TERMS]  of a further task: 1 where its goal is where the arm begins, -1 where nobody sets it
+    mount  f8[TERMS,9]  rotation of its frame in that of ``terms.body``
+    onto  f8[TERMS,12]  the frame that its goal is told in, in that of ``terms.other``, by rows
 free  Work memory beside a joint that swings freely: the plan, the gain, and the rollout on its way.
     plan  f8[SEGMENTS,N]  a factor of a_max for each segment and joint, or BRAKE
     base_q base_v  f8[N]  the state that trials begin from
@@ -262,5 +267,5 @@ batch  How many arms and ticks there are, and where the arrays of all arms lie.
 standalone  What a solver alone has beside its QP.
     centre g_given diagonal_given  f8[VARIABLES]
 """
-OTHERS: Final = sections(TEXT, vars(enums) | globals())
+OTHERS: Final = sections(TEXT, vars(enums) | vars(scene_room) | globals())
 """What gives the fields of each."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.closed_forms.closed_form_tick import resolve
-from ftqp.kernel.commands.believed import believe_found, falls
+from ftqp.kernel.commands.believed import falls
 from ftqp.kernel.dtrnn.iterations import solve_planner_qp
 from ftqp.kernel.feedback.late_loop import miss
 from ftqp.kernel.free.end_stop import stop_torques
@@ -21,7 +21,6 @@ from ftqp.kernel.layout.enums import (
     ANSWERED,
     HEALTHY,
     MAIN_STAGE,
-    NEWS,
     OK,
     QP_READY,
     RELAXED,
@@ -183,25 +182,16 @@ def step_on_joints(K: Any, joints: Any) -> int:
 
 
 @jit
-def _responded(K: Any, given: Any, code: int) -> int:
-    """The status of a tick, whose findings are counted on."""
-    if code < NEWS:
-        return code
-    believe_found(K, given)
-    return code - NEWS
-
-
-@jit
 def _tick(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any) -> int:
     """The tick of the planner as it is told now."""
     code = accept_numbers(K, q, v, target)
     if code < 0:
         return code
     if given.swings:
-        return _responded(K, given, settle_beside_free(K, run_cascade(K, prepare_free(K, F), SOLVED)))
+        return settle_beside_free(K, run_cascade(K, prepare_free(K, F), SOLVED))
     if given.rich:
-        return _responded(K, given, settle(K, run_cascade(K, prepare_rich(K), SOLVED)))
-    return _responded(K, given, run_cascade(K, prepare_plain(K), SOLVED))
+        return settle(K, run_cascade(K, prepare_rich(K), SOLVED))
+    return run_cascade(K, prepare_plain(K), SOLVED)
 
 
 @jit
@@ -214,14 +204,17 @@ def _follow(K: Any, given: Any, F: Any, path: Any, table: Any, q: Any, v: Any) -
     code = accept_numbers(K, q, v, path.target)
     if code < 0:
         return code
-    code = _responded(K, given, run_cascade(K, prepare_on_path(K, path), SOLVED))
+    code = run_cascade(K, prepare_on_path(K, path), SOLVED)
     advance(K.state, K.task, K.kinematics, K.chain, K.qp, path)
     return code
 
 
 @jit
 def deployed_step(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any, ticks: int, work: Any) -> int:
-    """A status, or a mistake, so many periods after the last step; ``work``: 29 + n numbers, and n zeros."""
+    """A status, with NEWS where something was found, or a mistake, so many periods after the last step.
+
+    ``work``: 29 + n numbers, and n zeros.
+    """
     n = K.chain.n
     then, expected, rest = work[:TARGET_SIZE], work[TARGET_SIZE : TARGET_SIZE + n], work[TARGET_SIZE + n :]
     for left in range(min(ticks, MOST_TICKS) - 1, 0, -1):

@@ -23,6 +23,8 @@ _Static_assert(sizeof(ftqp_target) == NUMBERS * sizeof(double), "ftqp_target is 
 int64_t KERNEL(deployed_step)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(believe)(int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(believed)(int64_t, int64_t);
+int64_t KERNEL(respond)(int64_t, int64_t, int64_t);
+int64_t KERNEL(forget_finding)(int64_t, int64_t);
 int64_t KERNEL(sample_reserve)(int64_t, int64_t, int64_t);
 int64_t KERNEL(count_on)(int64_t, int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(hold_up)(int64_t, int64_t, int64_t);
@@ -31,6 +33,11 @@ int64_t KERNEL(stop)(int64_t, int64_t);
 int64_t KERNEL(resume)(int64_t);
 int64_t KERNEL(carry)(int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(torques)(int64_t);
+int64_t KERNEL(ask_for_brake)(int64_t, int64_t);
+int64_t KERNEL(hold)(int64_t, int64_t, int64_t);
+int64_t KERNEL(aim)(int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(aim_joints)(int64_t, int64_t, int64_t);
+int64_t KERNEL(move_thing)(int64_t, int64_t, int64_t, int64_t);
 
 _Static_assert(FTQP_FOUND_SENSOR_DROPPED == FOUND_SENSOR_DROPPED && FTQP_FOUND_LOCKED == FOUND_LOCKED, "as the kernel's");
 
@@ -155,8 +162,6 @@ static int fill(ftqp *p, const unsigned char *file, const Head *head) {
     return 0;
 }
 
-static void write_whole(ftqp *p, uint64_t offset, int64_t number) { memcpy(field(p, offset), &number, sizeof number); }
-
 /* What is found now, as one number. */
 static uint32_t findings(const ftqp *p) {
     uint32_t sum = 0;
@@ -166,12 +171,7 @@ static uint32_t findings(const ftqp *p) {
 
 /* What was found of a joint is forgotten: it is another's to say what becomes of it. */
 static void forget(ftqp *p, int joint) {
-    const uint64_t at = 8 * (uint64_t)joint;
-    write_whole(p, MONITOR_FOUND + at, 0);
-    write_whole(p, MONITOR_COUNTED + at, 0);
-    write_whole(p, FEEDBACK_LOST + at, 0);
-    field(p, FEEDBACK_SPENT)[joint] = 0.0;
-    field(p, MONITOR_G)[joint] = field(p, MONITOR_G_LOCK)[joint] = field(p, MONITOR_G_FREE)[joint] = 0.0;
+    if (whole(p, p->record, MONITOR_NAMES)) KERNEL(forget_finding)(AT(part(p, p->record)), joint);
     p->noticed = findings(p);
 }
 
@@ -186,10 +186,40 @@ static int is_chain(const ftqp *p, uint64_t at) {
     return 1;
 }
 
+#if defined(FTQP_LEVEL) && defined(__x86_64__)
+#include <cpuid.h>
+
+/* Whether processor and system have the instructions of x86-64-v3 or v4. */
+static int is_enough(void) {
+    const unsigned fma = 1u << 12, saved = 1u << 27, avx2 = 1u << 5, bmi2 = 1u << 8, avx512 = 0xD0030000u;
+    unsigned a, b, c, d, low, high;
+    if (!__get_cpuid(1, &a, &b, &c, &d) || (c & (fma | saved)) != (fma | saved)) return 0;
+    __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    if (!__get_cpuid_count(7, 0, &a, &b, &c, &d) || (b & (avx2 | bmi2)) != (avx2 | bmi2)) return 0;
+    if ((low & 0x6u) != 0x6u) return 0;
+    return FTQP_LEVEL < 4 || ((b & avx512) == avx512 && (low & 0xE6u) == 0xE6u);
+}
+#else
+static int is_enough(void) { return 1; }
+#endif
+
+/* Whether tasks and things are as many as there is room for, and tasks are of joints that there are. */
+static int is_furnished(const ftqp *p) {
+    const int64_t tasks = whole(p, p->record, TERMS_OWN), things = whole(p, p->record, SCENE_OBSTACLES);
+    if (tasks < 0 || tasks > MOST_TASKS || things < 0 || things > MOST_THINGS) return 0;
+    for (int64_t t = 0; t < tasks; t++) {
+        const uint64_t at = 8 * (uint64_t)t;
+        const int64_t body = whole(p, p->record, TERMS_BODY + at), other = whole(p, p->record, TERMS_OTHER + at);
+        if (body < -1 || body >= p->joints || other < -1 || other >= p->joints) return 0;
+    }
+    return 1;
+}
+
 int ftqp_open(ftqp *p, const void *file, size_t bytes) {
     Head head;
     if (p == NULL) return FTQP_NULL;
     if ((uintptr_t)p % FTQP_ALIGNMENT) return FTQP_MISALIGNED;
+    if (!is_enough()) return FTQP_PROCESSOR;
     int code = read_head(file, bytes, &head);
     if (code) return code;
     memset(p, 0, sizeof *p);
@@ -198,7 +228,7 @@ int ftqp_open(ftqp *p, const void *file, size_t bytes) {
     code = fill(p, file, &head);
     if (code) return code;
     if (!is_chain(p, p->record + RECORD_CHAIN) || !is_chain(p, p->arm + ARM_CHAIN)) return FTQP_DAMAGED;
-    if (whole(p, p->given, GIVEN_SAMPLES) != p->samples) return FTQP_DAMAGED;
+    if (!is_furnished(p) || whole(p, p->given, GIVEN_SAMPLES) != p->samples) return FTQP_DAMAGED;
     ftqp_fault *faults = part(p, p->faults);
     for (int i = 0; i < p->joints; i++) {
         faults[i] = ftqp_fault_of(i, KERNEL_WORKS);
@@ -266,18 +296,8 @@ int ftqp_reset(ftqp *p, const double *q, const double *v) {
     return begun < 0 || is_within(p, own.q, own.v) ? (int)begun : FTQP_BEYOND_LIMITS;
 }
 
-int ftqp_step(ftqp *p, const double *q, const double *v, const ftqp_target *target, int ticks) {
-    const int code = is_open(p);
-    if (code) return code;
-    if (q == NULL || target == NULL) return FTQP_NULL;
-    if (ticks < 1) return FTQP_BAD_TICKS;
-    Inputs own;
-    copy_inputs(p, &own, q, v, target);
-    const int64_t status = KERNEL(deployed_step)(
-        AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->free)), AT(own.q), AT(own.v), AT(&own.target), ticks,
-        AT(part(p, p->work)));
-    if (status >= 0) p->status = (int32_t)status;
-    return (int)status;
+static void count_on(ftqp *p) {
+    KERNEL(count_on)(AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->rows)), p->samples, AT(p->shares));
 }
 
 static int same_number(double a, double b) { return a == b || (isnan(a) && isnan(b)); }
@@ -287,6 +307,47 @@ static int same(const ftqp_fault *a, const ftqp_fault *b) {
            same_number(a->deceleration, b->deceleration) && a->damping == b->damping &&
            a->friction == b->friction && a->velocity == b->velocity && a->acceleration == b->acceleration &&
            a->torque == b->torque && same_number(a->q_min, b->q_min) && same_number(a->q_max, b->q_max);
+}
+
+/* Believe what has been accepted: 0 where that was believed before. */
+static int believe(ftqp *p, const ftqp_fault *fault) {
+    ftqp_fault *now = (ftqp_fault *)part(p, p->faults) + fault->joint;
+    if (same(fault, now)) return 0;
+    const int64_t goes_on = now->kind == FTQP_LOCKED;
+    ftqp_fault told = *fault;
+    told.kind = fault->kind == FTQP_LOCKED          ? KERNEL_LOCKED
+                : fault->kind == FTQP_FREE_SWINGING ? KERNEL_SWINGS
+                                                    : KERNEL_WORKS;
+    *now = *fault;
+    KERNEL(believe)(AT(part(p, p->record)), AT(part(p, p->given)), AT(&told), goes_on);
+    KERNEL(believed)(AT(part(p, p->record)), AT(part(p, p->given)));
+    count_on(p);
+    return 1;
+}
+
+/* The status of a step, after which what was found is counted on. */
+static int responded(ftqp *p, int64_t status) {
+    if (status >= NEWS)
+        for (int i = 0; i < p->joints; i++) {
+            const int64_t becomes = KERNEL(respond)(AT(part(p, p->record)), AT(part(p, p->given)), i);
+            if (becomes > KERNEL_SWINGS) continue;
+            const ftqp_fault fault = ftqp_fault_of(i, (int)becomes);
+            believe(p, &fault);
+        }
+    if (status >= 0) p->status = (int32_t)(status % NEWS);
+    return status >= 0 ? p->status : (int)status;
+}
+
+int ftqp_step(ftqp *p, const double *q, const double *v, const ftqp_target *target, int ticks) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (q == NULL || target == NULL) return FTQP_NULL;
+    if (ticks < 1) return FTQP_BAD_TICKS;
+    Inputs own;
+    copy_inputs(p, &own, q, v, target);
+    return responded(p, KERNEL(deployed_step)(
+        AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->free)), AT(own.q), AT(own.v), AT(&own.target), ticks,
+        AT(part(p, p->work))));
 }
 
 static int is_share(double share) { return share > 0.0 && share <= 1.0; }
@@ -344,25 +405,6 @@ static int accepted(const ftqp *p, const ftqp_fault *told, ftqp_fault *fault) {
     return 0;
 }
 
-static void count_on(ftqp *p) {
-    KERNEL(count_on)(AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->rows)), p->samples, AT(p->shares));
-}
-
-/* Believe what has been accepted. */
-static void believe(ftqp *p, const ftqp_fault *fault) {
-    ftqp_fault *now = (ftqp_fault *)part(p, p->faults) + fault->joint;
-    const int64_t goes_on = now->kind == FTQP_LOCKED;
-    ftqp_fault told = *fault;
-    told.kind = fault->kind == FTQP_LOCKED          ? KERNEL_LOCKED
-                : fault->kind == FTQP_FREE_SWINGING ? KERNEL_SWINGS
-                                                    : KERNEL_WORKS;
-    *now = *fault;
-    KERNEL(believe)(AT(part(p, p->record)), AT(part(p, p->given)), AT(&told), goes_on);
-    KERNEL(believed)(AT(part(p, p->record)), AT(part(p, p->given)));
-    count_on(p);
-    forget(p, fault->joint);
-}
-
 int ftqp_report(ftqp *p, const ftqp_fault *fault) {
     ftqp_fault told;
     int code = is_open(p);
@@ -370,9 +412,9 @@ int ftqp_report(ftqp *p, const ftqp_fault *fault) {
     if (fault == NULL) return FTQP_NULL;
     code = accepted(p, fault, &told);
     if (code) return code;
-    if (same(&told, (const ftqp_fault *)part(p, p->faults) + told.joint)) return 0;
-    believe(p, &told);
-    if (told.torque < 1.0 && whole(p, p->record, CHAIN_HAS_INERTIA))
+    const int news = believe(p, &told);
+    forget(p, told.joint);
+    if (news && told.torque < 1.0 && whole(p, p->record, CHAIN_HAS_INERTIA))
         KERNEL(hold_up)(AT(part(p, p->record)), AT(part(p, p->arm)), told.joint);
     return 0;
 }
@@ -382,11 +424,17 @@ int ftqp_withdraw(ftqp *p, int joint) {
     if (code) return code;
     if (joint < 0 || joint >= p->joints) return FTQP_NO_JOINT;
     const int leader = leader_of(p, joint);
-    const int64_t found = whole(p, p->record, MONITOR_FOUND + 8 * (uint64_t)leader);
-    if (!found && ((const ftqp_fault *)part(p, p->faults))[leader].kind == KERNEL_WORKS) return 0;
     const ftqp_fault healthy = ftqp_fault_of(leader, KERNEL_WORKS);
     believe(p, &healthy);
+    forget(p, leader);
     return 0;
+}
+
+int ftqp_believed(const ftqp *p, int joint) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (joint < 0 || joint >= p->joints) return FTQP_NO_JOINT;
+    return ((const ftqp_fault *)part(p, p->faults))[leader_of(p, joint)].kind;
 }
 
 int ftqp_stop(ftqp *p) {
@@ -419,11 +467,9 @@ int ftqp_follow(ftqp *p, const double *q, const double *v, int ticks) {
 #ifdef FTQP_WITH_PATH
     Inputs own;
     copy_inputs(p, &own, q, v, NULL);
-    const int64_t status = KERNEL(deployed_follow)(
+    return responded(p, KERNEL(deployed_follow)(
         AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->free)), AT(part(p, p->path)), AT(part(p, p->table)),
-        (int64_t)(p->table_bytes / SIZE_OF_INTERVAL), AT(own.q), AT(own.v), ticks, AT(part(p, p->work)));
-    if (status >= 0) p->status = (int32_t)status;
-    return (int)status;
+        (int64_t)(p->table_bytes / SIZE_OF_INTERVAL), AT(own.q), AT(own.v), ticks, AT(part(p, p->work))));
 #else
     (void)v;
     return FTQP_UNSUPPORTED;
@@ -476,6 +522,106 @@ int ftqp_carry(ftqp *p, const ftqp_load *load) {
     if (p->samples) KERNEL(sample_reserve)(AT(part(p, p->arm)), AT(part(p, p->rows)), p->samples);
     count_on(p);
     return 0;
+}
+
+/* What the kernel says of numbers that it was told. */
+static int told(int64_t code) {
+    const int said[] = {0, FTQP_NO_POSE, FTQP_UNSUPPORTED};
+    return code < 0 || code > 2 ? FTQP_INTERNAL : said[code];
+}
+
+int ftqp_tool(ftqp *p, const double *T) {
+    const double none[16] = {1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0};
+    const int code = is_open(p);
+    return code ? code : told(KERNEL(hold)(AT(part(p, p->record)), AT(part(p, p->given)), AT(T == NULL ? none : T)));
+}
+
+int ftqp_brake(ftqp *p, int joint) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (joint < 0 || joint >= p->joints) return FTQP_NO_JOINT;
+    if (((const ftqp_fault *)part(p, p->faults))[joint].kind != FTQP_FREE_SWINGING) return FTQP_NOT_FREE;
+    ftqp_fault stands = ftqp_locked(joint);
+    stands.mode = FTQP_INSTANT;
+    KERNEL(ask_for_brake)(AT(part(p, p->record)), joint);
+    return ftqp_report(p, &stands);
+}
+
+int ftqp_has(const ftqp *p, int what) {
+    const int code = is_open(p);
+    if (code) return code;
+    switch (what) {
+        case FTQP_HAS_DETECTOR: return whole(p, p->record, MONITOR_NAMES) != 0;
+        case FTQP_HAS_PATH: return p->table_bytes != 0;
+        case FTQP_HAS_TASKS: return whole(p, p->record, TERMS_OWN) != 0;
+        case FTQP_HAS_THINGS: return whole(p, p->record, SCENE_OBSTACLES) != 0;
+        case FTQP_HAS_MASSES: return whole(p, p->record, CHAIN_HAS_INERTIA) != 0;
+        case FTQP_HAS_FREE_JOINTS: return whole(p, p->given, GIVEN_MAY_SWING) != 0;
+        case FTQP_HAS_GOALS: return 0;
+        default: return FTQP_UNSUPPORTED;
+    }
+}
+
+int ftqp_tasks(const ftqp *p) {
+    const int code = is_open(p);
+    return code ? code : (int)whole(p, p->record, TERMS_OWN);
+}
+
+/* 0 where the planner has such a task. */
+static int is_task(const ftqp *p, int task) {
+    const int count = ftqp_tasks(p);
+    return count < 0 ? count : task < 0 || task >= count ? FTQP_NO_TASK : 0;
+}
+
+int ftqp_aim(ftqp *p, int task, const ftqp_target *target) {
+    const int code = is_task(p, task);
+    if (code) return code;
+    if (target == NULL) return FTQP_NULL;
+    return told(KERNEL(aim)(AT(part(p, p->record)), AT(part(p, p->given)), task, AT(target)));
+}
+
+int ftqp_aim_joints(ftqp *p, int task, const double *q) {
+    const int code = is_task(p, task);
+    if (code) return code;
+    if (q == NULL) return FTQP_NULL;
+    return told(KERNEL(aim_joints)(AT(part(p, p->record)), task, AT(q)));
+}
+
+int ftqp_weight(ftqp *p, int task, double weight) {
+    const int code = is_task(p, task);
+    if (code) return code;
+    const int is_equation = whole(p, p->record, TERMS_HARD + 8 * (uint64_t)task) != 0;
+    if (!(weight >= 0.0 && isfinite(weight)) || (is_equation && weight > 0.0 && weight != 1.0)) return FTQP_BAD_WEIGHT;
+    field(p, TERMS_WEIGHT)[task] = weight;
+    return 0;
+}
+
+int ftqp_task_error(const ftqp *p, int task, double *error) {
+    const int code = is_task(p, task);
+    if (code) return code;
+    if (error == NULL) return FTQP_NULL;
+    if (p->status < 0) return FTQP_NOT_RESET;
+    if (whole(p, p->record, TERMS_KIND + 8 * (uint64_t)task) == JOINT_PLACES) return FTQP_UNSUPPORTED;
+    memcpy(error, field(p, TERMS_ERROR) + 6 * task, 6 * sizeof *error);
+    return 0;
+}
+
+int ftqp_things(const ftqp *p) {
+    const int code = is_open(p);
+    return code ? code : (int)whole(p, p->record, SCENE_OBSTACLES);
+}
+
+int ftqp_move(ftqp *p, int thing, const double *pose, const double *twist) {
+    const double none[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    const int count = ftqp_things(p);
+    if (count < 0) return count;
+    if (thing < 0 || thing >= count) return FTQP_NO_THING;
+    if (pose == NULL) return FTQP_NULL;
+    return told(KERNEL(move_thing)(AT(part(p, p->record)), thing, AT(pose), AT(twist == NULL ? none : twist)));
+}
+
+double ftqp_clearance(const ftqp *p) {
+    return is_open(p) || p->status < 0 || !whole(p, p->record, SCENE_PAIRS) ? (double)NAN : *field(p, SCENE_DISTANCE);
 }
 
 const double *ftqp_q(const ftqp *p) { return is_open(p) ? NULL : field(p, FEEDBACK_Q_SENT); }
@@ -622,6 +768,12 @@ const char *ftqp_status_name(int status) {
         case FTQP_BAD_SPEED: return "the speed is not in (0, 1], a share of the path's own";
         case FTQP_OTHER_ARM: return "the arm's file is of another arm than arm.h; take both from one build";
         case FTQP_BAD_LENGTH: return "an array has another length than the arm has joints";
+        case FTQP_NO_TASK: return "the planner has no such further task; see arm.h";
+        case FTQP_NO_THING: return "nothing of that number stood in the scene when it was built; see arm.h";
+        case FTQP_NO_POSE: return "these numbers are no pose, or not finite; the last one stays";
+        case FTQP_BAD_WEIGHT: return "the weight is below 0 or not finite, or, on level 0, neither 0 nor 1";
+        case FTQP_NOT_FREE: return "that joint is not believed to swing freely; report it as locked if it stands";
+        case FTQP_PROCESSOR: return "this processor lacks instructions that the library uses; build it for a lower class, --cpu";
         case FTQP_UNSUPPORTED: return "this build, or this arm, does not have that; see bill.json";
         case FTQP_INTERNAL: return "compiled code has failed, which is a defect of ftqp; please report it";
         default: return "no status of ftqp";

@@ -64,6 +64,12 @@ enum {
     FTQP_BAD_SPEED = -35,  /* a speed is not in (0, 1] */
     FTQP_OTHER_ARM = -36,  /* the file is of another arm than the arm.h of the program */
     FTQP_BAD_LENGTH = -37, /* an array in C++ has another length than the arm has joints */
+    FTQP_NO_TASK = -38,    /* the planner has no such further task */
+    FTQP_NO_THING = -39,   /* nothing of that number stood in the scene when it was built */
+    FTQP_NO_POSE = -40,    /* numbers are no pose, or not finite */
+    FTQP_BAD_WEIGHT = -41, /* a weight is below 0, or of a task on level 0 neither 0 nor 1 */
+    FTQP_NOT_FREE = -42,   /* a joint whose brake shall close is not believed to swing freely */
+    FTQP_PROCESSOR = -43,  /* the library was built for a processor with more instructions */
     FTQP_INTERNAL = -999   /* a defect of ftqp */
 };
 
@@ -137,6 +143,17 @@ typedef struct ftqp_finding {
     double share;       /* NaN; a place that is kept */
 } ftqp_finding;
 
+/* What a planner may have: what it has not answers FTQP_UNSUPPORTED where it is asked for. */
+enum {
+    FTQP_HAS_DETECTOR = 1,    /* ftqp_watch, ftqp_detect */
+    FTQP_HAS_PATH = 2,        /* ftqp_follow, ftqp_begin, ftqp_speed */
+    FTQP_HAS_TASKS = 3,       /* tasks beside that of the end effector */
+    FTQP_HAS_THINGS = 4,      /* things in its scene that can be moved */
+    FTQP_HAS_MASSES = 5,      /* ftqp_tau, ftqp_carry */
+    FTQP_HAS_FREE_JOINTS = 6, /* faults of kind FTQP_FREE_SWINGING */
+    FTQP_HAS_GOALS = 7        /* searches for ways to a goal, as ftqp.GoTo has them in Python: no library has them yet */
+};
+
 /* How many bytes a planner from this file needs, into *need: 0, or a mistake. */
 int ftqp_size(const void *file, size_t bytes, size_t *need);
 
@@ -174,6 +191,9 @@ int ftqp_report(ftqp *p, const ftqp_fault *fault);
 /* Believe the joint to be healthy again. */
 int ftqp_withdraw(ftqp *p, int joint);
 
+/* What is believed of a joint, by report or by finding: 0 it works, FTQP_LOCKED and others; or a mistake. */
+int ftqp_believed(const ftqp *p, int joint);
+
 /* Brake every healthy joint from the next step on and hold it, until ftqp_resume or ftqp_reset. */
 int ftqp_stop(ftqp *p);
 
@@ -185,6 +205,44 @@ int ftqp_speed(ftqp *p, double share);
 
 /* Count on a load at the end effector from the next step on; NULL is none. It takes a millisecond: call it at rest. */
 int ftqp_carry(ftqp *p, const ftqp_load *load);
+
+/* Control another point from the next step on: T, 16 numbers by rows, in the frame of the arm's own tip; NULL is that
+   tip. Targets are then of that point. Masses stay: a tool that weighs something is a load, too. */
+int ftqp_tool(ftqp *p, const double *T);
+
+/* Let the brake of a joint that swings freely be closed, and believe that it stands: ftqp_brakes names it. */
+int ftqp_brake(ftqp *p, int joint);
+
+/* Whether the planner has something, FTQP_HAS_...: 1 or 0. */
+int ftqp_has(const ftqp *p, int what);
+
+/* How many tasks there are beside that of the end effector; they are counted from 0, in the order of arm.h. A goal that
+   nobody has given is where the arm is at ftqp_reset. */
+int ftqp_tasks(const ftqp *p);
+
+/* Where the frame, the point or the centre of mass of a task should be from the next step on, its rotation included where
+   it has rows of that; of an axis the place in pose, 3, 7 and 11, is what it points along, or at. FTQP_NO_POSE where that
+   cannot be used: the last one stays. */
+int ftqp_aim(ftqp *p, int task, const ftqp_target *target);
+
+/* Where the joints of a task of joints should be, n numbers. */
+int ftqp_aim_joints(ftqp *p, int task, const double *q);
+
+/* How much a task counts, >= 0: 0 leaves it out; on level 0, where it is an equation, 0 or 1. */
+int ftqp_weight(ftqp *p, int task, double weight);
+
+/* How far a task was from its goal before the last step, 6 numbers [m, rad] along W; FTQP_UNSUPPORTED of joints. */
+int ftqp_task_error(const ftqp *p, int task, double *error);
+
+/* How many things stand in the scene; they are counted from 0, in the order of arm.h. */
+int ftqp_things(const ftqp *p);
+
+/* Say where one of them is now, 16 numbers by rows in the base frame W, and with which twist along W it goes on until it
+   is moved again, NULL: it stands. What is not there is moved far away. */
+int ftqp_move(ftqp *p, int thing, const double *pose, const double *twist);
+
+/* How far the two nearest bodies will be from each other after the last step [m]; NaN where none are kept apart. */
+double ftqp_clearance(const ftqp *p);
 
 /* The command of the last step, n numbers each, valid until the next one; NULL of memory that holds no planner.
    They may be handed back to ftqp_step: what a call is given is copied.

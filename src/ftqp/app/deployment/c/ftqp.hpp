@@ -92,11 +92,35 @@ public:
     double progress() const noexcept { return ftqp_progress(get()); }
 
     void report(const ftqp_fault &fault) { check(ftqp_report(get(), &fault)); }
+    int believed(int joint) const { return checked(ftqp_believed(get(), joint)); }
     void withdraw(int joint) { check(ftqp_withdraw(get(), joint)); }
     void stop() { check(ftqp_stop(get())); }
     bool resume() { return checked(ftqp_resume(get())) == 1; }
     void carry(const ftqp_load &load) { check(ftqp_carry(get(), &load)); }
     void put_down() { check(ftqp_carry(get(), nullptr)); }
+    void tool(const std::array<double, 16> &T) { check(ftqp_tool(get(), T.data())); }
+    void own_tip() { check(ftqp_tool(get(), nullptr)); }
+    void brake(int joint) { check(ftqp_brake(get(), joint)); }
+
+    // Further tasks and things in the scene, by their numbers in arm.h. False: the target cannot be used, the last one stays.
+    int tasks() const { return checked(ftqp_tasks(get())); }
+    bool aim(int task, const ftqp_target &target) { return usable(ftqp_aim(get(), task, &target)); }
+    template <class Q> bool aim_joints(int task, const Q &q) { return usable(ftqp_aim_joints(get(), task, data(q))); }
+    void weight(int task, double weight) { check(ftqp_weight(get(), task, weight)); }
+    std::array<double, 6> task_error(int task) const {
+        std::array<double, 6> error{};
+        check(ftqp_task_error(get(), task, error.data()));
+        return error;
+    }
+    int things() const { return checked(ftqp_things(get())); }
+    bool move(int thing, const std::array<double, 16> &pose) { return usable(ftqp_move(get(), thing, pose.data(), nullptr)); }
+    bool move(int thing, const std::array<double, 16> &pose, const std::array<double, 6> &twist) {
+        return usable(ftqp_move(get(), thing, pose.data(), twist.data()));
+    }
+    double clearance() const noexcept { return ftqp_clearance(get()); }
+
+    // Whether the planner has something, FTQP_HAS_...
+    bool has(int what) const { return checked(ftqp_has(get(), what)) == 1; }
 
     // After each step: 0 quiet, 1 a suspicion, 2 something was found, or withdrawn.
     int watch() { return checked(ftqp_watch(get(), nullptr)); }
@@ -163,6 +187,7 @@ private:
         return code;
     }
     static void check(int code) { checked(code); }
+    static bool usable(int code) { return code == FTQP_NO_POSE ? false : checked(code) == 0; }
     static Status status(int code) { return static_cast<Status>(checked(code)); }
 
     std::size_t size_ = 0;

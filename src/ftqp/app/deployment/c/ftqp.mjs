@@ -70,6 +70,7 @@ export class Planner {
     this.#check(this.c.ftqp_report(this.p, this.faultAt));
   }
 
+  believed(joint) { return this.#check(this.c.ftqp_believed(this.p, joint)); }
   withdraw(joint) { this.#check(this.c.ftqp_withdraw(this.p, joint)); }
   stop() { this.#check(this.c.ftqp_stop(this.p)); }
   resume() { return this.#check(this.c.ftqp_resume(this.p)) === 1; }
@@ -81,6 +82,24 @@ export class Planner {
     this.#view(this.loadAt, 13).set([mass, ...com, ...inertia]);
     this.#check(this.c.ftqp_carry(this.p, this.loadAt));
   }
+
+  // The controlled point in the frame of the arm's own tip, 16 numbers by rows; null is that tip.
+  tool(T) { this.#check(this.c.ftqp_tool(this.p, T ? this.#written(T) : 0)); }
+  brake(joint) { this.#check(this.c.ftqp_brake(this.p, joint)); }
+
+  // Where a thing of the scene is now, and how it goes on, by its number in arm.h.
+  move(thing, pose, twist = [0, 0, 0, 0, 0, 0]) {
+    this.#check(this.c.ftqp_move(this.p, thing, this.#written(pose, twist), this.targetAt + 8 * 16));
+  }
+
+  // The goal of a further task, a pose or a place, and how it goes on; how much it counts.
+  aim(task, pose, twist = [0, 0, 0, 0, 0, 0]) {
+    const whole = pose.length === 16 ? pose : [1, 0, 0, pose[0], 0, 1, 0, pose[1], 0, 0, 1, pose[2], 0, 0, 0, 1];
+    this.#check(this.c.ftqp_aim(this.p, task, this.#written(whole, twist)));
+  }
+  aimJoints(task, q) { this.#check(this.c.ftqp_aim_joints(this.p, task, this.#numbers(this.qAt, q))); }
+  weight(task, weight) { this.#check(this.c.ftqp_weight(this.p, task, weight)); }
+  has(what) { return this.#check(this.c.ftqp_has(this.p, what)) === 1; }
 
   // Go on from the state of another planner of the same file.
   take(other) { this.#bytes().set(other.#bytes()); }
@@ -126,6 +145,14 @@ export class Planner {
   }
 
   #bytes() { return new Uint8Array(this.c.memory.buffer, this.p, this.size); }
+  #written(pose, twist = []) {
+    const target = this.#view(this.targetAt, NUMBERS);
+    target.fill(0);
+    target.set(pose);
+    target.set(twist, 16);
+    target[28] = 1;
+    return this.targetAt;
+  }
   #view(at, count) { return new Float64Array(this.c.memory.buffer, at, count); }
   #numbers(at, values) {
     if (values.length !== this.n) throw new Mistake(-37, `got ${values.length} numbers, expected ${this.n}, one a joint`);

@@ -14,12 +14,16 @@ from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.detection.sight import Sight
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import HEALTHY, IS_FREE
+from ftqp.kernel.layout.other_records import DOUBTED, LEFT_ALONE, SWINGS_NOW, WORKS_STILL
 from ftqp.kernel.layout.thresholds import GEAR
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
-SENSORS: Final = frozenset({"sensor_frozen", "sensor_biased", "sensor_dropped"})
+STOPPED: Final = {
+    LEFT_ALONE: "The arm is stopped.",
+    DOUBTED: "Another joint has failed before, so the arm is stopped.",
+}
+"""What is said of a finding that nothing is made of but a stop."""
 OTHERS, AT_REST = 0.3, 0.01
 """Of a joint that stands the model misses as much as of this share of the others' motion, and of such a speed
 [rad/s or m/s], as ``ftqp.kernel.monitor.servos.residual`` has it."""
@@ -69,46 +73,34 @@ class MonitorResponse:
         self._K, self._robot, self._loop = session.K, robot, loop
         self._report, self._withdraw = report, withdraw
         self.diagnosis = Diagnosis(robot.joints, session.K, lambda: sight_of(self._K, robot))
-        self._said = np.zeros(robot.nv, dtype=int)
 
     @property
     def stage(self) -> Stage:
         """Its part in a planner's life."""
-        return Stage(begin=lambda *_: self._begin())
-
-    def _begin(self) -> None:
-        """After a reset: nothing was found yet, and a joint that is held is looked at further."""
-        self.findings.clear()
-        self._said[:] = self._K.monitor.found[: len(self._said)]
+        return Stage(begin=lambda *_: self.findings.clear())
 
     def respond(self) -> None:
-        """After a tick in which something was found or taken back: act upon it."""
-        found, K = self._K.monitor.found, self._K
-        K.monitor.news = 0
+        """After a tick in which something was found or taken back: act upon it as the kernel says."""
+        monitor = self._K.monitor
+        monitor.news = 0
         for i, name in enumerate(self._robot.joints):
-            if self._said[i] == found[i]:
+            if monitor.found[i] == monitor.counted[i]:
                 continue
-            self._said[i] = found[i]
-            if found[i] == 0:
-                self._take_back(i, name)
+            does = self._loop.respond(i)
+            if does == WORKS_STILL:
+                self._take_back(name)
                 continue
             finding = self.diagnosis.isolated[name]
             self.findings.append(finding)
-            if finding.kinds <= SENSORS and K.watch.latched:
-                _LOG.warning("%s The arm is stopped.", finding.sentence)
+            if does in STOPPED:
+                _LOG.warning("%s %s", finding.sentence, STOPPED[does])
                 continue
-            free = found[i] == IS_FREE
-            if free and (K.faults.code[: self._robot.nv] != HEALTHY).any():
-                _LOG.warning("%s Another joint has failed before, so the arm is stopped.", finding.sentence)
-                self._loop.doubt_free(i)
-                continue
-            swings = free and self._robot.has_inertia and self._robot.is_serial
-            fault: Fault = FreeSwinging(name) if swings else Locked(name)
+            fault: Fault = FreeSwinging(name) if does == SWINGS_NOW else Locked(name)
             _LOG.warning("%s The planner counts on it from now on: %s.", finding.sentence, fault.happens)
             self._report(fault)
 
-    def _take_back(self, i: int, name: str) -> None:
-        """Joint i goes where it is asked to: it is not locked."""
+    def _take_back(self, name: str) -> None:
+        """A joint goes where it is asked to: it is not locked."""
         at = float(self._K.state.ticks) * float(self._K.state.dt)
         _LOG.warning("%s follows again. The planner counts on it as healthy from now on.", name)
         self.findings[:] = [
@@ -119,17 +111,15 @@ class MonitorResponse:
 
     def told(self, fault: Fault) -> None:
         """A user has reported a fault: what becomes of it is the user's."""
-        self._forget(self._robot.joint(fault.joint))
+        self._loop.forget_finding(self._leader(fault.joint))
 
     def forget(self, joint: str | int) -> None:
         """Look at a joint again that was believed to have failed."""
-        i = self._robot.joint(joint)
-        self._forget(i)
+        i = self._leader(joint)
+        self._loop.forget_finding(i)
         name = self._robot.joints[i]
         self.findings[:] = [finding for finding in self.findings if finding.joint != name]
 
-    def _forget(self, i: int) -> None:
-        M = self._K.monitor
-        M.found[i] = self._said[i] = 0
-        self._K.feedback.lost[i], self._K.feedback.spent[i] = 0, 0.0
-        M.G[i] = M.G_lock[i] = M.G_free[i] = 0.0
+    def _leader(self, joint: str | int) -> int:
+        """The joint whose motor moves a joint."""
+        return int(self._robot.chain.lead[self._robot.joint(joint)])
