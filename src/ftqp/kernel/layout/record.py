@@ -322,11 +322,11 @@ def _on_lines(fields: Sequence[Any]) -> np.dtype[Any]:
     return np.dtype(layout, align=True)
 
 
-def zeros_in_line(kind: np.dtype[Any]) -> Any:
-    """Zeros of a type, (1,), that begin a line of the cache; the system maps only what is then written to."""
-    room = np.zeros(kind.itemsize + LINE, np.uint8)
+def zeros_in_line(kind: np.dtype[Any], count: int = 1) -> Any:
+    """Zeros of a type, (count,), that begin a line of the cache; memory is taken by what is written to."""
+    room = np.zeros(count * kind.itemsize + LINE, np.uint8)
     begin = -room.ctypes.data % LINE
-    return room[begin : begin + kind.itemsize].view(kind)
+    return room[begin : begin + count * kind.itemsize].view(kind)
 
 
 def in_line(memory: Any) -> Any:

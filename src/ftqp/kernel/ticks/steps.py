@@ -190,16 +190,25 @@ def _responded(K: Any, given: Any, code: int) -> int:
 
 
 @jit
-def _tick(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any) -> int:
-    """The tick of the planner as it is told now."""
+def tick_by_the_clock(K: Any, given: Any, q: Any, v: Any, target: Any) -> int:
+    """The tick of a planner no joint of which swings freely."""
     code = accept_numbers(K, q, v, target)
     if code < 0:
         return code
-    if given.swings:
-        return _responded(K, given, settle_beside_free(K, run_cascade(K, prepare_free(K, F), SOLVED)))
     if given.rich:
         return _responded(K, given, settle(K, run_cascade(K, prepare_rich(K), SOLVED)))
     return _responded(K, given, run_cascade(K, prepare_plain(K), SOLVED))
+
+
+@jit
+def _tick(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any) -> int:
+    """The tick of the planner as it is told now."""
+    if not given.swings:
+        return tick_by_the_clock(K, given, q, v, target)
+    code = accept_numbers(K, q, v, target)
+    if code < 0:
+        return code
+    return _responded(K, given, settle_beside_free(K, run_cascade(K, prepare_free(K, F), SOLVED)))
 
 
 @jit
