@@ -8,7 +8,7 @@ from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.orders import Orders, ReserveSamples
 from ftqp.kernel.entry.session import Session, bound, share_out
 from ftqp.kernel.layout.enums import TARGET_SIZE
-from ftqp.kernel.layout.record import dtype, in_line, zeros_in_line
+from ftqp.kernel.layout.record import dtype, in_line, used_words, zeros_in_line
 
 PORTION = 500
 """A thread is begun for so many ticks at least: about what beginning it takes."""
@@ -64,9 +64,10 @@ class ArmRecords:
 
     def begin(self, mask: BoolArray) -> None:
         """Make the arms that are meant what the session was, at rest or moving as ``q`` and ``v`` say."""
+        used = used_words(self._joints)
         call = bound(
-            "begin_arms", self._model, self._what, self._records, self._givens, mask, self.q, self.v,
-            self._count, self._joints,
+            "begin_arms", self._model, used, len(used), self._what, self._records, self._givens, mask,
+            self.q, self.v, self._count, self._joints,
         )  # fmt: skip
         share_out(lambda first, last: call(first, last), self._count, self._threads)
 

@@ -7,6 +7,7 @@ import numpy as np
 from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.commands.believed import begin_to_believe, believe, count_on
 from ftqp.kernel.commands.stops import hold_up, start
+from ftqp.kernel.entry.rollout import copy_words
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.layout.record import dtype
 from ftqp.kernel.ticks.steps import TARGET_SIZE, tick_by_the_clock
@@ -18,17 +19,11 @@ RECORD_WORDS, GIVEN_WORDS = RECORD.itemsize // 8, GIVEN.itemsize // 8
 
 
 @jit
-def _copy(of: Any, to: Any, words: int, r: int) -> None:
-    """A record into number r of those at an address."""
-    for w in range(words):
-        to[r * words + w] = of[w]
-
-
-@jit
 def begin_arms(
-    model: Any, what: Any, records_at: int, givens_at: int, mask: Any, q: Any, v: Any, first: int, last: int
-) -> None:
-    """Make those arms that are meant what the model is, and begin them at (q, v), (count, n)."""
+    model: Any, used: Any, what: Any, records_at: int, givens_at: int, mask: Any, q: Any, v: Any, first: int,
+    last: int,
+) -> None:  # fmt: skip
+    """Make those arms that are meant what the model is in its used words, and begin at (q, v), (count, n)."""
     count = len(mask)
     words = carray(pointer(records_at), (count * RECORD_WORDS,), WORD)
     given_words = carray(pointer(givens_at), (count * GIVEN_WORDS,), WORD)
@@ -36,8 +31,9 @@ def begin_arms(
     givens = carray(pointer(givens_at), (count,), GIVEN)
     for r in range(first, last):
         if mask[r]:
-            _copy(model, words, RECORD_WORDS, r)
-            _copy(what, given_words, GIVEN_WORDS, r)
+            copy_words(model, used, words[r * RECORD_WORDS : (r + 1) * RECORD_WORDS])
+            for w in range(GIVEN_WORDS):
+                given_words[r * GIVEN_WORDS + w] = what[w]
             start(records[r], givens[r], q[r], v[r])
 
 

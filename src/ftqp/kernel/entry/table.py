@@ -162,12 +162,12 @@ block ticks.block_of_ticks first
           has_inertia rows:f8[count,width] width places:i8[PLACES]
     calls block(K, tick, q, v, targets, state, first, has_inertia, rows, places)
 rollout entry.rollout nogil
-    takes model:i8[words] B:batch own:i8[words] K:record F:free n first last
-    calls rollout(model, B, own, K, F, n, first, last)
+    takes model:i8[words] used:i8[runs,2] runs B:batch own:i8[words] K:record F:free n first last
+    calls rollout(model, used, B, own, K, F, n, first, last)
 begin_arms entry.kept_arms nogil
-    takes model:i8[words] what:i8[GIVEN_WORDS] records_at givens_at mask:i1[count] q:f8[count,n] v:f8[count,n]
-          count n first last
-    calls begin_arms(model, what, records_at, givens_at, mask, q, v, first, last)
+    takes model:i8[words] used:i8[runs,2] runs what:i8[GIVEN_WORDS] records_at givens_at mask:i1[count]
+          q:f8[count,n] v:f8[count,n] count n first last
+    calls begin_arms(model, used, what, records_at, givens_at, mask, q, v, first, last)
 tell_arms entry.kept_arms nogil
     takes records_at givens_at A:arm fault:fault mask:i1[count] goes_on:i1[count] count weak
           rows:f8[samples,A.chain.n*(A.chain.n+3)] samples out:reserve

@@ -4,7 +4,7 @@ A helper is handed the rooms that it reads and writes, so that its signature say
 touch more of them, take the whole record K. A solver gets ``K.qp`` and nothing else.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from typing import Any, Final
 
@@ -334,6 +334,31 @@ def in_line(memory: Any) -> Any:
     copy = zeros_in_line(memory.dtype)
     copy.view(np.uint8)[:] = memory.view(np.uint8)  # as bytes, not field by field
     return copy
+
+
+def _words_of(of: np.dtype[Any], fewer: np.dtype[Any], begin: int = 0) -> Iterator[Any]:
+    """The words of a structure that a structure of the same fields with shorter arrays has, too."""
+    for name, (kind, at, *_) in (of.fields or {}).items():
+        small = (fewer.fields or {})[name][0]
+        if kind.names:
+            yield from _words_of(kind, small, begin + at)
+        else:
+            places = np.arange(max(kind.itemsize // 8, 1)).reshape(kind.shape)
+            yield (begin + at) // 8 + places[tuple(map(slice, small.shape))].ravel()
+
+
+@cache
+def used_words(joints: int) -> Any:
+    """Begin and end of each run of words in which a planner's record has anything of so many joints, (k, 2).
+
+    A library that is built for their blocks alone has room for nothing else.
+    """
+    block = LINE // 8
+    capacity = min(-(-joints // block) * block, JOINTS)
+    words = np.sort(np.concatenate([*_words_of(dtype("record"), dtype("record", capacity))]))
+    ends = np.flatnonzero(np.diff(words) > 1)
+    begins = words[np.r_[0, ends + 1]]
+    return np.ascontiguousarray(np.stack([begins, words[np.r_[ends, -1]] + 1], axis=1))
 
 
 @cache
