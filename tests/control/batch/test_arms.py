@@ -131,6 +131,16 @@ def test_an_arm_whose_place_or_target_is_no_number_harms_no_other(robot):
     assert np.array_equal(arms.q[0], other.q[0]) and np.isfinite(arms.q).all()
 
 
+def test_arms_that_take_no_part_in_a_step_stay_as_they_are(robot):
+    arms, other = ftqp.batch.Arms(made(robot), 2), ftqp.batch.Arms(made(robot), 1)
+    goals = arms.poses()[:, :3, 3] + (0.0, 0.0, 0.02)
+    for k in range(20):
+        arms.step(goals, mask=np.array([True, k % 2 == 0]))
+        if k % 2 == 0:
+            other.step(goals[:1])
+    assert np.array_equal(arms.q[1], other.q[0]) and not np.array_equal(arms.q[0], arms.q[1])
+
+
 def test_a_step_allocates_nothing_and_rewrites_the_same_arrays(robot):
     arms = ftqp.batch.Arms(made(robot), 200, threads=1)
     goals, q, status = arms.poses()[:, :3, 3].copy(), arms.q, arms.status
@@ -166,7 +176,7 @@ def test_arms_begin_with_the_faults_of_the_planner(robot):
         (lambda arms: arms.step(np.zeros((5, 3)), 0), "ticks is 0, expected a whole number from 1"),
         (lambda arms: arms.step(np.zeros((5, 3)), twist=np.zeros(6)), r"twist has shape \(6,\)"),
         (lambda arms: arms.report([0, 1], ftqp.Locked(1)), r"mask is int64 of shape \(2,\), expected truth"),
-        (lambda arms: arms.report(None, ftqp.FreeSwinging(1)), "swings freely is not served by Arms"),
+        (lambda arms: arms.report(None, ftqp.FreeSwinging(1)), "no arm of Arms is told that a joint swings"),
         (lambda arms: arms.report(None, "joint 3"), "fault"),
         (lambda arms: arms.report(None, ftqp.Locked("elbow")), "panda_joint1"),
         (lambda arms: arms.withdraw(None, 9), "joint"),

@@ -15,7 +15,7 @@ from ftqp.kernel.entry.session import thread_count
 from ftqp.kernel.layout.enums import TARGET_ACCELERATION, TARGET_HAS_ROTATION, TARGET_POSE, TARGET_TWIST
 from ftqp.kernel.layout.record import dtype
 
-NO_FREE = "a joint that swings freely is not served by Arms; report ftqp.Locked, or step an ftqp.Planner"
+NO_FREE = "no arm of Arms is told that a joint swings freely; report ftqp.Locked, or step an ftqp.Planner"
 
 AT_ORIGIN = np.eye(4)
 
@@ -41,6 +41,8 @@ class Arms:
         q_sent: What the drives are told after the last tick, (n, nv); it differs from ``q`` where a joint has
             failed or drives are led.
         v_sent: The same of velocities, (n, nv).
+        found: What each arm has found of its joints and counts on, (n, nv): 0 nothing, 1 that it is locked, 2
+            that it swings freely.
         status: How the last tick of each arm ended, (n,): places in ``list(ftqp.StepStatus)``.
         position_error: Position error at the begin of the last tick, (n,) [m].
         rotation_error: Rotation error, (n,) [rad].
@@ -70,6 +72,7 @@ class Arms:
         self._belief = Belief(self._robot)
         for fault in like.told:
             self._belief = self._belief.reported(_served(fault))
+        like.session.K.monitor.names = int(like.given.finds)  # each arm responds for itself
         self._turns = bool(like.session.K.task.uses_rotation)
         self._faults: list[Fault | None] = [None]
         nv = self._robot.nv
@@ -80,6 +83,7 @@ class Arms:
         self.q, self.v = self._records.q, self._records.v
         sent = seen(self._records.sent)
         self.q_sent, self.v_sent = sent[:, 0], sent[:, 1]
+        self.found: IntArray = seen(self._records.found)
         self.status: IntArray = seen(self._records.status)
         error = seen(self._records.error)
         self.position_error, self.rotation_error = error[:, 0], error[:, 1]
@@ -94,7 +98,8 @@ class Arms:
         return self._count
 
     def __repr__(self) -> str:
-        return f"Arms({self._count} of {self._robot.name}, {int((self._told > 0).any(1).sum())} with a fault)"
+        failed = int(((self._told > 0) | (self.found > 0)).any(axis=1).sum())
+        return f"Arms({self._count} of {self._robot.name}, {failed} with a fault)"
 
     def reset(self, mask: Any = None, q: Any = None, v: Any = None) -> None:
         """Begin anew, as arms just made do: nothing that was told or learned of the last episode is left.
@@ -148,10 +153,10 @@ class Arms:
 
     def faults(self, arm: int) -> dict[str, Fault]:
         """The faults that one arm believes in now, by joint name."""
-        told = [self._faults[number] for number in self._told[arm]]
+        told = [self._faults[self._believed(joint)[arm]] for joint in range(self._robot.nv)]
         return {name: one for name, one in zip(self._robot.joints, told, strict=True) if one is not None}
 
-    def step(self, targets: Any, ticks: int = 1, *, twist: Any = None) -> None:
+    def step(self, targets: Any, ticks: int = 1, *, twist: Any = None, mask: Any = None) -> None:
         """Bring every arm ``ticks`` periods on towards its own target; ``q``, ``v`` and the others follow.
 
         Nothing is allocated where arrays of float64 are given.
@@ -161,6 +166,7 @@ class Arms:
                 for all ticks of the step. An arm whose target is not finite ends in INVALID_INPUT.
             ticks: How many periods, >= 1.
             twist: How fast each target moves, (n, 6), linear [m/s], then angular [rad/s]; None is at rest.
+            mask: Which arms take part, (n,) truth values; the others stay as they are. None is all.
 
         Raises:
             InputError: A wrong shape or number, or positions for a task with rotation rows.
@@ -185,6 +191,7 @@ class Arms:
             if twist.shape != (n, 6):
                 raise InputError(f"twist has shape {twist.shape}, expected (n, 6) = ({n}, 6)")
             self._twist[:] = twist
+        self._records.mask[:] = self._mask(mask)
         self._records.step(whole("ticks", ticks))
 
     def poses(self, q: Any = None) -> FloatArray:
@@ -201,13 +208,20 @@ class Arms:
 
     def _tell(self, mask: BoolArray, joint: int, fault: Fault | None) -> None:
         """Let arms believe a fault of a joint, or that it works, where they do not yet."""
-        number = self._number(fault)
-        before = self._told[:, joint]
+        number, before = self._number(fault), self._believed(joint)
         locked = np.array([isinstance(one, Locked) for one in self._faults])
         weak = fault is not None and "tau_max" in fault.shares and self._robot.has_inertia
         weak = weak and getattr(fault, fault.shares["tau_max"]) < 1.0  # type: ignore[union-attr]
-        self._records.tell(fault_record(joint, fault), mask & (before != number), locked[before], weak)
+        self._records.tell(fault_record(joint, fault), mask, mask & (before != number), locked[before], weak)
         self._told[mask, joint] = number
+
+    def _believed(self, joint: int) -> IntArray:
+        """Which fault each arm believes in of a joint, told or found, (n,)."""
+        name, found, told = self._robot.joints[joint], self.found[:, joint], self._told[:, joint]
+        if not found.any():
+            return told
+        either = np.where(found == 1, self._number(Locked(name)), self._number(FreeSwinging(name)))
+        return np.where(found == 0, told, either)
 
     def _number(self, fault: Fault | None) -> int:
         """The place of a fault in the list of those that arms were told of."""

@@ -190,25 +190,16 @@ def _responded(K: Any, given: Any, code: int) -> int:
 
 
 @jit
-def tick_by_the_clock(K: Any, given: Any, q: Any, v: Any, target: Any) -> int:
-    """The tick of a planner no joint of which swings freely."""
+def tick_as_told(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any) -> int:
+    """The tick of the planner as it is told now."""
     code = accept_numbers(K, q, v, target)
     if code < 0:
         return code
+    if given.swings:
+        return _responded(K, given, settle_beside_free(K, run_cascade(K, prepare_free(K, F), SOLVED)))
     if given.rich:
         return _responded(K, given, settle(K, run_cascade(K, prepare_rich(K), SOLVED)))
     return _responded(K, given, run_cascade(K, prepare_plain(K), SOLVED))
-
-
-@jit
-def _tick(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any) -> int:
-    """The tick of the planner as it is told now."""
-    if not given.swings:
-        return tick_by_the_clock(K, given, q, v, target)
-    code = accept_numbers(K, q, v, target)
-    if code < 0:
-        return code
-    return _responded(K, given, settle_beside_free(K, run_cascade(K, prepare_free(K, F), SOLVED)))
 
 
 @jit
@@ -216,7 +207,7 @@ def _follow(K: Any, given: Any, F: Any, path: Any, table: Any, q: Any, v: Any) -
     """The tick along the path; where a joint swings freely, the path stands and the tip is held on it."""
     if given.swings and falls(K.faults, K.chain):
         path.rate = 0.0
-        return _tick(K, given, F, q, v, path.target)
+        return tick_as_told(K, given, F, q, v, path.target)
     look_up(path, table, len(table), path.target)
     code = accept_numbers(K, q, v, path.target)
     if code < 0:
@@ -233,11 +224,11 @@ def deployed_step(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any, ticks
     then, expected, rest = work[:TARGET_SIZE], work[TARGET_SIZE : TARGET_SIZE + n], work[TARGET_SIZE + n :]
     for left in range(min(ticks, MOST_TICKS) - 1, 0, -1):
         miss(K, target, left, expected, then)
-        code = _tick(K, given, F, expected, rest, then)
+        code = tick_as_told(K, given, F, expected, rest, then)
         K.state.unusable = ALL_USABLE
         if code < 0:
             return code
-    return _tick(K, given, F, q, v, target)
+    return tick_as_told(K, given, F, q, v, target)
 
 
 @jit
