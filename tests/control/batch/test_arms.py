@@ -66,6 +66,31 @@ def test_each_arm_is_a_planner_stepped_alone_bit_by_bit(robot, given):
             assert arms.faults(arm) == planner.faults
 
 
+def test_an_arm_finds_a_joint_that_stands_as_a_planner_alone_finds_it(robot, caplog):
+    arms, planner = ftqp.batch.Arms(made(robot), 2), made(robot)
+    q, v, home = robot.neutral.copy(), np.zeros(7), robot.pose(robot.neutral)[:3, 3]
+    planner.reset(q)
+    for k in range(500):
+        goal = home + 0.1 * np.array([np.sin(k / 60), 1.0 - np.cos(k / 60), 0.0])
+        arms.q[0], arms.v[0] = q, v
+        arms.step(np.array([goal, goal]))
+        step = planner.step(q, v, ftqp.Target(position=goal))
+        assert np.array_equal(arms.q_sent[0], step.q) and arms.faults(0) == planner.faults
+        q, v = step.q.copy(), step.v.copy()
+        q[3], v[3] = robot.neutral[3], 0.0
+    assert list(arms.faults(0)) == ["panda_joint4"] and arms.found[0, 3] == 1 and not arms.found[1].any()
+    assert arms.faults(1) == {}
+    arms.withdraw(None, 3)
+    planner.withdraw(3)
+    for _ in range(20):
+        arms.q[0], arms.v[0] = q, v
+        arms.step(np.array([home, home]))
+        step = planner.step(q, v, ftqp.Target(position=home))
+        assert np.array_equal(arms.q_sent[0], step.q)
+        q, v = step.q.copy(), step.v.copy()
+    assert arms.faults(0) == planner.faults == {}
+
+
 def test_threads_and_neighbours_change_nothing(robot):
     found = []
     for count, threads in ((300, 1), (300, 3), (40, 1)):
