@@ -338,8 +338,8 @@ def in_line(memory: Any) -> Any:
 
 def _words_of(of: np.dtype[Any], fewer: np.dtype[Any], begin: int = 0) -> Iterator[Any]:
     """The words of a structure that a structure of the same fields with shorter arrays has, too."""
-    for name, (kind, at, *_) in (of.fields or {}).items():
-        small = (fewer.fields or {})[name][0]
+    for name in of.names or ():
+        (kind, at, *_), small = of.fields[name], fewer.fields[name][0]  # type: ignore[index]
         if kind.names:
             yield from _words_of(kind, small, begin + at)
         else:
