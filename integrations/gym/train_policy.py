@@ -18,7 +18,7 @@ import numpy as np
 
 SECONDS, SLOWS, WHEN = 4.0, 0.05, 0.2
 """Of an episode [s]; so near the point the way counts in full [m]; when a joint locks [s]."""
-EPISODES, GENERATIONS, SIGMA = 32, 200, 0.3
+EPISODES, GENERATIONS, SIGMA = 32, 100, 0.3
 JUDGED = 200
 """Episodes of each row of the table, which no training has seen."""
 
@@ -79,7 +79,7 @@ def left_of(layer: str, weights: np.ndarray, informed: bool, joint: int | None) 
     """What is left at the end of each episode [mm]."""
     env = ftqp_gym.FaultyArmVec(JUDGED, layer=layer, seconds=SECONDS, autoreset_mode="Disabled")
     failure = None if joint is None else (joint, ftqp_gym.LOCKED, WHEN)
-    seeds = [*range(1_000_000, 1_000_000 + JUDGED)]
+    seeds = [*range(2_000_000, 2_000_000 + JUDGED)]
     repeated = np.repeat(weights[None], JUDGED, axis=0)
     return 1e3 * rollout(env, repeated, informed, seeds, {"failure": failure})[1]
 
