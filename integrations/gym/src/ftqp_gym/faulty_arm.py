@@ -16,8 +16,8 @@ DT = 0.004
 """Period of the planner and of the motors [s]."""
 FASTEST = 0.25
 """How fast an action of 1 moves the end effector [m/s]."""
-LEAD = 0.05
-"""The target leads the end effector by what is asked of it in so long at most [s]."""
+LEADS = {"tip": 0.1, "below": 0.02}
+"""The target leads the end effector by so much at most in each layer that ftqp leads [m]."""
 SHARE = 0.5
 """An action of 1 moves a joint at this share of its speed limit."""
 REACHED = 0.01
@@ -107,17 +107,6 @@ def given_failure(robot: ftqp.Robot, failure: Any) -> tuple[int, int, float] | N
     return joint, int(kind), when
 
 
-def led_by(lead: Any, way: Any, ticks: int) -> Any:
-    """How far the target leads the end effector after a step, (..., 3): what has gathered is bounded.
-
-    Where less is asked, it leads by less, so that a fast policy that stops does not overshoot.
-    """
-    lead = lead + way
-    most = np.linalg.norm(way, axis=-1, keepdims=True) * LEAD / (DT * ticks)
-    size = np.linalg.norm(lead, axis=-1, keepdims=True)
-    return lead * np.minimum(1.0, most / np.maximum(size, 1e-300))
-
-
 class FaultyArm(gymnasium.Env):
     """An arm that reaches for a point while a joint fails.
 
@@ -189,7 +178,8 @@ class FaultyArm(gymnasium.Env):
         """
         action = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)
         if self.leads:
-            self.target = self.at + led_by(self.target - self.at, self._way(action), self.ticks)
+            lead = LEADS[self.layer]
+            self.target = self.at + np.clip(self.target + self._way(action) - self.at, -lead, lead)
         for _ in range(self.ticks):
             self._fail()
             self.plant.advance(self._led() if self.leads else self._sent(action))

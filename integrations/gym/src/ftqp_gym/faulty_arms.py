@@ -14,6 +14,7 @@ from ftqp_gym.faulty_arm import (
     FASTEST,
     FREE,
     LAYERS,
+    LEADS,
     LOCKED,
     REACHED,
     SHARE,
@@ -22,7 +23,6 @@ from ftqp_gym.faulty_arm import (
     drawn_episode,
     fault_of,
     given_failure,
-    led_by,
     spaces_of,
     ticks_of,
 )
@@ -182,8 +182,9 @@ class FaultyArmVec(gymnasium.vector.VectorEnv):
         elif self.layer == "below":
             way = (self.arms.poses(self.q + v * DT)[:, :3, 3] - self.at) * self.ticks
         else:
-            way = np.zeros((self.num_envs, 3))
-        lead = led_by(self.target - self.at, way, self.ticks)
+            way = np.zeros(3)
+        most = LEADS.get(self.layer, 0.0)
+        lead = np.clip(self.target + way - self.at, -most, most)
         np.copyto(self.target, self.at + lead, where=(moves & self.leads)[:, None])
         low, high = self.robot.limits.q_min, self.robot.limits.q_max
         for _ in range(self.ticks):
