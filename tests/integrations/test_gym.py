@@ -113,6 +113,133 @@ def test_a_policy_of_joints_reaches_with_ftqp_below_it_what_it_misses_without(pa
     assert reached(package, "tip", lock) < 0.011
 
 
+def vector(package, count=4, **given):
+    given = {"failures": package.Failures(share=1.0, between=(0.1, 0.3)), "seconds": 0.8, **given}
+    return package.FaultyArmVec(count, **given)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("after", [0.0, 0.1, np.inf])
+@pytest.mark.parametrize("layer", LAYERS)
+def test_each_arm_of_the_vector_is_the_environment_by_itself(package, layer, after):
+    given = {
+        "layer": layer,
+        "failures": package.Failures(1.0, after=after, between=(0.1, 0.3)),
+        "seconds": 0.8,
+    }
+    many, alone = vector(package, **given), [package.FaultyArm(physics=False, **given) for _ in range(4)]
+    seen, info = many.reset(seed=11)
+    for i, one in enumerate(alone):
+        np.testing.assert_allclose(seen[i], one.reset(seed=11 + i)[0], rtol=0.0, atol=1e-12)
+    draw, over, found = np.random.default_rng(1), [False] * 4, 0
+    for _ in range(90):
+        actions = draw.uniform(-1, 1, many.action_space.shape).astype(np.float32)
+        seen, reward, reached, late, info = many.step(actions)
+        for i, one in enumerate(alone):
+            if over[i]:
+                (own, told), asked, ended = one.reset(), 0.0, (False, False)
+            else:
+                own, asked, *ended, told = one.step(actions[i])
+            over[i] = any(ended)
+            np.testing.assert_allclose(seen[i], own, rtol=0.0, atol=1e-9)
+            assert abs(reward[i] - asked) < 1e-9 and (reached[i], late[i]) == tuple(ended)
+            for name in ("failed", "believed", "status"):
+                assert np.array_equal(info[name][i], told[name]), name
+            found += bool(told["believed"].any())
+    assert found or (layer != "tip" and after == np.inf)
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+def test_the_vector_keeps_to_its_spaces_and_a_seed_repeats_it_bit_by_bit(package, layer):
+    def run(env, seed):
+        (seen, info), told = env.reset(seed=seed), []
+        env.action_space.seed(seed)
+        for _ in range(60):
+            assert seen in env.observation_space and seen.dtype == np.float64
+            told.append((seen.tobytes(), *(info[name].tobytes() for name in sorted(info))))
+            seen, reward, reached, late, info = env.step(env.action_space.sample())
+            assert reward.dtype == np.float64 and reached.dtype == late.dtype == bool
+            assert reward.shape == reached.shape == late.shape == (4,)
+        return told
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        env = gymnasium.make_vec("ftqp/FaultyArm-v0", num_envs=4, layer=layer, seconds=0.8)
+        assert isinstance(env.unwrapped, package.FaultyArmVec) and env.spec.id == "ftqp/FaultyArm-v0"
+        first = run(env, 3)
+        run(env, 4)
+        env.reset(seed=5, options={"failure": (2, package.LOCKED, 0.0)})
+        env.step(env.action_space.sample())
+        assert run(env, 3) == first == run(vector(package, failures=None, layer=layer), 3)
+        env.close()
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
+def test_episodes_of_the_vector_begin_anew_as_gymnasium_has_it(package, mode):
+    env = vector(package, seconds=0.2, autoreset_mode=mode)
+    assert env.metadata["autoreset_mode"].value == mode
+    env.reset(seed=1)
+    zero = np.zeros(env.action_space.shape, dtype=np.float32)
+    for _ in range(10):
+        seen, reward, reached, late, info = env.step(zero)
+    assert late.all() and not reached.any()
+    if mode == "SameStep":
+        assert info["_final_obs"].all() and not info["failed"].any()
+        assert info["final_info"]["failed"].any() and (info["final_obs"] != seen).any()
+    else:
+        assert info["failed"].any() and "final_obs" not in info
+    if mode == "Disabled":
+        half = np.array([True, False, True, False])
+        anew, info = env.reset(options={"reset_mask": half})
+        assert (anew[~half] == seen[~half]).all() and (anew[half] != seen[half]).any(axis=1).all()
+        assert info["failed"][~half].any() and not info["failed"][half].any()
+        _, reward, _, late, _ = env.step(zero)
+        assert (reward[~half] == 0.0).all() and (reward[half] < 0.0).all() and not late.any()
+        return
+    seen, reward, reached, late, info = env.step(zero)
+    assert not late.any() and not info["failed"].any()
+    assert ((reward == 0.0) if mode == "NextStep" else (reward < 0.0)).all()
+
+
+def test_an_arm_of_the_vector_reset_in_mid_fault_begins_healthy_and_moves_all_joints(package):
+    env = vector(package, seconds=4.0, autoreset_mode="Disabled")
+    env.reset(seed=1, options={"failure": (3, package.LOCKED, 0.0)})
+    up = np.full(env.action_space.shape, 0.5, dtype=np.float32)
+    for _ in range(10):
+        _, _, _, _, info = env.step(up)
+    assert (info["believed"][:, 3] == package.LOCKED).all()
+    one = np.array([True, False, False, False])
+    seen, info = env.reset(options={"reset_mask": one, "failure": None})
+    assert not info["failed"][0].any() and not info["believed"][0].any() and not env.arms.faults(0)
+    before = seen[:, 3]
+    for _ in range(10):
+        seen, *_ = env.step(up)
+    assert seen[0, 3] != before[0] and (seen[1:, 3] == before[1:]).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"layer": "wrist"}, "layer is 'wrist', expected one of"),
+        ({"period": 0.0}, "expected 0.004 <= period <= seconds"),
+        ({"num_envs": 0}, "n is 0, expected a whole number from 1"),
+    ],
+)
+def test_what_is_no_vector_is_refused(package, given, words):
+    with pytest.raises(ftqp.InputError, match=words):
+        package.FaultyArmVec(**given)
+
+
+def test_free_joints_and_wrong_masks_are_refused_by_the_vector(package):
+    with pytest.raises(ftqp.InputError, match="no joint swings freely in FaultyArmVec"):
+        package.FaultyArmVec(2, failures=package.Failures(kinds=(package.FREE,)))
+    env = vector(package)
+    with pytest.raises(ftqp.InputError, match="no joint swings freely in FaultyArmVec"):
+        env.reset(options={"failure": (1, package.FREE, 0.1)})
+    with pytest.raises(ftqp.InputError, match=r"reset_mask is int64 of shape \(2,\), expected truth values"):
+        env.reset(options={"reset_mask": np.array([0, 1])})
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [

@@ -120,3 +120,11 @@ def test_what_makes_no_share_is_refused(given, words):
 def test_an_unknown_joint_is_refused():
     with pytest.raises(ftqp.InputError, match="'elbow' is not a joint of panda"):
         ftqp.vendors.Spare(started(PANDA, dt=0.05), "elbow", warm=1, hot=2)
+
+
+@pytest.mark.parametrize("value", [None, "hot"])
+def test_a_temperature_that_is_no_number_is_refused(value):
+    planner, spare = spared()
+    with pytest.raises(ftqp.InputError, match=f"value is {value!r}"):
+        spare.look(value)
+    assert not planner.faults

@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 
 import ftqp
@@ -138,6 +139,7 @@ def test_a_sample_of_another_shape_is_refused_in_a_sentence():
         ({"status": [0, float("nan"), 0]}, "status holds nan, expected whole numbers"),
         ({"status": [0, 0.5, 0]}, "status holds 0.5, expected whole numbers"),
         ({"status": 0}, "status is 0, expected one number for each of 3 joints"),
+        ({"status": np.array(0)}, "status is array(0), expected one number for each of 3 joints"),
         ({}, "a sample of Feetech STS3215 lacks status"),
         (
             {"status": [0] * 3, "stauts": 1},

@@ -235,6 +235,11 @@ def test_what_does_not_fit_the_robot_is_refused():
         ftqp.vendors.Watch(planner, "feetech", joints=["elbow"])
     with pytest.raises(ftqp.InputError, match="'elbow' is not a joint of panda"):
         ftqp.vendors.Watch(planner, "cia402", brakes={"elbow": True})
+    with pytest.raises(ftqp.InputError, match="panda_joint1 is named twice in joints"):
+        ftqp.vendors.Watch(planner, "cia402", joints=["panda_joint1", "panda_joint2", "panda_joint1"])
+    for brakes in (True, ["panda_joint1"]):
+        with pytest.raises(ftqp.InputError, match=r"brakes is .*, expected a mapping"):
+            ftqp.vendors.Watch(planner, "cia402", brakes=brakes)
     _, watch = watched()
     with pytest.raises(ftqp.InputError, match="status has 6 numbers, expected 7"):
         watch.look({"status": [0] * 6}, PANDA.neutral)
@@ -349,6 +354,15 @@ def test_one_of_six_servos_that_jams_leaves_the_position_task_to_the_others(even
     healthy = circled(lambda servo: None)
     assert not healthy[0].faults and not healthy[1].standing
     assert off < healthy[2] + 1e-3 < 3e-3
+
+
+@pytest.mark.parametrize("word", [0x20, 0x08])  # a joint that is off, and one whose sensor is lost
+@pytest.mark.parametrize("q", [PANDA.neutral[:3], None, "home"])
+def test_what_is_no_configuration_is_refused_where_it_is_looked_at(word, q):
+    _, watch = watched("dynamixel")
+    looked(watch, *[{"hardware_error": [0, 0, 0, word, 0, 0, 0]}] * 3)
+    with pytest.raises(ftqp.InputError, match=r"^q "):
+        watch.look(None, q)
 
 
 def test_a_tick_without_news_makes_no_array():

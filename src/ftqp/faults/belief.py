@@ -89,7 +89,7 @@ class Belief:
             was, fault = (None if before is None else before._faults.get(i)), self._faults.get(i)
             if before is not None and was == fault:
                 continue
-            orders.believe(_said(i, fault), isinstance(was, Locked))
+            orders.believe(fault_record(i, fault), isinstance(was, Locked))
 
     def _of_leader(self, fault: Fault) -> Fault:
         """The fault as it is of the joint whose motor it concerns."""
@@ -122,7 +122,7 @@ class Belief:
         return float(low), float(high)
 
 
-def _said(i: int, fault: Fault | None) -> Any:
+def fault_record(i: int, fault: Fault | None) -> Any:
     """What the kernel is told of joint i, None that it works: a record of kind ``fault``, (1,)."""
     memory = np.zeros(1, dtype("fault"))
     said = memory[0]

@@ -81,8 +81,12 @@ class Spare:
 
         Args:
             value: What is measured; NaN is no news.
+
+        Raises:
+            InputError: It is no number.
         """
         self._since += self._planner.dt
+        value = as_number("value", value)
         if not isfinite(value):
             return None
         before = value if self._mean is None else self._mean

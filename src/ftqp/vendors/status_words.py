@@ -190,7 +190,8 @@ class Table:
             return None
         if word.of == "arm":
             return word.checked(name, given)
-        if isinstance(given, str | bytes) or not hasattr(given, "__len__"):
+        alone = not hasattr(given, "__len__") or getattr(given, "shape", None) == ()
+        if alone or isinstance(given, str | bytes):
             raise InputError(f"{name} is {given!r:.60}, expected one number for each of {count} joints")
         if len(given) != count:
             raise InputError(f"{name} has {len(given)} numbers, expected {count}, one for each joint")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, final
 
 import numpy as np
 
-from ftqp.core.checks import positive
+from ftqp.core.checks import positive, sized
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
 from ftqp.vendors.status_words import Table
@@ -97,7 +97,8 @@ class Watch:
         arm: What the whole arm does: ``goes_on``, ``paused`` or ``off``.
 
     Raises:
-        InputError: An unknown table or joint, or a number of joints that the table does not have.
+        InputError: An unknown table or joint, one that is named twice, or a number of joints that
+            the table does not have.
     """
 
     __slots__ = (
@@ -112,8 +113,12 @@ class Watch:
         self._planner, self._table = planner, table if isinstance(table, Table) else named(table)
         robot = planner.robot
         self._joints = tuple(robot.joints if joints is None else joints)
+        if not isinstance(brakes or {}, Mapping):
+            raise InputError(f"brakes is {brakes!r:.60}, expected a mapping, {{joint: True}}")
         for name in (*self._joints, *(brakes or {})):
             robot.joint(name)
+            if self._joints.count(name) > 1:
+                raise InputError(f"{name} is named twice in joints, expected each joint once")
         if self._table.joints not in (None, len(self._joints)):
             raise InputError(
                 f"{len(self._joints)} joints are watched, expected {self._table.joints}, as "
@@ -161,7 +166,8 @@ class Watch:
             ``q`` itself, or a copy in which joints whose sensor is lost are NaN, valid until the next look.
 
         Raises:
-            InputError: Unknown or missing words, a wrong number of joints, or what is no status word.
+            InputError: Unknown or missing words, a wrong number of joints, what is no status word, or q of
+                another shape where a joint is loose or its sensor lost.
         """
         self._tick += 1
         if self.news:
@@ -175,6 +181,8 @@ class Watch:
             if not self._quiet or key is None or key != self._key:
                 self._hear(words)
                 self._key = key
+        if self._loose or self._lost:
+            q = sized("q", q, self._q.shape, "(nv,)")
         if self._loose:
             self._follow_loose(q)
         if not self._lost:

@@ -10,7 +10,7 @@ import pytest
 import ftqp
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.record import KINDS, dtype
+from ftqp.kernel.layout.record import KINDS, dtype, used_words
 from ftqp.kernel.layout.rows import (
     HOLD,
     KEEP,
@@ -99,3 +99,18 @@ def test_a_record_has_room_for_every_row_of_its_class(capacity):
     asked = {kind.name: [f"{kind.name} {i}" for i in range(kind.most)] for kind in ROW_KINDS if kind.most}
     owners = constraint_owners(joints, True, asked)
     assert len({(kind.name, i) for kind, i, _ in owners}) == len(owners) == constraint_capacity(capacity)
+
+
+def test_used_words_are_the_begins_that_a_record_for_fewer_joints_has_room_for():
+    whole, small = np.zeros(1, dtype("record")), dtype("record", 8)
+    words = whole.view(np.int64)
+    for begin, end in used_words(7):
+        words[begin:end] = 1
+    for room in small.names:
+        for name in small[room].names:
+            field, shape = np.atleast_1d(whole[room][name][0]).view(np.int64), small[room][name].shape or (1,)
+            inside = np.zeros(np.shape(field), dtype=np.int64)
+            inside[tuple(slice(length) for length in shape)] = 1
+            assert np.array_equal(field, inside), f"{room}.{name}"
+    runs = used_words(64)
+    assert (runs[1:, 0] > runs[:-1, 1]).all() and runs[-1, 1] <= len(words)

@@ -16,8 +16,8 @@ DT = 0.004
 """Period of the planner and of the motors [s]."""
 FASTEST = 0.25
 """How fast an action of 1 moves the end effector [m/s]."""
-LEAD = 0.1
-"""The target leads the end effector by so much at most [m]."""
+LEADS = {"tip": 0.1, "below": 0.02}
+"""The target leads the end effector by so much at most in each layer that ftqp leads [m]."""
 SHARE = 0.5
 """An action of 1 moves a joint at this share of its speed limit."""
 REACHED = 0.01
@@ -64,6 +64,49 @@ def fault_of(kind: int, joint: int) -> ftqp.Locked | ftqp.FreeSwinging | ftqp.De
     )
 
 
+def ticks_of(period: float, seconds: float) -> tuple[int, int]:
+    """Ticks of a step and of an episode."""
+    ticks, last = round(period / DT), round(seconds / DT)
+    if not (ticks >= 1 and last >= ticks):
+        raise ftqp.InputError(
+            f"period is {period!r} s and seconds {seconds!r}, expected 0.004 <= period <= seconds"
+        )
+    return ticks, last
+
+
+def spaces_of(robot: ftqp.Robot, layer: str) -> tuple[gymnasium.spaces.Box, gymnasium.spaces.Box]:
+    """The spaces of what is seen and of actions."""
+    n, limits = robot.nv, robot.limits
+    edge = np.concatenate([4.0 * limits.v_max, np.full(3, 3.0)])
+    low = np.concatenate([limits.q_min - 0.1, -edge, np.zeros(4 * n)])
+    high = np.concatenate([limits.q_max + 0.1, edge, np.ones(4 * n)])
+    seen = gymnasium.spaces.Box(low, high, dtype=np.float64)
+    return seen, gymnasium.spaces.Box(-1.0, 1.0, (3 if layer == "tip" else n,), np.float32)
+
+
+def drawn_episode(draw: np.random.Generator, robot: ftqp.Robot, how: Failures) -> tuple[Any, Any, Any]:
+    """The first posture, the failure or None, and the way from the end effector to the point."""
+    q = robot.neutral + draw.uniform(-SPREAD, SPREAD, robot.nv)
+    failure = int(draw.integers(robot.nv)), int(draw.choice(how.kinds)), float(draw.uniform(*how.between))
+    return q, failure if draw.random() < how.share else None, draw.uniform(-SPREAD, SPREAD, 3)
+
+
+def given_failure(robot: ftqp.Robot, failure: Any) -> tuple[int, int, float] | None:
+    """A failure given by hand."""
+    if failure is None:
+        return None
+    try:
+        joint, kind, when = failure
+        joint, when = robot.joint(joint), float(when)
+    except (TypeError, ValueError) as error:
+        raise ftqp.InputError(f"failure is {failure!r}, expected (joint, kind, seconds): {error}") from error
+    if kind not in (LOCKED, FREE, WEAK) or not 0.0 <= when < np.inf:
+        raise ftqp.InputError(
+            f"failure is {failure!r}, expected a kind of LOCKED, FREE, WEAK and seconds >= 0"
+        )
+    return joint, int(kind), when
+
+
 class FaultyArm(gymnasium.Env):
     """An arm that reaches for a point while a joint fails.
 
@@ -88,11 +131,7 @@ class FaultyArm(gymnasium.Env):
     ) -> None:  # fmt: skip
         if layer not in LAYERS:
             raise ftqp.InputError(f"layer is {layer!r}, expected one of {', '.join(LAYERS)}")
-        self.ticks, self.last = round(period / DT), round(seconds / DT)
-        if not (self.ticks >= 1 and self.last >= self.ticks):
-            raise ftqp.InputError(
-                f"period is {period!r} s and seconds {seconds!r}, expected 0.004 <= period <= seconds"
-            )
+        self.ticks, self.last = ticks_of(period, seconds)
         self.render_mode, self.layer, self.failures = render_mode, layer, failures or Failures()
         self.robot = ftqp.robots.load(robot) if isinstance(robot, str) else robot
         if physics:
@@ -100,12 +139,7 @@ class FaultyArm(gymnasium.Env):
             self.plant: ftqp.Plant = ftqp.MujocoPlant(self.robot, DT, servo, substeps=2)
         else:
             self.plant = ftqp.KinematicPlant(self.robot, DT)
-        n, limits = self.robot.nv, self.robot.limits
-        edge = np.concatenate([4.0 * limits.v_max, np.full(3, 3.0)])
-        low = np.concatenate([limits.q_min - 0.1, -edge, np.zeros(4 * n)])
-        high = np.concatenate([limits.q_max + 0.1, edge, np.ones(4 * n)])
-        self.observation_space = gymnasium.spaces.Box(low, high, dtype=np.float64)
-        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (3 if layer == "tip" else n,), np.float32)
+        self.observation_space, self.action_space = spaces_of(self.robot, layer)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -117,13 +151,10 @@ class FaultyArm(gymnasium.Env):
             options: ``{"failure": (joint, kind, seconds)}`` is a failure by hand, None in its place is none.
         """
         super().reset(seed=seed)
-        draw, n, how = self.np_random, self.robot.nv, self.failures
-        q = self.robot.neutral + draw.uniform(-SPREAD, SPREAD, n)
-        drawn = int(draw.integers(n)), int(draw.choice(how.kinds)), float(draw.uniform(*how.between))
-        drawn_one = drawn if draw.random() < how.share else None
-        self.failure = (
-            self._checked((options or {})["failure"]) if "failure" in (options or {}) else drawn_one
-        )
+        n = self.robot.nv
+        q, self.failure, way = drawn_episode(self.np_random, self.robot, self.failures)
+        if "failure" in (options or {}):
+            self.failure = given_failure(self.robot, (options or {})["failure"])
         self.plant.reset(q, np.zeros(n))
         # another planner: what the last one has learned of the arm would leak into this episode
         self.planner = ftqp.Planner(self.robot, dt=DT, emergency=None, task=ftqp.Task("position"))
@@ -136,7 +167,7 @@ class FaultyArm(gymnasium.Env):
         )
         self.leads, self.status = self.layer == "tip", ""
         self.at = self.robot.pose(q)[:3, 3]
-        self.target, self.goal = self.at.copy(), self.at + draw.uniform(-SPREAD, SPREAD, 3)
+        self.target, self.goal = self.at.copy(), self.at + way
         return self._seen(), self._info()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -146,10 +177,12 @@ class FaultyArm(gymnasium.Env):
             What is seen, reward, whether the point is reached, whether the time is over, and ``info``.
         """
         action = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)
-        way = self._way(action)
+        if self.leads:
+            lead = LEADS[self.layer]
+            self.target = self.at + np.clip(self.target + self._way(action) - self.at, -lead, lead)
         for _ in range(self.ticks):
             self._fail()
-            self.plant.advance(self._led(way) if self.leads else self._sent(action))
+            self.plant.advance(self._led() if self.leads else self._sent(action))
             self.tick += 1
         self.at = self.robot.pose(self.plant.q)[:3, 3]
         info = self._info()
@@ -157,17 +190,14 @@ class FaultyArm(gymnasium.Env):
         return self._seen(), 10.0 * reached - info["left"], reached, self.tick >= self.last, info
 
     def _way(self, action: Any) -> Any:
-        """How far an action moves the end effector in a tick [m]; nothing reads it in the layer `joints`."""
+        """How far an action moves the end effector in a step [m]."""
         if self.layer == "tip":
-            return action * FASTEST * DT
-        if self.layer == "joints":
-            return None
+            return action * FASTEST * DT * self.ticks
         v = action * SHARE * self.robot.limits.v_max
-        return self.robot.pose(self.plant.q + v * DT)[:3, 3] - self.at
+        return (self.robot.pose(self.plant.q + v * DT)[:3, 3] - self.at) * self.ticks
 
-    def _led(self, way: Any) -> Any:
+    def _led(self) -> Any:
         """The command of the planner, whose target goes as the action says."""
-        self.target = self.at + np.clip(self.target + way - self.at, -LEAD, LEAD)
         command = self.planner.step(self.plant.q, None, ftqp.Target(position=self.target))
         self.status = command.status.name
         return command
@@ -193,23 +223,6 @@ class FaultyArm(gymnasium.Env):
                 self.leads = True
                 self.planner.reset(self.plant.q, self.plant.v)
                 self.target = self.robot.pose(self.plant.q)[:3, 3]
-
-    def _checked(self, failure: Any) -> tuple[int, int, float] | None:
-        """A failure given by hand."""
-        if failure is None:
-            return None
-        try:
-            joint, kind, when = failure
-            joint, when = self.robot.joint(joint), float(when)
-        except (TypeError, ValueError) as error:
-            raise ftqp.InputError(
-                f"failure is {failure!r}, expected (joint, kind, seconds): {error}"
-            ) from error
-        if kind not in (LOCKED, FREE, WEAK) or not 0.0 <= when < np.inf:
-            raise ftqp.InputError(
-                f"failure is {failure!r}, expected a kind of LOCKED, FREE, WEAK and seconds >= 0"
-            )
-        return joint, int(kind), when
 
     def _believed(self) -> Any:
         """What is believed of each joint: what was told, or what the planner has found."""

@@ -241,10 +241,10 @@ def rollout(
     starts, speeds = _starts(planner, q, v, faults)
     _warn_of_degrees(planner.robot, starts)
     arms, ticks = len(starts), len(targets)
-    step = _whole("every", every) if every is not None else 0
-    _look_at_memory(memory(planner, arms, ticks, step), arms)
+    step = whole("every", every) if every is not None else 0
+    look_at_memory(memory(planner, arms, ticks, step), arms)
     own = OwnFaults(faults, arms, planner.robot, what_ifs)
-    workers = thread_count() if threads is None else _whole("threads", threads)
+    workers = thread_count() if threads is None else whole("threads", threads)
     result = _empty(starts, speeds, ticks, step)
     finite = np.isfinite(starts).all(axis=1) & np.isfinite(speeds).all(axis=1)
     stepped = needs_planner(own, what_ifs, starts) & finite
@@ -316,13 +316,13 @@ def _numbers(name: str, value: Any) -> FloatArray:
         ) from error
 
 
-def _whole(name: str, value: Any) -> int:
+def whole(name: str, value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
         raise InputError(f"{name} is {value!r:.40}, expected a whole number from 1")
     return int(value)
 
 
-def _look_at_memory(needed: int, arms: int) -> None:
+def look_at_memory(needed: int, arms: int) -> None:
     """Say how much memory a large batch takes before it is taken; refuse more than there is."""
     there = _memory_there()
     if there is not None and needed > there:

@@ -25,9 +25,11 @@ class RolloutSetup:
 
     Attributes:
         session: What every arm begins with.
+        orders: What that is told by.
         robot: The arm.
         given: What the planner was made with.
         told: The faults that it believes in.
+        samples: What its braking reserve is known by; None where torque is not limited.
         around: What it keeps clear of; None is nothing.
         tasks: Its further tasks, by name.
         constraints: Its constraints, as they were given.
@@ -50,10 +52,11 @@ class RolloutSetup:
         _refuse_foreign(given, solver)
         session = session.copy()
         self.session, self.robot, self.given = session, robot, given
-        self.told, self._reserve, self.around = tuple(faults.values()), reserve, around
+        self.told, self.around = tuple(faults.values()), around
+        self.samples = None if reserve is None else reserve.samples
         self.tasks, self.constraints = tasks, tuple(constraints)
-        K, self._orders = session.K, orders.on(session)  # its own: others may ask it from another thread
-        self._orders.start(np.zeros(robot.nv), np.zeros(robot.nv))
+        K, self.orders = session.K, orders.on(session)  # its own: others may ask it from another thread
+        self.orders.start(np.zeros(robot.nv), np.zeros(robot.nv))
         self.return_to_start = given.posture is None and float(K.criteria.norm_q) != 0.0
         K.cascade.external = 0
         K.free.joint, K.free.allowed = -1, orders.given.allowed
@@ -63,13 +66,13 @@ class RolloutSetup:
     def believing(self, faults: tuple[Fault, ...]) -> dict[str, Any]:
         """The rooms of limits and faults, by name, of a planner that was told of these, in turn."""
         session = self.session.copy()
-        orders, K = self._orders.on(session), session.K
+        orders, K = self.orders.on(session), session.K
         belief = Belief(self.robot)
         for fault in (*self.told, *faults):
             belief = belief.reported(fault)
         belief.write(orders)
         orders.believed()
-        orders.count_on(None if self._reserve is None else self._reserve.samples)
+        orders.count_on(self.samples)
         return {room: K[room].copy() for room in OF_ROOMS["belief"]}
 
 

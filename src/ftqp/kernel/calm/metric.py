@@ -56,18 +56,14 @@ def free_joints(K: Any) -> int:
 
 
 @jit
-def _add_modulus(faults: Any, chain: Any, calm: Any) -> None:
-    """D <- |S| over the joints that work, the matrix absolute value; no kick."""
+def _add_modulus(faults: Any, calm: Any) -> None:
+    """D <- |S| over the joints that work, the matrix absolute value."""
     w, W, Z, D = faults.working, calm.work, calm.modes, calm.D
     for a in range(w):
         i = faults.order[a]
         for b in range(a + 1):
             W[a, b] = calm.S[i, faults.order[b]]
     eigensystem(W, w, calm.values, calm.beside, Z)
-    for i in range(chain.n):
-        calm.kick[i] = 0.0
-        for j in range(chain.n):
-            D[i, j] = 0.0
     for a in range(w):
         i = faults.order[a]
         for b in range(a + 1):
@@ -111,8 +107,77 @@ def _lost(task: Any, calm: Any, s: float) -> float:
 
 
 @jit
+def _find_modes(task: Any, calm: Any, count: int) -> None:
+    """The modes mu_k, z_k of (A'A + S)_FF, and (A'A)_FF as ``calm.gains``."""
+    W, G = calm.work, calm.gains
+    for a in range(count):
+        i = calm.free[a]
+        for b in range(a + 1):
+            j = calm.free[b]
+            gain = _gain_of(task, calm, i, j)
+            G[a, b] = G[b, a] = gain
+            W[a, b] = gain + calm.S[i, j]
+    eigensystem(W, count, calm.values, calm.beside, calm.modes)
+
+
+@jit
+def _least_stiffness(calm: Any, count: int, k: int, s: float, square: float) -> float:
+    """max(|mu_k|, nu_k s)."""
+    size, along = abs(calm.values[k]), _slope(calm, count, k)
+    removable = along * along / (size * square + 1e-300)
+    nu = SWIVEL * min(1.0, max(LEAST_SWIVEL, 1.0 - removable / REMOVABLE))
+    return max(size, nu * s)
+
+
+@jit
+def _slope(calm: Any, count: int, k: int) -> float:
+    """z_k'A'e."""
+    along = 0.0
+    for a in range(count):
+        along += calm.modes[k, a] * calm.gradient[calm.free[a]]
+    return along
+
+
+@jit
+def _is_stiff(calm: Any, count: int, s: float, square: float) -> bool:
+    """The stiffness of each mode in ``calm.beside``, where |S| certainly raises none and all joints are free.
+
+    z'|S|z <= ||S z|| for a unit vector, and z_k'A'A z_k = mu_k - z_k'S z_k.
+    """
+    for k in range(count):
+        z = calm.modes[k]
+        bend = own = 0.0
+        for a in range(count):
+            i = calm.free[a]
+            t = 0.0
+            for b in range(count):
+                t += calm.S[i, calm.free[b]] * z[b]
+            bend += t * t
+            own += z[a] * t
+        least = _least_stiffness(calm, count, k, s, square)
+        if FLOOR * (calm.values[k] - own + sqrt(bend)) > least:
+            return False
+        calm.beside[k] = least
+    return True
+
+
+@jit
+def _stiffen(calm: Any, count: int, s: float, square: float) -> None:
+    """The same of any arm, from D = |S|."""
+    for k in range(count):
+        z = calm.modes[k]
+        stiff = 0.0
+        for a in range(count):
+            t = 0.0
+            for b in range(count):
+                t += (calm.gains[a, b] + calm.D[calm.free[a], calm.free[b]]) * z[b]
+            stiff += z[a] * t
+        calm.beside[k] = max(_least_stiffness(calm, count, k, s, square), FLOOR * stiff)
+
+
+@jit
 def _newton_metric(faults: Any, task: Any, calm: Any, count: int, s: float, square: float) -> None:
-    """D <- P - A'A from D = |S|, and the kick.
+    """D <- P - A'A, and the kick.
 
         P_FF = Z diag(max(|mu_k|, FLOOR z_k'(A'A + |S|)z_k, nu_k s)) Z',  P_BB = (A'A + |S|)_BB,  P_FB = 0
         nu_k = SWIVEL min(1, max(LEAST_SWIVEL, 1 - r_k/REMOVABLE)),  r_k = (z_k'A'e)^2/(|mu_k| e'e)
@@ -121,37 +186,26 @@ def _newton_metric(faults: Any, task: Any, calm: Any, count: int, s: float, squa
     SADDLE |mu_k|, the gradient along z_k becomes that, in its own direction; not for a last millimetre, nor
     while the rows can remove most of the error themselves. It needs ``_see_singular_directions``.
     """
-    D, W, Z, G = calm.D, calm.work, calm.modes, calm.gains
-    for a in range(count):
-        i = calm.free[a]
-        for b in range(a + 1):
-            j = calm.free[b]
-            gain = _gain_of(task, calm, i, j)
-            G[a, b] = G[b, a] = gain
-            W[a, b] = gain + calm.S[i, j]
-    eigensystem(W, count, calm.values, calm.beside, Z)
+    D, Z = calm.D, calm.modes
+    whole = count == faults.working
+    if whole:
+        _find_modes(task, calm, count)
+    if not whole or not _is_stiff(calm, count, s, square):
+        _add_modulus(faults, calm)
+        _find_modes(task, calm, count)
+        _stiffen(calm, count, s, square)
     stuck = square > LEAST and _lost(task, calm, s) >= LOST * square
-    for k in range(count):
-        mu, z = calm.values[k], Z[k]
-        along = stiff = 0.0
-        for a in range(count):
-            i = calm.free[a]
-            along += z[a] * calm.gradient[i]
-            t = 0.0
-            for b in range(count):
-                t += (G[a, b] + D[i, calm.free[b]]) * z[b]
-            stiff += z[a] * t
-        size = abs(mu)
-        removable = along * along / (size * square + 1e-300)
-        nu = SWIVEL * min(1.0, max(LEAST_SWIVEL, 1.0 - removable / REMOVABLE))
-        calm.beside[k] = max(size, FLOOR * stiff, nu * s)
-        if stuck and mu < -SADDLE * s and abs(along) < SADDLE * size:
-            _kick(calm, count, k, along, SADDLE * size)
+    if stuck:
+        for k in range(count):
+            mu, along = calm.values[k], _slope(calm, count, k)
+            size = abs(mu)
+            if mu < -SADDLE * s and abs(along) < SADDLE * size:
+                _kick(calm, count, k, along, SADDLE * size)
     for a in range(count):
         i = calm.free[a]
         for b in range(a + 1):
             j = calm.free[b]
-            t = -G[a, b]
+            t = -calm.gains[a, b]
             for k in range(count):
                 t += calm.beside[k] * Z[k, a] * Z[k, b]
             D[i, j] = D[j, i] = t
@@ -251,9 +305,14 @@ def find_metric(K: Any, s: float, square: float) -> int:
         gram_of_rows(K.task, K.calm, count)
         if exceeds(K.task, K.calm, spread(K.chain, K.calm)):
             return -1
-    _add_modulus(K.faults, K.chain, K.calm)
+    for i in range(K.chain.n):
+        K.calm.kick[i] = 0.0
+        for j in range(K.chain.n):
+            K.calm.D[i, j] = 0.0
     K.calm.psi = 1.0
-    if count > 0:
+    if count == 0:
+        _add_modulus(K.faults, K.calm)
+    else:
         _see_singular_directions(K.task, K.calm, count)
         _newton_metric(K.faults, K.task, K.calm, count, s, square)
         _fade(K.faults, K.task, K.calm, count, s)

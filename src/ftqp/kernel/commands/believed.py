@@ -191,6 +191,23 @@ def respond(K: Any, given: Any, i: int) -> int:
     return SWINGS_NOW if given.may_swing else IS_LOCKED_NOW
 
 
+@rare_jit
+def believe_found(K: Any, given: Any) -> None:
+    """Believe what becomes of each joint by ``respond``, where nobody else does."""
+    faults = K.faults
+    for i in range(K.chain.n):
+        becomes = respond(K, given, i)
+        if becomes == IS_LOCKED_NOW:
+            faults.lock_rate[i] = LOCK_SHARE * given.a_max[i]
+            faults.code[i] = BRAKING
+        elif becomes == SWINGS_NOW:
+            faults.code[i] = MEASURED
+            faults.friction[i], faults.coulomb[i] = 0.0, given.coulomb[i]
+        elif becomes == WORKS_STILL:
+            faults.code[i] = HEALTHY
+    begin_to_believe(K, given)
+
+
 @jit
 def forget_finding(K: Any, i: int) -> None:
     """What was found of joint i, and that its sensor was lost: another says what becomes of it."""

@@ -81,10 +81,18 @@ def _begin(
 
 
 @jit
-def rollout(model: Any, B: Any, own: Any, K: Any, F: Any, n: int, first: int, last: int) -> int:
+def copy_words(of: Any, used: Any, to: Any) -> None:
+    """Copy runs of words, (k, 2) of their begins and ends."""
+    for k in range(len(used)):
+        for w in range(used[k, 0], used[k, 1]):
+            to[w] = of[w]
+
+
+@jit
+def rollout(model: Any, used: Any, B: Any, own: Any, K: Any, F: Any, n: int, first: int, last: int) -> int:
     """How many of the arms ``first`` to ``last - 1`` were driven to the end; fewer when told to stop.
 
-    The words of ``model`` are the record that every arm, of n joints, begins with; what it becomes is worked
+    The words ``used`` of ``model`` are what every arm, of n joints, begins with; what it becomes is worked
     in those of ``own``, which are K, and in F while a joint swings freely. Arms that are skipped are neither
     touched nor counted.
     """
@@ -106,8 +114,7 @@ def rollout(model: Any, B: Any, own: Any, K: Any, F: Any, n: int, first: int, la
     for r in range(first, last):
         if skipped[r]:
             continue
-        for w in range(len(own)):
-            own[w] = model[w]
+        copy_words(model, used, own)
         at, present = (
             starts[r],
             _begin(K.state, K.criteria, K.feedback, K.gate, K.chain, q[r], v[r], B.returns),

@@ -11,7 +11,7 @@ from ftqp.kernel.compiled.library import load
 from ftqp.kernel.entry.session import Session, share_out
 from ftqp.kernel.entry.table import ENTRIES
 from ftqp.kernel.layout.other_records import ARRAYS
-from ftqp.kernel.layout.record import dtype
+from ftqp.kernel.layout.record import dtype, used_words
 
 PORTION_TICKS = 200_000
 """About so many ticks are done between two looks at whether to go on."""
@@ -65,11 +65,12 @@ def drive(
     INVALID_INPUT. Ctrl-C stops all threads within a moment, and is raised.
     """
     load(ENTRIES["rollout"])
-    arms, ticks, record = len(batch.q), len(batch.targets), batch.record()
+    (arms, n), ticks, record = batch.q.shape, len(batch.targets), batch.record()
+    used = used_words(n)
 
     def work(first: int, last: int) -> int:
         own, free = np.zeros(1, dtype("record")), np.zeros(1, dtype("free"))
-        return session.bind("rollout", record, own, own, free, batch.q.shape[1], first, last)()
+        return session.bind("rollout", used, len(used), record, own, own, free, n, first, last)()
 
     size = max(1, min(PORTION_TICKS // max(ticks, 1), arms // (2 * threads)))
     return share_out(work, arms, threads, size=size, progress=progress, stop=lambda: record["stop"].fill(1))

@@ -162,8 +162,25 @@ block ticks.block_of_ticks first
           has_inertia rows:f8[count,width] width places:i8[PLACES]
     calls block(K, tick, q, v, targets, state, first, has_inertia, rows, places)
 rollout entry.rollout nogil
-    takes model:i8[words] B:batch own:i8[words] K:record F:free n first last
-    calls rollout(model, B, own, K, F, n, first, last)
+    takes model:i8[words] used:i8[runs,2] runs B:batch own:i8[words] K:record F:free n first last
+    calls rollout(model, used, B, own, K, F, n, first, last)
+begin_arms entry.kept_arms nogil
+    takes model:i8[words] used:i8[runs,2] runs what:i8[GIVEN_WORDS] records_at givens_at works_at
+          mask:i1[count] q:f8[count,n] v:f8[count,n] found:i8[count,n] count n first last
+    calls begin_arms(model, used, what, records_at, givens_at, works_at, mask, q, v, found, first, last)
+tell_arms entry.kept_arms nogil
+    takes records_at givens_at A:arm fault:fault mask:i1[count] news:i1[count] goes_on:i1[count] count weak
+          rows:f8[samples,A.chain.n*(A.chain.n+3)] samples out:reserve found:i8[count,A.chain.n]
+    calls tell_arms(records_at, givens_at, A, fault, mask, news, goes_on, weak, rows, out, found)
+step_arms entry.kept_arms nogil
+    takes records_at givens_at works_at mask:i1[count] targets:f8[count,TARGET_SIZE] q:f8[count,n]
+          v:f8[count,n] sent:f8[count,2,n] found:i8[count,n] status:i8[count] error:f8[count,2]
+          count n ticks first last
+    calls step_arms(records_at, givens_at, works_at, mask, targets, q, v, sent, found, status, error, ticks,
+          first, last)
+poses entry.kept_arms nogil
+    takes A:arm q:f8[count,A.chain.n] out:f8[count,16] count
+    calls poses(A, q, out)
 write_together commands.stops first alone
     takes table:i8[rows,3] rows
     calls write_together(table)

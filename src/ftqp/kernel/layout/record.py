@@ -4,7 +4,7 @@ A helper is handed the rooms that it reads and writes, so that its signature say
 touch more of them, take the whole record K. A solver gets ``K.qp`` and nothing else.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from typing import Any, Final
 
@@ -322,11 +322,11 @@ def _on_lines(fields: Sequence[Any]) -> np.dtype[Any]:
     return np.dtype(layout, align=True)
 
 
-def zeros_in_line(kind: np.dtype[Any]) -> Any:
-    """Zeros of a type, (1,), that begin a line of the cache; the system maps only what is then written to."""
-    room = np.zeros(kind.itemsize + LINE, np.uint8)
+def zeros_in_line(kind: np.dtype[Any], count: int = 1) -> Any:
+    """Zeros of a type, (count,), that begin a line of the cache; memory is taken by what is written to."""
+    room = np.zeros(count * kind.itemsize + LINE, np.uint8)
     begin = -room.ctypes.data % LINE
-    return room[begin : begin + kind.itemsize].view(kind)
+    return room[begin : begin + count * kind.itemsize].view(kind)
 
 
 def in_line(memory: Any) -> Any:
@@ -334,6 +334,31 @@ def in_line(memory: Any) -> Any:
     copy = zeros_in_line(memory.dtype)
     copy.view(np.uint8)[:] = memory.view(np.uint8)  # as bytes, not field by field
     return copy
+
+
+def _words_of(of: np.dtype[Any], fewer: np.dtype[Any], begin: int = 0) -> Iterator[Any]:
+    """The words of a structure that a structure of the same fields with shorter arrays has, too."""
+    for name in of.names or ():
+        (kind, at, *_), small = of.fields[name], fewer.fields[name][0]  # type: ignore[index]
+        if kind.names:
+            yield from _words_of(kind, small, begin + at)
+        else:
+            places = np.arange(max(kind.itemsize // 8, 1)).reshape(kind.shape)
+            yield (begin + at) // 8 + places[tuple(map(slice, small.shape))].ravel()
+
+
+@cache
+def used_words(joints: int) -> Any:
+    """Begin and end of each run of words in which a planner's record has anything of so many joints, (k, 2).
+
+    A library that is built for their blocks alone has room for nothing else.
+    """
+    block = LINE // 8
+    capacity = min(-(-joints // block) * block, JOINTS)
+    words = np.sort(np.concatenate([*_words_of(dtype("record"), dtype("record", capacity))]))
+    ends = np.flatnonzero(np.diff(words) > 1)
+    begins = words[np.r_[0, ends + 1]]
+    return np.ascontiguousarray(np.stack([begins, words[np.r_[ends, -1]] + 1], axis=1))
 
 
 @cache

@@ -182,7 +182,7 @@ def step_on_joints(K: Any, joints: Any) -> int:
 
 
 @jit
-def _tick(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any) -> int:
+def tick_as_told(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any) -> int:
     """The tick of the planner as it is told now."""
     code = accept_numbers(K, q, v, target)
     if code < 0:
@@ -199,7 +199,7 @@ def _follow(K: Any, given: Any, F: Any, path: Any, table: Any, q: Any, v: Any) -
     """The tick along the path; where a joint swings freely, the path stands and the tip is held on it."""
     if given.swings and falls(K.faults, K.chain):
         path.rate = 0.0
-        return _tick(K, given, F, q, v, path.target)
+        return tick_as_told(K, given, F, q, v, path.target)
     look_up(path, table, len(table), path.target)
     code = accept_numbers(K, q, v, path.target)
     if code < 0:
@@ -219,11 +219,11 @@ def deployed_step(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any, ticks
     then, expected, rest = work[:TARGET_SIZE], work[TARGET_SIZE : TARGET_SIZE + n], work[TARGET_SIZE + n :]
     for left in range(min(ticks, MOST_TICKS) - 1, 0, -1):
         miss(K, target, left, expected, then)
-        code = _tick(K, given, F, expected, rest, then)
+        code = tick_as_told(K, given, F, expected, rest, then)
         K.state.unusable = ALL_USABLE
         if code < 0:
             return code
-    return _tick(K, given, F, q, v, target)
+    return tick_as_told(K, given, F, q, v, target)
 
 
 @jit

@@ -1,0 +1,132 @@
+"""Arms whose records live between calls: begun, told of faults and stepped, each as a planner of its own."""
+
+from typing import Any
+
+import numpy as np
+
+from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.commands.believed import begin_to_believe, believe, believe_found, count_on, forget_finding
+from ftqp.kernel.commands.stops import hold_up, start
+from ftqp.kernel.entry.rollout import copy_words
+from ftqp.kernel.jit import carray, jit, pointer
+from ftqp.kernel.layout.enums import FREE, MEASURED, NEWS
+from ftqp.kernel.layout.record import dtype
+from ftqp.kernel.ticks.steps import TARGET_SIZE, tick_as_told
+
+__all__ = ["TARGET_SIZE"]
+WORD = np.dtype(np.int64)
+RECORD, GIVEN, WORK = dtype("record"), dtype("given"), dtype("free")
+RECORD_WORDS, GIVEN_WORDS, WORK_WORDS = RECORD.itemsize // 8, GIVEN.itemsize // 8, WORK.itemsize // 8
+FOUND_LOCKED, FOUND_FREE = 1, 2
+"""What is counted on of a joint that the monitor has found: that it is locked, or that it swings freely."""
+
+
+@jit
+def begin_arms(
+    model: Any, used: Any, what: Any, records_at: int, givens_at: int, works_at: int, mask: Any, q: Any,
+    v: Any, found: Any, first: int, last: int,
+) -> None:  # fmt: skip
+    """Make those arms that are meant what the model is in its used words, and begin at (q, v), (count, n)."""
+    count = len(mask)
+    words = carray(pointer(records_at), (count * RECORD_WORDS,), WORD)
+    given_words = carray(pointer(givens_at), (count * GIVEN_WORDS,), WORD)
+    work_words = carray(pointer(works_at), (count * WORK_WORDS,), WORD)
+    records = carray(pointer(records_at), (count,), RECORD)
+    givens = carray(pointer(givens_at), (count,), GIVEN)
+    for r in range(first, last):
+        if mask[r]:
+            if givens[r].swings:
+                for w in range(WORK_WORDS):
+                    work_words[r * WORK_WORDS + w] = 0
+            for i in range(records[r].chain.n):
+                found[r, i] = 0
+            copy_words(model, used, words[r * RECORD_WORDS : (r + 1) * RECORD_WORDS])
+            for w in range(GIVEN_WORDS):
+                given_words[r * GIVEN_WORDS + w] = what[w]
+            start(records[r], givens[r], q[r], v[r])
+
+
+@jit
+def tell_arms(
+    records_at: int, givens_at: int, A: Any, fault: Any, mask: Any, news: Any, goes_on: Any, weak: int,
+    rows: Any, out: Any, found: Any,
+) -> None:  # fmt: skip
+    """Let arms to which it is news believe a fault of a joint, or that it works, as ``planner.report``.
+
+    What was found of the joint is forgotten by all that are meant.
+    """
+    count = len(mask)
+    records = carray(pointer(records_at), (count,), RECORD)
+    givens = carray(pointer(givens_at), (count,), GIVEN)
+    for r in range(count):
+        if news[r]:
+            K, given = records[r], givens[r]
+            believe(K.faults, K.limits, given, fault, goes_on[r])
+            begin_to_believe(K, given)
+            count_on(K, given, rows, out)
+            if weak:
+                hold_up(K, A, fault.joint)
+        if mask[r] and records[r].monitor.names:
+            forget_finding(records[r], fault.joint)
+            found[r, fault.joint] = 0
+
+
+@jit
+def step_arms(
+    records_at: int, givens_at: int, works_at: int, mask: Any, targets: Any, q: Any, v: Any, sent: Any,
+    found: Any, status: Any, error: Any, ticks: int, first: int, last: int,
+) -> int:  # fmt: skip
+    """So many ticks of each arm that is meant towards its own target, (count, 29): 0, or a mistake.
+
+    The first begins at (q, v), (count, n), each other one where the last has led, and so do these on return;
+    ``sent``, (count, 2, n), is then what the drives are told.
+    """
+    count = len(q)
+    records = carray(pointer(records_at), (count,), RECORD)
+    givens = carray(pointer(givens_at), (count,), GIVEN)
+    works = carray(pointer(works_at), (count,), WORK)
+    for r in range(first, last):
+        if not mask[r]:
+            continue
+        K = records[r]
+        for _ in range(ticks):
+            code = tick_as_told(K, givens[r], works[r], q[r], v[r], targets[r])
+            if code < 0:
+                return code
+            if code >= NEWS:
+                believe_found(K, givens[r])
+                code -= NEWS
+            status[r] = code
+            for i in range(K.chain.n):
+                q[r, i], v[r, i] = K.state.q_command[i], K.state.v_command[i]
+        for i in range(K.chain.n):
+            sent[r, 0, i], sent[r, 1, i] = K.feedback.q_sent[i], K.feedback.v_sent[i]
+            if K.monitor.names:
+                kind = K.monitor.counted[i]
+                found[r, i] = (
+                    0
+                    if kind == 0
+                    else (
+                        FOUND_FREE
+                        if K.faults.code[i] == FREE or K.faults.code[i] == MEASURED
+                        else FOUND_LOCKED
+                    )
+                )
+        error[r, 0], error[r, 1] = K.task.position_error, K.task.rotation_error
+    return 0
+
+
+@jit
+def poses(A: Any, q: Any, out: Any) -> None:
+    """The pose of the end effector at each q, (count, n), as a matrix, (count, 16)."""
+    for r in range(len(q)):
+        for i in range(A.chain.n):
+            A.state.q[i] = q[r, i]
+        forward_kinematics(A, A.state)
+        for k in range(16):
+            out[r, k] = 0.0
+        for a in range(3):
+            for b in range(3):
+                out[r, 4 * a + b] = A.kinematics.R_tip[3 * a + b]
+            out[r, 4 * a + 3] = A.kinematics.o_tip[a]
+        out[r, 15] = 1.0
