@@ -1,4 +1,4 @@
-"""Failures nobody was told of (Goel, Maciejewski and Balakrishnan 2005): every figure, recomputed, timed.
+"""Failures that nobody reports (Goel, Maciejewski and Balakrishnan 2005): every figure, recomputed, timed.
 
     python studies/goel2005.py           all of it, about a minute; pictures beside the report
     python studies/goel2005.py --quick   a quarter of the configurations and a hundredth of the brute force

@@ -3,11 +3,13 @@
 import ast
 import re
 import tomllib
+from inspect import getdoc
 from pathlib import Path
 
 import pytest
 
 from tests.docs.test_site import in_nav
+from tests.test_docstrings import in_scope, public
 
 ROOT = Path(__file__).parents[1]
 GLOSSARY = tomllib.loads((ROOT / "docs" / "making" / "glossary.toml").read_text(encoding="utf-8"))
@@ -117,6 +119,32 @@ def messages(file: Path) -> list[str]:
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in bare
     ]
     return [re.sub(r"`[^`\n]*`", "x", text) for text in texts if " " in text.strip()]
+
+
+def docstrings() -> list[tuple[str, str]]:
+    """Names of what users call, each with its docstring, without code and names of arguments."""
+    found = {name: value for name, value in public().items() if in_scope(value)}
+    for name, value in list(found.items()):
+        if isinstance(value, type):
+            found |= {
+                f"{name}.{one}": of
+                for one, of in vars(value).items()
+                if isinstance(of, property) and one[0] != "_"
+            }
+    code = r"``[^`]*``|`[^`\n]*`|^    \*{0,2}\w+(?:, \w+)*:"
+    return [
+        (name, " ".join(re.sub(code, "x", getdoc(of) or "", flags=re.M).split()))
+        for name, of in found.items()
+    ]
+
+
+def test_public_docstrings_use_the_terms_of_the_field():
+    words = {
+        word: better for word, better in GLOSSARY["instead_of"].items() if word != "tips?"
+    }  # a frame's name
+    texts = docstrings()
+    assert len(texts) > 500
+    assert not [(name, wrong) for name, text in texts if (wrong := wrong_words(text, words))]
 
 
 SHOWN = [file for file in sorted((ROOT / "src" / "ftqp").rglob("*.py")) if "kernel" not in file.parts]
