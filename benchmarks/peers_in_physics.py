@@ -3,6 +3,7 @@
     python benchmarks/peers_in_physics.py           every joint, a box in the way, eight goals: an hour
     python benchmarks/peers_in_physics.py --jobs 4  the same in four processes
     python benchmarks/peers_in_physics.py --quick   the demo's joint, the box, one goal
+    python benchmarks/peers_in_physics.py --own     ftqp alone, a minute or two
     python benchmarks/peers_in_physics.py --env-dir DIR   where the peers are, or are installed
 
 A Panda behind servos of 15 Hz in MuJoCo, with gravity and noisy encoders. First it goes round the circle of
@@ -248,7 +249,8 @@ def main() -> int:
     options = _options()
     joints = [DEMO] if options.quick else list(ftqp.robots.load("panda").joints)
     versions, left_out = {}, {}
-    rivals = [one for one in RIVALS if one[1] is None or _there(one, options.env_dir, left_out)]
+    known = () if options.own else RIVALS
+    rivals = [one for one in known if one[1] is None or _there(one, options.env_dir, left_out)]
     cases = goals(1 if options.quick else options.goals)
     programs = ["ftqp", *rivals]
     circles = [(who, joint, told, False) for told in (False, True) for who in programs for joint in joints]
@@ -411,6 +413,7 @@ def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
     add = parser.add_argument
     add("--quick", action="store_true", help="the demo's joint, the box and one goal")
+    add("--own", action="store_true", help="ftqp alone, after its code has changed")
     add("--env-dir", type=Path, default=DEFAULT, metavar="DIR", help=f"of the peers (default {DEFAULT})")
     add("--goals", type=int, default=GOALS, metavar="N", help=f"how many (default {GOALS})")
     add("--jobs", type=command_line.at_least_one, default=1, metavar="N", help="processes (default 1)")
